@@ -24,13 +24,13 @@ const SOURCES: [&str; 9] = [
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-env-changed={VARIABLE}");
-    let named = std::env::var(VARIABLE)
+    let variable = std::env::var(VARIABLE)
         .ok()
         .filter(|name| !name.trim().is_empty());
-    let commit = match named {
+    let commit = match variable {
         Some(name) => format!("commit {}", name.trim()),
         None if std::env::var("PROFILE").as_deref() == Ok("release") => {
-            of_git().unwrap_or_else(|| "unknown commit".to_owned())
+            git_version().unwrap_or_else(|| "unknown commit".to_owned())
         }
         None => "debug build".to_owned(),
     };
@@ -39,7 +39,7 @@ fn main() {
 }
 
 /// Returns the commit of the workspace, and whether its sources have changed since; `None` where it is no repository of its own.
-fn of_git() -> Option<String> {
+fn git_version() -> Option<String> {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).parent()?;
     let top = PathBuf::from(git(workspace, &["rev-parse", "--show-toplevel"])?);
     if top.canonicalize().ok()? != workspace.canonicalize().ok()? {
@@ -72,12 +72,12 @@ fn of_git() -> Option<String> {
 
 /// Returns the first line that git prints; `None` if there is no git, or it refuses.
 fn git(workspace: &Path, words: &[&str]) -> Option<String> {
-    let asked = Command::new("git")
+    let result = Command::new("git")
         .arg("--no-optional-locks")
         .args(words)
         .current_dir(workspace)
         .output();
-    let output = asked.ok().filter(|output| output.status.success())?;
+    let output = result.ok().filter(|output| output.status.success())?;
     let text = String::from_utf8(output.stdout).ok()?;
     Some(text.lines().next().unwrap_or_default().to_owned())
 }

@@ -97,7 +97,7 @@ fn acquire(pipeline: &mut Pipeline, block: &[f32]) -> anyhow::Result<Batch> {
 fn demodulate_and_record(samples: &[f32], folder: &Path) -> anyhow::Result<u64> {
     let blocks = samples.chunks(BLOCK_FRAMES * usize::from(AUDIO.channels));
     let (mut sender, notices, mut task) = recorder(blocks.len() + 1);
-    let refused = |error| anyhow::anyhow!("the recorder refuses a message: {error:?}");
+    let refusal = |error| anyhow::anyhow!("the recorder refuses a message: {error:?}");
     let begin = Begin {
         folder: folder.to_owned(),
         manifest: manifest(),
@@ -105,24 +105,24 @@ fn demodulate_and_record(samples: &[f32], folder: &Path) -> anyhow::Result<u64> 
     };
     sender
         .send(RecorderMessage::Begin(Box::new(begin)))
-        .map_err(refused)?;
+        .map_err(refusal)?;
     let mut pipeline = Pipeline::of_recording(&manifest(), AUDIO)?;
     let mut meter = LiveMeter::default();
     for block in blocks {
         meter.take(&acquire(&mut pipeline, block)?);
         sender
             .send(RecorderMessage::Audio(block.to_vec()))
-            .map_err(refused)?;
+            .map_err(refusal)?;
         task.poll(Instant::now());
     }
     sender
         .send(RecorderMessage::End(Ending::Completed))
-        .map_err(refused)?;
+        .map_err(refusal)?;
     task.poll(Instant::now());
-    let saved = notices
+    let is_saved = notices
         .try_iter()
         .any(|notice| matches!(notice, RecorderNotice::Saved { .. }));
-    anyhow::ensure!(saved, "the recording is not on disk");
+    anyhow::ensure!(is_saved, "the recording is not on disk");
     Ok(pipeline.account().frames)
 }
 
@@ -134,8 +134,8 @@ fn pipeline(c: &mut Criterion) {
     group.throughput(Throughput::Elements(frames));
     group.bench_function("demodulate", |b| {
         b.iter(|| {
-            let taken = demodulate(black_box(&samples));
-            assert_eq!(taken.ok(), Some(frames));
+            let result = demodulate(black_box(&samples));
+            assert_eq!(result.ok(), Some(frames));
         });
     });
     group.bench_function("demodulate and record to disk", |b| {
@@ -145,9 +145,9 @@ fn pipeline(c: &mut Criterion) {
                 let path = folder
                     .as_ref()
                     .map(|folder| folder.path().join("recording"));
-                let taken =
+                let frame_count =
                     path.and_then(|path| demodulate_and_record(black_box(&samples), &path).ok());
-                assert_eq!(taken, Some(frames));
+                assert_eq!(frame_count, Some(frames));
                 folder
             },
             criterion::BatchSize::PerIteration,

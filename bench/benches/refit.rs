@@ -40,7 +40,7 @@ fn trial() -> anyhow::Result<FitRequest> {
     }
     let modulation_hz = reading.manifest.modulation_hz;
     let plate = unloaded::read(&reading.record, &free, modulation_hz, rules.contact_n / 2.0)
-        .map(|found| found.plate);
+        .map(|reading| reading.plate);
     Ok(FitRequest {
         label: "trial 1".to_owned(),
         carrier_hz: reading.manifest.carrier_hz,

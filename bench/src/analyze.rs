@@ -46,12 +46,12 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     if options.tables.is_some() {
         tables::require_built()?;
     }
-    let wanted = Wanted {
+    let scope = Wanted {
         practice: options.practice,
         rejected: options.include_rejected,
     };
-    let found = find::attempts(&options.recordings, wanted)?;
-    let selection = select(found.recordings(), options.include_excluded)?;
+    let attempts = find::attempts(&options.recordings, scope)?;
+    let selection = select(attempts.recordings(), options.include_excluded)?;
     let folders = &selection.kept;
     verbosity.note(format_args!("{} recordings", folders.len()));
     let bar = progress_bar(folders.len() as u64, verbosity);
@@ -61,7 +61,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     });
     bar.finish_and_clear();
 
-    let account = found.account(&analysed, &decided(&found, &selection)?);
+    let account = attempts.account(&analysed, &excluded_recordings(&attempts, &selection)?);
     warn(&account);
     let skin = Skin::of(&analysed);
     let sessions = Sessions::of(folders.iter().map(PathBuf::as_path));
@@ -124,22 +124,22 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
 }
 
 /// Returns the attempts that were excluded by decision, including those that could not be analysed anyway.
-fn decided(found: &Attempts, selection: &Selection) -> anyhow::Result<Vec<PathBuf>> {
+fn excluded_recordings(attempts: &Attempts, selection: &Selection) -> anyhow::Result<Vec<PathBuf>> {
     let excluded = selection.excluded.iter();
-    let mut decided: Vec<PathBuf> = excluded.flat_map(|of| of.recordings.clone()).collect();
+    let mut recordings: Vec<PathBuf> = excluded.flat_map(|row| row.recordings.clone()).collect();
     if selection.overridden.is_empty() {
-        let left_out = found.left_out.iter().map(|of| of.path.clone());
-        let others = exclusions::select(left_out.collect())?;
-        decided.extend(others.excluded.into_iter().flat_map(|of| of.recordings));
+        let left_out = attempts.left_out.iter().map(|trial| trial.path.clone());
+        let extra = exclusions::select(left_out.collect())?;
+        recordings.extend(extra.excluded.into_iter().flat_map(|row| row.recordings));
     }
-    Ok(decided)
+    Ok(recordings)
 }
 
 /// Warns of the accepted trials that are not in the analysis, except unreadable ones, which were reported already.
 fn warn(account: &Account) {
     let mut stderr = std::io::stderr().lock();
-    for of in account.missed() {
-        let _ = writeln!(stderr, "warning: left out: {}", escaped(&of.to_string()));
+    for trial in account.missed() {
+        let _ = writeln!(stderr, "warning: left out: {}", escaped(&trial.to_string()));
     }
     for log in &account.unread_logs {
         let _ = writeln!(stderr, "warning: {}", escaped(log));
@@ -153,9 +153,9 @@ fn page(
     results: &str,
     (sessions, figures): (&Sessions, &[Figure]),
 ) -> anyhow::Result<String> {
-    let recordings = analysed.recordings.iter().map(|of| Recorded {
-        path: &of.path,
-        manifest: of.found.as_ref().ok().map(|found| &found.manifest),
+    let recordings = analysed.recordings.iter().map(|recording| Recorded {
+        path: &recording.path,
+        manifest: recording.found.as_ref().ok().map(|f| &f.manifest),
     });
     let content = Content {
         name: &name(&options.recordings),
@@ -172,19 +172,19 @@ fn page(
 /// Returns the names of the requested folders, without their paths.
 fn name(folders: &[PathBuf]) -> String {
     let names = folders.iter().map(|folder| {
-        let whole = folder.canonicalize().unwrap_or_else(|_| folder.clone());
-        let name = whole.file_name().unwrap_or(whole.as_os_str());
+        let path = folder.canonicalize().unwrap_or_else(|_| folder.clone());
+        let name = path.file_name().unwrap_or(path.as_os_str());
         name.to_string_lossy().into_owned()
     });
     names.collect::<Vec<_>>().join(", ")
 }
 
 /// Splits the recordings by the exclusions of their studies; `everything` analyses them all.
-fn select(folders: Vec<PathBuf>, everything: bool) -> anyhow::Result<Selection> {
-    let all = folders.clone();
+fn select(folders: Vec<PathBuf>, include_excluded: bool) -> anyhow::Result<Selection> {
+    let all_folders = folders.clone();
     let selection = exclusions::select(folders)?;
-    if everything {
-        return Ok(selection.overridden(all));
+    if include_excluded {
+        return Ok(selection.overridden(all_folders));
     }
     if selection.kept.is_empty() {
         bail!(
@@ -201,8 +201,8 @@ fn report(analysis: &RecordingAnalysis) {
     let path = escaped_line(&path);
     let mut stderr = std::io::stderr().lock();
     match &analysis.found {
-        Ok(found) => {
-            for flaw in &found.flaws {
+        Ok(findings) => {
+            for flaw in &findings.flaws {
                 let _ = writeln!(stderr, "{path}: warning: {}", escaped(&flaw.to_string()));
             }
         }
@@ -224,24 +224,24 @@ fn lines(skin: &Skin) -> String {
 fn summary(analysed: &Analysed) -> String {
     let mut lines = String::new();
     for recording in &analysed.recordings {
-        let found = match &recording.found {
-            Ok(found) => format!(
+        let counts = match &recording.found {
+            Ok(findings) => format!(
                 "{} instances, {} stretches rejected, {} warnings",
-                found.instances.len(),
-                found.rejected.len(),
-                found.flaws.len()
+                findings.instances.len(),
+                findings.rejected.len(),
+                findings.flaws.len()
             ),
             Err(_) => "cannot be read".to_owned(),
         };
         lines.push_str(&format!(
-            "{}: {found}\n",
+            "{}: {counts}\n",
             escaped_line(&recording.path.display().to_string())
         ));
         let trial = recording
             .found
             .as_ref()
             .ok()
-            .and_then(|of| of.trial.as_ref());
+            .and_then(|findings| findings.trial.as_ref());
         if let Some(trial) = trial {
             lines.push_str(&format!("  {}\n", whole_trial::line(trial)));
         }

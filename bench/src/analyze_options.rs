@@ -99,7 +99,7 @@ impl Table {
             (self.table_latex, TableFormat::Latex),
         ]
         .into_iter()
-        .find_map(|(asked, format)| asked.then_some(format))
+        .find_map(|(is_set, format)| is_set.then_some(format))
     }
 }
 

@@ -42,11 +42,11 @@ const TEST_SERVER: &str = "friction-bench-test";
 /// Returns the pace of the sound card of these options.
 #[must_use]
 pub fn pace(config: &Config, options: &cli::Hardware) -> Pace {
-    let of_a_test = || {
+    let is_test_server = || {
         let server = std::env::var("JACK_DEFAULT_SERVER").unwrap_or_default();
         config.audio.host == AudioHost::Jack && server.starts_with(TEST_SERVER)
     };
-    if options.mock.is_some() || of_a_test() {
+    if options.mock.is_some() || is_test_server() {
         Pace::Simulated
     } else {
         Pace::Card

@@ -63,7 +63,11 @@ pub fn effective(
 
 /// Returns the existing calibration of the bench of `config`; devices are compared once they are open. With `new_sensor`,
 /// the force calibration is dropped, since it may be that of another sensor.
-fn before(path: &Path, config: &Config, new_sensor: bool) -> anyhow::Result<CalibrationFile> {
+fn existing_calibration(
+    path: &Path,
+    config: &Config,
+    new_sensor: bool,
+) -> anyhow::Result<CalibrationFile> {
     match CalibrationFile::read(path) {
         Ok((mut calibration, _)) => {
             if new_sensor {
@@ -97,7 +101,11 @@ fn other_bench(path: &Path) -> String {
 }
 
 /// Puts the identity of the opened bench into a new `calibration`; requires an existing one to match it.
-fn own(calibration: &mut CalibrationFile, identity: Identity, path: &Path) -> anyhow::Result<()> {
+fn adopt_identity(
+    calibration: &mut CalibrationFile,
+    identity: Identity,
+    path: &Path,
+) -> anyhow::Result<()> {
     if calibration.identity.input_device.is_empty() {
         calibration.identity = Identity {
             force_sensor: None,
@@ -117,23 +125,23 @@ fn require_apart(
     rehearsed: &[String],
     path: &Path,
 ) -> anyhow::Result<()> {
-    let was = !calibration.rehearsed.is_empty();
-    if calibration.is_empty() || was != rehearsed.is_empty() {
+    let was_rehearsed = !calibration.rehearsed.is_empty();
+    if calibration.is_empty() || was_rehearsed != rehearsed.is_empty() {
         return Ok(());
     }
-    let (holds, this) = if was {
+    let (contents, occasion) = if was_rehearsed {
         ("a rehearsal", "no rehearsal")
     } else {
         ("what was measured", "a rehearsal (faults are injected)")
     };
     bail!(
-        "{} holds {holds}, and this is {this}: name another file with --calibration",
+        "{} holds {contents}, and this is {occasion}: name another file with --calibration",
         path.display()
     )
 }
 
 /// A calibration about to begin.
-struct Begun<'a> {
+struct CalibrationRun<'a> {
     /// The bench, with all calibrations made on it so far.
     bench: Effective,
     calibration: CalibrationFile,
@@ -144,7 +152,7 @@ struct Begun<'a> {
     attended: bool,
 }
 
-impl<'a> Begun<'a> {
+impl<'a> CalibrationRun<'a> {
     fn new(
         config: Config,
         measure: &'a cli::Measure,
@@ -167,7 +175,7 @@ impl<'a> Begun<'a> {
         if let Some(text) = config.forceless_in_words() {
             verbosity.note(format_args!("{text}"));
         }
-        let calibration = before(&path, &config, new_sensor)?;
+        let calibration = existing_calibration(&path, &config, new_sensor)?;
         verbosity.note(format_args!("calibration: {}", path.display()));
         Ok(Self {
             bench: Effective::under_calibration(config, &calibration),
@@ -229,7 +237,7 @@ impl<'a> Begun<'a> {
         };
         driving_time::require_cool(&ledger.warmth, hardware.clock.as_ref())?;
         let notice = rehearsed::notice(&rehearsed);
-        let named = |stem: &str| match &notice {
+        let file_stem = |stem: &str| match &notice {
             Some(_) => format!("rehearsal-{stem}"),
             None => stem.to_owned(),
         };
@@ -237,9 +245,9 @@ impl<'a> Begun<'a> {
         let outcome = rig::run(
             bench, hardware, ledger, hands, instrument, attend, procedure,
         );
-        let unfinished = named(&format!("{}-unfinished", C::NAME));
+        let unfinished = file_stem(&format!("{}-unfinished", C::NAME));
         let outcome = outcome.map_err(|error| ended_early(error, &self.path, &unfinished))?;
-        own(&mut self.calibration, outcome.identity, &self.path)?;
+        adopt_identity(&mut self.calibration, outcome.identity, &self.path)?;
         let Judged {
             part,
             values,
@@ -253,10 +261,8 @@ impl<'a> Begun<'a> {
             .procedure
             .judge(outcome.date, &self.measure.operator)?;
         if let Some(notice) = &notice {
-            let beside = beside
-                .iter_mut()
-                .filter_map(|beside| beside.figure.as_mut());
-            for figure in figure.iter_mut().chain(beside) {
+            let extra_figures = beside.iter_mut().filter_map(|extra| extra.figure.as_mut());
+            for figure in figure.iter_mut().chain(extra_figures) {
                 figure.caption = format!("{notice}. {}", figure.caption);
             }
             remarks.insert(0, notice.clone());
@@ -270,7 +276,7 @@ impl<'a> Begun<'a> {
                 "xruns            {xruns}, none in what was measured"
             ));
         }
-        let mut written = write_beside(&self.path, &named(stem), &table, figure.as_ref())?;
+        let mut written = write_beside(&self.path, &file_stem(stem), &table, figure.as_ref())?;
         for Beside {
             stem,
             table,
@@ -279,7 +285,7 @@ impl<'a> Begun<'a> {
         {
             written.extend(write_beside(
                 &self.path,
-                &named(stem),
+                &file_stem(stem),
                 table,
                 figure.as_ref(),
             )?);
@@ -319,58 +325,58 @@ pub fn plate(
     verbosity: Verbosity,
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
-    let begun = Begun::new(config, &options.measure, verbosity)?;
-    let mut setup = PlateSetup::new(begun.bench.config(), &begun.calibration, options.drive_v)?;
+    let run = CalibrationRun::new(config, &options.measure, verbosity)?;
+    let mut setup = PlateSetup::new(run.bench.config(), &run.calibration, options.drive_v)?;
     if let Some(about_hz) = options.about_hz {
         setup.about_hz = about_hz;
     }
     let plate = PlateProcedure::new(setup);
     if options.finger {
-        let config = begun.bench.config();
-        let finger = FingerProcedure::new(plate, config, begun.attended)?;
+        let config = run.bench.config();
+        let finger = FingerProcedure::new(plate, config, run.attended)?;
         let apparatus = open(config)?;
-        return begun.run(apparatus, None, finger);
+        return run.run(apparatus, None, finger);
     }
     if let Some(places) = options.along {
-        return along(begun, options, plate, places, open);
+        return plate_profile(run, options, plate, places, open);
     }
-    let apparatus = open(begun.bench.config())?;
-    let plate = ClearPlate::new(plate, begun.bench.config(), begun.attended);
-    begun.run(apparatus, None, plate)
+    let apparatus = open(run.bench.config())?;
+    let plate = ClearPlate::new(plate, run.bench.config(), run.attended);
+    run.run(apparatus, None, plate)
 }
 
 /// Measures the amplitude at `places` along the plate, with a vibrometer moved by hand.
-fn along(
-    begun: Begun<'_>,
+fn plate_profile(
+    run: CalibrationRun<'_>,
     options: &cli::CalibratePlate,
     plate: PlateProcedure,
     places: u32,
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
-    let pickup = begun.calibration.pickup.as_ref().context(
+    let pickup = run.calibration.pickup.as_ref().context(
         "--along compares with the pickup's amplitude: run `friction-bench calibrate pickup` first",
     )?;
     let simulated = options.measure.hardware.mock.is_some();
-    if !begun.attended && !simulated {
+    if !run.attended && !simulated {
         bail!(
             "--along needs somebody who moves the vibrometer: run it on a terminal, without --headless and --json"
         );
     }
-    let read = options.instrument.is_some() || simulated;
+    let has_instrument = options.instrument.is_some() || simulated;
     let metres_per_unit = pickup.metres_per_unit.value;
-    let config = begun.bench.config();
-    let profile = ProfileProcedure::new(plate, config, metres_per_unit, places, read)?;
+    let config = run.bench.config();
+    let profile = ProfileProcedure::new(plate, config, metres_per_unit, places, has_instrument)?;
     let apparatus = open(config)?;
     let port = options
         .instrument
         .clone()
         .or_else(|| apparatus.vibrometer_port.clone());
-    let instrument = match port.filter(|_| read) {
+    let instrument = match port.filter(|_| has_instrument) {
         Some(port) => Some(Instrument::open(&port, options.instrument_baud)?),
         None => None,
     };
-    let profile = ClearPlate::new(profile, config, begun.attended);
-    begun.run(apparatus, instrument, profile)
+    let profile = ClearPlate::new(profile, config, run.attended);
+    run.run(apparatus, instrument, profile)
 }
 
 /// `calibrate channels`; `delays_s` opens the streams a few times and returns the loop's delay at each.
@@ -384,13 +390,13 @@ pub fn channels(
     delays_s: impl FnOnce(&Effective) -> anyhow::Result<Vec<f64>>,
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
-    let mut begun = Begun::new(config, &options.measure, verbosity)?;
+    let mut run = CalibrationRun::new(config, &options.measure, verbosity)?;
     // The delay is measured anew, regardless of its previous value.
-    begun.bench = begun.bench.with_unknown_delay();
-    let mut setup = ChannelsSetup::new(begun.bench.config(), &begun.calibration);
-    setup.delays_s = delays_s(&begun.bench)?;
-    let apparatus = open(begun.bench.config())?;
-    begun.run(apparatus, None, ChannelsProcedure::new(setup))
+    run.bench = run.bench.with_unknown_delay();
+    let mut setup = ChannelsSetup::new(run.bench.config(), &run.calibration);
+    setup.delays_s = delays_s(&run.bench)?;
+    let apparatus = open(run.bench.config())?;
+    run.run(apparatus, None, ChannelsProcedure::new(setup))
 }
 
 /// `calibrate output`
@@ -405,13 +411,13 @@ pub fn output(
 ) -> anyhow::Result<Report> {
     if let Some(hz) = options.meter_up_to_hz {
         // The meter's frequency limit is the reason for an audible tone.
-        let why = || format!("the meter reads up to {hz} Hz");
+        let reason = || format!("the meter reads up to {hz} Hz");
         config
             .limits
             .audible_carrier_because
-            .get_or_insert_with(why);
+            .get_or_insert_with(reason);
     }
-    let begun = Begun::new(config, &options.measure, verbosity)?;
+    let run = CalibrationRun::new(config, &options.measure, verbosity)?;
     let simulated = options.measure.hardware.mock.is_some();
     let known = if !options.known_v.is_empty() {
         Known::Values(options.known_v.clone())
@@ -427,13 +433,13 @@ pub fn output(
         up_to_hz: options.meter_up_to_hz,
     };
     let levels_v = options.levels_v.clone();
-    let setup = OutputSetup::new(begun.bench.config(), meter, levels_v, known.clone())?;
-    if known == Known::Typed && !begun.attended {
+    let setup = OutputSetup::new(run.bench.config(), meter, levels_v, known.clone())?;
+    if known == Known::Typed && !run.attended {
         bail!(
             "the meter's readings are needed: --known-v with --levels-v, --instrument, or a terminal to type them"
         );
     }
-    let apparatus = open(begun.bench.config())?;
+    let apparatus = open(run.bench.config())?;
     let port = options
         .instrument
         .clone()
@@ -443,8 +449,8 @@ pub fn output(
         None => None,
     };
     let procedure = OutputProcedure::new(setup);
-    let output = ClearPlate::new(procedure, begun.bench.config(), begun.attended);
-    begun.run(apparatus, instrument, output)
+    let output = ClearPlate::new(procedure, run.bench.config(), run.attended);
+    run.run(apparatus, instrument, output)
 }
 
 /// `calibrate pickup`
@@ -457,30 +463,30 @@ pub fn pickup(
     verbosity: Verbosity,
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
-    let begun = Begun::new(config, &options.measure, verbosity)?;
+    let run = CalibrationRun::new(config, &options.measure, verbosity)?;
     let reference = options
         .reference
-        .instrument(begun.bench.config(), &begun.calibration)?;
+        .instrument(run.bench.config(), &run.calibration)?;
     let known = if let Some(reference) = reference {
         Known::Reference(reference)
     } else if !options.known_um.is_empty() {
         Known::Values(known::from_um(&options.known_um))
     } else if let Some(table) = &options.known_csv {
         Known::Table(known::read_table(table)?)
-    } else if begun.attended && options.instrument.is_none() {
+    } else if run.attended && options.instrument.is_none() {
         Known::Typed
     } else {
         Known::Instrument
     };
     let setup = PickupSetup::new(
-        begun.bench.config(),
-        &begun.calibration,
+        run.bench.config(),
+        &run.calibration,
         options.levels_v.clone(),
         known.clone(),
         options.known_at_hz,
         options.known_accuracy,
     )?;
-    let apparatus = open(begun.bench.config())?;
+    let apparatus = open(run.bench.config())?;
     // Typed amplitudes are read off the simulated instrument's display.
     let port = options
         .instrument
@@ -501,10 +507,10 @@ pub fn pickup(
     };
     let pickup = ClearPlate::new(
         PickupProcedure::new(setup),
-        begun.bench.config(),
-        begun.attended,
+        run.bench.config(),
+        run.attended,
     );
-    begun.run(apparatus, instrument, pickup)
+    run.run(apparatus, instrument, pickup)
 }
 
 /// `calibrate force`
@@ -517,12 +523,12 @@ pub fn force(
     verbosity: Verbosity,
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
-    let mut begun = Begun::on_sensor(config, &options.measure, verbosity, !options.tare)?;
+    let mut run = CalibrationRun::on_sensor(config, &options.measure, verbosity, !options.tare)?;
     let setup = if options.tare {
-        let kept = begun.calibration.force.clone().context(
+        let force = run.calibration.force.clone().context(
             "there is no calibrated force sensor to tare: run `friction-bench calibrate force` with known masses first",
         )?;
-        ForceSetup::retare(begun.bench.config(), kept)?
+        ForceSetup::retare(run.bench.config(), force)?
     } else {
         let accuracy = masses::Accuracy {
             masses: options.mass_accuracy,
@@ -536,15 +542,15 @@ pub fn force(
             ]
             .concat(),
         };
-        if begun.attended && options.masses_csv.is_none() && masses.is_empty() {
-            ForceSetup::to_be_named(begun.bench.config(), accuracy, options.gravity)?
+        if run.attended && options.masses_csv.is_none() && masses.is_empty() {
+            ForceSetup::to_be_named(run.bench.config(), accuracy, options.gravity)?
         } else {
-            ForceSetup::new(begun.bench.config(), masses, accuracy, options.gravity)?
+            ForceSetup::new(run.bench.config(), masses, accuracy, options.gravity)?
         }
     };
     // The calibration needs the sensor's raw readings.
-    begun.bench = begun.bench.with_raw_forces();
-    let apparatus = open(begun.bench.config())?;
-    let procedure = ForceProcedure::new(setup, begun.attended);
-    begun.run(apparatus, None, procedure)
+    run.bench = run.bench.with_raw_forces();
+    let apparatus = open(run.bench.config())?;
+    let procedure = ForceProcedure::new(setup, run.attended);
+    run.run(apparatus, None, procedure)
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::outcome::probe_folder_of;
+use crate::outcome::probe_folder;
 
 use anyhow::Context;
 use config::Quantity;
@@ -60,7 +60,7 @@ impl Report {
 
 /// Checks that the result can be written before a measurement that takes minutes.
 pub(crate) fn require_writable(path: &Path) -> anyhow::Result<()> {
-    probe_folder_of(path).with_context(|| {
+    probe_folder(path).with_context(|| {
         format!(
             "cannot write into {}: name a calibration file in a folder of yours with --calibration",
             path.parent().unwrap_or(path).display()

@@ -38,7 +38,7 @@ pub trait ParticipantDisplay: Send {
     }
 
     /// Returns why the participant cannot see the view; `None` while they can.
-    fn lost(&mut self) -> Option<String>;
+    fn loss(&mut self) -> Option<String>;
 
     /// Reconnects a lost display because the operator resumes. A display that reconnects automatically does nothing here.
     ///
@@ -56,7 +56,7 @@ pub struct Displays {
     /// The current view.
     view: Option<tui::ParticipantView>,
     /// The display that was lost at the last look, and why.
-    lost: Option<String>,
+    last_loss: Option<String>,
 }
 
 impl Displays {
@@ -97,15 +97,15 @@ impl Displays {
     /// Returns whether a display was lost or all are back since the last call; once all are back, shows the current view
     /// again.
     pub fn look(&mut self) -> bool {
-        let lost = self.displays.iter_mut().find_map(|display| {
-            let reason = display.lost()?;
+        let loss = self.displays.iter_mut().find_map(|display| {
+            let reason = display.loss()?;
             Some(format!("{}: {reason}", display.name()))
         });
-        if lost == self.lost {
+        if loss == self.last_loss {
             return false;
         }
-        self.lost = lost;
-        if self.lost.is_none()
+        self.last_loss = loss;
+        if self.last_loss.is_none()
             && let Some(view) = self.view.clone()
         {
             self.show(&view);
@@ -115,18 +115,18 @@ impl Displays {
 
     /// Returns which display was lost at the last [`look`](Self::look), and why.
     #[must_use]
-    pub fn lost(&self) -> Option<&str> {
-        self.lost.as_deref()
+    pub fn loss(&self) -> Option<&str> {
+        self.last_loss.as_deref()
     }
 
     /// Reconnects lost displays because the operator resumes; returns an error for each that stays lost.
     pub fn reconnect(&mut self) -> Vec<String> {
-        let lost = self.displays.iter_mut().filter_map(|display| {
-            display.lost()?;
+        let errors = self.displays.iter_mut().filter_map(|display| {
+            display.loss()?;
             let error = display.reconnect().err()?;
             Some(format!("{}: {error:#}", display.name()))
         });
-        lost.collect()
+        errors.collect()
     }
 }
 
@@ -162,7 +162,7 @@ impl ParticipantDisplay for TerminalDisplay {
         }
     }
 
-    fn lost(&mut self) -> Option<String> {
+    fn loss(&mut self) -> Option<String> {
         let loss = match &self.terminal {
             Some(terminal) => terminal.lost()?,
             None => tui::display::DisplayLoss::Gone,
@@ -171,22 +171,22 @@ impl ParticipantDisplay for TerminalDisplay {
     }
 
     fn reconnect(&mut self) -> anyhow::Result<()> {
-        let (path, lost) = (self.path.clone(), self.terminal.take());
-        let (opened, waiting) = std::sync::mpsc::channel();
+        let (path, terminal) = (self.path.clone(), self.terminal.take());
+        let (sender, receiver) = std::sync::mpsc::channel();
         // Opened on a separate thread: opening a terminal may hang, and the session must not wait.
         std::thread::Builder::new()
             .name("reconnecting".to_owned())
             .spawn(move || {
                 // Drop the lost terminal first, so that it is not restored over the new one.
-                drop(lost);
+                drop(terminal);
                 let theme = tui::chosen_theme();
-                let _ = opened.send(tui::ParticipantDisplay::open(&path, theme));
+                let _ = sender.send(tui::ParticipantDisplay::open(&path, theme));
             })
             .context("cannot start the thread that opens the participant's terminal")?;
-        let Ok(opened) = waiting.recv_timeout(OPENS_WITHIN) else {
+        let Ok(result) = receiver.recv_timeout(OPENS_WITHIN) else {
             bail!("it does not answer: look at it, then resume again");
         };
-        self.terminal = Some(opened?);
+        self.terminal = Some(result?);
         Ok(())
     }
 }
@@ -198,13 +198,13 @@ mod tests {
     use super::*;
 
     #[derive(Default)]
-    struct Shown {
-        lost: Option<String>,
+    struct FakeState {
+        loss: Option<String>,
         views: usize,
         comes_back: bool,
     }
 
-    struct Fake(Arc<Mutex<Shown>>);
+    struct Fake(Arc<Mutex<FakeState>>);
 
     impl ParticipantDisplay for Fake {
         fn name(&self) -> String {
@@ -215,37 +215,37 @@ mod tests {
             self.0.lock().unwrap().views += 1;
         }
 
-        fn lost(&mut self) -> Option<String> {
-            self.0.lock().unwrap().lost.clone()
+        fn loss(&mut self) -> Option<String> {
+            self.0.lock().unwrap().loss.clone()
         }
 
         fn reconnect(&mut self) -> anyhow::Result<()> {
-            let mut shown = self.0.lock().unwrap();
-            anyhow::ensure!(shown.comes_back, "nobody there");
-            shown.lost = None;
+            let mut state = self.0.lock().unwrap();
+            anyhow::ensure!(state.comes_back, "nobody there");
+            state.loss = None;
             Ok(())
         }
     }
 
     #[test]
-    fn a_lost_display_is_told_of_once_and_shows_what_it_should_when_it_is_back() {
-        let shown = Arc::new(Mutex::new(Shown::default()));
+    fn a_lost_display_is_reported_once_and_shows_the_view_on_return() {
+        let state = Arc::new(Mutex::new(FakeState::default()));
         let mut displays = Displays::default();
         assert!(!displays.look());
-        displays.add(Box::new(Fake(shown.clone())));
+        displays.add(Box::new(Fake(state.clone())));
         displays.show(&view());
         assert!(!displays.look());
-        shown.lock().unwrap().lost = Some("closed".to_owned());
+        state.lock().unwrap().loss = Some("closed".to_owned());
         assert!(displays.look());
         assert!(!displays.look());
-        assert_eq!(displays.lost(), Some("the window: closed"));
+        assert_eq!(displays.loss(), Some("the window: closed"));
         assert_eq!(displays.reconnect(), ["the window: nobody there"]);
         assert!(!displays.look());
-        shown.lock().unwrap().comes_back = true;
+        state.lock().unwrap().comes_back = true;
         assert!(displays.reconnect().is_empty());
         assert!(displays.look());
-        assert_eq!(displays.lost(), None);
-        assert_eq!(shown.lock().unwrap().views, 2);
+        assert_eq!(displays.loss(), None);
+        assert_eq!(state.lock().unwrap().views, 2);
     }
 
     fn view() -> tui::ParticipantView {

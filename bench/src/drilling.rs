@@ -50,13 +50,13 @@ pub fn run(
     open: impl FnMut() -> anyhow::Result<Watched>,
     out: impl Write + Send + 'static,
 ) -> anyhow::Result<(DrillRecord, Vec<String>)> {
-    let over = StopFlag::default();
-    let _listening = stop_on_signals(&over)?;
+    let quit = StopFlag::default();
+    let _listening = stop_on_signals(&quit)?;
     let drive = DriveStop::default();
     let (mut front, dashboard): (Box<dyn Front>, Option<DashboardThread>) = if options.headless {
         (Box::new(Scripted::new(Lines::start(out)?)), None)
     } else {
-        let (dashboard, thread) = Dashboard::open(over.clone(), StopKeys::new(drive.clone()))?;
+        let (dashboard, thread) = Dashboard::open(quit.clone(), StopKeys::new(drive.clone()))?;
         (Box::new(dashboard), Some(thread))
     };
     front.show(Event::Session(SessionHeader {
@@ -69,10 +69,10 @@ pub fn run(
         let level = LogLevel::Warning;
         front.show(Event::Log { level, text });
     }
-    let ran = course.run(&options.out, front, (&over, &drive), open);
-    let closed = dashboard.map_or(Ok(()), DashboardThread::join);
-    let (record, folder) = ran?;
-    closed?;
+    let result = course.run(&options.out, front, (&quit, &drive), open);
+    let thread_result = dashboard.map_or(Ok(()), DashboardThread::join);
+    let (record, folder) = result?;
+    thread_result?;
     let mut lines = record.lines();
     lines.push(format!("times             {}", folder.file().display()));
     Ok((record, lines))

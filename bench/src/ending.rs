@@ -12,9 +12,9 @@ use tui::{escaped, escaped_line};
 pub fn run(program: impl FnOnce() -> anyhow::Result<ExitCode>) -> ExitCode {
     tui::install_panic_hook(in_words);
     devices::before_a_hard_end(tui::restore);
-    let ended = catch_unwind(AssertUnwindSafe(program));
+    let result = catch_unwind(AssertUnwindSafe(program));
     tui::restore();
-    match ended {
+    match result {
         Ok(Ok(code)) => code,
         Ok(Err(error)) if is_closed_pipe(&error) => ExitCode::SUCCESS,
         Ok(Err(error)) => {

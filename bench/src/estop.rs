@@ -38,11 +38,11 @@ pub fn require(
     let hours = config.safety.estop_test_hours;
     match EstopPress::require(&path, &line, SystemClock::start().utc(), hours) {
         Ok(_) => Ok(()),
-        Err(missing) if ask => {
-            say(&missing.to_string());
+        Err(error) if ask => {
+            say(&error.to_string());
             press(config, options, open()?)
         }
-        Err(missing) => Err(missing.into()),
+        Err(error) => Err(error.into()),
     }
 }
 
@@ -60,10 +60,10 @@ pub fn press(config: &Config, options: &cli::Hardware, apparatus: Apparatus) -> 
     }
     let began = Instant::now();
     let mut test = PressTest::new(estop.is_high()?, 0.0);
-    let mut asked = None;
+    let mut last_step = None;
     loop {
         let step = test.poll(estop.is_high()?, began.elapsed().as_secs_f64());
-        if asked.replace(step) != Some(step) {
+        if last_step.replace(step) != Some(step) {
             match step {
                 PressStep::ReleaseFirst => say("The e-stop is pressed: release it."),
                 PressStep::Press => say("Press the e-stop now."),

@@ -80,7 +80,7 @@ fn describe(
     match traces.exclusions {
         0 => {}
         1 => lines.push("  a line in exclusions.tsv".to_owned()),
-        more => lines.push(format!("  {more} lines in exclusions.tsv")),
+        count => lines.push(format!("  {count} lines in exclusions.tsv")),
     }
     if !traces.elsewhere.is_empty() {
         lines.push(format!(
@@ -121,7 +121,7 @@ mod tests {
     #[test]
     fn both_questions_want_their_answer() {
         let participant: ParticipantId = "sub-07".parse().unwrap();
-        let asked = |answers: &str| {
+        let reply = |answers: &str| {
             let mut out = Vec::new();
             let agreed = ask(&participant, answers.as_bytes(), &mut out).unwrap();
             (
@@ -129,18 +129,18 @@ mod tests {
                 String::from_utf8(out).unwrap().matches(['?', ':']).count(),
             )
         };
-        assert_eq!(asked("yes\nsub-07\n"), (true, 2));
-        assert_eq!(asked("yes\nsub-08\n"), (false, 2));
-        assert_eq!(asked("yes\nyes\n"), (false, 2));
-        assert_eq!(asked("yes\n"), (false, 2));
-        for no in [
+        assert_eq!(reply("yes\nsub-07\n"), (true, 2));
+        assert_eq!(reply("yes\nsub-08\n"), (false, 2));
+        assert_eq!(reply("yes\nyes\n"), (false, 2));
+        assert_eq!(reply("yes\n"), (false, 2));
+        for refusal in [
             "no\nsub-07\n",
             "y\nsub-07\n",
             "\nsub-07\n",
             "sub-07\nsub-07\n",
             "",
         ] {
-            assert_eq!(asked(no), (false, 1), "{no:?}");
+            assert_eq!(reply(refusal), (false, 1), "{refusal:?}");
         }
     }
 }

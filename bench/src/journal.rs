@@ -81,26 +81,26 @@ pub struct EntriesLost(u64);
 /// Sender of the session's threads to its log; it never blocks.
 #[derive(Debug, Clone)]
 pub struct EntrySender {
-    to: Sender<Entry>,
+    tx: Sender<Entry>,
     shared: Arc<Shared>,
 }
 
 /// State shared by both ends of the queue.
 #[derive(Debug)]
 struct Shared {
-    made: Instant,
-    /// Time at which the journal last looked at its queue, ms after `made`.
+    epoch: Instant,
+    /// Time at which the journal last looked at its queue, ms after `epoch`.
     looked_ms: AtomicU64,
-    lost: AtomicU64,
+    losses: AtomicU64,
 }
 
 impl Shared {
     fn now_ms(&self) -> u64 {
-        self.made.elapsed().as_millis() as u64
+        self.epoch.elapsed().as_millis() as u64
     }
 
-    fn lost(&self) -> Option<EntriesLost> {
-        let count = self.lost.load(Ordering::Relaxed);
+    fn loss(&self) -> Option<EntriesLost> {
+        let count = self.losses.load(Ordering::Relaxed);
         (count > 0).then_some(EntriesLost(count))
     }
 }
@@ -116,14 +116,14 @@ pub struct WaitingEntries {
 /// Returns both ends of the queue to a session's log.
 #[must_use]
 pub fn entry_queue() -> (EntrySender, WaitingEntries) {
-    let (to, entries) = crossbeam_channel::bounded(MOST_WAITING + RESERVED);
+    let (tx, entries) = crossbeam_channel::bounded(MOST_WAITING + RESERVED);
     let shared = Arc::new(Shared {
-        made: Instant::now(),
+        epoch: Instant::now(),
         looked_ms: AtomicU64::default(),
-        lost: AtomicU64::default(),
+        losses: AtomicU64::default(),
     });
     let sender = EntrySender {
-        to,
+        tx,
         shared: shared.clone(),
     };
     (sender, WaitingEntries { entries, shared })
@@ -133,18 +133,18 @@ impl EntrySender {
     /// Queues an entry, or counts it as lost if the queue is full.
     pub fn send(&self, entry: Entry) {
         // After a lost entry, only the end is accepted.
-        let has_room = self.lost().is_none() && self.to.len() < MOST_WAITING
+        let has_room = self.loss().is_none() && self.tx.len() < MOST_WAITING
             || matches!(entry, Entry::Stop { .. });
         // A disconnected queue is not counted here: the journal's task reports its own end.
-        if !has_room || self.to.try_send(entry).is_err_and(|error| error.is_full()) {
-            self.shared.lost.fetch_add(1, Ordering::Relaxed);
+        if !has_room || self.tx.try_send(entry).is_err_and(|error| error.is_full()) {
+            self.shared.losses.fetch_add(1, Ordering::Relaxed);
         }
     }
 
     /// Returns the number of entries lost so far, if any.
     #[must_use]
-    pub fn lost(&self) -> Option<EntriesLost> {
-        self.shared.lost()
+    pub fn loss(&self) -> Option<EntriesLost> {
+        self.shared.loss()
     }
 
     /// Returns the time since the journal last looked at its queue, s: it grows while the disk does not answer.
@@ -234,7 +234,7 @@ impl Journal {
             Entry::Event(event) => {
                 let data = match serde_json::to_value(&event.kind)? {
                     Value::Object(data) => data,
-                    other => Map::from_iter([("event".to_owned(), other)]),
+                    value => Map::from_iter([("event".to_owned(), value)]),
                 };
                 self.event(SESSION_STREAM, event.t_s, data)?;
             }
@@ -273,7 +273,7 @@ impl Journal {
 
     /// Writes the recordings that the recorder ended after the session.
     fn write_last_recordings(&mut self, t_s: f64) -> anyhow::Result<()> {
-        let mut failed = Ok(());
+        let mut outcome = Ok(());
         while let Ok(notice) = self.notices.try_recv() {
             match notice {
                 RecorderNotice::Began { .. } => {}
@@ -289,12 +289,12 @@ impl Journal {
                     interrupted,
                 }))?,
                 RecorderNotice::Failed { folder, error, .. } => {
-                    failed = Err(error)
+                    outcome = Err(error)
                         .with_context(|| format!("the recording {} failed", folder.display()));
                 }
             }
         }
-        failed
+        outcome
     }
 
     fn write_waiting(&mut self) -> anyhow::Result<()> {
@@ -307,8 +307,8 @@ impl Journal {
         }
         self.entries
             .shared
-            .lost()
-            .map_or(Ok(()), |lost| Err(lost.into()))
+            .loss()
+            .map_or(Ok(()), |loss| Err(loss.into()))
     }
 }
 
@@ -363,30 +363,30 @@ impl Task for Journal {
     }
 
     fn finish(&mut self) -> anyhow::Result<()> {
-        let written = self.write_waiting();
-        let lost = self.entries.shared.lost();
+        let result = self.write_waiting();
+        let loss = self.entries.shared.loss();
         // A log that cannot be written gets no end; a log with lost entries gets an end that reports them.
-        if let (Err(error), None) = (written, lost) {
+        if let (Err(error), None) = (result, loss) {
             return Err(error);
         }
-        let failed = |reason: String, t_s| Stop {
+        let failure = |reason: String, t_s| Stop {
             t_s,
             status: ExitStatus::Fail,
             reason: Some(reason),
         };
         let stop = self.stop.take();
         let t_s = stop.as_ref().map_or(self.last_s, |stop| stop.t_s);
-        let stop = match lost {
-            Some(lost) => failed(lost.to_string(), t_s),
-            None => stop.unwrap_or_else(|| failed("the session task failed".to_owned(), t_s)),
+        let stop = match loss {
+            Some(loss) => failure(loss.to_string(), t_s),
+            None => stop.unwrap_or_else(|| failure("the session task failed".to_owned(), t_s)),
         };
-        let recorded = self.write_last_recordings(stop.t_s);
+        let outcome = self.write_last_recordings(stop.t_s);
         let time = self.clock.utc().to_string();
         let log = self.session.log();
         log.stop(time, stop.status, stop.reason)
             .context("cannot write the end of the session's log")?;
-        recorded?;
-        lost.map_or(Ok(()), |lost| Err(lost.into()))
+        outcome?;
+        loss.map_or(Ok(()), |loss| Err(loss.into()))
     }
 }
 
@@ -400,11 +400,11 @@ mod tests {
 
     /// Returns a log in `folder`, its file and its sender.
     fn journal(folder: &tempfile::TempDir) -> (Journal, PathBuf, EntrySender) {
-        let by = GeneratedBy {
+        let generator = GeneratedBy {
             name: "test".to_owned(),
             version: "0".to_owned(),
         };
-        let study = Study::open_or_create(&folder.path().join("study"), by).unwrap();
+        let study = Study::open_or_create(&folder.path().join("study"), generator).unwrap();
         let participant: ParticipantId = "sub-01".parse().unwrap();
         let session = study
             .begin_session(&participant, 1, "2026-05-04", "demo")
@@ -427,9 +427,9 @@ mod tests {
             std::thread::yield_now();
         }
         let before_s = entries.behind_s();
-        let begun = Instant::now();
+        let start = Instant::now();
         journal.poll(0).unwrap();
-        assert!(entries.behind_s() <= begun.elapsed().as_secs_f64() + 1e-3 && before_s >= 0.02);
+        assert!(entries.behind_s() <= start.elapsed().as_secs_f64() + 1e-3 && before_s >= 0.02);
     }
 
     /// Fault 49.
@@ -442,11 +442,11 @@ mod tests {
             data: Map::new(),
         };
         (0..MOST_WAITING).for_each(|k| entries.send(live(k)));
-        assert_eq!(entries.lost(), None);
+        assert_eq!(entries.loss(), None);
         entries.clone().send(live(MOST_WAITING));
-        assert_eq!(entries.lost(), Some(EntriesLost(1)));
-        let ended = journal.poll(0).unwrap_err().to_string();
-        assert_eq!(ended, EntriesLost(1).to_string());
+        assert_eq!(entries.loss(), Some(EntriesLost(1)));
+        let error = journal.poll(0).unwrap_err().to_string();
+        assert_eq!(error, EntriesLost(1).to_string());
         // The disk has room again, but the log takes nothing after the lost entry.
         entries.send(live(MOST_WAITING + 1));
         entries.send(Entry::Stop {
@@ -456,8 +456,8 @@ mod tests {
         });
         journal.finish().unwrap_err();
         let log = event_log::read(&path).unwrap();
-        let of = |document: &&Document| matches!(document, Document::Event(_));
-        assert_eq!(log.documents.iter().filter(of).count(), MOST_WAITING);
+        let is_event = |document: &&Document| matches!(document, Document::Event(_));
+        assert_eq!(log.documents.iter().filter(is_event).count(), MOST_WAITING);
         let Some(Document::Stop(stop)) = log.documents.last() else {
             panic!("no end");
         };
@@ -472,9 +472,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (mut journal, path, entries) = journal(&folder);
         let data = Map::new();
-        for (t_s, of_window) in [(21.533, false), (21.531, true), (21.540, false)] {
+        for (t_s, is_display) in [(21.533, false), (21.531, true), (21.540, false)] {
             let data = data.clone();
-            let entry = if of_window {
+            let entry = if is_display {
                 Entry::Display { t_s, data }
             } else {
                 Entry::Live { t_s, data }

@@ -149,7 +149,7 @@ pub fn run(
     let prompt = HoldPrompt {
         watchers: apparatus.watchers,
         plate_m: config.plate.length_m,
-        said: None,
+        last_request: None,
     };
     let ledger = match program {
         Some(_) => {
@@ -157,8 +157,8 @@ pub fn run(
             let ledger = if clear_plate {
                 driving_time::of_clear_plate(&calibration, config, hardware)?
             } else {
-                let named = participant.as_deref();
-                driving_time::of_monitor(named, &calibration, config, hardware)?
+                let folder = participant.as_deref();
+                driving_time::of_monitor(folder, &calibration, config, hardware)?
             };
             let need_s = ledger.dose.need_s();
             let left = driving_time::require_left(&ledger, need_s, hardware.clock.as_ref())?;
@@ -236,11 +236,11 @@ pub fn run(
         period_due_ns: 0,
         safety: SafetyState::default(),
         driven: false,
-        holds: config.safety.dead_man.is_some(),
-        wanted: false,
+        needs_hold: config.safety.dead_man.is_some(),
+        starts_on_hold: false,
         prompt,
         // A headless monitor reports the free plate, and `--clear-plate` promises one.
-        visited: !headless && !clear_plate,
+        has_visitor: !headless && !clear_plate,
         ended,
     };
     let interference = Interference::new(bench.recording, config, config.plate.resonance_hz);
@@ -259,7 +259,7 @@ struct HoldPrompt {
     watchers: Vec<Watcher>,
     plate_m: f64,
     /// The last request.
-    said: Option<Hold>,
+    last_request: Option<Hold>,
 }
 
 impl HoldPrompt {
@@ -277,10 +277,10 @@ impl HoldPrompt {
 
     /// Shows the watchers the instruction; returns the operator's message, or `None` if `hold` was already requested.
     fn ask(&mut self, hold: Option<Hold>) -> Option<&'static str> {
-        if self.said == hold {
+        if self.last_request == hold {
             return None;
         }
-        self.said = hold;
+        self.last_request = hold;
         let (instruction, text) = match hold {
             Some(Hold::Release) => (
                 Instruction::ReleaseSwitch,
@@ -326,12 +326,12 @@ struct MonitorTask {
     safety: SafetyState,
     driven: bool,
     /// Whether a dead-man switch must be held.
-    holds: bool,
+    needs_hold: bool,
     /// Whether the drive begins as soon as the switch is held.
-    wanted: bool,
+    starts_on_hold: bool,
     prompt: HoldPrompt,
     /// Whether a simulated finger comes and goes.
-    visited: bool,
+    has_visitor: bool,
     ended: Sender<bool>,
 }
 
@@ -343,19 +343,19 @@ impl MonitorTask {
         }
     }
 
-    fn drive_on(&mut self) {
-        self.wanted = self.program.is_some();
-        self.prompt.said = None;
+    fn request_drive(&mut self) {
+        self.starts_on_hold = self.program.is_some();
+        self.prompt.last_request = None;
     }
 
     /// Begins the wanted drive once the dead-man switch is held.
     fn drive_once_held(&mut self) {
-        let (true, Some(program)) = (self.wanted, self.program) else {
+        let (true, Some(program)) = (self.starts_on_hold, self.program) else {
             return;
         };
         let hold = self.signals.hold.get();
-        if !self.holds || hold == Some(Hold::Held) {
-            self.wanted = false;
+        if !self.needs_hold || hold == Some(Hold::Held) {
+            self.starts_on_hold = false;
             self.drive.start(program);
         } else if let Some(text) = self.prompt.ask(hold) {
             self.front.show(tui::Event::Log {
@@ -367,24 +367,24 @@ impl MonitorTask {
 
     fn show_safety(&mut self) {
         let left = self.signals.dose.get().filter(|_| self.program.is_some());
-        let shown = safety_event(&self.safety, self.drive.sounds(), left.as_ref());
-        self.front.show(shown);
+        let event = safety_event(&self.safety, self.drive.sounds(), left.as_ref());
+        self.front.show(event);
     }
 
     fn take_actions(&mut self) {
         while let Some(action) = self.front.action() {
             match action {
                 tui::Action::Start | tui::Action::Ready | tui::Action::Resume => {
-                    self.drive_on();
+                    self.request_drive();
                     self.show_phase(PhaseKind::Monitoring);
                 }
                 tui::Action::Pause | tui::Action::PauseNow(_) | tui::Action::Abort => {
-                    self.wanted = false;
+                    self.starts_on_hold = false;
                     self.drive.disarm();
                     self.show_phase(PhaseKind::Paused);
                 }
                 tui::Action::EmergencyStop => {
-                    self.wanted = false;
+                    self.starts_on_hold = false;
                     self.drive.trip(Trip::Operator);
                 }
                 tui::Action::Rearm => {
@@ -455,7 +455,7 @@ impl Task for MonitorTask {
         let safety = self.signals.state.get().unwrap_or_default();
         if safety != self.safety {
             self.safety = safety;
-            self.wanted &= !matches!(self.safety, SafetyState::Tripped { .. });
+            self.starts_on_hold &= !matches!(self.safety, SafetyState::Tripped { .. });
             self.show_safety();
         }
         self.drive.poll(&self.safety);
@@ -473,7 +473,7 @@ impl Task for MonitorTask {
         }
         if !self.driven && self.audio_s > 0.0 {
             self.driven = true;
-            self.drive_on();
+            self.request_drive();
         }
         self.take_actions();
         self.drive_once_held();
@@ -481,7 +481,7 @@ impl Task for MonitorTask {
         if now_ns >= self.screen_due_ns {
             self.screen_due_ns = now_ns + SCREEN_PERIOD_NS;
             let slider_m = self
-                .visited
+                .has_visitor
                 .then(|| self.prompt.visit(self.audio_s))
                 .flatten();
             if let Some(live) = self.meter.live(slider_m) {
@@ -504,12 +504,12 @@ impl Task for MonitorTask {
             self.front.show(tui::Event::Health(health));
             self.show_safety();
         }
-        let over = self
+        let is_over = self
             .duration_s
             .is_some_and(|duration_s| self.audio_s >= duration_s);
         let tripped = self.headless && matches!(self.safety, SafetyState::Tripped { .. });
         // The lines are the only output of a headless bench.
-        if over || tripped || self.front.is_unread() {
+        if is_over || tripped || self.front.is_unread() {
             self.stop.raise();
         }
         Ok(())
@@ -533,23 +533,23 @@ mod tests {
 
     #[test]
     fn whoever_is_at_the_switch_is_asked_for_each_step_once() {
-        let seen = Arc::new(Mutex::new(Vec::new()));
+        let requests = Arc::new(Mutex::new(Vec::new()));
         let watcher = {
-            let seen = Arc::clone(&seen);
+            let requests = Arc::clone(&requests);
             Box::new(move |view: &ParticipantView, _, _| {
-                seen.lock().unwrap().push(view.instruction);
+                requests.lock().unwrap().push(view.instruction);
             })
         };
         let mut prompt = HoldPrompt {
             watchers: vec![watcher],
             plate_m: 0.1,
-            said: None,
+            last_request: None,
         };
         assert_eq!(prompt.ask(None), None);
         for hold in [Hold::Release, Hold::Release, Hold::Press, Hold::Press] {
             let _ = prompt.ask(Some(hold));
         }
-        let asked = [Instruction::ReleaseSwitch, Instruction::HoldSwitch];
-        assert_eq!(*seen.lock().unwrap(), asked);
+        let expected = [Instruction::ReleaseSwitch, Instruction::HoldSwitch];
+        assert_eq!(*requests.lock().unwrap(), expected);
     }
 }

@@ -38,10 +38,10 @@ pub(crate) fn require_writable(path: &Path) -> anyhow::Result<()> {
             path.display()
         );
     }
-    if takes_what_is_written(path) {
+    if is_stream(path) {
         return Ok(());
     }
-    probe_folder_of(path).with_context(|| {
+    probe_folder(path).with_context(|| {
         format!(
             "cannot write {}: name a file in a folder of yours",
             path.display()
@@ -50,7 +50,7 @@ pub(crate) fn require_writable(path: &Path) -> anyhow::Result<()> {
 }
 
 /// Tests whether a file could be created in the folder of `path`.
-pub(crate) fn probe_folder_of(path: &Path) -> io::Result<()> {
+pub(crate) fn probe_folder(path: &Path) -> io::Result<()> {
     let folder = match path.parent() {
         Some(folder) if folder != Path::new("") => folder,
         _ => Path::new("."),
@@ -60,8 +60,8 @@ pub(crate) fn probe_folder_of(path: &Path) -> io::Result<()> {
 }
 
 /// Returns whether `path` is a device or a pipe, which a file must not replace.
-fn takes_what_is_written(path: &Path) -> bool {
-    fs::metadata(path).is_ok_and(|of| !of.is_file() && !of.is_dir())
+fn is_stream(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir())
 }
 
 /// Writes `text` to standard output for `-`, otherwise to a file that is complete or absent. Control characters are
@@ -74,9 +74,9 @@ pub(crate) fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
         io::stdout().write_all(tui::escaped(text).as_bytes())?;
         return Ok(());
     }
-    if takes_what_is_written(path) {
-        let mut taken = fs::OpenOptions::new().write(true).open(path)?;
-        return taken
+    if is_stream(path) {
+        let mut stream = fs::OpenOptions::new().write(true).open(path)?;
+        return stream
             .write_all(text.as_bytes())
             .with_context(|| format!("cannot write {}", path.display()));
     }

@@ -7,8 +7,8 @@ pub fn keep_new_files_private() {
     {
         use rustix::fs::Mode;
         use rustix::process::umask;
-        let others = Mode::RWXG | Mode::RWXO;
-        let user = umask(others).intersection(Mode::RWXU);
-        umask(others.union(user));
+        let group_and_others = Mode::RWXG | Mode::RWXO;
+        let user = umask(group_and_others).intersection(Mode::RWXU);
+        umask(group_and_others.union(user));
     }
 }

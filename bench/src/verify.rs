@@ -19,12 +19,12 @@ const CALIBRATION_COPY: &str = "calibration.toml";
 /// # Errors
 /// There is nothing to verify, a folder cannot be listed, or the findings cannot be written.
 pub fn run(options: &Verify, verbosity: Verbosity) -> anyhow::Result<bool> {
-    let found = findings(&options.study, verbosity)?;
+    let findings = findings(&options.study, verbosity)?;
     match &options.json {
-        Some(path) => write_text(path, &verification::to_json(&found)?)?,
-        None => write!(std::io::stdout(), "{}", verification::to_text(&found))?,
+        Some(path) => write_text(path, &verification::to_json(&findings)?)?,
+        None => write!(std::io::stdout(), "{}", verification::to_text(&findings))?,
     }
-    Ok(found.is_whole())
+    Ok(findings.is_whole())
 }
 
 fn findings(study: &Path, verbosity: Verbosity) -> anyhow::Result<StudyFindings> {
@@ -38,28 +38,28 @@ fn findings(study: &Path, verbosity: Verbosity) -> anyhow::Result<StudyFindings>
         sessions.len()
     ));
     let bar = progress_bar(recordings as u64, verbosity);
-    let mut found = StudyFindings::default();
+    let mut findings = StudyFindings::default();
     for session in &sessions {
         let mut session = verification::session(session, || bar.inc(1))?;
         session.defects.extend(edited_calibration(&session.folder));
-        found.sessions.push(session);
+        findings.sessions.push(session);
     }
     bar.finish_and_clear();
-    verification::beside_sessions(study, &mut found)?;
+    verification::beside_sessions(study, &mut findings)?;
     if study.join(DESCRIPTION_FILE).exists() {
         let table = exclusions::read(study);
         match table.and_then(|table| table.require_known().map(|()| table)) {
             Ok(table) => {
                 let notes = table.list.iter();
                 let notes = notes.map(|exclusion| format!("excluded from analysis: {exclusion}"));
-                found.notes.extend(notes);
+                findings.notes.extend(notes);
             }
-            Err(error) => found.defects.push(StudyDefect::Exclusions {
+            Err(error) => findings.defects.push(StudyDefect::Exclusions {
                 reason: error.to_string(),
             }),
         }
     }
-    Ok(found)
+    Ok(findings)
 }
 
 /// Returns the defect of the session's copy of the calibration, which has its own hash. A missing copy or invalid TOML

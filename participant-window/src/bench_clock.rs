@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_is_left_out() {
+    fn a_beat_without_a_number_is_left_out() {
         let mut clock = BenchClock::default();
         for (audio_s, shared_s) in [(f64::NAN, 1.0), (1.0, f64::NAN), (f64::INFINITY, 1.0)] {
             clock.take(&beat(audio_s, shared_s));

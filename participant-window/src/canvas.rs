@@ -69,12 +69,12 @@ impl Canvas {
             *pixel = colour;
             return;
         }
-        let of = |shift: u32| {
-            let (under, over) = ((*pixel >> shift) & 0xff, (colour >> shift) & 0xff);
-            let mixed = f64::from(under) * (1.0 - coverage) + f64::from(over) * coverage;
+        let channel = |shift: u32| {
+            let (background, foreground) = ((*pixel >> shift) & 0xff, (colour >> shift) & 0xff);
+            let mixed = f64::from(background) * (1.0 - coverage) + f64::from(foreground) * coverage;
             (mixed.round() as u32) << shift
         };
-        *pixel = of(16) | of(8) | of(0);
+        *pixel = channel(16) | channel(8) | channel(0);
     }
 
     /// Fills a rectangle; its edges may lie between pixels.
@@ -82,7 +82,10 @@ impl Canvas {
         if !(x0 < x1 && y0 < y1) {
             return;
         }
-        let (columns, rows) = (within(x0, x1, self.width), within(y0, y1, self.height));
+        let (columns, rows) = (
+            pixel_range(x0, x1, self.width),
+            pixel_range(y0, y1, self.height),
+        );
         for y in rows {
             let part_y = overlap(y, y0, y1);
             for x in columns.clone() {
@@ -97,8 +100,8 @@ impl Canvas {
         if !(reach.is_finite() && x0.is_finite() && y0.is_finite()) {
             return;
         }
-        for y in within(y0 - reach, y0 + reach, self.height) {
-            for x in within(x0 - reach, x0 + reach, self.width) {
+        for y in pixel_range(y0 - reach, y0 + reach, self.height) {
+            for x in pixel_range(x0 - reach, x0 + reach, self.width) {
                 let distance = (x as f64 + 0.5 - x0).hypot(y as f64 + 0.5 - y0);
                 let outer = (radius - distance + 0.5).clamp(0.0, 1.0);
                 let inner = if thickness < radius {
@@ -113,12 +116,12 @@ impl Canvas {
 }
 
 /// Returns the pixels that an interval touches, among the first `count`.
-fn within(from: f64, to: f64, count: usize) -> std::ops::Range<i64> {
+fn pixel_range(low: f64, high: f64, count: usize) -> std::ops::Range<i64> {
     let count = count as f64;
     // NaN becomes 0.
-    let from = if from >= 0.0 { from.min(count) } else { 0.0 };
-    let to = if to >= 0.0 { to.min(count) } else { 0.0 };
-    from.floor() as i64..to.ceil() as i64
+    let low = if low >= 0.0 { low.min(count) } else { 0.0 };
+    let high = if high >= 0.0 { high.min(count) } else { 0.0 };
+    low.floor() as i64..high.ceil() as i64
 }
 
 /// Returns the fraction of a pixel that lies within an interval.

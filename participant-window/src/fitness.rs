@@ -28,9 +28,9 @@ pub struct Fitness {
     /// End times of the last slow frames, s, one more than is allowed.
     slow_s: VecDeque<f64>,
     is_slow: bool,
-    astray: Option<String>,
+    fault: Option<String>,
     /// Reason reported to the session last.
-    told: Option<String>,
+    last_reason: Option<String>,
 }
 
 impl Fitness {
@@ -54,19 +54,19 @@ impl Fitness {
     }
 
     /// Compares the chosen monitor with the present one, `None` if it is unknown.
-    pub fn on(&mut self, chosen: &OnMonitor, now: Option<&OnMonitor>) {
-        self.astray = now.filter(|now| *now != chosen).map(|now| {
-            if now.name == chosen.name {
-                let ((was_x, was_y), (x, y)) = (chosen.size_px, now.size_px);
+    pub fn on(&mut self, expected: &OnMonitor, current: Option<&OnMonitor>) {
+        self.fault = current.filter(|current| *current != expected).map(|current| {
+            if current.name == expected.name {
+                let ((was_x, was_y), (x, y)) = (expected.size_px, current.size_px);
                 format!(
                     "its monitor {} has {x} × {y} pixels now, not {was_x} × {was_y}, and the slider is not true to the millimetre: \
                      close it (Ctrl-Q) and start it again",
-                    now.name
+                    current.name
                 )
             } else {
                 format!(
                     "it is on the monitor {}, not on {}: move it back, or close it (Ctrl-Q) and start it again with --monitor",
-                    now.name, chosen.name
+                    current.name, expected.name
                 )
             }
         });
@@ -75,7 +75,7 @@ impl Fitness {
     /// Forgets all reports, for a new session.
     pub fn forget(&mut self) {
         *self = Self {
-            astray: self.astray.take(),
+            fault: self.fault.take(),
             ..Self::default()
         };
     }
@@ -94,15 +94,15 @@ impl Fitness {
                 1e3 * SLOW_S
             )
         });
-        let why = self.astray.clone().or(slow);
-        if why == self.told {
+        let reason = self.fault.clone().or(slow);
+        if reason == self.last_reason {
             return None;
         }
-        self.told = why.clone();
+        self.last_reason = reason.clone();
         if virtual_display {
-            return why.map(|text| FromWindow::Trouble { text });
+            return reason.map(|text| FromWindow::Trouble { text });
         }
-        Some(FromWindow::Unfit { why })
+        Some(FromWindow::Unfit { why: reason })
     }
 }
 
@@ -123,10 +123,10 @@ mod tests {
         }
     }
 
-    fn why(news: Option<FromWindow>) -> Option<String> {
+    fn reason(news: Option<FromWindow>) -> Option<String> {
         match news {
-            Some(FromWindow::Unfit { why }) => why,
-            other => panic!("{other:?}"),
+            Some(FromWindow::Unfit { why: reason }) => reason,
+            message => panic!("{message:?}"),
         }
     }
 
@@ -136,12 +136,12 @@ mod tests {
     {
         let mut fitness = Fitness::default();
         run(&mut fitness, 0.0, 10.0, 1.5, 0.06);
-        let said = why(fitness.news(10.0, false)).unwrap();
-        assert!(said.contains("over 50 ms"), "{said}");
+        let text = reason(fitness.news(10.0, false)).unwrap();
+        assert!(text.contains("over 50 ms"), "{text}");
         assert_eq!(fitness.news(10.0, false), None, "said twice");
         fitness.stands();
         assert_eq!(fitness.news(18.0, false), None);
-        assert_eq!(why(fitness.news(20.0, false)), None);
+        assert_eq!(reason(fitness.news(20.0, false)), None);
     }
 
     #[test]
@@ -171,21 +171,24 @@ mod tests {
             name: name.to_owned(),
             size_px: (width, 1080),
         };
-        let chosen = monitor("HDMI-1", 1920);
-        for (elsewhere, word) in [
+        let expected = monitor("HDMI-1", 1920);
+        for (actual, word) in [
             (monitor("eDP-1", 1920), "eDP-1, not on HDMI-1"),
             (monitor("HDMI-1", 1280), "1280 × 1080 pixels now"),
         ] {
             let mut fitness = Fitness::default();
-            fitness.on(&chosen, Some(&chosen));
+            fitness.on(&expected, Some(&expected));
             assert_eq!(fitness.news(0.0, false), None);
-            fitness.on(&chosen, Some(&elsewhere));
-            let said = why(fitness.news(1.0, false)).unwrap();
-            assert!(said.contains(word), "{said}");
+            fitness.on(&expected, Some(&actual));
+            let text = reason(fitness.news(1.0, false)).unwrap();
+            assert!(text.contains(word), "{text}");
             fitness.forget();
-            assert!(why(fitness.news(2.0, false)).is_some(), "another session");
-            fitness.on(&chosen, None);
-            assert_eq!(why(fitness.news(3.0, false)), None);
+            assert!(
+                reason(fitness.news(2.0, false)).is_some(),
+                "another session"
+            );
+            fitness.on(&expected, None);
+            assert_eq!(reason(fitness.news(3.0, false)), None);
         }
     }
 

@@ -35,11 +35,11 @@ pub enum LaunchError {
 
 /// Replaces this process by the window's program, from the folder of `own` (this process's program) or else from the
 /// PATH. The terminal, signals and the exit status then belong to the window. Returns only on failure.
-pub fn launch(own: &Path, options: &Participant) -> LaunchError {
-    let folder = own.parent().unwrap_or(Path::new("."));
-    let beside = folder.join(PROGRAM);
-    let program = if beside.exists() {
-        beside
+pub fn launch(this_program: &Path, options: &Participant) -> LaunchError {
+    let folder = this_program.parent().unwrap_or(Path::new("."));
+    let sibling = folder.join(PROGRAM);
+    let program = if sibling.exists() {
+        sibling
     } else {
         PROGRAM.into()
     };

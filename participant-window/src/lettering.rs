@@ -35,8 +35,8 @@ impl Typeface {
     /// Returns the first character of `text` that the font does not cover.
     #[must_use]
     pub fn lacks(&self, text: &str) -> Option<char> {
-        let missing = |c: &char| !c.is_whitespace() && self.0.glyph_id(*c).0 == 0;
-        text.chars().find(missing)
+        let is_missing = |c: &char| !c.is_whitespace() && self.0.glyph_id(*c).0 == 0;
+        text.chars().find(is_missing)
     }
 
     /// Returns the scale for ab_glyph, which is the height from ascent to descent.
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_are_no_wider_than_asked_for() {
+    fn lines_are_no_wider_than_the_limit() {
         let face = Typeface::built_in().unwrap();
         let text = "Appuyez sur le bouton de maintien et gardez-le enfoncé";
         let lines = face.wrapped(text, 40.0, 500.0);
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_font_is_refused() {
+    fn an_invalid_font_is_refused() {
         assert!(Typeface::read(b"not a font".to_vec()).is_err());
     }
 }

@@ -34,8 +34,8 @@ pub enum Ended {
 #[derive(Debug)]
 pub struct Lines {
     stream: UnixStream,
-    coming: Vec<u8>,
-    going: Vec<u8>,
+    input: Vec<u8>,
+    output: Vec<u8>,
 }
 
 impl Lines {
@@ -47,8 +47,8 @@ impl Lines {
         stream.set_nonblocking(true)?;
         Ok(Self {
             stream,
-            coming: Vec::new(),
-            going: Vec::new(),
+            input: Vec::new(),
+            output: Vec::new(),
         })
     }
 
@@ -57,8 +57,8 @@ impl Lines {
     /// # Errors
     /// [`Ended`].
     pub fn send(&mut self, message: &impl Serialize) -> Result<(), Ended> {
-        serde_json::to_writer(&mut self.going, message).map_err(std::io::Error::from)?;
-        self.going.push(b'\n');
+        serde_json::to_writer(&mut self.output, message).map_err(std::io::Error::from)?;
+        self.output.push(b'\n');
         self.flush()
     }
 
@@ -67,17 +67,17 @@ impl Lines {
     /// # Errors
     /// [`Ended`].
     pub fn flush(&mut self) -> Result<(), Ended> {
-        while !self.going.is_empty() {
-            match self.stream.write(&self.going) {
+        while !self.output.is_empty() {
+            match self.stream.write(&self.output) {
                 Ok(0) => return Err(Ended::Closed),
-                Ok(written) => drop(self.going.drain(..written)),
+                Ok(count) => drop(self.output.drain(..count)),
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) if error.kind() == ErrorKind::WouldBlock => break,
                 Err(error) if error.kind() == ErrorKind::BrokenPipe => return Err(Ended::Closed),
                 Err(error) => return Err(error.into()),
             }
         }
-        if self.going.len() > MOST_WAITING_BYTES {
+        if self.output.len() > MOST_WAITING_BYTES {
             return Err(Ended::Stuck);
         }
         Ok(())
@@ -87,34 +87,34 @@ impl Lines {
     ///
     /// # Errors
     /// [`Ended`], once all messages received before it have been returned.
-    pub fn receive<T: DeserializeOwned>(&mut self, most: usize) -> Result<Vec<T>, Ended> {
-        let ended = self.read();
+    pub fn receive<T: DeserializeOwned>(&mut self, max_messages: usize) -> Result<Vec<T>, Ended> {
+        let outcome = self.read();
         let mut messages = Vec::new();
-        while messages.len() < most
-            && let Some(end) = self.coming.iter().position(|byte| *byte == b'\n')
+        while messages.len() < max_messages
+            && let Some(end) = self.input.iter().position(|byte| *byte == b'\n')
         {
-            let line: Vec<u8> = self.coming.drain(..=end).collect();
+            let line: Vec<u8> = self.input.drain(..=end).collect();
             let garbage = |error: serde_json::Error| Ended::Garbage(error.to_string());
             messages.push(serde_json::from_slice(&line).map_err(garbage)?);
         }
-        let unended = !self.coming.contains(&b'\n');
-        if unended && self.coming.len() > LONGEST_LINE_BYTES {
+        let unended = !self.input.contains(&b'\n');
+        if unended && self.input.len() > LONGEST_LINE_BYTES {
             return Err(Ended::Garbage(format!(
                 "a line of more than {LONGEST_LINE_BYTES} bytes"
             )));
         }
-        match ended {
-            Err(ended) if messages.is_empty() => Err(ended),
+        match outcome {
+            Err(end) if messages.is_empty() => Err(end),
             _ => Ok(messages),
         }
     }
 
     fn read(&mut self) -> Result<(), Ended> {
         let mut chunk = [0; 4096];
-        while self.coming.len() < MOST_READ_BYTES {
+        while self.input.len() < MOST_READ_BYTES {
             match self.stream.read(&mut chunk) {
                 Ok(0) => return Err(Ended::Closed),
-                Ok(read) => self.coming.extend(chunk.get(..read).unwrap_or_default()),
+                Ok(count) => self.input.extend(chunk.get(..count).unwrap_or_default()),
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) if error.kind() == ErrorKind::WouldBlock => break,
                 Err(error) if error.kind() == ErrorKind::ConnectionReset => {
@@ -139,28 +139,28 @@ mod tests {
     use crate::message::FromWindow;
 
     fn pair() -> (Lines, UnixStream) {
-        let (here, there) = UnixStream::pair().unwrap();
-        (Lines::new(here).unwrap(), there)
+        let (near_end, peer) = UnixStream::pair().unwrap();
+        (Lines::new(near_end).unwrap(), peer)
     }
 
     #[test]
     fn messages_come_whole_however_they_were_cut() {
-        let (mut here, mut there) = pair();
+        let (mut lines, mut peer) = pair();
         for byte in b"\"alive\"\n{\"trouble\":{\"text\":\"x\"}}\n\"al" {
-            assert!(here.receive::<FromWindow>(0).unwrap().is_empty());
-            there.write_all(&[*byte]).unwrap();
+            assert!(lines.receive::<FromWindow>(0).unwrap().is_empty());
+            peer.write_all(&[*byte]).unwrap();
         }
         let trouble = FromWindow::Trouble {
             text: "x".to_owned(),
         };
         assert_eq!(
-            here.receive::<FromWindow>(9).unwrap(),
+            lines.receive::<FromWindow>(9).unwrap(),
             [FromWindow::Alive, trouble]
         );
-        there.write_all(b"ive\"\n").unwrap();
-        drop(there);
-        assert_eq!(here.receive::<FromWindow>(9).unwrap(), [FromWindow::Alive]);
-        assert!(matches!(here.receive::<FromWindow>(9), Err(Ended::Closed)));
+        peer.write_all(b"ive\"\n").unwrap();
+        drop(peer);
+        assert_eq!(lines.receive::<FromWindow>(9).unwrap(), [FromWindow::Alive]);
+        assert!(matches!(lines.receive::<FromWindow>(9), Err(Ended::Closed)));
     }
 
     #[test]
@@ -175,30 +175,33 @@ mod tests {
             &[b'['; 200_000],
             &[b'x'; 20_000],
         ] {
-            let (mut here, mut there) = pair();
-            there.set_nonblocking(true).unwrap();
-            let _as_much_as_fits = there.write(garbage);
-            let refused = here.receive::<FromWindow>(9);
-            assert!(matches!(refused, Err(Ended::Garbage(_))), "{refused:?}");
+            let (mut lines, mut peer) = pair();
+            peer.set_nonblocking(true).unwrap();
+            let _as_much_as_fits = peer.write(garbage);
+            let result = lines.receive::<FromWindow>(9);
+            assert!(matches!(result, Err(Ended::Garbage(_))), "{result:?}");
         }
     }
 
     #[test]
     fn a_flood_is_read_a_little_at_a_time() {
-        let (mut here, mut there) = pair();
-        there.set_nonblocking(true).unwrap();
-        while there.write(b"\"alive\"\n").is_ok() {}
-        let first = here.receive::<FromWindow>(100).unwrap();
+        let (mut lines, mut peer) = pair();
+        peer.set_nonblocking(true).unwrap();
+        while peer.write(b"\"alive\"\n").is_ok() {}
+        let first = lines.receive::<FromWindow>(100).unwrap();
         assert_eq!(first.len(), 100);
-        assert!(here.coming.len() <= MOST_READ_BYTES + 4096);
+        assert!(lines.input.len() <= MOST_READ_BYTES + 4096);
     }
 
     #[test]
     fn a_reader_that_stands_still_is_given_up_and_never_waited_for() {
-        let (mut here, _there) = pair();
+        let (mut lines, _peer) = pair();
         let text = "x".repeat(1000);
-        let stuck =
-            (0..10_000).find_map(|_| here.send(&FromWindow::Trouble { text: text.clone() }).err());
+        let stuck = (0..10_000).find_map(|_| {
+            lines
+                .send(&FromWindow::Trouble { text: text.clone() })
+                .err()
+        });
         assert!(matches!(stuck, Some(Ended::Stuck)), "{stuck:?}");
     }
 }

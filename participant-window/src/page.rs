@@ -23,7 +23,7 @@ pub const FINGER: Colour = 0x0060_d0ff;
 /// Contents of the still picture, which is drawn anew only when they change.
 #[derive(Clone, Debug, PartialEq)]
 struct Still {
-    shown: Shown,
+    content: Shown,
     /// Countdown, in words.
     count: Option<String>,
 }
@@ -70,13 +70,18 @@ impl Page {
 
     /// Draws the page at a time on the bench's clock, `None` while the bench is silent. Returns the picture, and
     /// whether more of it has changed than the rows of slider and finger.
-    pub fn draw(&mut self, shown: &Shown, audio_s: Option<f64>, moving: Moving) -> (&Canvas, bool) {
+    pub fn draw(
+        &mut self,
+        content: &Shown,
+        audio_s: Option<f64>,
+        moving: Moving,
+    ) -> (&Canvas, bool) {
         let still = Still {
-            shown: shown.clone(),
-            count: shown
+            content: content.clone(),
+            count: content
                 .until_s
                 .zip(audio_s)
-                .map(|(until_s, now_s)| counted(until_s - now_s)),
+                .map(|(until_s, now_s)| countdown(until_s - now_s)),
         };
         let changed = self.still.as_ref() != Some(&still);
         if changed {
@@ -88,15 +93,15 @@ impl Page {
             self.frame
                 .copy_rows(&self.background, self.geometry.moving_rows());
         }
-        if let Some(track) = &shown.track {
-            over(&mut self.frame, self.geometry, track, moving);
+        if let Some(track) = &content.track {
+            draw_moving(&mut self.frame, self.geometry, track, moving);
         }
         (&self.frame, changed)
     }
 }
 
 /// Returns the time left in words: whole seconds, rounded up, with minutes from one minute on.
-fn counted(left_s: f64) -> String {
+fn countdown(left_s: f64) -> String {
     // The cast saturates.
     let seconds = left_s.max(0.0).ceil() as u64;
     if seconds >= 60 {
@@ -106,10 +111,10 @@ fn counted(left_s: f64) -> String {
     }
 }
 
-fn still_picture(canvas: &mut Canvas, face: &Typeface, on: Geometry, still: &Still) {
-    let (middle, height) = (on.width / 2.0, on.height);
-    let shown = &still.shown;
-    if let Some(progress) = &shown.progress {
+fn still_picture(canvas: &mut Canvas, face: &Typeface, geometry: Geometry, still: &Still) {
+    let (middle, height) = (geometry.width / 2.0, geometry.height);
+    let content = &still.content;
+    if let Some(progress) = &content.progress {
         face.write(
             canvas,
             progress,
@@ -118,32 +123,32 @@ fn still_picture(canvas: &mut Canvas, face: &Typeface, on: Geometry, still: &Sti
             FAINT,
         );
     }
-    let mut below = lines(
+    let mut next_y = lines(
         canvas,
         face,
-        on,
-        (&shown.title, height * 0.2, height / 13.0),
+        geometry,
+        (&content.title, height * 0.2, height / 13.0),
         INK,
     );
-    if let Some(then) = &shown.then {
-        let ink = if shown.now { INK } else { FAINT };
-        below = lines(
+    if let Some(sentence) = &content.then {
+        let ink = if content.now { INK } else { FAINT };
+        next_y = lines(
             canvas,
             face,
-            on,
-            (then, below + height / 40.0, height / 18.0),
+            geometry,
+            (sentence, next_y + height / 40.0, height / 18.0),
             ink,
         );
     }
     if let Some(count) = &still.count {
-        let em = (height * 0.5 - below).clamp(height / 20.0, height / 6.0);
+        let em = (height * 0.5 - next_y).clamp(height / 20.0, height / 6.0);
         face.write(canvas, count, (middle, height * 0.54), em, INK);
     }
-    if let Some(shown) = &shown.feedback {
-        feedback(canvas, face, on, shown);
+    if let Some(reading) = &content.feedback {
+        feedback(canvas, face, geometry, reading);
     }
-    if let Some(track) = &shown.track {
-        plate(canvas, face, on, track);
+    if let Some(track) = &content.track {
+        plate(canvas, face, geometry, track);
     }
 }
 
@@ -151,18 +156,18 @@ fn still_picture(canvas: &mut Canvas, face: &Typeface, on: Geometry, still: &Sti
 fn lines(
     canvas: &mut Canvas,
     face: &Typeface,
-    on: Geometry,
+    geometry: Geometry,
     (text, top, em): (&str, f64, f64),
     colour: Colour,
 ) -> f64 {
     let mut baseline = top;
-    for line in face.wrapped(text, em, on.width * 0.9) {
+    for line in face.wrapped(text, em, geometry.width * 0.9) {
         // A word wider than the screen is shrunk to fit.
-        let fitting = (on.width * 0.96 / face.width(&line, em)).min(1.0);
+        let fitting = (geometry.width * 0.96 / face.width(&line, em)).min(1.0);
         face.write(
             canvas,
             &line,
-            (on.width / 2.0, baseline),
+            (geometry.width / 2.0, baseline),
             em * fitting,
             colour,
         );
@@ -172,60 +177,65 @@ fn lines(
 }
 
 /// Draws the mean force on a bar, with the band in its middle.
-fn feedback(canvas: &mut Canvas, face: &Typeface, on: Geometry, shown: &Feedback) {
-    let (middle, height) = (on.width / 2.0, on.height);
+fn feedback(canvas: &mut Canvas, face: &Typeface, geometry: Geometry, reading: &Feedback) {
+    let (middle, height) = (geometry.width / 2.0, geometry.height);
     face.write(
         canvas,
-        &shown.words,
+        &reading.words,
         (middle, height * 0.42),
         height / 14.0,
         INK,
     );
-    let band = shown
+    let band = reading
         .band_n
         .filter(|(low, high)| *low >= 0.0 && high > low && high.is_finite());
     let Some((low_n, high_n)) = band else {
         return;
     };
-    let half = (on.width * 0.35).min(height * 0.5);
-    let at = |n: f64| middle - half + 2.0 * half * (n / (low_n + high_n)).clamp(0.0, 1.0);
+    let half_width = (geometry.width * 0.35).min(height * 0.5);
+    let x_at =
+        |n: f64| middle - half_width + 2.0 * half_width * (n / (low_n + high_n)).clamp(0.0, 1.0);
     let (top, bottom) = (height * 0.52, height * 0.57);
-    canvas.rectangle((middle - half, top), (middle + half, bottom), PLATE);
-    canvas.rectangle((at(low_n), top), (at(high_n), bottom), GOOD);
-    let (low, high) = &shown.ends;
+    canvas.rectangle(
+        (middle - half_width, top),
+        (middle + half_width, bottom),
+        PLATE,
+    );
+    canvas.rectangle((x_at(low_n), top), (x_at(high_n), bottom), GOOD);
+    let (low, high) = &reading.ends;
     let em = height / 32.0;
-    face.write(canvas, low, (at(low_n), bottom + 1.3 * em), em, FAINT);
-    face.write(canvas, high, (at(high_n), bottom + 1.3 * em), em, FAINT);
-    if let Some(mean_n) = shown.mean_n.filter(|n| n.is_finite()) {
+    face.write(canvas, low, (x_at(low_n), bottom + 1.3 * em), em, FAINT);
+    face.write(canvas, high, (x_at(high_n), bottom + 1.3 * em), em, FAINT);
+    if let Some(mean_n) = reading.mean_n.filter(|n| n.is_finite()) {
         let half_mark = (height / 200.0).max(1.5);
-        let (x, over) = (at(mean_n), height * 0.02);
+        let (x, overshoot) = (x_at(mean_n), height * 0.02);
         canvas.rectangle(
-            (x - half_mark, top - over),
-            (x + half_mark, bottom + over),
+            (x - half_mark, top - overshoot),
+            (x + half_mark, bottom + overshoot),
             INK,
         );
     }
 }
 
 /// Draws the plate with its marks, the slider's path, and the place for the finger.
-fn plate(canvas: &mut Canvas, face: &Typeface, on: Geometry, track: &Track) {
-    let y = on.plate_y();
-    let (left, right) = (on.x(track, 0.0), on.x(track, track.plate_m));
-    let (from, to) = (
-        on.x(track, track.motion.from_m),
-        on.x(track, track.motion.to_m),
+fn plate(canvas: &mut Canvas, face: &Typeface, geometry: Geometry, track: &Track) {
+    let y = geometry.plate_y();
+    let (left, right) = (geometry.x(track, 0.0), geometry.x(track, track.plate_m));
+    let (start, end) = (
+        geometry.x(track, track.motion.from_m),
+        geometry.x(track, track.motion.to_m),
     );
-    let thick = (on.height / 240.0).max(1.5);
+    let thick = (geometry.height / 240.0).max(1.5);
     canvas.rectangle((left, y - thick), (right, y + thick), PLATE);
-    let tick = on.fingertip();
-    for x in [from, to] {
+    let tick = geometry.fingertip();
+    for x in [start, end] {
         canvas.rectangle((x - thick, y - tick), (x + thick, y + tick), FAINT);
     }
-    let em = on.height / 30.0;
-    let words_y = y + on.fingertip() + 1.6 * em;
-    for (x, word) in [(from, &track.marks.0), (to, &track.marks.1)] {
-        let half = face.width(word, em) / 2.0;
-        let room = (half, (on.width - half).max(half));
+    let em = geometry.height / 30.0;
+    let words_y = y + geometry.fingertip() + 1.6 * em;
+    for (x, word) in [(start, &track.marks.0), (end, &track.marks.1)] {
+        let half_width = face.width(word, em) / 2.0;
+        let room = (half_width, (geometry.width - half_width).max(half_width));
         face.write(canvas, word, (x.clamp(room.0, room.1), words_y), em, FAINT);
     }
     let arrow = if track.motion.to_m < track.motion.from_m {
@@ -233,23 +243,39 @@ fn plate(canvas: &mut Canvas, face: &Typeface, on: Geometry, track: &Track) {
     } else {
         "→"
     };
-    face.write(canvas, arrow, ((from + to) / 2.0, words_y), 1.6 * em, FAINT);
+    face.write(
+        canvas,
+        arrow,
+        ((start + end) / 2.0, words_y),
+        1.6 * em,
+        FAINT,
+    );
     if track.place {
-        canvas.ring((from, y), on.fingertip(), (2.0 * thick).max(2.0), INK);
+        canvas.ring(
+            (start, y),
+            geometry.fingertip(),
+            (2.0 * thick).max(2.0),
+            INK,
+        );
     }
 }
 
 /// Draws slider and finger.
-fn over(canvas: &mut Canvas, on: Geometry, track: &Track, moving: Moving) {
-    let y = on.plate_y();
+fn draw_moving(canvas: &mut Canvas, geometry: Geometry, track: &Track, moving: Moving) {
+    let y = geometry.plate_y();
     if let Some(slider_m) = moving.slider_m.filter(|m| m.is_finite()) {
-        let (x, half) = (on.x(track, slider_m), on.half_slider());
-        let bottom = y - on.fingertip();
-        let top = bottom - on.slider_height();
-        canvas.rectangle((x - half, top), (x + half, bottom), SLIDER);
+        let (x, half_width) = (geometry.x(track, slider_m), geometry.half_slider());
+        let bottom = y - geometry.fingertip();
+        let top = bottom - geometry.slider_height();
+        canvas.rectangle((x - half_width, top), (x + half_width, bottom), SLIDER);
     }
     if let Some(finger_m) = moving.finger_m.filter(|m| m.is_finite()) {
-        let thick = (on.fingertip() / 4.0).max(2.0);
-        canvas.ring((on.x(track, finger_m), y), on.fingertip(), thick, FINGER);
+        let thick = (geometry.fingertip() / 4.0).max(2.0);
+        canvas.ring(
+            (geometry.x(track, finger_m), y),
+            geometry.fingertip(),
+            thick,
+            FINGER,
+        );
     }
 }

@@ -61,17 +61,17 @@ mod tests {
     }
 
     #[test]
-    fn arguments_are_read_as_the_options_that_they_were_made_of() {
-        let none = Participant::default();
-        let all = Participant {
+    fn arguments_parse_back_to_their_options() {
+        let empty = Participant::default();
+        let full = Participant {
             monitor: Some("-HDMI 1".to_owned()),
             ruler: true,
             font: Some("--a font.ttf".into()),
             socket: Some("/run/it's/s=1".into()),
         };
-        for options in [none, all] {
-            let read = Read::try_parse_from(options.arguments()).unwrap();
-            assert_eq!(read.options, options);
+        for options in [empty, full] {
+            let parsed = Read::try_parse_from(options.arguments()).unwrap();
+            assert_eq!(parsed.options, options);
         }
     }
 }

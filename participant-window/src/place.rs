@@ -79,18 +79,18 @@ fn system(path: &Path) -> impl FnOnce(io::Error) -> PlaceError {
 
 /// Requires a folder that only this user can enter.
 fn require_private(folder: &Path) -> Result<(), PlaceError> {
-    let found = fs::symlink_metadata(folder).map_err(system(folder))?;
+    let metadata = fs::symlink_metadata(folder).map_err(system(folder))?;
     let folder = folder.to_owned();
-    if !found.is_dir() || found.uid() != user() {
+    if !metadata.is_dir() || metadata.uid() != user() {
         return Err(PlaceError::Foreign { path: folder });
     }
-    if found.mode() & 0o077 != 0 {
+    if metadata.mode() & 0o077 != 0 {
         return Err(PlaceError::Open { folder });
     }
     Ok(())
 }
 
-fn folder_of(path: &Path) -> &Path {
+fn parent_folder(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if folder != Path::new("") => folder,
         _ => Path::new("."),
@@ -99,7 +99,7 @@ fn folder_of(path: &Path) -> &Path {
 
 /// Returns the folder of a socket; creates it, private to this user, if it does not exist.
 fn make_private(path: &Path) -> Result<&Path, PlaceError> {
-    let folder = folder_of(path);
+    let folder = parent_folder(path);
     match DirBuilder::new().mode(0o700).create(folder) {
         Ok(()) => {}
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
@@ -115,8 +115,8 @@ fn make_private(path: &Path) -> Result<&Path, PlaceError> {
 /// [`PlaceError`].
 pub fn listen(path: &Path) -> Result<UnixListener, PlaceError> {
     make_private(path)?;
-    if let Ok(found) = fs::symlink_metadata(path) {
-        if !found.file_type().is_socket() {
+    if let Ok(metadata) = fs::symlink_metadata(path) {
+        if !metadata.file_type().is_socket() {
             return Err(PlaceError::NoSocket {
                 path: path.to_owned(),
             });
@@ -154,18 +154,18 @@ pub fn only_window(path: &Path) -> Result<Option<fs::File>, PlaceError> {
 /// # Errors
 /// [`PlaceError`] if the folder or the socket is not private to this user.
 pub fn connect(path: &Path) -> Result<Option<UnixStream>, PlaceError> {
-    let found = match fs::symlink_metadata(path) {
-        Ok(found) => found,
+    let metadata = match fs::symlink_metadata(path) {
+        Ok(metadata) => metadata,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
         Err(error) => return Err(system(path)(error)),
     };
-    require_private(folder_of(path))?;
-    if found.uid() != user() {
+    require_private(parent_folder(path))?;
+    if metadata.uid() != user() {
         return Err(PlaceError::Foreign {
             path: path.to_owned(),
         });
     }
-    if !found.file_type().is_socket() {
+    if !metadata.file_type().is_socket() {
         return Err(PlaceError::NoSocket {
             path: path.to_owned(),
         });
@@ -195,8 +195,8 @@ pub fn is_ours(stream: &UnixStream) -> bool {
 /// Returns the time on the clock shared by all processes of this computer, s.
 #[must_use]
 pub fn shared_s() -> f64 {
-    let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
-    now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
 #[cfg(test)]

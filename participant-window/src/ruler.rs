@@ -32,10 +32,10 @@ impl Ruler {
     }
 
     /// Lengthens or shortens the line by pixels.
-    pub fn adjust(&mut self, by: i32) {
+    pub fn adjust(&mut self, pixels: i32) {
         self.line = self
             .line
-            .saturating_add_signed(by)
+            .saturating_add_signed(pixels)
             .clamp(SHORTEST, self.longest);
     }
 
@@ -51,9 +51,9 @@ impl Ruler {
         let (width, height) = (width as f64, height as f64);
         canvas.clear(GROUND);
         let middle = width / 2.0;
-        let half = f64::from(self.line) / 2.0;
+        let half_width = f64::from(self.line) / 2.0;
         let y = height * 0.5;
-        for (text, at, em, colour) in [
+        for (text, y_share, em, colour) in [
             ("Hold a bank card to the line", 0.18, 16.0, INK),
             (
                 "and make the line as wide as the card: 85.6 mm",
@@ -69,18 +69,16 @@ impl Ruler {
             ),
         ] {
             let em = (height / em).min(height / em * width * 0.94 / face.width(text, height / em));
-            face.write(canvas, text, (middle, height * at), em, colour);
+            face.write(canvas, text, (middle, height * y_share), em, colour);
         }
-        let measured = format!("{} pixels of {:.4} mm", self.line, 1e3 * self.pixel_m());
-        face.write(
-            canvas,
-            &measured,
-            (middle, height * 0.66),
-            height / 36.0,
-            FAINT,
+        let text = format!("{} pixels of {:.4} mm", self.line, 1e3 * self.pixel_m());
+        face.write(canvas, &text, (middle, height * 0.66), height / 36.0, FAINT);
+        canvas.rectangle(
+            (middle - half_width, y - 1.0),
+            (middle + half_width, y + 1.0),
+            SLIDER,
         );
-        canvas.rectangle((middle - half, y - 1.0), (middle + half, y + 1.0), SLIDER);
-        for x in [middle - half, middle + half - 2.0] {
+        for x in [middle - half_width, middle + half_width - 2.0] {
             canvas.rectangle((x, y - height * 0.08), (x + 2.0, y + height * 0.08), SLIDER);
         }
     }
@@ -99,10 +97,13 @@ mod tests {
         assert!((ruler.pixel_m() - LINE_M / (pixels + 10.0)).abs() < 1e-12);
         let mut canvas = Canvas::new(1920, 1080, 0);
         ruler.draw(&mut canvas, &Typeface::built_in().unwrap());
-        let drawn = (0..1920)
+        let width_px = (0..1920)
             .filter(|x| canvas.at(*x, 540) == Some(SLIDER))
             .count();
-        assert!((drawn as f64 - (pixels + 10.0)).abs() <= 2.0, "{drawn}");
+        assert!(
+            (width_px as f64 - (pixels + 10.0)).abs() <= 2.0,
+            "{width_px}"
+        );
     }
 
     #[test]
@@ -110,8 +111,8 @@ mod tests {
         for width in [0, 1, 90, 640, 20_000] {
             for pixel_m in [0.0, f64::NAN, 1e-9, 1.0, f64::INFINITY] {
                 let mut ruler = Ruler::new(width, pixel_m);
-                for by in [i32::MAX, i32::MIN, 1, -1] {
-                    ruler.adjust(by);
+                for pixels in [i32::MAX, i32::MIN, 1, -1] {
+                    ruler.adjust(pixels);
                     assert!(ruler.pixel_m() > 0.0 && ruler.pixel_m() <= LINE_M / 80.0);
                 }
                 ruler.draw(

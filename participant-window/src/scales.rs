@@ -114,13 +114,13 @@ impl Scales {
     /// Returns the width of a monitor's pixels, m; `None` if it was never matched at this resolution.
     #[must_use]
     pub fn pixel_m(&self, name: &str, (width_px, height_px): (u32, u32)) -> Option<f64> {
-        let of = |monitor: &&Monitor| {
+        let is_same = |monitor: &&Monitor| {
             monitor.name == name && (monitor.width_px, monitor.height_px) == (width_px, height_px)
         };
         self.monitors
             .monitors
             .iter()
-            .find(of)
+            .find(is_same)
             .map(|monitor| monitor.pixel_m)
     }
 
@@ -177,18 +177,18 @@ mod tests {
         scales.keep("HDMI-1", (1920, 1080), 2.768e-4).unwrap();
         scales.keep("HDMI-1", (1280, 720), 4e-4).unwrap();
         scales.keep("HDMI-1", (1920, 1080), 2.77e-4).unwrap();
-        let again = Scales::read(&path).unwrap();
-        assert_eq!(again.pixel_m("HDMI-1", (1920, 1080)), Some(2.77e-4));
-        assert_eq!(again.pixel_m("HDMI-1", (1280, 720)), Some(4e-4));
-        assert_eq!(again.pixel_m("DP-1", (1920, 1080)), None);
-        assert_eq!(again.monitors.monitors.len(), 2);
+        let reread = Scales::read(&path).unwrap();
+        assert_eq!(reread.pixel_m("HDMI-1", (1920, 1080)), Some(2.77e-4));
+        assert_eq!(reread.pixel_m("HDMI-1", (1280, 720)), Some(4e-4));
+        assert_eq!(reread.pixel_m("DP-1", (1920, 1080)), None);
+        assert_eq!(reread.monitors.monitors.len(), 2);
     }
 
     #[test]
-    fn what_is_no_such_file_is_refused_and_says_what_to_do() {
+    fn an_invalid_file_is_refused_with_what_to_do() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("monitors.toml");
-        let of = |text: &str| {
+        let read_error = |text: &str| {
             fs::write(&path, text).unwrap();
             Scales::read(&path).unwrap_err().to_string()
         };
@@ -199,7 +199,7 @@ mod tests {
             format!("[[monitors]]\n{line}pixel_m = nan\n"),
             format!("[[monitors]]\n{line}pixel_m = 0.27\n"),
         ] {
-            let error = of(&text);
+            let error = read_error(&text);
             assert!(
                 error.contains("monitors.toml") && error.contains("ruler page"),
                 "{error}"
@@ -211,9 +211,9 @@ mod tests {
     fn a_relative_or_absent_folder_is_not_used() {
         assert!(path(None, None).is_err());
         assert!(path(Some("here".into()), Some("there".into())).is_err());
-        let at = path(Some("here".into()), Some("/home/anna".into())).unwrap();
+        let resolved = path(Some("here".into()), Some("/home/anna".into())).unwrap();
         assert_eq!(
-            at,
+            resolved,
             Path::new("/home/anna/.config/friction-bench/monitors.toml")
         );
     }

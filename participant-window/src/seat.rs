@@ -42,7 +42,7 @@ pub struct Seat {
     path: PathBuf,
     listener: UnixListener,
     window: Option<Window>,
-    shown: Option<Shown>,
+    content: Option<Shown>,
 }
 
 /// A connected window.
@@ -52,7 +52,7 @@ struct Window {
     ready: bool,
     heard_s: f64,
     /// Start of the current second, s, and the messages since.
-    counted: (f64, u32),
+    message_count: (f64, u32),
 }
 
 impl Seat {
@@ -65,7 +65,7 @@ impl Seat {
             path: path.to_owned(),
             listener: place::listen(path)?,
             window: None,
-            shown: None,
+            content: None,
         })
     }
 
@@ -76,10 +76,10 @@ impl Seat {
     }
 
     /// Sets the contents of the window.
-    pub fn show(&mut self, shown: Shown) {
-        if self.shown.as_ref() != Some(&shown) {
-            self.send(&ToWindow::Show(Box::new(shown.clone())));
-            self.shown = Some(shown);
+    pub fn show(&mut self, content: Shown) {
+        if self.content.as_ref() != Some(&content) {
+            self.send(&ToWindow::Show(Box::new(content.clone())));
+            self.content = Some(content);
         }
     }
 
@@ -98,22 +98,22 @@ impl Seat {
     /// Accepts a window and reads its messages; returns the events. `now_s` is on any clock that never goes back.
     pub fn look(&mut self, now_s: f64) -> Vec<SeatEvent> {
         let mut events = Vec::new();
-        let ended = self
+        let end = self
             .window
             .as_mut()
             .and_then(|window| window.hear(now_s, &mut events).err());
-        if let Some(ended) = ended {
-            self.dismiss(&ended.to_string(), &mut events);
+        if let Some(end) = end {
+            self.dismiss(&end.to_string(), &mut events);
         }
         if let Some(window) = self
             .window
             .as_mut()
             .filter(|window| window.ready && !window.welcomed())
         {
-            window.counted = (now_s, 0);
+            window.message_count = (now_s, 0);
             self.send(&ToWindow::Welcome { format: FORMAT });
-            if let Some(shown) = self.shown.clone() {
-                self.send(&ToWindow::Show(Box::new(shown)));
+            if let Some(content) = self.content.clone() {
+                self.send(&ToWindow::Show(Box::new(content)));
             }
         }
         self.accept(now_s);
@@ -121,12 +121,14 @@ impl Seat {
     }
 
     /// Dismisses the window and tells it why.
-    fn dismiss(&mut self, why: &str, events: &mut Vec<SeatEvent>) {
+    fn dismiss(&mut self, reason: &str, events: &mut Vec<SeatEvent>) {
         if let Some(mut window) = self.window.take() {
-            let why = why.to_owned();
-            let _ = window.lines.send(&ToWindow::Refused { why: why.clone() });
+            let reason = reason.to_owned();
+            let _ = window.lines.send(&ToWindow::Refused {
+                why: reason.clone(),
+            });
             if window.ready {
-                events.push(SeatEvent::Left { why });
+                events.push(SeatEvent::Left { why: reason });
             }
         }
     }
@@ -142,15 +144,15 @@ impl Seat {
             return;
         };
         if self.window.is_some() {
-            let why = "another window is at this session: close that one first".to_owned();
-            let _ = lines.send(&ToWindow::Refused { why });
+            let reason = "another window is at this session: close that one first".to_owned();
+            let _ = lines.send(&ToWindow::Refused { why: reason });
             return;
         }
         self.window = Some(Window {
             lines,
             ready: false,
             heard_s: now_s,
-            counted: (f64::NAN, 0),
+            message_count: (f64::NAN, 0),
         });
     }
 }
@@ -165,7 +167,7 @@ impl Drop for Seat {
 
 impl Window {
     fn welcomed(&self) -> bool {
-        !self.counted.0.is_nan()
+        !self.message_count.0.is_nan()
     }
 
     /// Reads the window's messages.
@@ -204,11 +206,11 @@ impl Window {
     }
 
     fn count(&mut self, now_s: f64) -> Result<(), Ended> {
-        if now_s - self.counted.0 > 1.0 {
-            self.counted = (now_s, 0);
+        if now_s - self.message_count.0 > 1.0 {
+            self.message_count = (now_s, 0);
         }
-        self.counted.1 += 1;
-        if self.counted.1 > MOST_A_SECOND {
+        self.message_count.1 += 1;
+        if self.message_count.1 > MOST_A_SECOND {
             return Err(Ended::Garbage(format!(
                 "more than {MOST_A_SECOND} messages a second"
             )));
@@ -292,7 +294,7 @@ mod tests {
         }
     }
 
-    fn shown(title: &str) -> Shown {
+    fn page_content(title: &str) -> Shown {
         Shown {
             title: title.to_owned(),
             ..Shown::default()
@@ -302,15 +304,15 @@ mod tests {
     #[test]
     fn a_window_that_comes_late_or_again_is_shown_what_it_should_show() {
         let mut rig = Rig::new();
-        rig.seat.show(shown("Please wait"));
+        rig.seat.show(page_content("Please wait"));
         for _ in 0..2 {
             let mut window = rig.seated();
-            let told: Vec<ToWindow> = window.receive(9).unwrap();
-            let show = ToWindow::Show(Box::new(shown("Please wait")));
-            assert_eq!(told, [ToWindow::Welcome { format: FORMAT }, show]);
+            let messages: Vec<ToWindow> = window.receive(9).unwrap();
+            let show = ToWindow::Show(Box::new(page_content("Please wait")));
+            assert_eq!(messages, [ToWindow::Welcome { format: FORMAT }, show]);
             drop(window);
-            let why = "it was closed".to_owned();
-            assert_eq!(rig.look(), [SeatEvent::Left { why }]);
+            let reason = "it was closed".to_owned();
+            assert_eq!(rig.look(), [SeatEvent::Left { why: reason }]);
         }
     }
 
@@ -319,12 +321,14 @@ mod tests {
         let mut rig = Rig::new();
         let _first = rig.seated();
         let mut second = rig.connect();
-        let told: Vec<ToWindow> = second.receive(9).unwrap();
-        assert!(matches!(&told[..], [ToWindow::Refused { why }] if why.contains("another window")));
+        let messages: Vec<ToWindow> = second.receive(9).unwrap();
+        assert!(
+            matches!(&messages[..], [ToWindow::Refused { why }] if why.contains("another window"))
+        );
     }
 
     #[test]
-    fn a_window_that_hangs_floods_or_talks_nonsense_is_let_go_of() {
+    fn a_window_that_hangs_floods_or_sends_nonsense_is_dismissed() {
         let mut rig = Rig::new();
         let hanging = rig.seated();
         rig.now_s += LONGEST_SILENCE_S;
@@ -358,7 +362,7 @@ mod tests {
             assert!(rig.look().is_empty() && rig.look().is_empty());
             assert!(rig.seat.window.is_none());
         }
-        for wrong in [
+        for invalid in [
             Display {
                 pixel_m: f64::MAX,
                 ..display()
@@ -377,7 +381,7 @@ mod tests {
             },
         ] {
             let mut window = rig.connect();
-            window.send(&FromWindow::Ready(wrong)).unwrap();
+            window.send(&FromWindow::Ready(invalid)).unwrap();
             assert!(rig.look().is_empty() && rig.seat.window.is_none());
         }
         let _silent = rig.connect();

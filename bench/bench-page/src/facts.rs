@@ -24,7 +24,7 @@ struct Wired {
 
 impl Wired {
     /// Returns which lines are available.
-    fn of(lines: &Lines) -> Self {
+    fn from_lines(lines: &Lines) -> Self {
         Self {
             estop: lines.estop.is_some(),
             button: lines.button.is_some(),
@@ -46,7 +46,7 @@ pub fn facts(config: &Config, file: Option<&CalibrationFile>, hardware: &Hardwar
             config.plate.resonance_hz
         ),
         calibrations: calibrations(file, clock.utc(), clock.is_simulated()),
-        parts: parts(config, Wired::of(&hardware.lines)),
+        parts: parts(config, Wired::from_lines(&hardware.lines)),
         loosened: config.loosened(),
         unverified: match hardware.pace {
             Pace::Card => unverified(config, file, clock.utc()),
@@ -57,7 +57,7 @@ pub fn facts(config: &Config, file: Option<&CalibrationFile>, hardware: &Hardwar
 
 fn calibrations(
     file: Option<&CalibrationFile>,
-    now: Timestamp,
+    time: Timestamp,
     simulated: bool,
 ) -> Vec<CalibrationFact> {
     // The tare belongs to the calibration of the force sensor.
@@ -71,7 +71,7 @@ fn calibrations(
             ..CalibrationFact::default()
         },
         Some((measured, value)) => {
-            let age_s = now.duration_since(measured.date).as_secs_f64();
+            let age_s = time.duration_since(measured.date).as_secs_f64();
             CalibrationFact {
                 name: name.to_owned(),
                 date: Some(measured.date.strftime("%Y-%m-%d").to_string()),
@@ -90,26 +90,32 @@ fn calibrations(
     vec![
         fact(
             "pickup",
-            pickup.map(|of| (&of.measured, value(&of.metres_per_unit))),
+            pickup.map(|pickup| (&pickup.measured, value(&pickup.metres_per_unit))),
         ),
         fact(
             "plate",
-            plate.map(|of| (&of.measured, value(&of.resonance_hz))),
+            plate.map(|plate| (&plate.measured, value(&plate.resonance_hz))),
         ),
         fact(
             "force",
-            force.map(|of| (&of.measured, format!("{} masses", of.masses))),
+            force.map(|force| (&force.measured, format!("{} masses", force.masses))),
         ),
-        fact("tare", force.map(|of| (&of.tared, value(&of.normal_tare)))),
+        fact(
+            "tare",
+            force.map(|force| (&force.tared, value(&force.normal_tare))),
+        ),
         fact(
             "channels",
-            channels.map(|of| (&of.measured, value(&of.latency))),
+            channels.map(|channels| (&channels.measured, value(&channels.latency))),
         ),
-        fact("output", output.map(|of| (&of.measured, of.meter.clone()))),
+        fact(
+            "output",
+            output.map(|output| (&output.measured, output.meter.clone())),
+        ),
     ]
 }
 
-fn parts(config: &Config, is: Wired) -> Vec<PartFact> {
+fn parts(config: &Config, lines: Wired) -> Vec<PartFact> {
     let part = |name: &str, words: String, well: bool| PartFact {
         name: name.to_owned(),
         words,
@@ -119,7 +125,7 @@ fn parts(config: &Config, is: Wired) -> Vec<PartFact> {
     let safety = &config.safety;
     let stop = |name: &str, line: HardwareStop, wired: bool| {
         let words = match (wired, safety.waiver_of(line)) {
-            (_, Some(by)) => format!("waived by {by}"),
+            (_, Some(waiver)) => format!("waived by {waiver}"),
             (true, None) => "wired".to_owned(),
             (false, None) => "not wired".to_owned(),
         };
@@ -132,8 +138,8 @@ fn parts(config: &Config, is: Wired) -> Vec<PartFact> {
             ..part(name, words, wired)
         }
     };
-    let wired = |name: &str, wired: bool, without: &str| {
-        let words = if wired { "wired" } else { without };
+    let wired = |name: &str, wired: bool, absent_words: &str| {
+        let words = if wired { "wired" } else { absent_words };
         part(name, words.to_owned(), wired)
     };
     let encoder = match &config.encoder {
@@ -142,14 +148,14 @@ fn parts(config: &Config, is: Wired) -> Vec<PartFact> {
     };
     let force = config.force.as_ref();
     vec![
-        stop("e-stop", HardwareStop::Estop, is.estop),
-        stop("heartbeat", HardwareStop::Heartbeat, is.heartbeat),
-        wired("enable", is.enable, "not wired"),
+        stop("e-stop", HardwareStop::Estop, lines.estop),
+        stop("heartbeat", HardwareStop::Heartbeat, lines.heartbeat),
+        wired("enable", lines.enable, "not wired"),
         PartFact {
             line: Some(BenchLine::Button),
             ..wired(
                 "button",
-                is.button,
+                lines.button,
                 "none: a finger at rest counts as ready",
             )
         },

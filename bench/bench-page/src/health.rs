@@ -34,8 +34,8 @@ impl HealthMeter {
         let field = gauges.field.get().unwrap_or_default();
         let faults = field.force;
         let lines = gauges.lines.get().unwrap_or_default();
-        let now = (now_ns, account.frames, field.force_samples);
-        let since = self.last.replace(now);
+        let reading = (now_ns, account.frames, field.force_samples);
+        let last = self.last.replace(reading);
         let per_second = |count: u64, since_ns: u64| {
             count as f64 / (now_ns.saturating_sub(since_ns).max(1) as f64 * 1e-9)
         };
@@ -49,9 +49,9 @@ impl HealthMeter {
             clock_off: gauges.clock_off(),
             frames: account.frames,
             lost_frames: account.lost_frames,
-            force_rate_hz: since
+            force_rate_hz: last
                 .map(|(at_ns, _, samples)| per_second(field.force_samples - samples, at_ns)),
-            speed: since.map_or(1.0, |(at_ns, frames, _)| {
+            speed: last.map_or(1.0, |(at_ns, frames, _)| {
                 per_second(account.frames - frames, at_ns) / f64::from(rate_hz)
             }),
             force_faults: faults.corrupt
@@ -83,7 +83,7 @@ mod tests {
     use tui::event::BenchLine;
 
     #[test]
-    fn what_was_pressed_between_two_looks_is_told_with_its_age() {
+    fn a_press_between_two_looks_is_shown_with_its_age() {
         let gauges = Gauges::default();
         let mut meter = HealthMeter::default();
         let mut look = |now_ns| {

@@ -2,13 +2,13 @@
 
 /// Returns the error and its causes, outermost first. A cause contained in an earlier line is omitted.
 pub fn lines(error: &anyhow::Error) -> Vec<String> {
-    let mut said: Vec<String> = Vec::new();
+    let mut lines: Vec<String> = Vec::new();
     for cause in error.chain().map(ToString::to_string) {
-        if !said.iter().any(|line| line.contains(&cause)) {
-            said.push(cause);
+        if !lines.iter().any(|line| line.contains(&cause)) {
+            lines.push(cause);
         }
     }
-    said
+    lines
 }
 
 #[cfg(test)]
@@ -20,8 +20,8 @@ mod tests {
         let error = anyhow::anyhow!("not a folder")
             .context("cannot create study")
             .context("cannot begin: cannot create study: not a folder");
-        let once = ["cannot begin: cannot create study: not a folder"];
-        assert_eq!(lines(&error), once);
+        let expected = ["cannot begin: cannot create study: not a folder"];
+        assert_eq!(lines(&error), expected);
         let error = anyhow::anyhow!("busy").context("cannot open the port");
         assert_eq!(lines(&error), ["cannot open the port", "busy"]);
     }

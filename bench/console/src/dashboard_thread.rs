@@ -28,13 +28,13 @@ impl Dashboard {
     /// # Errors
     /// If the thread cannot be started.
     pub fn open(stop: StopFlag, keys: StopKeys) -> anyhow::Result<(Self, DashboardThread)> {
-        let (events, shown) = std::sync::mpsc::sync_channel(WAITING_EVENTS);
-        let (asked, actions): (Sender<Action>, _) = std::sync::mpsc::channel();
+        let (events, event_receiver) = std::sync::mpsc::sync_channel(WAITING_EVENTS);
+        let (action_sender, actions): (Sender<Action>, _) = std::sync::mpsc::channel();
         let thread = std::thread::Builder::new()
             .name("dashboard".to_owned())
             .spawn(move || {
                 let _raise_on_unwind = RaiseOnDrop(stop);
-                tui::shell::run_operator(&shown, asked, move |action| {
+                tui::shell::run_operator(&event_receiver, action_sender, move |action| {
                     keys.hear();
                     action.iter().for_each(|action| keys.act(action));
                 })

@@ -50,20 +50,23 @@ impl<W: Write + Send> Front for Headless<W> {
     fn show(&mut self, event: Event) {
         match event {
             Event::Phase(phase) => {
-                let now = (phase.kind, phase.trial, phase.attempt);
+                let phase_key = (phase.kind, phase.trial, phase.attempt);
                 let sort = if phase.practice { "practice" } else { "trial" };
-                if phase.kind == PhaseKind::Baseline && phase.trial > 0 && self.phase != Some(now) {
-                    let again = if phase.attempt > 1 {
+                if phase.kind == PhaseKind::Baseline
+                    && phase.trial > 0
+                    && self.phase != Some(phase_key)
+                {
+                    let attempt_text = if phase.attempt > 1 {
                         format!(", attempt {}", phase.attempt)
                     } else {
                         String::new()
                     };
                     self.line(format_args!(
-                        "{sort} {} of {}{again}",
+                        "{sort} {} of {}{attempt_text}",
                         phase.trial, phase.trials
                     ));
                 }
-                self.phase = Some(now);
+                self.phase = Some(phase_key);
             }
             Event::Verdict(verdict) => {
                 let force = verdict
@@ -87,8 +90,8 @@ impl<W: Write + Send> Front for Headless<W> {
                 reason,
             } if self.tripped != reason => {
                 self.tripped = reason;
-                let why = self.tripped.clone().unwrap_or_default();
-                self.line(format_args!("  STOPPED: {why}"));
+                let reason = self.tripped.clone().unwrap_or_default();
+                self.line(format_args!("  STOPPED: {reason}"));
             }
             Event::Log { level, text } => match level {
                 LogLevel::Info => self.line(format_args!("  {text}")),

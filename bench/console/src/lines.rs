@@ -27,7 +27,7 @@ const WAITING_LINES: usize = 1 << 16;
 pub struct Lines {
     line: Vec<u8>,
     /// `None` only during drop.
-    to: Option<SyncSender<Vec<u8>>>,
+    queue: Option<SyncSender<Vec<u8>>>,
     unread: Arc<AtomicBool>,
     writer: Option<JoinHandle<()>>,
 }
@@ -38,15 +38,15 @@ impl Lines {
     /// # Errors
     /// If the system refuses a thread.
     pub fn start(mut out: impl Write + Send + 'static) -> anyhow::Result<Self> {
-        let (to, lines) = mpsc::sync_channel::<Vec<u8>>(WAITING_LINES);
+        let (queue, lines) = mpsc::sync_channel::<Vec<u8>>(WAITING_LINES);
         let unread = Arc::new(AtomicBool::new(false));
-        let gone = Arc::clone(&unread);
+        let closed = Arc::clone(&unread);
         let writer = thread::Builder::new()
             .name("lines".to_owned())
             .spawn(move || {
                 for line in lines {
                     if out.write_all(&line).and_then(|()| out.flush()).is_err() {
-                        gone.store(true, Ordering::Release);
+                        closed.store(true, Ordering::Release);
                         return;
                     }
                 }
@@ -54,7 +54,7 @@ impl Lines {
             .context("cannot start the thread that writes lines")?;
         Ok(Self {
             line: Vec::new(),
-            to: Some(to),
+            queue: Some(queue),
             unread,
             writer: Some(writer),
         })
@@ -65,12 +65,12 @@ impl Lines {
             return Ok(());
         }
         let line = std::mem::take(&mut self.line);
-        let gone = || Err(io::Error::from(io::ErrorKind::BrokenPipe));
-        match self.to.as_ref().map(|to| to.try_send(line)) {
-            None | Some(Err(TrySendError::Disconnected(_))) => gone(),
+        let broken_pipe = || Err(io::Error::from(io::ErrorKind::BrokenPipe));
+        match self.queue.as_ref().map(|queue| queue.try_send(line)) {
+            None | Some(Err(TrySendError::Disconnected(_))) => broken_pipe(),
             // The line is dropped: the reader has not read for hours.
             Some(Ok(()) | Err(TrySendError::Full(_))) if self.unread.load(Ordering::Acquire) => {
-                gone()
+                broken_pipe()
             }
             Some(Ok(()) | Err(TrySendError::Full(_))) => Ok(()),
         }
@@ -94,7 +94,7 @@ impl Write for Lines {
 impl Drop for Lines {
     fn drop(&mut self) {
         let _ = self.hand_over();
-        self.to = None;
+        self.queue = None;
         if let Some(writer) = self.writer.take() {
             let _ = writer.join();
         }
@@ -132,13 +132,13 @@ mod tests {
             writeln!(lines, "not read").unwrap();
         }
         drop(goes_on);
-        let closed = std::iter::repeat_with(|| {
+        let failure = std::iter::repeat_with(|| {
             thread::yield_now();
             writeln!(lines, "to nobody")
         })
         .find_map(Result::err);
         assert_eq!(
-            closed.map(|error| error.kind()),
+            failure.map(|error| error.kind()),
             Some(io::ErrorKind::BrokenPipe)
         );
     }

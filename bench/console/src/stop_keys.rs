@@ -52,13 +52,13 @@ impl StopKeys {
         match action {
             Action::EmergencyStop => self.drive.trip(Trip::Operator),
             Action::Quit | Action::Interrupt => {
-                let again = self.ends.as_ref().is_some_and(StopFlag::is_raised);
+                let is_repeated = self.ends.as_ref().is_some_and(StopFlag::is_raised);
                 if let Some(stop) = &self.ends {
                     // Raised first, so that the watch of a bench that is ending does not report the kill as a fault.
                     stop.raise();
                 }
                 self.drive.kill();
-                if again && *action == Action::Interrupt {
+                if is_repeated && *action == Action::Interrupt {
                     interrupt();
                 }
             }

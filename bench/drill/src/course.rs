@@ -15,8 +15,8 @@ use tasks::{Clock, StopFlag, SystemClock};
 use tui::event::{PhaseKind, PhaseView};
 use tui::{Action, Event};
 
-use crate::draw::{Drawn, NotDrilledError, draw};
-use crate::drill_task::{Company, DrillTask};
+use crate::draw::{NotDrilledError, PlannedFault, draw};
+use crate::drill_task::{DrillTask, ExerciseState};
 use crate::exercise::{Exercise, Sight};
 use crate::page::Page;
 use crate::panels::Panels;
@@ -29,7 +29,7 @@ const MEAN_V: f64 = 20.0;
 const MODULATION_HZ: f64 = 6.0;
 const MODULATION_INDEX: f64 = 0.95;
 /// Time between two polls while no bench is open.
-const ALONE: Duration = Duration::from_millis(20);
+const IDLE_PERIOD: Duration = Duration::from_millis(20);
 
 /// A bench used for a drill.
 pub struct Watched {
@@ -42,7 +42,7 @@ pub struct Watched {
 /// A planned drill, checked to be possible.
 pub struct Course {
     bench: Effective,
-    only: Vec<FaultKind>,
+    selection: Vec<FaultKind>,
     simulated: bool,
     seed: Option<u64>,
     operator: String,
@@ -58,7 +58,7 @@ impl Course {
     /// If a fault cannot be drilled, or the drive is not admitted.
     pub fn new(
         bench: Effective,
-        only: &[FaultKind],
+        selection: &[FaultKind],
         simulated: bool,
         pace: Pace,
         seed: Option<u64>,
@@ -67,8 +67,9 @@ impl Course {
     ) -> anyhow::Result<Self> {
         let config = bench.config();
         require_armable(config, pace)?;
-        let drawn: Result<Vec<Drawn>, NotDrilledError> = draw(only, config, simulated, 0);
-        if drawn?.is_empty() {
+        let plan: Result<Vec<PlannedFault>, NotDrilledError> =
+            draw(selection, config, simulated, 0);
+        if plan?.is_empty() {
             anyhow::bail!(
                 "this bench can be drilled with nothing: it has neither e-stop nor force sensor"
             );
@@ -79,7 +80,7 @@ impl Course {
         }
         let program = settings(config)?.admit(waveform)?;
         Ok(Self {
-            only: only.to_vec(),
+            selection: selection.to_vec(),
             simulated,
             seed,
             operator: operator.to_owned(),
@@ -98,14 +99,14 @@ impl Course {
         &self,
         parent: &Path,
         mut front: Box<dyn Front>,
-        (over, drive): (&StopFlag, &DriveStop),
+        (quit, drive): (&StopFlag, &DriveStop),
         mut open: impl FnMut() -> anyhow::Result<Watched>,
     ) -> anyhow::Result<(DrillRecord, DrillFolder)> {
         let first = open()?;
         let began = first.hardware.clock.utc();
-        let seed = self.seed.unwrap_or_else(|| of_the_day(began));
-        let drawn = draw(&self.only, self.bench.config(), self.simulated, seed)?;
-        let mut record = DrillRecord::new(began, &self.operator, self.simulated, seed, drawn.len());
+        let seed = self.seed.unwrap_or_else(|| day_seed(began));
+        let plan = draw(&self.selection, self.bench.config(), self.simulated, seed)?;
+        let mut record = DrillRecord::new(began, &self.operator, self.simulated, seed, plan.len());
         record.unattended = self.unattended;
         let folder = DrillFolder::create(parent, began)?;
         folder.write(&record)?;
@@ -113,45 +114,50 @@ impl Course {
         let facts = bench_page::facts(config, file, &first.hardware);
         front.show(Event::Bench(facts));
 
-        let mut page = Page::new(drawn.len());
-        let (mut opened, mut leaves) = (Some(first), false);
-        for (number, drawn) in (1..).zip(&drawn) {
+        let mut page = Page::new(plan.len());
+        let (mut open_bench, mut is_abandoned) = (Some(first), false);
+        for (number, planned) in (1..).zip(&plan) {
             page.turn();
             let silence_s = self.bench.config().safety.silence_s;
-            let mut company = Company {
+            let mut state = ExerciseState {
                 front,
                 page,
-                exercise: Exercise::new(drawn.fault, !self.simulated, drawn.settle_s, silence_s),
-                left: false,
+                exercise: Exercise::new(
+                    planned.fault,
+                    !self.simulated,
+                    planned.settle_s,
+                    silence_s,
+                ),
+                has_left: false,
                 now_s: 0.0,
             };
-            company.show();
-            let watched = match opened.take() {
+            state.show();
+            let watched = match open_bench.take() {
                 Some(watched) => Some(watched),
-                None => self.reopened(&mut company, over, &mut open)?,
+                None => self.reopen(&mut state, quit, &mut open)?,
             };
             if let Some(watched) = watched {
-                company =
-                    self.exercised(company, watched, (over, drive), (number, record.planned))?;
+                state =
+                    self.run_exercise(state, watched, (quit, drive), (number, record.planned))?;
             }
-            record.add(&company.exercise);
+            record.add(&state.exercise);
             folder.write(&record)?;
-            let Company {
-                front: back,
-                page: turned,
-                left,
+            let ExerciseState {
+                front: last_front,
+                page: last_page,
+                has_left,
                 ..
-            } = company;
-            (front, page) = (back, turned);
+            } = state;
+            (front, page) = (last_front, last_page);
             page.add(&record.exercises[record.exercises.len() - 1]);
-            leaves = left || over.is_raised();
-            if leaves {
+            is_abandoned = has_left || quit.is_raised();
+            if is_abandoned {
                 break;
             }
         }
         front.show(Event::Drill(page.last()));
-        if !leaves {
-            conclude(front.as_mut(), &record, over);
+        if !is_abandoned {
+            conclude(front.as_mut(), &record, quit);
         }
         front.show(Event::Close);
         Ok((record, folder))
@@ -159,47 +165,47 @@ impl Course {
 
     /// Reopens the bench; on real hardware the operator is asked to undo the effects of the last exercise first. Returns `None`
     /// if the operator leaves.
-    fn reopened(
+    fn reopen(
         &self,
-        company: &mut Company,
-        over: &StopFlag,
+        state: &mut ExerciseState,
+        quit: &StopFlag,
         open: &mut impl FnMut() -> anyhow::Result<Watched>,
     ) -> anyhow::Result<Option<Watched>> {
         loop {
-            let missing = match open() {
+            let error = match open() {
                 Ok(watched) => return Ok(Some(watched)),
                 Err(error) if self.simulated => return Err(error),
                 Err(error) => error,
             };
-            let words = format!("{missing:#}. Put it right, then space.");
-            if let Some(view) = company.page.with_words(words) {
-                company.front.show(Event::Drill(view));
+            let words = format!("{error:#}. Put it right, then space.");
+            if let Some(view) = state.page.with_words(words) {
+                state.front.show(Event::Drill(view));
             }
             loop {
-                if over.is_raised() {
-                    company.left = true;
+                if quit.is_raised() {
+                    state.has_left = true;
                     return Ok(None);
                 }
-                match company.front.action() {
+                match state.front.action() {
                     Some(Action::Ready) => break,
                     Some(Action::Quit | Action::Interrupt) => {
-                        company.left = true;
+                        state.has_left = true;
                         return Ok(None);
                     }
-                    _ => rest(company.front.as_mut(), &SafetyState::Disarmed),
+                    _ => idle(state.front.as_mut(), &SafetyState::Disarmed),
                 }
             }
         }
     }
 
     /// Runs one exercise on an opened bench.
-    fn exercised(
+    fn run_exercise(
         &self,
-        company: Company,
+        state: ExerciseState,
         watched: Watched,
-        (over, drive): (&StopFlag, &DriveStop),
+        (quit, drive): (&StopFlag, &DriveStop),
         (number, numbers): (u32, usize),
-    ) -> anyhow::Result<Company> {
+    ) -> anyhow::Result<ExerciseState> {
         let mut hardware = watched.hardware;
         // No exercise needs sliding or the button, and a removed GPIO chip must not end the task that reads them.
         (hardware.lines.encoder, hardware.lines.button) = (None, None);
@@ -210,19 +216,19 @@ impl Course {
         )?;
         bench.require_calibration_holds(&self.bench)?;
         drive.follow(bench.life.drive_stop());
-        let (back, returned) = crossbeam_channel::bounded(1);
+        let (sender, receiver) = crossbeam_channel::bounded(1);
         let task = DrillTask {
             batches: bench.batches,
             drive: bench.drive,
             signals: bench.signals,
             gauges: bench.gauges,
             stop: bench.life.stop().clone(),
-            over: over.clone(),
+            quit: quit.clone(),
             program: self.program,
             hand: watched.hand,
             panels: Panels::new(self.bench.config().audio.rate_hz),
-            company: Some(company),
-            back,
+            state: Some(state),
+            sender,
             signs: Signs::default(),
             safety: None,
             phase: None,
@@ -233,29 +239,29 @@ impl Course {
         let mut tasks = bench.before;
         tasks.push(Box::new(task));
         tasks.extend(bench.after);
-        let ran = bench.life.run(tasks, || Ok(()));
-        let ran = match ran {
+        let result = bench.life.run(tasks, || Ok(()));
+        let result = match result {
             // Not a fault of the exercise: the drill must not continue on such a bench.
             Err(error) if error.is::<EndedByPanic>() => return Err(error),
-            ran => ran,
+            result => result,
         };
-        let Ok(mut company) = returned.try_recv() else {
-            ran?;
+        let Ok(mut state) = receiver.try_recv() else {
+            result?;
             anyhow::bail!("the exercise ended without its operator");
         };
-        if let Err(error) = ran {
-            company.exercise.bench_ended(&format!("{error:#}"));
-            alone(&mut company, over);
-        } else if company.exercise.outcome().is_none() {
-            company.left = true;
+        if let Err(error) = result {
+            state.exercise.bench_ended(&format!("{error:#}"));
+            finish_without_bench(&mut state, quit);
+        } else if state.exercise.outcome().is_none() {
+            state.has_left = true;
         }
-        Ok(company)
+        Ok(state)
     }
 }
 
 /// Returns a seed from the time of day.
-fn of_the_day(now: Timestamp) -> u64 {
-    now.as_nanosecond().unsigned_abs() as u64 & (i64::MAX as u64)
+fn day_seed(time: Timestamp) -> u64 {
+    time.as_nanosecond().unsigned_abs() as u64 & (i64::MAX as u64)
 }
 
 /// Returns the drive of a drill: on simulated hardware the published one, reduced to the limits; on real hardware a faint tone.
@@ -279,46 +285,46 @@ fn waveform(config: &Config, simulated: bool) -> Waveform {
 }
 
 /// Continues the exercise with the operator alone after the bench has ended.
-fn alone(company: &mut Company, over: &StopFlag) {
-    let (began, from_s) = (Instant::now(), company.now_s);
+fn finish_without_bench(state: &mut ExerciseState, quit: &StopFlag) {
+    let (began, from_s) = (Instant::now(), state.now_s);
     let safety = SafetyState::Tripped {
         trip: Trip::AudioLost,
     };
-    while company.exercise.outcome().is_none() && !company.left {
-        company.now_s = from_s + began.elapsed().as_secs_f64();
+    while state.exercise.outcome().is_none() && !state.has_left {
+        state.now_s = from_s + began.elapsed().as_secs_f64();
         let sight = Sight {
-            now_s: company.now_s,
+            now_s: state.now_s,
             safety: &safety,
             sounds: false,
             flag: None,
         };
         // No bench is left to obey the order.
-        let _ = company.exercise.poll(sight);
-        company.show();
-        if let Some(action) = company.front.action() {
-            let _ = company.act(action);
+        let _ = state.exercise.poll(sight);
+        state.show();
+        if let Some(action) = state.front.action() {
+            let _ = state.act(action);
         }
-        company.left |= over.is_raised() || company.front.is_unread();
-        rest(company.front.as_mut(), &safety);
+        state.has_left |= quit.is_raised() || state.front.is_unread();
+        idle(state.front.as_mut(), &safety);
     }
 }
 
 /// Waits until the next poll while no bench is open; the screen keeps the last state.
-fn rest(front: &mut dyn Front, safety: &SafetyState) {
+fn idle(front: &mut dyn Front, safety: &SafetyState) {
     front.show(safety_event(safety, false, None));
-    std::thread::sleep(ALONE);
+    std::thread::sleep(IDLE_PERIOD);
 }
 
 /// Shows the summary until the operator has read it.
-fn conclude(front: &mut dyn Front, record: &DrillRecord, over: &StopFlag) {
+fn conclude(front: &mut dyn Front, record: &DrillRecord, quit: &StopFlag) {
     front.show(Event::Phase(PhaseView::new(PhaseKind::Finished)));
     front.show(Event::Finished {
         summary: record.lines(),
     });
-    while !over.is_raised() && !front.is_unread() {
+    while !quit.is_raised() && !front.is_unread() {
         if let Some(Action::Quit | Action::Interrupt) = front.action() {
             break;
         }
-        rest(front, &SafetyState::Disarmed);
+        idle(front, &SafetyState::Disarmed);
     }
 }

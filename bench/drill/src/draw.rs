@@ -23,7 +23,7 @@ pub struct NotDrilledError {
 
 /// A fault of a drill, and the driving time before it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Drawn {
+pub(crate) struct PlannedFault {
     pub fault: FaultKind,
     pub settle_s: f64,
 }
@@ -97,22 +97,23 @@ fn obstacle(fault: FaultKind, config: &Config, simulated: bool) -> Option<String
     }
 }
 
-/// Returns the faults of a drill, those of `only` or all that are possible on this bench; `seed` determines order and times.
+/// Returns the faults of a drill, those of `selection` or all that are possible on this bench; `seed` determines order and
+/// times.
 ///
 /// # Errors
-/// [`NotDrilledError`] if a fault of `only` cannot be drilled on this bench.
+/// [`NotDrilledError`] if a fault of `selection` cannot be drilled on this bench.
 pub(crate) fn draw(
-    only: &[FaultKind],
+    selection: &[FaultKind],
     config: &Config,
     simulated: bool,
     seed: u64,
-) -> Result<Vec<Drawn>, NotDrilledError> {
+) -> Result<Vec<PlannedFault>, NotDrilledError> {
     let mut faults = Vec::new();
-    if only.is_empty() {
+    if selection.is_empty() {
         let all = FaultKind::ALL.iter().copied();
         faults.extend(all.filter(|fault| obstacle(*fault, config, simulated).is_none()));
     }
-    for &fault in only {
+    for &fault in selection {
         if let Some(because) = obstacle(fault, config, simulated) {
             return Err(NotDrilledError { fault, because });
         }
@@ -122,7 +123,7 @@ pub(crate) fn draw(
     }
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     faults.shuffle(&mut rng);
-    let settle = |fault| Drawn {
+    let settle = |fault| PlannedFault {
         fault,
         settle_s: rng.random_range(SETTLE_S.0..SETTLE_S.1),
     };
@@ -139,8 +140,8 @@ mod tests {
         Config::parse(&text.replacen(from, to, 1), "test").unwrap()
     }
 
-    fn faults(drawn: &[Drawn]) -> Vec<FaultKind> {
-        drawn.iter().map(|drawn| drawn.fault).collect()
+    fn faults(plan: &[PlannedFault]) -> Vec<FaultKind> {
+        plan.iter().map(|planned| planned.fault).collect()
     }
 
     #[test]
@@ -149,17 +150,17 @@ mod tests {
         let draw = |seed| draw(&[], &config, true, seed).unwrap();
         assert_eq!(draw(1), draw(1));
         assert_ne!(faults(&draw(1)), faults(&draw(2)));
-        let sorted = |seed| {
+        let sorted_faults = |seed| {
             let mut faults = faults(&draw(seed));
             faults.sort();
             faults
         };
-        assert_eq!(sorted(1), sorted(2));
+        assert_eq!(sorted_faults(1), sorted_faults(2));
         let drilled = FaultKind::ALL.iter().filter(|fault| fault.is_drilled());
         // A card with integer samples sends no NaN.
         assert_eq!(draw(1).len(), drilled.count() - 1);
-        for drawn in draw(1) {
-            assert!((SETTLE_S.0..SETTLE_S.1).contains(&drawn.settle_s));
+        for planned in draw(1) {
+            assert!((SETTLE_S.0..SETTLE_S.1).contains(&planned.settle_s));
         }
     }
 
@@ -169,42 +170,42 @@ mod tests {
             "backend = \"none\"",
             "backend = \"field-box\"\n[field_box]\nport = \"/dev/ttyACM0\"\n#",
         );
-        let drawn = faults(&draw(&[], &on_box, true, 1).unwrap());
-        assert!(drawn.contains(&FaultKind::ForceUnplugged));
-        assert!(!drawn.contains(&FaultKind::GpioRemoved));
-        let asked = draw(&[FaultKind::GpioRemoved], &on_box, true, 1);
-        assert!(asked.is_err_and(|error| error.to_string().contains("gpio.backend")));
+        let faults = faults(&draw(&[], &on_box, true, 1).unwrap());
+        assert!(faults.contains(&FaultKind::ForceUnplugged));
+        assert!(!faults.contains(&FaultKind::GpioRemoved));
+        let refusal = draw(&[FaultKind::GpioRemoved], &on_box, true, 1);
+        assert!(refusal.is_err_and(|error| error.to_string().contains("gpio.backend")));
     }
 
     #[test]
-    fn what_this_bench_cannot_be_drilled_with_is_refused_if_it_was_asked_for() {
+    fn an_undrillable_fault_is_refused_if_it_is_selected() {
         let mock = config("[force]", "[force]");
-        let refused = |fault, config: &Config, simulated| {
-            let refused = draw(&[FaultKind::Press, fault], config, simulated, 1);
-            refused.is_err_and(|error| error.fault == fault)
+        let is_refused = |fault, config: &Config, simulated| {
+            let plan = draw(&[FaultKind::Press, fault], config, simulated, 1);
+            plan.is_err_and(|error| error.fault == fault)
         };
         for fault in [
             FaultKind::RelayWelded,
             FaultKind::ButtonHeld,
             FaultKind::Nan,
         ] {
-            assert!(refused(fault, &mock, true), "{fault}");
+            assert!(is_refused(fault, &mock, true), "{fault}");
         }
         let floats = config("sample_format = \"i32\"", "sample_format = \"f32\"");
-        assert!(!refused(FaultKind::Nan, &floats, true));
+        assert!(!is_refused(FaultKind::Nan, &floats, true));
         for fault in [FaultKind::Xrun, FaultKind::Estop] {
-            assert!(refused(fault, &mock, false), "{fault}");
+            assert!(is_refused(fault, &mock, false), "{fault}");
         }
-        assert!(!refused(FaultKind::AmplifierOff, &mock, false));
+        assert!(!is_refused(FaultKind::AmplifierOff, &mock, false));
         let floor = config("readback_floor_v = 1.0", "readback_floor_v = 1.6");
-        assert!(refused(FaultKind::AmplifierOff, &floor, false));
-        assert!(!refused(FaultKind::AmplifierOff, &floor, true));
+        assert!(is_refused(FaultKind::AmplifierOff, &floor, false));
+        assert!(!is_refused(FaultKind::AmplifierOff, &floor, true));
     }
 
     #[test]
     fn a_fault_that_is_named_twice_comes_once() {
         let mock = config("[force]", "[force]");
-        let drawn = draw(&[FaultKind::Estop, FaultKind::Estop], &mock, true, 1).unwrap();
-        assert_eq!(faults(&drawn), [FaultKind::Estop]);
+        let plan = draw(&[FaultKind::Estop, FaultKind::Estop], &mock, true, 1).unwrap();
+        assert_eq!(faults(&plan), [FaultKind::Estop]);
     }
 }

@@ -24,7 +24,7 @@ use crate::{Deed, FaultHand};
 const SCREEN_PERIOD_NS: u64 = 16_000_000;
 
 /// State passed from one exercise to the next.
-pub(crate) struct Company {
+pub(crate) struct ExerciseState {
     /// The operator's front end.
     pub front: Box<dyn Front>,
     /// Page of the drill.
@@ -32,22 +32,22 @@ pub(crate) struct Company {
     /// The exercise.
     pub exercise: Exercise,
     /// Whether the operator has left the drill.
-    pub left: bool,
+    pub has_left: bool,
     /// Time of the latest poll, s.
     pub now_s: f64,
 }
 
-impl Company {
+impl ExerciseState {
     /// Takes an action of the operator; returns the order to the bench.
     pub fn act(&mut self, action: Action) -> Option<Order> {
-        let restarts = self.exercise.asked() == tui::drill_view::DrillStep::Quit
+        let restarts = self.exercise.current_step() == tui::drill_view::DrillStep::Quit
             || matches!(
                 self.exercise.fault().row().remedy,
                 rehearsal::Remedy::Restart(_)
-            ) && self.exercise.asked() == tui::drill_view::DrillStep::Acknowledge;
+            ) && self.exercise.current_step() == tui::drill_view::DrillStep::Acknowledge;
         match action {
-            Action::Interrupt => self.left = true,
-            Action::Quit if !restarts => self.left = true,
+            Action::Interrupt => self.has_left = true,
+            Action::Quit if !restarts => self.has_left = true,
             _ => return self.exercise.act(action, self.now_s),
         }
         None
@@ -69,12 +69,12 @@ pub(crate) struct DrillTask {
     pub gauges: Arc<Gauges>,
     pub stop: StopFlag,
     /// Raised when the screen has ended or a signal requests the end.
-    pub over: StopFlag,
+    pub quit: StopFlag,
     pub program: Program,
     pub hand: Option<FaultHand>,
     pub panels: Panels,
-    pub company: Option<Company>,
-    pub back: Sender<Company>,
+    pub state: Option<ExerciseState>,
+    pub sender: Sender<ExerciseState>,
     pub signs: Signs,
     pub safety: Option<(SafetyState, bool)>,
     pub phase: Option<PhaseKind>,
@@ -106,36 +106,36 @@ impl DrillTask {
 
     fn show_bench(
         &mut self,
-        company: &mut Company,
+        state: &mut ExerciseState,
         now_ns: u64,
         safety: &SafetyState,
         sounds: bool,
     ) {
-        let seen = Some((safety.clone(), sounds));
-        let due = now_ns >= self.screen_due_ns;
-        if self.safety != seen || due {
+        let bench_state = Some((safety.clone(), sounds));
+        let is_due = now_ns >= self.screen_due_ns;
+        if self.safety != bench_state || is_due {
             let left = self.signals.dose.get();
-            company
+            state
                 .front
                 .show(safety_event(safety, sounds, left.as_ref()));
-            self.safety = seen;
+            self.safety = bench_state;
         }
-        let kind = if company.exercise.is_paused() {
+        let kind = if state.exercise.is_paused() {
             PhaseKind::Paused
         } else {
             PhaseKind::Monitoring
         };
         if self.phase.replace(kind) != Some(kind) {
-            company.front.show(Event::Phase(PhaseView {
+            state.front.show(Event::Phase(PhaseView {
                 trial: self.number,
                 trials: self.numbers,
                 ..PhaseView::new(kind)
             }));
         }
-        if due {
+        if is_due {
             self.screen_due_ns = now_ns + SCREEN_PERIOD_NS;
             for event in self.panels.events(now_ns, &self.gauges) {
-                company.front.show(event);
+                state.front.show(event);
             }
         }
     }
@@ -151,10 +151,10 @@ impl Task for DrillTask {
     }
 
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
-        let Some(mut company) = self.company.take() else {
+        let Some(mut state) = self.state.take() else {
             return Ok(());
         };
-        company.now_s = now_ns as f64 * 1e-9;
+        state.now_s = now_ns as f64 * 1e-9;
         let safety = self.signals.state.get().unwrap_or_default();
         self.drive.poll(&safety);
         let batches: Vec<Batch> = self.batches.try_iter().collect();
@@ -162,7 +162,7 @@ impl Task for DrillTask {
             self.signs.take(&batch, &self.gauges);
             self.panels.take(&batch);
             for text in batch.warnings {
-                company.front.show(Event::Log {
+                state.front.show(Event::Log {
                     level: LogLevel::Warning,
                     text,
                 });
@@ -170,9 +170,9 @@ impl Task for DrillTask {
         }
         let sounds = self.drive.sounds();
         let flag = self.signs.flag();
-        let fault = company.exercise.fault();
-        let order = company.exercise.poll(Sight {
-            now_s: company.now_s,
+        let fault = state.exercise.fault();
+        let order = state.exercise.poll(Sight {
+            now_s: state.now_s,
             safety: &safety,
             sounds,
             flag: flag.as_deref(),
@@ -180,26 +180,26 @@ impl Task for DrillTask {
         if let Some(order) = order {
             self.obey(order, fault);
         }
-        self.show_bench(&mut company, now_ns, &safety, sounds);
-        company.show();
-        while let Some(action) = company.front.action() {
-            if let Some(order) = company.act(action) {
+        self.show_bench(&mut state, now_ns, &safety, sounds);
+        state.show();
+        while let Some(action) = state.front.action() {
+            if let Some(order) = state.act(action) {
                 self.obey(order, fault);
             }
         }
-        let done =
-            company.exercise.outcome().is_some() || company.left || company.front.is_unread();
-        if done || self.over.is_raised() {
+        let is_done =
+            state.exercise.outcome().is_some() || state.has_left || state.front.is_unread();
+        if is_done || self.quit.is_raised() {
             self.stop.raise();
         }
-        self.company = Some(company);
+        self.state = Some(state);
         Ok(())
     }
 
     fn finish(&mut self) -> anyhow::Result<()> {
         self.drive.stop();
-        if let Some(company) = self.company.take() {
-            let _ = self.back.send(company);
+        if let Some(state) = self.state.take() {
+            let _ = self.sender.send(state);
         }
         Ok(())
     }

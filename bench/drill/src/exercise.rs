@@ -86,7 +86,7 @@ enum Stage {
 #[derive(Debug, Clone)]
 pub(crate) struct Exercise {
     fault: FaultKind,
-    by_hand: bool,
+    is_manual: bool,
     /// Longest time allowed until the drive is silent, s.
     within_s: f64,
     settle_s: f64,
@@ -94,22 +94,22 @@ pub(crate) struct Exercise {
     since_s: Option<f64>,
     begun_s: f64,
     noticed_s: f64,
-    seen_by: String,
+    sign: String,
     note: Option<&'static str>,
     times: Times,
 }
 
 impl Exercise {
-    /// Begins an exercise with the fault after `settle_s` of driving; `by_hand` if a person causes it. `silence_s` is the
+    /// Begins an exercise with the fault after `settle_s` of driving; `is_manual` if a person causes it. `silence_s` is the
     /// bench's setting.
-    pub fn new(fault: FaultKind, by_hand: bool, settle_s: f64, silence_s: f64) -> Self {
+    pub fn new(fault: FaultKind, is_manual: bool, settle_s: f64, silence_s: f64) -> Self {
         let within_s = match fault.row().required {
             Required::Stop(within) => within.seconds(silence_s),
             _ => UNSEEN_S,
         };
         Self {
             fault,
-            by_hand,
+            is_manual,
             within_s,
             settle_s,
             stage: Stage::Settling {
@@ -119,7 +119,7 @@ impl Exercise {
             since_s: None,
             begun_s: 0.0,
             noticed_s: 0.0,
-            seen_by: String::new(),
+            sign: String::new(),
             note: None,
             times: Times::default(),
         }
@@ -149,8 +149,8 @@ impl Exercise {
     }
 
     /// Returns how the bench showed the fault: the reason of the stop, or the flag.
-    pub fn seen_by(&self) -> &str {
-        &self.seen_by
+    pub fn sign(&self) -> &str {
+        &self.sign
     }
 
     /// Returns the remark on the operator's last key.
@@ -167,7 +167,7 @@ impl Exercise {
     }
 
     /// Returns the step requested of the operator.
-    pub fn asked(&self) -> DrillStep {
+    pub fn current_step(&self) -> DrillStep {
         match (&self.stage, self.fault.row().remedy) {
             (Stage::Asked, _) => DrillStep::Act,
             (Stage::Noticed, _) => DrillStep::Acknowledge,
@@ -183,7 +183,7 @@ impl Exercise {
     pub fn instruction(&self) -> String {
         let row = self.fault.row();
         match (&self.stage, row.remedy) {
-            (Stage::Settling { .. } | Stage::Begun, _) if self.by_hand => {
+            (Stage::Settling { .. } | Stage::Begun, _) if self.is_manual => {
                 "The faint tone sounds. Nothing is to be done yet.".to_owned()
             }
             (Stage::Settling { .. } | Stage::Begun, _) => {
@@ -191,12 +191,12 @@ impl Exercise {
             }
             (Stage::Asked, _) => row.real.map_or("", |real| real.words).to_owned(),
             (Stage::Noticed, _) if row.required == Required::Flag => {
-                format!("Flagged: {}. Space when you have seen it.", self.seen_by)
+                format!("Flagged: {}. Space when you have seen it.", self.sign)
             }
             (Stage::Noticed, _) => {
-                format!("Stopped: {}. Space when you have seen it.", self.seen_by)
+                format!("Stopped: {}. Space when you have seen it.", self.sign)
             }
-            (Stage::Acknowledged { .. }, Remedy::Rearm(removed)) if self.by_hand => {
+            (Stage::Acknowledged { .. }, Remedy::Rearm(removed)) if self.is_manual => {
                 format!("{removed} Then re-arm: x, y.")
             }
             (Stage::Acknowledged { .. }, Remedy::Rearm(_)) => {
@@ -213,7 +213,7 @@ impl Exercise {
             (Stage::Rearmed, _) => "Resume: p.".to_owned(),
             (Stage::Resuming { .. }, _) => "The drive resumes.".to_owned(),
             (Stage::Over(Outcome::Met), _) => "Met.".to_owned(),
-            (Stage::Over(Outcome::Missed(why)), _) => format!("Missed: {why}."),
+            (Stage::Over(Outcome::Missed(reason)), _) => format!("Missed: {reason}."),
         }
     }
 
@@ -228,8 +228,8 @@ impl Exercise {
         };
         self.note_silence(trip, sight);
         let goes_on = self.fault.row().required == Required::Flag;
-        let shown = matches!(self.stage, Stage::Noticed | Stage::Acknowledged { .. });
-        if let Some(trip) = trip.filter(|_| goes_on && shown) {
+        let is_noticed = matches!(self.stage, Stage::Noticed | Stage::Acknowledged { .. });
+        if let Some(trip) = trip.filter(|_| goes_on && is_noticed) {
             self.end(should_have_gone_on(trip));
             return None;
         }
@@ -239,8 +239,8 @@ impl Exercise {
                     return Some(Order::Drive);
                 }
                 if let Some(trip) = trip.filter(|trip| **trip != Trip::Operator) {
-                    let why = format!("the bench stopped before the fault: {trip}");
-                    self.end(Outcome::Missed(why));
+                    let reason = format!("the bench stopped before the fault: {trip}");
+                    self.end(Outcome::Missed(reason));
                     return None;
                 }
                 if trip.is_some() || !sight.sounds || *paused {
@@ -260,7 +260,7 @@ impl Exercise {
                 }
                 self.note = None;
                 self.enter(
-                    if self.by_hand {
+                    if self.is_manual {
                         Stage::Asked
                     } else {
                         Stage::Begun
@@ -268,7 +268,7 @@ impl Exercise {
                     now_s,
                 );
                 self.begun_s = now_s;
-                (!self.by_hand).then_some(Order::Begin)
+                (!self.is_manual).then_some(Order::Begin)
             }
             Stage::Asked => {
                 match trip {
@@ -283,15 +283,15 @@ impl Exercise {
                     Some(trip) => {
                         // The moment of the action is unknown: time counts from its detection by the bench.
                         self.begun_s = now_s;
-                        self.seen_by = trip.to_string();
+                        self.sign = trip.to_string();
                         self.times.shown_s = Some(0.0);
                         self.noticed_s = now_s;
                         self.enter(Stage::Noticed, now_s);
                         self.note_silence(Some(trip), sight);
                     }
                     None if waited_s > PATIENCE_S => {
-                        let why = "nothing was done, or the bench did not see it";
-                        self.end(Outcome::Missed(why.to_owned()));
+                        let reason = "nothing was done, or the bench did not see it";
+                        self.end(Outcome::Missed(reason.to_owned()));
                     }
                     None => {}
                 }
@@ -353,7 +353,7 @@ impl Exercise {
     fn look_for_the_fault(&mut self, trip: Option<&Trip>, sight: Sight<'_>, waited_s: f64) {
         let now_s = sight.now_s;
         let stops = self.fault.row().required != Required::Flag;
-        let shown = match (trip, sight.flag) {
+        let sign = match (trip, sight.flag) {
             (Some(Trip::Operator), _) => {
                 self.end(Outcome::Missed(
                     "the operator's key stopped the drive first".to_owned(),
@@ -372,17 +372,17 @@ impl Exercise {
             (None, Some(flag)) if !stops => flag.to_owned(),
             (None, _) => {
                 if waited_s > UNSEEN_S.max(self.within_s) {
-                    let what = if stops {
+                    let failure = if stops {
                         "did not stop"
                     } else {
                         "flagged nothing"
                     };
-                    self.end(Outcome::Missed(format!("the bench {what}")));
+                    self.end(Outcome::Missed(format!("the bench {failure}")));
                 }
                 return;
             }
         };
-        self.seen_by = shown;
+        self.sign = sign;
         self.times.shown_s = self.since_fault_s(now_s);
         self.noticed_s = now_s;
         self.enter(Stage::Noticed, now_s);
@@ -396,8 +396,8 @@ impl Exercise {
             return;
         }
         // A card that renders no samples cannot report silence; its amplifier is off by then.
-        let gone = self.fault.row().row == Some(CARD);
-        let disabled = gone && sight.now_s - self.noticed_s >= DISABLED_S;
+        let card_stopped = self.fault.row().row == Some(CARD);
+        let disabled = card_stopped && sight.now_s - self.noticed_s >= DISABLED_S;
         if !sight.sounds || disabled {
             self.times.silent_s = self.since_fault_s(sight.now_s);
         }
@@ -474,23 +474,23 @@ impl Exercise {
             (Remedy::Repeat, Action::Redo(_)) | (Remedy::Restart(_), Action::Quit) => {
                 self.act(action, now_s)
             }
-            (Remedy::Rearm(_), Action::Rearm) if !self.by_hand => {
+            (Remedy::Rearm(_), Action::Rearm) if !self.is_manual => {
                 self.note = Some("The cause was still there; it is removed now.");
                 Some(Order::End)
             }
             (Remedy::Rearm(_), Action::Rearm) => self.act(action, now_s),
-            (Remedy::Rearm(_), _) => (!self.by_hand).then_some(Order::End),
+            (Remedy::Rearm(_), _) => (!self.is_manual).then_some(Order::End),
             _ => None,
         }
     }
 
     /// Handles the end of the bench: the exercise is missed, unless the bench has shown the fault and the remedy ends the bench
     /// anyway; it then continues without a bench.
-    pub fn bench_ended(&mut self, why: &str) {
-        let shown = matches!(self.stage, Stage::Noticed | Stage::Acknowledged { .. });
+    pub fn bench_ended(&mut self, reason: &str) {
+        let is_noticed = matches!(self.stage, Stage::Noticed | Stage::Acknowledged { .. });
         let ends_anyway = matches!(self.fault.row().remedy, Remedy::Restart(_));
-        if self.outcome().is_none() && !(shown && ends_anyway) {
-            self.end(Outcome::Missed(format!("the bench ended: {why}")));
+        if self.outcome().is_none() && !(is_noticed && ends_anyway) {
+            self.end(Outcome::Missed(format!("the bench ended: {reason}")));
         }
     }
 

@@ -8,14 +8,14 @@ use crate::record::ExerciseRecord;
 /// Page of the drill as last shown.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Page {
-    shown: Option<DrillView>,
+    last_view: Option<DrillView>,
     view: DrillView,
 }
 
 impl Page {
     pub fn new(exercises: usize) -> Self {
         Self {
-            shown: None,
+            last_view: None,
             view: DrillView {
                 exercises: exercises as u32,
                 ..DrillView::default()
@@ -41,8 +41,8 @@ impl Page {
     pub fn news(&mut self, exercise: &Exercise) -> Option<DrillView> {
         self.view.instruction = exercise.instruction();
         self.view.note = exercise.note().map(str::to_owned);
-        self.view.asked = exercise.asked();
-        self.changed()
+        self.view.asked = exercise.current_step();
+        self.new_view()
     }
 
     /// Returns the page with another instruction, for the time without a bench.
@@ -50,7 +50,7 @@ impl Page {
         self.view.instruction = instruction;
         self.view.note = None;
         self.view.asked = tui::drill_view::DrillStep::Act;
-        self.changed()
+        self.new_view()
     }
 
     /// Returns the page at the end of the drill.
@@ -61,9 +61,9 @@ impl Page {
         self.view
     }
 
-    fn changed(&mut self) -> Option<DrillView> {
-        (self.shown.as_ref() != Some(&self.view)).then(|| {
-            self.shown = Some(self.view.clone());
+    fn new_view(&mut self) -> Option<DrillView> {
+        (self.last_view.as_ref() != Some(&self.view)).then(|| {
+            self.last_view = Some(self.view.clone());
             self.view.clone()
         })
     }

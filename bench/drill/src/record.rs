@@ -72,12 +72,12 @@ pub struct ExerciseRecord {
 
 impl ExerciseRecord {
     /// Returns the record of an exercise; one that has not ended counts as left.
-    pub(crate) fn of(exercise: &Exercise) -> Self {
+    pub(crate) fn from_exercise(exercise: &Exercise) -> Self {
         let fault = exercise.fault();
         let row = fault.row();
         let missed = match exercise.outcome() {
             Some(Outcome::Met) => None,
-            Some(Outcome::Missed(why)) => Some(why.clone()),
+            Some(Outcome::Missed(reason)) => Some(reason.clone()),
             None => Some("left".to_owned()),
         };
         Self {
@@ -91,7 +91,7 @@ impl ExerciseRecord {
             within_s: exercise.within_s(),
             met: missed.is_none(),
             missed,
-            shown: exercise.seen_by().to_owned(),
+            shown: exercise.sign().to_owned(),
             times: exercise.times(),
         }
     }
@@ -102,8 +102,8 @@ impl ExerciseRecord {
         let times = self.times.words();
         match &self.missed {
             None => times,
-            Some(why) if times.is_empty() => why.clone(),
-            Some(why) => format!("{why}; {times}"),
+            Some(reason) if times.is_empty() => reason.clone(),
+            Some(reason) => format!("{reason}; {times}"),
         }
     }
 }
@@ -134,9 +134,13 @@ impl DrillRecord {
 
     /// Adds a finished exercise.
     pub(crate) fn add(&mut self, exercise: &Exercise) {
-        self.exercises.push(ExerciseRecord::of(exercise));
-        let met = self.exercises.iter().filter(|each| each.met).count();
-        self.passed = met == self.planned;
+        self.exercises.push(ExerciseRecord::from_exercise(exercise));
+        let met_count = self
+            .exercises
+            .iter()
+            .filter(|exercise| exercise.met)
+            .count();
+        self.passed = met_count == self.planned;
     }
 
     /// Returns the lines of the summary.
@@ -145,22 +149,29 @@ impl DrillRecord {
         let mut lines: Vec<String> = self
             .exercises
             .iter()
-            .map(|each| {
-                let verdict = if each.met { "met   " } else { "MISSED" };
-                let row = each.row.map(|row| format!("row {row}")).unwrap_or_default();
-                let name = each.fault.name();
-                format!("{verdict}  {name:<18}  {row:<6}  {}", each.words())
+            .map(|exercise| {
+                let verdict = if exercise.met { "met   " } else { "MISSED" };
+                let row = exercise
+                    .row
+                    .map(|row| format!("row {row}"))
+                    .unwrap_or_default();
+                let name = exercise.fault.name();
+                format!("{verdict}  {name:<18}  {row:<6}  {}", exercise.words())
             })
             .collect();
-        let met = self.exercises.iter().filter(|each| each.met).count();
+        let met_count = self
+            .exercises
+            .iter()
+            .filter(|exercise| exercise.met)
+            .count();
         let untried = self.planned - self.exercises.len();
-        let rest = match untried {
+        let remainder = match untried {
             0 => String::new(),
             _ => format!(", {untried} not tried"),
         };
-        let missed = self.exercises.len() - met;
+        let missed = self.exercises.len() - met_count;
         lines.push(format!(
-            "{met} of {} met, {missed} missed{rest}",
+            "{met_count} of {} met, {missed} missed{remainder}",
             self.planned
         ));
         lines

@@ -17,8 +17,8 @@ pub struct Scripted<W> {
     lines: Headless<W>,
     view: DrillView,
     /// Polls since the request.
-    looks: u32,
-    over: bool,
+    polls: u32,
+    is_finished: bool,
 }
 
 impl<W: Write> Scripted<W> {
@@ -27,8 +27,8 @@ impl<W: Write> Scripted<W> {
         Self {
             lines: Headless::new(out),
             view: DrillView::default(),
-            looks: 0,
-            over: false,
+            polls: 0,
+            is_finished: false,
         }
     }
 }
@@ -38,7 +38,7 @@ impl<W: Write + Send> Front for Scripted<W> {
         match event {
             Event::Drill(view) => {
                 if view.asked != self.view.asked || view.exercise != self.view.exercise {
-                    self.looks = 0;
+                    self.polls = 0;
                 }
                 let news = view.results.len() > self.view.results.len();
                 if let Some(result) = view.results.last().filter(|_| news) {
@@ -51,20 +51,20 @@ impl<W: Write + Send> Front for Scripted<W> {
                 }
                 self.view = view;
             }
-            Event::Finished { .. } => self.over = true,
-            other => self.lines.show(other),
+            Event::Finished { .. } => self.is_finished = true,
+            event => self.lines.show(event),
         }
     }
 
     fn action(&mut self) -> Option<Action> {
-        if self.over {
+        if self.is_finished {
             return Some(Action::Quit);
         }
-        self.looks += 1;
-        if self.looks == REACTION + AGAIN {
-            self.looks = 0;
+        self.polls += 1;
+        if self.polls == REACTION + AGAIN {
+            self.polls = 0;
         }
-        if self.looks != REACTION {
+        if self.polls != REACTION {
             return None;
         }
         match self.view.asked {

@@ -56,8 +56,8 @@ struct Counts {
 /// Compares the counts with those before a fault.
 #[derive(Debug, Default)]
 pub(crate) struct Signs {
-    now: Counts,
-    since: Option<(FaultKind, Counts)>,
+    counts: Counts,
+    start: Option<(FaultKind, Counts)>,
     /// Warnings since the fault began.
     warnings: Vec<String>,
 }
@@ -65,40 +65,44 @@ pub(crate) struct Signs {
 impl Signs {
     /// Takes an acquired batch.
     pub fn take(&mut self, batch: &Batch, gauges: &Gauges) {
-        self.now.account = batch.account;
+        self.counts.account = batch.account;
         if let Some(field) = gauges.field.get() {
-            self.now.force = field.force;
+            self.counts.force = field.force;
         }
         self.warnings.extend(batch.warnings.iter().cloned());
     }
 
     /// Starts counting the signs of `fault`.
     pub fn begin(&mut self, fault: FaultKind) {
-        self.since = Some((fault, self.now));
+        self.start = Some((fault, self.counts));
         self.warnings.clear();
     }
 
     /// Returns the sign left by the fault; `None` if there is no sign yet.
     pub fn flag(&self) -> Option<String> {
-        let (fault, before) = self.since.as_ref()?;
-        let (account, force) = (self.now.account, self.now.force.since(&before.force));
-        let counted = |words: &str, count: u64| (count > 0).then(|| format!("{words}: {count}"));
+        let (fault, start) = self.start.as_ref()?;
+        let (account, force) = (self.counts.account, self.counts.force.since(&start.force));
+        let count_text = |words: &str, count: u64| (count > 0).then(|| format!("{words}: {count}"));
         match fault {
-            FaultKind::Xrun => counted(
+            FaultKind::Xrun => count_text(
                 "input xruns",
-                account.input_xruns - before.account.input_xruns,
+                account.input_xruns - start.account.input_xruns,
             ),
-            FaultKind::XrunOutput => counted(
+            FaultKind::XrunOutput => count_text(
                 "output xruns",
-                account.output_xruns - before.account.output_xruns,
+                account.output_xruns - start.account.output_xruns,
             ),
-            FaultKind::ForceDropped => counted("force frames lost", force.lost),
-            FaultKind::ForceCorrupted => counted("force frames corrupt", force.corrupt),
-            FaultKind::ForceRepeated => counted("force frames repeated", force.repeated),
+            FaultKind::ForceDropped => count_text("force frames lost", force.lost),
+            FaultKind::ForceCorrupted => count_text("force frames corrupt", force.corrupt),
+            FaultKind::ForceRepeated => count_text("force frames repeated", force.repeated),
             FaultKind::Nan => {
                 let faults = [InputFault::DriveNotFinite, InputFault::PickupNotFinite];
-                let tells = |text: &&String| faults.iter().any(|of| text.contains(of.words()));
-                self.warnings.iter().find(tells).cloned()
+                let is_sign = |text: &&String| {
+                    faults
+                        .iter()
+                        .any(|input_fault| text.contains(input_fault.words()))
+                };
+                self.warnings.iter().find(is_sign).cloned()
             }
             // All other faults stop the drive.
             _ => None,
@@ -113,7 +117,7 @@ mod tests {
     #[test]
     fn samples_that_are_no_number_are_flagged_by_a_warning_of_them_and_by_no_other() {
         let mut signs = Signs::default();
-        let mut flagged = |warning: &str| {
+        let mut flag = |warning: &str| {
             let batch = Batch {
                 warnings: vec![warning.to_owned()],
                 ..Batch::default()
@@ -122,18 +126,15 @@ mod tests {
             signs.take(&batch, &Gauges::default());
             signs.flag()
         };
-        assert_eq!(
-            flagged("input xrun at 3.000 s: the card was too slow"),
-            None
-        );
-        assert_eq!(flagged("pickup samples clipped: 3; from 1.000 s on"), None);
-        let told = "pickup samples not finite: 192; from 1.000 s on for 0.001 s";
-        assert_eq!(flagged(told).as_deref(), Some(told));
+        assert_eq!(flag("input xrun at 3.000 s: the card was too slow"), None);
+        assert_eq!(flag("pickup samples clipped: 3; from 1.000 s on"), None);
+        let text = "pickup samples not finite: 192; from 1.000 s on for 0.001 s";
+        assert_eq!(flag(text).as_deref(), Some(text));
     }
 
     #[test]
-    fn every_fault_that_is_to_be_flagged_has_a_sign_of_its_own() {
-        let named = |fault: &FaultKind| {
+    fn every_flagged_fault_has_its_own_sign() {
+        let has_sign = |fault: &FaultKind| {
             matches!(
                 fault,
                 FaultKind::Xrun
@@ -145,8 +146,8 @@ mod tests {
             )
         };
         for fault in FaultKind::ALL {
-            let flagged = fault.row().required == rehearsal::Required::Flag;
-            assert_eq!(named(fault), flagged, "{fault}");
+            let is_flagged = fault.row().required == rehearsal::Required::Flag;
+            assert_eq!(has_sign(fault), is_flagged, "{fault}");
         }
     }
 }

@@ -14,11 +14,11 @@ pub type RequireDrivable = Box<dyn Fn(&Effective) -> anyhow::Result<()> + Send>;
 
 /// Largest distance of the carrier from the calibrated resonance, Hz; beyond it, the calibration of plate and pickup no longer
 /// holds.
-const FURTHEST_HZ: f64 = 50.0;
+const REACH_HZ: f64 = 50.0;
 /// Timeout of a proposal without an answer, s.
-const ANSWERED_WITHIN_S: f64 = 60.0;
+const ANSWER_TIMEOUT_S: f64 = 60.0;
 /// Largest standard error of a drift that leads to a proposal, as a share of the drift limit.
-const KNOWN_TO: f64 = 0.5;
+const GREATEST_STD_SHARE: f64 = 0.5;
 
 /// Proposal of a carrier at the present resonance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,13 +47,13 @@ pub struct CarrierDecision {
     attended: bool,
     calibrated_hz: f64,
     require: RequireDrivable,
-    asked: Option<Proposal>,
+    open_proposal: Option<Proposal>,
     /// Accepted proposal that waits for the bench to be at rest, and who accepted it.
-    taken: Option<(Proposal, &'static str)>,
+    accepted_proposal: Option<(Proposal, &'static str)>,
     /// Drift at which the present carrier was last kept, Hz.
     kept_hz: f64,
     /// Effects to return at the next poll.
-    waiting: Vec<CarrierEffect>,
+    next_effects: Vec<CarrierEffect>,
 }
 
 /// Carrier chosen in an earlier part of a session.
@@ -82,44 +82,44 @@ impl CarrierDecision {
             attended,
             calibrated_hz: bench.config().plate.resonance_hz,
             require,
-            asked: None,
-            taken: None,
+            open_proposal: None,
+            accepted_proposal: None,
             kept_hz: 0.0,
-            waiting: Vec::new(),
+            next_effects: Vec::new(),
         }
     }
 
     /// Resumes with the carrier chosen earlier, under the same conditions as a new one; the change follows as soon as the bench
     /// is at rest.
     #[must_use]
-    pub fn going_on_with(mut self, decided: Option<DecidedCarrier>, bench: &Effective) -> Self {
+    pub fn going_on_with(mut self, carrier: Option<DecidedCarrier>, bench: &Effective) -> Self {
         let from_hz = bench.config().plate.resonance_hz;
-        let Some((decided, _)) = decided.zip(self.rules) else {
+        let Some((carrier, _)) = carrier.zip(self.rules) else {
             return self;
         };
-        let DecidedCarrier { to_hz, .. } = decided;
+        let DecidedCarrier { to_hz, .. } = carrier;
         let proposal = Proposal {
             from_hz,
             to_hz,
-            drift_hz: decided.drift_hz,
+            drift_hz: carrier.drift_hz,
             since_s: 0.0,
         };
-        let calibrated_hz = decided.calibrated_hz;
-        let reached = if (calibrated_hz - from_hz).abs() < 1e-6 {
+        let calibrated_hz = carrier.calibrated_hz;
+        let reach = if (calibrated_hz - from_hz).abs() < 1e-6 {
             self.reaches(bench, to_hz)
         } else {
             Err(format!(
                 "the calibrated resonance was {calibrated_hz} Hz then, and is {from_hz} Hz now"
             ))
         };
-        match reached {
-            Ok(()) => self.taken = Some((proposal, "resumed session")),
-            Err(why) => {
-                self.waiting = vec![
+        match reach {
+            Ok(()) => self.accepted_proposal = Some((proposal, "resumed session")),
+            Err(reason) => {
+                self.next_effects = vec![
                     warn(format!(
-                        "this session had changed its carrier to {to_hz} Hz, and goes on at {from_hz} Hz: {why}"
+                        "this session had changed its carrier to {to_hz} Hz, and goes on at {from_hz} Hz: {reason}"
                     )),
-                    proposal.record("carrier_out_of_reach", [("because", json!(why))]),
+                    proposal.record("carrier_out_of_reach", [("because", json!(reason))]),
                 ];
             }
         }
@@ -128,7 +128,7 @@ impl CarrierDecision {
 
     /// Returns whether the next trial must wait.
     pub fn is_open(&self) -> bool {
-        self.asked.is_some() || self.taken.is_some()
+        self.open_proposal.is_some() || self.accepted_proposal.is_some()
     }
 
     /// Judges the resonance drift after a trial.
@@ -141,10 +141,10 @@ impl CarrierDecision {
         let (Some(rules), Some(drift_hz)) = (self.rules, drift_hz) else {
             return Vec::new();
         };
-        let known = drift_hz.std <= KNOWN_TO * rules.limit_hz;
-        let far = drift_hz.value.abs() > rules.limit_hz
+        let is_known = drift_hz.std <= GREATEST_STD_SHARE * rules.limit_hz;
+        let is_far = drift_hz.value.abs() > rules.limit_hz
             && (drift_hz.value - self.kept_hz).abs() > rules.limit_hz;
-        if self.is_open() || !known || !far {
+        if self.is_open() || !is_known || !is_far {
             return Vec::new();
         }
         let from_hz = bench.config().plate.resonance_hz;
@@ -156,33 +156,33 @@ impl CarrierDecision {
             drift_hz,
             since_s: now_s,
         };
-        if let Err(why) = self.reaches(bench, to_hz) {
+        if let Err(reason) = self.reaches(bench, to_hz) {
             self.kept_hz = drift_hz.value;
-            let moved = moved_by(drift_hz);
+            let drift = drift_text(drift_hz);
             return vec![
                 warn(format!(
-                    "the plate's resonance {moved}, and the carrier stays: {why}"
+                    "the plate's resonance {drift}, and the carrier stays: {reason}"
                 )),
-                proposal.record("carrier_out_of_reach", [("because", json!(why))]),
+                proposal.record("carrier_out_of_reach", [("because", json!(reason))]),
             ];
         }
-        let proposed = proposal.record("carrier_proposed", []);
+        let record = proposal.record("carrier_proposed", []);
         match rules.new_carrier {
             NewCarrier::Auto => {
-                self.taken = Some((proposal, "protocol"));
-                vec![proposed]
+                self.accepted_proposal = Some((proposal, "protocol"));
+                vec![record]
             }
             NewCarrier::Ask if self.attended => {
-                self.asked = Some(proposal);
-                vec![proposed, show(Some(&proposal))]
+                self.open_proposal = Some(proposal);
+                vec![record, show(Some(&proposal))]
             }
             NewCarrier::Ask => {
-                let moved = moved_by(drift_hz);
+                let drift = drift_text(drift_hz);
                 let text = format!(
-                    "the plate's resonance {moved}: {to_hz:.0} Hz would be back at it, which nobody is here to confirm; \
+                    "the plate's resonance {drift}: {to_hz:.0} Hz would be back at it, which nobody is here to confirm; \
                      resonance_drift.new_carrier = \"auto\" in the protocol takes it without a question"
                 );
-                let mut effects = vec![proposed, warn(text)];
+                let mut effects = vec![record, warn(text)];
                 effects.extend(self.keep(&proposal, "nobody to ask"));
                 effects
             }
@@ -190,10 +190,10 @@ impl CarrierDecision {
     }
 
     fn reaches(&self, bench: &Effective, to_hz: f64) -> Result<(), String> {
-        let off_hz = to_hz - self.calibrated_hz;
-        if off_hz.abs() > FURTHEST_HZ {
+        let shift_hz = to_hz - self.calibrated_hz;
+        if shift_hz.abs() > REACH_HZ {
             return Err(format!(
-                "{to_hz:.0} Hz is {off_hz:+.0} Hz from the calibrated resonance, more than {FURTHEST_HZ:.0} Hz; calibrate the plate \
+                "{to_hz:.0} Hz is {shift_hz:+.0} Hz from the calibrated resonance, more than {REACH_HZ:.0} Hz; calibrate the plate \
                  anew: friction-bench calibrate plate"
             ));
         }
@@ -202,11 +202,11 @@ impl CarrierDecision {
 
     /// Takes the operator's answer; an answer to a proposal that has expired has no effect.
     pub fn answer(&mut self, take: bool) -> Vec<CarrierEffect> {
-        let Some(proposal) = self.asked.take() else {
+        let Some(proposal) = self.open_proposal.take() else {
             return Vec::new();
         };
         if take {
-            self.taken = Some((proposal, "operator"));
+            self.accepted_proposal = Some((proposal, "operator"));
             return vec![show(None)];
         }
         self.keep(&proposal, "operator")
@@ -214,28 +214,28 @@ impl CarrierDecision {
 
     /// Changes to the accepted carrier once the bench is at rest, and drops a proposal that has timed out.
     pub fn poll(&mut self, bench: &Effective, at_rest: bool, now_s: f64) -> Vec<CarrierEffect> {
-        if !self.waiting.is_empty() {
-            return std::mem::take(&mut self.waiting);
+        if !self.next_effects.is_empty() {
+            return std::mem::take(&mut self.next_effects);
         }
-        if let Some(late) = self
-            .asked
-            .take_if(|asked| now_s - asked.since_s > ANSWERED_WITHIN_S)
+        if let Some(proposal) = self
+            .open_proposal
+            .take_if(|proposal| now_s - proposal.since_s > ANSWER_TIMEOUT_S)
         {
-            return self.keep(&late, "no answer");
+            return self.keep(&proposal, "no answer");
         }
-        let Some((proposal, by)) = self.taken.take_if(|_| at_rest) else {
+        let Some((proposal, decider)) = self.accepted_proposal.take_if(|_| at_rest) else {
             return Vec::new();
         };
         self.kept_hz = 0.0;
         let Proposal { from_hz, to_hz, .. } = proposal;
-        let moved = moved_by(proposal.drift_hz);
+        let drift = drift_text(proposal.drift_hz);
         vec![
             CarrierEffect::Change(to_hz - from_hz, Box::new(bench.with_resonance(to_hz))),
-            proposal.record("carrier_changed", [("by", json!(by))]),
+            proposal.record("carrier_changed", [("by", json!(decider))]),
             log(
                 LogLevel::Info,
                 format!(
-                    "carrier {to_hz:.0} Hz from now on, not {from_hz:.0} Hz: the resonance {moved}"
+                    "carrier {to_hz:.0} Hz from now on, not {from_hz:.0} Hz: the resonance {drift}"
                 ),
             ),
         ]
@@ -243,21 +243,21 @@ impl CarrierDecision {
 
     /// Withdraws an open proposal because a trial begins, after which it is proposed again, or because the session ends.
     pub fn withdraw(&mut self, because: &'static str) -> Vec<CarrierEffect> {
-        let taken = self.taken.take().map(|(proposal, _)| proposal);
-        match self.asked.take().or(taken) {
-            Some(proposal) => vec![proposal.kept(because), show(None)],
+        let accepted_proposal = self.accepted_proposal.take().map(|(proposal, _)| proposal);
+        match self.open_proposal.take().or(accepted_proposal) {
+            Some(proposal) => vec![proposal.kept_record(because), show(None)],
             None => Vec::new(),
         }
     }
 
     fn keep(&mut self, proposal: &Proposal, because: &'static str) -> Vec<CarrierEffect> {
         self.kept_hz = proposal.drift_hz.value;
-        vec![proposal.kept(because), show(None)]
+        vec![proposal.kept_record(because), show(None)]
     }
 }
 
 impl Proposal {
-    fn record<const N: usize>(&self, event: &str, more: [(&str, Value); N]) -> CarrierEffect {
+    fn record<const N: usize>(&self, event: &str, details: [(&str, Value); N]) -> CarrierEffect {
         let data = [
             ("event", json!(event)),
             ("from_hz", json!(self.from_hz)),
@@ -265,16 +265,16 @@ impl Proposal {
             ("drift_hz", json!(self.drift_hz.value)),
             ("drift_std_hz", json!(self.drift_hz.std)),
         ];
-        let data = data.into_iter().chain(more);
+        let data = data.into_iter().chain(details);
         CarrierEffect::Record(data.map(|(key, value)| (key.to_owned(), value)).collect())
     }
 
-    fn kept(&self, because: &'static str) -> CarrierEffect {
+    fn kept_record(&self, because: &'static str) -> CarrierEffect {
         self.record("carrier_kept", [("because", json!(because))])
     }
 }
 
-fn moved_by(drift_hz: Uncertain) -> String {
+fn drift_text(drift_hz: Uncertain) -> String {
     format!("moved by {:+.1} ± {:.1} Hz", drift_hz.value, drift_hz.std)
 }
 
@@ -312,8 +312,8 @@ mod tests {
     /// Returns a decision under the demo protocol with these rules, on a bench that may be driven up to `most_hz`.
     fn decision(rules: &str, attended: bool, most_hz: f64) -> CarrierDecision {
         let text = protocols::built_in("demo").unwrap();
-        let (before, _) = text.split_once("[resonance_drift]").unwrap();
-        let text = format!("{before}[resonance_drift]\n{rules}");
+        let (head, _) = text.split_once("[resonance_drift]").unwrap();
+        let text = format!("{head}[resonance_drift]\n{rules}");
         let protocol = Protocol::parse(&text, "demo.toml").unwrap();
         let require = Box::new(move |bench: &Effective| {
             let hz = bench.config().plate.resonance_hz;
@@ -329,17 +329,17 @@ mod tests {
 
     /// Returns the effects in words: records, events and carrier changes.
     fn words(effects: &[CarrierEffect]) -> Vec<String> {
-        let shown = |event: &tui::Event| match event {
+        let event_word = |event: &tui::Event| match event {
             tui::Event::NewCarrier { proposal: Some(_) } => "asks".to_owned(),
             tui::Event::NewCarrier { proposal: None } => "settled".to_owned(),
             tui::Event::Log { level, .. } => format!("{level:?}").to_lowercase(),
-            other => panic!("{other:?}"),
+            event => panic!("{event:?}"),
         };
         let word = |effect: &CarrierEffect| match effect {
             CarrierEffect::Record(data) => data["event"].as_str().unwrap().to_owned(),
-            CarrierEffect::Show(event) => shown(event),
-            CarrierEffect::Change(by_hz, bench) => {
-                format!("by {by_hz} to {}", bench.config().plate.resonance_hz)
+            CarrierEffect::Show(event) => event_word(event),
+            CarrierEffect::Change(shift_hz, bench) => {
+                format!("by {shift_hz} to {}", bench.config().plate.resonance_hz)
             }
         };
         effects.iter().map(word).collect()
@@ -351,15 +351,18 @@ mod tests {
         let (bench, mut decision) = (bench(), decision("limit_hz = 3.0", true, 1e5));
         let from_hz = bench.config().plate.resonance_hz;
         assert!(decision.judge(drift(2.9), &bench, 1.0).is_empty());
-        let asked = decision.judge(drift(-4.2), &bench, 2.0);
-        assert_eq!(words(&asked), ["carrier_proposed", "asks"]);
+        let effects = decision.judge(drift(-4.2), &bench, 2.0);
+        assert_eq!(words(&effects), ["carrier_proposed", "asks"]);
         assert!(decision.is_open() && decision.poll(&bench, true, 3.0).is_empty());
         assert_eq!(words(&decision.answer(true)), ["settled"]);
         assert!(decision.is_open() && decision.poll(&bench, false, 4.0).is_empty());
-        let changed = decision.poll(&bench, true, 5.0);
+        let effects = decision.poll(&bench, true, 5.0);
         let to_hz = (from_hz - 4.2).round();
-        let by = format!("by {} to {to_hz}", to_hz - from_hz);
-        assert_eq!(words(&changed), [by.as_str(), "carrier_changed", "info"]);
+        let change = format!("by {} to {to_hz}", to_hz - from_hz);
+        assert_eq!(
+            words(&effects),
+            [change.as_str(), "carrier_changed", "info"]
+        );
         assert!(!decision.is_open() && decision.poll(&bench, true, 6.0).is_empty());
         // Drift is counted from the new carrier.
         assert!(decision.judge(drift(0.1), &bench, 7.0).is_empty());
@@ -390,7 +393,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_kept_is_asked_again_only_after_a_further_drift() {
+    fn a_kept_carrier_is_proposed_again_only_after_a_further_drift() {
         let (bench, mut decision) = (bench(), decision("limit_hz = 3.0", true, 1e5));
         decision.judge(drift(4.0), &bench, 1.0);
         assert_eq!(words(&decision.answer(false)), ["carrier_kept", "settled"]);
@@ -407,13 +410,13 @@ mod tests {
     fn auto_takes_it_and_nobody_is_asked_without_an_operator() {
         let bench = bench();
         let mut auto = decision("limit_hz = 3.0\nnew_carrier = \"auto\"", false, 1e5);
-        let proposed = auto.judge(drift(4.0), &bench, 1.0);
-        assert_eq!(words(&proposed), ["carrier_proposed"]);
+        let effects = auto.judge(drift(4.0), &bench, 1.0);
+        assert_eq!(words(&effects), ["carrier_proposed"]);
         assert_eq!(words(&auto.poll(&bench, true, 1.0)).len(), 3);
         let mut headless = decision("limit_hz = 3.0", false, 1e5);
-        let told = headless.judge(drift(4.0), &bench, 1.0);
+        let effects = headless.judge(drift(4.0), &bench, 1.0);
         let expected = ["carrier_proposed", "warning", "carrier_kept", "settled"];
-        assert_eq!(words(&told), expected);
+        assert_eq!(words(&effects), expected);
         assert!(!headless.is_open());
     }
 
@@ -423,15 +426,21 @@ mod tests {
         let bench = bench();
         let calibrated_hz = bench.config().plate.resonance_hz;
         let out_of_reach = ["warning", "carrier_out_of_reach"];
-        let mut far = decision("limit_hz = 50.0\nnew_carrier = \"auto\"", true, 1e5);
-        assert_eq!(words(&far.judge(drift(50.6), &bench, 1.0)), out_of_reach);
+        let mut wide = decision("limit_hz = 50.0\nnew_carrier = \"auto\"", true, 1e5);
+        assert_eq!(words(&wide.judge(drift(50.6), &bench, 1.0)), out_of_reach);
         // The warning appears once.
-        assert!(!far.is_open() && far.judge(drift(50.7), &bench, 2.0).is_empty());
-        let moved = bench.with_resonance(calibrated_hz + 48.0);
-        let mut near = decision("limit_hz = 3.0", true, 1e5);
-        assert_eq!(words(&near.judge(drift(3.2), &moved, 1.0)), out_of_reach);
-        assert_eq!(words(&near.judge(drift(-3.2), &moved, 1.0)).len(), 2);
-        assert!(near.is_open());
+        assert!(!wide.is_open() && wide.judge(drift(50.7), &bench, 2.0).is_empty());
+        let shifted_bench = bench.with_resonance(calibrated_hz + 48.0);
+        let mut narrow = decision("limit_hz = 3.0", true, 1e5);
+        assert_eq!(
+            words(&narrow.judge(drift(3.2), &shifted_bench, 1.0)),
+            out_of_reach
+        );
+        assert_eq!(
+            words(&narrow.judge(drift(-3.2), &shifted_bench, 1.0)).len(),
+            2
+        );
+        assert!(narrow.is_open());
         let mut refused = decision("limit_hz = 3.0", true, calibrated_hz);
         assert_eq!(words(&refused.judge(drift(4.0), &bench, 1.0)), out_of_reach);
         let mut unknown = decision("limit_hz = 3.0", true, 1e5);
@@ -447,7 +456,7 @@ mod tests {
     fn a_resumed_session_goes_on_at_its_carrier_under_the_conditions_of_a_new_one() {
         let bench = bench();
         let calibrated_hz = bench.config().plate.resonance_hz;
-        let before = |to_hz: f64, calibrated_hz: f64| DecidedCarrier {
+        let earlier_carrier = |to_hz: f64, calibrated_hz: f64| DecidedCarrier {
             calibrated_hz,
             to_hz,
             drift_hz: Uncertain {
@@ -459,34 +468,44 @@ mod tests {
             decision("limit_hz = 3.0", true, most_hz).going_on_with(decided, &bench)
         };
         let to_hz = calibrated_hz - 7.0;
-        let mut at_it = resumed(Some(before(to_hz, calibrated_hz)), 1e5);
+        let mut reachable = resumed(Some(earlier_carrier(to_hz, calibrated_hz)), 1e5);
         // No trial begins before the change, and the change waits for rest.
-        assert!(at_it.is_open() && at_it.poll(&bench, false, 0.0).is_empty());
-        let by = format!("by -7 to {to_hz}");
-        let changed = at_it.poll(&bench, true, 0.0);
-        assert_eq!(words(&changed), [by.as_str(), "carrier_changed", "info"]);
-        let CarrierEffect::Record(data) = &changed[1] else {
-            panic!("{changed:?}");
+        assert!(reachable.is_open() && reachable.poll(&bench, false, 0.0).is_empty());
+        let change = format!("by -7 to {to_hz}");
+        let effects = reachable.poll(&bench, true, 0.0);
+        assert_eq!(
+            words(&effects),
+            [change.as_str(), "carrier_changed", "info"]
+        );
+        let CarrierEffect::Record(data) = &effects[1] else {
+            panic!("{effects:?}");
         };
         assert_eq!(data["by"], "resumed session");
-        assert!(!at_it.is_open() && at_it.judge(drift(0.1), &bench, 1.0).is_empty());
+        assert!(!reachable.is_open() && reachable.judge(drift(0.1), &bench, 1.0).is_empty());
 
-        let told = ["warning", "carrier_out_of_reach"];
+        let expected = ["warning", "carrier_out_of_reach"];
         for (decided, most_hz) in [
-            (before(to_hz, calibrated_hz - 1.0), 1e5),
-            (before(calibrated_hz + 51.0, calibrated_hz), 1e5),
-            (before(calibrated_hz + 7.0, calibrated_hz), calibrated_hz),
+            (earlier_carrier(to_hz, calibrated_hz - 1.0), 1e5),
+            (earlier_carrier(calibrated_hz + 51.0, calibrated_hz), 1e5),
+            (
+                earlier_carrier(calibrated_hz + 7.0, calibrated_hz),
+                calibrated_hz,
+            ),
         ] {
-            let mut stays = resumed(Some(decided), most_hz);
-            assert!(!stays.is_open());
-            assert_eq!(words(&stays.poll(&bench, true, 0.0)), told, "{decided:?}");
-            assert!(stays.poll(&bench, true, 0.0).is_empty());
+            let mut unreachable = resumed(Some(decided), most_hz);
+            assert!(!unreachable.is_open());
+            assert_eq!(
+                words(&unreachable.poll(&bench, true, 0.0)),
+                expected,
+                "{decided:?}"
+            );
+            assert!(unreachable.poll(&bench, true, 0.0).is_empty());
         }
         assert!(!resumed(None, 1e5).is_open());
     }
 
     #[test]
-    fn a_protocol_with_a_frequency_of_its_own_keeps_it() {
+    fn a_protocol_with_a_fixed_frequency_keeps_it() {
         let text = protocols::built_in("demo").unwrap();
         let text = text.replace("\"plate resonance\"", "35000.0");
         let protocol = Protocol::parse(&text, "demo.toml").unwrap();

@@ -24,9 +24,9 @@ pub fn contact_curves(request: &FitRequest, fit: &TrialFit) -> Option<ContactCur
             .record
             .series(exploration.start_s, exploration.end_s);
         for instance in exploration.stretches.iter().filter_map(Stretch::instance) {
-            let from = series.time_s.partition_point(|t_s| *t_s < instance.start_s);
-            let to = series.time_s.partition_point(|t_s| *t_s <= instance.end_s);
-            samples.extend((from..to).map(|i| {
+            let start = series.time_s.partition_point(|t_s| *t_s < instance.start_s);
+            let end = series.time_s.partition_point(|t_s| *t_s <= instance.end_s);
+            samples.extend((start..end).map(|i| {
                 let normal_n = series.normal_n[i];
                 let amplitude_m = fit.profile.at(series.position_m[i]) * series.amplitude_m[i];
                 (
@@ -59,7 +59,7 @@ pub fn contact_curves(request: &FitRequest, fit: &TrialFit) -> Option<ContactCur
         };
         let k_c = contact.stiffness_n_per_m(gap_m, amplitude_m);
         let z_c = contact.impedance_n_s_per_m(k_c, omega);
-        locus.push(shown(harmonic::observed(z_p, z_t, z_c)));
+        locus.push(impedance(harmonic::observed(z_p, z_t, z_c)));
         friction.push((
             amplitude_m,
             fit.mu0.value * contact.friction_ratio(gap_m, normal_n),
@@ -67,7 +67,7 @@ pub fn contact_curves(request: &FitRequest, fit: &TrialFit) -> Option<ContactCur
     }
     Some(ContactCurves {
         normal_n,
-        z_p_n_s_per_m: shown(z_p),
+        z_p_n_s_per_m: impedance(z_p),
         locus,
         friction,
         measured: measured.collect(),
@@ -80,7 +80,7 @@ fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     quantile(&values, 0.5)
 }
 
-fn shown(z: Complex64) -> ComplexImpedance {
+fn impedance(z: Complex64) -> ComplexImpedance {
     ComplexImpedance {
         re_n_s_per_m: z.re,
         im_n_s_per_m: z.im,

@@ -36,12 +36,12 @@ pub fn crop(
     };
     let cells: Vec<_> = (0..CELLS).map(|cell| edge(cell)..edge(cell + 1)).collect();
     let mean = |values: &[f64], sign: f64| -> Vec<Option<f64>> {
-        let of = |cell: &std::ops::Range<usize>| {
-            let known = values[cell.clone()].iter().filter(|v| v.is_finite());
-            let (sum, count) = known.fold((0.0, 0u32), |(sum, count), v| (sum + v, count + 1));
+        let cell_mean = |cell: &std::ops::Range<usize>| {
+            let finite = values[cell.clone()].iter().filter(|v| v.is_finite());
+            let (sum, count) = finite.fold((0.0, 0u32), |(sum, count), v| (sum + v, count + 1));
             (count > 0).then(|| sign * sum / f64::from(count))
         };
-        cells.iter().map(of).collect()
+        cells.iter().map(cell_mean).collect()
     };
     let extent = |cell: &std::ops::Range<usize>| {
         let usable = cell
@@ -69,12 +69,13 @@ pub fn crop(
         stretches: stretches
             .iter()
             .map(|stretch| {
-                let kept = stretch.instance();
+                let instance = stretch.instance();
                 let rejection = stretch.rejection();
                 CropStretch {
-                    start_s: kept.map_or(stretch.start_s, |instance| instance.start_s) - start_s,
-                    end_s: kept.map_or(stretch.end_s, |instance| instance.end_s) - start_s,
-                    accepted: kept.is_some(),
+                    start_s: instance.map_or(stretch.start_s, |instance| instance.start_s)
+                        - start_s,
+                    end_s: instance.map_or(stretch.end_s, |instance| instance.end_s) - start_s,
+                    accepted: instance.is_some(),
                     reason: rejection.map(|rejection| rejection.to_string()),
                     kind: rejection.map(|rejection| rejection.kind().to_owned()),
                 }

@@ -16,7 +16,7 @@ pub struct FitReport {
     /// S, q0 and η used to fit the contact.
     pub skin: SkinUsed,
     /// S, q0 and η of the trial itself; `None` if the trial is excluded.
-    pub of_trial: Option<TrialSkin>,
+    pub trial_skin: Option<TrialSkin>,
     /// Fit, or the reason why it failed.
     pub fit: Result<TrialFit, NoFit>,
     /// Curves of the fitted contact.
@@ -32,7 +32,7 @@ impl FitReport {
             ("skin".to_owned(), json!(self.skin)),
             (
                 "of_trial".to_owned(),
-                json!(self.of_trial.as_ref().map(TrialSkin::record)),
+                json!(self.trial_skin.as_ref().map(TrialSkin::record)),
             ),
             (
                 "plate_drift_hz".to_owned(),
@@ -53,7 +53,7 @@ impl FitReport {
                 ("mu0".to_owned(), json!(fit.mu0.value)),
                 ("mu0_std".to_owned(), json!(fit.mu0.std)),
             ]),
-            Err(why) => data.extend([("no_fit".to_owned(), json!(why.to_string()))]),
+            Err(error) => data.extend([("no_fit".to_owned(), json!(error.to_string()))]),
         }
         data
     }
@@ -86,7 +86,7 @@ impl FitReport {
         let label = &self.label;
         let fit = match &self.fit {
             Ok(fit) => fit,
-            Err(why) => return vec![format!("{label}: no fit: {why}")],
+            Err(error) => return vec![format!("{label}: no fit: {error}")],
         };
         let (z, std) = (fit.z_t_n_s_per_m, fit.z_t_std_n_s_per_m);
         let force = fit

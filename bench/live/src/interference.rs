@@ -19,9 +19,9 @@ const RESOLUTION_HZ: f64 = 10.0;
 /// Time between two excerpts, ns.
 const PERIOD_NS: u64 = 2_500_000_000;
 /// Number of detections before a disturbance is reported: a ramp or a stop can resemble one once.
-const SEEN: u32 = 2;
+const LEAST_DETECTIONS: u32 = 2;
 /// Number of missed detections after which a disturbance is over.
-const MISSED: u32 = 2;
+const MOST_MISSES: u32 = 2;
 
 /// The detection task.
 pub struct Interference {
@@ -57,7 +57,7 @@ impl Interference {
                 stream_channels: usize::from(config.audio.input_channels),
                 rate_hz,
                 carrier_hz,
-                suspected: Vec::new(),
+                suspects: Vec::new(),
             },
         }
     }
@@ -128,8 +128,8 @@ struct Notice {
 struct Suspect {
     input: &'static str,
     disturbance: Disturbance,
-    seen: u32,
-    missed: u32,
+    detections: u32,
+    misses: u32,
 }
 
 /// Separates lasting disturbances from single events.
@@ -138,7 +138,7 @@ struct DisturbanceWatch {
     stream_channels: usize,
     rate_hz: f64,
     carrier_hz: f64,
-    suspected: Vec<Suspect>,
+    suspects: Vec<Suspect>,
 }
 
 impl DisturbanceWatch {
@@ -155,42 +155,44 @@ impl DisturbanceWatch {
             );
             // Non-finite samples have a flag of their own.
             let Ok(spectrum) = spectrum else { continue };
-            let found = disturbances(&spectrum, self.carrier_hz, self.rate_hz);
-            notices.extend(self.take(input, &found));
+            let disturbances = disturbances(&spectrum, self.carrier_hz, self.rate_hz);
+            notices.extend(self.take(input, &disturbances));
         }
         notices
     }
 
-    fn take(&mut self, input: &'static str, found: &[Disturbance]) -> Vec<Notice> {
-        for suspect in self.suspected.iter_mut().filter(|s| s.input == input) {
-            let again = found.iter().find(|d| d.is_again(&suspect.disturbance));
-            match again {
-                Some(again) => {
-                    suspect.disturbance = *again;
-                    suspect.seen += 1;
-                    suspect.missed = 0;
+    fn take(&mut self, input: &'static str, disturbances: &[Disturbance]) -> Vec<Notice> {
+        for suspect in self.suspects.iter_mut().filter(|s| s.input == input) {
+            let recurrence = disturbances
+                .iter()
+                .find(|d| d.is_again(&suspect.disturbance));
+            match recurrence {
+                Some(recurrence) => {
+                    suspect.disturbance = *recurrence;
+                    suspect.detections += 1;
+                    suspect.misses = 0;
                 }
-                None => suspect.missed += 1,
+                None => suspect.misses += 1,
             }
         }
         let lasting = self
-            .suspected
+            .suspects
             .iter()
-            .filter(|s| s.input == input && s.seen >= SEEN && s.missed == 0);
+            .filter(|s| s.input == input && s.detections >= LEAST_DETECTIONS && s.misses == 0);
         let notices = lasting.map(|s| Notice {
             text: format!("{input}: {}{}", s.disturbance, remedy(s.disturbance.sort)),
-            is_new: s.seen == SEEN,
+            is_new: s.detections == LEAST_DETECTIONS,
         });
         let notices = notices.collect();
-        self.suspected.retain(|s| s.missed < MISSED);
-        for &disturbance in found {
+        self.suspects.retain(|s| s.misses < MOST_MISSES);
+        for &disturbance in disturbances {
             let is_known = |s: &Suspect| s.input == input && s.disturbance.is_again(&disturbance);
-            if !self.suspected.iter().any(is_known) {
-                self.suspected.push(Suspect {
+            if !self.suspects.iter().any(is_known) {
+                self.suspects.push(Suspect {
                     input,
                     disturbance,
-                    seen: 1,
-                    missed: 0,
+                    detections: 1,
+                    misses: 0,
                 });
             }
         }
@@ -218,7 +220,7 @@ mod tests {
             stream_channels: 2,
             rate_hz: 192e3,
             carrier_hz: 35e3,
-            suspected: Vec::new(),
+            suspects: Vec::new(),
         }
     }
 
@@ -238,7 +240,7 @@ mod tests {
     fn what_lasts_is_told_of_once_and_recorded_as_long_as_it_lasts() {
         let mut watch = watch();
         let (clean, hum) = (samples(50.0, 0.0), samples(50.0, 0.03));
-        let mut told = |samples: &[f32]| -> Vec<bool> {
+        let mut news = |samples: &[f32]| -> Vec<bool> {
             let notices = watch.look(samples);
             let text =
                 "pickup: mains hum at 50 Hz, -30 dB of full scale: look at grounds and shields";
@@ -248,18 +250,18 @@ mod tests {
             );
             notices.iter().map(|notice| notice.is_new).collect()
         };
-        assert!(told(&clean).is_empty());
+        assert!(news(&clean).is_empty());
         // A single detection may be a ramp.
-        assert!(told(&hum).is_empty());
-        assert_eq!(told(&hum), [true]);
-        assert_eq!(told(&hum), [false]);
-        assert!(told(&clean).is_empty());
-        assert_eq!(told(&hum), [false]);
-        assert_eq!((told(&clean), told(&clean)), (vec![], vec![]));
-        assert_eq!((told(&hum), told(&hum)), (vec![], vec![true]));
+        assert!(news(&hum).is_empty());
+        assert_eq!(news(&hum), [true]);
+        assert_eq!(news(&hum), [false]);
+        assert!(news(&clean).is_empty());
+        assert_eq!(news(&hum), [false]);
+        assert_eq!((news(&clean), news(&clean)), (vec![], vec![]));
+        assert_eq!((news(&hum), news(&hum)), (vec![], vec![true]));
         // Invalid samples change no count.
-        assert!(told(&vec![f32::NAN; 96_000]).is_empty());
-        assert!(told(&[]).is_empty());
+        assert!(news(&vec![f32::NAN; 96_000]).is_empty());
+        assert!(news(&[]).is_empty());
     }
 
     #[test]

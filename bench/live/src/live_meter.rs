@@ -36,7 +36,7 @@ pub struct LiveMeter {
 #[derive(Debug)]
 struct Velocity {
     filter: Option<Causal<f64>>,
-    before: Option<PositionRow>,
+    last_row: Option<PositionRow>,
     m_per_s: Option<f64>,
 }
 
@@ -47,7 +47,7 @@ impl Default for Velocity {
             .ok();
         Self {
             filter,
-            before: None,
+            last_row: None,
             m_per_s: None,
         }
     }
@@ -63,13 +63,13 @@ impl Velocity {
         let Some(filter) = &mut self.filter else {
             return;
         };
-        let now = PositionRow {
+        let row = PositionRow {
             time_s: row.time_s,
             position_m: filter.run(row.position_m),
         };
-        if let Some(before) = self.before.replace(now) {
+        if let Some(last_row) = self.last_row.replace(row) {
             self.m_per_s =
-                Some((now.position_m - before.position_m) / (now.time_s - before.time_s));
+                Some((row.position_m - last_row.position_m) / (row.time_s - last_row.time_s));
         }
     }
 }
@@ -83,7 +83,8 @@ impl LiveMeter {
             self.lateral_n = Some(row.lateral_n);
         }
         if !batch.force.is_empty() {
-            let sum = |of: fn(&ForceRow) -> f64| batch.force.iter().map(of).sum::<f64>();
+            let sum =
+                |component: fn(&ForceRow) -> f64| batch.force.iter().map(component).sum::<f64>();
             let (normal_n, lateral_n) = (sum(|row| row.normal_n), sum(|row| row.lateral_n));
             let least_n = CONTACT_N * batch.force.len() as f64;
             self.measured_mu = (normal_n >= least_n).then(|| (lateral_n / normal_n).abs());

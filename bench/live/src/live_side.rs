@@ -26,7 +26,7 @@ pub struct LiveSide {
     refits: Sender<FitRequest>,
     fits: Receiver<FitReport>,
     /// Number of each trial with a requested fit, whether it is practice, and its attempt.
-    asked: VecDeque<(u32, bool, u32)>,
+    requested_trials: VecDeque<(u32, bool, u32)>,
 }
 
 /// Outcome of a fit.
@@ -53,7 +53,7 @@ impl LiveSide {
             screen_due_ns: 0,
             refits,
             fits,
-            asked: VecDeque::new(),
+            requested_trials: VecDeque::new(),
         }
     }
 
@@ -75,15 +75,15 @@ impl LiveSide {
     }
 
     /// Continues at a carrier that is higher by `by_hz`.
-    pub fn retune(&mut self, by_hz: f64) {
-        self.contact.retune(by_hz);
+    pub fn retune(&mut self, shift_hz: f64) {
+        self.contact.retune(shift_hz);
     }
 
     /// Requests the fit of a trial, given by number, whether it is practice, and attempt. A fit takes longer than a step may;
     /// [`take_fit`](Self::take_fit) returns it later. The fitting task ends before the session only if it failed, and that
     /// stops the bench.
-    pub fn ask(&mut self, request: FitRequest, of: (u32, bool, u32)) {
-        self.asked.push_back(of);
+    pub fn ask(&mut self, request: FitRequest, trial: (u32, bool, u32)) {
+        self.requested_trials.push_back(trial);
         let _ = self.refits.send(request);
     }
 
@@ -100,11 +100,11 @@ impl LiveSide {
             screen_words::drift(drift_hz)
         ));
         // Each report answers one request, in order.
-        let of = self.asked.pop_front().unwrap_or_default();
+        let trial = self.requested_trials.pop_front().unwrap_or_default();
         Some(FitNews {
             lines,
             data: report.record(drift_hz),
-            view: report.view(of, drift_hz),
+            view: report.view(trial, drift_hz),
         })
     }
 

@@ -9,8 +9,8 @@ pub struct OutlookTracker {
     began_s: Option<f64>,
     /// Times from the start of each attempt to the start of the next, s, for attempts neither broken off nor followed by a
     /// rest.
-    took_s: Vec<f64>,
-    shown: Option<tui::event::Outlook>,
+    attempts_s: Vec<f64>,
+    last_outlook: Option<tui::event::Outlook>,
 }
 
 impl OutlookTracker {
@@ -21,7 +21,7 @@ impl OutlookTracker {
 
     /// Marks the verdict on the running attempt.
     pub fn judged(&mut self, now_s: f64) {
-        self.took_s
+        self.attempts_s
             .extend(self.began_s.take().map(|began_s| now_s - began_s));
     }
 
@@ -37,37 +37,38 @@ impl OutlookTracker {
         progress: Option<&Progress>,
         now_s: f64,
     ) -> Option<tui::event::Outlook> {
-        let outlook = self.now(session, progress, now_s);
-        if self.shown.as_ref() == Some(&outlook) {
+        let outlook = self.outlook(session, progress, now_s);
+        if self.last_outlook.as_ref() == Some(&outlook) {
             return None;
         }
-        self.shown = Some(outlook.clone());
+        self.last_outlook = Some(outlook.clone());
         Some(outlook)
     }
 
-    fn now(
+    fn outlook(
         &self,
         session: &Session,
         progress: Option<&Progress>,
         now_s: f64,
     ) -> tui::event::Outlook {
         let protocol = session.protocol();
-        let left = session.trials_left();
+        let trials_left = session.trials_left();
         let planned = protocol.planned_trials();
-        let settled = planned - left;
+        let settled = planned - trials_left;
         let trial_s = self.trial_s(session);
-        let gone_s = self
+        let elapsed_s = self
             .began_s
             .map_or(0.0, |began_s| (now_s - began_s).min(trial_s));
         let rests = (settled + 1..planned)
             .filter(|settled| rests_after(session, *settled))
             .count();
-        let left_s = f64::from(left) * trial_s - gone_s + rests as f64 * protocol.rest.min_s;
+        let left_s =
+            f64::from(trials_left) * trial_s - elapsed_s + rests as f64 * protocol.rest.min_s;
         let (repetitions_of_trial, repetitions_in_session) = session.repetitions_left();
         let (next, then) = steps(session, progress);
         tui::event::Outlook {
             left_s: (left_s.max(0.0) / 5.0).round() * 5.0,
-            trials_left: left,
+            trials_left,
             repetitions_of_trial,
             repetitions_in_session,
             next,
@@ -78,10 +79,10 @@ impl OutlookTracker {
     /// Returns the time per trial: the mean of the session so far, or at first the protocol's assumption.
     fn trial_s(&self, session: &Session) -> f64 {
         let timing = &session.protocol().timing;
-        if self.took_s.is_empty() {
+        if self.attempts_s.is_empty() {
             return session.protocol().driving_time().trial_s + timing.verdict_s;
         }
-        let mean_s = self.took_s.iter().sum::<f64>() / self.took_s.len() as f64;
+        let mean_s = self.attempts_s.iter().sum::<f64>() / self.attempts_s.len() as f64;
         mean_s + timing.verdict_s
     }
 }
@@ -99,7 +100,7 @@ fn steps(session: &Session, progress: Option<&Progress>) -> (Option<String>, Opt
     let (number, next) = session.next_numbers();
     let directions = &protocol.exploration.directions;
     let count = directions.len();
-    let at = progress.map_or(0, |progress| progress.exploration.max(1) as usize - 1);
+    let current = progress.map_or(0, |progress| progress.exploration.max(1) as usize - 1);
     let exploration = |index: usize| {
         let direction = directions.get(index)?;
         Some(format!("exploration {} of {count}, {direction}", index + 1))
@@ -115,7 +116,7 @@ fn steps(session: &Session, progress: Option<&Progress>) -> (Option<String>, Opt
             format!("trial {} of {planned}", number - practice)
         }
     };
-    let after_it = || {
+    let step_after_trial = || {
         let settled = protocol.planned_trials() - session.trials_left();
         if rests_after(session, settled + 1) {
             format!("a rest of {:.0} s", protocol.rest.min_s)
@@ -123,35 +124,35 @@ fn steps(session: &Session, progress: Option<&Progress>) -> (Option<String>, Opt
             trial(next)
         }
     };
-    let is = |words: &str| Some(words.to_owned());
+    let step = |words: &str| Some(words.to_owned());
     match session.phase() {
-        Phase::Consent => (is("the welcome"), Some(trial(number))),
+        Phase::Consent => (step("the welcome"), Some(trial(number))),
         Phase::Welcome | Phase::Hold => {
-            (is("the plate is driven without a finger"), exploration(0))
+            (step("the plate is driven without a finger"), exploration(0))
         }
-        Phase::Baseline => (is("the finger is placed"), exploration(0)),
-        Phase::Ready => (is("the countdown"), exploration(at)),
-        Phase::Countdown => (exploration(at), is("the finger lifts")),
-        Phase::Exploration => (is("the finger lifts"), is("its mean force is shown")),
+        Phase::Baseline => (step("the finger is placed"), exploration(0)),
+        Phase::Ready => (step("the countdown"), exploration(current)),
+        Phase::Countdown => (exploration(current), step("the finger lifts")),
+        Phase::Exploration => (step("the finger lifts"), step("its mean force is shown")),
         Phase::Lift => (
-            is("its mean force is shown"),
-            exploration(at + 1).or_else(|| is("the verdict")),
+            step("its mean force is shown"),
+            exploration(current + 1).or_else(|| step("the verdict")),
         ),
-        Phase::Feedback => match exploration(at + 1) {
+        Phase::Feedback => match exploration(current + 1) {
             Some(next) => (Some(next), None),
-            None => (is("the verdict"), Some(after_it())),
+            None => (step("the verdict"), Some(step_after_trial())),
         },
-        Phase::Analysing => (is("the verdict"), Some(after_it())),
+        Phase::Analysing => (step("the verdict"), Some(step_after_trial())),
         Phase::Verdict if session.verdict_repeats() => {
             (Some(format!("{} again", trial(number))), None)
         }
-        Phase::Verdict => (Some(after_it()), None),
-        Phase::Saving => (is("the recording is saved"), None),
+        Phase::Verdict => (Some(step_after_trial()), None),
+        Phase::Saving => (step("the recording is saved"), None),
         Phase::Rest => (Some(trial(number)), None),
         Phase::Paused | Phase::Fault if session.is_judged() && !session.verdict_repeats() => {
-            (is("p goes on"), Some(after_it()))
+            (step("p goes on"), Some(step_after_trial()))
         }
-        Phase::Paused | Phase::Fault => (is("p goes on"), Some(trial(number))),
+        Phase::Paused | Phase::Fault => (step("p goes on"), Some(trial(number))),
         Phase::Finished | Phase::Aborted => (None, None),
     }
 }
@@ -162,19 +163,19 @@ mod tests {
 
     use super::*;
 
-    fn resumed(records: &[TrialRecord]) -> Session {
+    fn resume(records: &[TrialRecord]) -> Session {
         let protocol = Protocol::parse(built_in("demo").unwrap(), "demo.toml").unwrap();
         Session::resume(protocol, "sub-01".parse().unwrap(), 2021, records).unwrap()
     }
 
     /// Returns an attempt at a trial of a session with only one condition so far.
-    fn settled(number: u32, attempt: u32, outcome: TrialOutcome) -> TrialRecord {
+    fn trial_record(number: u32, attempt: u32, outcome: TrialOutcome) -> TrialRecord {
         TrialRecord {
             key: TrialKey {
                 number,
                 attempt,
                 practice: number == 1,
-                condition: resumed(&[]).protocol().conditions[0].name.clone(),
+                condition: resume(&[]).protocol().conditions[0].name.clone(),
             },
             outcome,
             analysis: None,
@@ -187,33 +188,33 @@ mod tests {
             reasons: vec![RedoReason::NotAnalysed],
         };
         let mut tracker = OutlookTracker::default();
-        let fresh = tracker.of(&resumed(&[]), None, 0.0).unwrap();
-        let session = resumed(&[
-            settled(1, 1, TrialOutcome::Accepted),
-            settled(2, 1, redo()),
-            settled(2, 2, TrialOutcome::Accepted),
-            settled(3, 1, redo()),
+        let start = tracker.of(&resume(&[]), None, 0.0).unwrap();
+        let session = resume(&[
+            trial_record(1, 1, TrialOutcome::Accepted),
+            trial_record(2, 1, redo()),
+            trial_record(2, 2, TrialOutcome::Accepted),
+            trial_record(3, 1, redo()),
         ]);
-        let later = tracker.of(&session, None, 0.0).unwrap();
+        let advanced = tracker.of(&session, None, 0.0).unwrap();
         let limits = session.protocol().redo;
-        assert_eq!(fresh.trials_left, session.protocol().planned_trials());
-        assert_eq!(later.trials_left, fresh.trials_left - 2);
-        assert_eq!(fresh.repetitions_in_session, limits.max_total);
-        assert_eq!(later.repetitions_in_session, limits.max_total - 2);
-        assert_eq!(later.repetitions_of_trial, limits.max_per_trial - 1);
-        assert_eq!(later.then.as_deref(), Some("trial 2 of 4"));
-        assert!(later.left_s < fresh.left_s);
+        assert_eq!(start.trials_left, session.protocol().planned_trials());
+        assert_eq!(advanced.trials_left, start.trials_left - 2);
+        assert_eq!(start.repetitions_in_session, limits.max_total);
+        assert_eq!(advanced.repetitions_in_session, limits.max_total - 2);
+        assert_eq!(advanced.repetitions_of_trial, limits.max_per_trial - 1);
+        assert_eq!(advanced.then.as_deref(), Some("trial 2 of 4"));
+        assert!(advanced.left_s < start.left_s);
         assert_eq!(tracker.of(&session, None, 0.0), None, "shown already");
     }
 
     #[test]
     fn the_time_left_goes_by_how_long_trials_take() {
-        let session = resumed(&[]);
-        let left_s = |took_s: f64| {
+        let session = resume(&[]);
+        let left_s = |trial_s: f64| {
             let mut tracker = OutlookTracker::default();
             tracker.begin(0.0);
-            tracker.judged(took_s);
-            tracker.of(&session, None, took_s).unwrap().left_s
+            tracker.judged(trial_s);
+            tracker.of(&session, None, trial_s).unwrap().left_s
         };
         let trials = f64::from(session.protocol().planned_trials());
         assert!((left_s(60.0) - left_s(20.0) - 40.0 * trials).abs() <= 5.0);

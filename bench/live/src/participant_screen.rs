@@ -39,10 +39,10 @@ impl ParticipantScreen {
     pub fn view(&self, view: &ParticipantView, audio_s: f64) -> tui::ParticipantView {
         use protocols::Instruction as From;
         use tui::Instruction as To;
-        let [to_right, to_left] = self.sliders;
+        let [rightward, leftward] = self.sliders;
         let slider = match view.direction {
-            Some(Direction::RightToLeft) => to_left,
-            Some(Direction::LeftToRight) | None => to_right,
+            Some(Direction::RightToLeft) => leftward,
+            Some(Direction::LeftToRight) | None => rightward,
         };
         let resting = view.instruction == From::Rest;
         let moves_at_s = match (view.instruction, view.slider_m, view.countdown_s) {
@@ -53,7 +53,7 @@ impl ParticipantScreen {
             _ => None,
         };
         let practice = view.progress.is_some_and(|progress| progress.practice);
-        let before = if practice { 0 } else { self.practices };
+        let offset = if practice { 0 } else { self.practices };
         tui::ParticipantView {
             instruction: match view.instruction {
                 From::Wait => To::Wait,
@@ -79,7 +79,7 @@ impl ParticipantScreen {
             force_band_n: Some((view.force_band.min_n, view.force_band.max_n)),
             trial: view
                 .progress
-                .map_or(0, |progress| progress.trial.saturating_sub(before)),
+                .map_or(0, |progress| progress.trial.saturating_sub(offset)),
             trials: if practice {
                 self.practices
             } else {
@@ -146,15 +146,13 @@ mod tests {
     #[test]
     fn practice_is_counted_apart() {
         let (_, screen) = screen();
-        let counted = |trial| {
-            let shown = screen.view(&view(Instruction::Wait, trial), 0.0);
-            shown
-                .texts
-                .counted(shown.practice, shown.trial, shown.trials)
+        let count_text = |trial| {
+            let view = screen.view(&view(Instruction::Wait, trial), 0.0);
+            view.texts.counted(view.practice, view.trial, view.trials)
         };
-        assert_eq!(counted(2), "oefening 2 van 2");
-        assert_eq!(counted(3), "proef 1 van 10");
-        assert_eq!(counted(12), "proef 10 van 10");
+        assert_eq!(count_text(2), "oefening 2 van 2");
+        assert_eq!(count_text(3), "proef 1 van 10");
+        assert_eq!(count_text(12), "proef 10 van 10");
     }
 
     #[test]
@@ -164,12 +162,12 @@ mod tests {
         assert_eq!(ready.moves_at_s, Some(12.5));
         assert_eq!((ready.start_m, ready.end_m), (0.095, 0.010));
         let slider = protocol.exploration.slider(Direction::RightToLeft);
-        let under_way = ParticipantView {
+        let following = ParticipantView {
             slider_m: Some(slider.position_m(0.7)),
             countdown_s: None,
             ..view(Instruction::FollowSlider, 3)
         };
-        let moves_at_s = screen.view(&under_way, 13.2).moves_at_s.unwrap();
+        let moves_at_s = screen.view(&following, 13.2).moves_at_s.unwrap();
         assert!((moves_at_s - 12.5).abs() < 1e-9, "{moves_at_s}");
         assert_eq!(
             screen

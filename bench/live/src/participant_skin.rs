@@ -36,43 +36,43 @@ const KEYS: [[&str; 2]; 3] = [
 
 impl TrialSkin {
     /// Returns the trial's three if each is known well enough; otherwise names the first that is not.
-    fn known(found: [LogUncertain; 3]) -> Result<Self, String> {
-        let known = |of: &LogUncertain| {
-            of.value > 0.0 && of.value.is_finite() && of.ln_std <= GREATEST_LN_STD
+    fn new(estimates: [LogUncertain; 3]) -> Result<Self, String> {
+        let is_known = |estimate: &LogUncertain| {
+            estimate.value > 0.0 && estimate.value.is_finite() && estimate.ln_std <= GREATEST_LN_STD
         };
-        let mut named = ["S", "q0", "η"].into_iter().zip(&found);
-        match named.find(|(_, of)| !known(of)) {
-            Some((name, of)) => Err(format!(
+        let mut parameters = ["S", "q0", "η"].into_iter().zip(&estimates);
+        match parameters.find(|(_, estimate)| !is_known(estimate)) {
+            Some((name, estimate)) => Err(format!(
                 "{name} is known to ± {:.0} % only",
-                100.0 * of.ln_std
+                100.0 * estimate.ln_std
             )),
-            None => Ok(Self(found)),
+            None => Ok(Self(estimates)),
         }
     }
 
     /// Returns the entry for a session's log.
     pub fn record(&self) -> Value {
-        let each = KEYS.iter().zip(&self.0);
-        let each = each.flat_map(|([value, ln_std], of)| {
+        let pairs = KEYS.iter().zip(&self.0);
+        let entries = pairs.flat_map(|([value, ln_std], estimate)| {
             [
-                ((*value).to_owned(), Value::from(of.value)),
-                ((*ln_std).to_owned(), Value::from(of.ln_std)),
+                ((*value).to_owned(), Value::from(estimate.value)),
+                ((*ln_std).to_owned(), Value::from(estimate.ln_std)),
             ]
         });
-        Value::Object(each.collect())
+        Value::Object(entries.collect())
     }
 
     /// Reads a log entry; `None` if it is not valid.
-    pub fn read(kept: &Value) -> Option<Self> {
-        let mut found = Vec::with_capacity(KEYS.len());
+    pub fn read(record: &Value) -> Option<Self> {
+        let mut estimates = Vec::with_capacity(KEYS.len());
         for [value, ln_std] in KEYS {
-            let ln_std = kept.get(ln_std)?.as_f64()?;
-            found.push(LogUncertain {
-                value: kept.get(value)?.as_f64()?,
-                ln_std: Some(ln_std).filter(|of| *of >= 0.0)?,
+            let ln_std = record.get(ln_std)?.as_f64()?;
+            estimates.push(LogUncertain {
+                value: record.get(value)?.as_f64()?,
+                ln_std: Some(ln_std).filter(|std| *std >= 0.0)?,
             });
         }
-        Self::known(found.try_into().ok()?).ok()
+        Self::new(estimates.try_into().ok()?).ok()
     }
 }
 
@@ -99,7 +99,7 @@ pub struct SkinUsed {
 
 impl ParticipantSkin {
     /// Creates a participant with these earlier trials.
-    pub fn of_trials(trials: Vec<TrialSkin>) -> Self {
+    pub fn from_trials(trials: Vec<TrialSkin>) -> Self {
         Self { trials }
     }
 
@@ -111,13 +111,13 @@ impl ParticipantSkin {
         if let Some(sign) = shared.misfit.first() {
             return Err(format!("the model does not hold: {sign}"));
         }
-        let found = TrialSkin::known([
+        let trial = TrialSkin::new([
             shared.contact_area_m2,
             shared.q0_rad_per_m,
             shared.loss_factor,
         ])?;
-        self.trials.push(found);
-        Ok(found)
+        self.trials.push(trial);
+        Ok(trial)
     }
 
     /// Returns the values for the next fit: the mean over the trials, or `assumed` without a trial.
@@ -135,7 +135,7 @@ impl ParticipantSkin {
             };
         }
         let [area, q0, loss] =
-            [0, 1, 2].map(|of| mean(self.trials.iter().map(|trial| trial.0[of])));
+            [0, 1, 2].map(|index| mean(self.trials.iter().map(|trial| trial.0[index])));
         SkinUsed {
             contact_area_m2: area.value,
             contact_area_ln_std: Some(area.ln_std),
@@ -187,8 +187,8 @@ impl SkinUsed {
                 "assumed S {area_mm2:.0} mm², q0 {q0:.2} e4 rad/m, η {loss:.2}"
             )],
         };
-        if let Some(why) = &self.left_out {
-            lines.push(format!("not from this trial: {why}"));
+        if let Some(reason) = &self.left_out {
+            lines.push(format!("not from this trial: {reason}"));
         }
         lines
     }
@@ -196,11 +196,12 @@ impl SkinUsed {
 
 /// Returns the mean of the logarithms over at least one trial.
 fn mean(trials: impl Iterator<Item = LogUncertain>) -> LogUncertain {
-    let each = trials.filter_map(|of| Estimate::new(of.value.ln(), of.ln_std.max(LEAST_LN_STD)));
-    let pooled = pooling::mean(&each.collect::<Vec<_>>());
+    let estimates =
+        trials.filter_map(|trial| Estimate::new(trial.value.ln(), trial.ln_std.max(LEAST_LN_STD)));
+    let pooled = pooling::mean(&estimates.collect::<Vec<_>>());
     LogUncertain {
-        value: pooled.map_or(f64::NAN, |of| of.value().exp()),
-        ln_std: pooled.map_or(f64::INFINITY, |of| of.std()),
+        value: pooled.map_or(f64::NAN, |mean| mean.value().exp()),
+        ln_std: pooled.map_or(f64::INFINITY, |mean| mean.std()),
     }
 }
 
@@ -211,31 +212,31 @@ mod tests {
     use estimation::trial::Misfit;
     use estimation::{FitParameter, FitVerdict};
 
-    fn shared(area_m2: f64, ln_std: f64) -> SharedFit {
-        let of = |value| LogUncertain { value, ln_std };
-        let unknown = Uncertain {
+    fn shared_fit(area_m2: f64, ln_std: f64) -> SharedFit {
+        let log_uncertain = |value| LogUncertain { value, ln_std };
+        let vague = Uncertain {
             value: 0.3,
             std: 0.3,
         };
         SharedFit {
             verdict: FitVerdict::Converged,
-            contact_area_m2: of(area_m2),
-            q0_rad_per_m: of(2e4),
-            loss_factor: of(0.4),
-            tau_s: of(1e-3),
-            area_exponent: unknown,
-            film_mean_s: of(1e-4),
-            lag_exponent: unknown,
+            contact_area_m2: log_uncertain(area_m2),
+            q0_rad_per_m: log_uncertain(2e4),
+            loss_factor: log_uncertain(0.4),
+            tau_s: log_uncertain(1e-3),
+            area_exponent: vague,
+            film_mean_s: log_uncertain(1e-4),
+            lag_exponent: vague,
             misfit: Vec::new(),
             friction_floor: None,
             lateral_lag_s: None,
         }
     }
 
-    fn area_of(trials: &[(f64, f64)]) -> (f64, f64) {
+    fn pooled_area(trials: &[(f64, f64)]) -> (f64, f64) {
         let mut skin = ParticipantSkin::default();
         for &(area_m2, ln_std) in trials {
-            skin.take(&shared(area_m2, ln_std)).unwrap();
+            skin.take(&shared_fit(area_m2, ln_std)).unwrap();
         }
         let used = skin.used(&AssumedConstants::ESTIMATION, None);
         (used.contact_area_m2, used.contact_area_ln_std.unwrap())
@@ -243,10 +244,10 @@ mod tests {
 
     #[test]
     fn trials_that_agree_are_weighted_by_their_errors() {
-        let (one, std) = area_of(&[(200e-6, 0.1)]);
-        assert!((one - 200e-6).abs() < 1e-12 && (std - 0.1).abs() < 1e-12);
+        let (mean, std) = pooled_area(&[(200e-6, 0.1)]);
+        assert!((mean - 200e-6).abs() < 1e-12 && (std - 0.1).abs() < 1e-12);
         // Weights 1/0.05² and 1/0.1²: the mean is at four fifths of the way to the first.
-        let (mean, std) = area_of(&[(200e-6, 0.05), (210e-6, 0.1)]);
+        let (mean, std) = pooled_area(&[(200e-6, 0.05), (210e-6, 0.1)]);
         let expected = (200e-6_f64.ln() * 0.8 + 210e-6_f64.ln() * 0.2).exp();
         assert!((mean / expected - 1.0).abs() < 1e-9, "{mean}");
         assert!((std - (500.0_f64).sqrt().recip()).abs() < 1e-9, "{std}");
@@ -254,12 +255,12 @@ mod tests {
 
     #[test]
     fn trials_that_differ_are_weighted_alike_and_the_error_says_so() {
-        let (mean, std) = area_of(&[(100e-6, 0.03), (400e-6, 0.06)]);
+        let (mean, std) = pooled_area(&[(100e-6, 0.03), (400e-6, 0.06)]);
         assert!((mean / 200e-6 - 1.0).abs() < 0.01, "{mean}");
         // Half of ln 4 for two trials.
         assert!((std / (2.0_f64.ln()) - 1.0).abs() < 0.05, "{std}");
         // The smallest error is bounded, so that one trial cannot decide alone.
-        let (mean, _) = area_of(&[(200e-6, 1e-9), (206e-6, 0.03)]);
+        let (mean, _) = pooled_area(&[(200e-6, 1e-9), (206e-6, 0.03)]);
         assert!(
             (mean / (200e-6 * 206e-6_f64).sqrt() - 1.0).abs() < 1e-6,
             "{mean}"
@@ -274,25 +275,25 @@ mod tests {
                 parameter: FitParameter::ContactArea,
                 std: 2.0,
             },
-            ..shared(200e-6, 0.1)
+            ..shared_fit(200e-6, 0.1)
         };
         let bent = SharedFit {
             misfit: vec![Misfit::Friction { rms_mu: 0.1 }],
-            ..shared(200e-6, 0.1)
+            ..shared_fit(200e-6, 0.1)
         };
         assert!(skin.take(&bent).is_err());
-        let why = skin.take(&unusable).unwrap_err();
-        let used = skin.used(&AssumedConstants::ESTIMATION, Some(why));
+        let reason = skin.take(&unusable).unwrap_err();
+        let used = skin.used(&AssumedConstants::ESTIMATION, Some(reason));
         assert_eq!((used.trials, used.contact_area_m2), (0, 300e-6));
         let lines = used.lines();
         assert!(lines[0].starts_with("assumed S 300 mm²"), "{lines:?}");
         assert!(lines[1].starts_with("not from this trial: "), "{lines:?}");
         for open in [f64::INFINITY, f64::NAN] {
-            assert!(skin.take(&shared(200e-6, open)).is_err());
-            assert!(skin.take(&shared(open, 0.1)).is_err());
+            assert!(skin.take(&shared_fit(200e-6, open)).is_err());
+            assert!(skin.take(&shared_fit(open, 0.1)).is_err());
         }
-        assert!(skin.take(&shared(200e-6, 0.31)).is_err());
-        skin.take(&shared(220e-6, 0.1)).unwrap();
+        assert!(skin.take(&shared_fit(200e-6, 0.31)).is_err());
+        skin.take(&shared_fit(220e-6, 0.1)).unwrap();
         let used = skin.used(&AssumedConstants::ESTIMATION, Some("no".to_owned()));
         assert_eq!(used.trials, 1);
         let lines = used.lines();

@@ -21,7 +21,7 @@ pub fn past_trials(
         .iter()
         .map(|record| tui::Event::Verdict(settled(record, protocol)));
     // A fit names only its trial; it belongs to the attempt that began last.
-    let mut begun: BTreeMap<String, TrialKey> = BTreeMap::new();
+    let mut last_attempts: BTreeMap<String, TrialKey> = BTreeMap::new();
     let mut fits = Vec::new();
     for event in documents.iter().filter_map(|document| match document {
         Document::Event(event) => Some(event),
@@ -29,8 +29,8 @@ pub fn past_trials(
     }) {
         let kind = serde_json::from_value(Value::Object(event.data.clone()));
         if let Ok(SessionEventKind::TrialBegan { key }) = kind {
-            begun.insert(label(&key, practice), key);
-        } else if let Some(key) = fitted(event).and_then(|of| begun.get(of)) {
+            last_attempts.insert(label(&key, practice), key);
+        } else if let Some(key) = fitted_trial(event).and_then(|trial| last_attempts.get(trial)) {
             fits.push(tui::Event::Fit(fit(event, key, practice)));
         }
     }
@@ -44,7 +44,7 @@ fn label(key: &TrialKey, practice: u32) -> String {
     format!("{sort} {number}")
 }
 
-fn fitted(event: &LogEvent) -> Option<&str> {
+fn fitted_trial(event: &LogEvent) -> Option<&str> {
     let text = |key: &str| event.data.get(key).and_then(Value::as_str);
     text("event").filter(|name| *name == "fit")?;
     text("of")
@@ -137,27 +137,27 @@ mod tests {
         Protocol::parse(text, "demo.toml").unwrap()
     }
 
-    fn began(number: u32, attempt: u32) -> Document {
-        let began = SessionEventKind::TrialBegan {
+    fn attempt_start(number: u32, attempt: u32) -> Document {
+        let kind = SessionEventKind::TrialBegan {
             key: key(number, attempt),
         };
-        event(&serde_json::to_value(began).unwrap())
+        event(&serde_json::to_value(kind).unwrap())
     }
 
     /// A fit follows its attempt, before or after the next attempt at the same trial begins; it belongs to the last one that
     /// has begun.
     #[test]
-    fn a_fit_is_of_the_attempt_that_began_before_it() {
-        let fit = |of: &str, sigma_t_m: f64| {
+    fn a_fit_belongs_to_the_attempt_that_began_before_it() {
+        let fit = |label: &str, sigma_t_m: f64| {
             event(
-                &json!({ "event": "fit", "of": of, "sigma_t_m": sigma_t_m, "sigma_t_std_m": 1e-8 }),
+                &json!({ "event": "fit", "of": label, "sigma_t_m": sigma_t_m, "sigma_t_std_m": 1e-8 }),
             )
         };
         let documents = [
-            began(1, 1),
+            attempt_start(1, 1),
             fit("practice 1", 1.5e-6),
-            began(2, 1),
-            began(2, 2),
+            attempt_start(2, 1),
+            attempt_start(2, 2),
             fit("trial 1", 1.7e-6),
             fit("trial 9", 1.9e-6),
             event(&json!({ "event": "fit", "of": 3 })),
@@ -179,13 +179,13 @@ mod tests {
     #[test]
     fn an_attempt_is_shown_as_it_was_settled() {
         let reasons = || vec![RedoReason::NotAnalysed];
-        let kept = "kept by the operator";
-        for (outcome, accepted, words, why) in [
+        let settlement = "kept by the operator";
+        for (outcome, accepted, words, reason_count) in [
             (TrialOutcome::Accepted, true, None, 0),
             (
                 TrialOutcome::AcceptedAnyway { reasons: reasons() },
                 true,
-                Some(kept),
+                Some(settlement),
                 1,
             ),
             (TrialOutcome::Redo { reasons: reasons() }, false, None, 1),
@@ -217,14 +217,14 @@ mod tests {
                 outcome,
                 analysis: None,
             };
-            let shown = settled(&record, &protocol());
+            let verdict = settled(&record, &protocol());
             assert_eq!(
                 (
-                    shown.accepted,
-                    shown.settled.as_deref(),
-                    shown.reasons.len()
+                    verdict.accepted,
+                    verdict.settled.as_deref(),
+                    verdict.reasons.len()
                 ),
-                (accepted, words, why),
+                (accepted, words, reason_count),
                 "{record:?}"
             );
         }

@@ -46,8 +46,8 @@ impl LastPeriod {
             return;
         };
         let from_s = last_s - self.period_s;
-        let old = |frame: &ZmFrame| frame.time_s < from_s || frame.time_s > last_s;
-        while self.frames.front().is_some_and(old) {
+        let is_outside = |frame: &ZmFrame| frame.time_s < from_s || frame.time_s > last_s;
+        while self.frames.front().is_some_and(is_outside) {
             self.frames.pop_front();
         }
     }

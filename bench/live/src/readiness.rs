@@ -45,11 +45,11 @@ impl Readiness {
                     return false;
                 }
                 let began_s = *since_s.get_or_insert(t_s);
-                let said = t_s - began_s >= REST_S;
-                if said {
+                let is_confirmed = t_s - began_s >= REST_S;
+                if is_confirmed {
                     *since_s = None;
                 }
-                said
+                is_confirmed
             }
         }
     }

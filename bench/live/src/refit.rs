@@ -23,7 +23,7 @@ pub struct Refit {
     profile: AmplitudeProfile,
     skin: ParticipantSkin,
     /// Whether all requests concern one trial: more of it, or all of it again.
-    of_one_trial: bool,
+    single_trial: bool,
 }
 
 impl Refit {
@@ -35,16 +35,16 @@ impl Refit {
         skin: ParticipantSkin,
     ) -> (Sender<FitRequest>, Receiver<FitReport>, Self) {
         let (ask, requests) = crossbeam_channel::unbounded();
-        let (reports, answers) = crossbeam_channel::unbounded();
+        let (reports, outbox) = crossbeam_channel::unbounded();
         let task = Self {
             requests,
             reports,
             assumed,
             profile,
             skin,
-            of_one_trial: false,
+            single_trial: false,
         };
-        (ask, answers, task)
+        (ask, outbox, task)
     }
 
     /// Expects requests for one trial only, as in a replay: each request replaces all estimates of the skin, so that a trial
@@ -52,7 +52,7 @@ impl Refit {
     #[must_use]
     pub fn of_one_trial(self) -> Self {
         Self {
-            of_one_trial: true,
+            single_trial: true,
             ..self
         }
     }
@@ -80,42 +80,42 @@ impl Task for Refit {
 impl Refit {
     fn fit(&mut self, request: &FitRequest) -> FitReport {
         let label = request.label.clone();
-        if self.of_one_trial {
+        if self.single_trial {
             self.skin = ParticipantSkin::default();
         }
         let cut = match CutTrial::new(request, &self.profile) {
             Ok(cut) => cut,
-            Err(why) => {
-                let skin = self.skin.used(&self.assumed, Some(why.to_string()));
+            Err(error) => {
+                let skin = self.skin.used(&self.assumed, Some(error.to_string()));
                 return FitReport {
                     label,
                     skin,
-                    of_trial: None,
-                    fit: Err(why),
+                    trial_skin: None,
+                    fit: Err(error),
                     curves: None,
                 };
             }
         };
         let shared = cut.shared(self.assumed).map_err(|error| error.to_string());
-        let taken = shared.and_then(|shared| self.skin.take(&shared));
-        let (of_trial, left_out) = match taken {
-            Ok(of_trial) => (Some(of_trial), None),
-            Err(why) => (None, Some(why)),
+        let outcome = shared.and_then(|shared| self.skin.take(&shared));
+        let (trial_skin, left_out) = match outcome {
+            Ok(trial_skin) => (Some(trial_skin), None),
+            Err(reason) => (None, Some(reason)),
         };
         let report = |skin, fit| FitReport {
             label,
             skin,
-            of_trial,
+            trial_skin,
             curves: curves(request, &fit),
             fit,
         };
         let skin = self.skin.used(&self.assumed, left_out);
         let fit = cut.contact(skin.constants(&self.assumed));
-        let (Err(why), 1..) = (&fit, skin.trials) else {
+        let (Err(error), 1..) = (&fit, skin.trials) else {
             return report(skin, fit);
         };
         // A contact fitted with an assumed skin is better than no contact.
-        let because = format!("with those of the trials so far: {why}");
+        let because = format!("with those of the trials so far: {error}");
         let skin = ParticipantSkin::default().used(&self.assumed, Some(because));
         let fit = cut.contact(skin.constants(&self.assumed));
         report(skin, fit)
@@ -165,12 +165,12 @@ mod tests {
             frames: 1000,
         };
         let assumed = AssumedConstants::ESTIMATION;
-        let (profile, nobody) = (AmplitudeProfile::default(), ParticipantSkin::default());
-        let (ask, answers, mut task) = Refit::new(assumed, profile, nobody);
+        let (profile, skin) = (AmplitudeProfile::default(), ParticipantSkin::default());
+        let (ask, reports, mut task) = Refit::new(assumed, profile, skin);
         ask.send(request(Ok(plate))).unwrap();
         ask.send(request(Err(UnloadedError::NoInterval))).unwrap();
         task.poll(0).unwrap();
-        let lines: Vec<String> = answers
+        let lines: Vec<String> = reports
             .try_iter()
             .flat_map(|report| report.lines())
             .collect();
@@ -191,18 +191,18 @@ mod tests {
             "q0_rad_per_m": 2e4, "q0_ln_std": 0.1,
             "loss_factor": 0.4, "loss_factor_ln_std": 0.1,
         }));
-        let trials = |of_one_trial: bool| {
-            let skin = ParticipantSkin::of_trials(vec![trial.unwrap(); 2]);
+        let trials = |single_trial: bool| {
+            let skin = ParticipantSkin::from_trials(vec![trial.unwrap(); 2]);
             let (assumed, profile) = (AssumedConstants::ESTIMATION, AmplitudeProfile::default());
-            let (ask, answers, task) = Refit::new(assumed, profile, skin);
-            let mut task = if of_one_trial {
+            let (ask, reports, task) = Refit::new(assumed, profile, skin);
+            let mut task = if single_trial {
                 task.of_one_trial()
             } else {
                 task
             };
             ask.send(request(Err(UnloadedError::NoInterval))).unwrap();
             task.poll(0).unwrap();
-            answers.try_recv().unwrap().skin.trials
+            reports.try_recv().unwrap().skin.trials
         };
         assert_eq!((trials(false), trials(true)), (2, 0));
     }

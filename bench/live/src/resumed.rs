@@ -34,11 +34,14 @@ impl Resumed {
                     "fit" => {
                         trials.extend(event.data.get("of_trial").and_then(TrialSkin::read));
                         let used = event.data.get("skin");
-                        let measured = |of: &&Value| of["trials"].as_u64() > Some(0);
-                        pooled = used.filter(measured).and_then(TrialSkin::read).or(pooled);
+                        let is_measured = |skin: &&Value| skin["trials"].as_u64() > Some(0);
+                        pooled = used
+                            .filter(is_measured)
+                            .and_then(TrialSkin::read)
+                            .or(pooled);
                     }
                     "carrier_changed" => {
-                        carrier = calibrated_hz.and_then(|hz| decided(event, hz));
+                        carrier = calibrated_hz.and_then(|hz| decided_carrier(event, hz));
                         changed = true;
                     }
                     // A part recorded by an earlier version, which returned to the calibrated resonance.
@@ -53,7 +56,7 @@ impl Resumed {
             trials.extend(pooled);
         }
         Self {
-            skin: ParticipantSkin::of_trials(trials),
+            skin: ParticipantSkin::from_trials(trials),
             carrier,
         }
     }
@@ -64,7 +67,7 @@ fn name(event: &LogEvent) -> &str {
     name.unwrap_or_default()
 }
 
-fn decided(event: &LogEvent, calibrated_hz: f64) -> Option<DecidedCarrier> {
+fn decided_carrier(event: &LogEvent, calibrated_hz: f64) -> Option<DecidedCarrier> {
     let number = |key: &str| {
         event
             .data
@@ -115,18 +118,18 @@ mod tests {
         })
     }
 
-    fn changed(to_hz: f64) -> Document {
+    fn change_event(to_hz: f64) -> Document {
         event(&json!({
             "event": "carrier_changed", "from_hz": 35000.0, "to_hz": to_hz, "drift_hz": to_hz - 35000.2,
             "drift_std_hz": 0.3, "by": "operator",
         }))
     }
 
-    fn began() -> Document {
+    fn trial_start() -> Document {
         event(&json!({ "event": "trial_began" }))
     }
 
-    fn area_of(documents: &[Document]) -> (usize, f64) {
+    fn area(documents: &[Document]) -> (usize, f64) {
         let used = Resumed::of(documents)
             .skin
             .used(&AssumedConstants::ESTIMATION, None);
@@ -135,10 +138,10 @@ mod tests {
 
     #[test]
     fn the_trials_before_are_pooled_as_they_were() {
-        let fit = |of_trial: Value| {
-            event(&json!({ "event": "fit", "skin": skin(250e-6, 0.02), "of_trial": of_trial }))
+        let fit = |trial: Value| {
+            event(&json!({ "event": "fit", "skin": skin(250e-6, 0.02), "of_trial": trial }))
         };
-        let (trials, area_m2) = area_of(&[
+        let (trials, area_m2) = area(&[
             start(35e3),
             fit(skin(200e-6, 0.1)),
             fit(Value::Null),
@@ -151,44 +154,44 @@ mod tests {
             "{area_m2}"
         );
         // Impossible values are skipped.
-        for wrong in [skin(-1.0, 0.1), skin(2e-4, 5.0), json!({}), json!("?")] {
-            assert_eq!(area_of(&[fit(wrong), fit(skin(220e-6, 0.1))]).0, 1);
+        for invalid in [skin(-1.0, 0.1), skin(2e-4, 5.0), json!({}), json!("?")] {
+            assert_eq!(area(&[fit(invalid), fit(skin(220e-6, 0.1))]).0, 1);
         }
-        let nothing = area_of(&[]);
-        assert_eq!(nothing, (0, AssumedConstants::ESTIMATION.contact_area_m2));
+        let initial = area(&[]);
+        assert_eq!(initial, (0, AssumedConstants::ESTIMATION.contact_area_m2));
     }
 
     #[test]
-    fn of_an_earlier_version_there_is_the_last_mean() {
+    fn an_earlier_version_leaves_its_last_mean() {
         let fit = |area_m2: f64, trials: u64| {
             let mut skin = skin(area_m2, 0.05);
             skin["trials"] = json!(trials);
             event(&json!({ "event": "fit", "skin": skin }))
         };
-        let (trials, area_m2) = area_of(&[fit(200e-6, 1), fit(210e-6, 2), fit(300e-6, 0)]);
+        let (trials, area_m2) = area(&[fit(200e-6, 1), fit(210e-6, 2), fit(300e-6, 0)]);
         assert_eq!(trials, 1);
         assert!((area_m2 - 210e-6).abs() < 1e-12);
     }
 
     #[test]
-    fn the_last_carrier_holds_unless_a_part_went_without_it() {
+    fn the_last_carrier_stays_unless_a_part_ran_without_it() {
         let to_hz = |documents: &[Document]| {
             let carrier = Resumed::of(documents).carrier;
-            carrier.map(|of| (of.calibrated_hz, of.to_hz))
+            carrier.map(|carrier| (carrier.calibrated_hz, carrier.to_hz))
         };
-        let (first, second) = (changed(34_996.0), changed(34_991.0));
-        let one = [start(35e3), began(), first.clone()];
-        assert_eq!(to_hz(&one), Some((35e3, 34_996.0)));
-        let two = [&one[..], &[began(), second.clone()]].concat();
-        assert_eq!(to_hz(&two), Some((35e3, 34_991.0)));
+        let (first, second) = (change_event(34_996.0), change_event(34_991.0));
+        let one_change = [start(35e3), trial_start(), first.clone()];
+        assert_eq!(to_hz(&one_change), Some((35e3, 34_996.0)));
+        let two_changes = [&one_change[..], &[trial_start(), second.clone()]].concat();
+        assert_eq!(to_hz(&two_changes), Some((35e3, 34_991.0)));
         // The session was killed before any drive, and resumed twice.
-        let again = [&one[..], &[start(35e3)], &[start(35e3)]].concat();
-        assert_eq!(to_hz(&again), Some((35e3, 34_996.0)));
-        let back = [&again[..], &[began()]].concat();
-        assert_eq!(to_hz(&back), None);
+        let resumed_twice = [&one_change[..], &[start(35e3)], &[start(35e3)]].concat();
+        assert_eq!(to_hz(&resumed_twice), Some((35e3, 34_996.0)));
+        let reverted = [&resumed_twice[..], &[trial_start()]].concat();
+        assert_eq!(to_hz(&reverted), None);
         // Without a valid start document, the previous carrier is unknown.
         assert_eq!(to_hz(&[first]), None);
-        let half = event(&json!({ "event": "carrier_changed", "to_hz": "high" }));
-        assert_eq!(to_hz(&[start(35e3), half]), None);
+        let incomplete = event(&json!({ "event": "carrier_changed", "to_hz": "high" }));
+        assert_eq!(to_hz(&[start(35e3), incomplete]), None);
     }
 }

@@ -100,17 +100,17 @@ pub fn advice(phase: Phase) -> Option<&'static str> {
 /// Returns the present phase of the session.
 pub fn phase(session: &protocols::Session, view: &ParticipantView) -> tui::event::PhaseView {
     let protocol = session.protocol();
-    let mut shown = tui::event::PhaseView::new(phase_kind(session.phase()));
+    let mut phase_view = tui::event::PhaseView::new(phase_kind(session.phase()));
     if let Some(key) = session.current() {
         let practices = protocol.trials.practice;
-        shown.practice = key.practice;
-        shown.trial = TrialLabel::new(key, practices).number;
-        shown.trials = if key.practice {
+        phase_view.practice = key.practice;
+        phase_view.trial = TrialLabel::new(key, practices).number;
+        phase_view.trials = if key.practice {
             practices
         } else {
             protocol.planned_trials() - practices
         };
-        shown.attempt = key.attempt;
+        phase_view.attempt = key.attempt;
     }
     if let Some(Progress {
         exploration,
@@ -118,15 +118,15 @@ pub fn phase(session: &protocols::Session, view: &ParticipantView) -> tui::event
         ..
     }) = view.progress
     {
-        shown.exploration = exploration;
-        shown.explorations = explorations;
+        phase_view.exploration = exploration;
+        phase_view.explorations = explorations;
     }
     let left_s = view.countdown_s.or(session.verdict_left_s());
-    shown.countdown = left_s.map(whole_seconds);
-    shown.message = advice(session.phase()).map(str::to_owned);
-    shown.pausing = session.is_pausing();
-    shown.overrulable = session.is_judged();
-    shown
+    phase_view.countdown = left_s.map(whole_seconds);
+    phase_view.message = advice(session.phase()).map(str::to_owned);
+    phase_view.pausing = session.is_pausing();
+    phase_view.overrulable = session.is_judged();
+    phase_view
 }
 
 /// Returns seconds of a countdown, rounded up.
@@ -142,14 +142,14 @@ pub(crate) fn impedance(z: Complex64) -> Option<ComplexImpedance> {
 }
 
 /// Returns the most serious reason why a frame is masked.
-fn masked(mask: Mask) -> Option<Masked> {
+fn mask_cause(mask: Mask) -> Option<Masked> {
     [
         (Mask::LOST_SAMPLES, Masked::Lost),
         (Mask::CLIPPED, Masked::Clipped),
         (Mask::ENVELOPE_NULL, Masked::BelowNoise),
     ]
     .into_iter()
-    .find_map(|(flag, why)| mask.contains(flag).then_some(why))
+    .find_map(|(flag, cause)| mask.contains(flag).then_some(cause))
 }
 
 /// Returns live values with the fields of an impedance frame; the caller fills in the others.
@@ -164,7 +164,7 @@ pub fn live(frame: &ZmFrame) -> Live {
             .mask
             .is_clear()
             .then_some(frame.corrected_std_n_s_per_m),
-        masked: masked(frame.mask),
+        masked: mask_cause(frame.mask),
         ..Live::default()
     }
 }
@@ -230,8 +230,10 @@ pub fn judged(
 ) -> tui::event::TrialVerdict {
     let normal_n: Vec<Option<f64>> = analysis
         .map(|analysis| {
-            let each = analysis.explorations.iter();
-            each.map(|exploration| exploration.mean_normal_n).collect()
+            let explorations = analysis.explorations.iter();
+            explorations
+                .map(|exploration| exploration.mean_normal_n)
+                .collect()
         })
         .unwrap_or_default();
     let forces: Vec<f64> = normal_n.iter().flatten().copied().collect();

@@ -17,13 +17,13 @@ pub fn visit(now_s: f64, plate_m: f64) -> ParticipantView {
     let since_s = now_s.rem_euclid(EVERY_S);
     let (from_m, to_m) = (0.1 * plate_m, 0.9 * plate_m);
     let length_m = to_m - from_m;
-    let gone_m = (since_s - SLIDES_S) * SPEED_M_PER_S;
-    let (instruction, slider_m) = if since_s < PLACED_S || gone_m > 2.0 * length_m {
+    let travel_m = (since_s - SLIDES_S) * SPEED_M_PER_S;
+    let (instruction, slider_m) = if since_s < PLACED_S || travel_m > 2.0 * length_m {
         (Instruction::LiftFinger, None)
-    } else if gone_m < 0.0 {
+    } else if travel_m < 0.0 {
         (Instruction::PlaceFinger, Some(from_m))
     } else {
-        let back_m = (gone_m - length_m).abs();
+        let back_m = (travel_m - length_m).abs();
         (Instruction::FollowSlider, Some(to_m - back_m))
     };
     ParticipantView {
@@ -43,14 +43,14 @@ mod tests {
 
     #[test]
     fn the_finger_comes_slides_there_and_back_and_goes() {
-        let at = |now_s| visit(now_s, 0.1);
-        assert_eq!(at(0.0).instruction, Instruction::LiftFinger);
-        assert_eq!(at(5.0).instruction, Instruction::PlaceFinger);
-        let slider_m = |now_s: f64| at(now_s).slider_m.unwrap();
+        let view_at = |now_s| visit(now_s, 0.1);
+        assert_eq!(view_at(0.0).instruction, Instruction::LiftFinger);
+        assert_eq!(view_at(5.0).instruction, Instruction::PlaceFinger);
+        let slider_m = |now_s: f64| view_at(now_s).slider_m.unwrap();
         assert!((slider_m(6.0) - 0.01).abs() < 1e-9);
         assert!((slider_m(7.6) - 0.09).abs() < 1e-9);
         assert!((slider_m(8.4) - 0.05).abs() < 1e-9);
-        assert_eq!(at(13.0).instruction, Instruction::LiftFinger);
-        assert_eq!(at(14.0 + 5.0), at(5.0));
+        assert_eq!(view_at(13.0).instruction, Instruction::LiftFinger);
+        assert_eq!(view_at(14.0 + 5.0), view_at(5.0));
     }
 }

@@ -7,8 +7,8 @@ use tui::{Instruction, ParticipantView};
 /// Smallest change of a time that is shown, s; smaller changes come from its recomputation.
 const SAME_S: f64 = 1e-3;
 
-/// Returns the window's content for a view; `before` is the content shown until now.
-pub fn shown(view: &ParticipantView, before: Option<&Shown>) -> Shown {
+/// Returns the window's content for a view; `previous` is the content shown until now.
+pub fn shown(view: &ParticipantView, previous: Option<&Shown>) -> Shown {
     let (title, then) = view.sentences();
     let texts = &view.texts;
     let until_s = match view.instruction {
@@ -23,7 +23,7 @@ pub fn shown(view: &ParticipantView, before: Option<&Shown>) -> Shown {
         view.instruction,
         Instruction::PlaceFinger | Instruction::GetReady | Instruction::FollowSlider
     );
-    let mut shown = Shown {
+    let mut content = Shown {
         title: title.to_owned(),
         then: then.map(str::to_owned),
         now: view.button,
@@ -43,13 +43,14 @@ pub fn shown(view: &ParticipantView, before: Option<&Shown>) -> Shown {
         }),
         silent: texts.paused.to_string(),
     };
-    if let Some(before) = before {
-        shown.until_s = steady(before.until_s, shown.until_s);
-        if let (Some(was), Some(is)) = (&before.track, &mut shown.track) {
-            is.motion.starts_s = steady(was.motion.starts_s, is.motion.starts_s);
+    if let Some(previous) = previous {
+        content.until_s = steady(previous.until_s, content.until_s);
+        if let (Some(old_track), Some(new_track)) = (&previous.track, &mut content.track) {
+            new_track.motion.starts_s =
+                steady(old_track.motion.starts_s, new_track.motion.starts_s);
         }
     }
-    shown
+    content
 }
 
 /// Returns the earlier time if both differ only by recomputation, otherwise the new one.
@@ -64,7 +65,7 @@ fn feedback(view: &ParticipantView) -> Feedback {
     let texts = &view.texts;
     let mean_n = view.mean_force_n.filter(|n| n.is_finite());
     let band_n = view.force_band_n;
-    let judged = mean_n.zip(band_n).map(|(mean_n, (min_n, max_n))| {
+    let verdict = mean_n.zip(band_n).map(|(mean_n, (min_n, max_n))| {
         if mean_n < min_n {
             &texts.too_light
         } else if mean_n > max_n {
@@ -73,8 +74,8 @@ fn feedback(view: &ParticipantView) -> Feedback {
             &texts.just_right
         }
     });
-    let words = match (mean_n, judged) {
-        (Some(mean_n), Some(judged)) => format!("{} N  ·  {judged}", texts.number(mean_n, 2)),
+    let words = match (mean_n, verdict) {
+        (Some(mean_n), Some(verdict)) => format!("{} N  ·  {verdict}", texts.number(mean_n, 2)),
         (Some(mean_n), None) => format!("{} N", texts.number(mean_n, 2)),
         (None, _) => texts.not_measured.to_string(),
     };
@@ -136,11 +137,11 @@ mod tests {
         let second = shown(&follow, Some(&first));
         assert_eq!(second.track.unwrap().motion.starts_s, Some(12.0));
         assert_eq!(second.until_s, None);
-        let later = ParticipantView {
+        let late = ParticipantView {
             moves_at_s: Some(12.2),
             ..follow
         };
-        let track = shown(&later, Some(&first)).track.unwrap();
+        let track = shown(&late, Some(&first)).track.unwrap();
         assert_eq!(track.motion.starts_s, Some(12.2));
     }
 
@@ -164,9 +165,9 @@ mod tests {
                 mean_force_n: mean_n,
                 ..view(Instruction::Feedback)
             };
-            let shown = shown(&view, None);
-            assert_eq!(shown.feedback.unwrap().words, words);
-            assert_eq!(shown.progress.as_deref(), Some("entraînement 1 sur 2"));
+            let content = shown(&view, None);
+            assert_eq!(content.feedback.unwrap().words, words);
+            assert_eq!(content.progress.as_deref(), Some("entraînement 1 sur 2"));
         }
     }
 
@@ -179,13 +180,13 @@ mod tests {
         };
         let first = shown(&rest, None);
         assert_eq!((first.until_s, first.then.as_deref()), (Some(160.0), None));
-        let over = ParticipantView {
+        let finished_rest = ParticipantView {
             audio_s: 160.0,
             rest_s: Some(0.0),
             button: true,
             ..rest
         };
-        let second = shown(&over, Some(&first));
+        let second = shown(&finished_rest, Some(&first));
         assert_eq!(second.until_s, None);
         assert_eq!(
             second.then.as_deref(),

@@ -36,27 +36,27 @@ pub(super) fn judge(
     judge_rate(table, rate_hz, measured);
     let account = measured.account;
     let (input, output) = account.costly_xruns_since(&Account::default());
-    let found = format!("{} in {:.0} s", account.drop_outs(), measured.audio_s);
-    let none = account.lost_frames + input + output == 0;
-    table.row("drop-outs", none, found);
+    let finding = format!("{} in {:.0} s", account.drop_outs(), measured.audio_s);
+    let is_clean = account.lost_frames + input + output == 0;
+    table.row("drop-outs", is_clean, finding);
     real_time::judge(table, config, measured.simulated, measured.priorities);
     judge_tone(table, config, measured);
     judge_relay(table, config.safety.readback_floor_v, measured);
     judge_delay(table, config.safety.measured_delay_s, measured);
-    if let Some(table_of_box) = config.used_field_box() {
-        let found = measured.field_box.clone().unwrap_or_else(|| {
-            let port = table_of_box.port.display();
+    if let Some(box_table) = config.used_field_box() {
+        let finding = measured.field_box.clone().unwrap_or_else(|| {
+            let port = box_table.port.display();
             format!(
                 "none answers at {port}, field_box.port in bench.toml: see `friction-bench devices`"
             )
         });
-        table.row("field box", measured.field_box.is_some(), found);
+        table.row("field box", measured.field_box.is_some(), finding);
     }
     if let Some(force) = &config.force {
         judge_force(table, force, config.calibration.zero_n, measured);
     }
     if let Some(text) = config.forceless_in_words() {
-        table.judged("force sensor", Verdict::Warning, text);
+        table.verdict_row("force sensor", Verdict::Warning, text);
     }
     match &measured.safety {
         SafetyState::Tripped { trip } => table.row("safety", false, trip.to_string()),
@@ -73,15 +73,15 @@ fn judge_rate(table: &mut Table, rate_hz: f64, measured: &Measured) {
     };
     let ratio = (audio_to_s - audio_from_s) / (to_s - from_s);
     // The first and the last buffer may each have waited for the scheduler.
-    let holds = (ratio - 1.0).abs() * (to_s - from_s) < RATE_SLACK_S;
-    let remedy = if holds {
+    let is_right = (ratio - 1.0).abs() * (to_s - from_s) < RATE_SLACK_S;
+    let remedy = if is_right {
         ""
     } else {
         ": the card does not run at the rate that it was opened with"
     };
     table.row(
         "rate",
-        holds,
+        is_right,
         format!(
             "{:.0} frames a second by the computer's clock{remedy}",
             ratio * rate_hz
@@ -94,8 +94,8 @@ pub(super) fn judge_relay(table: &mut Table, floor_v: f64, measured: &Measured) 
         return;
     };
     if past_v.is_nan() {
-        let found = "nothing was read back while the amplifier was off: whether its relay opens is not known";
-        return table.row("relay", false, found);
+        let finding = "nothing was read back while the amplifier was off: whether its relay opens is not known";
+        return table.row("relay", false, finding);
     }
     let opens = past_v <= floor_v.min(0.5 * measured.tone_v);
     let remedy = if opens {
@@ -103,46 +103,46 @@ pub(super) fn judge_relay(table: &mut Table, floor_v: f64, measured: &Measured) 
     } else {
         ": its relay is welded, or the line `enable` of [gpio] does not switch it: switch the amplifier off at the mains"
     };
-    let found = format!(
+    let finding = format!(
         "{past_v:.2} V of {:.2} V read back with the amplifier off{remedy}",
         measured.tone_v
     );
-    table.row("relay", opens, found);
+    table.row("relay", opens, finding);
 }
 
 /// Judges the loop delay of this opening of the streams; the watch stops a tone if the delay differs from the measured one.
 fn judge_delay(table: &mut Table, measured_s: Option<f64>, measured: &Measured) {
     let ms = |seconds: f64| format!("{:.1} ms", 1e3 * seconds);
-    let of_before = measured_s.map_or("never measured".to_owned(), |measured_s| {
+    let earlier = measured_s.map_or("never measured".to_owned(), |measured_s| {
         format!("measured {}", ms(measured_s))
     });
-    let (verdict, found) = match (&measured.safety, measured.loop_delay) {
+    let (verdict, finding) = match (&measured.safety, measured.loop_delay) {
         (SafetyState::Tripped { trip }, None) => {
-            let found = format!("{of_before}; unknown on this opening: {trip}");
-            (Verdict::Warning, found)
+            let finding = format!("{earlier}; unknown on this opening: {trip}");
+            (Verdict::Warning, finding)
         }
         (_, None) => {
-            let found = format!("{of_before}; the tone did not show it on this opening");
-            (Verdict::Warning, found)
+            let finding = format!("{earlier}; the tone did not show it on this opening");
+            (Verdict::Warning, finding)
         }
         (_, Some(present)) => {
-            let off_s = measured_s.map_or(0.0, |measured_s| present.seconds - measured_s);
-            let found = format!("{} on this opening, {of_before}", ms(present.seconds));
-            if off_s.abs() > DELAY_WITHIN_S {
-                let least = ms(DELAY_WITHIN_S);
+            let change_s = measured_s.map_or(0.0, |measured_s| present.seconds - measured_s);
+            let finding = format!("{} on this opening, {earlier}", ms(present.seconds));
+            if change_s.abs() > DELAY_WITHIN_S {
+                let limit = ms(DELAY_WITHIN_S);
                 let remedy = "calibrate channels again, link the streams, or use another device";
                 (
                     Verdict::Failed,
-                    format!("{found}, more than {least} off: {remedy}"),
+                    format!("{finding}, more than {limit} off: {remedy}"),
                 )
             } else {
-                (Verdict::Passed, found)
+                (Verdict::Passed, finding)
             }
         }
     };
-    table.judged("loop delay", verdict, found);
+    table.verdict_row("loop delay", verdict, finding);
     for text in &measured.unverified {
-        table.judged("unverified", Verdict::Warning, text.clone());
+        table.verdict_row("unverified", Verdict::Warning, text.clone());
     }
 }
 
@@ -260,7 +260,7 @@ fn judge_calibration(
         (sum + ratio, n + 1)
     });
     let [re, im] = plate.unloaded_ratio;
-    let compared = channel_match::compare(
+    let comparison = channel_match::compare(
         sum / f64::from(n) * config.channels.drive.volts_per_unit / per_unit,
         channel_match::Expected {
             ratio: Complex64::new(re, im),
@@ -269,7 +269,7 @@ fn judge_calibration(
             rate_hz: f64::from(config.audio.rate_hz),
         },
     );
-    match compared {
+    match comparison {
         Ok(()) => table.row("channels", true, "gain and phase as calibrated"),
         Err(fault) => table.row("channels", false, fault.to_string()),
     }
@@ -291,11 +291,11 @@ fn judge_inputs(
         f64::from(config.audio.rate_hz),
     );
     let commanded_units = measured.tone_v / drive.volts_per_unit;
-    let compared = present.map_err(anyhow::Error::from).and_then(|present| {
+    let comparison = present.map_err(anyhow::Error::from).and_then(|present| {
         channels::compare(calibrated, drive.index, commanded_units, &present)
             .map_err(anyhow::Error::from)
     });
-    match compared {
+    match comparison {
         Ok(()) => table.row("inputs", true, "order and noise as calibrated"),
         Err(fault) => table.row("inputs", false, format!("{fault:#}")),
     }
@@ -309,12 +309,12 @@ fn judge_force(table: &mut Table, force: &config::Force, zero_n: f64, measured: 
     } else {
         format!(": {}", force.what_to_check())
     };
-    let found = format!(
+    let finding = format!(
         "{rate_hz:.0} samples a second as {}, {} corrupt{remedy}",
         force.in_words(),
         measured.corrupt
     );
-    table.row("force sensor", talks, found);
+    table.row("force sensor", talks, finding);
     if talks {
         let (normal_n, lateral_n) = (
             mean(measured.force_n.iter().map(|f| f.0)),

@@ -147,26 +147,26 @@ pub(super) fn measure(
         .require_calibration_holds(effective)
         .err()
         .map(|error| anyhow::Error::from(error).root_cause().to_string());
-    let (done, measured) = crossbeam_channel::bounded(1);
-    let (excerpts_to, excerpts) = crossbeam_channel::unbounded();
+    let (sender, receiver) = crossbeam_channel::bounded(1);
+    let (excerpt_sender, excerpts) = crossbeam_channel::unbounded();
     let stop = bench.stop().clone();
     let field_box = bench.field_box.clone();
-    let for_delay = *extent == Extent::Delay;
+    let delay_only = *extent == Extent::Delay;
     let task = CheckTask {
         batches: bench.batches,
         recording: bench.recording,
         excerpts,
-        excerpts_to,
-        asked: 0,
+        excerpt_sender,
+        requested_excerpts: 0,
         frames: (EXCERPT_S * f64::from(config.audio.rate_hz)) as usize,
         channels: config.audio.input_channels,
         drive: bench.drive,
         signals: bench.signals,
         gauges: bench.gauges,
         stop: stop.clone(),
-        relay: (enable_wired && !for_delay).then_some(tone),
-        quiet_s: if for_delay { DELAY_QUIET_S } else { QUIET_S },
-        for_delay,
+        relay: (enable_wired && !delay_only).then_some(tone),
+        quiet_s: if delay_only { DELAY_QUIET_S } else { QUIET_S },
+        delay_only,
         relay_sounds: false,
         tone: Some(tone),
         test_s: match extent {
@@ -189,7 +189,7 @@ pub(super) fn measure(
             unverified: if real { unverified } else { Vec::new() },
             ..Measured::default()
         },
-        done,
+        sender,
     };
     let mut tasks = bench.before;
     tasks.push(Box::new(task));
@@ -197,7 +197,7 @@ pub(super) fn measure(
     bench.life.run(tasks, || Ok(()))?;
     Ok(Measured {
         field_box: field_box.and_then(|field_box| field_box.in_words()),
-        ..measured.try_recv()?
+        ..receiver.try_recv()?
     })
 }
 
@@ -205,9 +205,9 @@ struct CheckTask {
     batches: Receiver<Batch>,
     recording: Sender<RecordingCommand>,
     excerpts: Receiver<Vec<f32>>,
-    excerpts_to: Sender<Vec<f32>>,
+    excerpt_sender: Sender<Vec<f32>>,
     /// Number of excerpts requested so far: the silence, then the tone.
-    asked: usize,
+    requested_excerpts: usize,
     frames: usize,
     channels: u16,
     drive: DriveControl,
@@ -222,12 +222,12 @@ struct CheckTask {
     /// Silence before the tone, s.
     quiet_s: f64,
     /// Whether the test ends once the loop delay is known, without exercising the stops.
-    for_delay: bool,
+    delay_only: bool,
     test_s: f64,
     /// Time of the first poll.
     began_ns: Option<u64>,
     measured: Measured,
-    done: Sender<Measured>,
+    sender: Sender<Measured>,
 }
 
 /// Timeout for a card that never calls back, ns of the bench's clock: the simulated clock for a stepped bench.
@@ -250,8 +250,11 @@ impl Task for CheckTask {
         self.drive.poll(&measured.safety);
         for batch in self.batches.try_iter() {
             measured.audio_s = batch.audio_s;
-            let now = (batch.audio_s, now_ns as f64 * 1e-9);
-            measured.clocks_s = Some([measured.clocks_s.map_or(now, |[first, _]| first), now]);
+            let clocks_s = (batch.audio_s, now_ns as f64 * 1e-9);
+            measured.clocks_s = Some([
+                measured.clocks_s.map_or(clocks_s, |[first, _]| first),
+                clocks_s,
+            ]);
             measured.account = batch.account;
             measured.frames.extend(batch.frames);
             measured
@@ -279,13 +282,13 @@ impl Task for CheckTask {
         }
         let due_s = [SILENCE_FROM_S, measured.tone_from_s.max(QUIET_S)];
         let sounding = self.tone.is_none();
-        if let Some(&due_s) = due_s.get(self.asked)
+        if let Some(&due_s) = due_s.get(self.requested_excerpts)
             && measured.audio_s >= due_s
-            && (self.asked == 0 || sounding)
+            && (self.requested_excerpts == 0 || sounding)
         {
-            self.asked += 1;
-            let to = self.excerpts_to.clone();
-            let excerpt = Excerpt::next(self.frames, self.channels, to);
+            self.requested_excerpts += 1;
+            let sender = self.excerpt_sender.clone();
+            let excerpt = Excerpt::next(self.frames, self.channels, sender);
             // The channel is closed only when the bench stops.
             let _ = self.recording.send(RecordingCommand::Excerpt(excerpt));
         }
@@ -297,7 +300,7 @@ impl Task for CheckTask {
             }
         }
         let tripped = matches!(measured.safety, SafetyState::Tripped { .. });
-        if self.for_delay {
+        if self.delay_only {
             if measured.loop_delay.is_some() || tripped || measured.audio_s >= self.test_s || late {
                 self.stop.raise();
             }
@@ -308,9 +311,9 @@ impl Task for CheckTask {
             self.drive.exercise_stops();
         }
         let exercised = self.signals.stop_times.get();
-        let over = exercised.is_some() || measured.audio_s >= self.test_s + STOPS_S;
+        let is_over = exercised.is_some() || measured.audio_s >= self.test_s + STOPS_S;
         measured.stops = exercised.unwrap_or_default();
-        if over || tripped || late {
+        if is_over || tripped || late {
             self.stop.raise();
         }
         Ok(())
@@ -319,7 +322,7 @@ impl Task for CheckTask {
     fn finish(&mut self) -> anyhow::Result<()> {
         self.drive.stop();
         self.measured.priorities = ThreadPriorities::now(&self.signals, &self.gauges);
-        let _ = self.done.send(self.measured.clone());
+        let _ = self.sender.send(self.measured.clone());
         Ok(())
     }
 }

@@ -11,15 +11,20 @@ const HINTED: u8 = 20;
 
 /// Judges the priorities of the threads. Normal priority is a warning: a busy computer then loses samples or stops the drive,
 /// and neither is harmful.
-pub(super) fn judge(table: &mut Table, config: &Config, simulated: bool, found: ThreadPriorities) {
-    let (verdict, text) = judged(config, simulated, found, &user());
-    table.judged("real time", verdict, text);
-}
-
-fn judged(
+pub(super) fn judge(
+    table: &mut Table,
     config: &Config,
     simulated: bool,
-    found: ThreadPriorities,
+    priorities: ThreadPriorities,
+) {
+    let (verdict, text) = judgement(config, simulated, priorities, &user());
+    table.verdict_row("real time", verdict, text);
+}
+
+fn judgement(
+    config: &Config,
+    simulated: bool,
+    priorities: ThreadPriorities,
     user: &str,
 ) -> (Verdict, String) {
     if simulated {
@@ -39,31 +44,33 @@ fn judged(
     } else {
         ""
     };
-    let all = format!(
+    let summary = format!(
         "safety watch: {}; output: {}; input: {}{locked}",
-        in_words(found.watch),
-        in_words(found.output),
-        in_words(found.input),
+        in_words(priorities.watch),
+        in_words(priorities.output),
+        in_words(priorities.input),
     );
-    let threads = [found.watch, found.output, found.input];
+    let threads = [priorities.watch, priorities.output, priorities.input];
     if threads
         .iter()
         .all(|thread| thread.is_some_and(Scheduling::is_real_time))
     {
-        return (Verdict::Passed, all);
+        return (Verdict::Passed, summary);
     }
-    let refused = |thread: &Option<Scheduling>| matches!(thread, Some(Scheduling::Refused { .. }));
+    let is_refused =
+        |thread: &Option<Scheduling>| matches!(thread, Some(Scheduling::Refused { .. }));
     let mut text = format!(
-        "{all}: other work of the computer can hold them up, which loses samples or stops the drive"
+        "{summary}: other work of the computer can hold them up, which loses samples or stops the drive"
     );
-    if threads.iter().any(refused) {
+    if threads.iter().any(is_refused) {
         text += &format!(
             "; add the line `{user} - rtprio {HINTED}` to /etc/security/limits.conf and log in again (a systemd service: \
              LimitRTPRIO={HINTED}; a container: --cap-add=SYS_NICE)"
         );
     }
-    let served = [found.output, found.input].contains(&Some(Scheduling::Normal));
-    if config.audio.host == AudioHost::Jack && served {
+    let has_normal_stream =
+        [priorities.output, priorities.input].contains(&Some(Scheduling::Normal));
+    if config.audio.host == AudioHost::Jack && has_normal_stream {
         text += "; the JACK server gives its clients no real-time priority: start it with -R";
     }
     (Verdict::Warning, text)
@@ -73,8 +80,9 @@ fn judged(
 fn user() -> String {
     let name = std::env::var("USER").unwrap_or_default();
     let plain = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
-    let named = !name.is_empty() && name != "root" && name.len() <= 32 && name.chars().all(plain);
-    if named { name } else { "@audio".to_owned() }
+    let is_usable =
+        !name.is_empty() && name != "root" && name.len() <= 32 && name.chars().all(plain);
+    if is_usable { name } else { "@audio".to_owned() }
 }
 
 #[cfg(test)]
@@ -93,16 +101,16 @@ mod tests {
     ) -> (Verdict, String) {
         let text = config::TEMPLATE.replace("host = \"native\"", &format!("host = \"{host}\""));
         let config = Config::parse(&text, "bench.toml").unwrap();
-        let found = ThreadPriorities {
+        let priorities = ThreadPriorities {
             watch,
             output: stream,
             input: stream,
         };
-        judged(&config, false, found, "alice")
+        judgement(&config, false, priorities, "alice")
     }
 
     #[test]
-    fn what_was_granted_is_said_and_what_was_refused_comes_with_the_line_to_add() {
+    fn a_granted_priority_is_reported_and_a_refused_one_with_the_line_to_add() {
         for stream in [GRANTED, SERVED] {
             assert_eq!(judge_on("jack", GRANTED, stream).0, Verdict::Passed);
         }
@@ -126,7 +134,7 @@ mod tests {
     #[test]
     fn simulated_hardware_demands_nothing() {
         let config = Config::parse(config::TEMPLATE, "bench.toml").unwrap();
-        let (verdict, _) = judged(&config, true, ThreadPriorities::default(), "alice");
+        let (verdict, _) = judgement(&config, true, ThreadPriorities::default(), "alice");
         assert_eq!(verdict, Verdict::Passed);
     }
 }

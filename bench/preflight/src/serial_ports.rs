@@ -17,18 +17,18 @@ pub(super) fn judge(table: &mut Table, config: &Config, devices: &Path) {
     });
     let field_box = config.used_field_box();
     let field_box = field_box.map(|table| ("field_box.port", table.port.as_path()));
-    let found: Vec<String> = [force, field_box]
+    let warnings: Vec<String> = [force, field_box]
         .into_iter()
         .flatten()
-        .filter_map(|(key, port)| numbered(key, port, devices))
+        .filter_map(|(key, port)| port_warning(key, port, devices))
         .collect();
-    if !found.is_empty() {
-        table.judged("serial ports", Verdict::Warning, found.join("; "));
+    if !warnings.is_empty() {
+        table.verdict_row("serial ports", Verdict::Warning, warnings.join("; "));
     }
 }
 
 /// Returns the advice for a numbered port if there are several of its kind.
-fn numbered(key: &str, port: &Path, devices: &Path) -> Option<String> {
+fn port_warning(key: &str, port: &Path, devices: &Path) -> Option<String> {
     let name = port.strip_prefix(devices).ok()?.to_str()?;
     let is_numbered = |name: &str, kind: &str| {
         name.strip_prefix(kind)
@@ -37,8 +37,8 @@ fn numbered(key: &str, port: &Path, devices: &Path) -> Option<String> {
     let kind = NUMBERED.iter().find(|kind| is_numbered(name, kind))?;
     let present = std::fs::read_dir(devices).into_iter().flatten().flatten();
     let names = present.map(|entry| entry.file_name());
-    let like_it = names.filter(|name| name.to_str().is_some_and(|name| is_numbered(name, kind)));
-    let count = like_it.count();
+    let namesakes = names.filter(|name| name.to_str().is_some_and(|name| is_numbered(name, kind)));
+    let count = namesakes.count();
     (count > 1).then(|| {
         format!(
             "{key} = \"{}\" is one of {count} ports whose numbers may change at a restart: name the one meant by its link in \
@@ -58,11 +58,11 @@ mod tests {
         let devices = tempfile::tempdir().unwrap();
         let (folder, text) = (devices.path(), config::TEMPLATE);
         let port = folder.join("ttyUSB0");
-        let named = |port: &Path| {
+        let port_config = |port: &Path| {
             let text = text.replace("/dev/ttyUSB0", &port.display().to_string());
             Config::parse(&text, "bench.toml").unwrap()
         };
-        let judged = |config: &Config| {
+        let warning_texts = |config: &Config| {
             let mut table = Table::default();
             judge(&mut table, config, folder);
             table
@@ -74,16 +74,16 @@ mod tests {
         for present in ["ttyUSB0", "ttyACM0", "ttyUSBx", "tty1"] {
             std::fs::write(folder.join(present), "").unwrap();
         }
-        assert!(judged(&named(&port)).is_empty());
+        assert!(warning_texts(&port_config(&port)).is_empty());
         std::fs::write(folder.join("ttyUSB1"), "").unwrap();
-        let found = judged(&named(&port));
+        let findings = warning_texts(&port_config(&port));
         assert!(
-            found.len() == 1 && found[0].contains("one of 2"),
-            "{found:?}"
+            findings.len() == 1 && findings[0].contains("one of 2"),
+            "{findings:?}"
         );
-        for kept in ["fieldbox", "serial/by-id/usb-FTDI", "ttyACM0"] {
-            let kept = judged(&named(&folder.join(kept)));
-            assert!(kept.is_empty(), "{kept:?}");
+        for name in ["fieldbox", "serial/by-id/usb-FTDI", "ttyACM0"] {
+            let findings = warning_texts(&port_config(&folder.join(name)));
+            assert!(findings.is_empty(), "{findings:?}");
         }
     }
 }

@@ -9,7 +9,7 @@ use recording::study::free_bytes;
 pub(super) fn judge_disk(table: &mut Table, study: &Path, session_bytes: u64) {
     let gigabytes = |bytes: u64| bytes as f64 * 1e-9;
     // The first session creates the study's folder; until then its nearest existing parent is judged.
-    let there = study
+    let existing = study
         .ancestors()
         .map(|folder| {
             if folder.as_os_str().is_empty() {
@@ -20,7 +20,7 @@ pub(super) fn judge_disk(table: &mut Table, study: &Path, session_bytes: u64) {
         })
         .find(|folder| folder.is_dir())
         .unwrap_or(study);
-    match free_bytes(there) {
+    match free_bytes(existing) {
         Ok(free) => {
             let enough = free >= session_bytes;
             let remedy = if enough {
@@ -28,13 +28,13 @@ pub(super) fn judge_disk(table: &mut Table, study: &Path, session_bytes: u64) {
             } else {
                 ": make room, or choose another folder with --study"
             };
-            let found = format!(
+            let finding = format!(
                 "{:.1} GB free at {}, {:.1} GB for a session{remedy}",
                 gigabytes(free),
-                there.display(),
+                existing.display(),
                 gigabytes(session_bytes),
             );
-            table.row("disk", enough, found);
+            table.row("disk", enough, finding);
         }
         Err(error) => table.row("disk", false, error.to_string()),
     }
@@ -43,7 +43,7 @@ pub(super) fn judge_disk(table: &mut Table, study: &Path, session_bytes: u64) {
 /// Warns of a terminal too small for the dashboard. A window can be enlarged at any time, so this never fails.
 pub(super) fn judge_terminal(table: &mut Table, size: Option<(u16, u16)>) {
     let (columns, rows) = tui::TWO_COLUMNS;
-    let (verdict, found) = match size {
+    let (verdict, finding) = match size {
         // Containers and `script` open terminals without a size.
         None | Some((0, _) | (_, 0)) => (
             Verdict::Warning,
@@ -59,7 +59,7 @@ pub(super) fn judge_terminal(table: &mut Table, size: Option<(u16, u16)>) {
             ),
         ),
     };
-    table.judged("terminal", verdict, found);
+    table.verdict_row("terminal", verdict, finding);
 }
 
 #[cfg(test)]
@@ -67,7 +67,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_study_that_is_not_there_yet_is_judged_by_the_folder_that_will_hold_it() {
+    fn a_new_study_is_judged_by_its_parent_folder() {
         let folder = tempfile::tempdir().unwrap();
         for (bytes, enough) in [(1, true), (u64::MAX, false)] {
             let mut table = Table::default();

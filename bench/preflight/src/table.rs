@@ -39,26 +39,26 @@ pub struct Table {
 }
 
 impl Table {
-    pub(super) fn row(&mut self, name: &'static str, passed: bool, found: impl Into<String>) {
+    pub(super) fn row(&mut self, name: &'static str, passed: bool, finding: impl Into<String>) {
         let verdict = if passed {
             Verdict::Passed
         } else {
             Verdict::Failed
         };
-        self.judged(name, verdict, found);
+        self.verdict_row(name, verdict, finding);
     }
 
-    pub(super) fn judged(
+    pub(super) fn verdict_row(
         &mut self,
         name: &'static str,
         verdict: Verdict,
-        found: impl Into<String>,
+        finding: impl Into<String>,
     ) {
         self.rows.push(Row {
             name,
             passed: verdict != Verdict::Failed,
             verdict,
-            found: found.into(),
+            found: finding.into(),
         });
     }
 

@@ -10,9 +10,9 @@ use crate::table::Verdict;
 
 pub(super) fn judge(table: &mut Table, config: &Config, measured: &Measured) {
     if let Some(encoder) = &config.encoder {
-        let read = measured.positions > 0;
-        let found = match encoder.source {
-            _ if read => "read",
+        let is_read = measured.positions > 0;
+        let finding = match encoder.source {
+            _ if is_read => "read",
             EncoderSource::Gpio => {
                 "no lines: name encoder_a and encoder_b in [gpio]; a bench without an encoder has no [encoder] in bench.toml"
             }
@@ -23,7 +23,7 @@ pub(super) fn judge(table: &mut Table, config: &Config, measured: &Measured) {
                 "no counts from the field box, encoder.source in bench.toml: look at field_box.port"
             }
         };
-        table.row("encoder", read, found);
+        table.row("encoder", is_read, finding);
     }
     judge_wired(table, config, measured);
     judge_dead_man(table, config, measured.dead_man_wired);
@@ -40,8 +40,8 @@ pub(super) fn judge_wired(table: &mut Table, config: &Config, measured: &Measure
             measured.heartbeat_wired,
         ),
     ] {
-        let (verdict, found) = line_in_words(&config.safety, line, wired);
-        table.judged(name, verdict, found);
+        let (verdict, finding) = line_in_words(&config.safety, line, wired);
+        table.verdict_row(name, verdict, finding);
     }
 }
 
@@ -51,7 +51,7 @@ fn judge_dead_man(table: &mut Table, config: &Config, wired: bool) {
     if safety.dead_man.is_none() {
         return;
     }
-    let found = if wired {
+    let finding = if wired {
         format!(
             "in use: released for {} s it stops the drive, and each drive wants a release and a press before it",
             safety.dead_man_release_s
@@ -59,7 +59,7 @@ fn judge_dead_man(table: &mut Table, config: &Config, wired: bool) {
     } else {
         "not wired: name dead_man in [gpio]; safety.dead_man asks for it".to_owned()
     };
-    table.row("dead-man", wired, found);
+    table.row("dead-man", wired, finding);
 }
 
 /// Judges the exercise of the hardware stops.
@@ -71,7 +71,7 @@ pub(super) fn judge_stops(table: &mut Table, config: &Config, measured: &Measure
         let times = measured.stops.iter().find(|times| times.line == line);
         match times {
             Some(times) => judge_stop(table, &config.safety, times, shown_s(&measured.stops)),
-            None if wired => table.row(row_of(line), false, "could not be exercised"),
+            None if wired => table.row(row_name(line), false, "could not be exercised"),
             None => {}
         }
     }
@@ -91,7 +91,7 @@ fn shown_s(stops: &[StopTimes]) -> f64 {
     off_s.map_or(SHOWN_S, |off_s| (off_s + LOOK_S).min(SHOWN_S))
 }
 
-fn row_of(line: StopLine) -> &'static str {
+fn row_name(line: StopLine) -> &'static str {
     match line {
         StopLine::Heartbeat => "stop: heartbeat",
         StopLine::Enable => "stop: enable",
@@ -112,7 +112,7 @@ fn judge_stop(table: &mut Table, safety: &Safety, times: &StopTimes, shown_s: f6
             "wire it to the amplifier's enable input or relay",
         ),
     };
-    let (passed, found) = match (times.off_s, times.back_s) {
+    let (passed, finding) = match (times.off_s, times.back_s) {
         (None, _) => (
             false,
             format!("the amplifier stays on without {line}: {remedy}"),
@@ -147,7 +147,7 @@ fn judge_stop(table: &mut Table, safety: &Safety, times: &StopTimes, shown_s: f6
         (false, Some(_)) => Verdict::Waived,
         (false, None) => Verdict::Failed,
     };
-    table.judged(row_of(times.line), verdict, found);
+    table.verdict_row(row_name(times.line), verdict, finding);
 }
 
 fn line_in_words(safety: &Safety, line: HardwareStop, wired: bool) -> (Verdict, String) {
@@ -279,22 +279,22 @@ mod tests {
     fn a_waiver_covers_the_line_that_it_names_and_no_other() {
         use Verdict::{Failed, Passed, Waived};
         let estop = "waived = [\"estop\"]\nwaived_by = \"A. Tester\"";
-        let judged = table(estop, false, false);
-        assert_eq!(verdicts(&judged), [Passed, Waived, Failed]);
-        assert!(judged.rows[1].found.contains("waived by A. Tester"));
-        assert!(!judged.passed());
-        let both = "waived = [\"estop\", \"heartbeat\"]\nwaived_by = \"A. Tester\"";
-        let judged = table(both, false, false);
-        assert_eq!(verdicts(&judged), [Passed, Waived, Waived]);
-        assert!(judged.passed());
+        let verdict_table = table(estop, false, false);
+        assert_eq!(verdicts(&verdict_table), [Passed, Waived, Failed]);
+        assert!(verdict_table.rows[1].found.contains("waived by A. Tester"));
+        assert!(!verdict_table.passed());
+        let two_waivers = "waived = [\"estop\", \"heartbeat\"]\nwaived_by = \"A. Tester\"";
+        let verdict_table = table(two_waivers, false, false);
+        assert_eq!(verdicts(&verdict_table), [Passed, Waived, Waived]);
+        assert!(verdict_table.passed());
     }
 
     #[test]
     fn waiving_a_wired_line_is_allowed_and_reported() {
         let estop = "waived = [\"estop\"]\nwaived_by = \"A. Tester\"";
-        let judged = table(estop, true, true);
-        assert!(judged.passed());
-        assert_eq!(judged.rows[1].verdict, Verdict::Waived);
-        assert!(judged.rows[1].found.contains("although it is wired"));
+        let verdict_table = table(estop, true, true);
+        assert!(verdict_table.passed());
+        assert_eq!(verdict_table.rows[1].verdict, Verdict::Waived);
+        assert!(verdict_table.rows[1].found.contains("although it is wired"));
     }
 }

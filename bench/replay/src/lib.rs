@@ -3,7 +3,7 @@
 
 mod explored;
 mod free_clock;
-mod fresh;
+mod initial;
 mod listing;
 mod opening;
 mod options;
@@ -164,7 +164,7 @@ struct Replay {
     /// Folder of the recording, to reopen it when seeking back.
     folder: PathBuf,
     /// Number of fits requested before the replay moved back.
-    outdated: usize,
+    outdated_fits: usize,
     polled_ns: Option<u64>,
     paused: bool,
     began: Instant,
@@ -183,8 +183,8 @@ struct Replay {
     planned: u32,
     explored: Explored,
     instances: usize,
-    asked: usize,
-    answered: usize,
+    fits_requested: usize,
+    fits_received: usize,
     fitted: usize,
     friction: (f64, u64),
     finished: bool,
@@ -205,10 +205,10 @@ impl Replay {
             .iter()
             .filter(|interval| matches!(interval.kind, RecordedIntervalKind::Exploration(_)));
         let planned = explorations.count() as u32;
-        let meter = fresh::meter(plan.source.manifest());
+        let meter = initial::meter(plan.source.manifest());
         Self {
             planned,
-            contact: fresh::contact(plan.source.manifest(), &plan.rules),
+            contact: initial::contact(plan.source.manifest(), &plan.rules),
             source: plan.source,
             front,
             refits,
@@ -221,7 +221,7 @@ impl Replay {
             played_s: 0.0,
             seeking_s: 0.0,
             folder: plan.folder,
-            outdated: 0,
+            outdated_fits: 0,
             polled_ns: None,
             paused: false,
             began: Instant::now(),
@@ -237,8 +237,8 @@ impl Replay {
             plate: Err(UnloadedError::NoInterval),
             explored: Explored::default(),
             instances: 0,
-            asked: 0,
-            answered: 0,
+            fits_requested: 0,
+            fits_received: 0,
             fitted: 0,
             friction: (0.0, 0),
             finished: false,
@@ -293,12 +293,14 @@ impl Replay {
             self.intervals.pop_front();
             match interval.kind {
                 RecordedIntervalKind::Unloaded => self.read_plate(&interval),
-                RecordedIntervalKind::Exploration(direction) => self.explored(&interval, direction),
+                RecordedIntervalKind::Exploration(direction) => {
+                    self.evaluate_exploration(&interval, direction)
+                }
             }
         }
-        let all = &self.source.manifest().intervals;
-        let later = all.iter().filter(|_| !self.intervals.is_empty());
-        let needed_s = later
+        let intervals = &self.source.manifest().intervals;
+        let open_intervals = intervals.iter().filter(|_| !self.intervals.is_empty());
+        let needed_s = open_intervals
             .map(|interval| interval.start_s)
             .fold(self.audio_s, f64::min);
         self.record.forget_before(needed_s - MARGIN_S);
@@ -329,7 +331,7 @@ impl Replay {
         }
     }
 
-    fn explored(&mut self, interval: &RecordedInterval, direction: Direction) {
+    fn evaluate_exploration(&mut self, interval: &RecordedInterval, direction: Direction) {
         let series = self.record.series(interval.start_s, interval.end_s);
         // The frames come from one demodulator, so the series is one; without frames there is no measurement.
         let (stretches, mean_n) =
@@ -353,7 +355,7 @@ impl Replay {
         );
         let crop = crop(self.name(), direction, span_s, &series, &stretches);
         self.front.show(tui::Event::Crop(crop));
-        self.asked += 1;
+        self.fits_requested += 1;
         let manifest = self.source.manifest();
         let (record, rules) = (self.record.clone(), self.rules);
         let request = self.explored.request(manifest, self.plate, record, rules);
@@ -374,9 +376,9 @@ impl Replay {
 
     fn take_fits(&mut self) {
         while let Ok(report) = self.fits.try_recv() {
-            self.answered += 1;
-            if self.outdated > 0 {
-                self.outdated -= 1;
+            self.fits_received += 1;
+            if self.outdated_fits > 0 {
+                self.outdated_fits -= 1;
                 continue;
             }
             if let Ok(fit) = &report.fit {
@@ -425,23 +427,23 @@ impl Replay {
         Ok(())
     }
 
-    /// Seeks by `by_s`: forward by reading fast, back by reading fast from the start, so that the screen reflects all earlier
+    /// Seeks by `step_s`: forward by reading fast, back by reading fast from the start, so that the screen reflects all earlier
     /// data.
-    fn seek(&mut self, by_s: f64) -> anyhow::Result<()> {
-        let to_s = (self.audio_s.max(self.seeking_s) + by_s).clamp(0.0, self.source.duration_s());
+    fn seek(&mut self, step_s: f64) -> anyhow::Result<()> {
+        let to_s = (self.audio_s.max(self.seeking_s) + step_s).clamp(0.0, self.source.duration_s());
         if to_s < self.audio_s {
             self.source = Source::open(&self.folder)?;
             self.intervals = in_order(self.source.manifest());
             self.record = Measurements::faults_of(self.source.manifest(), self.source.rate_hz());
-            self.contact = fresh::contact(self.source.manifest(), &self.rules);
-            self.meter = fresh::meter(self.source.manifest());
+            self.contact = initial::contact(self.source.manifest(), &self.rules);
+            self.meter = initial::meter(self.source.manifest());
             self.account = Account::default();
             self.plate = Err(UnloadedError::NoInterval);
             (self.audio_s, self.played_s, self.screen_due_s) = (0.0, 0.0, 0.0);
             (self.frames, self.instances) = (0, 0);
             self.explored.clear();
             (self.fitted, self.friction) = (0, (0.0, 0));
-            self.outdated = self.asked - self.answered;
+            self.outdated_fits = self.fits_requested - self.fits_received;
             self.finished = false;
         }
         self.seeking_s = to_s;
@@ -515,8 +517,8 @@ impl Replay {
     }
 
     fn end(&mut self) {
-        let over = self.source.ended() && self.intervals.is_empty();
-        if self.finished || !over || self.answered < self.asked {
+        let is_over = self.source.ended() && self.intervals.is_empty();
+        if self.finished || !is_over || self.fits_received < self.fits_requested {
             return;
         }
         self.finished = true;

@@ -17,18 +17,18 @@ pub fn recordings_in(folder: &Path) -> anyhow::Result<Option<Vec<PathBuf>>> {
     if !folder.is_dir() || folder.join(MANIFEST_FILE).exists() {
         return Ok(None);
     }
-    let mut found = Vec::new();
-    descend(folder, DEPTH, &mut found)?;
-    if found.is_empty() {
+    let mut recordings = Vec::new();
+    descend(folder, DEPTH, &mut recordings)?;
+    if recordings.is_empty() {
         bail!(
             "{} is neither a recording (it has no {MANIFEST_FILE}) nor a study with recordings",
             folder.display()
         );
     }
-    Ok(Some(found))
+    Ok(Some(recordings))
 }
 
-fn descend(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) -> anyhow::Result<()> {
+fn descend(folder: &Path, depth: usize, recordings: &mut Vec<PathBuf>) -> anyhow::Result<()> {
     let cannot_list = || format!("cannot list {}", folder.display());
     let entries = std::fs::read_dir(folder).with_context(cannot_list)?;
     let mut folders = Vec::new();
@@ -41,9 +41,9 @@ fn descend(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) -> anyhow::Res
     folders.sort_unstable();
     for path in folders {
         if path.join(MANIFEST_FILE).exists() {
-            found.push(path);
+            recordings.push(path);
         } else if depth > 1 {
-            descend(&path, depth - 1, found)?;
+            descend(&path, depth - 1, recordings)?;
         }
     }
     Ok(())

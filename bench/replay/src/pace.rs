@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 /// Length read and the time it took, without pauses and the wait at the end; repeated reading after seeking back counts again.
 #[derive(Debug, Default)]
 pub(crate) struct Pace {
-    looked: Option<Instant>,
+    last_look: Option<Instant>,
     /// Time spent reading.
-    took: Duration,
+    reading_time: Duration,
     /// Length read, s of the recording.
     pub(crate) read_s: f64,
 }
@@ -16,14 +16,14 @@ impl Pace {
     /// Adds the time since the last call, if the recording was being read.
     pub(crate) fn pass(&mut self, reading: bool) {
         let now = Instant::now();
-        let passed = now - self.looked.replace(now).unwrap_or(now);
+        let elapsed = now - self.last_look.replace(now).unwrap_or(now);
         if reading {
-            self.took += passed;
+            self.reading_time += elapsed;
         }
     }
 
     /// Returns the time spent reading, s.
     pub(crate) fn took_s(&self) -> f64 {
-        self.took.as_secs_f64()
+        self.reading_time.as_secs_f64()
     }
 }

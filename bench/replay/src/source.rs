@@ -75,13 +75,14 @@ impl Source {
     /// If a file cannot be read.
     pub fn read_until(&mut self, until_s: f64) -> anyhow::Result<Batch> {
         let mut batch = Batch::default();
-        let until = (until_s * self.pipeline.rate_hz()) as u64;
+        let end_frame = (until_s * self.pipeline.rate_hz()) as u64;
         while !self.ended {
-            let due = until.saturating_sub(self.pipeline.account().frames);
-            if due == 0 {
+            let missing_frames = end_frame.saturating_sub(self.pipeline.account().frames);
+            if missing_frames == 0 {
                 break;
             }
-            let block = usize::try_from(due).map_or(BLOCK_FRAMES, |due| due.min(BLOCK_FRAMES));
+            let block = usize::try_from(missing_frames)
+                .map_or(BLOCK_FRAMES, |frames| frames.min(BLOCK_FRAMES));
             self.ended = self.reader.read_block(block, &mut self.block)? == 0;
             self.pipeline
                 .take_recorded(&self.block, &mut batch.frames)?;
@@ -132,9 +133,9 @@ where
         Ok(Self { rows, next })
     }
 
-    fn take_until(&mut self, until_s: f64, taken: &mut Vec<R>) -> Result<(), ReadError> {
+    fn take_until(&mut self, until_s: f64, output: &mut Vec<R>) -> Result<(), ReadError> {
         while let Some(row) = self.next.take_if(|row| row.time_s() <= until_s) {
-            taken.push(row);
+            output.push(row);
             self.next = self.rows.next().transpose()?;
         }
         Ok(())

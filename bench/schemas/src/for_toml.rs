@@ -15,7 +15,7 @@ pub(crate) fn adapt(schema: &mut Schema) {
         *text = in_plain_text(text);
     }
     without_null(object);
-    bounded(object);
+    add_bounds(object);
 }
 
 /// Removes code examples, and line breaks within a paragraph.
@@ -38,17 +38,17 @@ fn without_null(object: &mut Map<String, Value>) {
     }
     if let Some(Value::Array(types)) = object.get_mut("type") {
         types.retain(|kind| kind != "null");
-        if let [only] = types.as_slice() {
-            let only = only.clone();
-            object.insert("type".to_owned(), only);
+        if let [kind] = types.as_slice() {
+            let kind = kind.clone();
+            object.insert("type".to_owned(), kind);
         }
     }
-    if let Some(Value::Array(either)) = object.get_mut("anyOf") {
-        either.retain(|one| one.get("type") != Some(&json!("null")));
-        if let [Value::Object(only)] = either.as_slice() {
-            let only = only.clone();
+    if let Some(Value::Array(alternatives)) = object.get_mut("anyOf") {
+        alternatives.retain(|alternative| alternative.get("type") != Some(&json!("null")));
+        if let [Value::Object(schema)] = alternatives.as_slice() {
+            let schema = schema.clone();
             object.remove("anyOf");
-            for (key, value) in only {
+            for (key, value) in schema {
                 object.entry(key).or_insert(value);
             }
         }
@@ -62,8 +62,8 @@ fn keep_values(table: &mut Map<String, Value>) {
 }
 
 /// Replaces formats that JSON Schema does not know with their bounds.
-fn bounded(object: &mut Map<String, Value>) {
-    let most = match object.get("format").and_then(Value::as_str) {
+fn add_bounds(object: &mut Map<String, Value>) {
+    let maximum = match object.get("format").and_then(Value::as_str) {
         Some("uint8") => i64::from(u8::MAX),
         Some("uint16") => i64::from(u16::MAX),
         Some("uint32") => i64::from(u32::MAX),
@@ -76,7 +76,7 @@ fn bounded(object: &mut Map<String, Value>) {
     };
     object.remove("format");
     object.entry("minimum").or_insert(json!(0));
-    object.entry("maximum").or_insert(json!(most));
+    object.entry("maximum").or_insert(json!(maximum));
 }
 
 #[cfg(test)]

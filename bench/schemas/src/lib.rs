@@ -62,7 +62,9 @@ pub fn names() -> [&'static str; SCHEMAS.len()] {
 /// Returns a line for each schema: its name, its file, and the purpose of the file.
 #[must_use]
 pub fn list() -> String {
-    let line = |(name, file, what): &(&str, &str, &str)| format!("{name:<12} {file:<17} {what}\n");
+    let line = |(name, file, description): &(&str, &str, &str)| {
+        format!("{name:<12} {file:<17} {description}\n")
+    };
     SCHEMAS.iter().map(line).collect()
 }
 
@@ -70,13 +72,16 @@ pub fn list() -> String {
 #[must_use]
 pub fn schema_of(name: &str) -> Option<Value> {
     let mut schema = match name {
-        "bench" => ranges::with_ranges(of::<config::Config>(), &readers::bench()),
-        "calibration" => hashed(of::<config::CalibrationFile>()),
-        "protocol" => ranges::with_ranges(of::<protocols::Protocol>(), &readers::protocol()),
-        "scenario" => {
-            ranges::with_ranges(of::<mock_world::scenario::Scenario>(), &readers::scenario())
+        "bench" => ranges::with_ranges(schema_for::<config::Config>(), &readers::bench()),
+        "calibration" => with_hash(schema_for::<config::CalibrationFile>()),
+        "protocol" => {
+            ranges::with_ranges(schema_for::<protocols::Protocol>(), &readers::protocol())
         }
-        "recording" => of::<recording::manifest::Manifest>(),
+        "scenario" => ranges::with_ranges(
+            schema_for::<mock_world::scenario::Scenario>(),
+            &readers::scenario(),
+        ),
+        "recording" => schema_for::<recording::manifest::Manifest>(),
         _ => return None,
     };
     let file = SCHEMAS.iter().find(|(known, ..)| *known == name)?.1;
@@ -90,7 +95,7 @@ pub fn text_of(name: &str) -> Option<String> {
     schema_of(name).map(|schema| format!("{schema:#}\n"))
 }
 
-fn of<T: JsonSchema>() -> Value {
+fn schema_for<T: JsonSchema>() -> Value {
     let settings = SchemaSettings::draft2020_12().for_deserialize();
     let mut schema: Schema = settings.into_generator().into_root_schema_for::<T>();
     for_toml::adapt(&mut schema);
@@ -98,7 +103,7 @@ fn of<T: JsonSchema>() -> Value {
 }
 
 /// Adds the first line of a calibration, which is read before the rest.
-fn hashed(mut schema: Value) -> Value {
+fn with_hash(mut schema: Value) -> Value {
     schema["properties"]["sha256"] = json!({
         "description": "Hash over the rest of the file, by which an edited one is noticed; the first line.",
         "type": "string",

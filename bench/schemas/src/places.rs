@@ -15,46 +15,46 @@ pub(crate) struct Place {
 
 /// Returns the places of all numbers.
 pub(crate) fn numbers(schema: &Value) -> Vec<Place> {
-    let mut found = Vec::new();
-    walk(schema, String::new(), Vec::new(), false, &mut found);
-    found
+    let mut places = Vec::new();
+    walk(schema, String::new(), Vec::new(), false, &mut places);
+    places
 }
 
-fn walk(root: &Value, pointer: String, path: Vec<String>, in_list: bool, found: &mut Vec<Place>) {
+fn walk(root: &Value, pointer: String, path: Vec<String>, in_list: bool, places: &mut Vec<Place>) {
     let Some(node) = root.pointer(&pointer) else {
         return;
     };
     if let Some(target) = node.get("$ref").and_then(Value::as_str) {
         let target = target.trim_start_matches('#').to_owned();
-        walk(root, target, path.clone(), in_list, found);
+        walk(root, target, path.clone(), in_list, places);
     }
     if let Some(Value::Object(properties)) = node.get("properties") {
         for key in properties.keys() {
-            let below = [path.as_slice(), std::slice::from_ref(key)].concat();
+            let child_path = [path.as_slice(), std::slice::from_ref(key)].concat();
             let pointer = format!("{pointer}/properties/{key}");
-            walk(root, pointer, below, false, found);
+            walk(root, pointer, child_path, false, places);
         }
     }
     if let Some(items) = node.get("items") {
         let tables = items.get("$ref").is_some() || items.get("properties").is_some();
-        let below = match tables {
+        let item_path = match tables {
             true => [path.as_slice(), &["0".to_owned()]].concat(),
             false => path.clone(),
         };
         // Lists of lists are skipped.
         if items.get("items").is_none() {
-            walk(root, format!("{pointer}/items"), below, !tables, found);
+            walk(root, format!("{pointer}/items"), item_path, !tables, places);
         }
     }
-    if let Some(Value::Array(either)) = node.get("anyOf") {
-        for index in 0..either.len() {
+    if let Some(Value::Array(alternatives)) = node.get("anyOf") {
+        for index in 0..alternatives.len() {
             let pointer = format!("{pointer}/anyOf/{index}");
-            walk(root, pointer, path.clone(), in_list, found);
+            walk(root, pointer, path.clone(), in_list, places);
         }
     }
     let kind = node.get("type").and_then(Value::as_str);
     if matches!(kind, Some("number" | "integer")) {
-        found.push(Place {
+        places.push(Place {
             path,
             pointer,
             in_list,

@@ -87,12 +87,12 @@ pub(crate) fn protocol() -> Reader {
 
 /// Returns the reader of scenarios, with files for either kind of force sensor.
 pub(crate) fn scenario() -> Reader {
-    let whole = |name: &str| {
+    let document = |name: &str| {
         let scenario = mock_world::scenario::built_in(name).unwrap_or_default();
         Table::try_from(scenario).unwrap_or_default()
     };
     Reader {
-        documents: ["nominal", "gauges"].map(whole).to_vec(),
+        documents: ["nominal", "gauges"].map(document).to_vec(),
         read: |text| match Scenario::parse(text, "scenario.toml") {
             Ok(_) => Answer::Taken,
             Err(ScenarioError::OutOfRange { range, .. }) => Answer::OutOfRange(range),
@@ -125,17 +125,17 @@ mod tests {
     fn every_source_of_forces_has_a_document() {
         let schema = crate::schema_of("bench").unwrap();
         let sources = schema.pointer("/$defs/Source/oneOf").unwrap();
-        let of = |document: &Table| {
+        let source_name = |document: &Table| {
             document["force"]
                 .get("source")
                 .map_or("serial".to_owned(), |source| {
                     source.as_str().unwrap().to_owned()
                 })
         };
-        let there: Vec<String> = bench().documents.iter().map(of).collect();
+        let sources_read: Vec<String> = bench().documents.iter().map(source_name).collect();
         for source in sources.as_array().unwrap() {
             let source = source["const"].as_str().unwrap();
-            assert!(there.iter().any(|known| known == source), "{source}");
+            assert!(sources_read.iter().any(|known| known == source), "{source}");
         }
     }
 }

@@ -45,14 +45,14 @@ pub trait Ask {
 
 /// A person at a terminal.
 pub struct Terminal {
-    ended: Box<dyn Fn() -> bool>,
+    is_ended: Box<dyn Fn() -> bool>,
 }
 
 impl Terminal {
-    /// Creates a terminal that asks until `ended` returns true, such as after a signal.
-    pub fn new(ended: impl Fn() -> bool + 'static) -> Self {
-        let ended = Box::new(ended);
-        Self { ended }
+    /// Creates a terminal that asks until `is_ended` returns true, such as after a signal.
+    pub fn new(is_ended: impl Fn() -> bool + 'static) -> Self {
+        let is_ended = Box::new(is_ended);
+        Self { is_ended }
     }
 
     /// Waits for the answer. The prompt runs on a separate thread because it waits for keys only.
@@ -63,16 +63,16 @@ impl Terminal {
         &self,
         prompt: impl FnOnce() -> InquireResult<T> + Send + 'static,
     ) -> anyhow::Result<T> {
-        let (answers, answered) = mpsc::sync_channel(1);
+        let (sender, receiver) = mpsc::sync_channel(1);
         thread::Builder::new()
             .name("prompt".to_owned())
-            .spawn(move || answers.send(prompt()))
+            .spawn(move || sender.send(prompt()))
             .context("cannot ask")?;
         loop {
-            match answered.recv_timeout(GLANCE) {
+            match receiver.recv_timeout(GLANCE) {
                 Ok(answer) => return Ok(answer?),
                 Err(RecvTimeoutError::Disconnected) => bail!("the question failed"),
-                Err(RecvTimeoutError::Timeout) if (self.ended)() => {
+                Err(RecvTimeoutError::Timeout) if (self.is_ended)() => {
                     // The terminal may have closed.
                     let _ = crossterm::terminal::disable_raw_mode();
                     let _ = execute!(io::stderr(), cursor::Show, Print("\n"));
@@ -87,8 +87,8 @@ impl Terminal {
 impl Ask for Terminal {
     fn choose(&mut self, question: &Question<'_>, choices: &[String]) -> anyhow::Result<usize> {
         let (text, choices) = (question.text.to_owned(), choices.to_vec());
-        let chosen = self.answer(move || Select::new(&text, choices).raw_prompt())?;
-        Ok(chosen.index)
+        let choice = self.answer(move || Select::new(&text, choices).raw_prompt())?;
+        Ok(choice.index)
     }
 
     fn text(&mut self, question: &Question<'_>, usual: &str) -> anyhow::Result<String> {

@@ -46,8 +46,8 @@ pub fn choose(
         .iter()
         .map(|(_, device)| line(device, inputs))
         .collect();
-    let found = match named {
-        Some(name) => called(&cards, name)?,
+    let card = match named {
+        Some(name) => find_card(&cards, name)?,
         None if cards.is_empty() => None,
         None => {
             let question = Question {
@@ -57,14 +57,14 @@ pub fn choose(
             cards.get(ask.choose(&question, &lines)?)
         }
     };
-    let Some((host, device)) = found else {
-        let there = if lines.is_empty() {
+    let Some((host, device)) = card else {
+        let cards_text = if lines.is_empty() {
             "none: is it plugged in, and may you use it (group audio)?".to_owned()
         } else {
             format!("\n  {}", lines.join("\n  "))
         };
         bail!(
-            "no sound card with outputs and inputs{}; there is {there}",
+            "no sound card with outputs and inputs{}; there is {cards_text}",
             named.map_or_else(String::new, |name| format!(" is called {name}"))
         );
     };
@@ -92,16 +92,16 @@ pub fn choose(
 }
 
 /// Returns the card with this id, or else with this name. Two cards of one model share a name.
-fn called<'a>(
+fn find_card<'a>(
     cards: &'a [(&'static str, &'a DeviceInfo)],
     name: &str,
 ) -> anyhow::Result<Option<&'a (&'static str, &'a DeviceInfo)>> {
     if let Some(card) = cards.iter().find(|(_, device)| device.id == name) {
         return Ok(Some(card));
     }
-    let mut named = cards.iter().filter(|(_, device)| device.name == name);
-    let first = named.next();
-    if let (Some((_, first)), Some((_, second))) = (first, named.next()) {
+    let mut namesakes = cards.iter().filter(|(_, device)| device.name == name);
+    let first = namesakes.next();
+    if let (Some((_, first)), Some((_, second))) = (first, namesakes.next()) {
         bail!(
             "more than one sound card is called {name}: give --card {} or --card {}",
             first.id,
@@ -129,9 +129,9 @@ fn streams(device: &DeviceInfo, inputs: u16) -> Streams {
 
 fn line(device: &DeviceInfo, inputs: u16) -> String {
     let streams = match streams(device, inputs) {
-        Streams::Fit(of) => format!(
+        Streams::Fit(layout) => format!(
             "{} Hz, {}, {} out, {} in",
-            of.rate_hz, of.format, of.outputs, of.inputs
+            layout.rate_hz, layout.format, layout.outputs, layout.inputs
         ),
         Streams::Unfit => "too slow, or too few inputs".to_owned(),
         Streams::Unreported => "does not say what it takes".to_owned(),
@@ -141,19 +141,19 @@ fn line(device: &DeviceInfo, inputs: u16) -> String {
 
 /// Returns the best layout that both directions support.
 fn layout(output: &[Capability], input: &[Capability], inputs: u16) -> Option<Layout> {
-    let of = |offer: &[Capability], rate_hz: u32, format: &str, least: u16| {
-        let takes = |c: &&Capability| {
-            c.rates.contains(rate_hz) && c.format == format && c.channels >= least
+    let channels = |offer: &[Capability], rate_hz: u32, format: &str, min_channels: u16| {
+        let is_suitable = |c: &&Capability| {
+            c.rates.contains(rate_hz) && c.format == format && c.channels >= min_channels
         };
-        offer.iter().filter(takes).map(|c| c.channels).min()
+        offer.iter().filter(is_suitable).map(|c| c.channels).min()
     };
     RATES_HZ.into_iter().find_map(|rate_hz| {
         FORMATS.into_iter().find_map(|format| {
             Some(Layout {
                 rate_hz,
                 format,
-                outputs: of(output, rate_hz, format, 1)?,
-                inputs: of(input, rate_hz, format, inputs)?,
+                outputs: channels(output, rate_hz, format, 1)?,
+                inputs: channels(input, rate_hz, format, inputs)?,
             })
         })
     })
@@ -186,7 +186,7 @@ mod tests {
             capability(4, [44_100, 192_000], "i32"),
             capability(8, [44_100, 96_000], "i32"),
         ];
-        let found = |inputs| layout(&output, &input, inputs);
+        let best_layout = |inputs| layout(&output, &input, inputs);
         let expected = |rate_hz, format, outputs, inputs| {
             Some(Layout {
                 rate_hz,
@@ -195,9 +195,9 @@ mod tests {
                 inputs,
             })
         };
-        assert_eq!(found(2), expected(192_000, "i32", 8, 4));
-        assert_eq!(found(8), expected(96_000, "i32", 2, 8));
-        assert_eq!(found(9), None);
+        assert_eq!(best_layout(2), expected(192_000, "i32", 8, 4));
+        assert_eq!(best_layout(8), expected(96_000, "i32", 2, 8));
+        assert_eq!(best_layout(9), None);
         let slow = [capability(2, [8_000, 48_000], "i32")];
         assert_eq!(layout(&slow, &slow, 2), None);
     }
@@ -223,50 +223,50 @@ mod tests {
     }
 
     #[test]
-    fn what_resamples_or_is_no_card_is_not_offered_and_one_card_needs_no_question() {
-        let one = hosts(vec![
+    fn a_resampling_device_is_not_offered_and_one_card_needs_no_question() {
+        let one_card = hosts(vec![
             device("alsa:null", "Discard"),
             device("alsa:plughw:0", "Fireface"),
             device("alsa:hw:0", "Fireface"),
         ]);
-        let card = choose(&one, None, 2, &mut Unattended).unwrap();
+        let card = choose(&one_card, None, 2, &mut Unattended).unwrap();
         assert_eq!(card.id, "alsa:hw:0");
-        let two = hosts(vec![
+        let two_cards = hosts(vec![
             device("alsa:hw:0", "Fireface"),
             device("alsa:hw:1", "HDA"),
         ]);
-        let undecided = choose(&two, None, 2, &mut Unattended)
+        let undecided = choose(&two_cards, None, 2, &mut Unattended)
             .err()
             .unwrap()
             .to_string();
         for word in ["--card", "Fireface", "HDA"] {
             assert!(undecided.contains(word), "{undecided}");
         }
-        let card = choose(&two, Some("HDA"), 2, &mut Unattended).unwrap();
+        let card = choose(&two_cards, Some("HDA"), 2, &mut Unattended).unwrap();
         assert_eq!(card.id, "alsa:hw:1");
-        for (hosts, named) in [(&two, Some("Babyface")), (&hosts(Vec::new()), None)] {
+        for (hosts, named) in [(&two_cards, Some("Babyface")), (&hosts(Vec::new()), None)] {
             choose(hosts, named, 2, &mut Unattended).err().unwrap();
         }
     }
 
     #[test]
-    fn of_two_cards_of_one_name_the_id_tells() {
-        let alike = hosts(vec![
+    fn the_id_distinguishes_two_cards_of_one_name() {
+        let namesakes = hosts(vec![
             device("alsa:hw:UMC404HD", "UMC404HD 192k"),
             device("alsa:hw:UMC404HD_1", "UMC404HD 192k"),
         ]);
-        let choose = |name| choose(&alike, Some(name), 2, &mut Unattended);
-        let refused = choose("UMC404HD 192k").err().unwrap().to_string();
-        assert!(refused.ends_with("--card alsa:hw:UMC404HD_1"), "{refused}");
+        let choose = |name| choose(&namesakes, Some(name), 2, &mut Unattended);
+        let error = choose("UMC404HD 192k").err().unwrap().to_string();
+        assert!(error.ends_with("--card alsa:hw:UMC404HD_1"), "{error}");
         let card = choose("alsa:hw:UMC404HD_1").unwrap();
         assert_eq!(card.id, "alsa:hw:UMC404HD_1");
     }
 
     #[test]
     fn a_card_that_another_program_holds_is_taken_without_a_layout() {
-        let mut held = device("alsa:hw:0", "Fireface");
-        held.input = Some(Offer::Unreported);
-        let card = choose(&hosts(vec![held]), None, 2, &mut Unattended).unwrap();
+        let mut busy = device("alsa:hw:0", "Fireface");
+        busy.input = Some(Offer::Unreported);
+        let card = choose(&hosts(vec![busy]), None, 2, &mut Unattended).unwrap();
         assert_eq!(card.layout, None);
     }
 }

@@ -54,8 +54,8 @@ pub fn audio(name: &'static str, opened: Result<&Host, &AudioError>) -> AudioHos
 /// If the system cannot list them.
 pub fn serial_ports() -> anyhow::Result<Vec<PathBuf>> {
     let ports = serialport::available_ports()?.into_iter();
-    let kept = |port: PathBuf| kept_name(&port, Path::new(LINKS)).unwrap_or(port);
-    Ok(ports.map(|port| kept(port.port_name.into())).collect())
+    let name = |port: PathBuf| stable_name(&port, Path::new(LINKS)).unwrap_or(port);
+    Ok(ports.map(|port| name(port.port_name.into())).collect())
 }
 
 /// Folder of the persistent links to serial ports.
@@ -63,16 +63,16 @@ const LINKS: &str = "/dev/serial";
 
 /// Returns a name for the port that does not depend on the order in which devices are plugged in: by the device's serial
 /// number, or, if that is not unique, by the computer's socket. `None` if the system provides no such name.
-fn kept_name(port: &Path, links: &Path) -> Option<PathBuf> {
+fn stable_name(port: &Path, links: &Path) -> Option<PathBuf> {
     let device = port.canonicalize().ok()?;
     ["by-id", "by-path"].iter().find_map(|folder| {
         let entries = fs::read_dir(links.join(folder)).ok()?;
-        let named = entries.flatten().map(|entry| entry.path());
-        let mut to_it: Vec<PathBuf> = named
-            .filter(|link| link.canonicalize().is_ok_and(|to| to == device))
+        let paths = entries.flatten().map(|entry| entry.path());
+        let mut port_links: Vec<PathBuf> = paths
+            .filter(|link| link.canonicalize().is_ok_and(|target| target == device))
             .collect();
-        to_it.sort_unstable();
-        to_it.into_iter().next()
+        port_links.sort_unstable();
+        port_links.into_iter().next()
     })
 }
 
@@ -171,18 +171,18 @@ mod tests {
             ("ttyUSB1", None, "pci-usb-0:2"),
         ] {
             fs::write(port(name), "").unwrap();
-            let to = format!("../../{name}");
+            let target = format!("../../{name}");
             if let Some(id) = id {
-                symlink(&to, links.join("by-id").join(id)).unwrap();
+                symlink(&target, links.join("by-id").join(id)).unwrap();
             }
-            symlink(&to, links.join("by-path").join(path)).unwrap();
+            symlink(&target, links.join("by-path").join(path)).unwrap();
         }
         fs::write(port("ttyS0"), "").unwrap();
-        let kept = |name| kept_name(&port(name), &links);
-        let by = |folder: &str, name: &str| Some(links.join(folder).join(name));
-        assert_eq!(kept("ttyUSB0"), by("by-id", "usb-FTDI_FT0A-if00"));
-        assert_eq!(kept("ttyUSB1"), by("by-path", "pci-usb-0:2"));
-        assert_eq!(kept("ttyS0"), None);
-        assert_eq!(kept("absent"), None);
+        let port_name = |name| stable_name(&port(name), &links);
+        let link = |folder: &str, name: &str| Some(links.join(folder).join(name));
+        assert_eq!(port_name("ttyUSB0"), link("by-id", "usb-FTDI_FT0A-if00"));
+        assert_eq!(port_name("ttyUSB1"), link("by-path", "pci-usb-0:2"));
+        assert_eq!(port_name("ttyS0"), None);
+        assert_eq!(port_name("absent"), None);
     }
 }

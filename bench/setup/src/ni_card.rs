@@ -124,7 +124,7 @@ mod tests {
         }
     }
 
-    fn written(card: &Card) -> Config {
+    fn written_config(card: &Card) -> Config {
         let mut sheet = Sheet::new();
         put(&mut sheet, card).unwrap();
         Config::parse(&sheet.text(), card.product.as_str()).unwrap()
@@ -152,7 +152,7 @@ mod tests {
                 None,
             ),
         ] {
-            let config = written(&card);
+            let config = written_config(&card);
             assert_eq!(config.audio.rate_hz, rate_hz);
             assert_eq!(config.audio.input_device, "Dev2");
             let table = config.nidaqmx.unwrap();
@@ -168,7 +168,7 @@ mod tests {
     fn a_card_that_is_too_slow_is_refused_with_the_arithmetic() {
         let mut sheet = Sheet::new();
         let slow = card("USB-6009", 48e3, 48e3, false);
-        let refused = put(&mut sheet, &slow).unwrap_err().to_string();
-        assert!(refused.contains("48000 Hz in all"), "{refused}");
+        let error = put(&mut sheet, &slow).unwrap_err().to_string();
+        assert!(error.contains("48000 Hz in all"), "{error}");
     }
 }

@@ -43,7 +43,7 @@ pub struct Options {
 
 impl Options {
     /// Returns the first given option that does not apply to `rig`, if any.
-    pub fn beside(&self, rig: Rig) -> Option<&'static str> {
+    pub fn unfit_option(&self, rig: Rig) -> Option<&'static str> {
         let six_axis = rig == Rig::SixAxis;
         [
             (
@@ -61,7 +61,7 @@ impl Options {
             ("--box-port", self.box_port.is_some(), rig.has_field_box()),
         ]
         .into_iter()
-        .find_map(|(option, given, fits)| (given && !fits).then_some(option))
+        .find_map(|(option, is_given, fits)| (is_given && !fits).then_some(option))
     }
 }
 

@@ -27,10 +27,10 @@ impl Sheet {
     ) -> anyhow::Result<()> {
         let place = self.place(table, key)?;
         let comment = comment(&self.lines[place]);
-        let written = format!("{key} = {}", value.into());
+        let entry = format!("{key} = {}", value.into());
         self.lines[place] = match comment {
-            Some(comment) => format!("{written:<34} {comment}"),
-            None => written,
+            Some(comment) => format!("{entry:<34} {comment}"),
+            None => entry,
         };
         Ok(())
     }
@@ -65,8 +65,8 @@ impl Sheet {
     /// # Errors
     /// If the template has no such table.
     pub fn remove(&mut self, table: &str) -> anyhow::Result<()> {
-        let (from, to) = self.table(table)?;
-        self.lines.drain(from..to);
+        let (start, end) = self.table(table)?;
+        self.lines.drain(start..end);
         Ok(())
     }
 
@@ -78,25 +78,25 @@ impl Sheet {
     /// Returns the line range of a table, including its header.
     fn table(&self, table: &str) -> anyhow::Result<(usize, usize)> {
         let header = format!("[{table}]");
-        let from = self
+        let start = self
             .lines
             .iter()
             .position(|line| line.starts_with(&header))
             .with_context(|| format!("the template has no table {header}"))?;
         let next = |line: &String| line.starts_with('[');
-        let to = self.lines[from + 1..].iter().position(next);
-        Ok((from, to.map_or(self.lines.len(), |to| from + 1 + to)))
+        let end = self.lines[start + 1..].iter().position(next);
+        Ok((start, end.map_or(self.lines.len(), |end| start + 1 + end)))
     }
 
     fn place(&self, table: &str, key: &str) -> anyhow::Result<usize> {
-        let (from, to) = self.table(table)?;
-        let names = |line: &String| {
+        let (start, end) = self.table(table)?;
+        let is_key = |line: &String| {
             let line = line.strip_prefix('#').unwrap_or(line);
             line.split_once('=')
                 .is_some_and(|(name, _)| name.trim_end() == key)
         };
-        match self.lines[from..to].iter().position(names) {
-            Some(place) => Ok(from + place),
+        match self.lines[start..end].iter().position(is_key) {
+            Some(place) => Ok(start + place),
             None => bail!("the template has no key {table}.{key}"),
         }
     }
@@ -119,16 +119,16 @@ mod tests {
 
     fn line(sheet: &Sheet, begin: &str) -> String {
         let text = sheet.text();
-        let found = text.lines().find(|line| line.starts_with(begin));
-        found.unwrap_or_else(|| panic!("no {begin}")).to_owned()
+        let entry = text.lines().find(|line| line.starts_with(begin));
+        entry.unwrap_or_else(|| panic!("no {begin}")).to_owned()
     }
 
     #[test]
     fn a_value_is_put_in_and_its_comment_stays() {
         let mut sheet = Sheet::new();
         sheet.set("audio", "rate_hz", 96_000).unwrap();
-        let written = line(&sheet, "rate_hz = 96000 ");
-        assert!(written.ends_with("# above twice the carrier and the modulation"));
+        let entry = line(&sheet, "rate_hz = 96000 ");
+        assert!(entry.ends_with("# above twice the carrier and the modulation"));
         sheet.set("encoder", "source", "field-box").unwrap();
         line(&sheet, "source = \"field-box\"");
         sheet.set("plate", "id", "the \"big\" # one").unwrap();
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_goes_out_of_force_and_an_example_comes_into_it() {
+    fn a_key_is_disabled_and_an_example_is_enabled() {
         let mut sheet = Sheet::new();
         sheet.unset("force", "port").unwrap();
         sheet.unset("force", "port").unwrap();

@@ -7,7 +7,7 @@ use files::quoted;
 /// Returns the calibration commands to run, in order.
 pub fn next(config: &Path, mock: Option<&str>) -> String {
     // Simulated hardware has a separate configuration unless one is named.
-    let named = if config == Path::new("bench.toml") && mock.is_none() {
+    let config_option = if config == Path::new("bench.toml") && mock.is_none() {
         String::new()
     } else {
         format!(" --config {}", quoted(config))
@@ -16,7 +16,7 @@ pub fn next(config: &Path, mock: Option<&str>) -> String {
         // A built-in scenario, or a file.
         format!(" --mock {}", quoted(Path::new(scenario)))
     });
-    let bench = format!("{named}{mock}");
+    let bench = format!("{config_option}{mock}");
     let mut text = String::from("next, in this order, each with --help:\n");
     let steps = [
         ("check --press-estop", "the e-stop, pressed and released"),
@@ -42,8 +42,8 @@ pub fn next(config: &Path, mock: Option<&str>) -> String {
         ),
         ("check", "everything again"),
     ];
-    for (command, what) in steps {
-        text += &format!("  # {what}\n  friction-bench {command}{bench}\n");
+    for (command, purpose) in steps {
+        text += &format!("  # {purpose}\n  friction-bench {command}{bench}\n");
     }
     text
 }

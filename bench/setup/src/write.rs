@@ -33,7 +33,7 @@ pub struct Written {
 ///
 /// # Errors
 /// If the file exists, a required device is missing, or no answer is given.
-pub fn write(options: &Options, found: &Listing, ask: &mut dyn Ask) -> anyhow::Result<Written> {
+pub fn write(options: &Options, listing: &Listing, ask: &mut dyn Ask) -> anyhow::Result<Written> {
     let path = &options.config;
     if path.exists() {
         bail!(
@@ -51,27 +51,27 @@ pub fn write(options: &Options, found: &Listing, ask: &mut dyn Ask) -> anyhow::R
         );
     }
     let rig = rig(options, ask)?;
-    if let Some(option) = options.beside(rig) {
+    if let Some(option) = options.unfit_option(rig) {
         bail!(
             "{option} says nothing of this rig ({}): leave it out, or name the --rig that it is for",
             rig.in_words()
         );
     }
-    let sensor = sensor(rig, options, found, ask)?;
+    let sensor = sensor(rig, options, listing, ask)?;
     let gauges = matches!(sensor, ForceSensor::Gauges { .. });
     let inputs = SIGNALS + if gauges { GAUGES } else { 0 };
     let mut sheet = Sheet::new();
-    let named = options.card.as_deref();
+    let card_name = options.card.as_deref();
     let converter = if rig == Rig::Published {
-        let card = ni_card::choose(&found.cards, named, ask)?;
+        let card = ni_card::choose(&listing.cards, card_name, ask)?;
         ni_card::put(&mut sheet, card)?;
         sheet.remove("field_box")?;
         format!("the {} {}", card.product, card.name)
     } else {
-        let card = card::choose(&found.hosts, named, inputs, ask)?;
+        let card = card::choose(&listing.hosts, card_name, inputs, ask)?;
         sheet.remove("nidaqmx")?;
         put_card(&mut sheet, &card)?;
-        put_lines(&mut sheet, rig, options, found, ask)?;
+        put_lines(&mut sheet, rig, options, listing, ask)?;
         in_words(&card)
     };
     put_sensor(&mut sheet, &sensor)?;
@@ -130,7 +130,7 @@ enum ForceSensor {
 fn sensor(
     rig: Rig,
     options: &Options,
-    found: &Listing,
+    listing: &Listing,
     ask: &mut dyn Ask,
 ) -> anyhow::Result<ForceSensor> {
     match rig {
@@ -140,7 +140,7 @@ fn sensor(
             let option = "--force-port";
             let port = port(
                 options.force_port.as_ref(),
-                found,
+                listing,
                 &Question { text, option },
                 ask,
             )?;
@@ -198,14 +198,14 @@ fn sensor(
 
 fn port(
     named: Option<&PathBuf>,
-    found: &Listing,
+    listing: &Listing,
     question: &Question<'_>,
     ask: &mut dyn Ask,
 ) -> anyhow::Result<PathBuf> {
     if let Some(port) = named {
         return Ok(port.clone());
     }
-    let ports = &found.serial_ports;
+    let ports = &listing.serial_ports;
     if ports.is_empty() {
         bail!(
             "{} There is no serial port: plug it in, or give {}",
@@ -247,8 +247,8 @@ fn put_sensor(sheet: &mut Sheet, sensor: &ForceSensor) -> anyhow::Result<()> {
         ("force.netft", "netft"),
         ("force.field_box", "field-box"),
     ];
-    for (table, of) in tables {
-        if of != source {
+    for (table, table_source) in tables {
+        if table_source != source {
             sheet.remove(table)?;
         }
     }
@@ -287,7 +287,7 @@ fn put_lines(
     sheet: &mut Sheet,
     rig: Rig,
     options: &Options,
-    found: &Listing,
+    listing: &Listing,
     ask: &mut dyn Ask,
 ) -> anyhow::Result<()> {
     if rig.has_field_box() {
@@ -295,7 +295,7 @@ fn put_lines(
         let option = "--box-port";
         let port = port(
             options.box_port.as_ref(),
-            found,
+            listing,
             &Question { text, option },
             ask,
         )?;
@@ -304,7 +304,7 @@ fn put_lines(
         return sheet.set("field_box", "port", in_toml(&port)?);
     }
     sheet.remove("field_box")?;
-    let chip = found.gpio_chips.first();
+    let chip = listing.gpio_chips.first();
     sheet.set("gpio", "backend", "gpiocdev")?;
     sheet.set(
         "gpio",
@@ -425,7 +425,7 @@ mod tests {
         }
     }
 
-    fn written(options: &Options) -> Config {
+    fn written_config(options: &Options) -> Config {
         write(options, &computer(), &mut Unattended).unwrap();
         let config = Config::read(&options.config).unwrap();
         assert_eq!(config.audio.input_device, "alsa:hw:0");
@@ -434,17 +434,17 @@ mod tests {
     }
 
     #[test]
-    fn each_rig_is_a_configuration_that_is_read_back_as_it_was_asked_for() {
+    fn each_rig_gives_a_configuration_that_reads_back() {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| {
             let path = folder.path().join(name);
             std::fs::create_dir(&path).unwrap();
             path
         };
-        let boxed = written(&options(&path("box"), Rig::FieldBox));
+        let boxed = written_config(&options(&path("box"), Rig::FieldBox));
         assert!(matches!(boxed.force.unwrap().sensor, Sensor::FieldBox(_)));
         assert_eq!(boxed.gpio.backend, GpioBackend::FieldBox);
-        let board = written(&options(&path("board"), Rig::RaspberryPi));
+        let board = written_config(&options(&path("board"), Rig::RaspberryPi));
         assert_eq!(board.gpio.backend, GpioBackend::Gpiocdev);
         assert_eq!(board.gpio.chip.as_deref(), Some(Path::new(FIRST_CHIP)));
         let Sensor::Serial(serial) = board.force.unwrap().sensor else {
@@ -455,28 +455,28 @@ mod tests {
         assert!(board.field_box.is_none() && board.gpio.estop.is_some());
         let mut network = options(&path("network"), Rig::SixAxis);
         network.net_ft = Some("10.0.0.7".to_owned());
-        let network = written(&network);
+        let network = written_config(&network);
         assert!(matches!(network.force.unwrap().sensor, Sensor::Netft(_)));
         assert_eq!(network.encoder.unwrap().source, EncoderSource::FieldBox);
         let place = path("gauges");
         let mut gauges = options(&place, Rig::SixAxis);
         gauges.cal_file = Some("FT.cal".into());
         std::fs::copy(CAL_FILE, place.join("FT.cal")).unwrap();
-        let gauges = written(&gauges);
+        let gauges = written_config(&gauges);
         assert_eq!(gauges.audio.input_channels, 10);
         assert!(matches!(gauges.force.unwrap().sensor, Sensor::Channels(_)));
     }
 
     #[test]
-    fn lines_are_of_the_first_gpio_chip_that_is_there() {
+    fn lines_are_of_the_first_gpio_chip_present() {
         let folder = tempfile::tempdir().unwrap();
         let options = options(folder.path(), Rig::RaspberryPi);
         let chips = ["/dev/gpiochip4", "/dev/gpiochip0"].map(PathBuf::from);
-        let found = Listing {
+        let listing = Listing {
             gpio_chips: chips.to_vec(),
             ..computer()
         };
-        write(&options, &found, &mut Unattended).unwrap();
+        write(&options, &listing, &mut Unattended).unwrap();
         let gpio = Config::read(&options.config).unwrap().gpio;
         assert_eq!(gpio.backend, GpioBackend::Gpiocdev);
         assert_eq!(gpio.chip.as_deref(), Some(chips[0].as_path()));
@@ -487,19 +487,21 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let options = options(folder.path(), Rig::FieldBox);
         std::fs::write(&options.config, "mine").unwrap();
-        let mut nowhere = self::options(folder.path(), Rig::FieldBox);
-        nowhere.config = folder.path().join("nowhere/bench.toml");
-        let refused = write(&nowhere, &computer(), &mut Unattended).err().unwrap();
-        assert!(refused.to_string().contains("make it first"), "{refused}");
-        let refused = write(&options, &computer(), &mut Unattended).err().unwrap();
-        assert!(refused.to_string().contains("--config FILE"));
+        let mut missing_folder = self::options(folder.path(), Rig::FieldBox);
+        missing_folder.config = folder.path().join("nowhere/bench.toml");
+        let error = write(&missing_folder, &computer(), &mut Unattended)
+            .err()
+            .unwrap();
+        assert!(error.to_string().contains("make it first"), "{error}");
+        let error = write(&options, &computer(), &mut Unattended).err().unwrap();
+        assert!(error.to_string().contains("--config FILE"));
         assert_eq!(std::fs::read_to_string(&options.config).unwrap(), "mine");
     }
 
     #[test]
-    fn what_nobody_said_is_asked_for_by_its_option() {
+    fn an_unanswered_question_names_its_option() {
         let folder = tempfile::tempdir().unwrap();
-        let without = |take: fn(&mut Options)| {
+        let refusal = |take: fn(&mut Options)| {
             let mut options = options(folder.path(), Rig::RaspberryPi);
             take(&mut options);
             write(&options, &computer(), &mut Unattended)
@@ -507,58 +509,58 @@ mod tests {
                 .unwrap()
                 .to_string()
         };
-        for (refused, option) in [
-            (without(|of| of.rig = None), "--rig"),
-            (without(|of| of.force_port = None), "--force-port"),
-            (without(|of| of.force_line = None), "--force-line"),
+        for (message, option) in [
+            (refusal(|options| options.rig = None), "--rig"),
+            (refusal(|options| options.force_port = None), "--force-port"),
+            (refusal(|options| options.force_line = None), "--force-line"),
         ] {
-            assert!(refused.contains(option), "{refused}");
+            assert!(message.contains(option), "{message}");
         }
         let six_axis = options(folder.path(), Rig::SixAxis);
-        let refused = write(&six_axis, &computer(), &mut Unattended).err();
-        let refused = refused.unwrap().to_string();
-        assert!(refused.contains("--net-ft"), "{refused}");
+        let error = write(&six_axis, &computer(), &mut Unattended).err();
+        let error = error.unwrap().to_string();
+        assert!(error.contains("--net-ft"), "{error}");
         assert!(!folder.path().join("bench.toml").exists());
     }
 
     #[test]
     fn an_option_that_says_nothing_of_the_rig_is_refused_by_its_name() {
         type Give = fn(&mut Options);
-        let given: [(&str, Give, &[Rig]); 5] = [
+        let cases: [(&str, Give, &[Rig]); 5] = [
             (
                 "--force-port",
-                |of| of.force_port = Some("/dev/ttyUSB0".into()),
+                |options| options.force_port = Some("/dev/ttyUSB0".into()),
                 &[Rig::FieldBox, Rig::SixAxis],
             ),
             (
                 "--force-line",
-                |of| of.force_line = Some(ForceLine::Lines),
+                |options| options.force_line = Some(ForceLine::Lines),
                 &[Rig::FieldBox, Rig::SixAxis],
             ),
             (
                 "--net-ft",
-                |of| of.net_ft = Some("10.0.0.7".to_owned()),
+                |options| options.net_ft = Some("10.0.0.7".to_owned()),
                 &[Rig::FieldBox, Rig::Published, Rig::RaspberryPi],
             ),
             (
                 "--cal-file",
-                |of| of.cal_file = Some("FT.cal".into()),
+                |options| options.cal_file = Some("FT.cal".into()),
                 &[Rig::FieldBox, Rig::Published, Rig::RaspberryPi],
             ),
             (
                 "--box-port",
-                |of| of.box_port = Some("/dev/ttyACM0".into()),
+                |options| options.box_port = Some("/dev/ttyACM0".into()),
                 &[Rig::Published, Rig::RaspberryPi],
             ),
         ];
         let folder = tempfile::tempdir().unwrap();
-        for (option, give, rigs) in given {
+        for (option, give, rigs) in cases {
             for &rig in rigs {
                 let mut options = options(folder.path(), rig);
                 give(&mut options);
-                let refused = write(&options, &computer(), &mut Unattended).err();
-                let refused = refused.unwrap().to_string();
-                assert!(refused.starts_with(option), "{rig:?}: {refused}");
+                let error = write(&options, &computer(), &mut Unattended).err();
+                let error = error.unwrap().to_string();
+                assert!(error.starts_with(option), "{rig:?}: {error}");
             }
         }
         assert!(!folder.path().join("bench.toml").exists());

@@ -45,7 +45,7 @@ impl ParticipantDisplay for WindowDisplay {
         match self.0 {}
     }
 
-    fn lost(&mut self) -> Option<String> {
+    fn loss(&mut self) -> Option<String> {
         match self.0 {}
     }
 

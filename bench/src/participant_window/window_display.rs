@@ -28,32 +28,32 @@ const AT_ONCE: Duration = Duration::from_millis(1200);
 /// State shared by display and task.
 #[derive(Default)]
 struct Shared {
-    shown: Slot<Shown>,
+    content: Slot<Shown>,
     beat: Slot<Beat>,
     /// Reason that no window is connected.
-    lost: Slot<Option<String>>,
+    loss: Slot<Option<String>>,
 }
 
 /// The participant's window, as a session sees it.
 pub struct WindowDisplay {
     shared: Arc<Shared>,
-    shown: Option<Shown>,
+    last_content: Option<Shown>,
     show_finger: bool,
     notices: Receiver<(LogLevel, String)>,
     /// State of the task until the task takes it.
-    task: Option<Waiting>,
+    task: Option<PendingTask>,
 }
 
 /// State handed over to the task.
-struct Waiting {
+struct PendingTask {
     seat: Seat,
-    said: Sender<(LogLevel, String)>,
-    came: Vec<SeatEvent>,
+    tx: Sender<(LogLevel, String)>,
+    events: Vec<SeatEvent>,
 }
 
 impl WindowDisplay {
     /// Opens the socket and waits for a window, which shows in these texts that there is nothing to do yet. Calls
-    /// `waiting` with the socket if no window connects at once.
+    /// `announce` with the socket if no window connects at once.
     ///
     /// # Errors
     /// When the socket is another session's or its folder is not private to this user, or when no window connects.
@@ -61,20 +61,20 @@ impl WindowDisplay {
         socket: &Path,
         texts: &Texts,
         patience: Duration,
-        waiting: impl FnOnce(&Path) -> anyhow::Result<()>,
+        announce: impl FnOnce(&Path) -> anyhow::Result<()>,
     ) -> anyhow::Result<Self> {
-        let (said, notices) = crossbeam_channel::bounded(MOST_NOTICES);
+        let (tx, notices) = crossbeam_channel::bounded(MOST_NOTICES);
         let mut seat = Seat::open(socket)?;
         seat.show(Shown {
             title: texts.wait.to_string(),
             silent: texts.paused.to_string(),
             ..Shown::default()
         });
-        let came = come(&mut seat, AT_ONCE).or_else(|| {
-            waiting(socket).ok()?;
-            come(&mut seat, patience)
+        let events = await_window(&mut seat, AT_ONCE).or_else(|| {
+            announce(socket).ok()?;
+            await_window(&mut seat, patience)
         });
-        let Some(came) = came else {
+        let Some(events) = events else {
             anyhow::bail!(
                 "no participant's window came to {} within {} s: start `friction-bench participant` in another terminal \
                  first, with the same --socket if one is given here",
@@ -84,18 +84,18 @@ impl WindowDisplay {
         };
         Ok(Self {
             shared: Arc::default(),
-            shown: None,
+            last_content: None,
             show_finger: false,
             notices,
-            task: Some(Waiting { seat, said, came }),
+            task: Some(PendingTask { seat, tx, events }),
         })
     }
 }
 
 /// Waits for a window; returns its events.
-fn come(seat: &mut Seat, patience: Duration) -> Option<Vec<SeatEvent>> {
-    let begun = Instant::now();
-    while begun.elapsed() < patience {
+fn await_window(seat: &mut Seat, patience: Duration) -> Option<Vec<SeatEvent>> {
+    let start = Instant::now();
+    while start.elapsed() < patience {
         let events = seat.look(place::shared_s());
         if events
             .iter()
@@ -115,10 +115,10 @@ impl ParticipantDisplay for WindowDisplay {
 
     fn show(&mut self, view: &tui::ParticipantView) {
         self.show_finger = view.show_finger;
-        let shown = shown(view, self.shown.as_ref());
-        if self.shown.as_ref() != Some(&shown) {
-            self.shared.shown.set(shown.clone());
-            self.shown = Some(shown);
+        let content = shown(view, self.last_content.as_ref());
+        if self.last_content.as_ref() != Some(&content) {
+            self.shared.content.set(content.clone());
+            self.last_content = Some(content);
         }
     }
 
@@ -130,8 +130,8 @@ impl ParticipantDisplay for WindowDisplay {
         });
     }
 
-    fn lost(&mut self) -> Option<String> {
-        self.shared.lost.get().flatten()
+    fn loss(&mut self) -> Option<String> {
+        self.shared.loss.get().flatten()
     }
 
     fn notices(&mut self) -> Vec<(LogLevel, String)> {
@@ -139,16 +139,16 @@ impl ParticipantDisplay for WindowDisplay {
     }
 
     fn task(&mut self, journal: &EntrySender) -> Option<Box<dyn Task>> {
-        let Waiting { seat, said, came } = self.task.take()?;
+        let PendingTask { seat, tx, events } = self.task.take()?;
         let mut task = WindowTask {
             seat,
             shared: self.shared.clone(),
-            said,
+            tx,
             journal: journal.clone(),
             beat: None,
             is_virtual: false,
         };
-        came.into_iter().for_each(|event| task.take(event));
+        events.into_iter().for_each(|event| task.take(event));
         Some(Box::new(task))
     }
 }
@@ -157,7 +157,7 @@ impl ParticipantDisplay for WindowDisplay {
 struct WindowTask {
     seat: Seat,
     shared: Arc<Shared>,
-    said: Sender<(LogLevel, String)>,
+    tx: Sender<(LogLevel, String)>,
     journal: EntrySender,
     beat: Option<Beat>,
     is_virtual: bool,
@@ -165,7 +165,7 @@ struct WindowTask {
 
 impl WindowTask {
     fn say(&self, level: LogLevel, text: String) {
-        let _dropped_when_nobody_reads = self.said.try_send((level, text));
+        let _dropped_when_nobody_reads = self.tx.try_send((level, text));
     }
 
     fn keep(&self, event: &str, data: &impl Serialize) {
@@ -182,20 +182,20 @@ impl WindowTask {
         match event {
             SeatEvent::Taken(display) => {
                 self.is_virtual = display.virtual_display;
-                self.shared.lost.set(None);
+                self.shared.loss.set(None);
                 self.say(
                     LogLevel::Info,
                     format!("the participant's window is on {}", display.in_words()),
                 );
                 self.keep("window_opened", &display);
             }
-            SeatEvent::Left { why } => self.shared.lost.set(Some(why)),
-            SeatEvent::Unfit { why } => {
+            SeatEvent::Left { why: reason } => self.shared.loss.set(Some(reason)),
+            SeatEvent::Unfit { why: reason } => {
                 self.keep(
                     "window_unfit",
-                    &Map::from_iter([("why".to_owned(), why.clone().into())]),
+                    &Map::from_iter([("why".to_owned(), reason.clone().into())]),
                 );
-                self.shared.lost.set(why);
+                self.shared.loss.set(reason);
             }
             SeatEvent::Explored(report) => {
                 if report.slider_error_max_m > 3.0 * report.frame_m {
@@ -239,8 +239,8 @@ impl Task for WindowTask {
         for event in self.seat.look(place::shared_s()) {
             self.take(event);
         }
-        if let Some(shown) = self.shared.shown.get() {
-            self.seat.show(shown);
+        if let Some(content) = self.shared.content.get() {
+            self.seat.show(content);
         }
         let beat = self.shared.beat.get();
         if beat != self.beat {

@@ -15,7 +15,7 @@ use super::plan::{Plan, read_text};
 ///
 /// # Errors
 /// The protocol was edited and the operator does not accept that, or the previous protocol cannot be read.
-pub(super) fn accepted(plan: &Plan, session: &SessionFolder) -> anyhow::Result<Vec<String>> {
+pub(super) fn accepted_edits(plan: &Plan, session: &SessionFolder) -> anyhow::Result<Vec<String>> {
     let Some(file) = last_followed(session, &plan.protocol.protocol.name) else {
         return Ok(Vec::new());
     };
@@ -48,16 +48,16 @@ pub(super) fn file_name(path: &Path) -> String {
 /// copy if an earlier version wrote the log; `None` if there is no copy.
 fn last_followed(session: &SessionFolder, protocol: &str) -> Option<String> {
     let documents = session.log_before().documents.iter().rev();
-    let named = documents
+    let logged_name = documents
         .filter_map(|document| match document {
             Document::Start(start) => Some(start.protocol_file.clone()),
             _ => None,
         })
         .next()
         .flatten();
-    let numbered = (2..).map(|number| format!("{protocol}.{number}.toml"));
-    let copies = std::iter::once(format!("{protocol}.toml")).chain(numbered);
-    named.or_else(|| {
+    let later_copies = (2..).map(|number| format!("{protocol}.{number}.toml"));
+    let copies = std::iter::once(format!("{protocol}.toml")).chain(later_copies);
+    logged_name.or_else(|| {
         copies
             .take_while(|name| session.folder().join(name).exists())
             .last()

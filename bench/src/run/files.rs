@@ -64,11 +64,11 @@ pub(super) fn open_session(
 
 /// The state of the session to be resumed.
 #[derive(Default)]
-pub(super) struct Before {
+pub(super) struct EarlierPart {
     /// The last attempt in words, and whether its recording has no defects.
     pub(super) last_trial: Option<(String, bool)>,
     /// Accepted trials to repeat because their recordings are lost.
-    pub(super) lost: Vec<LostRecording>,
+    pub(super) losses: Vec<LostRecording>,
 }
 
 /// Compares the log and the recordings of the session to be resumed; the result is empty without such a session.
@@ -76,9 +76,9 @@ pub(super) struct Before {
 /// # Errors
 /// The log has gaps, so that the remaining trials are unknown; or recordings of accepted trials are lost and the operator
 /// has not asked to repeat those trials.
-pub(super) fn before(plan: &Plan) -> anyhow::Result<Before> {
+pub(super) fn earlier_part(plan: &Plan) -> anyhow::Result<EarlierPart> {
     let Some(folder) = last_session(plan)? else {
-        return Ok(Before::default());
+        return Ok(EarlierPart::default());
     };
     let distrust = |because: String| {
         anyhow::anyhow!(
@@ -93,7 +93,7 @@ pub(super) fn before(plan: &Plan) -> anyhow::Result<Before> {
         Ok(log) => log,
         Err(error @ EventLogError::Line { .. }) => return Err(distrust(error.to_string())),
         // The session was killed before it had a log, or the log cannot be read: opening the session reports that.
-        Err(_) => return Ok(Before::default()),
+        Err(_) => return Ok(EarlierPart::default()),
     };
     let holes = verification::log_defects(&folder, &log);
     if let Some(hole) = holes.iter().find(|defect| defect.hides_trials()) {
@@ -103,7 +103,7 @@ pub(super) fn before(plan: &Plan) -> anyhow::Result<Before> {
     let is_complete = log
         .stop()
         .is_some_and(|stop| stop.exit_status == ExitStatus::Success);
-    let lost = if is_complete {
+    let losses = if is_complete {
         Vec::new()
     } else {
         lost_recordings::to_repeat(plan, &folder, &log)?
@@ -116,9 +116,9 @@ pub(super) fn before(plan: &Plan) -> anyhow::Result<Before> {
             (words, trial.defects.is_empty())
         }
     };
-    Ok(Before {
+    Ok(EarlierPart {
         last_trial: Some(last_trial),
-        lost,
+        losses,
     })
 }
 
@@ -309,10 +309,10 @@ fn recorded_scheduling(priorities: ThreadPriorities) -> Option<manifest::Recorde
 /// Returns the source of the forces, and its field box if there is one.
 fn force_sensor(config: &Config, field_box: Option<&FieldBox>) -> Option<String> {
     let force = config.force.as_ref()?;
-    let of_box = field_box
+    let box_text = field_box
         .filter(|_| matches!(force.sensor, Sensor::FieldBox(_)))
         .and_then(FieldBox::in_words);
-    let words = [Some(force.in_words()), of_box];
+    let words = [Some(force.in_words()), box_text];
     Some(words.into_iter().flatten().collect::<Vec<_>>().join(", "))
 }
 

@@ -21,14 +21,14 @@ pub(super) fn to_repeat(
     folder: &Path,
     log: &LogContent,
 ) -> anyhow::Result<Vec<LostRecording>> {
-    let lost = verification::lost_recordings(folder, log)?;
-    if plan.repeat_lost || lost.iter().all(|lost| lost.is_last) {
-        return Ok(lost);
+    let recordings = verification::lost_recordings(folder, log)?;
+    if plan.repeat_lost || recordings.iter().all(|recording| recording.is_last) {
+        return Ok(recordings);
     }
-    let named: Vec<_> = lost.iter().map(in_words).collect();
+    let names: Vec<_> = recordings.iter().map(in_words).collect();
     Err(ResumeError::LostRecordings {
         session: folder.to_owned(),
-        lost: named.join("; "),
+        lost: names.join("; "),
         quoted: quoted(folder),
     }
     .into())
@@ -37,22 +37,22 @@ pub(super) fn to_repeat(
 /// Withdraws the acceptance of these trials; returns the attempts as they count now, for the session's log.
 pub(super) fn withdrawn(
     machine: &mut Session,
-    lost: &[LostRecording],
+    recordings: &[LostRecording],
     practice_trials: u32,
 ) -> Vec<TrialRecord> {
-    let withdraw = |lost: &LostRecording| {
-        let number = lost.label.number_in_session(practice_trials);
-        let reason = lost.because.to_string();
-        machine.withdraw(number, lost.label.attempt, reason)
+    let withdraw = |recording: &LostRecording| {
+        let number = recording.label.number_in_session(practice_trials);
+        let reason = recording.because.to_string();
+        machine.withdraw(number, recording.label.attempt, reason)
     };
-    lost.iter().filter_map(withdraw).collect()
+    recordings.iter().filter_map(withdraw).collect()
 }
 
 /// Returns the warning on a trial that is repeated because its recording is lost.
-pub(super) fn warning(lost: &LostRecording) -> String {
+pub(super) fn warning(recording: &LostRecording) -> String {
     format!(
         "{}: it was accepted, but counts as interrupted and is repeated",
-        in_words(lost)
+        in_words(recording)
     )
 }
 
@@ -61,6 +61,6 @@ pub(super) fn event(record: TrialRecord) -> SessionEventKind {
     SessionEventKind::TrialSettled { record }
 }
 
-fn in_words(lost: &LostRecording) -> String {
-    format!("the recording of {} is lost ({})", lost.label, lost.because)
+fn in_words(loss: &LostRecording) -> String {
+    format!("the recording of {} is lost ({})", loss.label, loss.because)
 }

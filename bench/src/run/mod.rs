@@ -34,7 +34,7 @@ use crate::apparatus::Apparatus;
 use crate::journal::{Entry, Journal, entry_queue};
 use crate::session::{KeptUp, Questions, Report, SessionTask, Wiring, summary_lines};
 use ::files::quoted;
-use files::{Before, before, begin_recording, machine, open_session, past_crops};
+use files::{EarlierPart, begin_recording, earlier_part, machine, open_session, past_crops};
 use live::carrier_decision::CarrierDecision;
 use live::interference::Interference;
 use live::live_side::LiveSide;
@@ -48,14 +48,14 @@ use recorded_plate::recorded_profile;
 
 pub use plan::{Plan, ProtocolFile, session_bytes};
 
-/// Runs the session to its end. `shown` opens the operator's screen; quitting that screen ends the bench.
+/// Runs the session to its end. `open_front` opens the operator's screen; quitting that screen ends the bench.
 ///
 /// # Errors
 /// When a part of the bench is missing or fails; a session that ends early for other reasons is a [`Report`].
 pub fn run(
     plan: Plan,
     apparatus: Apparatus,
-    shown: impl FnOnce(&Plan, &Life) -> anyhow::Result<Shown>,
+    open_front: impl FnOnce(&Plan, &Life) -> anyhow::Result<Shown>,
 ) -> anyhow::Result<(Report, KeptUp)> {
     let Apparatus {
         hardware,
@@ -74,10 +74,10 @@ pub fn run(
     let facts = bench_page::facts(config, effective.file(), &hardware);
     let protocol = &plan.protocol.protocol;
     // Before the sound card waits to be read.
-    let told_before = if plan.resume {
-        before(&plan)?
+    let earlier = if plan.resume {
+        earlier_part(&plan)?
     } else {
-        Before::default()
+        EarlierPart::default()
     };
     let crops = if plan.resume && !plan.headless {
         past_crops(&plan)?
@@ -101,22 +101,22 @@ pub fn run(
     bench.require_calibration_holds(&effective)?;
     let stop = bench.stop().clone();
 
-    let generated_by = GeneratedBy {
+    let generator = GeneratedBy {
         name: NAME.to_owned(),
         version: VERSION.to_owned(),
     };
-    let study = Study::open_or_create(&plan.study, generated_by)?;
+    let study = Study::open_or_create(&plan.study, generator)?;
     study::require_room(&plan.study, session_bytes(config, protocol))?;
     let date = clock.utc().to_zoned(TimeZone::UTC).date().to_string();
     let (number, session, resumed) = open_session(&study, &plan, &date)?;
     let mut machine = machine(&plan, &session)?;
     let withdrawn =
-        lost_recordings::withdrawn(&mut machine, &told_before.lost, protocol.trials.practice);
-    let resumed_from = Resumed::of(&session.log_before().documents);
+        lost_recordings::withdrawn(&mut machine, &earlier.losses, protocol.trials.practice);
+    let resumption = Resumed::of(&session.log_before().documents);
     study.describe(&plan.participant, &plan.person)?;
-    let stated = study.person(&plan.participant)?;
+    let recorded_person = study.person(&plan.participant)?;
     let mut ask = plan.ask.clone();
-    ask.retain(|detail| stated.text(*detail) == NOT_STATED);
+    ask.retain(|detail| recorded_person.text(*detail) == NOT_STATED);
     let to_drive_s = driving.trial_s * f64::from(machine.trials_left());
     let left = driving_time::require_left(&ledger, to_drive_s.min(driving.hour_s), clock.as_ref())?;
     bench.charge(ledger, Boot::now())?;
@@ -136,7 +136,7 @@ pub fn run(
         after,
     } = bench;
     let mut session = session;
-    let protocol_edits = edited_protocol::accepted(&plan, &session)?;
+    let protocol_edits = edited_protocol::accepted_edits(&plan, &session)?;
     let followed = session.snapshot(&format!("{}.toml", protocol.name), &plan.protocol.text)?;
     let protocol_file = edited_protocol::file_name(&followed);
     session.snapshot("bench.toml", &config.to_toml()?)?;
@@ -185,7 +185,7 @@ pub fn run(
         priorities,
     );
 
-    let (mut front, dashboard) = shown(&plan, &life)?;
+    let (mut front, dashboard) = open_front(&plan, &life)?;
     front.show(tui::Event::Session(tui::event::SessionHeader {
         replayed: false,
         participant: Some(plan.participant.to_string()),
@@ -197,11 +197,12 @@ pub fn run(
         uncalibrated: effective.calibration().is_none(),
         simulated,
         plate_length_m: config.plate.length_m,
-        kept_m: Some(kept(config, protocol)),
+        kept_m: Some(central_section_m(config, protocol)),
     }));
-    let past = past_trials(machine.records(), &session.log_before().documents, protocol);
+    let past_events = past_trials(machine.records(), &session.log_before().documents, protocol);
     let crops = crops.into_iter().map(tui::Event::Crop);
-    past.into_iter()
+    past_events
+        .into_iter()
         .chain(crops)
         .for_each(|event| front.show(event));
     front.show(tui::Event::Bench(facts));
@@ -209,11 +210,11 @@ pub fn run(
         min_n: protocol.force.min_n,
         max_n: protocol.force.max_n,
     });
-    if let Some((text, whole)) = told_before.last_trial {
-        front.show(log(if whole { Info } else { Warning }, text));
+    if let Some((text, is_intact)) = earlier.last_trial {
+        front.show(log(if is_intact { Info } else { Warning }, text));
     }
-    for lost in &told_before.lost {
-        front.show(log(Warning, lost_recordings::warning(lost)));
+    for recording in &earlier.losses {
+        front.show(log(Warning, lost_recordings::warning(recording)));
     }
     for text in config.safety.dead_man_in_words().into_iter().chain([left]) {
         front.show(log(Info, text));
@@ -249,10 +250,10 @@ pub fn run(
         front.show(log(Info, format!("not stated: {}", unstated.join(", "))));
     }
     for detail in PersonDetail::ALL {
-        let (typed, held) = (plan.person.text(detail), stated.text(detail));
-        if typed != NOT_STATED && typed != held {
+        let (typed, recorded) = (plan.person.text(detail), recorded_person.text(detail));
+        if typed != NOT_STATED && typed != recorded {
             front.show(log(Warning, format!(
-                "participants.tsv says {detail} {held} of {}, and keeps it: {typed} was not taken",
+                "participants.tsv says {detail} {recorded} of {}, and keeps it: {typed} was not taken",
                 plan.participant
             )));
         }
@@ -267,14 +268,13 @@ pub fn run(
         let profile = recorded_profile(&effective);
         let profile = profile.as_ref().map(AmplitudeProfile::new);
         let assumed = AssumedConstants::ESTIMATION;
-        let known = resumed_from.skin.used(&assumed, None);
-        if known.trials > 0 {
-            known
-                .lines()
+        let skin = resumption.skin.used(&assumed, None);
+        if skin.trials > 0 {
+            skin.lines()
                 .into_iter()
                 .for_each(|line| front.show(log(Info, line)));
         }
-        Refit::new(assumed, profile.unwrap_or_default(), resumed_from.skin)
+        Refit::new(assumed, profile.unwrap_or_default(), resumption.skin)
     };
     let admit = {
         let settings = plan.settings;
@@ -311,7 +311,7 @@ pub fn run(
         carrier: {
             let require = plan.require_drivable();
             CarrierDecision::new(protocol, &effective, require, !plan.headless)
-                .going_on_with(resumed_from.carrier, &effective)
+                .going_on_with(resumption.carrier, &effective)
         },
         carrier_hz,
         signals,
@@ -375,7 +375,7 @@ pub fn on_terminal(
     }
 }
 
-fn kept(config: &Config, protocol: &Protocol) -> (f64, f64) {
+fn central_section_m(config: &Config, protocol: &Protocol) -> (f64, f64) {
     let half_m = protocol.selection.central_m / 2.0;
     (
         config.plate.centre_m - half_m,

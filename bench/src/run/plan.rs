@@ -116,13 +116,13 @@ pub(super) fn read_text(name: &str) -> anyhow::Result<String> {
         if error.kind() != std::io::ErrorKind::NotFound {
             return anyhow::Error::from(error).context(format!("cannot read the protocol {name}"));
         }
-        let built_in: Vec<_> = protocols::BUILT_IN.iter().map(|(name, _)| *name).collect();
+        let names: Vec<_> = protocols::BUILT_IN.iter().map(|(name, _)| *name).collect();
         let suggestion = protocols::nearest_built_in(name)
             .map(|nearest| format!("; did you mean `{nearest}`?"))
             .unwrap_or_default();
         anyhow::anyhow!(
             "no protocol is called `{name}`, and no file{suggestion} built-in protocols: {}",
-            built_in.join(", ")
+            names.join(", ")
         )
     })
 }
@@ -191,9 +191,9 @@ impl Plan {
             .iter()
             .map(|condition| carrier_hz(condition.drive.carrier, config))
             .collect();
-        if let Some(other) = carriers.iter().find(|&&hz| hz != carriers[0]) {
+        if let Some(hz) = carriers.iter().find(|&&hz| hz != carriers[0]) {
             bail!(
-                "protocol {} drives at {} Hz and at {other} Hz: one session has one carrier",
+                "protocol {} drives at {} Hz and at {hz} Hz: one session has one carrier",
                 protocol.name,
                 carriers[0]
             );
@@ -262,9 +262,9 @@ fn person(
 ) -> anyhow::Result<(Person, Vec<PersonDetail>)> {
     let mut person = Person::default();
     let mut ask = protocol.participant.ask.clone();
-    let given = [&options.age, &options.sex, &options.handedness];
-    for (detail, given) in PersonDetail::ALL.into_iter().zip(given) {
-        let Some(text) = given else { continue };
+    let answers = [&options.age, &options.sex, &options.handedness];
+    for (detail, answer) in PersonDetail::ALL.into_iter().zip(answers) {
+        let Some(text) = answer else { continue };
         if !ask.contains(&detail) {
             bail!(
                 "protocol {} does not ask for the participant's {detail}, and what is not needed is not kept: leave out \
@@ -273,7 +273,7 @@ fn person(
             );
         }
         person.set(detail, text)?;
-        ask.retain(|asked| *asked != detail);
+        ask.retain(|question| *question != detail);
     }
     Ok((person, ask))
 }

@@ -16,10 +16,10 @@ pub(super) fn recorded_plate(bench: &Effective) -> manifest::RecordedPlate {
 }
 
 const _: () = {
-    let ([least, greatest], [allowed_from, allowed_to]) =
+    let ([least, greatest], [allowed_least, allowed_greatest]) =
         (config::PROFILE_RATIOS, manifest::PROFILE_RATIOS);
     assert!(
-        least == allowed_from && greatest == allowed_to,
+        least == allowed_least && greatest == allowed_greatest,
         "what a calibration keeps, a recording takes"
     );
 };
@@ -38,22 +38,22 @@ pub(super) fn recorded_profile(bench: &Effective) -> Option<manifest::RecordedPr
 pub(crate) fn recorded_errors(bench: &Effective) -> Option<manifest::StandardErrors> {
     let calibration = bench.calibration()?.calibration();
     let (pickup, plate) = (calibration.pickup.as_ref()?, calibration.plate.as_ref()?);
-    let relative = |of: &Quantity| (of.standard_error / of.value).abs();
+    let relative = |quantity: &Quantity| (quantity.standard_error / quantity.value).abs();
     let amplitude_relative = relative(&pickup.metres_per_unit);
     // The force factor is derived from the pickup's sensitivity; an error in that leaves every impedance unchanged.
-    let beside_pickup = relative(&plate.force_factor_n_per_v).powi(2) - amplitude_relative.powi(2);
+    let variance = relative(&plate.force_factor_n_per_v).powi(2) - amplitude_relative.powi(2);
     // The error of the crosstalk from the other axis counts as for forces of equal size.
-    let of_axis = |own: &Quantity, other: &Quantity| relative(own).hypot(other.standard_error);
+    let axis_error = |gain: &Quantity, cross: &Quantity| relative(gain).hypot(cross.standard_error);
     let force = calibration.force.as_ref();
-    let of_force = |axis: fn(&MeasuredForce) -> (&Quantity, &Quantity)| {
+    let force_error = |axis: fn(&MeasuredForce) -> (&Quantity, &Quantity)| {
         let quantities = force.map(axis);
-        quantities.map_or(0.0, |(own, other)| of_axis(own, other))
+        quantities.map_or(0.0, |(gain, cross)| axis_error(gain, cross))
     };
     Some(manifest::StandardErrors {
         amplitude_relative,
-        impedance_relative: beside_pickup.max(0.0).sqrt(),
+        impedance_relative: variance.max(0.0).sqrt(),
         pickup_phase_rad: plate.pickup_phase_rad.standard_error,
-        normal_force_relative: of_force(|of| (&of.normal_per_normal, &of.normal_per_lateral)),
-        lateral_force_relative: of_force(|of| (&of.lateral_per_lateral, &of.lateral_per_normal)),
+        normal_force_relative: force_error(|f| (&f.normal_per_normal, &f.normal_per_lateral)),
+        lateral_force_relative: force_error(|f| (&f.lateral_per_lateral, &f.lateral_per_normal)),
     })
 }

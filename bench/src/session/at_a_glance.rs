@@ -68,7 +68,7 @@ impl AtAGlance {
     }
 
     /// Returns the crops of the explorations with all their data in `record` at `now_s`.
-    pub(super) fn decided(
+    pub(super) fn crops(
         &mut self,
         now_s: f64,
         record: &Measurements,

@@ -9,14 +9,14 @@ use super::questions::Questions;
 pub(super) struct Consent {
     questions: Questions,
     /// Operator of a recorded consent that waits for the answers to the questions.
-    by: Option<String>,
+    operator: Option<String>,
 }
 
 /// Effects of an answer.
 #[derive(Debug, Default)]
-pub(super) struct Answered {
+pub(super) struct AnswerEffects {
     /// New content of the screen.
-    pub(super) shown: Option<tui::Event>,
+    pub(super) event: Option<tui::Event>,
     /// Details stated about the participant.
     pub(super) person: Option<Person>,
     /// The consent, once no question is open.
@@ -28,36 +28,36 @@ impl Consent {
     pub(super) fn new(questions: Questions) -> Self {
         Self {
             questions,
-            by: None,
+            operator: None,
         }
     }
 
     /// Takes the consent; it is passed on once the questions about the participant are answered.
-    pub(super) fn given(&mut self, by: String) -> Answered {
+    pub(super) fn give(&mut self, operator: String) -> AnswerEffects {
         if self.questions.are_open() {
-            self.by = Some(by);
-            return Answered {
-                shown: Some(self.questions.current()),
-                ..Answered::default()
+            self.operator = Some(operator);
+            return AnswerEffects {
+                event: Some(self.questions.current()),
+                ..AnswerEffects::default()
             };
         }
-        Answered {
-            command: Some(OperatorCommand::ConsentGiven { by }),
-            ..Answered::default()
+        AnswerEffects {
+            command: Some(OperatorCommand::ConsentGiven { by: operator }),
+            ..AnswerEffects::default()
         }
     }
 
     /// Takes a reply to the current question; ignores a reply without a question.
-    pub(super) fn replied(&mut self, reply: Reply) -> Answered {
-        if self.by.is_none() {
-            return Answered::default();
+    pub(super) fn reply(&mut self, reply: Reply) -> AnswerEffects {
+        if self.operator.is_none() {
+            return AnswerEffects::default();
         }
         let person = self.questions.reply(reply);
-        let by = self.by.take_if(|_| !self.questions.are_open());
-        Answered {
-            shown: Some(self.questions.current()),
+        let operator = self.operator.take_if(|_| !self.questions.are_open());
+        AnswerEffects {
+            event: Some(self.questions.current()),
             person,
-            command: by.map(|by| OperatorCommand::ConsentGiven { by }),
+            command: operator.map(|operator| OperatorCommand::ConsentGiven { by: operator }),
         }
     }
 }

@@ -29,7 +29,7 @@ pub(super) struct AnalysedTrial {
     /// Analysis for its verdict.
     pub(super) analysis: TrialAnalysis,
     /// Its number, whether it is practice, and its attempt.
-    pub(super) of: (u32, bool, u32),
+    pub(super) trial: (u32, bool, u32),
     /// Request for its fit.
     pub(super) request: FitRequest,
 }
@@ -40,29 +40,29 @@ impl DueTrial {
         self,
         (protocol, bench, carrier_hz): (&Protocol, &Effective, f64),
         record: Measurements,
-        (now, begin): (&Account, &Account),
+        (end, start): (&Account, &Account),
     ) -> AnalysedTrial {
         let key = self.key;
         let rules = protocol.selection_rules(bench.config().plate.centre_m);
         let mut analysis = trial_selection::analyse(&key, &self.intervals, &record, &rules);
-        count_losses(&mut analysis, now, begin);
+        count_losses(&mut analysis, end, start);
         let number = TrialLabel::new(&key, protocol.trials.practice).number;
         let carrier = (number, carrier_hz);
         let mut request = fit_request(&key, carrier, &self.intervals, record, &analysis, rules);
         request.calibration = recorded_errors(bench).unwrap_or_default();
         AnalysedTrial {
             analysis,
-            of: (number, key.practice, key.attempt),
+            trial: (number, key.practice, key.attempt),
             request,
         }
     }
 }
 
 /// Adds the frames lost or clipped between two accounts to the analysis of the trial.
-fn count_losses(analysis: &mut TrialAnalysis, now: &Account, before: &Account) {
-    analysis.clipped_frames = now.clipped_frames - before.clipped_frames;
-    analysis.lost_frames = now.lost_frames - before.lost_frames;
-    (analysis.input_xruns, analysis.output_xruns) = now.costly_xruns_since(before);
+fn count_losses(analysis: &mut TrialAnalysis, end: &Account, start: &Account) {
+    analysis.clipped_frames = end.clipped_frames - start.clipped_frames;
+    analysis.lost_frames = end.lost_frames - start.lost_frames;
+    (analysis.input_xruns, analysis.output_xruns) = end.costly_xruns_since(start);
 }
 
 /// Returns the request to fit a completed trial at `carrier_hz`; `number` is its number within its part of the session.

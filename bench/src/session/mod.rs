@@ -3,7 +3,7 @@
 mod at_a_glance;
 mod consent;
 mod due_trial;
-mod how_ended;
+mod end_state;
 mod operator_request;
 mod questions;
 mod report;

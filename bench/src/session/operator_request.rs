@@ -27,25 +27,25 @@ pub enum OperatorRequest {
 
 impl OperatorRequest {
     /// Returns the request of `action` to a session that begins with `practices` practice trials.
-    pub fn of(action: Action, practices: u32) -> Self {
-        let about = |named: AttemptName| {
-            let before = if named.practice { 0 } else { practices };
-            (before + named.trial, named.attempt)
+    pub fn from_action(action: Action, practices: u32) -> Self {
+        let numbers = |name: AttemptName| {
+            let offset = if name.practice { 0 } else { practices };
+            (offset + name.trial, name.attempt)
         };
         Self::Command(match action {
             Action::Start | Action::Ready => OperatorCommand::Continue,
             Action::Pause => OperatorCommand::Pause,
-            Action::PauseNow(named) => {
-                let (number, attempt) = about(named);
+            Action::PauseNow(name) => {
+                let (number, attempt) = numbers(name);
                 OperatorCommand::PauseNow { number, attempt }
             }
             Action::Resume => OperatorCommand::Resume,
-            Action::Redo(named) => {
-                let (number, attempt) = about(named);
+            Action::Redo(name) => {
+                let (number, attempt) = numbers(name);
                 OperatorCommand::Redo { number, attempt }
             }
-            Action::AcceptAnyway(named) => {
-                let (number, attempt) = about(named);
+            Action::AcceptAnyway(name) => {
+                let (number, attempt) = numbers(name);
                 OperatorCommand::AcceptAnyway { number, attempt }
             }
             Action::Abort => OperatorCommand::Abort,

@@ -9,7 +9,7 @@ use tui::event::AskedDetail;
 pub struct Questions {
     details: Vec<PersonDetail>,
     /// Index of the current question, from 0.
-    at: usize,
+    index: usize,
     person: Person,
     /// Why the last answer was rejected.
     note: Option<String>,
@@ -28,13 +28,13 @@ impl Questions {
     /// Returns whether a question is still open.
     #[must_use]
     pub fn are_open(&self) -> bool {
-        self.at < self.details.len()
+        self.index < self.details.len()
     }
 
     /// Returns the current question, as the screen shows it; `None` after the last.
     #[must_use]
     pub fn current(&self) -> tui::Event {
-        let detail = self.details.get(self.at).map(|detail| AskedDetail {
+        let detail = self.details.get(self.index).map(|detail| AskedDetail {
             question: match detail {
                 PersonDetail::Age => "age in whole years".to_owned(),
                 PersonDetail::Sex => "sex".to_owned(),
@@ -48,17 +48,17 @@ impl Questions {
 
     /// Takes the operator's reply to the current question. Returns the stated details once the last one is answered.
     pub fn reply(&mut self, reply: Reply) -> Option<Person> {
-        let detail = *self.details.get(self.at)?;
+        let detail = *self.details.get(self.index)?;
         self.note = None;
         let text = match reply {
             Reply::Redo(_) => {
-                self.at = self.at.saturating_sub(1);
+                self.index = self.index.saturating_sub(1);
                 return None;
             }
             Reply::Ready => NOT_STATED.to_owned(),
             Reply::Number(number) => match detail.words() {
                 [] => number.to_string(),
-                words => match chosen(words, number) {
+                words => match choice(words, number) {
                     Some(word) => word.to_owned(),
                     None => {
                         self.note = Some(format!("a number from 1 to {}", words.len()));
@@ -67,17 +67,17 @@ impl Questions {
                 },
             },
         };
-        if let Err(refused) = self.person.set(detail, &text) {
-            self.note = Some(refused.to_string());
+        if let Err(error) = self.person.set(detail, &text) {
+            self.note = Some(error.to_string());
             return None;
         }
-        self.at += 1;
+        self.index += 1;
         (!self.are_open()).then_some(self.person)
     }
 }
 
 /// Returns the word chosen by its number, counted from 1.
-fn chosen<'a>(words: &[&'a str], number: f64) -> Option<&'a str> {
+fn choice<'a>(words: &[&'a str], number: f64) -> Option<&'a str> {
     let mut numbered = (1..).zip(words);
     numbered.find_map(|(n, word)| (f64::from(n) == number).then_some(*word))
 }
@@ -86,10 +86,10 @@ fn chosen<'a>(words: &[&'a str], number: f64) -> Option<&'a str> {
 mod tests {
     use super::*;
 
-    fn shown(questions: &Questions) -> Option<AskedDetail> {
+    fn current_detail(questions: &Questions) -> Option<AskedDetail> {
         match questions.current() {
             tui::Event::Asked { detail } => detail,
-            other => panic!("{other:?}"),
+            event => panic!("{event:?}"),
         }
     }
 
@@ -97,34 +97,40 @@ mod tests {
     fn every_question_is_answered_or_left_and_a_slip_is_taken_back() {
         let mut questions = Questions::new(PersonDetail::ALL.to_vec());
         assert_eq!(questions.reply(Reply::Number(31.0)), None);
-        assert_eq!(shown(&questions).unwrap().choices.len(), 3);
+        assert_eq!(current_detail(&questions).unwrap().choices.len(), 3);
         assert_eq!(questions.reply(Reply::Number(2.0)), None);
         assert_eq!(questions.reply(Reply::Redo(0)), None);
         assert_eq!(questions.reply(Reply::Number(1.0)), None);
         let person = questions.reply(Reply::Ready).unwrap();
-        let stated = PersonDetail::ALL.map(|detail| person.text(detail));
-        assert_eq!(stated, ["31", "female", "n/a"]);
-        assert_eq!(shown(&questions), None);
+        let answers = PersonDetail::ALL.map(|detail| person.text(detail));
+        assert_eq!(answers, ["31", "female", "n/a"]);
+        assert_eq!(current_detail(&questions), None);
         assert_eq!(questions.reply(Reply::Number(1.0)), None);
     }
 
     #[test]
-    fn what_is_no_answer_is_asked_again_with_the_reason() {
+    fn an_invalid_answer_is_asked_again_with_the_reason() {
         let mut questions = Questions::new(vec![PersonDetail::Age, PersonDetail::Sex]);
         for no_age in [17.0, 121.0, 30.5, -30.0, 1e300] {
             assert_eq!(questions.reply(Reply::Number(no_age)), None);
-            assert!(shown(&questions).unwrap().note.is_some(), "{no_age}");
+            assert!(
+                current_detail(&questions).unwrap().note.is_some(),
+                "{no_age}"
+            );
         }
         assert_eq!(questions.reply(Reply::Ready), None);
         for no_choice in [0.0, 4.0, 1.5, -1.0] {
             assert_eq!(questions.reply(Reply::Number(no_choice)), None);
-            assert!(shown(&questions).unwrap().note.is_some(), "{no_choice}");
+            assert!(
+                current_detail(&questions).unwrap().note.is_some(),
+                "{no_choice}"
+            );
         }
         // Going back from the first question stays there.
         for _ in 0..3 {
             assert_eq!(questions.reply(Reply::Redo(0)), None);
         }
-        assert!(shown(&questions).unwrap().choices.is_empty());
+        assert!(current_detail(&questions).unwrap().choices.is_empty());
         assert!(questions.are_open());
     }
 }

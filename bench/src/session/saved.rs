@@ -20,7 +20,7 @@ pub(super) struct Recordings {
     /// The recording that lost them.
     overflowed: Option<PathBuf>,
     /// Whether the operator was told that the session's log is incomplete.
-    log_lost_told: bool,
+    log_loss_reported: bool,
 }
 
 impl Recordings {
@@ -49,28 +49,28 @@ impl Recordings {
             "the recorder's queue has overflowed: the recording {} has lost data, because the study's disk is too slow",
             folder.display()
         );
-        let failed = RecordingOutcome::Failed(message.clone());
-        self.outcomes.push_back((key.clone(), failed));
+        let outcome = RecordingOutcome::Failed(message.clone());
+        self.outcomes.push_back((key.clone(), outcome));
         Some(message)
     }
 
     /// Returns, once, the losses of the session's log.
-    pub(super) fn log_lost(&mut self, journal: &EntrySender) -> Option<String> {
-        let lost = journal.lost().filter(|_| !self.log_lost_told)?;
-        self.log_lost_told = true;
-        Some(lost.to_string())
+    pub(super) fn log_loss(&mut self, journal: &EntrySender) -> Option<String> {
+        let loss = journal.loss().filter(|_| !self.log_loss_reported)?;
+        self.log_loss_reported = true;
+        Some(loss.to_string())
     }
 
     /// Takes the end of a recording. Returns whether it is news, which the end of a recording with lost data is not.
-    pub(super) fn end(&mut self, ended: &Ended) -> bool {
-        if let Some((key, _)) = self.open.take_if(|(_, open)| *open == ended.folder) {
-            let outcome = match &ended.outcome {
+    pub(super) fn end(&mut self, end: &RecordingEnd) -> bool {
+        if let Some((key, _)) = self.open.take_if(|(_, open)| *open == end.folder) {
+            let outcome = match &end.outcome {
                 Ok(_) => RecordingOutcome::Saved,
                 Err(message) => RecordingOutcome::Failed(message.clone()),
             };
             self.outcomes.push_back((key, outcome));
         }
-        self.overflowed.as_ref() != Some(&ended.folder)
+        self.overflowed.as_ref() != Some(&end.folder)
     }
 
     /// Returns the oldest outcome that the protocol's state machine has not observed.
@@ -90,7 +90,7 @@ pub(super) fn not_saved(record: &TrialRecord) -> Option<String> {
 }
 
 /// End of a recording.
-pub(super) struct Ended {
+pub(super) struct RecordingEnd {
     /// Its folder.
     pub(super) folder: PathBuf,
     /// The log's entry, or the failure.
@@ -98,7 +98,7 @@ pub(super) struct Ended {
 }
 
 /// Returns the end of a recording that `notice` reports at `t_s`, if it reports one.
-pub(super) fn ended(notice: RecorderNotice, t_s: f64, rate_hz: u32) -> Option<Ended> {
+pub(super) fn ending(notice: RecorderNotice, t_s: f64, rate_hz: u32) -> Option<RecordingEnd> {
     match notice {
         RecorderNotice::Began { .. } => None,
         RecorderNotice::Saved {
@@ -106,7 +106,7 @@ pub(super) fn ended(notice: RecorderNotice, t_s: f64, rate_hz: u32) -> Option<En
             sums,
             interrupted,
             ..
-        } => Some(Ended {
+        } => Some(RecordingEnd {
             folder: folder.clone(),
             outcome: Ok(Entry::Saved(SavedRecording {
                 t_s,
@@ -125,7 +125,7 @@ pub(super) fn ended(notice: RecorderNotice, t_s: f64, rate_hz: u32) -> Option<En
                 "the recording {} failed: {error}; {kept_s:.1} s of it are readable",
                 folder.display(),
             );
-            Some(Ended {
+            Some(RecordingEnd {
                 folder,
                 outcome: Err(message),
             })
@@ -149,7 +149,7 @@ mod tests {
         }
     }
 
-    fn end(folder: &str, saved: bool) -> Ended {
+    fn end(folder: &str, saved: bool) -> RecordingEnd {
         let folder = PathBuf::from(folder);
         let notice = if saved {
             RecorderNotice::Saved {
@@ -165,7 +165,7 @@ mod tests {
                 kept: OnDisk::default(),
             }
         };
-        ended(notice, 1.0, 48_000).unwrap()
+        ending(notice, 1.0, 48_000).unwrap()
     }
 
     /// Fault 27.
@@ -178,8 +178,8 @@ mod tests {
         assert_eq!(recordings.outcome(), None);
         assert!(recordings.is_open());
         assert!(recordings.end(&end("b", false)));
-        let (of, outcome) = recordings.outcome().unwrap();
-        assert_eq!(of, key(2));
+        let (attempt, outcome) = recordings.outcome().unwrap();
+        assert_eq!(attempt, key(2));
         assert!(matches!(outcome, RecordingOutcome::Failed(_)));
         assert!(!recordings.is_open());
     }
@@ -198,8 +198,8 @@ mod tests {
         assert!(recordings.overflow(&gauge).is_some());
         assert!(sender.send(Gap(1)).is_err());
         assert_eq!(recordings.overflow(&gauge), None, "it is told once");
-        let (of, outcome) = recordings.outcome().unwrap();
-        assert_eq!(of, key(1));
+        let (attempt, outcome) = recordings.outcome().unwrap();
+        assert_eq!(attempt, key(1));
         assert!(matches!(outcome, RecordingOutcome::Failed(_)));
         assert!(!recordings.end(&end("a", false)), "it is known");
     }

@@ -23,7 +23,7 @@ pub(super) fn stop_kind(safety: &SafetyState) -> EventKind {
 }
 
 /// Returns the watch's state as the protocol's state machine observes it.
-pub(super) fn observed(safety: &SafetyState) -> Safety {
+pub(super) fn protocol_safety(safety: &SafetyState) -> Safety {
     match safety {
         SafetyState::Tripped { trip } => Safety::Tripped(trip.to_string()),
         SafetyState::Armed | SafetyState::Disarmed => Safety::Ok,
@@ -31,7 +31,7 @@ pub(super) fn observed(safety: &SafetyState) -> Safety {
 }
 
 /// Returns the tone of a cue.
-pub(super) fn tone_of(cue: Cue) -> Tone {
+pub(super) fn cue_tone(cue: Cue) -> Tone {
     match cue {
         Cue::Start => Tone::Start,
         Cue::End => Tone::End,

@@ -23,14 +23,14 @@ use tasks::Task;
 use tui::event::LogLevel;
 
 use super::at_a_glance::AtAGlance;
-use super::consent::{Answered, Consent};
+use super::consent::{AnswerEffects, Consent};
 use super::due_trial::{DATA_DELAY_S, DueTrial};
-use super::how_ended::{HowEnded, pause};
+use super::end_state::{EndState, pause};
 use super::operator_request::OperatorRequest;
 use super::questions::Questions;
 use super::report::{Report, summary_lines};
 use super::saved::{self, Recordings};
-use super::stop_kind::{interruption_kind, observed, stop_kind, tone_of};
+use super::stop_kind::{cue_tone, interruption_kind, protocol_safety, stop_kind};
 use super::wiring::{Admit, BeginRecording, Wiring};
 use crate::journal::Entry;
 use live::carrier_decision::CarrierEffect;
@@ -54,7 +54,7 @@ pub struct SessionTask {
     carrier_hz: f64,
     account: Account,
     account_at_begin: Account,
-    due: Option<DueTrial>,
+    due_trial: Option<DueTrial>,
     analysed: Option<TrialAnalysis>,
     audio_s: f64,
     normal_n: Option<f64>,
@@ -66,7 +66,7 @@ pub struct SessionTask {
     recordings: Recordings,
     /// Whether a trip requested by this task is still to come.
     tripping: bool,
-    ended: Option<SessionOutcome>,
+    outcome: Option<SessionOutcome>,
     /// Reason for the last automatic pause.
     paused: Option<String>,
     report: Sender<Report>,
@@ -105,7 +105,7 @@ impl SessionTask {
             carrier_hz: f64::NAN,
             account: Account::default(),
             account_at_begin: Account::default(),
-            due: None,
+            due_trial: None,
             analysed: None,
             audio_s: 0.0,
             normal_n: None,
@@ -115,14 +115,14 @@ impl SessionTask {
             resumed: None,
             recordings: Recordings::default(),
             tripping: false,
-            ended: None,
+            outcome: None,
             paused: None,
             report,
             glance: AtAGlance::default(),
         };
-        if let Some(by) = consent_by {
-            let answered = task.consent.given(by);
-            task.answered(answered);
+        if let Some(operator) = consent_by {
+            let effects = task.consent.give(operator);
+            task.take_answer(effects);
         }
         task
     }
@@ -160,19 +160,19 @@ impl SessionTask {
     fn take_notices(&mut self) {
         let rate_hz = self.bench.config().audio.rate_hz;
         while let Ok(notice) = self.wiring.notices.try_recv() {
-            let Some(ended) = saved::ended(notice, self.audio_s, rate_hz) else {
+            let Some(end) = saved::ending(notice, self.audio_s, rate_hz) else {
                 continue;
             };
-            let news = self.recordings.end(&ended);
-            match ended.outcome {
+            let news = self.recordings.end(&end);
+            match end.outcome {
                 Ok(entry) => self.wiring.journal.send(entry),
                 Err(message) if news => self.fail(message),
                 Err(message) => self.log(LogLevel::Warning, message),
             }
         }
         let overflow = self.recordings.overflow(&self.wiring.gauge);
-        let log_lost = self.recordings.log_lost(&self.wiring.journal);
-        for message in [overflow, log_lost].into_iter().flatten() {
+        let log_loss = self.recordings.log_loss(&self.wiring.journal);
+        for message in [overflow, log_loss].into_iter().flatten() {
             self.fail(message);
         }
     }
@@ -187,7 +187,7 @@ impl SessionTask {
     fn take_actions(&mut self) -> anyhow::Result<()> {
         while let Some(action) = self.wiring.front.action() {
             let practices = self.machine.protocol().trials.practice;
-            match OperatorRequest::of(action, practices) {
+            match OperatorRequest::from_action(action, practices) {
                 OperatorRequest::Command(command) => {
                     if command == OperatorCommand::Resume {
                         self.wiring.reconnect_displays();
@@ -195,12 +195,12 @@ impl SessionTask {
                     self.commands.push_back(command);
                 }
                 OperatorRequest::Consent => {
-                    let answered = self.consent.given("operator at the dashboard".to_owned());
-                    self.answered(answered);
+                    let effects = self.consent.give("operator at the dashboard".to_owned());
+                    self.take_answer(effects);
                 }
                 OperatorRequest::Reply(reply) => {
-                    let answered = self.consent.replied(reply);
-                    self.answered(answered);
+                    let effects = self.consent.reply(reply);
+                    self.take_answer(effects);
                 }
                 OperatorRequest::Carrier(take) => {
                     let effects = self.wiring.carrier.answer(take);
@@ -243,36 +243,36 @@ impl SessionTask {
         Ok(())
     }
 
-    fn answered(&mut self, answered: Answered) {
-        if let Some(person) = answered.person {
+    fn take_answer(&mut self, effects: AnswerEffects) {
+        if let Some(person) = effects.person {
             self.wiring.journal.send(Entry::Person(person));
         }
-        if let Some(shown) = answered.shown {
-            self.wiring.front.show(shown);
+        if let Some(event) = effects.event {
+            self.wiring.front.show(event);
         }
-        self.commands.extend(answered.command);
+        self.commands.extend(effects.command);
     }
 
     /// Analyses a completed trial as soon as all of its data have arrived.
     fn analyse(&mut self) {
-        let by = (self.machine.protocol(), &*self.bench);
-        for crop in self.glance.decided(self.audio_s, &self.record, by) {
+        let context = (self.machine.protocol(), &*self.bench);
+        for crop in self.glance.crops(self.audio_s, &self.record, context) {
             self.wiring.front.show(tui::Event::Crop(crop));
         }
-        let Some(due) = self
-            .due
-            .take_if(|due| self.audio_s >= due.at_s + DATA_DELAY_S)
+        let Some(due_trial) = self
+            .due_trial
+            .take_if(|due_trial| self.audio_s >= due_trial.at_s + DATA_DELAY_S)
         else {
             return;
         };
         self.collecting = false;
         self.send(RecordingCommand::End(Ending::Completed));
-        let analysed = due.analyse(
+        let analysed = due_trial.analyse(
             (self.machine.protocol(), &self.bench, self.carrier_hz),
             std::mem::take(&mut self.record),
             (&self.account, &self.account_at_begin),
         );
-        self.wiring.live.ask(analysed.request, analysed.of);
+        self.wiring.live.ask(analysed.request, analysed.trial);
         self.analysed = Some(analysed.analysis);
     }
 
@@ -297,11 +297,11 @@ impl SessionTask {
                 self.normal_n,
             ),
             command: self.commands.pop_front(),
-            safety: observed(&self.safety),
+            safety: protocol_safety(&self.safety),
             hold: self.wiring.signals.hold.get().map(screen_words::hold),
             drive_wait_s: self.wiring.drive_wait_s(),
             asking: self.wiring.carrier.is_open(),
-            display_lost: self.wiring.displays.lost().map(str::to_owned),
+            display_lost: self.wiring.displays.loss().map(str::to_owned),
             attended: !self.unattended,
             analysis: self.analysed.clone(),
             recording: self.recordings.outcome(),
@@ -333,15 +333,15 @@ impl SessionTask {
                 Action::Mark(interval) => self.send(RecordingCommand::Interval(interval)),
                 Action::EndTrial { end, .. } => self.end_trial(&end),
                 Action::AnalyseTrial { key, intervals } => {
-                    self.due = Some(DueTrial {
+                    self.due_trial = Some(DueTrial {
                         key,
                         intervals,
                         at_s: self.audio_s,
                     });
                 }
-                Action::Verdict { key, verdict } => self.judged(&key, &verdict)?,
+                Action::Verdict { key, verdict } => self.take_verdict(&key, &verdict)?,
                 Action::Cue(cue) => {
-                    let cue = tone_of(cue);
+                    let cue = cue_tone(cue);
                     if let Some(sound) = &self.wiring.sound {
                         sound.play(cue);
                     }
@@ -356,7 +356,7 @@ impl SessionTask {
                     self.wiring.front.show(tui::Event::Finished {
                         summary: summary_lines(&self.machine.summary(), &self.account),
                     });
-                    self.ended = Some(outcome);
+                    self.outcome = Some(outcome);
                 }
             }
         }
@@ -373,9 +373,9 @@ impl SessionTask {
         self.send(RecordingCommand::Event(kind, Some(text.into())));
     }
 
-    fn mask(&self, on: bool) {
+    fn mask(&self, is_masked: bool) {
         if let Some(sound) = &self.wiring.sound {
-            sound.mask(on);
+            sound.mask(is_masked);
         }
     }
 
@@ -406,18 +406,18 @@ impl SessionTask {
         // The recording of a completed trial continues until its last data are in.
         if let TrialEnd::Interrupted { interruption } = end {
             self.collecting = false;
-            self.due = None;
+            self.due_trial = None;
             self.glance.broken_off();
             self.mark(interruption_kind(interruption), interruption.to_string());
             self.send(RecordingCommand::End(end.into()));
         }
     }
 
-    fn judged(&mut self, key: &TrialKey, verdict: &Verdict) -> anyhow::Result<()> {
+    fn take_verdict(&mut self, key: &TrialKey, verdict: &Verdict) -> anyhow::Result<()> {
         self.glance.judged(self.audio_s);
         let analysis = self.analysed.take();
-        let shown = screen_words::verdict(key, self.machine.protocol(), verdict, analysis.as_ref());
-        self.wiring.front.show(tui::Event::Verdict(shown));
+        let entry = screen_words::verdict(key, self.machine.protocol(), verdict, analysis.as_ref());
+        self.wiring.front.show(tui::Event::Verdict(entry));
         if self.machine.trials_left() <= 1 && *verdict == Verdict::Accepted {
             return Ok(());
         }
@@ -430,9 +430,9 @@ impl SessionTask {
     }
 
     fn tell(&mut self, event: SessionEvent) {
-        if let Some(why) = pause(&event.kind) {
-            self.log(LogLevel::Warning, &why);
-            self.paused = Some(why);
+        if let Some(reason) = pause(&event.kind) {
+            self.log(LogLevel::Warning, &reason);
+            self.paused = Some(reason);
         }
         match &event.kind {
             SessionEventKind::SessionStarted {
@@ -474,12 +474,12 @@ impl SessionTask {
             self.phase = Some(phase);
         }
         if tone.is_some() || self.view.as_ref() != Some(&view) {
-            let shown = self.wiring.screen.view(&view, self.audio_s);
-            self.wiring.displays.show(&shown);
+            let screen_view = self.wiring.screen.view(&view, self.audio_s);
+            self.wiring.displays.show(&screen_view);
             for watcher in &mut self.wiring.watchers {
-                watcher(&shown, view.button, tone);
+                watcher(&screen_view, view.button, tone);
             }
-            self.wiring.front.show(tui::Event::Participant(shown));
+            self.wiring.front.show(tui::Event::Participant(screen_view));
             self.view = Some(view);
         }
     }
@@ -487,8 +487,8 @@ impl SessionTask {
     fn feed_screen(&mut self, now_ns: u64) {
         let session = (&self.machine, self.view.as_ref());
         let audio = (&self.account, self.bench.config().audio.rate_hz);
-        let now = (now_ns, self.audio_s);
-        if self.glance.feed(&mut self.wiring, session, audio, now) {
+        let times = (now_ns, self.audio_s);
+        if self.glance.feed(&mut self.wiring, session, audio, times) {
             self.show_safety();
         }
     }
@@ -499,7 +499,7 @@ impl SessionTask {
         let SafetyState::Tripped { trip } = &self.safety else {
             return;
         };
-        if matches!(before, SafetyState::Tripped { .. }) || self.ended.is_some() {
+        if matches!(before, SafetyState::Tripped { .. }) || self.outcome.is_some() {
             let reason = trip.to_string();
             self.tell(SessionEvent {
                 t_s: self.audio_s,
@@ -510,13 +510,13 @@ impl SessionTask {
 
     fn show_safety(&mut self) {
         let left = self.wiring.signals.dose.get();
-        let shown = safety_event(&self.safety, self.wiring.drive.sounds(), left.as_ref());
-        self.wiring.front.show(shown);
+        let event = safety_event(&self.safety, self.wiring.drive.sounds(), left.as_ref());
+        self.wiring.front.show(event);
     }
 
     /// Ends a session without an operator where one would be needed.
     fn nobody_to_ask(&mut self) {
-        if !self.unattended || self.ended.is_some() || self.tripping {
+        if !self.unattended || self.outcome.is_some() || self.tripping {
             return;
         }
         match self.machine.phase() {
@@ -526,12 +526,12 @@ impl SessionTask {
         }
     }
 
-    fn how_ended(&self) -> HowEnded<'_> {
-        HowEnded {
+    fn end_state(&self) -> EndState<'_> {
+        EndState {
             paused: self.paused.as_deref(),
             failure: self.wiring.stop.failure(),
             safety: &self.safety,
-            outcome: self.ended.as_ref(),
+            outcome: self.outcome.as_ref(),
             phase: self.machine.phase(),
         }
     }
@@ -565,7 +565,7 @@ impl Task for SessionTask {
         self.step()?;
         self.feed_screen(now_ns);
         self.nobody_to_ask();
-        if self.ended.is_some() && self.unattended && !self.recordings.is_open() {
+        if self.outcome.is_some() && self.unattended && !self.recordings.is_open() {
             self.wiring.stop.raise();
         }
         Ok(())
@@ -575,13 +575,13 @@ impl Task for SessionTask {
         self.wiring.drive.stop();
         // The last batches contain the count of the last losses.
         self.take_batches();
-        let reason = self.how_ended().reason();
+        let reason = self.end_state().reason();
         if self.recordings.is_open() {
             let reason = reason.clone().unwrap_or_default();
             self.send(RecordingCommand::End(Ending::Interrupted { reason }));
         }
-        let completed = matches!(self.ended, Some(SessionOutcome::Completed { .. }));
-        let status = self.how_ended().status();
+        let completed = matches!(self.outcome, Some(SessionOutcome::Completed { .. }));
+        let status = self.end_state().status();
         self.wiring.journal.send(Entry::Stop {
             t_s: self.audio_s,
             status,

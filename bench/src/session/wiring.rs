@@ -98,7 +98,7 @@ impl Wiring {
             self.front.show(tui::Event::Log { level, text });
         }
         if self.displays.look() {
-            let lost = self.displays.lost().map(str::to_owned);
+            let lost = self.displays.loss().map(str::to_owned);
             self.front.show(tui::Event::ParticipantDisplay { lost });
         }
     }

@@ -75,12 +75,12 @@ fn hardware() -> (Hardware, RehearsalHand) {
     (hardware, hand)
 }
 
-fn course(only: &[FaultKind], simulated: bool) -> anyhow::Result<Course> {
+fn course(faults: &[FaultKind], simulated: bool) -> anyhow::Result<Course> {
     let bench = Effective::uncalibrated(config());
     let pace = safety::Pace::Simulated;
     Course::new(
         bench,
-        only,
+        faults,
         simulated,
         pace,
         Some(7),
@@ -105,7 +105,7 @@ fn run(
         .unwrap()
 }
 
-fn by_program() -> anyhow::Result<Watched> {
+fn open_bench() -> anyhow::Result<Watched> {
     let (hardware, hand) = hardware();
     Ok(Watched {
         hardware,
@@ -116,7 +116,7 @@ fn by_program() -> anyhow::Result<Watched> {
     })
 }
 
-fn kept(folder: &DrillFolder) -> DrillRecord {
+fn read_record(folder: &DrillFolder) -> DrillRecord {
     toml::from_str(&std::fs::read_to_string(folder.file()).unwrap()).unwrap()
 }
 
@@ -125,19 +125,19 @@ fn kept(folder: &DrillFolder) -> DrillRecord {
 #[test]
 fn a_drill_of_a_stop_a_flag_and_a_loss_is_met_and_kept() {
     let temp = tempfile::tempdir().unwrap();
-    let only = [FaultKind::Estop, FaultKind::Xrun, FaultKind::ForceUnplugged];
-    let course = course(&only, true).unwrap();
-    let drilled = || {
+    let faults = [FaultKind::Estop, FaultKind::Xrun, FaultKind::ForceUnplugged];
+    let course = course(&faults, true).unwrap();
+    let drill = || {
         run(
             &course,
             temp.path(),
             Box::new(Scripted::new(std::io::sink())),
-            by_program,
+            open_bench,
         )
     };
-    let (record, folder) = drilled();
+    let (record, folder) = drill();
     assert!(record.passed, "{:?}", record.lines());
-    assert_eq!(kept(&folder), record);
+    assert_eq!(read_record(&folder), record);
     assert!(record.simulated && record.unattended);
     for exercise in &record.exercises {
         let times = exercise.times;
@@ -154,28 +154,28 @@ fn a_drill_of_a_stop_a_flag_and_a_loss_is_met_and_kept() {
         assert_eq!(times.rearmed_s.is_some(), rearmed, "{exercise:?}");
     }
     // The same seed draws the same drill, and the earlier record is kept.
-    let (again, other) = drilled();
-    assert_eq!(again, record);
-    assert_ne!(other.file(), folder.file());
+    let (second_record, second_folder) = drill();
+    assert_eq!(second_record, record);
+    assert_ne!(second_folder.file(), folder.file());
 }
 
 /// An operator who performs each request at the bench, or leaves at the first one.
-struct Asked {
+struct OperatorFront {
     hand: Arc<std::sync::Mutex<Option<RehearsalHand>>>,
     view: DrillView,
-    looks: u32,
-    leaves: bool,
-    over: bool,
-    asked_for: Arc<AtomicBool>,
+    polls: u32,
+    quits: bool,
+    is_finished: bool,
+    is_acting: Arc<AtomicBool>,
     parts: Arc<std::sync::Mutex<Vec<(String, String)>>>,
     healthy: bool,
 }
 
-impl Front for Asked {
+impl Front for OperatorFront {
     fn show(&mut self, event: Event) {
         match event {
             Event::Drill(view) => {
-                self.looks = 0;
+                self.polls = 0;
                 self.view = view;
             }
             Event::Bench(facts) => {
@@ -185,37 +185,37 @@ impl Front for Asked {
             Event::Health(health) => self.healthy |= health.frames > 0,
             Event::Finished { .. } => {
                 assert!(self.healthy, "rates and losses are shown");
-                self.over = true;
+                self.is_finished = true;
             }
             _ => {}
         }
     }
 
     fn action(&mut self) -> Option<Action> {
-        if self.over {
+        if self.is_finished {
             return Some(Action::Quit);
         }
-        self.looks += 1;
-        if self.looks != 100 {
+        self.polls += 1;
+        if self.polls != 100 {
             return None;
         }
         let hand = self.hand.lock().unwrap();
         let hand = hand.as_ref().unwrap();
         match self.view.asked {
-            DrillStep::Act if self.leaves => return Some(Action::Quit),
+            DrillStep::Act if self.quits => return Some(Action::Quit),
             DrillStep::Act => {
-                self.asked_for.store(true, Ordering::Release);
+                self.is_acting.store(true, Ordering::Release);
                 match self.view.instruction.as_str() {
                     "Press the e-stop now." => hand.begin(FaultKind::Estop, None),
                     "Switch the amplifier off now." => hand.begin(FaultKind::AmplifierOff, None),
-                    other => panic!("{other}"),
+                    instruction => panic!("{instruction}"),
                 }
             }
             DrillStep::Acknowledge => return Some(Action::Ready),
             DrillStep::Rearm => {
                 hand.end(FaultKind::Estop);
                 hand.end(FaultKind::AmplifierOff);
-                self.looks = 0;
+                self.polls = 0;
                 return Some(Action::Rearm);
             }
             DrillStep::Resume => return Some(Action::Resume),
@@ -225,46 +225,46 @@ impl Front for Asked {
     }
 }
 
-fn by_hand(only: &[FaultKind], leaves: bool) -> (DrillRecord, bool) {
+fn drill_by_hand(faults: &[FaultKind], quits: bool) -> (DrillRecord, bool) {
     let temp = tempfile::tempdir().unwrap();
     let hand: Arc<std::sync::Mutex<Option<RehearsalHand>>> = Arc::default();
-    let asked_for: Arc<AtomicBool> = Arc::default();
+    let is_acting: Arc<AtomicBool> = Arc::default();
     let parts: Arc<std::sync::Mutex<Vec<(String, String)>>> = Arc::default();
-    let front = Asked {
+    let front = OperatorFront {
         hand: hand.clone(),
         view: DrillView::default(),
-        looks: 0,
-        leaves,
-        over: false,
-        asked_for: asked_for.clone(),
+        polls: 0,
+        quits,
+        is_finished: false,
+        is_acting: is_acting.clone(),
         parts: parts.clone(),
         healthy: false,
     };
     let open = || {
-        let (hardware, now) = hardware();
-        *hand.lock().unwrap() = Some(now);
+        let (hardware, new_hand) = hardware();
+        *hand.lock().unwrap() = Some(new_hand);
         Ok(Watched {
             hardware,
             hand: None,
         })
     };
-    let course = course(only, false).unwrap();
+    let course = course(faults, false).unwrap();
     let (record, folder) = run(&course, temp.path(), Box::new(front), open);
-    assert_eq!(kept(&folder), record);
+    assert_eq!(read_record(&folder), record);
     // The bench is shown as it is, although an exercise opens it without its button.
     for part in ["e-stop", "heartbeat", "button"] {
         let wired = (part.to_owned(), "wired".to_owned());
         assert!(parts.lock().unwrap().contains(&wired), "{part}");
     }
-    (record, asked_for.load(Ordering::Acquire))
+    (record, is_acting.load(Ordering::Acquire))
 }
 
 /// Faults 16, 17.
 /// Hazards 16, 18.
 #[test]
 fn an_operator_is_asked_for_the_real_action_under_the_faint_tone() {
-    let (record, asked_for) = by_hand(&[FaultKind::Estop, FaultKind::AmplifierOff], false);
-    assert!(record.passed && asked_for, "{:?}", record.lines());
+    let (record, is_acting) = drill_by_hand(&[FaultKind::Estop, FaultKind::AmplifierOff], false);
+    assert!(record.passed && is_acting, "{:?}", record.lines());
     assert!(!record.simulated && !record.unattended);
     for exercise in &record.exercises {
         assert_eq!(
@@ -277,8 +277,8 @@ fn an_operator_is_asked_for_the_real_action_under_the_faint_tone() {
 
 #[test]
 fn a_drill_that_is_left_is_not_passed() {
-    let (record, asked_for) = by_hand(&[FaultKind::Estop, FaultKind::AmplifierOff], true);
-    assert!(!record.passed && !asked_for);
+    let (record, is_acting) = drill_by_hand(&[FaultKind::Estop, FaultKind::AmplifierOff], true);
+    assert!(!record.passed && !is_acting);
     assert_eq!(record.exercises.len(), 1);
     assert_eq!(record.exercises[0].missed.as_deref(), Some("left"));
     let lines = record.lines();
@@ -289,26 +289,26 @@ fn a_drill_that_is_left_is_not_passed() {
 fn a_simulated_bench_that_cannot_be_opened_again_ends_the_drill() {
     let temp = tempfile::tempdir().unwrap();
     let course = course(&[FaultKind::Estop, FaultKind::EstopCut], true).unwrap();
-    let mut opened = 0;
+    let mut openings = 0;
     let open = || {
-        opened += 1;
-        anyhow::ensure!(opened < 2, "busy");
-        by_program()
+        openings += 1;
+        anyhow::ensure!(openings < 2, "busy");
+        open_bench()
     };
     let front = Box::new(Scripted::new(std::io::sink()));
-    let ended = course.run(
+    let result = course.run(
         temp.path(),
         front,
         (&StopFlag::default(), &DriveStop::default()),
         open,
     );
-    assert!(ended.is_err());
+    assert!(result.is_err());
     let folder = std::fs::read_dir(temp.path())
         .unwrap()
         .next()
         .unwrap()
         .unwrap();
     let text = std::fs::read_to_string(folder.path().join("drill.toml")).unwrap();
-    let kept: DrillRecord = toml::from_str(&text).unwrap();
-    assert_eq!((kept.exercises.len(), kept.passed), (1, false));
+    let record: DrillRecord = toml::from_str(&text).unwrap();
+    assert_eq!((record.exercises.len(), record.passed), (1, false));
 }

@@ -124,11 +124,11 @@ fn model_figures() -> Vec<Figure> {
 
 /// Returns the texts of an SVG, in order.
 fn texts(svg: &str) -> Vec<String> {
-    let written = svg.split("<text").skip(1).map(|rest| {
-        let inside = rest.split_once('>').unwrap().1;
-        inside.split_once("</text>").unwrap().0.trim().to_owned()
+    let texts = svg.split("<text").skip(1).map(|element| {
+        let content = element.split_once('>').unwrap().1;
+        content.split_once("</text>").unwrap().0.trim().to_owned()
     });
-    written.collect()
+    texts.collect()
 }
 
 /// Requires every series in its colour, every written label with its unit, and every name.
@@ -164,8 +164,8 @@ fn assert_shows(figure: &Figure, (name, panels): &Expected) {
                 element.is_empty() || svg.contains(&ink),
                 "{name}: nothing has {ink}"
             );
-            if let Some(named) = &series.name {
-                assert!(texts.contains(named), "{name}: {named} is not in the key");
+            if let Some(label) = &series.name {
+                assert!(texts.contains(label), "{name}: {label} is not in the key");
             }
         }
     }
@@ -207,7 +207,7 @@ fn measured_figures_keep_their_curves_and_units() {
 }
 
 /// Returns the names of a panel's series, once each.
-fn shown(figure: &Figure, panel: usize) -> Vec<&str> {
+fn names(figure: &Figure, panel: usize) -> Vec<&str> {
     let mut names: Vec<&str> = Vec::new();
     for series in &figure.panels[panel].series {
         let name = series.name.as_deref().unwrap_or_default();
@@ -222,52 +222,53 @@ fn shown(figure: &Figure, panel: usize) -> Vec<&str> {
 fn trial_stands_beside_the_others_and_in_fig_13_in_the_place_of_dynamic() {
     let mut analysed = analysed();
     let before = measured_figures(&analysed, &Sessions::default(), &Drawn::default());
-    let found = analysed.recordings[0].found.as_mut().unwrap();
-    for instance in &mut found.instances {
+    let findings = analysed.recordings[0].found.as_mut().unwrap();
+    for instance in &mut findings.instances {
         instance.trial = Some(instance.dynamic.clone());
     }
     let figures = measured_figures(&analysed, &Sessions::default(), &Drawn::default());
     // The readings of `trial` are those of `dynamic`, and are drawn once.
-    assert_eq!(shown(&figures[0], 1), ["dynamic", "paper"]);
+    assert_eq!(names(&figures[0], 1), ["dynamic", "paper"]);
     for panel in [3, 4, 5] {
-        assert_eq!(shown(&figures[0], panel), ["dynamic", "trial", "paper"]);
+        assert_eq!(names(&figures[0], panel), ["dynamic", "trial", "paper"]);
     }
-    let of_two = ["trial, model", "paper, model", "trial", "paper"];
-    assert_eq!(shown(&figures[1], 0), of_two);
+    let trial_series = ["trial, model", "paper, model", "trial", "paper"];
+    assert_eq!(names(&figures[1], 0), trial_series);
     assert!(
         figures[1]
             .caption
             .contains("Trial stands here in the place of dynamic")
     );
-    assert_eq!(shown(&figures[2], 0), ["dynamic", "trial", "paper"]);
+    assert_eq!(names(&figures[2], 0), ["dynamic", "trial", "paper"]);
     assert_eq!(figures[3].panels.len(), 3);
-    assert_eq!(shown(&figures[3], 2), ["trial", "slope 1"]);
+    assert_eq!(names(&figures[3], 2), ["trial", "slope 1"]);
     let words = "(a) the published method (paper), (b) the dynamic method and (c) the fit of whole trials (trial)";
     assert!(figures[3].caption.contains(words), "{}", figures[3].caption);
 
     // With `trial` for one instance only, it does not replace `dynamic`.
-    let found = analysed.recordings[0].found.as_mut().unwrap();
-    found.instances[1].trial = None;
+    let findings = analysed.recordings[0].found.as_mut().unwrap();
+    findings.instances[1].trial = None;
     let figures = measured_figures(&analysed, &Sessions::default(), &Drawn::default());
-    let of_dynamic = ["dynamic, model", "paper, model", "dynamic", "paper"];
-    assert_eq!(shown(&figures[1], 0), of_dynamic);
+    let dynamic_series = ["dynamic, model", "paper, model", "dynamic", "paper"];
+    assert_eq!(names(&figures[1], 0), dynamic_series);
     assert!(figures[1].caption.contains("cannot be used"));
     assert!(figures[2].caption.contains("over 2 instances (1 by trial)"));
     for figure in &figures {
         figure.to_svg().unwrap();
     }
-    let drawn = Drawn {
+    let trial_only = Drawn {
         methods: vec![Method::Trial],
         whole_trial: false,
     };
     for instance in &mut analysed.recordings[0].found.as_mut().unwrap().instances {
         instance.trial = None;
     }
-    let numbers = |of: &[Figure]| -> Vec<String> { of.iter().map(Figure::to_csv).collect() };
+    let numbers =
+        |figures: &[Figure]| -> Vec<String> { figures.iter().map(Figure::to_csv).collect() };
     let after = measured_figures(&analysed, &Sessions::default(), &Drawn::default());
     assert_eq!(numbers(&after), numbers(&before));
     assert_eq!(
-        measured_figures(&analysed, &Sessions::default(), &drawn).len(),
+        measured_figures(&analysed, &Sessions::default(), &trial_only).len(),
         1,
         "the trial in time"
     );
@@ -276,21 +277,21 @@ fn trial_stands_beside_the_others_and_in_fig_13_in_the_place_of_dynamic() {
 /// Returns the points of the first series of this name in a panel.
 fn points(figure: &Figure, panel: usize, name: &str) -> Vec<(f64, f64)> {
     let mut series = figure.panels[panel].series.iter();
-    let of_name = series.find(|series| series.name.as_deref() == Some(name));
-    of_name.unwrap().extent()
+    let named_series = series.find(|series| series.name.as_deref() == Some(name));
+    named_series.unwrap().extent()
 }
 
 #[test]
 fn the_resonance_is_drawn_over_the_time_of_a_session_with_the_intervals_of_the_results() {
     let study = tempfile::tempdir().unwrap();
     let session = study.path().join("sub-01").join("ses-01");
-    let mut both = analysed();
-    both.recordings.extend(analysed().recordings);
+    let mut pair = analysed();
+    pair.recordings.extend(analysed().recordings);
     let mut log = r#"{"document":"start","time":"2026-01-01T09:00:00Z","resumed":false,"participant":"sub-01","session":1,"#
         .to_owned();
     log += r#""protocol":"p","seed":1,"software":"s","version":"1","devices":{},"calibration":null,"configuration":null}"#;
-    for (at, recording) in both.recordings.iter_mut().enumerate() {
-        let number = at + 1;
+    for (index, recording) in pair.recordings.iter_mut().enumerate() {
+        let number = index + 1;
         let folder = session.join(format!("trial-{number:03}_attempt-1"));
         std::fs::create_dir_all(&folder).unwrap();
         recording.path.clone_from(&folder);
@@ -299,71 +300,71 @@ fn the_resonance_is_drawn_over_the_time_of_a_session_with_the_intervals_of_the_r
         log += &format!(
             "\n{{\"document\":\"event\",\"stream\":\"session\",\"seq_num\":{number},\"time\":\"\",\"audio_s\":{},\"data\":\
              {{\"event\":\"trial_began\",\"key\":{key}}}}}",
-            2 + 30 * at,
+            2 + 30 * index,
         );
     }
     std::fs::write(session.join("events.jsonl"), log + "\n").unwrap();
-    let sessions = Sessions::of(both.recordings.iter().map(|of| of.path.as_path()));
+    let sessions = Sessions::of(pair.recordings.iter().map(|r| r.path.as_path()));
 
     let shift = |analysed: &Analysed| {
         let figures = measured_figures(analysed, &sessions, &Drawn::default());
-        figures.into_iter().find(|of| of.name == "resonance_shift")
+        figures.into_iter().find(|f| f.name == "resonance_shift")
     };
-    let figure = shift(&both).unwrap();
+    let figure = shift(&pair).unwrap();
     assert_eq!(figure.panels.len(), 1);
     assert_eq!(figure.panels[0].shaded.len(), 2);
-    let found = both.recordings[0].found.as_ref().unwrap();
-    let middle = |of: &InstanceAnalysis| 0.5 * (of.start_s + of.end_s);
+    let findings = pair.recordings[0].found.as_ref().unwrap();
+    let middle = |instance: &InstanceAnalysis| 0.5 * (instance.start_s + instance.end_s);
     let expected = [0.0, 30.0].map(|start_s| {
-        let instances = found.instances.iter();
-        instances.map(move |of| {
+        let instances = findings.instances.iter();
+        instances.map(move |instance| {
             (
-                start_s + middle(of),
-                of.dynamic.plate_offset.unwrap().resonance_shift_hz,
+                start_s + middle(instance),
+                instance.dynamic.plate_offset.unwrap().resonance_shift_hz,
             )
         })
     });
     let expected: Vec<(f64, f64)> = expected.into_iter().flatten().collect();
     assert_eq!(points(&figure, 0, "dynamic"), expected);
-    let offset = found.instances[0].dynamic.plate_offset.unwrap();
-    let half =
+    let offset = findings.instances[0].dynamic.plate_offset.unwrap();
+    let half_width_hz =
         0.5 * (points(&figure, 0, "dynamic, 95 %")[1].1 - points(&figure, 0, "dynamic, 95 %")[0].1);
-    assert!((half / offset.resonance_shift_std_hz - 1.96).abs() < 1e-3);
+    assert!((half_width_hz / offset.resonance_shift_std_hz - 1.96).abs() < 1e-3);
 
     // A single recording is drawn over its own time; with the offset held at 0, `dynamic` has no figure.
-    both.recordings.truncate(1);
-    let alone = shift(&both).unwrap();
-    assert_eq!(points(&alone, 0, "dynamic"), expected[..2]);
-    assert!(alone.panels[0].shaded.is_empty());
-    both.settings.plate_offset = false;
-    assert!(shift(&both).is_none());
+    pair.recordings.truncate(1);
+    let single = shift(&pair).unwrap();
+    assert_eq!(points(&single, 0, "dynamic"), expected[..2]);
+    assert!(single.panels[0].shaded.is_empty());
+    pair.settings.plate_offset = false;
+    assert!(shift(&pair).is_none());
 }
 
 #[test]
 fn the_same_figure_is_the_same_bytes() {
-    let (mut once, mut again) = (model_figures(), model_figures());
+    let (mut first, mut second) = (model_figures(), model_figures());
     let analysed = analysed();
-    once.extend(measured_figures(
+    first.extend(measured_figures(
         &analysed,
         &Sessions::default(),
         &Drawn::default(),
     ));
-    again.extend(measured_figures(
+    second.extend(measured_figures(
         &analysed,
         &Sessions::default(),
         &Drawn::default(),
     ));
-    for (once, again) in once.iter().zip(&again) {
+    for (first, second) in first.iter().zip(&second) {
         assert_eq!(
-            once.to_svg().unwrap(),
-            again.to_svg().unwrap(),
+            first.to_svg().unwrap(),
+            second.to_svg().unwrap(),
             "{}",
-            once.name
+            first.name
         );
         assert!(
-            once.to_png().unwrap() == again.to_png().unwrap(),
+            first.to_png().unwrap() == second.to_png().unwrap(),
             "{}",
-            once.name
+            first.name
         );
     }
 }
@@ -393,11 +394,11 @@ fn a_png_is_as_wide_as_printed_at_300_dpi_and_bears_its_caption() {
 fn the_model_writes_each_figure_its_curves_and_the_captions() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("new").join("model");
-    let written = model::run(&options(&["--out", out.to_str().unwrap()])).unwrap();
+    let files = model::run(&options(&["--out", out.to_str().unwrap()])).unwrap();
     for (name, _) in MODEL {
         for extension in ["svg", "png"] {
             assert!(
-                written.contains(&out.join(format!("{name}.{extension}"))),
+                files.contains(&out.join(format!("{name}.{extension}"))),
                 "{name}"
             );
         }
@@ -412,33 +413,33 @@ fn the_model_writes_each_figure_its_curves_and_the_captions() {
         &["normal_n", "amplitude_m", "k_c_n_per_m"][..]
     );
     let rows: Vec<(f64, f64, f64)> = stiffness.deserialize().map(Result::unwrap).collect();
-    let at = |amplitude_m: f64| {
+    let stiffness_at = |amplitude_m: f64| {
         let row = rows
             .iter()
             .find(|row| row.0 == 1.0 && (row.1 - amplitude_m).abs() < 1e-12);
         row.unwrap().2
     };
-    assert!((at(5e-6) / at(0.0) - 0.127).abs() < 5e-4);
+    assert!((stiffness_at(5e-6) / stiffness_at(0.0) - 0.127).abs() < 5e-4);
 }
 
 #[test]
 fn without_figures_only_curves_are_written() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
-    let written = model::run(&options(&["--csv-only", "--out", out])).unwrap();
+    let files = model::run(&options(&["--csv-only", "--out", out])).unwrap();
     assert!(
-        written
+        files
             .iter()
             .all(|path| path.extension().is_some_and(|e| e == "csv"))
     );
     let units = ["_n", "_m", "_s", "_m_per_s", "_n_per_m", "_n_s_per_m"];
-    for path in written {
+    for path in files {
         let mut table = csv::Reader::from_path(&path).unwrap();
         for column in table.headers().unwrap() {
             let dimensionless = ["loss_factor", "mu", "skin_to_plate_velocity"].contains(&column);
-            let named = units.iter().any(|unit| column.ends_with(unit));
+            let has_unit = units.iter().any(|unit| column.ends_with(unit));
             assert!(
-                named || dimensionless,
+                has_unit || dimensionless,
                 "{}: {column} has no unit",
                 path.display()
             );
@@ -458,20 +459,20 @@ fn an_assumption_without_meaning_is_refused() {
 }
 
 #[test]
-fn what_was_not_found_is_not_drawn() {
-    let mut nothing = analysed();
-    nothing.recordings[0]
+fn absent_results_are_not_drawn() {
+    let mut empty = analysed();
+    empty.recordings[0]
         .found
         .as_mut()
         .unwrap()
         .instances
         .clear();
-    let figures = measured_figures(&nothing, &Sessions::default(), &Drawn::default());
+    let figures = measured_figures(&empty, &Sessions::default(), &Drawn::default());
     assert_eq!(figures.len(), 1, "the trial in time remains");
     figures[0].to_svg().unwrap();
-    nothing.recordings.clear();
+    empty.recordings.clear();
     assert_eq!(
-        measured_figures(&nothing, &Sessions::default(), &Drawn::default()),
+        measured_figures(&empty, &Sessions::default(), &Drawn::default()),
         []
     );
 }

@@ -17,18 +17,18 @@ fn damaged(seed: &[u8], number: u64) -> Vec<u8> {
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(number);
     let mut bytes = seed.to_vec();
     for _ in 0..random.random_range(1..=4) {
-        let at = random.random_range(0..=bytes.len());
-        let length = random.random_range(0..=(bytes.len() - at).min(16));
+        let offset = random.random_range(0..=bytes.len());
+        let length = random.random_range(0..=(bytes.len() - offset).min(16));
         match random.random_range(0..5) {
-            0 => bytes.truncate(at),
-            1 => drop(bytes.drain(at..at + length)),
+            0 => bytes.truncate(offset),
+            1 => drop(bytes.drain(offset..offset + length)),
             2 => {
-                let again = bytes[at..at + length].to_vec();
-                bytes.splice(at..at, again);
+                let copy = bytes[offset..offset + length].to_vec();
+                bytes.splice(offset..offset, copy);
             }
-            3 => bytes.insert(at, TELLING[random.random_range(0..TELLING.len())]),
+            3 => bytes.insert(offset, TELLING[random.random_range(0..TELLING.len())]),
             _ => {
-                for byte in &mut bytes[at..at + length.min(1)] {
+                for byte in &mut bytes[offset..offset + length.min(1)] {
                     *byte = random.random();
                 }
             }

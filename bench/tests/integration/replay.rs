@@ -66,9 +66,9 @@ fn recorded() -> Recorded {
         .arg(path("truth"))
         .output()
         .unwrap();
-    let said = String::from_utf8_lossy(&output.stdout);
-    assert!(output.status.success(), "{said}{output:?}");
-    assert!(said.contains("trial 1: σ_t 1."), "{said}");
+    let stdout = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{stdout}{output:?}");
+    assert!(stdout.contains("trial 1: σ_t 1."), "{stdout}");
     let trial = path("study/sub-01/ses-01/trial-001_attempt-1");
     Recorded { folder, trial }
 }
@@ -100,8 +100,8 @@ fn session(recorded: &Recorded) -> (f64, usize) {
         .find(|text| text.contains("\"marked\"") && text.contains("exploration"))
         .unwrap();
     let number = |key: &str| -> f64 {
-        let (_, rest) = text.split_once(&format!("\"{key}\":")).unwrap();
-        rest[..rest.find([',', '}']).unwrap()].parse().unwrap()
+        let (_, tail) = text.split_once(&format!("\"{key}\":")).unwrap();
+        tail[..tail.find([',', '}']).unwrap()].parse().unwrap()
     };
     let manifest = recording::reader::read_manifest(&recorded.trial).unwrap();
     let settled = documents
@@ -152,9 +152,9 @@ fn live_gap_and_friction_are_those_of_the_simulation() {
     assert_eq!(report.instances, selected);
 
     // Two explorations of one trial do not count as two trials.
-    let of_two =
+    let is_pooled =
         |event: &&Event| matches!(event, Event::Log { text, .. } if text.contains("of 2 trials"));
-    assert_eq!(events.iter().find(of_two), None);
+    assert_eq!(events.iter().find(is_pooled), None);
 
     let fitted = events
         .iter()
@@ -203,33 +203,35 @@ fn live_gap_and_friction_are_those_of_the_simulation() {
 fn the_recording_alone_gives_the_impedance_of_the_running_stream(trial: &Path) {
     let mut reader = RecordingReader::open(trial).unwrap();
     let pipeline = || Pipeline::of_recording(reader.manifest(), reader.format()).unwrap();
-    let (mut alone, mut running) = (pipeline(), pipeline());
-    let (mut of_recording, mut of_stream) = (Vec::new(), Vec::new());
+    let (mut recording_pipeline, mut stream_pipeline) = (pipeline(), pipeline());
+    let (mut recording_frames, mut stream_frames) = (Vec::new(), Vec::new());
     // A frame is 96 samples at 192 kHz.
     let before = 96 * 1000;
     let channels = usize::from(reader.format().channels);
-    running
-        .take(&vec![0.0; before * channels], &mut of_stream)
+    stream_pipeline
+        .take(&vec![0.0; before * channels], &mut stream_frames)
         .unwrap();
     let mut block = Vec::new();
     while reader.read_block(5_000, &mut block).unwrap() > 0 {
-        alone.take_recorded(&block, &mut of_recording).unwrap();
-        running.take(&block, &mut of_stream).unwrap();
+        recording_pipeline
+            .take_recorded(&block, &mut recording_frames)
+            .unwrap();
+        stream_pipeline.take(&block, &mut stream_frames).unwrap();
     }
-    let shift = of_stream
+    let shift = stream_frames
         .iter()
-        .position(|frame| frame.sample == of_recording[0].sample + before as u64)
+        .position(|frame| frame.sample == recording_frames[0].sample + before as u64)
         .unwrap();
-    let mut compared = 0;
-    for (recorded, live) in of_recording.iter().zip(&of_stream[shift..]) {
+    let mut comparisons = 0;
+    for (recorded, live) in recording_frames.iter().zip(&stream_frames[shift..]) {
         assert_eq!(recorded.sample + before as u64, live.sample);
         if recorded.mask.is_clear() && live.mask.is_clear() {
             let (a, b) = (recorded.corrected_n_s_per_m, live.corrected_n_s_per_m);
             assert!((a - b).norm() <= 1e-9 * b.norm(), "{recorded:?} {live:?}");
-            compared += 1;
+            comparisons += 1;
         }
     }
-    assert!(compared > 10_000, "{compared}");
+    assert!(comparisons > 10_000, "{comparisons}");
 }
 
 fn two_replays_are_alike(trial: &Path, first: &[Event]) {
@@ -254,7 +256,7 @@ fn a_folder_that_is_no_recording_is_refused_by_name() {
         .output()
         .unwrap();
     assert_eq!(output.status.code(), Some(2));
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(said.contains("recording.toml"), "{said}");
-    assert!(!said.contains("panicked"), "{said}");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(stderr.contains("recording.toml"), "{stderr}");
+    assert!(!stderr.contains("panicked"), "{stderr}");
 }

@@ -57,28 +57,28 @@ impl Case {
         let config = config(&[("rate_hz = 192000", &rate)]);
         let mut rig = Rig::new(scenario, config, None);
         let mut rng = ChaCha8Rng::seed_from_u64(24);
-        let (mut taken, mut worst, mut recording) = (0, Worst::default(), None);
+        let (mut index, mut worst, mut recording) = (0, Worst::default(), None);
         while rig.apparatus.now_ns() < (self.lasts_s * 1e9) as u64 {
             // Mostly up to a third of a millisecond late, occasionally 8 ms.
-            let most = if rng.random_bool(0.1) { 24 } else { 1 };
-            for _ in 0..rng.random_range(0..=most) {
+            let max_steps = if rng.random_bool(0.1) { 24 } else { 1 };
+            for _ in 0..rng.random_range(0..=max_steps) {
                 rig.apparatus.step().unwrap();
             }
             let safety = rig.tick();
             assert!(!matches!(safety, SafetyState::Tripped { .. }), "{safety:?}");
             rig.record.frames.clear();
             for row in std::mem::take(&mut rig.record.force) {
-                let error_s = (row.time_s - self.truth_s(taken)).abs();
+                let error_s = (row.time_s - self.truth_s(index)).abs();
                 match row.time_s {
                     ..1.0 => {}
                     ..6.0 => worst.first_s = worst.first_s.max(error_s),
                     ..30.0 => worst.early_s = worst.early_s.max(error_s),
                     _ => worst.later_s = worst.later_s.max(error_s),
                 }
-                taken += 1;
+                index += 1;
             }
-            let begins = rig.apparatus.now_ns() as f64 * 1e-9 > self.lasts_s - 3.0;
-            if begins && recording.is_none() {
+            let is_last_part = rig.apparatus.now_ns() as f64 * 1e-9 > self.lasts_s - 3.0;
+            if is_last_part && recording.is_none() {
                 let offset_s = rig.account.frames as f64 / f64::from(RATE_HZ);
                 recording = Some((rig.begin("last"), offset_s));
             }

@@ -18,26 +18,23 @@ use sources::field_box::FieldBox;
 use tasks::SystemClock;
 
 use crate::campaign;
-use crate::field_box::bench_with;
+use crate::field_box::box_config;
 use crate::safe::quantiles_ms;
 
 const PORT: &str = "FRICTION_BENCH_TEST_BOX";
 /// Fault 41.
 #[test]
 fn what_is_no_box_is_refused_as_it_is_opened_with_the_line_to_change() {
-    let config = bench_with("0.05", "");
+    let config = box_config("0.05", "");
     let clock = Arc::new(SystemClock::start());
-    let (mut line, far) = TTYPort::pair().unwrap();
-    let port = far.name().unwrap();
-    drop(far);
-    let opened = FieldBox::open(&config, Some(Path::new(&port)), clock.clone());
-    let field_box = opened.unwrap().unwrap();
+    let (mut line, far_end) = TTYPort::pair().unwrap();
+    let port = far_end.name().unwrap();
+    drop(far_end);
+    let result = FieldBox::open(&config, Some(Path::new(&port)), clock.clone());
+    let field_box = result.unwrap().unwrap();
     line.write_all(b"another device\0").unwrap();
-    let refused = field_box.require_known().unwrap_err().to_string();
-    assert!(
-        refused.contains("field_box.port in bench.toml"),
-        "{refused}"
-    );
+    let error = field_box.require_known().unwrap_err().to_string();
+    assert!(error.contains("field_box.port in bench.toml"), "{error}");
     drop((field_box, line));
     let absent = FieldBox::open(&config, Some(Path::new("/dev/ttyACM-absent")), clock);
     let absent = format!("{:#}", absent.err().unwrap());
@@ -51,7 +48,7 @@ const STARVED_US: u64 = 10_000;
 
 /// Keeps the enable on until killed, and re-arms after each stop, as an operator would.
 fn hold_the_enable(port: &str) -> ! {
-    let config = bench_with("0.05", "");
+    let config = box_config("0.05", "");
     let clock = Arc::new(SystemClock::start());
     let field_box = FieldBox::open(&config, Some(Path::new(port)), clock);
     let field_box = field_box.unwrap().unwrap();
@@ -74,37 +71,37 @@ fn hold_the_enable(port: &str) -> ! {
 }
 
 /// A box that runs in this process.
-struct OnBench {
+struct SimulatedBox {
     line: TTYPort,
     port: String,
     guard: Guard,
     listener: Listener<ToBox>,
     began: Instant,
-    looked_us: u64,
+    last_turn_us: u64,
     /// Longest time between two looks since the last message, µs.
     longest_us: u64,
-    heard_us: u64,
-    heard: u16,
+    last_word_us: u64,
+    last_sequence: u16,
     sequence: u16,
     cable_out: bool,
 }
 
-impl OnBench {
+impl SimulatedBox {
     fn new() -> Self {
-        let (mut line, far) = TTYPort::pair().unwrap();
+        let (mut line, far_end) = TTYPort::pair().unwrap();
         line.set_timeout(Duration::ZERO).unwrap();
         // Closed, so that it can be opened by its path.
-        let port = far.name().unwrap();
+        let port = far_end.name().unwrap();
         Self {
             line,
             port,
             guard: Guard::default(),
             listener: Listener::default(),
             began: Instant::now(),
-            looked_us: 0,
+            last_turn_us: 0,
             longest_us: 0,
-            heard_us: 0,
-            heard: 0,
+            last_word_us: 0,
+            last_sequence: 0,
             sequence: 0,
             cable_out: false,
         }
@@ -118,16 +115,16 @@ impl OnBench {
     fn turn(&mut self) {
         std::thread::sleep(Duration::from_micros(500));
         let mut bytes = [0; 4096];
-        let read = match self.line.read(&mut bytes) {
-            Ok(read) if !self.cable_out => read,
+        let count = match self.line.read(&mut bytes) {
+            Ok(count) if !self.cable_out => count,
             Ok(_) => 0,
             // No data have come, or the port is not open at the other end.
             Err(_) => 0,
         };
         let now_us = self.now_us();
-        self.longest_us = self.longest_us.max(now_us - self.looked_us);
-        self.looked_us = now_us;
-        for &byte in &bytes[..read] {
+        self.longest_us = self.longest_us.max(now_us - self.last_turn_us);
+        self.last_turn_us = now_us;
+        for &byte in &bytes[..count] {
             match self.listener.hear(byte) {
                 Some(Ok(ToBox::Word(word))) => {
                     let order = Order {
@@ -135,7 +132,8 @@ impl OnBench {
                         heartbeat: word.heartbeat,
                     };
                     self.guard.hear(now_us, order, true);
-                    (self.heard, self.heard_us, self.longest_us) = (word.sequence, now_us, 0);
+                    (self.last_sequence, self.last_word_us, self.longest_us) =
+                        (word.sequence, now_us, 0);
                 }
                 Some(Ok(ToBox::Ask)) => {
                     let identity = FromBox::Identity(Identity {
@@ -166,18 +164,18 @@ impl OnBench {
                 Stop::Estop => StopReason::Estop,
                 Stop::NotReleased => StopReason::NotReleased,
             }),
-            heard: self.heard,
+            heard: self.last_sequence,
         });
         // An unread line may be full.
         let _ = self.line.write(&report.encode());
     }
 
     /// Waits until the enable is `on`.
-    fn until(&mut self, on: bool, what: &str) {
+    fn run_until(&mut self, is_enabled: bool, message: &str) {
         let began = Instant::now();
-        while self.guard.outputs().enable != on {
+        while self.guard.outputs().enable != is_enabled {
             self.turn();
-            assert!(began.elapsed() < Duration::from_secs(20), "{what}");
+            assert!(began.elapsed() < Duration::from_secs(20), "{message}");
         }
     }
 
@@ -212,27 +210,27 @@ fn a_bench_that_is_killed_or_frozen_or_unplugged_at_random_moments_loses_the_ena
     }
     let count = campaign::repeats("FRICTION_BENCH_BOX_DEATHS", 60);
     let mut rng = ChaCha8Rng::seed_from_u64(41);
-    let mut at_work = OnBench::new();
-    let mut child = bench(&at_work.port);
-    let mut fell_s = Vec::new();
+    let mut simulated_box = SimulatedBox::new();
+    let mut child = bench(&simulated_box.port);
+    let mut delays_s = Vec::new();
     let mut starved = 0;
-    while fell_s.len() < count {
-        at_work.until(true, "not enabled");
-        at_work.run_for(Duration::from_micros(rng.random_range(0..40_000)));
-        if !at_work.guard.outputs().enable {
+    while delays_s.len() < count {
+        simulated_box.run_until(true, "not enabled");
+        simulated_box.run_for(Duration::from_micros(rng.random_range(0..40_000)));
+        if !simulated_box.guard.outputs().enable {
             // The child got no processor time.
             continue;
         }
         // One in ten is killed, because that takes the longest.
-        let kind = fell_s.len() % 10;
+        let kind = delays_s.len() % 10;
         match kind {
             0 => child.kill().unwrap(),
             1..=6 => signal(&child, Signal::STOP),
-            _ => at_work.cable_out = true,
+            _ => simulated_box.cable_out = true,
         }
-        at_work.until(false, "still enabled");
-        let after_us = at_work.now_us() - at_work.heard_us;
-        if at_work.longest_us > STARVED_US {
+        simulated_box.run_until(false, "still enabled");
+        let after_us = simulated_box.now_us() - simulated_box.last_word_us;
+        if simulated_box.longest_us > STARVED_US {
             starved += 1;
             assert!(starved < 10 * count, "this computer is too busy");
         } else {
@@ -240,23 +238,26 @@ fn a_bench_that_is_killed_or_frozen_or_unplugged_at_random_moments_loses_the_ena
                 (SILENCE_US..ALLOWED_US).contains(&after_us),
                 "{after_us} µs"
             );
-            fell_s.push(after_us as f64 * 1e-6);
+            delays_s.push(after_us as f64 * 1e-6);
         }
         match kind {
             0 => {
                 child.wait().unwrap();
-                child = bench(&at_work.port);
+                child = bench(&simulated_box.port);
             }
             1..=6 => {
                 // Its messages after it continues do not restore the enable before it has released it.
                 signal(&child, Signal::CONT);
             }
-            _ => at_work.cable_out = false,
+            _ => simulated_box.cable_out = false,
         }
     }
     child.kill().unwrap();
     child.wait().unwrap();
-    let text = format!("median / 99 % / worst: enable off {}", quantiles_ms(fell_s));
+    let text = format!(
+        "median / 99 % / worst: enable off {}",
+        quantiles_ms(delays_s)
+    );
     campaign::report(
         "stop: field box, bench killed, frozen or unplugged",
         count,

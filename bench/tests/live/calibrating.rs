@@ -55,25 +55,25 @@ impl Procedure for Tones {
 
 /// Stores the system health shown, and presses the e-stop after the first point if `presses` is set.
 #[derive(Clone, Default)]
-struct Nobody {
-    shown: Arc<Mutex<Vec<SystemHealth>>>,
+struct IdleOperator {
+    health_log: Arc<Mutex<Vec<SystemHealth>>>,
     closed: Arc<AtomicBool>,
     presses: bool,
     points: usize,
 }
 
-impl Operator for Nobody {
+impl Operator for IdleOperator {
     fn ask(&mut self, _: Option<&Request>) {}
     fn progress(&mut self, progress: &CalibrationProgress) {
         self.points = progress.points.len();
     }
-    fn show(&mut self, now: &LiveReading) {
-        if self.presses && self.points == 1 && now.sounds {
+    fn show(&mut self, reading: &LiveReading) {
+        if self.presses && self.points == 1 && reading.sounds {
             self.closed.store(false, Ordering::Relaxed);
         }
     }
-    fn health(&mut self, now: &SystemHealth) {
-        self.shown.lock().unwrap().push(*now);
+    fn health(&mut self, health: &SystemHealth) {
+        self.health_log.lock().unwrap().push(*health);
     }
     fn next_input(&mut self) -> anyhow::Result<Option<OperatorInput>> {
         Ok(None)
@@ -87,7 +87,7 @@ impl Operator for Nobody {
     fn close(&mut self) {}
 }
 
-fn calibrate(operator: &Nobody) -> anyhow::Result<Outcome<Tones>> {
+fn calibrate(operator: &IdleOperator) -> anyhow::Result<Outcome<Tones>> {
     let mut apparatus = apparatus(Scenario::default());
     let pins = apparatus.pins().unwrap();
     operator.closed.store(true, Ordering::Relaxed);
@@ -111,12 +111,16 @@ fn calibrate(operator: &Nobody) -> anyhow::Result<Outcome<Tones>> {
 
 #[test]
 fn a_calibration_shows_rates_losses_and_lines_as_a_session_does() {
-    let operator = Nobody::default();
+    let operator = IdleOperator::default();
     let outcome = calibrate(&operator).unwrap();
     assert_eq!(outcome.procedure.points.len(), 3);
-    let shown = operator.shown.lock().unwrap();
-    assert!((4..=8).contains(&shown.len()), "{} in 2 s", shown.len());
-    let last = shown[shown.len() - 1];
+    let health_log = operator.health_log.lock().unwrap();
+    assert!(
+        (4..=8).contains(&health_log.len()),
+        "{} in 2 s",
+        health_log.len()
+    );
+    let last = health_log[health_log.len() - 1];
     assert!((last.speed - 1.0).abs() < 0.05, "{last:?}");
     assert!(last.force_rate_hz.unwrap() > 100.0, "{last:?}");
     assert_eq!((last.lost_frames, last.xruns_in), (0, 0));
@@ -124,14 +128,14 @@ fn a_calibration_shows_rates_losses_and_lines_as_a_session_does() {
     assert_eq!(last.lines.estop_open, Some(false));
     assert_eq!(last.lines.button_pressed, Some(false));
     let beats = |health: &SystemHealth| health.lines.heartbeat_beats == Some(true);
-    assert!(shown.iter().any(beats), "while it is armed");
+    assert!(health_log.iter().any(beats), "while it is armed");
 }
 
 #[test]
 fn a_calibration_that_is_stopped_with_nobody_there_ends_with_its_points() {
-    let operator = Nobody {
+    let operator = IdleOperator {
         presses: true,
-        ..Nobody::default()
+        ..IdleOperator::default()
     };
     let Err(error) = calibrate(&operator) else {
         panic!("it goes on under a pressed e-stop");

@@ -36,11 +36,11 @@ fn a_sensor_that_restarts_stops_the_drive_by_name_and_is_read_on_after_it() {
         let folder = rig.begin("restart");
         rig.pass(6.0);
         rig.apparatus.faults().force(ForceFault::Restart);
-        let told = |trip: &Trip| {
+        let is_expected = |trip: &Trip| {
             trip.to_string()
                 .starts_with("the force sensor restarted, or its clock jumped")
         };
-        rig.stops("restart", told, 0.1, 0.1);
+        rig.stops("restart", is_expected, 0.1, 0.1);
         rearm(&mut rig);
         rig.record.force.clear();
         rig.pass(1.0);
@@ -53,11 +53,11 @@ fn a_sensor_that_restarts_stops_the_drive_by_name_and_is_read_on_after_it() {
         let late_s = audio_s - rows[rows.len() - 1].time_s;
         assert!((0.0..0.03).contains(&late_s), "{late_s} s");
         rig.end();
-        let flagged = events(&folder);
-        let restarts = flagged.iter().filter(|event| {
+        let flags = events(&folder);
+        let restarts = flags.iter().filter(|event| {
             event.0 == EventKind::SensorClock && event.3.contains("force sensor restarts: 1")
         });
-        assert_eq!(restarts.count(), 1, "{flagged:?}");
+        assert_eq!(restarts.count(), 1, "{flags:?}");
     }
 }
 
@@ -68,10 +68,10 @@ fn a_sensor_whose_rate_is_not_the_stated_one_stops_the_drive_with_what_to_do() {
     let netft = "source = \"netft\"\nnetft = { counts_per_n = 1e6, sample_hz = 7200.0 }";
     let changes = [("port = \"/dev/ttyUSB0\"", netft)];
     let mut rig = driven(built_in("net-ft").unwrap(), &changes);
-    let told = |trip: &Trip| {
+    let is_expected = |trip: &Trip| {
         let trip = trip.to_string();
         trip.contains("counts 7000 samples a second")
             && trip.contains("force.netft.sample_hz = 7200")
     };
-    rig.stops("7200 Hz", told, 40.0, 0.1);
+    rig.stops("7200 Hz", is_expected, 40.0, 0.1);
 }

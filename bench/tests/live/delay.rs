@@ -21,12 +21,12 @@ fn waiting(delay_s: f64) -> Rig {
 fn the_delay_of_the_card_is_measured_at_the_first_rise() {
     let mut rig = waiting(0.0);
     rig.pass(0.3);
-    let found = rig.bench.signals.loop_delay.get().unwrap();
-    assert!((found.seconds - DELAY_S).abs() < 1e-3, "{found:?}");
+    let delay = rig.bench.signals.loop_delay.get().unwrap();
+    assert!((delay.seconds - DELAY_S).abs() < 1e-3, "{delay:?}");
     let mut rig = waiting(0.003);
     rig.pass(0.5);
-    let found = rig.bench.signals.loop_delay.get().unwrap();
-    assert!((found.seconds - DELAY_S - 0.003).abs() < 1e-3, "{found:?}");
+    let delay = rig.bench.signals.loop_delay.get().unwrap();
+    assert!((delay.seconds - DELAY_S - 0.003).abs() < 1e-3, "{delay:?}");
 }
 
 /// Fault 16.

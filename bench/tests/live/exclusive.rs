@@ -12,8 +12,8 @@ use crate::rig::{Rig, apparatus, config, hardware};
 /// Fault 34.
 #[test]
 fn a_force_sensor_that_is_listened_to_is_not_opened_again() {
-    let alone = apparatus(Scenario::default());
-    open_port(alone.force_port().unwrap(), 2_000_000).unwrap();
+    let unopened = apparatus(Scenario::default());
+    open_port(unopened.force_port().unwrap(), 2_000_000).unwrap();
 
     let rig = Rig::new(Scenario::default(), config(&[]), None);
     let second = open_port(rig.apparatus.force_port().unwrap(), 2_000_000);
@@ -28,9 +28,11 @@ fn a_force_sensor_that_is_listened_to_is_not_opened_again() {
 #[test]
 fn a_sound_card_that_plays_for_another_is_refused_by_its_name_with_what_to_do() {
     let rig = Rig::new(Scenario::default(), config(&[]), None);
-    let other = hardware(&rig.apparatus, Lines::default());
+    let second_hardware = hardware(&rig.apparatus, Lines::default());
     let bench = Effective::uncalibrated(config(&[]));
-    let error = Bench::open(&bench, 35_000.0, other).err().unwrap();
+    let error = Bench::open(&bench, 35_000.0, second_hardware)
+        .err()
+        .unwrap();
     let Some(AudioError::Busy { device, holder, .. }) = error.downcast_ref() else {
         panic!("{error:#}");
     };

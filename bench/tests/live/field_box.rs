@@ -25,7 +25,7 @@ fn scenario() -> Scenario {
 }
 
 /// Returns a bench behind a box that may be silent for this long, with `more` in its description.
-pub fn bench_with(silence_s: &str, more: &str) -> Config {
+pub fn box_config(silence_s: &str, extra_lines: &str) -> Config {
     config(&[
         ("silence_s = 0.25", &format!("silence_s = {silence_s}")),
         (
@@ -36,13 +36,13 @@ pub fn bench_with(silence_s: &str, more: &str) -> Config {
         ("backend = \"none\"", "backend = \"field-box\""),
         (
             "[sound]\n",
-            &format!("[field_box]\nport = \"/dev/ttyACM0\"\n{more}\n[sound]\n"),
+            &format!("[field_box]\nport = \"/dev/ttyACM0\"\n{extra_lines}\n[sound]\n"),
         ),
     ])
 }
 
 fn bench() -> Config {
-    bench_with("0.05", "")
+    box_config("0.05", "")
 }
 
 fn force(rig: &Rig, fault: ForceFault) {
@@ -52,10 +52,10 @@ fn force(rig: &Rig, fault: ForceFault) {
 /// Fault 41.
 #[test]
 fn lost_repeated_and_torn_reports_are_counted_exactly_and_each_other_one_is_there() {
-    let mut rig = Rig::new(scenario(), bench_with("0.25", ""), None);
+    let mut rig = Rig::new(scenario(), box_config("0.25", ""), None);
     rig.pass(1.0);
     let mut rng = ChaCha8Rng::seed_from_u64(41);
-    let mut laid = LineFaults::default();
+    let mut injected = LineFaults::default();
     let rows_before = rig.record.force.len();
     let began_ns = rig.apparatus.now_ns();
     while rig.apparatus.now_ns() < began_ns + 10_000_000_000 {
@@ -63,27 +63,30 @@ fn lost_repeated_and_torn_reports_are_counted_exactly_and_each_other_one_is_ther
         match rng.random_range(0..60) {
             0 => {
                 force(&rig, ForceFault::Drop(1));
-                laid.lost += 1;
+                injected.lost += 1;
             }
             1 => {
                 force(&rig, ForceFault::Repeat(1));
-                laid.repeated += 1;
+                injected.repeated += 1;
             }
             2 => {
                 force(&rig, ForceFault::Corrupt(1));
-                laid.corrupt += 1;
+                injected.corrupt += 1;
             }
             _ => {}
         }
         rig.pass(1e-9);
     }
     rig.pass(0.1);
-    let counted = rig.bench.gauges.field.get().unwrap().force;
-    assert!(laid.lost > 200 && laid.corrupt > 200, "{laid:?}");
-    assert_eq!(counted, laid);
+    let counts = rig.bench.gauges.field.get().unwrap().force;
+    assert!(
+        injected.lost > 200 && injected.corrupt > 200,
+        "{injected:?}"
+    );
+    assert_eq!(counts, injected);
     let rows = &rig.record.force[rows_before..];
     assert!(rows.is_sorted_by(|a, b| a.time_s < b.time_s));
-    let expected = 10.1 * 4000.0 * (1.0 + 30e-6) - (laid.lost + laid.corrupt) as f64;
+    let expected = 10.1 * 4000.0 * (1.0 + 30e-6) - (injected.lost + injected.corrupt) as f64;
     assert!(
         (rows.len() as f64 - expected).abs() < 8.0,
         "{} of {expected}",
@@ -100,7 +103,7 @@ fn forces_of_a_box_are_placed_to_a_tenth_of_a_millisecond() {
     let mut scenario = scenario();
     scenario.force_sensor.clock_ppm = -80.0;
     scenario.converter.clock_ppm = 40.0;
-    let mut rig = Rig::new(scenario, bench_with("0.25", ""), None);
+    let mut rig = Rig::new(scenario, box_config("0.25", ""), None);
     rig.pass(20.0);
     let truth_s = |k: usize| k as f64 / 4000.0 / (1.0 - 80e-6) * (1.0 + 40e-6);
     let rows = rig.record.force.iter().enumerate();
@@ -204,20 +207,20 @@ const CASES: [Case; 13] = [
 /// Hazard 20.
 #[test]
 fn whatever_the_box_does_the_drive_is_silent_in_time_and_what_was_recorded_is_kept() {
-    for (what, lay, told) in CASES {
+    for (name, inject, is_expected) in CASES {
         let mut rig = Rig::new(scenario(), bench(), None);
         rig.pass(0.1);
         rig.drive();
         rig.pass(0.5);
         let folder = rig.begin("kept");
         rig.pass(0.3);
-        assert!(rig.bench.drive.sounds(), "{what}");
-        lay(&rig);
-        rig.stops(what, told, 0.1, 0.3);
+        assert!(rig.bench.drive.sounds(), "{name}");
+        inject(&rig);
+        rig.stops(name, is_expected, 0.1, 0.3);
         rig.end();
         let reader = RecordingReader::open(&folder).unwrap();
         let kept_s = reader.frames() as f64 / f64::from(reader.format().sample_rate_hz);
-        assert!(kept_s > 0.29, "{what}: {kept_s} s kept");
+        assert!(kept_s > 0.29, "{name}: {kept_s} s kept");
     }
 }
 
@@ -242,24 +245,24 @@ fn a_box_that_cannot_be_used_from_the_start_arms_nothing_and_says_which_line_to_
             "field_box.serial = \"E661410403002A21\" in bench.toml",
         ),
     ];
-    for (more, lay, told) in cases {
-        let mut rig = Rig::new(scenario(), bench_with("0.05", more), None);
-        lay(&rig);
+    for (extra_lines, inject, words) in cases {
+        let mut rig = Rig::new(scenario(), box_config("0.05", extra_lines), None);
+        inject(&rig);
         let trip = loop {
             if let SafetyState::Tripped { trip } = rig.tick() {
                 break trip.to_string();
             }
-            assert!(rig.apparatus.now_ns() < 2_100_000_000, "{told}");
+            assert!(rig.apparatus.now_ns() < 2_100_000_000, "{words}");
         };
-        assert!(trip.contains(told), "{told}: {trip}");
+        assert!(trip.contains(words), "{words}: {trip}");
         for _ in 0..3 {
             rig.bench.drive.rearm();
             rig.drive();
             for _ in 0..600 {
-                assert!(matches!(rig.tick(), SafetyState::Tripped { .. }), "{told}");
+                assert!(matches!(rig.tick(), SafetyState::Tripped { .. }), "{words}");
             }
         }
-        assert_eq!(rig.bench.drive.programs(), 0, "{told}");
+        assert_eq!(rig.bench.drive.programs(), 0, "{words}");
     }
 }
 
@@ -274,8 +277,8 @@ fn a_box_that_answers_late_is_waited_for() {
     rig.drive();
     rig.pass(0.3);
     assert!(rig.bench.drive.sounds());
-    let said = rig.bench.field_box.as_ref().unwrap().in_words().unwrap();
-    assert!(said.contains("513D0073696D756C"), "{said}");
+    let identity = rig.bench.field_box.as_ref().unwrap().in_words().unwrap();
+    assert!(identity.contains("513D0073696D756C"), "{identity}");
 }
 
 /// A freeze of the program, in true time, s.
@@ -308,7 +311,7 @@ fn a_bench_frozen_at_random_moments_is_stopped_by_the_box_alone_within_a_tenth_o
         truth_path: Some(folder.path().to_owned()),
         ..ApparatusConfig::new(scenario, 1, Pace::Stepped)
     });
-    let mut rig = Rig::on(apparatus.unwrap(), bench(), None);
+    let mut rig = Rig::with_apparatus(apparatus.unwrap(), bench(), None);
     rig.pass(0.1);
     let mut rng = ChaCha8Rng::seed_from_u64(41);
     let mut freezes = Vec::new();
@@ -367,7 +370,7 @@ fn a_cable_that_comes_out_while_the_watch_hangs_is_stopped_by_the_box_alone() {
         truth_path: Some(folder.path().to_owned()),
         ..ApparatusConfig::new(scenario, 1, Pace::Stepped)
     });
-    let mut rig = Rig::on(apparatus.unwrap(), bench(), None);
+    let mut rig = Rig::with_apparatus(apparatus.unwrap(), bench(), None);
     rig.pass(0.1);
     rig.drive();
     rig.pass(0.5);

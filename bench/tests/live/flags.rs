@@ -17,18 +17,18 @@ use safety::InputLine;
 use crate::rig::{CHANNELS, Level, RATE_HZ, Rig, config, events, samples};
 
 /// Returns the first and the last frame of `channel` with `flawed` samples, and their number.
-fn flawed(samples: &[f32], channel: usize, flawed: impl Fn(f32) -> bool) -> (u64, u64, u64) {
+fn flawed(samples: &[f32], channel: usize, is_flawed: impl Fn(f32) -> bool) -> (u64, u64, u64) {
     let channel = samples.iter().skip(channel).step_by(usize::from(CHANNELS));
-    let found = (0..).zip(channel).filter(|(_, sample)| flawed(**sample));
+    let flaws = (0..).zip(channel).filter(|(_, sample)| is_flawed(**sample));
     let (mut first, mut last, mut count) = (u64::MAX, 0, 0);
-    for (frame, _) in found {
+    for (frame, _) in flaws {
         (first, last, count) = (first.min(frame), frame, count + 1);
     }
     (first, last, count)
 }
 
 /// Returns whether `sample` of a recording that began at `begin_ns` is within `within_s` of the host's time `at_ns`.
-fn near(sample: u64, begin_ns: u64, at_ns: u64, within_s: f64) -> bool {
+fn is_near(sample: u64, begin_ns: u64, at_ns: u64, within_s: f64) -> bool {
     let at_s = (at_ns - begin_ns) as f64 * 1e-9;
     (sample as f64 / f64::from(RATE_HZ) - at_s).abs() < within_s
 }
@@ -63,12 +63,12 @@ fn samples_that_are_not_finite_are_a_flag_and_the_filters_recover() {
     );
     assert!(rig.warnings[0].starts_with(text), "{:?}", rig.warnings);
     assert_eq!(rig.account.lost_frames, 0, "they came, though of no use");
-    let lost = rig
+    let lost_frames = rig
         .record
         .frames
         .iter()
         .filter(|f| f.mask == Mask::LOST_SAMPLES);
-    assert!(lost.count() > 2);
+    assert!(lost_frames.count() > 2);
     assert!(rig.record.frames.last().unwrap().mask.is_clear());
 }
 
@@ -96,7 +96,7 @@ fn clipping_is_one_flag_with_every_sample_counted() {
     rig.pass(1.5);
     assert_eq!(rig.warnings.len(), 1, "told before it is over");
     rig.end();
-    let other = rig.begin("s");
+    let second_folder = rig.begin("s");
     rig.pass(0.1);
     rig.bench.drive.stop();
     rig.pass(0.8);
@@ -118,9 +118,9 @@ fn clipping_is_one_flag_with_every_sample_counted() {
     assert_eq!(events(&folder), [expected]);
 
     // Clipping that continues is flagged in the next recording too.
-    let [drive, pickup] = clipped(&other);
-    let [(kind, first, _, text)] = &events(&other)[..] else {
-        panic!("{:?}", events(&other));
+    let [drive, pickup] = clipped(&second_folder);
+    let [(kind, first, _, text)] = &events(&second_folder)[..] else {
+        panic!("{:?}", events(&second_folder));
     };
     assert_eq!(
         (*kind, *first),
@@ -159,12 +159,12 @@ fn force_frames_that_fail_are_counted_exactly() {
     rig.end();
 
     let events = events(&folder);
-    let told: Vec<_> = events
+    let texts: Vec<_> = events
         .iter()
         .map(|event| (event.0, event.3.as_str()))
         .collect();
     assert_eq!(
-        told,
+        texts,
         [
             (
                 EventKind::ForceLost,
@@ -174,10 +174,13 @@ fn force_frames_that_fail_are_counted_exactly() {
         ]
     );
     // Accurate to a burst of 16 ms.
-    assert!(near(events[0].1, begin_ns, first_ns, 0.02), "{events:?}");
-    assert!(near(events[1].1, begin_ns, second_ns, 0.02), "{events:?}");
+    assert!(is_near(events[0].1, begin_ns, first_ns, 0.02), "{events:?}");
+    assert!(
+        is_near(events[1].1, begin_ns, second_ns, 0.02),
+        "{events:?}"
+    );
     assert_eq!(rig.warnings.len(), 2, "{:?}", rig.warnings);
-    assert!(rig.warnings[0].starts_with(told[0].1));
+    assert!(rig.warnings[0].starts_with(texts[0].1));
 }
 
 /// Fault 22.
@@ -197,7 +200,7 @@ fn a_gap_of_the_force_is_flagged_for_as_long_as_it_lasts() {
         panic!("{events:?}");
     };
     assert_eq!(*kind, EventKind::ForceLost);
-    assert!(near(*from, begin_ns, at_ns, 0.02), "{events:?}");
+    assert!(is_near(*from, begin_ns, at_ns, 0.02), "{events:?}");
     // 300 samples at 10 kHz, and up to a burst of 16 ms before and after them.
     let lasts_s = frames.unwrap() as f64 / f64::from(RATE_HZ);
     assert!((0.03..0.065).contains(&lasts_s), "{lasts_s}");
@@ -225,7 +228,7 @@ fn a_saturated_axis_is_one_flag_for_as_long_as_it_lasts() {
         panic!("{:?}", events(&folder));
     };
     assert_eq!(*kind, EventKind::ForceOverRange);
-    assert!(near(*sample, begin_ns, at_ns, 0.3), "{sample}");
+    assert!(is_near(*sample, begin_ns, at_ns, 0.3), "{sample}");
     let lasted_s = frames.unwrap() as f64 / f64::from(RATE_HZ);
     assert!((1.0..2.2).contains(&lasted_s), "{lasted_s} s");
     let rows = std::fs::read_to_string(folder.join("force.csv")).unwrap();
@@ -301,7 +304,7 @@ fn an_encoder_that_jumps_is_a_flag_and_the_jump_is_taken_out() {
             "encoder states missed: 1, positions at an impossible speed: 1"
         )
     );
-    assert!(near(*sample, begin_ns, at_ns, 0.002), "{sample}");
+    assert!(is_near(*sample, begin_ns, at_ns, 0.002), "{sample}");
     let lasted_s = frames.unwrap() as f64 / f64::from(RATE_HZ);
     assert!(lasted_s < 0.003, "{lasted_s} s");
     assert_eq!(rig.warnings.len(), 1, "{:?}", rig.warnings);

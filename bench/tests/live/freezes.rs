@@ -49,7 +49,7 @@ fn a_program_frozen_at_random_moments_leaves_the_plate_at_rest_within_a_tenth_of
         ..ApparatusConfig::new(Scenario::default(), 1, Pace::Stepped)
     });
     let config = config(&[("silence_s = 0.25", "silence_s = 0.05")]);
-    let mut rig = Rig::on(apparatus.unwrap(), config, None);
+    let mut rig = Rig::with_apparatus(apparatus.unwrap(), config, None);
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let mut freezes = Vec::new();
     let halt = |rig: &Rig, halted| {

@@ -52,7 +52,7 @@ fn quiet(mut scenario: Scenario) -> Scenario {
 }
 
 /// Returns the readings for a mass that is placed after 2.2 s, following an input xrun that swallows frames.
-fn of_a_placed_mass(scenario: Scenario, config: Config) -> Rig {
+fn placed_mass_rig(scenario: Scenario, config: Config) -> Rig {
     let mut rig = Rig::new(quiet(scenario), config, None);
     rig.drive();
     rig.pass(2.0);
@@ -64,7 +64,7 @@ fn of_a_placed_mass(scenario: Scenario, config: Config) -> Rig {
 }
 
 /// Returns the value and the slope of `rows` at a time within them.
-fn at(rows: &[ForceRow], time_s: f64) -> [f64; 2] {
+fn force_at(rows: &[ForceRow], time_s: f64) -> [f64; 2] {
     let next = rows.partition_point(|row| row.time_s < time_s);
     let [a, b] = [&rows[next - 1], &rows[next]];
     let share = (time_s - a.time_s) / (b.time_s - a.time_s);
@@ -76,11 +76,11 @@ fn at(rows: &[ForceRow], time_s: f64) -> [f64; 2] {
 
 #[test]
 fn forces_stand_at_the_sample_at_which_they_acted_whatever_was_swallowed() {
-    let rig = of_a_placed_mass(scenario(), bench("0.25"));
+    let rig = placed_mass_rig(scenario(), bench("0.25"));
     assert_eq!(rig.account.lost_frames, 1_037, "{:?}", rig.warnings);
     let gauges = &rig.record.force;
     // The same bench with a sensor that counts true time and loses no sample.
-    let reference = of_a_placed_mass(Scenario::default(), config(&[]));
+    let reference = placed_mass_rig(Scenario::default(), config(&[]));
     let rows = reference.record.force.iter().enumerate();
     let truth: Vec<ForceRow> = rows
         .map(|(k, row)| ForceRow {
@@ -93,7 +93,7 @@ fn forces_stand_at_the_sample_at_which_they_acted_whatever_was_swallowed() {
         .filter(|row| (2.21..3.1).contains(&row.time_s));
     let (mut product, mut square, mut count) = (0.0, 0.0, 0);
     for row in moving {
-        let [expected_n, slope] = at(&truth, row.time_s);
+        let [expected_n, slope] = force_at(&truth, row.time_s);
         product += (row.normal_n - expected_n) * slope;
         square += slope * slope;
         count += 1;
@@ -201,7 +201,7 @@ const CASES: [Case; 9] = [
 /// Hazard 20.
 #[test]
 fn whatever_the_gauges_inputs_do_the_drive_is_silent_in_time_and_what_was_recorded_is_kept() {
-    for (what, lay, told, within_s) in CASES {
+    for (name, inject, is_expected, within_s) in CASES {
         let mut rig = Rig::new(scenario(), bench("0.05"), None);
         rig.drive();
         rig.pass(0.4);
@@ -209,14 +209,14 @@ fn whatever_the_gauges_inputs_do_the_drive_is_silent_in_time_and_what_was_record
         assert_eq!(before, sources::LineFaults::default());
         let folder = rig.begin("kept");
         rig.pass(0.2);
-        lay(&rig);
-        rig.stops(what, told, within_s, 0.2);
+        inject(&rig);
+        rig.stops(name, is_expected, within_s, 0.2);
         rig.end();
         let reader = RecordingReader::open(&folder).unwrap();
         let kept_s = reader.frames() as f64 / f64::from(RATE_HZ);
-        assert!(kept_s > 0.19, "{what}: {kept_s} s kept");
+        assert!(kept_s > 0.19, "{name}: {kept_s} s kept");
         let rows = reader.force().unwrap().count();
-        assert!(rows > 700, "{what}: {rows} rows");
+        assert!(rows > 700, "{name}: {rows} rows");
     }
 }
 
@@ -231,8 +231,8 @@ fn a_sample_that_is_no_number_is_flagged_and_costs_the_forces_about_it() {
     rig.pass(0.5);
     let faults = rig.bench.gauges.field.get().unwrap().force;
     assert_eq!(faults.corrupt, 1);
-    let came = rig.record.force.len() - rows;
-    assert_eq!(came as u64 + faults.lost, 2000, "{faults:?}");
+    let new_rows = rig.record.force.len() - rows;
+    assert_eq!(new_rows as u64 + faults.lost, 2000, "{faults:?}");
     assert!((15..30).contains(&faults.lost), "{faults:?}");
     rig.pass(1.0);
     let words = rig.warnings.join("; ");
@@ -272,32 +272,33 @@ struct Unknown {
 impl Unknown {
     fn draw(seed: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let mut about = |middle: f64, half: f64| middle + half * (2.0 * rng.random::<f64>() - 1.0);
+        let mut uniform =
+            |middle: f64, half_width: f64| middle + half_width * (2.0 * rng.random::<f64>() - 1.0);
         let response = [
-            [about(1.0, 0.2), about(0.0, 0.05)],
-            [about(0.0, 0.05), about(1.0, 0.2)],
+            [uniform(1.0, 0.2), uniform(0.0, 0.05)],
+            [uniform(0.0, 0.05), uniform(1.0, 0.2)],
         ];
-        let gauges = std::array::from_fn(|_| [about(0.0, 0.6), about(0.0, 0.6)]);
-        let offset_v = std::array::from_fn(|_| about(0.0, 0.1));
-        let drift_v_per_s = std::array::from_fn(|_| about(0.0, 2e-5));
+        let gauges = std::array::from_fn(|_| [uniform(0.0, 0.6), uniform(0.0, 0.6)]);
+        let offset_v = std::array::from_fn(|_| uniform(0.0, 0.1));
+        let drift_v_per_s = std::array::from_fn(|_| uniform(0.0, 2e-5));
         Self {
             response,
             gauges,
             offset_v,
             drift_v_per_s,
-            noise_v: about(2e-3, 1e-3),
+            noise_v: uniform(2e-3, 1e-3),
             rng,
         }
     }
 
     /// Returns the maker's matrix: the pseudo-inverse of the gauges' volts.
-    fn makers(&self) -> Vec<Vec<f64>> {
+    fn maker_matrix(&self) -> Vec<Vec<f64>> {
         let sum = |a: usize, b: usize| self.gauges.iter().map(|g| g[a] * g[b]).sum::<f64>();
         let (nn, nl, ll) = (sum(0, 0), sum(0, 1), sum(1, 1));
         let det = nn * ll - nl * nl;
         let row = |a: f64, b: f64| {
-            let of = |g: &[f64; 2]| (a * g[0] + b * g[1]) / det;
-            self.gauges.iter().map(of).collect()
+            let weight = |g: &[f64; 2]| (a * g[0] + b * g[1]) / det;
+            self.gauges.iter().map(weight).collect()
         };
         vec![row(ll, -nl), row(-nl, nn)]
     }
@@ -329,14 +330,14 @@ fn calibrated(sensor: &mut Unknown) -> (MeasuredForce, Vec<String>) {
     let mut config = bench("0.25");
     let gauges = Gauges {
         inputs: vec![3, 4, 5, 6, 7, 8],
-        newtons_per_v: sensor.makers(),
+        newtons_per_v: sensor.maker_matrix(),
         volts_per_unit: vec![10.0],
         ..Gauges::default()
     };
     config.force.as_mut().unwrap().sensor = Sensor::Channels(gauges.clone());
     let (mut feed, tap) = InputTap::by_hand(6, 2 * CARD_HZ as usize);
-    let none = config::Correction::default();
-    let mut source = GaugeForce::new(tap, &gauges, CARD_HZ, 0.0, none, None);
+    let no_correction = config::Correction::default();
+    let mut source = GaugeForce::new(tap, &gauges, CARD_HZ, 0.0, no_correction, None);
     let masses: Vec<Mass> = [
         from_g(ForceAxis::Normal, &[20.0, 50.0, 100.0, 200.0]),
         from_g(ForceAxis::Lateral, &[20.0, 50.0, 100.0]),
@@ -382,15 +383,15 @@ fn calibrated(sensor: &mut Unknown) -> (MeasuredForce, Vec<String>) {
                 StepOutcome::Answered(Answer::Ready, read(load_n, &mut now_s))
             }
             NextStep::Done => break,
-            other => panic!("{other:?}"),
+            step => panic!("{step:?}"),
         };
     }
-    let judged = procedure
+    let judgement = procedure
         .judge(jiff::Timestamp::UNIX_EPOCH, "A. Tester")
         .unwrap();
-    match judged.part {
-        Part::Force { force, .. } => (*force, judged.faults),
-        other => panic!("{other:?}"),
+    match judgement.part {
+        Part::Force { force, .. } => (*force, judgement.faults),
+        part => panic!("{part:?}"),
     }
 }
 
@@ -403,32 +404,40 @@ fn eight_unknown_sensors_are_known_within_their_intervals() {
         assert_eq!(faults, Vec::<String>::new(), "seed {seed}");
         let [[a, b], [c, d]] = sensor.response;
         let det = a * d - b * c;
-        let of =
+        let miss =
             |quantity: &Quantity, truth: f64| (quantity.value - truth, quantity.half_width_95());
         [
-            of(&force.normal_per_normal, d / det),
-            of(&force.normal_per_lateral, -b / det),
-            of(&force.lateral_per_normal, -c / det),
-            of(&force.lateral_per_lateral, a / det),
+            miss(&force.normal_per_normal, d / det),
+            miss(&force.normal_per_lateral, -b / det),
+            miss(&force.lateral_per_normal, -c / det),
+            miss(&force.lateral_per_lateral, a / det),
         ]
     };
-    let half = |from: u64| {
-        std::thread::spawn(move || (from..=SEEDS).step_by(2).map(misses).collect::<Vec<_>>())
+    let spawn_half = |first_seed: u64| {
+        std::thread::spawn(move || {
+            (first_seed..=SEEDS)
+                .step_by(2)
+                .map(misses)
+                .collect::<Vec<_>>()
+        })
     };
-    let halves = [half(1), half(2)];
+    let halves = [spawn_half(1), spawn_half(2)];
     let all: Vec<_> = halves
         .into_iter()
-        .flat_map(|half| half.join().unwrap())
+        .flat_map(|thread| thread.join().unwrap())
         .collect();
     assert_eq!(all.len() as u64, SEEDS);
     for entry in 0..4 {
-        let held = all
+        let hits = all
             .iter()
-            .filter(|of| of[entry].0.abs() <= of[entry].1)
+            .filter(|misses| misses[entry].0.abs() <= misses[entry].1)
             .count();
-        let worst = all.iter().map(|of| of[entry].0.abs()).fold(0.0, f64::max);
-        println!("entry {entry}: worst {worst:.1e}, interval holds the truth {held}/{SEEDS}");
-        assert!(held as u64 >= SEEDS - 1, "entry {entry}: {held} of {SEEDS}");
+        let worst = all
+            .iter()
+            .map(|misses| misses[entry].0.abs())
+            .fold(0.0, f64::max);
+        println!("entry {entry}: worst {worst:.1e}, interval holds the truth {hits}/{SEEDS}");
+        assert!(hits as u64 >= SEEDS - 1, "entry {entry}: {hits} of {SEEDS}");
         assert!(worst < 2e-3, "entry {entry}: {worst:e}");
     }
 }

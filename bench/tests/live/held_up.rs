@@ -18,12 +18,16 @@ fn forces(held_up_every: u64) -> Vec<ForceRow> {
 /// Fault 24.
 #[test]
 fn forces_keep_their_place_on_the_audio_clock() {
-    let (prompt, held_up) = (forces(u64::MAX), forces(7));
+    let (prompt, delayed) = (forces(u64::MAX), forces(7));
     assert!(prompt.len() > 70_000, "{}", prompt.len());
-    assert_eq!(prompt.len(), held_up.len());
-    for (prompt, held_up) in prompt.iter().zip(&held_up) {
-        assert_eq!(prompt.normal_n, held_up.normal_n);
-        let off_s = held_up.time_s - prompt.time_s;
-        assert!(off_s.abs() < 1e-4, "{off_s} s off at {} s", prompt.time_s);
+    assert_eq!(prompt.len(), delayed.len());
+    for (prompt, delayed) in prompt.iter().zip(&delayed) {
+        assert_eq!(prompt.normal_n, delayed.normal_n);
+        let error_s = delayed.time_s - prompt.time_s;
+        assert!(
+            error_s.abs() < 1e-4,
+            "{error_s} s off at {} s",
+            prompt.time_s
+        );
     }
 }

@@ -27,15 +27,15 @@ fn an_offset_is_told_of_once_and_recorded_while_it_lasts() {
         )
     });
     assert_eq!(warnings, words);
-    let found: Vec<_> = events(&folder)
+    let flags: Vec<_> = events(&folder)
         .into_iter()
         .map(|(kind, _, _, text)| (kind, text))
         .collect();
-    let twice = words.iter().chain(&words);
-    let expected: Vec<_> = twice
+    let repeated_words = words.iter().chain(&words);
+    let expected: Vec<_> = repeated_words
         .map(|text| (EventKind::Interference, text.clone()))
         .collect();
-    assert_eq!(found, expected);
+    assert_eq!(flags, expected);
     // A clean bench gives no warning.
     let mut rig = Rig::new(Scenario::default(), config(&[]), None);
     let recording = rig.bench.recording.clone();

@@ -40,7 +40,7 @@ fn lost_late_repeated_and_torn_datagrams_at_7_khz_are_counted_exactly() {
     rig.pass(1.0);
     let folder = rig.begin("counted");
     let mut rng = ChaCha8Rng::seed_from_u64(40);
-    let mut laid = LineFaults::default();
+    let mut injected = LineFaults::default();
     let rows_before = rig.record.force.len();
     let began_ns = rig.apparatus.now_ns();
     // A tick has 2.3 records; each kind of fault hits one record in a hundred.
@@ -48,32 +48,35 @@ fn lost_late_repeated_and_torn_datagrams_at_7_khz_are_counted_exactly() {
         match rng.random_range(0..43) {
             0 => {
                 force(&rig, ForceFault::Drop(1));
-                laid.lost += 1;
+                injected.lost += 1;
             }
             1 => {
                 force(&rig, ForceFault::Reorder(1));
-                laid.reordered += 1;
+                injected.reordered += 1;
             }
             2 => {
                 force(&rig, ForceFault::Repeat(1));
-                laid.repeated += 1;
+                injected.repeated += 1;
             }
             3 => {
                 force(&rig, ForceFault::Corrupt(1));
-                laid.corrupt += 1;
+                injected.corrupt += 1;
             }
             _ => {}
         }
         rig.pass(1e-9);
     }
     rig.pass(0.1);
-    let counted = rig.bench.gauges.field.get().unwrap().force;
-    assert!(laid.lost > 500 && laid.reordered > 500, "{laid:?}");
-    assert_eq!(counted, laid);
+    let counts = rig.bench.gauges.field.get().unwrap().force;
+    assert!(
+        injected.lost > 500 && injected.reordered > 500,
+        "{injected:?}"
+    );
+    assert_eq!(counts, injected);
     // Each reading that is not lost, torn or overtaken is there, once, in order.
     let rows = &rig.record.force[rows_before..];
     assert!(rows.is_sorted_by(|a, b| a.time_s < b.time_s));
-    let missing = laid.lost + laid.corrupt + laid.reordered;
+    let missing = injected.lost + injected.corrupt + injected.reordered;
     let expected = 10.1 * 7000.0 * (1.0 + 30e-6) - missing as f64;
     assert!(
         (rows.len() as f64 - expected).abs() < 8.0,
@@ -81,9 +84,11 @@ fn lost_late_repeated_and_torn_datagrams_at_7_khz_are_counted_exactly() {
         rows.len()
     );
     rig.end();
-    let lost = events(&folder);
-    let lost = lost.iter().filter(|event| event.0 == EventKind::ForceLost);
-    let words: Vec<_> = lost.map(|event| event.3.as_str()).collect();
+    let losses = events(&folder);
+    let losses = losses
+        .iter()
+        .filter(|event| event.0 == EventKind::ForceLost);
+    let words: Vec<_> = losses.map(|event| event.3.as_str()).collect();
     assert!(!words.is_empty() && words.iter().any(|words| words.contains("overtaken")));
 }
 
@@ -176,19 +181,19 @@ const CASES: [Case; 9] = [
 /// Hazard 20.
 #[test]
 fn whatever_the_network_does_the_drive_is_silent_in_time_and_what_was_recorded_is_kept() {
-    for (what, lay, told) in CASES {
+    for (name, inject, is_expected) in CASES {
         let mut rig = Rig::new(scenario(), bench("0.05"), None);
         rig.drive();
         rig.pass(0.5);
         let folder = rig.begin("kept");
         rig.pass(0.3);
-        assert!(rig.bench.drive.sounds(), "{what}");
-        lay(&rig);
-        rig.stops(what, told, 0.1, 0.3);
+        assert!(rig.bench.drive.sounds(), "{name}");
+        inject(&rig);
+        rig.stops(name, is_expected, 0.1, 0.3);
         rig.end();
         let reader = RecordingReader::open(&folder).unwrap();
         let kept_s = reader.frames() as f64 / f64::from(reader.format().sample_rate_hz);
-        assert!(kept_s > 0.29, "{what}: {kept_s} s kept");
+        assert!(kept_s > 0.29, "{name}: {kept_s} s kept");
     }
 }
 
@@ -238,10 +243,10 @@ fn what_sends_no_reading_from_the_start_arms_nothing_for_longer_than_a_second() 
                 "{fault:?}: driven on"
             );
         };
-        let told = match fault {
+        let is_expected = match fault {
             ForceFault::Silent(_) => trip == Trip::ForceSilent,
             _ => matches!(trip, Trip::ForceNonsense { .. }),
         };
-        assert!(told, "{fault:?}: {trip}");
+        assert!(is_expected, "{fault:?}: {trip}");
     }
 }

@@ -60,12 +60,12 @@ fn an_hours_driving_time_that_is_used_up_stops_the_whole_bench_and_keeps_what_wa
     let mut rig = Rig::new(Scenario::default(), config(&dose), None);
     rig.drive();
     let folder = rig.begin("dose");
-    let (why, after_s) = trip(&mut rig, 2.5);
+    let (cause, after_s) = trip(&mut rig, 2.5);
     let Trip::Dose {
         driven_s, wait_s, ..
-    } = why
+    } = cause
     else {
-        panic!("{why}")
+        panic!("{cause}")
     };
     assert!(
         (driven_s - 2.0).abs() < 0.01 && (2.0..2.1).contains(&after_s),
@@ -77,8 +77,8 @@ fn an_hours_driving_time_that_is_used_up_stops_the_whole_bench_and_keeps_what_wa
     // The operator re-arms too early.
     rig.bench.drive.rearm();
     rig.drive();
-    let (why, _) = trip(&mut rig, 0.1);
-    assert!(matches!(why, Trip::Dose { .. }), "{why}");
+    let (cause, _) = trip(&mut rig, 0.1);
+    assert!(matches!(cause, Trip::Dose { .. }), "{cause}");
     rig.end();
     assert!(kept_s(&folder) > 1.9);
 }
@@ -91,14 +91,14 @@ fn a_dead_man_switch_that_is_released_silences_the_whole_bench_in_time() {
         ("silence_s = 0.25", "silence_s = 0.05"),
         ("[safety]\n", "[safety]\ndead_man = \"button\"\n"),
     ];
-    let held = Arc::new(AtomicBool::new(false));
+    let switch_closed = Arc::new(AtomicBool::new(false));
     let lines = Lines {
-        dead_man: Some(Box::new(Level(Arc::clone(&held)))),
+        dead_man: Some(Box::new(Level(Arc::clone(&switch_closed)))),
         ..Lines::default()
     };
     let mut rig = Rig::with_lines(apparatus(Scenario::default()), config(&switch), lines);
     let hold = |rig: &mut Rig, closed: bool| {
-        held.store(closed, Ordering::Relaxed);
+        switch_closed.store(closed, Ordering::Relaxed);
         rig.pass(0.1);
     };
     hold(&mut rig, false);
@@ -109,23 +109,23 @@ fn a_dead_man_switch_that_is_released_silences_the_whole_bench_in_time() {
     rig.pass(0.5);
     assert!(rig.bench.drive.sounds());
 
-    held.store(false, Ordering::Relaxed);
-    let (why, after_s) = trip(&mut rig, 0.3);
-    assert_eq!(why, Trip::DeadManReleased);
+    switch_closed.store(false, Ordering::Relaxed);
+    let (cause, after_s) = trip(&mut rig, 0.3);
+    assert_eq!(cause, Trip::DeadManReleased);
     assert!((0.2..0.205).contains(&after_s), "{after_s} s");
     let ramp_s = silent_s(&mut rig);
     assert!(ramp_s < 0.01, "{ramp_s} s");
     stays_silent(&mut rig);
 
     // Neither a press alone nor re-arming alone starts the drive.
-    held.store(true, Ordering::Relaxed);
+    switch_closed.store(true, Ordering::Relaxed);
     stays_silent(&mut rig);
-    held.store(false, Ordering::Relaxed);
+    switch_closed.store(false, Ordering::Relaxed);
     rig.bench.drive.rearm();
     rig.pass(0.1);
     rig.drive();
-    let (why, _) = trip(&mut rig, 0.1);
-    assert!(matches!(why, Trip::DeadManNotHeld { .. }), "{why}");
+    let (cause, _) = trip(&mut rig, 0.1);
+    assert!(matches!(cause, Trip::DeadManNotHeld { .. }), "{cause}");
     rig.bench.drive.rearm();
     hold(&mut rig, true);
     rig.drive();

@@ -37,7 +37,7 @@ fn driven(fault: &RehearsedFault) -> Rig {
         (r#"sample_format = "i32""#, r#"sample_format = "f32""#),
     ];
     let apparatus = rehearsing(Scenario::default(), &[*fault]);
-    let mut rig = Rig::on(apparatus, config(&changes), None);
+    let mut rig = Rig::with_apparatus(apparatus, config(&changes), None);
     rig.drive();
     rig.pass(SPAN_S.0 - 0.01);
     assert!(rig.bench.drive.sounds(), "{fault}");
@@ -55,14 +55,14 @@ fn tripped(rig: &mut Rig) -> Option<Trip> {
     }
 }
 
-fn pass_tripped(rig: &mut Rig, until_s: f64, what: &RehearsedFault) {
+fn pass_tripped(rig: &mut Rig, until_s: f64, fault: &RehearsedFault) {
     while now_s(rig) < until_s {
-        assert!(tripped(rig).is_some(), "{what}: re-armed by itself");
+        assert!(tripped(rig).is_some(), "{fault}: re-armed by itself");
     }
 }
 
 /// Returns whether the trip reports the fault on this bench, which has a card without digital lines.
-fn is_of(fault: FaultKind, trip: &Trip) -> bool {
+fn is_expected_trip(fault: FaultKind, trip: &Trip) -> bool {
     match fault.row().row {
         Some(5) => matches!(
             trip,
@@ -87,92 +87,92 @@ fn is_of(fault: FaultKind, trip: &Trip) -> bool {
 }
 
 /// Requires the drive to be silent in time and to stay so; the row's remedy then restores it, or cannot.
-fn stops(what: &RehearsedFault, within_s: f64) {
-    let mut rig = driven(what);
+fn stops(fault: &RehearsedFault, within_s: f64) {
+    let mut rig = driven(fault);
     let trip = loop {
         if let Some(trip) = tripped(&mut rig) {
             break trip;
         }
         let late_s = now_s(&rig) - SPAN_S.0;
-        assert!(late_s <= within_s, "{what}: not stopped after {late_s} s");
+        assert!(late_s <= within_s, "{fault}: not stopped after {late_s} s");
     };
-    assert!(now_s(&rig) >= SPAN_S.0, "{what}: before its time");
-    assert!(is_of(what.fault, &trip), "{what}: {trip}");
+    assert!(now_s(&rig) >= SPAN_S.0, "{fault}: before its time");
+    assert!(is_expected_trip(fault.fault, &trip), "{fault}: {trip}");
     assert!(
-        tells(what.fault, &trip),
-        "{what}: not seen in a drill: {trip}"
+        tells(fault.fault, &trip),
+        "{fault}: not seen in a drill: {trip}"
     );
     let tripped_s = now_s(&rig);
     // A card that stops rendering never reports silence; its amplifier is off by then.
-    let gone = what.fault.row().row == Some(5);
-    while rig.bench.drive.sounds() && !(gone && now_s(&rig) - tripped_s > DISABLED_S) {
+    let card_stopped = fault.fault.row().row == Some(5);
+    while rig.bench.drive.sounds() && !(card_stopped && now_s(&rig) - tripped_s > DISABLED_S) {
         rig.tick();
         let late_s = now_s(&rig) - SPAN_S.0;
-        assert!(late_s <= within_s, "{what}: sounds after {late_s} s");
+        assert!(late_s <= within_s, "{fault}: sounds after {late_s} s");
     }
     // Neither time nor a new drive request restarts the drive.
     rig.drive();
     // Removing a load leaves the plate ringing.
-    let rings_s = if what.amount().is_some() { 1.0 } else { 0.1 };
-    pass_tripped(&mut rig, SPAN_S.1 + rings_s, what);
+    let rings_s = if fault.amount().is_some() { 1.0 } else { 0.1 };
+    pass_tripped(&mut rig, SPAN_S.1 + rings_s, fault);
     rig.bench.drive.rearm();
     for _ in 0..100 {
         rig.tick();
     }
     rig.drive();
-    match what.fault.row().remedy {
+    match fault.fault.row().remedy {
         Remedy::Rearm(_) => {
             rig.pass(0.3);
-            assert!(rig.bench.drive.sounds(), "{what}: does not come back");
+            assert!(rig.bench.drive.sounds(), "{fault}: does not come back");
         }
         _ => {
             let until_s = now_s(&rig) + 0.2;
             while tripped(&mut rig).is_none() {
-                assert!(now_s(&rig) < until_s, "{what}: drives without its part");
+                assert!(now_s(&rig) < until_s, "{fault}: drives without its part");
             }
         }
     }
 }
 
 /// Requires the recording to be flagged, and the drive to go on.
-fn flags(what: &RehearsedFault) {
-    let mut rig = driven(what);
+fn flags(fault: &RehearsedFault) {
+    let mut rig = driven(fault);
     let folder = rig.begin("flagged");
     rig.pass(0.8);
-    assert!(rig.bench.drive.sounds(), "{what}");
+    assert!(rig.bench.drive.sounds(), "{fault}");
     rig.end();
     let kinds: Vec<_> = events(&folder).into_iter().map(|(kind, ..)| kind).collect();
-    let expected = match what.fault {
+    let expected = match fault.fault {
         FaultKind::Xrun => EventKind::InputXrun,
         FaultKind::XrunOutput => EventKind::OutputXrun,
         FaultKind::Nan => EventKind::NonFinite,
         _ => EventKind::ForceLost,
     };
-    assert!(kinds.contains(&expected), "{what}: {kinds:?}");
-    let lost = if what.fault == FaultKind::Xrun {
-        what.amount().unwrap() as u64
+    assert!(kinds.contains(&expected), "{fault}: {kinds:?}");
+    let lost_frames = if fault.fault == FaultKind::Xrun {
+        fault.amount().unwrap() as u64
     } else {
         0
     };
-    assert_eq!(rig.account.lost_frames, lost, "{what}");
+    assert_eq!(rig.account.lost_frames, lost_frames, "{fault}");
 }
 
 /// Requires a tone with the amplifier off, as before every session, to be read back anyway, which is the preflight's
 /// criterion.
-fn refused(what: &RehearsedFault) {
-    let mut rig = driven(what);
+fn refused(fault: &RehearsedFault) {
+    let mut rig = driven(fault);
     rig.pass(0.05);
     rig.bench.drive.disarm();
     rig.pass(0.2);
     rig.bench.drive.sound_disarmed(tone());
     rig.pass(0.3);
     let read_back_v = rig.record.frames.last().unwrap().drive_v.norm();
-    assert!(read_back_v > 5.0, "{what}: reads back {read_back_v} V");
+    assert!(read_back_v > 5.0, "{fault}: reads back {read_back_v} V");
 }
 
 /// Requires the fault to count as one press, however long it lasts.
-fn counts_once(what: &RehearsedFault) {
-    let mut apparatus = rehearsing(Scenario::default(), &[*what]);
+fn counts_once(fault: &RehearsedFault) {
+    let mut apparatus = rehearsing(Scenario::default(), &[*fault]);
     let lines = Lines {
         button: Some(input("button", apparatus.pins().unwrap().button)),
         ..Lines::default()
@@ -187,7 +187,7 @@ fn counts_once(what: &RehearsedFault) {
         let pressed = bench.button.as_ref().unwrap();
         presses += u32::from(pressed.swap(false, Ordering::AcqRel));
     }
-    assert_eq!(presses, 1, "{what}");
+    assert_eq!(presses, 1, "{fault}");
 }
 
 /// Faults 5, 6, 9, 16, 17, 18, 19, 21, 22, 23.
@@ -199,12 +199,12 @@ fn every_fault_of_the_table_leads_to_what_its_row_demands() {
         let ends = row.amount.map(|amount| [amount.default, amount.high]);
         let arguments = ends.map_or(vec![None], |ends| ends.map(Some).to_vec());
         for argument in arguments {
-            let what = rehearsed(fault, argument);
+            let rehearsed_fault = rehearsed(fault, argument);
             match row.required {
-                Required::Stop(within) => stops(&what, within.seconds(SILENCE_S)),
-                Required::Flag => flags(&what),
-                Required::Refuse => refused(&what),
-                Required::GoOn => counts_once(&what),
+                Required::Stop(within) => stops(&rehearsed_fault, within.seconds(SILENCE_S)),
+                Required::Flag => flags(&rehearsed_fault),
+                Required::Refuse => refused(&rehearsed_fault),
+                Required::GoOn => counts_once(&rehearsed_fault),
             }
         }
     }
@@ -221,7 +221,7 @@ fn the_same_faults_give_the_same_bits() {
         ];
         let faults: Vec<_> = faults.iter().map(|fault| fault.parse().unwrap()).collect();
         let floats = config(&[(r#"sample_format = "i32""#, r#"sample_format = "f32""#)]);
-        let mut rig = Rig::on(rehearsing(Scenario::default(), &faults), floats, None);
+        let mut rig = Rig::with_apparatus(rehearsing(Scenario::default(), &faults), floats, None);
         rig.drive();
         rig.pass(0.6);
         let pickup: Vec<_> = rig

@@ -172,7 +172,7 @@ pub enum Tamper {
 
 impl Tamper {
     /// Changes the newest reading, once.
-    pub fn with(self, signals: &Signals, tampered: &mut u64) {
+    pub fn apply(self, signals: &Signals, tampered: &mut u64) {
         let Some(reading) = signals.readback.get() else {
             return;
         };
@@ -200,7 +200,7 @@ pub struct Rig {
     watch_hangs: bool,
     rate_hz: u32,
     channels: u16,
-    held_up: (u64, u64),
+    task_delay: (u64, u64),
     temp: tempfile::TempDir,
 }
 
@@ -220,11 +220,11 @@ impl Rig {
         config: Config,
         encoder: Option<[Box<dyn InputLine>; 2]>,
     ) -> Self {
-        Self::on(apparatus(scenario), config, encoder)
+        Self::with_apparatus(apparatus(scenario), config, encoder)
     }
 
     /// Returns a plate of `apparatus` at rest.
-    pub fn on(
+    pub fn with_apparatus(
         apparatus: Apparatus,
         config: Config,
         encoder: Option<[Box<dyn InputLine>; 2]>,
@@ -259,7 +259,7 @@ impl Rig {
             watch_hangs: false,
             rate_hz,
             channels,
-            held_up: (u64::MAX, 0),
+            task_delay: (u64::MAX, 0),
             temp: tempfile::tempdir().unwrap(),
         }
     }
@@ -286,9 +286,9 @@ impl Rig {
     pub fn try_tick(&mut self) -> anyhow::Result<SafetyState> {
         self.apparatus.step().unwrap();
         self.ticks += 1;
-        let (every, by_ns) = self.held_up;
-        let stale_ns = if self.ticks.is_multiple_of(every) {
-            by_ns
+        let (period_ticks, delay_ns) = self.task_delay;
+        let stale_ns = if self.ticks.is_multiple_of(period_ticks) {
+            delay_ns
         } else {
             0
         };
@@ -313,24 +313,30 @@ impl Rig {
 
     /// Requires a stop that passes `told` within `within_s`, then silence, and that a new drive request starts nothing
     /// for `latched_s`.
-    pub fn stops(&mut self, what: &str, told: fn(&Trip) -> bool, within_s: f64, latched_s: f64) {
-        let laid_ns = self.apparatus.now_ns();
-        let since_s = |rig: &Self| (rig.apparatus.now_ns() - laid_ns) as f64 * 1e-9;
+    pub fn stops(
+        &mut self,
+        name: &str,
+        is_expected: fn(&Trip) -> bool,
+        within_s: f64,
+        latched_s: f64,
+    ) {
+        let fault_ns = self.apparatus.now_ns();
+        let since_s = |rig: &Self| (rig.apparatus.now_ns() - fault_ns) as f64 * 1e-9;
         let trip = loop {
             if let SafetyState::Tripped { trip } = self.tick() {
                 break trip;
             }
-            assert!(since_s(self) < within_s, "{what}: not within {within_s} s");
+            assert!(since_s(self) < within_s, "{name}: not within {within_s} s");
         };
-        assert!(told(&trip), "{what}: {trip}");
+        assert!(is_expected(&trip), "{name}: {trip}");
         let tripped_s = since_s(self);
         while self.bench.drive.sounds() {
             self.tick();
-            assert!(since_s(self) < tripped_s + 0.02, "{what}: sounds on");
+            assert!(since_s(self) < tripped_s + 0.02, "{name}: sounds on");
         }
         self.drive();
         while since_s(self) < tripped_s + latched_s {
-            assert!(matches!(self.tick(), SafetyState::Tripped { .. }), "{what}");
+            assert!(matches!(self.tick(), SafetyState::Tripped { .. }), "{name}");
         }
     }
 
@@ -343,8 +349,8 @@ impl Rig {
     }
 
     /// Holds up all tasks for `by_ns` at every `every`th tick, between reading the clock and everything else.
-    pub fn hold_up(&mut self, every: u64, by_ns: u64) {
-        self.held_up = (every, by_ns);
+    pub fn hold_up(&mut self, period_ticks: u64, delay_ns: u64) {
+        self.task_delay = (period_ticks, delay_ns);
     }
 
     /// Sets whether the recorder waits for its disk.

@@ -19,9 +19,9 @@ use crate::rig::{Rig, config};
 
 /// A fault, a check of the bench's report on it, and the time limit, s.
 struct Case {
-    what: &'static str,
-    lay: fn(&mut Rig),
-    told: fn(&Trip) -> bool,
+    name: &'static str,
+    inject: fn(&mut Rig),
+    is_expected: fn(&Trip) -> bool,
     within_s: f64,
     /// Whether the card keeps calling back, so that the ramp is visible.
     audio_goes_on: bool,
@@ -36,110 +36,110 @@ const SILENCE_S: f64 = 0.055;
 
 const CASES: [Case; 14] = [
     Case {
-        what: "amplifier off",
-        lay: |rig| faults(rig).switch_off_amplifier(true),
-        told: |trip| matches!(trip, Trip::Readback { .. }),
+        name: "amplifier off",
+        inject: |rig| faults(rig).switch_off_amplifier(true),
+        is_expected: |trip| matches!(trip, Trip::Readback { .. }),
         within_s: 0.05,
         audio_goes_on: true,
     },
     Case {
-        what: "4 N pulling at the plate",
-        lay: |rig| rig.apparatus.masses().place(Axis::Normal, -0.4),
-        told: |trip| matches!(trip, Trip::ForceLimit { normal_n, .. } if *normal_n < -3.0),
+        name: "4 N pulling at the plate",
+        inject: |rig| rig.apparatus.masses().place(Axis::Normal, -0.4),
+        is_expected: |trip| matches!(trip, Trip::ForceLimit { normal_n, .. } if *normal_n < -3.0),
         within_s: 0.1,
         audio_goes_on: true,
     },
     Case {
-        what: "e-stop pressed",
-        lay: |rig| faults(rig).press_estop(true),
-        told: |trip| *trip == Trip::EmergencyStop,
+        name: "e-stop pressed",
+        inject: |rig| faults(rig).press_estop(true),
+        is_expected: |trip| *trip == Trip::EmergencyStop,
         within_s: 0.005,
         audio_goes_on: true,
     },
     Case {
-        what: "e-stop wire cut",
-        lay: |rig| faults(rig).cut_estop_wire(true),
-        told: |trip| *trip == Trip::EmergencyStop,
+        name: "e-stop wire cut",
+        inject: |rig| faults(rig).cut_estop_wire(true),
+        is_expected: |trip| *trip == Trip::EmergencyStop,
         within_s: 0.005,
         audio_goes_on: true,
     },
     Case {
-        what: "GPIO chip gone",
-        lay: |rig| faults(rig).remove_gpio(true),
-        told: |trip| matches!(trip, Trip::Gpio { .. }),
+        name: "GPIO chip gone",
+        inject: |rig| faults(rig).remove_gpio(true),
+        is_expected: |trip| matches!(trip, Trip::Gpio { .. }),
         within_s: 0.005,
         audio_goes_on: true,
     },
     Case {
-        what: "output halted",
-        lay: |rig| faults(rig).halt_audio(Direction::Output, true),
-        told: |trip| matches!(trip, Trip::AudioSilent | Trip::Readback { .. }),
+        name: "output halted",
+        inject: |rig| faults(rig).halt_audio(Direction::Output, true),
+        is_expected: |trip| matches!(trip, Trip::AudioSilent | Trip::Readback { .. }),
         within_s: SILENCE_S,
         audio_goes_on: false,
     },
     Case {
-        what: "input halted",
-        lay: |rig| faults(rig).halt_audio(Direction::Input, true),
-        told: |trip| matches!(trip, Trip::AudioSilent | Trip::ReadbackMissing),
+        name: "input halted",
+        inject: |rig| faults(rig).halt_audio(Direction::Input, true),
+        is_expected: |trip| matches!(trip, Trip::AudioSilent | Trip::ReadbackMissing),
         within_s: SILENCE_S,
         audio_goes_on: true,
     },
     Case {
-        what: "card lost by the output",
-        lay: |rig| faults(rig).lose_card(Direction::Output),
-        told: |trip| matches!(trip, Trip::AudioLost),
+        name: "card lost by the output",
+        inject: |rig| faults(rig).lose_card(Direction::Output),
+        is_expected: |trip| matches!(trip, Trip::AudioLost),
         within_s: 0.02,
         audio_goes_on: false,
     },
     Case {
-        what: "card lost by the input",
-        lay: |rig| faults(rig).lose_card(Direction::Input),
-        told: |trip| matches!(trip, Trip::AudioLost),
+        name: "card lost by the input",
+        inject: |rig| faults(rig).lose_card(Direction::Input),
+        is_expected: |trip| matches!(trip, Trip::AudioLost),
         within_s: 0.02,
         audio_goes_on: false,
     },
     Case {
-        what: "force sensor unplugged",
-        lay: |rig| faults(rig).unplug_force(),
-        told: |trip| matches!(trip, Trip::ForceSilent | Trip::Fault { .. }),
+        name: "force sensor unplugged",
+        inject: |rig| faults(rig).unplug_force(),
+        is_expected: |trip| matches!(trip, Trip::ForceSilent | Trip::Fault { .. }),
         within_s: SILENCE_S,
         audio_goes_on: true,
     },
     Case {
-        what: "force sensor silent",
-        lay: |rig| faults(rig).force(ForceFault::Silent(true)),
-        told: |trip| *trip == Trip::ForceSilent,
+        name: "force sensor silent",
+        inject: |rig| faults(rig).force(ForceFault::Silent(true)),
+        is_expected: |trip| *trip == Trip::ForceSilent,
         within_s: SILENCE_S,
         audio_goes_on: true,
     },
     Case {
-        what: "4 N on the plate",
-        lay: |rig| rig.apparatus.masses().place(Axis::Normal, 0.4),
-        told: |trip| matches!(trip, Trip::ForceLimit { .. }),
+        name: "4 N on the plate",
+        inject: |rig| rig.apparatus.masses().place(Axis::Normal, 0.4),
+        is_expected: |trip| matches!(trip, Trip::ForceLimit { .. }),
         within_s: 0.1,
         audio_goes_on: true,
     },
     Case {
-        what: "4 N along the plate",
-        lay: |rig| rig.apparatus.masses().place(Axis::Lateral, 0.4),
-        told: |trip| matches!(trip, Trip::LateralForceLimit { lateral_n, .. } if *lateral_n > 3.0),
+        name: "4 N along the plate",
+        inject: |rig| rig.apparatus.masses().place(Axis::Lateral, 0.4),
+        is_expected: |trip| matches!(trip, Trip::LateralForceLimit { lateral_n, .. } if *lateral_n > 3.0),
         within_s: 0.1,
         audio_goes_on: true,
     },
     Case {
-        what: "4 N back along the plate",
-        lay: |rig| rig.apparatus.masses().place(Axis::Lateral, -0.4),
-        told: |trip| matches!(trip, Trip::LateralForceLimit { lateral_n, .. } if *lateral_n < -3.0),
+        name: "4 N back along the plate",
+        inject: |rig| rig.apparatus.masses().place(Axis::Lateral, -0.4),
+        is_expected: |trip| matches!(trip, Trip::LateralForceLimit { lateral_n, .. } if *lateral_n < -3.0),
         within_s: 0.1,
         audio_goes_on: true,
     },
 ];
 
 /// Returns the trip of a driven bench with a changed description.
-fn trips_on(changes: &[(&str, &str)], lay: fn(&mut Rig), within_s: f64) -> Trip {
+fn trips_on(changes: &[(&str, &str)], inject: fn(&mut Rig), within_s: f64) -> Trip {
     let mut rig = Rig::new(Scenario::default(), config(changes), None);
     rig.drive();
-    lay(&mut rig);
+    inject(&mut rig);
     let until_ns = rig.apparatus.now_ns() + (within_s * 1e9) as u64;
     while rig.apparatus.now_ns() < until_ns {
         if let SafetyState::Tripped { trip } = rig.tick() {
@@ -208,25 +208,25 @@ fn what_the_generator_must_not_play_is_refused_clamped_to_zero_and_stops_the_ben
         );
     }
     // Past that check, as a program error would be: 120 V on a bench with a limit of 55 V.
-    let other = DriveSettings::new(DriveConfig {
+    let strong_settings = DriveSettings::new(DriveConfig {
         limit_v: 150.0,
         volts_per_unit: 200.0,
         sample_rate_hz: 192_000,
         ramp_s: 0.05,
     });
-    let program = other.unwrap().admit(tone(120.0)).unwrap();
+    let program = strong_settings.unwrap().admit(tone(120.0)).unwrap();
     let mut rig = Rig::driven();
     rig.pass(0.3);
     rig.bench.drive.start(program);
-    let asked_ns = rig.apparatus.now_ns();
+    let request_ns = rig.apparatus.now_ns();
     let trip = loop {
         if let SafetyState::Tripped { trip } = rig.tick() {
             break trip;
         }
     };
     assert_eq!(trip, Trip::Generator);
-    let took_s = (rig.apparatus.now_ns() - asked_ns) as f64 * 1e-9;
-    assert!(took_s < 0.02, "{took_s} s");
+    let delay_s = (rig.apparatus.now_ns() - request_ns) as f64 * 1e-9;
+    assert!(delay_s < 0.02, "{delay_s} s");
     for _ in 0..500 {
         assert!(matches!(rig.tick(), SafetyState::Tripped { .. }));
     }
@@ -288,25 +288,25 @@ struct Stop {
 impl Case {
     /// Injects the fault, and waits until the drive is silent.
     fn stop(&self, rig: &mut Rig) -> Stop {
-        let what = self.what;
-        (self.lay)(rig);
-        let laid_ns = rig.apparatus.now_ns();
-        let since_s = |rig: &Rig| (rig.apparatus.now_ns() - laid_ns) as f64 * 1e-9;
+        let name = self.name;
+        (self.inject)(rig);
+        let fault_ns = rig.apparatus.now_ns();
+        let since_s = |rig: &Rig| (rig.apparatus.now_ns() - fault_ns) as f64 * 1e-9;
         let trip = loop {
             if let SafetyState::Tripped { trip } = rig.tick() {
                 break trip;
             }
             assert!(
                 since_s(rig) < self.within_s,
-                "{what}: not within {} s",
+                "{name}: not within {} s",
                 self.within_s
             );
         };
-        assert!((self.told)(&trip), "{what}: {trip}");
+        assert!((self.is_expected)(&trip), "{name}: {trip}");
         let tripped_s = since_s(rig);
         while self.audio_goes_on && rig.bench.drive.sounds() {
             rig.tick();
-            assert!(since_s(rig) < tripped_s + 0.02, "{what}: sounds on");
+            assert!(since_s(rig) < tripped_s + 0.02, "{name}: sounds on");
         }
         Stop {
             tripped_s,
@@ -318,8 +318,14 @@ impl Case {
 /// Formats the median, the 99th percentile and the maximum of these times, in ms.
 pub fn quantiles_ms(mut times_s: Vec<f64>) -> String {
     times_s.sort_by(f64::total_cmp);
-    let at = |share: f64| 1e3 * times_s[((times_s.len() - 1) as f64 * share).round() as usize];
-    format!("{:.1} / {:.1} / {:.1} ms", at(0.5), at(0.99), at(1.0))
+    let quantile_ms =
+        |share: f64| 1e3 * times_s[((times_s.len() - 1) as f64 * share).round() as usize];
+    format!(
+        "{:.1} / {:.1} / {:.1} ms",
+        quantile_ms(0.5),
+        quantile_ms(0.99),
+        quantile_ms(1.0)
+    )
 }
 
 /// Faults 5, 16, 17, 18, 21, 23.
@@ -339,7 +345,7 @@ fn faults_at_random_moments_stop_the_drive_in_time() {
         let tripped = quantiles_ms(stops.iter().map(|stop| stop.tripped_s).collect());
         let silent = quantiles_ms(stops.iter().map(|stop| stop.silent_s).collect());
         let text = format!("median / 99 % / worst: tripped {tripped}, silent {silent}");
-        campaign::report(&format!("stop: {}", case.what), count, &text);
+        campaign::report(&format!("stop: {}", case.name), count, &text);
     }
 }
 
@@ -348,31 +354,31 @@ fn faults_at_random_moments_stop_the_drive_in_time() {
 #[test]
 fn the_drive_is_silent_in_time_and_what_was_recorded_is_kept() {
     for case in CASES {
-        let what = case.what;
+        let name = case.name;
         let mut rig = Rig::driven();
         rig.pass(0.2);
         let folder = rig.begin("kept");
         rig.pass(0.5);
-        assert!(rig.bench.drive.sounds(), "{what}");
+        assert!(rig.bench.drive.sounds(), "{name}");
 
-        let laid_ns = rig.apparatus.now_ns();
-        let since_s = |rig: &Rig| (rig.apparatus.now_ns() - laid_ns) as f64 * 1e-9;
+        let fault_ns = rig.apparatus.now_ns();
+        let since_s = |rig: &Rig| (rig.apparatus.now_ns() - fault_ns) as f64 * 1e-9;
         let tripped_s = case.stop(&mut rig).tripped_s;
 
         // Neither time nor a new drive request restarts the drive.
         rig.drive();
         while since_s(&rig) < tripped_s + 0.5 {
-            assert!(matches!(rig.tick(), SafetyState::Tripped { .. }), "{what}");
+            assert!(matches!(rig.tick(), SafetyState::Tripped { .. }), "{name}");
             assert!(
                 !case.audio_goes_on || !rig.bench.drive.sounds(),
-                "{what}: sounds again"
+                "{name}: sounds again"
             );
         }
 
         rig.end();
         let reader = RecordingReader::open(&folder).unwrap();
         let kept_s = reader.frames() as f64 / f64::from(reader.format().sample_rate_hz);
-        assert!(kept_s > 0.49, "{what}: {kept_s} s kept");
+        assert!(kept_s > 0.49, "{name}: {kept_s} s kept");
     }
 }
 
@@ -382,13 +388,13 @@ fn the_drive_is_silent_in_time_and_what_was_recorded_is_kept() {
 fn a_bouncing_e_stop_stops_once_and_only_the_operator_brings_the_drive_back() {
     let mut rig = Rig::driven();
     rig.pass(0.3);
-    let (mut trips, mut before) = (0, rig.tick());
+    let (mut trips, mut last_state) = (0, rig.tick());
     for step in 0..40 {
         rig.apparatus.faults().press_estop(step % 2 == 0);
-        let now = rig.tick();
+        let state = rig.tick();
         let tripped = |state: &SafetyState| matches!(state, SafetyState::Tripped { .. });
-        trips += u32::from(tripped(&now) && !tripped(&before));
-        before = now;
+        trips += u32::from(tripped(&state) && !tripped(&last_state));
+        last_state = state;
     }
     rig.apparatus.faults().press_estop(false);
     for _ in 0..200 {
@@ -447,10 +453,10 @@ fn a_watch_that_hangs_leaves_no_drive_and_trips_when_it_goes_on() {
     while since_s(&rig) < 0.5 {
         rig.tick();
     }
-    let again = rig.record.frames[silent..]
+    let later_v = rig.record.frames[silent..]
         .iter()
         .map(|frame| frame.drive_v.norm());
-    let most_v = again.fold(0.0, f64::max);
+    let most_v = later_v.fold(0.0, f64::max);
     assert!(most_v < 0.5, "{most_v} V unwatched");
     rig.hang_watch(false);
     let SafetyState::Tripped {
@@ -473,14 +479,14 @@ fn a_card_that_stays_silent_ends_the_program_and_the_recording_reads() {
         faults(&rig).halt_audio(direction, true);
     }
     let halted_ns = rig.apparatus.now_ns();
-    let ended = loop {
-        if let Err(ended) = rig.try_tick() {
-            break ended.to_string();
+    let error = loop {
+        if let Err(error) = rig.try_tick() {
+            break error.to_string();
         }
     };
     assert!(
-        ended.contains("nothing for 10 s") && ended.contains("plugged in"),
-        "{ended}"
+        error.contains("nothing for 10 s") && error.contains("plugged in"),
+        "{error}"
     );
     let silent_s = (rig.apparatus.now_ns() - halted_ns) as f64 * 1e-9;
     assert!((9.9..10.1).contains(&silent_s), "{silent_s} s");

@@ -49,17 +49,17 @@ impl OutputLine for Cuttable {
 
 /// The operator's events and actions.
 struct Operator {
-    seen: Sender<tui::Event>,
-    asked: Receiver<tui::Action>,
+    events: Sender<tui::Event>,
+    actions: Receiver<tui::Action>,
 }
 
 impl Front for Operator {
     fn show(&mut self, event: tui::Event) {
-        let _ = self.seen.send(event);
+        let _ = self.events.send(event);
     }
 
     fn action(&mut self) -> Option<tui::Action> {
-        self.asked.try_recv().ok()
+        self.actions.try_recv().ok()
     }
 }
 
@@ -69,11 +69,11 @@ pub(crate) struct Rig {
     pub(crate) tasks: Vec<Box<dyn Task>>,
     pub(crate) heartbeat_cut: Arc<AtomicBool>,
     pub(crate) ask: Sender<tui::Action>,
-    pub(crate) seen: Receiver<tui::Event>,
+    pub(crate) events: Receiver<tui::Event>,
     pub(crate) phase: Option<PhaseKind>,
     pub(crate) warnings: Vec<String>,
     pub(crate) errors: Vec<String>,
-    pub(crate) begun: Arc<Mutex<Vec<PathBuf>>>,
+    pub(crate) folders: Arc<Mutex<Vec<PathBuf>>>,
     pub(crate) signals: Arc<Signals>,
     pub(crate) tamper: Tamper,
     pub(crate) tampered: u64,
@@ -117,12 +117,12 @@ impl Rig {
         } = bench;
 
         let temp = tempfile::tempdir().unwrap();
-        let begun: Arc<Mutex<Vec<PathBuf>>> = Arc::default();
+        let folders: Arc<Mutex<Vec<PathBuf>>> = Arc::default();
         let begin = {
-            let (folder, begun) = (temp.path().to_owned(), begun.clone());
+            let (folder, folders) = (temp.path().to_owned(), folders.clone());
             Box::new(move |key: &TrialKey, _: &protocols::Drive, _: &Effective| {
                 let path = folder.join(format!("{}-{}", key.number, key.attempt));
-                begun.lock().unwrap().push(path.clone());
+                folders.lock().unwrap().push(path.clone());
                 Ok(begin(&path, RATE_HZ, CHANNELS))
             })
         };
@@ -132,8 +132,8 @@ impl Rig {
                 Ok(settings.admit(waveform(drive, &config))?)
             })
         };
-        let (ask, asked) = crossbeam_channel::unbounded();
-        let (show, seen) = crossbeam_channel::unbounded();
+        let (ask, actions) = crossbeam_channel::unbounded();
+        let (show, events) = crossbeam_channel::unbounded();
         let (entries, journal) = entry_queue();
         let watched = signals.clone();
         let (refits, fits, refit) = Refit::new(
@@ -152,7 +152,10 @@ impl Rig {
             drive,
             screen: ParticipantScreen::new(&protocol, config.plate.length_m, button.is_none()),
             readiness: Readiness::new(button),
-            front: Box::new(Operator { seen: show, asked }),
+            front: Box::new(Operator {
+                events: show,
+                actions,
+            }),
             watchers: Vec::new(),
             displays: friction_bench::displays::Displays::default(),
             sound: None,
@@ -190,11 +193,11 @@ impl Rig {
             tasks,
             heartbeat_cut,
             ask,
-            seen,
+            events,
             phase: None,
             warnings: Vec::new(),
             errors: Vec::new(),
-            begun,
+            folders,
             signals: watched,
             tamper: Tamper::Nothing,
             tampered: 0,
@@ -203,9 +206,9 @@ impl Rig {
             _life: life,
             _temp: temp,
         };
-        rig.until(PhaseKind::Idle);
+        rig.run_until(PhaseKind::Idle);
         rig.ask(tui::Action::Start);
-        rig.until(PhaseKind::Baseline);
+        rig.run_until(PhaseKind::Baseline);
         rig
     }
 
@@ -221,8 +224,8 @@ impl Rig {
                 task.poll(now_ns).unwrap();
             }
         }
-        self.tamper.with(&self.signals, &mut self.tampered);
-        for event in self.seen.try_iter() {
+        self.tamper.apply(&self.signals, &mut self.tampered);
+        for event in self.events.try_iter() {
             match event {
                 tui::Event::Phase(phase) => self.phase = Some(phase.kind),
                 tui::Event::Log { level, text } => match level {
@@ -242,7 +245,7 @@ impl Rig {
         }
     }
 
-    pub(crate) fn until(&mut self, phase: PhaseKind) {
+    pub(crate) fn run_until(&mut self, phase: PhaseKind) {
         let until_ns = self.apparatus.now_ns() + 3_000_000_000;
         while self.phase != Some(phase) {
             assert!(self.apparatus.now_ns() < until_ns, "{:?}", self.phase);
@@ -251,10 +254,10 @@ impl Rig {
     }
 
     /// Returns the kinds and texts of the events of each recording, in order.
-    pub(crate) fn told(&mut self) -> Vec<Vec<(EventKind, u64, String)>> {
+    pub(crate) fn recorded_events(&mut self) -> Vec<Vec<(EventKind, u64, String)>> {
         self.pass(0.05);
-        let begun = self.begun.lock().unwrap();
-        begun
+        let folders = self.folders.lock().unwrap();
+        folders
             .iter()
             .map(|folder| {
                 let events = events(folder).into_iter();

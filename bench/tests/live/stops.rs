@@ -29,37 +29,37 @@ fn pause_resume_and_redo_are_marked_where_they_fall() {
     let mut rig = Rig::new(&[]);
     rig.pass(0.3);
     rig.ask(tui::Action::PauseNow(attempt(1)));
-    rig.until(PhaseKind::Paused);
+    rig.run_until(PhaseKind::Paused);
     rig.pass(0.1);
     rig.ask(tui::Action::Resume);
-    rig.until(PhaseKind::Baseline);
+    rig.run_until(PhaseKind::Baseline);
     rig.pass(0.3);
     rig.ask(tui::Action::Redo(attempt(2)));
     rig.pass(0.3);
     rig.ask(tui::Action::Abort);
-    let told = rig.told();
-    let [first, second, third] = &told[..] else {
-        panic!("{told:?}");
+    let recordings = rig.recorded_events();
+    let [first, second, third] = &recordings[..] else {
+        panic!("{recordings:?}");
     };
-    let begins = |kind, text: &str| (kind, 0, text.to_owned());
+    let start_event = |kind, text: &str| (kind, 0, text.to_owned());
     // 0.3 s at 192 kHz, plus some milliseconds for the tasks.
-    let ends = |events: &[(EventKind, u64, String)], kind: EventKind| {
+    let require_end = |events: &[(EventKind, u64, String)], kind: EventKind| {
         let last = events.last().unwrap();
         assert_eq!(last.0, kind, "{events:?}");
         assert!((57_000..60_000).contains(&last.1), "{events:?}");
     };
     assert_eq!(first.len(), 1, "{first:?}");
-    ends(first, EventKind::Pause);
+    require_end(first, EventKind::Pause);
     assert_eq!(
         second[..2],
         [
-            begins(EventKind::Resume, "after a pause"),
-            begins(EventKind::Redo, "attempt 2")
+            start_event(EventKind::Resume, "after a pause"),
+            start_event(EventKind::Redo, "attempt 2")
         ]
     );
-    ends(second, EventKind::Redo);
-    assert_eq!(third[0], begins(EventKind::Redo, "attempt 3"));
-    ends(third, EventKind::Abort);
+    require_end(second, EventKind::Redo);
+    assert_eq!(third[0], start_event(EventKind::Redo, "attempt 3"));
+    require_end(third, EventKind::Abort);
     assert_eq!((second.len(), third.len()), (3, 2));
 }
 
@@ -76,7 +76,10 @@ fn the_operator_is_told_of_a_flag_once() {
     };
     assert!(line.starts_with("force frames lost: 3; from "), "{line}");
     rig.ask(tui::Action::Abort);
-    let kinds: Vec<_> = rig.told()[0].iter().map(|event| event.0).collect();
+    let kinds: Vec<_> = rig.recorded_events()[0]
+        .iter()
+        .map(|event| event.0)
+        .collect();
     assert_eq!(kinds, [EventKind::ForceLost, EventKind::Abort]);
     assert_eq!(rig.warnings.len(), 1);
 }
@@ -87,8 +90,8 @@ fn a_stall_longer_than_the_queue_stops_the_drive_while_the_disk_still_hangs() {
     let mut rig = Rig::new(&[]);
     rig.pass(0.2);
     let mut tasks = rig.tasks.iter();
-    let at = tasks.position(|task| task.name() == "recorder").unwrap();
-    let hung = rig.tasks.remove(at);
+    let index = tasks.position(|task| task.name() == "recorder").unwrap();
+    let recorder_task = rig.tasks.remove(index);
     // The queue is sized for an encoder too, which this bench lacks, so it lasts longer.
     let mut waits = 0..90;
     while rig.phase != Some(PhaseKind::Paused) && waits.next().is_some() {
@@ -115,7 +118,7 @@ fn a_stall_longer_than_the_queue_stops_the_drive_while_the_disk_still_hangs() {
     assert_eq!(rig.journal.try_iter().filter(not_saved).count(), 1);
     // The recorder's late report does not count as another fault.
     let errors = rig.errors.len();
-    rig.tasks.insert(at, hung);
+    rig.tasks.insert(index, recorder_task);
     rig.pass(0.1);
     assert_eq!(rig.errors.len(), errors, "{:?}", rig.errors);
 }
@@ -123,7 +126,7 @@ fn a_stall_longer_than_the_queue_stops_the_drive_while_the_disk_still_hangs() {
 /// Fault 35.
 #[test]
 fn a_session_that_goes_on_after_the_programs_end_says_so() {
-    let lost = TrialRecord {
+    let crashed = TrialRecord {
         key: TrialKey {
             number: 1,
             attempt: 1,
@@ -135,11 +138,11 @@ fn a_session_that_goes_on_after_the_programs_end_says_so() {
         },
         analysis: None,
     };
-    let mut rig = Rig::new(&[lost]);
+    let mut rig = Rig::new(&[crashed]);
     rig.pass(0.1);
     rig.ask(tui::Action::Abort);
-    let told = rig.told();
-    let kinds: Vec<_> = told[0]
+    let recordings = rig.recorded_events();
+    let kinds: Vec<_> = recordings[0]
         .iter()
         .map(|event| (event.0, event.1 == 0))
         .collect();
@@ -151,13 +154,13 @@ fn a_session_that_goes_on_after_the_programs_end_says_so() {
             (EventKind::Abort, false)
         ]
     );
-    assert_eq!(told[0][0].2, "after the program's end");
+    assert_eq!(recordings[0][0].2, "after the program's end");
 }
 
 /// Puts 4 N on an axis of the force sensor, or removes them.
-fn weigh(rig: &Rig, axis: Axis, on: bool) {
+fn weigh(rig: &Rig, axis: Axis, is_on: bool) {
     let masses = rig.apparatus.masses();
-    if on {
+    if is_on {
         masses.place(axis, 0.4);
     } else {
         masses.remove();
@@ -171,29 +174,35 @@ fn a_stop_is_marked_by_its_reason() {
     let mut kinds = Vec::new();
     type Fault = fn(&Rig, bool);
     let faults: [(Fault, &str); 4] = [
-        (|rig, on| rig.apparatus.faults().press_estop(on), "e-stop"),
         (
-            |rig, on| rig.heartbeat_cut.store(on, Ordering::Relaxed),
+            |rig, is_on| rig.apparatus.faults().press_estop(is_on),
+            "e-stop",
+        ),
+        (
+            |rig, is_on| rig.heartbeat_cut.store(is_on, Ordering::Relaxed),
             "reads back",
         ),
-        (|rig, on| weigh(rig, Axis::Normal, on), "normal force"),
-        (|rig, on| weigh(rig, Axis::Lateral, on), "lateral force"),
+        (|rig, is_on| weigh(rig, Axis::Normal, is_on), "normal force"),
+        (
+            |rig, is_on| weigh(rig, Axis::Lateral, is_on),
+            "lateral force",
+        ),
     ];
     for (fault, words) in faults {
         rig.pass(0.4);
         fault(&rig, true);
-        rig.until(PhaseKind::Paused);
-        let said = rig.errors.last().unwrap();
-        assert!(said.contains(words), "{said}");
+        rig.run_until(PhaseKind::Paused);
+        let error = rig.errors.last().unwrap();
+        assert!(error.contains(words), "{error}");
         fault(&rig, false);
         rig.pass(0.5);
         rig.ask(tui::Action::Rearm);
         rig.pass(0.1);
         rig.ask(tui::Action::Resume);
-        rig.until(PhaseKind::Baseline);
+        rig.run_until(PhaseKind::Baseline);
     }
     rig.ask(tui::Action::Abort);
-    for recording in rig.told() {
+    for recording in rig.recorded_events() {
         kinds.push(recording.iter().map(|event| event.0).collect::<Vec<_>>());
     }
     use EventKind::{Abort, EmergencyStop, ReadbackMismatch, Redo, Resume, Safe};
@@ -212,11 +221,14 @@ fn a_stop_is_marked_by_its_reason() {
 impl Rig {
     /// Returns the peak of the drive as read back now, V.
     fn volts(&self) -> f64 {
-        self.signals.readback.get().map_or(0.0, |now| now.volts)
+        self.signals
+            .readback
+            .get()
+            .map_or(0.0, |reading| reading.volts)
     }
 
     /// Waits until the drive is at the crest of its modulation, which takes a period.
-    fn until_crest(&mut self) {
+    fn run_until_crest(&mut self) {
         let mut most_v = 0.0f64;
         for _ in 0..2_000 {
             self.tick();
@@ -230,14 +242,14 @@ impl Rig {
     }
 
     /// Returns the time until an error is reported to the operator, s.
-    fn told_within_s(&mut self) -> f64 {
-        let (laid_ns, told) = (self.apparatus.now_ns(), self.errors.len());
-        while self.errors.len() == told {
-            let waited_ns = self.apparatus.now_ns() - laid_ns;
+    fn alarm_delay_s(&mut self) -> f64 {
+        let (fault_ns, errors) = (self.apparatus.now_ns(), self.errors.len());
+        while self.errors.len() == errors {
+            let waited_ns = self.apparatus.now_ns() - fault_ns;
             assert!(waited_ns < 1_000_000_000, "nobody was told");
             self.tick();
         }
-        (self.apparatus.now_ns() - laid_ns) as f64 * 1e-9
+        (self.apparatus.now_ns() - fault_ns) as f64 * 1e-9
     }
 
     /// Returns the reasons of the stops in the session's log so far.
@@ -266,30 +278,33 @@ fn a_dead_amplifier_and_half_the_gain_stop_a_session_within_50_ms() {
         }),
         ("half the gain", |rig| rig.tamper = Tamper::Gain(0.5)),
     ];
-    for (what, lay) in faults {
+    for (name, inject) in faults {
         let mut rig = Rig::new(&[]);
         rig.pass(0.4);
-        rig.until_crest();
-        assert_eq!(rig.errors, Vec::<String>::new(), "{what}");
-        lay(&mut rig);
-        let told_s = rig.told_within_s();
-        println!("{what}: stopped after {:.1} ms", 1e3 * told_s);
-        assert!(told_s < 0.05, "{what}: {told_s} s");
+        rig.run_until_crest();
+        assert_eq!(rig.errors, Vec::<String>::new(), "{name}");
+        inject(&mut rig);
+        let alarm_s = rig.alarm_delay_s();
+        println!("{name}: stopped after {:.1} ms", 1e3 * alarm_s);
+        assert!(alarm_s < 0.05, "{name}: {alarm_s} s");
         let state = rig.signals.state.get().unwrap();
         let readback = |trip: &Trip| matches!(trip, Trip::Readback { .. });
         assert!(
             matches!(&state, SafetyState::Tripped { trip } if readback(trip)),
-            "{what}: {state:?}"
+            "{name}: {state:?}"
         );
         assert!(rig.errors[0].contains("reads back"), "{:?}", rig.errors);
         rig.tamper = Tamper::Nothing;
         rig.pass(0.06);
-        assert!(rig.volts() < 0.1, "{what}: {} V", rig.volts());
-        let kinds: Vec<_> = rig.told()[0].iter().map(|event| event.0).collect();
+        assert!(rig.volts() < 0.1, "{name}: {} V", rig.volts());
+        let kinds: Vec<_> = rig.recorded_events()[0]
+            .iter()
+            .map(|event| event.0)
+            .collect();
         assert_eq!(
             kinds,
             [EventKind::ReadbackMismatch, EventKind::Abort],
-            "{what}"
+            "{name}"
         );
     }
 }
@@ -301,12 +316,12 @@ fn a_plate_that_is_alive_while_a_session_is_paused_is_an_alarm_with_what_to_do()
     let mut rig = Rig::new(&[]);
     rig.pass(0.3);
     rig.ask(tui::Action::PauseNow(attempt(1)));
-    rig.until(PhaseKind::Paused);
+    rig.run_until(PhaseKind::Paused);
     rig.pass(0.5);
     assert!(rig.logged_stops().is_empty() && rig.errors.is_empty());
     rig.tamper = Tamper::Alive(12.0);
-    let told_s = rig.told_within_s();
-    assert!(told_s < 0.05, "{told_s} s");
+    let alarm_s = rig.alarm_delay_s();
+    assert!(alarm_s < 0.05, "{alarm_s} s");
     let alarm = rig.errors[0].clone();
     for word in [
         "12.0 V although nothing is played",
@@ -325,7 +340,7 @@ fn a_plate_that_is_alive_after_the_e_stop_is_an_alarm_of_its_own_and_cannot_be_r
     let mut rig = Rig::new(&[]);
     rig.pass(0.3);
     rig.apparatus.faults().press_estop(true);
-    rig.until(PhaseKind::Paused);
+    rig.run_until(PhaseKind::Paused);
     rig.tamper = Tamper::Alive(12.0);
     rig.pass(0.5);
     let [estop, alive] = &rig.logged_stops()[..] else {
@@ -357,11 +372,11 @@ fn a_session_that_hung_for_long_says_what_it_did_not_see_and_stops() {
     rig.pass(8.5);
     rig.session_hangs = false;
     rig.pass(0.02);
-    let told = rig
+    let error = rig
         .errors
         .iter()
         .find(|text| text.contains("did not reach"));
-    assert!(told.is_some(), "{:?}", rig.errors);
+    assert!(error.is_some(), "{:?}", rig.errors);
     let state = rig.signals.state.get();
     assert!(
         matches!(state, Some(SafetyState::Tripped { .. })),

@@ -14,13 +14,13 @@ use crate::rig::{RATE_HZ, Rig, events};
 fn the_frames_that_an_xrun_swallows_are_counted_exactly_and_time_stays_true() {
     let mut rig = Rig::driven();
     rig.pass(0.5);
-    let mut lost = 0;
+    let mut lost_frames = 0;
     for frames in [1, 191, 192, 1000, 4807] {
         rig.apparatus.faults().xrun(Direction::Input, frames);
         rig.pass(0.1);
-        lost += frames;
+        lost_frames += frames;
         assert_eq!(
-            rig.account.lost_frames, lost,
+            rig.account.lost_frames, lost_frames,
             "after an xrun of {frames} frames"
         );
     }
@@ -76,12 +76,12 @@ fn an_xrun_without_a_loss_leaves_no_gap() {
 fn frames_that_the_output_alone_lost_are_counted_exactly_and_cost_the_frames_about_them() {
     let mut rig = Rig::driven();
     rig.pass(0.5);
-    for (n, lost) in (0..).zip([1, 191, 192, 1000]) {
+    for (n, gap_frames) in (0..).zip([1, 191, 192, 1000]) {
         let folder = rig.begin(&format!("output-{n}"));
         rig.pass(0.3);
         let before = rig.account;
         let now_s = rig.apparatus.now_ns() as f64 * 1e-9;
-        rig.apparatus.faults().xrun(Direction::Output, lost);
+        rig.apparatus.faults().xrun(Direction::Output, gap_frames);
         rig.pass(0.4);
         rig.end();
         assert_eq!(rig.account.output_xruns, before.output_xruns + 1);
@@ -89,8 +89,11 @@ fn frames_that_the_output_alone_lost_are_counted_exactly_and_cost_the_frames_abo
         let [(kind, sample, frames, text)] = &events(&folder)[..] else {
             panic!("{:?}", events(&folder));
         };
-        assert_eq!((*kind, *frames), (EventKind::OutputXrun, Some(lost)));
-        assert_eq!(*text, format!("the drive paused for exactly {lost} frames"));
+        assert_eq!((*kind, *frames), (EventKind::OutputXrun, Some(gap_frames)));
+        assert_eq!(
+            *text,
+            format!("the drive paused for exactly {gap_frames} frames")
+        );
         let at_s = *sample as f64 / f64::from(RATE_HZ);
         assert!((0.295..0.32).contains(&at_s), "{at_s} s");
         let warning = rig.warnings.pop().unwrap();
@@ -103,11 +106,11 @@ fn frames_that_the_output_alone_lost_are_counted_exactly_and_cost_the_frames_abo
         let manifest = RecordingReader::open(&folder).unwrap().manifest().clone();
         assert_eq!(manifest.drive_gaps_s(RATE_HZ).len(), 1);
         let series = rig.record.series(now_s - 0.1, now_s + 0.2);
-        let broken: Vec<f64> = (series.time_s.iter().zip(&series.validity))
+        let gap_times_s: Vec<f64> = (series.time_s.iter().zip(&series.validity))
             .filter(|(_, validity)| **validity == Validity::DriveGap)
             .map(|(time_s, _)| *time_s)
             .collect();
-        let (from_s, to_s) = (broken[0], broken[broken.len() - 1]);
+        let (from_s, to_s) = (gap_times_s[0], gap_times_s[gap_times_s.len() - 1]);
         assert!(
             from_s < now_s && now_s + 0.015 < to_s,
             "{from_s} {to_s} {now_s}"
@@ -131,11 +134,11 @@ fn an_output_xrun_that_cost_nothing_costs_no_frame() {
     rig.pass(0.1);
     rig.end();
     let events = events(&folder);
-    let [(_, _, Some(0), none), (_, sample, Some(frames), unknown)] = &events[..] else {
+    let [(_, _, Some(0), no_gap), (_, sample, Some(frames), unknown)] = &events[..] else {
         panic!("{events:?}");
     };
     assert!(
-        none.contains("without a gap") && unknown.contains("not known"),
+        no_gap.contains("without a gap") && unknown.contains("not known"),
         "{events:?}"
     );
     let (from_s, lasts_s) = (*sample as f64 / 192e3, *frames as f64 / 192e3);

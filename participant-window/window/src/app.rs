@@ -44,9 +44,9 @@ struct Screen {
     surface: Surface<Rc<Window>, Rc<Window>>,
     page: Page,
     display: Display,
-    chosen: OnMonitor,
+    chosen_monitor: OnMonitor,
     /// Time at which the next frame is due.
-    due: Instant,
+    next_frame: Instant,
     /// Time from the start of a frame to its presentation, s.
     lead_s: f64,
     moving: Moving,
@@ -79,7 +79,7 @@ impl App {
     }
 
     fn open(&mut self, events: &ActiveEventLoop) -> Result<(), WindowError> {
-        let monitor = monitor::chosen(events, self.options.monitor.as_deref())?;
+        let monitor = monitor::choose(events, self.options.monitor.as_deref())?;
         let size = monitor.size();
         // Without a window manager the window is not resized, so it starts as large as the monitor.
         let attributes = Window::default_attributes()
@@ -93,9 +93,9 @@ impl App {
         let context = Context::new(window.clone()).map_err(failed)?;
         let surface = Surface::new(&context, window.clone()).map_err(failed)?;
         let name = monitor::name(&monitor);
-        let known_m = self.scales.pixel_m(&name, (size.width, size.height));
-        let pixel_m = known_m.unwrap_or(ASSUMED_PIXEL_M);
-        if self.options.ruler || known_m.is_none() {
+        let stored_m = self.scales.pixel_m(&name, (size.width, size.height));
+        let pixel_m = stored_m.unwrap_or(ASSUMED_PIXEL_M);
+        if self.options.ruler || stored_m.is_none() {
             self.ruler = Some(Ruler::new(size.width, pixel_m));
         }
         let display = Display {
@@ -112,8 +112,8 @@ impl App {
             surface,
             page,
             display,
-            chosen: monitor::identity(&monitor),
-            due: Instant::now(),
+            chosen_monitor: monitor::identity(&monitor),
+            next_frame: Instant::now(),
             lead_s: 0.0,
             moving: Moving::default(),
             stale: true,
@@ -127,32 +127,34 @@ impl App {
             return Ok(None);
         };
         let now = Instant::now();
-        if now < screen.due {
-            return Ok(Some(screen.due));
+        if now < screen.next_frame {
+            return Ok(Some(screen.next_frame));
         }
         let refresh = Duration::from_secs_f64(screen.display.refresh_s);
         // Late frames are not made up for.
-        screen.due = (screen.due + refresh).max(now);
+        screen.next_frame = (screen.next_frame + refresh).max(now);
         if let Some(ruler) = &self.ruler {
             if screen.stale {
                 screen.show_ruler(ruler, &self.face)?;
             }
-            return Ok(Some(screen.due));
+            return Ok(Some(screen.next_frame));
         }
         let begun_s = shared_s();
-        let heard = self.link.look(begun_s, &screen.display);
-        for message in heard.messages {
+        let news = self.link.look(begun_s, &screen.display);
+        for message in news.messages {
             self.stage.take(message);
         }
-        match heard.lost {
-            Some(why) => self.stage.lost(&why),
-            None => self.stage.waiting(),
+        match news.lost {
+            Some(reason) => self.stage.show_loss(&reason),
+            None => self.stage.show_waiting(),
         }
         let refresh_s = screen.display.refresh_s;
         // The slider is drawn where it should be in the middle of the frame's time on the screen.
-        let (shown, audio_s, moving) = self.stage.at(begun_s + screen.lead_s + refresh_s / 2.0);
+        let (content, audio_s, moving) = self
+            .stage
+            .frame_at(begun_s + screen.lead_s + refresh_s / 2.0);
         let moves = self.stage.moves(begun_s);
-        screen.show(&shown, audio_s, moving, moves)?;
+        screen.show(&content, audio_s, moving, moves)?;
         let presented_s = shared_s();
         if moves {
             screen.lead_s += 0.1 * (presented_s - begun_s - screen.lead_s);
@@ -163,16 +165,20 @@ impl App {
         {
             self.link.say(&report);
         }
-        let now_on = screen.surface.window().current_monitor();
-        let now_on = now_on.as_ref().map(monitor::identity);
-        let fit = self.stage.fit(presented_s, &screen.chosen, now_on.as_ref());
+        let current_monitor = screen.surface.window().current_monitor();
+        let current_monitor = current_monitor.as_ref().map(monitor::identity);
+        let fit = self.stage.fit(
+            presented_s,
+            &screen.chosen_monitor,
+            current_monitor.as_ref(),
+        );
         if let Some(fit) = fit {
             self.link.say(&fit);
         }
         for trouble in self.stage.troubles(screen.page.geometry(), &self.face) {
             self.link.say(&trouble);
         }
-        Ok(Some(screen.due))
+        Ok(Some(screen.next_frame))
     }
 
     fn key(&mut self, events: &ActiveEventLoop, key: &Key) -> Result<(), WindowError> {
@@ -188,10 +194,10 @@ impl App {
             (Key::Character(letter), None) if control && letter.eq_ignore_ascii_case("r") => {
                 // The ruler page is shown without a session.
                 self.link.leave();
-                self.stage.lost("");
+                self.stage.show_loss("");
                 self.ruler = Some(Ruler::new(screen.display.width_px, screen.display.pixel_m));
             }
-            (Key::Named(named), Some(ruler)) => match named {
+            (Key::Named(named_key), Some(ruler)) => match named_key {
                 NamedKey::ArrowRight => ruler.adjust(1),
                 NamedKey::ArrowLeft => ruler.adjust(-1),
                 NamedKey::ArrowUp => ruler.adjust(10),
@@ -242,18 +248,18 @@ impl Screen {
     /// Shows the participant's page if it has changed.
     fn show(
         &mut self,
-        shown: &participant_window::message::Shown,
+        content: &participant_window::message::Shown,
         audio_s: Option<f64>,
         moving: Moving,
         moves: bool,
     ) -> Result<(), WindowError> {
         let rows = self.page.geometry().moving_rows();
-        let (canvas, changed) = self.page.draw(shown, audio_s, moving);
+        let (canvas, changed) = self.page.draw(content, audio_s, moving);
         if !(changed || moves || self.stale || moving != self.moving) {
             return Ok(());
         }
-        let whole = changed || self.stale;
-        present(&mut self.surface, canvas, (!whole).then_some(rows))?;
+        let redraw_all = changed || self.stale;
+        present(&mut self.surface, canvas, (!redraw_all).then_some(rows))?;
         self.moving = moving;
         self.stale = false;
         Ok(())
@@ -350,7 +356,7 @@ impl ApplicationHandler for App {
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
         match self.frame() {
-            Ok(Some(due)) => events.set_control_flow(ControlFlow::WaitUntil(due)),
+            Ok(Some(next_frame)) => events.set_control_flow(ControlFlow::WaitUntil(next_frame)),
             Ok(None) => events.set_control_flow(ControlFlow::Wait),
             Err(error) => self.end(events, error),
         }

@@ -15,12 +15,12 @@ pub enum WindowError {
     )]
     NoScreen(&'static str),
     /// The monitor does not exist.
-    #[error("there is no monitor {asked}; there are: {}", .there.join(", "))]
+    #[error("there is no monitor {name}; there are: {}", .monitors.join(", "))]
     NoMonitor {
         /// Monitor asked for.
-        asked: String,
+        name: String,
         /// The monitors, with their numbers.
-        there: Vec<String>,
+        monitors: Vec<String>,
     },
     /// Another window is open already.
     #[error("the participant's window is open already: close that one first (Ctrl-Q in it)")]

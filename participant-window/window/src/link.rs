@@ -15,8 +15,8 @@ const ALIVE_S: f64 = 0.4;
 pub struct Link {
     socket: PathBuf,
     lines: Option<Lines>,
-    tried_s: f64,
-    said_s: f64,
+    last_try_s: f64,
+    last_message_s: f64,
 }
 
 /// Result of a look at the socket.
@@ -33,37 +33,37 @@ impl Link {
         Self {
             socket,
             lines: None,
-            tried_s: f64::NEG_INFINITY,
-            said_s: f64::NEG_INFINITY,
+            last_try_s: f64::NEG_INFINITY,
+            last_message_s: f64::NEG_INFINITY,
         }
     }
 
     /// Connects if necessary and reads the session's messages. `display` describes this window to the session.
     pub fn look(&mut self, now_s: f64, display: &Display) -> Heard {
-        let mut heard = Heard::default();
+        let mut news = Heard::default();
         let Some(lines) = &mut self.lines else {
-            if now_s - self.tried_s >= TRY_S {
-                self.tried_s = now_s;
+            if now_s - self.last_try_s >= TRY_S {
+                self.last_try_s = now_s;
                 match self.meet(display) {
-                    Ok(()) => self.said_s = now_s,
-                    Err(why) => heard.lost = why,
+                    Ok(()) => self.last_message_s = now_s,
+                    Err(reason) => news.lost = reason,
                 }
             }
-            return heard;
+            return news;
         };
         let outcome = lines.flush().and_then(|()| lines.receive(256));
         match outcome {
-            Ok(messages) => heard.messages = messages,
-            Err(ended) => {
+            Ok(messages) => news.messages = messages,
+            Err(end) => {
                 self.lines = None;
-                heard.lost = Some(format!("the session is gone: {ended}"));
+                news.lost = Some(format!("the session is gone: {end}"));
             }
         }
-        if now_s - self.said_s >= ALIVE_S {
-            self.said_s = now_s;
+        if now_s - self.last_message_s >= ALIVE_S {
+            self.last_message_s = now_s;
             self.say(&FromWindow::Alive);
         }
-        heard
+        news
     }
 
     /// Connects to the session, if there is one.

@@ -26,10 +26,10 @@ fn main() -> ExitCode {
         Ok(Ok(())) => ExitCode::SUCCESS,
         // The panic hook has reported it.
         Err(_) => ExitCode::from(2),
-        Ok(Err(said)) => {
-            let said = shown(&said);
+        Ok(Err(message)) => {
+            let message = escaped_line(&message);
             // An error of standard error itself is ignored.
-            let _ = writeln!(std::io::stderr(), "friction-bench-participant: {said}");
+            let _ = writeln!(std::io::stderr(), "friction-bench-participant: {message}");
             ExitCode::from(2)
         }
     }
@@ -56,7 +56,7 @@ fn open() -> Result<(), String> {
         let _ = writeln!(
             std::io::stderr(),
             "friction-bench-participant: {}",
-            shown(&line.replace('\n', " "))
+            escaped_line(&line.replace('\n', " "))
         );
     }));
     let folder = |name| std::env::var_os(name).map(std::path::PathBuf::from);
@@ -77,7 +77,7 @@ fn open() -> Result<(), String> {
 }
 
 /// Returns a line with its control characters escaped.
-fn shown(line: &str) -> String {
+fn escaped_line(line: &str) -> String {
     let escaped = |c: char| match c {
         c if c.is_control() => c.escape_unicode().to_string(),
         c => c.to_string(),
@@ -87,11 +87,11 @@ fn shown(line: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::shown;
+    use super::escaped_line;
 
     #[test]
     fn a_line_has_no_command_to_the_terminal() {
-        assert_eq!(shown("font\u{1b}[2J.ttf"), "font\\u{1b}[2J.ttf");
-        assert_eq!(shown("no monitor ß"), "no monitor ß");
+        assert_eq!(escaped_line("font\u{1b}[2J.ttf"), "font\\u{1b}[2J.ttf");
+        assert_eq!(escaped_line("no monitor ß"), "no monitor ß");
     }
 }

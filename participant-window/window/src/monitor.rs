@@ -24,10 +24,10 @@ pub fn identity(monitor: &MonitorHandle) -> OnMonitor {
 
 /// Returns the refresh period of a monitor, s.
 pub fn refresh_s(monitor: &MonitorHandle) -> f64 {
-    let told_hz = monitor
+    let reported_hz = monitor
         .refresh_rate_millihertz()
         .map(|mhz| 1e-3 * f64::from(mhz));
-    let plausible = told_hz.filter(|hz| (20.0..=1000.0).contains(hz));
+    let plausible = reported_hz.filter(|hz| (20.0..=1000.0).contains(hz));
     1.0 / plausible.unwrap_or(ASSUMED_REFRESH_HZ)
 }
 
@@ -42,19 +42,22 @@ pub fn is_virtual(name: &str) -> bool {
 }
 
 /// Returns the monitor with this number, from 1, or this name; by default the last one.
-pub fn chosen(events: &ActiveEventLoop, asked: Option<&str>) -> Result<MonitorHandle, WindowError> {
-    let all: Vec<MonitorHandle> = events.available_monitors().collect();
-    let found = match asked {
-        None => all.last(),
-        Some(asked) => all
+pub fn choose(
+    events: &ActiveEventLoop,
+    requested: Option<&str>,
+) -> Result<MonitorHandle, WindowError> {
+    let monitors: Vec<MonitorHandle> = events.available_monitors().collect();
+    let monitor = match requested {
+        None => monitors.last(),
+        Some(requested) => monitors
             .iter()
             .enumerate()
-            .find(|(i, monitor)| name(monitor) == asked || (i + 1).to_string() == asked)
+            .find(|(i, monitor)| name(monitor) == requested || (i + 1).to_string() == requested)
             .map(|(_, monitor)| monitor),
     };
-    found.cloned().ok_or_else(|| WindowError::NoMonitor {
-        asked: asked.unwrap_or("at all").to_owned(),
-        there: all
+    monitor.cloned().ok_or_else(|| WindowError::NoMonitor {
+        name: requested.unwrap_or("at all").to_owned(),
+        monitors: monitors
             .iter()
             .enumerate()
             .map(|(i, monitor)| {

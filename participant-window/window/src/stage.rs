@@ -13,14 +13,14 @@ use participant_window::page::Moving;
 /// Latest contents from the session, and the bench's clock.
 #[derive(Default)]
 pub struct Stage {
-    shown: Shown,
+    content: Shown,
     clock: BenchClock,
     finger_m: Option<f64>,
     /// Whether a session is connected.
     running: bool,
     log: Option<FrameLog>,
     fitness: Fitness,
-    told: HashSet<String>,
+    reported: HashSet<String>,
 }
 
 impl Stage {
@@ -29,18 +29,18 @@ impl Stage {
         match message {
             ToWindow::Welcome { .. } => {
                 self.clock = BenchClock::default();
-                self.told.clear();
+                self.reported.clear();
                 self.fitness.forget();
                 self.running = true;
             }
-            ToWindow::Refused { why } => self.lost(&why),
-            ToWindow::Show(shown) => self.shown = *shown,
+            ToWindow::Refused { why } => self.show_loss(&why),
+            ToWindow::Show(content) => self.content = *content,
             ToWindow::Beat(beat) => self.beat(&beat),
             ToWindow::Bye => {
                 // The last words stay on the screen.
                 self.running = false;
-                self.shown.track = None;
-                self.shown.until_s = None;
+                self.content.track = None;
+                self.content.until_s = None;
             }
         }
     }
@@ -51,11 +51,11 @@ impl Stage {
     }
 
     /// Notes that no session is connected, or that it ended without a message.
-    pub fn lost(&mut self, why: &str) {
-        if self.running || self.shown.title.is_empty() {
-            self.shown = Shown {
-                title: std::mem::take(&mut self.shown.silent),
-                then: Some(why.to_owned()),
+    pub fn show_loss(&mut self, reason: &str) {
+        if self.running || self.content.title.is_empty() {
+            self.content = Shown {
+                title: std::mem::take(&mut self.content.silent),
+                then: Some(reason.to_owned()),
                 ..Shown::default()
             };
         }
@@ -64,45 +64,46 @@ impl Stage {
     }
 
     /// Shows that no session has connected yet.
-    pub fn waiting(&mut self) {
-        if !self.running && self.shown.title.is_empty() {
-            self.shown.then = Some("no session yet  ·  Ctrl-R ruler  ·  Ctrl-Q close".to_owned());
+    pub fn show_waiting(&mut self) {
+        if !self.running && self.content.title.is_empty() {
+            self.content.then = Some("no session yet  ·  Ctrl-R ruler  ·  Ctrl-Q close".to_owned());
         }
     }
 
     /// Returns the contents at `aim_s` on the shared clock, and the time on the bench's clock then.
-    pub fn at(&self, aim_s: f64) -> (Shown, Option<f64>, Moving) {
+    pub fn frame_at(&self, aim_s: f64) -> (Shown, Option<f64>, Moving) {
         let audio_s = self.clock.audio_s(aim_s);
         let (Some(now_s), true) = (audio_s, self.running) else {
             // Without the bench's clock the slider is not shown.
-            let silent = self.running && self.shown.track.is_some();
-            let shown = Shown {
+            let silent = self.running && self.content.track.is_some();
+            let content = Shown {
                 title: if silent {
-                    self.shown.silent.clone()
+                    self.content.silent.clone()
                 } else {
-                    self.shown.title.clone()
+                    self.content.title.clone()
                 },
-                then: self.shown.then.clone().filter(|_| !silent),
+                then: self.content.then.clone().filter(|_| !silent),
                 track: None,
                 until_s: None,
-                ..self.shown.clone()
+                ..self.content.clone()
             };
-            return (shown, None, Moving::default());
+            return (content, None, Moving::default());
         };
         let moving = Moving {
             slider_m: self
-                .shown
+                .content
                 .track
                 .as_ref()
                 .map(|track| track.motion.at_m(now_s)),
-            finger_m: self.finger_m.filter(|_| self.shown.track.is_some()),
+            finger_m: self.finger_m.filter(|_| self.content.track.is_some()),
         };
-        (self.shown.clone(), audio_s, moving)
+        (self.content.clone(), audio_s, moving)
     }
 
     /// Returns whether the slider moves at `shared_s` on the shared clock.
     pub fn moves(&self, shared_s: f64) -> bool {
-        let (Some(audio_s), Some(track)) = (self.clock.audio_s(shared_s), &self.shown.track) else {
+        let (Some(audio_s), Some(track)) = (self.clock.audio_s(shared_s), &self.content.track)
+        else {
             return false;
         };
         self.running && track.motion.moves(audio_s)
@@ -116,7 +117,7 @@ impl Stage {
         refresh_s: f64,
     ) -> Option<FromWindow> {
         let audio_s = self.clock.audio_s(shared_s);
-        let motion = self.shown.track.as_ref().map(|track| track.motion);
+        let motion = self.content.track.as_ref().map(|track| track.motion);
         let moving = motion
             .zip(audio_s)
             .filter(|(motion, audio_s)| self.running && motion.moves(*audio_s));
@@ -144,43 +145,48 @@ impl Stage {
     pub fn fit(
         &mut self,
         shared_s: f64,
-        chosen: &OnMonitor,
-        now: Option<&OnMonitor>,
+        expected: &OnMonitor,
+        current: Option<&OnMonitor>,
     ) -> Option<FromWindow> {
-        self.fitness.on(chosen, now);
-        let virtual_display = super::monitor::is_virtual(&chosen.name);
+        self.fitness.on(expected, current);
+        let virtual_display = super::monitor::is_virtual(&expected.name);
         self.fitness
             .news(shared_s, virtual_display)
             .filter(|_| self.running)
     }
 
     /// Returns warnings for the operator about the contents, each once.
-    pub fn troubles(&mut self, on: Geometry, face: &Typeface) -> Vec<FromWindow> {
+    pub fn troubles(&mut self, geometry: Geometry, face: &Typeface) -> Vec<FromWindow> {
         let mut troubles = Vec::new();
-        if let Some(track) = self.shown.track.as_ref().filter(|track| !on.holds(track)) {
+        if let Some(track) = self
+            .content
+            .track
+            .as_ref()
+            .filter(|track| !geometry.holds(track))
+        {
             troubles.push(format!(
                 "the plate of {:.0} mm does not fit on this monitor, which is {:.0} mm wide: it is drawn smaller, not \
                  true to the millimetre; use a wider monitor, or match the ruler page (Ctrl-R)",
                 1e3 * track.plate_m,
-                1e3 * on.width * on.pixel_m
+                1e3 * geometry.width * geometry.pixel_m
             ));
         }
         let texts = [
-            Some(&self.shown.title),
-            self.shown.then.as_ref(),
-            self.shown.progress.as_ref(),
+            Some(&self.content.title),
+            self.content.then.as_ref(),
+            self.content.progress.as_ref(),
         ];
-        let lacking = texts
+        let missing_letter = texts
             .into_iter()
             .flatten()
             .find_map(|text| face.lacks(text));
-        if let Some(letter) = lacking {
+        if let Some(letter) = missing_letter {
             troubles.push(format!(
                 "the window's font has no {letter:?}: start it with --font and a file that has"
             ));
         }
-        let told = &mut self.told;
-        troubles.retain(|text| told.insert(text.clone()));
+        let reported = &mut self.reported;
+        troubles.retain(|text| reported.insert(text.clone()));
         troubles
             .into_iter()
             .map(|text| FromWindow::Trouble { text })
@@ -224,24 +230,24 @@ mod tests {
     #[test]
     fn the_slider_goes_on_between_messages_and_stops_with_a_silent_bench() {
         let stage = stage(Some(0.2));
-        let slider_m = |shared_s| stage.at(shared_s).2.slider_m;
+        let slider_m = |shared_s| stage.frame_at(shared_s).2.slider_m;
         assert_eq!(slider_m(100.1), Some(0.01));
         assert!((slider_m(100.9).unwrap() - 0.045).abs() < 1e-9);
-        let (shown, audio_s, moving) = stage.at(101.5);
-        assert_eq!((shown.title.as_str(), audio_s), ("Paused", None));
-        assert_eq!((shown.track, moving), (None, Moving::default()));
+        let (content, audio_s, moving) = stage.frame_at(101.5);
+        assert_eq!((content.title.as_str(), audio_s), ("Paused", None));
+        assert_eq!((content.track, moving), (None, Moving::default()));
     }
 
     #[test]
     fn a_session_that_is_lost_says_so_and_one_that_ends_keeps_its_last_words() {
-        let mut lost = stage(Some(0.2));
-        lost.lost("the session is gone");
-        assert_eq!(lost.at(100.5).0.title, "Paused");
-        let mut over = stage(None);
-        over.take(ToWindow::Bye);
-        over.lost("the session is gone");
-        assert_eq!(over.at(100.5).0.title, "Follow the slider");
-        assert_eq!(over.at(100.5).0.track, None);
+        let mut lost_stage = stage(Some(0.2));
+        lost_stage.show_loss("the session is gone");
+        assert_eq!(lost_stage.frame_at(100.5).0.title, "Paused");
+        let mut ended_stage = stage(None);
+        ended_stage.take(ToWindow::Bye);
+        ended_stage.show_loss("the session is gone");
+        assert_eq!(ended_stage.frame_at(100.5).0.title, "Follow the slider");
+        assert_eq!(ended_stage.frame_at(100.5).0.track, None);
     }
 
     #[test]
@@ -255,7 +261,7 @@ mod tests {
                 shared_s,
                 finger_m: None,
             }));
-            let slider_m = stage.at(shared_s).2.slider_m;
+            let slider_m = stage.frame_at(shared_s).2.slider_m;
             reports.extend(stage.presented(shared_s, slider_m, 1.0 / 60.0));
         }
         let [FromWindow::Explored(report)] = &reports[..] else {
@@ -275,7 +281,7 @@ mod tests {
         let face = Typeface::built_in().unwrap();
         assert_eq!(stage.troubles(narrow, &face).len(), 1);
         assert!(stage.troubles(narrow, &face).is_empty());
-        stage.shown.title = "準備".to_owned();
+        stage.content.title = "準備".to_owned();
         assert_eq!(stage.troubles(narrow, &face).len(), 1);
     }
 }

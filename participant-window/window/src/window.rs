@@ -40,17 +40,17 @@ pub fn run(options: Options) -> Result<(), WindowError> {
     let _only_one = place::only_window(&options.socket)?.ok_or(WindowError::Second)?;
     let events = EventLoop::new().map_err(|_| {
         // The library's message names a line of its source code.
-        let named = std::env::var_os("DISPLAY").is_some_and(|name| !name.is_empty());
-        WindowError::NoScreen(if named || cfg!(target_os = "macos") {
+        let is_set = std::env::var_os("DISPLAY").is_some_and(|name| !name.is_empty());
+        WindowError::NoScreen(if is_set || cfg!(target_os = "macos") {
             "the display does not answer, or lets nobody in"
         } else {
             "DISPLAY is not set"
         })
     })?;
     let mut app = app::App::new(options, face, scales);
-    let ended = events.run_app(&mut app);
+    let result = events.run_app(&mut app);
     if let Some(error) = app.into_error() {
         return Err(error);
     }
-    ended.map_err(|error| WindowError::Failed(error.to_string()))
+    result.map_err(|error| WindowError::Failed(error.to_string()))
 }

@@ -33,11 +33,11 @@ fn it_tells_its_options_and_its_version() {
 
 #[test]
 fn a_font_that_is_not_there_is_named() {
-    let ended = window(&["--font", "absent\u{7}.ttf"]);
-    assert_eq!(ended.status.code(), Some(2));
-    let said = String::from_utf8_lossy(&ended.stderr).into_owned();
+    let output = window(&["--font", "absent\u{7}.ttf"]);
+    assert_eq!(output.status.code(), Some(2));
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(
-        said.starts_with("friction-bench-participant: absent\\u{7}.ttf: "),
-        "{said}"
+        stderr.starts_with("friction-bench-participant: absent\\u{7}.ttf: "),
+        "{stderr}"
     );
 }

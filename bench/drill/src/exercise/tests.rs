@@ -12,9 +12,9 @@ struct Bench {
 }
 
 impl Bench {
-    fn new(fault: FaultKind, by_hand: bool) -> Self {
+    fn new(fault: FaultKind, is_manual: bool) -> Self {
         let mut bench = Self {
-            exercise: Exercise::new(fault, by_hand, 1.0, 0.05),
+            exercise: Exercise::new(fault, is_manual, 1.0, 0.05),
             now_s: 100.0,
             safety: SafetyState::Disarmed,
             sounds: false,
@@ -22,7 +22,7 @@ impl Bench {
             orders: Vec::new(),
         };
         bench.pass(0.01);
-        assert_eq!(bench.ordered(), [Order::Drive]);
+        assert_eq!(bench.take_orders(), [Order::Drive]);
         (bench.safety, bench.sounds) = (SafetyState::Armed, true);
         bench.pass(1.1);
         bench
@@ -45,7 +45,7 @@ impl Bench {
         self.orders.extend(self.exercise.act(action, self.now_s));
     }
 
-    fn ordered(&mut self) -> Vec<Order> {
+    fn take_orders(&mut self) -> Vec<Order> {
         std::mem::take(&mut self.orders)
     }
 
@@ -53,17 +53,17 @@ impl Bench {
         self.safety = SafetyState::Tripped { trip };
     }
 
-    fn missed(&self) -> &str {
+    fn miss_reason(&self) -> &str {
         match self.exercise.outcome() {
-            Some(Outcome::Missed(why)) => why,
-            other => panic!("{other:?}"),
+            Some(Outcome::Missed(reason)) => reason,
+            outcome => panic!("{outcome:?}"),
         }
     }
 
     /// A pressed e-stop, detected after 2 ms, silent after another 3 ms, acknowledged 1 s later.
     fn stopped() -> Self {
         let mut bench = Self::new(FaultKind::Estop, false);
-        assert_eq!(bench.ordered(), [Order::Begin]);
+        assert_eq!(bench.take_orders(), [Order::Begin]);
         bench.pass(0.002 - 0.1 + 0.1);
         bench.trip(Trip::EmergencyStop);
         bench.pass(0.003);
@@ -73,7 +73,7 @@ impl Bench {
     }
 }
 
-fn near(time_s: Option<f64>, expected_s: f64) -> bool {
+fn is_near(time_s: Option<f64>, expected_s: f64) -> bool {
     // The fault comes up to 0.1 s before `Bench::new` returns.
     time_s.is_some_and(|time_s| (time_s - expected_s).abs() < 0.11)
 }
@@ -81,22 +81,22 @@ fn near(time_s: Option<f64>, expected_s: f64) -> bool {
 #[test]
 fn a_stop_is_acknowledged_re_armed_and_resumed() {
     let mut bench = Bench::stopped();
-    assert_eq!(bench.exercise.asked(), DrillStep::Acknowledge);
+    assert_eq!(bench.exercise.current_step(), DrillStep::Acknowledge);
     bench.act(Action::Ready);
-    assert_eq!(bench.ordered(), [Order::End]);
-    assert_eq!(bench.exercise.asked(), DrillStep::Rearm);
+    assert_eq!(bench.take_orders(), [Order::End]);
+    assert_eq!(bench.exercise.current_step(), DrillStep::Rearm);
     bench.act(Action::Rearm);
-    assert_eq!(bench.ordered(), [Order::Rearm]);
+    assert_eq!(bench.take_orders(), [Order::Rearm]);
     bench.safety = SafetyState::Disarmed;
     bench.pass(0.01);
-    assert_eq!(bench.exercise.asked(), DrillStep::Resume);
+    assert_eq!(bench.exercise.current_step(), DrillStep::Resume);
     bench.act(Action::Resume);
-    assert_eq!(bench.ordered(), [Order::Drive]);
+    assert_eq!(bench.take_orders(), [Order::Drive]);
     (bench.safety, bench.sounds) = (SafetyState::Armed, true);
     bench.pass(0.4);
     let times = bench.exercise.times();
     assert!(
-        near(times.silent_s, 0.005) && near(times.seen_s, 1.0),
+        is_near(times.silent_s, 0.005) && is_near(times.seen_s, 1.0),
         "{times:?}"
     );
     assert!(
@@ -110,14 +110,14 @@ fn a_stop_is_acknowledged_re_armed_and_resumed() {
 fn re_arming_before_acknowledging_removes_the_cause_and_is_asked_for_again() {
     let mut bench = Bench::stopped();
     bench.act(Action::Rearm);
-    assert_eq!(bench.ordered(), [Order::End]);
+    assert_eq!(bench.take_orders(), [Order::End]);
     assert!(bench.exercise.note().is_some());
-    assert_eq!(bench.exercise.asked(), DrillStep::Rearm);
+    assert_eq!(bench.exercise.current_step(), DrillStep::Rearm);
     bench.act(Action::Rearm);
-    assert_eq!(bench.ordered(), [Order::Rearm]);
+    assert_eq!(bench.take_orders(), [Order::Rearm]);
     // Without effect: the e-stop is held.
     bench.pass(1.0);
-    assert_eq!(bench.exercise.asked(), DrillStep::Rearm);
+    assert_eq!(bench.exercise.current_step(), DrillStep::Rearm);
     assert_eq!(bench.exercise.note(), Some("The cause is still there."));
 }
 
@@ -133,7 +133,7 @@ fn a_drive_that_resumes_and_stops_again_is_to_be_re_armed_again() {
     bench.pass(0.1);
     bench.trip(Trip::EmergencyStop);
     bench.pass(0.01);
-    assert_eq!(bench.exercise.asked(), DrillStep::Rearm);
+    assert_eq!(bench.exercise.current_step(), DrillStep::Rearm);
     assert!(bench.exercise.outcome().is_none());
 }
 
@@ -141,7 +141,7 @@ fn a_drive_that_resumes_and_stops_again_is_to_be_re_armed_again() {
 fn a_drive_that_is_silent_too_late_is_missed_whatever_the_operator_does() {
     let mut bench = Bench::new(FaultKind::AmplifierOff, false);
     bench.pass(0.02);
-    bench.trip(of(FaultKind::AmplifierOff));
+    bench.trip(typical_trip(FaultKind::AmplifierOff));
     bench.pass(0.2);
     bench.sounds = false;
     bench.pass(0.1);
@@ -154,9 +154,9 @@ fn a_drive_that_is_silent_too_late_is_missed_whatever_the_operator_does() {
     (bench.safety, bench.sounds) = (SafetyState::Armed, true);
     bench.pass(0.5);
     assert!(
-        bench.missed().contains("silent only after"),
+        bench.miss_reason().contains("silent only after"),
         "{}",
-        bench.missed()
+        bench.miss_reason()
     );
 }
 
@@ -164,14 +164,14 @@ fn a_drive_that_is_silent_too_late_is_missed_whatever_the_operator_does() {
 fn a_bench_that_does_not_stop_and_one_that_flags_nothing_are_missed() {
     let mut bench = Bench::new(FaultKind::Estop, false);
     bench.pass(2.5);
-    assert_eq!(bench.missed(), "the bench did not stop");
+    assert_eq!(bench.miss_reason(), "the bench did not stop");
     let mut bench = Bench::new(FaultKind::Xrun, false);
     bench.pass(2.5);
-    assert_eq!(bench.missed(), "the bench flagged nothing");
+    assert_eq!(bench.miss_reason(), "the bench flagged nothing");
     let mut bench = Bench::new(FaultKind::Xrun, false);
     bench.trip(Trip::AudioSilent);
     bench.pass(0.01);
-    assert!(bench.missed().contains("should have gone on"));
+    assert!(bench.miss_reason().contains("should have gone on"));
     let mut bench = Bench::new(FaultKind::Estop, false);
     bench.exercise.stage = Stage::Settling {
         sounding_s: None,
@@ -179,7 +179,7 @@ fn a_bench_that_does_not_stop_and_one_that_flags_nothing_are_missed() {
     };
     bench.trip(Trip::AudioSilent);
     bench.pass(0.01);
-    assert!(bench.missed().contains("before the fault"));
+    assert!(bench.miss_reason().contains("before the fault"));
 }
 
 #[test]
@@ -195,7 +195,7 @@ fn a_flag_is_answered_by_repeating_at_once_or_after_a_word() {
             bench.act(action);
         }
         assert_eq!(bench.exercise.outcome(), Some(&Outcome::Met));
-        assert_eq!(bench.exercise.seen_by(), "input xruns: 1");
+        assert_eq!(bench.exercise.sign(), "input xruns: 1");
         assert!(bench.exercise.times().silent_s.is_none(), "it goes on");
     }
 }
@@ -203,11 +203,11 @@ fn a_flag_is_answered_by_repeating_at_once_or_after_a_word() {
 #[test]
 fn a_bench_that_stops_after_it_has_flagged_is_missed_whatever_the_operator_does() {
     for trip in [Trip::AudioSilent, Trip::Operator] {
-        for seen in [false, true] {
+        for is_acknowledged in [false, true] {
             let mut bench = Bench::new(FaultKind::Xrun, false);
             bench.flag = Some("input xruns: 1".to_owned());
             bench.pass(0.5);
-            if seen {
+            if is_acknowledged {
                 bench.act(Action::Ready);
                 bench.pass(0.5);
             }
@@ -216,16 +216,16 @@ fn a_bench_that_stops_after_it_has_flagged_is_missed_whatever_the_operator_does(
             bench.pass(0.01);
             bench.act(Action::Redo(AttemptName::default()));
             assert!(
-                bench.missed().contains("should have gone on"),
+                bench.miss_reason().contains("should have gone on"),
                 "{}",
-                bench.missed()
+                bench.miss_reason()
             );
         }
     }
 }
 
 #[test]
-fn what_cannot_be_re_armed_is_ended_also_after_the_bench_has_ended_by_itself() {
+fn a_fault_without_re_arming_ends_also_after_the_bench_has_ended() {
     let mut bench = Bench::new(FaultKind::CardLostOutput, false);
     bench.trip(Trip::AudioLost);
     // The card renders no samples, and so never reports silence.
@@ -233,7 +233,7 @@ fn what_cannot_be_re_armed_is_ended_also_after_the_bench_has_ended_by_itself() {
     assert!(bench.exercise.times().silent_s.is_some());
     bench.exercise.bench_ended("nothing for 10 s");
     bench.act(Action::Ready);
-    assert_eq!(bench.exercise.asked(), DrillStep::Quit);
+    assert_eq!(bench.exercise.current_step(), DrillStep::Quit);
     bench.act(Action::Rearm);
     assert!(bench.exercise.outcome().is_none());
     bench.act(Action::Quit);
@@ -242,14 +242,14 @@ fn what_cannot_be_re_armed_is_ended_also_after_the_bench_has_ended_by_itself() {
 
     let mut bench = Bench::stopped();
     bench.exercise.bench_ended("the disk is gone");
-    assert!(bench.missed().contains("the disk is gone"));
+    assert!(bench.miss_reason().contains("the disk is gone"));
 }
 
 #[test]
-fn by_hand_time_counts_from_when_the_bench_saw_it() {
+fn manual_time_counts_from_when_the_bench_saw_it() {
     let mut bench = Bench::new(FaultKind::Estop, true);
-    assert_eq!(bench.ordered(), [], "nobody injects it");
-    assert_eq!(bench.exercise.asked(), DrillStep::Act);
+    assert_eq!(bench.take_orders(), [], "nobody injects it");
+    assert_eq!(bench.exercise.current_step(), DrillStep::Act);
     assert_eq!(bench.exercise.instruction(), "Press the e-stop now.");
     bench.pass(20.0);
     bench.trip(Trip::EmergencyStop);
@@ -258,7 +258,7 @@ fn by_hand_time_counts_from_when_the_bench_saw_it() {
     bench.pass(1.0);
     bench.act(Action::Rearm);
     assert_eq!(
-        bench.ordered(),
+        bench.take_orders(),
         [Order::Rearm],
         "the operator has released it"
     );
@@ -276,7 +276,7 @@ fn by_hand_time_counts_from_when_the_bench_saw_it() {
 
     let mut bench = Bench::new(FaultKind::Estop, true);
     bench.pass(PATIENCE_S + 1.0);
-    assert!(bench.missed().contains("nothing was done"));
+    assert!(bench.miss_reason().contains("nothing was done"));
 }
 
 #[test]
@@ -297,12 +297,12 @@ fn keys_at_the_wrong_moment_change_nothing() {
         bench.act(action);
     }
     assert_eq!(
-        (bench.ordered(), bench.exercise.asked()),
+        (bench.take_orders(), bench.exercise.current_step()),
         (vec![], DrillStep::Act)
     );
     let mut bench = Bench::stopped();
     bench.act(Action::Ready);
-    bench.ordered();
+    bench.take_orders();
     for action in all
         .into_iter()
         .chain([Action::Resume, Action::Pause, Action::Quit])
@@ -310,7 +310,7 @@ fn keys_at_the_wrong_moment_change_nothing() {
         bench.act(action);
     }
     assert_eq!(
-        (bench.ordered(), bench.exercise.asked()),
+        (bench.take_orders(), bench.exercise.current_step()),
         (vec![], DrillStep::Rearm)
     );
     assert!(bench.exercise.outcome().is_none());
@@ -323,36 +323,36 @@ fn an_operator_may_pause_or_stop_before_the_fault_and_it_waits() {
         sounding_s: None,
         paused: false,
     };
-    bench.ordered();
+    bench.take_orders();
     bench.act(Action::EmergencyStop);
-    assert_eq!(bench.ordered(), [Order::Stop]);
+    assert_eq!(bench.take_orders(), [Order::Stop]);
     assert!(bench.exercise.is_paused(), "p resumes");
     bench.trip(Trip::Operator);
     bench.sounds = false;
     bench.pass(3.0);
-    assert_eq!(bench.ordered(), []);
+    assert_eq!(bench.take_orders(), []);
     bench.act(Action::Rearm);
     bench.act(Action::Resume);
-    assert_eq!(bench.ordered(), [Order::Rearm, Order::Drive]);
+    assert_eq!(bench.take_orders(), [Order::Rearm, Order::Drive]);
     assert!(!bench.exercise.is_paused());
     (bench.safety, bench.sounds) = (SafetyState::Armed, true);
     bench.pass(1.1);
-    assert_eq!(bench.ordered(), [Order::Begin]);
+    assert_eq!(bench.take_orders(), [Order::Begin]);
 }
 
 #[test]
 fn an_operator_who_does_nothing_misses() {
     let mut bench = Bench::stopped();
     bench.pass(PATIENCE_S + 1.0);
-    assert_eq!(bench.missed(), "nobody acknowledged it");
+    assert_eq!(bench.miss_reason(), "nobody acknowledged it");
     let mut bench = Bench::stopped();
     bench.act(Action::Ready);
     bench.pass(PATIENCE_S + 1.0);
-    assert_eq!(bench.missed(), "nobody did what was right");
+    assert_eq!(bench.miss_reason(), "nobody did what was right");
 }
 
 /// Returns a trip caused by the fault.
-fn of(fault: FaultKind) -> Trip {
+fn typical_trip(fault: FaultKind) -> Trip {
     let readback = Trip::Readback {
         measured_v: 0.0,
         commanded_v: (1.0, 2.0),
@@ -364,7 +364,7 @@ fn of(fault: FaultKind) -> Trip {
         normal_n: 3.1,
         limit_n: 3.0,
     };
-    let every = [
+    let trips = [
         Trip::EmergencyStop,
         Trip::AudioLost,
         Trip::ForceSilent,
@@ -372,8 +372,8 @@ fn of(fault: FaultKind) -> Trip {
         gpio,
         force,
     ];
-    let found = every.into_iter().find(|trip| tells(fault, trip));
-    found.unwrap_or_else(|| panic!("no trip tells of {fault}"))
+    let trip = trips.into_iter().find(|trip| tells(fault, trip));
+    trip.unwrap_or_else(|| panic!("no trip tells of {fault}"))
 }
 
 #[test]
@@ -382,14 +382,14 @@ fn a_bench_that_stops_for_another_reason_has_not_seen_the_fault() {
         (FaultKind::ForceSilent, Trip::EmergencyStop),
         (FaultKind::Estop, Trip::AudioSilent),
     ] {
-        for by_hand in [false, true] {
-            let mut bench = Bench::new(fault, by_hand);
+        for is_manual in [false, true] {
+            let mut bench = Bench::new(fault, is_manual);
             bench.trip(trip.clone());
             bench.pass(0.1);
             assert!(
-                bench.missed().contains("another reason"),
+                bench.miss_reason().contains("another reason"),
                 "{}",
-                bench.missed()
+                bench.miss_reason()
             );
         }
     }
@@ -401,10 +401,14 @@ fn every_drilled_fault_has_words_for_each_step() {
         let mut bench = Bench::new(fault, false);
         bench.flag = Some("flag".to_owned());
         if fault.row().required != Required::Flag {
-            bench.trip(of(fault));
+            bench.trip(typical_trip(fault));
         }
         bench.pass(0.1);
-        assert_eq!(bench.exercise.asked(), DrillStep::Acknowledge, "{fault}");
+        assert_eq!(
+            bench.exercise.current_step(),
+            DrillStep::Acknowledge,
+            "{fault}"
+        );
         bench.act(Action::Ready);
         assert!(
             bench.exercise.instruction().contains(fault.row().words),
@@ -420,8 +424,8 @@ fn a_drive_that_is_ramping_down_for_a_pause_gets_no_fault() {
         sounding_s: Some(bench.now_s - 0.98),
         paused: false,
     };
-    bench.ordered();
+    bench.take_orders();
     bench.act(Action::Pause);
     bench.pass(0.05);
-    assert_eq!(bench.ordered(), [Order::Pause]);
+    assert_eq!(bench.take_orders(), [Order::Pause]);
 }

@@ -19,8 +19,8 @@ fn table(text: &str) -> Table {
 }
 
 /// Returns the TOML files below a folder with names accepted by `wanted`.
-fn below(folder: &str, wanted: impl Fn(&str) -> bool) -> Vec<(String, Table)> {
-    let mut found = Vec::new();
+fn files_below(folder: &str, is_wanted: impl Fn(&str) -> bool) -> Vec<(String, Table)> {
+    let mut files = Vec::new();
     let mut folders = vec![root().join(folder)];
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(&folder).unwrap() {
@@ -28,18 +28,18 @@ fn below(folder: &str, wanted: impl Fn(&str) -> bool) -> Vec<(String, Table)> {
             let name = path.file_name().unwrap().to_string_lossy().into_owned();
             if path.is_dir() {
                 folders.push(path);
-            } else if name.ends_with(".toml") && wanted(&name) {
+            } else if name.ends_with(".toml") && is_wanted(&name) {
                 let text = fs::read_to_string(&path).unwrap();
-                found.push((path.display().to_string(), table(&text)));
+                files.push((path.display().to_string(), table(&text)));
             }
         }
     }
-    found.sort_by(|a, b| a.0.cmp(&b.0));
-    found
+    files.sort_by(|a, b| a.0.cmp(&b.0));
+    files
 }
 
 /// Returns the shipped files of a kind, with their names.
-pub fn shipped(name: &str) -> Vec<(String, Table)> {
+pub fn shipped_files(name: &str) -> Vec<(String, Table)> {
     let seed = |name: &str| name.starts_with("sound");
     match name {
         "bench" => {
@@ -56,11 +56,11 @@ pub fn shipped(name: &str) -> Vec<(String, Table)> {
             // Changes of the simulated bench for other sensors.
             for sensor in ["channels", "netft", "field-box"] {
                 let file = format!("mock-bench-{sensor}.toml");
-                let mut whole = mock.clone();
-                whole.extend(table(&format!("[force]\n{}", read(&file))));
-                files.push((file, whole));
+                let mut variant = mock.clone();
+                variant.extend(table(&format!("[force]\n{}", read(&file))));
+                files.push((file, variant));
             }
-            files.extend(below("fuzz/seeds/config", seed));
+            files.extend(files_below("fuzz/seeds/config", seed));
             files
         }
         "calibration" => {
@@ -72,22 +72,22 @@ pub fn shipped(name: &str) -> Vec<(String, Table)> {
         }
         "protocol" => {
             let all = |name: &str| name != "Cargo.toml" && name != "clippy.toml";
-            let mut files = below("protocols", all);
-            files.extend(below("tests/protocols", all));
-            files.extend(below("fuzz/seeds/protocol", seed));
+            let mut files = files_below("protocols", all);
+            files.extend(files_below("tests/protocols", all));
+            files.extend(files_below("fuzz/seeds/protocol", seed));
             files
         }
         "scenario" => {
-            let mut files = below("mock-hw/world/scenarios", |_| true);
-            files.extend(below("fuzz/seeds/scenario", seed));
+            let mut files = files_below("mock-hw/world/scenarios", |_| true);
+            files.extend(files_below("fuzz/seeds/scenario", seed));
             files
         }
         "recording" => {
-            let mut files = below("bench/tests/data", |name| name == "recording.toml");
-            files.extend(below("fuzz/seeds/manifest", seed));
+            let mut files = files_below("bench/tests/data", |name| name == "recording.toml");
+            files.extend(files_below("fuzz/seeds/manifest", seed));
             files
         }
-        other => panic!("{other}"),
+        name => panic!("{name}"),
     }
 }
 
@@ -101,8 +101,8 @@ fn structure(name: &str, table: &Table) -> Result<(), TomlError> {
         },
         // The first line is read before the rest.
         "calibration" => {
-            let mut rest = table.clone();
-            let hash = rest.remove("sha256");
+            let mut table = table.clone();
+            let hash = table.remove("sha256");
             let hash = hash.as_ref().and_then(toml::Value::as_str);
             let missing = || TomlError::MissingKey {
                 file: name.to_owned(),
@@ -110,7 +110,7 @@ fn structure(name: &str, table: &Table) -> Result<(), TomlError> {
                 key: "sha256".to_owned(),
             };
             let is_hash = hash.is_some_and(|hash| hash.len() == 64);
-            strict::parse::<CalibrationFile>(&rest.to_string(), name)?;
+            strict::parse::<CalibrationFile>(&table.to_string(), name)?;
             if is_hash { Ok(()) } else { Err(missing()) }
         }
         "protocol" => match Protocol::parse(&text, name) {
@@ -125,7 +125,7 @@ fn structure(name: &str, table: &Table) -> Result<(), TomlError> {
             Err(ManifestReadError::Toml(error)) => Err(error),
             _ => Ok(()),
         },
-        other => panic!("{other}"),
+        name => panic!("{name}"),
     }
 }
 
@@ -138,6 +138,6 @@ pub fn accepts_structure(name: &str, table: &Table) -> bool {
 pub fn unknown_key(name: &str, table: &Table) -> Vec<String> {
     match structure(name, table) {
         Err(TomlError::UnknownKey { key, known, .. }) if key == "0" => known,
-        other => panic!("{name}: {other:?}\n{table}"),
+        result => panic!("{name}: {result:?}\n{table}"),
     }
 }

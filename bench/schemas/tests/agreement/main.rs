@@ -8,7 +8,7 @@ mod files;
 mod sample;
 mod validator;
 
-use files::{accepts_structure, shipped, unknown_key};
+use files::{accepts_structure, shipped_files, unknown_key};
 use serde_json::Value;
 use toml::Table;
 use validator::Validator;
@@ -25,7 +25,7 @@ fn every_schema_is_one_of_2020_12() {
             schema["$schema"],
             "https://json-schema.org/draft/2020-12/schema"
         );
-        drop(Validator::of(name));
+        drop(Validator::new(name));
         assert!(schemas::list().contains(name));
     }
     assert_eq!(schemas::schema_of("bnech"), None);
@@ -34,8 +34,8 @@ fn every_schema_is_one_of_2020_12() {
 #[test]
 fn every_file_that_comes_with_the_program_is_valid() {
     for name in schemas::names() {
-        let mut validator = Validator::of(name);
-        let files = shipped(name);
+        let mut validator = Validator::new(name);
+        let files = shipped_files(name);
         assert!(!files.is_empty(), "{name}");
         for (file, table) in files {
             let errors = validator.errors(&as_json(&table));
@@ -56,21 +56,21 @@ fn a_first_line_that_names_a_schema_is_read() {
 }
 
 /// Returns copies of a value, each with one change in one of its tables and lists.
-fn changed(value: &toml::Value, change: &dyn Fn(&Table) -> Vec<Table>) -> Vec<toml::Value> {
+fn variants(value: &toml::Value, change: &dyn Fn(&Table) -> Vec<Table>) -> Vec<toml::Value> {
     match value {
         toml::Value::Table(table) => {
-            let here = change(table).into_iter().map(toml::Value::Table);
-            let below = table.iter().flat_map(|(key, value)| {
-                changed(value, change).into_iter().map(|value| {
+            let own_variants = change(table).into_iter().map(toml::Value::Table);
+            let child_variants = table.iter().flat_map(|(key, value)| {
+                variants(value, change).into_iter().map(|value| {
                     let mut table = table.clone();
                     table.insert(key.clone(), value);
                     toml::Value::Table(table)
                 })
             });
-            here.chain(below).collect()
+            own_variants.chain(child_variants).collect()
         }
         toml::Value::Array(entries) => match entries.first() {
-            Some(first) => changed(first, change)
+            Some(first) => variants(first, change)
                 .into_iter()
                 .map(|value| {
                     let mut entries = entries.clone();
@@ -86,29 +86,29 @@ fn changed(value: &toml::Value, change: &dyn Fn(&Table) -> Vec<Table>) -> Vec<to
 
 /// Requires schema and reader to agree on every change of every file; returns the number of changes that both refused.
 fn both_agree(change: &dyn Fn(&Table) -> Vec<Table>) -> usize {
-    let mut refused = 0;
+    let mut refusals = 0;
     for name in schemas::names() {
-        let mut validator = Validator::of(name);
-        let mut samples = shipped(name);
+        let mut validator = Validator::new(name);
+        let mut samples = shipped_files(name);
         // A few files suffice: the one made from the schema has every key.
         samples.truncate(2);
-        samples.push(("sample".to_owned(), sample::of(name)));
+        samples.push(("sample".to_owned(), sample::complete(name)));
         for (file, table) in samples {
-            for changed in changed(&toml::Value::Table(table.clone()), change) {
-                let toml::Value::Table(changed) = changed else {
+            for variant in variants(&toml::Value::Table(table.clone()), change) {
+                let toml::Value::Table(variant) = variant else {
                     unreachable!()
                 };
-                let by_schema = validator.errors(&as_json(&changed)).is_empty();
-                let by_reader = accepts_structure(name, &changed);
-                assert_eq!(by_schema, by_reader, "{name}, {file}:\n{changed}");
-                refused += usize::from(!by_schema);
+                let schema_accepts = validator.errors(&as_json(&variant)).is_empty();
+                let reader_accepts = accepts_structure(name, &variant);
+                assert_eq!(schema_accepts, reader_accepts, "{name}, {file}:\n{variant}");
+                refusals += usize::from(!schema_accepts);
             }
         }
     }
-    refused
+    refusals
 }
 
-fn with(table: &Table, key: &str, value: impl Into<toml::Value>) -> Table {
+fn with_entry(table: &Table, key: &str, value: impl Into<toml::Value>) -> Table {
     let mut table = table.clone();
     table.insert(key.to_owned(), value.into());
     table
@@ -117,12 +117,12 @@ fn with(table: &Table, key: &str, value: impl Into<toml::Value>) -> Table {
 #[test]
 fn a_misspelt_key_is_refused() {
     let misspell = |table: &Table| {
-        let one = |(key, value): (&String, &toml::Value)| {
+        let misspelt_table = |(key, value): (&String, &toml::Value)| {
             let mut table = table.clone();
             table.remove(key);
-            with(&table, &format!("{key}x"), value.clone())
+            with_entry(&table, &format!("{key}x"), value.clone())
         };
-        table.iter().map(one).collect()
+        table.iter().map(misspelt_table).collect()
     };
     assert!(both_agree(&misspell) > 500);
 }
@@ -130,38 +130,45 @@ fn a_misspelt_key_is_refused() {
 #[test]
 fn a_key_that_is_left_out_is_missed_or_not_by_both() {
     let leave_out = |table: &Table| {
-        let one = |key: &String| {
+        let without_key = |key: &String| {
             let mut table = table.clone();
             table.remove(key);
             table
         };
-        table.keys().map(one).collect()
+        table.keys().map(without_key).collect()
     };
     assert!(both_agree(&leave_out) > 100);
 }
 
 #[test]
 fn a_wrong_type_and_an_unknown_word_are_refused() {
-    let wrong = |table: &Table| {
-        let one = |(key, value): (&String, &toml::Value)| match value {
+    let wrong_types = |table: &Table| {
+        let wrong_values = |(key, value): (&String, &toml::Value)| match value {
             toml::Value::String(_) => vec![
-                with(table, key, "no such word"),
-                with(table, key, true),
-                with(table, key, vec!["fx"]),
+                with_entry(table, key, "no such word"),
+                with_entry(table, key, true),
+                with_entry(table, key, vec!["fx"]),
             ],
             toml::Value::Integer(_) => vec![
-                with(table, key, "7"),
-                with(table, key, true),
-                with(table, key, -1e9),
+                with_entry(table, key, "7"),
+                with_entry(table, key, true),
+                with_entry(table, key, -1e9),
             ],
-            toml::Value::Float(_) => vec![with(table, key, "7.0"), with(table, key, false)],
-            toml::Value::Boolean(_) => vec![with(table, key, "true"), with(table, key, 1)],
-            toml::Value::Array(_) => vec![with(table, key, 1.0), with(table, key, Table::new())],
-            _ => vec![with(table, key, 1.0), with(table, key, "table")],
+            toml::Value::Float(_) => {
+                vec![with_entry(table, key, "7.0"), with_entry(table, key, false)]
+            }
+            toml::Value::Boolean(_) => {
+                vec![with_entry(table, key, "true"), with_entry(table, key, 1)]
+            }
+            toml::Value::Array(_) => vec![
+                with_entry(table, key, 1.0),
+                with_entry(table, key, Table::new()),
+            ],
+            _ => vec![with_entry(table, key, 1.0), with_entry(table, key, "table")],
         };
-        table.iter().flat_map(one).collect()
+        table.iter().flat_map(wrong_values).collect()
     };
-    assert!(both_agree(&wrong) > 500);
+    assert!(both_agree(&wrong_types) > 500);
 }
 
 /// Schema and reader have the same keys.
@@ -170,19 +177,19 @@ fn every_table_has_the_keys_of_its_reader() {
     let mut tables = 0;
     for name in schemas::names() {
         let schema = schemas::schema_of(name).unwrap();
-        let whole = sample::of(name);
-        assert!(accepts_structure(name, &whole), "{name}:\n{whole}");
-        let unknown = |table: &Table| vec![with(table, "0", true)];
-        for with_unknown in changed(&toml::Value::Table(whole.clone()), &unknown) {
-            let toml::Value::Table(with_unknown) = with_unknown else {
+        let sample = sample::complete(name);
+        assert!(accepts_structure(name, &sample), "{name}:\n{sample}");
+        let add_unknown = |table: &Table| vec![with_entry(table, "0", true)];
+        for variant in variants(&toml::Value::Table(sample.clone()), &add_unknown) {
+            let toml::Value::Table(variant) = variant else {
                 unreachable!()
             };
-            let mut known = unknown_key(name, &with_unknown);
-            let mut stated = sample::keys_beside_unknown(&schema, &with_unknown);
-            stated.retain(|key| key != "sha256");
-            known.sort();
-            stated.sort();
-            assert_eq!(known, stated, "{name}:\n{with_unknown}");
+            let mut reader_keys = unknown_key(name, &variant);
+            let mut schema_keys = sample::keys_beside_unknown(&schema, &variant);
+            schema_keys.retain(|key| key != "sha256");
+            reader_keys.sort();
+            schema_keys.sort();
+            assert_eq!(reader_keys, schema_keys, "{name}:\n{variant}");
             tables += 1;
         }
     }

@@ -4,31 +4,31 @@ use serde_json::{Map, Value, json};
 use toml::Table;
 
 /// Returns a file with every key of the schema called `name`.
-pub fn of(name: &str) -> Table {
+pub fn complete(name: &str) -> Table {
     let schema = schemas::schema_of(name).unwrap();
     let value = sample(&schema, &schema);
     Table::try_from(value).unwrap()
 }
 
-fn resolved<'a>(root: &'a Value, node: &'a Value) -> &'a Value {
+fn resolve<'a>(root: &'a Value, node: &'a Value) -> &'a Value {
     match node["$ref"].as_str() {
-        Some(target) => resolved(root, root.pointer(&target[1..]).unwrap()),
+        Some(target) => resolve(root, root.pointer(&target[1..]).unwrap()),
         None => node,
     }
 }
 
 fn sample(root: &Value, node: &Value) -> Value {
-    let node = resolved(root, node);
+    let node = resolve(root, node);
     if let Some(value) = node.get("const") {
         return value.clone();
     }
-    for either in ["enum", "oneOf", "anyOf"] {
-        if let Some(last) = node[either].as_array().and_then(|all| all.last()) {
-            return match either {
-                "enum" => last.clone(),
+    for keyword in ["enum", "oneOf", "anyOf"] {
+        if let Some(value) = node[keyword].as_array().and_then(|values| values.last()) {
+            return match keyword {
+                "enum" => value.clone(),
                 // If a word or a pattern is allowed, the word.
-                _ if last.get("pattern").is_some() => sample(root, &node[either][0]),
-                _ => sample(root, last),
+                _ if value.get("pattern").is_some() => sample(root, &node[keyword][0]),
+                _ => sample(root, value),
             };
         }
     }
@@ -37,7 +37,7 @@ fn sample(root: &Value, node: &Value) -> Value {
             let properties = node["properties"].as_object().unwrap();
             let filled = properties
                 .iter()
-                .map(|(key, of)| (key.clone(), sample(root, of)));
+                .map(|(key, schema)| (key.clone(), sample(root, schema)));
             Value::Object(filled.collect::<Map<_, _>>())
         }
         "array" => {
@@ -50,7 +50,7 @@ fn sample(root: &Value, node: &Value) -> Value {
         "string" if node["format"] == "date-time" => json!("2026-01-01T00:00:00Z"),
         "string" if node.get("pattern").is_some() => json!("0".repeat(64)),
         "string" => json!("x"),
-        other => panic!("{other}"),
+        kind => panic!("{kind}"),
     }
 }
 
@@ -61,7 +61,7 @@ pub fn keys_beside_unknown(schema: &Value, table: &Table) -> Vec<String> {
 }
 
 fn find(root: &Value, node: &Value, instance: &Value) -> Option<Vec<String>> {
-    let node = resolved(root, node);
+    let node = resolve(root, node);
     match instance {
         Value::Object(table) => {
             let properties = node["properties"].as_object()?;

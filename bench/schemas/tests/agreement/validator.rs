@@ -16,7 +16,7 @@ pub struct Validator {
 
 impl Validator {
     /// Starts the process with the schema of the files called `name`, after validating the schema itself.
-    pub fn of(name: &str) -> Self {
+    pub fn new(name: &str) -> Self {
         let python = python();
         let mut child = Command::new(&python)
             .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/agreement/validator.py"))

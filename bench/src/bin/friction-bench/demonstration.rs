@@ -10,9 +10,9 @@ use friction_bench::verbosity::Verbosity;
 /// Runs the demonstration; returns the exit status of the step that failed, if one did.
 pub fn run(options: &Options, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     let program = std::env::current_exe()?;
-    let called = std::env::args_os().next().map(PathBuf::from);
-    let called = called.as_deref().unwrap_or(&program);
-    let more: &[&str] = match verbosity {
+    let arg0 = std::env::args_os().next().map(PathBuf::from);
+    let arg0 = arg0.as_deref().unwrap_or(&program);
+    let verbosity_flags: &[&str] = match verbosity {
         Verbosity::Quiet => &["--quiet"],
         Verbosity::Normal => &[],
         Verbosity::Verbose => &["--verbose"],
@@ -20,7 +20,7 @@ pub fn run(options: &Options, verbosity: Verbosity) -> anyhow::Result<ExitCode> 
     let stdout = std::io::stdout();
     let bold = stdout.is_terminal();
     Ok(
-        match demo::run(options, (&program, called), more, stdout, bold)? {
+        match demo::run(options, (&program, arg0), verbosity_flags, stdout, bold)? {
             Ended::Completed => ExitCode::SUCCESS,
             Ended::Failed(status) => ExitCode::from(status),
         },

@@ -1,7 +1,7 @@
 //! `friction-bench`: the composition root, the only place that decides which hardware there is.
 
 mod demonstration;
-mod found;
+mod discovery;
 mod participant;
 mod printed;
 #[cfg_attr(not(target_os = "linux"), path = "no_gpio.rs")]
@@ -46,10 +46,10 @@ fn main() -> ExitCode {
         let began = Instant::now();
         let cli = Cli::read();
         let verbosity = Verbosity::from(cli.printing);
-        let ended = dispatch(cli.command, verbosity);
+        let result = dispatch(cli.command, verbosity);
         let took_s = began.elapsed().as_secs_f64();
         verbosity.note(format_args!("took {took_s:.1} s"));
-        ended
+        result
     })
 }
 
@@ -562,13 +562,13 @@ fn check(options: &Check, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
 /// Writes a new bench's configuration, checks it, and prints the next steps.
 fn init(options: &setup::Options, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     let attended = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
-    let listing = found::for_rig(options)?;
+    let listing = discovery::for_rig(options)?;
     if attended {
         print(listing.to_text())?;
     }
-    let mut ask = found::asked(attended)?;
-    let written = setup::write(options, &listing, &mut *ask)?;
-    print(&written.text)?;
+    let mut ask = discovery::dialogue(attended)?;
+    let outcome = setup::write(options, &listing, &mut *ask)?;
+    print(&outcome.text)?;
     let faint =
         "Check it now? By these numbers it drives a tone of 2 V at most: nobody touches the plate.";
     // An uncalibrated bench is never ready; the check shows any other faults.
@@ -576,20 +576,20 @@ fn init(options: &setup::Options, verbosity: Verbosity) -> anyhow::Result<ExitCo
     let checks = !attended && simulated || ask.confirm(faint)?;
     drop(ask);
     if !attended && !checks {
-        print(found::left_unchecked(options))?;
+        print(discovery::unchecked_message(options))?;
     }
     if checks {
-        let check = Cli::try_parse_from(found::check(options))?;
+        let check = Cli::try_parse_from(discovery::check(options))?;
         if let Err(error) = dispatch(check.command, verbosity) {
             print(format!("check: {error:#}\n"))?;
         }
     }
-    print(&written.next)?;
+    print(&outcome.next)?;
     Ok(ExitCode::SUCCESS)
 }
 
 fn list(options: &Devices) -> anyhow::Result<ExitCode> {
-    let listing = found::listing(options.mock.then_some("nominal"))?;
+    let listing = discovery::listing(options.mock.then_some("nominal"))?;
     print(if options.json {
         listing.to_json()?
     } else {

@@ -15,8 +15,8 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// Becomes the program of the participant's window; returns if that fails.
 #[cfg(unix)]
 pub fn open(options: &Participant) -> anyhow::Error {
-    let own = std::env::current_exe().unwrap_or_default();
-    participant_window::launch::launch(&own, options).into()
+    let program = std::env::current_exe().unwrap_or_default();
+    participant_window::launch::launch(&program, options).into()
 }
 
 /// Fails: this system has no participant's window.

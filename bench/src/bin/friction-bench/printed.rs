@@ -25,14 +25,14 @@ pub fn text(command: &Command) -> anyhow::Result<Vec<u8>> {
         Command::Manual { to: None } => clap_mangen::Man::new(Cli::command()).render(&mut text)?,
         Command::Manual { to: Some(folder) } => write_pages(folder)?,
         Command::Messages(options) => {
-            let found = messages::text(&options.words);
-            let found = found.with_context(|| {
+            let matches = messages::text(&options.words);
+            let matches = matches.with_context(|| {
                 format!(
                     "no message has all of these words: {}; fewer words find more, and none lists all",
                     options.words.join(" ")
                 )
             })?;
-            text = found.into();
+            text = matches.into();
         }
         _ => {}
     }

@@ -66,7 +66,7 @@ impl Header {
             Error::PinNotAvailable(_) => io::ErrorKind::InvalidInput.into(),
             Error::PermissionDenied(_) => io::ErrorKind::PermissionDenied.into(),
             Error::Io(error) => error,
-            other => io::Error::other(other),
+            error => io::Error::other(error),
         })
     }
 }

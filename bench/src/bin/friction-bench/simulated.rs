@@ -61,8 +61,8 @@ pub fn config(scenario: &Scenario) -> String {
         (ForceInterface::Netft, _) => with_sensor(NETFT),
         (ForceInterface::FieldBox, _) => BEHIND_BOX
             .iter()
-            .fold(with_sensor(FIELD_BOX), |text, [here, behind]| {
-                text.replace(here, behind)
+            .fold(with_sensor(FIELD_BOX), |text, [direct, boxed]| {
+                text.replace(direct, boxed)
             }),
         (ForceInterface::Gauges, _) => with_sensor(GAUGES).replace(FOUR, NINE),
     }
@@ -86,7 +86,7 @@ pub fn cards(scenario: &str) -> anyhow::Result<Vec<daqmx::Card>> {
         return Ok(Vec::new());
     };
     let bench = Config::parse(NI_CARD, "the simulated card's configuration")?;
-    let _behind_it = apparatus(scenario, 1, Speed::Max, None, &[], Some(&bench))?;
+    let _apparatus = apparatus(scenario, 1, Speed::Max, None, &[], Some(&bench))?;
     daqmx::cards(Some(&library))
 }
 
@@ -149,12 +149,12 @@ pub fn apparatus(
             "the simulated NI library is not beside this program: `cargo build -p mock-nidaqmx` makes it",
         )?;
         apparatus.rack().connect(&library)?;
-        let held = Lines {
+        let card_lines = Lines {
             dead_man: lines.dead_man.take(),
             ..Lines::default()
         };
         cues = Some(host);
-        (host, lines) = daqmx::open(bench, Some(&library), held)?;
+        (host, lines) = daqmx::open(bench, Some(&library), card_lines)?;
     }
     let (force_place, vibrometer_port, clock) = (
         match apparatus.force_address() {
@@ -371,7 +371,7 @@ mod tests {
     use mock_hw::pins::FIRST_HELD_NS;
 
     #[test]
-    fn the_hand_at_the_switch_lets_go_and_presses_again_as_it_is_asked() {
+    fn the_hand_at_the_switch_releases_and_presses_it_on_request() {
         let config = ApparatusConfig::new(Scenario::default(), 1, Pace::Stepped);
         let mut apparatus = SimulatedApparatus::new(config).unwrap();
         let mut switch = input("dead-man switch", apparatus.pins().unwrap().dead_man);
@@ -383,7 +383,7 @@ mod tests {
             apparatus.step().unwrap();
         }
         assert!(switch.is_high().unwrap());
-        for (instruction, held) in [
+        for (instruction, is_held) in [
             (tui::Instruction::ReleaseSwitch, false),
             (tui::Instruction::HoldSwitch, true),
         ] {
@@ -401,7 +401,7 @@ mod tests {
                 ..tui::ParticipantView::default()
             };
             hand(&view, false, None);
-            assert_eq!(switch.is_high().unwrap(), held, "{instruction:?}");
+            assert_eq!(switch.is_high().unwrap(), is_held, "{instruction:?}");
         }
     }
 
@@ -435,7 +435,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sensor_on_no_serial_line_brings_a_configuration_of_its_own() {
+    fn a_sensor_without_a_serial_line_brings_its_own_configuration() {
         for (name, source) in [
             ("net-ft", "netft"),
             ("gauges", "channels"),
@@ -450,15 +450,15 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_name_suggests_the_nearest_scenario_and_an_absent_file_is_an_error_of_its_own() {
+    fn an_unknown_name_suggests_the_nearest_scenario_and_an_absent_file_has_its_own_error() {
         let unknown = read("nominl").unwrap_err();
         assert!(matches!(
             unknown.downcast_ref(),
             Some(ScenarioError::UnknownName { nearest: Some(name), .. }) if name == "nominal"
         ));
-        let broken = read("laws/adhesoin").unwrap_err();
+        let unknown_law = read("laws/adhesoin").unwrap_err();
         assert!(matches!(
-            broken.downcast_ref(),
+            unknown_law.downcast_ref(),
             Some(ScenarioError::UnknownName { nearest: Some(name), .. }) if name == "laws/adhesion"
         ));
         let absent = read("absent.toml").unwrap_err();

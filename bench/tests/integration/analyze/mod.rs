@@ -87,9 +87,9 @@ fn damaged(damage: impl FnOnce(&Path)) -> RecordingAnalysis {
 
 fn edit(path: PathBuf, change: impl FnOnce(String) -> String) {
     let text = fs::read_to_string(&path).unwrap();
-    let changed = change(text.clone());
-    assert_ne!(changed, text, "nothing was changed in {}", path.display());
-    fs::write(path, changed).unwrap();
+    let edited = change(text.clone());
+    assert_ne!(edited, text, "nothing was changed in {}", path.display());
+    fs::write(path, edited).unwrap();
 }
 
 /// Changes samples of one channel of `signals.wav`; `change` gets the time in s and the value.
@@ -100,9 +100,9 @@ fn edit_samples(recording: &Path, channel: usize, change: impl Fn(f64, f32) -> f
     let channels = usize::from(spec.channels);
     let samples: Vec<f32> = reader.samples::<f32>().map(Result::unwrap).collect();
     let mut writer = hound::WavWriter::create(&path, spec).unwrap();
-    for (at, sample) in samples.into_iter().enumerate() {
-        let time_s = (at / channels) as f64 / f64::from(spec.sample_rate);
-        let value = if at % channels == channel {
+    for (index, sample) in samples.into_iter().enumerate() {
+        let time_s = (index / channels) as f64 / f64::from(spec.sample_rate);
+        let value = if index % channels == channel {
             change(time_s, sample)
         } else {
             sample
@@ -183,11 +183,11 @@ fn a_study_gives_results_by_the_schema() {
             let sigma_t = |instance: &Value| instance[method]["sigma_t_m"].as_f64().unwrap();
             let mean_m = instances.iter().map(sigma_t).sum::<f64>() / instances.len() as f64;
             let averaged = &instance[method]["averaged"];
-            let apart = averaged["sigma_t_m"].as_f64().unwrap() / mean_m - 1.0;
-            assert!(apart.abs() < 1e-9, "{averaged}");
-            let own = instance[method]["r2_impedance"].as_f64().unwrap();
+            let deviation = averaged["sigma_t_m"].as_f64().unwrap() / mean_m - 1.0;
+            assert!(deviation.abs() < 1e-9, "{averaged}");
+            let r2 = instance[method]["r2_impedance"].as_f64().unwrap();
             assert!(
-                averaged["r2_impedance"].as_f64().unwrap() <= own,
+                averaged["r2_impedance"].as_f64().unwrap() <= r2,
                 "{averaged}"
             );
         }
@@ -215,18 +215,20 @@ fn a_study_gives_results_by_the_schema() {
 }
 
 #[test]
-fn what_is_named_twice_counts_once() {
-    let once = find::recordings(&[study().to_owned()], false).unwrap();
-    let roundabout = once[0].join("..").join(once[0].file_name().unwrap());
-    let named = [study().to_owned(), once[0].clone(), roundabout];
-    assert_eq!(find::recordings(&named, false).unwrap(), once);
+fn a_recording_named_twice_counts_once() {
+    let recordings = find::recordings(&[study().to_owned()], false).unwrap();
+    let roundabout = recordings[0]
+        .join("..")
+        .join(recordings[0].file_name().unwrap());
+    let paths = [study().to_owned(), recordings[0].clone(), roundabout];
+    assert_eq!(find::recordings(&paths, false).unwrap(), recordings);
 }
 
 #[test]
 fn one_bad_recording_is_reported_and_does_not_stop_the_others() {
-    let (_folder, bad) = copied();
-    fs::remove_file(bad.join("force.csv")).unwrap();
-    let output = analyze(&["--json", "-"], &[&bad, study()]);
+    let (_folder, recording) = copied();
+    fs::remove_file(recording.join("force.csv")).unwrap();
+    let output = analyze(&["--json", "-"], &[&recording, study()]);
     assert_eq!(output.status.code(), Some(1));
     let complaint = String::from_utf8_lossy(&output.stderr);
     assert!(complaint.contains("force.csv"), "{complaint}");
@@ -270,9 +272,9 @@ fn flaws_are_told_and_the_sound_rest_is_analysed() {
         let bytes = fs::read(&path).unwrap();
         fs::write(path, &bytes[..bytes.len() * 3 / 4]).unwrap();
     });
-    let found = cut.found.unwrap();
+    let findings = cut.found.unwrap();
     assert!(
-        found
+        findings
             .flaws
             .iter()
             .any(|f| matches!(f, Flaw::File(Warning::Signals(_))))
@@ -285,14 +287,14 @@ fn flaws_are_told_and_the_sound_rest_is_analysed() {
         bytes[..HEADER_BYTES as usize].copy_from_slice(&header(format, 0));
         fs::write(path, bytes).unwrap();
     });
-    let found = killed.found.unwrap();
-    assert!(found.flaws.iter().any(|f| matches!(
+    let findings = killed.found.unwrap();
+    assert!(findings.flaws.iter().any(|f| matches!(
         f,
         Flaw::File(Warning::Signals(WavWarning::StaleHeader { .. }))
     )));
-    assert!(found.instances.len() >= 5);
+    assert!(findings.instances.len() >= 5);
 
-    let lost = damaged(|r| {
+    let lossy = damaged(|r| {
         let start_s = exploration_s(r);
         let inside = move |t: f64| (start_s + 0.6..start_s + 0.601).contains(&t);
         edit_samples(
@@ -301,13 +303,13 @@ fn flaws_are_told_and_the_sound_rest_is_analysed() {
             move |t, x| if inside(t) { f32::NAN } else { x },
         );
     });
-    let found = lost.found.unwrap();
-    assert!(found.flaws.iter().any(|f| matches!(
+    let findings = lossy.found.unwrap();
+    assert!(findings.flaws.iter().any(|f| matches!(
         f,
         Flaw::LostSamples { channel: Channel::Pickup, samples } if (180..=200).contains(samples)
     )));
-    assert!(!found.instances.is_empty());
-    let lost_frames = found
+    assert!(!findings.instances.is_empty());
+    let lost_frames = findings
         .rejected
         .iter()
         .filter(|r| r.reason.contains("lost samples"));
@@ -316,16 +318,21 @@ fn flaws_are_told_and_the_sound_rest_is_analysed() {
     let clipped = damaged(|r| {
         edit_samples(r, pickup(r), |_, x| x.clamp(-0.3, 0.3));
     });
-    let found = clipped.found.unwrap();
+    let findings = clipped.found.unwrap();
     assert!(
-        found.flaws.iter().any(|f| matches!(
+        findings.flaws.iter().any(|f| matches!(
             f,
             Flaw::Clipped { channel: Channel::Pickup, level, .. } if (level - 0.3).abs() < 1e-6
         )),
         "{:?}",
-        found.flaws
+        findings.flaws
     );
-    assert!(found.rejected.iter().any(|r| r.reason.contains("clipped")));
+    assert!(
+        findings
+            .rejected
+            .iter()
+            .any(|r| r.reason.contains("clipped"))
+    );
 
     let unsorted = damaged(|r| {
         edit(r.join("force.csv"), |text| {
@@ -334,14 +341,14 @@ fn flaws_are_told_and_the_sound_rest_is_analysed() {
             lines.join("\n") + "\n"
         });
     });
-    let found = unsorted.found.unwrap();
+    let findings = unsorted.found.unwrap();
     assert!(
-        found
+        findings
             .flaws
             .iter()
             .any(|f| matches!(f, Flaw::File(Warning::TimeDisorder { .. })))
     );
-    assert!(found.instances.len() >= 5);
+    assert!(findings.instances.len() >= 5);
 
     let not_a_number = damaged(|r| {
         edit(r.join("force.csv"), |text| {
@@ -355,58 +362,58 @@ fn flaws_are_told_and_the_sound_rest_is_analysed() {
             lines.collect::<Vec<_>>().join("\n") + "\n"
         });
     });
-    let found = not_a_number.found.unwrap();
+    let findings = not_a_number.found.unwrap();
     assert!(
-        found
+        findings
             .flaws
             .iter()
             .any(|f| matches!(f, Flaw::File(Warning::NotFinite { .. })))
     );
-    assert!(found.instances.len() >= 5, "{:?}", found.rejected);
+    assert!(findings.instances.len() >= 5, "{:?}", findings.rejected);
 }
 
 #[test]
 fn readings_on_another_clock_or_too_far_apart_are_named() {
-    let told = |analysis: RecordingAnalysis, words: &[&str]| {
-        let found = analysis.found.unwrap();
-        assert!(found.instances.is_empty());
-        let flaws: Vec<String> = found.flaws.iter().map(Flaw::to_string).collect();
-        let named = flaws
+    let require_flaw = |analysis: RecordingAnalysis, words: &[&str]| {
+        let findings = analysis.found.unwrap();
+        assert!(findings.instances.is_empty());
+        let flaws: Vec<String> = findings.flaws.iter().map(Flaw::to_string).collect();
+        let is_named = flaws
             .iter()
             .any(|flaw| words.iter().all(|word| flaw.contains(word)));
-        assert!(named, "no {words:?} in {flaws:?}");
+        assert!(is_named, "no {words:?} in {flaws:?}");
     };
     let unix_time = damaged(|r| {
         edit(r.join("force.csv"), |text| {
             let (header, rows) = text.split_once('\n').unwrap();
-            let later = rows.lines().map(|row| {
+            let shifted = rows.lines().map(|row| {
                 let (time, forces) = row.split_once(',').unwrap();
                 let time_s: f64 = time.parse().unwrap();
                 format!("{:.6},{forces}\n", time_s + 1.79e9)
             });
-            format!("{header}\n{}", later.collect::<String>())
+            format!("{header}\n{}", shifted.collect::<String>())
         });
     });
-    told(unix_time, &["force.csv", "another clock", "time_s"]);
+    require_flaw(unix_time, &["force.csv", "another clock", "time_s"]);
     let slow = damaged(|r| {
         edit(r.join("position.csv"), |text| {
             let (header, rows) = text.split_once('\n').unwrap();
-            let some: Vec<&str> = rows.lines().step_by(50).collect();
-            format!("{header}\n{}\n", some.join("\n"))
+            let thinned_rows: Vec<&str> = rows.lines().step_by(50).collect();
+            format!("{header}\n{}\n", thinned_rows.join("\n"))
         });
     });
-    told(slow, &["position.csv", "50 ms apart", "20 ms"]);
+    require_flaw(slow, &["position.csv", "50 ms apart", "20 ms"]);
 }
 
 #[test]
-fn a_pickup_that_changes_on_the_way_is_told_of() {
-    let told = |found: &RecordingFindings| {
-        found
+fn a_pickup_that_changes_on_the_way_is_reported() {
+    let is_flagged = |findings: &RecordingFindings| {
+        findings
             .flaws
             .iter()
             .any(|f| matches!(f, Flaw::ModelParts { .. }))
     };
-    assert!(!told(&damaged(|_| ()).found.unwrap()));
+    assert!(!is_flagged(&damaged(|_| ()).found.unwrap()));
     let loosened = damaged(|r| {
         let start_s = exploration_s(r);
         edit_samples(
@@ -417,8 +424,13 @@ fn a_pickup_that_changes_on_the_way_is_told_of() {
             },
         );
     });
-    let found = loosened.found.unwrap();
-    assert!(told(&found), "{:?} {:?}", found.flaws, found.model_check);
+    let findings = loosened.found.unwrap();
+    assert!(
+        is_flagged(&findings),
+        "{:?} {:?}",
+        findings.flaws,
+        findings.model_check
+    );
 }
 
 /// Fault 6.
@@ -428,38 +440,42 @@ fn an_output_xrun_costs_the_instance_that_it_falls_in_and_no_other() {
     let hit = sound.instances[2].start_s + 0.01;
     let with_event = |event: &str| {
         let event = event.to_owned();
-        let broken = damaged(move |r| {
+        let recording = damaged(move |r| {
             edit(r.join("recording.toml"), |text| {
                 format!("{text}\n[[events]]\nkind = \"output_xrun\"\n{event}\n")
             });
         });
-        broken.found.unwrap()
+        recording.found.unwrap()
     };
     let sample = (hit * 192e3) as u64;
-    let lost = |found: &RecordingFindings| {
+    let rejections = |findings: &RecordingFindings| {
         let reason = "drive broken off by an output xrun";
-        let rejected = found.rejected.iter();
+        let rejected = findings.rejected.iter();
         rejected.filter(|r| r.reason.contains(reason)).count()
     };
-    let broken = with_event(&format!("sample = {sample}\nframes = 1000"));
+    let costly = with_event(&format!("sample = {sample}\nframes = 1000"));
     assert_eq!(
-        (broken.instances.len(), lost(&broken)),
+        (costly.instances.len(), rejections(&costly)),
         (sound.instances.len() - 1, 1)
     );
     // The drive was not interrupted.
     let harmless = with_event(&format!("sample = {sample}\nframes = 0"));
     assert_eq!(
-        (harmless.instances.len(), lost(&harmless)),
+        (harmless.instances.len(), rejections(&harmless)),
         (sound.instances.len(), 0)
     );
     // In the format of earlier versions, the gap is somewhere near the report.
-    let old = with_event(&format!("sample = {sample}"));
-    assert!((1..=3).contains(&lost(&old)), "{:?}", old.rejected);
+    let old_format = with_event(&format!("sample = {sample}"));
+    assert!(
+        (1..=3).contains(&rejections(&old_format)),
+        "{:?}",
+        old_format.rejected
+    );
 }
 
 #[test]
 fn without_a_free_plate_nothing_is_estimated() {
-    let none = damaged(|r| {
+    let no_interval = damaged(|r| {
         edit(r.join("recording.toml"), |text| {
             text.replacen(
                 "kind = \"unloaded\"",
@@ -468,28 +484,28 @@ fn without_a_free_plate_nothing_is_estimated() {
             )
         });
     });
-    let found = none.found.unwrap();
+    let findings = no_interval.found.unwrap();
     assert!(
-        found
+        findings
             .flaws
             .contains(&Flaw::Unloaded(UnloadedError::NoInterval))
     );
-    assert!(found.instances.is_empty() && found.z_p.is_none());
+    assert!(findings.instances.is_empty() && findings.z_p.is_none());
     assert!(
-        found
+        findings
             .rejected
             .iter()
             .any(|r| r.reason.contains("Z_p is not known"))
     );
 
-    let found = damaged(|r| touch(r, f64::INFINITY)).found.unwrap();
+    let findings = damaged(|r| touch(r, f64::INFINITY)).found.unwrap();
     assert!(
-        found
+        findings
             .flaws
             .iter()
             .any(|f| matches!(f, Flaw::Unloaded(UnloadedError::Touched { .. })))
     );
-    assert!(found.instances.is_empty());
+    assert!(findings.instances.is_empty());
 }
 
 #[test]
@@ -497,14 +513,14 @@ fn a_finger_that_leaves_late_costs_only_its_time() {
     let (_folder, copy) = copied();
     let unloaded_s = unloaded_s(&copy);
     touch(&copy, unloaded_s.0 + 0.3);
-    let found = analyse(&copy, &Settings::default()).found.unwrap();
-    let touched = found.flaws.iter().find_map(|f| match f {
+    let findings = analyse(&copy, &Settings::default()).found.unwrap();
+    let touched = findings.flaws.iter().find_map(|f| match f {
         Flaw::Touched { touched_s } => Some(*touched_s),
         _ => None,
     });
     // The force filter blurs the moment of release.
     assert!((touched.unwrap() - 0.3).abs() < 0.02, "{touched:?}");
-    assert!(found.z_p.is_some() && found.instances.len() >= 5);
+    assert!(findings.z_p.is_some() && findings.instances.len() >= 5);
 }
 
 /// Writes a normal force of 0.6 N into all rows before `until_s`.
@@ -524,7 +540,7 @@ fn touch(recording: &Path, until_s: f64) {
 #[test]
 fn a_carrier_that_is_not_there_is_named() {
     for channel in [Channel::Drive, Channel::Pickup] {
-        let gone = damaged(|r| {
+        let recording = damaged(|r| {
             let channels = read_manifest(r).unwrap().channels;
             let index = match channel {
                 Channel::Drive => channels.drive.index,
@@ -535,17 +551,22 @@ fn a_carrier_that_is_not_there_is_named() {
                 |t: f64| (((t * 192e3).round() * 78.233).sin() * 43758.547).fract() as f32 - 0.5;
             edit_samples(r, usize::from(index), move |t, _| noise(t));
         });
-        let mut found = gone.found.unwrap();
+        let mut findings = recording.found.unwrap();
         // The copied recording has no copy of the protocol next to it.
-        let beside = |flaw: &Flaw| matches!(flaw, Flaw::ProtocolCopy { .. });
-        found.flaws.retain(|flaw| !beside(flaw));
+        let is_protocol_copy = |flaw: &Flaw| matches!(flaw, Flaw::ProtocolCopy { .. });
+        findings.flaws.retain(|flaw| !is_protocol_copy(flaw));
         assert!(
-            matches!(found.flaws[..], [Flaw::CarrierMissing { channel: c, .. }] if c == channel),
+            matches!(findings.flaws[..], [Flaw::CarrierMissing { channel: c, .. }] if c == channel),
             "{:?}",
-            found.flaws
+            findings.flaws
         );
-        assert!(found.instances.is_empty());
-        assert!(found.rejected.iter().all(|r| r.reason.contains("carrier")));
+        assert!(findings.instances.is_empty());
+        assert!(
+            findings
+                .rejected
+                .iter()
+                .all(|r| r.reason.contains("carrier"))
+        );
     }
 }
 
@@ -562,8 +583,8 @@ fn unloaded_s(recording: &Path) -> (f64, f64) {
     interval_s(recording, |kind| kind == RecordedIntervalKind::Unloaded)
 }
 
-fn interval_s(recording: &Path, wanted: impl Fn(RecordedIntervalKind) -> bool) -> (f64, f64) {
+fn interval_s(recording: &Path, is_kind: impl Fn(RecordedIntervalKind) -> bool) -> (f64, f64) {
     let manifest = read_manifest(recording).unwrap();
-    let interval = manifest.intervals.iter().find(|i| wanted(i.kind)).unwrap();
+    let interval = manifest.intervals.iter().find(|i| is_kind(i.kind)).unwrap();
     (interval.start_s, interval.end_s)
 }

@@ -47,23 +47,23 @@ fn the_page_holds_what_the_results_hold_and_needs_nothing_beside_itself() {
     for outside in ["http", "src=", "<script", "<link", "url("] {
         assert!(!page.contains(outside), "{outside}");
     }
-    let where_it_lies = study().parent().unwrap().to_str().unwrap();
-    assert!(!page.contains(where_it_lies));
-    let left: Vec<_> = fs::read_dir(folder.path())
+    let study_folder = study().parent().unwrap().to_str().unwrap();
+    assert!(!page.contains(study_folder));
+    let files: Vec<_> = fs::read_dir(folder.path())
         .unwrap()
-        .map(|of| of.unwrap().file_name())
+        .map(|entry| entry.unwrap().file_name())
         .collect();
-    assert_eq!(left.len(), 2, "{left:?}");
+    assert_eq!(files.len(), 2, "{files:?}");
 }
 
 #[test]
 fn a_page_that_cannot_be_written_is_refused_before_the_analysis() {
     let folder = tempfile::tempdir().unwrap();
-    let nowhere = folder.path().join("none").join("a.html");
+    let unwritable = folder.path().join("none").join("a.html");
     for (option, path) in [
-        ("--report", nowhere.as_path()),
+        ("--report", unwritable.as_path()),
         ("--report", folder.path()),
-        ("--json", nowhere.as_path()),
+        ("--json", unwritable.as_path()),
     ] {
         // The recording does not exist either, which a started analysis would report.
         let output = analyze(
@@ -71,10 +71,10 @@ fn a_page_that_cannot_be_written_is_refused_before_the_analysis() {
             &[&folder.path().join("absent")],
         );
         assert!(!output.status.success());
-        let said = String::from_utf8_lossy(&output.stderr);
+        let stderr = String::from_utf8_lossy(&output.stderr);
         assert!(
-            said.contains("cannot write") && !said.contains("absent"),
-            "{said}"
+            stderr.contains("cannot write") && !stderr.contains("absent"),
+            "{stderr}"
         );
     }
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);

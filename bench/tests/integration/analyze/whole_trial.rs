@@ -30,17 +30,21 @@ fn stated_errors_of_the_calibration_are_in_the_intervals() {
         let results: Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
         results["recordings"][0].clone()
     };
-    let shared = |of: &Value, key: &str| {
-        let interval = &of["trial"]["interval95"][key];
-        let [from, to] = [0, 1].map(|at| interval[at].as_f64().unwrap());
-        ln_ratio(to, from)
+    let ln_width = |recording: &Value, key: &str| {
+        let interval = &recording["trial"]["interval95"][key];
+        let [low, high] = [0, 1].map(|end| interval[end].as_f64().unwrap());
+        ln_ratio(high, low)
     };
-    let own = |of: &Value, key: &str| of["instances"][3]["trial"]["std"][key].as_f64().unwrap();
-    let widths = |of: &Value| {
+    let instance_std = |recording: &Value, key: &str| {
+        recording["instances"][3]["trial"]["std"][key]
+            .as_f64()
+            .unwrap()
+    };
+    let widths = |recording: &Value| {
         [
-            shared(of, "contact_area_m2"),
-            own(of, "sigma_t_m"),
-            own(of, "mu0"),
+            ln_width(recording, "contact_area_m2"),
+            instance_std(recording, "sigma_t_m"),
+            instance_std(recording, "mu0"),
         ]
     };
     let exact = analysed("exact", "");
@@ -64,16 +68,19 @@ fn stated_errors_of_the_calibration_are_in_the_intervals() {
             [false, false, true],
         ),
     ] {
-        let stated = analysed(name, line);
+        let inexact = analysed(name, line);
         for key in ["contact_area_m2", "q0_rad_per_m", "loss_factor", "tau_s"] {
-            assert_eq!(stated["trial"][key], exact["trial"][key], "{name}");
+            assert_eq!(inexact["trial"][key], exact["trial"][key], "{name}");
         }
-        let (found, before) = (widths(&stated), widths(&exact));
-        let widened = [0, 1, 2].map(|at| found[at] > 1.1 * before[at]);
-        assert_eq!(widened, wider, "{name}: {found:?} {before:?}");
+        let (inexact_widths, exact_widths) = (widths(&inexact), widths(&exact));
+        let widened = [0, 1, 2].map(|i| inexact_widths[i] > 1.1 * exact_widths[i]);
+        assert_eq!(
+            widened, wider,
+            "{name}: {inexact_widths:?} {exact_widths:?}"
+        );
         // The first key of the line is in the results.
         let key = line.split(' ').next().unwrap();
-        assert!(stated["standard_errors"][key].as_f64().unwrap() > 0.0);
+        assert!(inexact["standard_errors"][key].as_f64().unwrap() > 0.0);
     }
 }
 
@@ -81,24 +88,24 @@ fn stated_errors_of_the_calibration_are_in_the_intervals() {
 #[test]
 fn a_prior_that_is_assumed_otherwise_holds() {
     let recording = unknown_skin();
-    let held = "trial_priors.contact_area_m2";
+    let prior_key = "trial_priors.contact_area_m2";
     let output = analyze(
         &[
             "--json",
             "-",
             "--assume",
-            &format!("{held}.median=200e-6"),
+            &format!("{prior_key}.median=200e-6"),
             "--assume",
-            &format!("{held}.ln_std=1e-5"),
+            &format!("{prior_key}.ln_std=1e-5"),
         ],
         &[&recording],
     );
-    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let prior = &found["settings"]["trial_priors"]["contact_area_m2"];
+    let results: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let prior = &results["settings"]["trial_priors"]["contact_area_m2"];
     assert_eq!(prior["median"], 200e-6);
-    let area_m2 = &found["recordings"][0]["trial"]["contact_area_m2"];
-    let off = ln_ratio(area_m2.as_f64().unwrap(), 200e-6);
-    assert!(off.abs() < 1e-3, "{area_m2}");
+    let area_m2 = &results["recordings"][0]["trial"]["contact_area_m2"];
+    let deviation = ln_ratio(area_m2.as_f64().unwrap(), 200e-6);
+    assert!(deviation.abs() < 1e-3, "{area_m2}");
 }
 
 fn ln_ratio(to: f64, from: f64) -> f64 {
@@ -112,22 +119,27 @@ fn the_trials_fit_stands_in_the_results_by_the_schema_and_in_the_summary() {
         let output = analyze(&[options, &["--json", "-"]].concat(), &[&recording]);
         serde_json::from_slice(&output.stdout).unwrap()
     };
-    let found = results(&[]);
-    assert_eq!(found["settings"]["plate_offset"], true);
+    let default_results = results(&[]);
+    assert_eq!(default_results["settings"]["plate_offset"], true);
     // The prior is wide enough for the estimate, and far from the value assumed by the other methods.
-    let prior = &found["settings"]["trial_priors"]["contact_area_m2"];
+    let prior = &default_results["settings"]["trial_priors"]["contact_area_m2"];
     assert!(prior["median"].as_f64().unwrap() < 200e-6 && prior["ln_std"].as_f64().unwrap() > 0.4);
-    let shared = &found["recordings"][0]["trial"];
-    let instances = found["recordings"][0]["instances"].as_array().unwrap();
+    let shared = &default_results["recordings"][0]["trial"];
+    let instances = default_results["recordings"][0]["instances"]
+        .as_array()
+        .unwrap();
     assert_eq!(shared["verdict"], "converged");
     assert_eq!(shared["n_instances"], instances.len());
     assert_eq!(shared["model_misfit"], false);
     assert_eq!(shared["misfit"], serde_json::json!([]));
-    let inside = |of: &Value, key: &str, value: &Value| {
-        let interval = of["interval95"][key].as_array().unwrap();
-        let [from, to] = [0, 1].map(|end| interval[end].as_f64().unwrap());
+    let inside = |estimates: &Value, key: &str, value: &Value| {
+        let interval = estimates["interval95"][key].as_array().unwrap();
+        let [low, high] = [0, 1].map(|end| interval[end].as_f64().unwrap());
         let value = value.as_f64().unwrap();
-        assert!(from < value && value < to, "{key}: {value} in {interval:?}");
+        assert!(
+            low < value && value < high,
+            "{key}: {value} in {interval:?}"
+        );
     };
     for key in [
         "contact_area_m2",
@@ -168,13 +180,16 @@ fn the_trials_fit_stands_in_the_results_by_the_schema_and_in_the_summary() {
     }
 
     // The recording was made elsewhere and states no participant.
-    let skin = &found["skin"];
+    let skin = &default_results["skin"];
     assert_eq!(skin["participants"], serde_json::json!([]));
     assert_eq!(skin["left_out"][0]["because"], "no participant is stated");
 
-    let held = results(&["--no-offset"]);
-    assert_eq!(held["settings"]["plate_offset"], false);
-    for instance in held["recordings"][0]["instances"].as_array().unwrap() {
+    let without_offset = results(&["--no-offset"]);
+    assert_eq!(without_offset["settings"]["plate_offset"], false);
+    for instance in without_offset["recordings"][0]["instances"]
+        .as_array()
+        .unwrap()
+    {
         let zeros = serde_json::json!([0.0, 0.0]);
         assert_eq!(instance["dynamic"]["plate_offset_n_s_per_m"], zeros);
         assert_eq!(instance["dynamic"]["resonance_shift_hz"].to_string(), "0.0");
@@ -191,8 +206,11 @@ fn the_trials_fit_stands_in_the_results_by_the_schema_and_in_the_summary() {
     let printed = String::from_utf8_lossy(&printed.stdout);
     // The true area is 240 mm².
     let (_, area) = printed.split_once("trial: S ").expect("the trial's skin");
-    let (from, rest) = area.split_once(" to ").expect("an interval");
-    let (to, _) = rest.split_once(" mm²").expect("its unit");
-    let [from, to] = [from, to].map(|of| of.parse::<f64>().expect("a number"));
-    assert!(from < 240.0 && 240.0 < to && to - from < 25.0, "{printed}");
+    let (low, tail) = area.split_once(" to ").expect("an interval");
+    let (high, _) = tail.split_once(" mm²").expect("its unit");
+    let [low, high] = [low, high].map(|text| text.parse::<f64>().expect("a number"));
+    assert!(
+        low < 240.0 && 240.0 < high && high - low < 25.0,
+        "{printed}"
+    );
 }

@@ -33,21 +33,21 @@ fn the_curves_of_a_fit_go_through_what_was_measured() {
         );
     }
     // A finger adds dissipation and inertia, less of each as it is levitated.
-    let distance = |of: &ComplexImpedance| {
+    let distance = |z: &ComplexImpedance| {
         let z_p = &curves.z_p_n_s_per_m;
-        (of.re_n_s_per_m - z_p.re_n_s_per_m).hypot(of.im_n_s_per_m - z_p.im_n_s_per_m)
+        (z.re_n_s_per_m - z_p.re_n_s_per_m).hypot(z.im_n_s_per_m - z_p.im_n_s_per_m)
     };
     let [first, .., last] = &curves.locus[..] else {
         panic!("a locus of {} points", curves.locus.len());
     };
     assert!(distance(first) > 1.5 * distance(last));
 
-    let nothing = contact_curves(
+    let empty = contact_curves(
         &analysis::trial_fit::FitRequest {
             explorations: Vec::new(),
             ..request
         },
         &fitted,
     );
-    assert_eq!(nothing, None);
+    assert_eq!(empty, None);
 }

@@ -265,21 +265,29 @@ fn findings(folder: &Path) -> RecordingFindings {
 }
 
 fn errors(folder: &Path) -> Errors {
-    let found = findings(folder);
-    let of = |error: &dyn Fn(&Estimated) -> f64| {
-        let mut errors: Vec<f64> = found.instances.iter().map(|i| error(&i.dynamic)).collect();
+    let findings = findings(folder);
+    let quantiles = |error: &dyn Fn(&Estimated) -> f64| {
+        let mut errors: Vec<f64> = findings
+            .instances
+            .iter()
+            .map(|i| error(&i.dynamic))
+            .collect();
         errors.sort_by(f64::total_cmp);
-        let at = |share| quantile(&errors, share).unwrap_or(f64::NAN);
-        (at(0.5), at(1.0))
+        let at_share = |share| quantile(&errors, share).unwrap_or(f64::NAN);
+        (at_share(0.5), at_share(1.0))
     };
     Errors {
-        instances: found.instances.len(),
-        sigma_t: of(&|e| (e.sigma_t_m / SIGMA_T_M - 1.0).abs()),
-        z_t: of(&|e| (e.z_t_n_s_per_m - Z_T).norm() / Z_T.norm()),
-        tau_s: of(&|e| (e.tau_s.unwrap().0 - TAU_S).abs()),
-        mu: of(&|e| e.agreement.rms_mu),
-        force: found.model_check.iter().map(|b| b.p90).fold(0.0, f64::max),
-        warnings: found.flaws,
+        instances: findings.instances.len(),
+        sigma_t: quantiles(&|e| (e.sigma_t_m / SIGMA_T_M - 1.0).abs()),
+        z_t: quantiles(&|e| (e.z_t_n_s_per_m - Z_T).norm() / Z_T.norm()),
+        tau_s: quantiles(&|e| (e.tau_s.unwrap().0 - TAU_S).abs()),
+        mu: quantiles(&|e| e.agreement.rms_mu),
+        force: findings
+            .model_check
+            .iter()
+            .map(|b| b.p90)
+            .fold(0.0, f64::max),
+        warnings: findings.flaws,
     }
 }
 
@@ -297,14 +305,14 @@ fn assert_estimated(name: &str, laboratory: &Laboratory) -> Vec<Flaw> {
 fn assert_within(name: &str, errors: Errors) -> Vec<Flaw> {
     println!("{name}: {errors:.5?}");
     assert!(errors.instances >= 6, "{name}: {errors:?}");
-    for (what, (_, greatest), limit) in [
+    for (quantity, (_, greatest), limit) in [
         ("sigma_t", errors.sigma_t, 0.03),
         ("Z_t", errors.z_t, 0.05),
         ("tau", errors.tau_s, 0.5e-3),
         ("mu", errors.mu, 0.03),
         ("force", (0.0, errors.force), 0.05),
     ] {
-        assert!(greatest <= limit, "{name}, {what}: {errors:?}");
+        assert!(greatest <= limit, "{name}, {quantity}: {errors:?}");
     }
     errors.warnings
 }
@@ -325,27 +333,30 @@ fn any_sample_rate_serves() {
 
 #[test]
 fn a_carrier_beside_the_resonance_serves() {
-    for beside_hz in [-40.0, 30.0] {
-        let drive_hz = 35e3 + beside_hz;
+    for offset_hz in [-40.0, 30.0] {
+        let drive_hz = 35e3 + offset_hz;
         let laboratory = Laboratory {
             drive_hz,
             stated_carrier_hz: drive_hz,
             ..PUBLISHED
         };
-        assert_found(&format!("{beside_hz} Hz beside resonance"), &laboratory);
+        assert_found(&format!("{offset_hz} Hz beside resonance"), &laboratory);
     }
 }
 
 #[test]
 fn a_generator_on_a_clock_of_its_own_serves() {
-    let off = |off_hz| Laboratory {
-        drive_hz: 35e3 + off_hz,
+    let shifted = |shift_hz| Laboratory {
+        drive_hz: 35e3 + shift_hz,
         ..PUBLISHED
     };
-    for off_hz in [0.3, -3.5] {
-        assert_found(&format!("{off_hz} Hz off what is stated"), &off(off_hz));
+    for shift_hz in [0.3, -3.5] {
+        assert_found(
+            &format!("{shift_hz} Hz off what is stated"),
+            &shifted(shift_hz),
+        );
     }
-    let warnings = assert_estimated("40 Hz off what is stated", &off(40.0));
+    let warnings = assert_estimated("40 Hz off what is stated", &shifted(40.0));
     let [Flaw::CarrierElsewhere { measured_hz, .. }] = warnings[..] else {
         panic!("{warnings:?}");
     };
@@ -361,12 +372,12 @@ fn a_phase_that_nobody_stated_is_found_in_the_modulation() {
             plate_hz,
             ..PUBLISHED
         };
-        let stated = Laboratory {
+        let nominal = Laboratory {
             pickup_late_samples: 0.0,
             ..laboratory
         };
         laboratory.record(folder.path());
-        fs::write(folder.path().join("recording.toml"), stated.manifest()).unwrap();
+        fs::write(folder.path().join("recording.toml"), nominal.manifest()).unwrap();
         let name = format!("{late_samples} samples late, unstated");
         let mut warnings = assert_within(&name, errors(folder.path()));
         let Flaw::PickupPhase {
@@ -378,20 +389,20 @@ fn a_phase_that_nobody_stated_is_found_in_the_modulation() {
         };
         let late_rad = TAU * 35e3 * late_samples / 100e3;
         assert_eq!(stated_rad, 0.0);
-        let off_rad = Complex64::cis(found_rad - late_rad).arg();
-        assert!(off_rad.abs() < 0.01, "{name}: {found_rad}");
-        let detuned = plate_hz != stated.stated_plate_hz;
+        let error_rad = Complex64::cis(found_rad - late_rad).arg();
+        assert!(error_rad.abs() < 0.01, "{name}: {found_rad}");
+        let detuned = plate_hz != nominal.stated_plate_hz;
         assert_eq!(!warnings.is_empty(), detuned, "{name}: {warnings:?}");
     }
 }
 
 #[test]
-fn an_amplitude_stated_peak_to_peak_is_told_of() {
+fn an_amplitude_stated_peak_to_peak_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     PUBLISHED.record(folder.path());
-    let stated = format!("metres_per_unit = {METRES_PER_UNIT:?}");
+    let original = format!("metres_per_unit = {METRES_PER_UNIT:?}");
     let doubled = format!("metres_per_unit = {:?}", 2.0 * METRES_PER_UNIT);
-    let manifest = PUBLISHED.manifest().replace(&stated, &doubled);
+    let manifest = PUBLISHED.manifest().replace(&original, &doubled);
     fs::write(folder.path().join("recording.toml"), manifest).unwrap();
     let warnings = errors(folder.path()).warnings;
     assert!(
@@ -523,8 +534,8 @@ fn at_an_envelope_null_no_impedance_explodes() {
         ..PUBLISHED
     };
     laboratory.record(folder.path());
-    let found = findings(folder.path());
-    let exploration = &found.explorations[0];
+    let findings = findings(folder.path());
+    let exploration = &findings.explorations[0];
     let below_noise = exploration
         .validity
         .iter()

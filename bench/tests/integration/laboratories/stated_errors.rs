@@ -31,30 +31,30 @@ fn estimate(fit: &TrialFit) -> LiveEstimate {
 #[test]
 fn stated_errors_of_the_calibration_are_in_the_live_ones() {
     let profile = AmplitudeProfile::default();
-    let fitted = |stated: &str| {
+    let fitted = |line: &str| {
         let folder = tempfile::tempdir().unwrap();
         PUBLISHED.record(folder.path());
         let path = folder.path().join("recording.toml");
         let text = fs::read_to_string(&path).unwrap();
-        fs::write(path, format!("{text}\n[standard_errors]\n{stated}\n")).unwrap();
+        fs::write(path, format!("{text}\n[standard_errors]\n{line}\n")).unwrap();
         trial_fit(folder.path(), &profile)
     };
     let exact = fitted("");
-    let before = estimate(&exact);
-    for (stated, gap, mu0) in [
+    let exact_estimate = estimate(&exact);
+    for (line, gap, mu0) in [
         ("amplitude_relative = 0.03", true, false),
         ("impedance_relative = 0.03", true, false),
         ("normal_force_relative = 0.03", false, true),
         ("lateral_force_relative = 0.03", false, true),
     ] {
-        let open = fitted(stated);
+        let inexact = fitted(line);
         // A stated error may change which instance is the typical one.
-        let moved = (open.sigma_t_m.value / exact.sigma_t_m.value).ln();
-        assert!(moved.abs() < 0.01, "{stated}: {moved}");
-        let now = estimate(&open);
-        let wider = now.gap_m.std / before.gap_m.std;
-        println!("{stated}: live gap {wider:.2} times as wide");
-        assert_eq!(wider > 1.2, gap, "{stated}: {wider}");
-        assert_eq!(open.mu0.std > 0.03 * open.mu0.value, mu0, "{stated}");
+        let ln_shift = (inexact.sigma_t_m.value / exact.sigma_t_m.value).ln();
+        assert!(ln_shift.abs() < 0.01, "{line}: {ln_shift}");
+        let inexact_estimate = estimate(&inexact);
+        let wider = inexact_estimate.gap_m.std / exact_estimate.gap_m.std;
+        println!("{line}: live gap {wider:.2} times as wide");
+        assert_eq!(wider > 1.2, gap, "{line}: {wider}");
+        assert_eq!(inexact.mu0.std > 0.03 * inexact.mu0.value, mu0, "{line}");
     }
 }

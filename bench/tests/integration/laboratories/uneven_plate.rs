@@ -22,17 +22,17 @@ fn state_profile(folder: &Path, ratio: impl Fn(f64) -> f64) {
     let (path, ratios) = (folder.join("recording.toml"), places_m.map(ratio));
     let profile = format!("profile = {{ positions_m = {places_m:?}, ratios = {ratios:?} }}");
     let text = fs::read_to_string(&path).unwrap();
-    let with = text.replace(
+    let edited = text.replace(
         "centre_m = 0.0525 }",
         &format!("centre_m = 0.0525, {profile} }}"),
     );
-    assert_ne!(with, text);
-    fs::write(path, with).unwrap();
+    assert_ne!(edited, text);
+    fs::write(path, edited).unwrap();
 }
 
 /// Returns all digits of a method's estimates.
-fn estimates(found: &RecordingFindings, method: Method) -> String {
-    let of = found.instances.iter().map(|i| {
+fn estimates(findings: &RecordingFindings, method: Method) -> String {
+    let texts = findings.instances.iter().map(|i| {
         let e = i.estimated(method).unwrap();
         let skin = (e.sigma_t_m, e.z_t_n_s_per_m, e.tau_s, e.mu0);
         format!(
@@ -40,7 +40,7 @@ fn estimates(found: &RecordingFindings, method: Method) -> String {
             e.series, e.motion, e.film_force_n
         )
     });
-    of.collect()
+    texts.collect()
 }
 
 /// An amplitude that is 15.3 % less at the plate's ends is 5 % less at the ends of the 60 mm that are kept.
@@ -58,23 +58,23 @@ fn a_plate_that_moves_less_at_its_ends_serves_once_its_profile_is_known() {
     state_profile(folder.path(), |x| uneven.scenario().plate.shape(x));
     let known = findings(folder.path());
     // Compared with the same finger on an even plate, which has the other errors of `dynamic` too.
-    let greatest = |found: &RecordingFindings| {
-        let pairs = found.instances.iter().zip(&even.instances);
-        let each = pairs.map(|(found, even)| {
-            assert!((found.start_s - even.start_s).abs() < 5e-3);
-            let (found, even) = (&found.dynamic, &even.dynamic);
-            let z_t = (found.z_t_n_s_per_m - even.z_t_n_s_per_m).norm() / Z_T.norm();
-            [(found.sigma_t_m / even.sigma_t_m - 1.0).abs(), z_t]
+    let greatest = |findings: &RecordingFindings| {
+        let pairs = findings.instances.iter().zip(&even.instances);
+        let deviations = pairs.map(|(instance, even)| {
+            assert!((instance.start_s - even.start_s).abs() < 5e-3);
+            let (estimate, even) = (&instance.dynamic, &even.dynamic);
+            let z_t = (estimate.z_t_n_s_per_m - even.z_t_n_s_per_m).norm() / Z_T.norm();
+            [(estimate.sigma_t_m / even.sigma_t_m - 1.0).abs(), z_t]
         });
-        each.fold([0.0f64; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])])
+        deviations.fold([0.0f64; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])])
     };
     let ([sigma_t, z_t], biased) = (greatest(&known), greatest(&unknown));
     println!("5 % less: sigma_t, Z_t off by {biased:.4?}; with the profile {sigma_t:.4}, {z_t:.4}");
     assert!(known.instances.len() >= 6 && known.flaws.is_empty());
     assert!(biased[0] > 0.025 && biased[1] > 0.02, "{biased:?}");
     assert!(sigma_t < 0.003 && z_t < 0.004, "{sigma_t} {z_t}");
-    let by_paper = [&known, &unknown].map(|found| estimates(found, Method::Paper));
-    assert_eq!(by_paper[0], by_paper[1]);
+    let paper_estimates = [&known, &unknown].map(|findings| estimates(findings, Method::Paper));
+    assert_eq!(paper_estimates[0], paper_estimates[1]);
 }
 
 /// Returns the request to fit a recording's exploration, as a session makes it after a trial.
@@ -117,9 +117,9 @@ fn the_fit_of_a_session_knows_the_profile_too_and_hands_it_on() {
     uneven.record(folder.path());
     state_profile(folder.path(), |x| uneven.scenario().plate.shape(x));
     let profile = AmplitudeProfile::from(findings(folder.path()).plate());
-    let none = AmplitudeProfile::default();
-    let even = trial_fit(even_folder.path(), &none);
-    let [known, unknown] = [&profile, &none].map(|profile| trial_fit(folder.path(), profile));
+    let uniform = AmplitudeProfile::default();
+    let even = trial_fit(even_folder.path(), &uniform);
+    let [known, unknown] = [&profile, &uniform].map(|profile| trial_fit(folder.path(), profile));
     let off = |fit: &TrialFit| (fit.z_t_n_s_per_m - even.z_t_n_s_per_m).norm() / Z_T.norm();
     println!(
         "half at the ends: Z_t off by {:.4}, with the profile {:.4}",
@@ -156,27 +156,27 @@ fn results_say_how_each_method_takes_the_amplitude() {
         ),
     ] {
         let results = results(folders);
-        let taken = &results["settings"]["amplitude_along_plate"];
-        let paper = taken["paper"].as_str().unwrap();
+        let amplitude = &results["settings"]["amplitude_along_plate"];
+        let paper = amplitude["paper"].as_str().unwrap();
         assert!(paper.starts_with("uniform, as published"), "{paper}");
-        assert_eq!(taken["dynamic"], dynamic);
+        assert_eq!(amplitude["dynamic"], dynamic);
         assert_eq!(results["settings"]["loss_factor"], 0.3);
     }
-    let both = results(&folders);
-    assert_eq!(both["recordings"][0]["plate_profile"], true);
-    assert!(both["recordings"][1].get("plate_profile").is_none());
+    let both_results = results(&folders);
+    assert_eq!(both_results["recordings"][0]["plate_profile"], true);
+    assert!(both_results["recordings"][1].get("plate_profile").is_none());
 }
 
 #[test]
 fn a_profile_of_ones_changes_no_bit() {
     let folder = tempfile::tempdir().unwrap();
     PUBLISHED.record(folder.path());
-    let without = findings(folder.path());
+    let plain = findings(folder.path());
     state_profile(folder.path(), |_| 1.0);
-    let with = findings(folder.path());
-    assert!(with.plate().profile.is_some() && !with.instances.is_empty());
+    let profiled = findings(folder.path());
+    assert!(profiled.plate().profile.is_some() && !profiled.instances.is_empty());
     for method in Method::BOTH {
-        assert_eq!(estimates(&with, method), estimates(&without, method));
+        assert_eq!(estimates(&profiled, method), estimates(&plain, method));
     }
-    assert_eq!(with.model_check, without.model_check);
+    assert_eq!(profiled.model_check, plain.model_check);
 }

@@ -77,58 +77,58 @@ proptest! {
     fn any_byte_changed_removed_or_added_anywhere(
         name in prop::sample::select(&FILES),
         // Half of the damage is in the first bytes, where the headers are.
-        at in prop_oneof![0.0..0.01, 0.0..1.0],
+        position in prop_oneof![0.0..0.01, 0.0..1.0],
         byte: u8,
         kind in 0..4,
     ) {
         let temp = tempfile::tempdir().unwrap();
         let folder = temp.path().join("r");
         let contents = recording(&folder);
-        let whole = read_everything(&folder);
+        let intact = read_everything(&folder);
         let path = folder.join(name);
         let mut bytes = fs::read(&path).unwrap();
-        let at = (at * bytes.len() as f64) as usize;
+        let position = (position * bytes.len() as f64) as usize;
         match kind {
-            0 => bytes[at] = byte,
-            1 => bytes.truncate(at),
-            2 => drop(bytes.remove(at)),
-            _ => bytes.insert(at, byte),
+            0 => bytes[position] = byte,
+            1 => bytes.truncate(position),
+            2 => drop(bytes.remove(position)),
+            _ => bytes.insert(position, byte),
         }
         fs::write(&path, &bytes).unwrap();
         let read = read_everything(&folder);
 
         // Reading changes no file.
-        for (other, contents) in FILES.iter().zip(contents) {
-            let expected = if *other == name { &bytes } else { contents };
-            prop_assert_eq!(&fs::read(folder.join(other)).unwrap(), expected, "{}", other);
+        for (file, contents) in FILES.iter().zip(contents) {
+            let expected = if *file == name { &bytes } else { contents };
+            prop_assert_eq!(&fs::read(folder.join(file)).unwrap(), expected, "{}", file);
         }
         prop_assert_eq!(fs::read_dir(&folder).unwrap().count(), FILES.len());
         // Damage to one stream does not affect the others.
         if name == FORCE_FILE || name == POSITION_FILE {
-            prop_assert_eq!(&read.signals, &whole.signals);
+            prop_assert_eq!(&read.signals, &intact.signals);
         }
         if name == FORCE_FILE {
-            prop_assert_eq!(&read.position, &whole.position);
+            prop_assert_eq!(&read.position, &intact.position);
         }
         if name == POSITION_FILE {
-            prop_assert_eq!(&read.force, &whole.force);
+            prop_assert_eq!(&read.force, &intact.force);
         }
         if name == SIGNALS_FILE && read.signals.is_some() {
-            prop_assert_eq!((&read.force, &read.position), (&whole.force, &whole.position));
+            prop_assert_eq!((&read.force, &read.position), (&intact.force, &intact.position));
         }
     }
 
     /// Fault 38.
     #[test]
-    fn a_truncated_file_gives_every_whole_frame(kept in 0usize..8000) {
+    fn a_truncated_file_gives_every_whole_frame(length in 0usize..8000) {
         let temp = tempfile::tempdir().unwrap();
         let folder = temp.path().join("r");
         recording(&folder);
         let path = folder.join(SIGNALS_FILE);
         let bytes = fs::read(&path).unwrap();
-        fs::write(&path, &bytes[..58 + kept]).unwrap();
+        fs::write(&path, &bytes[..58 + length]).unwrap();
         let (reader, samples) = read_all(&folder);
-        prop_assert_eq!(samples, ramp(0, kept / 8));
+        prop_assert_eq!(samples, ramp(0, length / 8));
         prop_assert!(!reader.warnings().is_empty());
     }
 
@@ -141,13 +141,13 @@ proptest! {
         if begins_well && bytes.len() >= 12 {
             bytes[..4].copy_from_slice(b"RIFF");
             bytes[8..12].copy_from_slice(b"WAVE");
-            let mut at = 12;
+            let mut offset = 12;
             for (id, size) in chunks {
-                if let Some(place) = bytes.get_mut(at..at + 8) {
+                if let Some(place) = bytes.get_mut(offset..offset + 8) {
                     place[..4].copy_from_slice(&id);
                     place[4..].copy_from_slice(&size.to_le_bytes());
                 }
-                at += 8 + size as usize + size as usize % 2;
+                offset += 8 + size as usize + size as usize % 2;
             }
         }
         if let Ok((mut reader, _)) = WavReader::new(Cursor::new(bytes)) {

@@ -23,7 +23,7 @@ fn finished(folder: &Path) {
 }
 
 #[test]
-fn what_is_written_reads_back() {
+fn a_recording_reads_back_as_written() {
     let temp = tempfile::tempdir().unwrap();
     let folder = temp.path().join("trial-003_attempt-1");
     let mut writer = RecordingWriter::create(&folder, manifest(), FORMAT_2).unwrap();
@@ -79,8 +79,10 @@ fn an_abandoned_recordings_intervals_end_with_its_audio() {
 
     let (reader, _) = read_all(&folder);
     assert_eq!(reader.warnings(), []);
-    let left = reader.manifest().intervals.iter();
-    let spans: Vec<(f64, f64)> = left.map(|of| (of.start_s, of.end_s)).collect();
+    let intervals = reader.manifest().intervals.iter();
+    let spans: Vec<(f64, f64)> = intervals
+        .map(|interval| (interval.start_s, interval.end_s))
+        .collect();
     assert_eq!(spans, [(0.001, 0.002), (0.004, end_s)]);
 }
 
@@ -214,12 +216,12 @@ fn a_folder_removed_during_the_trial_is_an_error_not_a_success() {
 }
 
 #[test]
-fn what_could_not_be_read_is_not_begun() {
+fn an_unreadable_recording_is_not_begun() {
     let temp = tempfile::tempdir().unwrap();
     let folder = temp.path().join("r");
-    let mut bad = manifest();
-    bad.modulation_index = 1.5;
-    let error = RecordingWriter::create(&folder, bad, FORMAT_2).unwrap_err();
+    let mut invalid = manifest();
+    invalid.modulation_index = 1.5;
+    let error = RecordingWriter::create(&folder, invalid, FORMAT_2).unwrap_err();
     assert!(error.to_string().contains("1.5"), "{error}");
     let slow = AudioFormat {
         sample_rate_hz: 48_000,
@@ -259,7 +261,7 @@ fn a_block_that_would_pass_4_gib_is_refused_before_it_is_written() {
 fn the_largest_file_declares_sizes_that_fit() {
     let frames = FORMAT_2.max_frames();
     let bytes = header(FORMAT_2, frames);
-    let size_at = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+    let size_at = |offset: usize| u32::from_le_bytes(bytes[offset..offset + 4].try_into().unwrap());
     assert_eq!(u64::from(size_at(54)), frames * 8);
     assert_eq!(u64::from(size_at(4)), frames * 8 + 50);
 }
@@ -316,9 +318,9 @@ fn samples_behind_the_header_of_a_killed_writer_are_read() {
     let folder = temp.path().join("r");
     finished(&folder);
     let path = folder.join(SIGNALS_FILE);
-    let whole = fs::read(&path).unwrap();
+    let intact = fs::read(&path).unwrap();
     for declared in [0, 999] {
-        let mut bytes = whole.clone();
+        let mut bytes = intact.clone();
         bytes[..58].copy_from_slice(&header(FORMAT_2, declared));
         fs::write(&path, &bytes).unwrap();
         let (reader, samples) = read_all(&folder);
@@ -337,12 +339,12 @@ fn other_chunks_around_the_samples_are_passed_over() {
     let folder = temp.path().join("r");
     finished(&folder);
     let path = folder.join(SIGNALS_FILE);
-    let whole = fs::read(&path).unwrap();
+    let intact = fs::read(&path).unwrap();
     let list = b"LIST\x05\0\0\0INFOx\0";
-    let mut bytes = whole[..38].to_vec();
+    let mut bytes = intact[..38].to_vec();
     bytes[..4].copy_from_slice(b"RIFF");
     bytes.extend(list);
-    bytes.extend(&whole[38..]);
+    bytes.extend(&intact[38..]);
     bytes.extend(list);
     let riff_bytes = (bytes.len() - 8) as u32;
     bytes[4..8].copy_from_slice(&riff_bytes.to_le_bytes());
@@ -359,18 +361,18 @@ fn every_damage_of_the_audio_file_has_its_name() {
     let folder = temp.path().join("r");
     finished(&folder);
     let path = folder.join(SIGNALS_FILE);
-    let whole = fs::read(&path).unwrap();
-    let damaged = |at: usize, new: &[u8]| {
-        let mut bytes = whole.clone();
-        bytes[at..at + new.len()].copy_from_slice(new);
+    let intact = fs::read(&path).unwrap();
+    let damaged = |offset: usize, new: &[u8]| {
+        let mut bytes = intact.clone();
+        bytes[offset..offset + new.len()].copy_from_slice(new);
         bytes
     };
     let cases: [(Vec<u8>, &str); 11] = [
         (Vec::new(), "not a WAV"),
-        (whole[..11].to_vec(), "not a WAV"),
+        (intact[..11].to_vec(), "not a WAV"),
         (damaged(0, b"RF64"), "RF64"),
         (damaged(12, b"tmf "), "no `fmt ` chunk"),
-        (whole[..50].to_vec(), "no `data` chunk"),
+        (intact[..50].to_vec(), "no `data` chunk"),
         (damaged(16, &[4]), "4 bytes"),
         (damaged(20, &[85]), "0x0055"),
         (damaged(34, &[64]), "64 bits"),
@@ -477,10 +479,10 @@ fn rows_are_read_by_the_names_of_their_columns_and_bad_ones_counted() {
     fs::write(folder.join(POSITION_FILE), "time_s,position_m\n").unwrap();
     let mut position = reader.position().unwrap();
     assert!(position.next().is_none());
-    let none = Warning::NoRows {
+    let no_rows = Warning::NoRows {
         file: POSITION_FILE,
     };
-    assert_eq!(position.warnings(), [none]);
+    assert_eq!(position.warnings(), [no_rows]);
 }
 
 #[test]

@@ -28,7 +28,7 @@ fn recording(folder: &Path) {
 }
 
 /// Reads a `force.csv` with one row per time, from line 2 on; returns the times read and the warnings.
-fn force_of(times: &[&str]) -> (Vec<f64>, Vec<Warning>) {
+fn read_force(times: &[&str]) -> (Vec<f64>, Vec<Warning>) {
     let temp = tempfile::tempdir().unwrap();
     let folder = temp.path().join("r");
     recording(&folder);
@@ -42,15 +42,15 @@ fn force_of(times: &[&str]) -> (Vec<f64>, Vec<Warning>) {
     )
     .unwrap();
     let mut force = RecordingReader::open(&folder).unwrap().force().unwrap();
-    let read = force.by_ref().map(|row| row.unwrap().time_s).collect();
-    (read, force.warnings())
+    let times_s = force.by_ref().map(|row| row.unwrap().time_s).collect();
+    (times_s, force.warnings())
 }
 
 /// Fault 44.
 #[test]
 fn an_absurd_time_costs_its_row_alone() {
-    let (read, warnings) = force_of(&["0.0", "1e300", "0.1", "-1e300", "0.2"]);
-    assert_eq!(read, [0.0, 0.1, 0.2]);
+    let (times_s, warnings) = read_force(&["0.0", "1e300", "0.1", "-1e300", "0.2"]);
+    assert_eq!(times_s, [0.0, 0.1, 0.2]);
     assert_eq!(
         warnings,
         [Warning::OutsideRecording {
@@ -73,19 +73,19 @@ fn a_leap_ahead_within_the_recording_costs_the_rows_that_leapt() {
             first_line,
         }]
     };
-    let (read, warnings) = force_of(&["0.0", "0.001", "0.45", "0.002", "0.003"]);
-    assert_eq!(read, [0.0, 0.001, 0.002, 0.003]);
+    let (times_s, warnings) = read_force(&["0.0", "0.001", "0.45", "0.002", "0.003"]);
+    assert_eq!(times_s, [0.0, 0.001, 0.002, 0.003]);
     assert_eq!(warnings, leap(1, 4));
     // Two bad rows together, the first one in the first line.
-    let (read, warnings) = force_of(&["0.4", "0.45", "0.0", "0.001"]);
-    assert_eq!(read, [0.0, 0.001]);
+    let (times_s, warnings) = read_force(&["0.4", "0.45", "0.0", "0.001"]);
+    assert_eq!(times_s, [0.0, 0.001]);
     assert_eq!(warnings, leap(2, 2));
 }
 
 #[test]
 fn a_gap_in_time_is_no_leap() {
-    let (read, warnings) = force_of(&["0.0", "0.3", "0.301", "0.301", "0.4"]);
-    assert_eq!(read, [0.0, 0.3, 0.301, 0.4]);
+    let (times_s, warnings) = read_force(&["0.0", "0.3", "0.301", "0.301", "0.4"]);
+    assert_eq!(times_s, [0.0, 0.3, 0.301, 0.4]);
     let disorder = Warning::TimeDisorder {
         file: FORCE_FILE,
         rows: 1,
@@ -99,8 +99,8 @@ fn a_gap_in_time_is_no_leap() {
     let mut times = vec!["0.0"];
     times.extend(late.iter().map(String::as_str));
     times.push("0.1");
-    let (read, warnings) = force_of(&times);
-    assert_eq!(read.len(), 201);
+    let (times_s, warnings) = read_force(&times);
+    assert_eq!(times_s.len(), 201);
     assert!(matches!(
         warnings[..],
         [Warning::TimeDisorder {
@@ -114,8 +114,8 @@ fn a_gap_in_time_is_no_leap() {
 #[test]
 fn a_line_that_is_too_long_is_an_unreadable_row() {
     let long = format!("0.1{}", " ".repeat(5000));
-    let (read, warnings) = force_of(&["0.0", &long, "0.2"]);
-    assert_eq!(read, [0.0, 0.2]);
+    let (times_s, warnings) = read_force(&["0.0", &long, "0.2"]);
+    assert_eq!(times_s, [0.0, 0.2]);
     assert!(matches!(
         warnings[..],
         [Warning::UnreadableRows {
@@ -180,12 +180,12 @@ fn a_file_that_is_none_is_refused_by_its_kind() {
         fs::create_dir(&path).unwrap();
         let ReadError::Io {
             reason,
-            path: named,
+            path: error_path,
         } = RecordingReader::open(&folder).unwrap_err()
         else {
             panic!("another error for {name}");
         };
-        assert_eq!(named, path);
+        assert_eq!(error_path, path);
         let kind = Refusal::NotRegular(FileKind::Folder);
         assert_eq!(refusal(&reason), Some(&kind));
     }
@@ -194,23 +194,23 @@ fn a_file_that_is_none_is_refused_by_its_kind() {
 /// Fault 44.
 #[test]
 fn a_header_beyond_its_limits_is_refused() {
-    let over = |bytes: Vec<u8>| match WavReader::new(std::io::Cursor::new(bytes)) {
+    let excess = |bytes: Vec<u8>| match WavReader::new(std::io::Cursor::new(bytes)) {
         Err(WavError::OverLimit { value, limit, .. }) => (value, limit),
         Err(error) => panic!("{error}"),
         Ok(_) => panic!("read"),
     };
     let mut chunks = header(FORMAT_2, 0)[..38].to_vec();
     chunks.extend(b"LIST\0\0\0\0".repeat(2000));
-    assert_eq!(over(chunks), (1001, 1000));
-    let of = |sample_rate_hz, channels| {
+    assert_eq!(excess(chunks), (1001, 1000));
+    let header_bytes = |sample_rate_hz, channels| {
         let format = AudioFormat {
             sample_rate_hz,
             channels,
         };
         header(format, 0).to_vec()
     };
-    assert_eq!(over(of(96_000, 300)), (300, 256));
-    assert_eq!(over(of(4_000_000, 2)), (4_000_000, 2_000_000));
+    assert_eq!(excess(header_bytes(96_000, 300)), (300, 256));
+    assert_eq!(excess(header_bytes(4_000_000, 2)), (4_000_000, 2_000_000));
 }
 
 /// Fault 44.
@@ -223,9 +223,9 @@ fn a_manifest_beyond_its_limits_is_refused() {
         read(&text(note, MAX_ENTRIES)).unwrap().events.len(),
         MAX_ENTRIES
     );
-    let refused = read(&text(note, MAX_ENTRIES + 1)).unwrap_err();
-    let ManifestReadError::Rule { rule, .. } = refused else {
-        panic!("{refused}");
+    let error = read(&text(note, MAX_ENTRIES + 1)).unwrap_err();
+    let ManifestReadError::Rule { rule, .. } = error else {
+        panic!("{error}");
     };
     let count = MAX_ENTRIES + 1;
     let key = "events";
@@ -239,17 +239,17 @@ fn a_manifest_beyond_its_limits_is_refused() {
     fs::write(&path, text(interval, 6)).unwrap();
     RecordingReader::open(&folder).unwrap();
     fs::write(&path, text(interval, 7)).unwrap();
-    let refused = RecordingReader::open(&folder).unwrap_err();
-    let ReadError::Manifest(ManifestReadError::Rule { rule, line, .. }) = refused else {
-        panic!("{refused}");
+    let error = RecordingReader::open(&folder).unwrap_err();
+    let ReadError::Manifest(ManifestReadError::Rule { rule, line, .. }) = error else {
+        panic!("{error}");
     };
     assert!(matches!(rule, ManifestError::IntervalTime { .. }), "{rule}");
     assert!(line.is_some());
 
     fs::write(&path, "#".repeat(3 << 20)).unwrap();
-    let refused = RecordingReader::open(&folder).unwrap_err();
-    let ReadError::Io { reason, .. } = refused else {
-        panic!("{refused}");
+    let error = RecordingReader::open(&folder).unwrap_err();
+    let ReadError::Io { reason, .. } = error else {
+        panic!("{error}");
     };
     let limit_bytes = 2 << 20;
     assert_eq!(refusal(&reason), Some(&Refusal::TooLong { limit_bytes }));

@@ -106,13 +106,13 @@ fn a_full_disk_or_file_size_limit_is_an_error_and_the_rest_is_kept() {
         &folder,
     );
     let lines = BufReader::new(child.stdout.take().unwrap()).lines();
-    let kept = lines.map_while(Result::ok).find_map(|l| saved(&l)).unwrap();
+    let frames = lines.map_while(Result::ok).find_map(|l| saved(&l)).unwrap();
     assert!(child.wait().unwrap().success());
 
     // Frames of 12 bytes do not divide the limit: the file is cut to whole frames, and its header has their number.
-    assert_eq!(kept, (2001 * 512 - 58) / 12);
+    assert_eq!(frames, (2001 * 512 - 58) / 12);
     let reader = RecordingReader::open(&folder).unwrap();
-    assert_eq!(reader.frames(), kept);
+    assert_eq!(reader.frames(), frames);
     assert_eq!(reader.warnings(), []);
     let trial = reader.manifest().trial.as_ref().unwrap();
     assert_eq!(trial.end, Some(End::Interrupted));
@@ -170,10 +170,10 @@ fn a_limit_met_at_the_very_end_is_not_called_saved() {
         &folder,
     );
     let lines = BufReader::new(child.stdout.take().unwrap()).lines();
-    let kept = lines.map_while(Result::ok).find_map(|l| saved(&l)).unwrap();
+    let frames = lines.map_while(Result::ok).find_map(|l| saved(&l)).unwrap();
     assert!(child.wait().unwrap().success());
-    assert_eq!(kept, (200 * 512 - 58) / 8);
+    assert_eq!(frames, (200 * 512 - 58) / 8);
     let (reader, samples) = read_all(&folder);
-    assert_eq!(samples, ramp(0, kept as usize));
+    assert_eq!(samples, ramp(0, frames as usize));
     assert_eq!(reader.warnings(), []);
 }

@@ -49,7 +49,7 @@ fn a_trial_in_lock_step() {
     let temp = tempfile::tempdir().unwrap();
     let folder = temp.path().join("r");
     let (mut sender, notices, mut task) = recorder(100);
-    let now = Instant::now();
+    let start = Instant::now();
     sender.send(begin(&folder)).unwrap();
     sender.send(audio(0)).unwrap();
     sender.send(RecorderMessage::Gap(7)).unwrap();
@@ -62,7 +62,7 @@ fn a_trial_in_lock_step() {
     sender
         .send(RecorderMessage::End(Ending::Completed))
         .unwrap();
-    assert_eq!(task.poll(now), Polled::Open);
+    assert_eq!(task.poll(start), Polled::Open);
     let notices: Vec<_> = notices.try_iter().collect();
     assert!(
         matches!(
@@ -123,19 +123,19 @@ fn an_overflow_fails_the_trial_at_the_very_sample_and_keeps_what_came_before() {
     let folder = temp.path().join("r");
     let (mut sender, notices, mut task) = recorder(4);
     sender.send(begin(&folder)).unwrap();
-    let mut refused = 0;
+    let mut refusals = 0;
     for n in 0..6 {
         match sender.send(audio(n * 100)) {
             Ok(()) => {}
             Err(SendError::Full(RecorderMessage::Audio(block))) => {
                 assert_eq!(block, ramp(n * 100, 100), "the block comes back");
-                refused += 1;
+                refusals += 1;
             }
-            Err(other) => panic!("{other}"),
+            Err(error) => panic!("{error}"),
         }
     }
     // `Begin` takes one of the four places.
-    assert_eq!(refused, 3);
+    assert_eq!(refusals, 3);
     assert_eq!(sender.gauge().messages_lost(), 3);
     // The end is accepted although data are not.
     sender
@@ -143,8 +143,8 @@ fn an_overflow_fails_the_trial_at_the_very_sample_and_keeps_what_came_before() {
         .unwrap();
     task.poll(Instant::now());
 
-    let (failed, error, kept) = failure(&notices);
-    assert_eq!((failed, kept), (folder.clone(), 300));
+    let (failed_folder, error, frames) = failure(&notices);
+    assert_eq!((failed_folder, frames), (folder.clone(), 300));
     assert!(
         matches!(
             error,
@@ -201,12 +201,12 @@ fn a_folder_that_exists_fails_the_trial_and_is_left_alone() {
         .send(RecorderMessage::End(Ending::Completed))
         .unwrap();
     task.poll(Instant::now());
-    let (_, error, kept) = failure(&notices);
+    let (_, error, frames) = failure(&notices);
     assert!(
         matches!(error, RecorderError::Write(WriteError::Exists { .. })),
         "{error}"
     );
-    assert_eq!(kept, 0);
+    assert_eq!(frames, 0);
     assert_eq!(temp.path().read_dir().unwrap().count(), 0);
 }
 
@@ -220,9 +220,9 @@ fn a_sender_that_goes_away_interrupts_the_trial_on_the_recorders_thread() {
     sender.send(audio(0)).unwrap();
     drop(sender);
     thread.join().unwrap();
-    let (_, error, kept) = failure(&notices);
+    let (_, error, frames) = failure(&notices);
     assert!(matches!(error, RecorderError::Disconnected), "{error}");
-    assert_eq!(kept, 100);
+    assert_eq!(frames, 100);
     assert!(interruption(&folder).contains(&error.to_string()));
 }
 
@@ -280,7 +280,7 @@ fn a_recording_that_the_end_of_the_program_breaks_off_is_saved_with_its_sums_and
         sender.send(RecorderMessage::End(ending)).unwrap();
     }
     task.finish(Instant::now());
-    let saved: Vec<bool> = notices
+    let interruptions: Vec<bool> = notices
         .try_iter()
         .filter_map(|notice| match notice {
             RecorderNotice::Saved {
@@ -292,7 +292,7 @@ fn a_recording_that_the_end_of_the_program_breaks_off_is_saved_with_its_sums_and
             _ => None,
         })
         .collect();
-    assert_eq!(saved, [false, true]);
+    assert_eq!(interruptions, [false, true]);
 }
 
 /// Fault 27.
@@ -301,7 +301,7 @@ fn the_sums_of_a_long_recording_hold_nothing_up() {
     use sha2::{Digest, Sha256};
     let temp = tempfile::tempdir().unwrap();
     let (mut sender, notices, mut task) = recorder(100);
-    let now = Instant::now();
+    let start = Instant::now();
     sender.send(begin(&temp.path().join("long"))).unwrap();
     for n in 0..20 {
         // A frame has 8 bytes: 16 MB in total.
@@ -310,18 +310,18 @@ fn the_sums_of_a_long_recording_hold_nothing_up() {
     }
     let end = || RecorderMessage::End(Ending::Completed);
     sender.send(end()).unwrap();
-    task.poll(now);
+    task.poll(start);
     assert_eq!(answers(&notices), [("long began".to_owned(), None)]);
     // The next recording is made while the first one is read back.
     sender.send(begin(&temp.path().join("next"))).unwrap();
     sender.send(audio(0)).unwrap();
-    task.poll(now + SYNC_INTERVAL);
+    task.poll(start + SYNC_INTERVAL);
     assert_eq!(answers(&notices), [("next began".to_owned(), None)]);
     assert_eq!(sender.gauge().lag_s(), 0.0);
     sender.send(end()).unwrap();
     let mut saved = Vec::new();
     while saved.len() < 2 {
-        assert_eq!(task.poll(now + SYNC_INTERVAL), Polled::Open);
+        assert_eq!(task.poll(start + SYNC_INTERVAL), Polled::Open);
         saved.extend(answers(&notices));
     }
     assert_eq!(saved[0].0, "long");
@@ -373,16 +373,16 @@ fn a_recording_that_cannot_be_read_back_is_not_called_saved() {
         core.take_notice(),
         Some(RecorderNotice::Began { .. })
     ));
-    let failed = core.take_notice();
+    let notice = core.take_notice();
     assert!(
         matches!(
-            failed,
+            notice,
             Some(RecorderNotice::Failed {
                 error: RecorderError::ReadBack(_),
                 ..
             })
         ),
-        "{failed:?}"
+        "{notice:?}"
     );
     assert_eq!(core.status().state, RecorderState::Failed);
 }

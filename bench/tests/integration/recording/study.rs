@@ -23,11 +23,11 @@ const DATE: &str = "2026-11-21";
 const TIME: &str = "2026-11-21T07:00:00Z";
 
 fn open(folder: &Path) -> Result<Study, StudyError> {
-    let generated_by = GeneratedBy {
+    let generator = GeneratedBy {
         name: "friction-bench".to_owned(),
         version: "0.1.0".to_owned(),
     };
-    Study::open_or_create(folder, generated_by)
+    Study::open_or_create(folder, generator)
 }
 
 fn participant(id: &str) -> ParticipantId {
@@ -130,9 +130,9 @@ fn a_second_instance_is_refused_until_the_first_has_ended() {
     let temp = tempfile::tempdir().unwrap();
     let first = open(temp.path()).unwrap();
     let error = open(temp.path()).unwrap_err();
-    let own = std::process::id();
+    let this_process = std::process::id();
     assert!(
-        matches!(error, StudyError::InUse { holder: Some(pid), .. } if pid == own),
+        matches!(error, StudyError::InUse { holder: Some(pid), .. } if pid == this_process),
         "{error}"
     );
     drop(first);
@@ -215,7 +215,7 @@ fn what_a_participant_states_is_filled_in_once_and_stays() {
 }
 
 #[test]
-fn a_table_of_an_earlier_version_or_with_a_laboratorys_own_columns_is_gone_on_with() {
+fn a_table_of_an_earlier_version_or_with_a_laboratorys_own_columns_is_continued() {
     let temp = tempfile::tempdir().unwrap();
     let study = open(temp.path()).unwrap();
     let table = temp.path().join(PARTICIPANTS_FILE);
@@ -368,15 +368,15 @@ fn snapshots_are_kept_and_numbered_when_they_differ() {
     let temp = tempfile::tempdir().unwrap();
     let study = open(temp.path()).unwrap();
     let session = begin(&study, "sub-01", 1).unwrap();
-    let name_of = |contents| {
+    let snapshot_name = |contents| {
         let path = session.snapshot("bench.toml", contents).unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), contents);
         path.file_name().unwrap().to_str().unwrap().to_owned()
     };
-    assert_eq!(name_of("a"), "bench.toml");
-    assert_eq!(name_of("a"), "bench.toml");
-    assert_eq!(name_of("b"), "bench.2.toml");
-    assert_eq!(name_of("b"), "bench.2.toml");
+    assert_eq!(snapshot_name("a"), "bench.toml");
+    assert_eq!(snapshot_name("a"), "bench.toml");
+    assert_eq!(snapshot_name("b"), "bench.2.toml");
+    assert_eq!(snapshot_name("b"), "bench.2.toml");
     for name in ["", "..", "../x", "/etc/x", "a/b", "a\\b", "a/"] {
         let error = session.snapshot(name, "x").unwrap_err();
         assert!(matches!(error, StudyError::SnapshotName { .. }), "{error}");
@@ -419,8 +419,8 @@ fn a_torn_line_is_left_out_only_where_a_killed_process_leaves_one() {
     let mut log = EventLog::create(path.clone()).unwrap();
     log_a_session(&mut log, false);
     drop(log);
-    let whole = fs::read(&path).unwrap();
-    fs::write(&path, &whole[..whole.len() - 10]).unwrap();
+    let intact = fs::read(&path).unwrap();
+    fs::write(&path, &intact[..intact.len() - 10]).unwrap();
 
     let (mut log, before) = EventLog::open(path.clone()).unwrap();
     assert_eq!((before.documents.len(), before.torn_lines), (3, vec![4]));
@@ -429,7 +429,7 @@ fn a_torn_line_is_left_out_only_where_a_killed_process_leaves_one() {
     let content = event_log::read(&path).unwrap();
     assert_eq!((content.documents.len(), content.torn_lines), (5, vec![4]));
 
-    let damaged = String::from_utf8(whole)
+    let damaged = String::from_utf8(intact)
         .unwrap()
         .replacen("descriptor", "descripto", 1);
     fs::write(&path, damaged).unwrap();
@@ -453,7 +453,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
     #[test]
-    fn a_log_cut_anywhere_keeps_all_whole_lines(kept in 0.0..=1.0) {
+    fn a_log_cut_anywhere_keeps_all_whole_lines(share in 0.0..=1.0) {
         let temp = tempfile::tempdir().unwrap();
         let path = temp.path().join("events.jsonl");
         // Made once, because its syncs are slow.
@@ -463,8 +463,8 @@ proptest! {
             log_a_session(&mut EventLog::create(path.clone()).unwrap(), false);
             fs::read(&path).unwrap()
         });
-        let whole = &*WHOLE;
-        let cut = &whole[..(kept * whole.len() as f64) as usize];
+        let intact = &*WHOLE;
+        let cut = &intact[..(share * intact.len() as f64) as usize];
         fs::write(&path, cut).unwrap();
         let lines = cut.iter().filter(|byte| **byte == b'\n').count();
         let documents = event_log::read(&path).unwrap().documents.len();

@@ -27,7 +27,7 @@ pub(super) fn pause(event: &SessionEventKind) -> Option<String> {
 }
 
 /// State of a session at its end.
-pub(super) struct HowEnded<'a> {
+pub(super) struct EndState<'a> {
     /// Failure of the program, if any.
     pub failure: Option<&'a str>,
     /// State of the safety watch.
@@ -40,7 +40,7 @@ pub(super) struct HowEnded<'a> {
     pub paused: Option<&'a str>,
 }
 
-impl HowEnded<'_> {
+impl EndState<'_> {
     /// Returns why the session ended early; `None` if it is complete.
     pub fn reason(&self) -> Option<String> {
         if let Some(failure) = self.failure {

@@ -45,31 +45,31 @@ pub fn listing(mock: Option<&str>) -> anyhow::Result<Listing> {
 
 /// Returns the hardware for a new bench configuration.
 pub fn for_rig(options: &Options) -> anyhow::Result<Listing> {
-    let mut found = listing(options.mock.as_deref())?;
+    let mut listing = listing(options.mock.as_deref())?;
     if options.mock.is_some() {
         // In a configuration, simulated hardware has the names of real hardware.
-        for host in &mut found.hosts {
+        for host in &mut listing.hosts {
             host.name = "native";
         }
     }
-    Ok(found)
+    Ok(listing)
 }
 
 /// Returns the source of answers: a person at the terminal until a signal comes, or an unattended default.
-pub fn asked(attended: bool) -> anyhow::Result<Box<dyn Ask>> {
+pub fn dialogue(attended: bool) -> anyhow::Result<Box<dyn Ask>> {
     if !attended {
         return Ok(Box::new(Unattended));
     }
     let stop = StopFlag::default();
-    let listening = stop_on_signals(&stop)?;
+    let signal_guard = stop_on_signals(&stop)?;
     Ok(Box::new(Terminal::new(move || {
-        let _for_as_long = &listening;
+        let _guard = &signal_guard;
         stop.is_raised()
     })))
 }
 
 /// Returns the message about a configuration that was written without a person to permit a tone.
-pub fn left_unchecked(options: &Options) -> String {
+pub fn unchecked_message(options: &Options) -> String {
     format!(
         "check: not run, because it drives a tone and nobody is at a terminal to say that nobody touches the plate: \
          `friction-bench check --config {}` when that is so\n",

@@ -31,7 +31,7 @@ use crate::terminal_kind::{is_ascii, theme};
 /// Time between two frames.
 const FRAME: Duration = Duration::from_millis(33);
 /// Longest wait for a key before the reader checks whether the screen is still shown.
-const LOOK: Duration = Duration::from_millis(33);
+const KEY_POLL: Duration = Duration::from_millis(33);
 /// Longest wait for the key reader at the end: it may be blocked by the terminal.
 const LAST_KEY: Duration = Duration::from_millis(100);
 /// Remark shown after the key that ends the bench.
@@ -92,7 +92,7 @@ fn leave(desk: &Desk, reader: &thread::JoinHandle<()>) -> Result<(), TerminalErr
     while !reader.is_finished() && waited.elapsed() < LAST_KEY {
         thread::sleep(Duration::from_millis(1));
     }
-    desk.lost().map_or(Ok(()), Err)
+    desk.take_error().map_or(Ok(()), Err)
 }
 
 /// State of the screen, shared by the drawing thread and the thread that reads keys. Its lock is held while a key or an
@@ -100,26 +100,26 @@ fn leave(desk: &Desk, reader: &thread::JoinHandle<()>) -> Result<(), TerminalErr
 struct Desk {
     state: Mutex<State>,
     /// Whether the whole screen must be redrawn.
-    anew: AtomicBool,
+    redraw: AtomicBool,
     /// Whether a key was pressed since the bell rang.
-    heard: AtomicBool,
+    key_pressed: AtomicBool,
     /// Whether the screen was closed.
-    left: AtomicBool,
+    is_over: AtomicBool,
     /// Whether a page is being written.
     writing: AtomicBool,
     /// Error that ended the reading of keys.
-    gone: Mutex<Option<TerminalError>>,
+    key_error: Mutex<Option<TerminalError>>,
 }
 
 impl Desk {
     fn new(state: State) -> Self {
         Self {
             state: Mutex::new(state),
-            anew: AtomicBool::new(false),
-            heard: AtomicBool::new(false),
-            left: AtomicBool::new(false),
+            redraw: AtomicBool::new(false),
+            key_pressed: AtomicBool::new(false),
+            is_over: AtomicBool::new(false),
             writing: AtomicBool::new(false),
-            gone: Mutex::new(None),
+            key_error: Mutex::new(None),
         }
     }
 
@@ -129,32 +129,35 @@ impl Desk {
     }
 
     fn leave(&self) {
-        self.left.store(true, Ordering::Release);
+        self.is_over.store(true, Ordering::Release);
     }
 
-    fn is_left(&self) -> bool {
-        self.left.load(Ordering::Acquire)
+    fn is_closed(&self) -> bool {
+        self.is_over.load(Ordering::Acquire)
     }
 
-    fn lose(&self, error: TerminalError) {
-        *self.gone.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+    fn set_error(&self, error: TerminalError) {
+        *self
+            .key_error
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner) = Some(error);
     }
 
-    fn lost(&self) -> Option<TerminalError> {
-        self.gone
+    fn take_error(&self) -> Option<TerminalError> {
+        self.key_error
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
             .take()
     }
 
-    /// Applies `pressed`, and returns its action.
-    fn press(&self, pressed: KeyEvent) -> Option<Action> {
-        self.heard.store(true, Ordering::Relaxed);
+    /// Applies `key_event`, and returns its action.
+    fn press(&self, key_event: KeyEvent) -> Option<Action> {
+        self.key_pressed.store(true, Ordering::Relaxed);
         let mut state = self.state();
-        let reaction = key(&state, pressed);
+        let reaction = key(&state, key_event);
         state.ui = reaction.ui;
         if reaction.redraw {
-            self.anew.store(true, Ordering::Relaxed);
+            self.redraw.store(true, Ordering::Relaxed);
         }
         if matches!(reaction.action, Some(Action::Quit | Action::Interrupt))
             && state.drill.is_none()
@@ -180,25 +183,25 @@ fn read_keys(
     let started = reader.spawn(move || {
         loop {
             // One more check after the screen is left: a closed terminal's signal may have ended the bench first.
-            let is_last = desk.is_left();
-            let pressed = match keys.next(LOOK) {
-                Ok(pressed) if is_last => return act(pressed.and_then(at_once).as_ref()),
-                Ok(Some(pressed)) => pressed,
+            let is_last = desk.is_closed();
+            let press = match keys.next(KEY_POLL) {
+                Ok(press) if is_last => return act(press.and_then(at_once).as_ref()),
+                Ok(Some(press)) => press,
                 Ok(None) => {
                     act(None);
                     continue;
                 }
                 Err(error) => {
                     act(Some(&Action::Interrupt));
-                    return desk.lose(TerminalError::failed("reading keys")(error));
+                    return desk.set_error(TerminalError::failed("reading keys")(error));
                 }
             };
             // Before access to the state, since the drawing thread may hold its lock.
-            let urgent = at_once(pressed);
+            let urgent = at_once(press);
             if let Some(action) = &urgent {
                 act(Some(action));
             }
-            let Some(action) = desk.press(pressed) else {
+            let Some(action) = desk.press(press) else {
                 continue;
             };
             if urgent.is_none() {
@@ -218,7 +221,7 @@ fn read_keys(
 /// [`TerminalError::Terminal`] when drawing or reading keys fails.
 fn operate<B: Backend<Error = io::Error> + Write>(
     (terminal, size): (&mut Terminal<B>, impl Fn() -> Option<(u16, u16)>),
-    shown: &Frames,
+    frames: &Frames,
     desk: &Arc<Desk>,
     events: &Receiver<Event>,
 ) -> Result<(), TerminalError> {
@@ -236,24 +239,24 @@ fn operate<B: Backend<Error = io::Error> + Write>(
             if state.closed || bench_gone {
                 return Ok(());
             }
-            if desk.heard.swap(false, Ordering::Relaxed) {
-                bell.heard();
+            if desk.key_pressed.swap(false, Ordering::Relaxed) {
+                bell.silence();
             }
             bell.rings(&state)
         };
-        if let Some(error) = desk.lost() {
+        if let Some(error) = desk.take_error() {
             return Err(error);
         }
-        if desk.is_left() {
+        if desk.is_closed() {
             return Ok(());
         }
         if rings {
             // Sent with the next frame.
             let _ = terminal.backend_mut().write_all(b"\x07");
         }
-        if shown.are_written() {
+        if frames.are_written() {
             let now = size().map_or(area, |(width, height)| Rect::new(0, 0, width, height));
-            if desk.anew.swap(false, Ordering::Relaxed) || now != area {
+            if desk.redraw.swap(false, Ordering::Relaxed) || now != area {
                 area = now;
                 // Not `clear`, which queries the terminal for its cursor and waits for the answer.
                 let resized = terminal.resize(area);
@@ -287,7 +290,7 @@ fn draw<B: Backend<Error = io::Error>>(
     desk: &Arc<Desk>,
 ) -> Result<(), TerminalError> {
     let mut page = None;
-    let drawn = terminal
+    let last_frame = terminal
         .draw(|frame: &mut Frame| {
             let mut state = desk.state();
             view(&state, frame);
@@ -301,13 +304,13 @@ fn draw<B: Backend<Error = io::Error>>(
         })
         .map_err(TerminalError::failed("drawing"))?;
     if let Some((name, theme)) = page {
-        write_page(desk, name, theme, drawn.buffer.clone());
+        write_page(desk, name, theme, last_frame.buffer.clone());
     }
     Ok(())
 }
 
 /// Writes a page on a separate thread, since a disk may hang, and reports the result in a remark.
-fn write_page(desk: &Arc<Desk>, name: &'static str, theme: Theme, drawn: Buffer) {
+fn write_page(desk: &Arc<Desk>, name: &'static str, theme: Theme, screen: Buffer) {
     let note = |desk: &Desk, text| desk.state().ui.note = Some(text);
     if desk.writing.swap(true, Ordering::AcqRel) {
         return note(desk, "the page before it is still being written".to_owned());
@@ -316,7 +319,7 @@ fn write_page(desk: &Arc<Desk>, name: &'static str, theme: Theme, drawn: Buffer)
     let started = thread::Builder::new()
         .name("page".to_owned())
         .spawn(move || {
-            let text = match page_files::write(Path::new("."), name, theme, &drawn) {
+            let text = match page_files::write(Path::new("."), name, theme, &screen) {
                 Ok(name) => format!("wrote {name}, and its text beside it"),
                 Err(error) => format!("the page is not written: {error}"),
             };
@@ -334,7 +337,7 @@ fn write_page(desk: &Arc<Desk>, name: &'static str, theme: Theme, drawn: Buffer)
 struct Bell {
     /// Time of the next ring, s; `None` without a trip.
     due_s: Option<f64>,
-    heard: bool,
+    is_silenced: bool,
 }
 
 impl Bell {
@@ -345,16 +348,16 @@ impl Bell {
         }
         let due = self
             .due_s
-            .is_none_or(|due_s| !self.heard && state.now_s >= due_s);
+            .is_none_or(|due_s| !self.is_silenced && state.now_s >= due_s);
         if due {
             self.due_s = Some(state.now_s + BELL_S);
-            self.heard = false;
+            self.is_silenced = false;
         }
         due
     }
 
-    fn heard(&mut self) {
-        self.heard = true;
+    fn silence(&mut self) {
+        self.is_silenced = true;
     }
 }
 
@@ -386,7 +389,7 @@ mod tests {
         }
     }
 
-    fn pressed(code: char) -> KeyEvent {
+    fn key_event(code: char) -> KeyEvent {
         KeyEvent::new(KeyCode::Char(code), KeyModifiers::NONE)
     }
 
@@ -405,7 +408,7 @@ mod tests {
     }
 
     /// Shows a screen, presses `keys` until it ends, and returns its last state.
-    fn shown(
+    fn final_state(
         keys: impl Keys + Send + 'static,
         events: &Receiver<Event>,
         actions: Sender<Action>,
@@ -435,13 +438,13 @@ mod tests {
         state.apply(&phase);
         let desk = Arc::new(Desk::new(state));
         let acted: Arc<Mutex<Vec<Action>>> = Arc::default();
-        let seen = Arc::clone(&acted);
-        let act = move |action: Option<&Action>| seen.lock().unwrap().extend(action);
+        let log = Arc::clone(&acted);
+        let act = move |action: Option<&Action>| log.lock().unwrap().extend(action);
         let reader = read_keys(typed("pryze"), &desk, operator, act).unwrap();
         let answering = thread::spawn(move || {
-            let asked: Vec<Action> = actions.iter().take(3).collect();
+            let requests: Vec<Action> = actions.iter().take(3).collect();
             bench.send(Event::Close).unwrap();
-            asked
+            requests
         });
         operate(
             (&mut screen(), || Some((80, 24))),
@@ -453,14 +456,14 @@ mod tests {
         assert!(desk.state().closed);
         desk.leave();
         reader.join().unwrap();
-        let asked = answering.join().unwrap();
+        let requests = answering.join().unwrap();
         let redo = Action::Redo(crate::action::AttemptName {
             trial: 1,
             practice: false,
             attempt: 1,
         });
-        assert_eq!(asked, [Action::Pause, redo, Action::EmergencyStop]);
-        assert_eq!(*acted.lock().unwrap(), asked);
+        assert_eq!(requests, [Action::Pause, redo, Action::EmergencyStop]);
+        assert_eq!(*acted.lock().unwrap(), requests);
     }
 
     /// Fault 49.
@@ -478,8 +481,8 @@ mod tests {
         };
         let reader = read_keys(typed("e"), &desk, operator, act).unwrap();
         let patience = Duration::from_secs(60);
-        let stopped = acts.recv_timeout(patience).expect("the lock is held");
-        assert_eq!(stopped, Action::EmergencyStop);
+        let action = acts.recv_timeout(patience).expect("the lock is held");
+        assert_eq!(action, Action::EmergencyStop);
         drop(drawing);
         assert_eq!(actions.recv_timeout(patience), Ok(Action::EmergencyStop));
         desk.leave();
@@ -514,7 +517,7 @@ mod tests {
             })
             .unwrap();
         drop(bench);
-        let end = shown(typed(""), &events, operator, |_| ()).unwrap();
+        let end = final_state(typed(""), &events, operator, |_| ()).unwrap();
         assert_eq!(end.safety, Some(SafetyState::Disarmed));
     }
 
@@ -523,7 +526,7 @@ mod tests {
         let (_bench, events) = mpsc::channel();
         let (operator, actions) = mpsc::channel();
         drop(actions);
-        assert!(shown(typed("q"), &events, operator, |_| ()).is_ok());
+        assert!(final_state(typed("q"), &events, operator, |_| ()).is_ok());
     }
 
     #[test]
@@ -536,7 +539,7 @@ mod tests {
                 .iter()
                 .for_each(|action| acted.send(**action).unwrap());
         };
-        let end = shown(Gone, &events, operator, act);
+        let end = final_state(Gone, &events, operator, act);
         assert!(
             matches!(
                 &end,
@@ -578,11 +581,11 @@ mod tests {
     fn the_bell_rings_at_a_trip_and_until_a_key_is_pressed() {
         let mut state = State::new(Theme::Colour);
         let mut bell = Bell::default();
-        let mut at = |now_s: f64, safety, heard: bool| {
+        let mut at = |now_s: f64, safety, key_pressed: bool| {
             state.now_s = now_s;
             state.safety = Some(safety);
-            if heard {
-                bell.heard();
+            if key_pressed {
+                bell.silence();
             }
             bell.rings(&state)
         };

@@ -342,7 +342,7 @@ fn a_line_says_how_it_is_and_how_it_was_last() {
         ),
         (levels(false, 3, 0.0), BenchLine::Heartbeat, "beats", true),
     ] {
-        assert_eq!(state.of(line), Some((words.to_owned(), well)));
+        assert_eq!(state.describe(line), Some((words.to_owned(), well)));
     }
     // The text appears on the page and is not cut off.
     let mut state = normal();

@@ -91,12 +91,12 @@ impl ParticipantDisplay {
         })?;
         let latest = Arc::new(LatestView::default());
         let (ending, ended) = mpsc::sync_channel(1);
-        let shown = Arc::clone(&latest);
+        let shared = Arc::clone(&latest);
         thread::Builder::new()
             .name("participant-screen".to_owned())
             .spawn(move || {
                 // The terminal is gone: `lost` reports it to the operator.
-                let _ = draw_until_closed(device, &shown, theme);
+                let _ = draw_until_closed(device, &shared, theme);
                 let _ = ending.try_send(());
             })
             .map_err(DisplayError::Thread)?;
@@ -121,8 +121,8 @@ impl ParticipantDisplay {
         if !self.alive.get() {
             return Some(DisplayLoss::Gone);
         }
-        let since = self.latest.lock().drawing_since;
-        let stuck = since.is_some_and(|since| since.elapsed() > STUCK);
+        let start = self.latest.lock().drawing_since;
+        let stuck = start.is_some_and(|start| start.elapsed() > STUCK);
         stuck.then_some(DisplayLoss::Stuck)
     }
 }
@@ -163,10 +163,10 @@ impl LatestView {
 /// An error if the terminal cannot be written to, usually because it is gone.
 fn draw_until_closed(device: File, latest: &LatestView, theme: Theme) -> io::Result<()> {
     latest.lock().drawing_since = Some(Instant::now());
-    let mut restored = RestoreOnDrop(device.try_clone()?);
-    execute!(restored.0, terminal::EnterAlternateScreen, cursor::Hide)?;
+    let mut guard = RestoreOnDrop(device.try_clone()?);
+    execute!(guard.0, terminal::EnterAlternateScreen, cursor::Hide)?;
     let mut screen = Screen::new(&device)?;
-    let mut shown: Option<ParticipantView> = None;
+    let mut current: Option<ParticipantView> = None;
     loop {
         let (new, closed) = latest.take(SIZE_CHECK);
         if closed {
@@ -175,8 +175,8 @@ fn draw_until_closed(device: File, latest: &LatestView, theme: Theme) -> io::Res
         latest.lock().drawing_since = Some(Instant::now());
         let resized = screen.follow(size(&device)?)?;
         let changed = resized || new.is_some();
-        shown = new.or(shown);
-        if let (true, Some(view)) = (changed, &shown) {
+        current = new.or(current);
+        if let (true, Some(view)) = (changed, &current) {
             screen.draw(view, theme)?;
         }
         latest.lock().drawing_since = None;
@@ -188,7 +188,7 @@ fn draw_until_closed(device: File, latest: &LatestView, theme: Theme) -> io::Res
 /// and prints errors there when the participant's terminal is gone.
 struct Screen {
     out: CrosstermBackend<BufWriter<File>>,
-    drawn: Buffer,
+    buffer: Buffer,
 }
 
 impl Screen {
@@ -196,15 +196,15 @@ impl Screen {
     fn new(device: &File) -> io::Result<Self> {
         Ok(Self {
             out: CrosstermBackend::new(BufWriter::with_capacity(1 << 16, device.try_clone()?)),
-            drawn: Buffer::default(),
+            buffer: Buffer::default(),
         })
     }
 
     /// Clears the screen if `area` has changed, and returns whether it has.
     fn follow(&mut self, area: Rect) -> io::Result<bool> {
-        let resized = area != self.drawn.area;
+        let resized = area != self.buffer.area;
         if resized {
-            self.drawn = Buffer::empty(area);
+            self.buffer = Buffer::empty(area);
             execute!(self.out, terminal::Clear(terminal::ClearType::All))?;
         }
         Ok(resized)
@@ -212,11 +212,11 @@ impl Screen {
 
     /// Writes the changes as one update of the screen.
     fn draw(&mut self, view: &ParticipantView, theme: Theme) -> io::Result<()> {
-        let mut next = Buffer::empty(self.drawn.area);
+        let mut next = Buffer::empty(self.buffer.area);
         participant_screen::view(view, theme, next.area, &mut next);
         clean(&mut next);
         queue!(self.out, terminal::BeginSynchronizedUpdate)?;
-        self.out.draw(self.drawn.diff(&next).into_iter())?;
+        self.out.draw(self.buffer.diff(&next).into_iter())?;
         queue!(self.out, terminal::EndSynchronizedUpdate)?;
         Backend::flush(&mut self.out)?;
         self.drawn = next;

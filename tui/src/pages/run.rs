@@ -22,9 +22,9 @@ pub(crate) fn enlarged(state: &State, panel: u8, area: Rect, buf: &mut Buffer) {
 
 pub(crate) fn render(state: &State, room: Room, area: Rect, buf: &mut Buffer) {
     match room {
-        Room::Little => little(state, area, buf),
-        Room::Some => some(state, area, buf),
-        Room::Much => much(state, area, buf),
+        Room::Small => small(state, area, buf),
+        Room::Medium => medium(state, area, buf),
+        Room::Large => large(state, area, buf),
     }
 }
 
@@ -42,19 +42,19 @@ fn curves(state: &State, plate_rows: u16, area: Rect, buf: &mut Buffer) {
     }
     let [strips, plate] =
         Layout::vertical([Constraint::Fill(1), Constraint::Length(plate_rows)]).areas(area);
-    strips::all(state, strips, buf);
+    strips::render_all(state, strips, buf);
     plate_drawing::render(state, plate, buf);
 }
 
 /// Draws the trials, or a drill's exercises.
 fn list(state: &State, area: Rect, buf: &mut Buffer) {
     match &state.drill {
-        Some(drilled) => drill::render(state, drilled, area, buf),
+        Some(drill) => drill::render(state, drill, area, buf),
         None => trial_list::render(state, false, area, buf),
     }
 }
 
-fn little(state: &State, area: Rect, buf: &mut Buffer) {
+fn small(state: &State, area: Rect, buf: &mut Buffer) {
     let [left, right] = columns(area, 2, [17, 10]);
     curves(state, 3, left, buf);
     if only_watched(state) {
@@ -92,7 +92,7 @@ fn watched(state: &State, area: Rect, buf: &mut Buffer) {
     bench_tables::one_line(state, health, buf);
 }
 
-fn some(state: &State, area: Rect, buf: &mut Buffer) {
+fn medium(state: &State, area: Rect, buf: &mut Buffer) {
     let [left, right] = columns(area, 3, [4, 3]);
     curves(state, 4, left, buf);
     if only_watched(state) {
@@ -112,7 +112,7 @@ fn some(state: &State, area: Rect, buf: &mut Buffer) {
     bench_tables::one_line(state, health, buf);
 }
 
-fn much(state: &State, area: Rect, buf: &mut Buffer) {
+fn large(state: &State, area: Rect, buf: &mut Buffer) {
     let [left, right] = columns(area, 3, [5, 4]);
     curves(state, 5, left, buf);
     if only_watched(state) {

@@ -50,9 +50,9 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         spans.push(Span::styled(" · x to re-arm", faint));
     }
     let line = Line::from(spans);
-    let told = u16::try_from(line.width()).unwrap_or(u16::MAX);
+    let line_columns = u16::try_from(line.width()).unwrap_or(u16::MAX);
     render_line(line, row, buf);
-    if told.saturating_add(2).saturating_add(flags_columns) <= row.width {
+    if line_columns.saturating_add(2).saturating_add(flags_columns) <= row.width {
         let end = Rect {
             x: row.right() - flags_columns,
             width: flags_columns,

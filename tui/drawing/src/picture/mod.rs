@@ -24,13 +24,13 @@ use ratatui::buffer::{Buffer, CellWidth};
 /// ```
 #[must_use]
 pub fn text(screen: &Buffer) -> String {
-    let mut written = String::new();
+    let mut text = String::new();
     for y in screen.area.rows() {
         let row: String = symbols(screen, y.y).map(|(_, symbol)| symbol).collect();
-        written.push_str(row.trim_end());
-        written.push('\n');
+        text.push_str(row.trim_end());
+        text.push('\n');
     }
-    written
+    text
 }
 
 /// Returns the symbols of row `y` with their columns; a wide one also covers the next cell.

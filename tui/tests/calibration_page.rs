@@ -47,7 +47,7 @@ fn typing() -> CalibrationPage {
         curve: Some(Chart {
             x: "drive, V".to_owned(),
             y: "known, μm".to_owned(),
-            points: LADDER[..2].iter().map(|at| (at.0, at.1)).collect(),
+            points: LADDER[..2].iter().map(|point| (point.0, point.1)).collect(),
             fit: Vec::new(),
         }),
         ..CalibrationPage::default()
@@ -92,7 +92,7 @@ fn review() -> CalibrationPage {
         curve: Some(Chart {
             x: "drive, V".to_owned(),
             y: "off the line, nm".to_owned(),
-            points: LADDER.iter().map(|at| (at.0, at.2)).collect(),
+            points: LADDER.iter().map(|point| (point.0, point.2)).collect(),
             fit: vec![(0.0, 0.0), (43.06, 0.0)],
         }),
         findings: vec![
@@ -210,14 +210,14 @@ fn states() -> Vec<(&'static str, State)> {
     ]
 }
 
-fn drawn(state: &State, columns: u16, rows: u16) -> Terminal<TestBackend> {
+fn draw(state: &State, columns: u16, rows: u16) -> Terminal<TestBackend> {
     let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
     terminal.draw(|frame| view(state, frame)).unwrap();
     terminal
 }
 
 fn row(state: &State, columns: u16, rows: u16, y: u16) -> String {
-    let terminal = drawn(state, columns, rows);
+    let terminal = draw(state, columns, rows);
     let buffer = terminal.backend().buffer();
     (0..columns).map(|x| buffer[(x, y)].symbol()).collect()
 }
@@ -226,7 +226,7 @@ fn row(state: &State, columns: u16, rows: u16, y: u16) -> String {
 fn every_state_at_two_sizes() {
     for (name, state) in states() {
         for (columns, rows) in [(80, 24), (120, 40)] {
-            let screen = drawn(&state, columns, rows);
+            let screen = draw(&state, columns, rows);
             insta::assert_snapshot!(format!("{name}_{columns}x{rows}"), screen.backend());
         }
     }
@@ -236,7 +236,7 @@ fn every_state_at_two_sizes() {
 fn small_terminals_keep_the_instruction_and_the_answer() {
     for (columns, rows) in [(40, 10), (20, 5)] {
         let (_, typed) = states().swap_remove(1);
-        let screen = drawn(&typed, columns, rows);
+        let screen = draw(&typed, columns, rows);
         insta::assert_snapshot!(format!("typing_{columns}x{rows}"), screen.backend());
     }
 }
@@ -247,7 +247,7 @@ fn every_small_size_in_every_state_is_drawn_with_the_instruction() {
     // States in the inner loop, because a solved layout is cached.
     for (columns, rows) in (0..=60).flat_map(|c| (0..=30).map(move |r| (c, r))) {
         for (name, state) in &states {
-            let screen = drawn(state, columns, rows);
+            let screen = draw(state, columns, rows);
             // The help covers the instruction on a small screen.
             if columns < 15 || rows < 8 || state.ui.help {
                 continue;
@@ -255,11 +255,11 @@ fn every_small_size_in_every_state_is_drawn_with_the_instruction() {
             let page = state.calibration.as_ref().unwrap();
             let first_word = page.instruction.split(' ').next().unwrap();
             let buffer = screen.backend().buffer();
-            let shown = (0..rows).any(|y| {
+            let is_shown = (0..rows).any(|y| {
                 let row: String = (0..columns).map(|x| buffer[(x, y)].symbol()).collect();
                 row.starts_with(first_word)
             });
-            assert!(shown, "{name} {columns}x{rows}: no {first_word:?}");
+            assert!(is_shown, "{name} {columns}x{rows}: no {first_word:?}");
         }
     }
 }
@@ -275,7 +275,7 @@ proptest! {
         which in 0..11usize,
     ) {
         let state = STATES.with(|states| states[which].1.clone());
-        let terminal = drawn(&state, columns, rows);
+        let terminal = draw(&state, columns, rows);
         if columns >= 10 && rows >= 1 {
             let word = match state.safety {
                 None => "UNKNOWN",
@@ -319,7 +319,7 @@ proptest! {
             known_v: Some(values[4]),
             level: Some(values[5]),
         }));
-        let _ = drawn(&state, columns, rows);
+        let _ = draw(&state, columns, rows);
     }
 }
 
@@ -334,7 +334,7 @@ fn code(letter: char) -> KeyCode {
         '↑' => KeyCode::Up,
         '↓' => KeyCode::Down,
         '\t' => KeyCode::Tab,
-        other => KeyCode::Char(other),
+        letter => KeyCode::Char(letter),
     }
 }
 
@@ -400,8 +400,8 @@ fn keys_by_what_is_asked() {
     ];
     for (calibration, keys, expected) in table {
         let mut state = state((*calibration).clone());
-        let asked = press(&mut state, keys);
-        assert_eq!(asked, *expected, "{keys:?} at {:?}", calibration.asked);
+        let actions = press(&mut state, keys);
+        assert_eq!(actions, *expected, "{keys:?} at {:?}", calibration.asked);
     }
 }
 
@@ -427,11 +427,11 @@ fn the_chosen_point_is_marked_and_the_worst_is_named() {
     assert!(worst.starts_with("▸ 4"), "{worst}");
     press(&mut state, "↑");
     let screen: String = (0..24).map(|y| row(&state, 80, 24, y) + "\n").collect();
-    let chosen = screen
+    let selected_line = screen
         .lines()
         .find(|line| line.starts_with('▸') && line.contains(" V "))
         .unwrap();
-    assert!(chosen.starts_with("▸ 3"), "{chosen}");
+    assert!(selected_line.starts_with("▸ 3"), "{selected_line}");
 }
 
 #[test]
@@ -452,8 +452,8 @@ fn the_bench_and_the_log_are_looked_at_and_nothing_is_answered_there() {
             assert_eq!(press(&mut state, key), []);
             assert_eq!(state.ui.page, page);
         }
-        let shown: String = (0..24).map(|y| row(&state, 80, 24, y)).collect();
-        assert!(shown.contains("1 turns back"), "{shown}");
+        let screen: String = (0..24).map(|y| row(&state, 80, 24, y)).collect();
+        assert!(screen.contains("1 turns back"), "{screen}");
         // The points and the typed text are not shown here.
         assert_eq!(press(&mut state, "\n"), []);
         assert!(row(&state, 80, 24, 23).contains("turn back"));
@@ -483,20 +483,20 @@ fn a_calibration_that_calls_for_its_operator_brings_its_page_back() {
         asked: None,
         ..typing()
     };
-    let looking = || {
+    let looking_state = || {
         let mut state = state(working.clone());
         press(&mut state, "4?");
         state
     };
-    let called = |events: &[Event]| {
-        let mut state = looking();
+    let is_called = |events: &[Event]| {
+        let mut state = looking_state();
         events.iter().for_each(|event| state.apply(event));
         assert_eq!(state.ui.page == Page::Run, !state.ui.help);
         state.ui.page == Page::Run
     };
     let page = Event::Calibration;
-    assert!(called(&[page(typing())]));
-    assert!(called(&[page(CalibrationPage {
+    assert!(is_called(&[page(typing())]));
+    assert!(is_called(&[page(CalibrationPage {
         failed: true,
         ..working.clone()
     })]));
@@ -504,22 +504,22 @@ fn a_calibration_that_calls_for_its_operator_brings_its_page_back() {
         state,
         reason: None,
     };
-    assert!(called(&[safety(SafetyState::Tripped)]));
+    assert!(is_called(&[safety(SafetyState::Tripped)]));
     for state in [
         SafetyState::Disarmed,
         SafetyState::Armed,
         SafetyState::Driving,
     ] {
-        assert!(!called(&[safety(state)]));
+        assert!(!is_called(&[safety(state)]));
     }
     let next = CalibrationPage {
         step: 6,
         instruction: "Driving 27.86 V.".to_owned(),
         ..working.clone()
     };
-    assert!(!called(&[page(next)]), "it works on");
+    assert!(!is_called(&[page(next)]), "it works on");
     // An operator who turns away from a question may stay on another page until the next question.
-    let mut state = looking();
+    let mut state = looking_state();
     state.apply(&page(typing()));
     press(&mut state, "\t");
     state.apply(&page(CalibrationPage {

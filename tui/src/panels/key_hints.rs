@@ -50,7 +50,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     Line::from(spans).render(area, buf);
 }
 
-/// Returns the question that asks for confirmation of `asked`.
+/// Returns the question that asks for confirmation of `action`.
 fn question(state: &State, action: Action) -> String {
     let words = match action {
         Action::Quit if state.calibration.is_some() => {

@@ -51,7 +51,7 @@ impl SessionSummary {
                 summary.practice += u32::from(record.outcome.settles());
                 continue;
             }
-            let (count, kept) = match &record.outcome {
+            let (count, is_kept) = match &record.outcome {
                 TrialOutcome::Accepted => (&mut summary.accepted, true),
                 TrialOutcome::AcceptedAnyway { .. } => (&mut summary.accepted_anyway, true),
                 TrialOutcome::GivenUp { .. } => (&mut summary.given_up, false),
@@ -59,7 +59,7 @@ impl SessionSummary {
                 TrialOutcome::Interrupted { .. } => (&mut summary.interrupted, false),
             };
             *count += 1;
-            if let (true, Some(analysis)) = (kept, &record.analysis) {
+            if let (true, Some(analysis)) = (is_kept, &record.analysis) {
                 summary.instances += analysis.instances() as u64;
                 forces.extend(analysis.explorations.iter().filter_map(|e| e.mean_normal_n));
             }

@@ -139,11 +139,11 @@ impl Person {
         let text = text.trim();
         let unstated = ["", NOT_STATED, "not stated", "not-stated"].contains(&text);
         let word = || {
-            let chosen = detail
+            let index = detail
                 .words()
                 .iter()
                 .position(|w| w.eq_ignore_ascii_case(text));
-            chosen.ok_or_else(|| PersonError::Word {
+            index.ok_or_else(|| PersonError::Word {
                 detail,
                 given: short(text),
             })
@@ -196,8 +196,8 @@ impl FromStr for PersonDetail {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, Self::Err> {
-        let known = Self::ALL.into_iter().find(|detail| detail.column() == name);
-        known.ok_or_else(|| format!("{name:?} is none of age, sex, handedness"))
+        let detail = Self::ALL.into_iter().find(|detail| detail.column() == name);
+        detail.ok_or_else(|| format!("{name:?} is none of age, sex, handedness"))
     }
 }
 

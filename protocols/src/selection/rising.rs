@@ -65,12 +65,12 @@ fn bridge(series: &ExplorationSeries<'_>) -> Option<Vec<f64>> {
                 Validity::Valid | Validity::BelowNoise | Validity::ForceSaturated
             )
     };
-    let known: Vec<usize> = (0..series.time_s.len()).filter(|&i| usable(i)).collect();
-    let (first, last) = (*known.first()?, *known.last()?);
+    let usable_frames: Vec<usize> = (0..series.time_s.len()).filter(|&i| usable(i)).collect();
+    let (first, last) = (*usable_frames.first()?, *usable_frames.last()?);
     let mut bridged = series.amplitude_m.to_vec();
     bridged[..first].fill(series.amplitude_m[first]);
     bridged[last + 1..].fill(series.amplitude_m[last]);
-    for pair in known.windows(2) {
+    for pair in usable_frames.windows(2) {
         let (a, b) = (pair[0], pair[1]);
         let slope = (bridged[b] - bridged[a]) / (b - a) as f64;
         for i in a + 1..b {
@@ -144,13 +144,13 @@ fn turning_points(x: &[f64], swing: f64) -> Vec<usize> {
 
 /// Returns the time of a turning point, s.
 fn tip_s(x: &[f64], time_s: &[f64], turn: usize, turns: &[usize]) -> f64 {
-    let at = turns.partition_point(|&t| t < turn);
-    let previous = at.checked_sub(1).map(|i| turns[i]);
-    let next = turns.get(at + 1).copied();
+    let index = turns.partition_point(|&t| t < turn);
+    let previous = index.checked_sub(1).map(|i| turns[i]);
+    let next = turns.get(index + 1).copied();
     let swing = [previous, next]
         .into_iter()
         .flatten()
-        .map(|other| (x[other] - x[turn]).abs())
+        .map(|neighbour| (x[neighbour] - x[turn]).abs())
         .fold(f64::INFINITY, f64::min);
     let in_tip = |i: &usize| (x[*i] - x[turn]).abs() <= TIP_PART_OF_SWING * swing;
     let first = (previous.unwrap_or(0)..=turn)

@@ -76,9 +76,9 @@ fn judge(
         end_s: middle_s + 0.5 * rules.instance_s,
     };
     let frames = if long_enough {
-        between(series.time_s, instance.start_s, instance.end_s)
+        frames_between(series.time_s, instance.start_s, instance.end_s)
     } else {
-        between(series.time_s, rising.start_s, rising.end_s)
+        frames_between(series.time_s, rising.start_s, rising.end_s)
     };
     central(series, &frames, rules)?;
     if rising.cut_off {
@@ -112,10 +112,10 @@ fn central(
 }
 
 fn valid(series: &ExplorationSeries<'_>, frames: &Range<usize>) -> Result<(), Rejection> {
-    let count = |of: Validity| {
+    let count = |kind: Validity| {
         series.validity[frames.clone()]
             .iter()
-            .filter(|v| **v == of)
+            .filter(|v| **v == kind)
             .count()
     };
     let lost = frames
@@ -140,9 +140,11 @@ fn valid(series: &ExplorationSeries<'_>, frames: &Range<usize>) -> Result<(), Re
     if saturated > 0 {
         return Err(Rejection::ForceSaturated { frames: saturated });
     }
-    let below = count(Validity::BelowNoise);
-    if below as f64 > BELOW_NOISE_PART * frames.len() as f64 {
-        return Err(Rejection::BelowNoise { frames: below });
+    let noise_frames = count(Validity::BelowNoise);
+    if noise_frames as f64 > BELOW_NOISE_PART * frames.len() as f64 {
+        return Err(Rejection::BelowNoise {
+            frames: noise_frames,
+        });
     }
     Ok(())
 }
@@ -210,7 +212,7 @@ fn sliding(
 fn speed_extremes(series: &ExplorationSeries<'_>, frames: &Range<usize>) -> (f64, f64) {
     let time_s = &series.time_s[frames.clone()];
     let velocity = &series.velocity_m_per_s[frames.clone()];
-    let in_mean = between(time_s, time_s[0], time_s[0] + SPEED_MEAN_S).len();
+    let in_mean = frames_between(time_s, time_s[0], time_s[0] + SPEED_MEAN_S).len();
     velocity
         .windows(in_mean)
         .map(|w| series.direction.sign() * w.iter().sum::<f64>() / w.len() as f64)

@@ -94,6 +94,6 @@ pub(super) fn check_frames(series: &ExplorationSeries<'_>) -> Result<(), Selecti
 }
 
 /// Returns the frames from `start_s` to `end_s`, both included.
-pub(super) fn between(time_s: &[f64], start_s: f64, end_s: f64) -> Range<usize> {
+pub(super) fn frames_between(time_s: &[f64], start_s: f64, end_s: f64) -> Range<usize> {
     time_s.partition_point(|&t| t < start_s)..time_s.partition_point(|&t| t <= end_s)
 }

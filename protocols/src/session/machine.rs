@@ -145,8 +145,9 @@ impl Session {
     /// reads it; `None` if no such attempt settled its trial.
     pub fn withdraw(&mut self, number: u32, attempt: u32, reason: String) -> Option<TrialRecord> {
         let mut records = self.records().iter();
-        let made = records.find(|made| (made.key.number, made.key.attempt) == (number, attempt))?;
-        let key = made.key.clone();
+        let record =
+            records.find(|record| (record.key.number, record.key.attempt) == (number, attempt))?;
+        let key = record.key.clone();
         self.attempts
             .withdraw(&key, &Interruption::NotSaved { reason })
     }
@@ -163,7 +164,7 @@ impl Session {
 
     /// Whether the operator can overrule the verdict on [`current`](Self::current).
     pub fn is_judged(&self) -> bool {
-        self.state.judged().is_some()
+        self.state.judged_key().is_some()
     }
 
     /// Returns the time until the verdict stands, s; `None` without a verdict, and if only the operator can end the wait.
@@ -203,8 +204,8 @@ impl Session {
 
     /// Returns whether the open verdict repeats its trial unless it is overruled.
     pub fn verdict_repeats(&self) -> bool {
-        let judged = self.state.current().zip(self.state.reasons());
-        judged.is_some_and(|(key, reasons)| !self.outcome(key, reasons.to_vec()).settles())
+        let verdict = self.state.current().zip(self.state.reasons());
+        verdict.is_some_and(|(key, reasons)| !self.outcome(key, reasons.to_vec()).settles())
     }
 
     /// Returns the attempts so far, restored ones included.

@@ -77,7 +77,7 @@ impl Session {
         if std::mem::take(&mut self.pausing) && !self.attempts.all_settled() {
             return State::Halted {
                 fault: false,
-                then: self.after_settled(settles),
+                sequel: self.after_settled(settles),
             };
         }
         match self.after_settled(settles) {
@@ -157,7 +157,7 @@ impl Session {
         let (halted, state) = match self.take_state() {
             State::Halted {
                 fault,
-                then: AfterHalt::State(state),
+                sequel: AfterHalt::State(state),
             } => (Some(fault), *state),
             state => (None, state),
         };
@@ -172,7 +172,7 @@ impl Session {
                 self.state = match halted {
                     Some(fault) => State::Halted {
                         fault,
-                        then: AfterHalt::State(Box::new(state)),
+                        sequel: AfterHalt::State(Box::new(state)),
                     },
                     None => state,
                 };
@@ -182,7 +182,7 @@ impl Session {
         self.pausing = false;
         self.state = State::Halted {
             fault: halted.unwrap_or(false),
-            then: AfterHalt::Trial,
+            sequel: AfterHalt::Trial,
         };
         true
     }

@@ -105,11 +105,14 @@ impl Session {
                 outcome,
                 since_s,
             } => self.advance_saving(key, analysis, outcome, since_s, out),
-            State::Behind { since_s, told } => self.advance_behind(since_s, told, out),
+            State::Behind {
+                since_s,
+                is_reported,
+            } => self.advance_behind(since_s, is_reported, out),
             State::Rest { since_s } if continued || (go_on && self.rest_left_s(since_s) <= 0.0) => {
                 self.next_trial(out)
             }
-            other => other,
+            state => state,
         };
     }
 

@@ -84,10 +84,10 @@ pub(super) struct Rig {
 impl Rig {
     pub(super) fn new(protocol: Protocol) -> Self {
         let session = Session::new(protocol.clone(), sub("sub-01"), 7).unwrap();
-        Self::with(protocol, session)
+        Self::from_session(protocol, session)
     }
 
-    pub(super) fn with(protocol: Protocol, session: Session) -> Self {
+    pub(super) fn from_session(protocol: Protocol, session: Session) -> Self {
         Self {
             protocol,
             session,
@@ -111,7 +111,7 @@ impl Rig {
             .view
             .as_ref()
             .map_or(Instruction::Wait, |v| v.instruction);
-        let on = matches!(
+        let has_touch = matches!(
             instruction,
             Instruction::PlaceFinger | Instruction::GetReady | Instruction::FollowSlider
         );
@@ -129,7 +129,7 @@ impl Rig {
         Observation {
             recording: saved.map(|key| (key, RecordingOutcome::Saved)),
             t_s: self.t_s,
-            normal_n: Some(if on || !self.lifts {
+            normal_n: Some(if has_touch || !self.lifts {
                 self.normal_n
             } else {
                 0.0
@@ -170,18 +170,18 @@ impl Rig {
     }
 
     /// Returns number and attempt of the trial for commands; those of the first trial if none runs.
-    pub(super) fn about(&self) -> (u32, u32) {
+    pub(super) fn current_attempt(&self) -> (u32, u32) {
         let key = self.session.current();
         key.map_or((1, 1), |key| (key.number, key.attempt))
     }
 
     pub(super) fn redo(&self) -> OperatorCommand {
-        let (number, attempt) = self.about();
+        let (number, attempt) = self.current_attempt();
         OperatorCommand::Redo { number, attempt }
     }
 
     pub(super) fn accept_anyway(&self) -> OperatorCommand {
-        let (number, attempt) = self.about();
+        let (number, attempt) = self.current_attempt();
         OperatorCommand::AcceptAnyway { number, attempt }
     }
 
@@ -197,7 +197,7 @@ impl Rig {
         self.tell(command);
     }
 
-    pub(super) fn consented(mut self) -> Self {
+    pub(super) fn with_consent(mut self) -> Self {
         self.tell(consent());
         self
     }
@@ -209,7 +209,7 @@ impl Rig {
     }
 
     /// Steps until `phase`, for at most ten minutes of session time.
-    pub(super) fn until(&mut self, phase: Phase) -> &mut Self {
+    pub(super) fn run_until(&mut self, phase: Phase) -> &mut Self {
         for _ in 0..(600.0 / STEP_S) as usize {
             if self.session.phase() == phase {
                 return self;
@@ -219,12 +219,16 @@ impl Rig {
         panic!("{phase:?} never came, now in {:?}", self.session.phase());
     }
 
-    /// Like [`Self::until`], in the first trial that is not practice.
-    pub(super) fn until_main(&mut self, phase: Phase) -> &mut Self {
+    /// Like [`Self::run_until`], in the first trial that is not practice.
+    pub(super) fn run_until_main(&mut self, phase: Phase) -> &mut Self {
         loop {
-            self.until(phase);
+            self.run_until(phase);
             let practice = self.protocol.trials.practice;
-            if self.begun().last().is_some_and(|key| key.number > practice) {
+            if self
+                .begun_trials()
+                .last()
+                .is_some_and(|key| key.number > practice)
+            {
                 return self;
             }
             while self.session.phase() == phase {
@@ -237,7 +241,7 @@ impl Rig {
         self.steps.iter().flatten()
     }
 
-    pub(super) fn begun(&self) -> Vec<TrialKey> {
+    pub(super) fn begun_trials(&self) -> Vec<TrialKey> {
         self.actions()
             .filter_map(|a| match a {
                 Action::BeginTrial { key, .. } => Some(key.clone()),
@@ -246,7 +250,7 @@ impl Rig {
             .collect()
     }
 
-    pub(super) fn ends(&self) -> Vec<TrialEnd> {
+    pub(super) fn trial_ends(&self) -> Vec<TrialEnd> {
         self.actions()
             .filter_map(|a| match a {
                 Action::EndTrial { end, .. } => Some(end.clone()),
@@ -335,12 +339,12 @@ pub(super) fn check_invariants(steps: &[Vec<Action>], protocol: &Protocol) {
                 }
                 Action::EndTrial { key, end, at_s } => {
                     assert!(!driven, "a recording ended while driven");
-                    let (begun, _, intervals) = open.take().expect("ended twice");
-                    assert_eq!(begun, *key);
+                    let (begun_key, _, intervals) = open.take().expect("ended twice");
+                    assert_eq!(begun_key, *key);
                     assert!(intervals.iter().all(|i| i.end_s <= *at_s));
                     if *end == TrialEnd::Completed {
-                        let all = 1 + protocol.exploration.directions.len();
-                        assert_eq!(intervals.len(), all);
+                        let interval_count = 1 + protocol.exploration.directions.len();
+                        assert_eq!(intervals.len(), interval_count);
                     }
                 }
                 Action::Finished(_) => {
@@ -353,8 +357,8 @@ pub(super) fn check_invariants(steps: &[Vec<Action>], protocol: &Protocol) {
     }
 }
 
-pub(super) fn is_phase(event: &SessionEventKind, wanted: Phase) -> bool {
-    matches!(event, SessionEventKind::Phase { phase } if *phase == wanted)
+pub(super) fn is_phase(event: &SessionEventKind, expected: Phase) -> bool {
+    matches!(event, SessionEventKind::Phase { phase } if *phase == expected)
 }
 
 pub(super) fn approx_eq(a: f64, b: f64) {
@@ -388,12 +392,12 @@ pub(super) fn in_trial(phase: Phase) -> bool {
 }
 
 pub(super) fn rig_in(phase: Phase) -> Rig {
-    let mut rig = Rig::new(demo()).consented();
+    let mut rig = Rig::new(demo()).with_consent();
     if phase == Phase::Paused {
-        rig.until(Phase::Exploration);
+        rig.run_until(Phase::Exploration);
         rig.pause_now();
     } else {
-        rig.until(phase);
+        rig.run_until(phase);
     }
     rig
 }

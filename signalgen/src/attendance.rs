@@ -49,14 +49,14 @@ impl AttendanceCheck {
 
     /// Counts `frames` that are about to be rendered; returns whether a required report is overdue.
     pub(crate) fn is_missed(&mut self, frames: usize) -> bool {
-        let shown = &self.attendance.0;
-        let times = shown.times.load(Ordering::Acquire);
+        let latest = &self.attendance.0;
+        let times = latest.times.load(Ordering::Acquire);
         if times != self.times_seen {
             self.times_seen = times;
             self.missed_frames = 0;
         }
         self.missed_frames = self.missed_frames.saturating_add(frames as u64);
-        let limit_frames = shown.limit_frames.load(Ordering::Acquire);
+        let limit_frames = latest.limit_frames.load(Ordering::Acquire);
         limit_frames > 0 && self.missed_frames > limit_frames
     }
 }

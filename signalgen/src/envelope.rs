@@ -53,9 +53,9 @@ impl AmplitudeEnvelope {
 
     /// Returns this envelope with the modulation phase of `other`.
     #[must_use]
-    pub fn in_phase_with(self, other: &Self) -> Self {
+    pub fn in_phase_with(self, reference: &Self) -> Self {
         Self {
-            phase: other.phase,
+            phase: reference.phase,
             ..self
         }
     }

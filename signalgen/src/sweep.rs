@@ -46,13 +46,13 @@ impl ToneList {
     /// If the list is empty or longer than [`MAX_TONES`].
     pub fn new(frequencies_hz: &[f64]) -> Result<Self, ToneCountError> {
         let count = frequencies_hz.len();
-        let mut held = [0.0; MAX_TONES];
-        match held.get_mut(..count) {
-            Some(used) if count > 0 => used.copy_from_slice(frequencies_hz),
+        let mut tones = [0.0; MAX_TONES];
+        match tones.get_mut(..count) {
+            Some(list) if count > 0 => list.copy_from_slice(frequencies_hz),
             _ => return Err(ToneCountError { count }),
         }
         Ok(Self {
-            frequencies_hz: held,
+            frequencies_hz: tones,
             count,
         })
     }

@@ -70,12 +70,12 @@ fn offer(ranges: Result<impl Iterator<Item = SupportedStreamConfigRange>, cpal::
     Offer::Listed(capabilities.collect())
 }
 
-/// Returns the output device that `wanted` names, for sound other than the drive's.
+/// Returns the output device that `name` names, for sound other than the drive's.
 ///
 /// # Errors
-/// If `wanted` matches no device, or several; the error lists the candidates.
-pub fn output_device(host: &Host, wanted: &str) -> Result<Device, AudioError> {
+/// If `name` matches no device, or several; the error lists the candidates.
+pub fn output_device(host: &Host, name: &str) -> Result<Device, AudioError> {
     let (infos, mut devices): (Vec<_>, Vec<_>) = enumerate(host)?.into_iter().unzip();
-    let index = choose(&infos, wanted, StreamDirection::Output)?;
+    let index = choose(&infos, name, StreamDirection::Output)?;
     Ok(devices.swap_remove(index))
 }

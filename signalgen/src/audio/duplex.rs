@@ -167,7 +167,7 @@ impl Streams {
     /// # Errors
     /// If the backend fails.
     pub fn play(&self) -> Result<(), AudioError> {
-        self.each(Stream::play)
+        self.for_each_stream(Stream::play)
     }
 
     /// Pauses both streams if the backend can. The drive does not ramp: stop it first.
@@ -175,10 +175,13 @@ impl Streams {
     /// # Errors
     /// If the backend fails.
     pub fn pause(&self) -> Result<(), AudioError> {
-        self.each(Stream::pause)
+        self.for_each_stream(Stream::pause)
     }
 
-    fn each(&self, act: fn(&Stream) -> Result<(), cpal::Error>) -> Result<(), AudioError> {
+    fn for_each_stream(
+        &self,
+        act: fn(&Stream) -> Result<(), cpal::Error>,
+    ) -> Result<(), AudioError> {
         let failed = |direction, device: &DeviceInfo| {
             let device = device.to_string();
             move |error: cpal::Error| AudioError::Backend {
@@ -281,7 +284,7 @@ fn unsupported(
         .buffer_frames
         .map(|frames| format!(", {frames} frames per buffer"))
         .unwrap_or_default();
-    let wanted = format!(
+    let request = format!(
         "{} channels of {} at {} Hz{buffer}",
         choice.channels, choice.format, config.sample_rate_hz
     );
@@ -290,13 +293,13 @@ fn unsupported(
             AudioError::NoUsableFormat {
                 direction,
                 device: device.to_string(),
-                wanted,
+                wanted: request,
             }
         }
         offered => AudioError::Unsupported {
             direction,
             device: device.to_string(),
-            wanted,
+            wanted: request,
             offered: offered.cloned().unwrap_or(Offer::Unreported),
         },
     }

@@ -62,8 +62,9 @@ impl Card {
     /// Runs one period: output callback, then input callback, with allocation forbidden in both. Returns the rendered output,
     /// interleaved, in units of full scale.
     pub fn period(&mut self, frames: usize) -> Vec<f32> {
-        let at = |frame: u64| StreamInstant::from_nanos(frame * 1_000_000_000 / u64::from(RATE_HZ));
-        let (begin, end) = (at(self.frames), at(self.frames + frames as u64));
+        let instant =
+            |frame: u64| StreamInstant::from_nanos(frame * 1_000_000_000 / u64::from(RATE_HZ));
+        let (begin, end) = (instant(self.frames), instant(self.frames + frames as u64));
         self.frames += frames as u64;
         let mut rendered = vec![0.0; frames * OUTPUT_CHANNELS];
         if let Some(output) = self.output.as_mut().filter(|o| o.playing) {
@@ -76,7 +77,7 @@ impl Card {
                 CpalFormat::I32 => render::<i32>(output, &info, &mut rendered),
                 CpalFormat::I24 => render::<cpal::I24>(output, &info, &mut rendered),
                 CpalFormat::I16 => render::<i16>(output, &info, &mut rendered),
-                other => panic!("{other} was never offered"),
+                format => panic!("{format} was never offered"),
             }
         }
         if let Some(input) = self.input.as_mut().filter(|i| i.playing) {
@@ -93,7 +94,7 @@ impl Card {
                 CpalFormat::I32 => take::<i32>(input, &info, &looped),
                 CpalFormat::I24 => take::<cpal::I24>(input, &info, &looped),
                 CpalFormat::I16 => take::<i16>(input, &info, &looped),
-                other => panic!("{other} was never offered"),
+                format => panic!("{format} was never offered"),
             }
         }
         rendered
@@ -197,8 +198,8 @@ type Ranges = std::vec::IntoIter<SupportedStreamConfigRange>;
 impl Bench {
     fn ranges(&self, channels: usize) -> Ranges {
         let range = |&format| {
-            let any = SupportedBufferSize::Unknown;
-            SupportedStreamConfigRange::new(channels as u16, RATE_HZ, RATE_HZ, any, format)
+            let sizes = SupportedBufferSize::Unknown;
+            SupportedStreamConfigRange::new(channels as u16, RATE_HZ, RATE_HZ, sizes, format)
         };
         let ranges: Vec<_> = self.formats.iter().map(range).collect();
         ranges.into_iter()

@@ -56,18 +56,18 @@ fn every_frame_is_accounted_for_when_the_ring_is_full() {
     let mut duplex = bench.open(&config(SampleFormat::F32));
     let capacity_blocks = RATE_HZ as usize / BLOCK;
     bench.periods(capacity_blocks + 10);
-    let kept = drain(&mut duplex);
-    assert_eq!(kept.len(), capacity_blocks);
-    for (n, header) in (0_u64..).zip(&kept) {
+    let headers = drain(&mut duplex);
+    assert_eq!(headers.len(), capacity_blocks);
+    for (n, header) in (0_u64..).zip(&headers) {
         assert_eq!(header.first_frame, n * BLOCK as u64);
         assert_eq!(header.dropped_frames, 0);
     }
     bench.periods(1);
-    let after = drain(&mut duplex)[0];
-    let last = kept[capacity_blocks - 1];
-    let gap = after.first_frame - (last.first_frame + u64::from(last.frames));
+    let next_header = drain(&mut duplex)[0];
+    let last = headers[capacity_blocks - 1];
+    let gap = next_header.first_frame - (last.first_frame + u64::from(last.frames));
     assert_eq!(gap, 10 * BLOCK as u64);
-    assert_eq!(after.dropped_frames, gap);
+    assert_eq!(next_header.dropped_frames, gap);
     assert_eq!(duplex.input.ring_fill(), 0.0);
 }
 
@@ -78,9 +78,9 @@ fn headers_carry_the_stream_clock() {
     bench.periods(3);
     let headers = drain(&mut duplex);
     for (n, header) in (0_u64..).zip(&headers) {
-        let at = |blocks: u64| blocks * BLOCK as u64 * 1_000_000_000 / u64::from(RATE_HZ);
-        assert_eq!(header.time.capture_ns, at(n));
-        assert_eq!(header.time.callback_ns, at(n + 1));
+        let time_ns = |blocks: u64| blocks * BLOCK as u64 * 1_000_000_000 / u64::from(RATE_HZ);
+        assert_eq!(header.time.capture_ns, time_ns(n));
+        assert_eq!(header.time.callback_ns, time_ns(n + 1));
     }
     assert!(headers.is_sorted_by_key(|header| header.arrived_ns));
     assert!(headers[2].arrived_ns <= duplex.health.now_ns());
@@ -207,10 +207,10 @@ fn tiny_blocks_are_accounted_for_too() {
     for _ in 0..blocks {
         bench.card().period(1);
     }
-    let kept = drain(&mut duplex);
+    let headers = drain(&mut duplex);
     bench.card().period(1);
-    let after = drain(&mut duplex)[0];
-    assert!(kept.len() < blocks);
-    assert_eq!(after.first_frame, blocks as u64);
-    assert_eq!(after.dropped_frames as usize, blocks - kept.len());
+    let next_header = drain(&mut duplex)[0];
+    assert!(headers.len() < blocks);
+    assert_eq!(next_header.first_frame, blocks as u64);
+    assert_eq!(next_header.dropped_frames as usize, blocks - headers.len());
 }

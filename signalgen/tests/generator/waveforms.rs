@@ -134,11 +134,11 @@ fn sweeps_follow_the_integral_of_their_frequency() {
         let rate = f64::from(RATE_HZ);
         // Held at the start frequency while ramping in, at the end frequency while ramping out.
         for n in (ramp..ramp + sweep_frames + ramp).step_by(7) {
-            let before = from_hz * ramp as f64 / rate;
+            let ramp_turns = from_hz * ramp as f64 / rate;
             let t = (n - ramp) as f64 / rate;
-            let over = (t - duration_s).max(0.0);
-            let turns = before + turns_at(t.min(duration_s)) + to_hz * over;
-            let into_ramp = (over * rate) / ramp as f64;
+            let overtime_s = (t - duration_s).max(0.0);
+            let turns = ramp_turns + turns_at(t.min(duration_s)) + to_hz * overtime_s;
+            let into_ramp = (overtime_s * rate) / ramp as f64;
             let amplitude = 60.0 * (0.5 + 0.5 * (PI * into_ramp).cos());
             let expected = amplitude * (TAU * turns.fract()).sin();
             assert_abs_diff_eq!(rendered[n as usize], expected, epsilon = 5e-5);
@@ -201,7 +201,7 @@ fn tone_lists_hold_one_to_the_maximum() {
         assert_eq!(ToneList::new(&tones).unwrap().as_slice(), tones);
     }
     for count in [0, MAX_TONES + 1] {
-        let refused = ToneList::new(&vec![1_000.0; count]);
-        assert_eq!(refused, Err(ToneCountError { count }));
+        let result = ToneList::new(&vec![1_000.0; count]);
+        assert_eq!(result, Err(ToneCountError { count }));
     }
 }

@@ -129,7 +129,7 @@ proptest! {
                 Move::LoseDisplay => {
                     rig.step(|o| o.display_lost = Some("gone".to_owned()));
                 }
-                Move::NotYet { steps, hold, drive_wait_s } => {
+                Move::Delay { steps, hold, drive_wait_s } => {
                     for _ in 0..steps {
                         rig.step(|o| {
                             o.hold = hold;

@@ -99,8 +99,8 @@ pub fn library() -> Option<PathBuf> {
     let folder = program.parent()?;
     let name = libloading::library_filename("nidaqmx");
     let places = ["", "deps", "..", "../lib/friction-bench"].map(|place| folder.join(place));
-    let found = places.into_iter().map(|place| place.join(&name));
-    found.into_iter().find(|file| file.is_file())
+    let files = places.into_iter().map(|place| place.join(&name));
+    files.into_iter().find(|file| file.is_file())
 }
 
 /// State behind the functions of a [`Board`].

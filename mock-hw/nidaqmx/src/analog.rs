@@ -4,7 +4,7 @@ use std::ffi::{c_char, c_void};
 use std::slice;
 use std::time::{Duration, Instant};
 
-use crate::status::{BAD_VALUE, NO_CHANNEL, NO_SPACE, NOT_YET, status};
+use crate::status::{BAD_VALUE, NO_CHANNEL, NO_SPACE, SAMPLES_PENDING, status};
 use crate::twin::{CHANGED, Channel, DEVICE, Kind, lock, text};
 
 /// `DAQmx_Val_RSE`, `DAQmx_Val_NRSE`, `DAQmx_Val_Diff`, `DAQmx_Val_PseudoDiff`.
@@ -100,7 +100,7 @@ pub unsafe extern "C" fn DAQmxCreateAOVoltageChan(
 
 /// Reads into `volts`; returns the number of frames, and the status.
 fn read(handle: *mut c_void, frames: usize, timeout: f64, volts: &mut [f64]) -> (usize, i32) {
-    let until = Instant::now() + Duration::from_secs_f64(timeout.clamp(0.0, 3600.0));
+    let deadline = Instant::now() + Duration::from_secs_f64(timeout.clamp(0.0, 3600.0));
     let mut twin = lock();
     loop {
         let task = match twin.task(handle) {
@@ -108,29 +108,29 @@ fn read(handle: *mut c_void, frames: usize, timeout: f64, volts: &mut [f64]) -> 
             Err(code) => return (0, status(Err(code))),
         };
         let channels = task.channels.len();
-        let wanted = frames * channels;
-        if task.kind != Kind::Input || !task.started || volts.len() < wanted {
+        let count = frames * channels;
+        if task.kind != Kind::Input || !task.started || volts.len() < count {
             return (0, status(Err(BAD_VALUE)));
         }
         let now = Instant::now();
-        let enough = task.buffer_v.len() >= wanted;
+        let enough = task.buffer_v.len() >= count;
         if !enough && let Some(code) = task.stopped_by {
             return (0, status(Err(code)));
         }
-        if enough || now >= until {
+        if enough || now >= deadline {
             task.awaited = None;
             // After a timeout the frames received so far are returned.
-            let given = wanted.min(task.buffer_v.len() / channels * channels);
-            for (to, from) in volts.iter_mut().zip(task.buffer_v.drain(..given)) {
+            let read_count = count.min(task.buffer_v.len() / channels * channels);
+            for (to, from) in volts.iter_mut().zip(task.buffer_v.drain(..read_count)) {
                 *to = from;
             }
             CHANGED.notify_all();
-            let result = if enough { Ok(()) } else { Err(NOT_YET) };
-            return (given / channels, status(result));
+            let result = if enough { Ok(()) } else { Err(SAMPLES_PENDING) };
+            return (read_count / channels, status(result));
         }
-        task.awaited = Some(wanted);
+        task.awaited = Some(count);
         CHANGED.notify_all();
-        twin = twin.wait(until - now);
+        twin = twin.wait(deadline - now);
     }
 }
 
@@ -153,9 +153,9 @@ pub unsafe extern "C" fn DAQmxReadAnalogF64(
     }
     // SAFETY: the caller's buffer has that length.
     let volts = unsafe { slice::from_raw_parts_mut(volts, len as usize) };
-    let (given, code) = read(handle, frames, timeout, volts);
+    let (read_count, code) = read(handle, frames, timeout, volts);
     // SAFETY: the caller's pointer is that of a number.
-    unsafe { *read_frames = given as i32 };
+    unsafe { *read_frames = read_count as i32 };
     code
 }
 
@@ -167,7 +167,7 @@ pub unsafe extern "C" fn DAQmxWriteAnalogF64(
     _timeout: f64,
     layout: u32,
     volts: *const f64,
-    written: *mut i32,
+    written_frames: *mut i32,
     _reserved: *mut u32,
 ) -> i32 {
     let Ok(frames) = usize::try_from(frames) else {
@@ -210,7 +210,7 @@ pub unsafe extern "C" fn DAQmxWriteAnalogF64(
     let result = result.map(|held_v| {
         twin.held_v = held_v.unwrap_or(twin.held_v);
         // SAFETY: the caller's pointer is that of a number.
-        unsafe { *written = frames as i32 };
+        unsafe { *written_frames = frames as i32 };
     });
     status(result)
 }

@@ -26,10 +26,10 @@ fn add(handle: *mut c_void, kind: Kind, terminal: &str, port: u32) -> Result<(),
         .ok_or(NO_CHANNEL)?;
     let number = 100 * port + line;
     let mut twin = lock();
-    let held = twin.tasks.values().any(|task| {
+    let is_reserved = twin.tasks.values().any(|task| {
         task.kind == kind && task.channels.iter().any(|channel| channel.number == number)
     });
-    if held {
+    if is_reserved {
         return Err(RESERVED);
     }
     let task = twin.task(handle)?;
@@ -125,7 +125,7 @@ pub unsafe extern "C" fn DAQmxWriteDigitalLines(
     _timeout: f64,
     _layout: u32,
     levels: *const u8,
-    written: *mut i32,
+    written_samples: *mut i32,
     _reserved: *mut u32,
 ) -> i32 {
     let mut twin = lock();
@@ -136,7 +136,7 @@ pub unsafe extern "C" fn DAQmxWriteDigitalLines(
         let board = twin.board.as_ref().ok_or(UNREACHABLE)?;
         // SAFETY: the caller's pointers are of a level and of a number.
         let level = unsafe {
-            *written = 1;
+            *written_samples = 1;
             *levels
         };
         if (board.drive)(board.context, line, u32::from(level)) < 0 {
@@ -168,8 +168,8 @@ pub unsafe extern "C" fn DAQmxCreateCILinEncoderChan(
         if counter != format!("{DEVICE}/ctr0") {
             return Err(NO_CHANNEL);
         }
-        let known = decoding == X4 && units == TICKS && INDEX_PHASES.contains(&index_phase);
-        if !known || index != 0 || task.kind != Kind::Empty {
+        let is_valid = decoding == X4 && units == TICKS && INDEX_PHASES.contains(&index_phase);
+        if !is_valid || index != 0 || task.kind != Kind::Empty {
             return Err(BAD_VALUE);
         }
         task.kind = Kind::Counter;

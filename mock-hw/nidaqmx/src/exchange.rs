@@ -58,11 +58,11 @@ pub(crate) extern "C" fn record(samples: *const f32, len: usize) {
         return;
     };
     if let Some(task) = twin.streaming(Kind::Input).filter(|_| inputs_ran) {
-        let own = task
+        let has_own_clock = task
             .clock
             .as_ref()
             .is_some_and(|clock| clock.source.is_empty());
-        let clocked = if own { usize::MAX } else { played };
+        let clocked = if has_own_clock { usize::MAX } else { played };
         for frame in samples.chunks_exact(width).take(clocked) {
             if task.buffer_v.len() >= task.buffer_frames * task.channels.len() {
                 task.stopped_by = Some(OVERWRITTEN);
@@ -84,7 +84,7 @@ pub(crate) extern "C" fn record(samples: *const f32, len: usize) {
             task.awaited
                 .is_none_or(|awaited| task.buffer_v.len() >= awaited)
         });
-        if !busy || twin.gone {
+        if !busy || twin.is_gone {
             return;
         }
         twin = twin.wait(Duration::from_millis(100));
@@ -95,7 +95,7 @@ pub(crate) extern "C" fn record(samples: *const f32, len: usize) {
 pub(crate) extern "C" fn fail(output: u32, kind: u32) {
     let mut twin = lock();
     if kind == GONE {
-        twin.gone = true;
+        twin.is_gone = true;
     } else {
         let (kind, code) = if output != 0 {
             (Kind::Output, RAN_DRY)

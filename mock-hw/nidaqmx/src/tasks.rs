@@ -13,7 +13,7 @@ use crate::twin::{CHANGED, DEVICE, Kind, Task, Twin, lock, with_apparatus};
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn DAQmxCreateTask(_name: *const c_char, task: *mut *mut c_void) -> i32 {
     let mut twin = with_apparatus();
-    if twin.gone || twin.board.is_none() {
+    if twin.is_gone || twin.board.is_none() {
         return status(Err(UNREACHABLE));
     }
     let handle = twin.create();
@@ -80,11 +80,11 @@ fn start(handle: *mut c_void) -> Result<(), i32> {
     let mut twin = lock();
     let kind = twin.task(handle)?.kind;
     let number = handle as usize;
-    let others = twin
+    let rivals = twin
         .tasks
         .iter()
-        .filter(|(other, task)| **other != number && task.started && task.kind == kind);
-    if others.count() > 0 && matches!(kind, Kind::Input | Kind::Output | Kind::Counter) {
+        .filter(|(id, task)| **id != number && task.started && task.kind == kind);
+    if rivals.count() > 0 && matches!(kind, Kind::Input | Kind::Output | Kind::Counter) {
         return Err(RESERVED);
     }
     let task = twin.tasks.get(&number).ok_or(BAD_VALUE)?;

@@ -134,7 +134,7 @@ pub(crate) struct Twin {
     pub(crate) product: Product,
     pub(crate) tasks: BTreeMap<usize, Task>,
     created: usize,
-    pub(crate) gone: bool,
+    pub(crate) is_gone: bool,
     /// Whether the converters are open.
     pub(crate) open: bool,
     /// Voltage that the first output holds.
@@ -191,14 +191,14 @@ pub(crate) fn with_apparatus() -> Locked {
 
 impl Twin {
     fn new() -> Self {
-        let wanted = std::env::var("MOCK_NIDAQMX_PRODUCT").unwrap_or_default();
-        let product = PRODUCTS.iter().find(|product| product.name == wanted);
+        let name = std::env::var("MOCK_NIDAQMX_PRODUCT").unwrap_or_default();
+        let product = PRODUCTS.iter().find(|product| product.name == name);
         Self {
             board: None,
             product: *product.unwrap_or(&PRODUCTS[0]),
             tasks: BTreeMap::new(),
             created: 0,
-            gone: false,
+            is_gone: false,
             open: false,
             held_v: 0.0,
             played: 0,
@@ -215,9 +215,9 @@ impl Twin {
 
     /// Returns a task of a card that is present.
     pub(crate) fn task(&mut self, handle: *mut c_void) -> Result<&mut Task, i32> {
-        let gone = self.gone;
+        let is_gone = self.is_gone;
         let task = self.tasks.get_mut(&(handle as usize)).ok_or(NO_TASK)?;
-        if gone { Err(UNREACHABLE) } else { Ok(task) }
+        if is_gone { Err(UNREACHABLE) } else { Ok(task) }
     }
 
     /// Returns the streaming task of a kind.
@@ -229,17 +229,17 @@ impl Twin {
 
 #[unsafe(no_mangle)]
 pub extern "C" fn mock_nidaqmx_connect(board: Board) {
-    let (before, was_open) = {
+    let (previous, was_open) = {
         let mut twin = lock();
-        twin.gone = false;
+        twin.is_gone = false;
         let was_open = std::mem::take(&mut twin.open);
         (twin.board.replace(board), was_open)
     };
-    if let Some(before) = before {
+    if let Some(previous) = previous {
         if was_open {
-            (before.close)(before.context);
+            (previous.close)(previous.context);
         }
-        (before.release)(before.context);
+        (previous.release)(previous.context);
     }
 }
 

@@ -138,8 +138,12 @@ impl World {
         self.follow_rate();
         self.begin_truth()?;
         self.timetable.carry_out(start_ns, self.cards.is_running());
-        if let Some(pressed) = self.oscilloscope.as_mut().and_then(Oscilloscope::pressed) {
-            self.board.press_estop(pressed);
+        if let Some(estop) = self
+            .oscilloscope
+            .as_mut()
+            .and_then(Oscilloscope::estop_change)
+        {
+            self.board.press_estop(estop);
         }
         let frames = self.clock.period_frames_at(self.rate_hz);
         let drive = &mut self.drive[..frames];

@@ -185,8 +185,8 @@ impl Device {
         running: &Arc<AtomicBool>,
         on_error: ErrorCallback,
     ) -> Result<(Buffer, FrameCount), Error> {
-        let unsupported = |what: String| {
-            Error::with_message(ErrorKind::UnsupportedConfig, format!("{self}: {what}"))
+        let unsupported = |fault: String| {
+            Error::with_message(ErrorKind::UnsupportedConfig, format!("{self}: {fault}"))
         };
         let rate_hz = config.sample_rate;
         if !self.rates_hz().contains(&rate_hz) {

@@ -176,7 +176,7 @@ pub(super) struct Track<S> {
     /// Number of coming frames to lose.
     skip: u64,
     /// Number of coming frames to replace by NaN.
-    spoilt: u64,
+    nan_frames: u64,
     halted: bool,
 }
 
@@ -186,7 +186,7 @@ impl<S> Default for Track<S> {
             stream: None,
             errors: VecDeque::new(),
             skip: 0,
-            spoilt: 0,
+            nan_frames: 0,
             halted: false,
         }
     }
@@ -222,7 +222,7 @@ impl<S: Opened> Track<S> {
     }
 
     pub(super) fn spoil(&mut self, frames: u64) {
-        self.spoilt += frames;
+        self.nan_frames += frames;
     }
 
     pub(super) fn halt(&mut self, halted: bool) {
@@ -286,7 +286,7 @@ impl Track<InputStream> {
         interleaved: &[f32],
         device_channels: usize,
     ) {
-        let mut spoilt = std::mem::take(&mut self.spoilt);
+        let mut nan_frames = std::mem::take(&mut self.nan_frames);
         let Some((stream, skip)) = self.running() else {
             return;
         };
@@ -299,19 +299,19 @@ impl Track<InputStream> {
                 stream.first_ns = frame_ns(start_ns, frame, rate_hz);
             }
             let buffer = &mut stream.buffer;
-            let at = buffer.cursor * buffer.channels;
-            let sound = spoilt == 0;
-            spoilt = spoilt.saturating_sub(1);
+            let index = buffer.cursor * buffer.channels;
+            let is_sound = nan_frames == 0;
+            nan_frames = nan_frames.saturating_sub(1);
             for (channel, &sample) in inputs[..buffer.channels].iter().enumerate() {
-                let sample = if sound { sample } else { f32::NAN };
-                buffer.samples.set(at + channel, sample);
+                let sample = if is_sound { sample } else { f32::NAN };
+                buffer.samples.set(index + channel, sample);
             }
             buffer.cursor += 1;
             if buffer.cursor == buffer.frames {
                 stream.deliver(frame_ns(start_ns, frame + 1, rate_hz));
             }
         }
-        self.spoilt = spoilt;
+        self.nan_frames = nan_frames;
     }
 }
 

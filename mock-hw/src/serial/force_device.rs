@@ -119,7 +119,7 @@ impl ForceDevice {
             ForceFault::Repeat(frames) => self.faults.repeat += frames,
             ForceFault::Silent(silent) => self.faults.silent = silent,
             ForceFault::Saturated(saturated) => self.faults.saturated = saturated,
-            ForceFault::OtherDevice(other) => self.faults.other_device = other,
+            ForceFault::OtherDevice(is_other) => self.faults.other_device = is_other,
             ForceFault::Restart => self.faults.restart = true,
             ForceFault::Reorder(_) | ForceFault::Status(_) => {}
         }
@@ -216,7 +216,7 @@ fn micronewtons(force_n: f64) -> i32 {
 
 /// Decrements `count`; returns whether it was above 0.
 fn take_one(count: &mut u32) -> bool {
-    let left = *count > 0;
+    let is_due = *count > 0;
     *count = count.saturating_sub(1);
-    left
+    is_due
 }

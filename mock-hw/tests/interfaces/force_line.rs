@@ -28,12 +28,12 @@ impl Frame {
 /// Decodes COBS by its definition: each code byte gives the distance to the next zero.
 fn unstuff(block: &[u8]) -> Option<Vec<u8>> {
     let mut bytes = Vec::new();
-    let mut at = 0;
-    while at < block.len() {
-        let code = usize::from(block[at]);
-        bytes.extend_from_slice(block.get(at + 1..at + code)?);
-        at += code;
-        if code < 255 && at < block.len() {
+    let mut index = 0;
+    while index < block.len() {
+        let code = usize::from(block[index]);
+        bytes.extend_from_slice(block.get(index + 1..index + code)?);
+        index += code;
+        if code < 255 && index < block.len() {
             bytes.push(0);
         }
     }
@@ -61,7 +61,7 @@ fn the_tests_own_checksum_has_the_documented_check_value() {
 
 fn decode(block: &[u8]) -> Option<Frame> {
     let raw: [u8; 18] = unstuff(block)?.try_into().ok()?;
-    let word = |at: usize| [raw[at], raw[at + 1], raw[at + 2], raw[at + 3]];
+    let word = |index: usize| [raw[index], raw[index + 1], raw[index + 2], raw[index + 3]];
     let intact = raw[0] == 1 && crc16(&raw[..16]) == u16::from_le_bytes([raw[16], raw[17]]);
     intact.then(|| Frame {
         sequence: u16::from_le_bytes([raw[1], raw[2]]),
@@ -254,11 +254,11 @@ fn the_port_behaves_like_a_serial_port() {
         ErrorKind::TimedOut
     );
     drop(port);
-    let mut again = open_force_port(&apparatus);
-    assert!(!listen(&mut apparatus, again.as_mut(), 0.02).is_empty());
+    let mut port = open_force_port(&apparatus);
+    assert!(!listen(&mut apparatus, port.as_mut(), 0.02).is_empty());
     apparatus.faults().unplug_force();
-    let gone = again.read(&mut byte).unwrap_err().kind();
-    assert_eq!(gone, ErrorKind::BrokenPipe);
+    let error_kind = port.read(&mut byte).unwrap_err().kind();
+    assert_eq!(error_kind, ErrorKind::BrokenPipe);
     pass(&mut apparatus, 0.02);
 }
 

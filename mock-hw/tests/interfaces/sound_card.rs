@@ -30,8 +30,8 @@ fn what_is_played_is_read_back_at_both_rates_in_both_formats() {
                 rate_hz as usize / 10,
                 "{rate_hz} Hz, {format}"
             );
-            let settled = &signal[signal.len() / 2..];
-            let amplitude = amplitude_at(settled, 10e3, f64::from(rate_hz));
+            let tail = &signal[signal.len() / 2..];
+            let amplitude = amplitude_at(tail, 10e3, f64::from(rate_hz));
             assert!(
                 (amplitude - 0.25).abs() < 0.0025,
                 "{rate_hz} Hz, {format}: {amplitude}"
@@ -172,8 +172,8 @@ fn lost_input_frames_never_arrive_and_the_timestamps_say_so() {
 fn lost_output_frames_are_silence_that_nobody_was_asked_for() {
     let mut apparatus = stepped(Scenario::default(), 1);
     let bench = device(&apparatus, BENCH_ID);
-    let asked = Arc::new(AtomicU64::new(0));
-    let count = Arc::clone(&asked);
+    let asked_frames = Arc::new(AtomicU64::new(0));
+    let count = Arc::clone(&asked_frames);
     let output = bench
         .build_output_stream_raw(
             stream_config(1, 192_000),
@@ -191,7 +191,7 @@ fn lost_output_frames_are_silence_that_nobody_was_asked_for() {
     pass(&mut apparatus, 0.01);
     apparatus.faults().skip_frames(Direction::Output, 128);
     pass(&mut apparatus, 0.01);
-    assert_eq!(asked.load(Ordering::Relaxed), 3840 - 128);
+    assert_eq!(asked_frames.load(Ordering::Relaxed), 3840 - 128);
     let recorded = recorded.lock().unwrap();
     let signal = recorded.channel(SampleFormat::F32, 4, GENERATOR);
     let quiet = signal[1920..].iter().filter(|v| v.abs() < 0.25).count();

@@ -52,7 +52,7 @@ impl Recorded {
         let value = |word: &[u8; 4]| match format {
             SampleFormat::F32 => f64::from(f32::from_ne_bytes(*word)),
             SampleFormat::I32 => f64::from(i32::from_ne_bytes(*word)) / 2f64.powi(31),
-            other => panic!("the test does not read {other}"),
+            format => panic!("the test does not read {format}"),
         };
         words
             .iter()
@@ -119,7 +119,7 @@ pub fn play_sine(
                         frame.fill((next() * 2f64.powi(31)) as i32);
                     }
                 }
-                other => panic!("the test does not play {other}"),
+                format => panic!("the test does not play {format}"),
             },
             |error| panic!("{error}"),
             None,

@@ -115,8 +115,11 @@ fn the_truth_of_a_run_is_written_once_and_reads_back() {
         (Some(300e-6), Some(0.0))
     );
 
-    let again = TruthWriter::create(folder.path(), &plant.constants());
-    assert_eq!(again.unwrap_err().kind(), std::io::ErrorKind::AlreadyExists);
+    let result = TruthWriter::create(folder.path(), &plant.constants());
+    assert_eq!(
+        result.unwrap_err().kind(),
+        std::io::ErrorKind::AlreadyExists
+    );
 }
 
 #[test]
@@ -129,13 +132,17 @@ fn a_scenario_of_laws_is_nominal_but_for_one_thing() {
         let mut broken = shipped(&format!("{name}.toml"));
         assert_ne!(broken.purpose, nominal.purpose);
         broken.purpose.clone_from(&nominal.purpose);
-        let same = [
+        let is_same = [
             broken.laws == nominal.laws,
             broken.film == nominal.film,
             broken.friction == nominal.friction,
             broken.plate == nominal.plate,
         ];
-        assert_eq!(same.iter().filter(|same| !**same).count(), 1, "{name}");
+        assert_eq!(
+            is_same.iter().filter(|is_same| !**is_same).count(),
+            1,
+            "{name}"
+        );
         broken.laws = nominal.laws.clone();
         broken.film = nominal.film.clone();
         broken.friction = nominal.friction.clone();

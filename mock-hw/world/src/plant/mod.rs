@@ -179,18 +179,18 @@ impl Plant {
             rate_hz,
             SLOW_STEP_S,
         );
-        let before = std::mem::replace(self, fresh);
-        self.wire(before.patch.wiring());
-        self.epoch_s = before.end_s();
-        self.forces = before.forces;
-        self.forces_due = before.forces_due;
-        self.moisture = before.moisture;
-        self.finger = before.finger;
-        self.touch = before.touch;
-        self.drift = before.drift;
-        self.force_sensor = before.force_sensor;
-        self.masses = before.masses;
-        self.next_truth_s = before.next_truth_s;
+        let previous = std::mem::replace(self, fresh);
+        self.wire(previous.patch.wiring());
+        self.epoch_s = previous.end_s();
+        self.forces = previous.forces;
+        self.forces_due = previous.forces_due;
+        self.moisture = previous.moisture;
+        self.finger = previous.finger;
+        self.touch = previous.touch;
+        self.drift = previous.drift;
+        self.force_sensor = previous.force_sensor;
+        self.masses = previous.masses;
+        self.next_truth_s = previous.next_truth_s;
         self.gauges = bridge(&self.scenario, self.interval_s, self.epoch_s, self.seed);
     }
 
@@ -309,7 +309,7 @@ impl Plant {
             .enumerate()
         {
             if self.until_slow_step == 0 {
-                self.finger = between(&from, finger, (i + 1) as f64 / drive.len() as f64);
+                self.finger = interpolate(&from, finger, (i + 1) as f64 / drive.len() as f64);
                 self.slow_step();
                 self.until_slow_step = self.frames_per_slow_step;
             }
@@ -561,7 +561,7 @@ fn tissue(z_t_n_s_per_m: [f64; 2], omega: f64) -> Tissue {
 }
 
 /// Returns the finger's state at the fraction `share` between two states.
-fn between(from: &FingerState, to: &FingerState, share: f64) -> FingerState {
+fn interpolate(from: &FingerState, to: &FingerState, share: f64) -> FingerState {
     let mix = |a: f64, b: f64| a + share * (b - a);
     FingerState {
         position_m: mix(from.position_m, to.position_m),

@@ -36,9 +36,9 @@ impl Moisture {
 
     /// Advances by `dt_s`, touching or not; returns the present skin of `fingertip`.
     pub fn advance(&mut self, dt_s: f64, touching: bool, fingertip: &Fingertip) -> Fingertip {
-        let kept = (-dt_s / self.time_s).exp();
+        let decay = (-dt_s / self.time_s).exp();
         let white: f64 = StandardNormal.sample(&mut self.rng);
-        self.value = kept * self.value + self.relative_sd * (1.0 - kept * kept).sqrt() * white;
+        self.value = decay * self.value + self.relative_sd * (1.0 - decay * decay).sqrt() * white;
         let tissue = 1.0 + TISSUE_SHARE * self.value;
         let growth = 1.0 + fingertip.pad.growth * self.grown.advance(dt_s, touching);
         let [re, im] = fingertip.z_t_n_s_per_m.map(|z| z * tissue);

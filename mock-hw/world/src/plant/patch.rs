@@ -47,9 +47,9 @@ impl Patch {
     /// Writes the values of all inputs for the voltage of one sample interval.
     #[inline]
     pub fn feed(&mut self, voltage: &Polynomial, divider: f64, ideal: &mut [f64]) {
-        let all = self.wiring == InputWiring::AllInputs;
+        let has_all_inputs = self.wiring == InputWiring::AllInputs;
         for (channel, ((moment, delay), input)) in self.inputs.iter_mut().zip(ideal).enumerate() {
-            let plugged = all || channel == 0;
+            let plugged = has_all_inputs || channel == 0;
             *input = delay.push(if plugged {
                 evaluate(voltage, *moment) / divider
             } else {

@@ -36,25 +36,25 @@ const SPREADS: f64 = 6.0;
 /// Effect of a finger's warmth: a direct part, and a slower part as heat spreads.
 #[derive(Debug, Clone)]
 struct Warmth {
-    near: Exposure,
-    far: Exposure,
+    near_heat: Exposure,
+    far_heat: Exposure,
     spread: f64,
 }
 
 impl Warmth {
     fn new(time_s: f64, spread: f64) -> Self {
         Self {
-            near: Exposure::new(time_s),
-            far: Exposure::new(SPREADS * time_s),
+            near_heat: Exposure::new(time_s),
+            far_heat: Exposure::new(SPREADS * time_s),
             spread,
         }
     }
 
     /// Advances by `dt_s` and returns the fraction of the full effect.
     fn advance(&mut self, dt_s: f64, touching: bool) -> f64 {
-        let near = self.near.advance(dt_s, touching);
-        let far = self.far.advance(dt_s, touching);
-        near + self.spread * (far - near)
+        let near_heat = self.near_heat.advance(dt_s, touching);
+        let far_heat = self.far_heat.advance(dt_s, touching);
+        near_heat + self.spread * (far_heat - near_heat)
     }
 }
 
@@ -140,10 +140,10 @@ mod tests {
             warmth_damping: 0.2,
             ..DriftTable::default()
         };
-        let held = advanced(warm.clone(), 5, |_| true);
+        let warmed = advanced(warm.clone(), 5, |_| true);
         let share = 1.0 - (-1.0f64).exp();
-        assert_relative_eq!(held.shift_hz, -10.0 * share, max_relative = 1e-12);
-        assert_relative_eq!(held.damping, 1.0 + 0.2 * share, max_relative = 1e-12);
+        assert_relative_eq!(warmed.shift_hz, -10.0 * share, max_relative = 1e-12);
+        assert_relative_eq!(warmed.damping, 1.0 + 0.2 * share, max_relative = 1e-12);
         let cooled = advanced(warm, 10, |s| s <= 5);
         assert_relative_eq!(
             cooled.shift_hz,
@@ -162,11 +162,11 @@ mod tests {
             ..DriftTable::default()
         };
         let share = |time_s: f64| 1.0 - (-5.0 / time_s).exp();
-        let held = advanced(warm, 5, |_| true);
+        let warmed = advanced(warm, 5, |_| true);
         let of_resonance = 0.6 * share(5.0) + 0.4 * share(30.0);
         let of_damping = 0.6 * share(10.0) + 0.4 * share(60.0);
-        assert_relative_eq!(held.shift_hz, -10.0 * of_resonance, max_relative = 1e-12);
-        assert_relative_eq!(held.damping, 1.0 + 0.2 * of_damping, max_relative = 1e-12);
+        assert_relative_eq!(warmed.shift_hz, -10.0 * of_resonance, max_relative = 1e-12);
+        assert_relative_eq!(warmed.damping, 1.0 + 0.2 * of_damping, max_relative = 1e-12);
     }
 
     #[test]

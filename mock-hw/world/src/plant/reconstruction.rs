@@ -13,10 +13,10 @@ pub(crate) const ORDER: usize = 8;
 /// Polynomial over one sample interval: Σ c_j s^j at time s, 0 to 1.
 pub(crate) type Polynomial = [f64; ORDER];
 
-/// Returns the value of a polynomial at time `at` within its interval.
+/// Returns the value of a polynomial at time `moment` within its interval.
 #[inline]
-pub(crate) fn evaluate(polynomial: &Polynomial, at: f64) -> f64 {
-    polynomial.iter().rev().fold(0.0, |sum, c| sum * at + c)
+pub(crate) fn evaluate(polynomial: &Polynomial, moment: f64) -> f64 {
+    polynomial.iter().rev().fold(0.0, |sum, c| sum * moment + c)
 }
 
 const TAPS: usize = 32;

@@ -96,11 +96,11 @@ impl<'a> SqueezeFilm<'a> {
 
     /// Returns the levitation force for a squared peak amplitude, N.
     pub fn squeeze_force(&self, gap_m: f64, amplitude2_m2: f64) -> f64 {
-        let kept = match self.laws.laws.leak_gap_m {
+        let share = match self.laws.laws.leak_gap_m {
             None => 1.0,
             Some(leak_gap_m) => 1.0 / (1.0 + (gap_m / leak_gap_m).powi(4)),
         };
-        self.squeeze_n * amplitude2_m2 / gap_m.powi(2) * kept
+        self.squeeze_n * amplitude2_m2 / gap_m.powi(2) * share
     }
 
     /// Returns the attraction between skin and plate, N.
@@ -132,15 +132,15 @@ impl<'a> SqueezeFilm<'a> {
 
     /// Returns the root of a convex force: Newton's method from the left never overshoots.
     fn convex_root(&self, normal_n: f64, amplitude2_m2: f64, guess_m: f64) -> f64 {
-        let least = self.rest_gap(normal_n);
-        let mut gap = guess_m.max(least);
+        let least_gap = self.rest_gap(normal_n);
+        let mut gap = guess_m.max(least_gap);
         for _ in 0..60 {
             let (asperity, squeeze) = (
                 self.asperity_force(gap),
                 self.squeeze_force(gap, amplitude2_m2),
             );
             let slope = asperity / self.sigma_m + 2.0 * squeeze / gap;
-            let next = (gap + (asperity + squeeze - normal_n) / slope).max(least);
+            let next = (gap + (asperity + squeeze - normal_n) / slope).max(least_gap);
             let step = next - gap;
             gap = next;
             if step.abs() < 1e-12 * gap {
@@ -285,8 +285,8 @@ mod tests {
             for amplitude_m in [0.0f64, 0.05e-6, 0.5e-6, 2e-6, 5e-6, 10e-6] {
                 let expected = bisected(&film, normal_n, amplitude_m.powi(2));
                 for guess_m in [0.0, 8e-6, 200e-6] {
-                    let found = film.equilibrium(normal_n, amplitude_m.powi(2), guess_m);
-                    assert_relative_eq!(found, expected, max_relative = 1e-9);
+                    let gap_m = film.equilibrium(normal_n, amplitude_m.powi(2), guess_m);
+                    assert_relative_eq!(gap_m, expected, max_relative = 1e-9);
                 }
             }
         }
@@ -353,15 +353,16 @@ mod tests {
                 for amplitude_m in [0.0f64, 0.5e-6, 2e-6, 5e-6] {
                     let expected = bisected(&film, normal_n, amplitude_m.powi(2));
                     for guess_m in [0.0, 8e-6, 200e-6] {
-                        let found = film.equilibrium(normal_n, amplitude_m.powi(2), guess_m);
-                        assert_relative_eq!(found, expected, max_relative = 1e-6);
+                        let gap_m = film.equilibrium(normal_n, amplitude_m.powi(2), guess_m);
+                        assert_relative_eq!(gap_m, expected, max_relative = 1e-6);
                     }
                     let force = |gap_m: f64| {
                         film.asperity_force(gap_m) + film.squeeze_force(gap_m, amplitude_m.powi(2))
                             - film.adhesion_force(gap_m)
                     };
-                    let by = 1e-3 * expected;
-                    let slope = (force(expected - by) - force(expected + by)) / (2.0 * by);
+                    let step_m = 1e-3 * expected;
+                    let slope =
+                        (force(expected - step_m) - force(expected + step_m)) / (2.0 * step_m);
                     let stiffness = film.stiffness(expected, amplitude_m.powi(2));
                     assert_relative_eq!(stiffness, slope, max_relative = 0.03);
                 }

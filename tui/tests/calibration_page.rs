@@ -55,8 +55,8 @@ fn typing() -> CalibrationPage {
 }
 
 fn naming() -> CalibrationPage {
-    let point = |at: &str, value: &str| PointLine {
-        at: at.to_owned(),
+    let point = |setting: &str, value: &str| PointLine {
+        at: setting.to_owned(),
         value: value.to_owned(),
         ..PointLine::default()
     };

@@ -12,7 +12,7 @@ const TERMINALS: [i32; 4] = [10083, 10078, 10106, 12529];
 /// `DAQmx_Val_Volts`.
 const VOLTS: i32 = 10348;
 /// `DAQmx_Val_GroupByScanNumber`.
-const BY_SCAN: u32 = 1;
+const GROUP_BY_SCAN: u32 = 1;
 /// Number of inputs of the simulated card.
 const INPUTS: u32 = 16;
 const OUTPUTS: u32 = 2;
@@ -148,7 +148,7 @@ pub unsafe extern "C" fn DAQmxReadAnalogF64(
     let Ok(frames) = usize::try_from(frames) else {
         return status(Err(BAD_VALUE));
     };
-    if layout != BY_SCAN {
+    if layout != GROUP_BY_SCAN {
         return status(Err(BAD_VALUE));
     }
     // SAFETY: the caller's buffer has that length.
@@ -175,7 +175,7 @@ pub unsafe extern "C" fn DAQmxWriteAnalogF64(
     };
     let mut twin = lock();
     let result = twin.task(handle).and_then(|task| {
-        if task.kind != Kind::Output || layout != BY_SCAN {
+        if task.kind != Kind::Output || layout != GROUP_BY_SCAN {
             return Err(BAD_VALUE);
         }
         if let Some(code) = task.stopped_by {

@@ -24,8 +24,8 @@ fn truth_after(scenario: &Scenario, level: f64, finger: &FingerState, seconds: f
     *plant.truth().last().unwrap()
 }
 
-/// Requires Z_p from the samples to equal that of a plate with the true resonance and damping, to `tolerance`, N·s/m; 0.1 N·s/m
-/// correspond to 1 Hz.
+/// Requires Z_p from the samples to equal that of a plate with the true resonance and damping, to `tolerance`, N·s/m;
+/// 0.1 N·s/m correspond to 1 Hz.
 fn requires_plate_of_the_truth(
     plant: &mut Plant,
     scenario: &Scenario,

@@ -201,7 +201,7 @@ impl PinBoard {
     }
 
     /// Returns the encoder's counts, as from a hardware counter.
-    pub(crate) fn counted(&self) -> i64 {
+    pub(crate) fn encoder_count(&self) -> i64 {
         let newest = self.position_count.load(Ordering::Acquire).checked_sub(1);
         let carriage_m = newest.map_or(0.0, |newest| self.stored_m(newest));
         (carriage_m * self.counts_per_m).floor() as i64

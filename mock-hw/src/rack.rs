@@ -259,7 +259,7 @@ extern "C" fn drive(context: *const c_void, line: u32, high: u32) -> i32 {
 }
 
 extern "C" fn count(context: *const c_void) -> i64 {
-    desk(context).board.counted()
+    desk(context).board.encoder_count()
 }
 
 extern "C" fn release(context: *const c_void) {

@@ -80,7 +80,7 @@ mod tests {
     use crate::trial::{Direction, Interruption, TrialKey};
 
     /// Returns an analysis of two explorations with six instances each.
-    fn measured() -> TrialAnalysis {
+    fn trial_analysis() -> TrialAnalysis {
         let stretch = Stretch {
             start_s: 1.0,
             end_s: 1.083,
@@ -117,7 +117,7 @@ mod tests {
     #[test]
     fn the_summary_counts_kept_trials_and_all_drop_outs() {
         let record = |number, attempt, practice, outcome, lost_frames| {
-            let mut analysis = measured();
+            let mut analysis = trial_analysis();
             analysis.key = TrialKey {
                 number,
                 attempt,

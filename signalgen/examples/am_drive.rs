@@ -254,13 +254,13 @@ fn main() -> ExitCode {
 mod tests {
     use super::*;
 
-    fn parsed(arguments: &[&str]) -> Result<Drive, Refusal> {
+    fn parse_drive(arguments: &[&str]) -> Result<Drive, Refusal> {
         Drive::parse(arguments.iter().map(|&argument| argument.to_owned()))
     }
 
     #[test]
     fn statistics_agree_with_the_closed_form() {
-        let drive = parsed(&["duration_s=1", "mean_v=30", "modulation_index=0.5"]).unwrap();
+        let drive = parse_drive(&["duration_s=1", "mean_v=30", "modulation_index=0.5"]).unwrap();
         let mut samples = Vec::new();
         let statistics = drive
             .render(|block| {
@@ -280,7 +280,7 @@ mod tests {
     #[test]
     fn drives_beyond_a_limit_are_refused() {
         let refusal = |argument: &str| {
-            let drive = parsed(&[argument]).unwrap();
+            let drive = parse_drive(&[argument]).unwrap();
             drive
                 .render(|_| panic!("nothing must be rendered"))
                 .unwrap_err()
@@ -306,15 +306,15 @@ mod tests {
 
     #[test]
     fn arguments_are_read_strictly() {
-        assert_eq!(parsed(&[]).unwrap(), Drive::default());
+        assert_eq!(parse_drive(&[]).unwrap(), Drive::default());
         for argument in ["mean=40", "40"] {
             assert!(matches!(
-                parsed(&[argument]),
+                parse_drive(&[argument]),
                 Err(Refusal::Unknown { argument: a }) if a == argument
             ));
         }
         assert!(matches!(
-            parsed(&["mean_v=4o"]),
+            parse_drive(&["mean_v=4o"]),
             Err(Refusal::NotANumber { .. })
         ));
     }

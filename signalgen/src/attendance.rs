@@ -71,7 +71,7 @@ mod tests {
 
     const BLOCK: usize = 192;
 
-    fn driven() -> (DriveRenderer, DriveHandle) {
+    fn drive_pair() -> (DriveRenderer, DriveHandle) {
         let settings = DriveSettings::new(DriveConfig {
             sample_rate_hz: 192_000,
             volts_per_unit: 100.0,
@@ -100,7 +100,7 @@ mod tests {
 
     #[test]
     fn a_drive_that_nobody_requires_to_be_watched_goes_on() {
-        let (mut renderer, drive) = driven();
+        let (mut renderer, drive) = drive_pair();
         for _ in 0..1000 {
             assert_eq!(phase(&mut renderer, &drive), DrivePhase::Steady);
         }
@@ -109,7 +109,7 @@ mod tests {
     /// Hazard 15.
     #[test]
     fn a_drive_that_is_not_watched_any_more_stops_and_stays_silent() {
-        let (mut renderer, mut drive) = driven();
+        let (mut renderer, mut drive) = drive_pair();
         let attendance = drive.attendance();
         attendance.require(10 * BLOCK as u64);
         for block in 0..100 {

@@ -48,7 +48,7 @@ pub(crate) const CALIBRATION: &[KeyRow] = &[
         meaning: |state| {
             let calibration = state.calibration.as_ref()?;
             let waits = calibration.asked.is_some() || calibration.failed;
-            if waits && state.guided().is_none() {
+            if waits && state.shown_calibration().is_none() {
                 return Meaning::explanation("turn back to the calibration first: 1");
             }
             let (help, hint) = match &calibration.asked {
@@ -155,7 +155,7 @@ fn turn(_: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
 
 /// Whether the shown page asks for a number.
 fn is_typing(state: &State) -> bool {
-    let question = state.guided().map(|page| &page.asked);
+    let question = state.shown_calibration().map(|page| &page.asked);
     matches!(question, Some(Some(Question::Number { .. })))
 }
 
@@ -215,7 +215,7 @@ fn enter(state: &State, ui: &mut Ui, _: KeyCode) -> Option<Action> {
 
 /// Whether [`Reply::Redo`] is possible on the shown page.
 fn can_redo(state: &State) -> bool {
-    let question = state.guided().map(|page| &page.asked);
+    let question = state.shown_calibration().map(|page| &page.asked);
     let asks_point = matches!(
         question,
         Some(Some(Question::Number { .. } | Question::Review))

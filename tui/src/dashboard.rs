@@ -56,7 +56,7 @@ fn draw(state: &State, area: Rect, buf: &mut Buffer) {
     let [body, bottom] =
         Layout::vertical([Constraint::Fill(1), Constraint::Length(keys_rows)]).areas(rest);
     key_hints::render(state, bottom, buf);
-    match (state.ui.page, state.guided()) {
+    match (state.ui.page, state.shown_calibration()) {
         (_, Some(calibrated)) => calibration_layout::render(state, calibrated, body, buf),
         (Page::Participant, _) if state.asked.is_none() && state.new_carrier.is_none() => {
             preview(state, body, buf);
@@ -115,27 +115,27 @@ fn page(state: &State, area: Rect, body: Rect, buf: &mut Buffer) {
     }
     let zoom = state.ui.zoom;
     match state.ui.page {
-        Page::Run if zoom > 0 => pages::run::enlarged(state, zoom, panels, buf),
-        Page::Impedance if zoom > 0 => pages::impedance::enlarged(state, zoom, panels, buf),
+        Page::Run if zoom > 0 => pages::run::enlarge(state, zoom, panels, buf),
+        Page::Impedance if zoom > 0 => pages::impedance::enlarge(state, zoom, panels, buf),
         Page::Trials if zoom > 0 => crate::panels::trial_crop::render(state, panels, buf),
         Page::Run | Page::Participant => pages::run::render(state, room, panels, buf),
         Page::Impedance => pages::impedance::render(state, room, panels, buf),
         Page::Trials => pages::trials::render(state, room, panels, buf),
         Page::Bench => pages::bench::render(state, room, panels, buf),
-        Page::Log => logged(state, panels, buf),
+        Page::Log => log_page(state, panels, buf),
     }
 }
 
 /// Draws the log, and the summary of a finished session.
-fn logged(state: &State, area: Rect, buf: &mut Buffer) {
-    let ended = state.summary.as_ref();
-    let ended_rows = ended
+fn log_page(state: &State, area: Rect, buf: &mut Buffer) {
+    let summary = state.summary.as_ref();
+    let summary_rows = summary
         .map_or(0, |lines| lines.len() as u16 + 2)
         .min(area.height / 2);
     let [lines, end] =
-        Layout::vertical([Constraint::Fill(1), Constraint::Length(ended_rows)]).areas(area);
+        Layout::vertical([Constraint::Fill(1), Constraint::Length(summary_rows)]).areas(area);
     log::page(state, lines, buf);
-    if let Some(summary) = ended {
+    if let Some(summary) = summary {
         summary::render(state, summary, end, buf);
     }
 }

@@ -426,7 +426,7 @@ fn slider(view: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
     ] {
         let x = x_at(mark_m);
         put(buf, (x, plate), "┻", theme.strong());
-        centred(word, x, plate + 1, area, theme.faint(), buf);
+        put_centred(word, x, plate + 1, area, theme.faint(), buf);
     }
     millimetres(plate_m, x_at, plate + 2, area, theme, buf);
     if let Some(slider_m) = view.slider_m.filter(|m| m.is_finite()) {
@@ -441,7 +441,7 @@ fn slider(view: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
 }
 
 /// Writes a word centred on a column, within the area.
-fn centred(word: &str, x: u16, y: u16, area: Rect, style: Style, buf: &mut Buffer) {
+fn put_centred(word: &str, x: u16, y: u16, area: Rect, style: Style, buf: &mut Buffer) {
     let columns = u16::try_from(word.chars().count()).unwrap_or(u16::MAX);
     let word_x = x
         .saturating_sub(columns / 2)
@@ -468,7 +468,7 @@ fn millimetres(
     while mm <= plate_m * 1e3 && mm < 1e3 * steps_mm[5] {
         let last = mm + step_mm > plate_m * 1e3;
         let word = format!("{mm:.0}{}", if last { " mm" } else { "" });
-        centred(&word, x_at(mm / 1e3), y, area, theme.faint(), buf);
+        put_centred(&word, x_at(mm / 1e3), y, area, theme.faint(), buf);
         mm += step_mm;
     }
 }

@@ -186,7 +186,7 @@ pub(crate) fn rearm() -> Option<Meaning> {
 }
 
 /// Returns the attempt of the present phase.
-fn named(state: &State) -> AttemptName {
+fn attempt_name(state: &State) -> AttemptName {
     let phase = &state.phase;
     AttemptName {
         trial: phase.trial,
@@ -210,7 +210,7 @@ fn attempt_runs(state: &State) -> bool {
 
 /// Whether the open verdict accepts its attempt.
 fn is_accepted(state: &State) -> bool {
-    let name = named(state);
+    let name = attempt_name(state);
     state.verdict.as_ref().is_some_and(|verdict| {
         (verdict.trial, verdict.practice, verdict.attempt)
             == (name.trial, name.practice, name.attempt)
@@ -265,7 +265,7 @@ fn pause(state: &State) -> Option<Meaning> {
             Meaning::explanation("nothing to pause")
         }
         _ if attempt_runs(state) && state.phase.pausing => Meaning::question(
-            Action::PauseNow(named(state)),
+            Action::PauseNow(attempt_name(state)),
             "pause at once; the running attempt is lost",
             "pause now",
         ),
@@ -277,7 +277,7 @@ fn pause(state: &State) -> Option<Meaning> {
 }
 
 fn repeat(state: &State) -> Option<Meaning> {
-    let redo = Action::Redo(named(state));
+    let redo = Action::Redo(attempt_name(state));
     if state.session.replayed {
         return None;
     }
@@ -307,7 +307,7 @@ fn accept_anyway(state: &State) -> Option<Meaning> {
         return Meaning::explanation("the trial is accepted already");
     }
     Meaning::action(
-        Action::AcceptAnyway(named(state)),
+        Action::AcceptAnyway(attempt_name(state)),
         "keep the trial although it is rejected",
         "keep anyway",
     )

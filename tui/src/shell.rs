@@ -295,7 +295,7 @@ fn draw<B: Backend<Error = io::Error>>(
             let mut state = desk.state();
             view(&state, frame);
             if std::mem::take(&mut state.ui.write) {
-                let name = match state.guided() {
+                let name = match state.shown_calibration() {
                     Some(_) => "calibration",
                     None => state.ui.page.name(),
                 };
@@ -377,7 +377,7 @@ mod tests {
         fn next(&mut self, _: Duration) -> io::Result<Option<KeyEvent>> {
             thread::sleep(Duration::from_millis(1));
             let code = self.0.next();
-            Ok(code.map(pressed))
+            Ok(code.map(key_event))
         }
     }
 
@@ -393,7 +393,7 @@ mod tests {
         KeyEvent::new(KeyCode::Char(code), KeyModifiers::NONE)
     }
 
-    fn typed(keys: &str) -> Typed {
+    fn typed_keys(keys: &str) -> Typed {
         Typed(keys.chars().collect::<Vec<_>>().into_iter())
     }
 
@@ -440,7 +440,7 @@ mod tests {
         let acted: Arc<Mutex<Vec<Action>>> = Arc::default();
         let log = Arc::clone(&acted);
         let act = move |action: Option<&Action>| log.lock().unwrap().extend(action);
-        let reader = read_keys(typed("pryze"), &desk, operator, act).unwrap();
+        let reader = read_keys(typed_keys("pryze"), &desk, operator, act).unwrap();
         let answering = thread::spawn(move || {
             let requests: Vec<Action> = actions.iter().take(3).collect();
             bench.send(Event::Close).unwrap();
@@ -479,7 +479,7 @@ mod tests {
                 .iter()
                 .for_each(|action| acted.send(**action).unwrap());
         };
-        let reader = read_keys(typed("e"), &desk, operator, act).unwrap();
+        let reader = read_keys(typed_keys("e"), &desk, operator, act).unwrap();
         let patience = Duration::from_secs(60);
         let action = acts.recv_timeout(patience).expect("the lock is held");
         assert_eq!(action, Action::EmergencyStop);
@@ -500,7 +500,7 @@ mod tests {
                 .iter()
                 .for_each(|action| acted.send(**action).unwrap());
         };
-        let reader = read_keys(typed("qy"), &desk, operator, act).unwrap();
+        let reader = read_keys(typed_keys("qy"), &desk, operator, act).unwrap();
         assert_eq!(acts.recv_timeout(patience), Ok(Action::Quit));
         desk.leave();
         reader.join().unwrap();
@@ -517,7 +517,7 @@ mod tests {
             })
             .unwrap();
         drop(bench);
-        let end = final_state(typed(""), &events, operator, |_| ()).unwrap();
+        let end = final_state(typed_keys(""), &events, operator, |_| ()).unwrap();
         assert_eq!(end.safety, Some(SafetyState::Disarmed));
     }
 
@@ -526,7 +526,7 @@ mod tests {
         let (_bench, events) = mpsc::channel();
         let (operator, actions) = mpsc::channel();
         drop(actions);
-        assert!(final_state(typed("q"), &events, operator, |_| ()).is_ok());
+        assert!(final_state(typed_keys("q"), &events, operator, |_| ()).is_ok());
     }
 
     #[test]

@@ -358,7 +358,7 @@ impl State {
     }
 
     /// Returns the calibration while its own page is shown.
-    pub(crate) fn guided(&self) -> Option<&CalibrationPage> {
+    pub(crate) fn shown_calibration(&self) -> Option<&CalibrationPage> {
         let calibration = self.calibration.as_ref();
         calibration.filter(|_| self.ui.page == Page::Run)
     }

@@ -32,7 +32,7 @@ fn points(count: usize) -> Vec<PointLine> {
         .collect()
 }
 
-fn typing() -> CalibrationPage {
+fn typing_page() -> CalibrationPage {
     CalibrationPage {
         title: "calibrate pickup".to_owned(),
         step: 5,
@@ -54,7 +54,7 @@ fn typing() -> CalibrationPage {
     }
 }
 
-fn naming() -> CalibrationPage {
+fn naming_page() -> CalibrationPage {
     let point = |setting: &str, value: &str| PointLine {
         at: setting.to_owned(),
         value: value.to_owned(),
@@ -99,7 +99,7 @@ fn review() -> CalibrationPage {
             "sensitivity 4.9963 μm/unit ± 0.11 %".to_owned(),
             "off a line by 0.146 % at most".to_owned(),
         ],
-        ..typing()
+        ..typing_page()
     }
 }
 
@@ -143,9 +143,9 @@ fn state(calibration: CalibrationPage) -> State {
 }
 
 fn states() -> Vec<(&'static str, State)> {
-    let mut typed = state(typing());
+    let mut typed = state(typing_page());
     press(&mut typed, "1.3");
-    let mut stale = state(typing());
+    let mut stale = state(typing_page());
     stale.apply(&Event::Tick { now_s: 4.2 });
     let mut empty = State::new(Theme::Colour);
     empty.apply(&Event::Calibration(CalibrationPage {
@@ -159,7 +159,7 @@ fn states() -> Vec<(&'static str, State)> {
             .to_owned(),
         asked: None,
         failed: true,
-        ..typing()
+        ..typing_page()
     });
     failed.apply(&Event::Safety {
         state: SafetyState::Tripped,
@@ -174,7 +174,7 @@ fn states() -> Vec<(&'static str, State)> {
         watched: MainReading::NormalForce,
         points: Vec::new(),
         curve: None,
-        ..typing()
+        ..typing_page()
     });
     let mut help = state(review());
     press(&mut help, "?");
@@ -188,7 +188,7 @@ fn states() -> Vec<(&'static str, State)> {
     let mut log = state(CalibrationPage {
         asked: None,
         instruction: "Driving 20.26 V.".to_owned(),
-        ..typing()
+        ..typing_page()
     });
     log.apply(&Event::Log {
         level: LogLevel::Warning,
@@ -200,7 +200,7 @@ fn states() -> Vec<(&'static str, State)> {
         ("typing", typed),
         ("review", state(review())),
         ("load", load),
-        ("naming", state(naming())),
+        ("naming", state(naming_page())),
         ("stale", stale),
         ("failed", failed),
         ("leaving", leaving),
@@ -356,34 +356,34 @@ fn keys_by_what_is_asked() {
     let ready = Action::Answer(Reply::Ready);
     let working = CalibrationPage {
         asked: None,
-        ..typing()
+        ..typing_page()
     };
     let done = CalibrationPage {
         asked: Some(Question::Done),
-        ..typing()
+        ..typing_page()
     };
-    let naming = naming();
+    let naming = naming_page();
     let failed = CalibrationPage {
         failed: true,
         ..working.clone()
     };
     let table: &[(&CalibrationPage, &str, &[Action])] = &[
-        (&typing(), "1.25\n", &[number(1.25)]),
-        (&typing(), "1,25\n", &[number(1.25)]),
-        (&typing(), "1.255\u{8}\n", &[number(1.25)]),
-        (&typing(), "\n", &[]),
-        (&typing(), "1.2.5\n", &[]),
-        (&typing(), "1.2\n1.2\n", &[number(1.2), number(1.2)]),
+        (&typing_page(), "1.25\n", &[number(1.25)]),
+        (&typing_page(), "1,25\n", &[number(1.25)]),
+        (&typing_page(), "1.255\u{8}\n", &[number(1.25)]),
+        (&typing_page(), "\n", &[]),
+        (&typing_page(), "1.2.5\n", &[]),
+        (&typing_page(), "1.2\n1.2\n", &[number(1.2), number(1.2)]),
         (&naming, "\n", &[ready]),
         (&naming, "50\n\n", &[number(50.0), ready]),
         (&naming, ".\n", &[]),
-        (&typing(), "r", &[redo(1)]),
-        (&typing(), "↑r", &[redo(0)]),
-        (&typing(), "e", &[Action::EmergencyStop]),
-        (&typing(), "q", &[]),
-        (&typing(), "qn", &[]),
-        (&typing(), "qy", &[Action::Quit]),
-        (&typing(), "pac ", &[]),
+        (&typing_page(), "r", &[redo(1)]),
+        (&typing_page(), "↑r", &[redo(0)]),
+        (&typing_page(), "e", &[Action::EmergencyStop]),
+        (&typing_page(), "q", &[]),
+        (&typing_page(), "qn", &[]),
+        (&typing_page(), "qy", &[Action::Quit]),
+        (&typing_page(), "pac ", &[]),
         (&review(), "\n", &[ready]),
         (&review(), "r", &[redo(3)]),
         (&review(), "↓↓↓↓r", &[redo(5)]),
@@ -407,7 +407,7 @@ fn keys_by_what_is_asked() {
 
 #[test]
 fn what_is_typed_is_seen_and_a_slip_is_told() {
-    let mut state = state(typing());
+    let mut state = state(typing_page());
     press(&mut state, "1.2.");
     assert!(row(&state, 80, 24, 3).contains("1.2.▏ μm"));
     press(&mut state, "\n");
@@ -438,9 +438,9 @@ fn the_chosen_point_is_marked_and_the_worst_is_named() {
 fn the_bench_and_the_log_are_looked_at_and_nothing_is_answered_there() {
     let done = CalibrationPage {
         asked: Some(Question::Done),
-        ..typing()
+        ..typing_page()
     };
-    for calibration in [done, review(), typing()] {
+    for calibration in [done, review(), typing_page()] {
         let mut state = state(calibration);
         for (key, page) in [
             ("\t", Page::Bench),
@@ -470,7 +470,7 @@ fn the_bench_and_the_log_are_looked_at_and_nothing_is_answered_there() {
 
 #[test]
 fn a_number_that_is_half_typed_is_still_there_after_a_look_at_the_bench() {
-    let mut state = state(typing());
+    let mut state = state(typing_page());
     assert_eq!(
         press(&mut state, "1.4\t5\t5\n"),
         [Action::Answer(Reply::Number(1.45))]
@@ -481,7 +481,7 @@ fn a_number_that_is_half_typed_is_still_there_after_a_look_at_the_bench() {
 fn a_calibration_that_calls_for_its_operator_brings_its_page_back() {
     let working = CalibrationPage {
         asked: None,
-        ..typing()
+        ..typing_page()
     };
     let looking_state = || {
         let mut state = state(working.clone());
@@ -495,7 +495,7 @@ fn a_calibration_that_calls_for_its_operator_brings_its_page_back() {
         state.ui.page == Page::Run
     };
     let page = Event::Calibration;
-    assert!(is_called(&[page(typing())]));
+    assert!(is_called(&[page(typing_page())]));
     assert!(is_called(&[page(CalibrationPage {
         failed: true,
         ..working.clone()
@@ -520,11 +520,11 @@ fn a_calibration_that_calls_for_its_operator_brings_its_page_back() {
     assert!(!is_called(&[page(next)]), "it works on");
     // An operator who turns away from a question may stay on another page until the next question.
     let mut state = looking_state();
-    state.apply(&page(typing()));
+    state.apply(&page(typing_page()));
     press(&mut state, "\t");
     state.apply(&page(CalibrationPage {
         findings: vec!["off a line by 0.1 %".to_owned()],
-        ..typing()
+        ..typing_page()
     }));
     state.apply(&safety(SafetyState::Tripped));
     press(&mut state, "\t\t\t\t");
@@ -532,7 +532,7 @@ fn a_calibration_that_calls_for_its_operator_brings_its_page_back() {
     assert_eq!(state.ui.page, Page::Bench);
     state.apply(&page(CalibrationPage {
         note: Some("again, please".to_owned()),
-        ..typing()
+        ..typing_page()
     }));
     assert_eq!(state.ui.page, Page::Run);
 }

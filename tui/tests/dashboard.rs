@@ -36,7 +36,7 @@ fn play_until(is_reached: impl Fn(&State) -> bool) -> State {
     panic!("the session never gets there");
 }
 
-fn exploring() -> State {
+fn exploring_state() -> State {
     play_until(|state| {
         let trial = &state.phase;
         trial.kind == PhaseKind::Exploration
@@ -51,15 +51,15 @@ fn press_key(mut state: State, code: char) -> State {
 }
 
 fn states() -> Vec<(&'static str, State)> {
-    let mut stale = exploring();
+    let mut stale = exploring_state();
     stale.apply(&Event::Tick {
         now_s: stale.now_s + 3.2,
     });
-    let mut tripped = exploring();
+    let mut tripped = exploring_state();
     for event in synthetic::trip() {
         tripped.apply(&event);
     }
-    let mut on_pause = exploring();
+    let mut on_pause = exploring_state();
     on_pause.phase.kind = PhaseKind::Paused;
     let mut finished = play_until(|state| state.phase.kind == PhaseKind::Rest);
     for event in synthetic::finish() {
@@ -67,7 +67,7 @@ fn states() -> Vec<(&'static str, State)> {
     }
     vec![
         ("empty", State::new(Theme::Colour)),
-        ("running", exploring()),
+        ("running", exploring_state()),
         (
             "countdown",
             play_until(|state| state.phase.countdown == Some(2)),
@@ -79,8 +79,8 @@ fn states() -> Vec<(&'static str, State)> {
         ("stale", stale),
         ("tripped", tripped),
         ("paused", on_pause),
-        ("help", press_key(exploring(), '?')),
-        ("confirm", press_key(exploring(), 'a')),
+        ("help", press_key(exploring_state(), '?')),
+        ("confirm", press_key(exploring_state(), 'a')),
         ("finished", finished),
     ]
 }
@@ -152,7 +152,7 @@ fn every_state_of_the_run_page() {
 #[test]
 fn small_terminals_keep_what_matters() {
     for (columns, rows) in [(40, 10), (20, 5)] {
-        let screen = draw(&exploring(), columns, rows);
+        let screen = draw(&exploring_state(), columns, rows);
         insta::assert_snapshot!(format!("running_{columns}x{rows}"), screen.backend());
     }
 }
@@ -244,7 +244,7 @@ fn a_question_about_the_participant_is_read_at_every_size_and_on_every_page() {
 
 #[test]
 fn a_proposed_carrier_is_read_at_every_size() {
-    let mut state = exploring();
+    let mut state = exploring_state();
     state.apply(&Event::NewCarrier {
         proposal: Some(CarrierProposal {
             from_hz: 35_000.0,
@@ -273,7 +273,7 @@ fn the_safety_line_has_its_colours() {
         assert_eq!(cell.fg, Color::Red);
         assert!(cell.modifier.contains(Modifier::REVERSED | Modifier::BOLD));
     }
-    let screen = buffer(&exploring(), 80, 24);
+    let screen = buffer(&exploring_state(), 80, 24);
     for cell in cells(&screen, "DRIVING") {
         assert_eq!(cell.fg, Color::Cyan);
         assert!(cell.modifier.contains(Modifier::REVERSED));
@@ -294,7 +294,7 @@ fn kept_and_rejected_stretches_differ_in_colour_and_in_symbol() {
 
 #[test]
 fn the_corrected_curve_is_bold_and_the_plain_one_faint() {
-    let screen = buffer(&exploring(), 120, 40);
+    let screen = buffer(&exploring_state(), 120, 40);
     let curve: Vec<&Cell> = (13..17)
         .flat_map(|y| (7..66).map(move |x| (x, y)))
         .map(|position| &screen[position])
@@ -368,7 +368,7 @@ fn no_cell_is_bold_and_faint_at_once() {
 
 #[test]
 fn the_participants_page_keeps_the_safety_line() {
-    let mut state = exploring();
+    let mut state = exploring_state();
     state.ui.page = Page::Participant;
     let screen = draw(&state, 80, 24);
     assert!(row(screen.backend().buffer(), 0).contains("DRIVING"));
@@ -378,7 +378,7 @@ fn the_participants_page_keeps_the_safety_line() {
 /// Fault 37.
 #[test]
 fn every_small_size_in_every_state_is_drawn_with_the_safety_word_first() {
-    let mut preview = exploring();
+    let mut preview = exploring_state();
     preview.ui.page = Page::Participant;
     let mut states = states();
     states.push(("preview", preview));

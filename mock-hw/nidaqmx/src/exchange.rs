@@ -18,11 +18,11 @@ pub(crate) extern "C" fn play(samples: *mut f32, len: usize) {
     // SAFETY: the apparatus lends a buffer of that length.
     let samples = unsafe { slice::from_raw_parts_mut(samples, len) };
     let mut twin = lock();
-    twin.inputs_ran = twin.streaming(Kind::Input).is_some();
+    twin.inputs_ran = twin.streaming_task(Kind::Input).is_some();
     let inputs_ran = twin.inputs_ran;
     let mut held_v = twin.held_v;
     let mut played = 0;
-    if let Some(task) = twin.streaming(Kind::Output)
+    if let Some(task) = twin.streaming_task(Kind::Output)
         && (task.trigger.is_none() || inputs_ran)
     {
         let channels = task.channels.len();
@@ -57,7 +57,7 @@ pub(crate) extern "C" fn record(samples: *const f32, len: usize) {
     else {
         return;
     };
-    if let Some(task) = twin.streaming(Kind::Input).filter(|_| inputs_ran) {
+    if let Some(task) = twin.streaming_task(Kind::Input).filter(|_| inputs_ran) {
         let has_own_clock = task
             .clock
             .as_ref()
@@ -80,7 +80,7 @@ pub(crate) extern "C" fn record(samples: *const f32, len: usize) {
     // A stepped apparatus waits until the program has read all samples and asks for more.
     let began = Instant::now();
     while stepped && began.elapsed() < LONGEST_WAIT {
-        let busy = twin.streaming(Kind::Input).is_some_and(|task| {
+        let busy = twin.streaming_task(Kind::Input).is_some_and(|task| {
             task.awaited
                 .is_none_or(|awaited| task.buffer_v.len() >= awaited)
         });
@@ -102,7 +102,7 @@ pub(crate) extern "C" fn fail(output: u32, kind: u32) {
         } else {
             (Kind::Input, OVERWRITTEN)
         };
-        if let Some(task) = twin.streaming(kind) {
+        if let Some(task) = twin.streaming_task(kind) {
             task.stopped_by = Some(code);
         }
     }

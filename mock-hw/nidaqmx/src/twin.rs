@@ -221,7 +221,7 @@ impl Twin {
     }
 
     /// Returns the streaming task of a kind.
-    pub(crate) fn streaming(&mut self, kind: Kind) -> Option<&mut Task> {
+    pub(crate) fn streaming_task(&mut self, kind: Kind) -> Option<&mut Task> {
         let mut tasks = self.tasks.values_mut();
         tasks.find(|task| task.kind == kind && task.streams())
     }

@@ -136,7 +136,7 @@ impl ForceSide {
                 }
                 if let Some(burst) = device.burst(now_s) {
                     line.send(burst, now_s).map_err(ApparatusError::Serial)?;
-                    device.sent();
+                    device.clear_outbox();
                 }
             }
             Device::Gauges(_) => {}

@@ -87,7 +87,7 @@ impl Ear {
             return None;
         }
         let frame = std::mem::take(&mut self.0);
-        let raw = unstuffed(&frame).filter(|_| frame.len() <= LONGEST)?;
+        let raw = unstuff(&frame).filter(|_| frame.len() <= LONGEST)?;
         let (body, crc) = raw.split_at_checked(raw.len().checked_sub(2)?)?;
         if CRC.checksum(body).to_le_bytes() != crc {
             return None;
@@ -104,7 +104,7 @@ impl Ear {
     }
 }
 
-fn unstuffed(frame: &[u8]) -> Option<Vec<u8>> {
+fn unstuff(frame: &[u8]) -> Option<Vec<u8>> {
     let (mut raw, mut index) = (Vec::new(), 0);
     while index < frame.len() {
         let length = usize::from(frame[index]);

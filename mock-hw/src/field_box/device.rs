@@ -192,7 +192,7 @@ impl FieldBox {
             number,
             device_us: self.start_us.wrapping_add(elapsed_us as u32),
             counts: [normal_n, sample.lateral_n].map(counts),
-            position: self.board.counted() as i32,
+            position: self.board.encoder_count() as i32,
             levels: bits.fold(0, |bits, (place, &high)| bits | u8::from(high) << place),
             stop: match self.guard.stop() {
                 None => 0,

@@ -230,7 +230,7 @@ impl<S: Opened> Track<S> {
     }
 
     /// Reports pending errors, then returns the stream if it runs.
-    fn running(&mut self) -> Option<(&mut S, &mut u64)> {
+    fn playing_stream(&mut self) -> Option<(&mut S, &mut u64)> {
         let stream = self.stream.as_mut()?;
         while let Some(kind) = self.errors.pop_front() {
             (stream.buffer().on_error)(Error::new(kind));
@@ -256,7 +256,7 @@ impl Track<OutputStream> {
         frames: usize,
         mut first_channel: impl FnMut(usize, f32),
     ) -> u64 {
-        let Some((stream, skip)) = self.running() else {
+        let Some((stream, skip)) = self.playing_stream() else {
             return 0;
         };
         let mut played = 0;
@@ -287,7 +287,7 @@ impl Track<InputStream> {
         device_channels: usize,
     ) {
         let mut nan_frames = std::mem::take(&mut self.nan_frames);
-        let Some((stream, skip)) = self.running() else {
+        let Some((stream, skip)) = self.playing_stream() else {
             return;
         };
         for (frame, inputs) in interleaved.chunks_exact(device_channels).enumerate() {

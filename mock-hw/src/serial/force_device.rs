@@ -168,7 +168,7 @@ impl ForceDevice {
     }
 
     /// Clears the outbox after its bytes were sent or lost.
-    pub(crate) fn sent(&mut self) {
+    pub(crate) fn clear_outbox(&mut self) {
         self.outbox.clear();
     }
 

@@ -61,7 +61,7 @@ fn explore(scenario: &Scenario, seed: u64) -> Exploration {
     out
 }
 
-fn sliding(truth: &[TruthSample]) -> Vec<&TruthSample> {
+fn sliding_samples(truth: &[TruthSample]) -> Vec<&TruthSample> {
     truth
         .iter()
         .filter(|t| t.time_s > 4.0 && (0.0225..0.0825).contains(&t.position_m))
@@ -78,7 +78,7 @@ fn the_published_drive_modulates_the_friction_of_the_nominal_person_without_clip
         run.peaks
     );
 
-    let slid = sliding(&run.truth);
+    let slid = sliding_samples(&run.truth);
     let range = |f: fn(&TruthSample) -> f64| {
         slid.iter().fold((f64::MAX, f64::MIN), |(low, high), t| {
             (low.min(f(t)), high.max(f(t)))
@@ -100,7 +100,7 @@ fn the_published_drive_modulates_the_friction_of_the_nominal_person_without_clip
 fn the_force_sensor_reads_the_friction_that_is_true() {
     let run = explore(&Scenario::default(), 3);
     let mut squares = Vec::new();
-    for truth in sliding(&run.truth) {
+    for truth in sliding_samples(&run.truth) {
         let i = run.forces.partition_point(|s| s.time_s < truth.time_s);
         let (lateral_n, normal_n) = run.forces[i..i + 10]
             .iter()
@@ -122,7 +122,7 @@ fn many_people_on_many_benches_stay_finite() {
     for (seed, scenario) in (0..).zip(unknown.into_iter().chain(unkind)) {
         let run = explore(scenario, seed);
         assert!(run.peaks.iter().all(|p| p.is_finite() && *p > 0.1));
-        let slid = sliding(&run.truth);
+        let slid = sliding_samples(&run.truth);
         assert!(slid.len() > 800, "{}", slid.len());
         for t in slid {
             assert!(t.amplitude_m.is_finite() && t.amplitude_m < 10e-6);

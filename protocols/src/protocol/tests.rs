@@ -57,7 +57,7 @@ fn range(key: &str, value: f64, low: f64, high: f64, unit: &str) -> BrokenRule {
     })
 }
 
-fn reserved(name: &str) -> BrokenRule {
+fn reserved_name(name: &str) -> BrokenRule {
     BrokenRule::ReservedName {
         key: "name".to_owned(),
         name: name.to_owned(),
@@ -81,19 +81,19 @@ fn rules() -> Vec<(&'static str, &'static str, &'static str, BrokenRule)> {
             "name = \"huloux2021\"",
             "name = \"bench-2\"",
             "name = \"bench\"",
-            reserved("bench"),
+            reserved_name("bench"),
         ),
         (
             "name = \"huloux2021\"",
             "name = \"recordings\"",
             "name = \"recording\"",
-            reserved("recording"),
+            reserved_name("recording"),
         ),
         (
             "name = \"huloux2021\"",
             "name = \"calibrations\"",
             "name = \"Calibration\"",
-            reserved("Calibration"),
+            reserved_name("Calibration"),
         ),
         (
             "ask = [\"age\", \"sex\", \"handedness\"]",

@@ -1,7 +1,7 @@
 //! Selection of the rising stretches that contain an instance.
 
 use super::rising::{self, Rising};
-use super::series::{ExplorationSeries, SelectionError, Validity, between, check_frames};
+use super::series::{ExplorationSeries, SelectionError, Validity, check_frames, frames_between};
 use crate::rules::SelectionRules;
 use crate::stretch::{Instance, Rejection, Stretch, StretchOutcome};
 use std::ops::Range;
@@ -90,10 +90,10 @@ fn judge(
             needed_s: rules.instance_s,
         });
     }
-    valid(series, &frames)?;
-    measured(series, &frames)?;
-    in_contact(series, &frames, rules)?;
-    sliding(series, &frames, rules)?;
+    check_validity(series, &frames)?;
+    check_measurement(series, &frames)?;
+    check_contact(series, &frames, rules)?;
+    check_sliding(series, &frames, rules)?;
     Ok(instance)
 }
 
@@ -111,7 +111,7 @@ fn central(
     Ok(())
 }
 
-fn valid(series: &ExplorationSeries<'_>, frames: &Range<usize>) -> Result<(), Rejection> {
+fn check_validity(series: &ExplorationSeries<'_>, frames: &Range<usize>) -> Result<(), Rejection> {
     let count = |kind: Validity| {
         series.validity[frames.clone()]
             .iter()
@@ -149,7 +149,10 @@ fn valid(series: &ExplorationSeries<'_>, frames: &Range<usize>) -> Result<(), Re
     Ok(())
 }
 
-fn measured(series: &ExplorationSeries<'_>, frames: &Range<usize>) -> Result<(), Rejection> {
+fn check_measurement(
+    series: &ExplorationSeries<'_>,
+    frames: &Range<usize>,
+) -> Result<(), Rejection> {
     let missing = frames
         .clone()
         .filter(|&i| {
@@ -164,7 +167,7 @@ fn measured(series: &ExplorationSeries<'_>, frames: &Range<usize>) -> Result<(),
     Ok(())
 }
 
-fn in_contact(
+fn check_contact(
     series: &ExplorationSeries<'_>,
     frames: &Range<usize>,
     rules: &SelectionRules,
@@ -179,7 +182,7 @@ fn in_contact(
     Ok(())
 }
 
-fn sliding(
+fn check_sliding(
     series: &ExplorationSeries<'_>,
     frames: &Range<usize>,
     rules: &SelectionRules,

@@ -1,6 +1,6 @@
 //! Explorations with a selection known in closed form.
 
-use super::series::between;
+use super::series::frames_between;
 use super::*;
 use crate::trial::Direction;
 use proptest::num::f64::ANY;
@@ -44,7 +44,7 @@ impl SyntheticExploration {
 
     /// Returns the frames of a time span.
     fn frames(&self, start_s: f64, end_s: f64) -> Range<usize> {
-        between(&self.time_s, start_s, end_s)
+        frames_between(&self.time_s, start_s, end_s)
     }
 }
 
@@ -70,7 +70,7 @@ fn exploration(
     }
 }
 
-fn published() -> SyntheticExploration {
+fn published_exploration() -> SyntheticExploration {
     exploration(6.0, 0.95, 0.0, 1.7)
 }
 
@@ -92,7 +92,7 @@ fn rejection(stretches: &[Stretch]) -> Rejection {
 #[test]
 fn the_published_drive_gives_the_middle_60_ms_of_each_rise() {
     // Minima of sin 2π6t at t = (k − 1/4)/6; the finger is within 30 mm of the centre from 1.65 to 2.85 s.
-    let stretches = published().select();
+    let stretches = published_exploration().select();
     let expected: Vec<f64> = (10..17).map(|k| f64::from(k) / 6.0).collect();
     let instances = instances(&stretches);
     assert_eq!(instances.len(), 6, "{stretches:?}");
@@ -119,7 +119,7 @@ fn an_instance_at_the_edge_of_the_centre_is_kept_whole_or_not_at_all() {
 
 #[test]
 fn the_other_direction_is_selected_alike() {
-    let mut exploration = published();
+    let mut exploration = published_exploration();
     exploration.direction = Direction::RightToLeft;
     for p in &mut exploration.position_m {
         *p = 0.105 - *p;
@@ -129,7 +129,7 @@ fn the_other_direction_is_selected_alike() {
     }
     assert_eq!(
         instances(&exploration.select()),
-        instances(&published().select())
+        instances(&published_exploration().select())
     );
 }
 
@@ -137,7 +137,7 @@ fn the_other_direction_is_selected_alike() {
 #[test]
 fn lost_and_clipped_samples_reject_the_instance_they_fall_in() {
     for validity in [Validity::LostSamples, Validity::Clipped] {
-        let mut exploration = published();
+        let mut exploration = published_exploration();
         let frames = exploration.frames(2.0, 2.004);
         exploration.validity[frames.clone()].fill(validity);
         exploration.amplitude_m[frames.clone()].fill(f64::NAN);
@@ -157,7 +157,7 @@ fn lost_and_clipped_samples_reject_the_instance_they_fall_in() {
 
 #[test]
 fn a_gap_outside_the_instances_costs_none_of_them() {
-    let mut exploration = published();
+    let mut exploration = published_exploration();
     // 20 ms of the falling half.
     let frames = exploration.frames(2.07, 2.09);
     exploration.validity[frames.clone()].fill(Validity::LostSamples);
@@ -167,7 +167,7 @@ fn a_gap_outside_the_instances_costs_none_of_them() {
 
 #[test]
 fn amplitudes_below_the_noise_are_tolerated_at_nulls_only() {
-    let mut exploration = published();
+    let mut exploration = published_exploration();
     let frames = exploration.frames(1.97, 1.975);
     exploration.validity[frames].fill(Validity::BelowNoise);
     assert_eq!(instances(&exploration.select()).len(), 6);
@@ -182,7 +182,7 @@ fn amplitudes_below_the_noise_are_tolerated_at_nulls_only() {
 /// Fault 23.
 #[test]
 fn a_saturated_force_sensor_costs_its_instance() {
-    let mut exploration = published();
+    let mut exploration = published_exploration();
     let frames = exploration.frames(1.97, 1.975);
     exploration.validity[frames.clone()].fill(Validity::ForceSaturated);
     let stretches = exploration.select();
@@ -194,7 +194,7 @@ fn a_saturated_force_sensor_costs_its_instance() {
 /// Fault 6.
 #[test]
 fn a_gap_of_the_drive_costs_its_instance() {
-    let mut exploration = published();
+    let mut exploration = published_exploration();
     let frames = exploration.frames(1.97, 1.975);
     exploration.validity[frames.clone()].fill(Validity::DriveGap);
     let stretches = exploration.select();
@@ -205,7 +205,7 @@ fn a_gap_of_the_drive_costs_its_instance() {
 
 #[test]
 fn a_lifted_finger_is_no_contact() {
-    let mut exploration = published();
+    let mut exploration = published_exploration();
     let frames = exploration.frames(2.0, 2.01);
     exploration.normal_n[frames].fill(0.02);
     let rejection = rejection(&exploration.select());
@@ -217,13 +217,13 @@ fn a_lifted_finger_is_no_contact() {
 
 #[test]
 fn a_missing_force_or_position_rejects() {
-    let mut exploration = published();
+    let mut exploration = published_exploration();
     exploration.normal_n[1200] = f64::NAN;
     assert_eq!(
         rejection(&exploration.select()),
         Rejection::NotMeasured { frames: 1 }
     );
-    let mut exploration = published();
+    let mut exploration = published_exploration();
     exploration.position_m[1200] = f64::NAN;
     assert_eq!(
         rejection(&exploration.select()),
@@ -234,7 +234,7 @@ fn a_missing_force_or_position_rejects() {
 #[test]
 fn a_finger_that_stops_is_not_sliding_and_a_slow_one_is_too_slow() {
     let with_speed = |v: f64| {
-        let mut exploration = published();
+        let mut exploration = published_exploration();
         let frames = exploration.frames(1.96, 2.04);
         exploration.velocity_m_per_s[frames].fill(v);
         exploration
@@ -262,7 +262,7 @@ fn a_finger_that_stops_is_not_sliding_and_a_slow_one_is_too_slow() {
 
 #[test]
 fn encoder_steps_are_no_change_of_speed() {
-    let mut exploration = published();
+    let mut exploration = published_exploration();
     for (i, v) in exploration.velocity_m_per_s.iter_mut().enumerate() {
         // A ripple of ±40 % at 200 Hz, as left by the filter from a coarse encoder.
         *v *= 1.0 + 0.4 * (TAU * 200.0 * i as f64 / FRAME_HZ).sin();
@@ -310,26 +310,26 @@ fn series_that_are_none_are_errors_or_empty() {
     let rules = SelectionRules::published(CENTRE_M);
     let empty = exploration(6.0, 0.95, 0.0, 0.0);
     assert_eq!(empty.select(), []);
-    let mut short = published();
+    let mut short = published_exploration();
     short.normal_n.pop();
     assert_eq!(
         select(&short.series(), &rules).unwrap_err().to_string(),
         "`normal_n` has 3399 frames, `time_s` has 3400"
     );
     for bad in [0.0, f64::NAN, f64::INFINITY] {
-        let mut exploration = published();
+        let mut exploration = published_exploration();
         exploration.time_s[7] = bad;
         let error = select(&exploration.series(), &rules).unwrap_err();
         assert!(matches!(error, SelectionError::Time { .. }), "{error}");
     }
-    let mut lost = published();
+    let mut lost = published_exploration();
     lost.validity.fill(Validity::LostSamples);
     assert_eq!(lost.select(), []);
 }
 
 #[test]
 fn the_means_of_an_exploration_are_of_its_centre() {
-    let mut exploration = published();
+    let mut exploration = published_exploration();
     let outside = exploration.frames(1.4, 1.64);
     exploration.normal_n[outside.clone()].fill(0.1);
     exploration.velocity_m_per_s[outside].fill(0.0);

@@ -119,7 +119,7 @@ impl Attempts {
     }
 
     /// Returns the number of trials left.
-    pub(super) fn unsettled(&self) -> u32 {
+    pub(super) fn trials_left(&self) -> u32 {
         self.is_settled
             .iter()
             .filter(|is_settled| !**is_settled)
@@ -191,6 +191,6 @@ impl Attempts {
     pub(super) fn rest_is_due(&self, rest: Rest) -> bool {
         let practice = self.plan.iter().filter(|trial| trial.practice).count();
         !self.all_settled()
-            && rest.comes_after(self.plan.len() as u32 - self.unsettled(), practice as u32)
+            && rest.comes_after(self.plan.len() as u32 - self.trials_left(), practice as u32)
     }
 }

@@ -226,13 +226,13 @@ impl Session {
         }
         self.state = match sequel.clone() {
             AfterHalt::Trial => self.enter_trial(out),
-            AfterHalt::State(state) => self.restarted(*state),
+            AfterHalt::State(state) => self.restart_timeout(*state),
         };
         Ok(())
     }
 
     /// Returns a halted state with its timeout restarted. Pauses prolong neither a break nor the recorder's time to save.
-    fn restarted(&self, mut state: State) -> State {
+    fn restart_timeout(&self, mut state: State) -> State {
         if let State::Analysing { since_s, .. } | State::Judged { since_s, .. } = &mut state {
             *since_s = self.now_s;
         }

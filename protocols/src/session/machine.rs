@@ -186,7 +186,7 @@ impl Session {
 
     /// Returns the number of trials that are not settled yet, practice included.
     pub fn trials_left(&self) -> u32 {
-        self.attempts.unsettled()
+        self.attempts.trials_left()
     }
 
     /// Returns the number of the trial that is next, running or judged, and of the one after it, from 1 with practice;

@@ -70,17 +70,17 @@ impl Session {
         out: &mut StepActions,
     ) -> State {
         if self.awaits_save(&outcome) {
-            return self.saving(key, analysis, outcome);
+            return self.saving_state(key, analysis, outcome);
         }
         let settles = outcome.settles();
         self.record(key, analysis, outcome, out);
         if std::mem::take(&mut self.pausing) && !self.attempts.all_settled() {
             return State::Halted {
                 fault: false,
-                sequel: self.after_settled(settles),
+                sequel: self.sequel_of(settles),
             };
         }
-        match self.after_settled(settles) {
+        match self.sequel_of(settles) {
             AfterHalt::Trial => self.next_trial(out),
             AfterHalt::State(state) => *state,
         }
@@ -95,11 +95,11 @@ impl Session {
         out: &mut StepActions,
     ) -> AfterHalt {
         if self.awaits_save(&outcome) {
-            return AfterHalt::State(Box::new(self.saving(key, analysis, outcome)));
+            return AfterHalt::State(Box::new(self.saving_state(key, analysis, outcome)));
         }
         let settles = outcome.settles();
         self.record(key, analysis, outcome, out);
-        self.after_settled(settles)
+        self.sequel_of(settles)
     }
 
     /// Returns whether an attempt with this outcome waits for its recording to be saved.
@@ -107,7 +107,7 @@ impl Session {
         outcome.settles() && self.recorded != Some(RecordingOutcome::Saved)
     }
 
-    fn saving(
+    fn saving_state(
         &self,
         key: TrialKey,
         analysis: Option<TrialAnalysis>,
@@ -135,7 +135,7 @@ impl Session {
         }
         if self.elapsed_s(since_s) > LONGEST_SAVE_S {
             let reason = format!("the recorder did not report it saved within {LONGEST_SAVE_S} s");
-            self.not_saved(key, reason, out);
+            self.record_unsaved(key, reason, out);
             return self.paused_before_trial();
         }
         State::Saving {
@@ -167,7 +167,7 @@ impl Session {
             }
             State::Analysing { key, .. }
             | State::Judged { key, .. }
-            | State::Saving { key, .. } => self.not_saved(key, reason, out),
+            | State::Saving { key, .. } => self.record_unsaved(key, reason, out),
             state => {
                 self.state = match halted {
                     Some(fault) => State::Halted {
@@ -187,7 +187,7 @@ impl Session {
         true
     }
 
-    fn not_saved(&mut self, key: TrialKey, reason: String, out: &mut StepActions) {
+    fn record_unsaved(&mut self, key: TrialKey, reason: String, out: &mut StepActions) {
         (self.awaited, self.analysis) = (None, None);
         self.pausing = false;
         let interruption = Interruption::NotSaved { reason };
@@ -195,7 +195,7 @@ impl Session {
     }
 
     /// Returns the step after a recorded attempt: a break, a trial or the end.
-    fn after_settled(&self, settles: bool) -> AfterHalt {
+    fn sequel_of(&self, settles: bool) -> AfterHalt {
         let since_s = self.now_s;
         if self.attempts.all_settled() {
             AfterHalt::State(Box::new(State::Finished { aborted: false }))

@@ -52,11 +52,11 @@ pub(super) fn choose(
     name: &str,
     direction: StreamDirection,
 ) -> Result<usize, ChoiceError> {
-    choose_by(devices, name, direction, card_named)
+    choose_by(devices, name, direction, card_id)
 }
 
 /// Returns the name of the card with a number; `None` if the system has no such card.
-fn card_named(number: &str) -> Option<String> {
+fn card_id(number: &str) -> Option<String> {
     let name = std::fs::read_to_string(format!("/proc/asound/card{number}/id")).ok()?;
     Some(name.trim().to_owned())
 }
@@ -65,7 +65,7 @@ fn choose_by(
     devices: &[DeviceInfo],
     name: &str,
     direction: StreamDirection,
-    card_named: impl Fn(&str) -> Option<String>,
+    card_id: impl Fn(&str) -> Option<String>,
 ) -> Result<usize, ChoiceError> {
     let indices: Vec<usize> = (0..devices.len()).collect();
     let lower_case = name.to_lowercase();
@@ -87,7 +87,7 @@ fn choose_by(
         });
     };
     let mut rivals = raw.iter().skip(1);
-    if !rivals.all(|&o| is_same_device(&devices[*first], &devices[o], &card_named)) {
+    if !rivals.all(|&o| is_same_device(&devices[*first], &devices[o], &card_id)) {
         return Err(ChoiceError::Ambiguous {
             wanted: name.to_owned(),
             direction,
@@ -135,13 +135,13 @@ fn prefer(indices: Vec<usize>, has_quality: impl Fn(usize) -> bool) -> Vec<usize
 fn is_same_device(
     a: &DeviceInfo,
     b: &DeviceInfo,
-    card_named: &impl Fn(&str) -> Option<String>,
+    card_id: &impl Fn(&str) -> Option<String>,
 ) -> bool {
     let place = |device: &DeviceInfo| {
         let (_, place) = device.id.split_once(":hw:CARD=")?;
         let (card, number) = place.split_once(",DEV=")?;
         let is_number = card.bytes().all(|byte| byte.is_ascii_digit());
-        let by_number = is_number.then(|| card_named(card)).flatten();
+        let by_number = is_number.then(|| card_id(card)).flatten();
         Some((
             by_number.unwrap_or_else(|| card.to_owned()),
             number.to_owned(),

@@ -270,11 +270,11 @@ fn find<'a>(
     if offers {
         Ok((device, info))
     } else {
-        Err(unsupported(direction, info, config))
+        Err(unsupported_error(direction, info, config))
     }
 }
 
-fn unsupported(
+fn unsupported_error(
     direction: StreamDirection,
     device: &DeviceInfo,
     config: &DuplexConfig,
@@ -312,7 +312,7 @@ fn stream_error(
     config: &DuplexConfig,
 ) -> AudioError {
     match error.kind() {
-        ErrorKind::UnsupportedConfig => unsupported(direction, device, config),
+        ErrorKind::UnsupportedConfig => unsupported_error(direction, device, config),
         ErrorKind::DeviceBusy => AudioError::Busy {
             direction,
             device: device.to_string(),

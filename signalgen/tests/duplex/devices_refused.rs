@@ -52,7 +52,7 @@ fn a_stream_that_the_device_lacks_is_refused_with_its_capabilities() {
 /// Fault 2.
 #[test]
 fn a_card_without_a_format_that_cpal_knows_is_refused_with_the_way_round() {
-    let bench = Bench::offering(&[]);
+    let bench = Bench::with_formats(&[]);
     for format in SampleFormat::ALL {
         let error = open_error(&bench, &config(format));
         assert_eq!(

@@ -146,7 +146,7 @@ pub struct Bench {
 
 impl Default for Bench {
     fn default() -> Self {
-        Self::offering(&[
+        Self::with_formats(&[
             CpalFormat::F32,
             CpalFormat::I32,
             CpalFormat::I24,
@@ -157,7 +157,7 @@ impl Default for Bench {
 
 impl Bench {
     /// Returns a bench with a card of these sample formats.
-    pub fn offering(formats: &'static [CpalFormat]) -> Self {
+    pub fn with_formats(formats: &'static [CpalFormat]) -> Self {
         Self {
             card: Arc::default(),
             started: Arc::default(),
@@ -397,7 +397,7 @@ pub fn config(format: SampleFormat) -> DuplexConfig {
     }
 }
 
-pub fn modulated() -> Program {
+pub fn modulated_program() -> Program {
     let waveform = Waveform::Modulated {
         carrier_hz: 35_000.0,
         mean_amplitude_v: 50.0,

@@ -18,9 +18,12 @@ fn drive_goes_to_its_channel_alone_and_comes_back_exactly() {
     ] {
         let bench = Bench::default();
         let mut duplex = bench.open(&config(format));
-        duplex.drive.send(DriveCommand::Start(modulated())).unwrap();
+        duplex
+            .drive
+            .send(DriveCommand::Start(modulated_program()))
+            .unwrap();
         let mut reference = Generator::new(settings());
-        reference.apply(DriveCommand::Start(modulated()));
+        reference.apply(DriveCommand::Start(modulated_program()));
         let mut expected = [0.0_f32; ODD_BLOCK];
         let mut samples = Vec::new();
         for _ in 0..20 {
@@ -123,7 +126,10 @@ fn a_kill_stops_within_the_emergency_ramp_and_no_earlier_rearm_undoes_it() {
     let bench = Bench::default();
     let mut duplex = bench.open(&config(SampleFormat::F32));
     let kill_switch = duplex.drive.kill_switch();
-    duplex.drive.send(DriveCommand::Start(modulated())).unwrap();
+    duplex
+        .drive
+        .send(DriveCommand::Start(modulated_program()))
+        .unwrap();
     bench.periods(10);
     assert_eq!(duplex.drive.published().phase, DrivePhase::Steady);
 
@@ -137,12 +143,18 @@ fn a_kill_stops_within_the_emergency_ramp_and_no_earlier_rearm_undoes_it() {
     bench.periods(1);
     assert_eq!(duplex.drive.published().phase, DrivePhase::EmergencyStopped);
 
-    duplex.drive.send(DriveCommand::Start(modulated())).unwrap();
+    duplex
+        .drive
+        .send(DriveCommand::Start(modulated_program()))
+        .unwrap();
     bench.periods(10);
     assert_eq!(duplex.drive.published().phase, DrivePhase::EmergencyStopped);
 
     duplex.drive.rearm().unwrap();
-    duplex.drive.send(DriveCommand::Start(modulated())).unwrap();
+    duplex
+        .drive
+        .send(DriveCommand::Start(modulated_program()))
+        .unwrap();
     bench.periods(10);
     assert_eq!(duplex.drive.published().phase, DrivePhase::Steady);
 }
@@ -152,7 +164,10 @@ fn a_kill_before_the_first_callback_is_not_lost() {
     let bench = Bench::default();
     let mut duplex = bench.open(&config(SampleFormat::F32));
     duplex.drive.kill_switch().kill();
-    duplex.drive.send(DriveCommand::Start(modulated())).unwrap();
+    duplex
+        .drive
+        .send(DriveCommand::Start(modulated_program()))
+        .unwrap();
     bench.periods(10);
     assert_eq!(duplex.drive.published().phase, DrivePhase::EmergencyStopped);
     assert_eq!(duplex.drive.published().programs, 0);
@@ -163,7 +178,10 @@ fn a_kill_before_the_first_callback_is_not_lost() {
 fn the_drive_stops_when_nobody_commands_it_any_more() {
     let bench = Bench::default();
     let mut duplex = bench.open(&config(SampleFormat::F32));
-    duplex.drive.send(DriveCommand::Start(modulated())).unwrap();
+    duplex
+        .drive
+        .send(DriveCommand::Start(modulated_program()))
+        .unwrap();
     bench.periods(10);
     let monitor = duplex.drive.monitor();
     drop(duplex.drive);

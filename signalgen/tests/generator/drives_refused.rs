@@ -5,7 +5,9 @@ use signalgen::{
     Waveform,
 };
 
-use crate::generator_fixture::{FULL_SCALE_V, RATE_HZ, modulated, settings, settings_at, tone};
+use crate::generator_fixture::{
+    FULL_SCALE_V, RATE_HZ, modulated_waveform, settings, settings_at, tone,
+};
 
 /// Returns the parameter named by a refusal.
 fn out_of_range(result: Result<(), ProgramError>) -> &'static str {
@@ -64,10 +66,10 @@ fn rates_at_or_below_twice_carrier_plus_modulation_are_refused_with_the_arithmet
 fn amplitudes_above_the_configured_limit_are_rejected_not_clamped() {
     let limit_v = 78.0;
     let settings = settings_at(RATE_HZ, limit_v);
-    settings.admit(modulated(40.0, 0.0)).unwrap();
+    settings.admit(modulated_waveform(40.0, 0.0)).unwrap();
     // Typed ×10 in a file.
     assert_eq!(
-        settings.admit(modulated(400.0, 0.0)),
+        settings.admit(modulated_waveform(400.0, 0.0)),
         Err(ProgramError::AboveLimit {
             peak_v: 780.0,
             limit_v

@@ -2,11 +2,13 @@
 
 use signalgen::{DriveCommand, DrivePhase, TripCause};
 
-use crate::generator_fixture::{RATE_HZ, admit, modulated, settings_at, started, tone, volts};
+use crate::generator_fixture::{
+    RATE_HZ, admit, modulated_waveform, running_generator, settings_at, tone, volts,
+};
 
 #[test]
 fn emergency_stop_is_over_in_two_milliseconds_and_latches() {
-    let mut generator = started(modulated(40.0, 0.0));
+    let mut generator = running_generator(modulated_waveform(40.0, 0.0));
     volts(&mut generator, 20_000);
     generator.apply(DriveCommand::EmergencyStop);
     volts(&mut generator, 200);
@@ -36,7 +38,7 @@ fn emergency_stop_is_over_in_two_milliseconds_and_latches() {
 
 #[test]
 fn programs_of_other_settings_trip_the_drive_at_once() {
-    let mut generator = started(tone(35_000.0, 40.0));
+    let mut generator = running_generator(tone(35_000.0, 40.0));
     volts(&mut generator, 20_000);
     let foreign = settings_at(RATE_HZ, 150.0)
         .admit(tone(35_000.0, 140.0))

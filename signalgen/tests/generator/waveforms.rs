@@ -9,12 +9,13 @@ use signalgen::{
 };
 
 use crate::generator_fixture::{
-    FULL_SCALE_V, QUANTISATION_V, RATE_HZ, admit, angle, modulated, started, tone, volts,
+    FULL_SCALE_V, QUANTISATION_V, RATE_HZ, admit, angle, modulated_waveform, running_generator,
+    tone, volts,
 };
 
 #[test]
 fn modulated_carrier_is_the_closed_form_after_ten_minutes() {
-    let mut generator = started(modulated(40.0, 0.7));
+    let mut generator = running_generator(modulated_waveform(40.0, 0.7));
     let mut block = vec![0.0_f32; 192_000];
     for _ in 0..600 {
         generator.fill(&mut block);
@@ -36,7 +37,7 @@ fn modulated_carrier_is_the_closed_form_after_ten_minutes() {
 #[test]
 fn start_and_stop_are_raised_cosines_of_the_configured_length() {
     let frames = (DEFAULT_RAMP_S * f64::from(RATE_HZ)) as usize;
-    let mut generator = started(tone(1_000.0, 60.0));
+    let mut generator = running_generator(tone(1_000.0, 60.0));
     let weight = |n: usize| 0.5 - 0.5 * (PI * n as f64 / frames as f64).cos();
     for (n, v) in volts(&mut generator, frames).into_iter().enumerate() {
         let expected = 60.0 * weight(n) * angle(1_000, n as u64).sin();
@@ -58,7 +59,7 @@ fn start_and_stop_are_raised_cosines_of_the_configured_length() {
 /// error then consists of tones instead of noise.
 #[test]
 fn spurs_are_below_minus_140_db() {
-    let mut generator = started(tone(35_000.0, 100.0));
+    let mut generator = running_generator(tone(35_000.0, 100.0));
     volts(&mut generator, 19_200);
     let period = volts(&mut generator, 192);
     let line = |k: u64| {
@@ -78,7 +79,7 @@ fn spurs_are_below_minus_140_db() {
 
 #[test]
 fn carrier_phase_is_continuous_through_a_change_of_frequency() {
-    let mut generator = started(tone(1_000.0, 60.0));
+    let mut generator = running_generator(tone(1_000.0, 60.0));
     // 10 000 frames at 1 kHz are 52 1/12 turns.
     volts(&mut generator, 10_000);
     generator.apply(DriveCommand::Start(admit(tone(1_500.0, 60.0))));
@@ -94,9 +95,9 @@ fn adjust_keeps_the_modulation_phase_and_start_begins_it_anew() {
     // A whole number of modulation periods plus a quarter.
     let frames = 32_000 + 8_000;
     for (adjust, phase_rad) in [(true, FRAC_PI_2), (false, 0.0)] {
-        let mut generator = started(modulated(40.0, 0.0));
+        let mut generator = running_generator(modulated_waveform(40.0, 0.0));
         volts(&mut generator, frames);
-        let program = admit(modulated(20.0, 0.0));
+        let program = admit(modulated_waveform(20.0, 0.0));
         generator.apply(if adjust {
             DriveCommand::Adjust(program)
         } else {
@@ -116,7 +117,7 @@ fn sweeps_follow_the_integral_of_their_frequency() {
     let ramp = 9_600_u64;
     let sweep_frames = 96_000_u64;
     for law in [SweepLaw::Linear, SweepLaw::Logarithmic] {
-        let mut generator = started(Waveform::Sweep {
+        let mut generator = running_generator(Waveform::Sweep {
             from_hz,
             to_hz,
             duration_s,
@@ -150,7 +151,7 @@ fn sweeps_follow_the_integral_of_their_frequency() {
 
 #[test]
 fn stopping_a_sweep_stays_at_the_frequency_reached() {
-    let mut generator = started(Waveform::Sweep {
+    let mut generator = running_generator(Waveform::Sweep {
         from_hz: 1_000.0,
         to_hz: 2_000.0,
         duration_s: 1.0,
@@ -168,7 +169,7 @@ fn stopping_a_sweep_stays_at_the_frequency_reached() {
 #[test]
 fn stepped_tones_report_the_step_and_its_first_frame() {
     let tones = [34_000.0, 35_000.0, 36_000.0];
-    let mut generator = started(Waveform::SteppedTones {
+    let mut generator = running_generator(Waveform::SteppedTones {
         tones: ToneList::new(&tones).unwrap(),
         dwell_s: 0.01,
         amplitude_v: 60.0,

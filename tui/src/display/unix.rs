@@ -219,7 +219,7 @@ impl Screen {
         self.out.draw(self.buffer.diff(&next).into_iter())?;
         queue!(self.out, terminal::EndSynchronizedUpdate)?;
         Backend::flush(&mut self.out)?;
-        self.drawn = next;
+        self.buffer = next;
         Ok(())
     }
 }

@@ -9,7 +9,7 @@ use crate::state::State;
 use crate::strip::Strip;
 
 /// Draws one panel enlarged, numbered from 1.
-pub(crate) fn enlarged(state: &State, panel: u8, area: Rect, buf: &mut Buffer) {
+pub(crate) fn enlarge(state: &State, panel: u8, area: Rect, buf: &mut Buffer) {
     match panel {
         1 => complex_plane::render(state, area, buf),
         _ => friction_curve::render(state, area, buf),

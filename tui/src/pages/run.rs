@@ -12,7 +12,7 @@ use crate::state::State;
 use crate::strip::Strip;
 
 /// Draws one panel enlarged, numbered from 1.
-pub(crate) fn enlarged(state: &State, panel: u8, area: Rect, buf: &mut Buffer) {
+pub(crate) fn enlarge(state: &State, panel: u8, area: Rect, buf: &mut Buffer) {
     match Strip::ALL.get(usize::from(panel.saturating_sub(1))) {
         Some(strip) => strips::render(state, *strip, area, buf),
         None if panel == 6 => plate_drawing::render(state, area, buf),
@@ -57,8 +57,8 @@ fn list(state: &State, area: Rect, buf: &mut Buffer) {
 fn small(state: &State, area: Rect, buf: &mut Buffer) {
     let [left, right] = columns(area, 2, [17, 10]);
     curves(state, 3, left, buf);
-    if only_watched(state) {
-        watched(state, right, buf);
+    if is_contact_only(state) {
+        contact(state, right, buf);
         return;
     }
     let [trials, lines, health] = Layout::vertical([
@@ -73,12 +73,12 @@ fn small(state: &State, area: Rect, buf: &mut Buffer) {
 }
 
 /// Whether there is neither a participant nor a trial to show.
-fn only_watched(state: &State) -> bool {
+fn is_contact_only(state: &State) -> bool {
     state.session.protocol.is_none() && state.trials.is_empty() && state.drill.is_none()
 }
 
 /// Draws the contact in place of the list of trials, which is empty.
-fn watched(state: &State, area: Rect, buf: &mut Buffer) {
+fn contact(state: &State, area: Rect, buf: &mut Buffer) {
     let [numbers, plane, lines, health] = Layout::vertical([
         Constraint::Length(contact_numbers::ROWS + 1),
         Constraint::Fill(2),
@@ -95,8 +95,8 @@ fn watched(state: &State, area: Rect, buf: &mut Buffer) {
 fn medium(state: &State, area: Rect, buf: &mut Buffer) {
     let [left, right] = columns(area, 3, [4, 3]);
     curves(state, 4, left, buf);
-    if only_watched(state) {
-        watched(state, right, buf);
+    if is_contact_only(state) {
+        contact(state, right, buf);
         return;
     }
     let [trials, crop, lines, health] = Layout::vertical([
@@ -115,8 +115,8 @@ fn medium(state: &State, area: Rect, buf: &mut Buffer) {
 fn large(state: &State, area: Rect, buf: &mut Buffer) {
     let [left, right] = columns(area, 3, [5, 4]);
     curves(state, 5, left, buf);
-    if only_watched(state) {
-        watched(state, right, buf);
+    if is_contact_only(state) {
+        contact(state, right, buf);
         return;
     }
     let [upper, crop, lines, health] = Layout::vertical([

@@ -6,7 +6,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Widget};
 
 use super::panel::rows;
-use crate::keyboard::working;
+use crate::keyboard::active_rows;
 use crate::state::State;
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {

@@ -6,7 +6,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Widget;
 
 use crate::action::Action;
-use crate::keyboard::working;
+use crate::keyboard::active_rows;
 use crate::state::State;
 use crate::words::render_line;
 

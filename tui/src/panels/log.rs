@@ -32,7 +32,7 @@ pub(crate) fn page(state: &State, area: Rect, buf: &mut Buffer) {
     let body = titled(state, title, &[count], area, buf);
     let mut lines = Vec::new();
     for line in state.log.iter().skip(first).take(row_count) {
-        lines.extend(wrapped(state, line, body.width));
+        lines.extend(wrap_entry(state, line, body.width));
     }
     // Wrapped lines push out the oldest ones.
     let excess = lines.len().saturating_sub(body.height.into());
@@ -40,7 +40,7 @@ pub(crate) fn page(state: &State, area: Rect, buf: &mut Buffer) {
 }
 
 /// Returns a line broken at `columns`, with its symbol before the first part.
-fn wrapped<'a>(state: &State, line: &'a LogLine, columns: u16) -> Vec<Line<'a>> {
+fn wrap_entry<'a>(state: &State, line: &'a LogLine, columns: u16) -> Vec<Line<'a>> {
     let single = entry(state, line);
     if single.width() <= columns.into() {
         return vec![single];

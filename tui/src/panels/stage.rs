@@ -65,7 +65,7 @@ fn say(state: &State) -> Option<String> {
         );
     }
     Some(match view.instruction {
-        Instruction::Wait => waiting(state),
+        Instruction::Wait => waiting_text(state),
         Instruction::Welcome => "“Welcome. Press the button when you are ready.”".to_owned(),
         Instruction::ReleaseSwitch => "“Let go of the hold button, please.”".to_owned(),
         Instruction::HoldSwitch => "“Press the hold button and keep it pressed.”".to_owned(),
@@ -90,7 +90,7 @@ fn say(state: &State) -> Option<String> {
     })
 }
 
-fn waiting(state: &State) -> String {
+fn waiting_text(state: &State) -> String {
     let verdict = state.verdict.as_ref().filter(|verdict| {
         let phase = &state.phase;
         matches!(phase.kind, PhaseKind::Feedback | PhaseKind::Verdict)

@@ -139,19 +139,19 @@ fn amplitude(state: &State, crop: &Crop, area: Rect, buf: &mut Buffer) {
 fn forces(state: &State, crop: &Crop, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     let curves = vec![
-        even(&crop.lateral_n, 1.0, theme.second_curve()),
-        even(&crop.normal_n, 1.0, theme.first_curve()),
+        even_trace(&crop.lateral_n, 1.0, theme.second_curve()),
+        even_trace(&crop.normal_n, 1.0, theme.first_curve()),
     ];
     chart(state, crop, "N", curves, state.force_band_n, area, buf);
 }
 
 fn speed(state: &State, crop: &Crop, area: Rect, buf: &mut Buffer) {
-    let curve = even(&crop.speed_m_per_s, TO_MILLI, state.ui.theme.first_curve());
+    let curve = even_trace(&crop.speed_m_per_s, TO_MILLI, state.ui.theme.first_curve());
     chart(state, crop, "mm/s", vec![curve], None, area, buf);
 }
 
 fn position(state: &State, crop: &Crop, area: Rect, buf: &mut Buffer) {
-    let curve = even(&crop.position_m, TO_MILLI, state.ui.theme.first_curve());
+    let curve = even_trace(&crop.position_m, TO_MILLI, state.ui.theme.first_curve());
     chart(state, crop, "mm", vec![curve], None, area, buf);
 }
 
@@ -206,7 +206,7 @@ fn chart(
     }
 }
 
-fn even(values: &[Option<f64>], scale: f64, style: Style) -> Trace {
+fn even_trace(values: &[Option<f64>], scale: f64, style: Style) -> Trace {
     let values_at = values.iter().zip(places(values.len()));
     let points = values_at.map(|(value, x)| (x, value.map(|value| value * scale)));
     Trace {

@@ -21,7 +21,7 @@ pub(crate) struct Gaze {
 }
 
 /// Position, m, and velocity, m/s, for the hand to follow.
-pub(crate) type Pursued = Option<(f64, f64)>;
+pub(crate) type Pursuit = Option<(f64, f64)>;
 
 impl Gaze {
     pub fn new() -> Self {
@@ -59,7 +59,7 @@ impl Gaze {
     }
 
     /// Returns the slider's position and velocity as pursued at `t_s`.
-    pub fn pursued(&self, t_s: f64) -> Pursued {
+    pub fn pursuit(&self, t_s: f64) -> Pursuit {
         let now_s = t_s - VISUAL_DELAY_S;
         let position_m = self.position_at(now_s)?;
         let before_s = (now_s - SPEED_WINDOW_S).max(self.glances.front()?.0);

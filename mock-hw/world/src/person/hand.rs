@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::gaze::Pursued;
+use super::gaze::Pursuit;
 use crate::scenario::BehaviourTable;
 
 /// Speed of the hand in the air, m/s.
@@ -81,8 +81,8 @@ impl Hand {
     }
 
     /// Follows the slider: its speed promptly, its position slowly.
-    pub fn pursue(&mut self, pursued: Pursued, h_s: f64, rng: &mut ChaCha8Rng) {
-        let Some((target_m, target_velocity)) = pursued else {
+    pub fn pursue(&mut self, pursuit: Pursuit, h_s: f64, rng: &mut ChaCha8Rng) {
+        let Some((target_m, target_velocity)) = pursuit else {
             self.rest(h_s, rng);
             return;
         };

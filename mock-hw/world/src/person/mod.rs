@@ -208,8 +208,8 @@ impl Person {
                 } else {
                     self.press.press();
                 }
-                let pursued = self.gaze.pursued(t_s);
-                self.hand.pursue(pursued, h_s, &mut self.rng);
+                let pursuit = self.gaze.pursuit(t_s);
+                self.hand.pursue(pursuit, h_s, &mut self.rng);
             }
         }
         self.press.advance(h_s, &mut self.rng);

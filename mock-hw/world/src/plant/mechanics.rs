@@ -93,7 +93,7 @@ impl Modes {
 
     /// Returns the modes with the carrier mode's resonance shifted, the second mode's shifted in proportion, and all damping
     /// scaled.
-    fn tuned(&self, shift_hz: f64, damping: f64) -> Self {
+    fn with_tuning(&self, shift_hz: f64, damping: f64) -> Self {
         let stretch = 1.0 + std::f64::consts::TAU * shift_hz / self.modes[0].omega_rad_per_s;
         Self {
             modes: self.modes.map(|mode| Mode {
@@ -224,7 +224,7 @@ impl Propagator {
     /// Shifts the carrier mode's resonance and scales the damping; takes effect at the next [`Self::set`]. Resets the shapes to
     /// those of a plate without a finger.
     pub fn tune(&mut self, shift_hz: f64, damping: f64) {
-        self.modes = self.untuned.tuned(shift_hz, damping);
+        self.modes = self.untuned.with_tuning(shift_hz, damping);
     }
 
     /// Recomputes the step for new contact and tissue constants.

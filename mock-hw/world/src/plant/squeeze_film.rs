@@ -235,12 +235,12 @@ mod tests {
         SqueezeFilm::new(laws, &pad, 101_325.0, 2e-6, 314e-6)
     }
 
-    fn published() -> Laws {
+    fn published_laws() -> Laws {
         Laws::new(&LawsTable::default())
     }
 
     /// Root of the force balance by bisection, independent of Newton's method.
-    fn bisected(film: &SqueezeFilm<'_>, normal_n: f64, amplitude2: f64) -> f64 {
+    fn bisect(film: &SqueezeFilm<'_>, normal_n: f64, amplitude2: f64) -> f64 {
         let (mut low, mut high) = (1e-7, 1e-2);
         for _ in 0..200 {
             let middle = 0.5 * (low + high);
@@ -256,7 +256,7 @@ mod tests {
 
     #[test]
     fn forces_in_closed_form() {
-        let laws = published();
+        let laws = published_laws();
         let film = film(&laws);
         // 0.375 · 1.4e4 · 2e-6 · 20e6/0.75 · 314e-6 = 87.92 N at zero gap, 1/e of it at σ_t.
         assert_relative_eq!(
@@ -279,11 +279,11 @@ mod tests {
 
     #[test]
     fn equilibrium_is_the_root_from_any_guess() {
-        let laws = published();
+        let laws = published_laws();
         let film = film(&laws);
         for normal_n in [0.01, 0.1, 0.65, 1.0, 5.0] {
             for amplitude_m in [0.0f64, 0.05e-6, 0.5e-6, 2e-6, 5e-6, 10e-6] {
-                let expected = bisected(&film, normal_n, amplitude_m.powi(2));
+                let expected = bisect(&film, normal_n, amplitude_m.powi(2));
                 for guess_m in [0.0, 8e-6, 200e-6] {
                     let gap_m = film.equilibrium(normal_n, amplitude_m.powi(2), guess_m);
                     assert_relative_eq!(gap_m, expected, max_relative = 1e-9);
@@ -295,7 +295,7 @@ mod tests {
     #[test]
     fn stiffness_falls_to_one_eighth_at_5_um_and_1_n() {
         // SCIENCE section 7: Eqs. 17–18 with σ_t = 2 µm and S = 314 mm² give a decrease of 87 %.
-        let laws = published();
+        let laws = published_laws();
         let film = film(&laws);
         let gap = film.equilibrium(1.0, 25e-12, 0.0);
         let rest = film.stiffness(film.rest_gap(1.0), 0.0);
@@ -305,7 +305,7 @@ mod tests {
 
     #[test]
     fn friction_falls_with_amplitude_and_recovers_with_force() {
-        let laws = published();
+        let laws = published_laws();
         let film = film(&laws);
         let friction = |normal_n: f64, amplitude_m: f64| {
             let gap = film.equilibrium(normal_n, amplitude_m.powi(2), 0.0);
@@ -321,7 +321,7 @@ mod tests {
         assert_relative_eq!(friction(0.65, 0.0), 1.0, max_relative = 1e-12);
     }
 
-    fn broken() -> [LawsTable; 4] {
+    fn broken_laws() -> [LawsTable; 4] {
         [
             LawsTable {
                 asperity_cutoff: Some(3.5),
@@ -346,12 +346,12 @@ mod tests {
 
     #[test]
     fn broken_laws_have_a_root_from_any_guess_and_a_stiffness_that_is_the_slope() {
-        for table in broken() {
+        for table in broken_laws() {
             let laws = Laws::new(&table);
             let film = film(&laws);
             for normal_n in [0.01, 0.1, 0.65, 5.0] {
                 for amplitude_m in [0.0f64, 0.5e-6, 2e-6, 5e-6] {
-                    let expected = bisected(&film, normal_n, amplitude_m.powi(2));
+                    let expected = bisect(&film, normal_n, amplitude_m.powi(2));
                     for guess_m in [0.0, 8e-6, 200e-6] {
                         let gap_m = film.equilibrium(normal_n, amplitude_m.powi(2), guess_m);
                         assert_relative_eq!(gap_m, expected, max_relative = 1e-6);
@@ -381,12 +381,12 @@ mod tests {
         let damping = |k_c: f64| film.loss_factor(k_c) * k_c;
         assert_relative_eq!(damping(4e5), damping(1e4), max_relative = 1e-12);
         assert_relative_eq!(laws.tissue_factor(0.25), 0.5, max_relative = 1e-12);
-        assert_eq!(published().tissue_factor(0.25), 1.0);
+        assert_eq!(published_laws().tissue_factor(0.25), 1.0);
     }
 
     #[test]
     fn a_load_that_the_asperities_cannot_carry_has_a_least_gap() {
-        let laws = published();
+        let laws = published_laws();
         let film = film(&laws);
         assert_eq!(film.rest_gap(1e3), LEAST_GAP_M);
         assert!(film.equilibrium(1e3, 0.0, 0.0).is_finite());

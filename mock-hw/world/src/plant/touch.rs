@@ -1,6 +1,6 @@
 //! Finger on the plate: film, stiffness and friction, advanced by slow steps.
 
-use super::friction::{Friction, relative};
+use super::friction::{Friction, relative_friction};
 use super::mechanics::SkinContact;
 use super::squeeze_film::{Laws, SqueezeFilm};
 use crate::fingertip::Fingertip;

@@ -116,7 +116,7 @@ impl Scenario {
     /// ranges is returned unchanged.
     #[must_use]
     pub fn realised(&self, seed: u64) -> Self {
-        let mut out = self.jittered(seed);
+        let mut out = self.with_jitter(seed);
         let session = std::mem::take(&mut out.session);
         let mut rng = seed::stream(seed, seed::Stream::Session);
         session.draw(&mut rng, &mut out.plate, &mut out.force_sensor);
@@ -124,7 +124,7 @@ impl Scenario {
     }
 
     /// Returns the scenario with the constants of its jitter drawn.
-    fn jittered(&self, seed: u64) -> Self {
+    fn with_jitter(&self, seed: u64) -> Self {
         let mut out = self.clone();
         let j = &self.jitter;
         if !j.enabled {

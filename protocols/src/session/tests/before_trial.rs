@@ -3,7 +3,7 @@
 use super::rig::*;
 use crate::session::*;
 
-fn holding(rig: &mut Rig, hold: Hold, steps: usize) {
+fn hold_for(rig: &mut Rig, hold: Hold, steps: usize) {
     for _ in 0..steps {
         rig.step(|o| o.hold = Some(hold));
     }
@@ -18,13 +18,13 @@ fn instruction(rig: &Rig) -> Instruction {
 #[test]
 fn each_trial_waits_until_the_switch_was_released_and_is_held() {
     let mut rig = Rig::new(demo()).with_consent();
-    holding(&mut rig, Hold::Release, 300);
+    hold_for(&mut rig, Hold::Release, 300);
     assert_eq!(rig.session.phase(), Phase::Hold);
     assert_eq!(instruction(&rig), Instruction::ReleaseSwitch);
-    holding(&mut rig, Hold::Press, 300);
+    hold_for(&mut rig, Hold::Press, 300);
     assert_eq!(instruction(&rig), Instruction::HoldSwitch);
     assert_eq!(rig.begun_trials().len(), 0, "nothing is driven meanwhile");
-    holding(&mut rig, Hold::Held, 1);
+    hold_for(&mut rig, Hold::Held, 1);
     assert_eq!(rig.session.phase(), Phase::Baseline);
     for _ in 0..100_000 {
         if rig.session.phase() == Phase::Hold {
@@ -37,7 +37,7 @@ fn each_trial_waits_until_the_switch_was_released_and_is_held() {
         } else {
             Hold::Held
         };
-        holding(&mut rig, hold, 1);
+        hold_for(&mut rig, hold, 1);
     }
     assert_eq!(rig.session.phase(), Phase::Hold);
     assert_eq!(rig.begun_trials().len(), 1);
@@ -50,9 +50,9 @@ fn a_switch_that_nobody_holds_pauses_the_session() {
     let mut rig = Rig::new(demo()).with_consent();
     let longest_s = rig.protocol.timeouts.place_finger_s;
     let steps = (longest_s / STEP_S) as usize;
-    holding(&mut rig, Hold::Press, steps - 100);
+    hold_for(&mut rig, Hold::Press, steps - 100);
     assert_eq!(rig.session.phase(), Phase::Hold);
-    holding(&mut rig, Hold::Press, 300);
+    hold_for(&mut rig, Hold::Press, 300);
     assert_eq!(rig.session.phase(), Phase::Paused);
     assert!(rig.events().contains(&SessionEventKind::DeadManNotHeld));
     assert_eq!(rig.begun_trials().len(), 0);
@@ -69,13 +69,13 @@ fn a_switch_that_nobody_holds_pauses_the_session() {
 fn a_participant_who_let_go_is_told_so() {
     let mut rig = Rig::new(demo()).with_consent();
     while rig.session.phase() != Phase::Exploration {
-        holding(&mut rig, Hold::Held, 1);
+        hold_for(&mut rig, Hold::Held, 1);
     }
     rig.safety = Safety::Tripped("the dead-man switch was released".to_owned());
-    holding(&mut rig, Hold::Press, 1);
+    hold_for(&mut rig, Hold::Press, 1);
     assert_eq!(instruction(&rig), Instruction::SwitchReleased);
     rig.safety = Safety::Ok;
-    holding(&mut rig, Hold::Held, 500);
+    hold_for(&mut rig, Hold::Held, 500);
     assert_eq!(
         rig.session.phase(),
         Phase::Fault,

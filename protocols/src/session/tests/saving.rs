@@ -14,7 +14,7 @@ fn unsaved_in(phase: Phase) -> (Rig, TrialKey) {
     (rig, key)
 }
 
-fn not_saved() -> TrialOutcome {
+fn unsaved_outcome() -> TrialOutcome {
     let reason = FULL.to_owned();
     TrialOutcome::Interrupted {
         interruption: Interruption::NotSaved { reason },
@@ -77,11 +77,11 @@ fn a_trial_whose_recording_fails_in_any_phase_is_interrupted_and_repeated() {
         let stops = rig.fail(&key).contains(&Action::Drive(DriveRequest::Off));
         assert_eq!(stops, in_trial(phase), "{phase:?}");
         assert_eq!(rig.session.phase(), Phase::Paused, "{phase:?}");
-        assert_eq!(rig.outcomes(), [not_saved()], "{phase:?}");
+        assert_eq!(rig.outcomes(), [unsaved_outcome()], "{phase:?}");
         // The bench trips the drive, too.
         rig.step(|o| o.safety = Safety::Tripped("the recording failed".to_owned()));
         assert_eq!(rig.session.phase(), Phase::Fault, "{phase:?}");
-        assert_eq!(rig.outcomes(), [not_saved()], "{phase:?}");
+        assert_eq!(rig.outcomes(), [unsaved_outcome()], "{phase:?}");
         completes(rig);
     }
 }
@@ -95,7 +95,7 @@ fn a_recording_that_fails_while_the_session_is_halted_is_not_accepted_after_it()
         rig.step(|_| {});
         rig.fail(&key);
         assert_eq!(rig.session.phase(), Phase::Fault, "{phase:?}");
-        assert_eq!(rig.outcomes(), [not_saved()], "{phase:?}");
+        assert_eq!(rig.outcomes(), [unsaved_outcome()], "{phase:?}");
         completes(rig);
     }
 }
@@ -157,7 +157,7 @@ fn a_recording_that_fails_stays_failed() {
     let (mut rig, key) = unsaved_in(Phase::Verdict);
     rig.fail(&key);
     rig.step(|o| o.recording = Some((key, RecordingOutcome::Saved)));
-    assert_eq!(rig.outcomes(), [not_saved()]);
+    assert_eq!(rig.outcomes(), [unsaved_outcome()]);
     completes(rig);
 }
 
@@ -200,7 +200,7 @@ fn an_overruled_trial_too_is_kept_only_when_it_is_saved() {
             recording: Some((failed, RecordingOutcome::Failed(FULL.to_owned()))),
             ..Observation::default()
         });
-        assert_eq!(failing.records()[outcome_count].outcome, not_saved());
+        assert_eq!(failing.records()[outcome_count].outcome, unsaved_outcome());
     }
 }
 

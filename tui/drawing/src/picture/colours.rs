@@ -119,7 +119,7 @@ impl Paper {
         }
     }
 
-    pub(super) fn painted(self, cell: &Cell) -> Painted {
+    pub(super) fn paint(self, cell: &Cell) -> Painted {
         let has = |modifier| cell.modifier.contains(modifier);
         let mut ink = self.colour(cell.fg, self.ink());
         let mut ground = self.colour(cell.bg, self.ground());
@@ -127,7 +127,7 @@ impl Paper {
             std::mem::swap(&mut ink, &mut ground);
         }
         if has(Modifier::DIM) {
-            ink = ink.over(ground, 5);
+            ink = ink.blend(ground, 5);
         }
         Painted {
             ink,

@@ -75,7 +75,7 @@ impl Picture {
         let mut run: Option<Run> = None;
         for (x, symbol) in symbols(screen, y) {
             let cell = &screen[(x, y)];
-            let painted = self.paper.painted(cell);
+            let painted = self.paper.paint(cell);
             let cells = u32::from(cell.cell_width().max(1));
             let column = u32::from(x - screen.area.left());
             let left = MARGIN + column * CELL.0;

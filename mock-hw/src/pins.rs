@@ -184,10 +184,10 @@ impl PinBoard {
 
     /// Returns whether the amplifier passes the drive at simulated time `ns`.
     pub(crate) fn amplifier_on(&self, ns: u64) -> bool {
-        let closed = lock(&self.one_shot).runs_at(ns)
+        let is_closed = lock(&self.one_shot).runs_at(ns)
             && self.enable.load(Ordering::Acquire)
             && self.estop_healthy();
-        (closed || self.relay_welded.load(Ordering::Acquire))
+        (is_closed || self.relay_welded.load(Ordering::Acquire))
             && !self.amplifier_dead.load(Ordering::Acquire)
     }
 

@@ -19,7 +19,7 @@ const FINENESS: f64 = 512.0;
 pub(crate) struct SoundLayer {
     resampler: Option<[Stage; 2]>,
     /// Delayed samples of the drive.
-    waiting: VecDeque<f32>,
+    delay_line: VecDeque<f32>,
     inputs: Vec<usize>,
     slip: Option<Slipping>,
     /// A frame before its channels are reordered.
@@ -54,7 +54,7 @@ impl SoundLayer {
         });
         Self {
             resampler,
-            waiting: vec![0.0; (delay_s * rate_hz).round() as usize].into(),
+            delay_line: vec![0.0; (delay_s * rate_hz).round() as usize].into(),
             inputs: settings.inputs.clone(),
             slip: settings.slip.map(|slip| Slipping {
                 ring: vec![0.0; slip.samples],
@@ -68,11 +68,11 @@ impl SoundLayer {
 
     /// Changes the drive on its way to the card.
     pub fn play(&mut self, drive: &mut [f32]) {
-        if !self.waiting.is_empty() {
+        if !self.delay_line.is_empty() {
             for sample in drive.iter_mut() {
                 // One sample out for each one in: the queue never grows.
-                let output = self.waiting.pop_front().unwrap_or(0.0);
-                self.waiting.push_back(std::mem::replace(sample, output));
+                let output = self.delay_line.pop_front().unwrap_or(0.0);
+                self.delay_line.push_back(std::mem::replace(sample, output));
             }
         }
         let Some([down, up]) = &mut self.resampler else {
@@ -118,7 +118,7 @@ struct Stage {
     ring: Vec<f64>,
     inputs: u64,
     outputs: u64,
-    primed: bool,
+    is_primed: bool,
 }
 
 impl Stage {
@@ -135,7 +135,7 @@ impl Stage {
             ring: vec![0.0; 2 * half as usize + 8],
             inputs: 0,
             outputs: 0,
-            primed: false,
+            is_primed: false,
         }
     }
 
@@ -149,11 +149,11 @@ impl Stage {
     fn pull(&mut self) -> Option<f64> {
         let position = self.outputs as f64 * self.step;
         // Starts with two samples in reserve, so that no output is missing when inputs arrive unevenly.
-        let in_hand = if self.primed { 0.0 } else { 2.0 };
+        let in_hand = if self.is_primed { 0.0 } else { 2.0 };
         if (self.inputs as f64) < position + self.half + 1.0 + in_hand {
             return None;
         }
-        self.primed = true;
+        self.is_primed = true;
         self.outputs += 1;
         let first = (position - self.half).ceil().max(0.0) as u64;
         let last = (position + self.half).floor() as u64;
@@ -205,8 +205,8 @@ mod tests {
         };
         assert!(amplitude_at(&settings, 35e3, 35e3) < 1e-5);
         assert!(amplitude_at(&settings, 35e3, 13e3) < 1e-5);
-        let passed = amplitude_at(&settings, 15e3, 15e3);
-        assert!((passed - 0.5).abs() < 1e-4, "{passed}");
+        let passband = amplitude_at(&settings, 15e3, 15e3);
+        assert!((passband - 0.5).abs() < 1e-4, "{passband}");
     }
 
     #[test]
@@ -218,8 +218,8 @@ mod tests {
                 ..SoundLayerTable::default()
             };
             assert!(amplitude_at(&settings, 35e3, 35e3) < 1e-3, "{layer_hz}");
-            let folded = amplitude_at(&settings, 35e3, folded_hz);
-            assert!((folded - 0.5).abs() < 1e-3, "{layer_hz}: {folded}");
+            let alias = amplitude_at(&settings, 35e3, folded_hz);
+            assert!((alias - 0.5).abs() < 1e-3, "{layer_hz}: {alias}");
         }
     }
 

@@ -186,15 +186,15 @@ impl DryRun {
 
     /// Returns the bench's observation of the participant, who follows the screen.
     fn observe(&mut self) -> Observation {
-        let reacted = self.t_s - self.instructed_s >= REACTION_S;
+        let has_reacted = self.t_s - self.instructed_s >= REACTION_S;
         let mut button_pressed = false;
         if let Some(view) = &self.view {
             match view.instruction {
-                Instruction::PlaceFinger if reacted => self.finger_on = true,
-                Instruction::LiftFinger if reacted => self.finger_on = false,
+                Instruction::PlaceFinger if has_reacted => self.finger_on = true,
+                Instruction::LiftFinger if has_reacted => self.finger_on = false,
                 _ => {}
             }
-            button_pressed = view.button && reacted;
+            button_pressed = view.button && has_reacted;
         }
         let force = self.protocol.force;
         let consent = || OperatorCommand::ConsentGiven {

@@ -63,8 +63,8 @@ fn williams(n: usize) -> Vec<Vec<usize>> {
         return rows.collect();
     }
     rows.flat_map(|row| {
-        let mirrored = row.iter().rev().copied().collect();
-        [row, mirrored]
+        let mirror = row.iter().rev().copied().collect();
+        [row, mirror]
     })
     .collect()
 }
@@ -120,9 +120,9 @@ mod tests {
                 let schedule = conditions(order, n, blocks, participant, seed, stream("sub-01"));
                 prop_assert_eq!(schedule.len(), n * blocks as usize);
                 for block in schedule.chunks(n) {
-                    let mut sorted = block.to_vec();
-                    sorted.sort_unstable();
-                    prop_assert_eq!(sorted, (0..n).collect::<Vec<_>>());
+                    let mut indices = block.to_vec();
+                    indices.sort_unstable();
+                    prop_assert_eq!(indices, (0..n).collect::<Vec<_>>());
                 }
             }
         }

@@ -134,7 +134,7 @@ mod tests {
         let redo = TrialOutcome::Redo {
             reasons: vec![RedoReason::NotAnalysed],
         };
-        let mut interrupted = record(
+        let mut interruption_record = record(
             3,
             1,
             false,
@@ -143,14 +143,14 @@ mod tests {
             },
             0,
         );
-        interrupted.analysis = None;
+        interruption_record.analysis = None;
         let summary = SessionSummary::new(
             4,
             &[
                 record(1, 1, true, TrialOutcome::Accepted, 0),
                 record(2, 1, false, redo, 7),
                 record(2, 2, false, TrialOutcome::Accepted, 0),
-                interrupted,
+                interruption_record,
                 record(
                     3,
                     2,

@@ -124,15 +124,15 @@ fn an_exploration_that_was_not_measured_is_named_once() {
 
 #[test]
 fn a_mean_that_is_no_number_was_not_measured() {
-    let not_measured = [RedoReason::NotMeasured { exploration: 1 }];
+    let reasons_expected = [RedoReason::NotMeasured { exploration: 1 }];
     let nan = Some(f64::NAN);
     assert_eq!(
         reasons(|a| a.explorations[0].mean_normal_n = nan),
-        not_measured
+        reasons_expected
     );
     assert_eq!(
         reasons(|a| a.explorations[0].mean_speed_m_per_s = nan),
-        not_measured
+        reasons_expected
     );
     assert_eq!(
         reasons(|a| a.unloaded_mean_normal_n = nan),

@@ -208,11 +208,9 @@ impl InputReader {
     /// Returns how full the ring is, 0 to 1.
     #[must_use]
     pub fn ring_fill(&self) -> f64 {
-        let filled = |slots: usize, capacity: usize| slots as f64 / capacity as f64;
-        filled(self.samples.slots(), self.samples.buffer().capacity()).max(filled(
-            self.headers.slots(),
-            self.headers.buffer().capacity(),
-        ))
+        let fill = |slots: usize, capacity: usize| slots as f64 / capacity as f64;
+        fill(self.samples.slots(), self.samples.buffer().capacity())
+            .max(fill(self.headers.slots(), self.headers.buffer().capacity()))
     }
 
     /// Returns whether the input stream is closed; blocks may still be waiting.

@@ -157,25 +157,25 @@ mod tests {
 
     #[test]
     fn every_phase_survives() {
-        let (mut publisher, published) = channel();
+        let (mut publisher, reader) = channel();
         for n in 0..100 {
             publisher.publish(&state(n));
-            assert_eq!(published.read(), state(n));
+            assert_eq!(reader.read(), state(n));
         }
     }
 
     #[test]
     fn readers_never_see_half_a_state() {
-        let (mut publisher, published) = channel();
+        let (mut publisher, reader) = channel();
         publisher.publish(&state(0));
         std::thread::scope(|scope| {
             let last = 200_000;
             for _ in 0..2 {
-                let published = published.clone();
+                let reader = reader.clone();
                 scope.spawn(move || {
                     let mut newest = 0;
                     while newest < last {
-                        let snapshot = published.read();
+                        let snapshot = reader.read();
                         assert_eq!(snapshot, state(snapshot.frames));
                         assert!(snapshot.frames >= newest);
                         newest = snapshot.frames;

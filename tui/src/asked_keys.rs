@@ -75,8 +75,8 @@ fn delete(_: &State, ui: &mut Ui, _: KeyCode) -> Option<Action> {
 }
 
 fn enter(_: &State, ui: &mut Ui, _: KeyCode) -> Option<Action> {
-    let typed = std::mem::take(&mut ui.typed);
-    let reply = typed.parse().map_or(Reply::Ready, Reply::Number);
+    let text = std::mem::take(&mut ui.typed);
+    let reply = text.parse().map_or(Reply::Ready, Reply::Number);
     Some(Action::Answer(reply))
 }
 

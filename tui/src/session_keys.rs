@@ -219,7 +219,7 @@ fn is_accepted(state: &State) -> bool {
 }
 
 fn go_on(state: &State) -> Option<Meaning> {
-    let tripped = state.safety == Some(SafetyState::Tripped);
+    let is_tripped = state.safety == Some(SafetyState::Tripped);
     let kind = state.phase.kind;
     if state.session.replayed {
         return match kind {
@@ -232,7 +232,7 @@ fn go_on(state: &State) -> Option<Meaning> {
         return Meaning::action(Action::Ready, "you have seen the fault", "seen");
     }
     match kind {
-        _ if tripped => Meaning::explanation("tripped: remove the cause, then re-arm with x"),
+        _ if is_tripped => Meaning::explanation("tripped: remove the cause, then re-arm with x"),
         PhaseKind::Idle => Meaning::action(Action::Start, "start", "start"),
         PhaseKind::Ready => Meaning::action(Action::Ready, "the participant is ready", "ready"),
         PhaseKind::Rest => Meaning::action(Action::Ready, "end the rest", "go on"),
@@ -247,12 +247,12 @@ fn go_on(state: &State) -> Option<Meaning> {
 }
 
 fn pause(state: &State) -> Option<Meaning> {
-    let tripped = state.safety == Some(SafetyState::Tripped);
+    let is_tripped = state.safety == Some(SafetyState::Tripped);
     match state.phase.kind {
         PhaseKind::Paused if state.session.replayed => {
             Meaning::action(Action::Resume, "resume", "resume")
         }
-        PhaseKind::Paused if tripped => {
+        PhaseKind::Paused if is_tripped => {
             Meaning::explanation("tripped: remove the cause, then re-arm with x")
         }
         PhaseKind::Paused if state.display_lost.is_some() => Meaning::question(

@@ -72,14 +72,14 @@ pub fn run_operator(
     state.ui.ascii = is_ascii(|name| std::env::var_os(name));
     let desk = Arc::new(Desk::new(state));
     let reader = read_keys(TerminalKeys, &desk, actions, act)?;
-    let operated = operate(
+    let result = operate(
         (&mut terminal, operator_terminal::size),
         screen.frames(),
         &desk,
         events,
     );
     leave(&desk, &reader)?;
-    operated
+    result
 }
 
 /// Leaves the screen after a last check for keys.
@@ -88,8 +88,8 @@ pub fn run_operator(
 /// [`TerminalError::Terminal`] if the terminal is already gone.
 fn leave(desk: &Desk, reader: &thread::JoinHandle<()>) -> Result<(), TerminalError> {
     desk.leave();
-    let waited = Instant::now();
-    while !reader.is_finished() && waited.elapsed() < LAST_KEY {
+    let start = Instant::now();
+    while !reader.is_finished() && start.elapsed() < LAST_KEY {
         thread::sleep(Duration::from_millis(1));
     }
     desk.take_error().map_or(Ok(()), Err)
@@ -106,7 +106,7 @@ struct Desk {
     /// Whether the screen was closed.
     is_over: AtomicBool,
     /// Whether a page is being written.
-    writing: AtomicBool,
+    is_writing: AtomicBool,
     /// Error that ended the reading of keys.
     key_error: Mutex<Option<TerminalError>>,
 }
@@ -118,7 +118,7 @@ impl Desk {
             redraw: AtomicBool::new(false),
             key_pressed: AtomicBool::new(false),
             is_over: AtomicBool::new(false),
-            writing: AtomicBool::new(false),
+            is_writing: AtomicBool::new(false),
             key_error: Mutex::new(None),
         }
     }
@@ -180,7 +180,7 @@ fn read_keys(
 ) -> Result<thread::JoinHandle<()>, TerminalError> {
     let desk = Arc::clone(desk);
     let reader = thread::Builder::new().name("keys".to_owned());
-    let started = reader.spawn(move || {
+    let result = reader.spawn(move || {
         loop {
             // One more check after the screen is left: a closed terminal's signal may have ended the bench first.
             let is_last = desk.is_closed();
@@ -212,7 +212,7 @@ fn read_keys(
             }
         }
     });
-    started.map_err(TerminalError::failed("starting the thread that reads keys"))
+    result.map_err(TerminalError::failed("starting the thread that reads keys"))
 }
 
 /// Applies events and draws until the bench closes the screen or is gone, or the receiver of actions is dropped.
@@ -259,8 +259,8 @@ fn operate<B: Backend<Error = io::Error> + Write>(
             if desk.redraw.swap(false, Ordering::Relaxed) || now != area {
                 area = now;
                 // Not `clear`, which queries the terminal for its cursor and waits for the answer.
-                let resized = terminal.resize(area);
-                resized.map_err(TerminalError::failed("drawing"))?;
+                let result = terminal.resize(area);
+                result.map_err(TerminalError::failed("drawing"))?;
             }
             draw(terminal, desk)?;
         }
@@ -312,22 +312,22 @@ fn draw<B: Backend<Error = io::Error>>(
 /// Writes a page on a separate thread, since a disk may hang, and reports the result in a remark.
 fn write_page(desk: &Arc<Desk>, name: &'static str, theme: Theme, screen: Buffer) {
     let note = |desk: &Desk, text| desk.state().ui.note = Some(text);
-    if desk.writing.swap(true, Ordering::AcqRel) {
+    if desk.is_writing.swap(true, Ordering::AcqRel) {
         return note(desk, "the page before it is still being written".to_owned());
     }
     let writer = Arc::clone(desk);
-    let started = thread::Builder::new()
+    let result = thread::Builder::new()
         .name("page".to_owned())
         .spawn(move || {
             let text = match page_files::write(Path::new("."), name, theme, &screen) {
                 Ok(name) => format!("wrote {name}, and its text beside it"),
                 Err(error) => format!("the page is not written: {error}"),
             };
-            writer.writing.store(false, Ordering::Release);
+            writer.is_writing.store(false, Ordering::Release);
             note(&writer, text);
         });
-    if let Err(error) = started {
-        desk.writing.store(false, Ordering::Release);
+    if let Err(error) = result {
+        desk.is_writing.store(false, Ordering::Release);
         note(desk, format!("the page is not written: {error}"));
     }
 }
@@ -437,11 +437,11 @@ mod tests {
         let mut state = State::new(Theme::Colour);
         state.apply(&phase);
         let desk = Arc::new(Desk::new(state));
-        let acted: Arc<Mutex<Vec<Action>>> = Arc::default();
-        let log = Arc::clone(&acted);
-        let act = move |action: Option<&Action>| log.lock().unwrap().extend(action);
+        let log: Arc<Mutex<Vec<Action>>> = Arc::default();
+        let shared_log = Arc::clone(&log);
+        let act = move |action: Option<&Action>| shared_log.lock().unwrap().extend(action);
         let reader = read_keys(typed_keys("pryze"), &desk, operator, act).unwrap();
-        let answering = thread::spawn(move || {
+        let answer_thread = thread::spawn(move || {
             let requests: Vec<Action> = actions.iter().take(3).collect();
             bench.send(Event::Close).unwrap();
             requests
@@ -456,14 +456,14 @@ mod tests {
         assert!(desk.state().closed);
         desk.leave();
         reader.join().unwrap();
-        let requests = answering.join().unwrap();
+        let requests = answer_thread.join().unwrap();
         let redo = Action::Redo(crate::action::AttemptName {
             trial: 1,
             practice: false,
             attempt: 1,
         });
         assert_eq!(requests, [Action::Pause, redo, Action::EmergencyStop]);
-        assert_eq!(*acted.lock().unwrap(), requests);
+        assert_eq!(*log.lock().unwrap(), requests);
     }
 
     /// Fault 49.
@@ -472,18 +472,18 @@ mod tests {
     fn the_stop_key_and_a_confirmed_quit_act_while_nothing_is_drawn_and_nobody_takes_actions() {
         let desk = Arc::new(Desk::new(State::new(Theme::Colour)));
         let (operator, actions) = mpsc::channel();
-        let (acted, acts) = mpsc::channel();
-        let drawing = desk.state();
+        let (act_sender, acts) = mpsc::channel();
+        let lock = desk.state();
         let act = move |action: Option<&Action>| {
             action
                 .iter()
-                .for_each(|action| acted.send(**action).unwrap());
+                .for_each(|action| act_sender.send(**action).unwrap());
         };
         let reader = read_keys(typed_keys("e"), &desk, operator, act).unwrap();
         let patience = Duration::from_secs(60);
         let action = acts.recv_timeout(patience).expect("the lock is held");
         assert_eq!(action, Action::EmergencyStop);
-        drop(drawing);
+        drop(lock);
         assert_eq!(actions.recv_timeout(patience), Ok(Action::EmergencyStop));
         desk.leave();
         reader.join().unwrap();
@@ -494,11 +494,11 @@ mod tests {
             ..PhaseView::new(PhaseKind::Exploration)
         }));
         let (operator, _actions) = mpsc::channel();
-        let (acted, acts) = mpsc::channel();
+        let (act_sender, acts) = mpsc::channel();
         let act = move |action: Option<&Action>| {
             action
                 .iter()
-                .for_each(|action| acted.send(**action).unwrap());
+                .for_each(|action| act_sender.send(**action).unwrap());
         };
         let reader = read_keys(typed_keys("qy"), &desk, operator, act).unwrap();
         assert_eq!(acts.recv_timeout(patience), Ok(Action::Quit));
@@ -533,11 +533,11 @@ mod tests {
     fn a_terminal_that_goes_away_is_an_error_and_an_interruption() {
         let (_bench, events) = mpsc::channel();
         let (operator, _actions) = mpsc::channel();
-        let (acted, acts) = mpsc::channel();
+        let (act_sender, acts) = mpsc::channel();
         let act = move |action: Option<&Action>| {
             action
                 .iter()
-                .for_each(|action| acted.send(**action).unwrap());
+                .for_each(|action| act_sender.send(**action).unwrap());
         };
         let end = final_state(Gone, &events, operator, act);
         assert!(

@@ -350,11 +350,11 @@ impl State {
     /// Whether a participant's session runs, as opposed to `monitor`, drills and calibrations.
     #[must_use]
     pub fn in_session(&self) -> bool {
-        let watching = self.phase.trial == 0
+        let is_watching = self.phase.trial == 0
             && self.session.participant.is_none()
             && matches!(self.phase.kind, PhaseKind::Monitoring | PhaseKind::Paused);
         let taking_part = self.calibration.is_none() && !self.session.replayed;
-        taking_part && self.drill.is_none() && self.is_running() && !watching
+        taking_part && self.drill.is_none() && self.is_running() && !is_watching
     }
 
     /// Returns the calibration while its own page is shown.
@@ -394,11 +394,11 @@ impl State {
 
     /// Adds an attempt to the list unless it is there.
     fn list(&mut self, trial: u32, practice: bool, attempt: u32, condition: Option<String>) {
-        let listed =
+        let is_listed =
             self.trials.iter().rev().any(|line| {
                 (line.trial, line.practice, line.attempt) == (trial, practice, attempt)
             });
-        if !listed {
+        if !is_listed {
             self.trials.push(TrialLine {
                 trial,
                 practice,

@@ -177,7 +177,7 @@ fn the_slider_moves_by_eighths_of_a_column_in_the_terminals_own_foreground() {
         };
         let screen = draw(&view, 80, 24);
         let row = screen.content().chunks(80).nth(19).unwrap();
-        let mut filled: Vec<usize> = Vec::new();
+        let mut positions: Vec<usize> = Vec::new();
         for (x, cell) in row.iter().enumerate() {
             let part = eighths
                 .chars()
@@ -189,12 +189,12 @@ fn the_slider_moves_by_eighths_of_a_column_in_the_terminals_own_foreground() {
             assert_eq!(cell.fg, Color::Reset, "{slider_m}");
             let reversed = cell.modifier.contains(Modifier::REVERSED);
             let (from, to) = if reversed { (part, 8) } else { (0, part) };
-            filled.extend((from..to).map(|eighth| 8 * x + eighth));
+            positions.extend((from..to).map(|eighth| 8 * x + eighth));
         }
-        assert_eq!(filled.len(), 24, "{slider_m}: three columns wide");
-        let contiguous = filled.windows(2).all(|pair| pair[0] + 1 == pair[1]);
-        assert!(contiguous, "{slider_m}: {filled:?}");
-        filled[0]
+        assert_eq!(positions.len(), 24, "{slider_m}: three columns wide");
+        let contiguous = positions.windows(2).all(|pair| pair[0] + 1 == pair[1]);
+        assert!(contiguous, "{slider_m}: {positions:?}");
+        positions[0]
     };
     // 105 mm are 75 columns: 1.4 mm per column, 0.175 mm per eighth.
     let edges: Vec<usize> = (0..100).map(|i| edge(0.02 + 1e-4 * f64::from(i))).collect();
@@ -217,13 +217,13 @@ fn the_words_are_those_of_the_language() {
         let screen = text(&draw(&view, 80, 24));
         assert!(screen.contains(words), "{screen}");
     }
-    let repeated = ParticipantView {
+    let repeat_view = ParticipantView {
         repeat: Some(Repeat::TooSlow),
         practice: true,
         texts,
         ..view_with(Instruction::Wait)
     };
-    let screen = text(&draw(&repeated, 80, 24));
+    let screen = text(&draw(&repeat_view, 80, 24));
     assert!(screen.contains("Zu langsam: wir wiederholen"), "{screen}");
     assert!(screen.contains("Übung 3 von 10"), "{screen}");
 }

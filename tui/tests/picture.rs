@@ -181,9 +181,9 @@ proptest! {
         let picture = svg(&screen, &content, Paper::Light);
         prop_assert!(Document::parse(&picture).is_ok(), "{picture}");
         if !style.add_modifier.contains(Modifier::HIDDEN) {
-            let spelled = |text: &str| text.chars().filter(|c| c.is_alphanumeric()).collect::<String>();
+            let letters = |text: &str| text.chars().filter(|c| c.is_alphanumeric()).collect::<String>();
             let words_drawn: String = words(&picture).into_iter().map(|(word, ..)| word).collect();
-            prop_assert_eq!(spelled(&words_drawn), spelled(&text(&screen)));
+            prop_assert_eq!(letters(&words_drawn), letters(&text(&screen)));
         }
     }
 }

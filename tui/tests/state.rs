@@ -34,13 +34,11 @@ fn a_stored_session_replays_to_the_same_state() {
         .chain(synthetic::trip())
         .chain(synthetic::finish())
         .collect();
-    let stored: Vec<String> = events
+    let lines: Vec<String> = events
         .iter()
         .map(|event| serde_json::to_string(event).unwrap())
         .collect();
-    let read = stored
-        .iter()
-        .map(|line| serde_json::from_str(line).unwrap());
+    let read = lines.iter().map(|line| serde_json::from_str(line).unwrap());
     let state = state_after(events.iter().cloned());
     // Compared as drawn, because serde_json may read the last bit of a float differently.
     assert!(draw(&state_after(read)) == draw(&state));
@@ -118,13 +116,13 @@ fn values_grow_stale_by_the_screens_clock_not_by_their_own() {
     let stale = state_after([tick(100.0), live(3.0), tick(102.5)]);
     assert_eq!(stale.live_stale_s(), Some(2.5));
     // The bench still sends events, only live values are missing.
-    let mut speaking = stale;
-    speaking.apply(&Event::Log {
+    let mut state = stale;
+    state.apply(&Event::Log {
         level: LogLevel::Warning,
         text: "no audio".to_owned(),
     });
-    assert_eq!(speaking.silent_s(), None);
-    assert_eq!(speaking.live_stale_s(), Some(2.5));
+    assert_eq!(state.silent_s(), None);
+    assert_eq!(state.live_stale_s(), Some(2.5));
     // A bench that never sends an event counts as silent, too.
     assert_eq!(state_after([tick(7.0), tick(9.0)]).silent_s(), Some(2.0));
 }
@@ -132,7 +130,7 @@ fn values_grow_stale_by_the_screens_clock_not_by_their_own() {
 #[test]
 fn attempts_and_practice_are_listed_apart() {
     let state = state_after(synthetic::session().into_iter().map(|(_, event)| event));
-    let listed: Vec<_> = state
+    let trials: Vec<_> = state
         .trials
         .iter()
         .map(|line| {
@@ -141,7 +139,7 @@ fn attempts_and_practice_are_listed_apart() {
         })
         .collect();
     assert_eq!(
-        listed,
+        trials,
         [
             (1, true, 1, Some(true)),
             (1, false, 1, Some(true)),
@@ -217,16 +215,16 @@ fn control_characters_reach_no_cell_and_the_log_shows_them() {
             text: format!("evil{EVIL}"),
         },
     ]);
-    let ended = Event::Finished {
+    let end_event = Event::Finished {
         summary: vec![format!("evil{EVIL}")],
     };
     let mut finished = evil_state.clone();
-    finished.apply(&ended);
+    finished.apply(&end_event);
     for state in [&evil_state, &finished] {
         let screen = draw(state);
         let cells: Vec<&str> = screen.content.iter().map(|cell| cell.symbol()).collect();
-        let obeyed = |c: char| c.is_control() || c == '\u{202e}';
-        assert!(cells.iter().all(|symbol| !symbol.contains(obeyed)));
+        let is_obeyed = |c: char| c.is_control() || c == '\u{202e}';
+        assert!(cells.iter().all(|symbol| !symbol.contains(is_obeyed)));
         assert!(cells.concat().contains("evil"));
     }
     assert!(

@@ -109,7 +109,7 @@ fn read(handle: *mut c_void, frames: usize, timeout: f64, volts: &mut [f64]) -> 
         };
         let channels = task.channels.len();
         let count = frames * channels;
-        if task.kind != Kind::Input || !task.started || volts.len() < count {
+        if task.kind != Kind::Input || !task.is_started || volts.len() < count {
             return (0, status(Err(BAD_VALUE)));
         }
         let now = Instant::now();
@@ -118,7 +118,7 @@ fn read(handle: *mut c_void, frames: usize, timeout: f64, volts: &mut [f64]) -> 
             return (0, status(Err(code)));
         }
         if enough || now >= deadline {
-            task.awaited = None;
+            task.read_request = None;
             // After a timeout the frames received so far are returned.
             let read_count = count.min(task.buffer_v.len() / channels * channels);
             for (to, from) in volts.iter_mut().zip(task.buffer_v.drain(..read_count)) {
@@ -128,7 +128,7 @@ fn read(handle: *mut c_void, frames: usize, timeout: f64, volts: &mut [f64]) -> 
             let result = if enough { Ok(()) } else { Err(SAMPLES_PENDING) };
             return (read_count / channels, status(result));
         }
-        task.awaited = Some(count);
+        task.read_request = Some(count);
         CHANGED.notify_all();
         twin = twin.wait(deadline - now);
     }

@@ -75,7 +75,7 @@ pub unsafe extern "C" fn DAQmxCreateDOChan(
 /// Returns the line of the apparatus behind the first line of a started task.
 fn line(twin: &mut Twin, handle: *mut c_void, kind: Kind) -> Result<u32, i32> {
     let task = twin.task(handle)?;
-    if task.kind != kind || !task.started {
+    if task.kind != kind || !task.is_started {
         return Err(BAD_VALUE);
     }
     let number = task.channels.first().ok_or(BAD_VALUE)?.number;
@@ -187,7 +187,7 @@ pub unsafe extern "C" fn DAQmxReadCounterScalarU32(
 ) -> i32 {
     let mut twin = lock();
     let zero = twin.task(handle).and_then(|task| {
-        let counts = task.kind == Kind::Counter && task.started;
+        let counts = task.kind == Kind::Counter && task.is_started;
         counts.then_some(task.zero).ok_or(BAD_VALUE)
     });
     let result = zero.and_then(|zero| {

@@ -68,10 +68,10 @@ impl Timetable {
         } else {
             (2.0 * length_m.abs() - lap_m, -1.0)
         };
-        let sliding = on_plate_s > self.slide_after_s;
+        let is_sliding = on_plate_s > self.slide_after_s;
         FingerState {
             position_m: self.from_m + distance_m * length_m.signum(),
-            velocity_m_per_s: if sliding {
+            velocity_m_per_s: if is_sliding {
                 way * self.speed_m_per_s * length_m.signum()
             } else {
                 0.0

@@ -177,7 +177,7 @@ pub(super) struct Track<S> {
     skip: u64,
     /// Number of coming frames to replace by NaN.
     nan_frames: u64,
-    halted: bool,
+    is_halted: bool,
 }
 
 impl<S> Default for Track<S> {
@@ -187,7 +187,7 @@ impl<S> Default for Track<S> {
             errors: VecDeque::new(),
             skip: 0,
             nan_frames: 0,
-            halted: false,
+            is_halted: false,
         }
     }
 }
@@ -225,8 +225,8 @@ impl<S: Opened> Track<S> {
         self.nan_frames += frames;
     }
 
-    pub(super) fn halt(&mut self, halted: bool) {
-        self.halted = halted;
+    pub(super) fn halt(&mut self, is_halted: bool) {
+        self.is_halted = is_halted;
     }
 
     /// Reports pending errors, then returns the stream if it runs.
@@ -239,7 +239,7 @@ impl<S: Opened> Track<S> {
             stream.rewind();
             return None;
         }
-        (!self.halted).then_some((stream, &mut self.skip))
+        (!self.is_halted).then_some((stream, &mut self.skip))
     }
 }
 
@@ -259,7 +259,7 @@ impl Track<OutputStream> {
         let Some((stream, skip)) = self.playing_stream() else {
             return 0;
         };
-        let mut played = 0;
+        let mut played_frames = 0;
         for frame in 0..frames {
             if stream.buffer.cursor == stream.buffer.frames {
                 if *skip > 0 {
@@ -271,9 +271,9 @@ impl Track<OutputStream> {
             let buffer = &mut stream.buffer;
             first_channel(frame, buffer.samples.get(buffer.cursor * buffer.channels));
             buffer.cursor += 1;
-            played += 1;
+            played_frames += 1;
         }
-        played
+        played_frames
     }
 }
 
@@ -333,8 +333,8 @@ mod tests {
                 assert!(error <= resolution, "{format}: {value} is off by {error}");
             }
             samples.set(0, 1.5);
-            let clipped = samples.get(0);
-            assert_eq!(clipped > 1.0, format == SampleFormat::F32, "{format}");
+            let clip_level = samples.get(0);
+            assert_eq!(clip_level > 1.0, format == SampleFormat::F32, "{format}");
         }
         assert!(StreamSamples::new(SampleFormat::F64, 1).is_none());
     }

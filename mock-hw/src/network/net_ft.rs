@@ -129,18 +129,18 @@ impl NetFt {
             return self.send(b"HTTP/1.1 400 Bad Request\r\n\r\n");
         }
         let wrong_size = take_one(&mut faults.wrong_size);
-        let repeated = take_one(&mut faults.repeat);
-        let reordered = self.delayed_record.is_none() && take_one(&mut faults.reorder);
+        let is_repeat = take_one(&mut faults.repeat);
+        let is_reordered = self.delayed_record.is_none() && take_one(&mut faults.reorder);
         let mut record = self.record(sample).to_vec();
         if wrong_size {
             record.truncate(RECORD_LEN - 1 - self.records as usize % 30);
         }
-        if reordered {
+        if is_reordered {
             self.delayed_record = Some(record);
             return Ok(());
         }
         self.send(&record)?;
-        if repeated {
+        if is_repeat {
             self.send(&record)?;
         }
         match self.delayed_record.take() {
@@ -151,7 +151,7 @@ impl NetFt {
 
     /// Encodes a sample: the sensor's face points up, its x axis along the plate.
     fn record(&self, sample: &SensorSample) -> [u8; RECORD_LEN] {
-        let saturated =
+        let is_saturated =
             self.faults.saturated || sample.normal_saturated || sample.lateral_saturated;
         let press_n = if self.faults.saturated {
             self.range_n
@@ -167,7 +167,7 @@ impl NetFt {
             counts(LEVER_M * press_n),
             counts(-LEVER_M * sample.lateral_n),
         ];
-        let status = self.faults.status | if saturated { SATURATION } else { 0 };
+        let status = self.faults.status | if is_saturated { SATURATION } else { 0 };
         let mut record = [0; RECORD_LEN];
         let words = [self.records, self.samples, status].into_iter();
         let words = words.chain(axes.map(|counts| counts as u32));
@@ -191,7 +191,7 @@ impl NetFt {
             {
                 Ok(())
             }
-            sent => sent.map(|_| ()),
+            result => result.map(|_| ()),
         }
     }
 }

@@ -186,9 +186,9 @@ impl ForceDevice {
                 raw[15] = status(sample);
                 let crc = CRC.checksum(&raw[..16]);
                 raw[16..].copy_from_slice(&crc.to_le_bytes());
-                let mut stuffed = [0; FRAME_BYTES + 1];
-                let length = cobs::encode(&raw, &mut stuffed);
-                self.frame.extend_from_slice(&stuffed[..length]);
+                let mut stuffing = [0; FRAME_BYTES + 1];
+                let length = cobs::encode(&raw, &mut stuffing);
+                self.frame.extend_from_slice(&stuffing[..length]);
                 self.frame.push(0);
             }
             ForceProtocol::Lines => {

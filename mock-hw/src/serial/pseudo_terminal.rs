@@ -98,14 +98,14 @@ impl SerialLine {
         let Some(ends) = &mut self.ends else {
             return Ok(());
         };
-        let mut waiting = rustix::io::ioctl_fionread(&ends.bench)?;
-        if waiting < self.untouched_bytes {
+        let mut unread_bytes = rustix::io::ioctl_fionread(&ends.bench)?;
+        if unread_bytes < self.untouched_bytes {
             self.last_read_s = now_s;
         } else if now_s - self.last_read_s > UNATTENDED_S {
             // A bench that opens the port finds fresh samples instead of those buffered by the kernel.
             rustix::termios::tcflush(&ends.device, QueueSelector::OFlush)?;
             rustix::termios::tcflush(&ends.bench, QueueSelector::IFlush)?;
-            waiting = 0;
+            unread_bytes = 0;
         }
         let sent_bytes = match ends.device.write(burst) {
             Ok(sent_bytes) => sent_bytes,
@@ -113,7 +113,7 @@ impl SerialLine {
             Err(e) => return Err(e),
         };
         self.dropped_bytes += (burst.len() - sent_bytes) as u64;
-        self.untouched_bytes = (waiting + sent_bytes as u64).min(READABLE_BYTES);
+        self.untouched_bytes = (unread_bytes + sent_bytes as u64).min(READABLE_BYTES);
         if self.synchronous {
             wait_for(&ends.bench, self.untouched_bytes)?;
         }

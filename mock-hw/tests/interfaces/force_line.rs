@@ -44,11 +44,11 @@ fn unstuff(block: &[u8]) -> Option<Vec<u8>> {
 fn crc16(bytes: &[u8]) -> u16 {
     bytes.iter().fold(0xFFFF, |crc, byte| {
         (0..8).fold(crc ^ (u16::from(*byte) << 8), |crc, _| {
-            let shifted = crc << 1;
+            let shift = crc << 1;
             if crc & 0x8000 != 0 {
-                shifted ^ 0x1021
+                shift ^ 0x1021
             } else {
-                shifted
+                shift
             }
         })
     })
@@ -75,12 +75,12 @@ fn decode(block: &[u8]) -> Option<Frame> {
 /// Returns the valid frames of a stream, and the number of invalid ones.
 pub fn frames(bytes: &[u8]) -> (Vec<Frame>, usize) {
     let blocks: Vec<_> = bytes.split_inclusive(|b| *b == 0).collect();
-    let decoded: Vec<_> = blocks
+    let frames: Vec<_> = blocks
         .iter()
         .map(|block| block.strip_suffix(&[0]).and_then(decode))
         .collect();
-    let bad = decoded.iter().filter(|f| f.is_none()).count();
-    (decoded.into_iter().flatten().collect(), bad)
+    let bad = frames.iter().filter(|f| f.is_none()).count();
+    (frames.into_iter().flatten().collect(), bad)
 }
 
 /// Steps for `seconds` and reads all bytes after every step, as the bench does.
@@ -232,10 +232,10 @@ fn faults_on_the_wire_are_seen_as_what_they_are() {
         .map(|pair| pair[1].sequence.wrapping_sub(pair[0].sequence))
         .collect();
     let lost: u16 = steps.iter().map(|step| step.saturating_sub(1)).sum();
-    let repeated = steps.iter().filter(|step| **step == 0).count();
+    let repeat_count = steps.iter().filter(|step| **step == 0).count();
     assert_eq!(lost, 3 + 2, "dropped and corrupted frames are missing");
     assert!(bad >= 2, "{bad} blocks fail their checksum");
-    assert_eq!(repeated, 4);
+    assert_eq!(repeat_count, 4);
 
     faults.force(ForceFault::Silent(true));
     listen(&mut apparatus, port.as_mut(), 0.01);

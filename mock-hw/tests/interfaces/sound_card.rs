@@ -70,9 +70,9 @@ fn the_device_offers_what_it_accepts_and_nothing_else() {
     scenario.converter.channels = 8;
     let apparatus = stepped(scenario, 1);
     let bench = device(&apparatus, BENCH_ID);
-    let mut offered = 0;
+    let mut offer_count = 0;
     for range in bench.supported_input_configs().unwrap() {
-        offered += 1;
+        offer_count += 1;
         let config = range.with_max_sample_rate();
         let stream = bench.build_input_stream_raw(
             config.config(),
@@ -83,7 +83,7 @@ fn the_device_offers_what_it_accepts_and_nothing_else() {
         );
         assert!(stream.is_ok(), "{config:?}");
     }
-    assert_eq!(offered, 8 * 2 * 3, "channels, rates, formats");
+    assert_eq!(offer_count, 8 * 2 * 3, "channels, rates, formats");
     assert!(!device(&apparatus, SPEAKERS_ID).supports_input());
 }
 

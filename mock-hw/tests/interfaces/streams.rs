@@ -78,8 +78,8 @@ pub fn record(
             move |samples: &Data, info| {
                 let mut recorded = data.lock().unwrap();
                 recorded.bytes.extend_from_slice(samples.bytes());
-                let captured = info.timestamp().capture;
-                recorded.captured_ns.push(captured.as_nanos());
+                let capture_time = info.timestamp().capture;
+                recorded.captured_ns.push(capture_time.as_nanos());
             },
             move |error| errors.lock().unwrap().errors.push(error.kind()),
             None,

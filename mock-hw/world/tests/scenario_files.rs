@@ -56,13 +56,13 @@ fn the_truth_of_a_run_is_written_once_and_reads_back() {
     let folder = tempfile::tempdir().unwrap();
     let mut plant = Plant::new(&shipped_scenario("nominal.toml"), 1, 192e3);
     let mut truth = TruthWriter::create(folder.path(), &plant.constants()).unwrap();
-    let pressing = FingerState {
+    let finger = FingerState {
         normal_n: 0.65,
         touching: true,
         ..FingerState::default()
     };
     for _ in 0..20 {
-        plant.step(&[0.0; 1920], true, &pressing, &mut [0.0; 1920 * 4]);
+        plant.step(&[0.0; 1920], true, &finger, &mut [0.0; 1920 * 4]);
         truth.record(plant.truth()).unwrap();
     }
     truth.finish().unwrap();

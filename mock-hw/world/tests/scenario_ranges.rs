@@ -187,12 +187,12 @@ fn require_rejection(path: &str, value: &str, limits: (f64, f64)) {
 
 /// Returns the dotted paths of all numbers in a table.
 fn numbers(table: &toml::Table, path: &str) -> Vec<String> {
-    let dotted = |key: &str| format!("{path}{key}");
+    let path_of = |key: &str| format!("{path}{key}");
     table
         .iter()
         .flat_map(|(key, value)| match value {
-            toml::Value::Table(inner) => numbers(inner, &format!("{}.", dotted(key))),
-            toml::Value::Float(_) => vec![dotted(key)],
+            toml::Value::Table(inner) => numbers(inner, &format!("{}.", path_of(key))),
+            toml::Value::Float(_) => vec![path_of(key)],
             _ => Vec::new(),
         })
         .collect()

@@ -141,13 +141,13 @@ fn a_scenario_survives_writing_and_reading() {
 fn jitter_is_off_by_default_deterministic_and_within_its_limits() {
     let nominal = Scenario::default();
     assert_eq!(nominal.realised(7), nominal);
-    let mut jittered = nominal.clone();
-    jittered.jitter.enabled = true;
-    assert_eq!(jittered.realised(7), jittered.realised(7));
-    assert_ne!(jittered.realised(7), jittered.realised(8));
-    assert_eq!(jittered.realised(7).realised(7), jittered.realised(7));
+    let mut scenario = nominal.clone();
+    scenario.jitter.enabled = true;
+    assert_eq!(scenario.realised(7), scenario.realised(7));
+    assert_ne!(scenario.realised(7), scenario.realised(8));
+    assert_eq!(scenario.realised(7).realised(7), scenario.realised(7));
     for seed in 0..200 {
-        let r = jittered.realised(seed);
+        let r = scenario.realised(seed);
         let q = r.plate.omega_rad_per_s() * r.plate.modal_mass_kg / r.plate.damping_n_s_per_m;
         assert!((150.0..=350.0).contains(&q));
         assert!((r.plate.resonance_hz - 35e3).abs() <= 300.0);
@@ -186,22 +186,22 @@ fn every_built_in_scenario_reads() {
 
 #[test]
 fn an_unknown_name_suggests_the_nearest_one_also_by_a_part_of_it() {
-    let suggested = |name: &str| match built_in(name) {
+    let suggestion = |name: &str| match built_in(name) {
         Err(ScenarioError::UnknownName { nearest, known, .. }) => {
             assert_eq!(known, built_in_names());
             nearest
         }
         result => panic!("{result:?}"),
     };
-    assert_eq!(suggested("nominl").as_deref(), Some("nominal"));
-    assert_eq!(suggested("late").as_deref(), Some("participant-late"));
-    assert_eq!(suggested("unknown").as_deref(), Some("bench-unknown"));
-    assert_eq!(suggested("adhesion").as_deref(), Some("laws/adhesion"));
+    assert_eq!(suggestion("nominl").as_deref(), Some("nominal"));
+    assert_eq!(suggestion("late").as_deref(), Some("participant-late"));
+    assert_eq!(suggestion("unknown").as_deref(), Some("bench-unknown"));
+    assert_eq!(suggestion("adhesion").as_deref(), Some("laws/adhesion"));
     assert_eq!(
-        suggested("laws/film-leak").as_deref(),
+        suggestion("laws/film-leak").as_deref(),
         Some("laws/film-leaks")
     );
-    assert_eq!(suggested("xyzzy"), None);
+    assert_eq!(suggestion("xyzzy"), None);
     assert_eq!(
         built_in("nominl").unwrap_err().to_string(),
         format!(

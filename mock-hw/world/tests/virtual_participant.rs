@@ -182,13 +182,13 @@ fn velocity_is_the_derivative_of_position() {
     let acts = session.explore();
     for pair in acts.windows(51) {
         let travel_m = pair[50].finger.position_m - pair[0].finger.position_m;
-        let integrated: f64 = pair[1..]
+        let integral_m: f64 = pair[1..]
             .iter()
             .map(|a| a.finger.velocity_m_per_s * DT_S)
             .sum();
         assert!(
-            (travel_m - integrated).abs() < 0.1e-3,
-            "{travel_m} {integrated}"
+            (travel_m - integral_m).abs() < 0.1e-3,
+            "{travel_m} {integral_m}"
         );
     }
 }
@@ -277,7 +277,7 @@ fn lapses_come_as_often_as_the_scenario_says() {
         late_start_s: 1.0,
         ..attentive()
     };
-    let lifting = BehaviourTable {
+    let lift_offs = BehaviourTable {
         lift_off_probability: 0.3,
         ..attentive()
     };
@@ -286,7 +286,7 @@ fn lapses_come_as_often_as_the_scenario_says() {
             .iter()
             .all(|a| a.finger.velocity_m_per_s < 0.02)
     };
-    let has_lifted = |seed: &u64| acts(&lifting, *seed).iter().any(|a| !a.finger.touching);
+    let has_lifted = |seed: &u64| acts(&lift_offs, *seed).iter().any(|a| !a.finger.touching);
     let late_count = (0..100).filter(is_late).count();
     let lifted_count = (0..100).filter(has_lifted).count();
     // Three standard deviations of a binomial of 100 at 0.3.

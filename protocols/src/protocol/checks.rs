@@ -80,8 +80,8 @@ fn check_count(key: &str, count: u64, low: u64, high: u64) -> Checked {
 }
 
 fn short_name(key: &str, name: &str) -> Checked {
-    let allowed = |b: u8| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'-' || b == b'_';
-    if (1..=64).contains(&name.len()) && name.bytes().all(allowed) {
+    let is_allowed = |b: u8| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'-' || b == b'_';
+    if (1..=64).contains(&name.len()) && name.bytes().all(is_allowed) {
         return Ok(());
     }
     Err(BrokenRule::Name {
@@ -153,16 +153,16 @@ fn conditions(base: &Drive, raw: Vec<RawCondition>) -> Result<Vec<Condition>, Br
             let table = format!("conditions.{i}");
             short_name(&format!("{table}.name"), &raw.name)?;
             unique(&format!("{table}.name"), &raw.name, &mut names)?;
-            let merged = Drive {
+            let full_drive = Drive {
                 carrier: raw.carrier.unwrap_or(base.carrier),
                 mean_amplitude_v: raw.mean_amplitude_v.unwrap_or(base.mean_amplitude_v),
                 modulation_hz: raw.modulation_hz.unwrap_or(base.modulation_hz),
                 modulation_index: raw.modulation_index.unwrap_or(base.modulation_index),
             };
-            drive(&table, &merged)?;
+            drive(&table, &full_drive)?;
             Ok(Condition {
                 name: raw.name,
-                drive: merged,
+                drive: full_drive,
             })
         })
         .collect()

@@ -67,17 +67,17 @@ fn bridge(series: &ExplorationSeries<'_>) -> Option<Vec<f64>> {
     };
     let usable_frames: Vec<usize> = (0..series.time_s.len()).filter(|&i| usable(i)).collect();
     let (first, last) = (*usable_frames.first()?, *usable_frames.last()?);
-    let mut bridged = series.amplitude_m.to_vec();
-    bridged[..first].fill(series.amplitude_m[first]);
-    bridged[last + 1..].fill(series.amplitude_m[last]);
+    let mut amplitude_m = series.amplitude_m.to_vec();
+    amplitude_m[..first].fill(series.amplitude_m[first]);
+    amplitude_m[last + 1..].fill(series.amplitude_m[last]);
     for pair in usable_frames.windows(2) {
         let (a, b) = (pair[0], pair[1]);
-        let slope = (bridged[b] - bridged[a]) / (b - a) as f64;
+        let slope = (amplitude_m[b] - amplitude_m[a]) / (b - a) as f64;
         for i in a + 1..b {
-            bridged[i] = bridged[a] + slope * (i - a) as f64;
+            amplitude_m[i] = amplitude_m[a] + slope * (i - a) as f64;
         }
     }
-    Some(bridged)
+    Some(amplitude_m)
 }
 
 /// Smooths by a centred Hann window of `2 half + 1` frames; at the ends, by the normalised part of it that lies inside.
@@ -98,9 +98,10 @@ fn smooth(x: &[f64], half: usize) -> Vec<f64> {
 
 /// Returns the change of amplitude that confirms a turning point, m.
 fn swing_that_turns(x: &[f64]) -> f64 {
-    let mut sorted = x.to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let quantile = |q: f64| sorted[(q * (sorted.len() - 1) as f64).round() as usize];
+    let mut order_statistics = x.to_vec();
+    order_statistics.sort_unstable_by(f64::total_cmp);
+    let quantile =
+        |q: f64| order_statistics[(q * (order_statistics.len() - 1) as f64).round() as usize];
     let (low, high) = (quantile(0.02), quantile(0.98));
     (TURN_PART_OF_RANGE * (high - low)).max(TURN_PART_OF_AMPLITUDE * high)
 }

@@ -118,27 +118,33 @@ fn check_validity(series: &ExplorationSeries<'_>, frames: &Range<usize>) -> Resu
             .filter(|v| **v == kind)
             .count()
     };
-    let lost = frames
+    let lost_frames = frames
         .clone()
         .filter(|&i| {
             series.validity[i] == Validity::LostSamples
                 || (series.validity[i] == Validity::Valid && !series.amplitude_m[i].is_finite())
         })
         .count();
-    if lost > 0 {
-        return Err(Rejection::LostSamples { frames: lost });
+    if lost_frames > 0 {
+        return Err(Rejection::LostSamples {
+            frames: lost_frames,
+        });
     }
-    let clipped = count(Validity::Clipped);
-    if clipped > 0 {
-        return Err(Rejection::Clipped { frames: clipped });
+    let clipped_frames = count(Validity::Clipped);
+    if clipped_frames > 0 {
+        return Err(Rejection::Clipped {
+            frames: clipped_frames,
+        });
     }
-    let broken_off = count(Validity::DriveGap);
-    if broken_off > 0 {
-        return Err(Rejection::DriveGap { frames: broken_off });
+    let gap_frames = count(Validity::DriveGap);
+    if gap_frames > 0 {
+        return Err(Rejection::DriveGap { frames: gap_frames });
     }
-    let saturated = count(Validity::ForceSaturated);
-    if saturated > 0 {
-        return Err(Rejection::ForceSaturated { frames: saturated });
+    let saturated_frames = count(Validity::ForceSaturated);
+    if saturated_frames > 0 {
+        return Err(Rejection::ForceSaturated {
+            frames: saturated_frames,
+        });
     }
     let noise_frames = count(Validity::BelowNoise);
     if noise_frames as f64 > BELOW_NOISE_PART * frames.len() as f64 {
@@ -153,7 +159,7 @@ fn check_measurement(
     series: &ExplorationSeries<'_>,
     frames: &Range<usize>,
 ) -> Result<(), Rejection> {
-    let missing = frames
+    let missing_frames = frames
         .clone()
         .filter(|&i| {
             !(series.position_m[i].is_finite()
@@ -161,8 +167,10 @@ fn check_measurement(
                 && series.normal_n[i].is_finite())
         })
         .count();
-    if missing > 0 || frames.is_empty() {
-        return Err(Rejection::NotMeasured { frames: missing });
+    if missing_frames > 0 || frames.is_empty() {
+        return Err(Rejection::NotMeasured {
+            frames: missing_frames,
+        });
     }
     Ok(())
 }

@@ -133,9 +133,9 @@ impl Attempts {
 
     /// Returns the number of the next or running trial, and of the one after it; past the end, the number after the last trial.
     pub(super) fn next_numbers(&self) -> (u32, u32) {
-        let following = (self.cursor + 1..self.plan.len()).find(|&index| !self.is_settled[index]);
-        let following = following.unwrap_or(self.plan.len());
-        (self.cursor as u32 + 1, following as u32 + 1)
+        let next_index = (self.cursor + 1..self.plan.len()).find(|&index| !self.is_settled[index]);
+        let next_index = next_index.unwrap_or(self.plan.len());
+        (self.cursor as u32 + 1, next_index as u32 + 1)
     }
 
     /// Returns the condition of the next or running trial.
@@ -151,7 +151,7 @@ impl Attempts {
     /// # Panics
     /// If every trial is settled.
     pub(super) fn next_key(&self) -> TrialKey {
-        let planned = &self.plan[self.cursor];
+        let trial = &self.plan[self.cursor];
         let number = self.cursor as u32 + 1;
         let attempts = self
             .records
@@ -162,8 +162,8 @@ impl Attempts {
         TrialKey {
             number,
             attempt: last.max().unwrap_or(0) + 1,
-            practice: planned.practice,
-            condition: planned.condition.name.clone(),
+            practice: trial.practice,
+            condition: trial.condition.name.clone(),
         }
     }
 

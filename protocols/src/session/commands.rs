@@ -123,7 +123,7 @@ impl Session {
             OperatorCommand::ConsentGiven { by } => self.consent(by, out),
             OperatorCommand::Continue => match self.phase() {
                 Phase::Ready if self.finger != Some(true) => Err(Refusal::NoFinger),
-                Phase::Verdict if self.asking => Err(Refusal::NotWaiting),
+                Phase::Verdict if self.is_asking => Err(Refusal::NotWaiting),
                 Phase::Welcome | Phase::Ready | Phase::Rest | Phase::Verdict => Ok(()),
                 _ => Err(Refusal::NotWaiting),
             },
@@ -156,7 +156,7 @@ impl Session {
 
     fn pause(&mut self, out: &mut StepActions) -> Result<(), Refusal> {
         if let State::Trial { open, .. } = &self.state {
-            if !std::mem::replace(&mut self.pausing, true) {
+            if !std::mem::replace(&mut self.is_pause_due, true) {
                 let key = open.key.clone();
                 out.log(SessionEventKind::PauseAwaited { key });
             }
@@ -192,7 +192,7 @@ impl Session {
     }
 
     fn halt(&mut self, fault: bool, interruption: Interruption, out: &mut StepActions) {
-        self.pausing = false;
+        self.is_pause_due = false;
         if fault {
             out.push(Action::Drive(DriveRequest::Off));
         }
@@ -209,7 +209,7 @@ impl Session {
     }
 
     fn leave_halt(&mut self, safety: &Safety, out: &mut StepActions) -> Result<(), Refusal> {
-        if std::mem::take(&mut self.pausing) {
+        if std::mem::take(&mut self.is_pause_due) {
             return Ok(());
         }
         let State::Halted { fault, sequel } = &self.state else {
@@ -253,7 +253,7 @@ impl Session {
         self.state = match self.take_state() {
             State::Trial { open, .. } => {
                 self.interrupt(open, Interruption::Redo, out);
-                if std::mem::take(&mut self.pausing) {
+                if std::mem::take(&mut self.is_pause_due) {
                     self.paused_before_trial()
                 } else {
                     self.enter_trial(out)

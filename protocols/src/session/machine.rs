@@ -61,23 +61,23 @@ pub struct Session {
     /// Why the participant cannot see the screen.
     pub(super) display_lost: Option<String>,
     /// Whether an operator watches.
-    pub(super) attended: bool,
+    pub(super) is_attended: bool,
     /// Whether the operator must answer a question before the next trial.
-    pub(super) asking: bool,
+    pub(super) is_asking: bool,
     /// Whether the session pauses at the end of the attempt.
-    pub(super) pausing: bool,
+    pub(super) is_pause_due: bool,
     /// Time after which the hour's driving time allows another trial, s.
     pub(super) drive_wait_s: f64,
     /// Attempt with an analysis under way.
-    pub(super) awaited: Option<TrialKey>,
+    pub(super) analysis_key: Option<TrialKey>,
     /// Its analysis, after it has arrived.
     pub(super) analysis: Option<TrialAnalysis>,
     /// Outcome of the current attempt's recording, if known.
-    pub(super) recorded: Option<RecordingOutcome>,
+    pub(super) recording_outcome: Option<RecordingOutcome>,
     /// Audio that is not on the disk yet, or time since the recorder last answered, s.
     pub(super) recorder_lag_s: f64,
     /// Whether the first step was made.
-    pub(super) started: bool,
+    pub(super) has_started: bool,
     pub(super) state: State,
 }
 
@@ -121,15 +121,15 @@ impl Session {
             hold: None,
             let_go: false,
             display_lost: None,
-            attended: false,
-            asking: false,
-            pausing: false,
+            is_attended: false,
+            is_asking: false,
+            is_pause_due: false,
             drive_wait_s: 0.0,
-            awaited: None,
+            analysis_key: None,
             analysis: None,
-            recorded: None,
+            recording_outcome: None,
             recorder_lag_s: 0.0,
-            started: false,
+            has_started: false,
             state: State::Consent,
         })
     }
@@ -172,7 +172,7 @@ impl Session {
         match &self.state {
             State::Judged {
                 reasons, since_s, ..
-            } if !self.asking => {
+            } if !self.is_asking => {
                 Some((self.verdict_s(reasons) - self.elapsed_s(*since_s)).max(0.0))
             }
             _ => None,
@@ -181,7 +181,7 @@ impl Session {
 
     /// Whether a pause waits for the end of the attempt.
     pub fn is_pausing(&self) -> bool {
-        self.pausing
+        self.is_pause_due
     }
 
     /// Returns the number of trials that are not settled yet, practice included.
@@ -215,8 +215,8 @@ impl Session {
 
     /// Returns counts and means over the attempts so far.
     pub fn summary(&self) -> SessionSummary {
-        let planned = self.protocol.planned_trials() - self.protocol.trials.practice;
-        SessionSummary::new(planned, self.records())
+        let main_trials = self.protocol.planned_trials() - self.protocol.trials.practice;
+        SessionSummary::new(main_trials, self.records())
     }
 
     /// Returns the protocol of the session.
@@ -248,7 +248,7 @@ impl Session {
 
     /// Returns the time in which a verdict can be overruled, s: with an operator, long enough to read it and press a key.
     pub(super) fn verdict_s(&self, reasons: &[RedoReason]) -> f64 {
-        let shortest_s = match (self.attended, reasons.is_empty()) {
+        let shortest_s = match (self.is_attended, reasons.is_empty()) {
             (false, _) => 0.0,
             (true, true) => OVERRULE_ACCEPTED_S,
             (true, false) => OVERRULE_REJECTED_S,

@@ -30,7 +30,7 @@ impl Session {
             },
             None => return State::Analysing { key, since_s },
         };
-        self.awaited = None;
+        self.analysis_key = None;
         out.push(Action::Verdict {
             key: key.clone(),
             verdict: verdict.clone(),
@@ -74,7 +74,7 @@ impl Session {
         }
         let settles = outcome.settles();
         self.record(key, analysis, outcome, out);
-        if std::mem::take(&mut self.pausing) && !self.attempts.all_settled() {
+        if std::mem::take(&mut self.is_pause_due) && !self.attempts.all_settled() {
             return State::Halted {
                 fault: false,
                 sequel: self.sequel_of(settles),
@@ -104,7 +104,7 @@ impl Session {
 
     /// Returns whether an attempt with this outcome waits for its recording to be saved.
     pub(super) fn awaits_save(&self, outcome: &TrialOutcome) -> bool {
-        outcome.settles() && self.recorded != Some(RecordingOutcome::Saved)
+        outcome.settles() && self.recording_outcome != Some(RecordingOutcome::Saved)
     }
 
     fn saving_state(
@@ -149,12 +149,12 @@ impl Session {
     /// Interrupts the current attempt, also of a halted session, if its recording has failed; returns whether that
     /// completed the step.
     pub(super) fn recording_failed(&mut self, out: &mut StepActions) -> bool {
-        let Some(RecordingOutcome::Failed(reason)) = &self.recorded else {
+        let Some(RecordingOutcome::Failed(reason)) = &self.recording_outcome else {
             return false;
         };
         let reason = reason.clone();
-        self.recorded = None;
-        let (halted, state) = match self.take_state() {
+        self.recording_outcome = None;
+        let (halt_fault, state) = match self.take_state() {
             State::Halted {
                 fault,
                 sequel: AfterHalt::State(state),
@@ -169,7 +169,7 @@ impl Session {
             | State::Judged { key, .. }
             | State::Saving { key, .. } => self.record_unsaved(key, reason, out),
             state => {
-                self.state = match halted {
+                self.state = match halt_fault {
                     Some(fault) => State::Halted {
                         fault,
                         sequel: AfterHalt::State(Box::new(state)),
@@ -179,17 +179,17 @@ impl Session {
                 return false;
             }
         }
-        self.pausing = false;
+        self.is_pause_due = false;
         self.state = State::Halted {
-            fault: halted.unwrap_or(false),
+            fault: halt_fault.unwrap_or(false),
             sequel: AfterHalt::Trial,
         };
         true
     }
 
     fn record_unsaved(&mut self, key: TrialKey, reason: String, out: &mut StepActions) {
-        (self.awaited, self.analysis) = (None, None);
-        self.pausing = false;
+        (self.analysis_key, self.analysis) = (None, None);
+        self.is_pause_due = false;
         let interruption = Interruption::NotSaved { reason };
         self.record(key, None, TrialOutcome::Interrupted { interruption }, out);
     }

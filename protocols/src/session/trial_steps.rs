@@ -105,7 +105,7 @@ impl Session {
     fn begin_trial(&mut self, out: &mut StepActions) -> State {
         let key = self.attempts.next_key();
         let drive = self.attempts.condition().drive;
-        self.recorded = None;
+        self.recording_outcome = None;
         out.push(Action::BeginTrial {
             key: key.clone(),
             drive,
@@ -312,7 +312,7 @@ impl Session {
         out: &mut StepActions,
     ) -> State {
         self.interrupt(open, interruption, out);
-        self.pausing = false;
+        self.is_pause_due = false;
         self.paused_before_trial()
     }
 
@@ -322,7 +322,7 @@ impl Session {
             key: open.key.clone(),
             intervals: open.intervals,
         });
-        self.awaited = Some(open.key.clone());
+        self.analysis_key = Some(open.key.clone());
         State::Analysing {
             key: open.key,
             since_s: self.now_s,

@@ -70,13 +70,13 @@ fn choose_by(
     let indices: Vec<usize> = (0..devices.len()).collect();
     let lower_case = name.to_lowercase();
     let exact = narrow(&indices, |index| is_called(&devices[index], name));
-    let called = if exact.is_empty() {
+    let candidates = if exact.is_empty() {
         narrow(&indices, |index| contains(&devices[index], &lower_case))
     } else {
         exact
     };
     let has_direction = |index: usize| devices[index].offer(direction).is_some();
-    let matches = narrow(&called, has_direction);
+    let matches = narrow(&candidates, has_direction);
     let raw = prefer(matches, |index| devices[index].is_raw);
     let names = |indices: &[usize]| indices.iter().map(|&i| devices[i].to_string()).collect();
     let Some(first) = raw.first() else {
@@ -122,12 +122,8 @@ fn narrow(indices: &[usize], is_kept: impl Fn(usize) -> bool) -> Vec<usize> {
 
 /// Returns the indices that have a quality, or all of them if no index has it.
 fn prefer(indices: Vec<usize>, has_quality: impl Fn(usize) -> bool) -> Vec<usize> {
-    let preferred = narrow(&indices, has_quality);
-    if preferred.is_empty() {
-        indices
-    } else {
-        preferred
-    }
+    let choices = narrow(&indices, has_quality);
+    if choices.is_empty() { indices } else { choices }
 }
 
 /// Returns whether two raw devices are the same: the same device number on the same card, which ALSA names by name and by

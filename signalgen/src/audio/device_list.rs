@@ -41,9 +41,10 @@ pub(super) fn enumerate(host: &Host) -> Result<Vec<(DeviceInfo, Device)>, AudioE
             let id = device.id().ok()?;
             let description = device.description().ok()?;
             // A JACK device lists the configurations of both directions, whichever it has.
-            let unknown = description.direction() == DeviceDirection::Unknown;
-            let has_output = description.supports_output() || (unknown && device.supports_output());
-            let has_input = description.supports_input() || (unknown && device.supports_input());
+            let is_unknown = description.direction() == DeviceDirection::Unknown;
+            let has_output =
+                description.supports_output() || (is_unknown && device.supports_output());
+            let has_input = description.supports_input() || (is_unknown && device.supports_input());
             let is_alsa = id.host().to_string() == "alsa";
             let info = DeviceInfo {
                 id: id.to_string(),

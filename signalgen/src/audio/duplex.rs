@@ -182,7 +182,7 @@ impl Streams {
         &self,
         act: fn(&Stream) -> Result<(), cpal::Error>,
     ) -> Result<(), AudioError> {
-        let failed = |direction, device: &DeviceInfo| {
+        let failure = |direction, device: &DeviceInfo| {
             let device = device.to_string();
             move |error: cpal::Error| AudioError::Backend {
                 direction,
@@ -190,8 +190,8 @@ impl Streams {
                 reason: error.to_string(),
             }
         };
-        act(&self.output).map_err(failed(StreamDirection::Output, &self.output_device))?;
-        act(&self.input).map_err(failed(StreamDirection::Input, &self.input_device))
+        act(&self.output).map_err(failure(StreamDirection::Output, &self.output_device))?;
+        act(&self.input).map_err(failure(StreamDirection::Input, &self.input_device))
     }
 
     /// Returns the device in use.

@@ -243,7 +243,7 @@ mod tests {
             output: None,
             input: None,
         };
-        let listed = [
+        let capabilities = [
             "null",
             "hw:CARD=1,DEV=0",
             "default",
@@ -254,7 +254,7 @@ mod tests {
             "hw:0,0",
             "speexrate",
         ];
-        let mut devices: Vec<DeviceInfo> = listed.into_iter().map(device).collect();
+        let mut devices: Vec<DeviceInfo> = capabilities.into_iter().map(device).collect();
         sound_cards_first(&mut devices);
         let names: Vec<&str> = devices.iter().map(|device| device.name.as_str()).collect();
         assert_eq!(

@@ -21,8 +21,8 @@ fn open_error(bench: &Bench, config: &DuplexConfig) -> AudioError {
 #[test]
 fn a_stream_that_the_device_lacks_is_refused_with_its_capabilities() {
     let bench = Bench::default();
-    let listed = list_devices(&bench.host()).unwrap();
-    let offered = listed[0].input.clone().unwrap();
+    let devices = list_devices(&bench.host()).unwrap();
+    let offer = devices[0].input.clone().unwrap();
     let mut four = config(SampleFormat::I32);
     four.input.channels = 4;
     let error = open_error(&bench, &four);
@@ -32,15 +32,15 @@ fn a_stream_that_the_device_lacks_is_refused_with_its_capabilities() {
             direction: StreamDirection::Input,
             device: "custom:stepped (stepped card)".to_owned(),
             wanted: "4 channels of i32 at 192000 Hz".to_owned(),
-            offered,
+            offer,
         }
     );
-    let offered = "2 ch f32 192000 Hz; 2 ch i16 192000 Hz; 2 ch i24 192000 Hz; 2 ch i32 192000 Hz";
-    assert!(error.to_string().ends_with(offered), "{error}");
+    let offer = "2 ch f32 192000 Hz; 2 ch i16 192000 Hz; 2 ch i24 192000 Hz; 2 ch i32 192000 Hz";
+    assert!(error.to_string().ends_with(offer), "{error}");
 
-    let mut buffered = config(SampleFormat::I32);
-    buffered.buffer_frames = Some(100);
-    match open_error(&bench, &buffered) {
+    let mut buffered_config = config(SampleFormat::I32);
+    buffered_config.buffer_frames = Some(100);
+    match open_error(&bench, &buffered_config) {
         AudioError::Unsupported { wanted, .. } => {
             assert!(wanted.ends_with("100 frames per buffer"), "{wanted}");
         }
@@ -68,8 +68,8 @@ fn a_card_without_a_format_that_cpal_knows_is_refused_with_the_way_round() {
             assert!(message.contains(word), "{message}");
         }
     }
-    let listed = list_devices(&bench.host()).unwrap();
-    assert_eq!(listed[0].output, Some(Offer::Listed(Vec::new())));
+    let devices = list_devices(&bench.host()).unwrap();
+    assert_eq!(devices[0].output, Some(Offer::Listed(Vec::new())));
 }
 
 #[test]
@@ -107,13 +107,13 @@ fn contradictions_are_refused_by_name() {
         error_after(|c| c.drive_channel = 3),
         AudioError::Layout(no_channel)
     );
-    let unknown = error_after(|c| c.input.device = "Babyface".to_owned());
+    let error = error_after(|c| c.input.device = "Babyface".to_owned());
     let no_match = matches!(
-        &unknown,
+        &error,
         AudioError::Device(ChoiceError::NoMatch { wanted, direction: StreamDirection::Input, .. })
             if wanted == "Babyface"
     );
-    assert!(no_match, "{unknown}");
+    assert!(no_match, "{error}");
 }
 
 /// Fault 5.
@@ -169,7 +169,7 @@ fn a_machine_without_sound_is_refused_without_a_panic_or_a_print() {
             _ => HostChoice::Default,
         };
         // ALSA may open without a configuration; then it has no such device.
-        let opened = open_host(choice).and_then(|host| {
+        let result = open_host(choice).and_then(|host| {
             open_duplex(
                 &host,
                 &config(SampleFormat::F32),
@@ -177,7 +177,7 @@ fn a_machine_without_sound_is_refused_without_a_panic_or_a_print() {
                 None,
             )
         });
-        let error = opened.unwrap_err();
+        let error = result.unwrap_err();
         let is_refusal = matches!(
             error,
             AudioError::HostUnavailable { .. } | AudioError::Device(ChoiceError::NoMatch { .. })

@@ -66,23 +66,23 @@ impl Card {
             |frame: u64| StreamInstant::from_nanos(frame * 1_000_000_000 / u64::from(RATE_HZ));
         let (begin, end) = (instant(self.frames), instant(self.frames + frames as u64));
         self.frames += frames as u64;
-        let mut rendered = vec![0.0; frames * OUTPUT_CHANNELS];
+        let mut output_block = vec![0.0; frames * OUTPUT_CHANNELS];
         if let Some(output) = self.output.as_mut().filter(|o| o.playing) {
             let info = OutputCallbackInfo::new(OutputStreamTimestamp {
                 callback: begin,
                 playback: end,
             });
             match output.format {
-                CpalFormat::F32 => render::<f32>(output, &info, &mut rendered),
-                CpalFormat::I32 => render::<i32>(output, &info, &mut rendered),
-                CpalFormat::I24 => render::<cpal::I24>(output, &info, &mut rendered),
-                CpalFormat::I16 => render::<i16>(output, &info, &mut rendered),
+                CpalFormat::F32 => render::<f32>(output, &info, &mut output_block),
+                CpalFormat::I32 => render::<i32>(output, &info, &mut output_block),
+                CpalFormat::I24 => render::<cpal::I24>(output, &info, &mut output_block),
+                CpalFormat::I16 => render::<i16>(output, &info, &mut output_block),
                 format => panic!("{format} was never offered"),
             }
         }
         if let Some(input) = self.input.as_mut().filter(|i| i.playing) {
-            let drive = rendered.chunks_exact(OUTPUT_CHANNELS);
-            let looped: Vec<f32> = drive
+            let drive = output_block.chunks_exact(OUTPUT_CHANNELS);
+            let input_block: Vec<f32> = drive
                 .flat_map(|frame| [frame[DRIVE_CHANNEL]; INPUT_CHANNELS])
                 .collect();
             let info = InputCallbackInfo::new(InputStreamTimestamp {
@@ -90,14 +90,14 @@ impl Card {
                 capture: begin,
             });
             match input.format {
-                CpalFormat::F32 => take::<f32>(input, &info, &looped),
-                CpalFormat::I32 => take::<i32>(input, &info, &looped),
-                CpalFormat::I24 => take::<cpal::I24>(input, &info, &looped),
-                CpalFormat::I16 => take::<i16>(input, &info, &looped),
+                CpalFormat::F32 => take::<f32>(input, &info, &input_block),
+                CpalFormat::I32 => take::<i32>(input, &info, &input_block),
+                CpalFormat::I24 => take::<cpal::I24>(input, &info, &input_block),
+                CpalFormat::I16 => take::<i16>(input, &info, &input_block),
                 format => panic!("{format} was never offered"),
             }
         }
-        rendered
+        output_block
     }
 
     pub fn report(&mut self, direction: StreamDirection, kind: ErrorKind) {

@@ -27,13 +27,13 @@ fn drive_goes_to_its_channel_alone_and_comes_back_exactly() {
         let mut expected = [0.0_f32; ODD_BLOCK];
         let mut samples = Vec::new();
         for _ in 0..20 {
-            let rendered = bench.card().period(ODD_BLOCK);
+            let block = bench.card().period(ODD_BLOCK);
             reference.fill(&mut expected);
             let header = duplex.input.pop_block(&mut samples).unwrap();
             assert_eq!(header.frames as usize, ODD_BLOCK);
             assert_eq!(header.drive, reference.state());
             assert_eq!(duplex.drive.published(), reference.state());
-            for (n, frame) in rendered.chunks_exact(OUTPUT_CHANNELS).enumerate() {
+            for (n, frame) in block.chunks_exact(OUTPUT_CHANNELS).enumerate() {
                 assert_eq!([frame[0], frame[2]], [0.0, 0.0]);
                 assert!((frame[DRIVE_CHANNEL] - expected[n]).abs() <= rounding);
                 assert_eq!(samples[n * INPUT_CHANNELS], frame[DRIVE_CHANNEL]);

@@ -44,11 +44,11 @@ fn programs_of_other_settings_trip_the_drive_at_once() {
         .admit(tone(35_000.0, 140.0))
         .unwrap();
     generator.apply(DriveCommand::Start(foreign));
-    let tripped = DrivePhase::Tripped(TripCause::ForeignProgram);
-    assert_eq!(generator.state().phase, tripped);
+    let trip = DrivePhase::Tripped(TripCause::ForeignProgram);
+    assert_eq!(generator.state().phase, trip);
     assert!(volts(&mut generator, 1_000).iter().all(|&v| v == 0.0));
     generator.apply(DriveCommand::Start(admit(tone(35_000.0, 40.0))));
-    assert_eq!(generator.state().phase, tripped);
+    assert_eq!(generator.state().phase, trip);
     generator.apply(DriveCommand::Rearm);
     assert_eq!(generator.state().phase, DrivePhase::Silent);
 }

@@ -151,11 +151,11 @@ proptest! {
             divided.apply(command);
             let mut expected = vec![0.0_f32; 1_500];
             undivided.fill(&mut expected);
-            let mut rendered = vec![0.0_f32; 1_500];
-            for chunk in rendered.chunks_mut(block) {
+            let mut samples = vec![0.0_f32; 1_500];
+            for chunk in samples.chunks_mut(block) {
                 divided.fill(chunk);
             }
-            prop_assert_eq!(expected, rendered);
+            prop_assert_eq!(expected, samples);
             prop_assert_eq!(undivided.state(), divided.state());
         }
     }

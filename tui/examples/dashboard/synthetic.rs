@@ -199,8 +199,8 @@ impl Script {
             self.tell(Instruction::FollowSlider, place, None, None);
             let began_s = self.now_s;
             self.run(PLATE_M / SPEED_M_PER_S, Finger::Moving, force_n);
-            let decided = crop((trial, practice, attempt), (exploration, began_s), force_n);
-            self.say(Event::Crop(decided));
+            let crop = crop((trial, practice, attempt), (exploration, began_s), force_n);
+            self.say(Event::Crop(crop));
             self.say(phase_event(PhaseKind::Feedback, exploration, None));
             self.tell(Instruction::Feedback, place, None, Some(force_n));
             self.run(1.5, Finger::Away, 0.0);
@@ -294,10 +294,10 @@ fn amplitude_m(t_s: f64) -> f64 {
 
 fn live(t_s: f64, slider_m: f64, finger: Finger, force_n: f64) -> Live {
     let amplitude_m = amplitude_m(t_s);
-    let loaded = if force_n > 0.0 { 1.0 } else { 0.0 };
-    let press = force_n * (1.0 + 0.06 * (TAU * 0.7 * t_s).sin()) * loaded;
-    let re = 7.0 + loaded * (1.2 + 3.4 * (-amplitude_m / 1.2e-6).exp());
-    let im = loaded * (-0.8 - 1.9 * (-amplitude_m / 1.2e-6).exp());
+    let load = if force_n > 0.0 { 1.0 } else { 0.0 };
+    let press = force_n * (1.0 + 0.06 * (TAU * 0.7 * t_s).sin()) * load;
+    let re = 7.0 + load * (1.2 + 3.4 * (-amplitude_m / 1.2e-6).exp());
+    let im = load * (-0.8 - 1.9 * (-amplitude_m / 1.2e-6).exp());
     let bias = 1.1 * (TAU * 6.0 * t_s).cos() * 0.5e-6 / (amplitude_m + 0.2e-6);
     let visible = amplitude_m > 0.15e-6;
     let impedance = |re, im| {
@@ -307,7 +307,7 @@ fn live(t_s: f64, slider_m: f64, finger: Finger, force_n: f64) -> Live {
         })
     };
     let mu = 0.25 + 0.6 * (-amplitude_m / 1.0e-6).exp();
-    let moving = matches!(finger, Finger::Moving);
+    let is_moving = matches!(finger, Finger::Moving);
     let estimate = |value, std| (force_n > 0.0 && visible).then_some(ValueAndStd { value, std });
     Live {
         t_s,
@@ -315,13 +315,13 @@ fn live(t_s: f64, slider_m: f64, finger: Finger, force_n: f64) -> Live {
         z_plain_n_s_per_m: impedance(re + bias, im + 0.2 * bias),
         amplitude_m: Some(amplitude_m),
         normal_n: Some(press),
-        lateral_n: Some(if moving { press * mu } else { 0.0 }),
-        position_m: Some(if moving {
+        lateral_n: Some(if is_moving { press * mu } else { 0.0 }),
+        position_m: Some(if is_moving {
             (slider_m - 0.004).max(0.0)
         } else {
             0.0
         }),
-        velocity_m_per_s: Some(if moving { SPEED_M_PER_S } else { 0.0 }),
+        velocity_m_per_s: Some(if is_moving { SPEED_M_PER_S } else { 0.0 }),
         slider_m: Some(slider_m),
         gap_m: estimate(8e-6 + 2.0 * amplitude_m, 6e-8),
         mu: estimate(mu, 0.02),
@@ -331,7 +331,7 @@ fn live(t_s: f64, slider_m: f64, finger: Finger, force_n: f64) -> Live {
             std: 0.3,
         }),
         drive_v: Some(amplitude_m * 1.2e7),
-        measured_mu: moving.then_some(mu * (1.0 + 0.05 * (TAU * 11.0 * t_s).sin())),
+        measured_mu: is_moving.then_some(mu * (1.0 + 0.05 * (TAU * 11.0 * t_s).sin())),
         z_m_std_n_s_per_m: visible.then_some(2e-9 / amplitude_m),
         z_p_n_s_per_m: Some(ComplexImpedance {
             re_n_s_per_m: 7.02,
@@ -394,7 +394,7 @@ fn fit((trial, practice, attempt): (u32, bool, u32), force_n: f64) -> FitView {
 }
 
 fn facts() -> BenchFacts {
-    let measured = |name: &str, days: f64, value: &str| CalibrationFact {
+    let calibration = |name: &str, days: f64, value: &str| CalibrationFact {
         name: name.to_owned(),
         date: Some("2026-03-02".to_owned()),
         age_days: Some(days),
@@ -415,9 +415,9 @@ fn facts() -> BenchFacts {
     BenchFacts {
         plate: "plate of 105 mm at 35000.0 Hz".to_owned(),
         calibrations: vec![
-            measured("pickup", 0.2, "(5.450 ± 0.011)e-6 m"),
-            measured("plate", 3.0, "35000.000 ± 0.012 Hz"),
-            measured("force", 45.0, "6 masses"),
+            calibration("pickup", 0.2, "(5.450 ± 0.011)e-6 m"),
+            calibration("plate", 3.0, "35000.000 ± 0.012 Hz"),
+            calibration("force", 45.0, "6 masses"),
             CalibrationFact {
                 name: "channels".to_owned(),
                 ..CalibrationFact::default()

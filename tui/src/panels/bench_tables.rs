@@ -210,7 +210,9 @@ fn values(health: &SystemHealth) -> [HealthValue; VALUES as usize] {
         ),
         entry(
             "clock drift",
-            drift.map_or_else(dash, |ppm| signed(format!("{ppm:+.0}")) + " ppm" + &deviation),
+            drift.map_or_else(dash, |ppm| {
+                signed(format!("{ppm:+.0}")) + " ppm" + &deviation
+            }),
             health.clock_off,
         ),
         entry(
@@ -297,12 +299,12 @@ pub(crate) fn one_line(state: &State, area: Rect, buf: &mut Buffer) {
 /// Returns `count` with its digits in groups of three.
 fn thousands(count: u64) -> String {
     let digits = count.to_string();
-    let mut grouped = String::new();
+    let mut groups = String::new();
     for (i, digit) in digits.chars().enumerate() {
         if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            grouped.push(' ');
+            groups.push(' ');
         }
-        grouped.push(digit);
+        groups.push(digit);
     }
-    grouped
+    groups
 }

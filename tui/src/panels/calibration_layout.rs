@@ -43,13 +43,13 @@ pub(crate) fn render(state: &State, calibration: &CalibrationPage, area: Rect, b
         Constraint::Fill(1),
     ])
     .areas(area);
-    let mut titled = title(state, calibration);
+    let mut line = title(state, calibration);
     if state.live_stale_s().is_some() {
-        titled.push_span(Span::styled(" · ", theme.faint()));
+        line.push_span(Span::styled(" · ", theme.faint()));
         let stale = stale(state).spans.into_iter();
-        titled.extend(stale.map(|span| span.style(theme.warning())));
+        line.extend(stale.map(|span| span.style(theme.warning())));
     }
-    render_line(titled, head, buf);
+    render_line(line, head, buf);
     let style = if calibration.failed {
         theme.bad()
     } else {

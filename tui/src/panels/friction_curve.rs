@@ -31,10 +31,10 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         note(&reason, theme.faint(), body, buf);
         return;
     };
-    let scaled = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {
+    let points_um = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {
         points.iter().map(|(a, mu)| (a * TO_MICRO, *mu)).collect()
     };
-    let (fit, measured) = (scaled(&curves.friction), scaled(&curves.measured));
+    let (fit, measured) = (points_um(&curves.friction), points_um(&curves.measured));
     let curve_points = || fit.iter().chain(&measured);
     let axis = ValueAxis::robust(curve_points().map(|(_, mu)| *mu).collect(), &[0.0], 0.2);
     let amplitude_axis = ValueAxis::around(curve_points().map(|(a, _)| *a).chain([0.0]));

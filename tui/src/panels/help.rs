@@ -15,10 +15,10 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         .map(|(row, meaning)| (row.label, meaning.help))
         .chain([("esc", "dismiss a question or this help")])
         .collect();
-    let rows_wanted = u16::try_from(keys.len()).unwrap_or(u16::MAX) + 2;
+    let row_count = u16::try_from(keys.len()).unwrap_or(u16::MAX) + 2;
     let area = area.centered(
         ratatui::layout::Constraint::Max(58),
-        ratatui::layout::Constraint::Max(rows_wanted),
+        ratatui::layout::Constraint::Max(row_count),
     );
     Clear.render(area, buf);
     let block = Block::bordered().title(Line::styled(" keys ", theme.strong()));

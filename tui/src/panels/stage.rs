@@ -125,10 +125,10 @@ fn feedback(view: &ParticipantView) -> String {
 fn next(state: &State) -> Option<String> {
     let is_finished = state.phase.kind == PhaseKind::Finished;
     let outlook = state.outlook.as_ref().filter(|_| !is_finished)?;
-    let halted = state.phase.kind == PhaseKind::Paused;
-    let tripped = halted && state.safety == Some(SafetyState::Tripped);
+    let is_paused = state.phase.kind == PhaseKind::Paused;
+    let is_tripped = is_paused && state.safety == Some(SafetyState::Tripped);
     let steps = [
-        tripped.then_some("x re-arms"),
+        is_tripped.then_some("x re-arms"),
         outlook.next.as_deref(),
         outlook.then.as_deref(),
     ];

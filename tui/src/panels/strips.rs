@@ -246,19 +246,19 @@ fn parts(state: &State, strip: Strip) -> (&'static str, Vec<(String, Weight)>) {
             ("force", parts)
         }
         Strip::Friction => {
-            let measured = match read(|l| l.measured_mu) {
+            let measured_text = match read(|l| l.measured_mu) {
                 Some((mu, ..)) => format!("measured {mu:.2}"),
                 None => "measured – (not sliding)".to_owned(),
             };
-            let estimated = estimate(state, |l| l.mu, 1.0).map_or_else(
+            let estimate_text = estimate(state, |l| l.mu, 1.0).map_or_else(
                 |reason| (reason, Weight::Faint),
                 |words| (words, Weight::First),
             );
             (
                 "μ",
                 vec![
-                    (measured, Weight::Second),
-                    (format!(" {}", estimated.0), estimated.1),
+                    (measured_text, Weight::Second),
+                    (format!(" {}", estimate_text.0), estimate_text.1),
                 ],
             )
         }

@@ -24,13 +24,13 @@ pub struct Frames(Arc<Underway>);
 #[derive(Debug, Default)]
 struct Underway {
     state: Mutex<State>,
-    changed: Condvar,
+    change: Condvar,
 }
 
 #[derive(Debug, Default)]
 struct State {
     unwritten: usize,
-    failed: Option<io::Error>,
+    error: Option<io::Error>,
 }
 
 impl FrameWriter {
@@ -70,7 +70,7 @@ impl Frames {
     pub(crate) fn wait(&self, limit: Duration) -> bool {
         let (state, _) = self
             .0
-            .changed
+            .change
             .wait_timeout_while(self.0.lock(), limit, |state| state.unwritten > 0)
             .unwrap_or_else(PoisonError::into_inner);
         state.unwritten == 0
@@ -82,9 +82,9 @@ impl Frames {
             let mut state = self.0.lock();
             state.unwritten -= 1;
             if let Err(error) = result {
-                state.failed.get_or_insert(error);
+                state.error.get_or_insert(error);
             }
-            self.0.changed.notify_all();
+            self.0.change.notify_all();
         }
     }
 }
@@ -111,7 +111,7 @@ impl Write for FrameWriter {
     /// The terminal's error for an earlier frame.
     fn flush(&mut self) -> io::Result<()> {
         let mut state = self.frames.0.lock();
-        if let Some(error) = state.failed.take() {
+        if let Some(error) = state.error.take() {
             return Err(error);
         }
         if self.frame.is_empty() {

@@ -105,8 +105,8 @@ impl OperatorScreen {
                 io::ErrorKind::NotFound,
             )));
         }
-        let failed = || TerminalError::failed("setting it up");
-        let mut writer = FrameWriter::start(output().map_err(failed())?).map_err(failed())?;
+        let failure = || TerminalError::failed("setting it up");
+        let mut writer = FrameWriter::start(output().map_err(failure())?).map_err(failure())?;
         terminal::enable_raw_mode().map_err(TerminalError::NoTerminal)?;
         IS_ON_SCREEN.store(true, Ordering::SeqCst);
         let frames = writer.frames();
@@ -118,7 +118,7 @@ impl OperatorScreen {
             cursor::Hide,
             Print(MOUSE_ON)
         )
-        .map_err(failed())?;
+        .map_err(failure())?;
         Ok((screen, writer))
     }
 

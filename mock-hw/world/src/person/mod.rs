@@ -61,7 +61,7 @@ pub struct Person {
     /// Instruction being followed.
     instruction: Instruction,
     /// Instruction perceived but not yet reacted to, and the time of the reaction, s.
-    noticed: Option<(Instruction, f64)>,
+    reaction: Option<(Instruction, f64)>,
     settled_since_s: Option<f64>,
     button_until_s: f64,
     lift_at_s: Option<f64>,
@@ -86,7 +86,7 @@ impl Person {
             hand,
             press,
             instruction: Instruction::Wait,
-            noticed: None,
+            reaction: None,
             settled_since_s: None,
             button_until_s: f64::NEG_INFINITY,
             lift_at_s: None,
@@ -110,8 +110,8 @@ impl Person {
     /// Perceives a percept and schedules the reaction to a new instruction.
     fn notice(&mut self, t_s: f64, percept: &Percept) {
         // The end cue is perceived before the screen.
-        let following = percept.instruction == Instruction::FollowSlider;
-        self.heard_end = following && (self.heard_end || percept.cue == Some(Cue::End));
+        let is_following = percept.instruction == Instruction::FollowSlider;
+        self.heard_end = is_following && (self.heard_end || percept.cue == Some(Cue::End));
         let instruction = if self.heard_end {
             Instruction::LiftFinger
         } else {
@@ -127,7 +127,7 @@ impl Person {
             self.learnt_from_feedback = true;
         }
         let latest = self
-            .noticed
+            .reaction
             .map_or(self.instruction, |(instruction, _)| instruction);
         if instruction == latest {
             return;
@@ -136,7 +136,7 @@ impl Person {
             self.learnt_from_feedback = false;
         }
         let at_s = t_s + self.reaction_s(instruction);
-        self.noticed = Some((instruction, at_s));
+        self.reaction = Some((instruction, at_s));
     }
 
     /// Draws the reaction time to an instruction, s.
@@ -169,10 +169,10 @@ impl Person {
 
     /// Integrates motion and force over `h_s`.
     fn advance(&mut self, t_s: f64, h_s: f64) {
-        if let Some((instruction, at_s)) = self.noticed
+        if let Some((instruction, at_s)) = self.reaction
             && t_s >= at_s
         {
-            self.noticed = None;
+            self.reaction = None;
             self.begin(instruction, t_s);
         }
         match self.instruction {
@@ -221,10 +221,10 @@ impl Person {
             self.hand.rest(h_s, &mut self.rng);
             return;
         };
-        let arrived = self
+        let has_arrived = self
             .hand
             .reach(mark_m, self.press.is_touching(), h_s, &mut self.rng);
-        if !arrived {
+        if !has_arrived {
             if !self.press.is_touching() {
                 self.press.lift();
             }

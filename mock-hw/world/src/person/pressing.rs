@@ -27,7 +27,7 @@ pub(crate) struct Pressing {
     tremor: Tremor,
     is_down: bool,
     /// Progress of landing, from 0 in the air to 1 on the plate.
-    landed: f64,
+    landing: f64,
 }
 
 impl Pressing {
@@ -41,7 +41,7 @@ impl Pressing {
             wander_time_s: behaviour.force_drift_time_s,
             tremor: Tremor::new(TREMOR_HZ, behaviour.tremor_n),
             is_down: false,
-            landed: 0.0,
+            landing: 0.0,
         }
     }
 
@@ -66,7 +66,7 @@ impl Pressing {
     }
 
     pub fn is_touching(&self) -> bool {
-        self.landed > LIFTED
+        self.landing > LIFTED
     }
 
     pub fn advance(&mut self, h_s: f64, rng: &mut ChaCha8Rng) {
@@ -76,7 +76,7 @@ impl Pressing {
             decay * self.wander_n + self.wander_rms_n * (1.0 - decay * decay).sqrt() * white;
         self.tremor.advance(h_s, rng);
         let goal = if self.is_down { 1.0 } else { 0.0 };
-        self.landed += (goal - self.landed) * (1.0 - (-h_s / LANDING_S).exp());
+        self.landing += (goal - self.landing) * (1.0 - (-h_s / LANDING_S).exp());
     }
 
     /// Returns the force on the plate, N; 0 in the air.
@@ -85,6 +85,6 @@ impl Pressing {
             return 0.0;
         }
         let steady_n = self.aim_n * (1.0 + self.misjudgement) + self.wander_n + self.tremor.value();
-        self.landed * steady_n.max(LEAST_SHARE * self.aim_n)
+        self.landing * steady_n.max(LEAST_SHARE * self.aim_n)
     }
 }

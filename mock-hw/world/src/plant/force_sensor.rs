@@ -304,11 +304,11 @@ mod tests {
 
     #[test]
     fn the_lateral_axis_has_a_lag_and_a_resonance_of_its_own() {
-        let lagging = ForceSensorTable {
+        let table = ForceSensorTable {
             lateral_lag_s: 2e-3,
             ..quiet()
         };
-        let mut sensor = ForceSensor::new(&lagging, 0.0, 1);
+        let mut sensor = ForceSensor::new(&table, 0.0, 1);
         let mut out = Vec::new();
         for ms in 0..=40 {
             let force_n = 0.1 * f64::from(ms);
@@ -338,29 +338,29 @@ mod tests {
 
     #[test]
     fn drift_creep_and_wander_are_slow() {
-        let drifting = ForceSensorTable {
+        let table = ForceSensorTable {
             normal_drift_n_per_min: 0.6,
             ..quiet()
         };
-        let out = settled_samples(&drifting, [0.0, 0.0]);
+        let out = settled_samples(&table, [0.0, 0.0]);
         let rise_n = out[out.len() - 1].normal_n - out[0].normal_n;
         assert!((rise_n - 0.01).abs() < 1e-4, "{rise_n} N in a second");
 
-        let creeping = ForceSensorTable {
+        let table = ForceSensorTable {
             creep: 0.01,
             creep_time_s: 5.0,
             ..quiet()
         };
-        let last = settled_samples(&creeping, [1.0, 0.0]);
+        let last = settled_samples(&table, [1.0, 0.0]);
         let expected = 1.0 + 0.01 * (1.0 - (-11.0f64 / 5.0).exp());
         assert!((last[last.len() - 1].normal_n - expected).abs() < 1e-4);
 
-        let wandering = ForceSensorTable {
+        let table = ForceSensorTable {
             wander_n: 0.01,
             wander_time_s: 1.0,
             ..quiet()
         };
-        let mut sensor = ForceSensor::new(&wandering, 0.0, 1);
+        let mut sensor = ForceSensor::new(&table, 0.0, 1);
         let mut out = Vec::new();
         for second in 0..=400 {
             sensor.advance(f64::from(second), [0.0; 2], &mut out);

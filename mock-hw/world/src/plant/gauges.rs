@@ -33,7 +33,7 @@ pub const MAKERS_MATRIX: [[f64; GAUGES]; GAUGES] = [
 pub(crate) struct GaugeBridge {
     sensor: ForceSensor,
     samples: Vec<SensorSample>,
-    waiting: VecDeque<SensorSample>,
+    queue: VecDeque<SensorSample>,
     volts: SMatrix<f64, GAUGES, GAUGES>,
     offset_v: f64,
     noise_v: f64,
@@ -59,7 +59,7 @@ impl GaugeBridge {
         Self {
             sensor: ForceSensor::new(&sensor, epoch_s - gauges.delay_s, seed),
             samples: Vec::new(),
-            waiting: VecDeque::new(),
+            queue: VecDeque::new(),
             volts: matrix.try_inverse().unwrap_or_else(SMatrix::identity),
             offset_v: gauges.offset_v,
             noise_v: gauges.noise_v,
@@ -74,12 +74,12 @@ impl GaugeBridge {
     /// Takes all samples up to `time_s`, at which `forces` act.
     pub(crate) fn advance(&mut self, time_s: f64, forces: Forces) {
         self.sensor.advance(time_s, forces, &mut self.samples);
-        self.waiting.extend(self.samples.drain(..));
+        self.queue.extend(self.samples.drain(..));
     }
 
     /// Returns the values at the six inputs in the next frame.
     pub(crate) fn frame(&mut self) -> [f64; GAUGES] {
-        let Some(sample) = self.waiting.pop_front() else {
+        let Some(sample) = self.queue.pop_front() else {
             return [0.0; GAUGES];
         };
         let (press_n, pull_n) = (sample.normal_n, sample.lateral_n);

@@ -158,7 +158,7 @@ pub(crate) struct Outputs {
 pub(crate) struct Propagator {
     modes: Modes,
     /// The modes before any shift.
-    untuned: Modes,
+    base_modes: Modes,
     interval_s: f64,
     at_end: Weights,
     at_pickup: Weights,
@@ -201,7 +201,7 @@ impl Propagator {
     pub fn new(modes: Modes, interval_s: f64, pickup_at: f64) -> Self {
         Self {
             modes,
-            untuned: modes,
+            base_modes: modes,
             interval_s,
             at_end: Weights::new(1.0),
             at_pickup: Weights::new(pickup_at),
@@ -224,7 +224,7 @@ impl Propagator {
     /// Shifts the carrier mode's resonance and scales the damping; takes effect at the next [`Self::set`]. Resets the shapes to
     /// those of a plate without a finger.
     pub fn tune(&mut self, shift_hz: f64, damping: f64) {
-        self.modes = self.untuned.with_tuning(shift_hz, damping);
+        self.modes = self.base_modes.with_tuning(shift_hz, damping);
     }
 
     /// Recomputes the step for new contact and tissue constants.
@@ -411,16 +411,16 @@ mod tests {
         for part in 0..parts {
             // Polynomial about s0 = part/parts, in units of the short interval.
             let s0 = f64::from(part) / f64::from(parts);
-            let mut shifted = [0.0; ORDER];
+            let mut coefficients = [0.0; ORDER];
             for (j, c) in polynomial.iter().enumerate() {
                 let mut binomial = 1.0;
-                for (k, out) in shifted.iter_mut().enumerate().take(j + 1) {
+                for (k, out) in coefficients.iter_mut().enumerate().take(j + 1) {
                     *out +=
                         c * binomial * s0.powi((j - k) as i32) / f64::from(parts).powi(k as i32);
                     binomial *= (j - k) as f64 / (k + 1) as f64;
                 }
             }
-            short.step(&mut short_state, &shifted);
+            short.step(&mut short_state, &coefficients);
         }
         for (a, b) in long_state.0.iter().zip(&short_state.0) {
             assert!((a - b).abs() < 1e-11, "{a} {b}");
@@ -454,7 +454,7 @@ mod tests {
         let [first, second] = Modes::new(&plate).modes;
         let ratio = second.contact_ratio;
 
-        let stored = |z: &[f64; STATES]| {
+        let stored_energy = |z: &[f64; STATES]| {
             let spring = |k: f64, y: f64| 0.5 * k * (y / omega0).powi(2);
             let kinetic = |m: f64, v: f64| 0.5 * m * v * v;
             kinetic(first.mass_kg, z[0])
@@ -485,7 +485,7 @@ mod tests {
             loss_j += 0.5 * interval_s * (previous.1 + now.1);
             previous = now;
         }
-        let stored_j = stored(&state.0);
+        let stored_j = stored_energy(&state.0);
         assert!(stored_j > 0.1 * work_j && loss_j > 0.1 * work_j);
         let imbalance = (work_j - loss_j - stored_j) / work_j;
         // The trapezoidal rule is itself accurate to (ωT)²/12 = 3e-4 here.

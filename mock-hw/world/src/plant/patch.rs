@@ -49,8 +49,8 @@ impl Patch {
     pub fn feed(&mut self, voltage: &Polynomial, divider: f64, ideal: &mut [f64]) {
         let has_all_inputs = self.wiring == InputWiring::AllInputs;
         for (channel, ((moment, delay), input)) in self.inputs.iter_mut().zip(ideal).enumerate() {
-            let plugged = has_all_inputs || channel == 0;
-            *input = delay.push(if plugged {
+            let is_plugged = has_all_inputs || channel == 0;
+            *input = delay.push(if is_plugged {
                 evaluate(voltage, *moment) / divider
             } else {
                 0.0

@@ -58,8 +58,8 @@ impl VibrometerOutput {
         self.recent.pop_back();
         self.recent.push_front(middle_m);
         let white: f64 = StandardNormal.sample(&mut self.rng);
-        let weighted = self.recent.iter().zip(&self.weights);
-        weighted.map(|(x, weight)| x * weight).sum::<f64>() + self.noise_units * white
+        let products = self.recent.iter().zip(&self.weights);
+        products.map(|(x, weight)| x * weight).sum::<f64>() + self.noise_units * white
     }
 }
 

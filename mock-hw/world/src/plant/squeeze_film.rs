@@ -185,15 +185,15 @@ impl<'a> SqueezeFilm<'a> {
             Some(heights) => self.asperity_n * heights.slope_per_m(gap_m, self.sigma_m),
         };
         let squeeze_n = self.squeeze_force(gap_m, amplitude2_m2);
-        let squeezed = match self.laws.laws.leak_gap_m {
+        let squeeze_slope = match self.laws.laws.leak_gap_m {
             None => 2.0 * squeeze_n / gap_m,
             Some(leak_gap_m) => {
                 let leaks = (gap_m / leak_gap_m).powi(4);
                 (2.0 + 4.0 * leaks / (1.0 + leaks)) * squeeze_n / gap_m
             }
         };
-        let sticking = self.adhesion_force(gap_m) / self.laws.laws.adhesion_range_m;
-        asperities + squeezed - sticking
+        let adhesion_slope = self.adhesion_force(gap_m) / self.laws.laws.adhesion_range_m;
+        asperities + squeeze_slope - adhesion_slope
     }
 
     /// Returns the loss factor η of a contact of this stiffness.

@@ -276,12 +276,12 @@ fn skew_and_phase_delay_their_channel_by_exactly_that() {
     let mut plant = Plant::new(&scenario, 1, 192e3);
     let straight = &mut Plant::new(&ideal(), 1, 192e3);
     let carrier = |t: f64| 0.5 * (TAU * 35e3 * t).sin();
-    let skewed = run(&mut plant, carrier, &FingerState::default(), 0.08, 1920);
-    let plain = run(straight, carrier, &FingerState::default(), 0.08, 1920);
+    let skewed_frames = run(&mut plant, carrier, &FingerState::default(), 0.08, 1920);
+    let plain_frames = run(straight, carrier, &FingerState::default(), 0.08, 1920);
     let cycles = 35e3 / 192e3;
     let turn = |channel: usize| {
         let tone = |k: &[[f64; 3]]| envelope(k.iter().map(|f| f[channel]), cycles);
-        (tone(&skewed) / tone(&plain)).arg()
+        (tone(&skewed_frames) / tone(&plain_frames)).arg()
     };
     // Later sampling advances the phase; phase_rad lags it (0.2 in the plain bench).
     for (channel, expected) in [(0, TAU * cycles * 0.3), (1, 0.6), (2, TAU * cycles * 0.7)] {

@@ -33,14 +33,20 @@ fn requires_plate_of_the_truth(
 ) -> TruthSample {
     let frames = run(plant, carrier(0.7), &FingerState::default(), 0.1, 1920);
     let truth = *plant.truth().last().unwrap();
-    let mut shifted = scenario.clone();
+    let mut shifted_scenario = scenario.clone();
     let hz = scenario.plate.resonance_hz;
-    shifted.plate.resonance_hz += truth.resonance_shift_hz;
-    shifted.plate.second_mode.resonance_hz *= 1.0 + truth.resonance_shift_hz / hz;
+    shifted_scenario.plate.resonance_hz += truth.resonance_shift_hz;
+    shifted_scenario.plate.second_mode.resonance_hz *= 1.0 + truth.resonance_shift_hz / hz;
     let damping = truth.damping_n_s_per_m / scenario.plate.damping_n_s_per_m;
-    shifted.plate.damping_n_s_per_m *= damping;
-    shifted.plate.second_mode.quality /= damping * hz / shifted.plate.resonance_hz;
-    let expected = harmonic_impedance(&shifted, TAU * CARRIER_HZ, C::from(0.0), C::from(1.0));
+    shifted_scenario.plate.damping_n_s_per_m *= damping;
+    shifted_scenario.plate.second_mode.quality /=
+        damping * hz / shifted_scenario.plate.resonance_hz;
+    let expected = harmonic_impedance(
+        &shifted_scenario,
+        TAU * CARRIER_HZ,
+        C::from(0.0),
+        C::from(1.0),
+    );
     let measured = measured_impedance(plant, &frames, CARRIER_HZ);
     let error = (measured - expected).norm();
     assert!(error < tolerance, "{measured} {expected}: off by {error:e}");
@@ -82,15 +88,15 @@ fn a_finger_warms_the_plate_while_it_touches_and_the_plate_cools_after() {
     );
     assert!((warm.damping_n_s_per_m / 7.01 - 1.0 - 0.1 * share).abs() < 1e-3);
     // The samples cover the 10 ms before the truth, in which it cools by 0.06 Hz.
-    let cooling = requires_plate_of_the_truth(&mut plant, &scenario, 6e-3);
-    assert!(cooling.resonance_shift_hz > 0.92 * warm.resonance_shift_hz);
+    let cooling_truth = requires_plate_of_the_truth(&mut plant, &scenario, 6e-3);
+    assert!(cooling_truth.resonance_shift_hz > 0.92 * warm.resonance_shift_hz);
     // A reopened card finds the plate still warm.
     plant.set_rate(96e3, Vec::new());
     run(&mut plant, carrier(0.1), &FingerState::default(), 0.02, 480);
-    let reopened = plant.truth().last().unwrap().resonance_shift_hz;
+    let reopened_shift_hz = plant.truth().last().unwrap().resonance_shift_hz;
     assert!(
-        (reopened / cooling.resonance_shift_hz - 0.98).abs() < 0.01,
-        "{reopened}"
+        (reopened_shift_hz / cooling_truth.resonance_shift_hz - 0.98).abs() < 0.01,
+        "{reopened_shift_hz}"
     );
 }
 
@@ -257,9 +263,12 @@ fn friction_depends_on_speed_load_and_age_and_may_be_viscous() {
     let mut scenario = ideal();
     scenario.friction.ageing = 0.5;
     scenario.friction.ageing_time_s = 0.5;
-    let aged = truth_after(&scenario, 0.0, &SLIDING, 0.5);
+    let aged_truth = truth_after(&scenario, 0.0, &SLIDING, 0.5);
     let expected = 0.8 * (1.0 + 0.5 * (1.0 - (-1.0f64).exp()));
-    assert!((aged.mu0 / expected - 1.0).abs() < 5e-3, "{aged:?}");
+    assert!(
+        (aged_truth.mu0 / expected - 1.0).abs() < 5e-3,
+        "{aged_truth:?}"
+    );
     let mut plant = Plant::new(&scenario, 1, 96e3);
     run(&mut plant, |_| 0.0, &SLIDING, 0.5, 480);
     run(&mut plant, |_| 0.0, &FingerState::default(), 2.5, 480);
@@ -273,16 +282,16 @@ fn asperities_and_tissue_grow_under_a_touch() {
     let mut scenario = ideal();
     scenario.participant.moisture.growth = 0.2;
     scenario.participant.moisture.growth_time_s = 0.5;
-    let grown = truth_after(&scenario, 0.0, &SLIDING, 0.5);
+    let grown_truth = truth_after(&scenario, 0.0, &SLIDING, 0.5);
     let factor = 1.0 + 0.2 * (1.0 - (-1.0f64).exp());
     assert!(
-        (grown.sigma_t_m / (1.7e-6 * factor) - 1.0).abs() < 3e-3,
-        "{grown:?}"
+        (grown_truth.sigma_t_m / (1.7e-6 * factor) - 1.0).abs() < 3e-3,
+        "{grown_truth:?}"
     );
-    let [re, im] = grown.z_t_n_s_per_m;
+    let [re, im] = grown_truth.z_t_n_s_per_m;
     assert!(
         re == 0.47 && (im / (3.16 * factor) - 1.0).abs() < 3e-3,
-        "{grown:?}"
+        "{grown_truth:?}"
     );
 }
 

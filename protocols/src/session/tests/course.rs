@@ -43,7 +43,7 @@ fn a_whole_session_runs_as_the_protocol_says() {
 /// While the operator is asked, neither time nor the participant begins the next trial; a command does.
 #[test]
 fn a_judged_trial_waits_for_the_operators_answer() {
-    for answered in [true, false] {
+    for is_answered in [true, false] {
         let mut rig = Rig::new(demo()).with_consent();
         rig.run_until(Phase::Verdict);
         for _ in 0..500 {
@@ -53,7 +53,7 @@ fn a_judged_trial_waits_for_the_operators_answer() {
             });
             assert_eq!(rig.session.phase(), Phase::Verdict);
         }
-        if answered {
+        if is_answered {
             rig.run_until(Phase::Baseline);
         } else {
             let redo = rig.redo();

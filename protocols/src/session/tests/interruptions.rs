@@ -58,13 +58,13 @@ fn a_safety_trip_in_any_phase_stops_the_drive_until_the_operator_goes_on() {
         rig.tell(OperatorCommand::Resume);
         rig.run_until(Phase::Finished);
         rig.check();
-        let tripped = TrialEnd::Interrupted {
+        let trip_end = TrialEnd::Interrupted {
             interruption: Interruption::Safety {
                 reason: "e-stop".to_owned(),
             },
         };
         assert_eq!(
-            rig.trial_ends().contains(&tripped),
+            rig.trial_ends().contains(&trip_end),
             in_trial(phase),
             "{phase:?}"
         );
@@ -115,11 +115,11 @@ fn an_abort_in_any_phase_ends_the_session_once() {
             trial_count,
             "{phase:?}: every attempt is accounted for"
         );
-        let finished = rig
+        let finish_count = rig
             .actions()
             .filter(|a| matches!(a, Action::Finished(_)))
             .count();
-        assert_eq!(finished, 1, "{phase:?}");
+        assert_eq!(finish_count, 1, "{phase:?}");
     }
 }
 

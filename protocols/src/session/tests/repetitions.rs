@@ -193,10 +193,10 @@ fn a_trial_that_is_never_analysed_is_repeated() {
     rig.analyses = true;
     rig.to_analyse = None;
     rig.run_until(Phase::Finished);
-    let not_analysed = TrialOutcome::Redo {
+    let redo_outcome = TrialOutcome::Redo {
         reasons: vec![RedoReason::NotAnalysed],
     };
-    assert!(rig.outcomes().contains(&not_analysed));
+    assert!(rig.outcomes().contains(&redo_outcome));
     assert_eq!(rig.session.summary().accepted, 4);
     rig.check();
 }
@@ -216,12 +216,12 @@ fn an_analysis_of_another_attempt_is_ignored() {
 fn a_verdict_is_announced_before_it_takes_hold() {
     let mut rig = Rig::new(demo()).with_consent();
     rig.run_until(Phase::Verdict);
-    let announced = rig.actions().find_map(|a| match a {
+    let announcement = rig.actions().find_map(|a| match a {
         Action::Verdict { key, verdict } => Some((key.clone(), verdict.clone())),
         _ => None,
     });
     assert_eq!(
-        announced,
+        announcement,
         Some((rig.begun_trials()[0].clone(), Verdict::Accepted))
     );
     assert!(rig.session.records().is_empty());
@@ -277,14 +277,14 @@ fn a_verdict_is_overruled_both_ways_during_a_pause() {
         rig.tell(command);
         assert_eq!(rig.session.phase(), Phase::Paused);
         assert_eq!(rig.session.current(), None);
-        let overruled = rig.outcomes().last().cloned();
+        let outcome = rig.outcomes().last().cloned();
         assert!(
             if accepts {
-                matches!(overruled, Some(TrialOutcome::AcceptedAnyway { .. }))
+                matches!(outcome, Some(TrialOutcome::AcceptedAnyway { .. }))
             } else {
-                overruled == Some(TrialOutcome::Redo { reasons: vec![] })
+                outcome == Some(TrialOutcome::Redo { reasons: vec![] })
             },
-            "{overruled:?}"
+            "{outcome:?}"
         );
         rig.normal_n = 0.65;
         rig.tell(OperatorCommand::Resume);

@@ -228,7 +228,7 @@ fn a_trial_whose_recording_is_lost_is_repeated_and_the_log_keeps_that() {
     assert_eq!(session.next_numbers(), (3, 4));
     let mut rig = Rig::from_session(demo(), session).with_consent();
     rig.run_until(Phase::Verdict);
-    let killed = [events, rig.events()].concat();
+    let killed_events = [events, rig.events()].concat();
     rig.run_until(Phase::Finished);
     rig.check();
     let keys = |rig: &Rig| -> Vec<_> {
@@ -239,7 +239,7 @@ fn a_trial_whose_recording_is_lost_is_repeated_and_the_log_keeps_that() {
     assert_eq!(rig.session.summary().accepted, 4);
 
     // The program was killed in that part, too.
-    let records = records_from_events(&killed);
+    let records = records_from_events(&killed_events);
     let session = Session::resume(demo(), sub("sub-01"), 7, &records).unwrap();
     let mut rig = Rig::from_session(demo(), session).with_consent();
     rig.run_until(Phase::Finished);

@@ -121,13 +121,13 @@ impl Rig {
         } else {
             None
         };
-        let saved = if self.saves {
+        let save_key = if self.saves {
             self.to_save.take()
         } else {
             None
         };
         Observation {
-            recording: saved.map(|key| (key, RecordingOutcome::Saved)),
+            recording: save_key.map(|key| (key, RecordingOutcome::Saved)),
             t_s: self.t_s,
             normal_n: Some(if has_touch || !self.lifts {
                 self.normal_n
@@ -204,8 +204,8 @@ impl Rig {
 
     /// Reports that the recording of an attempt failed.
     pub(super) fn fail(&mut self, key: &TrialKey) -> &[Action] {
-        let failed = RecordingOutcome::Failed(FULL.to_owned());
-        self.step(|o| o.recording = Some((key.clone(), failed)))
+        let failure = RecordingOutcome::Failed(FULL.to_owned());
+        self.step(|o| o.recording = Some((key.clone(), failure)))
     }
 
     /// Steps until `phase`, for at most ten minutes of session time.
@@ -280,8 +280,11 @@ impl Rig {
         check_invariants(&self.steps, &self.protocol);
         for event in self.events() {
             if let SessionEventKind::TrialSettled { record } = event {
-                let saved = self.saved.contains(&record.key);
-                assert!(saved || !record.outcome.settles(), "{record:?}: not saved");
+                let is_saved = self.saved.contains(&record.key);
+                assert!(
+                    is_saved || !record.outcome.settles(),
+                    "{record:?}: not saved"
+                );
             }
         }
     }
@@ -289,9 +292,9 @@ impl Rig {
 
 /// Checks the invariants, which hold for any observations.
 pub(super) fn check_invariants(steps: &[Vec<Action>], protocol: &Protocol) {
-    let mut consented = false;
+    let mut has_consented = false;
     let mut driven = false;
-    let mut finished = false;
+    let mut is_finished = false;
     let mut open: Option<(TrialKey, f64, Vec<Interval>)> = None;
     let mut keys = HashSet::new();
     let mut redone: Vec<u32> = Vec::new();
@@ -307,7 +310,7 @@ pub(super) fn check_invariants(steps: &[Vec<Action>], protocol: &Protocol) {
                     kind: SessionEventKind::ConsentGiven { .. },
                     ..
                 }) => {
-                    consented = true;
+                    has_consented = true;
                 }
                 Action::Log(SessionEvent {
                     kind: SessionEventKind::TrialSettled { record },
@@ -319,8 +322,8 @@ pub(super) fn check_invariants(steps: &[Vec<Action>], protocol: &Protocol) {
                     assert!(redone.len() <= protocol.redo.max_total as usize);
                 }
                 Action::BeginTrial { key, at_s, .. } => {
-                    assert!(consented, "a trial before the consent");
-                    assert!(!finished && !driven && open.is_none());
+                    assert!(has_consented, "a trial before the consent");
+                    assert!(!is_finished && !driven && open.is_none());
                     assert!(keys.insert((key.number, key.attempt)), "{key:?} twice");
                     open = Some((key.clone(), *at_s, Vec::new()));
                 }
@@ -348,8 +351,8 @@ pub(super) fn check_invariants(steps: &[Vec<Action>], protocol: &Protocol) {
                     }
                 }
                 Action::Finished(_) => {
-                    assert!(!finished && open.is_none());
-                    finished = true;
+                    assert!(!is_finished && open.is_none());
+                    is_finished = true;
                 }
                 _ => {}
             }

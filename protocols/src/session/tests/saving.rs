@@ -58,8 +58,8 @@ fn a_trial_is_accepted_only_when_its_recording_is_saved() {
 fn a_recording_that_is_saved_during_the_verdict_costs_no_time() {
     let mut rig = Rig::new(demo()).with_consent();
     rig.run_until(Phase::Finished);
-    let saving = |event: &SessionEventKind| is_phase(event, Phase::Saving);
-    assert!(!rig.events().iter().any(saving));
+    let is_saving = |event: &SessionEventKind| is_phase(event, Phase::Saving);
+    assert!(!rig.events().iter().any(is_saving));
 }
 
 /// Fault 27.
@@ -164,7 +164,7 @@ fn a_recording_that_fails_stays_failed() {
 /// Fault 27.
 #[test]
 fn an_overruled_trial_too_is_kept_only_when_it_is_saved() {
-    for halted in [false, true] {
+    for is_halted in [false, true] {
         let mut rig = Rig::new(demo()).with_consent();
         rig.run_until_main(Phase::Baseline);
         let outcome_count = rig.outcomes().len();
@@ -172,7 +172,7 @@ fn an_overruled_trial_too_is_kept_only_when_it_is_saved() {
         rig.saves = false;
         rig.run_until(Phase::Verdict);
         let key = rig.session.current().unwrap().clone();
-        if halted {
+        if is_halted {
             rig.pause_now();
         }
         rig.tell(rig.accept_anyway());
@@ -185,7 +185,7 @@ fn an_overruled_trial_too_is_kept_only_when_it_is_saved() {
             outcome_count,
             "the word of the operator stands"
         );
-        if halted {
+        if is_halted {
             rig.tell(OperatorCommand::Resume);
             assert_eq!(rig.session.phase(), Phase::Saving);
         }

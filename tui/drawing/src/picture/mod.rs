@@ -35,14 +35,14 @@ pub fn text(screen: &Buffer) -> String {
 
 /// Returns the symbols of row `y` with their columns; a wide one also covers the next cell.
 fn symbols(screen: &Buffer, y: u16) -> impl Iterator<Item = (u16, &str)> {
-    let mut covered = 0;
+    let mut end_column = 0;
     (screen.area.left()..screen.area.right()).filter_map(move |x| {
-        if covered > 0 {
-            covered -= 1;
+        if end_column > 0 {
+            end_column -= 1;
             return None;
         }
         let cell = &screen[(x, y)];
-        covered = cell.cell_width().max(1) - 1;
+        end_column = cell.cell_width().max(1) - 1;
         Some((x, cell.symbol()))
     })
 }

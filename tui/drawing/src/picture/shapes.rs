@@ -29,8 +29,8 @@ pub(super) fn tiles(character: char) -> Option<(Vec<Tile>, u16)> {
     match character {
         '▀' => solid(vec![tile(0, 0, width, 8)]),
         '▁'..='█' => {
-            let filled = 2 * (code - 0x2580);
-            solid(vec![tile(0, height - filled, width, filled)])
+            let half_eighths = 2 * (code - 0x2580);
+            solid(vec![tile(0, height - half_eighths, width, half_eighths)])
         }
         '▉'..='▏' => solid(vec![tile(0, 0, 0x2590 - code, height)]),
         '▐' => solid(vec![tile(4, 0, 4, height)]),

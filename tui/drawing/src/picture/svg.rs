@@ -210,18 +210,18 @@ fn paths(tiles: &BTreeMap<Ink, Vec<Tile>>, document: &mut String) {
 
 /// Escapes the characters reserved by XML; forbidden characters become U+FFFD.
 fn escaped_for_xml(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
+    let mut output = String::with_capacity(text.len());
     for character in text.chars() {
         match character {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
+            '&' => output.push_str("&amp;"),
+            '<' => output.push_str("&lt;"),
+            '>' => output.push_str("&gt;"),
+            '"' => output.push_str("&quot;"),
             _ if character.is_control() || matches!(character, '\u{fffe}' | '\u{ffff}') => {
-                escaped.push('\u{fffd}');
+                output.push('\u{fffd}');
             }
-            _ => escaped.push(character),
+            _ => output.push(character),
         }
     }
-    escaped
+    output
 }

@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drive_that_nobody_requires_to_be_watched_goes_on() {
+    fn a_drive_without_required_attendance_continues() {
         let (mut renderer, drive) = drive_pair();
         for _ in 0..1000 {
             assert_eq!(phase(&mut renderer, &drive), DrivePhase::Steady);

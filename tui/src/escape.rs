@@ -90,7 +90,7 @@ mod tests {
     use ratatui::layout::Rect;
 
     #[test]
-    fn what_a_terminal_obeys_is_shown_and_the_rest_stays() {
+    fn control_characters_are_escaped_and_the_rest_stays() {
         let plain = "Größe µ ≤ 3 N·s/m\t✓ 日本\n";
         assert!(matches!(escaped(plain), Cow::Borrowed(text) if text == plain));
         for (c, expected) in [

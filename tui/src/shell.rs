@@ -507,7 +507,7 @@ mod tests {
     }
 
     #[test]
-    fn it_ends_when_the_bench_is_gone_having_taken_in_its_last_words() {
+    fn the_screen_ends_with_the_bench_after_its_last_events() {
         let (bench, events) = mpsc::channel();
         let (operator, _actions) = mpsc::channel();
         bench
@@ -522,7 +522,7 @@ mod tests {
     }
 
     #[test]
-    fn it_ends_when_nobody_listens_to_actions() {
+    fn the_screen_ends_without_a_receiver_of_actions() {
         let (_bench, events) = mpsc::channel();
         let (operator, actions) = mpsc::channel();
         drop(actions);

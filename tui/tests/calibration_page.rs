@@ -406,7 +406,7 @@ fn keys_by_what_is_asked() {
 }
 
 #[test]
-fn what_is_typed_is_seen_and_a_slip_is_told() {
+fn typed_text_is_shown_and_a_typing_error_explained() {
     let mut state = state(typing_page());
     press(&mut state, "1.2.");
     assert!(row(&state, 80, 24, 3).contains("1.2.▏ μm"));

@@ -90,7 +90,7 @@ fn a_terminal_that_goes_away_is_noticed() {
 }
 
 #[test]
-fn what_is_no_terminal_is_refused_by_name() {
+fn a_file_without_a_terminal_is_rejected_by_name() {
     let nowhere = Path::new("/dev/no-such-terminal");
     let absent = ParticipantDisplay::open(nowhere, Theme::Colour);
     assert!(
@@ -104,7 +104,7 @@ fn what_is_no_terminal_is_refused_by_name() {
 
 /// A pipe without a reader would block a plain `open` forever.
 #[test]
-fn what_is_no_terminal_is_refused_at_once() {
+fn a_pipe_is_rejected_at_once() {
     use rustix::fs::{CWD, FileType, Mode, mknodat};
 
     let folder = tempfile::tempdir().unwrap();

@@ -149,7 +149,7 @@ fn lines_blocks_and_dots_are_shapes() {
 }
 
 #[test]
-fn what_xml_reserves_or_forbids_does_not_break_the_document() {
+fn reserved_and_forbidden_characters_do_not_break_the_document() {
     let screen = one_row("<a> & \"b\" \u{1b}[0m", Style::new());
     let picture = svg(&screen, "1 < 2 & \u{0}", Paper::Light);
     let document = Document::parse(&picture).unwrap();

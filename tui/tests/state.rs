@@ -91,7 +91,7 @@ fn time_that_starts_over_starts_a_new_curve() {
 }
 
 #[test]
-fn what_is_not_finite_is_not_measured() {
+fn values_that_are_not_finite_are_not_measured() {
     let state = state_after([Event::Live(Live {
         t_s: 1.0,
         normal_n: Some(f64::NAN),

@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_sent_is_its_golden_bytes() {
+    fn reports_encode_to_their_golden_bytes() {
         let mut out = Vec::new();
         let serial = [0xE6, 0x61, 0x41, 0x04, 0x03, 0x00, 0x2A, 0x21];
         put_identity([1, 2, 3], serial, 4000, &mut out);
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_bench_says_is_heard_in_its_golden_bytes_and_nothing_else_is() {
+    fn only_golden_requests_are_decoded() {
         let requests = |bytes: &[u8]| -> Vec<Request> {
             let mut ear = Ear::default();
             bytes.iter().filter_map(|&byte| ear.hear(byte)).collect()

@@ -55,7 +55,7 @@ fn crc16(bytes: &[u8]) -> u16 {
 }
 
 #[test]
-fn the_tests_own_checksum_has_the_documented_check_value() {
+fn the_checksum_of_the_tests_has_the_documented_check_value() {
     assert_eq!(crc16(b"123456789"), 0x29B1);
 }
 
@@ -212,7 +212,7 @@ fn a_saturated_axis_is_clipped_and_flagged() {
 }
 
 #[test]
-fn faults_on_the_wire_are_seen_as_what_they_are() {
+fn faults_on_the_wire_are_distinguishable() {
     let mut apparatus = stepped(Scenario::default(), 3);
     let mut port = open_force_port(&apparatus);
     listen(&mut apparatus, port.as_mut(), 0.1);
@@ -263,7 +263,7 @@ fn the_port_behaves_like_a_serial_port() {
 }
 
 #[test]
-fn who_opens_the_port_late_finds_fresh_samples() {
+fn a_late_reader_receives_fresh_samples() {
     let mut apparatus = stepped(Scenario::default(), 3);
     pass(&mut apparatus, 2.0);
     let mut port = open_force_port(&apparatus);

@@ -14,7 +14,7 @@ use crate::streams::{amplitude_at, device, pass, play_sine, record, stepped, str
 const GENERATOR: usize = 2;
 
 #[test]
-fn what_is_played_is_read_back_at_both_rates_in_both_formats() {
+fn played_signals_are_recorded_at_both_rates_in_both_formats() {
     for rate_hz in [96_000, 192_000] {
         for format in [SampleFormat::F32, SampleFormat::I32] {
             let mut apparatus = stepped(Scenario::default(), 1);
@@ -169,7 +169,7 @@ fn lost_input_frames_never_arrive_and_the_timestamps_say_so() {
 }
 
 #[test]
-fn lost_output_frames_are_silence_that_nobody_was_asked_for() {
+fn lost_output_frames_are_silent_and_not_requested() {
     let mut apparatus = stepped(Scenario::default(), 1);
     let bench = device(&apparatus, BENCH_ID);
     let asked_frames = Arc::new(AtomicU64::new(0));

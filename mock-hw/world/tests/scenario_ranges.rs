@@ -209,7 +209,7 @@ fn no_number_is_without_a_range() {
 }
 
 #[test]
-fn both_ends_of_a_range_are_accepted_and_what_lies_beyond_is_not() {
+fn both_ends_of_a_range_are_accepted_and_values_beyond_are_not() {
     for &(path, low, high) in RANGES {
         let margin = 1e-3 * (high - low);
         for end in [low, high] {
@@ -262,7 +262,7 @@ fn the_quality_factors_of_the_jitter_ascend() {
 }
 
 #[test]
-fn a_range_to_draw_from_lies_within_that_of_its_constant_and_ascends() {
+fn a_draw_range_lies_within_the_range_of_its_constant_and_ascends() {
     for &(path, low, high) in DRAW_RANGES {
         let middle = 0.5 * (low + high);
         for range in [[low, high], [middle, middle]] {
@@ -279,7 +279,7 @@ fn a_range_to_draw_from_lies_within_that_of_its_constant_and_ascends() {
 }
 
 #[test]
-fn every_range_to_draw_from_is_in_the_table_above() {
+fn every_draw_range_is_in_the_table() {
     let text =
         toml::to_string(&mock_world::scenario::built_in("population-unkind").unwrap()).unwrap();
     let table: toml::Table = toml::from_str(&text).unwrap();

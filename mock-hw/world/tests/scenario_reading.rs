@@ -212,7 +212,7 @@ fn an_unknown_name_suggests_the_nearest_one_also_by_a_part_of_it() {
 }
 
 #[test]
-fn faults_are_read_and_written_and_what_cannot_be_injected_is_named_with_its_line() {
+fn faults_are_read_and_written_and_invalid_ones_are_named_with_their_line() {
     use rehearsal::{FaultKind, RehearsedFault, RehearsedFaultError};
 
     let text = "[[faults]]\nfault = \"press\"\nat_s = 5.0\nuntil_s = 6.0\nargument = 4.5\n";

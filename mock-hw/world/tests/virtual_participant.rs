@@ -94,7 +94,7 @@ fn central(acts: &[Act]) -> impl Iterator<Item = &Act> {
 }
 
 #[test]
-fn nobody_touches_the_plate_before_being_told() {
+fn no_person_touches_the_plate_before_the_instruction() {
     let mut session = Session::new(attentive(), 1);
     for instruction in [
         Instruction::Wait,

@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_longer_session_the_busiest_hour_counts() {
+    fn the_busiest_hour_of_a_longer_session_counts() {
         // Trials of 22.4 s, each with a verdict of 0.5 s after it, and no rests: 157 of them and a part begin in an
         // hour.
         let driving = demo(&[

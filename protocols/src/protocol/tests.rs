@@ -321,7 +321,7 @@ fn each_rule_accepts_and_rejects_and_names_key_value_and_limit() {
 }
 
 #[test]
-fn not_a_number_is_in_no_range() {
+fn not_a_number_is_outside_every_range() {
     let error = rule(edit("feedback_s = 3.0", "feedback_s = nan"));
     assert!(
         matches!(&error.error, BrokenRule::OutOfRange(limit) if limit.value.is_nan()),

@@ -293,7 +293,7 @@ fn a_fast_modulation_is_too_short_for_60_ms() {
 }
 
 #[test]
-fn a_rise_that_the_exploration_cuts_off_is_no_stretch_to_take_the_middle_of() {
+fn a_rise_that_the_exploration_cuts_off_gives_no_instance() {
     let mut exploration = exploration(1.0, 0.95, 0.0, 1.7);
     exploration.position_m.fill(CENTRE_M);
     let stretches = exploration.select();
@@ -306,7 +306,7 @@ fn a_rise_that_the_exploration_cuts_off_is_no_stretch_to_take_the_middle_of() {
 }
 
 #[test]
-fn series_that_are_none_are_errors_or_empty() {
+fn invalid_series_are_errors_or_empty() {
     let rules = SelectionRules::published(CENTRE_M);
     let empty = exploration(6.0, 0.95, 0.0, 0.0);
     assert_eq!(empty.select(), []);

@@ -84,7 +84,7 @@ mod tests {
     use crate::language::Language;
 
     #[test]
-    fn every_shipped_text_may_be_written_as_ones_own() {
+    fn every_text_can_be_replaced() {
         for language in Language::ALL {
             for (key, text) in Texts::of(language).all() {
                 assert_eq!(fault(key, text), None, "{language:?} {key} = {text:?}");

@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_name_is_answered_with_what_there_is() {
+    fn an_unknown_name_is_answered_with_the_list_of_devices() {
         let message = choose_id("Babyface").unwrap_err().to_string();
         for device in alsa() {
             assert!(message.contains(&device.id), "{message}");

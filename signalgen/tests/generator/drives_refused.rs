@@ -135,7 +135,7 @@ fn settings_out_of_range_are_rejected_by_name() {
 }
 
 #[test]
-fn parameters_that_are_no_numbers_or_out_of_range_are_rejected_by_name() {
+fn parameters_out_of_range_or_not_numbers_are_rejected_by_name() {
     let sweep = |from_hz, to_hz, duration_s, amplitude_v| Waveform::Sweep {
         from_hz,
         to_hz,

@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn a_terminal_that_stands_still_keeps_nobody_waiting() {
+    fn a_blocked_terminal_never_blocks_the_writer() {
         let (resume, terminal) = mpsc::channel();
         let mut writer = FrameWriter::start(StandsStill(terminal)).unwrap();
         for _ in 0..2 {
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn a_terminal_that_fails_is_told_of_with_the_next_frame() {
+    fn the_next_frame_reports_a_failed_terminal() {
         let (resume, terminal) = mpsc::channel();
         drop(resume);
         let mut writer = FrameWriter::start(StandsStill(terminal)).unwrap();

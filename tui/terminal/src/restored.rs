@@ -167,7 +167,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn restoring_what_was_never_shown_does_nothing() {
+    fn restoring_an_unused_terminal_does_nothing() {
         restore();
         restore();
     }

@@ -144,7 +144,7 @@ mod tests {
 
     /// The spring held for a step equals the stiffness at its middle, while amplitude, force, area and gap all change.
     #[test]
-    fn a_held_spring_is_that_of_the_middle_of_its_step() {
+    fn the_spring_of_a_step_is_that_of_its_middle() {
         const STEP_S: f64 = 1e-4;
         let mut scenario = Scenario::default();
         scenario.film.area_force_exponent = 0.5;

@@ -74,7 +74,7 @@ fn a_bad_trial_is_repeated_with_its_reasons_until_the_limit() {
 }
 
 #[test]
-fn a_participant_is_told_why_a_trial_is_repeated_and_nothing_once_it_is_given_up() {
+fn the_participant_sees_the_cause_of_a_repetition_but_not_of_giving_up() {
     let mut rig = Rig::new(demo()).with_consent();
     rig.run_until_main(Phase::Baseline);
     rig.normal_n = 1.2;
@@ -90,7 +90,7 @@ fn a_participant_is_told_why_a_trial_is_repeated_and_nothing_once_it_is_given_up
 }
 
 #[test]
-fn speed_is_told_before_force_and_what_is_not_the_participants_without_a_cause() {
+fn speed_is_named_before_force_and_causes_of_the_bench_are_not_named() {
     let slow = RedoReason::SpeedOutOfBand {
         exploration: 1,
         speed_m_per_s: 0.02,

@@ -10,7 +10,7 @@ use crate::page::Page;
 use crate::pages::{self, Room};
 use crate::panels::panel::{note, rows};
 use crate::panels::{
-    asked_detail, bench_tables, calibration_layout, drill, help, key_hints, log, new_carrier,
+    bench_tables, calibration_layout, detail_question, drill, help, key_hints, log, new_carrier,
     readings, safety_line, session_phase, stage, strips, summary, tabs,
 };
 use crate::participant_screen;
@@ -164,7 +164,7 @@ fn phase_substitute(state: &State, columns: u16) -> Option<Vec<Line<'_>>> {
     }
     match (&state.drill, &state.asked, &state.new_carrier) {
         (Some(drill), ..) => Some(drill::instruction(state, drill, columns)),
-        (None, Some(detail), _) => Some(asked_detail::question(state, detail, columns)),
+        (None, Some(detail), _) => Some(detail_question::question(state, detail, columns)),
         (None, None, Some(proposal)) => Some(new_carrier::lines(state, proposal, columns)),
         (None, None, None) => None,
     }

@@ -235,8 +235,8 @@ impl PinBoard {
         self.position_count.store(index + 1, Ordering::Release);
     }
 
-    pub(crate) fn switch_off(&self, dead: bool) {
-        self.amplifier_dead.store(dead, Ordering::Release);
+    pub(crate) fn switch_off(&self, is_dead: bool) {
+        self.amplifier_dead.store(is_dead, Ordering::Release);
     }
 
     pub(crate) fn set_amplifier_gain(&self, share: f64) {

@@ -250,12 +250,12 @@ extern "C" fn drive(context: *const c_void, line: u32, high: u32) -> i32 {
     let desk = desk(context);
     let mut pins = desk.pins.lock().unwrap_or_else(PoisonError::into_inner);
     let state = PinState::from(high != 0);
-    let driven = match line {
+    let result = match line {
         ENABLE => pins.amplifier_enable.set_state(state),
         HEARTBEAT => pins.heartbeat.set_state(state),
         _ => Ok(()),
     };
-    driven.map_or(-1, |()| 0)
+    result.map_or(-1, |()| 0)
 }
 
 extern "C" fn count(context: *const c_void) -> i64 {

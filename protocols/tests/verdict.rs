@@ -30,7 +30,7 @@ fn accepted_stretch() -> Stretch {
     }))
 }
 
-fn good() -> TrialAnalysis {
+fn good_analysis() -> TrialAnalysis {
     let exploration = |direction| ExplorationAnalysis {
         direction,
         mean_normal_n: Some(0.65),
@@ -58,7 +58,7 @@ fn good() -> TrialAnalysis {
 
 /// Returns the verdict's reasons for a good trial with one change.
 fn reasons(change: impl FnOnce(&mut TrialAnalysis)) -> Vec<RedoReason> {
-    let mut analysis = good();
+    let mut analysis = good_analysis();
     change(&mut analysis);
     match judge(&analysis, &rules()) {
         Verdict::Accepted => Vec::new(),

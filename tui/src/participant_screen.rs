@@ -379,8 +379,8 @@ fn feedback(view: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) 
     let x_at = |n: f64| left + column(n / (min_n + max_n), columns);
     buf.set_string(x_at(mean_n), area.y + 1, "▼", theme.strong());
     for x in left..left + columns {
-        let inside = (x_at(min_n)..=x_at(max_n)).contains(&x);
-        let (symbol, style) = if inside {
+        let is_inside = (x_at(min_n)..=x_at(max_n)).contains(&x);
+        let (symbol, style) = if is_inside {
             ("█", theme.good())
         } else {
             ("░", theme.faint())
@@ -460,8 +460,8 @@ fn millimetres(
     buf: &mut Buffer,
 ) {
     let steps_mm = [10.0, 20.0, 50.0, 100.0, 200.0, 500.0];
-    let roomy = |step_mm: f64| x_at(step_mm / 1e3).saturating_sub(x_at(0.0)) >= 6;
-    let Some(step_mm) = steps_mm.into_iter().find(|&step_mm| roomy(step_mm)) else {
+    let has_room = |step_mm: f64| x_at(step_mm / 1e3).saturating_sub(x_at(0.0)) >= 6;
+    let Some(step_mm) = steps_mm.into_iter().find(|&step_mm| has_room(step_mm)) else {
         return;
     };
     let mut mm = 0.0;

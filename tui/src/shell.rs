@@ -197,14 +197,14 @@ fn read_keys(
                 }
             };
             // Before access to the state, since the drawing thread may hold its lock.
-            let urgent = at_once(press);
-            if let Some(action) = &urgent {
+            let urgent_action = at_once(press);
+            if let Some(action) = &urgent_action {
                 act(Some(action));
             }
             let Some(action) = desk.press(press) else {
                 continue;
             };
-            if urgent.is_none() {
+            if urgent_action.is_none() {
                 act(Some(&action));
             }
             if actions.send(action).is_err() {
@@ -255,9 +255,9 @@ fn operate<B: Backend<Error = io::Error> + Write>(
             let _ = terminal.backend_mut().write_all(b"\x07");
         }
         if frames.are_written() {
-            let now = size().map_or(area, |(width, height)| Rect::new(0, 0, width, height));
-            if desk.redraw.swap(false, Ordering::Relaxed) || now != area {
-                area = now;
+            let new_area = size().map_or(area, |(width, height)| Rect::new(0, 0, width, height));
+            if desk.redraw.swap(false, Ordering::Relaxed) || new_area != area {
+                area = new_area;
                 // Not `clear`, which queries the terminal for its cursor and waits for the answer.
                 let result = terminal.resize(area);
                 result.map_err(TerminalError::failed("drawing"))?;

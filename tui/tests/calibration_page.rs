@@ -105,7 +105,7 @@ fn review() -> CalibrationPage {
 
 fn state(calibration: CalibrationPage) -> State {
     let mut state = State::new(Theme::Colour);
-    let driven = matches!(
+    let is_driven = matches!(
         calibration.asked,
         Some(Question::Number {
             optional: false,
@@ -122,14 +122,14 @@ fn state(calibration: CalibrationPage) -> State {
         Event::CalibrationReadings(CalibrationReadings {
             normal_n: Some(0.002),
             lateral_n: Some(-0.0011),
-            drive_v: Some(if driven { 20.26 } else { 0.0 }),
-            amplitude_m: Some(if driven { 1.3491e-6 } else { 1e-10 }),
+            drive_v: Some(if is_driven { 20.26 } else { 0.0 }),
+            amplitude_m: Some(if is_driven { 1.3491e-6 } else { 1e-10 }),
             known_m: Some(1.34877e-6),
             known_v: None,
             level: Some(0.338),
         }),
         Event::Safety {
-            state: if driven {
+            state: if is_driven {
                 SafetyState::Driving
             } else {
                 SafetyState::Armed

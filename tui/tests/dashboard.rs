@@ -400,8 +400,8 @@ fn every_small_size_in_every_state_is_drawn_with_the_safety_word_first() {
                 Some(SafetyState::Driving) => " DRIVING",
                 Some(SafetyState::Tripped) => " TRIPPED",
             };
-            if let Some(uncut) = columns.checked_sub(1).filter(|_| rows > 0) {
-                let visible_word = &word[..word.len().min(uncut.into())];
+            if let Some(text_columns) = columns.checked_sub(1).filter(|_| rows > 0) {
+                let visible_word = &word[..word.len().min(text_columns.into())];
                 let first = row(screen, 0);
                 assert!(first.starts_with(visible_word), "{case}: {first:?}");
             }

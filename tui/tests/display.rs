@@ -91,12 +91,12 @@ fn a_terminal_that_goes_away_is_noticed() {
 
 #[test]
 fn a_file_without_a_terminal_is_rejected_by_name() {
-    let nowhere = Path::new("/dev/no-such-terminal");
-    let absent = ParticipantDisplay::open(nowhere, Theme::Colour);
+    let missing_path = Path::new("/dev/no-such-terminal");
+    let result = ParticipantDisplay::open(missing_path, Theme::Colour);
     assert!(
-        matches!(&absent, Err(DisplayError::Open { path, source })
-            if path == nowhere && source.kind() == ErrorKind::NotFound),
-        "{absent:?}"
+        matches!(&result, Err(DisplayError::Open { path, source })
+            if path == missing_path && source.kind() == ErrorKind::NotFound),
+        "{result:?}"
     );
     let file = ParticipantDisplay::open(Path::new("/dev/null"), Theme::Colour);
     assert!(matches!(file, Err(DisplayError::NotATerminal { .. })));

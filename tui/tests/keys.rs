@@ -46,7 +46,7 @@ fn second() -> AttemptName {
     }
 }
 
-fn plain(code: KeyCode) -> KeyEvent {
+fn key_event(code: KeyCode) -> KeyEvent {
     KeyEvent::new(code, KeyModifiers::NONE)
 }
 
@@ -54,7 +54,7 @@ fn plain(code: KeyCode) -> KeyEvent {
 fn press(state: &mut State, keys: &str) -> Vec<Action> {
     let mut actions = Vec::new();
     for code in keys.chars() {
-        let reaction = key(state, plain(KeyCode::Char(code)));
+        let reaction = key(state, key_event(KeyCode::Char(code)));
         state.ui = reaction.ui;
         actions.extend(reaction.action);
     }
@@ -69,7 +69,7 @@ fn a_question_about_the_participant_takes_digits_and_leaves_the_rest_to_the_dash
     });
     let answer = |reply| Some(Action::Answer(reply));
     let tap = |state: &mut State, code| {
-        let reaction = key(state, plain(code));
+        let reaction = key(state, key_event(code));
         state.ui = reaction.ui;
         reaction.action
     };
@@ -221,7 +221,7 @@ fn escape_closes_what_lies_on_top_and_does_nothing_else() {
     let mut state = state(PhaseKind::Exploration, SafetyState::Driving, 2);
     for opening in ["", "?", "a"] {
         press(&mut state, opening);
-        let reaction = key(&state, plain(KeyCode::Esc));
+        let reaction = key(&state, key_event(KeyCode::Esc));
         assert_eq!(reaction.action, None);
         assert!(!reaction.ui.help);
         assert_eq!(reaction.ui.confirm, None);
@@ -241,9 +241,9 @@ fn a_key_without_effect_says_why_until_the_next_one() {
 #[test]
 fn the_view_is_the_operators() {
     let mut state = state(PhaseKind::Exploration, SafetyState::Driving, 2);
-    state.ui = key(&state, plain(KeyCode::Tab)).ui;
+    state.ui = key(&state, key_event(KeyCode::Tab)).ui;
     assert_eq!(state.ui.page, Page::Participant);
-    state.ui = key(&state, plain(KeyCode::Tab)).ui;
+    state.ui = key(&state, key_event(KeyCode::Tab)).ui;
     assert_eq!(state.ui.page, Page::Run);
     press(&mut state, "----");
     assert_eq!(state.ui.window, Window::Ten);
@@ -380,7 +380,7 @@ fn a_replay_takes_the_keys_of_a_player_and_asks_nothing() {
         [Action::Pause, Action::Pause, Action::Quit]
     );
     for (code, by_s) in [(KeyCode::Left, -5.0), (KeyCode::Right, 5.0)] {
-        let action = key(&state, plain(code)).action;
+        let action = key(&state, key_event(code)).action;
         assert_eq!(action, Some(Action::Seek { by_s }));
     }
 }
@@ -395,7 +395,7 @@ fn control_l_draws_everything_anew() {
 }
 
 fn tap(state: &mut State, code: KeyCode) {
-    state.ui = key(state, plain(code)).ui;
+    state.ui = key(state, key_event(code)).ui;
 }
 
 #[test]

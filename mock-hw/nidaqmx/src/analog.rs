@@ -113,11 +113,11 @@ fn read(handle: *mut c_void, frames: usize, timeout: f64, volts: &mut [f64]) -> 
             return (0, status(Err(BAD_VALUE)));
         }
         let now = Instant::now();
-        let enough = task.buffer_v.len() >= count;
-        if !enough && let Some(code) = task.stopped_by {
+        let is_complete = task.buffer_v.len() >= count;
+        if !is_complete && let Some(code) = task.stopped_by {
             return (0, status(Err(code)));
         }
-        if enough || now >= deadline {
+        if is_complete || now >= deadline {
             task.read_request = None;
             // After a timeout the frames received so far are returned.
             let read_count = count.min(task.buffer_v.len() / channels * channels);
@@ -125,7 +125,11 @@ fn read(handle: *mut c_void, frames: usize, timeout: f64, volts: &mut [f64]) -> 
                 *to = from;
             }
             CHANGED.notify_all();
-            let result = if enough { Ok(()) } else { Err(SAMPLES_PENDING) };
+            let result = if is_complete {
+                Ok(())
+            } else {
+                Err(SAMPLES_PENDING)
+            };
             return (read_count / channels, status(result));
         }
         task.read_request = Some(count);

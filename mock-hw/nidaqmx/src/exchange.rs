@@ -84,11 +84,11 @@ pub(crate) extern "C" fn record(samples: *const f32, len: usize) {
     // A stepped apparatus waits until the program has read all samples and asks for more.
     let began = Instant::now();
     while is_stepped && began.elapsed() < LONGEST_WAIT {
-        let busy = twin.streaming_task(Kind::Input).is_some_and(|task| {
+        let has_backlog = twin.streaming_task(Kind::Input).is_some_and(|task| {
             task.read_request
                 .is_none_or(|request| task.buffer_v.len() >= request)
         });
-        if !busy || twin.is_gone {
+        if !has_backlog || twin.is_gone {
             return;
         }
         twin = twin.wait(Duration::from_millis(100));

@@ -14,9 +14,9 @@ impl Senses {
     /// A cue sounds once, and is heard even if another percept follows within the same period.
     pub fn show(&self, percept: Percept) {
         let mut latest = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let unheard = latest.cue;
+        let previous_cue = latest.cue;
         *latest = percept;
-        latest.cue = percept.cue.or(unheard);
+        latest.cue = percept.cue.or(previous_cue);
     }
 
     /// Returns the percept for the period that begins.

@@ -79,8 +79,8 @@ pub fn frames(bytes: &[u8]) -> (Vec<Frame>, usize) {
         .iter()
         .map(|block| block.strip_suffix(&[0]).and_then(decode))
         .collect();
-    let bad = frames.iter().filter(|f| f.is_none()).count();
-    (frames.into_iter().flatten().collect(), bad)
+    let bad_count = frames.iter().filter(|f| f.is_none()).count();
+    (frames.into_iter().flatten().collect(), bad_count)
 }
 
 /// Steps for `seconds` and reads all bytes after every step, as the bench does.

@@ -194,8 +194,11 @@ fn lost_output_frames_are_silent_and_not_requested() {
     assert_eq!(asked_frames.load(Ordering::Relaxed), 3840 - 128);
     let recorded = recorded.lock().unwrap();
     let signal = recorded.channel(SampleFormat::F32, 4, GENERATOR);
-    let quiet = signal[1920..].iter().filter(|v| v.abs() < 0.25).count();
-    assert!((126..=130).contains(&quiet), "{quiet} frames of silence");
+    let silent_frames = signal[1920..].iter().filter(|v| v.abs() < 0.25).count();
+    assert!(
+        (126..=130).contains(&silent_frames),
+        "{silent_frames} frames of silence"
+    );
 }
 
 #[test]

@@ -51,13 +51,13 @@ fn an_unknown_key_is_named_with_its_line_and_the_nearest_known_key() {
 
 #[test]
 fn a_wrong_type_is_named_with_its_line() {
-    let wrong = parse("\n[plate]\nresonance_hz = \"high\"\n").unwrap_err();
+    let error = parse("\n[plate]\nresonance_hz = \"high\"\n").unwrap_err();
     assert!(
         matches!(
-            wrong,
+            error,
             ScenarioError::Toml(TomlError::WrongType { line: 3, .. })
         ),
-        "{wrong}"
+        "{error}"
     );
 }
 
@@ -249,9 +249,9 @@ fn faults_are_read_and_written_and_invalid_ones_are_named_with_their_line() {
         "{error}"
     );
 
-    let twice =
+    let overlap =
         "[[faults]]\nfault = \"estop\"\nat_s = 1.0\n[[faults]]\nfault = \"estop\"\nat_s = 2.0\n";
-    assert!(matches!(parse(twice), Err(ScenarioError::Overlap { .. })));
+    assert!(matches!(parse(overlap), Err(ScenarioError::Overlap { .. })));
     let unknown = parse("[[faults]]\nfault = \"e-stop\"\nat_s = 1.0\n").unwrap_err();
     assert!(matches!(unknown, ScenarioError::Toml(_)), "{unknown:?}");
     assert!(unknown.to_string().contains("`estop`"), "{unknown}");

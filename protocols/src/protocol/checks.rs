@@ -109,8 +109,8 @@ fn file_name(key: &str, name: &str) -> Checked {
 }
 
 fn asked_once(details: &[PersonDetail]) -> Checked {
-    let twice = |i: &usize| details[..*i].contains(&details[*i]);
-    match (0..details.len()).find(twice) {
+    let is_repeated = |i: &usize| details[..*i].contains(&details[*i]);
+    match (0..details.len()).find(is_repeated) {
         Some(i) => Err(BrokenRule::AskedTwice { detail: details[i] }),
         None => Ok(()),
     }

@@ -430,10 +430,10 @@ fn a_missing_section_is_named() {
 #[test]
 fn a_new_carrier_is_asked_for_unless_the_protocol_takes_it() {
     let (head, section) = text().split_once("[resonance_drift]").unwrap();
-    let absent = Protocol::parse(head, "p.toml").unwrap();
-    assert_eq!(absent.resonance_drift, ResonanceDrift::default());
-    assert_eq!(absent.resonance_drift.new_carrier, NewCarrier::Ask);
-    assert!(absent.follows_resonance());
+    let protocol = Protocol::parse(head, "p.toml").unwrap();
+    assert_eq!(protocol.resonance_drift, ResonanceDrift::default());
+    assert_eq!(protocol.resonance_drift.new_carrier, NewCarrier::Ask);
+    assert!(protocol.follows_resonance());
     let automatic = format!("{head}[resonance_drift]\nnew_carrier = \"auto\"");
     let automatic = Protocol::parse(&automatic, "p.toml").unwrap();
     assert_eq!(automatic.resonance_drift.new_carrier, NewCarrier::Auto);
@@ -524,7 +524,7 @@ fn a_protocol_chooses_a_language_and_replaces_texts() {
     let texts = Protocol::parse(&german, "p.toml").unwrap().texts();
     assert_eq!(texts.follow_slider, "Los!");
     assert_eq!(texts.wait, "Bitte warten");
-    for (line, wrong) in [
+    for (line, misspelling) in [
         ("language = \"fr\"", "language = \"french\""),
         ("[texts]\nwait = \"?\"", "[texts]\nwiat = \"?\""),
     ] {
@@ -533,7 +533,7 @@ fn a_protocol_chooses_a_language_and_replaces_texts() {
             false => format!("{line}\n{text}"),
         };
         assert!(Protocol::parse(&edited(line), "p.toml").is_ok());
-        let result = Protocol::parse(&edited(wrong), "p.toml");
+        let result = Protocol::parse(&edited(misspelling), "p.toml");
         assert!(matches!(result, Err(ProtocolError::Toml(_))), "{result:?}");
     }
     let empty = format!("{text}\n[texts]\nwait = \"\"\n");

@@ -32,7 +32,7 @@ const TIP_PART_OF_SWING: f64 = 0.05;
 /// Returns the rising stretches in order.
 pub(super) fn stretches(series: &ExplorationSeries<'_>) -> Vec<Rising> {
     let time_s = series.time_s;
-    let Some(bridged) = bridge(series) else {
+    let Some(amplitude_m) = bridge(series) else {
         return Vec::new();
     };
     if time_s.len() < 3 {
@@ -40,7 +40,7 @@ pub(super) fn stretches(series: &ExplorationSeries<'_>) -> Vec<Rising> {
     }
     let frame_s = (time_s[time_s.len() - 1] - time_s[0]) / (time_s.len() - 1) as f64;
     let half = (0.5 * SMOOTHING_S / frame_s).floor() as usize;
-    let smooth = smooth(&bridged, half);
+    let smooth = smooth(&amplitude_m, half);
     let turns = turning_points(&smooth, swing_that_turns(&smooth));
     let last = smooth.len() - 1;
     turns
@@ -58,14 +58,14 @@ pub(super) fn stretches(series: &ExplorationSeries<'_>) -> Vec<Rising> {
 /// Returns the amplitude with unusable frames replaced by the straight line between their neighbours; `None` if no
 /// frame is usable.
 fn bridge(series: &ExplorationSeries<'_>) -> Option<Vec<f64>> {
-    let usable = |i: usize| {
+    let is_usable = |i: usize| {
         series.amplitude_m[i].is_finite()
             && matches!(
                 series.validity[i],
                 Validity::Valid | Validity::BelowNoise | Validity::ForceSaturated
             )
     };
-    let usable_frames: Vec<usize> = (0..series.time_s.len()).filter(|&i| usable(i)).collect();
+    let usable_frames: Vec<usize> = (0..series.time_s.len()).filter(|&i| is_usable(i)).collect();
     let (first, last) = (*usable_frames.first()?, *usable_frames.last()?);
     let mut amplitude_m = series.amplitude_m.to_vec();
     amplitude_m[..first].fill(series.amplitude_m[first]);

@@ -102,8 +102,8 @@ fn central(
     frames: &Range<usize>,
     rules: &SelectionRules,
 ) -> Result<(), Rejection> {
-    let outside = |p: &f64| p.is_finite() && !rules.is_central(*p);
-    if series.position_m[frames.clone()].iter().any(outside) {
+    let is_outside = |p: &f64| p.is_finite() && !rules.is_central(*p);
+    if series.position_m[frames.clone()].iter().any(is_outside) {
         return Err(Rejection::OutsideCentre {
             central_m: rules.central_m,
         });

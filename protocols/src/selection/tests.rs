@@ -100,11 +100,11 @@ fn the_published_drive_gives_the_middle_60_ms_of_each_rise() {
         assert!((0.5 * (instance.start_s + instance.end_s) - middle_s).abs() < 0.5e-3);
         assert!((instance.end_s - instance.start_s - 0.060).abs() < 1e-9);
     }
-    let outside = stretches
+    let outside_rejections = stretches
         .iter()
         .filter_map(Stretch::rejection)
         .filter(|r| r.to_string() == "outside the central 60 mm");
-    assert_eq!(outside.count(), stretches.len() - 6);
+    assert_eq!(outside_rejections.count(), stretches.len() - 6);
 }
 
 #[test]
@@ -330,9 +330,9 @@ fn invalid_series_are_errors_or_empty() {
 #[test]
 fn the_means_of_an_exploration_are_of_its_centre() {
     let mut exploration = published_exploration();
-    let outside = exploration.frames(1.4, 1.64);
-    exploration.normal_n[outside.clone()].fill(0.1);
-    exploration.velocity_m_per_s[outside].fill(0.0);
+    let outside_frames = exploration.frames(1.4, 1.64);
+    exploration.normal_n[outside_frames.clone()].fill(0.1);
+    exploration.velocity_m_per_s[outside_frames].fill(0.0);
     let rules = SelectionRules::published(CENTRE_M);
     let analysis = analyse_exploration(&exploration.series(), &rules).unwrap();
     assert!((analysis.mean_normal_n.unwrap() - 0.65).abs() < 1e-9);

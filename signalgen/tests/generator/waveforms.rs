@@ -103,9 +103,9 @@ fn adjust_keeps_the_modulation_phase_and_start_begins_it_anew() {
         } else {
             DriveCommand::Start(program)
         });
-        let later = 19_200;
-        volts(&mut generator, later + 1);
-        let expected = 20.0 * (1.0 + 0.95 * (phase_rad + angle(6, later as u64)).sin());
+        let later_frame = 19_200;
+        volts(&mut generator, later_frame + 1);
+        let expected = 20.0 * (1.0 + 0.95 * (phase_rad + angle(6, later_frame as u64)).sin());
         assert_abs_diff_eq!(generator.state().envelope_v, expected, epsilon = 1e-6);
         assert_eq!(generator.state().programs, 2);
     }

@@ -132,10 +132,10 @@ impl Plot {
             buf.set_string(area.x + GUTTER - 1, area.y + row, "│", theme.faint());
         }
         let steps = self.axis.ticks().count().saturating_sub(1);
-        let roomy = usize::from(area.height) >= 2 * steps;
+        let has_room = usize::from(area.height) >= 2 * steps;
         for (i, value) in self.axis.ticks().enumerate() {
             let is_end = i == 0 || i == steps;
-            let Some(row) = self.row(value, area.height).filter(|_| is_end || roomy) else {
+            let Some(row) = self.row(value, area.height).filter(|_| is_end || has_room) else {
                 continue;
             };
             let label = format!("{:>1$}┤", self.axis.label(value), usize::from(GUTTER) - 1);

@@ -118,11 +118,12 @@ fn the_help_lists_each_key_that_works_and_no_other() {
             };
             let mut reaction = key(&state, KeyEvent::new(press.code, modifiers));
             let note = reaction.ui.note.take();
-            let did = reaction.action.is_some() || reaction.redraw || reaction.ui != state.ui;
+            let has_effect =
+                reaction.action.is_some() || reaction.redraw || reaction.ui != state.ui;
             let is_listed = listed.contains(&press);
             let kind = state.phase.kind;
             assert!(
-                !did || is_listed,
+                !has_effect || is_listed,
                 "{press:?} works and is not listed: {kind:?}"
             );
             // A key without effect at the end of its range still works, like the key of the shown page.
@@ -135,7 +136,7 @@ fn the_help_lists_each_key_that_works_and_no_other() {
                     | KeyCode::Char('1' | '4' | '5' | 'j' | 'k')
             );
             assert!(
-                did || !is_listed || may_do_nothing,
+                has_effect || !is_listed || may_do_nothing,
                 "{press:?} is listed and does nothing ({note:?}): {kind:?}"
             );
         }

@@ -107,9 +107,9 @@ pub(crate) fn chart(state: &State, calibration: &CalibrationPage, area: Rect, bu
         }],
     };
     plot.render(theme, body, buf);
-    let inside = Plot::body(body);
+    let plot_area = Plot::body(body);
     for point in &curve.points {
-        if let Some(position) = plot.position(*point, inside) {
+        if let Some(position) = plot.position(*point, plot_area) {
             put(buf, position, "●", theme.second_curve());
         }
     }

@@ -81,9 +81,9 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         ],
     };
     plot.render(theme, plane, buf);
-    let inside = Plot::body(plane);
+    let plot_area = Plot::body(plane);
     if let Some(position) =
-        z_p.and_then(|z| plot.position((z.re_n_s_per_m, z.im_n_s_per_m), inside))
+        z_p.and_then(|z| plot.position((z.re_n_s_per_m, z.im_n_s_per_m), plot_area))
     {
         put(buf, position, "+", theme.strong());
     }
@@ -93,14 +93,14 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         let words = re.label(tick);
         let columns = words.chars().count() as u16;
         let column =
-            (i as f64 / last.max(1) as f64 * f64::from(inside.width.saturating_sub(1))) as u16;
+            (i as f64 / last.max(1) as f64 * f64::from(plot_area.width.saturating_sub(1))) as u16;
         let column = column.saturating_sub(if i == last {
             columns.saturating_sub(1)
         } else {
             0
         });
-        if inside.width > column + columns && !scale.is_empty() {
-            buf.set_string(inside.x + column, scale.y, words, theme.faint());
+        if plot_area.width > column + columns && !scale.is_empty() {
+            buf.set_string(plot_area.x + column, scale.y, words, theme.faint());
         }
     }
 }

@@ -58,22 +58,22 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         }],
     };
     plot.render(theme, picture, buf);
-    let inside = Plot::body(picture);
+    let plot_area = Plot::body(picture);
     for position in measured
         .iter()
-        .filter_map(|point| plot.position(*point, inside))
+        .filter_map(|point| plot.position(*point, plot_area))
     {
         put(buf, position, "●", theme.second_curve());
     }
-    if !scale.is_empty() && inside.width > 12 {
+    if !scale.is_empty() && plot_area.width > 12 {
         let end = format!("{} μm", amplitude_axis.label(amplitude_axis.high));
         buf.set_string(
-            inside.x,
+            plot_area.x,
             scale.y,
             amplitude_axis.label(amplitude_axis.low),
             theme.faint(),
         );
         let columns = end.chars().count() as u16;
-        buf.set_string(inside.right() - columns, scale.y, end, theme.faint());
+        buf.set_string(plot_area.right() - columns, scale.y, end, theme.faint());
     }
 }

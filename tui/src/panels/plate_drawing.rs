@@ -4,7 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
-use super::live_values::{TO_MILLI, aside, live_style, number, stale};
+use super::live_values::{TO_MILLI, live_style, number, secondary_text, stale};
 use super::panel::{note, titled};
 use crate::state::State;
 use drawing::plot::put;
@@ -26,7 +26,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
             format!(" ● {finger_name}{finger:>5} mm {speed:>4} mm/s"),
             live_style(state, theme.first_curve()),
         ),
-        aside(
+        secondary_text(
             state,
             format!("  ▼ {slider_name}{slider:>5} mm"),
             theme.second_curve(),

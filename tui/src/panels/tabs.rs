@@ -68,12 +68,12 @@ fn participant(state: &State) -> Line<'_> {
         participant.unwrap_or("no participant"),
         theme.strong(),
     )];
-    let also = [
+    let details = [
         session.protocol.as_deref(),
         session.study.as_deref(),
         session.calibration_label.as_deref(),
     ];
-    for words in also.into_iter().flatten() {
+    for words in details.into_iter().flatten() {
         spans.push(Span::styled(" · ", theme.faint()));
         spans.push(Span::raw(words));
     }

@@ -120,8 +120,8 @@ impl Write for FrameWriter {
         self.frame.extend_from_slice(END);
         state.unwritten += 1;
         drop(state);
-        let room = Vec::with_capacity(self.frame.capacity());
-        let frame = std::mem::replace(&mut self.frame, room);
+        let buffer = Vec::with_capacity(self.frame.capacity());
+        let frame = std::mem::replace(&mut self.frame, buffer);
         self.to
             .send(frame)
             .map_err(|_| io::Error::from(io::ErrorKind::BrokenPipe))

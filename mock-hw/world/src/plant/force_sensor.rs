@@ -225,7 +225,7 @@ mod tests {
 
     use super::*;
 
-    fn quiet() -> ForceSensorTable {
+    fn quiet_table() -> ForceSensorTable {
         ForceSensorTable {
             noise_n: 0.0,
             clock_ppm: 100.0,
@@ -235,7 +235,7 @@ mod tests {
 
     #[test]
     fn samples_follow_the_device_clock() {
-        let mut sensor = ForceSensor::new(&quiet(), 0.0, 1);
+        let mut sensor = ForceSensor::new(&quiet_table(), 0.0, 1);
         let mut out = Vec::new();
         for i in 0..=100 {
             sensor.advance(f64::from(i) * 0.01, [0.65, 0.3], &mut out);
@@ -250,7 +250,7 @@ mod tests {
 
     #[test]
     fn a_sine_is_read_with_the_mounts_gain_and_phase() {
-        let mut sensor = ForceSensor::new(&quiet(), 0.0, 1);
+        let mut sensor = ForceSensor::new(&quiet_table(), 0.0, 1);
         let mut out = Vec::new();
         let omega = std::f64::consts::TAU * 200.0;
         for i in 0..8000 {
@@ -288,7 +288,7 @@ mod tests {
             lateral_gain: 0.9,
             lateral_to_normal: 0.05,
             normal_to_lateral: -0.03,
-            ..quiet()
+            ..quiet_table()
         };
         let last = settled_samples(&scenario, [0.5, 0.2])[5_000];
         assert_relative_eq!(last.normal_n, 1.2 * (0.5 + 0.05 * 0.2), max_relative = 1e-9);
@@ -306,7 +306,7 @@ mod tests {
     fn the_lateral_axis_has_a_lag_and_a_resonance_of_its_own() {
         let table = ForceSensorTable {
             lateral_lag_s: 2e-3,
-            ..quiet()
+            ..quiet_table()
         };
         let mut sensor = ForceSensor::new(&table, 0.0, 1);
         let mut out = Vec::new();
@@ -320,7 +320,7 @@ mod tests {
 
         let soft = ForceSensorTable {
             lateral_resonance_hz: Some(150.0),
-            ..quiet()
+            ..quiet_table()
         };
         let mut sensor = ForceSensor::new(&soft, 0.0, 1);
         out.clear();
@@ -340,7 +340,7 @@ mod tests {
     fn drift_creep_and_wander_are_slow() {
         let table = ForceSensorTable {
             normal_drift_n_per_min: 0.6,
-            ..quiet()
+            ..quiet_table()
         };
         let out = settled_samples(&table, [0.0, 0.0]);
         let rise_n = out[out.len() - 1].normal_n - out[0].normal_n;
@@ -349,7 +349,7 @@ mod tests {
         let table = ForceSensorTable {
             creep: 0.01,
             creep_time_s: 5.0,
-            ..quiet()
+            ..quiet_table()
         };
         let last = settled_samples(&table, [1.0, 0.0]);
         let expected = 1.0 + 0.01 * (1.0 - (-11.0f64 / 5.0).exp());
@@ -358,7 +358,7 @@ mod tests {
         let table = ForceSensorTable {
             wander_n: 0.01,
             wander_time_s: 1.0,
-            ..quiet()
+            ..quiet_table()
         };
         let mut sensor = ForceSensor::new(&table, 0.0, 1);
         let mut out = Vec::new();
@@ -377,7 +377,7 @@ mod tests {
 
     #[test]
     fn saturation_is_flagged_per_axis() {
-        let mut sensor = ForceSensor::new(&quiet(), 0.0, 1);
+        let mut sensor = ForceSensor::new(&quiet_table(), 0.0, 1);
         let mut out = Vec::new();
         sensor.advance(0.0, [12.0, 1.0], &mut out);
         sensor.advance(0.1, [12.0, 1.0], &mut out);

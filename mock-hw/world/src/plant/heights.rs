@@ -95,7 +95,7 @@ mod tests {
     fn the_table_is_the_integral() {
         let heights = Heights::new(3.5);
         // Integrated over the heights in equal steps, without the substitution.
-        let plain = |gap: f64| {
+        let reference_integral = |gap: f64| {
             let step = 1e-5;
             let steps = ((3.5 - gap) / step) as usize;
             let term = |i: usize| {
@@ -105,7 +105,9 @@ mod tests {
             (0..steps).map(term).sum::<f64>()
         };
         for gap in [0.5, 1.0, 2.0, 2.7] {
-            let error = heights.force(WIDTH * gap, 1.0) / (plain(gap) / plain(0.0)) - 1.0;
+            let error = heights.force(WIDTH * gap, 1.0)
+                / (reference_integral(gap) / reference_integral(0.0))
+                - 1.0;
             assert!(error.abs() < 1e-4, "{gap}: {error:e}");
         }
     }

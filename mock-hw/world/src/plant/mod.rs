@@ -394,19 +394,19 @@ impl Plant {
         }
         let (mut readback, mut pickup, mut line, mut middle_m) = (0.0, 0.0, 0.0, 0.0);
         let on_bench = self.patch.wiring() == InputWiring::Bench;
-        let driven = !self.history.is_silent();
-        if driven && on_bench {
+        let is_driven = !self.history.is_silent();
+        if is_driven && on_bench {
             line = dot(&self.line_weights, self.history.newest_first());
         }
         let mut voltage: Polynomial = Polynomial::default();
-        if driven && self.gate > 0.0 {
+        if is_driven && self.gate > 0.0 {
             voltage = self.amplifier.interval(self.history.newest_first());
             let gain = self.gate * self.scenario.amplifier.volts_per_unit;
             voltage.iter_mut().for_each(|c| *c *= gain);
         }
         self.volts.frames += 1;
         self.volts.sum_v2 += evaluate(&voltage, 0.5).powi(2);
-        if driven && self.gate > 0.0 || !self.state.is_zero() {
+        if is_driven && self.gate > 0.0 || !self.state.is_zero() {
             readback = evaluate(&voltage, self.readback_moment)
                 / self.scenario.converter.readback_volts_per_unit;
             // A patched amplifier feeds the inputs, not the actuators.

@@ -10,7 +10,7 @@ use mock_world::scenario::{Scenario, built_in, built_in_names};
 use super::rig::SLIDING;
 
 /// Returns a scenario without noise and drift of the skin, so that it differs from another only by its law.
-fn quiet(name: &str) -> Scenario {
+fn quiet_scenario(name: &str) -> Scenario {
     let mut scenario = built_in(name).unwrap();
     scenario.participant.moisture.relative_sd = 0.0;
     scenario.converter.noise_units_per_sqrt_hz = 0.0;
@@ -26,7 +26,7 @@ struct Run {
 }
 
 fn run(name: &str) -> Run {
-    let mut plant = Plant::new(&quiet(name), 1, 96e3);
+    let mut plant = Plant::new(&quiet_scenario(name), 1, 96e3);
     let (mut drive, mut inputs) = (vec![0.0; 960], vec![0.0; 960 * 4]);
     let mut out = Run {
         truth: Vec::new(),

@@ -100,8 +100,8 @@ fn no_trial_begins_in_an_hour_that_is_used_up() {
         rig.step(wait);
     }
     assert_eq!(rig.begun_trials().len(), trial_count);
-    let spent = SessionEventKind::DrivingTimeSpent { wait_s: 700.0 };
-    assert!(rig.events().contains(&spent));
+    let event = SessionEventKind::DrivingTimeSpent { wait_s: 700.0 };
+    assert!(rig.events().contains(&event));
     rig.step(|o| {
         wait(o);
         o.command = Some(OperatorCommand::Resume);

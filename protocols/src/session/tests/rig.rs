@@ -293,7 +293,7 @@ impl Rig {
 /// Checks the invariants, which hold for any observations.
 pub(super) fn check_invariants(steps: &[Vec<Action>], protocol: &Protocol) {
     let mut has_consented = false;
-    let mut driven = false;
+    let mut is_driven = false;
     let mut is_finished = false;
     let mut open: Option<(TrialKey, f64, Vec<Interval>)> = None;
     let mut keys = HashSet::new();
@@ -323,15 +323,15 @@ pub(super) fn check_invariants(steps: &[Vec<Action>], protocol: &Protocol) {
                 }
                 Action::BeginTrial { key, at_s, .. } => {
                     assert!(has_consented, "a trial before the consent");
-                    assert!(!is_finished && !driven && open.is_none());
+                    assert!(!is_finished && !is_driven && open.is_none());
                     assert!(keys.insert((key.number, key.attempt)), "{key:?} twice");
                     open = Some((key.clone(), *at_s, Vec::new()));
                 }
                 Action::Drive(DriveRequest::On(_)) => {
                     assert!(open.is_some(), "driven outside a trial");
-                    driven = true;
+                    is_driven = true;
                 }
-                Action::Drive(DriveRequest::Off) => driven = false,
+                Action::Drive(DriveRequest::Off) => is_driven = false,
                 Action::Mark(interval) => {
                     let (_, begin_s, intervals) = open.as_mut().expect("marked outside a trial");
                     assert!(interval.start_s >= *begin_s && interval.end_s > interval.start_s);
@@ -341,7 +341,7 @@ pub(super) fn check_invariants(steps: &[Vec<Action>], protocol: &Protocol) {
                     intervals.push(*interval);
                 }
                 Action::EndTrial { key, end, at_s } => {
-                    assert!(!driven, "a recording ended while driven");
+                    assert!(!is_driven, "a recording ended while driven");
                     let (begun_key, _, intervals) = open.take().expect("ended twice");
                     assert_eq!(begun_key, *key);
                     assert!(intervals.iter().all(|i| i.end_s <= *at_s));

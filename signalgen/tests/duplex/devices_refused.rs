@@ -32,7 +32,7 @@ fn a_stream_that_the_device_lacks_is_refused_with_its_capabilities() {
             direction: StreamDirection::Input,
             device: "custom:stepped (stepped card)".to_owned(),
             wanted: "4 channels of i32 at 192000 Hz".to_owned(),
-            offer,
+            offered: offer,
         }
     );
     let offer = "2 ch f32 192000 Hz; 2 ch i16 192000 Hz; 2 ch i24 192000 Hz; 2 ch i32 192000 Hz";

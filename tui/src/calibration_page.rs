@@ -32,7 +32,7 @@ pub struct CalibrationPage {
 }
 
 impl CalibrationPage {
-    /// Whether the page needs the operator, for a question or a failure that the page `before` did not show.
+    /// Whether the page needs the operator, for a question or a failure that the `previous` page did not show.
     pub(crate) fn calls(&self, previous: Option<&Self>) -> bool {
         let call = |page: &Self| {
             let words = (page.instruction.clone(), page.note.clone());

@@ -140,7 +140,7 @@ fn log_page(state: &State, area: Rect, buf: &mut Buffer) {
     }
 }
 
-/// Returns the height of the phase: one row, or up to `most` for a drill's instruction or a question.
+/// Returns the height of the phase: one row, or up to `max_rows` for a drill's instruction or a question.
 fn phase_rows(state: &State, columns: u16, max_rows: u16) -> u16 {
     let lines = phase_substitute(state, columns).map_or(1, |lines| lines.len());
     u16::try_from(lines)

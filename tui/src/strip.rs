@@ -101,7 +101,7 @@ impl Strip {
         }
     }
 
-    /// Returns the axis for `history`: `used`, as long as it is suitable.
+    /// Returns the axis for `history`: `current`, as long as it is suitable.
     pub(crate) fn axis(
         self,
         history: &VecDeque<Live>,

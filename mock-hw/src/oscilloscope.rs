@@ -11,7 +11,7 @@ use std::path::Path;
 /// Drive across the actuators that counts as driven, V RMS over a period of the simulation.
 const DRIVEN_V: f64 = 0.7;
 /// Sample of the card that counts as driven, full scale 1.
-const PLAYED: f32 = 0.012;
+const PLAYED_LEVEL: f32 = 0.012;
 
 /// First word of the file.
 const MARK: u64 = u64::from_le_bytes(*b"oscillo1");
@@ -80,8 +80,8 @@ impl Readings {
             Err(error) => return Err(error),
         };
         let word = |word: Word| {
-            let at = word as usize * size_of::<u64>();
-            let bytes = bytes.get(at..at + size_of::<u64>());
+            let offset = word as usize * size_of::<u64>();
+            let bytes = bytes.get(offset..offset + size_of::<u64>());
             bytes.map_or(0, |bytes| {
                 u64::from_ne_bytes(bytes.try_into().unwrap_or_default())
             })
@@ -117,8 +117,8 @@ impl Readings {
 /// If the file cannot be written.
 pub fn press_estop(path: &Path, pressed: bool) -> io::Result<()> {
     let mut file = std::fs::File::options().write(true).open(path)?;
-    let at = Word::Estop as usize * size_of::<u64>();
-    file.seek(SeekFrom::Start(at as u64))?;
+    let offset = Word::Estop as usize * size_of::<u64>();
+    file.seek(SeekFrom::Start(offset as u64))?;
     file.write_all(&u64::from(pressed).to_ne_bytes())
 }
 
@@ -136,7 +136,7 @@ pub(crate) struct Oscilloscope {
     screen: screen::Screen,
     lines: Option<AmplifierLines>,
     looked_ns: u64,
-    pressed: bool,
+    estop: bool,
 }
 
 impl Oscilloscope {
@@ -151,15 +151,15 @@ impl Oscilloscope {
             screen,
             lines: None,
             looked_ns: 0,
-            pressed: false,
+            estop: false,
         })
     }
 
     /// Returns the new state of the e-stop button if it has changed since the last call.
-    pub fn pressed(&mut self) -> Option<bool> {
-        let pressed = self.screen.get(Word::Estop) != 0;
-        let before = std::mem::replace(&mut self.pressed, pressed);
-        (pressed != before).then_some(pressed)
+    pub fn estop_change(&mut self) -> Option<bool> {
+        let estop = self.screen.get(Word::Estop) != 0;
+        let previous = std::mem::replace(&mut self.estop, estop);
+        (estop != previous).then_some(estop)
     }
 
     /// Records a period that ends now: the card's samples, the voltage across the actuators and the lines.
@@ -169,17 +169,17 @@ impl Oscilloscope {
     }
 
     fn see(&mut self, now_ns: u64, drive: &[f32], rms_v: f64, lines: AmplifierLines) {
-        if drive.iter().any(|sample| sample.abs() > PLAYED) {
+        if drive.iter().any(|sample| sample.abs() > PLAYED_LEVEL) {
             self.screen.set(Word::Played, now_ns);
         }
         if rms_v > DRIVEN_V {
             self.screen.set(Word::Driven, now_ns);
         }
-        if let Some(before) = self.lines.replace(lines) {
-            if before.heartbeat != lines.heartbeat {
+        if let Some(previous) = self.lines.replace(lines) {
+            if previous.heartbeat != lines.heartbeat {
                 self.screen.set(Word::Beat, now_ns);
             }
-            if before.enable && !lines.enable {
+            if previous.enable && !lines.enable {
                 self.screen.set(Word::Opened, now_ns);
             }
             self.screen
@@ -233,7 +233,7 @@ mod screen {
             let length = size_of::<[AtomicU64; WORDS]>();
             file.set_len(length as u64)?;
             // SAFETY: a new mapping of a file that is as long; the kernel chooses an address, which a page aligns.
-            let at = unsafe {
+            let mapping = unsafe {
                 libc::mmap(
                     std::ptr::null_mut(),
                     length,
@@ -243,8 +243,8 @@ mod screen {
                     0,
                 )
             };
-            match NonNull::new(at) {
-                Some(words) if at != libc::MAP_FAILED => Ok(Self {
+            match NonNull::new(mapping) {
+                Some(words) if mapping != libc::MAP_FAILED => Ok(Self {
                     words: words.cast(),
                 }),
                 _ => Err(io::Error::last_os_error()),
@@ -320,34 +320,37 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("scope");
         assert_eq!(Readings::read(&path).unwrap(), None);
-        let on = AmplifierLines {
+        let on_lines = AmplifierLines {
             enable: true,
             heartbeat: true,
             power: true,
         };
         let mut scope = Oscilloscope::open(&path).unwrap();
-        scope.see(10, &[0.0, 0.5], 20.0, on);
+        scope.see(10, &[0.0, 0.5], 20.0, on_lines);
         scope.see(
             20,
             &[0.0, 0.5],
             20.0,
             AmplifierLines {
                 heartbeat: false,
-                ..on
+                ..on_lines
             },
         );
-        let off = AmplifierLines {
+        let off_lines = AmplifierLines {
             enable: false,
             heartbeat: false,
             power: false,
         };
-        scope.see(50, &[0.001, 0.5], 0.2, off);
-        scope.see(60, &[0.001, -0.001], 0.0, off);
-        assert_eq!(scope.pressed(), None);
+        scope.see(50, &[0.001, 0.5], 0.2, off_lines);
+        scope.see(60, &[0.001, -0.001], 0.0, off_lines);
+        assert_eq!(scope.estop_change(), None);
         press_estop(&path, true).unwrap();
-        assert_eq!((scope.pressed(), scope.pressed()), (Some(true), None));
+        assert_eq!(
+            (scope.estop_change(), scope.estop_change()),
+            (Some(true), None)
+        );
         drop(scope);
-        let seen = Readings::read(&path).unwrap().unwrap();
+        let readings = Readings::read(&path).unwrap().unwrap();
         let expected = Readings {
             looked_ns: 60,
             played_ns: 50,
@@ -358,12 +361,12 @@ mod tests {
             enable: false,
             power: false,
         };
-        assert_eq!(seen, expected);
-        let mut again = Oscilloscope::open(&path).unwrap();
-        again.see(70, &[0.0], 0.0, on);
-        let seen = Readings::read(&path).unwrap().unwrap();
+        assert_eq!(readings, expected);
+        let mut scope = Oscilloscope::open(&path).unwrap();
+        scope.see(70, &[0.0], 0.0, on_lines);
+        let readings = Readings::read(&path).unwrap().unwrap();
         assert_eq!(
-            (seen.driven_ns, seen.looked_ns, seen.enable),
+            (readings.driven_ns, readings.looked_ns, readings.enable),
             (20, 70, true)
         );
     }

@@ -106,7 +106,7 @@ pub struct Pins {
 pub(crate) struct PinBoard {
     clock: Arc<WorldClock>,
     counts_per_m: f64,
-    gone: AtomicBool,
+    is_removed: AtomicBool,
     amplifier_dead: AtomicBool,
     /// Bits of the amplifier's gain relative to the scenario's.
     amplifier_gain: AtomicU64,
@@ -124,13 +124,13 @@ pub(crate) struct PinBoard {
     /// Bits of the carriage positions, m; slot k mod [`HISTORY`] is for the end of step k.
     positions_m: Box<[AtomicU64]>,
     /// Number of positions written.
-    written: AtomicU64,
-    shown: Mutex<Option<Shown>>,
+    position_count: AtomicU64,
+    encoder_state: Mutex<Option<EncoderState>>,
 }
 
 /// Encoder state on the lines.
 #[derive(Debug, Clone, Copy)]
-struct Shown {
+struct EncoderState {
     count: i64,
     /// Whether A and B have been read in this state.
     read: [bool; 2],
@@ -142,7 +142,7 @@ impl PinBoard {
         Arc::new(Self {
             clock,
             counts_per_m: scenario.encoder.counts_per_m,
-            gone: AtomicBool::new(false),
+            is_removed: AtomicBool::new(false),
             amplifier_dead: AtomicBool::new(false),
             amplifier_gain: AtomicU64::new(1f64.to_bits()),
             estop_pressed: AtomicBool::new(false),
@@ -156,8 +156,8 @@ impl PinBoard {
             one_shot: Mutex::new(OneShot::new(scenario.amplifier.one_shot_s)),
             relay_welded: AtomicBool::new(scenario.amplifier.relay_welded),
             positions_m: (0..HISTORY).map(|_| AtomicU64::new(0)).collect(),
-            written: AtomicU64::new(0),
-            shown: Mutex::new(None),
+            position_count: AtomicU64::new(0),
+            encoder_state: Mutex::new(None),
         })
     }
 
@@ -184,10 +184,10 @@ impl PinBoard {
 
     /// Returns whether the amplifier passes the drive at simulated time `ns`.
     pub(crate) fn amplifier_on(&self, ns: u64) -> bool {
-        let closed = lock(&self.one_shot).runs_at(ns)
+        let is_closed = lock(&self.one_shot).runs_at(ns)
             && self.enable.load(Ordering::Acquire)
             && self.estop_healthy();
-        (closed || self.relay_welded.load(Ordering::Acquire))
+        (is_closed || self.relay_welded.load(Ordering::Acquire))
             && !self.amplifier_dead.load(Ordering::Acquire)
     }
 
@@ -201,8 +201,8 @@ impl PinBoard {
     }
 
     /// Returns the encoder's counts, as from a hardware counter.
-    pub(crate) fn counted(&self) -> i64 {
-        let newest = self.written.load(Ordering::Acquire).checked_sub(1);
+    pub(crate) fn encoder_count(&self) -> i64 {
+        let newest = self.position_count.load(Ordering::Acquire).checked_sub(1);
         let carriage_m = newest.map_or(0.0, |newest| self.stored_m(newest));
         (carriage_m * self.counts_per_m).floor() as i64
     }
@@ -220,7 +220,7 @@ impl PinBoard {
     }
 
     /// Sets the lines to the amplifier at `now_ns`, for a field box.
-    pub(crate) fn drive_beside(&self, enable: bool, heartbeat: bool, now_ns: u64) {
+    pub(crate) fn set_lines(&self, enable: bool, heartbeat: bool, now_ns: u64) {
         self.enable.store(enable, Ordering::Release);
         if self.heartbeat.swap(heartbeat, Ordering::AcqRel) != heartbeat {
             lock(&self.one_shot).trigger(now_ns);
@@ -230,13 +230,13 @@ impl PinBoard {
     /// Takes the state of the person's button and the carriage position at the end of a step.
     pub(crate) fn update(&self, position_m: f64, button: bool) {
         self.person_button.store(button, Ordering::Release);
-        let index = self.written.load(Ordering::Relaxed);
+        let index = self.position_count.load(Ordering::Relaxed);
         self.positions_m[slot(index)].store(position_m.to_bits(), Ordering::Relaxed);
-        self.written.store(index + 1, Ordering::Release);
+        self.position_count.store(index + 1, Ordering::Release);
     }
 
-    pub(crate) fn switch_off(&self, dead: bool) {
-        self.amplifier_dead.store(dead, Ordering::Release);
+    pub(crate) fn switch_off(&self, is_dead: bool) {
+        self.amplifier_dead.store(is_dead, Ordering::Release);
     }
 
     pub(crate) fn set_amplifier_gain(&self, share: f64) {
@@ -269,8 +269,8 @@ impl PinBoard {
         self.relay_welded.store(welded, Ordering::Release);
     }
 
-    pub(crate) fn remove(&self, gone: bool) {
-        self.gone.store(gone, Ordering::Release);
+    pub(crate) fn remove(&self, is_removed: bool) {
+        self.is_removed.store(is_removed, Ordering::Release);
     }
 
     pub(crate) fn estop_healthy(&self) -> bool {
@@ -284,8 +284,8 @@ impl PinBoard {
     /// Returns the carriage position at the encoder at simulated time `now_ns`, m.
     fn carriage_m(&self, now_ns: u64) -> f64 {
         loop {
-            let written = self.written.load(Ordering::Acquire);
-            let Some(newest) = written.checked_sub(1) else {
+            let position_count = self.position_count.load(Ordering::Acquire);
+            let Some(newest) = position_count.checked_sub(1) else {
                 return 0.0;
             };
             if self.clock.pace() == Pace::Stepped {
@@ -293,19 +293,19 @@ impl PinBoard {
             }
             // Slot k stores the end of step k, which is the start of step k + 1.
             let shown_ns = now_ns.saturating_sub(ENCODER_LATENCY_NS);
-            let Some(before) = self.clock.step_at(shown_ns).checked_sub(1) else {
+            let Some(index) = self.clock.step_at(shown_ns).checked_sub(1) else {
                 return self.stored_m(0);
             };
-            if before >= newest {
+            if index >= newest {
                 return self.stored_m(newest);
             }
-            let before = before.max(written.saturating_sub(HISTORY / 2));
-            let (from, to) = (self.stored_m(before), self.stored_m(before + 1));
-            let start_ns = self.clock.ns_of(before + 1);
-            let length_ns = self.clock.ns_of(before + 2) - start_ns;
+            let index = index.max(position_count.saturating_sub(HISTORY / 2));
+            let (from, to) = (self.stored_m(index), self.stored_m(index + 1));
+            let start_ns = self.clock.ns_of(index + 1);
+            let length_ns = self.clock.ns_of(index + 2) - start_ns;
             let part = shown_ns.saturating_sub(start_ns) as f64 / length_ns as f64;
             // Half the history is a margin for the writer: only a reader suspended for longer retries.
-            if self.written.load(Ordering::Acquire) - written < HISTORY / 2 {
+            if self.position_count.load(Ordering::Acquire) - position_count < HISTORY / 2 {
                 return from + (to - from) * part.min(1.0);
             }
         }
@@ -314,8 +314,8 @@ impl PinBoard {
     /// Returns the level of line A (0) or B (1), and records the read.
     fn encoder(&self, line: usize, now_ns: u64) -> bool {
         let carriage = (self.carriage_m(now_ns) * self.counts_per_m).floor() as i64;
-        let mut shown = lock(&self.shown);
-        let state = shown.get_or_insert(Shown {
+        let mut guard = lock(&self.encoder_state);
+        let state = guard.get_or_insert(EncoderState {
             count: carriage,
             read: [false; 2],
         });
@@ -328,7 +328,7 @@ impl PinBoard {
     }
 
     fn read(&self, line: InputLine) -> Result<bool, PinError> {
-        if self.gone.load(Ordering::Acquire) {
+        if self.is_removed.load(Ordering::Acquire) {
             return Err(PinError::Gone);
         }
         Ok(match line {
@@ -341,7 +341,7 @@ impl PinBoard {
     }
 
     fn drive(&self, line: OutputLine, high: bool) -> Result<(), PinError> {
-        if self.gone.load(Ordering::Acquire) {
+        if self.is_removed.load(Ordering::Acquire) {
             return Err(PinError::Gone);
         }
         match line {
@@ -484,9 +484,9 @@ mod tests {
         let mut last = None;
         for state in states {
             let place = place(state)? as i64;
-            let moved = last.map_or(0, |last: i64| (place - last).rem_euclid(4));
-            count += [0, 1, i64::MAX, -1][moved as usize];
-            if moved == 2 {
+            let step = last.map_or(0, |last: i64| (place - last).rem_euclid(4));
+            count += [0, 1, i64::MAX, -1][step as usize];
+            if step == 2 {
                 return None;
             }
             last = Some(place);
@@ -498,7 +498,7 @@ mod tests {
     fn the_encoder_counts_both_ways_through_zero() {
         let (_, board) = board();
         let mut pins = board.pins();
-        let there = (-40..40).map(|n| (f64::from(n) + 0.5) * 25e-6);
+        let way_out = (-40..40).map(|n| (f64::from(n) + 0.5) * 25e-6);
         let mut states = |positions: Vec<f64>| -> Vec<[bool; 2]> {
             let read = |position_m| {
                 board.update(position_m, false);
@@ -507,8 +507,8 @@ mod tests {
             };
             positions.into_iter().map(read).collect()
         };
-        assert_eq!(follow(states(there.clone().collect())), Some(79));
-        assert_eq!(follow(states(there.rev().collect())), Some(-79));
+        assert_eq!(follow(states(way_out.clone().collect())), Some(79));
+        assert_eq!(follow(states(way_out.rev().collect())), Some(-79));
     }
 
     #[test]

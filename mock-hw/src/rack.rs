@@ -99,8 +99,8 @@ pub fn library() -> Option<PathBuf> {
     let folder = program.parent()?;
     let name = libloading::library_filename("nidaqmx");
     let places = ["", "deps", "..", "../lib/friction-bench"].map(|place| folder.join(place));
-    let found = places.into_iter().map(|place| place.join(&name));
-    found.into_iter().find(|file| file.is_file())
+    let files = places.into_iter().map(|place| place.join(&name));
+    files.into_iter().find(|file| file.is_file())
 }
 
 /// State behind the functions of a [`Board`].
@@ -147,7 +147,7 @@ impl Rack {
     /// [`NoTwin`] if it is not a simulated library.
     pub fn connect(&self, path: &Path) -> Result<(), NoTwin> {
         // SAFETY: a library that has this function is the simulated one, whose prototype it is.
-        let connected = unsafe {
+        let is_connected = unsafe {
             libloading::Library::new(path).and_then(|library| {
                 let connect: Connect = *library.get(CONNECT)?;
                 connect(self.board());
@@ -156,7 +156,7 @@ impl Rack {
                 Ok(())
             })
         };
-        connected.map_err(|source| NoTwin {
+        is_connected.map_err(|source| NoTwin {
             path: path.to_owned(),
             source,
         })
@@ -171,15 +171,15 @@ fn desk<'a>(context: *const c_void) -> &'a Desk {
 impl Desk {
     fn open(&self, rate_hz: u32, stagger_s: f64, deck: Deck) -> Result<(), cpal::Error> {
         let host = cpal_host(&self.cards);
-        let missing = || cpal::Error::new(ErrorKind::DeviceNotAvailable);
-        let device = host.default_input_device().ok_or_else(missing)?;
+        let no_device = || cpal::Error::new(ErrorKind::DeviceNotAvailable);
+        let device = host.default_input_device().ok_or_else(no_device)?;
         self.cards.stagger(stagger_s);
         let config = |channels| StreamConfig {
             channels,
             sample_rate: rate_hz,
             buffer_size: BufferSize::Default,
         };
-        let failed = |output: u32| {
+        let failure = |output: u32| {
             move |error: cpal::Error| {
                 let kind = if error.kind() == ErrorKind::Xrun {
                     XRUN
@@ -197,7 +197,7 @@ impl Desk {
                     (deck.play)(samples.as_mut_ptr(), samples.len());
                 }
             },
-            failed(1),
+            failure(1),
             None,
         )?;
         let input = device.build_input_stream_raw(
@@ -208,7 +208,7 @@ impl Desk {
                     (deck.record)(samples.as_ptr(), samples.len());
                 }
             },
-            failed(0),
+            failure(0),
             None,
         )?;
         output.play()?;
@@ -250,16 +250,16 @@ extern "C" fn drive(context: *const c_void, line: u32, high: u32) -> i32 {
     let desk = desk(context);
     let mut pins = desk.pins.lock().unwrap_or_else(PoisonError::into_inner);
     let state = PinState::from(high != 0);
-    let driven = match line {
+    let result = match line {
         ENABLE => pins.amplifier_enable.set_state(state),
         HEARTBEAT => pins.heartbeat.set_state(state),
         _ => Ok(()),
     };
-    driven.map_or(-1, |()| 0)
+    result.map_or(-1, |()| 0)
 }
 
 extern "C" fn count(context: *const c_void) -> i64 {
-    desk(context).board.counted()
+    desk(context).board.encoder_count()
 }
 
 extern "C" fn release(context: *const c_void) {

@@ -19,7 +19,7 @@ const FINENESS: f64 = 512.0;
 pub(crate) struct SoundLayer {
     resampler: Option<[Stage; 2]>,
     /// Delayed samples of the drive.
-    waiting: VecDeque<f32>,
+    delay_line: VecDeque<f32>,
     inputs: Vec<usize>,
     slip: Option<Slipping>,
     /// A frame before its channels are reordered.
@@ -54,7 +54,7 @@ impl SoundLayer {
         });
         Self {
             resampler,
-            waiting: vec![0.0; (delay_s * rate_hz).round() as usize].into(),
+            delay_line: vec![0.0; (delay_s * rate_hz).round() as usize].into(),
             inputs: settings.inputs.clone(),
             slip: settings.slip.map(|slip| Slipping {
                 ring: vec![0.0; slip.samples],
@@ -68,11 +68,11 @@ impl SoundLayer {
 
     /// Changes the drive on its way to the card.
     pub fn play(&mut self, drive: &mut [f32]) {
-        if !self.waiting.is_empty() {
+        if !self.delay_line.is_empty() {
             for sample in drive.iter_mut() {
                 // One sample out for each one in: the queue never grows.
-                let before = self.waiting.pop_front().unwrap_or(0.0);
-                self.waiting.push_back(std::mem::replace(sample, before));
+                let output = self.delay_line.pop_front().unwrap_or(0.0);
+                self.delay_line.push_back(std::mem::replace(sample, output));
             }
         }
         let Some([down, up]) = &mut self.resampler else {
@@ -96,10 +96,10 @@ impl SoundLayer {
                 *input = self.frame[from];
             }
             if let Some(Slipping { slip, ring }) = &mut self.slip {
-                let at = self.frames as usize % ring.len();
-                let late = std::mem::replace(&mut ring[at], inputs[slip.channel]);
+                let index = self.frames as usize % ring.len();
+                let delayed = std::mem::replace(&mut ring[index], inputs[slip.channel]);
                 if self.frames as f64 >= slip.after_s * self.rate_hz {
-                    inputs[slip.channel] = late;
+                    inputs[slip.channel] = delayed;
                 }
             }
             self.frames += 1;
@@ -116,9 +116,9 @@ struct Stage {
     half: f64,
     kernel: Vec<f64>,
     ring: Vec<f64>,
-    taken: u64,
-    made: u64,
-    primed: bool,
+    inputs: u64,
+    outputs: u64,
+    is_primed: bool,
 }
 
 impl Stage {
@@ -133,33 +133,33 @@ impl Stage {
             half,
             kernel,
             ring: vec![0.0; 2 * half as usize + 8],
-            taken: 0,
-            made: 0,
-            primed: false,
+            inputs: 0,
+            outputs: 0,
+            is_primed: false,
         }
     }
 
     fn push(&mut self, value: f64) {
-        let at = self.taken as usize % self.ring.len();
-        self.ring[at] = value;
-        self.taken += 1;
+        let index = self.inputs as usize % self.ring.len();
+        self.ring[index] = value;
+        self.inputs += 1;
     }
 
     /// Returns the next output sample once all inputs that it depends on have arrived.
     fn pull(&mut self) -> Option<f64> {
-        let at = self.made as f64 * self.step;
+        let position = self.outputs as f64 * self.step;
         // Starts with two samples in reserve, so that no output is missing when inputs arrive unevenly.
-        let in_hand = if self.primed { 0.0 } else { 2.0 };
-        if (self.taken as f64) < at + self.half + 1.0 + in_hand {
+        let in_hand = if self.is_primed { 0.0 } else { 2.0 };
+        if (self.inputs as f64) < position + self.half + 1.0 + in_hand {
             return None;
         }
-        self.primed = true;
-        self.made += 1;
-        let first = (at - self.half).ceil().max(0.0) as u64;
-        let last = (at + self.half).floor() as u64;
+        self.is_primed = true;
+        self.outputs += 1;
+        let first = (position - self.half).ceil().max(0.0) as u64;
+        let last = (position + self.half).floor() as u64;
         let sum = (first..=last)
             .map(|n| {
-                let place = (at - n as f64).abs() * FINENESS;
+                let place = (position - n as f64).abs() * FINENESS;
                 let (i, share) = (place as usize, place.fract());
                 let kernel = self.kernel[i] * (1.0 - share) + self.kernel[i + 1] * share;
                 kernel * self.ring[n as usize % self.ring.len()]
@@ -178,7 +178,7 @@ mod tests {
     const RATE_HZ: f64 = 192e3;
 
     /// Returns the peak amplitude at `heard_hz` when a tone of `played_hz` is played.
-    fn heard(settings: &SoundLayerTable, played_hz: f64, heard_hz: f64) -> f64 {
+    fn amplitude_at(settings: &SoundLayerTable, played_hz: f64, heard_hz: f64) -> f64 {
         let mut layer = SoundLayer::new(settings, 2, RATE_HZ, 0.0);
         let mut drive: Vec<f32> = (0..38_400)
             .map(|n| (0.5 * (TAU * played_hz * f64::from(n) / RATE_HZ).sin()) as f32)
@@ -186,11 +186,11 @@ mod tests {
         for period in drive.chunks_mut(64) {
             layer.play(period);
         }
-        let late = &drive[19_200..];
+        let tail = &drive[19_200..];
         let (mut re, mut im) = (0.0, 0.0);
-        for (n, &sample) in late.iter().enumerate() {
+        for (n, &sample) in tail.iter().enumerate() {
             let phase = TAU * heard_hz * n as f64 / RATE_HZ;
-            let n = late.len() as f64;
+            let n = tail.len() as f64;
             re += 2.0 * f64::from(sample) * phase.cos() / n;
             im += 2.0 * f64::from(sample) * phase.sin() / n;
         }
@@ -203,10 +203,10 @@ mod tests {
             rate_hz: Some(48e3),
             ..SoundLayerTable::default()
         };
-        assert!(heard(&settings, 35e3, 35e3) < 1e-5);
-        assert!(heard(&settings, 35e3, 13e3) < 1e-5);
-        let passed = heard(&settings, 15e3, 15e3);
-        assert!((passed - 0.5).abs() < 1e-4, "{passed}");
+        assert!(amplitude_at(&settings, 35e3, 35e3) < 1e-5);
+        assert!(amplitude_at(&settings, 35e3, 13e3) < 1e-5);
+        let passband = amplitude_at(&settings, 15e3, 15e3);
+        assert!((passband - 0.5).abs() < 1e-4, "{passband}");
     }
 
     #[test]
@@ -217,9 +217,9 @@ mod tests {
                 anti_alias: false,
                 ..SoundLayerTable::default()
             };
-            assert!(heard(&settings, 35e3, 35e3) < 1e-3, "{layer_hz}");
-            let folded = heard(&settings, 35e3, folded_hz);
-            assert!((folded - 0.5).abs() < 1e-3, "{layer_hz}: {folded}");
+            assert!(amplitude_at(&settings, 35e3, 35e3) < 1e-3, "{layer_hz}");
+            let alias = amplitude_at(&settings, 35e3, folded_hz);
+            assert!((alias - 0.5).abs() < 1e-3, "{layer_hz}: {alias}");
         }
     }
 
@@ -255,9 +255,9 @@ mod tests {
         let channel = |index: usize| inputs.iter().skip(index).step_by(3).copied();
         assert_eq!(channel(0).next(), Some(2.1));
         assert_eq!(channel(2).next(), Some(3.1));
-        let late: Vec<f32> = channel(1).collect();
+        let slipped: Vec<f32> = channel(1).collect();
         // From the fifth sample on, each is the input of two samples earlier.
-        assert_eq!(late[..4], [1.1, 1.2, 1.3, 1.4]);
-        assert_eq!(late[4..], [1.3, 1.4, 1.5, 1.6]);
+        assert_eq!(slipped[..4], [1.1, 1.2, 1.3, 1.4]);
+        assert_eq!(slipped[4..], [1.3, 1.4, 1.5, 1.6]);
     }
 }

@@ -56,10 +56,10 @@ impl Vibrometer {
     /// On a `synchronous` line every byte sent is readable before the simulation continues.
     pub(crate) fn open(seed: u64, synchronous: bool) -> io::Result<Self> {
         let mut rng = seed::stream(seed, seed::Stream::Vibrometer);
-        let off: f64 = StandardNormal.sample(&mut rng);
+        let score: f64 = StandardNormal.sample(&mut rng);
         Ok(Self {
             line: SerialLine::open(synchronous)?,
-            scale: 1.0 + SCALE_SD * off,
+            scale: 1.0 + SCALE_SD * score,
             rng,
             sum_m: 0.0,
             samples: 0,

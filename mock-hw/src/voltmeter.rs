@@ -22,7 +22,7 @@ pub(crate) struct Voltmeter {
     scale: f64,
     noise_v: f64,
     rng: ChaCha8Rng,
-    seen: SquaredVolts,
+    squares: SquaredVolts,
     line_from_s: f64,
     /// Text of the line being sent; reused, so that a running simulation does not allocate.
     text: Vec<u8>,
@@ -32,13 +32,13 @@ impl Voltmeter {
     /// Draws the instrument from `seed`. On a `synchronous` line every byte is readable before the simulation continues.
     pub(crate) fn open(table: &MeterTable, seed: u64, synchronous: bool) -> io::Result<Self> {
         let mut rng = seed::stream(seed, seed::Stream::Voltmeter);
-        let off: f64 = StandardNormal.sample(&mut rng);
+        let score: f64 = StandardNormal.sample(&mut rng);
         Ok(Self {
             line: SerialLine::open(synchronous)?,
-            scale: 1.0 + table.error * off,
+            scale: 1.0 + table.error * score,
             noise_v: table.noise_v,
             rng,
-            seen: SquaredVolts::default(),
+            squares: SquaredVolts::default(),
             line_from_s: 0.0,
             text: Vec::with_capacity(LINE_BYTES),
         })
@@ -51,17 +51,17 @@ impl Voltmeter {
 
     /// Measures a period that ended at true time `now_s`, and sends a line if one is due.
     pub(crate) fn watch(&mut self, volts: SquaredVolts, now_s: f64) -> io::Result<()> {
-        self.seen.sum_v2 += volts.sum_v2;
-        self.seen.frames += volts.frames;
-        if now_s - self.line_from_s < LINE_S || self.seen.frames == 0 {
+        self.squares.sum_v2 += volts.sum_v2;
+        self.squares.frames += volts.frames;
+        if now_s - self.line_from_s < LINE_S || self.squares.frames == 0 {
             return Ok(());
         }
         let white: f64 = StandardNormal.sample(&mut self.rng);
-        let rms_v = (self.seen.sum_v2 / f64::from(self.seen.frames)).sqrt();
+        let rms_v = (self.squares.sum_v2 / f64::from(self.squares.frames)).sqrt();
         let read_v = (self.scale * rms_v + self.noise_v * white).abs();
         self.text.clear();
         write!(self.text, "{read_v:.4}\r\n")?;
-        (self.seen, self.line_from_s) = (SquaredVolts::default(), now_s);
+        (self.squares, self.line_from_s) = (SquaredVolts::default(), now_s);
         self.line.send(&self.text, now_s)
     }
 }

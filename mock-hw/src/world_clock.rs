@@ -25,7 +25,7 @@ pub struct Lateness {
 }
 
 /// Delay from which a step counts as late.
-const LATE: Duration = Duration::from_millis(5);
+const LATENESS_LIMIT: Duration = Duration::from_millis(5);
 
 /// Duration of one frame at 1 µHz, ns.
 const FRAME: u128 = 1_000_000_000_000_000;
@@ -102,12 +102,12 @@ impl WorldClock {
     pub(crate) fn advance(&self) {
         self.steps.fetch_add(1, Ordering::AcqRel);
         if let Some(epoch) = self.epoch {
-            let late = epoch
+            let lateness = epoch
                 .elapsed()
                 .saturating_sub(Duration::from_nanos(self.simulated_ns()));
             self.worst_ns
-                .fetch_max(late.as_nanos() as u64, Ordering::Relaxed);
-            if late > LATE {
+                .fetch_max(lateness.as_nanos() as u64, Ordering::Relaxed);
+            if lateness > LATENESS_LIMIT {
                 self.late_steps.fetch_add(1, Ordering::Relaxed);
             }
         }
@@ -115,9 +115,9 @@ impl WorldClock {
 
     /// Returns the time that a real-time simulation may sleep before its next period is complete.
     pub(crate) fn until_due(&self) -> Duration {
-        let due = Duration::from_nanos(self.ns_of(self.steps.load(Ordering::Acquire) + 1));
+        let due_time = Duration::from_nanos(self.ns_of(self.steps.load(Ordering::Acquire) + 1));
         match self.epoch {
-            Some(epoch) => due.saturating_sub(epoch.elapsed()),
+            Some(epoch) => due_time.saturating_sub(epoch.elapsed()),
             None => Duration::ZERO,
         }
     }

@@ -139,7 +139,7 @@ struct DryRun {
     analysis: Option<TrialAnalysis>,
     recording: Option<(TrialKey, RecordingOutcome)>,
     /// Phase and instruction last printed.
-    printed: Option<(Phase, Instruction)>,
+    last_print: Option<(Phase, Instruction)>,
 }
 
 impl DryRun {
@@ -154,7 +154,7 @@ impl DryRun {
             drive: None,
             analysis: None,
             recording: None,
-            printed: None,
+            last_print: None,
         }
     }
 
@@ -186,15 +186,15 @@ impl DryRun {
 
     /// Returns the bench's observation of the participant, who follows the screen.
     fn observe(&mut self) -> Observation {
-        let reacted = self.t_s - self.instructed_s >= REACTION_S;
+        let has_reacted = self.t_s - self.instructed_s >= REACTION_S;
         let mut button_pressed = false;
         if let Some(view) = &self.view {
             match view.instruction {
-                Instruction::PlaceFinger if reacted => self.finger_on = true,
-                Instruction::LiftFinger if reacted => self.finger_on = false,
+                Instruction::PlaceFinger if has_reacted => self.finger_on = true,
+                Instruction::LiftFinger if has_reacted => self.finger_on = false,
                 _ => {}
             }
-            button_pressed = view.button && reacted;
+            button_pressed = view.button && has_reacted;
         }
         let force = self.protocol.force;
         let consent = || OperatorCommand::ConsentGiven {
@@ -241,14 +241,14 @@ impl DryRun {
             )?,
             Action::Drive(DriveRequest::Off) => self.print(out, "drive off")?,
             Action::Mark(interval) => {
-                let what = match interval.kind {
+                let interval_name = match interval.kind {
                     IntervalKind::Unloaded => "baseline".to_owned(),
                     IntervalKind::Exploration { direction } => format!("exploration {direction}"),
                 };
                 self.print(
                     out,
                     &format!(
-                        "{what} from {:.2} to {:.2} s",
+                        "{interval_name} from {:.2} to {:.2} s",
                         interval.start_s, interval.end_s
                     ),
                 )?;
@@ -266,19 +266,19 @@ impl DryRun {
                 }
             },
             Action::Show(view) => {
-                if self.printed != Some((self.session.phase(), view.instruction)) {
+                if self.last_print != Some((self.session.phase(), view.instruction)) {
                     self.print(out, "")?;
                 }
             }
             Action::Finished(outcome) => {
-                let (how, summary) = match outcome {
+                let (ending, summary) = match outcome {
                     SessionOutcome::Completed { summary } => ("completed", summary),
                     SessionOutcome::Aborted { summary } => ("aborted", summary),
                 };
                 self.print(
                     out,
                     &format!(
-                        "{how}: {} of {} trials accepted, {} given up, {} repetitions, {} instances",
+                        "{ending}: {} of {} trials accepted, {} given up, {} repetitions, {} instances",
                         summary.accepted,
                         summary.planned,
                         summary.given_up,
@@ -297,22 +297,19 @@ impl DryRun {
     }
 
     /// Prints a line of the timeline, with phase and instruction if they changed.
-    fn print(&mut self, out: &mut impl Write, what: &str) -> io::Result<()> {
+    fn print(&mut self, out: &mut impl Write, text: &str) -> io::Result<()> {
         let phase = self.session.phase();
-        let shown = self
+        let instruction = self
             .view
             .as_ref()
             .map_or(Instruction::Wait, |view| view.instruction);
-        let (phase_name, instruction) = if self.printed == Some((phase, shown)) {
+        let (phase_name, words) = if self.last_print == Some((phase, instruction)) {
             (String::new(), "")
         } else {
-            (format!("{phase:?}").to_lowercase(), in_words(shown))
+            (format!("{phase:?}").to_lowercase(), in_words(instruction))
         };
-        self.printed = Some((phase, shown));
-        let line = format!(
-            "{:>9.2}  {phase_name:<11}  {instruction:<13}  {what}",
-            self.t_s
-        );
+        self.last_print = Some((phase, instruction));
+        let line = format!("{:>9.2}  {phase_name:<11}  {words:<13}  {text}", self.t_s);
         writeln!(out, "{}", line.trim_end())
     }
 
@@ -413,7 +410,7 @@ fn in_words(instruction: Instruction) -> &'static str {
 mod tests {
     use super::*;
 
-    fn printed(arguments: &[&str]) -> Result<String, DryRunError> {
+    fn output_of(arguments: &[&str]) -> Result<String, DryRunError> {
         let arguments: Vec<String> = arguments.iter().map(ToString::to_string).collect();
         let mut out = Vec::new();
         dry_run(&arguments, &mut out)?;
@@ -422,7 +419,7 @@ mod tests {
 
     #[test]
     fn the_published_protocol_completes_in_the_time_of_its_steps() {
-        let text = printed(&["huloux2021", "sub-07"]).unwrap();
+        let text = output_of(&["huloux2021", "sub-07"]).unwrap();
         assert!(text.contains("10 of 10 trials accepted"), "{text}");
         let total_s: f64 = text
             .split_once("total duration ")
@@ -442,7 +439,7 @@ mod tests {
 
     #[test]
     fn an_unknown_protocol_suggests_a_built_in_one() {
-        let error = printed(&["huloux"]).unwrap_err();
+        let error = output_of(&["huloux"]).unwrap_err();
         assert!(
             matches!(
                 error,
@@ -453,9 +450,9 @@ mod tests {
             ),
             "{error}"
         );
-        assert!(matches!(printed(&[]), Err(DryRunError::Usage)));
+        assert!(matches!(output_of(&[]), Err(DryRunError::Usage)));
         assert!(matches!(
-            printed(&["demo", "../x"]),
+            output_of(&["demo", "../x"]),
             Err(DryRunError::Participant(_))
         ));
     }

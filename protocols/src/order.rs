@@ -63,8 +63,8 @@ fn williams(n: usize) -> Vec<Vec<usize>> {
         return rows.collect();
     }
     rows.flat_map(|row| {
-        let mirrored = row.iter().rev().copied().collect();
-        [row, mirrored]
+        let mirror = row.iter().rev().copied().collect();
+        [row, mirror]
     })
     .collect()
 }
@@ -117,12 +117,12 @@ mod tests {
             n in 2usize..10, blocks in 1u32..8, participant in 0u32..50, seed: u64,
         ) {
             for order in [Order::Fixed, Order::Randomised, Order::Counterbalanced] {
-                let all = conditions(order, n, blocks, participant, seed, stream("sub-01"));
-                prop_assert_eq!(all.len(), n * blocks as usize);
-                for block in all.chunks(n) {
-                    let mut sorted = block.to_vec();
-                    sorted.sort_unstable();
-                    prop_assert_eq!(sorted, (0..n).collect::<Vec<_>>());
+                let schedule = conditions(order, n, blocks, participant, seed, stream("sub-01"));
+                prop_assert_eq!(schedule.len(), n * blocks as usize);
+                for block in schedule.chunks(n) {
+                    let mut indices = block.to_vec();
+                    indices.sort_unstable();
+                    prop_assert_eq!(indices, (0..n).collect::<Vec<_>>());
                 }
             }
         }
@@ -130,10 +130,10 @@ mod tests {
 
     #[test]
     fn a_seed_reproduces_an_order_and_participants_differ() {
-        let of = |seed, id| conditions(Order::Randomised, 8, 4, 0, seed, stream(id));
-        assert_eq!(of(1, "sub-01"), of(1, "sub-01"));
-        assert_ne!(of(1, "sub-01"), of(2, "sub-01"));
-        assert_ne!(of(1, "sub-01"), of(1, "sub-02"));
+        let order_of = |seed, id| conditions(Order::Randomised, 8, 4, 0, seed, stream(id));
+        assert_eq!(order_of(1, "sub-01"), order_of(1, "sub-01"));
+        assert_ne!(order_of(1, "sub-01"), order_of(2, "sub-01"));
+        assert_ne!(order_of(1, "sub-01"), order_of(1, "sub-02"));
     }
 
     #[test]

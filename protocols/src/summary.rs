@@ -51,7 +51,7 @@ impl SessionSummary {
                 summary.practice += u32::from(record.outcome.settles());
                 continue;
             }
-            let (count, kept) = match &record.outcome {
+            let (count, is_kept) = match &record.outcome {
                 TrialOutcome::Accepted => (&mut summary.accepted, true),
                 TrialOutcome::AcceptedAnyway { .. } => (&mut summary.accepted_anyway, true),
                 TrialOutcome::GivenUp { .. } => (&mut summary.given_up, false),
@@ -59,7 +59,7 @@ impl SessionSummary {
                 TrialOutcome::Interrupted { .. } => (&mut summary.interrupted, false),
             };
             *count += 1;
-            if let (true, Some(analysis)) = (kept, &record.analysis) {
+            if let (true, Some(analysis)) = (is_kept, &record.analysis) {
                 summary.instances += analysis.instances() as u64;
                 forces.extend(analysis.explorations.iter().filter_map(|e| e.mean_normal_n));
             }
@@ -80,7 +80,7 @@ mod tests {
     use crate::trial::{Direction, Interruption, TrialKey};
 
     /// Returns an analysis of two explorations with six instances each.
-    fn measured() -> TrialAnalysis {
+    fn trial_analysis() -> TrialAnalysis {
         let stretch = Stretch {
             start_s: 1.0,
             end_s: 1.083,
@@ -117,7 +117,7 @@ mod tests {
     #[test]
     fn the_summary_counts_kept_trials_and_all_drop_outs() {
         let record = |number, attempt, practice, outcome, lost_frames| {
-            let mut analysis = measured();
+            let mut analysis = trial_analysis();
             analysis.key = TrialKey {
                 number,
                 attempt,
@@ -134,7 +134,7 @@ mod tests {
         let redo = TrialOutcome::Redo {
             reasons: vec![RedoReason::NotAnalysed],
         };
-        let mut interrupted = record(
+        let mut interruption_record = record(
             3,
             1,
             false,
@@ -143,14 +143,14 @@ mod tests {
             },
             0,
         );
-        interrupted.analysis = None;
+        interruption_record.analysis = None;
         let summary = SessionSummary::new(
             4,
             &[
                 record(1, 1, true, TrialOutcome::Accepted, 0),
                 record(2, 1, false, redo, 7),
                 record(2, 2, false, TrialOutcome::Accepted, 0),
-                interrupted,
+                interruption_record,
                 record(
                     3,
                     2,

@@ -23,19 +23,19 @@ fn stretch(outcome: StretchOutcome) -> Stretch {
     }
 }
 
-fn accepted() -> Stretch {
+fn accepted_stretch() -> Stretch {
     stretch(StretchOutcome::Accepted(Instance {
         start_s: 1.01,
         end_s: 1.07,
     }))
 }
 
-fn good() -> TrialAnalysis {
+fn good_analysis() -> TrialAnalysis {
     let exploration = |direction| ExplorationAnalysis {
         direction,
         mean_normal_n: Some(0.65),
         mean_speed_m_per_s: Some(0.051),
-        stretches: vec![accepted(); 6],
+        stretches: vec![accepted_stretch(); 6],
     };
     TrialAnalysis {
         key: TrialKey {
@@ -58,7 +58,7 @@ fn good() -> TrialAnalysis {
 
 /// Returns the verdict's reasons for a good trial with one change.
 fn reasons(change: impl FnOnce(&mut TrialAnalysis)) -> Vec<RedoReason> {
-    let mut analysis = good();
+    let mut analysis = good_analysis();
     change(&mut analysis);
     match judge(&analysis, &rules()) {
         Verdict::Accepted => Vec::new(),
@@ -124,15 +124,15 @@ fn an_exploration_that_was_not_measured_is_named_once() {
 
 #[test]
 fn a_mean_that_is_no_number_was_not_measured() {
-    let not_measured = [RedoReason::NotMeasured { exploration: 1 }];
+    let reasons_expected = [RedoReason::NotMeasured { exploration: 1 }];
     let nan = Some(f64::NAN);
     assert_eq!(
         reasons(|a| a.explorations[0].mean_normal_n = nan),
-        not_measured
+        reasons_expected
     );
     assert_eq!(
         reasons(|a| a.explorations[0].mean_speed_m_per_s = nan),
-        not_measured
+        reasons_expected
     );
     assert_eq!(
         reasons(|a| a.unloaded_mean_normal_n = nan),
@@ -175,11 +175,11 @@ fn too_few_instances_name_the_commonest_rejection() {
         min_m_per_s: 0.0375,
         max_m_per_s: 0.0625,
     };
-    let other = Rejection::NoContact { least_n: 0.0 };
+    let no_contact = Rejection::NoContact { least_n: 0.0 };
     assert_eq!(
         reasons(|a| {
-            a.explorations[0].stretches = vec![accepted(); 4];
-            a.explorations[1].stretches = [other, slow, slow]
+            a.explorations[0].stretches = vec![accepted_stretch(); 4];
+            a.explorations[1].stretches = [no_contact, slow, slow]
                 .map(|r| stretch(StretchOutcome::Rejected(r)))
                 .to_vec();
         }),
@@ -240,13 +240,13 @@ fn the_operator_reads_values_and_limits_in_handy_units() {
         speed.to_string(),
         "exploration 1: mean speed 30 mm/s, outside 38 to 62 mm/s"
     );
-    let few = RedoReason::TooFewInstances {
+    let too_few = RedoReason::TooFewInstances {
         found: 4,
         needed: 5,
         mostly: Some("too short".to_owned()),
     };
     assert_eq!(
-        few.to_string(),
+        too_few.to_string(),
         "4 instances, 5 needed; most other stretches: too short"
     );
 }

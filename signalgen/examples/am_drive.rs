@@ -142,14 +142,14 @@ impl Drive {
             if let Some(command) = command {
                 generator.apply(command);
             }
-            let mut left = frames;
-            while left > 0 {
-                let frames = left.min(BLOCK_FRAMES as u64);
+            let mut remaining = frames;
+            while remaining > 0 {
+                let frames = remaining.min(BLOCK_FRAMES as u64);
                 let block = &mut block[..frames as usize];
                 generator.fill(block);
                 statistics.add(block, self.volts_per_unit, is_steady);
                 sink(block)?;
-                left -= frames;
+                remaining -= frames;
             }
         }
         Ok(statistics)
@@ -254,67 +254,67 @@ fn main() -> ExitCode {
 mod tests {
     use super::*;
 
-    fn parsed(arguments: &[&str]) -> Result<Drive, Refusal> {
+    fn parse_drive(arguments: &[&str]) -> Result<Drive, Refusal> {
         Drive::parse(arguments.iter().map(|&argument| argument.to_owned()))
     }
 
     #[test]
     fn statistics_agree_with_the_closed_form() {
-        let drive = parsed(&["duration_s=1", "mean_v=30", "modulation_index=0.5"]).unwrap();
-        let mut written = Vec::new();
+        let drive = parse_drive(&["duration_s=1", "mean_v=30", "modulation_index=0.5"]).unwrap();
+        let mut samples = Vec::new();
         let statistics = drive
             .render(|block| {
-                written.extend_from_slice(block);
+                samples.extend_from_slice(block);
                 Ok(())
             })
             .unwrap();
         assert_eq!(statistics.frames, 192_000 + 2 * 9_600);
-        assert_eq!(written.len() as u64, statistics.frames);
+        assert_eq!(samples.len() as u64, statistics.frames);
         assert!((statistics.steady_rms_v() / drive.rms_v() - 1.0).abs() < 1e-4);
         assert!((statistics.peak_v - 45.0).abs() < 0.01);
         // From silence to silence: the last frame of a raised cosine is below (π/2N)² of the peak.
-        assert_eq!(written[0], 0.0);
-        assert!(written.last().unwrap().abs() < 1e-7);
+        assert_eq!(samples[0], 0.0);
+        assert!(samples.last().unwrap().abs() < 1e-7);
     }
 
     #[test]
     fn drives_beyond_a_limit_are_refused() {
-        let refused = |argument: &str| {
-            let drive = parsed(&[argument]).unwrap();
+        let refusal = |argument: &str| {
+            let drive = parse_drive(&[argument]).unwrap();
             drive
                 .render(|_| panic!("nothing must be rendered"))
                 .unwrap_err()
         };
         assert!(matches!(
-            refused("mean_v=60"),
+            refusal("mean_v=60"),
             Refusal::Program(ProgramError::AboveLimit { limit_v: 80.0, .. })
         ));
         assert!(matches!(
-            refused("limit_v=300"),
+            refusal("limit_v=300"),
             Refusal::Program(ProgramError::Limit(_))
         ));
         assert!(matches!(
-            refused("sample_rate_hz=48000"),
+            refusal("sample_rate_hz=48000"),
             Refusal::Program(ProgramError::RateTooLow { .. })
         ));
-        assert!(matches!(refused("duration_s=-1"), Refusal::Duration { .. }));
+        assert!(matches!(refusal("duration_s=-1"), Refusal::Duration { .. }));
         assert!(matches!(
-            refused("sample_rate_hz=0.5"),
+            refusal("sample_rate_hz=0.5"),
             Refusal::Rate { .. }
         ));
     }
 
     #[test]
     fn arguments_are_read_strictly() {
-        assert_eq!(parsed(&[]).unwrap(), Drive::default());
+        assert_eq!(parse_drive(&[]).unwrap(), Drive::default());
         for argument in ["mean=40", "40"] {
             assert!(matches!(
-                parsed(&[argument]),
+                parse_drive(&[argument]),
                 Err(Refusal::Unknown { argument: a }) if a == argument
             ));
         }
         assert!(matches!(
-            parsed(&["mean_v=4o"]),
+            parse_drive(&["mean_v=4o"]),
             Err(Refusal::NotANumber { .. })
         ));
     }

@@ -49,14 +49,14 @@ impl AttendanceCheck {
 
     /// Counts `frames` that are about to be rendered; returns whether a required report is overdue.
     pub(crate) fn is_missed(&mut self, frames: usize) -> bool {
-        let shown = &self.attendance.0;
-        let times = shown.times.load(Ordering::Acquire);
+        let latest = &self.attendance.0;
+        let times = latest.times.load(Ordering::Acquire);
         if times != self.times_seen {
             self.times_seen = times;
             self.missed_frames = 0;
         }
         self.missed_frames = self.missed_frames.saturating_add(frames as u64);
-        let limit_frames = shown.limit_frames.load(Ordering::Acquire);
+        let limit_frames = latest.limit_frames.load(Ordering::Acquire);
         limit_frames > 0 && self.missed_frames > limit_frames
     }
 }
@@ -71,7 +71,7 @@ mod tests {
 
     const BLOCK: usize = 192;
 
-    fn driven() -> (DriveRenderer, DriveHandle) {
+    fn drive_pair() -> (DriveRenderer, DriveHandle) {
         let settings = DriveSettings::new(DriveConfig {
             sample_rate_hz: 192_000,
             volts_per_unit: 100.0,
@@ -99,8 +99,8 @@ mod tests {
     }
 
     #[test]
-    fn a_drive_that_nobody_requires_to_be_watched_goes_on() {
-        let (mut renderer, drive) = driven();
+    fn a_drive_without_required_attendance_continues() {
+        let (mut renderer, drive) = drive_pair();
         for _ in 0..1000 {
             assert_eq!(phase(&mut renderer, &drive), DrivePhase::Steady);
         }
@@ -109,7 +109,7 @@ mod tests {
     /// Hazard 15.
     #[test]
     fn a_drive_that_is_not_watched_any_more_stops_and_stays_silent() {
-        let (mut renderer, mut drive) = driven();
+        let (mut renderer, mut drive) = drive_pair();
         let attendance = drive.attendance();
         attendance.require(10 * BLOCK as u64);
         for block in 0..100 {

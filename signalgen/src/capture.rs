@@ -177,8 +177,8 @@ impl InputReader {
     pub fn last_xruns(&self) -> Option<(u64, u64)> {
         let [input, output] = [StreamDirection::Input, StreamDirection::Output]
             .map(|direction| self.health.read(direction));
-        let over = input.device_lost || output.device_lost;
-        over.then_some((input.xruns, output.xruns))
+        let is_lost = input.device_lost || output.device_lost;
+        is_lost.then_some((input.xruns, output.xruns))
     }
 
     /// Takes the oldest block, or returns `None` if no block is waiting. Its interleaved samples, in units of full
@@ -208,11 +208,9 @@ impl InputReader {
     /// Returns how full the ring is, 0 to 1.
     #[must_use]
     pub fn ring_fill(&self) -> f64 {
-        let filled = |slots: usize, capacity: usize| slots as f64 / capacity as f64;
-        filled(self.samples.slots(), self.samples.buffer().capacity()).max(filled(
-            self.headers.slots(),
-            self.headers.buffer().capacity(),
-        ))
+        let fill = |slots: usize, capacity: usize| slots as f64 / capacity as f64;
+        fill(self.samples.slots(), self.samples.buffer().capacity())
+            .max(fill(self.headers.slots(), self.headers.buffer().capacity()))
     }
 
     /// Returns whether the input stream is closed; blocks may still be waiting.
@@ -242,12 +240,12 @@ mod tests {
             .map(|_| ())
         };
         assert_eq!(connect(1, 1, 1), Ok(()));
-        for (refused, parameter) in [
+        for (result, parameter) in [
             (connect(0, 1, 1), "input.channels"),
             (connect(1, 0, 1), "ring_frames"),
             (connect(1, 1, 0), "fewest_frames"),
         ] {
-            assert_eq!(refused, Err(LayoutError::Zero { parameter }));
+            assert_eq!(result, Err(LayoutError::Zero { parameter }));
         }
     }
 }

@@ -51,11 +51,11 @@ impl AmplitudeEnvelope {
         !self.step.is_zero()
     }
 
-    /// Returns this envelope with the modulation phase of `other`.
+    /// Returns this envelope with the modulation phase of `reference`.
     #[must_use]
-    pub fn in_phase_with(self, other: &Self) -> Self {
+    pub fn in_phase_with(self, reference: &Self) -> Self {
         Self {
-            phase: other.phase,
+            phase: reference.phase,
             ..self
         }
     }

@@ -383,7 +383,7 @@ impl Generator {
                 DrivePhase::RampingIn => DrivePhase::Steady,
                 DrivePhase::RampingOut => DrivePhase::Silent,
                 DrivePhase::EmergencyRamp => DrivePhase::EmergencyStopped,
-                settled => settled,
+                phase => phase,
             };
         }
     }

@@ -53,10 +53,15 @@ pub(crate) fn connect(
 }
 
 impl TapWriter {
-    /// Passes on the tapped channels of an interleaved block of `of` channels, or drops the whole block if there is no room.
-    /// Neither allocates, locks, logs nor panics.
-    pub(crate) fn take<T: ConverterSample>(&mut self, first_frame: u64, block: &[T], of: usize) {
-        let frames = block.len() / of;
+    /// Passes on the tapped channels of an interleaved block of `channel_count` channels, or drops the whole block if
+    /// there is no room. Neither allocates, locks, logs nor panics.
+    pub(crate) fn take<T: ConverterSample>(
+        &mut self,
+        first_frame: u64,
+        block: &[T],
+        channel_count: usize,
+    ) {
+        let frames = block.len() / channel_count;
         if self.blocks.is_full() {
             return;
         }
@@ -67,7 +72,7 @@ impl TapWriter {
             return;
         };
         let channels = &self.channels;
-        room.fill_from_iter(block.chunks_exact(of).flat_map(|frame| {
+        room.fill_from_iter(block.chunks_exact(channel_count).flat_map(|frame| {
             channels.iter().map(|&channel| {
                 frame
                     .get(channel)
@@ -109,8 +114,8 @@ impl InputTap {
     /// Returns both sides of a tap without a stream, for tests and simulations.
     #[must_use]
     pub fn by_hand(channels: usize, ring_frames: usize) -> (TapFeed, Self) {
-        let all: Vec<usize> = (0..channels).collect();
-        let (writer, tap) = connect(&all, ring_frames, 1);
+        let indices: Vec<usize> = (0..channels).collect();
+        let (writer, tap) = connect(&indices, ring_frames, 1);
         (TapFeed { writer, channels }, tap)
     }
 }
@@ -137,7 +142,7 @@ mod tests {
         let (mut writer, mut tap) = connect(&[2, 0], 8, 1);
         let block = |first: u64| -> Vec<f32> {
             (0..4u64)
-                .flat_map(|i| [0.0, 0.25, 0.5].map(|of: f32| of + (first + i) as f32))
+                .flat_map(|i| [0.0, 0.25, 0.5].map(|part: f32| part + (first + i) as f32))
                 .collect()
         };
         for first in [0, 4, 8] {

@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn limits_that_are_no_limits_are_rejected() {
+    fn invalid_limits_are_rejected() {
         for limit_v in [0.0, -1.0, f64::NAN, f64::NEG_INFINITY] {
             assert!(matches!(
                 Limiter::new(limit_v),

@@ -91,8 +91,8 @@ impl PhaseStep {
     #[must_use]
     pub fn new(frequency_hz: f64, sample_rate_hz: u32) -> Self {
         let modulus = u64::from(sample_rate_hz.max(1)) * STEPS_PER_HZ_EXACT;
-        let wanted = (frequency_hz * STEPS_PER_HZ).round() as u64 % modulus;
-        let dividend = u128::from(wanted) << 64;
+        let steps = (frequency_hz * STEPS_PER_HZ).round() as u64 % modulus;
+        let dividend = u128::from(steps) << 64;
         Self {
             turns: (dividend / u128::from(modulus)) as u64,
             remainder: (dividend % u128::from(modulus)) as u64,

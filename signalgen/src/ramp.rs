@@ -11,7 +11,7 @@ const HALF_TURN: u64 = 1 << 63;
 /// It changes by at most π/(2N) from one frame to the next; see [`Ramp::steepest_per_frame`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Ramp {
-    elapsed: u32,
+    elapsed_frames: u32,
     frames: u32,
     turns_per_frame: u64,
 }
@@ -22,7 +22,7 @@ impl Ramp {
     pub fn new(frames: u32) -> Self {
         let frames = frames.max(1);
         Self {
-            elapsed: 0,
+            elapsed_frames: 0,
             frames,
             turns_per_frame: HALF_TURN / u64::from(frames),
         }
@@ -35,21 +35,21 @@ impl Ramp {
         if self.is_over() {
             1.0
         } else {
-            0.5 - 0.5 * table.cos(u64::from(self.elapsed) * self.turns_per_frame)
+            0.5 - 0.5 * table.cos(u64::from(self.elapsed_frames) * self.turns_per_frame)
         }
     }
 
     /// Advances by one frame.
     #[inline]
     pub fn advance(&mut self) {
-        self.elapsed = (self.elapsed + 1).min(self.frames);
+        self.elapsed_frames = (self.elapsed_frames + 1).min(self.frames);
     }
 
     /// Returns whether the weight has reached 1.
     #[inline]
     #[must_use]
     pub fn is_over(&self) -> bool {
-        self.elapsed == self.frames
+        self.elapsed_frames == self.frames
     }
 
     /// Returns an upper bound of the weight's change from one frame to the next.

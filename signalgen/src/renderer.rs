@@ -85,8 +85,8 @@ impl DriveRenderer {
 
     fn require_attendance(&mut self, frames: usize) {
         let phase = self.generator.state().phase;
-        let driven = !phase.is_silent() && !phase.is_latched();
-        if self.attendance.is_missed(frames) && driven {
+        let is_driven = !phase.is_silent() && !phase.is_latched();
+        if self.attendance.is_missed(frames) && is_driven {
             self.kill_switch.kill();
             self.obey_kills();
         }

@@ -23,7 +23,7 @@ struct Slot {
     step: AtomicU32,
     step_first_frame: AtomicU64,
     programs: AtomicU32,
-    refused: AtomicU32,
+    refusals: AtomicU32,
 }
 
 /// The single writing side.
@@ -62,7 +62,7 @@ impl StatePublisher {
         slot.step.store(step, Ordering::Relaxed);
         slot.step_first_frame.store(first_frame, Ordering::Relaxed);
         slot.programs.store(state.programs, Ordering::Relaxed);
-        slot.refused.store(state.refused, Ordering::Relaxed);
+        slot.refusals.store(state.refused, Ordering::Relaxed);
         slot.sequence
             .store(sequence.wrapping_add(2), Ordering::Release);
     }
@@ -82,8 +82,8 @@ impl PublishedState {
     /// Returns the latest published state, or `None` while a write is under way: for callbacks, which must not wait.
     pub(crate) fn try_read(&self) -> Option<DriveState> {
         let slot = &*self.0;
-        let before = slot.sequence.load(Ordering::Acquire);
-        if !before.is_multiple_of(2) {
+        let sequence = slot.sequence.load(Ordering::Acquire);
+        if !sequence.is_multiple_of(2) {
             return None;
         }
         let step = slot.step.load(Ordering::Relaxed);
@@ -98,10 +98,10 @@ impl PublishedState {
                 .and_then(|index| u16::try_from(index).ok())
                 .map(|index| StepState { index, first_frame }),
             programs: slot.programs.load(Ordering::Relaxed),
-            refused: slot.refused.load(Ordering::Relaxed),
+            refused: slot.refusals.load(Ordering::Relaxed),
         };
         fence(Ordering::Acquire);
-        (slot.sequence.load(Ordering::Relaxed) == before).then_some(state)
+        (slot.sequence.load(Ordering::Relaxed) == sequence).then_some(state)
     }
 }
 
@@ -157,28 +157,28 @@ mod tests {
 
     #[test]
     fn every_phase_survives() {
-        let (mut publisher, published) = channel();
+        let (mut publisher, reader) = channel();
         for n in 0..100 {
             publisher.publish(&state(n));
-            assert_eq!(published.read(), state(n));
+            assert_eq!(reader.read(), state(n));
         }
     }
 
     #[test]
     fn readers_never_see_half_a_state() {
-        let (mut publisher, published) = channel();
+        let (mut publisher, reader) = channel();
         publisher.publish(&state(0));
         std::thread::scope(|scope| {
             let last = 200_000;
             for _ in 0..2 {
-                let published = published.clone();
+                let reader = reader.clone();
                 scope.spawn(move || {
                     let mut newest = 0;
                     while newest < last {
-                        let seen = published.read();
-                        assert_eq!(seen, state(seen.frames));
-                        assert!(seen.frames >= newest);
-                        newest = seen.frames;
+                        let snapshot = reader.read();
+                        assert_eq!(snapshot, state(snapshot.frames));
+                        assert!(snapshot.frames >= newest);
+                        newest = snapshot.frames;
                     }
                 });
             }

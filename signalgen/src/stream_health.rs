@@ -43,7 +43,7 @@ const FAULTS: [StreamFault; 6] = [
 ];
 
 /// Time of the latest callback before the first one.
-const NEVER: u64 = u64::MAX;
+const NO_CALLBACK: u64 = u64::MAX;
 
 /// Direction of a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -77,7 +77,7 @@ impl Counters {
     fn new() -> Self {
         Self {
             callbacks: AtomicU64::new(0),
-            last_callback_ns: AtomicU64::new(NEVER),
+            last_callback_ns: AtomicU64::new(NO_CALLBACK),
             xruns: AtomicU64::new(0),
             last_fault: AtomicU8::new(0),
             lost: AtomicBool::new(false),
@@ -148,7 +148,7 @@ impl StreamHealth {
         let fault = counters.last_fault.load(Ordering::Acquire);
         DirectionHealth {
             callbacks: counters.callbacks.load(Ordering::Relaxed),
-            callback_age: (last_ns != NEVER)
+            callback_age: (last_ns != NO_CALLBACK)
                 .then(|| Duration::from_nanos(self.now_ns().saturating_sub(last_ns))),
             xruns: counters.xruns.load(Ordering::Acquire),
             last_fault: fault
@@ -162,7 +162,7 @@ impl StreamHealth {
     /// the clock of [`crate::BlockHeader::arrived_ns`].
     #[must_use]
     pub fn now_ns(&self) -> u64 {
-        u64::try_from(self.0.epoch.elapsed().as_nanos()).unwrap_or(NEVER - 1)
+        u64::try_from(self.0.epoch.elapsed().as_nanos()).unwrap_or(NO_CALLBACK - 1)
     }
 
     /// Returns the number of xruns of one direction so far.
@@ -191,7 +191,10 @@ impl StreamHealth {
             }
             StreamFault::Rerouted | StreamFault::RealtimeDenied | StreamFault::Backend => {}
         }
-        let code = 1 + FAULTS.iter().position(|&known| known == fault).unwrap_or(0);
+        let code = 1 + FAULTS
+            .iter()
+            .position(|&listed| listed == fault)
+            .unwrap_or(0);
         counters.last_fault.store(code as u8, Ordering::Release);
     }
 

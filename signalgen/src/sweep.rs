@@ -46,13 +46,13 @@ impl ToneList {
     /// If the list is empty or longer than [`MAX_TONES`].
     pub fn new(frequencies_hz: &[f64]) -> Result<Self, ToneCountError> {
         let count = frequencies_hz.len();
-        let mut held = [0.0; MAX_TONES];
-        match held.get_mut(..count) {
-            Some(used) if count > 0 => used.copy_from_slice(frequencies_hz),
+        let mut tones = [0.0; MAX_TONES];
+        match tones.get_mut(..count) {
+            Some(list) if count > 0 => list.copy_from_slice(frequencies_hz),
             _ => return Err(ToneCountError { count }),
         }
         Ok(Self {
-            frequencies_hz: held,
+            frequencies_hz: tones,
             count,
         })
     }
@@ -121,7 +121,7 @@ impl Timeline {
     #[inline]
     pub(crate) fn step_index(&self) -> Option<u16> {
         match self {
-            Self::Steps(steps) => steps.sounding,
+            Self::Steps(steps) => steps.tone_index,
             Self::Constant | Self::Sweep(_) => None,
         }
     }
@@ -133,7 +133,7 @@ pub(crate) struct Glide {
     course: Course,
     to_hz: f64,
     frames: u64,
-    elapsed: u64,
+    elapsed_frames: u64,
 }
 
 /// Law of a sweep as the mean frequency over frame `n`, so that the phase follows the law's integral, not a staircase.
@@ -179,16 +179,16 @@ impl Glide {
             course,
             to_hz,
             frames,
-            elapsed: 0,
+            elapsed_frames: 0,
         }
     }
 
     fn advance(&mut self) -> CarrierMotion {
-        if self.elapsed == self.frames {
+        if self.elapsed_frames == self.frames {
             return CarrierMotion::Over(self.to_hz);
         }
-        let n = self.elapsed as f64;
-        self.elapsed += 1;
+        let n = self.elapsed_frames as f64;
+        self.elapsed_frames += 1;
         CarrierMotion::Glide(match self.course {
             Course::Linear {
                 first_mean_hz,
@@ -208,7 +208,7 @@ pub(crate) struct Steps {
     tones: ToneList,
     dwell_frames: u64,
     left_frames: u64,
-    sounding: Option<u16>,
+    tone_index: Option<u16>,
     next: usize,
 }
 
@@ -218,7 +218,7 @@ impl Steps {
             tones,
             dwell_frames: dwell_frames.max(1),
             left_frames: 0,
-            sounding: None,
+            tone_index: None,
             next: 0,
         }
     }
@@ -230,13 +230,13 @@ impl Steps {
         }
         match self.tones.as_slice().get(self.next) {
             Some(&frequency_hz) => {
-                self.sounding = u16::try_from(self.next).ok();
+                self.tone_index = u16::try_from(self.next).ok();
                 self.next += 1;
                 self.left_frames = self.dwell_frames - 1;
                 CarrierMotion::Jump(frequency_hz)
             }
             None => {
-                self.sounding = None;
+                self.tone_index = None;
                 CarrierMotion::Over(self.tones.last_hz())
             }
         }

@@ -8,57 +8,61 @@ use crate::key_table::{KeyRow, Meaning, Press};
 use crate::state::{State, Ui};
 
 /// Maximum number of digits.
-const LONGEST: usize = 3;
+const MAX_DIGITS: usize = 3;
 
 /// Keys of the question; all other keys are the dashboard's.
-pub(crate) const ASKED: &[KeyRow] = &[
+pub(crate) const ANSWER: &[KeyRow] = &[
     KeyRow {
         presses: DIGITS,
-        shown: "0–9",
-        here: |_| Meaning::viewing(digit, "type the number", Some("type")),
+        label: "0–9",
+        meaning: |_| Meaning::view(digit, "type the number", Some("type")),
     },
     KeyRow {
         presses: &[Press::key(KeyCode::Backspace)],
-        shown: "bksp",
-        here: |_| Meaning::viewing(delete, "delete the last digit", None),
+        label: "bksp",
+        meaning: |_| Meaning::view(delete, "delete the last digit", None),
     },
     KeyRow {
         presses: &[Press::key(KeyCode::Enter)],
-        shown: "enter",
-        here: |_| {
+        label: "enter",
+        meaning: |_| {
             let help = "confirm; alone: not stated";
-            Meaning::viewing(enter, help, Some(help))
+            Meaning::view(enter, help, Some(help))
         },
     },
     KeyRow {
         presses: &[Press::key(KeyCode::Up)],
-        shown: "↑",
-        here: |_| Meaning::viewing(back, "back to the question before", Some("back")),
+        label: "↑",
+        meaning: |_| Meaning::view(back, "back to the question before", Some("back")),
     },
     KeyRow {
-        presses: &[Press::of(' '), Press::of('s'), Press::of('c')],
-        shown: "space",
-        here: |_| Meaning::explaining("answer the question first; enter alone: not stated"),
+        presses: &[
+            Press::character(' '),
+            Press::character('s'),
+            Press::character('c'),
+        ],
+        label: "space",
+        meaning: |_| Meaning::explanation("answer the question first; enter alone: not stated"),
     },
 ];
 
 /// The digits.
 pub(crate) const DIGITS: &[Press] = &[
-    Press::of('0'),
-    Press::of('1'),
-    Press::of('2'),
-    Press::of('3'),
-    Press::of('4'),
-    Press::of('5'),
-    Press::of('6'),
-    Press::of('7'),
-    Press::of('8'),
-    Press::of('9'),
+    Press::character('0'),
+    Press::character('1'),
+    Press::character('2'),
+    Press::character('3'),
+    Press::character('4'),
+    Press::character('5'),
+    Press::character('6'),
+    Press::character('7'),
+    Press::character('8'),
+    Press::character('9'),
 ];
 
 fn digit(_: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
     if let KeyCode::Char(c) = code
-        && ui.typed.len() < LONGEST
+        && ui.typed.len() < MAX_DIGITS
     {
         ui.typed.push(c);
     }
@@ -71,8 +75,8 @@ fn delete(_: &State, ui: &mut Ui, _: KeyCode) -> Option<Action> {
 }
 
 fn enter(_: &State, ui: &mut Ui, _: KeyCode) -> Option<Action> {
-    let typed = std::mem::take(&mut ui.typed);
-    let reply = typed.parse().map_or(Reply::Ready, Reply::Number);
+    let text = std::mem::take(&mut ui.typed);
+    let reply = text.parse().map_or(Reply::Ready, Reply::Number);
     Some(Action::Answer(reply))
 }
 

@@ -12,94 +12,100 @@ use crate::session_keys::rearm;
 use crate::state::{State, Ui};
 
 /// Maximum length of a typed number, characters.
-const LONGEST: usize = 12;
+const MAX_CHARACTERS: usize = 12;
 
 /// Keys of a calibration; the keys that answer it work only on its own page.
 pub(crate) const CALIBRATION: &[KeyRow] = &[
     KeyRow {
         presses: DIGITS,
-        shown: "0–9",
-        here: |state| types(state).then(|| Meaning::viewing(typed, "type the number", None))?,
+        label: "0–9",
+        meaning: |state| {
+            is_typing(state).then(|| Meaning::view(type_character, "type the number", None))?
+        },
     },
     KeyRow {
-        presses: &[Press::of('.'), Press::of(','), Press::of('-')],
-        shown: ". -",
-        here: |state| {
-            types(state)
-                .then(|| Meaning::viewing(typed, "type a decimal point or a minus", None))?
+        presses: &[
+            Press::character('.'),
+            Press::character(','),
+            Press::character('-'),
+        ],
+        label: ". -",
+        meaning: |state| {
+            is_typing(state)
+                .then(|| Meaning::view(type_character, "type a decimal point or a minus", None))?
         },
     },
     KeyRow {
         presses: &[Press::key(KeyCode::Backspace)],
-        shown: "bksp",
-        here: |state| {
-            types(state).then(|| Meaning::viewing(delete, "delete the last character", None))?
+        label: "bksp",
+        meaning: |state| {
+            is_typing(state).then(|| Meaning::view(delete, "delete the last character", None))?
         },
     },
     KeyRow {
         presses: &[Press::key(KeyCode::Enter)],
-        shown: "enter",
-        here: |state| {
+        label: "enter",
+        meaning: |state| {
             let calibration = state.calibration.as_ref()?;
             let waits = calibration.asked.is_some() || calibration.failed;
-            if waits && state.guided().is_none() {
-                return Meaning::explaining("turn back to the calibration first: 1");
+            if waits && state.shown_calibration().is_none() {
+                return Meaning::explanation("turn back to the calibration first: 1");
             }
             let (help, hint) = match &calibration.asked {
                 None if calibration.failed => {
-                    return Meaning::doing(Action::Quit, "leave", "leave");
+                    return Meaning::action(Action::Quit, "leave", "leave");
                 }
                 None => {
-                    return Meaning::explaining("no input is needed now: the bench is working");
+                    return Meaning::explanation("no input is needed now: the bench is working");
                 }
                 Some(Question::Done) => ("the step is done", "done"),
                 Some(Question::Review) => ("accept the points", "accept"),
                 Some(Question::Number { .. }) => ("confirm the number", "confirm"),
             };
-            Meaning::viewing(enter, help, Some(hint))
+            Meaning::view(enter, help, Some(hint))
         },
     },
     KeyRow {
         presses: &[Press::key(KeyCode::Up), Press::key(KeyCode::Down)],
-        shown: "↑ ↓",
-        here: |state| {
-            can_redo(state).then(|| Meaning::viewing(choose, "select a point", Some("point")))?
+        label: "↑ ↓",
+        meaning: |state| {
+            can_redo(state).then(|| Meaning::view(choose, "select a point", Some("point")))?
         },
     },
     KeyRow {
-        presses: &[Press::of('r')],
-        shown: "r",
-        here: |state| {
+        presses: &[Press::character('r')],
+        label: "r",
+        meaning: |state| {
             if !can_redo(state) {
-                return Meaning::explaining("no point to select now");
+                return Meaning::explanation("no point to select now");
             }
-            let asked = &state.calibration.as_ref()?.asked;
-            let (help, hint) = match asked {
+            let question = &state.calibration.as_ref()?.asked;
+            let (help, hint) = match question {
                 Some(Question::Number { optional: true, .. }) => {
                     ("remove the selected point", "remove")
                 }
                 _ => ("remeasure the selected point", "remeasure"),
             };
-            Meaning::viewing(redo, help, Some(hint))
+            Meaning::view(redo, help, Some(hint))
         },
     },
     KeyRow {
-        presses: &[Press::of('x')],
-        shown: "x",
-        here: |state| match state.safety {
+        presses: &[Press::character('x')],
+        label: "x",
+        meaning: |state| match state.safety {
             _ if state.calibration.as_ref()?.failed => None,
             Some(SafetyState::Tripped) => rearm(),
-            _ => Meaning::explaining("not tripped: nothing to re-arm"),
+            _ => Meaning::explanation("not tripped: nothing to re-arm"),
         },
     },
     KeyRow {
-        presses: &[Press::of('q')],
-        shown: "q",
-        here: |state| {
+        presses: &[Press::character('q')],
+        label: "q",
+        meaning: |state| {
             if state.calibration.as_ref()?.failed {
-                return Meaning::doing(Action::Quit, "quit", "quit");
+                return Meaning::action(Action::Quit, "quit", "quit");
             }
-            Meaning::with(
+            Meaning::new(
                 Effect::Ask(Action::Quit),
                 "quit; nothing is written",
                 Some("quit"),
@@ -109,28 +115,32 @@ pub(crate) const CALIBRATION: &[KeyRow] = &[
 ];
 
 /// Keys that turn pages while no number is typed.
-pub(crate) const BESIDE: &[KeyRow] = &[
+pub(crate) const CALIBRATION_PAGES: &[KeyRow] = &[
     KeyRow {
         presses: &[Press::key(KeyCode::Tab)],
-        shown: "tab",
-        here: |state| {
+        label: "tab",
+        meaning: |state| {
             let (help, hint) = match state.ui.page {
                 Page::Bench => ("turn to the log", "log"),
                 Page::Log => ("turn back to the calibration", "calibration"),
                 _ => ("turn to the bench, the log, and back", "bench"),
             };
-            Meaning::viewing(turn, help, Some(hint))
+            Meaning::view(turn, help, Some(hint))
         },
     },
     KeyRow {
-        presses: &[Press::of('1'), Press::of('4'), Press::of('5')],
-        shown: "1 4 5",
-        here: |_| Meaning::viewing(turn, "Calibration, Bench, Log", None),
+        presses: &[
+            Press::character('1'),
+            Press::character('4'),
+            Press::character('5'),
+        ],
+        label: "1 4 5",
+        meaning: |_| Meaning::view(turn, "Calibration, Bench, Log", None),
     },
     KeyRow {
-        presses: &[Press::of('2'), Press::of('3')],
-        shown: "2 3",
-        here: |_| Meaning::explaining("a calibration has the pages 1, 4 and 5"),
+        presses: &[Press::character('2'), Press::character('3')],
+        label: "2 3",
+        meaning: |_| Meaning::explanation("a calibration has the pages 1, 4 and 5"),
     },
 ];
 
@@ -144,14 +154,14 @@ fn turn(_: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
 }
 
 /// Whether the shown page asks for a number.
-fn types(state: &State) -> bool {
-    let asked = state.guided().map(|page| &page.asked);
-    matches!(asked, Some(Some(Question::Number { .. })))
+fn is_typing(state: &State) -> bool {
+    let question = state.shown_calibration().map(|page| &page.asked);
+    matches!(question, Some(Some(Question::Number { .. })))
 }
 
-fn typed(_: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
+fn type_character(_: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
     if let KeyCode::Char(c) = code
-        && ui.typed.len() < LONGEST
+        && ui.typed.len() < MAX_CHARACTERS
     {
         ui.typed.push(if c == ',' { '.' } else { c });
     }
@@ -205,10 +215,10 @@ fn enter(state: &State, ui: &mut Ui, _: KeyCode) -> Option<Action> {
 
 /// Whether [`Reply::Redo`] is possible on the shown page.
 fn can_redo(state: &State) -> bool {
-    let asked = state.guided().map(|page| &page.asked);
-    let asked = matches!(
-        asked,
+    let question = state.shown_calibration().map(|page| &page.asked);
+    let asks_point = matches!(
+        question,
         Some(Some(Question::Number { .. } | Question::Review))
     );
-    asked && state.chosen_point().is_some()
+    asks_point && state.chosen_point().is_some()
 }

@@ -32,13 +32,13 @@ pub struct CalibrationPage {
 }
 
 impl CalibrationPage {
-    /// Whether the page needs the operator, for a question or a failure that the page `before` did not show.
-    pub(crate) fn calls(&self, before: Option<&Self>) -> bool {
-        let called = |page: &Self| {
+    /// Whether the page needs the operator, for a question or a failure that the `previous` page did not show.
+    pub(crate) fn calls(&self, previous: Option<&Self>) -> bool {
+        let call = |page: &Self| {
             let words = (page.instruction.clone(), page.note.clone());
             (page.asked.clone(), page.failed, words)
         };
-        (self.asked.is_some() || self.failed) && before.map(called) != Some(called(self))
+        (self.asked.is_some() || self.failed) && previous.map(call) != Some(call(self))
     }
 }
 

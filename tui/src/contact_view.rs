@@ -55,8 +55,8 @@ impl PeriodTrace {
     /// Returns the masked fraction of the period, 0 to 1.
     #[must_use]
     pub fn masked(&self) -> f64 {
-        let masked = self.z_m_n_s_per_m.iter().filter(|z| z.is_none()).count();
-        masked as f64 / self.z_m_n_s_per_m.len().max(1) as f64
+        let masked_count = self.z_m_n_s_per_m.iter().filter(|z| z.is_none()).count();
+        masked_count as f64 / self.z_m_n_s_per_m.len().max(1) as f64
     }
 }
 

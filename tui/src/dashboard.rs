@@ -10,7 +10,7 @@ use crate::page::Page;
 use crate::pages::{self, Room};
 use crate::panels::panel::{note, rows};
 use crate::panels::{
-    asked_detail, bench_tables, calibration_layout, drill, help, key_hints, log, new_carrier,
+    bench_tables, calibration_layout, detail_question, drill, help, key_hints, log, new_carrier,
     readings, safety_line, session_phase, stage, strips, summary, tabs,
 };
 use crate::participant_screen;
@@ -56,7 +56,7 @@ fn draw(state: &State, area: Rect, buf: &mut Buffer) {
     let [body, bottom] =
         Layout::vertical([Constraint::Fill(1), Constraint::Length(keys_rows)]).areas(rest);
     key_hints::render(state, bottom, buf);
-    match (state.ui.page, state.guided()) {
+    match (state.ui.page, state.shown_calibration()) {
         (_, Some(calibrated)) => calibration_layout::render(state, calibrated, body, buf),
         (Page::Participant, _) if state.asked.is_none() && state.new_carrier.is_none() => {
             preview(state, body, buf);
@@ -64,8 +64,8 @@ fn draw(state: &State, area: Rect, buf: &mut Buffer) {
         _ if area.width >= TWO_COLUMNS.0 && area.height >= TWO_COLUMNS.1 => {
             page(state, area, body, buf);
         }
-        (Page::Log, _) if state.calibration.is_none() => log::whole(state, body, buf),
-        _ if state.calibration.is_some() => beside(state, body, buf),
+        (Page::Log, _) if state.calibration.is_none() => log::page(state, body, buf),
+        _ if state.calibration.is_some() => log_or_health(state, body, buf),
         _ => list(state, body, buf),
     }
     if state.ui.help {
@@ -76,7 +76,7 @@ fn draw(state: &State, area: Rect, buf: &mut Buffer) {
 /// Draws a preview of the participant's screen.
 fn preview(state: &State, body: Rect, buf: &mut Buffer) {
     match &state.participant {
-        Some(shown) => participant_screen::view(shown, state.ui.theme, body, buf),
+        Some(participant) => participant_screen::view(participant, state.ui.theme, body, buf),
         None => {
             let style = state.ui.theme.faint();
             note("nothing is shown to the participant yet", style, body, buf);
@@ -86,19 +86,19 @@ fn preview(state: &State, body: Rect, buf: &mut Buffer) {
 
 /// Draws the selected page: its tabs, the session's progress and its panels.
 fn page(state: &State, area: Rect, body: Rect, buf: &mut Buffer) {
-    let room = Room::of(area.width, area.height);
-    let air = u16::from(room != Room::Little);
-    let least = match room {
-        Room::Little => stage::ROWS.0,
-        Room::Some | Room::Much => stage::ROWS.1,
+    let room = Room::from_size(area.width, area.height);
+    let air = u16::from(room != Room::Small);
+    let min_rows = match room {
+        Room::Small => stage::ROWS.0,
+        Room::Medium | Room::Large => stage::ROWS.1,
     };
     // The progress is shown only with a participant.
-    let stands = state.session.protocol.is_some() || state.outlook.is_some();
-    let stage_rows = match in_place_of_phase(state, body.width) {
+    let has_stage = state.session.protocol.is_some() || state.outlook.is_some();
+    let stage_rows = match phase_substitute(state, body.width) {
         Some(lines) => u16::try_from(lines.len())
-            .unwrap_or(least)
-            .clamp(1, least.max(3)),
-        None if stands => least,
+            .unwrap_or(min_rows)
+            .clamp(1, min_rows.max(3)),
+        None if has_stage => min_rows,
         None => 1,
     };
     let [head, stand, _, panels] = Layout::vertical([
@@ -109,72 +109,75 @@ fn page(state: &State, area: Rect, body: Rect, buf: &mut Buffer) {
     ])
     .areas(body);
     tabs::render(state, head, buf);
-    match in_place_of_phase(state, stand.width) {
+    match phase_substitute(state, stand.width) {
         Some(lines) => rows(lines, stand, buf),
         None => stage::render(state, stand, buf),
     }
     let zoom = state.ui.zoom;
     match state.ui.page {
-        Page::Run if zoom > 0 => pages::run::enlarged(state, zoom, panels, buf),
-        Page::Impedance if zoom > 0 => pages::impedance::enlarged(state, zoom, panels, buf),
+        Page::Run if zoom > 0 => pages::run::enlarge(state, zoom, panels, buf),
+        Page::Impedance if zoom > 0 => pages::impedance::enlarge(state, zoom, panels, buf),
         Page::Trials if zoom > 0 => crate::panels::trial_crop::render(state, panels, buf),
         Page::Run | Page::Participant => pages::run::render(state, room, panels, buf),
         Page::Impedance => pages::impedance::render(state, room, panels, buf),
         Page::Trials => pages::trials::render(state, room, panels, buf),
         Page::Bench => pages::bench::render(state, room, panels, buf),
-        Page::Log => logged(state, panels, buf),
+        Page::Log => log_page(state, panels, buf),
     }
 }
 
 /// Draws the log, and the summary of a finished session.
-fn logged(state: &State, area: Rect, buf: &mut Buffer) {
-    let ended = state.summary.as_ref();
-    let ended_rows = ended
+fn log_page(state: &State, area: Rect, buf: &mut Buffer) {
+    let summary = state.summary.as_ref();
+    let summary_rows = summary
         .map_or(0, |lines| lines.len() as u16 + 2)
         .min(area.height / 2);
     let [lines, end] =
-        Layout::vertical([Constraint::Fill(1), Constraint::Length(ended_rows)]).areas(area);
-    log::whole(state, lines, buf);
-    if let Some(summary) = ended {
+        Layout::vertical([Constraint::Fill(1), Constraint::Length(summary_rows)]).areas(area);
+    log::page(state, lines, buf);
+    if let Some(summary) = summary {
         summary::render(state, summary, end, buf);
     }
 }
 
-/// Returns the height of the phase: one row, or up to `most` for a drill's instruction or a question.
-fn phase_rows(state: &State, columns: u16, most: u16) -> u16 {
-    let lines = in_place_of_phase(state, columns).map_or(1, |lines| lines.len());
-    u16::try_from(lines).unwrap_or(most).max(1).min(most)
+/// Returns the height of the phase: one row, or up to `max_rows` for a drill's instruction or a question.
+fn phase_rows(state: &State, columns: u16, max_rows: u16) -> u16 {
+    let lines = phase_substitute(state, columns).map_or(1, |lines| lines.len());
+    u16::try_from(lines)
+        .unwrap_or(max_rows)
+        .max(1)
+        .min(max_rows)
 }
 
 /// Draws the phase, or the text shown in its place.
 fn phase(state: &State, area: Rect, buf: &mut Buffer) {
-    match in_place_of_phase(state, area.width) {
+    match phase_substitute(state, area.width) {
         Some(lines) => rows(lines, area, buf),
         None => session_phase::render(state, area, buf),
     }
 }
 
 /// Returns the text shown in place of the phase: a calibration's or a drill's instruction, a question or a proposal.
-fn in_place_of_phase(state: &State, columns: u16) -> Option<Vec<Line<'_>>> {
+fn phase_substitute(state: &State, columns: u16) -> Option<Vec<Line<'_>>> {
     if let Some(calibrated) = &state.calibration {
-        return Some(calibration_layout::beside(state, calibrated, columns));
+        return Some(calibration_layout::request(state, calibrated, columns));
     }
     match (&state.drill, &state.asked, &state.new_carrier) {
-        (Some(drilled), ..) => Some(drill::instruction(state, drilled, columns)),
-        (None, Some(asked), _) => Some(asked_detail::question(state, asked, columns)),
+        (Some(drill), ..) => Some(drill::instruction(state, drill, columns)),
+        (None, Some(detail), _) => Some(detail_question::question(state, detail, columns)),
         (None, None, Some(proposal)) => Some(new_carrier::lines(state, proposal, columns)),
         (None, None, None) => None,
     }
 }
 
 /// Draws the log or the bench's health below the calibration's request.
-fn beside(state: &State, body: Rect, buf: &mut Buffer) {
+fn log_or_health(state: &State, body: Rect, buf: &mut Buffer) {
     let phase_rows = phase_rows(state, body.width, body.height.min(4));
     let [stand, rest] =
         Layout::vertical([Constraint::Length(phase_rows), Constraint::Fill(1)]).areas(body);
     phase(state, stand, buf);
     match state.ui.page {
-        Page::Log => log::whole(state, rest, buf),
+        Page::Log => log::page(state, rest, buf),
         _ => bench_tables::health(state, rest, buf),
     }
 }
@@ -205,13 +208,13 @@ fn list(state: &State, body: Rect, buf: &mut Buffer) {
         return;
     }
     readings::render(state, values, buf);
-    let which = usize::from(state.ui.zoom.saturating_sub(1));
-    let which = Strip::ALL.get(which).copied().unwrap_or(Strip::Amplitude);
-    let which = if state.ui.zoom == 0 {
+    let index = usize::from(state.ui.zoom.saturating_sub(1));
+    let kind = Strip::ALL.get(index).copied().unwrap_or(Strip::Amplitude);
+    let kind = if state.ui.zoom == 0 {
         Strip::Impedance
     } else {
-        which
+        kind
     };
-    strips::render(state, which, strip, buf);
+    strips::render(state, kind, strip, buf);
     tabs::render(state, head, buf);
 }

@@ -15,15 +15,15 @@ pub fn escaped(text: &str) -> Cow<'_, str> {
     if !text.chars().any(is_obeyed) {
         return Cow::Borrowed(text);
     }
-    let mut shown = String::with_capacity(text.len() + 16);
+    let mut output = String::with_capacity(text.len() + 16);
     for c in text.chars() {
         if is_obeyed(c) {
-            shown.push_str(&format!("\\u{:04x}", u32::from(c)));
+            output.push_str(&format!("\\u{:04x}", u32::from(c)));
         } else {
-            shown.push(c);
+            output.push(c);
         }
     }
-    Cow::Owned(shown)
+    Cow::Owned(output)
 }
 
 /// Returns `text` as a single line: as [`escaped`], and with line ends and tabs escaped, too.
@@ -33,10 +33,10 @@ pub fn escaped(text: &str) -> Cow<'_, str> {
 /// ```
 pub fn escaped_line(text: &str) -> Cow<'_, str> {
     match escaped(text) {
-        shown if shown.contains(['\n', '\t']) => {
-            Cow::Owned(shown.replace('\n', "\\n").replace('\t', "\\t"))
+        line if line.contains(['\n', '\t']) => {
+            Cow::Owned(line.replace('\n', "\\n").replace('\t', "\\t"))
         }
-        shown => shown,
+        line => line,
     }
 }
 
@@ -73,13 +73,13 @@ fn minus_signs(buf: &mut Buffer) {
     let is_number = |cell: Option<&Cell>| {
         cell.is_some_and(|cell| cell.symbol().starts_with(|c: char| c.is_ascii_digit()))
     };
-    for at in 0..buf.content.len() {
-        if buf.content[at].symbol() != "-" || !is_number(buf.content.get(at + 1)) {
+    for index in 0..buf.content.len() {
+        if buf.content[index].symbol() != "-" || !is_number(buf.content.get(index + 1)) {
             continue;
         }
-        let before = at.checked_sub(1).and_then(|before| buf.content.get(before));
-        if before.is_none_or(|cell| matches!(cell.symbol(), " " | "(" | "[" | "=")) {
-            buf.content[at].set_symbol("\u{2212}");
+        let previous = index.checked_sub(1).and_then(|k| buf.content.get(k));
+        if previous.is_none_or(|cell| matches!(cell.symbol(), " " | "(" | "[" | "=")) {
+            buf.content[index].set_symbol("\u{2212}");
         }
     }
 }
@@ -90,10 +90,10 @@ mod tests {
     use ratatui::layout::Rect;
 
     #[test]
-    fn what_a_terminal_obeys_is_shown_and_the_rest_stays() {
+    fn control_characters_are_escaped_and_the_rest_stays() {
         let plain = "Größe µ ≤ 3 N·s/m\t✓ 日本\n";
-        assert!(matches!(escaped(plain), Cow::Borrowed(same) if same == plain));
-        for (c, shown) in [
+        assert!(matches!(escaped(plain), Cow::Borrowed(text) if text == plain));
+        for (c, expected) in [
             ('\u{0}', r"a\u0000b"),
             ('\r', r"a\u000db"),
             ('\u{7f}', r"a\u007fb"),
@@ -101,8 +101,8 @@ mod tests {
             ('\u{202e}', r"a\u202eb"),
             ('\u{2028}', r"a\u2028b"),
         ] {
-            assert_eq!(escaped(&format!("a{c}b")), shown);
-            assert_eq!(escaped_line(&format!("a{c}b")), shown);
+            assert_eq!(escaped(&format!("a{c}b")), expected);
+            assert_eq!(escaped_line(&format!("a{c}b")), expected);
         }
     }
 
@@ -113,7 +113,7 @@ mod tests {
         buf[(1, 0)].set_symbol("a\u{202e}");
         buf[(2, 0)].set_symbol("b");
         clean(&mut buf);
-        let shown: String = buf.content.iter().map(|cell| cell.symbol()).collect();
-        assert_eq!(shown, "\u{fffd}\u{fffd}b");
+        let text: String = buf.content.iter().map(|cell| cell.symbol()).collect();
+        assert_eq!(text, "\u{fffd}\u{fffd}b");
     }
 }

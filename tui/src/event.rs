@@ -440,10 +440,10 @@ pub struct LineStates {
 impl LineStates {
     /// Describes the present and the last state of `line`; also returns whether the plate may be driven in that state.
     #[must_use]
-    pub fn of(&self, line: BenchLine) -> Option<(String, bool)> {
+    pub fn describe(&self, line: BenchLine) -> Option<(String, bool)> {
         let presses = match self.button_presses {
             1 => "pressed".to_owned(),
-            several => format!("pressed ×{several},"),
+            count => format!("pressed ×{count},"),
         };
         let (on, (yes, no), well, last) = match line {
             BenchLine::Estop => {

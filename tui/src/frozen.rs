@@ -30,8 +30,8 @@ impl Frozen {
 
     /// Moves a cursor by a number of steps.
     pub fn step(&mut self, cursor: usize, steps: f64) {
-        if let Some(at) = self.cursors.get_mut(cursor) {
-            *at = (*at + steps * STEP).clamp(0.0, 1.0);
+        if let Some(position) = self.cursors.get_mut(cursor) {
+            *position = (*position + steps * STEP).clamp(0.0, 1.0);
         }
     }
 
@@ -39,14 +39,15 @@ impl Frozen {
     #[must_use]
     pub fn times_s(&self, window_s: f64) -> [f64; 2] {
         let last_s = self.history.back().map_or(0.0, |live| live.t_s);
-        self.cursors.map(|at| last_s - (1.0 - at) * window_s)
+        self.cursors
+            .map(|position| last_s - (1.0 - position) * window_s)
     }
 
     /// Returns the value nearest to `t_s`.
     #[must_use]
-    pub fn at(&self, t_s: f64) -> Option<&Live> {
-        let after = self.history.partition_point(|live| live.t_s < t_s);
+    pub fn value_at(&self, t_s: f64) -> Option<&Live> {
+        let index = self.history.partition_point(|live| live.t_s < t_s);
         self.history
-            .get(after.min(self.history.len().checked_sub(1)?))
+            .get(index.min(self.history.len().checked_sub(1)?))
     }
 }

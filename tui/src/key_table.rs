@@ -16,7 +16,7 @@ pub(crate) struct Press {
 
 impl Press {
     /// Returns the press of a character.
-    pub(crate) const fn of(c: char) -> Self {
+    pub(crate) const fn character(c: char) -> Self {
         Self::key(KeyCode::Char(c))
     }
 
@@ -37,10 +37,10 @@ impl Press {
     }
 
     /// Returns the press of an event; `None` with Alt, which is not used.
-    pub(crate) fn told(event: KeyEvent) -> Option<Self> {
+    pub(crate) fn read(event: KeyEvent) -> Option<Self> {
         let code = match event.code {
             KeyCode::Char(c) => KeyCode::Char(c.to_ascii_lowercase()),
-            other => other,
+            code => code,
         };
         (!event.modifiers.contains(KeyModifiers::ALT)).then_some(Self {
             code,
@@ -54,9 +54,9 @@ pub(crate) struct KeyRow {
     /// The keys.
     pub(crate) presses: &'static [Press],
     /// Their name in the help.
-    pub(crate) shown: &'static str,
+    pub(crate) label: &'static str,
     /// Their meaning in a state; `None` if they have no meaning there.
-    pub(crate) here: fn(&State) -> Option<Meaning>,
+    pub(crate) meaning: fn(&State) -> Option<Meaning>,
 }
 
 /// Meaning of a key in the present state.
@@ -85,31 +85,31 @@ pub(crate) enum Effect {
 
 impl Meaning {
     /// Returns the meaning of a key that sends a request to the bench at once.
-    pub(crate) fn doing(action: Action, help: &'static str, hint: &'static str) -> Option<Self> {
-        Self::with(Effect::Do(action), help, Some(hint))
+    pub(crate) fn action(action: Action, help: &'static str, hint: &'static str) -> Option<Self> {
+        Self::new(Effect::Do(action), help, Some(hint))
     }
 
     /// Returns the meaning of a key that sends a request to the bench after confirmation.
-    pub(crate) fn asking(action: Action, help: &'static str, hint: &'static str) -> Option<Self> {
-        Self::with(Effect::Ask(action), help, Some(hint))
+    pub(crate) fn question(action: Action, help: &'static str, hint: &'static str) -> Option<Self> {
+        Self::new(Effect::Ask(action), help, Some(hint))
     }
 
     /// Returns the meaning of a key without effect, with the reason.
-    pub(crate) fn explaining(why: &'static str) -> Option<Self> {
-        Self::with(Effect::Explain(why), "", None)
+    pub(crate) fn explanation(reason: &'static str) -> Option<Self> {
+        Self::new(Effect::Explain(reason), "", None)
     }
 
     /// Returns the meaning of a key that changes the view.
-    pub(crate) fn viewing(
+    pub(crate) fn view(
         change: fn(&State, &mut Ui, KeyCode) -> Option<Action>,
         help: &'static str,
         hint: Option<&'static str>,
     ) -> Option<Self> {
-        Self::with(Effect::Apply(change), help, hint)
+        Self::new(Effect::Apply(change), help, hint)
     }
 
     /// Returns the meaning of a key with this effect.
-    pub(crate) fn with(
+    pub(crate) fn new(
         effect: Effect,
         help: &'static str,
         hint: Option<&'static str>,
@@ -128,13 +128,13 @@ pub(crate) fn meanings<'a>(
     state: &'a State,
     rows: impl Iterator<Item = &'static KeyRow> + 'a,
 ) -> impl Iterator<Item = (&'static KeyRow, Meaning)> + 'a {
-    let mut taken: Vec<Press> = Vec::new();
+    let mut presses: Vec<Press> = Vec::new();
     rows.filter_map(move |row| {
-        if row.presses.iter().all(|press| taken.contains(press)) {
+        if row.presses.iter().all(|press| presses.contains(press)) {
             return None;
         }
-        let meaning = (row.here)(state)?;
-        taken.extend(row.presses);
+        let meaning = (row.meaning)(state)?;
+        presses.extend(row.presses);
         Some((row, meaning))
     })
 }

@@ -3,10 +3,10 @@
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind};
 
 use crate::action::Action;
-use crate::asked_keys::ASKED;
-use crate::calibration_keys::{BESIDE, CALIBRATION};
+use crate::asked_keys::ANSWER;
+use crate::calibration_keys::{CALIBRATION, CALIBRATION_PAGES};
 use crate::key_table::{Effect, KeyRow, Meaning, Press, meanings};
-use crate::session_keys::{DASHBOARD, EVERYWHERE, HELP};
+use crate::session_keys::{ALL_PAGES, DASHBOARD, HELP};
 use crate::state::{State, Ui};
 use crate::view_keys::{PAGES, SCROLL, VIEW, WRITE};
 
@@ -52,7 +52,7 @@ pub fn key(state: &State, key: KeyEvent) -> Reaction {
         return reaction;
     }
     ui.note = None;
-    let Some(press) = Press::told(key) else {
+    let Some(press) = Press::read(key) else {
         return reaction;
     };
     let meaning = meaning(state, press);
@@ -81,9 +81,9 @@ pub fn key(state: &State, key: KeyEvent) -> Reaction {
 /// Returns the action of a key with the same meaning on every page: the stop, and the end.
 #[must_use]
 pub(crate) fn at_once(key: KeyEvent) -> Option<Action> {
-    let press = Press::told(key).filter(|_| key.kind != KeyEventKind::Release)?;
+    let press = Press::read(key).filter(|_| key.kind != KeyEventKind::Release)?;
     [
-        (Press::of('e'), Action::EmergencyStop),
+        (Press::character('e'), Action::EmergencyStop),
         (Press::control('c'), Action::Interrupt),
     ]
     .into_iter()
@@ -104,26 +104,26 @@ fn answer(ui: &mut Ui, code: KeyCode) -> Option<Action> {
 
 /// Returns the rows of the table for the shown page.
 fn rows(state: &State) -> impl Iterator<Item = &'static KeyRow> {
-    let asked: &[KeyRow] = if state.asked.is_some() { ASKED } else { &[] };
+    let detail_rows: &[KeyRow] = if state.asked.is_some() { ANSWER } else { &[] };
     let pages: &[&[KeyRow]] = if state.calibration.is_some() {
-        &[CALIBRATION, BESIDE, HELP, SCROLL, WRITE]
+        &[CALIBRATION, CALIBRATION_PAGES, HELP, SCROLL, WRITE]
     } else {
         &[HELP, DASHBOARD, VIEW, SCROLL, PAGES, WRITE]
     };
-    EVERYWHERE
+    ALL_PAGES
         .iter()
-        .chain(asked)
+        .chain(detail_rows)
         .chain(pages.iter().copied().flatten())
 }
 
 /// Returns the meaning of `press` in `state`.
 fn meaning(state: &State, press: Press) -> Option<Meaning> {
-    let mut all = rows(state).filter(|row| row.presses.contains(&press));
-    all.find_map(|row| (row.here)(state))
+    let mut candidates = rows(state).filter(|row| row.presses.contains(&press));
+    candidates.find_map(|row| (row.meaning)(state))
 }
 
 /// Returns each row that works in `state`, with its meaning.
-pub(crate) fn working(state: &State) -> impl Iterator<Item = (&'static KeyRow, Meaning)> + '_ {
+pub(crate) fn active_rows(state: &State) -> impl Iterator<Item = (&'static KeyRow, Meaning)> + '_ {
     meanings(state, rows(state)).filter(|(_, meaning)| meaning.works())
 }
 

@@ -10,18 +10,23 @@ use drawing::picture::{self, Paper};
 use drawing::theme::Theme;
 
 /// Maximum number of pages per folder.
-const MOST: u32 = 9999;
+const MAX_NUMBER: u32 = 9999;
 
 /// Writes the drawn screen into `folder` under the page's name without overwriting a file. Returns the picture's name.
 ///
 /// # Errors
 /// An error if the files cannot be written.
-pub(crate) fn write(folder: &Path, name: &str, theme: Theme, drawn: &Buffer) -> io::Result<String> {
+pub(crate) fn write(
+    folder: &Path,
+    name: &str,
+    theme: Theme,
+    screen: &Buffer,
+) -> io::Result<String> {
     let paper = match theme {
         Theme::Light => Paper::Light,
         _ => Paper::Dark,
     };
-    for number in 1..=MOST {
+    for number in 1..=MAX_NUMBER {
         let stem = format!("page-{name}-{number}");
         let picture = format!("{stem}.svg");
         let file = OpenOptions::new()
@@ -34,9 +39,9 @@ pub(crate) fn write(folder: &Path, name: &str, theme: Theme, drawn: &Buffer) -> 
             Err(error) => return Err(error),
         };
         file.write_all(
-            picture::svg(drawn, &format!("the page {name} of the dashboard"), paper).as_bytes(),
+            picture::svg(screen, &format!("the page {name} of the dashboard"), paper).as_bytes(),
         )?;
-        std::fs::write(folder.join(format!("{stem}.txt")), picture::text(drawn))?;
+        std::fs::write(folder.join(format!("{stem}.txt")), picture::text(screen))?;
         return Ok(picture);
     }
     Err(io::Error::from(io::ErrorKind::AlreadyExists))
@@ -52,14 +57,14 @@ mod tests {
     #[test]
     fn pages_are_written_beside_each_other() {
         let folder = tempfile::tempdir().unwrap();
-        let mut drawn = Buffer::empty(Rect::new(0, 0, 8, 1));
-        drawn.set_string(0, 0, "μ 0.42", Style::new());
-        let written = |name| write(folder.path(), name, Theme::Colour, &drawn).unwrap();
-        assert_eq!(written("run"), "page-run-1.svg");
-        assert_eq!(written("run"), "page-run-2.svg");
+        let mut screen = Buffer::empty(Rect::new(0, 0, 8, 1));
+        screen.set_string(0, 0, "μ 0.42", Style::new());
+        let file_name = |name| write(folder.path(), name, Theme::Colour, &screen).unwrap();
+        assert_eq!(file_name("run"), "page-run-1.svg");
+        assert_eq!(file_name("run"), "page-run-2.svg");
         let text = std::fs::read_to_string(folder.path().join("page-run-2.txt")).unwrap();
         assert_eq!(text, "μ 0.42\n");
-        let gone = folder.path().join("gone");
-        assert!(write(&gone, "log", Theme::Light, &drawn).is_err());
+        let missing_folder = folder.path().join("gone");
+        assert!(write(&missing_folder, "log", Theme::Light, &screen).is_err());
     }
 }

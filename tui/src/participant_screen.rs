@@ -230,7 +230,7 @@ impl ParticipantView {
 }
 
 /// Draws the participant's screen.
-pub fn view(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
+pub fn view(view: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
     if area.is_empty() {
         return;
     }
@@ -246,26 +246,28 @@ pub fn view(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer)
     } else {
         [progress, middle]
     };
-    if shown.trial > 0 {
+    if view.trial > 0 {
         Line::styled(
-            shown
-                .texts
-                .counted(shown.practice, shown.trial, shown.trials),
+            view.texts.counted(view.practice, view.trial, view.trials),
             theme.faint(),
         )
         .centered()
         .render(progress, buf);
     }
-    instruction(shown, theme, middle, buf);
-    slider(shown, theme, track, buf);
+    instruction(view, theme, middle, buf);
+    slider(view, theme, track, buf);
 }
 
 /// Draws the instruction, with the countdown or the feedback below it.
-fn instruction(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
-    let (first, then) = shown.sentences();
+fn instruction(view: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
+    let (first, second) = view.sentences();
     let mut words = wrap(first, area.width);
     let first_rows = words.len();
-    words.extend(then.into_iter().flat_map(|then| wrap(then, area.width)));
+    words.extend(
+        second
+            .into_iter()
+            .flat_map(|second| wrap(second, area.width)),
+    );
     let words_rows = u16::try_from(words.len()).unwrap_or(u16::MAX);
     // The following instruction is emphasised when it applies.
     let words: Vec<Line> = words
@@ -273,13 +275,13 @@ fn instruction(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buff
         .enumerate()
         .map(|(row, words)| match row < first_rows {
             true => Line::styled(words, theme.strong()),
-            false if shown.button => Line::styled(words, theme.strong()),
+            false if view.button => Line::styled(words, theme.strong()),
             false => Line::styled(words, theme.faint()),
         })
         .collect();
-    let below = match shown.instruction {
+    let detail_rows = match view.instruction {
         Instruction::Feedback => 4,
-        Instruction::GetReady | Instruction::Rest if seconds(shown).is_some() => {
+        Instruction::GetReady | Instruction::Rest if seconds(view).is_some() => {
             if area.height >= words_rows.saturating_add(1 + digits::ROWS) {
                 digits::ROWS
             } else {
@@ -288,20 +290,20 @@ fn instruction(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buff
         }
         _ => 0,
     };
-    let below = below.min(area.height.saturating_sub(words_rows));
-    let gap = u16::from(below > 0 && area.height > words_rows + below);
+    let detail_rows = detail_rows.min(area.height.saturating_sub(words_rows));
+    let gap = u16::from(detail_rows > 0 && area.height > words_rows + detail_rows);
     let [top, _, bottom] = Layout::vertical([
         Constraint::Length(words_rows),
         Constraint::Length(gap),
-        Constraint::Length(below),
+        Constraint::Length(detail_rows),
     ])
     .flex(Flex::Center)
     .areas(area);
     Text::from(words).centered().render(top, buf);
-    match shown.instruction {
-        Instruction::Feedback => feedback(shown, theme, bottom, buf),
+    match view.instruction {
+        Instruction::Feedback => feedback(view, theme, bottom, buf),
         Instruction::GetReady | Instruction::Rest => {
-            if let Some(seconds) = seconds(shown) {
+            if let Some(seconds) = seconds(view) {
                 number(seconds, theme, bottom, buf);
             }
         }
@@ -310,11 +312,11 @@ fn instruction(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buff
 }
 
 /// Returns the countdown below the instruction, if any, s.
-fn seconds(shown: &ParticipantView) -> Option<u32> {
-    match shown.instruction {
-        Instruction::GetReady => shown.countdown,
+fn seconds(view: &ParticipantView) -> Option<u32> {
+    match view.instruction {
+        Instruction::GetReady => view.countdown,
         // The cast saturates.
-        Instruction::Rest => shown
+        Instruction::Rest => view
             .rest_s
             .filter(|s| s.is_finite())
             .map(|s| s.max(0.0).ceil() as u32),
@@ -343,24 +345,24 @@ fn number(seconds: u32, theme: Theme, area: Rect, buf: &mut Buffer) {
 }
 
 /// Draws the mean force with its judgement, and a bar with the band if it fits.
-fn feedback(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
-    let Some(mean_n) = shown.mean_force_n.filter(|n| n.is_finite()) else {
-        Line::styled(shown.texts.not_measured.as_ref(), theme.faint())
+fn feedback(view: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
+    let Some(mean_n) = view.mean_force_n.filter(|n| n.is_finite()) else {
+        Line::styled(view.texts.not_measured.as_ref(), theme.faint())
             .centered()
             .render(area, buf);
         return;
     };
-    let band_n = shown
+    let band_n = view
         .force_band_n
         .filter(|(min, max)| min.is_finite() && max > min && *max > 0.0);
     let (word, style) = match band_n {
-        Some((min_n, _)) if mean_n < min_n => (&*shown.texts.too_light, theme.warning()),
-        Some((_, max_n)) if mean_n > max_n => (&*shown.texts.too_hard, theme.warning()),
-        Some(_) => (&*shown.texts.just_right, theme.good()),
+        Some((min_n, _)) if mean_n < min_n => (&*view.texts.too_light, theme.warning()),
+        Some((_, max_n)) if mean_n > max_n => (&*view.texts.too_hard, theme.warning()),
+        Some(_) => (&*view.texts.just_right, theme.good()),
         None => ("", theme.strong()),
     };
     Line::styled(
-        format!("{} N  {word}", shown.texts.number(mean_n, 2))
+        format!("{} N  {word}", view.texts.number(mean_n, 2))
             .trim_end()
             .to_owned(),
         style,
@@ -374,54 +376,64 @@ fn feedback(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer)
     }
     let left = area.x + (area.width - columns) / 2;
     // The band's middle is the bar's middle, so that too light and too hard look alike.
-    let at = |n: f64| left + column(n / (min_n + max_n), columns);
-    buf.set_string(at(mean_n), area.y + 1, "▼", theme.strong());
+    let x_at = |n: f64| left + column(n / (min_n + max_n), columns);
+    buf.set_string(x_at(mean_n), area.y + 1, "▼", theme.strong());
     for x in left..left + columns {
-        let inside = (at(min_n)..=at(max_n)).contains(&x);
-        let (symbol, style) = if inside {
+        let is_inside = (x_at(min_n)..=x_at(max_n)).contains(&x);
+        let (symbol, style) = if is_inside {
             ("█", theme.good())
         } else {
             ("░", theme.faint())
         };
         buf.set_string(x, area.y + 2, symbol, style);
     }
-    let low = shown.texts.number(min_n, 1);
-    let high = format!("{} N", shown.texts.number(max_n, 1));
-    buf.set_string(at(min_n).saturating_sub(1), area.y + 3, low, theme.faint());
-    buf.set_string(at(max_n).saturating_sub(1), area.y + 3, high, theme.faint());
+    let low = view.texts.number(min_n, 1);
+    let high = format!("{} N", view.texts.number(max_n, 1));
+    buf.set_string(
+        x_at(min_n).saturating_sub(1),
+        area.y + 3,
+        low,
+        theme.faint(),
+    );
+    buf.set_string(
+        x_at(max_n).saturating_sub(1),
+        area.y + 3,
+        high,
+        theme.faint(),
+    );
 }
 
 /// Draws the plate with its marks and the slider.
-fn slider(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
+fn slider(view: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
     let moves = matches!(
-        shown.instruction,
+        view.instruction,
         Instruction::PlaceFinger | Instruction::GetReady | Instruction::FollowSlider
     );
-    let plate_m = shown.plate_m;
+    let plate_m = view.plate_m;
     if !moves || area.height < 3 || area.width < 20 || !(plate_m.is_finite() && plate_m > 0.0) {
         return;
     }
     let left = area.x + 2;
     let columns = area.width - 4;
-    let at = |m: f64| left + column(m / plate_m, columns);
+    let x_at = |m: f64| left + column(m / plate_m, columns);
     let plate = area.y + area.height - 3;
     for x in left..left + columns {
         buf.set_string(x, plate, "━", theme.faint());
     }
     for (mark_m, word) in [
-        (shown.start_m, &shown.texts.start),
-        (shown.end_m, &shown.texts.end),
+        (view.start_m, &view.texts.start),
+        (view.end_m, &view.texts.end),
     ] {
-        let x = at(mark_m);
+        let x = x_at(mark_m);
         put(buf, (x, plate), "┻", theme.strong());
-        centred(word, x, plate + 1, area, theme.faint(), buf);
+        put_centred(word, x, plate + 1, area, theme.faint(), buf);
     }
-    millimetres(plate_m, at, plate + 2, area, theme, buf);
-    if let Some(slider_m) = shown.slider_m.filter(|m| m.is_finite()) {
+    millimetres(plate_m, x_at, plate + 2, area, theme, buf);
+    if let Some(slider_m) = view.slider_m.filter(|m| m.is_finite()) {
         let middle = (slider_m / plate_m).clamp(0.0, 1.0) * f64::from(columns - 1) + 0.5;
-        let across = ((middle - 1.5) * 8.0).round();
+        let offset = ((middle - 1.5) * 8.0).round();
         // The cast saturates.
-        let eighths = across.clamp(0.0, f64::from(columns - 3) * 8.0) as u16;
+        let eighths = offset.clamp(0.0, f64::from(columns - 3) * 8.0) as u16;
         for y in area.y..plate {
             bar(buf, (left, y), eighths, theme.strong());
         }
@@ -429,7 +441,7 @@ fn slider(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
 }
 
 /// Writes a word centred on a column, within the area.
-fn centred(word: &str, x: u16, y: u16, area: Rect, style: Style, buf: &mut Buffer) {
+fn put_centred(word: &str, x: u16, y: u16, area: Rect, style: Style, buf: &mut Buffer) {
     let columns = u16::try_from(word.chars().count()).unwrap_or(u16::MAX);
     let word_x = x
         .saturating_sub(columns / 2)
@@ -441,22 +453,22 @@ fn centred(word: &str, x: u16, y: u16, area: Rect, style: Style, buf: &mut Buffe
 /// Writes the scale of the plate, mm: every ten or twenty as the room allows.
 fn millimetres(
     plate_m: f64,
-    at: impl Fn(f64) -> u16,
+    x_at: impl Fn(f64) -> u16,
     y: u16,
     area: Rect,
     theme: Theme,
     buf: &mut Buffer,
 ) {
     let steps_mm = [10.0, 20.0, 50.0, 100.0, 200.0, 500.0];
-    let roomy = |step_mm: f64| at(step_mm / 1e3).saturating_sub(at(0.0)) >= 6;
-    let Some(step_mm) = steps_mm.into_iter().find(|&step_mm| roomy(step_mm)) else {
+    let has_room = |step_mm: f64| x_at(step_mm / 1e3).saturating_sub(x_at(0.0)) >= 6;
+    let Some(step_mm) = steps_mm.into_iter().find(|&step_mm| has_room(step_mm)) else {
         return;
     };
     let mut mm = 0.0;
     while mm <= plate_m * 1e3 && mm < 1e3 * steps_mm[5] {
         let last = mm + step_mm > plate_m * 1e3;
         let word = format!("{mm:.0}{}", if last { " mm" } else { "" });
-        centred(&word, at(mm / 1e3), y, area, theme.faint(), buf);
+        put_centred(&word, x_at(mm / 1e3), y, area, theme.faint(), buf);
         mm += step_mm;
     }
 }
@@ -466,8 +478,8 @@ const EIGHTHS: [&str; 9] = [" ", "▏", "▎", "▍", "▌", "▋", "▊", "▉"
 
 /// Draws a bar three columns wide, shifted right by `eighths` of a column.
 fn bar(buf: &mut Buffer, (left, y): (u16, u16), eighths: u16, style: Style) {
-    let (whole, part) = (eighths / 8, usize::from(eighths % 8));
-    let x = left + whole;
+    let (cells, part) = (eighths / 8, usize::from(eighths % 8));
+    let x = left + cells;
     if part == 0 {
         buf.set_string(x, y, "███", style);
         return;

@@ -12,89 +12,89 @@ use crate::state::State;
 const SEEK_S: f64 = 5.0;
 
 /// Keys that work on every page.
-pub(crate) const EVERYWHERE: &[KeyRow] = &[
+pub(crate) const ALL_PAGES: &[KeyRow] = &[
     KeyRow {
-        presses: &[Press::of('e')],
-        shown: "e",
-        here: |state| {
+        presses: &[Press::character('e')],
+        label: "e",
+        meaning: |state| {
             let stop = "stop the drive at once, without confirmation";
             if state.session.replayed {
-                return Meaning::explaining("nothing is driven: this is a replay");
+                return Meaning::explanation("nothing is driven: this is a replay");
             }
-            Meaning::with(Effect::Do(Action::EmergencyStop), stop, None)
+            Meaning::new(Effect::Do(Action::EmergencyStop), stop, None)
         },
     },
     KeyRow {
         presses: &[Press::control('c')],
-        shown: "Ctrl-C",
-        here: |state| {
+        label: "Ctrl-C",
+        meaning: |state| {
             let help = match &state.drill {
                 Some(_) => "leave the drill",
                 None => "orderly stop, then quit",
             };
-            Meaning::with(Effect::Do(Action::Interrupt), help, None)
+            Meaning::new(Effect::Do(Action::Interrupt), help, None)
         },
     },
     KeyRow {
         presses: &[Press::control('l')],
-        shown: "Ctrl-L",
-        here: |_| Meaning::with(Effect::Redraw, "draw the screen anew", None),
+        label: "Ctrl-L",
+        meaning: |_| Meaning::new(Effect::Redraw, "draw the screen anew", None),
     },
 ];
 
 /// Key of the help.
 pub(crate) const HELP: &[KeyRow] = &[KeyRow {
-    presses: &[Press::of('?'), Press::of('h')],
-    shown: "?",
-    here: |_| {
+    presses: &[Press::character('?'), Press::character('h')],
+    label: "?",
+    meaning: |_| {
         let open = |_: &State, ui: &mut crate::state::Ui, _| {
             ui.help = true;
             None
         };
-        Meaning::viewing(open, "this help; any key closes it", Some("help"))
+        Meaning::view(open, "this help; any key closes it", Some("help"))
     },
 }];
 
 /// Keys of the dashboard, the most urgent first.
 pub(crate) const DASHBOARD: &[KeyRow] = &[
     KeyRow {
-        presses: &[Press::of('t')],
-        shown: "t",
-        here: |state| match state.new_carrier {
-            Some(_) => Meaning::doing(
+        presses: &[Press::character('t')],
+        label: "t",
+        meaning: |state| match state.new_carrier {
+            Some(_) => Meaning::action(
                 Action::TakeCarrier,
                 "take the proposed carrier",
                 "new carrier",
             ),
-            None => Meaning::explaining("no new carrier is proposed"),
+            None => Meaning::explanation("no new carrier is proposed"),
         },
     },
     KeyRow {
-        presses: &[Press::of('n')],
-        shown: "n",
-        here: |state| match state.new_carrier {
-            Some(_) => Meaning::doing(
+        presses: &[Press::character('n')],
+        label: "n",
+        meaning: |state| match state.new_carrier {
+            Some(_) => Meaning::action(
                 Action::KeepCarrier,
                 "keep the present carrier",
                 "keep carrier",
             ),
-            None => Meaning::explaining("no new carrier is proposed"),
+            None => Meaning::explanation("no new carrier is proposed"),
         },
     },
     KeyRow {
-        presses: &[Press::of('o')],
-        shown: "o",
-        here: accept_anyway,
+        presses: &[Press::character('o')],
+        label: "o",
+        meaning: accept_anyway,
     },
     KeyRow {
-        presses: &[Press::of(' '), Press::of('s')],
-        shown: "space",
-        here: go_on,
+        presses: &[Press::character(' '), Press::character('s')],
+        label: "space",
+        meaning: go_on,
     },
     KeyRow {
         presses: &[Press::key(KeyCode::Enter)],
-        shown: "enter",
-        here: |state| match state.phase.kind {
+        label: "enter",
+        meaning: |state| match state.phase.kind {
             PhaseKind::Idle => go_on(state).map(|meaning| Meaning {
                 hint: None,
                 ..meaning
@@ -103,40 +103,40 @@ pub(crate) const DASHBOARD: &[KeyRow] = &[
         },
     },
     KeyRow {
-        presses: &[Press::of('c')],
-        shown: "c",
-        here: |state| match state.phase.kind {
-            PhaseKind::Consent => Meaning::asking(
+        presses: &[Press::character('c')],
+        label: "c",
+        meaning: |state| match state.phase.kind {
+            PhaseKind::Consent => Meaning::question(
                 Action::Consent,
                 "record the participant's consent",
                 "consent",
             ),
-            _ if state.in_session() => Meaning::explaining("consent is not needed now"),
+            _ if state.in_session() => Meaning::explanation("consent is not needed now"),
             _ => None,
         },
     },
     KeyRow {
-        presses: &[Press::of('x')],
-        shown: "x",
-        here: |state| match state.safety {
+        presses: &[Press::character('x')],
+        label: "x",
+        meaning: |state| match state.safety {
             Some(SafetyState::Tripped) if !state.session.replayed => rearm(),
-            _ => Meaning::explaining("not tripped: nothing to re-arm"),
+            _ => Meaning::explanation("not tripped: nothing to re-arm"),
         },
     },
     KeyRow {
-        presses: &[Press::of('p')],
-        shown: "p",
-        here: pause,
+        presses: &[Press::character('p')],
+        label: "p",
+        meaning: pause,
     },
     KeyRow {
-        presses: &[Press::of('r')],
-        shown: "r",
-        here: repeat,
+        presses: &[Press::character('r')],
+        label: "r",
+        meaning: repeat,
     },
     KeyRow {
         presses: &[Press::key(KeyCode::Left), Press::key(KeyCode::Right)],
-        shown: "← →",
-        here: |state| {
+        label: "← →",
+        meaning: |state| {
             let seek = |_: &State, _: &mut crate::state::Ui, code| {
                 let by_s = if code == KeyCode::Left {
                     -SEEK_S
@@ -147,34 +147,34 @@ pub(crate) const DASHBOARD: &[KeyRow] = &[
             };
             let help = "back or forward by five seconds";
             // The same keys have another meaning there.
-            let taken = state.ui.frozen.is_some() || state.ui.page == Page::Trials;
-            (state.session.replayed && !taken)
-                .then(|| Meaning::viewing(seek, help, Some("seek")))?
+            let arrows_in_use = state.ui.frozen.is_some() || state.ui.page == Page::Trials;
+            (state.session.replayed && !arrows_in_use)
+                .then(|| Meaning::view(seek, help, Some("seek")))?
         },
     },
     KeyRow {
-        presses: &[Press::of('a')],
-        shown: "a",
-        here: |state| {
+        presses: &[Press::character('a')],
+        label: "a",
+        meaning: |state| {
             if state.in_session() {
-                Meaning::asking(Action::Abort, "abort the session", "abort")
+                Meaning::question(Action::Abort, "abort the session", "abort")
             } else {
-                Meaning::explaining("no session to abort")
+                Meaning::explanation("no session to abort")
             }
         },
     },
     KeyRow {
-        presses: &[Press::of('q')],
-        shown: "q",
-        here: |state| {
+        presses: &[Press::character('q')],
+        label: "q",
+        meaning: |state| {
             let help = match state.drill {
                 Some(_) => "end the program; leaves the drill if not asked for",
                 None => "quit",
             };
             if state.is_running() && !state.session.replayed {
-                Meaning::asking(Action::Quit, help, "quit")
+                Meaning::question(Action::Quit, help, "quit")
             } else {
-                Meaning::doing(Action::Quit, help, "quit")
+                Meaning::action(Action::Quit, help, "quit")
             }
         },
     },
@@ -182,11 +182,11 @@ pub(crate) const DASHBOARD: &[KeyRow] = &[
 
 /// Returns the meaning of the key that re-arms.
 pub(crate) fn rearm() -> Option<Meaning> {
-    Meaning::asking(Action::Rearm, "re-arm after a trip", "re-arm")
+    Meaning::question(Action::Rearm, "re-arm after a trip", "re-arm")
 }
 
 /// Returns the attempt of the present phase.
-fn named(state: &State) -> AttemptName {
+fn attempt_name(state: &State) -> AttemptName {
     let phase = &state.phase;
     AttemptName {
         trial: phase.trial,
@@ -210,7 +210,7 @@ fn attempt_runs(state: &State) -> bool {
 
 /// Whether the open verdict accepts its attempt.
 fn is_accepted(state: &State) -> bool {
-    let name = named(state);
+    let name = attempt_name(state);
     state.verdict.as_ref().is_some_and(|verdict| {
         (verdict.trial, verdict.practice, verdict.attempt)
             == (name.trial, name.practice, name.attempt)
@@ -219,65 +219,65 @@ fn is_accepted(state: &State) -> bool {
 }
 
 fn go_on(state: &State) -> Option<Meaning> {
-    let tripped = state.safety == Some(SafetyState::Tripped);
+    let is_tripped = state.safety == Some(SafetyState::Tripped);
     let kind = state.phase.kind;
     if state.session.replayed {
         return match kind {
-            PhaseKind::Paused => Meaning::doing(Action::Resume, "go on", "go on"),
-            PhaseKind::Finished => Meaning::explaining("the recording is at its end"),
-            _ => Meaning::doing(Action::Pause, "pause", "pause"),
+            PhaseKind::Paused => Meaning::action(Action::Resume, "go on", "go on"),
+            PhaseKind::Finished => Meaning::explanation("the recording is at its end"),
+            _ => Meaning::action(Action::Pause, "pause", "pause"),
         };
     }
     if state.drill.is_some() && state.is_running() {
-        return Meaning::doing(Action::Ready, "you have seen the fault", "seen");
+        return Meaning::action(Action::Ready, "you have seen the fault", "seen");
     }
     match kind {
-        _ if tripped => Meaning::explaining("tripped: remove the cause, then re-arm with x"),
-        PhaseKind::Idle => Meaning::doing(Action::Start, "start", "start"),
-        PhaseKind::Ready => Meaning::doing(Action::Ready, "the participant is ready", "ready"),
-        PhaseKind::Rest => Meaning::doing(Action::Ready, "end the rest", "go on"),
+        _ if is_tripped => Meaning::explanation("tripped: remove the cause, then re-arm with x"),
+        PhaseKind::Idle => Meaning::action(Action::Start, "start", "start"),
+        PhaseKind::Ready => Meaning::action(Action::Ready, "the participant is ready", "ready"),
+        PhaseKind::Rest => Meaning::action(Action::Ready, "end the rest", "go on"),
         PhaseKind::Verdict => {
-            Meaning::doing(Action::Ready, "let the verdict stand and go on", "go on")
+            Meaning::action(Action::Ready, "let the verdict stand and go on", "go on")
         }
-        PhaseKind::Consent => Meaning::explaining("record the consent first: c"),
-        PhaseKind::Paused => Meaning::explaining("paused: resume with p"),
-        PhaseKind::Finished => Meaning::explaining("the session has finished"),
-        _ => Meaning::explaining("already running"),
+        PhaseKind::Consent => Meaning::explanation("record the consent first: c"),
+        PhaseKind::Paused => Meaning::explanation("paused: resume with p"),
+        PhaseKind::Finished => Meaning::explanation("the session has finished"),
+        _ => Meaning::explanation("already running"),
     }
 }
 
 fn pause(state: &State) -> Option<Meaning> {
-    let tripped = state.safety == Some(SafetyState::Tripped);
+    let is_tripped = state.safety == Some(SafetyState::Tripped);
     match state.phase.kind {
         PhaseKind::Paused if state.session.replayed => {
-            Meaning::doing(Action::Resume, "resume", "resume")
+            Meaning::action(Action::Resume, "resume", "resume")
         }
-        PhaseKind::Paused if tripped => {
-            Meaning::explaining("tripped: remove the cause, then re-arm with x")
+        PhaseKind::Paused if is_tripped => {
+            Meaning::explanation("tripped: remove the cause, then re-arm with x")
         }
-        PhaseKind::Paused if state.display_lost.is_some() => Meaning::asking(
+        PhaseKind::Paused if state.display_lost.is_some() => Meaning::question(
             Action::Resume,
             "show the participant's screen again, and resume",
             "resume",
         ),
-        PhaseKind::Paused => Meaning::doing(Action::Resume, "resume", "resume"),
+        PhaseKind::Paused => Meaning::action(Action::Resume, "resume", "resume"),
         PhaseKind::Idle | PhaseKind::Consent | PhaseKind::Finished => {
-            Meaning::explaining("nothing to pause")
+            Meaning::explanation("nothing to pause")
         }
-        _ if attempt_runs(state) && state.phase.pausing => Meaning::asking(
-            Action::PauseNow(named(state)),
+        _ if attempt_runs(state) && state.phase.pausing => Meaning::question(
+            Action::PauseNow(attempt_name(state)),
             "pause at once; the running attempt is lost",
             "pause now",
         ),
         _ if attempt_runs(state) => {
-            Meaning::doing(Action::Pause, "pause after this attempt", "pause")
+            Meaning::action(Action::Pause, "pause after this attempt", "pause")
         }
-        _ => Meaning::doing(Action::Pause, "pause", "pause"),
+        _ => Meaning::action(Action::Pause, "pause", "pause"),
     }
 }
 
 fn repeat(state: &State) -> Option<Meaning> {
-    let redo = Action::Redo(named(state));
+    let redo = Action::Redo(attempt_name(state));
     if state.session.replayed {
         return None;
     }
@@ -288,26 +288,26 @@ fn repeat(state: &State) -> Option<Meaning> {
         } else {
             "repeat the rejected trial now"
         };
-        return Meaning::doing(redo, help, "repeat");
+        return Meaning::action(redo, help, "repeat");
     }
     let runs = state.phase.trial > 0 && state.is_running();
     match state.phase.kind {
-        PhaseKind::Paused if state.drill.is_none() => Meaning::explaining("no trial to repeat"),
-        _ if runs => Meaning::asking(redo, "repeat the trial that runs", "repeat"),
-        _ => Meaning::explaining("no trial to repeat"),
+        PhaseKind::Paused if state.drill.is_none() => Meaning::explanation("no trial to repeat"),
+        _ if runs => Meaning::question(redo, "repeat the trial that runs", "repeat"),
+        _ => Meaning::explanation("no trial to repeat"),
     }
 }
 
 fn accept_anyway(state: &State) -> Option<Meaning> {
     if !state.phase.overrulable {
         let sessions = state.in_session();
-        return sessions.then(|| Meaning::explaining("no verdict to overrule"))?;
+        return sessions.then(|| Meaning::explanation("no verdict to overrule"))?;
     }
     if is_accepted(state) {
-        return Meaning::explaining("the trial is accepted already");
+        return Meaning::explanation("the trial is accepted already");
     }
-    Meaning::doing(
-        Action::AcceptAnyway(named(state)),
+    Meaning::action(
+        Action::AcceptAnyway(attempt_name(state)),
         "keep the trial although it is rejected",
         "keep anyway",
     )

@@ -31,7 +31,7 @@ use crate::terminal_kind::{is_ascii, theme};
 /// Time between two frames.
 const FRAME: Duration = Duration::from_millis(33);
 /// Longest wait for a key before the reader checks whether the screen is still shown.
-const LOOK: Duration = Duration::from_millis(33);
+const KEY_POLL: Duration = Duration::from_millis(33);
 /// Longest wait for the key reader at the end: it may be blocked by the terminal.
 const LAST_KEY: Duration = Duration::from_millis(100);
 /// Remark shown after the key that ends the bench.
@@ -72,14 +72,14 @@ pub fn run_operator(
     state.ui.ascii = is_ascii(|name| std::env::var_os(name));
     let desk = Arc::new(Desk::new(state));
     let reader = read_keys(TerminalKeys, &desk, actions, act)?;
-    let operated = operate(
+    let result = operate(
         (&mut terminal, operator_terminal::size),
         screen.frames(),
         &desk,
         events,
     );
     leave(&desk, &reader)?;
-    operated
+    result
 }
 
 /// Leaves the screen after a last check for keys.
@@ -88,11 +88,11 @@ pub fn run_operator(
 /// [`TerminalError::Terminal`] if the terminal is already gone.
 fn leave(desk: &Desk, reader: &thread::JoinHandle<()>) -> Result<(), TerminalError> {
     desk.leave();
-    let waited = Instant::now();
-    while !reader.is_finished() && waited.elapsed() < LAST_KEY {
+    let start = Instant::now();
+    while !reader.is_finished() && start.elapsed() < LAST_KEY {
         thread::sleep(Duration::from_millis(1));
     }
-    desk.lost().map_or(Ok(()), Err)
+    desk.take_error().map_or(Ok(()), Err)
 }
 
 /// State of the screen, shared by the drawing thread and the thread that reads keys. Its lock is held while a key or an
@@ -100,26 +100,26 @@ fn leave(desk: &Desk, reader: &thread::JoinHandle<()>) -> Result<(), TerminalErr
 struct Desk {
     state: Mutex<State>,
     /// Whether the whole screen must be redrawn.
-    anew: AtomicBool,
+    redraw: AtomicBool,
     /// Whether a key was pressed since the bell rang.
-    heard: AtomicBool,
+    key_pressed: AtomicBool,
     /// Whether the screen was closed.
-    left: AtomicBool,
+    is_over: AtomicBool,
     /// Whether a page is being written.
-    writing: AtomicBool,
+    is_writing: AtomicBool,
     /// Error that ended the reading of keys.
-    gone: Mutex<Option<TerminalError>>,
+    key_error: Mutex<Option<TerminalError>>,
 }
 
 impl Desk {
     fn new(state: State) -> Self {
         Self {
             state: Mutex::new(state),
-            anew: AtomicBool::new(false),
-            heard: AtomicBool::new(false),
-            left: AtomicBool::new(false),
-            writing: AtomicBool::new(false),
-            gone: Mutex::new(None),
+            redraw: AtomicBool::new(false),
+            key_pressed: AtomicBool::new(false),
+            is_over: AtomicBool::new(false),
+            is_writing: AtomicBool::new(false),
+            key_error: Mutex::new(None),
         }
     }
 
@@ -129,32 +129,35 @@ impl Desk {
     }
 
     fn leave(&self) {
-        self.left.store(true, Ordering::Release);
+        self.is_over.store(true, Ordering::Release);
     }
 
-    fn is_left(&self) -> bool {
-        self.left.load(Ordering::Acquire)
+    fn is_closed(&self) -> bool {
+        self.is_over.load(Ordering::Acquire)
     }
 
-    fn lose(&self, error: TerminalError) {
-        *self.gone.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+    fn set_error(&self, error: TerminalError) {
+        *self
+            .key_error
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner) = Some(error);
     }
 
-    fn lost(&self) -> Option<TerminalError> {
-        self.gone
+    fn take_error(&self) -> Option<TerminalError> {
+        self.key_error
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
             .take()
     }
 
-    /// Applies `pressed`, and returns its action.
-    fn press(&self, pressed: KeyEvent) -> Option<Action> {
-        self.heard.store(true, Ordering::Relaxed);
+    /// Applies `key_event`, and returns its action.
+    fn press(&self, key_event: KeyEvent) -> Option<Action> {
+        self.key_pressed.store(true, Ordering::Relaxed);
         let mut state = self.state();
-        let reaction = key(&state, pressed);
+        let reaction = key(&state, key_event);
         state.ui = reaction.ui;
         if reaction.redraw {
-            self.anew.store(true, Ordering::Relaxed);
+            self.redraw.store(true, Ordering::Relaxed);
         }
         if matches!(reaction.action, Some(Action::Quit | Action::Interrupt))
             && state.drill.is_none()
@@ -177,31 +180,31 @@ fn read_keys(
 ) -> Result<thread::JoinHandle<()>, TerminalError> {
     let desk = Arc::clone(desk);
     let reader = thread::Builder::new().name("keys".to_owned());
-    let started = reader.spawn(move || {
+    let result = reader.spawn(move || {
         loop {
             // One more check after the screen is left: a closed terminal's signal may have ended the bench first.
-            let is_last = desk.is_left();
-            let pressed = match keys.next(LOOK) {
-                Ok(pressed) if is_last => return act(pressed.and_then(at_once).as_ref()),
-                Ok(Some(pressed)) => pressed,
+            let is_last = desk.is_closed();
+            let press = match keys.next(KEY_POLL) {
+                Ok(press) if is_last => return act(press.and_then(at_once).as_ref()),
+                Ok(Some(press)) => press,
                 Ok(None) => {
                     act(None);
                     continue;
                 }
                 Err(error) => {
                     act(Some(&Action::Interrupt));
-                    return desk.lose(TerminalError::failed("reading keys")(error));
+                    return desk.set_error(TerminalError::failed("reading keys")(error));
                 }
             };
             // Before access to the state, since the drawing thread may hold its lock.
-            let urgent = at_once(pressed);
-            if let Some(action) = &urgent {
+            let urgent_action = at_once(press);
+            if let Some(action) = &urgent_action {
                 act(Some(action));
             }
-            let Some(action) = desk.press(pressed) else {
+            let Some(action) = desk.press(press) else {
                 continue;
             };
-            if urgent.is_none() {
+            if urgent_action.is_none() {
                 act(Some(&action));
             }
             if actions.send(action).is_err() {
@@ -209,7 +212,7 @@ fn read_keys(
             }
         }
     });
-    started.map_err(TerminalError::failed("starting the thread that reads keys"))
+    result.map_err(TerminalError::failed("starting the thread that reads keys"))
 }
 
 /// Applies events and draws until the bench closes the screen or is gone, or the receiver of actions is dropped.
@@ -218,7 +221,7 @@ fn read_keys(
 /// [`TerminalError::Terminal`] when drawing or reading keys fails.
 fn operate<B: Backend<Error = io::Error> + Write>(
     (terminal, size): (&mut Terminal<B>, impl Fn() -> Option<(u16, u16)>),
-    shown: &Frames,
+    frames: &Frames,
     desk: &Arc<Desk>,
     events: &Receiver<Event>,
 ) -> Result<(), TerminalError> {
@@ -236,28 +239,28 @@ fn operate<B: Backend<Error = io::Error> + Write>(
             if state.closed || bench_gone {
                 return Ok(());
             }
-            if desk.heard.swap(false, Ordering::Relaxed) {
-                bell.heard();
+            if desk.key_pressed.swap(false, Ordering::Relaxed) {
+                bell.silence();
             }
             bell.rings(&state)
         };
-        if let Some(error) = desk.lost() {
+        if let Some(error) = desk.take_error() {
             return Err(error);
         }
-        if desk.is_left() {
+        if desk.is_closed() {
             return Ok(());
         }
         if rings {
             // Sent with the next frame.
             let _ = terminal.backend_mut().write_all(b"\x07");
         }
-        if shown.are_written() {
-            let now = size().map_or(area, |(width, height)| Rect::new(0, 0, width, height));
-            if desk.anew.swap(false, Ordering::Relaxed) || now != area {
-                area = now;
+        if frames.are_written() {
+            let new_area = size().map_or(area, |(width, height)| Rect::new(0, 0, width, height));
+            if desk.redraw.swap(false, Ordering::Relaxed) || new_area != area {
+                area = new_area;
                 // Not `clear`, which queries the terminal for its cursor and waits for the answer.
-                let resized = terminal.resize(area);
-                resized.map_err(TerminalError::failed("drawing"))?;
+                let result = terminal.resize(area);
+                result.map_err(TerminalError::failed("drawing"))?;
             }
             draw(terminal, desk)?;
         }
@@ -287,12 +290,12 @@ fn draw<B: Backend<Error = io::Error>>(
     desk: &Arc<Desk>,
 ) -> Result<(), TerminalError> {
     let mut page = None;
-    let drawn = terminal
+    let last_frame = terminal
         .draw(|frame: &mut Frame| {
             let mut state = desk.state();
             view(&state, frame);
             if std::mem::take(&mut state.ui.write) {
-                let name = match state.guided() {
+                let name = match state.shown_calibration() {
                     Some(_) => "calibration",
                     None => state.ui.page.name(),
                 };
@@ -301,30 +304,30 @@ fn draw<B: Backend<Error = io::Error>>(
         })
         .map_err(TerminalError::failed("drawing"))?;
     if let Some((name, theme)) = page {
-        write_page(desk, name, theme, drawn.buffer.clone());
+        write_page(desk, name, theme, last_frame.buffer.clone());
     }
     Ok(())
 }
 
 /// Writes a page on a separate thread, since a disk may hang, and reports the result in a remark.
-fn write_page(desk: &Arc<Desk>, name: &'static str, theme: Theme, drawn: Buffer) {
+fn write_page(desk: &Arc<Desk>, name: &'static str, theme: Theme, screen: Buffer) {
     let note = |desk: &Desk, text| desk.state().ui.note = Some(text);
-    if desk.writing.swap(true, Ordering::AcqRel) {
+    if desk.is_writing.swap(true, Ordering::AcqRel) {
         return note(desk, "the page before it is still being written".to_owned());
     }
     let writer = Arc::clone(desk);
-    let started = thread::Builder::new()
+    let result = thread::Builder::new()
         .name("page".to_owned())
         .spawn(move || {
-            let text = match page_files::write(Path::new("."), name, theme, &drawn) {
+            let text = match page_files::write(Path::new("."), name, theme, &screen) {
                 Ok(name) => format!("wrote {name}, and its text beside it"),
                 Err(error) => format!("the page is not written: {error}"),
             };
-            writer.writing.store(false, Ordering::Release);
+            writer.is_writing.store(false, Ordering::Release);
             note(&writer, text);
         });
-    if let Err(error) = started {
-        desk.writing.store(false, Ordering::Release);
+    if let Err(error) = result {
+        desk.is_writing.store(false, Ordering::Release);
         note(desk, format!("the page is not written: {error}"));
     }
 }
@@ -334,7 +337,7 @@ fn write_page(desk: &Arc<Desk>, name: &'static str, theme: Theme, drawn: Buffer)
 struct Bell {
     /// Time of the next ring, s; `None` without a trip.
     due_s: Option<f64>,
-    heard: bool,
+    is_silenced: bool,
 }
 
 impl Bell {
@@ -345,16 +348,16 @@ impl Bell {
         }
         let due = self
             .due_s
-            .is_none_or(|due_s| !self.heard && state.now_s >= due_s);
+            .is_none_or(|due_s| !self.is_silenced && state.now_s >= due_s);
         if due {
             self.due_s = Some(state.now_s + BELL_S);
-            self.heard = false;
+            self.is_silenced = false;
         }
         due
     }
 
-    fn heard(&mut self) {
-        self.heard = true;
+    fn silence(&mut self) {
+        self.is_silenced = true;
     }
 }
 
@@ -374,7 +377,7 @@ mod tests {
         fn next(&mut self, _: Duration) -> io::Result<Option<KeyEvent>> {
             thread::sleep(Duration::from_millis(1));
             let code = self.0.next();
-            Ok(code.map(pressed))
+            Ok(code.map(key_event))
         }
     }
 
@@ -386,11 +389,11 @@ mod tests {
         }
     }
 
-    fn pressed(code: char) -> KeyEvent {
+    fn key_event(code: char) -> KeyEvent {
         KeyEvent::new(KeyCode::Char(code), KeyModifiers::NONE)
     }
 
-    fn typed(keys: &str) -> Typed {
+    fn typed_keys(keys: &str) -> Typed {
         Typed(keys.chars().collect::<Vec<_>>().into_iter())
     }
 
@@ -405,7 +408,7 @@ mod tests {
     }
 
     /// Shows a screen, presses `keys` until it ends, and returns its last state.
-    fn shown(
+    fn final_state(
         keys: impl Keys + Send + 'static,
         events: &Receiver<Event>,
         actions: Sender<Action>,
@@ -434,14 +437,14 @@ mod tests {
         let mut state = State::new(Theme::Colour);
         state.apply(&phase);
         let desk = Arc::new(Desk::new(state));
-        let acted: Arc<Mutex<Vec<Action>>> = Arc::default();
-        let seen = Arc::clone(&acted);
-        let act = move |action: Option<&Action>| seen.lock().unwrap().extend(action);
-        let reader = read_keys(typed("pryze"), &desk, operator, act).unwrap();
-        let answering = thread::spawn(move || {
-            let asked: Vec<Action> = actions.iter().take(3).collect();
+        let log: Arc<Mutex<Vec<Action>>> = Arc::default();
+        let shared_log = Arc::clone(&log);
+        let act = move |action: Option<&Action>| shared_log.lock().unwrap().extend(action);
+        let reader = read_keys(typed_keys("pryze"), &desk, operator, act).unwrap();
+        let answer_thread = thread::spawn(move || {
+            let requests: Vec<Action> = actions.iter().take(3).collect();
             bench.send(Event::Close).unwrap();
-            asked
+            requests
         });
         operate(
             (&mut screen(), || Some((80, 24))),
@@ -453,14 +456,14 @@ mod tests {
         assert!(desk.state().closed);
         desk.leave();
         reader.join().unwrap();
-        let asked = answering.join().unwrap();
+        let requests = answer_thread.join().unwrap();
         let redo = Action::Redo(crate::action::AttemptName {
             trial: 1,
             practice: false,
             attempt: 1,
         });
-        assert_eq!(asked, [Action::Pause, redo, Action::EmergencyStop]);
-        assert_eq!(*acted.lock().unwrap(), asked);
+        assert_eq!(requests, [Action::Pause, redo, Action::EmergencyStop]);
+        assert_eq!(*log.lock().unwrap(), requests);
     }
 
     /// Fault 49.
@@ -469,18 +472,18 @@ mod tests {
     fn the_stop_key_and_a_confirmed_quit_act_while_nothing_is_drawn_and_nobody_takes_actions() {
         let desk = Arc::new(Desk::new(State::new(Theme::Colour)));
         let (operator, actions) = mpsc::channel();
-        let (acted, acts) = mpsc::channel();
-        let drawing = desk.state();
+        let (act_sender, acts) = mpsc::channel();
+        let lock = desk.state();
         let act = move |action: Option<&Action>| {
             action
                 .iter()
-                .for_each(|action| acted.send(**action).unwrap());
+                .for_each(|action| act_sender.send(**action).unwrap());
         };
-        let reader = read_keys(typed("e"), &desk, operator, act).unwrap();
+        let reader = read_keys(typed_keys("e"), &desk, operator, act).unwrap();
         let patience = Duration::from_secs(60);
-        let stopped = acts.recv_timeout(patience).expect("the lock is held");
-        assert_eq!(stopped, Action::EmergencyStop);
-        drop(drawing);
+        let action = acts.recv_timeout(patience).expect("the lock is held");
+        assert_eq!(action, Action::EmergencyStop);
+        drop(lock);
         assert_eq!(actions.recv_timeout(patience), Ok(Action::EmergencyStop));
         desk.leave();
         reader.join().unwrap();
@@ -491,20 +494,20 @@ mod tests {
             ..PhaseView::new(PhaseKind::Exploration)
         }));
         let (operator, _actions) = mpsc::channel();
-        let (acted, acts) = mpsc::channel();
+        let (act_sender, acts) = mpsc::channel();
         let act = move |action: Option<&Action>| {
             action
                 .iter()
-                .for_each(|action| acted.send(**action).unwrap());
+                .for_each(|action| act_sender.send(**action).unwrap());
         };
-        let reader = read_keys(typed("qy"), &desk, operator, act).unwrap();
+        let reader = read_keys(typed_keys("qy"), &desk, operator, act).unwrap();
         assert_eq!(acts.recv_timeout(patience), Ok(Action::Quit));
         desk.leave();
         reader.join().unwrap();
     }
 
     #[test]
-    fn it_ends_when_the_bench_is_gone_having_taken_in_its_last_words() {
+    fn the_screen_ends_with_the_bench_after_its_last_events() {
         let (bench, events) = mpsc::channel();
         let (operator, _actions) = mpsc::channel();
         bench
@@ -514,29 +517,29 @@ mod tests {
             })
             .unwrap();
         drop(bench);
-        let end = shown(typed(""), &events, operator, |_| ()).unwrap();
+        let end = final_state(typed_keys(""), &events, operator, |_| ()).unwrap();
         assert_eq!(end.safety, Some(SafetyState::Disarmed));
     }
 
     #[test]
-    fn it_ends_when_nobody_listens_to_actions() {
+    fn the_screen_ends_without_a_receiver_of_actions() {
         let (_bench, events) = mpsc::channel();
         let (operator, actions) = mpsc::channel();
         drop(actions);
-        assert!(shown(typed("q"), &events, operator, |_| ()).is_ok());
+        assert!(final_state(typed_keys("q"), &events, operator, |_| ()).is_ok());
     }
 
     #[test]
     fn a_terminal_that_goes_away_is_an_error_and_an_interruption() {
         let (_bench, events) = mpsc::channel();
         let (operator, _actions) = mpsc::channel();
-        let (acted, acts) = mpsc::channel();
+        let (act_sender, acts) = mpsc::channel();
         let act = move |action: Option<&Action>| {
             action
                 .iter()
-                .for_each(|action| acted.send(**action).unwrap());
+                .for_each(|action| act_sender.send(**action).unwrap());
         };
-        let end = shown(Gone, &events, operator, act);
+        let end = final_state(Gone, &events, operator, act);
         assert!(
             matches!(
                 &end,
@@ -578,11 +581,11 @@ mod tests {
     fn the_bell_rings_at_a_trip_and_until_a_key_is_pressed() {
         let mut state = State::new(Theme::Colour);
         let mut bell = Bell::default();
-        let mut at = |now_s: f64, safety, heard: bool| {
+        let mut at = |now_s: f64, safety, key_pressed: bool| {
             state.now_s = now_s;
             state.safety = Some(safety);
-            if heard {
-                bell.heard();
+            if key_pressed {
+                bell.silence();
             }
             bell.rings(&state)
         };

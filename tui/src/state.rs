@@ -279,8 +279,8 @@ impl State {
             Event::Outlook(outlook) => self.outlook = Some(outlook.clone()),
             Event::Fit(fit) => {
                 // A replay that was moved back fits an attempt again.
-                let of = |fit: &FitView| (fit.trial, fit.practice, fit.attempt);
-                self.fits.retain(|known| of(known) != of(fit));
+                let key = |fit: &FitView| (fit.trial, fit.practice, fit.attempt);
+                self.fits.retain(|old| key(old) != key(fit));
                 self.fits.push(fit.clone());
             }
             Event::Period(period) => self.period = Some(period.clone()),
@@ -325,8 +325,8 @@ impl State {
     /// Returns the age of the live values in s if it is above [`STALE_AFTER_S`].
     #[must_use]
     pub fn live_stale_s(&self) -> Option<f64> {
-        let stands = matches!(self.phase.kind, PhaseKind::Paused | PhaseKind::Finished);
-        if self.session.replayed && stands {
+        let is_still = matches!(self.phase.kind, PhaseKind::Paused | PhaseKind::Finished);
+        if self.session.replayed && is_still {
             return None;
         }
         self.stale_since(self.live_heard_s)
@@ -350,15 +350,15 @@ impl State {
     /// Whether a participant's session runs, as opposed to `monitor`, drills and calibrations.
     #[must_use]
     pub fn in_session(&self) -> bool {
-        let watching = self.phase.trial == 0
+        let is_watching = self.phase.trial == 0
             && self.session.participant.is_none()
             && matches!(self.phase.kind, PhaseKind::Monitoring | PhaseKind::Paused);
         let taking_part = self.calibration.is_none() && !self.session.replayed;
-        taking_part && self.drill.is_none() && self.is_running() && !watching
+        taking_part && self.drill.is_none() && self.is_running() && !is_watching
     }
 
     /// Returns the calibration while its own page is shown.
-    pub(crate) fn guided(&self) -> Option<&CalibrationPage> {
+    pub(crate) fn shown_calibration(&self) -> Option<&CalibrationPage> {
         let calibration = self.calibration.as_ref();
         calibration.filter(|_| self.ui.page == Page::Run)
     }
@@ -394,11 +394,11 @@ impl State {
 
     /// Adds an attempt to the list unless it is there.
     fn list(&mut self, trial: u32, practice: bool, attempt: u32, condition: Option<String>) {
-        let listed =
+        let is_listed =
             self.trials.iter().rev().any(|line| {
                 (line.trial, line.practice, line.attempt) == (trial, practice, attempt)
             });
-        if !listed {
+        if !is_listed {
             self.trials.push(TrialLine {
                 trial,
                 practice,
@@ -411,11 +411,11 @@ impl State {
 
     /// Attaches a verdict to its attempt, which is listed if it was never announced.
     fn judge(&mut self, verdict: &TrialVerdict) {
-        let same = |line: &&mut TrialLine| {
+        let is_line = |line: &&mut TrialLine| {
             (line.trial, line.practice, line.attempt)
                 == (verdict.trial, verdict.practice, verdict.attempt)
         };
-        match self.trials.iter_mut().rev().find(same) {
+        match self.trials.iter_mut().rev().find(is_line) {
             Some(line) => {
                 line.verdict = Some(verdict.clone());
                 if line.condition.is_none() {
@@ -453,10 +453,10 @@ impl State {
         {
             self.history.pop_front();
         }
-        let due = self
+        let is_due = self
             .axes_s
             .is_none_or(|at_s| !(at_s..at_s + AXES_EVERY_S).contains(&live.t_s));
-        if due {
+        if is_due {
             self.axes_s = Some(live.t_s);
             let band = self.force_band_n;
             for (strip, axis) in Strip::ALL.into_iter().zip(&mut self.axes) {
@@ -467,14 +467,14 @@ impl State {
 
     /// Stores a crop; replaces an earlier one of the same exploration.
     fn push_crop(&mut self, crop: &Crop) {
-        let of = |crop: &Crop| (crop.trial, crop.practice, crop.attempt, crop.exploration);
+        let key = |crop: &Crop| (crop.trial, crop.practice, crop.attempt, crop.exploration);
         match self
             .crops
             .iter_mut()
             .rev()
-            .find(|known| of(known) == of(crop))
+            .find(|old| key(old) == key(crop))
         {
-            Some(known) => *known = crop.clone(),
+            Some(old) => *old = crop.clone(),
             None => self.crops.push_back(crop.clone()),
         }
         self.list(crop.trial, crop.practice, crop.attempt, None);
@@ -495,31 +495,31 @@ impl State {
     /// Returns the selected attempt, or the newest with a verdict or a crop.
     #[must_use]
     pub fn chosen_trial(&self) -> Option<&TrialLine> {
-        let told =
+        let has_result =
             |line: &TrialLine| line.verdict.is_some() || self.crops_of(line).next().is_some();
         match self.ui.trial {
-            Some(at) => self.trials.get(at),
-            None => self.trials.iter().rev().find(|line| told(line)),
+            Some(index) => self.trials.get(index),
+            None => self.trials.iter().rev().find(|line| has_result(line)),
         }
         .or_else(|| self.trials.last())
     }
 
     /// Returns the crops of an attempt.
     pub fn crops_of(&self, line: &TrialLine) -> impl Iterator<Item = &Crop> {
-        let of = (line.trial, line.practice, line.attempt);
+        let key = (line.trial, line.practice, line.attempt);
         self.crops
             .iter()
-            .filter(move |crop| (crop.trial, crop.practice, crop.attempt) == of)
+            .filter(move |crop| (crop.trial, crop.practice, crop.attempt) == key)
     }
 
     /// Returns the fit of an attempt.
     #[must_use]
     pub fn fit_of(&self, line: &TrialLine) -> Option<&FitView> {
-        let of = (line.trial, line.practice, line.attempt);
+        let key = (line.trial, line.practice, line.attempt);
         self.fits
             .iter()
             .rev()
-            .find(|fit| (fit.trial, fit.practice, fit.attempt) == of)
+            .find(|fit| (fit.trial, fit.practice, fit.attempt) == key)
     }
 
     fn push_log(&mut self, level: LogLevel, text: &str) {

@@ -101,24 +101,24 @@ impl Strip {
         }
     }
 
-    /// Returns the axis for `history`: `used`, as long as it is suitable.
+    /// Returns the axis for `history`: `current`, as long as it is suitable.
     pub(crate) fn axis(
         self,
         history: &VecDeque<Live>,
         force_band_n: Option<(f64, f64)>,
-        used: Option<ValueAxis>,
+        current: Option<ValueAxis>,
     ) -> Option<ValueAxis> {
-        let of = |live| {
+        let curve_values = |live| {
             // Intervals may be wide, and the plain ratio may diverge: only the main series determine the axis.
-            let told = self.series().iter().filter(|(_, w)| *w != Weight::Faint);
-            told.filter_map(move |(select, _)| select(live))
+            let curves = self.series().iter().filter(|(_, w)| *w != Weight::Faint);
+            curves.filter_map(move |(select, _)| select(live))
         };
-        let values: Vec<f64> = history.iter().flat_map(of).collect();
-        let wanted = ValueAxis::robust(values, &self.always(force_band_n), self.floor());
-        match (used, wanted) {
-            (Some(used), Some(wanted)) if used.suits(wanted) => Some(used),
-            (used, None) => used,
-            (_, wanted) => wanted,
+        let values: Vec<f64> = history.iter().flat_map(curve_values).collect();
+        let ideal = ValueAxis::robust(values, &self.always(force_band_n), self.floor());
+        match (current, ideal) {
+            (Some(current), Some(ideal)) if current.suits(ideal) => Some(current),
+            (current, None) => current,
+            (_, ideal) => ideal,
         }
     }
 }

@@ -6,18 +6,18 @@ use std::sync::OnceLock;
 use drawing::theme::Theme;
 
 /// The chosen theme.
-static ASKED: OnceLock<Theme> = OnceLock::new();
+static THEME: OnceLock<Theme> = OnceLock::new();
 
 /// Chooses a theme; only the first call has an effect. `NO_COLOR` takes precedence.
 pub fn choose_theme(theme: Theme) {
-    let _ = ASKED.set(theme);
+    let _ = THEME.set(theme);
 }
 
 /// Returns the effective theme.
 #[must_use]
 pub fn theme() -> Theme {
-    let asked = ASKED.get().copied().unwrap_or(Theme::Colour);
-    asked.under_no_color(std::env::var_os("NO_COLOR").as_deref())
+    let theme = THEME.get().copied().unwrap_or(Theme::Colour);
+    theme.under_no_color(std::env::var_os("NO_COLOR").as_deref())
 }
 
 /// Whether the locale is ASCII, from `LC_ALL`, `LC_CTYPE` and `LANG`, the first that is set.
@@ -43,16 +43,19 @@ mod tests {
 
     #[test]
     fn the_first_variable_that_is_set_decides() {
-        let with = |set: &[(&str, &str)]| {
+        let is_ascii_with = |set: &[(&str, &str)]| {
             is_ascii(|name| {
-                let found = set.iter().find(|(known, _)| *known == name);
-                found.map(|(_, value)| OsString::from(value))
+                let entry = set.iter().find(|(key, _)| *key == name);
+                entry.map(|(_, value)| OsString::from(value))
             })
         };
-        assert!(with(&[]));
-        assert!(with(&[("LANG", "C")]));
-        assert!(with(&[("LC_ALL", "POSIX"), ("LANG", "de_DE.UTF-8")]));
-        assert!(!with(&[("LC_ALL", ""), ("LC_CTYPE", "C.utf8")]));
-        assert!(!with(&[("LANG", "fr_FR.UTF-8")]));
+        assert!(is_ascii_with(&[]));
+        assert!(is_ascii_with(&[("LANG", "C")]));
+        assert!(is_ascii_with(&[
+            ("LC_ALL", "POSIX"),
+            ("LANG", "de_DE.UTF-8")
+        ]));
+        assert!(!is_ascii_with(&[("LC_ALL", ""), ("LC_CTYPE", "C.utf8")]));
+        assert!(!is_ascii_with(&[("LANG", "fr_FR.UTF-8")]));
     }
 }

@@ -15,12 +15,12 @@ const PAGE_ROWS: u16 = 10;
 pub(crate) const VIEW: &[KeyRow] = &[
     KeyRow {
         presses: &[Press::key(KeyCode::Left), Press::key(KeyCode::Right)],
-        shown: "← →",
-        here: |state| match (&state.ui.frozen, state.ui.page) {
+        label: "← →",
+        meaning: |state| match (&state.ui.frozen, state.ui.page) {
             (_, Page::Trials) => {
-                Meaning::viewing(choose_trial, "previous or next trial", Some("trial"))
+                Meaning::view(choose_trial, "previous or next trial", Some("trial"))
             }
-            (Some(_), Page::Run | Page::Impedance) => Meaning::viewing(
+            (Some(_), Page::Run | Page::Impedance) => Meaning::view(
                 move_cursor,
                 "move cursor A of the held strips",
                 Some("cursor"),
@@ -29,32 +29,32 @@ pub(crate) const VIEW: &[KeyRow] = &[
         },
     },
     KeyRow {
-        presses: &[Press::of('['), Press::of(']')],
-        shown: "[ ]",
-        here: |state| match (&state.ui.frozen, state.ui.page) {
+        presses: &[Press::character('['), Press::character(']')],
+        label: "[ ]",
+        meaning: |state| match (&state.ui.frozen, state.ui.page) {
             (Some(_), Page::Run | Page::Impedance) => {
-                Meaning::viewing(move_cursor, "move cursor B of the held strips", None)
+                Meaning::view(move_cursor, "move cursor B of the held strips", None)
             }
             _ => None,
         },
     },
     KeyRow {
-        presses: &[Press::of('f')],
-        shown: "f",
-        here: |state| match state.ui.frozen {
-            Some(_) => Meaning::viewing(hold, "let the strips go on", Some("go on")),
+        presses: &[Press::character('f')],
+        label: "f",
+        meaning: |state| match state.ui.frozen {
+            Some(_) => Meaning::view(hold, "let the strips go on", Some("go on")),
             None if state.history.is_empty() => {
-                Meaning::explaining("nothing to hold: no values yet")
+                Meaning::explanation("nothing to hold: no values yet")
             }
-            None => Meaning::viewing(hold, "hold the strips, with two cursors", Some("hold")),
+            None => Meaning::view(hold, "hold the strips, with two cursors", Some("hold")),
         },
     },
     KeyRow {
-        presses: &[Press::of('z')],
-        shown: "z",
-        here: |state| match state.ui.page.panels() {
-            0 => Meaning::explaining("nothing to enlarge on this page"),
-            _ => Meaning::viewing(
+        presses: &[Press::character('z')],
+        label: "z",
+        meaning: |state| match state.ui.page.panels() {
+            0 => Meaning::explanation("nothing to enlarge on this page"),
+            _ => Meaning::view(
                 enlarge,
                 "enlarge the next panel; after the last, the page",
                 Some("enlarge"),
@@ -67,49 +67,53 @@ pub(crate) const VIEW: &[KeyRow] = &[
 pub(crate) const PAGES: &[KeyRow] = &[
     KeyRow {
         presses: &[
-            Press::of('1'),
-            Press::of('2'),
-            Press::of('3'),
-            Press::of('4'),
-            Press::of('5'),
+            Press::character('1'),
+            Press::character('2'),
+            Press::character('3'),
+            Press::character('4'),
+            Press::character('5'),
         ],
-        shown: "1 … 5",
-        here: |_| Meaning::viewing(turn, "Run, Impedance, Trials, Bench, Log", None),
+        label: "1 … 5",
+        meaning: |_| Meaning::view(turn, "Run, Impedance, Trials, Bench, Log", None),
     },
     KeyRow {
         presses: &[Press::key(KeyCode::Tab)],
-        shown: "tab",
-        here: |state| {
+        label: "tab",
+        meaning: |state| {
             // The question is not shown on the participant's page.
             if state.asked.is_some() || state.new_carrier.is_some() {
-                return Meaning::explaining("answer the question first");
+                return Meaning::explanation("answer the question first");
             }
             let hint = match state.ui.page {
                 Page::Participant => "dashboard",
                 _ => "participant",
             };
-            Meaning::viewing(turn, "participant's screen, and back", Some(hint))
+            Meaning::view(turn, "participant's screen, and back", Some(hint))
         },
     },
     KeyRow {
-        presses: &[Press::of('+'), Press::of('='), Press::of('-')],
-        shown: "+ -",
-        here: |_| Meaning::viewing(span, "shorter or longer time span of the strips", None),
+        presses: &[
+            Press::character('+'),
+            Press::character('='),
+            Press::character('-'),
+        ],
+        label: "+ -",
+        meaning: |_| Meaning::view(span, "shorter or longer time span of the strips", None),
     },
 ];
 
 /// Keys that scroll a list.
 pub(crate) const SCROLL: &[KeyRow] = &[KeyRow {
     presses: &[
-        Press::of('j'),
-        Press::of('k'),
+        Press::character('j'),
+        Press::character('k'),
         Press::key(KeyCode::PageDown),
         Press::key(KeyCode::PageUp),
     ],
-    shown: "j k",
-    here: |state| match state.ui.page {
+    label: "j k",
+    meaning: |state| match state.ui.page {
         Page::Trials | Page::Bench | Page::Log => {
-            Meaning::viewing(scroll, "scroll, as the mouse's wheel does", Some("scroll"))
+            Meaning::view(scroll, "scroll, as the mouse's wheel does", Some("scroll"))
         }
         _ => None,
     },
@@ -117,9 +121,9 @@ pub(crate) const SCROLL: &[KeyRow] = &[KeyRow {
 
 /// Key that writes the page to files, also on a calibration's page.
 pub(crate) const WRITE: &[KeyRow] = &[KeyRow {
-    presses: &[Press::of('w')],
-    shown: "w",
-    here: |_| Meaning::viewing(write, "write the page as SVG and text files", None),
+    presses: &[Press::character('w')],
+    label: "w",
+    meaning: |_| Meaning::view(write, "write the page as SVG and text files", None),
 }];
 
 fn write(_: &State, ui: &mut Ui, _: KeyCode) -> Option<Action> {
@@ -177,7 +181,7 @@ fn move_cursor(_: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
 
 /// Scrolls down or up. The log is counted from its newest line, at the bottom.
 fn scroll(state: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
-    let (by, down) = match code {
+    let (step, down) = match code {
         KeyCode::Char('j') => (1, true),
         KeyCode::PageDown => (PAGE_ROWS, true),
         KeyCode::PageUp => (PAGE_ROWS, false),
@@ -185,10 +189,10 @@ fn scroll(state: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
     };
     let forward = down != (ui.page == Page::Log);
     ui.scroll = if forward {
-        let most = u16::try_from(state.log.len()).unwrap_or(u16::MAX).max(100);
-        ui.scroll.saturating_add(by).min(most)
+        let max_scroll = u16::try_from(state.log.len()).unwrap_or(u16::MAX).max(100);
+        ui.scroll.saturating_add(step).min(max_scroll)
     } else {
-        ui.scroll.saturating_sub(by)
+        ui.scroll.saturating_sub(step)
     };
     None
 }
@@ -196,14 +200,14 @@ fn scroll(state: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
 /// Selects the next or the previous attempt; after the last, the selection follows the newest.
 fn choose_trial(state: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
     let last = state.trials.len().checked_sub(1)?;
-    let shown = state.chosen_trial()?;
-    let at = state
+    let trial = state.chosen_trial()?;
+    let index = state
         .trials
         .iter()
-        .position(|line| std::ptr::eq(line, shown))?;
+        .position(|line| std::ptr::eq(line, trial))?;
     let next = match code {
-        KeyCode::Right => at + 1,
-        _ => at.saturating_sub(1),
+        KeyCode::Right => index + 1,
+        _ => index.saturating_sub(1),
     };
     ui.trial = (next < last).then_some(next);
     ui.scroll = 0;

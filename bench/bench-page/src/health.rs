@@ -105,7 +105,7 @@ mod tests {
         assert!(look(499_000_000).is_none(), "twice a second");
         let lines = look(2_200_000_000).unwrap();
         assert_eq!(lines.button_press_ago_s, Some(2.1));
-        let words = |line| lines.of(line).unwrap().0;
+        let words = |line| lines.describe(line).unwrap().0;
         assert_eq!(words(BenchLine::Button), "not pressed; pressed 2 s ago");
         assert_eq!(words(BenchLine::Estop), "closed; open 2 s ago");
     }

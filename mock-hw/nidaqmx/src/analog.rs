@@ -4,7 +4,7 @@ use std::ffi::{c_char, c_void};
 use std::slice;
 use std::time::{Duration, Instant};
 
-use crate::status::{BAD_VALUE, NO_CHANNEL, NO_SPACE, NOT_YET, status};
+use crate::status::{BAD_VALUE, NO_CHANNEL, NO_SPACE, SAMPLES_PENDING, status};
 use crate::twin::{CHANGED, Channel, DEVICE, Kind, lock, text};
 
 /// `DAQmx_Val_RSE`, `DAQmx_Val_NRSE`, `DAQmx_Val_Diff`, `DAQmx_Val_PseudoDiff`.
@@ -12,7 +12,7 @@ const TERMINALS: [i32; 4] = [10083, 10078, 10106, 12529];
 /// `DAQmx_Val_Volts`.
 const VOLTS: i32 = 10348;
 /// `DAQmx_Val_GroupByScanNumber`.
-const BY_SCAN: u32 = 1;
+const GROUP_BY_SCAN: u32 = 1;
 /// Number of inputs of the simulated card.
 const INPUTS: u32 = 16;
 const OUTPUTS: u32 = 2;
@@ -100,7 +100,7 @@ pub unsafe extern "C" fn DAQmxCreateAOVoltageChan(
 
 /// Reads into `volts`; returns the number of frames, and the status.
 fn read(handle: *mut c_void, frames: usize, timeout: f64, volts: &mut [f64]) -> (usize, i32) {
-    let until = Instant::now() + Duration::from_secs_f64(timeout.clamp(0.0, 3600.0));
+    let deadline = Instant::now() + Duration::from_secs_f64(timeout.clamp(0.0, 3600.0));
     let mut twin = lock();
     loop {
         let task = match twin.task(handle) {
@@ -108,29 +108,33 @@ fn read(handle: *mut c_void, frames: usize, timeout: f64, volts: &mut [f64]) -> 
             Err(code) => return (0, status(Err(code))),
         };
         let channels = task.channels.len();
-        let wanted = frames * channels;
-        if task.kind != Kind::Input || !task.started || volts.len() < wanted {
+        let count = frames * channels;
+        if task.kind != Kind::Input || !task.is_started || volts.len() < count {
             return (0, status(Err(BAD_VALUE)));
         }
         let now = Instant::now();
-        let enough = task.buffer_v.len() >= wanted;
-        if !enough && let Some(code) = task.stopped_by {
+        let is_complete = task.buffer_v.len() >= count;
+        if !is_complete && let Some(code) = task.stopped_by {
             return (0, status(Err(code)));
         }
-        if enough || now >= until {
-            task.awaited = None;
+        if is_complete || now >= deadline {
+            task.read_request = None;
             // After a timeout the frames received so far are returned.
-            let given = wanted.min(task.buffer_v.len() / channels * channels);
-            for (to, from) in volts.iter_mut().zip(task.buffer_v.drain(..given)) {
+            let read_count = count.min(task.buffer_v.len() / channels * channels);
+            for (to, from) in volts.iter_mut().zip(task.buffer_v.drain(..read_count)) {
                 *to = from;
             }
             CHANGED.notify_all();
-            let result = if enough { Ok(()) } else { Err(NOT_YET) };
-            return (given / channels, status(result));
+            let result = if is_complete {
+                Ok(())
+            } else {
+                Err(SAMPLES_PENDING)
+            };
+            return (read_count / channels, status(result));
         }
-        task.awaited = Some(wanted);
+        task.read_request = Some(count);
         CHANGED.notify_all();
-        twin = twin.wait(until - now);
+        twin = twin.wait(deadline - now);
     }
 }
 
@@ -148,14 +152,14 @@ pub unsafe extern "C" fn DAQmxReadAnalogF64(
     let Ok(frames) = usize::try_from(frames) else {
         return status(Err(BAD_VALUE));
     };
-    if layout != BY_SCAN {
+    if layout != GROUP_BY_SCAN {
         return status(Err(BAD_VALUE));
     }
     // SAFETY: the caller's buffer has that length.
     let volts = unsafe { slice::from_raw_parts_mut(volts, len as usize) };
-    let (given, code) = read(handle, frames, timeout, volts);
+    let (read_count, code) = read(handle, frames, timeout, volts);
     // SAFETY: the caller's pointer is that of a number.
-    unsafe { *read_frames = given as i32 };
+    unsafe { *read_frames = read_count as i32 };
     code
 }
 
@@ -167,7 +171,7 @@ pub unsafe extern "C" fn DAQmxWriteAnalogF64(
     _timeout: f64,
     layout: u32,
     volts: *const f64,
-    written: *mut i32,
+    written_frames: *mut i32,
     _reserved: *mut u32,
 ) -> i32 {
     let Ok(frames) = usize::try_from(frames) else {
@@ -175,7 +179,7 @@ pub unsafe extern "C" fn DAQmxWriteAnalogF64(
     };
     let mut twin = lock();
     let result = twin.task(handle).and_then(|task| {
-        if task.kind != Kind::Output || layout != BY_SCAN {
+        if task.kind != Kind::Output || layout != GROUP_BY_SCAN {
             return Err(BAD_VALUE);
         }
         if let Some(code) = task.stopped_by {
@@ -210,7 +214,7 @@ pub unsafe extern "C" fn DAQmxWriteAnalogF64(
     let result = result.map(|held_v| {
         twin.held_v = held_v.unwrap_or(twin.held_v);
         // SAFETY: the caller's pointer is that of a number.
-        unsafe { *written = frames as i32 };
+        unsafe { *written_frames = frames as i32 };
     });
     status(result)
 }

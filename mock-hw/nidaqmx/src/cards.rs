@@ -14,7 +14,7 @@ unsafe fn card(device: *const c_char) -> Result<Product, i32> {
         return Err(NO_DEVICE);
     }
     let twin = with_apparatus();
-    if twin.gone {
+    if twin.is_gone {
         return Err(UNREACHABLE);
     }
     Ok(twin.product)
@@ -22,9 +22,9 @@ unsafe fn card(device: *const c_char) -> Result<Product, i32> {
 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn DAQmxGetSysDevNames(data: *mut c_char, bytes: u32) -> i32 {
-    let there = with_apparatus().board.is_some();
+    let has_board = with_apparatus().board.is_some();
     // SAFETY: the caller's buffer has that many bytes.
-    unsafe { put(if there { DEVICE } else { "" }, data, bytes) }
+    unsafe { put(if has_board { DEVICE } else { "" }, data, bytes) }
 }
 
 #[unsafe(no_mangle)]

@@ -26,10 +26,10 @@ fn add(handle: *mut c_void, kind: Kind, terminal: &str, port: u32) -> Result<(),
         .ok_or(NO_CHANNEL)?;
     let number = 100 * port + line;
     let mut twin = lock();
-    let held = twin.tasks.values().any(|task| {
+    let is_reserved = twin.tasks.values().any(|task| {
         task.kind == kind && task.channels.iter().any(|channel| channel.number == number)
     });
-    if held {
+    if is_reserved {
         return Err(RESERVED);
     }
     let task = twin.task(handle)?;
@@ -75,7 +75,7 @@ pub unsafe extern "C" fn DAQmxCreateDOChan(
 /// Returns the line of the apparatus behind the first line of a started task.
 fn line(twin: &mut Twin, handle: *mut c_void, kind: Kind) -> Result<u32, i32> {
     let task = twin.task(handle)?;
-    if task.kind != kind || !task.started {
+    if task.kind != kind || !task.is_started {
         return Err(BAD_VALUE);
     }
     let number = task.channels.first().ok_or(BAD_VALUE)?.number;
@@ -125,7 +125,7 @@ pub unsafe extern "C" fn DAQmxWriteDigitalLines(
     _timeout: f64,
     _layout: u32,
     levels: *const u8,
-    written: *mut i32,
+    written_samples: *mut i32,
     _reserved: *mut u32,
 ) -> i32 {
     let mut twin = lock();
@@ -136,7 +136,7 @@ pub unsafe extern "C" fn DAQmxWriteDigitalLines(
         let board = twin.board.as_ref().ok_or(UNREACHABLE)?;
         // SAFETY: the caller's pointers are of a level and of a number.
         let level = unsafe {
-            *written = 1;
+            *written_samples = 1;
             *levels
         };
         if (board.drive)(board.context, line, u32::from(level)) < 0 {
@@ -168,8 +168,8 @@ pub unsafe extern "C" fn DAQmxCreateCILinEncoderChan(
         if counter != format!("{DEVICE}/ctr0") {
             return Err(NO_CHANNEL);
         }
-        let known = decoding == X4 && units == TICKS && INDEX_PHASES.contains(&index_phase);
-        if !known || index != 0 || task.kind != Kind::Empty {
+        let is_valid = decoding == X4 && units == TICKS && INDEX_PHASES.contains(&index_phase);
+        if !is_valid || index != 0 || task.kind != Kind::Empty {
             return Err(BAD_VALUE);
         }
         task.kind = Kind::Counter;
@@ -187,7 +187,7 @@ pub unsafe extern "C" fn DAQmxReadCounterScalarU32(
 ) -> i32 {
     let mut twin = lock();
     let zero = twin.task(handle).and_then(|task| {
-        let counts = task.kind == Kind::Counter && task.started;
+        let counts = task.kind == Kind::Counter && task.is_started;
         counts.then_some(task.zero).ok_or(BAD_VALUE)
     });
     let result = zero.and_then(|zero| {

@@ -18,11 +18,11 @@ pub(crate) extern "C" fn play(samples: *mut f32, len: usize) {
     // SAFETY: the apparatus lends a buffer of that length.
     let samples = unsafe { slice::from_raw_parts_mut(samples, len) };
     let mut twin = lock();
-    twin.inputs_ran = twin.streaming(Kind::Input).is_some();
+    twin.inputs_ran = twin.streaming_task(Kind::Input).is_some();
     let inputs_ran = twin.inputs_ran;
     let mut held_v = twin.held_v;
-    let mut played = 0;
-    if let Some(task) = twin.streaming(Kind::Output)
+    let mut played_frames = 0;
+    if let Some(task) = twin.streaming_task(Kind::Output)
         && (task.trigger.is_none() || inputs_ran)
     {
         let channels = task.channels.len();
@@ -34,13 +34,13 @@ pub(crate) extern "C" fn play(samples: *mut f32, len: usize) {
             let mut frame = task.buffer_v.drain(..channels);
             held_v = frame.next().unwrap_or(0.0);
             *sample = (held_v / FULL_SCALE_V) as f32;
-            played += 1;
+            played_frames += 1;
         }
     }
-    for sample in &mut samples[played..] {
+    for sample in &mut samples[played_frames..] {
         *sample = (held_v / FULL_SCALE_V) as f32;
     }
-    (twin.held_v, twin.played) = (held_v, played);
+    (twin.held_v, twin.played_frames) = (held_v, played_frames);
     CHANGED.notify_all();
 }
 
@@ -49,21 +49,25 @@ pub(crate) extern "C" fn record(samples: *const f32, len: usize) {
     // SAFETY: the apparatus lends a buffer of that length.
     let samples = unsafe { slice::from_raw_parts(samples, len) };
     let mut twin = lock();
-    let (inputs_ran, played) = (twin.inputs_ran, twin.played);
-    let Some((width, stepped)) = twin
+    let (inputs_ran, played_frames) = (twin.inputs_ran, twin.played_frames);
+    let Some((width, is_stepped)) = twin
         .board
         .as_ref()
         .map(|board| (board.inputs as usize, board.stepped != 0))
     else {
         return;
     };
-    if let Some(task) = twin.streaming(Kind::Input).filter(|_| inputs_ran) {
-        let own = task
+    if let Some(task) = twin.streaming_task(Kind::Input).filter(|_| inputs_ran) {
+        let has_own_clock = task
             .clock
             .as_ref()
             .is_some_and(|clock| clock.source.is_empty());
-        let clocked = if own { usize::MAX } else { played };
-        for frame in samples.chunks_exact(width).take(clocked) {
+        let frame_count = if has_own_clock {
+            usize::MAX
+        } else {
+            played_frames
+        };
+        for frame in samples.chunks_exact(width).take(frame_count) {
             if task.buffer_v.len() >= task.buffer_frames * task.channels.len() {
                 task.stopped_by = Some(OVERWRITTEN);
                 break;
@@ -79,12 +83,12 @@ pub(crate) extern "C" fn record(samples: *const f32, len: usize) {
     CHANGED.notify_all();
     // A stepped apparatus waits until the program has read all samples and asks for more.
     let began = Instant::now();
-    while stepped && began.elapsed() < LONGEST_WAIT {
-        let busy = twin.streaming(Kind::Input).is_some_and(|task| {
-            task.awaited
-                .is_none_or(|awaited| task.buffer_v.len() >= awaited)
+    while is_stepped && began.elapsed() < LONGEST_WAIT {
+        let has_backlog = twin.streaming_task(Kind::Input).is_some_and(|task| {
+            task.read_request
+                .is_none_or(|request| task.buffer_v.len() >= request)
         });
-        if !busy || twin.gone {
+        if !has_backlog || twin.is_gone {
             return;
         }
         twin = twin.wait(Duration::from_millis(100));
@@ -95,14 +99,14 @@ pub(crate) extern "C" fn record(samples: *const f32, len: usize) {
 pub(crate) extern "C" fn fail(output: u32, kind: u32) {
     let mut twin = lock();
     if kind == GONE {
-        twin.gone = true;
+        twin.is_gone = true;
     } else {
         let (kind, code) = if output != 0 {
             (Kind::Output, RAN_DRY)
         } else {
             (Kind::Input, OVERWRITTEN)
         };
-        if let Some(task) = twin.streaming(kind) {
+        if let Some(task) = twin.streaming_task(kind) {
             task.stopped_by = Some(code);
         }
     }

@@ -9,7 +9,7 @@ use mock_hw::world_clock::Pace;
 use mock_world::scenario::Scenario;
 
 /// Exists as long as the process.
-static OWN: Mutex<Option<Apparatus>> = Mutex::new(None);
+static APPARATUS: Mutex<Option<Apparatus>> = Mutex::new(None);
 
 /// Creates the apparatus; `None` if that fails, as if there were no card.
 pub(crate) fn board() -> Option<Board> {
@@ -21,24 +21,28 @@ pub(crate) fn board() -> Option<Board> {
     let seed = variable("MOCK_NIDAQMX_SEED").and_then(|seed| seed.parse().ok());
     let config = ApparatusConfig::new(scenario, seed.unwrap_or(1), Pace::RealTime);
     let apparatus = Apparatus::new(config.with_acquisition_card()).ok()?;
-    if let Some(at) = variable("MOCK_NIDAQMX_FORCE_LINK").map(PathBuf::from) {
-        link(apparatus.force_port().ok()?, &at).ok()?;
+    if let Some(target) = variable("MOCK_NIDAQMX_FORCE_LINK").map(PathBuf::from) {
+        link(apparatus.force_port().ok()?, &target).ok()?;
     }
     let board = apparatus.rack().board();
-    *OWN.lock()
+    *APPARATUS
+        .lock()
         .unwrap_or_else(std::sync::PoisonError::into_inner) = Some(apparatus);
     Some(board)
 }
 
 #[cfg(unix)]
-fn link(port: &Path, at: &Path) -> std::io::Result<()> {
-    if at.symlink_metadata().is_ok_and(|found| found.is_symlink()) {
-        std::fs::remove_file(at)?;
+fn link(port: &Path, target: &Path) -> std::io::Result<()> {
+    if target
+        .symlink_metadata()
+        .is_ok_and(|metadata| metadata.is_symlink())
+    {
+        std::fs::remove_file(target)?;
     }
-    std::os::unix::fs::symlink(port, at)
+    std::os::unix::fs::symlink(port, target)
 }
 
 #[cfg(not(unix))]
-fn link(_port: &Path, _at: &Path) -> std::io::Result<()> {
+fn link(_port: &Path, _target: &Path) -> std::io::Result<()> {
     Err(std::io::ErrorKind::Unsupported.into())
 }

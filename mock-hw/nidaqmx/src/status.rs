@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::ffi::c_char;
 
 /// `SamplesNotYetAvailable`.
-pub(crate) const NOT_YET: i32 = -200284;
+pub(crate) const SAMPLES_PENDING: i32 = -200284;
 /// `SamplesNoLongerAvailable`.
 pub(crate) const OVERWRITTEN: i32 = -200279;
 /// `GenStoppedToPreventRegenOfOldSamples`.
@@ -36,7 +36,7 @@ thread_local! {
 
 fn words(code: i32) -> &'static str {
     match code {
-        NOT_YET => "Some or all of the samples requested have not yet been acquired.",
+        SAMPLES_PENDING => "Some or all of the samples requested have not yet been acquired.",
         OVERWRITTEN => {
             "The application is not able to keep up with the hardware acquisition: unread samples were overwritten."
         }
@@ -72,7 +72,7 @@ pub(crate) fn status(result: Result<(), i32>) -> i32 {
     match result {
         Ok(()) => 0,
         Err(code) => {
-            WORDS.with_borrow_mut(|kept| *kept = words(code).to_owned());
+            WORDS.with_borrow_mut(|text| *text = words(code).to_owned());
             code
         }
     }

@@ -13,7 +13,7 @@ use crate::twin::{CHANGED, DEVICE, Kind, Task, Twin, lock, with_apparatus};
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn DAQmxCreateTask(_name: *const c_char, task: *mut *mut c_void) -> i32 {
     let mut twin = with_apparatus();
-    if twin.gone || twin.board.is_none() {
+    if twin.is_gone || twin.board.is_none() {
         return status(Err(UNREACHABLE));
     }
     let handle = twin.create();
@@ -80,11 +80,11 @@ fn start(handle: *mut c_void) -> Result<(), i32> {
     let mut twin = lock();
     let kind = twin.task(handle)?.kind;
     let number = handle as usize;
-    let others = twin
+    let rivals = twin
         .tasks
         .iter()
-        .filter(|(other, task)| **other != number && task.started && task.kind == kind);
-    if others.count() > 0 && matches!(kind, Kind::Input | Kind::Output | Kind::Counter) {
+        .filter(|(id, task)| **id != number && task.is_started && task.kind == kind);
+    if rivals.count() > 0 && matches!(kind, Kind::Input | Kind::Output | Kind::Counter) {
         return Err(RESERVED);
     }
     let task = twin.tasks.get(&number).ok_or(BAD_VALUE)?;
@@ -112,7 +112,7 @@ fn start(handle: *mut c_void) -> Result<(), i32> {
         .as_ref()
         .map_or(0, |board| (board.count)(board.context));
     let task = twin.task(handle)?;
-    task.started = true;
+    task.is_started = true;
     task.zero = count;
     CHANGED.notify_all();
     Ok(())
@@ -127,7 +127,7 @@ pub unsafe extern "C" fn DAQmxStartTask(handle: *mut c_void) -> i32 {
 fn stop(handle: *mut c_void, clear: bool) {
     let mut twin = lock();
     if let Some(task) = twin.tasks.get_mut(&(handle as usize)) {
-        task.started = false;
+        task.is_started = false;
         task.stopped_by = None;
         task.buffer_v.clear();
     }
@@ -138,12 +138,12 @@ fn stop(handle: *mut c_void, clear: bool) {
     let idle = !twin
         .tasks
         .values()
-        .any(|task| task.started && task.clock.is_some());
+        .any(|task| task.is_started && task.clock.is_some());
     if idle && std::mem::take(&mut twin.open) {
         let board = twin.board.as_ref();
-        let closing = board.map(|board| (board.close, board.context));
+        let close_call = board.map(|board| (board.close, board.context));
         drop(twin);
-        if let Some((close, context)) = closing {
+        if let Some((close, context)) = close_call {
             close(context);
         }
     }
@@ -166,7 +166,7 @@ pub unsafe extern "C" fn DAQmxIsTaskDone(handle: *mut c_void, done: *mut u32) ->
     let mut twin = lock();
     let result = twin.task(handle).and_then(|task| {
         // SAFETY: the caller's pointer is that of a number.
-        unsafe { *done = u32::from(!task.started) };
+        unsafe { *done = u32::from(!task.is_started) };
         task.stopped_by.map_or(Ok(()), Err)
     });
     status(result)

@@ -13,7 +13,7 @@ const CONT_SAMPS: i32 = 10123;
 const REGENERATION: [i32; 2] = [10097, 10158];
 
 /// Returns the nearest rate at an integer division of the card's time base.
-fn divided(twin: &Twin, rate_hz: f64) -> f64 {
+fn card_rate_hz(twin: &Twin, rate_hz: f64) -> f64 {
     let base = twin.product.timebase_hz;
     base / (base / rate_hz).round().max(1.0)
 }
@@ -30,7 +30,7 @@ pub unsafe extern "C" fn DAQmxCfgSampClkTiming(
     // SAFETY: the caller's pointer is null or of a C string.
     let source = unsafe { text(source) };
     let mut twin = lock();
-    let rate_hz = divided(&twin, rate);
+    let rate_hz = card_rate_hz(&twin, rate);
     let result = twin.task(handle).and_then(|task| {
         let streams = matches!(task.kind, Kind::Input | Kind::Output);
         if !streams || edge != RISING || mode != CONT_SAMPS || !(1.0..1e8).contains(&rate) {
@@ -114,7 +114,7 @@ pub unsafe extern "C" fn DAQmxCfgInputBuffer(handle: *mut c_void, frames: u32) -
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn DAQmxSetAIConvRate(handle: *mut c_void, data: f64) -> i32 {
     let mut twin = lock();
-    let (product, rate_hz) = (twin.product, divided(&twin, data));
+    let (product, rate_hz) = (twin.product, card_rate_hz(&twin, data));
     let result = twin.task(handle).and_then(|task| {
         let possible = data > 0.0 && data <= product.multi_hz && !product.simultaneous;
         if task.kind != Kind::Input || !possible {

@@ -95,11 +95,11 @@ pub(crate) struct Task {
     /// Capacity of the buffer, frames.
     pub(crate) buffer_frames: usize,
     pub(crate) buffer_v: VecDeque<f64>,
-    pub(crate) started: bool,
+    pub(crate) is_started: bool,
     /// Status of the error that stopped it.
     pub(crate) stopped_by: Option<i32>,
     /// Number of samples that a reader waits for.
-    pub(crate) awaited: Option<usize>,
+    pub(crate) read_request: Option<usize>,
     /// Count at the start of a counter.
     pub(crate) zero: i64,
 }
@@ -115,16 +115,16 @@ impl Task {
             may_regenerate: true,
             buffer_frames: 0,
             buffer_v: VecDeque::new(),
-            started: false,
+            is_started: false,
             stopped_by: None,
-            awaited: None,
+            read_request: None,
             zero: 0,
         }
     }
 
     /// Whether it streams on a sample clock.
     pub(crate) fn streams(&self) -> bool {
-        self.started && self.clock.is_some() && self.stopped_by.is_none()
+        self.is_started && self.clock.is_some() && self.stopped_by.is_none()
     }
 }
 
@@ -133,14 +133,14 @@ pub(crate) struct Twin {
     pub(crate) board: Option<Board>,
     pub(crate) product: Product,
     pub(crate) tasks: BTreeMap<usize, Task>,
-    created: usize,
-    pub(crate) gone: bool,
+    task_count: usize,
+    pub(crate) is_gone: bool,
     /// Whether the converters are open.
     pub(crate) open: bool,
     /// Voltage that the first output holds.
     pub(crate) held_v: f64,
     /// Frames that the outputs played in the present period, and whether the inputs ran at its beginning.
-    pub(crate) played: usize,
+    pub(crate) played_frames: usize,
     pub(crate) inputs_ran: bool,
 }
 
@@ -168,8 +168,8 @@ impl std::ops::DerefMut for Locked {
 impl Locked {
     /// Waits for a change, at most `timeout`.
     pub(crate) fn wait(self, timeout: std::time::Duration) -> Self {
-        let waited = CHANGED.wait_timeout(self.0, timeout);
-        Self(waited.unwrap_or_else(PoisonError::into_inner).0)
+        let wait_result = CHANGED.wait_timeout(self.0, timeout);
+        Self(wait_result.unwrap_or_else(PoisonError::into_inner).0)
     }
 }
 
@@ -191,37 +191,37 @@ pub(crate) fn with_apparatus() -> Locked {
 
 impl Twin {
     fn new() -> Self {
-        let wanted = std::env::var("MOCK_NIDAQMX_PRODUCT").unwrap_or_default();
-        let product = PRODUCTS.iter().find(|product| product.name == wanted);
+        let name = std::env::var("MOCK_NIDAQMX_PRODUCT").unwrap_or_default();
+        let product = PRODUCTS.iter().find(|product| product.name == name);
         Self {
             board: None,
             product: *product.unwrap_or(&PRODUCTS[0]),
             tasks: BTreeMap::new(),
-            created: 0,
-            gone: false,
+            task_count: 0,
+            is_gone: false,
             open: false,
             held_v: 0.0,
-            played: 0,
+            played_frames: 0,
             inputs_ran: false,
         }
     }
 
     /// Creates a task; returns its handle.
     pub(crate) fn create(&mut self) -> usize {
-        self.created += 1;
-        self.tasks.insert(self.created, Task::new());
-        self.created
+        self.task_count += 1;
+        self.tasks.insert(self.task_count, Task::new());
+        self.task_count
     }
 
     /// Returns a task of a card that is present.
     pub(crate) fn task(&mut self, handle: *mut c_void) -> Result<&mut Task, i32> {
-        let gone = self.gone;
+        let is_gone = self.is_gone;
         let task = self.tasks.get_mut(&(handle as usize)).ok_or(NO_TASK)?;
-        if gone { Err(UNREACHABLE) } else { Ok(task) }
+        if is_gone { Err(UNREACHABLE) } else { Ok(task) }
     }
 
     /// Returns the streaming task of a kind.
-    pub(crate) fn streaming(&mut self, kind: Kind) -> Option<&mut Task> {
+    pub(crate) fn streaming_task(&mut self, kind: Kind) -> Option<&mut Task> {
         let mut tasks = self.tasks.values_mut();
         tasks.find(|task| task.kind == kind && task.streams())
     }
@@ -229,17 +229,17 @@ impl Twin {
 
 #[unsafe(no_mangle)]
 pub extern "C" fn mock_nidaqmx_connect(board: Board) {
-    let (before, was_open) = {
+    let (previous, was_open) = {
         let mut twin = lock();
-        twin.gone = false;
+        twin.is_gone = false;
         let was_open = std::mem::take(&mut twin.open);
         (twin.board.replace(board), was_open)
     };
-    if let Some(before) = before {
+    if let Some(previous) = previous {
         if was_open {
-            (before.close)(before.context);
+            (previous.close)(previous.context);
         }
-        (before.release)(before.context);
+        (previous.release)(previous.context);
     }
 }
 

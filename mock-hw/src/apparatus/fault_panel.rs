@@ -69,8 +69,8 @@ impl FaultPanel {
     }
 
     /// Switches the amplifier off at its mains switch, or on again.
-    pub fn switch_off_amplifier(&self, off: bool) {
-        self.board.switch_off(off);
+    pub fn switch_off_amplifier(&self, is_off: bool) {
+        self.board.switch_off(is_off);
     }
 
     /// Sets the amplifier's gain to this fraction of the scenario's.
@@ -99,7 +99,7 @@ impl FaultPanel {
     }
 
     /// Removes the GPIO chip, or restores it.
-    pub fn remove_gpio(&self, gone: bool) {
-        self.board.remove(gone);
+    pub fn remove_gpio(&self, is_gone: bool) {
+        self.board.remove(is_gone);
     }
 }

@@ -33,7 +33,7 @@ struct GaugeFaults {
     /// The cable is unplugged, and the open inputs drift to the end of their range.
     unplugged: bool,
     /// Number of coming frames that are NaN.
-    spoilt: u32,
+    corrupt_frames: u32,
 }
 
 impl GaugeFaults {
@@ -41,7 +41,7 @@ impl GaugeFaults {
         match fault {
             ForceFault::Silent(silent) => self.silent = silent,
             ForceFault::Saturated(saturated) => self.saturated = saturated,
-            ForceFault::Corrupt(frames) => self.spoilt += frames,
+            ForceFault::Corrupt(frames) => self.corrupt_frames += frames,
             // There are no frames to drop, repeat or reorder, and no other device on a wire.
             ForceFault::Drop(_)
             | ForceFault::Repeat(_)
@@ -66,8 +66,8 @@ impl GaugeFaults {
             if self.silent {
                 gauges.fill(0.0);
             }
-            if self.spoilt > 0 {
-                self.spoilt -= 1;
+            if self.corrupt_frames > 0 {
+                self.corrupt_frames -= 1;
                 gauges[0] = f32::NAN;
             }
         }
@@ -77,7 +77,7 @@ impl GaugeFaults {
 /// Device of the force sensor, and a field box without forces.
 struct Devices {
     sensor: Device,
-    beside: Option<UnloadedBox>,
+    field_box: Option<UnloadedBox>,
 }
 
 /// Shared devices of the force sensor.
@@ -109,7 +109,7 @@ impl ForceSide {
                 Device::Netft(NetFt::open(sensor, start.clock_us).map_err(ApparatusError::Network)?)
             }
         };
-        let beside = match board.filter(|_| sensor.box_beside) {
+        let field_box = match board.filter(|_| sensor.box_beside) {
             Some(board) => Some(
                 UnloadedBox::open(start, synchronous, Arc::clone(board))
                     .map_err(ApparatusError::Serial)?,
@@ -118,7 +118,7 @@ impl ForceSide {
         };
         let devices = Devices {
             sensor: device,
-            beside,
+            field_box,
         };
         Ok(Self(Arc::new(Mutex::new(devices))))
     }
@@ -126,8 +126,8 @@ impl ForceSide {
     /// Takes the samples of a period that ended at true time `now_s`, and sends the data that are due.
     pub(super) fn send(&self, samples: &[SensorSample], now_s: f64) -> Result<(), ApparatusError> {
         let devices = &mut *self.lock();
-        if let Some(beside) = &mut devices.beside {
-            beside.send(now_s).map_err(ApparatusError::Serial)?;
+        if let Some(field_box) = &mut devices.field_box {
+            field_box.send(now_s).map_err(ApparatusError::Serial)?;
         }
         match &mut devices.sensor {
             Device::Serial(device, line) => {
@@ -136,7 +136,7 @@ impl ForceSide {
                 }
                 if let Some(burst) = device.burst(now_s) {
                     line.send(burst, now_s).map_err(ApparatusError::Serial)?;
-                    device.sent();
+                    device.clear_outbox();
                 }
             }
             Device::Gauges(_) => {}
@@ -158,8 +158,8 @@ impl ForceSide {
     /// Runs the amplifier guard of a field box at `now_ns`.
     pub(super) fn guard(&self, now_ns: u64) -> Result<(), ApparatusError> {
         let devices = &mut *self.lock();
-        if let Some(beside) = &mut devices.beside {
-            beside.guard(now_ns).map_err(ApparatusError::Serial)?;
+        if let Some(field_box) = &mut devices.field_box {
+            field_box.guard(now_ns).map_err(ApparatusError::Serial)?;
         }
         match &mut devices.sensor {
             Device::FieldBox(device) => device.guard(now_ns).map_err(ApparatusError::Serial),
@@ -192,9 +192,9 @@ impl ForceSide {
     /// Returns the serial port of the field box, with or without forces.
     pub(super) fn box_path(&self) -> Option<PathBuf> {
         let devices = self.lock();
-        let path = match (&devices.sensor, &devices.beside) {
+        let path = match (&devices.sensor, &devices.field_box) {
             (Device::FieldBox(device), _) => device.path(),
-            (_, Some(beside)) => beside.path(),
+            (_, Some(field_box)) => field_box.path(),
             (_, None) => None,
         };
         path.map(Path::to_owned)

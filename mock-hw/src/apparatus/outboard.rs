@@ -68,10 +68,10 @@ impl Timetable {
         } else {
             (2.0 * length_m.abs() - lap_m, -1.0)
         };
-        let sliding = on_plate_s > self.slide_after_s;
+        let is_sliding = on_plate_s > self.slide_after_s;
         FingerState {
             position_m: self.from_m + distance_m * length_m.signum(),
-            velocity_m_per_s: if sliding {
+            velocity_m_per_s: if is_sliding {
                 way * self.speed_m_per_s * length_m.signum()
             } else {
                 0.0
@@ -156,8 +156,10 @@ impl Outboard {
 
     fn listen(&mut self, drive: &[f32]) {
         if drive.iter().any(|sample| sample.abs() > DRIVEN) {
-            let since = self.driven.map_or(self.frame, |(since, _)| since);
-            self.driven = Some((since, self.frame));
+            let start_frame = self
+                .driven
+                .map_or(self.frame, |(start_frame, _)| start_frame);
+            self.driven = Some((start_frame, self.frame));
         } else if self
             .driven
             .is_some_and(|(_, last)| (self.frame - last) as f64 * self.interval_s > SILENCE_S)
@@ -167,8 +169,8 @@ impl Outboard {
     }
 
     fn finger(&self) -> FingerState {
-        let driven_s = self.driven.map_or(0.0, |(since, _)| {
-            (self.frame - since) as f64 * self.interval_s
+        let driven_s = self.driven.map_or(0.0, |(start_frame, _)| {
+            (self.frame - start_frame) as f64 * self.interval_s
         });
         self.timetable.finger(driven_s)
     }
@@ -181,13 +183,16 @@ mod tests {
     #[test]
     fn the_finger_lands_slides_and_turns_round() {
         let timetable = Timetable::default();
-        let at = |driven_s| timetable.finger(driven_s);
-        assert!(!at(1.4).touching);
-        assert!((at(1.55).normal_n - 0.325).abs() < 1e-9, "landing");
-        assert_eq!((at(1.9).velocity_m_per_s, at(1.9).position_m), (0.0, 0.010));
-        let there = at(2.0 + 1.0);
-        assert!((there.position_m - 0.060).abs() < 1e-9 && there.velocity_m_per_s > 0.0);
-        let back = at(2.0 + 1.7 + 1.0);
-        assert!((back.position_m - 0.045).abs() < 1e-9 && back.velocity_m_per_s < 0.0);
+        let finger_at = |driven_s| timetable.finger(driven_s);
+        assert!(!finger_at(1.4).touching);
+        assert!((finger_at(1.55).normal_n - 0.325).abs() < 1e-9, "landing");
+        assert_eq!(
+            (finger_at(1.9).velocity_m_per_s, finger_at(1.9).position_m),
+            (0.0, 0.010)
+        );
+        let way_out = finger_at(2.0 + 1.0);
+        assert!((way_out.position_m - 0.060).abs() < 1e-9 && way_out.velocity_m_per_s > 0.0);
+        let way_back = finger_at(2.0 + 1.7 + 1.0);
+        assert!((way_back.position_m - 0.045).abs() < 1e-9 && way_back.velocity_m_per_s < 0.0);
     }
 }

@@ -18,7 +18,7 @@ const BOUNCE: [f64; 9] = [0.11, 0.06, 0.17, 0.04, 0.09, 0.15, 0.05, 0.13, 0.20];
 
 /// A change to the apparatus.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Deed {
+enum FaultStep {
     /// The fault begins, with its argument.
     Begin(FaultKind, Option<f64>),
     /// The fault ends.
@@ -29,29 +29,29 @@ enum Deed {
 
 /// Handle that injects faults by name; any thread may hold a clone. Each takes effect with the next period.
 #[derive(Debug, Clone, Default)]
-pub struct RehearsalHand(Arc<Mutex<Vec<Deed>>>);
+pub struct RehearsalHand(Arc<Mutex<Vec<FaultStep>>>);
 
 impl RehearsalHand {
     /// Begins a fault, with `argument` or the table's default.
     pub fn begin(&self, fault: FaultKind, argument: Option<f64>) {
-        self.ask(Deed::Begin(fault, argument));
+        self.ask(FaultStep::Begin(fault, argument));
     }
 
     /// Ends a lasting fault; other faults are unaffected.
     pub fn end(&self, fault: FaultKind) {
-        self.ask(Deed::End(fault));
+        self.ask(FaultStep::End(fault));
     }
 
-    fn ask(&self, deed: Deed) {
-        let mut asked = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        asked.push(deed);
+    fn ask(&self, step: FaultStep) {
+        let mut queue = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        queue.push(step);
     }
 }
 
 /// Schedule of the injected faults.
 pub(super) struct Timetable {
     /// Times from the start of the sound card, s, latest first; equal times in the order of naming.
-    due: Vec<(f64, Deed)>,
+    schedule: Vec<(f64, FaultStep)>,
     hand: RehearsalHand,
     panel: FaultPanel,
     masses: MassSet,
@@ -62,16 +62,16 @@ pub(super) struct Timetable {
 impl Timetable {
     pub(super) fn new(faults: &[RehearsedFault], panel: FaultPanel, masses: MassSet) -> Self {
         let mut timetable = Self {
-            due: Vec::new(),
+            schedule: Vec::new(),
             hand: RehearsalHand::default(),
             panel,
             masses,
             started_ns: None,
         };
         for fault in faults {
-            timetable.add(fault.at_s, Deed::Begin(fault.fault, fault.argument));
+            timetable.add(fault.at_s, FaultStep::Begin(fault.fault, fault.argument));
             if let Some(until_s) = fault.until_s {
-                timetable.add(until_s, Deed::End(fault.fault));
+                timetable.add(until_s, FaultStep::End(fault.fault));
             }
         }
         timetable
@@ -82,9 +82,9 @@ impl Timetable {
         self.hand.clone()
     }
 
-    fn add(&mut self, at_s: f64, deed: Deed) {
-        let place = self.due.partition_point(|(due_s, _)| *due_s > at_s);
-        self.due.insert(place, (at_s, deed));
+    fn add(&mut self, at_s: f64, step: FaultStep) {
+        let place = self.schedule.partition_point(|(due_s, _)| *due_s > at_s);
+        self.schedule.insert(place, (at_s, step));
     }
 
     /// Executes the entries due in the period that begins at `now_ns`; time counts from the start of the sound card.
@@ -95,19 +95,19 @@ impl Timetable {
         let now_s = self.started_ns.map_or(f64::NEG_INFINITY, |started_ns| {
             1e-9 * (now_ns - started_ns) as f64
         });
-        let asked =
+        let queue =
             std::mem::take(&mut *self.hand.0.lock().unwrap_or_else(PoisonError::into_inner));
-        for deed in asked {
-            self.do_now(deed, now_s);
+        for step in queue {
+            self.do_now(step, now_s);
         }
-        while let Some((_, deed)) = self.due.pop_if(|(due_s, _)| *due_s <= now_s) {
-            self.do_now(deed, now_s);
+        while let Some((_, step)) = self.schedule.pop_if(|(due_s, _)| *due_s <= now_s) {
+            self.do_now(step, now_s);
         }
     }
 
-    fn do_now(&mut self, deed: Deed, now_s: f64) {
-        match deed {
-            Deed::Begin(fault, argument) => {
+    fn do_now(&mut self, step: FaultStep, now_s: f64) {
+        match step {
+            FaultStep::Begin(fault, argument) => {
                 let amount = RehearsedFault {
                     fault,
                     at_s: 0.0,
@@ -117,8 +117,8 @@ impl Timetable {
                 .amount();
                 self.begin(fault, amount.unwrap_or_default(), now_s);
             }
-            Deed::End(fault) => self.end(fault),
-            Deed::Contact { open } => self.panel.press_estop(open),
+            FaultStep::End(fault) => self.end(fault),
+            FaultStep::Contact { open } => self.panel.press_estop(open),
         }
     }
 
@@ -159,29 +159,29 @@ impl Timetable {
             FaultKind::Press | FaultKind::Drag => self.masses.remove(),
             FaultKind::AmplifierGain => self.panel.set_amplifier_gain(1.0),
             FaultKind::EstopBounce => {
-                self.due
-                    .retain(|(_, deed)| !matches!(deed, Deed::Contact { .. }));
+                self.schedule
+                    .retain(|(_, step)| !matches!(step, FaultStep::Contact { .. }));
                 self.panel.press_estop(false);
             }
-            other => self.set(other, false),
+            fault => self.set(fault, false),
         }
     }
 
     /// Begins or ends a fault that is either present or absent; ignores other faults.
-    fn set(&self, fault: FaultKind, there: bool) {
+    fn set(&self, fault: FaultKind, is_present: bool) {
         let panel = &self.panel;
         match fault {
-            FaultKind::Estop => panel.press_estop(there),
-            FaultKind::EstopCut => panel.cut_estop_wire(there),
-            FaultKind::AmplifierOff => panel.switch_off_amplifier(there),
-            FaultKind::RelayWelded => panel.weld_relay(there),
-            FaultKind::GpioRemoved => panel.remove_gpio(there),
-            FaultKind::InputStops => panel.halt_audio(Direction::Input, there),
-            FaultKind::OutputStops => panel.halt_audio(Direction::Output, there),
-            FaultKind::ForceSilent => panel.force(ForceFault::Silent(there)),
-            FaultKind::ForceOtherDevice => panel.force(ForceFault::OtherDevice(there)),
-            FaultKind::ForceSaturated => panel.force(ForceFault::Saturated(there)),
-            FaultKind::ButtonHeld => panel.hold_button(there),
+            FaultKind::Estop => panel.press_estop(is_present),
+            FaultKind::EstopCut => panel.cut_estop_wire(is_present),
+            FaultKind::AmplifierOff => panel.switch_off_amplifier(is_present),
+            FaultKind::RelayWelded => panel.weld_relay(is_present),
+            FaultKind::GpioRemoved => panel.remove_gpio(is_present),
+            FaultKind::InputStops => panel.halt_audio(Direction::Input, is_present),
+            FaultKind::OutputStops => panel.halt_audio(Direction::Output, is_present),
+            FaultKind::ForceSilent => panel.force(ForceFault::Silent(is_present)),
+            FaultKind::ForceOtherDevice => panel.force(ForceFault::OtherDevice(is_present)),
+            FaultKind::ForceSaturated => panel.force(ForceFault::Saturated(is_present)),
+            FaultKind::ButtonHeld => panel.hold_button(is_present),
             _ => {}
         }
     }
@@ -193,8 +193,8 @@ impl Timetable {
         for share in BOUNCE {
             at_s += share * for_s;
             open = !open;
-            self.add(at_s, Deed::Contact { open });
+            self.add(at_s, FaultStep::Contact { open });
         }
-        self.add(now_s + for_s, Deed::Contact { open: true });
+        self.add(now_s + for_s, FaultStep::Contact { open: true });
     }
 }

@@ -13,17 +13,17 @@ impl Senses {
     ///
     /// A cue sounds once, and is heard even if another percept follows within the same period.
     pub fn show(&self, percept: Percept) {
-        let mut shown = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let unheard = shown.cue;
-        *shown = percept;
-        shown.cue = percept.cue.or(unheard);
+        let mut latest = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let previous_cue = latest.cue;
+        *latest = percept;
+        latest.cue = percept.cue.or(previous_cue);
     }
 
     /// Returns the percept for the period that begins.
     pub(super) fn perceive(&self) -> Percept {
-        let mut shown = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let percept = *shown;
-        shown.cue = None;
+        let mut latest = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let percept = *latest;
+        latest.cue = None;
         percept
     }
 }
@@ -44,9 +44,9 @@ mod tests {
             countdown: Some(2),
             ..Percept::default()
         });
-        let heard = senses.perceive();
-        assert_eq!((heard.cue, heard.countdown), (Some(Cue::Start), Some(2)));
-        let after = senses.perceive();
-        assert_eq!((after.cue, after.countdown), (None, Some(2)));
+        let first = senses.perceive();
+        assert_eq!((first.cue, first.countdown), (Some(Cue::Start), Some(2)));
+        let second = senses.perceive();
+        assert_eq!((second.cue, second.countdown), (None, Some(2)));
     }
 }

@@ -125,8 +125,8 @@ impl Apparatus {
             .map_err(ApparatusError::Serial)?;
         let (vibrometer_port, vibrometer_aim) =
             (vibrometer.path().map(Path::to_owned), vibrometer.aim());
-        let stepped = config.pace == Pace::Stepped;
-        let voltmeter = Voltmeter::open(&scenario.meter, config.seed, stepped)
+        let is_stepped = config.pace == Pace::Stepped;
+        let voltmeter = Voltmeter::open(&scenario.meter, config.seed, is_stepped)
             .map_err(ApparatusError::Serial)?;
         let voltmeter_port = voltmeter.path().map(Path::to_owned);
         let oscilloscope = oscilloscope(config.oscilloscope_path.as_deref())?;

@@ -72,8 +72,8 @@ impl World {
         senses: &Senses,
         (vibrometer, voltmeter, oscilloscope): (Vibrometer, Voltmeter, Option<Oscilloscope>),
     ) -> Self {
-        let opened = config.seed.wrapping_add(config.opening.rotate_left(32));
-        let delay_share = seed::stream(opened, seed::Stream::SoundLayer).random::<f64>();
+        let opening_seed = config.seed.wrapping_add(config.opening.rotate_left(32));
+        let delay_share = seed::stream(opening_seed, seed::Stream::SoundLayer).random::<f64>();
         let participant_seed = config.participant_seed.unwrap_or(config.seed);
         let scenario = &config.scenario;
         let skin = Fingertip::draw(scenario, participant_seed);
@@ -138,8 +138,12 @@ impl World {
         self.follow_rate();
         self.begin_truth()?;
         self.timetable.carry_out(start_ns, self.cards.is_running());
-        if let Some(pressed) = self.oscilloscope.as_mut().and_then(Oscilloscope::pressed) {
-            self.board.press_estop(pressed);
+        if let Some(estop) = self
+            .oscilloscope
+            .as_mut()
+            .and_then(Oscilloscope::estop_change)
+        {
+            self.board.press_estop(estop);
         }
         let frames = self.clock.period_frames_at(self.rate_hz);
         let drive = &mut self.drive[..frames];
@@ -200,8 +204,8 @@ impl World {
         if rate_hz != self.rate_hz || stagger_s != self.stagger_s {
             (self.rate_hz, self.stagger_s) = (rate_hz, stagger_s);
             let step = stagger_s * f64::from(rate_hz);
-            let skewed = self.skew_samples.iter().enumerate();
-            let skew = skewed.map(|(channel, skew)| skew + channel as f64 * step);
+            let channel_skews = self.skew_samples.iter().enumerate();
+            let skew = channel_skews.map(|(channel, skew)| skew + channel as f64 * step);
             self.plant.set_rate(f64::from(rate_hz), skew.collect());
             let channels = self.plant.channels();
             let (table, share) = (&self.layer_table, self.delay_share);

@@ -104,12 +104,12 @@ struct Progress {
 }
 
 /// Waits for a JACK server and registers as a client.
-fn connect(within: Duration) -> Result<Client, jack::Error> {
+fn connect(timeout: Duration) -> Result<Client, jack::Error> {
     let begin = Instant::now();
     loop {
         match Client::new(CLIENT, ClientOptions::NO_START_SERVER) {
             Ok((client, _)) => return Ok(client),
-            Err(error) if begin.elapsed() > within => return Err(error),
+            Err(error) if begin.elapsed() > timeout => return Err(error),
             Err(_) => std::thread::sleep(Duration::from_millis(100)),
         }
     }
@@ -117,16 +117,16 @@ fn connect(within: Duration) -> Result<Client, jack::Error> {
 
 /// Creates a link to `port`, replacing only a link left by an earlier run.
 #[cfg(unix)]
-fn link(port: &Path, at: &Path) -> std::io::Result<()> {
-    if at.symlink_metadata().is_ok_and(|m| m.is_symlink()) {
-        std::fs::remove_file(at)?;
+fn link(port: &Path, target: &Path) -> std::io::Result<()> {
+    if target.symlink_metadata().is_ok_and(|m| m.is_symlink()) {
+        std::fs::remove_file(target)?;
     }
-    std::os::unix::fs::symlink(port, at)
+    std::os::unix::fs::symlink(port, target)
 }
 
 /// Fails: without pseudo-terminals there is no port to link to.
 #[cfg(not(unix))]
-fn link(_port: &Path, _at: &Path) -> std::io::Result<()> {
+fn link(_port: &Path, _target: &Path) -> std::io::Result<()> {
     Err(std::io::ErrorKind::Unsupported.into())
 }
 
@@ -175,21 +175,21 @@ fn run_until_the_server_stops<P>(
     channels: usize,
     progress: &Progress,
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let (mut seen, mut since) = (0, Instant::now());
-    while since.elapsed() < SILENCE {
+    let (mut last_periods, mut last_change) = (0, Instant::now());
+    while last_change.elapsed() < SILENCE {
         if progress.failed.load(Ordering::Acquire) {
             return Err(
                 "the serial line has failed, or the server has lengthened its period".into(),
             );
         }
         let periods = progress.periods.load(Ordering::Acquire);
-        if periods != seen {
-            (seen, since) = (periods, Instant::now());
+        if periods != last_periods {
+            (last_periods, last_change) = (periods, Instant::now());
             connect_ports(client.as_client(), channels);
         }
         std::thread::sleep(Duration::from_millis(20));
     }
-    println!("{CLIENT}: the server has stopped after {seen} periods");
+    println!("{CLIENT}: the server has stopped after {last_periods} periods");
     Ok(())
 }
 

@@ -16,7 +16,7 @@ const LONGEST: usize = 32;
 
 /// Request of the bench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Asked {
+pub(super) enum Request {
     Identity,
     Lines {
         number: u16,
@@ -35,7 +35,7 @@ pub(super) struct Reading {
     /// Bits: e-stop closed, button, dead man, enable, heartbeat, normal and lateral saturated, converter silent.
     pub(super) levels: u8,
     pub(super) stop: u8,
-    pub(super) heard: u16,
+    pub(super) last_word: u16,
 }
 
 /// Appends a report's frame to `out`.
@@ -49,7 +49,7 @@ pub(super) fn put_report(reading: &Reading, out: &mut Vec<u8>) {
     }
     raw.extend(reading.position.to_le_bytes());
     raw.extend([reading.levels, reading.stop]);
-    raw.extend(reading.heard.to_le_bytes());
+    raw.extend(reading.last_word.to_le_bytes());
     put(raw, out);
 }
 
@@ -79,7 +79,7 @@ pub(super) struct Ear(Vec<u8>);
 
 impl Ear {
     /// Takes a byte; returns the request of the frame that it completes. An invalid frame is dropped.
-    pub(super) fn hear(&mut self, byte: u8) -> Option<Asked> {
+    pub(super) fn hear(&mut self, byte: u8) -> Option<Request> {
         if byte != 0 {
             if self.0.len() <= LONGEST {
                 self.0.push(byte);
@@ -87,14 +87,14 @@ impl Ear {
             return None;
         }
         let frame = std::mem::take(&mut self.0);
-        let raw = unstuffed(&frame).filter(|_| frame.len() <= LONGEST)?;
+        let raw = unstuff(&frame).filter(|_| frame.len() <= LONGEST)?;
         let (body, crc) = raw.split_at_checked(raw.len().checked_sub(2)?)?;
         if CRC.checksum(body).to_le_bytes() != crc {
             return None;
         }
         match *body {
-            [VERSION, ASK] => Some(Asked::Identity),
-            [VERSION, WORD, low, high, levels @ 0..=3] => Some(Asked::Lines {
+            [VERSION, ASK] => Some(Request::Identity),
+            [VERSION, WORD, low, high, levels @ 0..=3] => Some(Request::Lines {
                 number: u16::from_le_bytes([low, high]),
                 enable: levels & 1 != 0,
                 heartbeat: levels & 2 != 0,
@@ -104,13 +104,13 @@ impl Ear {
     }
 }
 
-fn unstuffed(frame: &[u8]) -> Option<Vec<u8>> {
-    let (mut raw, mut at) = (Vec::new(), 0);
-    while at < frame.len() {
-        let length = usize::from(frame[at]);
-        raw.extend_from_slice(frame.get(at + 1..at + length)?);
-        at += length;
-        if at < frame.len() {
+fn unstuff(frame: &[u8]) -> Option<Vec<u8>> {
+    let (mut raw, mut index) = (Vec::new(), 0);
+    while index < frame.len() {
+        let length = usize::from(frame[index]);
+        raw.extend_from_slice(frame.get(index + 1..index + length)?);
+        index += length;
+        if index < frame.len() {
             raw.push(0);
         }
     }
@@ -123,8 +123,8 @@ mod tests {
 
     fn golden(name: &str) -> Vec<u8> {
         let lines = include_str!("../../../field-box/wire/golden.txt").lines();
-        let mut found = lines.filter_map(|line| line.split_once(": "));
-        let (_, hex) = found.find(|(known, _)| *known == name).unwrap();
+        let mut entries = lines.filter_map(|line| line.split_once(": "));
+        let (_, hex) = entries.find(|(key, _)| *key == name).unwrap();
         let bytes = hex.split(' ');
         bytes
             .map(|byte| u8::from_str_radix(byte, 16).unwrap())
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_sent_is_its_golden_bytes() {
+    fn reports_encode_to_their_golden_bytes() {
         let mut out = Vec::new();
         let serial = [0xE6, 0x61, 0x41, 0x04, 0x03, 0x00, 0x2A, 0x21];
         put_identity([1, 2, 3], serial, 4000, &mut out);
@@ -145,45 +145,45 @@ mod tests {
             position: -1200,
             levels: 1 | 8 | 32,
             stop: 0,
-            heard: 258,
+            last_word: 258,
         };
         put_report(&reading, &mut out);
         assert_eq!(out, golden("report"));
         out.clear();
-        let stopped = Reading {
+        let stop_report = Reading {
             number: 0,
             device_us: u32::MAX,
             counts: [i32::MIN, i32::MAX],
             position: i32::MIN,
             levels: 2 | 4 | 16 | 64 | 128,
             stop: 1,
-            heard: 0xFFFF,
+            last_word: 0xFFFF,
         };
-        put_report(&stopped, &mut out);
+        put_report(&stop_report, &mut out);
         assert_eq!(out, golden("report, stopped"));
     }
 
     #[test]
-    fn what_the_bench_says_is_heard_in_its_golden_bytes_and_nothing_else_is() {
-        let heard = |bytes: &[u8]| -> Vec<Asked> {
+    fn only_golden_requests_are_decoded() {
+        let requests = |bytes: &[u8]| -> Vec<Request> {
             let mut ear = Ear::default();
             bytes.iter().filter_map(|&byte| ear.hear(byte)).collect()
         };
-        let lines = |number, enable, heartbeat| Asked::Lines {
+        let lines = |number, enable, heartbeat| Request::Lines {
             number,
             enable,
             heartbeat,
         };
-        assert_eq!(heard(&golden("ask")), [Asked::Identity]);
-        assert_eq!(heard(&golden("word, off")), [lines(0, false, false)]);
-        let on = golden("word, on");
-        assert_eq!(heard(&on), [lines(0xABCD, true, true)]);
-        for bit in 0..8 * (on.len() - 1) {
-            let mut turned = on.clone();
-            turned[bit / 8] ^= 1 << (bit % 8);
-            assert_eq!(heard(&turned), [], "bit {bit}");
+        assert_eq!(requests(&golden("ask")), [Request::Identity]);
+        assert_eq!(requests(&golden("word, off")), [lines(0, false, false)]);
+        let on_word = golden("word, on");
+        assert_eq!(requests(&on_word), [lines(0xABCD, true, true)]);
+        for bit in 0..8 * (on_word.len() - 1) {
+            let mut bad_word = on_word.clone();
+            bad_word[bit / 8] ^= 1 << (bit % 8);
+            assert_eq!(requests(&bad_word), [], "bit {bit}");
         }
-        assert_eq!(heard(&[7; 100_000]), []);
-        assert_eq!(heard(&golden("report")), []);
+        assert_eq!(requests(&[7; 100_000]), []);
+        assert_eq!(requests(&golden("report")), []);
     }
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use field_box_logic::{Guard, Order, Stop};
 
-use super::codec::{Asked, Ear, Reading, put_identity, put_report};
+use super::codec::{Ear, Reading, Request, put_identity, put_report};
 use crate::pins::PinBoard;
 use crate::serial::{DeviceStart, ForceFault, SerialLine};
 use mock_world::plant::SensorSample;
@@ -41,9 +41,9 @@ pub(crate) struct FieldBox {
     report_hz: u16,
     start_us: u32,
     number: u16,
-    heard: u16,
+    last_word: u16,
     /// Whether a bench has sent a message yet.
-    spoken_to: bool,
+    has_bench: bool,
     burst_period_s: f64,
     next_burst_s: f64,
     range_n: f64,
@@ -69,8 +69,8 @@ impl FieldBox {
             report_hz: sensor.rate_hz as u16,
             start_us: start.clock_us,
             number: start.sequence,
-            heard: 0,
-            spoken_to: false,
+            last_word: 0,
+            has_bench: false,
             burst_period_s: sensor.burst_period_s,
             next_burst_s: sensor.burst_period_s,
             range_n: sensor.range_n,
@@ -105,7 +105,7 @@ impl FieldBox {
             ForceFault::Repeat(reports) => faults.repeat += reports,
             ForceFault::Silent(silent) => faults.converter_silent = silent,
             ForceFault::Saturated(saturated) => faults.saturated = saturated,
-            ForceFault::OtherDevice(other) => faults.other_device = other,
+            ForceFault::OtherDevice(is_other) => faults.other_device = is_other,
             // A serial line keeps its order, and the converter has no status word; the box restarts only at power-up.
             ForceFault::Reorder(_) | ForceFault::Status(_) | ForceFault::Restart => {}
         }
@@ -117,18 +117,18 @@ impl FieldBox {
         self.line.receive(&mut self.received)?;
         let (now_us, closed) = (now_ns / 1_000, self.board.estop_healthy());
         for &byte in &self.received {
-            let asked = self.ear.hear(byte).filter(|_| !self.faults.other_device);
-            self.spoken_to |= asked.is_some();
-            match asked {
-                Some(Asked::Identity) => {
+            let request = self.ear.hear(byte).filter(|_| !self.faults.other_device);
+            self.has_bench |= request.is_some();
+            match request {
+                Some(Request::Identity) => {
                     put_identity(FIRMWARE, SERIAL, self.report_hz, &mut self.outbox);
                 }
-                Some(Asked::Lines {
+                Some(Request::Lines {
                     number,
                     enable,
                     heartbeat,
                 }) => {
-                    self.heard = number;
+                    self.last_word = number;
                     self.guard.hear(now_us, Order { enable, heartbeat }, closed);
                 }
                 None => {}
@@ -137,7 +137,7 @@ impl FieldBox {
         self.guard.look(now_us, closed);
         let outputs = self.guard.outputs();
         self.board
-            .drive_beside(outputs.enable, outputs.heartbeat, now_ns);
+            .set_lines(outputs.enable, outputs.heartbeat, now_ns);
         Ok(())
     }
 
@@ -180,7 +180,7 @@ impl FieldBox {
             self.board.estop_healthy(),
             self.board.button(),
             // The person holds the switch only once a bench is connected.
-            self.spoken_to && self.board.dead_man(),
+            self.has_bench && self.board.dead_man(),
             outputs.enable,
             outputs.heartbeat,
             sample.normal_saturated || self.faults.saturated,
@@ -192,7 +192,7 @@ impl FieldBox {
             number,
             device_us: self.start_us.wrapping_add(elapsed_us as u32),
             counts: [normal_n, sample.lateral_n].map(counts),
-            position: self.board.counted() as i32,
+            position: self.board.encoder_count() as i32,
             levels: bits.fold(0, |bits, (place, &high)| bits | u8::from(high) << place),
             stop: match self.guard.stop() {
                 None => 0,
@@ -200,7 +200,7 @@ impl FieldBox {
                 Some(Stop::Estop) => 2,
                 Some(Stop::NotReleased) => 3,
             },
-            heard: self.heard,
+            last_word: self.last_word,
         };
         self.frame.clear();
         put_report(&reading, &mut self.frame);
@@ -222,7 +222,7 @@ fn counts(force_n: f64) -> i32 {
 
 /// Decrements `count`; returns whether it was above 0.
 fn take_one(count: &mut u32) -> bool {
-    let left = *count > 0;
+    let is_due = *count > 0;
     *count = count.saturating_sub(1);
-    left
+    is_due
 }

@@ -185,8 +185,8 @@ impl Device {
         running: &Arc<AtomicBool>,
         on_error: ErrorCallback,
     ) -> Result<(Buffer, FrameCount), Error> {
-        let unsupported = |what: String| {
-            Error::with_message(ErrorKind::UnsupportedConfig, format!("{self}: {what}"))
+        let unsupported = |fault: String| {
+            Error::with_message(ErrorKind::UnsupportedConfig, format!("{self}: {fault}"))
         };
         let rate_hz = config.sample_rate;
         if !self.rates_hz().contains(&rate_hz) {
@@ -232,7 +232,7 @@ impl Device {
         }
     }
 
-    fn busy(&self) -> Error {
+    fn busy_error(&self) -> Error {
         Error::with_message(ErrorKind::DeviceBusy, format!("{self} is already open"))
     }
 
@@ -313,7 +313,7 @@ impl DeviceTrait for Device {
         )?;
         let mut bench = lock(&self.cards.bench);
         if bench.input.is_open() {
-            return Err(self.busy());
+            return Err(self.busy_error());
         }
         if bench.output.is_open() && bench.rate_hz != config.sample_rate {
             return Err(self.other_rate(config.sample_rate, bench.rate_hz));
@@ -350,7 +350,7 @@ impl DeviceTrait for Device {
             Card::Bench => {
                 let mut bench = lock(&self.cards.bench);
                 if bench.output.is_open() {
-                    return Err(self.busy());
+                    return Err(self.busy_error());
                 }
                 if bench.input.is_open() && bench.rate_hz != config.sample_rate {
                     return Err(self.other_rate(config.sample_rate, bench.rate_hz));
@@ -362,7 +362,7 @@ impl DeviceTrait for Device {
             Card::Speakers => {
                 let mut speakers = lock(&self.cards.speakers);
                 if speakers.is_open() {
-                    return Err(self.busy());
+                    return Err(self.busy_error());
                 }
                 speakers.open(stream);
                 Port::Speakers

@@ -159,8 +159,10 @@ impl SoundCards {
     /// Plays one period on the speakers.
     pub(crate) fn play_speakers(&self, start_ns: u64) {
         let frames = self.clock.period_frames_at(SPEAKERS_RATE_HZ);
-        let played = lock(&self.speakers).play(start_ns, SPEAKERS_RATE_HZ, frames, |_, _| {});
-        self.speaker_frames.fetch_add(played, Ordering::Relaxed);
+        let played_frames =
+            lock(&self.speakers).play(start_ns, SPEAKERS_RATE_HZ, frames, |_, _| {});
+        self.speaker_frames
+            .fetch_add(played_frames, Ordering::Relaxed);
     }
 
     /// Reports `kind` to the stream of a direction in the next period.

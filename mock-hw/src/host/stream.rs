@@ -176,8 +176,8 @@ pub(super) struct Track<S> {
     /// Number of coming frames to lose.
     skip: u64,
     /// Number of coming frames to replace by NaN.
-    spoilt: u64,
-    halted: bool,
+    nan_frames: u64,
+    is_halted: bool,
 }
 
 impl<S> Default for Track<S> {
@@ -186,8 +186,8 @@ impl<S> Default for Track<S> {
             stream: None,
             errors: VecDeque::new(),
             skip: 0,
-            spoilt: 0,
-            halted: false,
+            nan_frames: 0,
+            is_halted: false,
         }
     }
 }
@@ -222,15 +222,15 @@ impl<S: Opened> Track<S> {
     }
 
     pub(super) fn spoil(&mut self, frames: u64) {
-        self.spoilt += frames;
+        self.nan_frames += frames;
     }
 
-    pub(super) fn halt(&mut self, halted: bool) {
-        self.halted = halted;
+    pub(super) fn halt(&mut self, is_halted: bool) {
+        self.is_halted = is_halted;
     }
 
     /// Reports pending errors, then returns the stream if it runs.
-    fn running(&mut self) -> Option<(&mut S, &mut u64)> {
+    fn playing_stream(&mut self) -> Option<(&mut S, &mut u64)> {
         let stream = self.stream.as_mut()?;
         while let Some(kind) = self.errors.pop_front() {
             (stream.buffer().on_error)(Error::new(kind));
@@ -239,7 +239,7 @@ impl<S: Opened> Track<S> {
             stream.rewind();
             return None;
         }
-        (!self.halted).then_some((stream, &mut self.skip))
+        (!self.is_halted).then_some((stream, &mut self.skip))
     }
 }
 
@@ -256,10 +256,10 @@ impl Track<OutputStream> {
         frames: usize,
         mut first_channel: impl FnMut(usize, f32),
     ) -> u64 {
-        let Some((stream, skip)) = self.running() else {
+        let Some((stream, skip)) = self.playing_stream() else {
             return 0;
         };
-        let mut played = 0;
+        let mut played_frames = 0;
         for frame in 0..frames {
             if stream.buffer.cursor == stream.buffer.frames {
                 if *skip > 0 {
@@ -271,9 +271,9 @@ impl Track<OutputStream> {
             let buffer = &mut stream.buffer;
             first_channel(frame, buffer.samples.get(buffer.cursor * buffer.channels));
             buffer.cursor += 1;
-            played += 1;
+            played_frames += 1;
         }
-        played
+        played_frames
     }
 }
 
@@ -286,8 +286,8 @@ impl Track<InputStream> {
         interleaved: &[f32],
         device_channels: usize,
     ) {
-        let mut spoilt = std::mem::take(&mut self.spoilt);
-        let Some((stream, skip)) = self.running() else {
+        let mut nan_frames = std::mem::take(&mut self.nan_frames);
+        let Some((stream, skip)) = self.playing_stream() else {
             return;
         };
         for (frame, inputs) in interleaved.chunks_exact(device_channels).enumerate() {
@@ -299,19 +299,19 @@ impl Track<InputStream> {
                 stream.first_ns = frame_ns(start_ns, frame, rate_hz);
             }
             let buffer = &mut stream.buffer;
-            let at = buffer.cursor * buffer.channels;
-            let sound = spoilt == 0;
-            spoilt = spoilt.saturating_sub(1);
+            let index = buffer.cursor * buffer.channels;
+            let is_sound = nan_frames == 0;
+            nan_frames = nan_frames.saturating_sub(1);
             for (channel, &sample) in inputs[..buffer.channels].iter().enumerate() {
-                let sample = if sound { sample } else { f32::NAN };
-                buffer.samples.set(at + channel, sample);
+                let sample = if is_sound { sample } else { f32::NAN };
+                buffer.samples.set(index + channel, sample);
             }
             buffer.cursor += 1;
             if buffer.cursor == buffer.frames {
                 stream.deliver(frame_ns(start_ns, frame + 1, rate_hz));
             }
         }
-        self.spoilt = spoilt;
+        self.nan_frames = nan_frames;
     }
 }
 
@@ -333,8 +333,8 @@ mod tests {
                 assert!(error <= resolution, "{format}: {value} is off by {error}");
             }
             samples.set(0, 1.5);
-            let clipped = samples.get(0);
-            assert_eq!(clipped > 1.0, format == SampleFormat::F32, "{format}");
+            let clip_level = samples.get(0);
+            assert_eq!(clip_level > 1.0, format == SampleFormat::F32, "{format}");
         }
         assert!(StreamSamples::new(SampleFormat::F64, 1).is_none());
     }

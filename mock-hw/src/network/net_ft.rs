@@ -44,7 +44,7 @@ pub(crate) struct NetFt {
     samples: u32,
     range_n: f64,
     faults: Faults,
-    held: Option<Vec<u8>>,
+    delayed_record: Option<Vec<u8>>,
 }
 
 impl NetFt {
@@ -60,7 +60,7 @@ impl NetFt {
             samples,
             range_n: sensor.range_n,
             faults: Faults::default(),
-            held: None,
+            delayed_record: None,
         })
     }
 
@@ -84,7 +84,7 @@ impl NetFt {
             ForceFault::Reorder(records) => faults.reorder += records,
             ForceFault::Silent(silent) => faults.silent = silent,
             ForceFault::Saturated(saturated) => faults.saturated = saturated,
-            ForceFault::OtherDevice(other) => faults.other_device = other,
+            ForceFault::OtherDevice(is_other) => faults.other_device = is_other,
             ForceFault::Status(status) => faults.status = status,
             ForceFault::Restart => (self.client, self.samples) = (None, 0),
         }
@@ -107,7 +107,7 @@ impl NetFt {
             match (length, &request[..4]) {
                 (REQUEST_LEN, [0x12, 0x34, 0, 0]) => self.client = None,
                 (REQUEST_LEN, [0x12, 0x34, 0, 2]) => {
-                    (self.client, self.records, self.held) = (Some(from), 0, None);
+                    (self.client, self.records, self.delayed_record) = (Some(from), 0, None);
                 }
                 _ => {}
             }
@@ -129,29 +129,29 @@ impl NetFt {
             return self.send(b"HTTP/1.1 400 Bad Request\r\n\r\n");
         }
         let wrong_size = take_one(&mut faults.wrong_size);
-        let repeated = take_one(&mut faults.repeat);
-        let reordered = self.held.is_none() && take_one(&mut faults.reorder);
+        let is_repeat = take_one(&mut faults.repeat);
+        let is_reordered = self.delayed_record.is_none() && take_one(&mut faults.reorder);
         let mut record = self.record(sample).to_vec();
         if wrong_size {
             record.truncate(RECORD_LEN - 1 - self.records as usize % 30);
         }
-        if reordered {
-            self.held = Some(record);
+        if is_reordered {
+            self.delayed_record = Some(record);
             return Ok(());
         }
         self.send(&record)?;
-        if repeated {
+        if is_repeat {
             self.send(&record)?;
         }
-        match self.held.take() {
-            Some(late) => self.send(&late),
+        match self.delayed_record.take() {
+            Some(record) => self.send(&record),
             None => Ok(()),
         }
     }
 
     /// Encodes a sample: the sensor's face points up, its x axis along the plate.
     fn record(&self, sample: &SensorSample) -> [u8; RECORD_LEN] {
-        let saturated =
+        let is_saturated =
             self.faults.saturated || sample.normal_saturated || sample.lateral_saturated;
         let press_n = if self.faults.saturated {
             self.range_n
@@ -167,7 +167,7 @@ impl NetFt {
             counts(LEVER_M * press_n),
             counts(-LEVER_M * sample.lateral_n),
         ];
-        let status = self.faults.status | if saturated { SATURATION } else { 0 };
+        let status = self.faults.status | if is_saturated { SATURATION } else { 0 };
         let mut record = [0; RECORD_LEN];
         let words = [self.records, self.samples, status].into_iter();
         let words = words.chain(axes.map(|counts| counts as u32));
@@ -191,14 +191,14 @@ impl NetFt {
             {
                 Ok(())
             }
-            sent => sent.map(|_| ()),
+            result => result.map(|_| ()),
         }
     }
 }
 
 /// Decrements `count`; returns whether it was above 0.
 fn take_one(count: &mut u32) -> bool {
-    let left = *count > 0;
+    let is_due = *count > 0;
     *count = count.saturating_sub(1);
-    left
+    is_due
 }

@@ -119,7 +119,7 @@ impl ForceDevice {
             ForceFault::Repeat(frames) => self.faults.repeat += frames,
             ForceFault::Silent(silent) => self.faults.silent = silent,
             ForceFault::Saturated(saturated) => self.faults.saturated = saturated,
-            ForceFault::OtherDevice(other) => self.faults.other_device = other,
+            ForceFault::OtherDevice(is_other) => self.faults.other_device = is_other,
             ForceFault::Restart => self.faults.restart = true,
             ForceFault::Reorder(_) | ForceFault::Status(_) => {}
         }
@@ -168,7 +168,7 @@ impl ForceDevice {
     }
 
     /// Clears the outbox after its bytes were sent or lost.
-    pub(crate) fn sent(&mut self) {
+    pub(crate) fn clear_outbox(&mut self) {
         self.outbox.clear();
     }
 
@@ -186,9 +186,9 @@ impl ForceDevice {
                 raw[15] = status(sample);
                 let crc = CRC.checksum(&raw[..16]);
                 raw[16..].copy_from_slice(&crc.to_le_bytes());
-                let mut stuffed = [0; FRAME_BYTES + 1];
-                let length = cobs::encode(&raw, &mut stuffed);
-                self.frame.extend_from_slice(&stuffed[..length]);
+                let mut stuffing = [0; FRAME_BYTES + 1];
+                let length = cobs::encode(&raw, &mut stuffing);
+                self.frame.extend_from_slice(&stuffing[..length]);
                 self.frame.push(0);
             }
             ForceProtocol::Lines => {
@@ -216,7 +216,7 @@ fn micronewtons(force_n: f64) -> i32 {
 
 /// Decrements `count`; returns whether it was above 0.
 fn take_one(count: &mut u32) -> bool {
-    let left = *count > 0;
+    let is_due = *count > 0;
     *count = count.saturating_sub(1);
-    left
+    is_due
 }

@@ -98,22 +98,22 @@ impl SerialLine {
         let Some(ends) = &mut self.ends else {
             return Ok(());
         };
-        let mut waiting = rustix::io::ioctl_fionread(&ends.bench)?;
-        if waiting < self.untouched_bytes {
+        let mut unread_bytes = rustix::io::ioctl_fionread(&ends.bench)?;
+        if unread_bytes < self.untouched_bytes {
             self.last_read_s = now_s;
         } else if now_s - self.last_read_s > UNATTENDED_S {
             // A bench that opens the port finds fresh samples instead of those buffered by the kernel.
             rustix::termios::tcflush(&ends.device, QueueSelector::OFlush)?;
             rustix::termios::tcflush(&ends.bench, QueueSelector::IFlush)?;
-            waiting = 0;
+            unread_bytes = 0;
         }
-        let written = match ends.device.write(burst) {
-            Ok(written) => written,
+        let sent_bytes = match ends.device.write(burst) {
+            Ok(sent_bytes) => sent_bytes,
             Err(e) if e.kind() == io::ErrorKind::WouldBlock => 0,
             Err(e) => return Err(e),
         };
-        self.dropped_bytes += (burst.len() - written) as u64;
-        self.untouched_bytes = (waiting + written as u64).min(READABLE_BYTES);
+        self.dropped_bytes += (burst.len() - sent_bytes) as u64;
+        self.untouched_bytes = (unread_bytes + sent_bytes as u64).min(READABLE_BYTES);
         if self.synchronous {
             wait_for(&ends.bench, self.untouched_bytes)?;
         }
@@ -158,12 +158,12 @@ impl SerialLine {
         loop {
             take(received)?;
             // Frames end with a zero; the mark is another one.
-            let marked = match received[from..] {
+            let is_marked = match received[from..] {
                 [MARK] => true,
                 [.., last, MARK] => last == MARK,
                 _ => false,
             };
-            if marked {
+            if is_marked {
                 received.pop();
                 return Ok(());
             }

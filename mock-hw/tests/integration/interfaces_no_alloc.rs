@@ -28,12 +28,12 @@ fn a_step_of_a_running_world_allocates_nothing() {
     let (bench, playing) = open(BENCH_ID, 2, 192_000);
     let (_, recording) = open(BENCH_ID, 4, 192_000);
     let (speakers, cueing) = open(SPEAKERS_ID, 2, 48_000);
-    let quiet = |data: &mut Data, _: &_| data.bytes_mut().fill(0);
+    let fill_zeros = |data: &mut Data, _: &_| data.bytes_mut().fill(0);
     let format = SampleFormat::I32;
     let streams = [
-        bench.build_output_stream_raw(playing, format, quiet, |_| {}, None),
+        bench.build_output_stream_raw(playing, format, fill_zeros, |_| {}, None),
         bench.build_input_stream_raw(recording, format, |_: &Data, _| {}, |_| {}, None),
-        speakers.build_output_stream_raw(cueing, format, quiet, |_| {}, None),
+        speakers.build_output_stream_raw(cueing, format, fill_zeros, |_| {}, None),
     ]
     .map(Result::unwrap);
     for stream in &streams {

@@ -31,10 +31,10 @@ fn one_second(c: &mut Criterion) {
         touching: true,
     };
     let published = Scenario::default();
-    let named = |name| built_in(name).unwrap_or_default();
+    let scenario = |name| built_in(name).unwrap_or_default();
     let (unkind, gaussian) = (
-        named("population-unkind"),
-        named("laws/asperities-gaussian"),
+        scenario("population-unkind"),
+        scenario("laws/asperities-gaussian"),
     );
     for (name, scenario, finger) in [
         ("unloaded", &published, FingerState::default()),

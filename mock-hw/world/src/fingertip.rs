@@ -68,23 +68,25 @@ impl Pad {
     pub fn draw(scenario: &Scenario, seed: u64) -> Self {
         let (film, friction) = (&scenario.film, &scenario.friction);
         let mut rng = seed::stream(seed, seed::Stream::Pad);
-        let drawn = scenario.participant.spread.drawn(&mut rng);
+        let values = scenario.participant.spread.draw_values(&mut rng);
         Self {
-            contact_area_m2: drawn.contact_area_m2.unwrap_or(film.contact_area_m2),
-            area_force_exponent: drawn
+            contact_area_m2: values.contact_area_m2.unwrap_or(film.contact_area_m2),
+            area_force_exponent: values
                 .area_force_exponent
                 .unwrap_or(film.area_force_exponent),
-            q0_rad_per_m: drawn.q0_rad_per_m.unwrap_or(film.q0_rad_per_m),
-            youngs_modulus_pa: drawn.youngs_modulus_pa.unwrap_or(film.youngs_modulus_pa),
+            q0_rad_per_m: values.q0_rad_per_m.unwrap_or(film.q0_rad_per_m),
+            youngs_modulus_pa: values.youngs_modulus_pa.unwrap_or(film.youngs_modulus_pa),
             poisson_ratio: film.poisson_ratio,
-            loss_factor: drawn.loss_factor.unwrap_or(film.loss_factor),
-            lag_s: drawn.lag_s.unwrap_or(film.lag_s),
-            lag_gap_exponent: drawn.lag_gap_exponent.unwrap_or(film.lag_gap_exponent),
-            floor: drawn.floor.unwrap_or(friction.floor),
-            speed_exponent: drawn.speed_exponent.unwrap_or(friction.speed_exponent),
-            ageing: drawn.ageing.unwrap_or(friction.ageing),
-            ageing_time_s: drawn.ageing_time_s.unwrap_or(friction.ageing_time_s),
-            growth: drawn.growth.unwrap_or(scenario.participant.moisture.growth),
+            loss_factor: values.loss_factor.unwrap_or(film.loss_factor),
+            lag_s: values.lag_s.unwrap_or(film.lag_s),
+            lag_gap_exponent: values.lag_gap_exponent.unwrap_or(film.lag_gap_exponent),
+            floor: values.floor.unwrap_or(friction.floor),
+            speed_exponent: values.speed_exponent.unwrap_or(friction.speed_exponent),
+            ageing: values.ageing.unwrap_or(friction.ageing),
+            ageing_time_s: values.ageing_time_s.unwrap_or(friction.ageing_time_s),
+            growth: values
+                .growth
+                .unwrap_or(scenario.participant.moisture.growth),
         }
     }
 
@@ -124,12 +126,12 @@ impl Fingertip {
             mu0,
             spearman_mu0_im_z_t,
         } = &participant.population;
-        let sigma = drawn(&mut rng, *sigma_t_m, 0.4e-6, f64::MAX).0;
-        let re = drawn(&mut rng, *re_z_t_n_s_per_m, 0.05, f64::MAX).0;
-        let (im, im_score) = drawn(&mut rng, *im_z_t_n_s_per_m, 0.5, f64::MAX);
+        let sigma = draw_normal(&mut rng, *sigma_t_m, 0.4e-6, f64::MAX).0;
+        let re = draw_normal(&mut rng, *re_z_t_n_s_per_m, 0.05, f64::MAX).0;
+        let (im, im_score) = draw_normal(&mut rng, *im_z_t_n_s_per_m, 0.5, f64::MAX);
         let pearson = 2.0 * (std::f64::consts::PI * spearman_mu0_im_z_t / 6.0).sin();
-        let own: f64 = StandardNormal.sample(&mut rng);
-        let score = pearson * im_score + (1.0 - pearson * pearson).max(0.0).sqrt() * own;
+        let own_score: f64 = StandardNormal.sample(&mut rng);
+        let score = pearson * im_score + (1.0 - pearson * pearson).max(0.0).sqrt() * own_score;
         Self {
             sigma_t_m: participant.sigma_t_m.unwrap_or(sigma),
             z_t_n_s_per_m: participant.z_t_n_s_per_m.unwrap_or([re, im]),
@@ -142,7 +144,7 @@ impl Fingertip {
 }
 
 /// Draws a normal variate within limits, by rejection; returns it and its standard score.
-fn drawn(rng: &mut impl Rng, [mean, sd]: [f64; 2], low: f64, high: f64) -> (f64, f64) {
+fn draw_normal(rng: &mut impl Rng, [mean, sd]: [f64; 2], low: f64, high: f64) -> (f64, f64) {
     loop {
         let score: f64 = StandardNormal.sample(rng);
         let value = mean + sd * score;

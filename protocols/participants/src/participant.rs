@@ -58,18 +58,18 @@ impl ParticipantId {
 impl FromStr for ParticipantId {
     type Err = ParticipantIdError;
 
-    fn from_str(given: &str) -> Result<Self, Self::Err> {
-        let fault = match given.strip_prefix(PREFIX) {
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let fault = match text.strip_prefix(PREFIX) {
             None => "it does not begin with `sub-`",
             Some("") => "nothing follows `sub-`",
             Some(label) if !label.bytes().all(|b| b.is_ascii_alphanumeric()) => {
                 "the label has other characters than letters and digits"
             }
             Some(label) if label.len() > MAX_LABEL => "the label is too long",
-            Some(_) => return Ok(Self(given.to_owned())),
+            Some(_) => return Ok(Self(text.to_owned())),
         };
         Err(ParticipantIdError {
-            given: given.to_owned(),
+            given: text.to_owned(),
             fault,
         })
     }
@@ -78,8 +78,8 @@ impl FromStr for ParticipantId {
 impl TryFrom<String> for ParticipantId {
     type Error = ParticipantIdError;
 
-    fn try_from(given: String) -> Result<Self, Self::Error> {
-        given.parse()
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        text.parse()
     }
 }
 

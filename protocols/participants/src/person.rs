@@ -137,21 +137,21 @@ impl Person {
     /// ```
     pub fn set(&mut self, detail: PersonDetail, text: &str) -> Result<(), PersonError> {
         let text = text.trim();
-        let unstated = ["", NOT_STATED, "not stated", "not-stated"].contains(&text);
+        let is_unstated = ["", NOT_STATED, "not stated", "not-stated"].contains(&text);
         let word = || {
-            let chosen = detail
+            let index = detail
                 .words()
                 .iter()
                 .position(|w| w.eq_ignore_ascii_case(text));
-            chosen.ok_or_else(|| PersonError::Word {
+            index.ok_or_else(|| PersonError::Word {
                 detail,
                 given: short(text),
             })
         };
         match detail {
-            PersonDetail::Age if unstated => self.age_years = None,
-            PersonDetail::Sex if unstated => self.sex = None,
-            PersonDetail::Handedness if unstated => self.handedness = None,
+            PersonDetail::Age if is_unstated => self.age_years = None,
+            PersonDetail::Sex if is_unstated => self.sex = None,
+            PersonDetail::Handedness if is_unstated => self.handedness = None,
             PersonDetail::Age => self.age_years = Some(age(text)?),
             PersonDetail::Sex => {
                 self.sex = Some([Sex::Female, Sex::Male, Sex::Other][word()?]);
@@ -171,12 +171,12 @@ impl Person {
     /// Returns one detail as written in tables; [`NOT_STATED`] if it is not stated.
     pub fn text(&self, detail: PersonDetail) -> String {
         let words = detail.words();
-        let stated = match detail {
+        let text = match detail {
             PersonDetail::Age => self.age_years.map(|years| years.to_string()),
             PersonDetail::Sex => self.sex.map(|sex| words[sex as usize].to_owned()),
             PersonDetail::Handedness => self.handedness.map(|hand| words[hand as usize].to_owned()),
         };
-        stated.unwrap_or_else(|| NOT_STATED.to_owned())
+        text.unwrap_or_else(|| NOT_STATED.to_owned())
     }
 }
 
@@ -196,8 +196,8 @@ impl FromStr for PersonDetail {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, Self::Err> {
-        let known = Self::ALL.into_iter().find(|detail| detail.column() == name);
-        known.ok_or_else(|| format!("{name:?} is none of age, sex, handedness"))
+        let detail = Self::ALL.into_iter().find(|detail| detail.column() == name);
+        detail.ok_or_else(|| format!("{name:?} is none of age, sex, handedness"))
     }
 }
 
@@ -230,8 +230,8 @@ mod tests {
                 person.set(detail, &word.to_uppercase()).unwrap();
                 assert_eq!(person.text(detail), *word);
             }
-            for unstated in ["", "n/a", "not stated", "not-stated"] {
-                person.set(detail, unstated).unwrap();
+            for text in ["", "n/a", "not stated", "not-stated"] {
+                person.set(detail, text).unwrap();
                 assert_eq!(person.text(detail), NOT_STATED);
             }
             let given = "x\ty".to_owned();

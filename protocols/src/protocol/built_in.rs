@@ -10,7 +10,7 @@ pub const BUILT_IN: [(&str, &str); 2] = [
 pub fn built_in(name: &str) -> Option<&'static str> {
     BUILT_IN
         .iter()
-        .find(|(known, _)| *known == name)
+        .find(|(key, _)| *key == name)
         .map(|(_, text)| *text)
 }
 
@@ -21,9 +21,9 @@ pub fn built_in(name: &str) -> Option<&'static str> {
 /// assert_eq!(protocols::nearest_built_in("huloux"), Some("huloux2021"));
 /// ```
 pub fn nearest_built_in(name: &str) -> Option<&'static str> {
-    let names = BUILT_IN.map(|(known, _)| known);
+    let names = BUILT_IN.map(|(key, _)| key);
     let nearest = strict::nearest(name, &names)?;
-    names.into_iter().find(|known| *known == nearest)
+    names.into_iter().find(|key| *key == nearest)
 }
 
 #[cfg(test)]

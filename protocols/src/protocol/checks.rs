@@ -71,17 +71,17 @@ pub(super) fn validate(raw: RawProtocol) -> Result<Protocol, BrokenRule> {
     })
 }
 
-fn within(key: &str, value: f64, low: f64, high: f64, unit: &str) -> Checked {
+fn check_range(key: &str, value: f64, low: f64, high: f64, unit: &str) -> Checked {
     Ok(strict::within(key, value, low, high, unit)?)
 }
 
-fn count_within(key: &str, count: u64, low: u64, high: u64) -> Checked {
+fn check_count(key: &str, count: u64, low: u64, high: u64) -> Checked {
     Ok(strict::count_within(key, count, low, high)?)
 }
 
 fn short_name(key: &str, name: &str) -> Checked {
-    let allowed = |b: u8| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'-' || b == b'_';
-    if (1..=64).contains(&name.len()) && name.bytes().all(allowed) {
+    let is_allowed = |b: u8| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'-' || b == b'_';
+    if (1..=64).contains(&name.len()) && name.bytes().all(is_allowed) {
         return Ok(());
     }
     Err(BrokenRule::Name {
@@ -98,7 +98,7 @@ const OTHER_FILES: [&str; 3] = ["bench", "calibration", "recording"];
 fn file_name(key: &str, name: &str) -> Checked {
     if OTHER_FILES
         .iter()
-        .any(|other| other.eq_ignore_ascii_case(name))
+        .any(|reserved| reserved.eq_ignore_ascii_case(name))
     {
         return Err(BrokenRule::ReservedName {
             key: key.to_owned(),
@@ -109,8 +109,8 @@ fn file_name(key: &str, name: &str) -> Checked {
 }
 
 fn asked_once(details: &[PersonDetail]) -> Checked {
-    let twice = |i: &usize| details[..*i].contains(&details[*i]);
-    match (0..details.len()).find(twice) {
+    let is_repeated = |i: &usize| details[..*i].contains(&details[*i]);
+    match (0..details.len()).find(is_repeated) {
         Some(i) => Err(BrokenRule::AskedTwice { detail: details[i] }),
         None => Ok(()),
     }
@@ -126,26 +126,26 @@ fn drive(table: &str, drive: &Drive) -> Checked {
 fn carrier(key: &str, carrier: Carrier) -> Checked {
     match carrier {
         Carrier::PlateResonance => Ok(()),
-        Carrier::Hz(hz) => within(key, hz, 1e3, 200e3, "Hz"),
+        Carrier::Hz(hz) => check_range(key, hz, 1e3, 200e3, "Hz"),
     }
 }
 
 /// Requires a plausible amplitude. The bench's own limits, compiled in and configured, are tighter and checked when it
 /// is armed.
 fn mean_amplitude(key: &str, volts: f64) -> Checked {
-    within(key, volts, 0.0, 100.0, "V")
+    check_range(key, volts, 0.0, 100.0, "V")
 }
 
 fn modulation(key: &str, hz: f64) -> Checked {
-    within(key, hz, 0.1, 50.0, "Hz")
+    check_range(key, hz, 0.1, 50.0, "Hz")
 }
 
 fn index(key: &str, index: f64) -> Checked {
-    within(key, index, 0.0, 1.0, "")
+    check_range(key, index, 0.0, 1.0, "")
 }
 
 fn conditions(base: &Drive, raw: Vec<RawCondition>) -> Result<Vec<Condition>, BrokenRule> {
-    count_within("conditions", raw.len() as u64, 1, 64)?;
+    check_count("conditions", raw.len() as u64, 1, 64)?;
     let mut names = BTreeSet::new();
     raw.into_iter()
         .enumerate()
@@ -153,16 +153,16 @@ fn conditions(base: &Drive, raw: Vec<RawCondition>) -> Result<Vec<Condition>, Br
             let table = format!("conditions.{i}");
             short_name(&format!("{table}.name"), &raw.name)?;
             unique(&format!("{table}.name"), &raw.name, &mut names)?;
-            let merged = Drive {
+            let full_drive = Drive {
                 carrier: raw.carrier.unwrap_or(base.carrier),
                 mean_amplitude_v: raw.mean_amplitude_v.unwrap_or(base.mean_amplitude_v),
                 modulation_hz: raw.modulation_hz.unwrap_or(base.modulation_hz),
                 modulation_index: raw.modulation_index.unwrap_or(base.modulation_index),
             };
-            drive(&table, &merged)?;
+            drive(&table, &full_drive)?;
             Ok(Condition {
                 name: raw.name,
-                drive: merged,
+                drive: full_drive,
             })
         })
         .collect()
@@ -179,11 +179,11 @@ fn unique(key: &str, name: &str, names: &mut BTreeSet<String>) -> Checked {
 }
 
 fn practice(trials: u32) -> Checked {
-    count_within("trials.practice", u64::from(trials), 0, 100)
+    check_count("trials.practice", u64::from(trials), 0, 100)
 }
 
 fn per_condition(trials: u32) -> Checked {
-    count_within("trials.per_condition", u64::from(trials), 1, 1000)
+    check_count("trials.per_condition", u64::from(trials), 1, 1000)
 }
 
 fn williams_size(order: Order, conditions: usize) -> Checked {
@@ -194,11 +194,11 @@ fn williams_size(order: Order, conditions: usize) -> Checked {
 }
 
 fn directions(explorations: usize) -> Checked {
-    count_within("exploration.directions", explorations as u64, 1, 20)
+    check_count("exploration.directions", explorations as u64, 1, 20)
 }
 
 fn slider_end(key: &str, position_m: f64) -> Checked {
-    within(key, position_m, -1.0, 1.0, "m")
+    check_range(key, position_m, -1.0, 1.0, "m")
 }
 
 fn travel(from_m: f64, to_m: f64) -> Checked {
@@ -209,50 +209,50 @@ fn travel(from_m: f64, to_m: f64) -> Checked {
 }
 
 fn speed(m_per_s: f64) -> Checked {
-    within("exploration.speed_m_per_s", m_per_s, 0.001, 1.0, "m/s")
+    check_range("exploration.speed_m_per_s", m_per_s, 0.001, 1.0, "m/s")
 }
 
 fn settle(s: f64) -> Checked {
-    within("timing.settle_s", s, 0.1, 60.0, "s")
+    check_range("timing.settle_s", s, 0.1, 60.0, "s")
 }
 
 fn baseline(s: f64) -> Checked {
-    within("timing.baseline_s", s, 0.2, 60.0, "s")
+    check_range("timing.baseline_s", s, 0.2, 60.0, "s")
 }
 
 fn pause_length(key: &str, s: f64) -> Checked {
-    within(key, s, 0.0, 60.0, "s")
+    check_range(key, s, 0.0, 60.0, "s")
 }
 
 fn least_force(n: f64) -> Checked {
-    within("force.min_n", n, 0.02, 20.0, "N")
+    check_range("force.min_n", n, 0.02, 20.0, "N")
 }
 
 fn greatest_force(min_n: f64, max_n: f64) -> Checked {
     if max_n > min_n {
-        return within("force.max_n", max_n, 0.02, 20.0, "N");
+        return check_range("force.max_n", max_n, 0.02, 20.0, "N");
     }
     Err(BrokenRule::EmptyBand { min_n, max_n })
 }
 
 fn contact(contact_n: f64, min_n: f64) -> Checked {
     if contact_n < min_n {
-        return within("force.contact_n", contact_n, 0.01, 5.0, "N");
+        return check_range("force.contact_n", contact_n, 0.01, 5.0, "N");
     }
     Err(BrokenRule::ContactInBand { contact_n, min_n })
 }
 
 fn rest_length(s: f64) -> Checked {
-    within("rest.min_s", s, 0.0, 3600.0, "s")
+    check_range("rest.min_s", s, 0.0, 3600.0, "s")
 }
 
 fn redo(key: &str, times: u32) -> Checked {
-    count_within(key, u64::from(times), 0, 1000)
+    check_count(key, u64::from(times), 0, 1000)
 }
 
 fn central(central_m: f64, travel_m: f64) -> Checked {
     if central_m <= travel_m {
-        return within("selection.central_m", central_m, 0.005, 2.0, "m");
+        return check_range("selection.central_m", central_m, 0.005, 2.0, "m");
     }
     Err(BrokenRule::CentralBeyondTravel {
         central_m,
@@ -261,22 +261,22 @@ fn central(central_m: f64, travel_m: f64) -> Checked {
 }
 
 fn speed_tolerance(part: f64) -> Checked {
-    within("selection.speed_tolerance", part, 0.01, 0.9, "")
+    check_range("selection.speed_tolerance", part, 0.01, 0.9, "")
 }
 
 fn instance(s: f64) -> Checked {
-    within("selection.instance_s", s, 0.005, 1.0, "s")
+    check_range("selection.instance_s", s, 0.005, 1.0, "s")
 }
 
 fn min_instances(n: u32) -> Checked {
-    count_within("selection.min_instances", u64::from(n), 1, 1000)
+    check_count("selection.min_instances", u64::from(n), 1, 1000)
 }
 
 fn timeout(key: &str, s: f64) -> Checked {
-    within(key, s, 1.0, 3600.0, "s")
+    check_range(key, s, 1.0, 3600.0, "s")
 }
 
 /// Requires a limit that the tracking can resolve and within reach of a new carrier.
 fn drift_limit(hz: f64) -> Checked {
-    within("resonance_drift.limit_hz", hz, 2.0, 50.0, "Hz")
+    check_range("resonance_drift.limit_hz", hz, 2.0, 50.0, "Hz")
 }

@@ -71,7 +71,10 @@ impl Protocol {
 
     /// Returns whether every condition drives the plate at its resonance, so that the carrier may follow it.
     pub fn follows_resonance(&self) -> bool {
-        let mut carriers = self.conditions.iter().map(|of| of.drive.carrier);
+        let mut carriers = self
+            .conditions
+            .iter()
+            .map(|condition| condition.drive.carrier);
         carriers.all(|carrier| carrier == Carrier::PlateResonance)
     }
 

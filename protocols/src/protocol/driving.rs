@@ -48,7 +48,7 @@ impl Protocol {
     fn starts_s(&self, trials: u32, trial_s: f64) -> Vec<f64> {
         let practice = self.trials.practice;
         let mut start_s = 0.0;
-        let begins = (0..trials).map(|trial| {
+        let starts = (0..trials).map(|trial| {
             if self.rest.comes_after(trial, practice) {
                 start_s += self.rest.min_s;
             }
@@ -56,7 +56,7 @@ impl Protocol {
             start_s += trial_s + self.timing.verdict_s;
             begins_s
         });
-        begins.collect()
+        starts.collect()
     }
 
     fn busiest_hour(trial_s: f64, starts_s: &[f64], trials: u32) -> DrivingTime {
@@ -100,22 +100,22 @@ mod tests {
     }
 
     #[test]
-    fn of_a_longer_session_the_busiest_hour_counts() {
+    fn the_busiest_hour_of_a_longer_session_counts() {
         // Trials of 22.4 s, each with a verdict of 0.5 s after it, and no rests: 157 of them and a part begin in an
         // hour.
         let driving = demo(&[
             ("per_condition = 4", "per_condition = 400"),
             ("every_trials = 2", "every_trials = 0"),
         ]);
-        let whole = (HOUR_S / 22.9).floor();
-        let expected_s = whole * 22.4 + (HOUR_S - whole * 22.9).min(22.4);
+        let trial_count = (HOUR_S / 22.9).floor();
+        let expected_s = trial_count * 22.4 + (HOUR_S - trial_count * 22.9).min(22.4);
         assert!((driving.hour_s - expected_s).abs() < 1e-6, "{driving:?}");
         // A rest of ten minutes after every trial leaves six of them.
-        let rests = demo(&[
+        let hourly = demo(&[
             ("per_condition = 4", "per_condition = 400"),
             ("every_trials = 2", "every_trials = 1"),
             ("min_s = 2.0 ", "min_s = 600.0"),
         ]);
-        assert!((rests.hour_s - 7.0 * 22.4).abs() < 1e-6, "{rests:?}");
+        assert!((hourly.hour_s - 7.0 * 22.4).abs() < 1e-6, "{hourly:?}");
     }
 }

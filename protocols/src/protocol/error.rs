@@ -108,8 +108,8 @@ impl BrokenRule {
     /// Returns the dotted path of the invalid key.
     pub fn key(&self) -> &str {
         match self {
-            Self::OutOfRange(refused) => &refused.key,
-            Self::Text(refused) => &refused.key,
+            Self::OutOfRange(limit) => &limit.key,
+            Self::Text(text) => &text.key,
             Self::Name { key, .. }
             | Self::ReservedName { key, .. }
             | Self::RepeatedName { key, .. } => key,

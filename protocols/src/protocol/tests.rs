@@ -9,16 +9,16 @@ fn text() -> &'static str {
     built_in("huloux2021").unwrap()
 }
 
-fn with(from: &str, to: &str) -> Result<Protocol, ProtocolError> {
+fn edit(from: &str, to: &str) -> Result<Protocol, ProtocolError> {
     assert!(text().contains(from), "{from}");
     Protocol::parse(&text().replace(from, to), "p.toml")
 }
 
 /// Returns the rule that a text breaks.
-fn rule(read: Result<Protocol, ProtocolError>) -> InFile<BrokenRule> {
-    match read {
-        Err(ProtocolError::Rule(placed)) => placed,
-        other => panic!("{other:?}"),
+fn rule(result: Result<Protocol, ProtocolError>) -> InFile<BrokenRule> {
+    match result {
+        Err(ProtocolError::Rule(error)) => error,
+        result => panic!("{result:?}"),
     }
 }
 
@@ -57,7 +57,7 @@ fn range(key: &str, value: f64, low: f64, high: f64, unit: &str) -> BrokenRule {
     })
 }
 
-fn reserved(name: &str) -> BrokenRule {
+fn reserved_name(name: &str) -> BrokenRule {
     BrokenRule::ReservedName {
         key: "name".to_owned(),
         name: name.to_owned(),
@@ -81,19 +81,19 @@ fn rules() -> Vec<(&'static str, &'static str, &'static str, BrokenRule)> {
             "name = \"huloux2021\"",
             "name = \"bench-2\"",
             "name = \"bench\"",
-            reserved("bench"),
+            reserved_name("bench"),
         ),
         (
             "name = \"huloux2021\"",
             "name = \"recordings\"",
             "name = \"recording\"",
-            reserved("recording"),
+            reserved_name("recording"),
         ),
         (
             "name = \"huloux2021\"",
             "name = \"calibrations\"",
             "name = \"Calibration\"",
-            reserved("Calibration"),
+            reserved_name("Calibration"),
         ),
         (
             "ask = [\"age\", \"sex\", \"handedness\"]",
@@ -312,33 +312,33 @@ fn rules() -> Vec<(&'static str, &'static str, &'static str, BrokenRule)> {
 
 #[test]
 fn each_rule_accepts_and_rejects_and_names_key_value_and_limit() {
-    for (line, accepted, rejected, broken) in rules() {
-        with(line, accepted).unwrap_or_else(|error| panic!("{accepted}: {error}"));
-        let placed = rule(with(line, rejected));
-        assert_eq!(placed.error, broken, "{rejected}");
-        assert!(placed.line.is_some(), "{rejected}");
+    for (line, good, bad, broken) in rules() {
+        edit(line, good).unwrap_or_else(|error| panic!("{good}: {error}"));
+        let error = rule(edit(line, bad));
+        assert_eq!(error.error, broken, "{bad}");
+        assert!(error.line.is_some(), "{bad}");
     }
 }
 
 #[test]
-fn not_a_number_is_in_no_range() {
-    let placed = rule(with("feedback_s = 3.0", "feedback_s = nan"));
+fn not_a_number_is_outside_every_range() {
+    let error = rule(edit("feedback_s = 3.0", "feedback_s = nan"));
     assert!(
-        matches!(&placed.error, BrokenRule::OutOfRange(refused) if refused.value.is_nan()),
-        "{placed}"
+        matches!(&error.error, BrokenRule::OutOfRange(limit) if limit.value.is_nan()),
+        "{error}"
     );
 }
 
 #[test]
 fn a_range_error_names_the_line() {
-    let placed = rule(with("speed_m_per_s = 0.050", "speed_m_per_s = 50"));
+    let error = rule(edit("speed_m_per_s = 0.050", "speed_m_per_s = 50"));
     let line = 1 + text()
         .lines()
         .position(|l| l.starts_with("speed_m_per_s"))
         .unwrap();
-    assert_eq!(placed.line, Some(line));
+    assert_eq!(error.line, Some(line));
     assert_eq!(
-        placed.to_string(),
+        error.to_string(),
         format!(
             "p.toml, line {line}: exploration.speed_m_per_s = 50 m/s is outside the allowed range of 0.001 to 1 m/s"
         )
@@ -347,7 +347,7 @@ fn a_range_error_names_the_line() {
 
 #[test]
 fn a_condition_overrides_what_it_names_and_keeps_the_rest() {
-    let p = with(
+    let p = edit(
         "name = \"am-6hz-95\"",
         "name = \"slow\"\nmodulation_hz = 2\ncarrier = 30e3",
     )
@@ -364,16 +364,16 @@ fn a_condition_overrides_what_it_names_and_keeps_the_rest() {
     assert!((drive.peak_amplitude_v() - 46.8).abs() < 1e-12);
 }
 
-fn toml(read: Result<Protocol, ProtocolError>) -> TomlError {
-    match read {
+fn toml(result: Result<Protocol, ProtocolError>) -> TomlError {
+    match result {
         Err(ProtocolError::Toml(error)) => error,
-        other => panic!("{other:?}"),
+        result => panic!("{result:?}"),
     }
 }
 
 #[test]
 fn another_word_for_the_carrier_is_an_error_that_says_what_to_write() {
-    let error = toml(with("\"plate resonance\"", "\"resonance\""));
+    let error = toml(edit("\"plate resonance\"", "\"resonance\""));
     let TomlError::WrongType { key, wanted, .. } = &error else {
         panic!("{error}")
     };
@@ -384,12 +384,12 @@ fn another_word_for_the_carrier_is_an_error_that_says_what_to_write() {
 /// Fault 33.
 #[test]
 fn a_quoted_number_and_a_number_with_a_unit_say_what_to_write() {
-    let error = toml(with("\"plate resonance\"", "\"35000\""));
+    let error = toml(edit("\"plate resonance\"", "\"35000\""));
     assert!(
         matches!(&error, TomlError::QuotedNumber { key: Some(key), .. } if key == "drive.carrier"),
         "{error:?}"
     );
-    let error = toml(with("modulation_hz = 6.0", "modulation_hz = 6.0 Hz"));
+    let error = toml(edit("modulation_hz = 6.0", "modulation_hz = 6.0 Hz"));
     assert!(
         matches!(
             &error,
@@ -403,7 +403,7 @@ fn a_quoted_number_and_a_number_with_a_unit_say_what_to_write() {
 /// Fault 33.
 #[test]
 fn a_typing_error_names_the_nearest_key() {
-    let error = toml(with("baseline_s", "base_line_s"));
+    let error = toml(edit("baseline_s", "base_line_s"));
     assert!(
         matches!(&error, TomlError::UnknownKey { nearest: Some(nearest), .. } if nearest == "baseline_s"),
         "{error:?}"
@@ -413,7 +413,7 @@ fn a_typing_error_names_the_nearest_key() {
 /// Fault 33.
 #[test]
 fn a_missing_section_is_named() {
-    let error = toml(with("[quality]", ""));
+    let error = toml(edit("[quality]", ""));
     assert!(matches!(error, TomlError::UnknownKey { .. }), "{error:?}");
     let cut = text().find("[timeouts]").unwrap();
     assert_eq!(
@@ -429,19 +429,19 @@ fn a_missing_section_is_named() {
 /// Older protocols without this section are still read.
 #[test]
 fn a_new_carrier_is_asked_for_unless_the_protocol_takes_it() {
-    let (before, section) = text().split_once("[resonance_drift]").unwrap();
-    let absent = Protocol::parse(before, "p.toml").unwrap();
-    assert_eq!(absent.resonance_drift, ResonanceDrift::default());
-    assert_eq!(absent.resonance_drift.new_carrier, NewCarrier::Ask);
-    assert!(absent.follows_resonance());
-    let automatic = format!("{before}[resonance_drift]\nnew_carrier = \"auto\"");
+    let (head, section) = text().split_once("[resonance_drift]").unwrap();
+    let protocol = Protocol::parse(head, "p.toml").unwrap();
+    assert_eq!(protocol.resonance_drift, ResonanceDrift::default());
+    assert_eq!(protocol.resonance_drift.new_carrier, NewCarrier::Ask);
+    assert!(protocol.follows_resonance());
+    let automatic = format!("{head}[resonance_drift]\nnew_carrier = \"auto\"");
     let automatic = Protocol::parse(&automatic, "p.toml").unwrap();
     assert_eq!(automatic.resonance_drift.new_carrier, NewCarrier::Auto);
     assert!(section.contains("\"ask\""));
-    toml(with("new_carrier = \"ask\"", "new_carrier = \"always\""));
-    toml(with("new_carrier = \"ask\"", "new_carier = \"ask\""));
-    let fixed = with("\"plate resonance\"", "35000").unwrap();
-    assert!(!fixed.follows_resonance());
+    toml(edit("new_carrier = \"ask\"", "new_carrier = \"always\""));
+    toml(edit("new_carrier = \"ask\"", "new_carier = \"ask\""));
+    let fixed_carrier = edit("\"plate resonance\"", "35000").unwrap();
+    assert!(!fixed_carrier.follows_resonance());
 }
 
 #[test]
@@ -450,9 +450,9 @@ fn nothing_is_asked_about_participants_unless_a_protocol_asks() {
         Protocol::parse(text(), "p.toml").unwrap().participant.ask,
         PersonDetail::ALL
     );
-    let before = text().find("[participant]").unwrap();
-    let after = text().find("[drive]").unwrap();
-    let silent = format!("{}{}", &text()[..before], &text()[after..]);
+    let section_start = text().find("[participant]").unwrap();
+    let section_end = text().find("[drive]").unwrap();
+    let silent = format!("{}{}", &text()[..section_start], &text()[section_end..]);
     let silent = Protocol::parse(&silent, "p.toml").unwrap();
     assert!(silent.participant.ask.is_empty());
     assert!(
@@ -464,7 +464,7 @@ fn nothing_is_asked_about_participants_unless_a_protocol_asks() {
     );
     // A name cannot be asked for.
     assert!(matches!(
-        toml(with("\"age\", \"sex\"", "\"name\"")),
+        toml(edit("\"age\", \"sex\"", "\"name\"")),
         TomlError::UnknownValue { .. }
     ));
 }
@@ -520,26 +520,23 @@ fn a_protocol_chooses_a_language_and_replaces_texts() {
     let text = built_in("demo").unwrap();
     let english = Protocol::parse(text, "p.toml").unwrap();
     assert_eq!(english.texts(), Texts::of(Language::En).clone());
-    let own = format!("language = \"de\"\n{text}\n[texts]\nfollow_slider = \"Los!\"\n");
-    let texts = Protocol::parse(&own, "p.toml").unwrap().texts();
+    let german = format!("language = \"de\"\n{text}\n[texts]\nfollow_slider = \"Los!\"\n");
+    let texts = Protocol::parse(&german, "p.toml").unwrap().texts();
     assert_eq!(texts.follow_slider, "Los!");
     assert_eq!(texts.wait, "Bitte warten");
-    for (line, wrong) in [
+    for (line, misspelling) in [
         ("language = \"fr\"", "language = \"french\""),
         ("[texts]\nwait = \"?\"", "[texts]\nwiat = \"?\""),
     ] {
-        let of = |line: &str| match line.starts_with('[') {
+        let edited = |line: &str| match line.starts_with('[') {
             true => format!("{text}\n{line}\n"),
             false => format!("{line}\n{text}"),
         };
-        assert!(Protocol::parse(&of(line), "p.toml").is_ok());
-        let refused = Protocol::parse(&of(wrong), "p.toml");
-        assert!(
-            matches!(refused, Err(ProtocolError::Toml(_))),
-            "{refused:?}"
-        );
+        assert!(Protocol::parse(&edited(line), "p.toml").is_ok());
+        let result = Protocol::parse(&edited(misspelling), "p.toml");
+        assert!(matches!(result, Err(ProtocolError::Toml(_))), "{result:?}");
     }
     let empty = format!("{text}\n[texts]\nwait = \"\"\n");
-    let refused = rule(Protocol::parse(&empty, "p.toml")).to_string();
-    assert!(refused.contains("texts.wait = \"\""), "{refused}");
+    let message = rule(Protocol::parse(&empty, "p.toml")).to_string();
+    assert!(message.contains("texts.wait = \"\""), "{message}");
 }

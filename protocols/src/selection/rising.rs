@@ -32,7 +32,7 @@ const TIP_PART_OF_SWING: f64 = 0.05;
 /// Returns the rising stretches in order.
 pub(super) fn stretches(series: &ExplorationSeries<'_>) -> Vec<Rising> {
     let time_s = series.time_s;
-    let Some(bridged) = bridge(series) else {
+    let Some(amplitude_m) = bridge(series) else {
         return Vec::new();
     };
     if time_s.len() < 3 {
@@ -40,7 +40,7 @@ pub(super) fn stretches(series: &ExplorationSeries<'_>) -> Vec<Rising> {
     }
     let frame_s = (time_s[time_s.len() - 1] - time_s[0]) / (time_s.len() - 1) as f64;
     let half = (0.5 * SMOOTHING_S / frame_s).floor() as usize;
-    let smooth = smooth(&bridged, half);
+    let smooth = smooth(&amplitude_m, half);
     let turns = turning_points(&smooth, swing_that_turns(&smooth));
     let last = smooth.len() - 1;
     turns
@@ -58,26 +58,26 @@ pub(super) fn stretches(series: &ExplorationSeries<'_>) -> Vec<Rising> {
 /// Returns the amplitude with unusable frames replaced by the straight line between their neighbours; `None` if no
 /// frame is usable.
 fn bridge(series: &ExplorationSeries<'_>) -> Option<Vec<f64>> {
-    let usable = |i: usize| {
+    let is_usable = |i: usize| {
         series.amplitude_m[i].is_finite()
             && matches!(
                 series.validity[i],
                 Validity::Valid | Validity::BelowNoise | Validity::ForceSaturated
             )
     };
-    let known: Vec<usize> = (0..series.time_s.len()).filter(|&i| usable(i)).collect();
-    let (first, last) = (*known.first()?, *known.last()?);
-    let mut bridged = series.amplitude_m.to_vec();
-    bridged[..first].fill(series.amplitude_m[first]);
-    bridged[last + 1..].fill(series.amplitude_m[last]);
-    for pair in known.windows(2) {
+    let usable_frames: Vec<usize> = (0..series.time_s.len()).filter(|&i| is_usable(i)).collect();
+    let (first, last) = (*usable_frames.first()?, *usable_frames.last()?);
+    let mut amplitude_m = series.amplitude_m.to_vec();
+    amplitude_m[..first].fill(series.amplitude_m[first]);
+    amplitude_m[last + 1..].fill(series.amplitude_m[last]);
+    for pair in usable_frames.windows(2) {
         let (a, b) = (pair[0], pair[1]);
-        let slope = (bridged[b] - bridged[a]) / (b - a) as f64;
+        let slope = (amplitude_m[b] - amplitude_m[a]) / (b - a) as f64;
         for i in a + 1..b {
-            bridged[i] = bridged[a] + slope * (i - a) as f64;
+            amplitude_m[i] = amplitude_m[a] + slope * (i - a) as f64;
         }
     }
-    Some(bridged)
+    Some(amplitude_m)
 }
 
 /// Smooths by a centred Hann window of `2 half + 1` frames; at the ends, by the normalised part of it that lies inside.
@@ -98,9 +98,10 @@ fn smooth(x: &[f64], half: usize) -> Vec<f64> {
 
 /// Returns the change of amplitude that confirms a turning point, m.
 fn swing_that_turns(x: &[f64]) -> f64 {
-    let mut sorted = x.to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let quantile = |q: f64| sorted[(q * (sorted.len() - 1) as f64).round() as usize];
+    let mut order_statistics = x.to_vec();
+    order_statistics.sort_unstable_by(f64::total_cmp);
+    let quantile =
+        |q: f64| order_statistics[(q * (order_statistics.len() - 1) as f64).round() as usize];
     let (low, high) = (quantile(0.02), quantile(0.98));
     (TURN_PART_OF_RANGE * (high - low)).max(TURN_PART_OF_AMPLITUDE * high)
 }
@@ -144,13 +145,13 @@ fn turning_points(x: &[f64], swing: f64) -> Vec<usize> {
 
 /// Returns the time of a turning point, s.
 fn tip_s(x: &[f64], time_s: &[f64], turn: usize, turns: &[usize]) -> f64 {
-    let at = turns.partition_point(|&t| t < turn);
-    let previous = at.checked_sub(1).map(|i| turns[i]);
-    let next = turns.get(at + 1).copied();
+    let index = turns.partition_point(|&t| t < turn);
+    let previous = index.checked_sub(1).map(|i| turns[i]);
+    let next = turns.get(index + 1).copied();
     let swing = [previous, next]
         .into_iter()
         .flatten()
-        .map(|other| (x[other] - x[turn]).abs())
+        .map(|neighbour| (x[neighbour] - x[turn]).abs())
         .fold(f64::INFINITY, f64::min);
     let in_tip = |i: &usize| (x[*i] - x[turn]).abs() <= TIP_PART_OF_SWING * swing;
     let first = (previous.unwrap_or(0)..=turn)

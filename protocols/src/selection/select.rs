@@ -1,7 +1,7 @@
 //! Selection of the rising stretches that contain an instance.
 
 use super::rising::{self, Rising};
-use super::series::{ExplorationSeries, SelectionError, Validity, between, check_frames};
+use super::series::{ExplorationSeries, SelectionError, Validity, check_frames, frames_between};
 use crate::rules::SelectionRules;
 use crate::stretch::{Instance, Rejection, Stretch, StretchOutcome};
 use std::ops::Range;
@@ -76,9 +76,9 @@ fn judge(
         end_s: middle_s + 0.5 * rules.instance_s,
     };
     let frames = if long_enough {
-        between(series.time_s, instance.start_s, instance.end_s)
+        frames_between(series.time_s, instance.start_s, instance.end_s)
     } else {
-        between(series.time_s, rising.start_s, rising.end_s)
+        frames_between(series.time_s, rising.start_s, rising.end_s)
     };
     central(series, &frames, rules)?;
     if rising.cut_off {
@@ -90,10 +90,10 @@ fn judge(
             needed_s: rules.instance_s,
         });
     }
-    valid(series, &frames)?;
-    measured(series, &frames)?;
-    in_contact(series, &frames, rules)?;
-    sliding(series, &frames, rules)?;
+    check_validity(series, &frames)?;
+    check_measurement(series, &frames)?;
+    check_contact(series, &frames, rules)?;
+    check_sliding(series, &frames, rules)?;
     Ok(instance)
 }
 
@@ -102,8 +102,8 @@ fn central(
     frames: &Range<usize>,
     rules: &SelectionRules,
 ) -> Result<(), Rejection> {
-    let outside = |p: &f64| p.is_finite() && !rules.is_central(*p);
-    if series.position_m[frames.clone()].iter().any(outside) {
+    let is_outside = |p: &f64| p.is_finite() && !rules.is_central(*p);
+    if series.position_m[frames.clone()].iter().any(is_outside) {
         return Err(Rejection::OutsideCentre {
             central_m: rules.central_m,
         });
@@ -111,44 +111,55 @@ fn central(
     Ok(())
 }
 
-fn valid(series: &ExplorationSeries<'_>, frames: &Range<usize>) -> Result<(), Rejection> {
-    let count = |of: Validity| {
+fn check_validity(series: &ExplorationSeries<'_>, frames: &Range<usize>) -> Result<(), Rejection> {
+    let count = |kind: Validity| {
         series.validity[frames.clone()]
             .iter()
-            .filter(|v| **v == of)
+            .filter(|v| **v == kind)
             .count()
     };
-    let lost = frames
+    let lost_frames = frames
         .clone()
         .filter(|&i| {
             series.validity[i] == Validity::LostSamples
                 || (series.validity[i] == Validity::Valid && !series.amplitude_m[i].is_finite())
         })
         .count();
-    if lost > 0 {
-        return Err(Rejection::LostSamples { frames: lost });
+    if lost_frames > 0 {
+        return Err(Rejection::LostSamples {
+            frames: lost_frames,
+        });
     }
-    let clipped = count(Validity::Clipped);
-    if clipped > 0 {
-        return Err(Rejection::Clipped { frames: clipped });
+    let clipped_frames = count(Validity::Clipped);
+    if clipped_frames > 0 {
+        return Err(Rejection::Clipped {
+            frames: clipped_frames,
+        });
     }
-    let broken_off = count(Validity::DriveGap);
-    if broken_off > 0 {
-        return Err(Rejection::DriveGap { frames: broken_off });
+    let gap_frames = count(Validity::DriveGap);
+    if gap_frames > 0 {
+        return Err(Rejection::DriveGap { frames: gap_frames });
     }
-    let saturated = count(Validity::ForceSaturated);
-    if saturated > 0 {
-        return Err(Rejection::ForceSaturated { frames: saturated });
+    let saturated_frames = count(Validity::ForceSaturated);
+    if saturated_frames > 0 {
+        return Err(Rejection::ForceSaturated {
+            frames: saturated_frames,
+        });
     }
-    let below = count(Validity::BelowNoise);
-    if below as f64 > BELOW_NOISE_PART * frames.len() as f64 {
-        return Err(Rejection::BelowNoise { frames: below });
+    let noise_frames = count(Validity::BelowNoise);
+    if noise_frames as f64 > BELOW_NOISE_PART * frames.len() as f64 {
+        return Err(Rejection::BelowNoise {
+            frames: noise_frames,
+        });
     }
     Ok(())
 }
 
-fn measured(series: &ExplorationSeries<'_>, frames: &Range<usize>) -> Result<(), Rejection> {
-    let missing = frames
+fn check_measurement(
+    series: &ExplorationSeries<'_>,
+    frames: &Range<usize>,
+) -> Result<(), Rejection> {
+    let missing_frames = frames
         .clone()
         .filter(|&i| {
             !(series.position_m[i].is_finite()
@@ -156,13 +167,15 @@ fn measured(series: &ExplorationSeries<'_>, frames: &Range<usize>) -> Result<(),
                 && series.normal_n[i].is_finite())
         })
         .count();
-    if missing > 0 || frames.is_empty() {
-        return Err(Rejection::NotMeasured { frames: missing });
+    if missing_frames > 0 || frames.is_empty() {
+        return Err(Rejection::NotMeasured {
+            frames: missing_frames,
+        });
     }
     Ok(())
 }
 
-fn in_contact(
+fn check_contact(
     series: &ExplorationSeries<'_>,
     frames: &Range<usize>,
     rules: &SelectionRules,
@@ -177,7 +190,7 @@ fn in_contact(
     Ok(())
 }
 
-fn sliding(
+fn check_sliding(
     series: &ExplorationSeries<'_>,
     frames: &Range<usize>,
     rules: &SelectionRules,
@@ -210,7 +223,7 @@ fn sliding(
 fn speed_extremes(series: &ExplorationSeries<'_>, frames: &Range<usize>) -> (f64, f64) {
     let time_s = &series.time_s[frames.clone()];
     let velocity = &series.velocity_m_per_s[frames.clone()];
-    let in_mean = between(time_s, time_s[0], time_s[0] + SPEED_MEAN_S).len();
+    let in_mean = frames_between(time_s, time_s[0], time_s[0] + SPEED_MEAN_S).len();
     velocity
         .windows(in_mean)
         .map(|w| series.direction.sign() * w.iter().sum::<f64>() / w.len() as f64)

@@ -86,14 +86,14 @@ pub(super) fn check_frames(series: &ExplorationSeries<'_>) -> Result<(), Selecti
         _ => return Ok(()),
     };
     // Half a frame leaves room for times written with few digits. NaN fails the comparison.
-    let even = |pair: &[f64]| (pair[1] - pair[0] - spacing_s).abs() < 0.5 * spacing_s;
-    match time_s.windows(2).position(|pair| !even(pair)) {
+    let is_even = |pair: &[f64]| (pair[1] - pair[0] - spacing_s).abs() < 0.5 * spacing_s;
+    match time_s.windows(2).position(|pair| !is_even(pair)) {
         Some(i) => Err(SelectionError::Time { frame: i + 1 }),
         None => Ok(()),
     }
 }
 
 /// Returns the frames from `start_s` to `end_s`, both included.
-pub(super) fn between(time_s: &[f64], start_s: f64, end_s: f64) -> Range<usize> {
+pub(super) fn frames_between(time_s: &[f64], start_s: f64, end_s: f64) -> Range<usize> {
     time_s.partition_point(|&t| t < start_s)..time_s.partition_point(|&t| t <= end_s)
 }

@@ -13,9 +13,9 @@ pub(super) struct Attempts {
     plan: Vec<PlannedTrial>,
     records: Vec<TrialRecord>,
     /// Last attempt number to skip, by trial number.
-    left_out: BTreeMap<u32, u32>,
+    omitted: BTreeMap<u32, u32>,
     /// Whether each trial of `plan` is settled.
-    settled: Vec<bool>,
+    is_settled: Vec<bool>,
     /// Index in `plan` of the next or running trial: the first that is not settled.
     cursor: usize,
 }
@@ -24,10 +24,10 @@ impl Attempts {
     /// Returns a session's trials without attempts.
     pub(super) fn new(plan: Vec<PlannedTrial>) -> Self {
         Self {
-            settled: vec![false; plan.len()],
+            is_settled: vec![false; plan.len()],
             plan,
             records: Vec::new(),
-            left_out: BTreeMap::new(),
+            omitted: BTreeMap::new(),
             cursor: 0,
         }
     }
@@ -53,18 +53,18 @@ impl Attempts {
                 trials: self.plan.len(),
             });
         }
-        let due = self.next_key();
-        if record.key.number != due.number {
-            return foreign(RecordMismatch::Trial { due: due.number });
+        let next = self.next_key();
+        if record.key.number != next.number {
+            return foreign(RecordMismatch::Trial { due: next.number });
         }
-        if record.key.condition != due.condition || record.key.practice != due.practice {
+        if record.key.condition != next.condition || record.key.practice != next.practice {
             return foreign(RecordMismatch::Condition {
-                condition: due.condition,
-                practice: due.practice,
+                condition: next.condition,
+                practice: next.practice,
             });
         }
-        if record.key.attempt < due.attempt {
-            return foreign(RecordMismatch::Attempt { next: due.attempt });
+        if record.key.attempt < next.attempt {
+            return foreign(RecordMismatch::Attempt { next: next.attempt });
         }
         self.add(record.clone());
         Ok(())
@@ -72,7 +72,7 @@ impl Attempts {
 
     /// Excludes the attempts up to `attempt` at trial `number`.
     pub(super) fn leave_out(&mut self, number: u32, attempt: u32) {
-        let last = self.left_out.entry(number).or_default();
+        let last = self.omitted.entry(number).or_default();
         *last = attempt.max(*last);
     }
 
@@ -91,8 +91,8 @@ impl Attempts {
         key: &TrialKey,
         interruption: &Interruption,
     ) -> Option<TrialRecord> {
-        let mut made = self.records.iter_mut();
-        let record = made.find(|made| made.key == *key && made.outcome.settles())?;
+        let mut records = self.records.iter_mut();
+        let record = records.find(|record| record.key == *key && record.outcome.settles())?;
         record.outcome = TrialOutcome::Interrupted {
             interruption: interruption.clone(),
         };
@@ -102,9 +102,9 @@ impl Attempts {
         Some(record)
     }
 
-    fn settle(&mut self, number: u32, settled: bool) {
-        self.settled[number as usize - 1] = settled;
-        let next = self.settled.iter().position(|settled| !settled);
+    fn settle(&mut self, number: u32, is_settled: bool) {
+        self.is_settled[number as usize - 1] = is_settled;
+        let next = self.is_settled.iter().position(|is_settled| !is_settled);
         self.cursor = next.unwrap_or(self.plan.len());
     }
 
@@ -119,8 +119,11 @@ impl Attempts {
     }
 
     /// Returns the number of trials left.
-    pub(super) fn unsettled(&self) -> u32 {
-        self.settled.iter().filter(|settled| !**settled).count() as u32
+    pub(super) fn trials_left(&self) -> u32 {
+        self.is_settled
+            .iter()
+            .filter(|is_settled| !**is_settled)
+            .count() as u32
     }
 
     /// Whether no trial is left.
@@ -130,9 +133,9 @@ impl Attempts {
 
     /// Returns the number of the next or running trial, and of the one after it; past the end, the number after the last trial.
     pub(super) fn next_numbers(&self) -> (u32, u32) {
-        let after = (self.cursor + 1..self.plan.len()).find(|&index| !self.settled[index]);
-        let after = after.unwrap_or(self.plan.len());
-        (self.cursor as u32 + 1, after as u32 + 1)
+        let next_index = (self.cursor + 1..self.plan.len()).find(|&index| !self.is_settled[index]);
+        let next_index = next_index.unwrap_or(self.plan.len());
+        (self.cursor as u32 + 1, next_index as u32 + 1)
     }
 
     /// Returns the condition of the next or running trial.
@@ -148,19 +151,19 @@ impl Attempts {
     /// # Panics
     /// If every trial is settled.
     pub(super) fn next_key(&self) -> TrialKey {
-        let planned = &self.plan[self.cursor];
+        let trial = &self.plan[self.cursor];
         let number = self.cursor as u32 + 1;
-        let made = self
+        let attempts = self
             .records
             .iter()
             .filter(|r| r.key.number == number)
             .map(|r| r.key.attempt);
-        let last = made.chain(self.left_out.get(&number).copied());
+        let last = attempts.chain(self.omitted.get(&number).copied());
         TrialKey {
             number,
             attempt: last.max().unwrap_or(0) + 1,
-            practice: planned.practice,
-            condition: planned.condition.name.clone(),
+            practice: trial.practice,
+            condition: trial.condition.name.clone(),
         }
     }
 
@@ -188,6 +191,6 @@ impl Attempts {
     pub(super) fn rest_is_due(&self, rest: Rest) -> bool {
         let practice = self.plan.iter().filter(|trial| trial.practice).count();
         !self.all_settled()
-            && rest.comes_after(self.plan.len() as u32 - self.unsettled(), practice as u32)
+            && rest.comes_after(self.plan.len() as u32 - self.trials_left(), practice as u32)
     }
 }

@@ -76,8 +76,8 @@ impl Session {
 
     /// Pauses when the participant's display is lost; returns whether that completed the step.
     pub(super) fn display(&mut self, observation: &Observation, out: &mut StepActions) -> bool {
-        let before = std::mem::replace(&mut self.display_lost, observation.display_lost.clone());
-        let reason = match (before, &self.display_lost) {
+        let previous = std::mem::replace(&mut self.display_lost, observation.display_lost.clone());
+        let reason = match (previous, &self.display_lost) {
             (None, Some(reason)) => reason.clone(),
             (Some(_), None) => {
                 out.log(SessionEventKind::DisplayBack);
@@ -123,7 +123,7 @@ impl Session {
             OperatorCommand::ConsentGiven { by } => self.consent(by, out),
             OperatorCommand::Continue => match self.phase() {
                 Phase::Ready if self.finger != Some(true) => Err(Refusal::NoFinger),
-                Phase::Verdict if self.asking => Err(Refusal::NotWaiting),
+                Phase::Verdict if self.is_asking => Err(Refusal::NotWaiting),
                 Phase::Welcome | Phase::Ready | Phase::Rest | Phase::Verdict => Ok(()),
                 _ => Err(Refusal::NotWaiting),
             },
@@ -156,7 +156,7 @@ impl Session {
 
     fn pause(&mut self, out: &mut StepActions) -> Result<(), Refusal> {
         if let State::Trial { open, .. } = &self.state {
-            if !std::mem::replace(&mut self.pausing, true) {
+            if !std::mem::replace(&mut self.is_pause_due, true) {
                 let key = open.key.clone();
                 out.log(SessionEventKind::PauseAwaited { key });
             }
@@ -177,40 +177,42 @@ impl Session {
         }
     }
 
-    fn consent(&mut self, by: &str, out: &mut StepActions) -> Result<(), Refusal> {
+    fn consent(&mut self, name: &str, out: &mut StepActions) -> Result<(), Refusal> {
         if !matches!(self.state, State::Consent) {
             return Err(Refusal::ConsentNotAwaited);
         }
-        if by.trim().is_empty() {
+        if name.trim().is_empty() {
             return Err(Refusal::ConsentByNobody);
         }
-        out.log(SessionEventKind::ConsentGiven { by: by.to_owned() });
+        out.log(SessionEventKind::ConsentGiven {
+            by: name.to_owned(),
+        });
         self.state = State::Welcome;
         Ok(())
     }
 
     fn halt(&mut self, fault: bool, interruption: Interruption, out: &mut StepActions) {
-        self.pausing = false;
+        self.is_pause_due = false;
         if fault {
             out.push(Action::Drive(DriveRequest::Off));
         }
-        let then = match self.take_state() {
+        let sequel = match self.take_state() {
             State::Trial { open, .. } => {
                 self.interrupt(open, interruption, out);
                 AfterHalt::Trial
             }
             State::Hold { .. } | State::Behind { .. } => AfterHalt::Trial,
-            State::Halted { then, .. } => then,
-            other => AfterHalt::State(Box::new(other)),
+            State::Halted { sequel, .. } => sequel,
+            state => AfterHalt::State(Box::new(state)),
         };
-        self.state = State::Halted { fault, then };
+        self.state = State::Halted { fault, sequel };
     }
 
     fn leave_halt(&mut self, safety: &Safety, out: &mut StepActions) -> Result<(), Refusal> {
-        if std::mem::take(&mut self.pausing) {
+        if std::mem::take(&mut self.is_pause_due) {
             return Ok(());
         }
-        let State::Halted { fault, then } = &self.state else {
+        let State::Halted { fault, sequel } = &self.state else {
             return Err(Refusal::NotPaused);
         };
         if self.display_lost.is_some() {
@@ -219,18 +221,18 @@ impl Session {
         if *fault && *safety != Safety::Ok {
             return Err(Refusal::NotArmed);
         }
-        if matches!(then, AfterHalt::Trial) && self.drive_wait_s > 0.0 {
+        if matches!(sequel, AfterHalt::Trial) && self.drive_wait_s > 0.0 {
             return Err(Refusal::DrivingTimeSpent);
         }
-        self.state = match then.clone() {
+        self.state = match sequel.clone() {
             AfterHalt::Trial => self.enter_trial(out),
-            AfterHalt::State(state) => self.restarted(*state),
+            AfterHalt::State(state) => self.restart_timeout(*state),
         };
         Ok(())
     }
 
     /// Returns a halted state with its timeout restarted. Pauses prolong neither a break nor the recorder's time to save.
-    fn restarted(&self, mut state: State) -> State {
+    fn restart_timeout(&self, mut state: State) -> State {
         if let State::Analysing { since_s, .. } | State::Judged { since_s, .. } = &mut state {
             *since_s = self.now_s;
         }
@@ -238,7 +240,7 @@ impl Session {
     }
 
     fn redo(&mut self, out: &mut StepActions) -> Result<(), Refusal> {
-        if let Some(key) = self.state.judged() {
+        if let Some(key) = self.state.judged_key() {
             if !self.attempts.redo_left(key.number, self.protocol.redo) {
                 return Err(Refusal::NoRepetitionLeft);
             }
@@ -251,13 +253,13 @@ impl Session {
         self.state = match self.take_state() {
             State::Trial { open, .. } => {
                 self.interrupt(open, Interruption::Redo, out);
-                if std::mem::take(&mut self.pausing) {
+                if std::mem::take(&mut self.is_pause_due) {
                     self.paused_before_trial()
                 } else {
                     self.enter_trial(out)
                 }
             }
-            other => other,
+            state => state,
         };
         Ok(())
     }
@@ -287,20 +289,20 @@ impl Session {
             } => self.settle(key, analysis, outcome(reasons), out),
             State::Halted {
                 fault,
-                then: AfterHalt::State(state),
+                sequel: AfterHalt::State(state),
             } => {
-                let then = match *state {
+                let sequel = match *state {
                     State::Judged {
                         key,
                         analysis,
                         reasons,
                         ..
                     } => self.settle_halted(key, analysis, outcome(reasons), out),
-                    other => AfterHalt::State(Box::new(other)),
+                    state => AfterHalt::State(Box::new(state)),
                 };
-                State::Halted { fault, then }
+                State::Halted { fault, sequel }
             }
-            other => other,
+            state => state,
         };
     }
 
@@ -310,10 +312,10 @@ impl Session {
         }
         let state = match self.take_state() {
             State::Halted {
-                then: AfterHalt::State(state),
+                sequel: AfterHalt::State(state),
                 ..
             } => *state,
-            other => other,
+            state => state,
         };
         match state {
             State::Trial { open, .. } => self.interrupt(open, Interruption::Aborted, out),

@@ -135,21 +135,25 @@ pub fn records_from_events<'a>(
     for event in events {
         match event {
             SessionEventKind::TrialBegan { key } => {
-                records.extend(open.replace(key.clone()).map(crashed));
+                records.extend(open.replace(key.clone()).map(crash_record));
             }
             SessionEventKind::TrialSettled { record } => {
                 // A later part withdraws an outcome after the previous part was cut off.
-                records.extend(open.take().filter(|key| *key != record.key).map(crashed));
+                records.extend(
+                    open.take()
+                        .filter(|key| *key != record.key)
+                        .map(crash_record),
+                );
                 records.push(record.clone());
             }
             _ => {}
         }
     }
-    records.extend(open.map(crashed));
+    records.extend(open.map(crash_record));
     records
 }
 
-fn crashed(key: TrialKey) -> TrialRecord {
+fn crash_record(key: TrialKey) -> TrialRecord {
     TrialRecord {
         key,
         outcome: TrialOutcome::Interrupted {

@@ -61,23 +61,23 @@ pub struct Session {
     /// Why the participant cannot see the screen.
     pub(super) display_lost: Option<String>,
     /// Whether an operator watches.
-    pub(super) attended: bool,
+    pub(super) is_attended: bool,
     /// Whether the operator must answer a question before the next trial.
-    pub(super) asking: bool,
+    pub(super) is_asking: bool,
     /// Whether the session pauses at the end of the attempt.
-    pub(super) pausing: bool,
+    pub(super) is_pause_due: bool,
     /// Time after which the hour's driving time allows another trial, s.
     pub(super) drive_wait_s: f64,
     /// Attempt with an analysis under way.
-    pub(super) awaited: Option<TrialKey>,
+    pub(super) analysis_key: Option<TrialKey>,
     /// Its analysis, after it has arrived.
     pub(super) analysis: Option<TrialAnalysis>,
     /// Outcome of the current attempt's recording, if known.
-    pub(super) recorded: Option<RecordingOutcome>,
+    pub(super) recording_outcome: Option<RecordingOutcome>,
     /// Audio that is not on the disk yet, or time since the recorder last answered, s.
     pub(super) recorder_lag_s: f64,
     /// Whether the first step was made.
-    pub(super) started: bool,
+    pub(super) has_started: bool,
     pub(super) state: State,
 }
 
@@ -121,15 +121,15 @@ impl Session {
             hold: None,
             let_go: false,
             display_lost: None,
-            attended: false,
-            asking: false,
-            pausing: false,
+            is_attended: false,
+            is_asking: false,
+            is_pause_due: false,
             drive_wait_s: 0.0,
-            awaited: None,
+            analysis_key: None,
             analysis: None,
-            recorded: None,
+            recording_outcome: None,
             recorder_lag_s: 0.0,
-            started: false,
+            has_started: false,
             state: State::Consent,
         })
     }
@@ -145,8 +145,9 @@ impl Session {
     /// reads it; `None` if no such attempt settled its trial.
     pub fn withdraw(&mut self, number: u32, attempt: u32, reason: String) -> Option<TrialRecord> {
         let mut records = self.records().iter();
-        let made = records.find(|made| (made.key.number, made.key.attempt) == (number, attempt))?;
-        let key = made.key.clone();
+        let record =
+            records.find(|record| (record.key.number, record.key.attempt) == (number, attempt))?;
+        let key = record.key.clone();
         self.attempts
             .withdraw(&key, &Interruption::NotSaved { reason })
     }
@@ -163,7 +164,7 @@ impl Session {
 
     /// Whether the operator can overrule the verdict on [`current`](Self::current).
     pub fn is_judged(&self) -> bool {
-        self.state.judged().is_some()
+        self.state.judged_key().is_some()
     }
 
     /// Returns the time until the verdict stands, s; `None` without a verdict, and if only the operator can end the wait.
@@ -171,7 +172,7 @@ impl Session {
         match &self.state {
             State::Judged {
                 reasons, since_s, ..
-            } if !self.asking => {
+            } if !self.is_asking => {
                 Some((self.verdict_s(reasons) - self.elapsed_s(*since_s)).max(0.0))
             }
             _ => None,
@@ -180,12 +181,12 @@ impl Session {
 
     /// Whether a pause waits for the end of the attempt.
     pub fn is_pausing(&self) -> bool {
-        self.pausing
+        self.is_pause_due
     }
 
     /// Returns the number of trials that are not settled yet, practice included.
     pub fn trials_left(&self) -> u32 {
-        self.attempts.unsettled()
+        self.attempts.trials_left()
     }
 
     /// Returns the number of the trial that is next, running or judged, and of the one after it, from 1 with practice;
@@ -203,8 +204,8 @@ impl Session {
 
     /// Returns whether the open verdict repeats its trial unless it is overruled.
     pub fn verdict_repeats(&self) -> bool {
-        let judged = self.state.current().zip(self.state.reasons());
-        judged.is_some_and(|(key, reasons)| !self.outcome(key, reasons.to_vec()).settles())
+        let verdict = self.state.current().zip(self.state.reasons());
+        verdict.is_some_and(|(key, reasons)| !self.outcome(key, reasons.to_vec()).settles())
     }
 
     /// Returns the attempts so far, restored ones included.
@@ -214,8 +215,8 @@ impl Session {
 
     /// Returns counts and means over the attempts so far.
     pub fn summary(&self) -> SessionSummary {
-        let planned = self.protocol.planned_trials() - self.protocol.trials.practice;
-        SessionSummary::new(planned, self.records())
+        let main_trials = self.protocol.planned_trials() - self.protocol.trials.practice;
+        SessionSummary::new(main_trials, self.records())
     }
 
     /// Returns the protocol of the session.
@@ -247,7 +248,7 @@ impl Session {
 
     /// Returns the time in which a verdict can be overruled, s: with an operator, long enough to read it and press a key.
     pub(super) fn verdict_s(&self, reasons: &[RedoReason]) -> f64 {
-        let shortest_s = match (self.attended, reasons.is_empty()) {
+        let shortest_s = match (self.is_attended, reasons.is_empty()) {
             (false, _) => 0.0,
             (true, true) => OVERRULE_ACCEPTED_S,
             (true, false) => OVERRULE_REJECTED_S,

@@ -30,7 +30,7 @@ impl Session {
             },
             None => return State::Analysing { key, since_s },
         };
-        self.awaited = None;
+        self.analysis_key = None;
         out.push(Action::Verdict {
             key: key.clone(),
             verdict: verdict.clone(),
@@ -70,17 +70,17 @@ impl Session {
         out: &mut StepActions,
     ) -> State {
         if self.awaits_save(&outcome) {
-            return self.saving(key, analysis, outcome);
+            return self.saving_state(key, analysis, outcome);
         }
         let settles = outcome.settles();
         self.record(key, analysis, outcome, out);
-        if std::mem::take(&mut self.pausing) && !self.attempts.all_settled() {
+        if std::mem::take(&mut self.is_pause_due) && !self.attempts.all_settled() {
             return State::Halted {
                 fault: false,
-                then: self.after_settled(settles),
+                sequel: self.sequel_of(settles),
             };
         }
-        match self.after_settled(settles) {
+        match self.sequel_of(settles) {
             AfterHalt::Trial => self.next_trial(out),
             AfterHalt::State(state) => *state,
         }
@@ -95,19 +95,19 @@ impl Session {
         out: &mut StepActions,
     ) -> AfterHalt {
         if self.awaits_save(&outcome) {
-            return AfterHalt::State(Box::new(self.saving(key, analysis, outcome)));
+            return AfterHalt::State(Box::new(self.saving_state(key, analysis, outcome)));
         }
         let settles = outcome.settles();
         self.record(key, analysis, outcome, out);
-        self.after_settled(settles)
+        self.sequel_of(settles)
     }
 
     /// Returns whether an attempt with this outcome waits for its recording to be saved.
     pub(super) fn awaits_save(&self, outcome: &TrialOutcome) -> bool {
-        outcome.settles() && self.recorded != Some(RecordingOutcome::Saved)
+        outcome.settles() && self.recording_outcome != Some(RecordingOutcome::Saved)
     }
 
-    fn saving(
+    fn saving_state(
         &self,
         key: TrialKey,
         analysis: Option<TrialAnalysis>,
@@ -135,7 +135,7 @@ impl Session {
         }
         if self.elapsed_s(since_s) > LONGEST_SAVE_S {
             let reason = format!("the recorder did not report it saved within {LONGEST_SAVE_S} s");
-            self.not_saved(key, reason, out);
+            self.record_unsaved(key, reason, out);
             return self.paused_before_trial();
         }
         State::Saving {
@@ -149,15 +149,15 @@ impl Session {
     /// Interrupts the current attempt, also of a halted session, if its recording has failed; returns whether that
     /// completed the step.
     pub(super) fn recording_failed(&mut self, out: &mut StepActions) -> bool {
-        let Some(RecordingOutcome::Failed(reason)) = &self.recorded else {
+        let Some(RecordingOutcome::Failed(reason)) = &self.recording_outcome else {
             return false;
         };
         let reason = reason.clone();
-        self.recorded = None;
-        let (halted, state) = match self.take_state() {
+        self.recording_outcome = None;
+        let (halt_fault, state) = match self.take_state() {
             State::Halted {
                 fault,
-                then: AfterHalt::State(state),
+                sequel: AfterHalt::State(state),
             } => (Some(fault), *state),
             state => (None, state),
         };
@@ -167,35 +167,35 @@ impl Session {
             }
             State::Analysing { key, .. }
             | State::Judged { key, .. }
-            | State::Saving { key, .. } => self.not_saved(key, reason, out),
+            | State::Saving { key, .. } => self.record_unsaved(key, reason, out),
             state => {
-                self.state = match halted {
+                self.state = match halt_fault {
                     Some(fault) => State::Halted {
                         fault,
-                        then: AfterHalt::State(Box::new(state)),
+                        sequel: AfterHalt::State(Box::new(state)),
                     },
                     None => state,
                 };
                 return false;
             }
         }
-        self.pausing = false;
+        self.is_pause_due = false;
         self.state = State::Halted {
-            fault: halted.unwrap_or(false),
-            then: AfterHalt::Trial,
+            fault: halt_fault.unwrap_or(false),
+            sequel: AfterHalt::Trial,
         };
         true
     }
 
-    fn not_saved(&mut self, key: TrialKey, reason: String, out: &mut StepActions) {
-        (self.awaited, self.analysis) = (None, None);
-        self.pausing = false;
+    fn record_unsaved(&mut self, key: TrialKey, reason: String, out: &mut StepActions) {
+        (self.analysis_key, self.analysis) = (None, None);
+        self.is_pause_due = false;
         let interruption = Interruption::NotSaved { reason };
         self.record(key, None, TrialOutcome::Interrupted { interruption }, out);
     }
 
     /// Returns the step after a recorded attempt: a break, a trial or the end.
-    fn after_settled(&self, settles: bool) -> AfterHalt {
+    fn sequel_of(&self, settles: bool) -> AfterHalt {
         let since_s = self.now_s;
         if self.attempts.all_settled() {
             AfterHalt::State(Box::new(State::Finished { aborted: false }))

@@ -29,8 +29,8 @@ impl Session {
             }
             State::Judged { key, reasons, .. } => {
                 view.progress = Some(self.progress(key, None));
-                let settled = self.outcome(key, reasons.clone());
-                if matches!(settled, TrialOutcome::Redo { .. }) {
+                let outcome = self.outcome(key, reasons.clone());
+                if matches!(outcome, TrialOutcome::Redo { .. }) {
                     view.repeat = Some(reasons.as_slice().into());
                 }
             }

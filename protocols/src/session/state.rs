@@ -42,7 +42,7 @@ pub(super) enum State {
     Behind {
         since_s: f64,
         /// Whether the operator was informed.
-        told: bool,
+        is_reported: bool,
     },
     Rest {
         since_s: f64,
@@ -50,7 +50,7 @@ pub(super) enum State {
     Halted {
         /// Whether a safety device tripped; otherwise the session is paused.
         fault: bool,
-        then: AfterHalt,
+        sequel: AfterHalt,
     },
     Finished {
         aborted: bool,
@@ -133,7 +133,7 @@ impl State {
                 Some(key)
             }
             Self::Halted {
-                then: AfterHalt::State(state),
+                sequel: AfterHalt::State(state),
                 ..
             } => state.current(),
             _ => None,
@@ -141,7 +141,7 @@ impl State {
     }
 
     /// Returns the attempt that is judged and not settled, also of a halted state.
-    pub(super) fn judged(&self) -> Option<&TrialKey> {
+    pub(super) fn judged_key(&self) -> Option<&TrialKey> {
         self.reasons().and(self.current())
     }
 
@@ -150,7 +150,7 @@ impl State {
         match self {
             Self::Judged { reasons, .. } => Some(reasons),
             Self::Halted {
-                then: AfterHalt::State(state),
+                sequel: AfterHalt::State(state),
                 ..
             } => state.reasons(),
             _ => None,

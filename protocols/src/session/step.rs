@@ -16,16 +16,16 @@ impl Session {
             t_s: self.observe(observation),
         };
         let phase = self.phase();
-        if !self.started {
-            self.started = true;
+        if !self.has_started {
+            self.has_started = true;
             out.log(self.start_event());
             out.log(SessionEventKind::Phase { phase });
         }
-        let halted = self.safety(observation, &mut out)
+        let is_halted = self.safety(observation, &mut out)
             | self.display(observation, &mut out)
             | self.recording_failed(&mut out);
-        let commanded = self.command(observation, &mut out);
-        if !halted && !commanded {
+        let is_commanded = self.command(observation, &mut out);
+        if !is_halted && !is_commanded {
             self.advance(observation, &mut out);
         }
         if self.phase() != phase {
@@ -49,8 +49,8 @@ impl Session {
         }
         self.hold = observation.hold;
         self.drive_wait_s = observation.drive_wait_s;
-        self.attended = observation.attended;
-        self.asking = observation.asking;
+        self.is_attended = observation.attended;
+        self.is_asking = observation.asking;
         let contact_n = self.protocol.force.contact_n;
         self.finger = match observation.normal_n {
             Some(normal_n) if normal_n >= contact_n => Some(true),
@@ -59,26 +59,26 @@ impl Session {
             _ => None,
         };
         if let Some(analysis) = &observation.analysis
-            && self.awaited.as_ref() == Some(&analysis.key)
+            && self.analysis_key.as_ref() == Some(&analysis.key)
         {
-            self.awaited = None;
+            self.analysis_key = None;
             self.analysis = Some(analysis.clone());
         }
         self.recorder_lag_s = observation.recorder_lag_s;
         if let Some((key, outcome)) = &observation.recording
             && self.current() == Some(key)
             // A failed recording stays failed; later reports do not change that.
-            && !matches!(self.recorded, Some(RecordingOutcome::Failed(_)))
+            && !matches!(self.recording_outcome, Some(RecordingOutcome::Failed(_)))
         {
-            self.recorded = Some(outcome.clone());
+            self.recording_outcome = Some(outcome.clone());
         }
         self.now_s
     }
 
     /// Advances the state by time, finger and button.
     fn advance(&mut self, observation: &Observation, out: &mut StepActions) {
-        let continued = observation.command == Some(OperatorCommand::Continue);
-        let go_on = continued || observation.button_pressed;
+        let is_continued = observation.command == Some(OperatorCommand::Continue);
+        let go_on = is_continued || observation.button_pressed;
         self.state = match self.take_state() {
             State::Welcome if go_on => self.next_trial(out),
             State::Hold { since_s } => self.advance_hold(since_s, out),
@@ -94,7 +94,7 @@ impl Session {
                 reasons,
                 since_s,
             } if !observation.asking
-                && (continued || self.elapsed_s(since_s) >= self.verdict_s(&reasons)) =>
+                && (is_continued || self.elapsed_s(since_s) >= self.verdict_s(&reasons)) =>
             {
                 let outcome = self.outcome(&key, reasons);
                 self.settle(key, analysis, outcome, out)
@@ -105,11 +105,16 @@ impl Session {
                 outcome,
                 since_s,
             } => self.advance_saving(key, analysis, outcome, since_s, out),
-            State::Behind { since_s, told } => self.advance_behind(since_s, told, out),
-            State::Rest { since_s } if continued || (go_on && self.rest_left_s(since_s) <= 0.0) => {
+            State::Behind {
+                since_s,
+                is_reported,
+            } => self.advance_behind(since_s, is_reported, out),
+            State::Rest { since_s }
+                if is_continued || (go_on && self.rest_left_s(since_s) <= 0.0) =>
+            {
                 self.next_trial(out)
             }
-            other => other,
+            state => state,
         };
     }
 

@@ -42,7 +42,7 @@ impl Session {
         if self.recorder_lag_s > MAX_RECORDER_LAG_S {
             return State::Behind {
                 since_s: self.now_s,
-                told: false,
+                is_reported: false,
             };
         }
         if self.hold.is_some_and(|hold| hold != Hold::Held) {
@@ -69,7 +69,7 @@ impl Session {
     pub(super) fn advance_behind(
         &mut self,
         since_s: f64,
-        mut told: bool,
+        mut is_reported: bool,
         out: &mut StepActions,
     ) -> State {
         if self.recorder_lag_s <= MAX_RECORDER_LAG_S {
@@ -79,11 +79,14 @@ impl Session {
             self.recorder_behind(true, out);
             return self.paused_before_trial();
         }
-        if !told && self.elapsed_s(since_s) > TELL_BEHIND_S {
-            told = true;
+        if !is_reported && self.elapsed_s(since_s) > TELL_BEHIND_S {
+            is_reported = true;
             self.recorder_behind(false, out);
         }
-        State::Behind { since_s, told }
+        State::Behind {
+            since_s,
+            is_reported,
+        }
     }
 
     fn recorder_behind(&self, paused: bool, out: &mut StepActions) {
@@ -94,7 +97,7 @@ impl Session {
     pub(super) fn paused_before_trial(&self) -> State {
         State::Halted {
             fault: false,
-            then: AfterHalt::Trial,
+            sequel: AfterHalt::Trial,
         }
     }
 
@@ -102,7 +105,7 @@ impl Session {
     fn begin_trial(&mut self, out: &mut StepActions) -> State {
         let key = self.attempts.next_key();
         let drive = self.attempts.condition().drive;
-        self.recorded = None;
+        self.recording_outcome = None;
         out.push(Action::BeginTrial {
             key: key.clone(),
             drive,
@@ -158,17 +161,17 @@ impl Session {
         let timing = self.protocol.timing;
         let timeouts = self.protocol.timeouts;
         let elapsed_s = self.elapsed_s(since_s);
-        let on = self.finger == Some(true);
-        let off = self.finger == Some(false);
+        let is_touching = self.finger == Some(true);
+        let is_lifted = self.finger == Some(false);
         match step {
             TrialStep::Baseline { off_since_s } => self.baseline(open, off_since_s, since_s, out),
-            TrialStep::Ready { exploration } if on && go_on => {
+            TrialStep::Ready { exploration } if is_touching && go_on => {
                 Next::Step(TrialStep::Countdown { exploration })
             }
             TrialStep::Ready { .. } if elapsed_s > timeouts.place_finger_s => {
                 Next::TimeOut(Interruption::FingerNotPlaced)
             }
-            TrialStep::Countdown { exploration } if off => {
+            TrialStep::Countdown { exploration } if is_lifted => {
                 out.log(SessionEventKind::FingerLiftedEarly);
                 Next::Step(TrialStep::Ready { exploration })
             }
@@ -183,7 +186,7 @@ impl Session {
                 exploration,
                 mut force,
             } => {
-                if let (true, Some(normal_n)) = (on, normal_n) {
+                if let (true, Some(normal_n)) = (is_touching, normal_n) {
                     force.push(normal_n);
                 }
                 self.exploration(open, exploration, force, since_s, out)
@@ -191,7 +194,7 @@ impl Session {
             TrialStep::Lift {
                 exploration,
                 mean_n,
-            } if off => Next::Step(TrialStep::Feedback {
+            } if is_lifted => Next::Step(TrialStep::Feedback {
                 exploration,
                 mean_n,
             }),
@@ -227,8 +230,8 @@ impl Session {
         let timing = self.protocol.timing;
         let longest_s = timing.settle_s + timing.baseline_s + self.protocol.timeouts.lift_finger_s;
         let settled_s = since_s + timing.settle_s;
-        let off = self.finger == Some(false);
-        let off_since_s = off.then(|| off_since_s.unwrap_or(self.now_s.max(settled_s)));
+        let is_lifted = self.finger == Some(false);
+        let off_since_s = is_lifted.then(|| off_since_s.unwrap_or(self.now_s.max(settled_s)));
         match off_since_s {
             Some(start_s) if self.elapsed_s(start_s) >= timing.baseline_s => {
                 let end_s = start_s + timing.baseline_s;
@@ -309,7 +312,7 @@ impl Session {
         out: &mut StepActions,
     ) -> State {
         self.interrupt(open, interruption, out);
-        self.pausing = false;
+        self.is_pause_due = false;
         self.paused_before_trial()
     }
 
@@ -319,7 +322,7 @@ impl Session {
             key: open.key.clone(),
             intervals: open.intervals,
         });
-        self.awaited = Some(open.key.clone());
+        self.analysis_key = Some(open.key.clone());
         State::Analysing {
             key: open.key,
             since_s: self.now_s,

@@ -70,9 +70,13 @@ fn baseline(analysis: &TrialAnalysis, rules: &VerdictRules) -> Option<RedoReason
     }
 }
 
-fn force(exploration: usize, of: &ExplorationAnalysis, rules: &VerdictRules) -> Option<RedoReason> {
+fn force(
+    exploration: usize,
+    analysis: &ExplorationAnalysis,
+    rules: &VerdictRules,
+) -> Option<RedoReason> {
     let ForceBand { min_n, max_n, .. } = rules.force;
-    let Some(mean_n) = finite(of.mean_normal_n) else {
+    let Some(mean_n) = finite(analysis.mean_normal_n) else {
         return Some(RedoReason::NotMeasured { exploration });
     };
     (!(min_n..=max_n).contains(&mean_n)).then_some(RedoReason::ForceOutOfBand {
@@ -83,12 +87,16 @@ fn force(exploration: usize, of: &ExplorationAnalysis, rules: &VerdictRules) -> 
     })
 }
 
-fn speed(exploration: usize, of: &ExplorationAnalysis, rules: &VerdictRules) -> Option<RedoReason> {
+fn speed(
+    exploration: usize,
+    analysis: &ExplorationAnalysis,
+    rules: &VerdictRules,
+) -> Option<RedoReason> {
     let min_m_per_s = rules.speed_m_per_s * (1.0 - rules.speed_tolerance);
     let max_m_per_s = rules.speed_m_per_s * (1.0 + rules.speed_tolerance);
-    let Some(speed_m_per_s) = finite(of.mean_speed_m_per_s) else {
+    let Some(speed_m_per_s) = finite(analysis.mean_speed_m_per_s) else {
         // Speed and force are usually missing together; `force` reports that.
-        return finite(of.mean_normal_n).map(|_| RedoReason::NotMeasured { exploration });
+        return finite(analysis.mean_normal_n).map(|_| RedoReason::NotMeasured { exploration });
     };
     (!(min_m_per_s..=max_m_per_s).contains(&speed_m_per_s)).then_some(RedoReason::SpeedOutOfBand {
         exploration,
@@ -123,9 +131,9 @@ fn drop_outs(analysis: &TrialAnalysis, quality: &Quality) -> Vec<RedoReason> {
 }
 
 fn instances(analysis: &TrialAnalysis, rules: &VerdictRules) -> Option<RedoReason> {
-    let found = analysis.instances();
-    (found < rules.min_instances as usize).then(|| RedoReason::TooFewInstances {
-        found,
+    let instances = analysis.instances();
+    (instances < rules.min_instances as usize).then(|| RedoReason::TooFewInstances {
+        found: instances,
         needed: rules.min_instances,
         mostly: commonest_rejection(analysis),
     })
@@ -139,7 +147,7 @@ fn commonest_rejection(analysis: &TrialAnalysis) -> Option<String> {
         .flat_map(|e| &e.stretches)
         .filter_map(Stretch::rejection);
     for text in rejections.map(|r| r.kind().to_owned()) {
-        match counts.iter_mut().find(|(known, _)| *known == text) {
+        match counts.iter_mut().find(|(kind, _)| *kind == text) {
             Some((_, n)) => *n += 1,
             None => counts.push((text, 1)),
         }

@@ -33,11 +33,11 @@ macro_rules! table {
         static DUTCH: Texts = Texts { $($name: Cow::Borrowed($nl),)+ };
 
         impl Texts {
-            /// Returns these texts, replaced by those of `own` that are given.
+            /// Returns these texts, replaced by those of `replacements` that are given.
             #[must_use]
-            pub fn with(&self, own: &OwnTexts) -> Self {
+            pub fn with(&self, replacements: &OwnTexts) -> Self {
                 Self {
-                    $($name: own.$name.clone().map_or_else(|| self.$name.clone(), Cow::Owned),)+
+                    $($name: replacements.$name.clone().map_or_else(|| self.$name.clone(), Cow::Owned),)+
                 }
             }
 

@@ -24,11 +24,11 @@ impl OwnTexts {
     /// [`RefusedText`] for the first text that cannot be shown.
     pub fn require_showable(&self) -> Result<(), RefusedText> {
         for (key, text) in self.given() {
-            if let Some(why) = fault(key, text) {
+            if let Some(fault) = fault(key, text) {
                 return Err(RefusedText {
                     key: format!("texts.{key}"),
                     text: text.to_owned(),
-                    why,
+                    why: fault,
                 });
             }
         }
@@ -38,7 +38,7 @@ impl OwnTexts {
 
 fn fault(key: &str, text: &str) -> Option<&'static str> {
     let counts = matches!(key, "trial" | "practice");
-    let bare = text.replacen("{number}", "", 1).replacen("{total}", "", 1);
+    let without_numbers = text.replacen("{number}", "", 1).replacen("{total}", "", 1);
     if text.trim().is_empty() {
         Some("a text has at least one character")
     } else if text.chars().count() > LONGEST_TEXT {
@@ -49,7 +49,7 @@ fn fault(key: &str, text: &str) -> Option<&'static str> {
         Some("a decimal mark is one character")
     } else if counts && !text.contains("{number}") {
         Some("this text needs {number}, and may have {total}")
-    } else if counts && bare.contains(['{', '}']) {
+    } else if counts && without_numbers.contains(['{', '}']) {
         Some("in braces there may be number and total, once each")
     } else if !counts && text.contains(['{', '}']) {
         Some("this text has no number to put into braces")
@@ -84,7 +84,7 @@ mod tests {
     use crate::language::Language;
 
     #[test]
-    fn every_shipped_text_may_be_written_as_ones_own() {
+    fn every_text_can_be_replaced() {
         for language in Language::ALL {
             for (key, text) in Texts::of(language).all() {
                 assert_eq!(fault(key, text), None, "{language:?} {key} = {text:?}");
@@ -97,8 +97,8 @@ mod tests {
         let english = Texts::of(Language::En);
         for language in [Language::Fr, Language::De, Language::Nl] {
             for ((key, text), (_, same)) in Texts::of(language).all().zip(english.all()) {
-                let alike = ["start", "decimal_mark"].contains(&key);
-                assert!(alike || text != same, "{language:?} {key} = {text:?}");
+                let may_agree = ["start", "decimal_mark"].contains(&key);
+                assert!(may_agree || text != same, "{language:?} {key} = {text:?}");
             }
         }
     }
@@ -118,14 +118,14 @@ mod tests {
             ("trial", "{number} {of}"),
             ("decimal_mark", ".."),
         ] {
-            let own: OwnTexts =
+            let texts: OwnTexts =
                 toml::from_str(&format!("{key} = {}", toml::Value::from(text))).unwrap();
-            let refused = own.require_showable().unwrap_err();
-            assert_eq!(refused.key, format!("texts.{key}"), "{text:?}");
+            let error = texts.require_showable().unwrap_err();
+            assert_eq!(error.key, format!("texts.{key}"), "{text:?}");
         }
-        let own: OwnTexts = toml::from_str("trial = \"n° {number}\"").unwrap();
-        assert_eq!(own.require_showable(), Ok(()));
-        let texts = Texts::of(Language::Fr).with(&own);
+        let replacements: OwnTexts = toml::from_str("trial = \"n° {number}\"").unwrap();
+        assert_eq!(replacements.require_showable(), Ok(()));
+        let texts = Texts::of(Language::Fr).with(&replacements);
         assert_eq!(texts.counted(false, 3, 10), "n° 3");
         assert_eq!(texts.counted(true, 1, 2), "entraînement 1 sur 2");
     }

@@ -24,11 +24,11 @@ pub fn open_host(choice: HostChoice) -> Result<Host, AudioError> {
     quiet::silence_alsa();
     match choice {
         HostChoice::Supplied(host) => Ok(host),
-        HostChoice::Alsa => host_named("alsa"),
+        HostChoice::Alsa => host_by_name("alsa"),
         HostChoice::Jack => jack(),
         HostChoice::Default => {
             if cfg!(target_os = "linux") {
-                return host_named("alsa");
+                return host_by_name("alsa");
             }
             // `default_host()` would panic if there is no host.
             cpal::available_hosts()
@@ -45,7 +45,7 @@ fn jack() -> Result<Host, AudioError> {
     use cpal::traits::HostTrait;
 
     quiet::silence_jack();
-    let host = host_named("jack")?;
+    let host = host_by_name("jack")?;
     let has_devices = host
         .devices()
         .is_ok_and(|mut devices| devices.next().is_some());
@@ -75,7 +75,7 @@ fn unavailable(host: &str, reason: &str) -> AudioError {
     }
 }
 
-fn host_named(name: &str) -> Result<Host, AudioError> {
+fn host_by_name(name: &str) -> Result<Host, AudioError> {
     let id: HostId = name
         .parse()
         .map_err(|error: cpal::Error| unavailable(name, &error.to_string()))?;

@@ -38,7 +38,7 @@ fn list(devices: &[String]) -> String {
     }
 }
 
-/// Returns the index in `devices` of the device that `wanted` names for `direction`.
+/// Returns the index in `devices` of the device that `name` names for `direction`.
 ///
 /// An exact id (with or without its host, and with or without the device's number on its card) or name takes precedence over a
 /// part of one; case is ignored. Among several matches raw devices take precedence, even when another program holds them: a
@@ -49,47 +49,47 @@ fn list(devices: &[String]) -> String {
 /// If nothing matches, or several different devices do.
 pub(super) fn choose(
     devices: &[DeviceInfo],
-    wanted: &str,
+    name: &str,
     direction: StreamDirection,
 ) -> Result<usize, ChoiceError> {
-    choose_by(devices, wanted, direction, card_named)
+    choose_by(devices, name, direction, card_id)
 }
 
 /// Returns the name of the card with a number; `None` if the system has no such card.
-fn card_named(number: &str) -> Option<String> {
+fn card_id(number: &str) -> Option<String> {
     let name = std::fs::read_to_string(format!("/proc/asound/card{number}/id")).ok()?;
     Some(name.trim().to_owned())
 }
 
 fn choose_by(
     devices: &[DeviceInfo],
-    wanted: &str,
+    name: &str,
     direction: StreamDirection,
-    card_named: impl Fn(&str) -> Option<String>,
+    card_id: impl Fn(&str) -> Option<String>,
 ) -> Result<usize, ChoiceError> {
-    let everything: Vec<usize> = (0..devices.len()).collect();
-    let lower_case = wanted.to_lowercase();
-    let exact = narrow(&everything, |index| is_called(&devices[index], wanted));
-    let called = if exact.is_empty() {
-        narrow(&everything, |index| contains(&devices[index], &lower_case))
+    let indices: Vec<usize> = (0..devices.len()).collect();
+    let lower_case = name.to_lowercase();
+    let exact = narrow(&indices, |index| is_called(&devices[index], name));
+    let candidates = if exact.is_empty() {
+        narrow(&indices, |index| contains(&devices[index], &lower_case))
     } else {
         exact
     };
     let has_direction = |index: usize| devices[index].offer(direction).is_some();
-    let matches = narrow(&called, has_direction);
+    let matches = narrow(&candidates, has_direction);
     let raw = prefer(matches, |index| devices[index].is_raw);
     let names = |indices: &[usize]| indices.iter().map(|&i| devices[i].to_string()).collect();
     let Some(first) = raw.first() else {
         return Err(ChoiceError::NoMatch {
-            wanted: wanted.to_owned(),
+            wanted: name.to_owned(),
             direction,
-            available: names(&narrow(&everything, has_direction)),
+            available: names(&narrow(&indices, has_direction)),
         });
     };
-    let mut others = raw.iter().skip(1);
-    if !others.all(|&o| same(&devices[*first], &devices[o], &card_named)) {
+    let mut rivals = raw.iter().skip(1);
+    if !rivals.all(|&o| is_same_device(&devices[*first], &devices[o], &card_id)) {
         return Err(ChoiceError::Ambiguous {
-            wanted: wanted.to_owned(),
+            wanted: name.to_owned(),
             direction,
             matches: names(&raw),
         });
@@ -102,42 +102,42 @@ fn choose_by(
     Ok(*free.unwrap_or(first))
 }
 
-/// Returns whether `wanted` is the whole id (with or without its host, or its device's number) or the whole name.
-fn is_called(device: &DeviceInfo, wanted: &str) -> bool {
+/// Returns whether `name` is the whole id (with or without its host, or its device's number) or the whole name.
+fn is_called(device: &DeviceInfo, name: &str) -> bool {
     let local_id = device
         .id
         .split_once(':')
         .map_or(device.id.as_str(), |(_, local)| local);
     let card = local_id.split_once(",DEV=").map(|(card, _)| card);
-    device.id == wanted || local_id == wanted || card == Some(wanted) || device.name == wanted
+    device.id == name || local_id == name || card == Some(name) || device.name == name
 }
 
 fn contains(device: &DeviceInfo, lower_case: &str) -> bool {
     device.id.to_lowercase().contains(lower_case) || device.name.to_lowercase().contains(lower_case)
 }
 
-fn narrow(indices: &[usize], keep: impl Fn(usize) -> bool) -> Vec<usize> {
-    indices.iter().copied().filter(|&i| keep(i)).collect()
+fn narrow(indices: &[usize], is_kept: impl Fn(usize) -> bool) -> Vec<usize> {
+    indices.iter().copied().filter(|&i| is_kept(i)).collect()
 }
 
 /// Returns the indices that have a quality, or all of them if no index has it.
 fn prefer(indices: Vec<usize>, has_quality: impl Fn(usize) -> bool) -> Vec<usize> {
-    let preferred = narrow(&indices, has_quality);
-    if preferred.is_empty() {
-        indices
-    } else {
-        preferred
-    }
+    let choices = narrow(&indices, has_quality);
+    if choices.is_empty() { indices } else { choices }
 }
 
 /// Returns whether two raw devices are the same: the same device number on the same card, which ALSA names by name and by
 /// number. The descriptive name does not distinguish cards of one model.
-fn same(a: &DeviceInfo, b: &DeviceInfo, card_named: &impl Fn(&str) -> Option<String>) -> bool {
+fn is_same_device(
+    a: &DeviceInfo,
+    b: &DeviceInfo,
+    card_id: &impl Fn(&str) -> Option<String>,
+) -> bool {
     let place = |device: &DeviceInfo| {
         let (_, place) = device.id.split_once(":hw:CARD=")?;
         let (card, number) = place.split_once(",DEV=")?;
         let is_number = card.bytes().all(|byte| byte.is_ascii_digit());
-        let by_number = is_number.then(|| card_named(card)).flatten();
+        let by_number = is_number.then(|| card_id(card)).flatten();
         Some((
             by_number.unwrap_or_else(|| card.to_owned()),
             number.to_owned(),
@@ -180,9 +180,9 @@ mod tests {
         ]
     }
 
-    fn chosen(wanted: &str) -> Result<String, ChoiceError> {
+    fn choose_id(name: &str) -> Result<String, ChoiceError> {
         let devices = alsa();
-        choose_by(&devices, wanted, StreamDirection::Output, card)
+        choose_by(&devices, name, StreamDirection::Output, card)
             .map(|index| devices[index].id.clone())
     }
 
@@ -209,19 +209,19 @@ mod tests {
             if let Some(busy) = busy {
                 devices[busy].output = Some(Offer::Unreported);
             }
-            let chosen = |wanted: &str| {
-                choose_by(&devices, wanted, StreamDirection::Output, card)
+            let choose_id = |name: &str| {
+                choose_by(&devices, name, StreamDirection::Output, card)
                     .map(|index| devices[index].id.clone())
             };
-            for wanted in ["umc404hd", model, "card=umc404hd", "UMC404HD"] {
-                let message = chosen(wanted).unwrap_err().to_string();
+            for name in ["umc404hd", model, "card=umc404hd", "UMC404HD"] {
+                let message = choose_id(name).unwrap_err().to_string();
                 assert!(message.contains(&id("UMC404HD")), "{message}");
                 assert!(message.contains(&id("UMC404HD_1")), "{message}");
             }
             for card in ["UMC404HD", "UMC404HD_1"] {
-                let wanted = format!("hw:CARD={card}");
-                assert_eq!(chosen(&wanted).unwrap(), id(card), "{wanted}");
-                assert_eq!(chosen(&id(card)).unwrap(), id(card));
+                let name = format!("hw:CARD={card}");
+                assert_eq!(choose_id(&name).unwrap(), id(card), "{name}");
+                assert_eq!(choose_id(&id(card)).unwrap(), id(card));
             }
         }
         // A number of no known card is not another name of a card.
@@ -231,26 +231,22 @@ mod tests {
 
     #[test]
     fn exact_ids_win_whatever_else_matches() {
-        for wanted in ["alsa:plughw:CARD=USB,DEV=0", "plughw:CARD=USB,DEV=0"] {
-            assert_eq!(chosen(wanted).unwrap(), "alsa:plughw:CARD=USB,DEV=0");
+        for name in ["alsa:plughw:CARD=USB,DEV=0", "plughw:CARD=USB,DEV=0"] {
+            assert_eq!(choose_id(name).unwrap(), "alsa:plughw:CARD=USB,DEV=0");
         }
-        assert_eq!(chosen("default").unwrap(), "alsa:default");
+        assert_eq!(choose_id("default").unwrap(), "alsa:default");
     }
 
     #[test]
     fn names_and_parts_of_them_mean_the_raw_device() {
-        for wanted in ["Fireface, USB Audio", "fireface", "FIREFACE", "card=usb"] {
-            assert_eq!(
-                chosen(wanted).unwrap(),
-                "alsa:hw:CARD=USB,DEV=0",
-                "{wanted}"
-            );
+        for name in ["Fireface, USB Audio", "fireface", "FIREFACE", "card=usb"] {
+            assert_eq!(choose_id(name).unwrap(), "alsa:hw:CARD=USB,DEV=0", "{name}");
         }
     }
 
     #[test]
     fn two_devices_of_one_card_are_ambiguous() {
-        let error = chosen("intel").unwrap_err();
+        let error = choose_id("intel").unwrap_err();
         let message = error.to_string();
         assert!(matches!(error, ChoiceError::Ambiguous { .. }));
         assert!(message.contains("hw:CARD=PCH,DEV=0"), "{message}");
@@ -258,13 +254,13 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_name_is_answered_with_what_there_is() {
-        let message = chosen("Babyface").unwrap_err().to_string();
+    fn an_unknown_name_is_answered_with_the_list_of_devices() {
+        let message = choose_id("Babyface").unwrap_err().to_string();
         for device in alsa() {
             assert!(message.contains(&device.id), "{message}");
         }
-        let none = choose(&[], "Babyface", StreamDirection::Input).unwrap_err();
-        assert!(none.to_string().ends_with("there are: none"), "{none}");
+        let error = choose(&[], "Babyface", StreamDirection::Input).unwrap_err();
+        assert!(error.to_string().ends_with("there are: none"), "{error}");
     }
 
     #[test]
@@ -282,8 +278,8 @@ mod tests {
         let mut devices = alsa();
         devices[3].input = Some(Offer::Unreported);
         devices[4].input = Some(Offer::Unreported);
-        for wanted in ["fireface", "hw:CARD=USB,DEV=0"] {
-            let index = choose_by(&devices, wanted, StreamDirection::Input, card).unwrap();
+        for name in ["fireface", "hw:CARD=USB,DEV=0"] {
+            let index = choose_by(&devices, name, StreamDirection::Input, card).unwrap();
             assert_eq!(devices[index].id, "alsa:hw:CARD=USB,DEV=0");
         }
         devices[3].input = None;

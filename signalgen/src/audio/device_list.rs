@@ -41,9 +41,10 @@ pub(super) fn enumerate(host: &Host) -> Result<Vec<(DeviceInfo, Device)>, AudioE
             let id = device.id().ok()?;
             let description = device.description().ok()?;
             // A JACK device lists the configurations of both directions, whichever it has.
-            let unknown = description.direction() == DeviceDirection::Unknown;
-            let has_output = description.supports_output() || (unknown && device.supports_output());
-            let has_input = description.supports_input() || (unknown && device.supports_input());
+            let is_unknown = description.direction() == DeviceDirection::Unknown;
+            let has_output =
+                description.supports_output() || (is_unknown && device.supports_output());
+            let has_input = description.supports_input() || (is_unknown && device.supports_input());
             let is_alsa = id.host().to_string() == "alsa";
             let info = DeviceInfo {
                 id: id.to_string(),
@@ -70,12 +71,12 @@ fn offer(ranges: Result<impl Iterator<Item = SupportedStreamConfigRange>, cpal::
     Offer::Listed(capabilities.collect())
 }
 
-/// Returns the output device that `wanted` names, for sound other than the drive's.
+/// Returns the output device that `name` names, for sound other than the drive's.
 ///
 /// # Errors
-/// If `wanted` matches no device, or several; the error lists the candidates.
-pub fn output_device(host: &Host, wanted: &str) -> Result<Device, AudioError> {
+/// If `name` matches no device, or several; the error lists the candidates.
+pub fn output_device(host: &Host, name: &str) -> Result<Device, AudioError> {
     let (infos, mut devices): (Vec<_>, Vec<_>) = enumerate(host)?.into_iter().unzip();
-    let index = choose(&infos, wanted, StreamDirection::Output)?;
+    let index = choose(&infos, name, StreamDirection::Output)?;
     Ok(devices.swap_remove(index))
 }

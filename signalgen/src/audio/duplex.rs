@@ -167,7 +167,7 @@ impl Streams {
     /// # Errors
     /// If the backend fails.
     pub fn play(&self) -> Result<(), AudioError> {
-        self.each(Stream::play)
+        self.for_each_stream(Stream::play)
     }
 
     /// Pauses both streams if the backend can. The drive does not ramp: stop it first.
@@ -175,11 +175,14 @@ impl Streams {
     /// # Errors
     /// If the backend fails.
     pub fn pause(&self) -> Result<(), AudioError> {
-        self.each(Stream::pause)
+        self.for_each_stream(Stream::pause)
     }
 
-    fn each(&self, act: fn(&Stream) -> Result<(), cpal::Error>) -> Result<(), AudioError> {
-        let failed = |direction, device: &DeviceInfo| {
+    fn for_each_stream(
+        &self,
+        act: fn(&Stream) -> Result<(), cpal::Error>,
+    ) -> Result<(), AudioError> {
+        let failure = |direction, device: &DeviceInfo| {
             let device = device.to_string();
             move |error: cpal::Error| AudioError::Backend {
                 direction,
@@ -187,8 +190,8 @@ impl Streams {
                 reason: error.to_string(),
             }
         };
-        act(&self.output).map_err(failed(StreamDirection::Output, &self.output_device))?;
-        act(&self.input).map_err(failed(StreamDirection::Input, &self.input_device))
+        act(&self.output).map_err(failure(StreamDirection::Output, &self.output_device))?;
+        act(&self.input).map_err(failure(StreamDirection::Input, &self.input_device))
     }
 
     /// Returns the device in use.
@@ -267,11 +270,11 @@ fn find<'a>(
     if offers {
         Ok((device, info))
     } else {
-        Err(unsupported(direction, info, config))
+        Err(unsupported_error(direction, info, config))
     }
 }
 
-fn unsupported(
+fn unsupported_error(
     direction: StreamDirection,
     device: &DeviceInfo,
     config: &DuplexConfig,
@@ -281,7 +284,7 @@ fn unsupported(
         .buffer_frames
         .map(|frames| format!(", {frames} frames per buffer"))
         .unwrap_or_default();
-    let wanted = format!(
+    let request = format!(
         "{} channels of {} at {} Hz{buffer}",
         choice.channels, choice.format, config.sample_rate_hz
     );
@@ -290,13 +293,13 @@ fn unsupported(
             AudioError::NoUsableFormat {
                 direction,
                 device: device.to_string(),
-                wanted,
+                wanted: request,
             }
         }
         offered => AudioError::Unsupported {
             direction,
             device: device.to_string(),
-            wanted,
+            wanted: request,
             offered: offered.cloned().unwrap_or(Offer::Unreported),
         },
     }
@@ -309,7 +312,7 @@ fn stream_error(
     config: &DuplexConfig,
 ) -> AudioError {
     match error.kind() {
-        ErrorKind::UnsupportedConfig => unsupported(direction, device, config),
+        ErrorKind::UnsupportedConfig => unsupported_error(direction, device, config),
         ErrorKind::DeviceBusy => AudioError::Busy {
             direction,
             device: device.to_string(),

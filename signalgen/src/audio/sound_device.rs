@@ -127,14 +127,14 @@ fn runs(numbers: &BTreeSet<u16>) -> String {
             _ => runs.push((number, number)),
         }
     }
-    let shown = runs.into_iter().map(|(first, last)| {
+    let ranges = runs.into_iter().map(|(first, last)| {
         if first == last {
             first.to_string()
         } else {
             format!("{first}–{last}")
         }
     });
-    shown.collect::<Vec<_>>().join(", ")
+    ranges.collect::<Vec<_>>().join(", ")
 }
 
 /// A sound device.
@@ -179,8 +179,8 @@ pub(super) fn is_alsa_hardware(local_id: &str) -> bool {
 
 /// Returns whether an ALSA device, given its id without the host, belongs to a card.
 pub(super) fn names_an_alsa_card(local_id: &str) -> bool {
-    let (layer, of) = local_id.split_once(':').unwrap_or((local_id, ""));
-    of.contains("CARD=") || ["hw", "plughw"].contains(&layer)
+    let (layer, location) = local_id.split_once(':').unwrap_or((local_id, ""));
+    location.contains("CARD=") || ["hw", "plughw"].contains(&layer)
 }
 
 /// Moves sound cards before purely software devices; otherwise keeps the order.
@@ -243,7 +243,7 @@ mod tests {
             output: None,
             input: None,
         };
-        let listed = [
+        let capabilities = [
             "null",
             "hw:CARD=1,DEV=0",
             "default",
@@ -254,7 +254,7 @@ mod tests {
             "hw:0,0",
             "speexrate",
         ];
-        let mut devices: Vec<DeviceInfo> = listed.into_iter().map(device).collect();
+        let mut devices: Vec<DeviceInfo> = capabilities.into_iter().map(device).collect();
         sound_cards_first(&mut devices);
         let names: Vec<&str> = devices.iter().map(|device| device.name.as_str()).collect();
         assert_eq!(

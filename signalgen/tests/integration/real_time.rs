@@ -48,8 +48,8 @@ fn commands() -> Vec<DriveCommand> {
             amplitude_v,
         },
     ];
-    let admitted = waveforms.map(|waveform| settings().admit(waveform).unwrap());
-    let [modulated, sweep, stepped] = admitted;
+    let programs = waveforms.map(|waveform| settings().admit(waveform).unwrap());
+    let [modulated, sweep, stepped] = programs;
     vec![
         DriveCommand::Start(modulated),
         DriveCommand::Adjust(modulated),
@@ -107,8 +107,8 @@ fn run<T: ConverterSample>() -> (f32, f32) {
     }
     assert_eq!(drive.published().phase, DrivePhase::EmergencyStopped);
     assert!(reader.ring_fill() > 0.9);
-    let tapped = tap.pop_block(&mut samples).unwrap();
-    assert_eq!((tapped.first_frame, samples.len()), (0, 2 * FRAMES));
+    let header = tap.pop_block(&mut samples).unwrap();
+    assert_eq!((header.first_frame, samples.len()), (0, 2 * FRAMES));
     drop(drive);
     assert_no_alloc(|| renderer.render(&mut block));
     assert!(block.iter().all(|sample| sample.to_unit() == 0.0));

@@ -32,8 +32,8 @@ impl Dots {
 
     /// Draws one dot, unless it lies outside.
     pub fn dot(&mut self, (x, y): (f64, f64)) {
-        let inside = (0.0..=self.last.0).contains(&x) && (0.0..=self.last.1).contains(&y);
-        if !inside {
+        let is_inside = (0.0..=self.last.0).contains(&x) && (0.0..=self.last.1).contains(&y);
+        if !is_inside {
             return;
         }
         let (x, y) = (x.round() as usize, y.round() as usize);

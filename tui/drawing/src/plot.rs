@@ -132,10 +132,10 @@ impl Plot {
             buf.set_string(area.x + GUTTER - 1, area.y + row, "│", theme.faint());
         }
         let steps = self.axis.ticks().count().saturating_sub(1);
-        let roomy = usize::from(area.height) >= 2 * steps;
+        let has_room = usize::from(area.height) >= 2 * steps;
         for (i, value) in self.axis.ticks().enumerate() {
             let is_end = i == 0 || i == steps;
-            let Some(row) = self.row(value, area.height).filter(|_| is_end || roomy) else {
+            let Some(row) = self.row(value, area.height).filter(|_| is_end || has_room) else {
                 continue;
             };
             let label = format!("{:>1$}┤", self.axis.label(value), usize::from(GUTTER) - 1);
@@ -162,20 +162,20 @@ impl Plot {
         let mut dots = Dots::new(body.width, body.height);
         let (right, bottom) = dots.last();
         let (width, height) = (self.x.1 - self.x.0, self.axis.high - self.axis.low);
-        let mut before = None;
+        let mut previous = None;
         for (x, y) in &curve.points {
-            let across = (x - self.x.0) / width;
-            let at = y
-                .filter(|y| y.is_finite() && (0.0..=1.0).contains(&across))
+            let x_share = (x - self.x.0) / width;
+            let point = y
+                .filter(|y| y.is_finite() && (0.0..=1.0).contains(&x_share))
                 .map(|y| {
                     // Values beyond the axis are drawn at its end.
-                    let down = ((self.axis.high - y) / height).clamp(0.0, 1.0);
-                    (across * right, down * bottom)
+                    let y_share = ((self.axis.high - y) / height).clamp(0.0, 1.0);
+                    (x_share * right, y_share * bottom)
                 });
-            if let (Some(from), Some(to)) = (before, at) {
+            if let (Some(from), Some(to)) = (previous, point) {
                 dots.line(from, to);
             }
-            before = at;
+            previous = point;
         }
         dots.stamp(body, curve.style, buf);
     }

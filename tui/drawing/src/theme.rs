@@ -76,8 +76,8 @@ impl Theme {
 
     /// Returns a filled style that is visible across the room.
     pub fn alarm(self) -> Style {
-        let filled = Modifier::BOLD | Modifier::REVERSED;
-        self.paint(Color::Red, Color::LightRed, filled)
+        let modifier = Modifier::BOLD | Modifier::REVERSED;
+        self.paint(Color::Red, Color::LightRed, modifier)
     }
 
     /// Returns the style of a driven plate.

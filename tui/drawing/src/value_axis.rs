@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Fraction of the values at either end that may be spikes.
 const SPIKES: f64 = 0.03;
 /// Distance from the bulk beyond which a value is a spike, as a fraction of the bulk's span.
-const BEYOND: f64 = 0.5;
+const SPIKE_MARGIN: f64 = 0.5;
 
 /// A value axis with round limits.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -54,7 +54,7 @@ impl ValueAxis {
         let quantile = |part: f64| values[(part * last).round() as usize];
         let (low, high) = (quantile(SPIKES), quantile(1.0 - SPIKES));
         // Values near the bulk belong to the curve; values farther away are spikes.
-        let reach = (high - low) * BEYOND;
+        let reach = (high - low) * SPIKE_MARGIN;
         let bulk = values
             .iter()
             .copied()
@@ -65,18 +65,18 @@ impl ValueAxis {
         }
         // An axis of non-negative values does not extend below zero.
         let middle = f64::midpoint(low, high);
-        let from = match middle - floor / 2.0 {
-            below if below < 0.0 && low >= 0.0 => 0.0,
-            from => from,
+        let start = match middle - floor / 2.0 {
+            start if start < 0.0 && low >= 0.0 => 0.0,
+            start => start,
         };
-        let ends = [from, from + floor];
-        Self::around(ends.into_iter().chain(always.iter().copied()))
+        let limits = [start, start + floor];
+        Self::around(limits.into_iter().chain(always.iter().copied()))
     }
 
-    /// Whether this axis can still be used instead of `wanted`: it includes `wanted` and is not much too wide.
-    pub fn suits(self, wanted: Self) -> bool {
-        let (span, needed) = (self.high - self.low, wanted.high - wanted.low);
-        self.low <= wanted.low && self.high >= wanted.high && span <= 2.5 * needed
+    /// Whether this axis can still be used instead of `ideal`: it includes `ideal` and is not much too wide.
+    pub fn suits(self, ideal: Self) -> bool {
+        let (span, needed) = (self.high - self.low, ideal.high - ideal.low);
+        self.low <= ideal.low && self.high >= ideal.high && span <= 2.5 * needed
     }
 
     /// Returns all ticks, from one end to the other.

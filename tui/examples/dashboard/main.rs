@@ -37,8 +37,8 @@ fn play(
         if let (Event::Participant(view), Some(display)) = (&event, display) {
             display.show(view.clone());
         }
-        let left = Duration::from_secs_f64(at_s).saturating_sub(began.elapsed());
-        if wants_to_leave(actions.recv_timeout(left)) || screen.send(event).is_err() {
+        let wait = Duration::from_secs_f64(at_s).saturating_sub(began.elapsed());
+        if wants_to_leave(actions.recv_timeout(wait)) || screen.send(event).is_err() {
             let _ = screen.send(Event::Close);
             return;
         }
@@ -52,8 +52,8 @@ fn play(
 }
 
 /// Whether the operator quits or aborts, or the dashboard has closed.
-fn wants_to_leave(asked: Result<Action, mpsc::RecvTimeoutError>) -> bool {
-    match asked {
+fn wants_to_leave(result: Result<Action, mpsc::RecvTimeoutError>) -> bool {
+    match result {
         Ok(action) => matches!(action, Action::Quit | Action::Abort | Action::Interrupt),
         Err(error) => error == mpsc::RecvTimeoutError::Disconnected,
     }

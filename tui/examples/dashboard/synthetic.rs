@@ -165,7 +165,7 @@ impl Script {
     }
 
     fn trial(&mut self, trial: u32, attempt: u32, practice: bool, force_n: f64) {
-        let at = |kind, exploration, countdown| {
+        let phase_event = |kind, exploration, countdown| {
             Event::Phase(PhaseView {
                 exploration,
                 countdown,
@@ -173,35 +173,35 @@ impl Script {
             })
         };
         let place = (trial, if practice { 1 } else { TRIALS });
-        let left = if practice {
+        let remaining = if practice {
             TRIALS + 1
         } else {
             TRIALS + 1 - trial
         };
         self.say(Event::Outlook(Outlook {
-            left_s: f64::from(left) * 25.0,
-            trials_left: left,
+            left_s: f64::from(remaining) * 25.0,
+            trials_left: remaining,
             repetitions_of_trial: 3 - attempt,
             repetitions_in_session: 9,
             next: Some("the countdown".to_owned()),
             then: Some("exploration 1 of 2, left to right".to_owned()),
         }));
-        self.say(at(PhaseKind::Ready, 0, None));
+        self.say(phase_event(PhaseKind::Ready, 0, None));
         self.tell(Instruction::PlaceFinger, place, None, None);
         self.run(1.5, Finger::Away, 0.0);
         for exploration in 1..=2 {
-            for left in (1..=3).rev() {
-                self.say(at(PhaseKind::Countdown, exploration, Some(left)));
-                self.tell(Instruction::GetReady, place, Some(left), None);
+            for count in (1..=3).rev() {
+                self.say(phase_event(PhaseKind::Countdown, exploration, Some(count)));
+                self.tell(Instruction::GetReady, place, Some(count), None);
                 self.run(0.7, Finger::Still, force_n);
             }
-            self.say(at(PhaseKind::Exploration, exploration, None));
+            self.say(phase_event(PhaseKind::Exploration, exploration, None));
             self.tell(Instruction::FollowSlider, place, None, None);
             let began_s = self.now_s;
             self.run(PLATE_M / SPEED_M_PER_S, Finger::Moving, force_n);
-            let decided = crop((trial, practice, attempt), (exploration, began_s), force_n);
-            self.say(Event::Crop(decided));
-            self.say(at(PhaseKind::Feedback, exploration, None));
+            let crop = crop((trial, practice, attempt), (exploration, began_s), force_n);
+            self.say(Event::Crop(crop));
+            self.say(phase_event(PhaseKind::Feedback, exploration, None));
             self.tell(Instruction::Feedback, place, None, Some(force_n));
             self.run(1.5, Finger::Away, 0.0);
         }
@@ -294,50 +294,50 @@ fn amplitude_m(t_s: f64) -> f64 {
 
 fn live(t_s: f64, slider_m: f64, finger: Finger, force_n: f64) -> Live {
     let amplitude_m = amplitude_m(t_s);
-    let loaded = if force_n > 0.0 { 1.0 } else { 0.0 };
-    let press = force_n * (1.0 + 0.06 * (TAU * 0.7 * t_s).sin()) * loaded;
-    let re = 7.0 + loaded * (1.2 + 3.4 * (-amplitude_m / 1.2e-6).exp());
-    let im = loaded * (-0.8 - 1.9 * (-amplitude_m / 1.2e-6).exp());
+    let load = if force_n > 0.0 { 1.0 } else { 0.0 };
+    let press = force_n * (1.0 + 0.06 * (TAU * 0.7 * t_s).sin()) * load;
+    let re = 7.0 + load * (1.2 + 3.4 * (-amplitude_m / 1.2e-6).exp());
+    let im = load * (-0.8 - 1.9 * (-amplitude_m / 1.2e-6).exp());
     let bias = 1.1 * (TAU * 6.0 * t_s).cos() * 0.5e-6 / (amplitude_m + 0.2e-6);
-    let seen = amplitude_m > 0.15e-6;
+    let visible = amplitude_m > 0.15e-6;
     let impedance = |re, im| {
-        seen.then_some(ComplexImpedance {
+        visible.then_some(ComplexImpedance {
             re_n_s_per_m: re,
             im_n_s_per_m: im,
         })
     };
     let mu = 0.25 + 0.6 * (-amplitude_m / 1.0e-6).exp();
-    let moving = matches!(finger, Finger::Moving);
-    let estimate = |value, std| (force_n > 0.0 && seen).then_some(ValueAndStd { value, std });
+    let is_moving = matches!(finger, Finger::Moving);
+    let estimate = |value, std| (force_n > 0.0 && visible).then_some(ValueAndStd { value, std });
     Live {
         t_s,
         z_m_n_s_per_m: impedance(re, im),
         z_plain_n_s_per_m: impedance(re + bias, im + 0.2 * bias),
         amplitude_m: Some(amplitude_m),
         normal_n: Some(press),
-        lateral_n: Some(if moving { press * mu } else { 0.0 }),
-        position_m: Some(if moving {
+        lateral_n: Some(if is_moving { press * mu } else { 0.0 }),
+        position_m: Some(if is_moving {
             (slider_m - 0.004).max(0.0)
         } else {
             0.0
         }),
-        velocity_m_per_s: Some(if moving { SPEED_M_PER_S } else { 0.0 }),
+        velocity_m_per_s: Some(if is_moving { SPEED_M_PER_S } else { 0.0 }),
         slider_m: Some(slider_m),
         gap_m: estimate(8e-6 + 2.0 * amplitude_m, 6e-8),
         mu: estimate(mu, 0.02),
         sensed_normal_n: estimate(0.98 * press, 0.02),
-        plate_drift_hz: seen.then_some(ValueAndStd {
+        plate_drift_hz: visible.then_some(ValueAndStd {
             value: -1.3,
             std: 0.3,
         }),
         drive_v: Some(amplitude_m * 1.2e7),
-        measured_mu: moving.then_some(mu * (1.0 + 0.05 * (TAU * 11.0 * t_s).sin())),
-        z_m_std_n_s_per_m: seen.then_some(2e-9 / amplitude_m),
+        measured_mu: is_moving.then_some(mu * (1.0 + 0.05 * (TAU * 11.0 * t_s).sin())),
+        z_m_std_n_s_per_m: visible.then_some(2e-9 / amplitude_m),
         z_p_n_s_per_m: Some(ComplexImpedance {
             re_n_s_per_m: 7.02,
             im_n_s_per_m: -0.03,
         }),
-        masked: (!seen).then_some(tui::event::Masked::BelowNoise),
+        masked: (!visible).then_some(tui::event::Masked::BelowNoise),
         no_estimate: (force_n <= 0.0).then_some(NoEstimate::NoFinger),
     }
 }
@@ -354,7 +354,7 @@ fn period(t_s: f64, finger: Finger, force_n: f64) -> PeriodTrace {
 
 fn fit((trial, practice, attempt): (u32, bool, u32), force_n: f64) -> FitView {
     let amplitudes = || (0..40).map(|i| f64::from(i) * 0.08e-6);
-    let at = |amplitude_m: f64| 0.25 + 0.6 * (-amplitude_m / 1.0e-6).exp();
+    let mu_at = |amplitude_m: f64| 0.25 + 0.6 * (-amplitude_m / 1.0e-6).exp();
     FitView {
         trial,
         practice,
@@ -384,14 +384,17 @@ fn fit((trial, practice, attempt): (u32, bool, u32), force_n: f64) -> FitView {
                     im_n_s_per_m: -0.9 - 1.9 * (-a / 1.2e-6).exp(),
                 })
                 .collect(),
-            friction: amplitudes().map(|a| (a, at(a))).collect(),
-            measured: amplitudes().step_by(3).map(|a| (a, at(a) * 1.03)).collect(),
+            friction: amplitudes().map(|a| (a, mu_at(a))).collect(),
+            measured: amplitudes()
+                .step_by(3)
+                .map(|a| (a, mu_at(a) * 1.03))
+                .collect(),
         }),
     }
 }
 
 fn facts() -> BenchFacts {
-    let measured = |name: &str, days: f64, value: &str| CalibrationFact {
+    let calibration = |name: &str, days: f64, value: &str| CalibrationFact {
         name: name.to_owned(),
         date: Some("2026-03-02".to_owned()),
         age_days: Some(days),
@@ -412,9 +415,9 @@ fn facts() -> BenchFacts {
     BenchFacts {
         plate: "plate of 105 mm at 35000.0 Hz".to_owned(),
         calibrations: vec![
-            measured("pickup", 0.2, "(5.450 ± 0.011)e-6 m"),
-            measured("plate", 3.0, "35000.000 ± 0.012 Hz"),
-            measured("force", 45.0, "6 masses"),
+            calibration("pickup", 0.2, "(5.450 ± 0.011)e-6 m"),
+            calibration("plate", 3.0, "35000.000 ± 0.012 Hz"),
+            calibration("force", 45.0, "6 masses"),
             CalibrationFact {
                 name: "channels".to_owned(),
                 ..CalibrationFact::default()
@@ -441,7 +444,7 @@ fn crop(
     force_n: f64,
 ) -> Crop {
     let duration_s = PLATE_M / SPEED_M_PER_S;
-    let at = |i: u32| f64::from(i) * duration_s / 199.0;
+    let time_at = |i: u32| f64::from(i) * duration_s / 199.0;
     let stretches = (0..12u32).map(|i| {
         let start_s = f64::from(i + 1) / 6.0 - 0.03;
         let end_s = start_s + 0.06;
@@ -465,7 +468,11 @@ fn crop(
             kind: kind.map(str::to_owned),
         }
     });
-    let even = |of: &dyn Fn(f64) -> f64| (0..200).map(|i| Some(of(at(i)))).collect::<Vec<_>>();
+    let curve = |value: &dyn Fn(f64) -> f64| {
+        (0..200)
+            .map(|i| Some(value(time_at(i))))
+            .collect::<Vec<_>>()
+    };
     Crop {
         trial,
         practice,
@@ -476,14 +483,14 @@ fn crop(
         duration_s,
         amplitude_m: (0..200)
             .map(|i| {
-                let (a, b) = (amplitude_m(at(i)), amplitude_m(at(i) + 0.005));
+                let (a, b) = (amplitude_m(time_at(i)), amplitude_m(time_at(i) + 0.005));
                 Some((a.min(b), a.max(b)))
             })
             .collect(),
-        normal_n: even(&|t_s| force_n * (1.0 + 0.06 * (TAU * 0.7 * t_s).sin())),
-        lateral_n: even(&|t_s| 0.4 * force_n * (1.0 + 0.3 * (TAU * 6.0 * t_s).cos())),
-        position_m: even(&|t_s| t_s * SPEED_M_PER_S),
-        speed_m_per_s: even(&|t_s| SPEED_M_PER_S * (1.0 + 0.1 * (TAU * 2.0 * t_s).sin())),
+        normal_n: curve(&|t_s| force_n * (1.0 + 0.06 * (TAU * 0.7 * t_s).sin())),
+        lateral_n: curve(&|t_s| 0.4 * force_n * (1.0 + 0.3 * (TAU * 6.0 * t_s).cos())),
+        position_m: curve(&|t_s| t_s * SPEED_M_PER_S),
+        speed_m_per_s: curve(&|t_s| SPEED_M_PER_S * (1.0 + 0.1 * (TAU * 2.0 * t_s).sin())),
         stretches: stretches.collect(),
     }
 }

@@ -41,9 +41,9 @@ mod tests {
 
     #[test]
     fn no_terminal_can_be_opened_and_the_error_names_it() {
-        let refused = ParticipantDisplay::open(Path::new("COM7"), Theme::Mono);
+        let result = ParticipantDisplay::open(Path::new("COM7"), Theme::Mono);
         assert!(
-            matches!(&refused, Err(DisplayError::NeedsUnix { path }) if path == Path::new("COM7"))
+            matches!(&result, Err(DisplayError::NeedsUnix { path }) if path == Path::new("COM7"))
         );
     }
 }

@@ -38,7 +38,7 @@ const STUCK: Duration = Duration::from_secs(2);
 #[derive(Debug)]
 pub struct ParticipantDisplay {
     latest: Arc<LatestView>,
-    ended: Receiver<()>,
+    end: Receiver<()>,
     alive: Cell<bool>,
 }
 
@@ -46,13 +46,13 @@ pub struct ParticipantDisplay {
 #[derive(Debug, Default)]
 struct LatestView {
     pending: Mutex<Pending>,
-    changed: Condvar,
+    change: Condvar,
 }
 
 #[derive(Debug, Default)]
 struct Pending {
     view: Option<ParticipantView>,
-    closed: bool,
+    is_closed: bool,
     /// Start of the drawing in progress.
     drawing_since: Option<Instant>,
 }
@@ -90,19 +90,19 @@ impl ParticipantDisplay {
             source: error.into(),
         })?;
         let latest = Arc::new(LatestView::default());
-        let (ending, ended) = mpsc::sync_channel(1);
-        let shown = Arc::clone(&latest);
+        let (end_sender, end) = mpsc::sync_channel(1);
+        let shared = Arc::clone(&latest);
         thread::Builder::new()
             .name("participant-screen".to_owned())
             .spawn(move || {
                 // The terminal is gone: `lost` reports it to the operator.
-                let _ = draw_until_closed(device, &shown, theme);
-                let _ = ending.try_send(());
+                let _ = draw_until_closed(device, &shared, theme);
+                let _ = end_sender.try_send(());
             })
             .map_err(DisplayError::Thread)?;
         Ok(Self {
             latest,
-            ended,
+            end,
             alive: Cell::new(true),
         })
     }
@@ -115,23 +115,23 @@ impl ParticipantDisplay {
     /// Returns why the participant cannot see the screen; `None` while the terminal works.
     #[must_use]
     pub fn lost(&self) -> Option<DisplayLoss> {
-        if self.alive.get() && !matches!(self.ended.try_recv(), Err(mpsc::TryRecvError::Empty)) {
+        if self.alive.get() && !matches!(self.end.try_recv(), Err(mpsc::TryRecvError::Empty)) {
             self.alive.set(false);
         }
         if !self.alive.get() {
             return Some(DisplayLoss::Gone);
         }
-        let since = self.latest.lock().drawing_since;
-        let stuck = since.is_some_and(|since| since.elapsed() > STUCK);
+        let start = self.latest.lock().drawing_since;
+        let stuck = start.is_some_and(|start| start.elapsed() > STUCK);
         stuck.then_some(DisplayLoss::Stuck)
     }
 }
 
 impl Drop for ParticipantDisplay {
     fn drop(&mut self) {
-        self.latest.update(|pending| pending.closed = true);
+        self.latest.update(|pending| pending.is_closed = true);
         if self.alive.get() {
-            let _ = self.ended.recv_timeout(RESTORE_WAIT);
+            let _ = self.end.recv_timeout(RESTORE_WAIT);
         }
     }
 }
@@ -140,7 +140,7 @@ impl LatestView {
     fn update(&self, change: impl FnOnce(&mut Pending)) {
         // No panic can leave this lock's content half-changed, so a poisoned one is valid.
         change(&mut self.lock());
-        self.changed.notify_one();
+        self.change.notify_one();
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, Pending> {
@@ -150,10 +150,10 @@ impl LatestView {
     /// Waits up to `timeout` for a change. Returns the newest view if it has not been taken, and whether to close.
     fn take(&self, timeout: Duration) -> (Option<ParticipantView>, bool) {
         let (mut pending, _) = self
-            .changed
-            .wait_timeout_while(self.lock(), timeout, |p| p.view.is_none() && !p.closed)
+            .change
+            .wait_timeout_while(self.lock(), timeout, |p| p.view.is_none() && !p.is_closed)
             .unwrap_or_else(PoisonError::into_inner);
-        (pending.view.take(), pending.closed)
+        (pending.view.take(), pending.is_closed)
     }
 }
 
@@ -163,20 +163,20 @@ impl LatestView {
 /// An error if the terminal cannot be written to, usually because it is gone.
 fn draw_until_closed(device: File, latest: &LatestView, theme: Theme) -> io::Result<()> {
     latest.lock().drawing_since = Some(Instant::now());
-    let mut restored = RestoreOnDrop(device.try_clone()?);
-    execute!(restored.0, terminal::EnterAlternateScreen, cursor::Hide)?;
+    let mut guard = RestoreOnDrop(device.try_clone()?);
+    execute!(guard.0, terminal::EnterAlternateScreen, cursor::Hide)?;
     let mut screen = Screen::new(&device)?;
-    let mut shown: Option<ParticipantView> = None;
+    let mut current: Option<ParticipantView> = None;
     loop {
-        let (new, closed) = latest.take(SIZE_CHECK);
-        if closed {
+        let (new, is_closed) = latest.take(SIZE_CHECK);
+        if is_closed {
             return Ok(());
         }
         latest.lock().drawing_since = Some(Instant::now());
-        let resized = screen.follow(size(&device)?)?;
-        let changed = resized || new.is_some();
-        shown = new.or(shown);
-        if let (true, Some(view)) = (changed, &shown) {
+        let is_resized = screen.follow(size(&device)?)?;
+        let is_changed = is_resized || new.is_some();
+        current = new.or(current);
+        if let (true, Some(view)) = (is_changed, &current) {
             screen.draw(view, theme)?;
         }
         latest.lock().drawing_since = None;
@@ -188,7 +188,7 @@ fn draw_until_closed(device: File, latest: &LatestView, theme: Theme) -> io::Res
 /// and prints errors there when the participant's terminal is gone.
 struct Screen {
     out: CrosstermBackend<BufWriter<File>>,
-    drawn: Buffer,
+    buffer: Buffer,
 }
 
 impl Screen {
@@ -196,30 +196,30 @@ impl Screen {
     fn new(device: &File) -> io::Result<Self> {
         Ok(Self {
             out: CrosstermBackend::new(BufWriter::with_capacity(1 << 16, device.try_clone()?)),
-            drawn: Buffer::default(),
+            buffer: Buffer::default(),
         })
     }
 
     /// Clears the screen if `area` has changed, and returns whether it has.
     fn follow(&mut self, area: Rect) -> io::Result<bool> {
-        let resized = area != self.drawn.area;
-        if resized {
-            self.drawn = Buffer::empty(area);
+        let is_resized = area != self.buffer.area;
+        if is_resized {
+            self.buffer = Buffer::empty(area);
             execute!(self.out, terminal::Clear(terminal::ClearType::All))?;
         }
-        Ok(resized)
+        Ok(is_resized)
     }
 
     /// Writes the changes as one update of the screen.
     fn draw(&mut self, view: &ParticipantView, theme: Theme) -> io::Result<()> {
-        let mut next = Buffer::empty(self.drawn.area);
+        let mut next = Buffer::empty(self.buffer.area);
         participant_screen::view(view, theme, next.area, &mut next);
         clean(&mut next);
         queue!(self.out, terminal::BeginSynchronizedUpdate)?;
-        self.out.draw(self.drawn.diff(&next).into_iter())?;
+        self.out.draw(self.buffer.diff(&next).into_iter())?;
         queue!(self.out, terminal::EndSynchronizedUpdate)?;
         Backend::flush(&mut self.out)?;
-        self.drawn = next;
+        self.buffer = next;
         Ok(())
     }
 }

@@ -11,7 +11,7 @@ use drawing::theme::Theme;
 /// Returns every key press that the table could contain.
 fn presses() -> impl Iterator<Item = Press> {
     let letters = ('a'..='z').chain('0'..='9').chain(" .,-+=?/;[]".chars());
-    let others = [
+    let named_keys = [
         KeyCode::Enter,
         KeyCode::Tab,
         KeyCode::Backspace,
@@ -22,7 +22,9 @@ fn presses() -> impl Iterator<Item = Press> {
         KeyCode::Right,
     ];
     let controls = ('a'..='z').map(Press::control);
-    let plain = letters.map(Press::of).chain(others.map(Press::key));
+    let plain = letters
+        .map(Press::character)
+        .chain(named_keys.map(Press::key));
     plain.chain(controls)
 }
 
@@ -69,11 +71,11 @@ fn states() -> Vec<State> {
             }
         }
     }
-    let mut asked = State::new(Theme::Mono);
-    asked.apply(&Event::Asked {
+    let mut question = State::new(Theme::Mono);
+    question.apply(&Event::Asked {
         detail: Some(AskedDetail::default()),
     });
-    states.push(asked);
+    states.push(question);
     let questions = [
         None,
         Some(Question::Done),
@@ -105,7 +107,7 @@ fn states() -> Vec<State> {
 #[test]
 fn the_help_lists_each_key_that_works_and_no_other() {
     for state in states() {
-        let listed: Vec<Press> = working(&state)
+        let listed: Vec<Press> = active_rows(&state)
             .flat_map(|(row, _)| row.presses.iter().copied())
             .collect();
         for press in presses() {
@@ -116,11 +118,12 @@ fn the_help_lists_each_key_that_works_and_no_other() {
             };
             let mut reaction = key(&state, KeyEvent::new(press.code, modifiers));
             let note = reaction.ui.note.take();
-            let did = reaction.action.is_some() || reaction.redraw || reaction.ui != state.ui;
+            let has_effect =
+                reaction.action.is_some() || reaction.redraw || reaction.ui != state.ui;
             let is_listed = listed.contains(&press);
             let kind = state.phase.kind;
             assert!(
-                !did || is_listed,
+                !has_effect || is_listed,
                 "{press:?} works and is not listed: {kind:?}"
             );
             // A key without effect at the end of its range still works, like the key of the shown page.
@@ -133,12 +136,12 @@ fn the_help_lists_each_key_that_works_and_no_other() {
                     | KeyCode::Char('1' | '4' | '5' | 'j' | 'k')
             );
             assert!(
-                did || !is_listed || may_do_nothing,
+                has_effect || !is_listed || may_do_nothing,
                 "{press:?} is listed and does nothing ({note:?}): {kind:?}"
             );
         }
-        for (row, meaning) in working(&state) {
-            assert!(!meaning.help.is_empty(), "{} has no words", row.shown);
+        for (row, meaning) in active_rows(&state) {
+            assert!(!meaning.help.is_empty(), "{} has no words", row.label);
         }
     }
 }
@@ -154,16 +157,24 @@ fn every_page_can_be_written() {
 /// A letter has one meaning: a second row in the table would never be reached.
 #[test]
 fn no_two_rows_of_a_page_share_a_key() {
-    for page in [DASHBOARD, CALIBRATION, BESIDE, ASKED, VIEW, SCROLL, PAGES] {
-        let all: Vec<Press> = EVERYWHERE
+    for page in [
+        DASHBOARD,
+        CALIBRATION,
+        CALIBRATION_PAGES,
+        ANSWER,
+        VIEW,
+        SCROLL,
+        PAGES,
+    ] {
+        let page_presses: Vec<Press> = ALL_PAGES
             .iter()
             .chain(HELP)
             .chain(WRITE)
             .chain(page)
             .flat_map(|row| row.presses.iter().copied())
             .collect();
-        for (i, press) in all.iter().enumerate() {
-            assert!(!all[..i].contains(press), "{press:?} twice");
+        for (i, press) in page_presses.iter().enumerate() {
+            assert!(!page_presses[..i].contains(press), "{press:?} twice");
         }
     }
 }
@@ -176,7 +187,7 @@ fn a_key_that_acts_at_once_means_the_same_on_every_screen() {
     assert_eq!(at_once(stop), Some(Action::EmergencyStop));
     assert_eq!(at_once(end), Some(Action::Interrupt));
     for state in states().into_iter().filter(|state| !state.session.replayed) {
-        for press in EVERYWHERE.iter().flat_map(|row| row.presses) {
+        for press in ALL_PAGES.iter().flat_map(|row| row.presses) {
             let modifiers = match press.control {
                 true => KeyModifiers::CONTROL,
                 false => KeyModifiers::NONE,

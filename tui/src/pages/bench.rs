@@ -8,14 +8,15 @@ use crate::panels::bench_tables::{VALUES, calibrations, health, limits, parts};
 use crate::state::State;
 
 pub(crate) fn render(state: &State, room: Room, area: Rect, buf: &mut Buffer) {
-    let known = state.bench.as_ref();
-    let measured = known.map_or(2, |bench| bench.calibrations.len());
-    let measured = u16::try_from(measured)
+    let facts = state.bench.as_ref();
+    let calibration_rows = facts.map_or(2, |bench| bench.calibrations.len());
+    let calibration_rows = u16::try_from(calibration_rows)
         .unwrap_or(u16::MAX)
         .saturating_add(1);
-    if room == Room::Little {
+    if room == Room::Small {
         let [top, bottom] =
-            Layout::vertical([Constraint::Length(measured), Constraint::Fill(1)]).areas(area);
+            Layout::vertical([Constraint::Length(calibration_rows), Constraint::Fill(1)])
+                .areas(area);
         calibrations(state, top, buf);
         let [left, right] = Layout::horizontal([Constraint::Fill(1), Constraint::Fill(1)])
             .spacing(Spacing::Space(2))
@@ -30,8 +31,11 @@ pub(crate) fn render(state: &State, room: Room, area: Rect, buf: &mut Buffer) {
     let [left, right] = Layout::horizontal([Constraint::Fill(1), Constraint::Fill(1)])
         .spacing(Spacing::Space(3))
         .areas(area);
-    let [dated, loose] =
-        Layout::vertical([Constraint::Length(measured + 1), Constraint::Fill(1)]).areas(left);
+    let [dated, loose] = Layout::vertical([
+        Constraint::Length(calibration_rows + 1),
+        Constraint::Fill(1),
+    ])
+    .areas(left);
     calibrations(state, dated, buf);
     limits(state, loose, buf);
     let rows = if right.width >= 76 {

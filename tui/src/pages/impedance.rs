@@ -9,7 +9,7 @@ use crate::state::State;
 use crate::strip::Strip;
 
 /// Draws one panel enlarged, numbered from 1.
-pub(crate) fn enlarged(state: &State, panel: u8, area: Rect, buf: &mut Buffer) {
+pub(crate) fn enlarge(state: &State, panel: u8, area: Rect, buf: &mut Buffer) {
     match panel {
         1 => complex_plane::render(state, area, buf),
         _ => friction_curve::render(state, area, buf),
@@ -17,11 +17,11 @@ pub(crate) fn enlarged(state: &State, panel: u8, area: Rect, buf: &mut Buffer) {
 }
 
 pub(crate) fn render(state: &State, room: Room, area: Rect, buf: &mut Buffer) {
-    let gap = if room == Room::Little { 2 } else { 3 };
+    let gap = if room == Room::Small { 2 } else { 3 };
     let [left, right] = Layout::horizontal([Constraint::Fill(1), Constraint::Fill(1)])
         .spacing(Spacing::Space(gap))
         .areas(area);
-    let strip_rows = if room == Room::Little {
+    let strip_rows = if room == Room::Small {
         5
     } else {
         left.height / 4
@@ -33,7 +33,7 @@ pub(crate) fn render(state: &State, room: Room, area: Rect, buf: &mut Buffer) {
     let [numbers, friction, amplitude] = Layout::vertical([
         Constraint::Length(contact_numbers::ROWS),
         Constraint::Fill(1),
-        Constraint::Length(if room == Room::Little { 0 } else { strip_rows }),
+        Constraint::Length(if room == Room::Small { 0 } else { strip_rows }),
     ])
     .areas(right);
     contact_numbers::render(state, numbers, buf);

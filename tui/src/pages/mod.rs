@@ -9,21 +9,21 @@ pub(crate) mod trials;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Room {
     /// From 78 × 22, such as 80 × 24.
-    Little,
+    Small,
     /// From 110 × 34, such as 120 × 40.
-    Some,
+    Medium,
     /// From 170 × 50, such as 200 × 60.
-    Much,
+    Large,
 }
 
 impl Room {
-    pub(crate) fn of(columns: u16, rows: u16) -> Self {
+    pub(crate) fn from_size(columns: u16, rows: u16) -> Self {
         if columns >= 170 && rows >= 50 {
-            Self::Much
+            Self::Large
         } else if columns >= 110 && rows >= 34 {
-            Self::Some
+            Self::Medium
         } else {
-            Self::Little
+            Self::Small
         }
     }
 }

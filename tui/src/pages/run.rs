@@ -12,7 +12,7 @@ use crate::state::State;
 use crate::strip::Strip;
 
 /// Draws one panel enlarged, numbered from 1.
-pub(crate) fn enlarged(state: &State, panel: u8, area: Rect, buf: &mut Buffer) {
+pub(crate) fn enlarge(state: &State, panel: u8, area: Rect, buf: &mut Buffer) {
     match Strip::ALL.get(usize::from(panel.saturating_sub(1))) {
         Some(strip) => strips::render(state, *strip, area, buf),
         None if panel == 6 => plate_drawing::render(state, area, buf),
@@ -22,9 +22,9 @@ pub(crate) fn enlarged(state: &State, panel: u8, area: Rect, buf: &mut Buffer) {
 
 pub(crate) fn render(state: &State, room: Room, area: Rect, buf: &mut Buffer) {
     match room {
-        Room::Little => little(state, area, buf),
-        Room::Some => some(state, area, buf),
-        Room::Much => much(state, area, buf),
+        Room::Small => small(state, area, buf),
+        Room::Medium => medium(state, area, buf),
+        Room::Large => large(state, area, buf),
     }
 }
 
@@ -42,23 +42,23 @@ fn curves(state: &State, plate_rows: u16, area: Rect, buf: &mut Buffer) {
     }
     let [strips, plate] =
         Layout::vertical([Constraint::Fill(1), Constraint::Length(plate_rows)]).areas(area);
-    strips::all(state, strips, buf);
+    strips::render_all(state, strips, buf);
     plate_drawing::render(state, plate, buf);
 }
 
 /// Draws the trials, or a drill's exercises.
 fn list(state: &State, area: Rect, buf: &mut Buffer) {
     match &state.drill {
-        Some(drilled) => drill::render(state, drilled, area, buf),
+        Some(drill) => drill::render(state, drill, area, buf),
         None => trial_list::render(state, false, area, buf),
     }
 }
 
-fn little(state: &State, area: Rect, buf: &mut Buffer) {
+fn small(state: &State, area: Rect, buf: &mut Buffer) {
     let [left, right] = columns(area, 2, [17, 10]);
     curves(state, 3, left, buf);
-    if only_watched(state) {
-        watched(state, right, buf);
+    if is_contact_only(state) {
+        contact(state, right, buf);
         return;
     }
     let [trials, lines, health] = Layout::vertical([
@@ -73,12 +73,12 @@ fn little(state: &State, area: Rect, buf: &mut Buffer) {
 }
 
 /// Whether there is neither a participant nor a trial to show.
-fn only_watched(state: &State) -> bool {
+fn is_contact_only(state: &State) -> bool {
     state.session.protocol.is_none() && state.trials.is_empty() && state.drill.is_none()
 }
 
 /// Draws the contact in place of the list of trials, which is empty.
-fn watched(state: &State, area: Rect, buf: &mut Buffer) {
+fn contact(state: &State, area: Rect, buf: &mut Buffer) {
     let [numbers, plane, lines, health] = Layout::vertical([
         Constraint::Length(contact_numbers::ROWS + 1),
         Constraint::Fill(2),
@@ -92,11 +92,11 @@ fn watched(state: &State, area: Rect, buf: &mut Buffer) {
     bench_tables::one_line(state, health, buf);
 }
 
-fn some(state: &State, area: Rect, buf: &mut Buffer) {
+fn medium(state: &State, area: Rect, buf: &mut Buffer) {
     let [left, right] = columns(area, 3, [4, 3]);
     curves(state, 4, left, buf);
-    if only_watched(state) {
-        watched(state, right, buf);
+    if is_contact_only(state) {
+        contact(state, right, buf);
         return;
     }
     let [trials, crop, lines, health] = Layout::vertical([
@@ -112,11 +112,11 @@ fn some(state: &State, area: Rect, buf: &mut Buffer) {
     bench_tables::one_line(state, health, buf);
 }
 
-fn much(state: &State, area: Rect, buf: &mut Buffer) {
+fn large(state: &State, area: Rect, buf: &mut Buffer) {
     let [left, right] = columns(area, 3, [5, 4]);
     curves(state, 5, left, buf);
-    if only_watched(state) {
-        watched(state, right, buf);
+    if is_contact_only(state) {
+        contact(state, right, buf);
         return;
     }
     let [upper, crop, lines, health] = Layout::vertical([

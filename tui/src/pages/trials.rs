@@ -9,9 +9,9 @@ use crate::state::State;
 
 pub(crate) fn render(state: &State, room: Room, area: Rect, buf: &mut Buffer) {
     let shares = match room {
-        Room::Little => [Constraint::Length(26), Constraint::Fill(1)],
-        Room::Some => [Constraint::Length(40), Constraint::Fill(1)],
-        Room::Much => [Constraint::Length(64), Constraint::Fill(1)],
+        Room::Small => [Constraint::Length(26), Constraint::Fill(1)],
+        Room::Medium => [Constraint::Length(40), Constraint::Fill(1)],
+        Room::Large => [Constraint::Length(64), Constraint::Fill(1)],
     };
     let [list, chosen] = Layout::horizontal(shares)
         .spacing(Spacing::Space(2))

@@ -73,7 +73,9 @@ pub(crate) fn parts(state: &State, area: Rect, buf: &mut Buffer) {
     let mut lines = Vec::new();
     let levels = state.health.as_ref().map(|health| health.lines);
     for part in &bench.parts {
-        let level = levels.zip(part.line).and_then(|(all, line)| all.of(line));
+        let level = levels
+            .zip(part.line)
+            .and_then(|(states, line)| states.describe(line));
         let words = match &level {
             Some((level, _)) => format!("{}, {level}", part.words),
             None => part.words.clone(),
@@ -114,8 +116,8 @@ pub(crate) fn limits(state: &State, area: Rect, buf: &mut Buffer) {
         rows(vec![Line::styled("nothing", theme.faint())], body, buf);
         return;
     }
-    let each = bench.loosened.iter().chain(&bench.unverified);
-    let lines: Vec<Line> = each
+    let remarks = bench.loosened.iter().chain(&bench.unverified);
+    let lines: Vec<Line> = remarks
         .flat_map(|words| {
             let lines = wrap(words, body.width.saturating_sub(2)).into_iter();
             lines.enumerate().map(|(i, words)| {
@@ -152,18 +154,18 @@ pub(crate) fn health(state: &State, area: Rect, buf: &mut Buffer) {
     let body = titled(state, title, &[frames], area, buf);
     let columns = if body.width >= 76 { 2 } else { 1 };
     let cell = body.width / columns;
-    let each = VALUES.div_ceil(columns);
-    for (i, shown) in (0u16..).zip(values(health)) {
-        let (row, column) = (i % each, i / each);
+    let rows_per_column = VALUES.div_ceil(columns);
+    for (i, value) in (0u16..).zip(values(health)) {
+        let (row, column) = (i % rows_per_column, i / rows_per_column);
         if row >= body.height {
             continue;
         }
         let area = Rect::new(body.x + column * cell, body.y + row, cell, 1);
-        let style = if shown.bad { theme.bad() } else { Style::new() };
-        let sign = if shown.bad { " !" } else { "" };
+        let style = if value.bad { theme.bad() } else { Style::new() };
+        let sign = if value.bad { " !" } else { "" };
         let line = Line::from(vec![
-            Span::styled(format!("{:<18}", shown.name), theme.faint()),
-            Span::styled(format!("{}{sign}", shown.value), style),
+            Span::styled(format!("{:<18}", value.name), theme.faint()),
+            Span::styled(format!("{}{sign}", value.value), style),
         ]);
         crate::words::render_line(line, area, buf);
     }
@@ -174,7 +176,8 @@ fn values(health: &SystemHealth) -> [HealthValue; VALUES as usize] {
     let dash = || "–".to_owned();
     let drift = health.clock_drift_ppm;
     let residual_s = health.clock_residual_s;
-    let off = residual_s.map_or_else(String::new, |off_s| format!(", {:.2} ms off", 1e3 * off_s));
+    let deviation =
+        residual_s.map_or_else(String::new, |off_s| format!(", {:.2} ms off", 1e3 * off_s));
     [
         entry("audio", format!("{:.3} of its rate", health.speed), false),
         entry(
@@ -207,7 +210,9 @@ fn values(health: &SystemHealth) -> [HealthValue; VALUES as usize] {
         ),
         entry(
             "clock drift",
-            drift.map_or_else(dash, |ppm| signed(format!("{ppm:+.0}")) + " ppm" + &off),
+            drift.map_or_else(dash, |ppm| {
+                signed(format!("{ppm:+.0}")) + " ppm" + &deviation
+            }),
             health.clock_off,
         ),
         entry(
@@ -294,12 +299,12 @@ pub(crate) fn one_line(state: &State, area: Rect, buf: &mut Buffer) {
 /// Returns `count` with its digits in groups of three.
 fn thousands(count: u64) -> String {
     let digits = count.to_string();
-    let mut grouped = String::new();
+    let mut groups = String::new();
     for (i, digit) in digits.chars().enumerate() {
         if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            grouped.push(' ');
+            groups.push(' ');
         }
-        grouped.push(digit);
+        groups.push(digit);
     }
-    grouped
+    groups
 }

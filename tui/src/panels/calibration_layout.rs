@@ -29,8 +29,8 @@ pub(crate) fn render(state: &State, calibration: &CalibrationPage, area: Rect, b
     let remarks = wrap(calibration.note.as_deref().unwrap_or_default(), columns);
     let remarks_rows = remarks.len() as u16;
     let typing = u16::from(calibration.asked.is_some());
-    let told = 1 + 2 * air + words_rows + remarks_rows + typing;
-    let large = area.height >= told + digits::ROWS + 1 + LEAST_POINTS;
+    let text_rows = 1 + 2 * air + words_rows + remarks_rows + typing;
+    let large = area.height >= text_rows + digits::ROWS + 1 + LEAST_POINTS;
     let reading_rows = if large { digits::ROWS + 1 } else { 1 };
     let [head, _, instruction, remark, answer, _, reading, rest] = Layout::vertical([
         Constraint::Length(1),
@@ -43,13 +43,13 @@ pub(crate) fn render(state: &State, calibration: &CalibrationPage, area: Rect, b
         Constraint::Fill(1),
     ])
     .areas(area);
-    let mut titled = title(state, calibration);
+    let mut line = title(state, calibration);
     if state.live_stale_s().is_some() {
-        titled.push_span(Span::styled(" · ", theme.faint()));
+        line.push_span(Span::styled(" · ", theme.faint()));
         let stale = stale(state).spans.into_iter();
-        titled.extend(stale.map(|span| span.style(theme.warning())));
+        line.extend(stale.map(|span| span.style(theme.warning())));
     }
-    render_line(titled, head, buf);
+    render_line(line, head, buf);
     let style = if calibration.failed {
         theme.bad()
     } else {
@@ -62,7 +62,7 @@ pub(crate) fn render(state: &State, calibration: &CalibrationPage, area: Rect, b
         .map(|line| Line::styled(line, theme.warning()));
     rows(lines.collect(), remark, buf);
     if !answer.is_empty() {
-        render_line(asked(state, calibration), answer, buf);
+        render_line(answer_line(state, calibration), answer, buf);
     }
     if large {
         let body = Rect {
@@ -100,7 +100,7 @@ pub(crate) fn title(state: &State, calibration: &CalibrationPage) -> Line<'stati
 }
 
 /// Returns the calibration's request or activity, for the head of another page.
-pub(crate) fn beside<'a>(
+pub(crate) fn request<'a>(
     state: &State,
     calibration: &CalibrationPage,
     columns: u16,
@@ -118,7 +118,7 @@ pub(crate) fn beside<'a>(
 }
 
 /// Returns the line with the typed text, or the key that confirms.
-fn asked<'a>(state: &'a State, calibration: &'a CalibrationPage) -> Line<'a> {
+fn answer_line<'a>(state: &'a State, calibration: &'a CalibrationPage) -> Line<'a> {
     let theme = state.ui.theme;
     let spans = match &calibration.asked {
         None => Vec::new(),

@@ -36,25 +36,29 @@ pub(crate) fn list(state: &State, calibration: &CalibrationPage, area: Rect, buf
     let [list, foot] =
         Layout::vertical([Constraint::Fill(1), Constraint::Length(findings_rows)]).areas(body);
     rows(findings, foot, buf);
-    let chosen = state.chosen_point().unwrap_or_default();
+    let selection = state.chosen_point().unwrap_or_default();
     let room = usize::from(list.height);
     // Shows the last points, or starts at the selected one if it is earlier.
-    let first = calibration.points.len().saturating_sub(room).min(chosen);
-    let chooses = matches!(
+    let first = calibration.points.len().saturating_sub(room).min(selection);
+    let can_choose = matches!(
         calibration.asked,
         Some(Question::Review | Question::Number { .. })
     );
-    let wide =
+    let max_columns =
         |text: fn(&PointLine) -> usize| calibration.points.iter().map(text).max().unwrap_or(0);
-    let at_columns = wide(|point| point.at.chars().count());
-    let value_columns = wide(|point| point.value.chars().count());
+    let at_columns = max_columns(|point| point.at.chars().count());
+    let value_columns = max_columns(|point| point.value.chars().count());
     let lines = calibration
         .points
         .iter()
         .enumerate()
         .skip(first)
         .map(|(i, point)| {
-            let mark = if chooses && i == chosen { "▸" } else { " " };
+            let mark = if can_choose && i == selection {
+                "▸"
+            } else {
+                " "
+            };
             let mut spans = vec![
                 Span::styled(mark, theme.strong()),
                 Span::styled(format!("{:>2} ", i + 1), theme.faint()),
@@ -84,10 +88,10 @@ pub(crate) fn chart(state: &State, calibration: &CalibrationPage, area: Rect, bu
     };
     let theme = state.ui.theme;
     let title = Line::styled(curve.y.clone(), theme.strong());
-    let along = Line::styled(curve.x.clone(), theme.faint());
-    let body = titled(state, title, &[along], area, buf);
-    let all = || curve.points.iter().chain(&curve.fit);
-    let Some(axis) = ValueAxis::around(all().map(|(_, y)| *y)) else {
+    let x_label = Line::styled(curve.x.clone(), theme.faint());
+    let body = titled(state, title, &[x_label], area, buf);
+    let points = || curve.points.iter().chain(&curve.fit);
+    let Some(axis) = ValueAxis::around(points().map(|(_, y)| *y)) else {
         return;
     };
     let Some(x) = span(curve) else { return };
@@ -103,9 +107,9 @@ pub(crate) fn chart(state: &State, calibration: &CalibrationPage, area: Rect, bu
         }],
     };
     plot.render(theme, body, buf);
-    let inside = Plot::body(body);
+    let plot_area = Plot::body(body);
     for point in &curve.points {
-        if let Some(position) = plot.position(*point, inside) {
+        if let Some(position) = plot.position(*point, plot_area) {
             put(buf, position, "●", theme.second_curve());
         }
     }

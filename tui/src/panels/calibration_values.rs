@@ -40,8 +40,8 @@ fn values(state: &State, watched: MainReading) -> Vec<NamedValue> {
         MainReading::Level,
     ]
     .into_iter()
-    .filter(|other| *other != watched)
-    .map(|other| named_value(&reading, other))
+    .filter(|kind| *kind != watched)
+    .map(|kind| named_value(&reading, kind))
     .collect();
     figures.insert(0, named_value(&reading, watched));
     figures.insert(
@@ -52,12 +52,12 @@ fn values(state: &State, watched: MainReading) -> Vec<NamedValue> {
             unit: "V",
         },
     );
-    for (known, name, scale, places, unit) in [
+    for (reference, name, scale, places, unit) in [
         (reading.known_m, "instrument", TO_MICRO, 4, "µm"),
         (reading.known_v, "meter", 1.0, 3, "V"),
     ] {
-        if known.is_some() {
-            let value = number(known, scale, places);
+        if reference.is_some() {
+            let value = number(reference, scale, places);
             figures.insert(1, NamedValue { name, value, unit });
         }
     }
@@ -68,19 +68,19 @@ fn values(state: &State, watched: MainReading) -> Vec<NamedValue> {
 pub(crate) fn large(state: &State, calibration: &CalibrationPage, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     let figures = values(state, calibration.watched);
-    let Some((watched, others)) = figures.split_first() else {
+    let Some((watched, rest)) = figures.split_first() else {
         return;
     };
     let columns = digits::columns(&watched.value);
-    let beside = columns + 12;
-    if area.width < beside + 24 {
+    let left_columns = columns + 12;
+    if area.width < left_columns + 24 {
         return small(state, calibration, area, buf);
     }
     let style = live_style(state, theme.first_curve());
     digits::render(&watched.value, style, area, buf);
     let name = Rect {
         x: area.x + columns,
-        width: beside - columns,
+        width: left_columns - columns,
         ..area
     };
     let unit = [
@@ -92,12 +92,12 @@ pub(crate) fn large(state: &State, calibration: &CalibrationPage, area: Rect, bu
     ];
     rows(unit.into(), name, buf);
     let list = Rect {
-        x: area.x + beside,
-        width: area.width - beside,
+        x: area.x + left_columns,
+        width: area.width - left_columns,
         ..area
     };
     let style = live_style(state, Style::new());
-    let lines = others.iter().map(|figure| {
+    let lines = rest.iter().map(|figure| {
         Line::from(vec![
             Span::styled(format!("{:<11}", figure.name), theme.faint()),
             Span::styled(format!("{:>8} {}", figure.value, figure.unit), style),
@@ -136,7 +136,7 @@ mod tests {
 
     #[test]
     fn a_meter_reads_volts_and_an_instrument_micrometres() {
-        let known = |known_m, known_v| {
+        let text_with = |known_m, known_v| {
             let mut state = State::new(Theme::Mono);
             state.readings = Some(CalibrationReadings {
                 known_m,
@@ -144,10 +144,10 @@ mod tests {
                 ..CalibrationReadings::default()
             });
             let values = values(&state, MainReading::Amplitude);
-            let at = &values[1];
-            format!("{} {} {}", at.name, at.value, at.unit)
+            let value = &values[1];
+            format!("{} {} {}", value.name, value.value, value.unit)
         };
-        assert_eq!(known(Some(1.3488e-6), None), "instrument 1.3488 µm");
-        assert_eq!(known(None, Some(2.783)), "meter 2.783 V");
+        assert_eq!(text_with(Some(1.3488e-6), None), "instrument 1.3488 µm");
+        assert_eq!(text_with(None, Some(2.783)), "meter 2.783 V");
     }
 }

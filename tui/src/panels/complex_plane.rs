@@ -34,11 +34,11 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let locus = curves.map_or(&[][..], |curves| &curves.locus);
     let z_p = state.live().and_then(|live| live.z_p_n_s_per_m);
     let z_p = z_p.or(curves.map(|curves| curves.z_p_n_s_per_m));
-    let all = || corrected.iter().flatten().chain(locus).chain(&z_p);
-    let axis = |of: fn(&ComplexImpedance) -> f64| {
+    let points = || corrected.iter().flatten().chain(locus).chain(&z_p);
+    let axis = |part: fn(&ComplexImpedance) -> f64| {
         ValueAxis::robust(
-            all().map(of).collect(),
-            &z_p.iter().map(of).collect::<Vec<_>>(),
+            points().map(part).collect(),
+            &z_p.iter().map(part).collect::<Vec<_>>(),
             0.5,
         )
     };
@@ -81,23 +81,26 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         ],
     };
     plot.render(theme, plane, buf);
-    let inside = Plot::body(plane);
-    if let Some(at) = z_p.and_then(|z| plot.position((z.re_n_s_per_m, z.im_n_s_per_m), inside)) {
-        put(buf, at, "+", theme.strong());
+    let plot_area = Plot::body(plane);
+    if let Some(position) =
+        z_p.and_then(|z| plot.position((z.re_n_s_per_m, z.im_n_s_per_m), plot_area))
+    {
+        put(buf, position, "+", theme.strong());
     }
     let ticks: Vec<f64> = re.ticks().collect();
     let last = ticks.len().saturating_sub(1);
     for (i, tick) in ticks.into_iter().enumerate() {
         let words = re.label(tick);
         let columns = words.chars().count() as u16;
-        let at = (i as f64 / last.max(1) as f64 * f64::from(inside.width.saturating_sub(1))) as u16;
-        let at = at.saturating_sub(if i == last {
+        let column =
+            (i as f64 / last.max(1) as f64 * f64::from(plot_area.width.saturating_sub(1))) as u16;
+        let column = column.saturating_sub(if i == last {
             columns.saturating_sub(1)
         } else {
             0
         });
-        if inside.width > at + columns && !scale.is_empty() {
-            buf.set_string(inside.x + at, scale.y, words, theme.faint());
+        if plot_area.width > column + columns && !scale.is_empty() {
+            buf.set_string(plot_area.x + column, scale.y, words, theme.faint());
         }
     }
 }

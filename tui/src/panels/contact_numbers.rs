@@ -26,9 +26,9 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         im_n_s_per_m: im,
     });
     let curves = super::complex_plane::latest_curves(state);
-    let fitted = curves.map(|curves| curves.z_p_n_s_per_m);
+    let fit_z_p = curves.map(|curves| curves.z_p_n_s_per_m);
     let noise = read(history, |l| l.z_m_std_n_s_per_m);
-    let masked = match live.and_then(|live| live.masked) {
+    let mask_text = match live.and_then(|live| live.masked) {
         Some(Masked::BelowNoise) => " now: amplitude below its noise",
         Some(Masked::Clipped) => " now: clipped",
         Some(Masked::Lost) => " now: lost samples",
@@ -41,7 +41,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
             "Z_p tracked",
             complex(live.and_then(|live| live.z_p_n_s_per_m)),
         ),
-        ("Z_p fitted", complex(fitted)),
+        ("Z_p fitted", complex(fit_z_p)),
         ("drift", drift(state)),
         (
             "noise floor",
@@ -49,7 +49,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         ),
         (
             "masked",
-            format!("{} % of the last period{masked}", number(part, 1.0, 0)),
+            format!("{} % of the last period{mask_text}", number(part, 1.0, 0)),
         ),
     ];
     let lines = figures.into_iter().map(|(name, value)| {

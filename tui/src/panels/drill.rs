@@ -37,10 +37,10 @@ pub(crate) fn instruction<'a>(state: &State, drill: &DrillView, columns: u16) ->
 pub(crate) fn render(state: &State, drill: &DrillView, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     let met = drill.results.iter().filter(|result| result.met).count();
-    let missed = drill.results.len() - met;
-    let count = Line::raw(match missed {
+    let missed_count = drill.results.len() - met;
+    let count = Line::raw(match missed_count {
         0 => format!("{met} met"),
-        _ => format!("{met} met, {missed} missed"),
+        _ => format!("{met} met, {missed_count} missed"),
     });
     let title = Line::styled("drill", theme.strong());
     let body = titled(state, title, &[count], area, buf);

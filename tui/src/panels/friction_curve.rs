@@ -27,18 +27,18 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     );
     let body = titled(state, title, &[right], area, buf);
     let Some(curves) = curves else {
-        let why = missing_estimate(state).unwrap_or_else(|| "no trial is fitted yet".to_owned());
-        note(&why, theme.faint(), body, buf);
+        let reason = missing_estimate(state).unwrap_or_else(|| "no trial is fitted yet".to_owned());
+        note(&reason, theme.faint(), body, buf);
         return;
     };
-    let scaled = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {
+    let points_um = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {
         points.iter().map(|(a, mu)| (a * TO_MICRO, *mu)).collect()
     };
-    let (fit, measured) = (scaled(&curves.friction), scaled(&curves.measured));
-    let both = || fit.iter().chain(&measured);
-    let axis = ValueAxis::robust(both().map(|(_, mu)| *mu).collect(), &[0.0], 0.2);
-    let across = ValueAxis::around(both().map(|(a, _)| *a).chain([0.0]));
-    let (Some(axis), Some(across)) = (axis, across) else {
+    let (fit, measured) = (points_um(&curves.friction), points_um(&curves.measured));
+    let curve_points = || fit.iter().chain(&measured);
+    let axis = ValueAxis::robust(curve_points().map(|(_, mu)| *mu).collect(), &[0.0], 0.2);
+    let amplitude_axis = ValueAxis::around(curve_points().map(|(a, _)| *a).chain([0.0]));
+    let (Some(axis), Some(amplitude_axis)) = (axis, amplitude_axis) else {
         return;
     };
     let [picture, scale] = ratatui::layout::Layout::vertical([
@@ -47,7 +47,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     ])
     .areas(body);
     let plot = Plot {
-        x: (across.low, across.high),
+        x: (amplitude_axis.low, amplitude_axis.high),
         axis,
         band: None,
         spans: Vec::new(),
@@ -58,17 +58,22 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         }],
     };
     plot.render(theme, picture, buf);
-    let inside = Plot::body(picture);
-    for at in measured
+    let plot_area = Plot::body(picture);
+    for position in measured
         .iter()
-        .filter_map(|point| plot.position(*point, inside))
+        .filter_map(|point| plot.position(*point, plot_area))
     {
-        put(buf, at, "●", theme.second_curve());
+        put(buf, position, "●", theme.second_curve());
     }
-    if !scale.is_empty() && inside.width > 12 {
-        let end = format!("{} μm", across.label(across.high));
-        buf.set_string(inside.x, scale.y, across.label(across.low), theme.faint());
+    if !scale.is_empty() && plot_area.width > 12 {
+        let end = format!("{} μm", amplitude_axis.label(amplitude_axis.high));
+        buf.set_string(
+            plot_area.x,
+            scale.y,
+            amplitude_axis.label(amplitude_axis.low),
+            theme.faint(),
+        );
         let columns = end.chars().count() as u16;
-        buf.set_string(inside.right() - columns, scale.y, end, theme.faint());
+        buf.set_string(plot_area.right() - columns, scale.y, end, theme.faint());
     }
 }

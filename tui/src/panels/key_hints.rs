@@ -6,14 +6,14 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Widget;
 
 use crate::action::Action;
-use crate::keyboard::working;
+use crate::keyboard::active_rows;
 use crate::state::State;
 use crate::words::render_line;
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
-    if let Some(asked) = state.ui.confirm {
-        let words = question(state, asked);
+    if let Some(action) = state.ui.confirm {
+        let words = question(state, action);
         let question = Line::styled(format!(" {words}  y yes · n no "), theme.alarm());
         // The keys must not be cut off.
         let question = if question.width() > area.width.into() {
@@ -34,10 +34,10 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         spans.push(Span::styled("e STOP", theme.bad()));
         columns = 6;
     }
-    let hints = working(state).filter_map(|(row, meaning)| Some((row.shown, meaning.hint?)));
-    for (key, does) in hints {
+    let hints = active_rows(state).filter_map(|(row, meaning)| Some((row.label, meaning.hint?)));
+    for (key, hint) in hints {
         // A hint that does not fit completely is left out.
-        columns += 3 + key.chars().count() + 1 + does.len();
+        columns += 3 + key.chars().count() + 1 + hint.len();
         if columns > area.width.into() {
             break;
         }
@@ -45,14 +45,14 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
             spans.push(Span::raw("   "));
         }
         spans.push(Span::styled(key, theme.strong()));
-        spans.push(Span::styled(format!(" {does}"), theme.faint()));
+        spans.push(Span::styled(format!(" {hint}"), theme.faint()));
     }
     Line::from(spans).render(area, buf);
 }
 
-/// Returns the question that asks for confirmation of `asked`.
-fn question(state: &State, asked: Action) -> String {
-    let words = match asked {
+/// Returns the question that asks for confirmation of `action`.
+fn question(state: &State, action: Action) -> String {
+    let words = match action {
         Action::Quit if state.calibration.is_some() => {
             "Quit the calibration? Nothing will be written."
         }

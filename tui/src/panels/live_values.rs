@@ -46,7 +46,7 @@ pub(crate) fn live_style(state: &State, style: Style) -> Style {
 }
 
 /// Returns a title's secondary text, or an empty one if live values are stale, since their age needs the room.
-pub(crate) fn aside(state: &State, words: String, style: Style) -> Span<'static> {
+pub(crate) fn secondary_text(state: &State, words: String, style: Style) -> Span<'static> {
     match state.live_stale_s() {
         Some(_) => Span::default(),
         None => Span::styled(words, style),

@@ -18,35 +18,35 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
 }
 
 /// Draws the whole log, scrolled up from the newest line.
-pub(crate) fn whole(state: &State, area: Rect, buf: &mut Buffer) {
+pub(crate) fn page(state: &State, area: Rect, buf: &mut Buffer) {
     let title = Line::styled("log", state.ui.theme.strong());
-    let shown = usize::from(area.height.saturating_sub(1));
-    let most = state.log.len().saturating_sub(shown);
-    let first = most.saturating_sub(state.ui.scroll.into());
-    let below = most - first;
-    let count = match below {
+    let row_count = usize::from(area.height.saturating_sub(1));
+    let max_first = state.log.len().saturating_sub(row_count);
+    let first = max_first.saturating_sub(state.ui.scroll.into());
+    let newer = max_first - first;
+    let count = match newer {
         0 => format!("{} lines", state.log.len()),
-        _ => format!("{below} newer lines below: j"),
+        _ => format!("{newer} newer lines below: j"),
     };
     let count = Line::styled(count, state.ui.theme.faint());
     let body = titled(state, title, &[count], area, buf);
     let mut lines = Vec::new();
-    for line in state.log.iter().skip(first).take(shown) {
-        lines.extend(wrapped(state, line, body.width));
+    for line in state.log.iter().skip(first).take(row_count) {
+        lines.extend(wrap_entry(state, line, body.width));
     }
     // Wrapped lines push out the oldest ones.
-    let over = lines.len().saturating_sub(body.height.into());
-    rows(lines.split_off(over), body, buf);
+    let excess = lines.len().saturating_sub(body.height.into());
+    rows(lines.split_off(excess), body, buf);
 }
 
 /// Returns a line broken at `columns`, with its symbol before the first part.
-fn wrapped<'a>(state: &State, line: &'a LogLine, columns: u16) -> Vec<Line<'a>> {
-    let whole = entry(state, line);
-    if whole.width() <= columns.into() {
-        return vec![whole];
+fn wrap_entry<'a>(state: &State, line: &'a LogLine, columns: u16) -> Vec<Line<'a>> {
+    let single = entry(state, line);
+    if single.width() <= columns.into() {
+        return vec![single];
     }
-    let style = whole.spans.first().map_or(Style::new(), |span| span.style);
-    let symbol = whole
+    let style = single.spans.first().map_or(Style::new(), |span| span.style);
+    let symbol = single
         .spans
         .first()
         .map_or("  ".to_owned(), |span| span.content.to_string());

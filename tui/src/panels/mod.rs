@@ -1,12 +1,12 @@
 //! The panels, one file each; each draws its part of the state into a given area.
 
-pub(crate) mod asked_detail;
 pub(crate) mod bench_tables;
 pub(crate) mod calibration_layout;
 mod calibration_points;
 mod calibration_values;
 pub(crate) mod complex_plane;
 pub(crate) mod contact_numbers;
+pub(crate) mod detail_question;
 pub(crate) mod drill;
 pub(crate) mod friction_curve;
 pub(crate) mod help;

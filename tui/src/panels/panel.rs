@@ -34,11 +34,11 @@ pub(crate) fn titled(
         ..row
     };
     left.render(start, buf);
-    let fitting = right
+    let right_line = right
         .iter()
         .filter(|line| line.width() > 0)
         .find(|line| left_columns + line.width() + 3 <= row.width.into());
-    if let Some(line) = fitting {
+    if let Some(line) = right_line {
         let columns = u16::try_from(line.width() + 1).unwrap_or(row.width);
         let start = row.width - columns;
         blank(row, start, columns.into(), buf);

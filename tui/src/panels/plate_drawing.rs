@@ -4,7 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
-use super::live_values::{TO_MILLI, aside, live_style, number, stale};
+use super::live_values::{TO_MILLI, live_style, number, secondary_text, stale};
 use super::panel::{note, titled};
 use crate::state::State;
 use drawing::plot::put;
@@ -26,7 +26,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
             format!(" ● {finger_name}{finger:>5} mm {speed:>4} mm/s"),
             live_style(state, theme.first_curve()),
         ),
-        aside(
+        secondary_text(
             state,
             format!("  ▼ {slider_name}{slider:>5} mm"),
             theme.second_curve(),
@@ -42,18 +42,18 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         return;
     }
     let last = body.width - 1;
-    let at = |m: f64| {
+    let x_at = |m: f64| {
         body.x
             + ((m / plate_m) * f64::from(last))
                 .round()
                 .clamp(0.0, last.into()) as u16
     };
-    let above = body.y + (body.height - 2) / 2;
-    let plate = above + 1;
-    let kept = state.session.kept_m.map(|(from, to)| at(from)..=at(to));
+    let slider_row = body.y + (body.height - 2) / 2;
+    let plate = slider_row + 1;
+    let central = state.session.kept_m.map(|(from, to)| x_at(from)..=x_at(to));
     for x in body.left()..body.right() {
-        let (symbol, style) = match &kept {
-            Some(kept) if !kept.contains(&x) => ("─", theme.faint()),
+        let (symbol, style) = match &central {
+            Some(central) if !central.contains(&x) => ("─", theme.faint()),
             _ => ("━", theme.strong()),
         };
         buf.set_string(x, plate, symbol, style);
@@ -72,11 +72,11 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     }
     if let Some(slider_m) = live.and_then(|l| l.slider_m) {
         let style = live_style(state, theme.second_curve());
-        put(buf, (at(slider_m), above), "▼", style);
+        put(buf, (x_at(slider_m), slider_row), "▼", style);
     }
     if let Some(finger_m) = live.and_then(|l| l.position_m) {
         let style = live_style(state, theme.first_curve());
-        put(buf, (at(finger_m), plate), "●", style);
+        put(buf, (x_at(finger_m), plate), "●", style);
     }
 }
 

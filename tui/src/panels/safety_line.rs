@@ -37,12 +37,12 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
             theme.bad(),
         ));
     } else if let Some(reason) = &state.safety_reason {
-        let tripped = state.safety == Some(SafetyState::Tripped);
-        let style = if tripped { theme.bad() } else { faint };
+        let is_tripped = state.safety == Some(SafetyState::Tripped);
+        let style = if is_tripped { theme.bad() } else { faint };
         let words = Span::styled(format!(" {reason}"), style);
         // Text other than an alarm gives way to the flags.
         let columns = spans[0].width() + words.width() + 2 + usize::from(flags_columns);
-        if tripped || columns <= usize::from(row.width) {
+        if is_tripped || columns <= usize::from(row.width) {
             spans.push(words);
         }
     }
@@ -50,9 +50,9 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         spans.push(Span::styled(" · x to re-arm", faint));
     }
     let line = Line::from(spans);
-    let told = u16::try_from(line.width()).unwrap_or(u16::MAX);
+    let line_columns = u16::try_from(line.width()).unwrap_or(u16::MAX);
     render_line(line, row, buf);
-    if told.saturating_add(2).saturating_add(flags_columns) <= row.width {
+    if line_columns.saturating_add(2).saturating_add(flags_columns) <= row.width {
         let end = Rect {
             x: row.right() - flags_columns,
             width: flags_columns,

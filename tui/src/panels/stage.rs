@@ -21,19 +21,23 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let say =
         say(state).map(|words| Line::from(vec![label("say"), Span::styled(words, theme.strong())]));
     let next = next(state).map(|words| Line::from(vec![label("next"), Span::raw(words)]));
-    let left = left(state);
+    let remainder = remainder(state);
     let mut lines = vec![now];
     lines.extend(say);
     if area.height >= ROWS.1 {
         lines.extend(next);
-        lines.extend(left.map(|words| Line::from(vec![label("left"), Span::raw(words)])));
+        lines.extend(remainder.map(|words| Line::from(vec![label("left"), Span::raw(words)])));
     } else {
         // The time and trials left are at the end of the last line.
         let last = next.unwrap_or_default();
-        let left = left.unwrap_or_default();
+        let remainder = remainder.unwrap_or_default();
         let room = usize::from(area.width).saturating_sub(last.width());
-        let short = left.split(" · ").take(2).collect::<Vec<_>>().join(" · ");
-        let words = [left, short]
+        let short = remainder
+            .split(" · ")
+            .take(2)
+            .collect::<Vec<_>>()
+            .join(" · ");
+        let words = [remainder, short]
             .into_iter()
             .find(|words| words.chars().count() + 3 <= room);
         let mut last = last;
@@ -61,7 +65,7 @@ fn say(state: &State) -> Option<String> {
         );
     }
     Some(match view.instruction {
-        Instruction::Wait => waiting(state),
+        Instruction::Wait => waiting_text(state),
         Instruction::Welcome => "“Welcome. Press the button when you are ready.”".to_owned(),
         Instruction::ReleaseSwitch => "“Let go of the hold button, please.”".to_owned(),
         Instruction::HoldSwitch => "“Press the hold button and keep it pressed.”".to_owned(),
@@ -86,7 +90,7 @@ fn say(state: &State) -> Option<String> {
     })
 }
 
-fn waiting(state: &State) -> String {
+fn waiting_text(state: &State) -> String {
     let verdict = state.verdict.as_ref().filter(|verdict| {
         let phase = &state.phase;
         matches!(phase.kind, PhaseKind::Feedback | PhaseKind::Verdict)
@@ -119,12 +123,12 @@ fn feedback(view: &ParticipantView) -> String {
 
 /// Returns the next step.
 fn next(state: &State) -> Option<String> {
-    let over = state.phase.kind == PhaseKind::Finished;
-    let outlook = state.outlook.as_ref().filter(|_| !over)?;
-    let halted = state.phase.kind == PhaseKind::Paused;
-    let tripped = halted && state.safety == Some(SafetyState::Tripped);
+    let is_finished = state.phase.kind == PhaseKind::Finished;
+    let outlook = state.outlook.as_ref().filter(|_| !is_finished)?;
+    let is_paused = state.phase.kind == PhaseKind::Paused;
+    let is_tripped = is_paused && state.safety == Some(SafetyState::Tripped);
     let steps = [
-        tripped.then_some("x re-arms"),
+        is_tripped.then_some("x re-arms"),
         outlook.next.as_deref(),
         outlook.then.as_deref(),
     ];
@@ -137,7 +141,7 @@ fn next(state: &State) -> Option<String> {
 }
 
 /// Returns the time and trials left in the session.
-fn left(state: &State) -> Option<String> {
+fn remainder(state: &State) -> Option<String> {
     let outlook = state.outlook.as_ref()?;
     if state.phase.kind == PhaseKind::Finished {
         return None;

@@ -17,7 +17,7 @@ use drawing::plot::{self, Plot, Trace};
 const GAP: f64 = 0.03;
 
 /// Draws all strips, one below the other.
-pub(crate) fn all(state: &State, area: Rect, buf: &mut Buffer) {
+pub(crate) fn render_all(state: &State, area: Rect, buf: &mut Buffer) {
     let rows = Strip::ALL.map(|strip| match strip {
         Strip::Impedance | Strip::Friction => Constraint::Fill(5),
         _ => Constraint::Fill(4),
@@ -82,17 +82,17 @@ fn curves(state: &State, strip: Strip, area: Rect, buf: &mut Buffer) {
         Some(_) => t_s - from_s,
         None => t_s.rem_euclid(window_s),
     };
-    let shown = history.partition_point(|live| live.t_s < from_s);
+    let first = history.partition_point(|live| live.t_s < from_s);
     let trace = |select: Select, style: Style| {
-        let mut points = Vec::with_capacity(history.len() - shown + 1);
-        let mut before = f64::NEG_INFINITY;
-        for live in history.range(shown..) {
+        let mut points = Vec::with_capacity(history.len() - first + 1);
+        let mut previous_x = f64::NEG_INFINITY;
+        for live in history.range(first..) {
             let x = place(live.t_s);
-            if x < before {
+            if x < previous_x {
                 points.push((x, None));
             }
             points.push((x, select(live)));
-            before = x;
+            previous_x = x;
         }
         Trace { points, style }
     };
@@ -157,7 +157,7 @@ fn cursors(state: &State, strip: Strip) -> Line<'static> {
         return Line::default();
     };
     let [a_s, b_s] = frozen.times_s(window_s);
-    let [a, b] = [a_s, b_s].map(|t_s| frozen.at(t_s).and_then(select));
+    let [a, b] = [a_s, b_s].map(|t_s| frozen.value_at(t_s).and_then(select));
     let difference = a.zip(b).map(|(a, b)| b - a);
     let mut words = format!(
         "HELD A {} B {} Δ {}",
@@ -246,24 +246,26 @@ fn parts(state: &State, strip: Strip) -> (&'static str, Vec<(String, Weight)>) {
             ("force", parts)
         }
         Strip::Friction => {
-            let measured = match read(|l| l.measured_mu) {
+            let measured_text = match read(|l| l.measured_mu) {
                 Some((mu, ..)) => format!("measured {mu:.2}"),
                 None => "measured – (not sliding)".to_owned(),
             };
-            let estimated = estimate(state, |l| l.mu, 1.0)
-                .map_or_else(|why| (why, Weight::Faint), |words| (words, Weight::First));
+            let estimate_text = estimate(state, |l| l.mu, 1.0).map_or_else(
+                |reason| (reason, Weight::Faint),
+                |words| (words, Weight::First),
+            );
             (
                 "μ",
                 vec![
-                    (measured, Weight::Second),
-                    (format!(" {}", estimated.0), estimated.1),
+                    (measured_text, Weight::Second),
+                    (format!(" {}", estimate_text.0), estimate_text.1),
                 ],
             )
         }
         Strip::Gap => {
             let gap = match estimate(state, |l| l.gap_m, 1e6) {
                 Ok(words) => (format!("{words} μm"), Weight::First),
-                Err(why) => (why, Weight::Faint),
+                Err(reason) => (reason, Weight::Faint),
             };
             let sensed = read(|l| l.sensed_normal_n.map(|sensed| sensed.value));
             let mut parts = vec![gap];
@@ -290,8 +292,8 @@ fn estimate(
     let values: Vec<ValueAndStd> = history.range(from..to).filter_map(select).collect();
     let count = values.len() as f64;
     if values.is_empty() {
-        let why = missing_estimate(state).unwrap_or_else(|| "–".to_owned());
-        return Err(format!("estimated: {why}"));
+        let reason = missing_estimate(state).unwrap_or_else(|| "–".to_owned());
+        return Err(format!("estimated: {reason}"));
     }
     let mean = values.iter().map(|e| e.value).sum::<f64>() / count * scale;
     let half = 1.96 * values.iter().map(|e| e.std).sum::<f64>() / count * scale;
@@ -303,12 +305,12 @@ fn estimate(
 
 /// Returns why gap and friction are not estimated.
 pub(crate) fn missing_estimate(state: &State) -> Option<String> {
-    let why = state.shown_history().back()?.no_estimate?;
-    Some(match why {
+    let reason = state.shown_history().back()?.no_estimate?;
+    Some(match reason {
         NoEstimate::NoFit => match state.fits.iter().rev().find_map(|fit| {
-            let why = fit.no_fit.as_ref()?;
+            let cause = fit.no_fit.as_ref()?;
             let sort = if fit.practice { "practice" } else { "trial" };
-            Some(format!("{sort} {} had no fit: {why}", fit.trial))
+            Some(format!("{sort} {} had no fit: {cause}", fit.trial))
         }) {
             Some(words) => words,
             None if state.session.protocol.is_none() => "needs the fit of a trial".to_owned(),

@@ -20,7 +20,7 @@ const PAGES: [(Page, &str); 5] = [
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     // While a question waits, the run page is shown in place of the participant's screen.
-    let shown = match state.ui.page {
+    let current = match state.ui.page {
         Page::Participant => Page::Run,
         page => page,
     };
@@ -31,7 +31,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
             (Page::Impedance | Page::Trials, Some(_)) => continue,
             _ => name,
         };
-        let style = if page == shown {
+        let style = if page == current {
             theme.chosen()
         } else {
             theme.faint()
@@ -39,24 +39,24 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         spans.push(Span::styled(format!(" {name} "), style));
     }
     let pages = Line::from(spans);
-    let who = match &state.calibration {
+    let subject = match &state.calibration {
         Some(calibration) => calibration_layout::title(state, calibration),
         None => participant(state),
     };
-    let taken = pages.width();
+    let page_columns = pages.width();
     render_line(pages, area, buf);
-    let room = usize::from(area.width).saturating_sub(taken + 2);
+    let room = usize::from(area.width).saturating_sub(page_columns + 2);
     if room < 8 {
         return;
     }
     // Text that does not fit is cut off at its end; text that fits is aligned to the right.
-    let columns = u16::try_from(who.width().min(room)).unwrap_or(0);
+    let columns = u16::try_from(subject.width().min(room)).unwrap_or(0);
     let end = Rect {
         x: area.right() - columns,
         width: columns,
         ..area
     };
-    render_line(who, end, buf);
+    render_line(subject, end, buf);
 }
 
 /// Returns the participant and the protocol.
@@ -68,12 +68,12 @@ fn participant(state: &State) -> Line<'_> {
         participant.unwrap_or("no participant"),
         theme.strong(),
     )];
-    let also = [
+    let details = [
         session.protocol.as_deref(),
         session.study.as_deref(),
         session.calibration_label.as_deref(),
     ];
-    for words in also.into_iter().flatten() {
+    for words in details.into_iter().flatten() {
         spans.push(Span::styled(" · ", theme.faint()));
         spans.push(Span::raw(words));
     }

@@ -28,19 +28,19 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     };
     let sort = if line.practice { "practice" } else { "trial" };
     let title = Line::styled(format!("{sort} {}", name(line)), theme.strong());
-    let verdict = line.verdict.as_ref().filter(|of| !of.interrupted);
-    let judged = match verdict.map(|verdict| verdict.accepted) {
+    let verdict = line.verdict.as_ref().filter(|verdict| !verdict.interrupted);
+    let outcome = match verdict.map(|verdict| verdict.accepted) {
         Some(true) => Line::styled("✓ accepted", theme.good()),
         Some(false) => Line::styled("✗ rejected", theme.bad()),
         None => Line::default(),
     };
-    let body = titled(state, title, &[judged], area, buf);
-    let words = told(state, line, body.width);
-    let most = (body.height / 2).max(1);
-    let scroll = usize::from(state.ui.scroll).min(words.len().saturating_sub(most.into()));
+    let body = titled(state, title, &[outcome], area, buf);
+    let words = verdict_lines(state, line, body.width);
+    let max_rows = (body.height / 2).max(1);
+    let scroll = usize::from(state.ui.scroll).min(words.len().saturating_sub(max_rows.into()));
     let count = u16::try_from(words.len() - scroll)
-        .unwrap_or(most)
-        .min(most);
+        .unwrap_or(max_rows)
+        .min(max_rows);
     let [text, crops] =
         Layout::vertical([Constraint::Length(count), Constraint::Fill(1)]).areas(body);
     rows(words.into_iter().skip(scroll).collect(), text, buf);
@@ -51,12 +51,12 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
 pub(crate) fn explorations(state: &State, line: &TrialLine, area: Rect, buf: &mut Buffer) {
     let crops: Vec<&Crop> = state.crops_of(line).collect();
     if crops.is_empty() {
-        let why = if line.verdict.is_some() {
+        let reason = if line.verdict.is_some() {
             "no exploration came to its end; friction-bench replay shows the recording"
         } else {
             "no exploration is over yet"
         };
-        note(why, state.ui.theme.faint(), area, buf);
+        note(reason, state.ui.theme.faint(), area, buf);
         return;
     }
     let share = crops.iter().map(|_| Constraint::Fill(1));
@@ -75,7 +75,7 @@ pub(crate) fn explorations(state: &State, line: &TrialLine, area: Rect, buf: &mu
 /// Draws the crop of one exploration.
 pub(crate) fn exploration(state: &State, crop: &Crop, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
-    let kept = crop.stretches.iter().filter(|s| s.accepted).count();
+    let accepted_count = crop.stretches.iter().filter(|s| s.accepted).count();
     let arrow = if crop.leftwards { "←" } else { "→" };
     let title = Line::from(vec![
         Span::styled(
@@ -83,30 +83,30 @@ pub(crate) fn exploration(state: &State, crop: &Crop, area: Rect, buf: &mut Buff
             theme.strong(),
         ),
         Span::styled("  ▒", theme.good()),
-        Span::raw(format!(" {kept} kept")),
+        Span::raw(format!(" {accepted_count} kept")),
     ]);
-    let rejected = crop.stretches.len() - kept;
+    let rejected_count = crop.stretches.len() - accepted_count;
     let right = Line::from(vec![
         Span::styled("╱", theme.bad()),
-        Span::raw(format!(" {rejected} rejected")),
+        Span::raw(format!(" {rejected_count} rejected")),
     ]);
     let body = titled(state, title, &[right], area, buf);
-    let mut why = kinds(state, crop, body.width);
-    let most = usize::from(body.height / 4).max(1);
-    if why.len() > most {
-        let more = why.len() - (most - 1);
-        why.truncate(most - 1);
-        let words = format!("and {more} more kinds of rejection");
-        why.push(Line::styled(words, theme.faint()));
+    let mut reasons = kinds(state, crop, body.width);
+    let max_reasons = usize::from(body.height / 4).max(1);
+    if reasons.len() > max_reasons {
+        let hidden = reasons.len() - (max_reasons - 1);
+        reasons.truncate(max_reasons - 1);
+        let words = format!("and {hidden} more kinds of rejection");
+        reasons.push(Line::styled(words, theme.faint()));
     }
-    let told = u16::try_from(why.len()).unwrap_or(0);
+    let reason_rows = u16::try_from(reasons.len()).unwrap_or(0);
     let [pictures, text] =
-        Layout::vertical([Constraint::Fill(1), Constraint::Length(told)]).areas(body);
-    rows(why, text, buf);
+        Layout::vertical([Constraint::Fill(1), Constraint::Length(reason_rows)]).areas(body);
+    rows(reasons, text, buf);
     // Charts without three rows are left out, the least informative first.
-    let shown = usize::from(pictures.height / 3).clamp(1, 4);
+    let chart_count = usize::from(pictures.height / 3).clamp(1, 4);
     let charts: [fn(&State, &Crop, Rect, &mut Buffer); 4] = [amplitude, forces, speed, position];
-    let areas = Layout::vertical((0..shown).map(|_| Constraint::Fill(1))).split(pictures);
+    let areas = Layout::vertical((0..chart_count).map(|_| Constraint::Fill(1))).split(pictures);
     for (chart, area) in charts.iter().zip(areas.iter()) {
         chart(state, crop, *area, buf);
     }
@@ -139,19 +139,19 @@ fn amplitude(state: &State, crop: &Crop, area: Rect, buf: &mut Buffer) {
 fn forces(state: &State, crop: &Crop, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     let curves = vec![
-        even(&crop.lateral_n, 1.0, theme.second_curve()),
-        even(&crop.normal_n, 1.0, theme.first_curve()),
+        even_trace(&crop.lateral_n, 1.0, theme.second_curve()),
+        even_trace(&crop.normal_n, 1.0, theme.first_curve()),
     ];
     chart(state, crop, "N", curves, state.force_band_n, area, buf);
 }
 
 fn speed(state: &State, crop: &Crop, area: Rect, buf: &mut Buffer) {
-    let curve = even(&crop.speed_m_per_s, TO_MILLI, state.ui.theme.first_curve());
+    let curve = even_trace(&crop.speed_m_per_s, TO_MILLI, state.ui.theme.first_curve());
     chart(state, crop, "mm/s", vec![curve], None, area, buf);
 }
 
 fn position(state: &State, crop: &Crop, area: Rect, buf: &mut Buffer) {
-    let curve = even(&crop.position_m, TO_MILLI, state.ui.theme.first_curve());
+    let curve = even_trace(&crop.position_m, TO_MILLI, state.ui.theme.first_curve());
     chart(state, crop, "mm", vec![curve], None, area, buf);
 }
 
@@ -206,7 +206,7 @@ fn chart(
     }
 }
 
-fn even(values: &[Option<f64>], scale: f64, style: Style) -> Trace {
+fn even_trace(values: &[Option<f64>], scale: f64, style: Style) -> Trace {
     let values_at = values.iter().zip(places(values.len()));
     let points = values_at.map(|(value, x)| (x, value.map(|value| value * scale)));
     Trace {
@@ -221,7 +221,7 @@ fn places(count: usize) -> impl Iterator<Item = f64> {
 }
 
 /// Returns the details of an attempt, in lines.
-fn told<'a>(state: &State, line: &TrialLine, columns: u16) -> Vec<Line<'a>> {
+fn verdict_lines<'a>(state: &State, line: &TrialLine, columns: u16) -> Vec<Line<'a>> {
     let theme = state.ui.theme;
     let mut lines = Vec::new();
     let Some(verdict) = &line.verdict else {
@@ -240,19 +240,19 @@ fn told<'a>(state: &State, line: &TrialLine, columns: u16) -> Vec<Line<'a>> {
             ]));
         }
     }
-    if let Some(settled) = &verdict.settled {
-        let text = wrap(settled, columns).into_iter();
+    if let Some(decision) = &verdict.settled {
+        let text = wrap(decision, columns).into_iter();
         lines.extend(text.map(|text| Line::styled(text, theme.warning())));
     }
     let mean = |n: Option<f64>| n.map_or("–".to_owned(), |n| format!("{n:.2}"));
     let mut words = format!("force {} N", mean(verdict.mean_normal_n));
     if verdict.normal_n.len() > 1 {
-        let each = verdict
+        let forces = verdict
             .normal_n
             .iter()
             .map(|n| mean(*n))
             .collect::<Vec<_>>();
-        words += &format!(" ({})", each.join(", "));
+        words += &format!(" ({})", forces.join(", "));
     }
     words += &format!(" · {} instances", verdict.instances);
     if let Some(condition) = &line.condition {
@@ -272,7 +272,7 @@ fn told<'a>(state: &State, line: &TrialLine, columns: u16) -> Vec<Line<'a>> {
                 let value = signed(format!("{:+.1}", drift.value));
                 words.push(format!("drift {value} ± {:.1} Hz", drift.std));
             }
-            words.extend(fit.no_fit.as_ref().map(|why| format!("no fit: {why}")));
+            words.extend(fit.no_fit.as_ref().map(|cause| format!("no fit: {cause}")));
             words.join(" · ")
         }
         None => String::new(),
@@ -290,7 +290,10 @@ fn kinds<'a>(state: &State, crop: &Crop, columns: u16) -> Vec<Line<'a>> {
     for stretch in crop.stretches.iter().filter(|s| !s.accepted) {
         let reason = stretch.reason.as_deref().unwrap_or("unknown reason");
         let kind = stretch.kind.as_deref().unwrap_or(reason);
-        match counts.iter_mut().find(|(known, ..)| *known == kind) {
+        match counts
+            .iter_mut()
+            .find(|(entry_kind, ..)| *entry_kind == kind)
+        {
             Some((_, count, _)) => *count += 1,
             None => counts.push((kind, 1, reason)),
         }
@@ -301,11 +304,11 @@ fn kinds<'a>(state: &State, crop: &Crop, columns: u16) -> Vec<Line<'a>> {
         // A single rejection is shown with its numbers.
         let words = if count == 1 { reason } else { kind };
         let words = format!(" {count} {words}");
-        let shown: String = words
+        let words: String = words
             .chars()
             .take(usize::from(columns).saturating_sub(1))
             .collect();
-        Line::from(vec![Span::styled("╱", theme.bad()), Span::raw(shown)])
+        Line::from(vec![Span::styled("╱", theme.bad()), Span::raw(words)])
     };
     counts.into_iter().map(line).collect()
 }

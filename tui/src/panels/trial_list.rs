@@ -9,18 +9,21 @@ use super::panel::{note, rows, titled};
 use crate::state::{State, TrialLine};
 
 /// Draws the list; on the page of trials, the selected attempt is marked and there are more columns.
-pub(crate) fn render(state: &State, chosen: bool, area: Rect, buf: &mut Buffer) {
+pub(crate) fn render(state: &State, is_choosable: bool, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
-    let judged = |accepted: bool| {
+    let verdict_count = |accepted: bool| {
         let main = state.trials.iter().filter(|line| !line.practice);
         main.filter_map(|line| line.verdict.as_ref())
             .filter(|verdict| verdict.accepted == accepted && !verdict.interrupted)
             .count()
     };
-    let rejected = judged(false);
-    let count = Line::raw(match rejected {
-        0 => format!("{} accepted", judged(true)),
-        _ => format!("{} accepted, {rejected} rejected", judged(true)),
+    let rejected_count = verdict_count(false);
+    let count = Line::raw(match rejected_count {
+        0 => format!("{} accepted", verdict_count(true)),
+        _ => format!(
+            "{} accepted, {rejected_count} rejected",
+            verdict_count(true)
+        ),
     });
     let title = Line::styled("trials", theme.strong());
     let body = titled(state, title, &[count], area, buf);
@@ -29,29 +32,29 @@ pub(crate) fn render(state: &State, chosen: bool, area: Rect, buf: &mut Buffer) 
         return;
     }
     let last = state.trials.len() - 1;
-    let at = state
+    let index = state
         .chosen_trial()
-        .filter(|_| chosen)
+        .filter(|_| is_choosable)
         .and_then(|line| {
             state
                 .trials
                 .iter()
-                .position(|other| std::ptr::eq(other, line))
+                .position(|candidate| std::ptr::eq(candidate, line))
         })
         .unwrap_or(last);
-    let shown = usize::from(body.height).max(1);
+    let row_count = usize::from(body.height).max(1);
     let first = state
         .trials
         .len()
-        .saturating_sub(shown)
-        .min(at.saturating_sub(shown / 2));
-    let lines = state.trials.iter().enumerate().skip(first).take(shown);
+        .saturating_sub(row_count)
+        .min(index.saturating_sub(row_count / 2));
+    let lines = state.trials.iter().enumerate().skip(first).take(row_count);
     let lines = lines.map(|(i, line)| {
-        let drawn = entry(state, line, chosen && body.width >= 50);
-        if chosen && i == at {
-            drawn.style(theme.chosen())
+        let row = entry(state, line, is_choosable && body.width >= 50);
+        if is_choosable && i == index {
+            row.style(theme.chosen())
         } else {
-            drawn
+            row
         }
     });
     rows(lines.collect(), body, buf);
@@ -72,19 +75,19 @@ pub(crate) fn name(line: &TrialLine) -> String {
     };
     match line.attempt {
         0 | 1 => number,
-        again => format!("{number}.{again}"),
+        attempt => format!("{number}.{attempt}"),
     }
 }
 
 /// Returns the line of one attempt.
-fn entry<'a>(state: &State, line: &'a TrialLine, whole: bool) -> Line<'a> {
+fn entry<'a>(state: &State, line: &'a TrialLine, is_wide: bool) -> Line<'a> {
     let theme = state.ui.theme;
     let mut spans = vec![Span::raw(format!("{:>4} ", name(line)))];
     let fit = state.fit_of(line);
     match &line.verdict {
         Some(verdict) if verdict.interrupted => {
-            let why = verdict.settled.as_deref().unwrap_or_default();
-            spans.push(Span::styled(format!("– {why}"), theme.faint()));
+            let reason = verdict.settled.as_deref().unwrap_or_default();
+            spans.push(Span::styled(format!("– {reason}"), theme.faint()));
         }
         Some(verdict) => {
             let (mark, style) = if verdict.accepted {
@@ -102,20 +105,20 @@ fn entry<'a>(state: &State, line: &'a TrialLine, whole: bool) -> Line<'a> {
             )));
             if let Some(sigma) = fit.and_then(|fit| fit.sigma_t_m) {
                 spans.push(Span::raw(format!(" σ_t {:.2}", sigma.value * TO_MICRO)));
-                if whole {
+                if is_wide {
                     spans.push(Span::raw(format!(" ± {:.2} μm", sigma.std * TO_MICRO)));
                 }
             }
-            if let Some(drift) = fit.and_then(|fit| fit.drift_hz).filter(|_| whole) {
+            if let Some(drift) = fit.and_then(|fit| fit.drift_hz).filter(|_| is_wide) {
                 let drift = signed(format!("{:+.1}", drift.value));
                 spans.push(Span::styled(format!(" {drift} Hz"), theme.faint()));
             }
-            let why = verdict
+            let reason = verdict
                 .settled
                 .as_deref()
                 .or(verdict.reasons.first().map(String::as_str));
-            if let Some(why) = why {
-                spans.push(Span::raw(format!("  {why}")));
+            if let Some(reason) = reason {
+                spans.push(Span::raw(format!("  {reason}")));
             }
         }
         None if runs(state, line) => spans.push(Span::styled("▸ running", theme.strong())),

@@ -24,13 +24,13 @@ pub struct Frames(Arc<Underway>);
 #[derive(Debug, Default)]
 struct Underway {
     state: Mutex<State>,
-    changed: Condvar,
+    change: Condvar,
 }
 
 #[derive(Debug, Default)]
 struct State {
     unwritten: usize,
-    failed: Option<io::Error>,
+    error: Option<io::Error>,
 }
 
 impl FrameWriter {
@@ -39,12 +39,12 @@ impl FrameWriter {
     /// # Errors
     /// An error if the system cannot start a thread.
     pub fn start(to: impl Write + Send + 'static) -> io::Result<Self> {
-        let (sender, handed_over) = mpsc::channel();
+        let (sender, receiver) = mpsc::channel();
         let frames = Frames::default();
-        let written = frames.clone();
+        let queue = frames.clone();
         std::thread::Builder::new()
             .name("frames".to_owned())
-            .spawn(move || written.write(to, &handed_over))?;
+            .spawn(move || queue.write(to, &receiver))?;
         Ok(Self {
             frame: Vec::with_capacity(1 << 16),
             to: sender,
@@ -70,21 +70,21 @@ impl Frames {
     pub(crate) fn wait(&self, limit: Duration) -> bool {
         let (state, _) = self
             .0
-            .changed
+            .change
             .wait_timeout_while(self.0.lock(), limit, |state| state.unwritten > 0)
             .unwrap_or_else(PoisonError::into_inner);
         state.unwritten == 0
     }
 
-    fn write(&self, mut to: impl Write, handed_over: &Receiver<Vec<u8>>) {
-        for frame in handed_over {
-            let written = to.write_all(&frame).and_then(|()| to.flush());
+    fn write(&self, mut to: impl Write, receiver: &Receiver<Vec<u8>>) {
+        for frame in receiver {
+            let result = to.write_all(&frame).and_then(|()| to.flush());
             let mut state = self.0.lock();
             state.unwritten -= 1;
-            if let Err(error) = written {
-                state.failed.get_or_insert(error);
+            if let Err(error) = result {
+                state.error.get_or_insert(error);
             }
-            self.0.changed.notify_all();
+            self.0.change.notify_all();
         }
     }
 }
@@ -111,7 +111,7 @@ impl Write for FrameWriter {
     /// The terminal's error for an earlier frame.
     fn flush(&mut self) -> io::Result<()> {
         let mut state = self.frames.0.lock();
-        if let Some(error) = state.failed.take() {
+        if let Some(error) = state.error.take() {
             return Err(error);
         }
         if self.frame.is_empty() {
@@ -120,8 +120,8 @@ impl Write for FrameWriter {
         self.frame.extend_from_slice(END);
         state.unwritten += 1;
         drop(state);
-        let room = Vec::with_capacity(self.frame.capacity());
-        let frame = std::mem::replace(&mut self.frame, room);
+        let buffer = Vec::with_capacity(self.frame.capacity());
+        let frame = std::mem::replace(&mut self.frame, buffer);
         self.to
             .send(frame)
             .map_err(|_| io::Error::from(io::ErrorKind::BrokenPipe))
@@ -152,8 +152,8 @@ mod tests {
 
     impl Write for StandsStill {
         fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-            let gone = |_| io::Error::from(io::ErrorKind::BrokenPipe);
-            self.0.recv().map_err(gone)?;
+            let broken_pipe = |_| io::Error::from(io::ErrorKind::BrokenPipe);
+            self.0.recv().map_err(broken_pipe)?;
             Ok(bytes.len())
         }
 
@@ -164,20 +164,20 @@ mod tests {
 
     #[test]
     fn a_frame_is_one_synchronized_write() {
-        let written = Written::default();
-        let mut writer = FrameWriter::start(written.clone()).unwrap();
+        let sink = Written::default();
+        let mut writer = FrameWriter::start(sink.clone()).unwrap();
         writer.write_all(b"one").unwrap();
         writer.write_all(b" two").unwrap();
         writer.flush().unwrap();
         writer.flush().unwrap();
         assert!(writer.frames().wait(LONG));
-        let written = written.0.lock().unwrap();
-        assert_eq!(*written, [b"\x1b[?2026hone two\x1b[?2026l".to_vec()]);
+        let frames = sink.0.lock().unwrap();
+        assert_eq!(*frames, [b"\x1b[?2026hone two\x1b[?2026l".to_vec()]);
     }
 
     #[test]
-    fn a_terminal_that_stands_still_keeps_nobody_waiting() {
-        let (goes_on, terminal) = mpsc::channel();
+    fn a_blocked_terminal_never_blocks_the_writer() {
+        let (resume, terminal) = mpsc::channel();
         let mut writer = FrameWriter::start(StandsStill(terminal)).unwrap();
         for _ in 0..2 {
             writer.write_all(b"frame").unwrap();
@@ -186,21 +186,21 @@ mod tests {
         let frames = writer.frames();
         assert!(!frames.are_written());
         assert!(!frames.wait(Duration::from_millis(1)));
-        goes_on.send(()).unwrap();
-        goes_on.send(()).unwrap();
+        resume.send(()).unwrap();
+        resume.send(()).unwrap();
         assert!(frames.wait(LONG));
         assert!(frames.are_written());
     }
 
     #[test]
-    fn a_terminal_that_fails_is_told_of_with_the_next_frame() {
-        let (goes_on, terminal) = mpsc::channel();
-        drop(goes_on);
+    fn the_next_frame_reports_a_failed_terminal() {
+        let (resume, terminal) = mpsc::channel();
+        drop(resume);
         let mut writer = FrameWriter::start(StandsStill(terminal)).unwrap();
         writer.write_all(b"frame").unwrap();
         writer.flush().unwrap();
         assert!(writer.frames().wait(LONG));
-        let told = writer.flush().unwrap_err();
-        assert_eq!(told.kind(), io::ErrorKind::BrokenPipe);
+        let error = writer.flush().unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::BrokenPipe);
     }
 }

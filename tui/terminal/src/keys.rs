@@ -62,8 +62,8 @@ fn wait_for_input(timeout: Duration) -> io::Result<()> {
         Ok(_) | Err(rustix::io::Errno::INTR) => {}
         Err(error) => return Err(error.into()),
     }
-    let gone = PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL;
-    if polled[0].revents().intersects(gone) {
+    let hang_up = PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL;
+    if polled[0].revents().intersects(hang_up) {
         return Err(io::Error::from(io::ErrorKind::BrokenPipe));
     }
     Ok(())

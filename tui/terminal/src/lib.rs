@@ -6,9 +6,9 @@
 mod error;
 mod frames;
 mod keys;
-mod restored;
+mod operator_screen;
 
 pub use error::TerminalError;
 pub use frames::{FrameWriter, Frames};
 pub use keys::{Keys, TerminalKeys};
-pub use restored::{OperatorScreen, install_panic_hook, restore, size};
+pub use operator_screen::{OperatorScreen, install_panic_hook, restore, size};

@@ -32,7 +32,7 @@ fn points(count: usize) -> Vec<PointLine> {
         .collect()
 }
 
-fn typing() -> CalibrationPage {
+fn typing_page() -> CalibrationPage {
     CalibrationPage {
         title: "calibrate pickup".to_owned(),
         step: 5,
@@ -47,16 +47,16 @@ fn typing() -> CalibrationPage {
         curve: Some(Chart {
             x: "drive, V".to_owned(),
             y: "known, μm".to_owned(),
-            points: LADDER[..2].iter().map(|at| (at.0, at.1)).collect(),
+            points: LADDER[..2].iter().map(|point| (point.0, point.1)).collect(),
             fit: Vec::new(),
         }),
         ..CalibrationPage::default()
     }
 }
 
-fn naming() -> CalibrationPage {
-    let point = |at: &str, value: &str| PointLine {
-        at: at.to_owned(),
+fn naming_page() -> CalibrationPage {
+    let point = |setting: &str, value: &str| PointLine {
+        at: setting.to_owned(),
         value: value.to_owned(),
         ..PointLine::default()
     };
@@ -92,20 +92,20 @@ fn review() -> CalibrationPage {
         curve: Some(Chart {
             x: "drive, V".to_owned(),
             y: "off the line, nm".to_owned(),
-            points: LADDER.iter().map(|at| (at.0, at.2)).collect(),
+            points: LADDER.iter().map(|point| (point.0, point.2)).collect(),
             fit: vec![(0.0, 0.0), (43.06, 0.0)],
         }),
         findings: vec![
             "sensitivity 4.9963 μm/unit ± 0.11 %".to_owned(),
             "off a line by 0.146 % at most".to_owned(),
         ],
-        ..typing()
+        ..typing_page()
     }
 }
 
 fn state(calibration: CalibrationPage) -> State {
     let mut state = State::new(Theme::Colour);
-    let driven = matches!(
+    let is_driven = matches!(
         calibration.asked,
         Some(Question::Number {
             optional: false,
@@ -122,14 +122,14 @@ fn state(calibration: CalibrationPage) -> State {
         Event::CalibrationReadings(CalibrationReadings {
             normal_n: Some(0.002),
             lateral_n: Some(-0.0011),
-            drive_v: Some(if driven { 20.26 } else { 0.0 }),
-            amplitude_m: Some(if driven { 1.3491e-6 } else { 1e-10 }),
+            drive_v: Some(if is_driven { 20.26 } else { 0.0 }),
+            amplitude_m: Some(if is_driven { 1.3491e-6 } else { 1e-10 }),
             known_m: Some(1.34877e-6),
             known_v: None,
             level: Some(0.338),
         }),
         Event::Safety {
-            state: if driven {
+            state: if is_driven {
                 SafetyState::Driving
             } else {
                 SafetyState::Armed
@@ -143,9 +143,9 @@ fn state(calibration: CalibrationPage) -> State {
 }
 
 fn states() -> Vec<(&'static str, State)> {
-    let mut typed = state(typing());
+    let mut typed = state(typing_page());
     press(&mut typed, "1.3");
-    let mut stale = state(typing());
+    let mut stale = state(typing_page());
     stale.apply(&Event::Tick { now_s: 4.2 });
     let mut empty = State::new(Theme::Colour);
     empty.apply(&Event::Calibration(CalibrationPage {
@@ -159,7 +159,7 @@ fn states() -> Vec<(&'static str, State)> {
             .to_owned(),
         asked: None,
         failed: true,
-        ..typing()
+        ..typing_page()
     });
     failed.apply(&Event::Safety {
         state: SafetyState::Tripped,
@@ -174,7 +174,7 @@ fn states() -> Vec<(&'static str, State)> {
         watched: MainReading::NormalForce,
         points: Vec::new(),
         curve: None,
-        ..typing()
+        ..typing_page()
     });
     let mut help = state(review());
     press(&mut help, "?");
@@ -188,7 +188,7 @@ fn states() -> Vec<(&'static str, State)> {
     let mut log = state(CalibrationPage {
         asked: None,
         instruction: "Driving 20.26 V.".to_owned(),
-        ..typing()
+        ..typing_page()
     });
     log.apply(&Event::Log {
         level: LogLevel::Warning,
@@ -200,7 +200,7 @@ fn states() -> Vec<(&'static str, State)> {
         ("typing", typed),
         ("review", state(review())),
         ("load", load),
-        ("naming", state(naming())),
+        ("naming", state(naming_page())),
         ("stale", stale),
         ("failed", failed),
         ("leaving", leaving),
@@ -210,14 +210,14 @@ fn states() -> Vec<(&'static str, State)> {
     ]
 }
 
-fn drawn(state: &State, columns: u16, rows: u16) -> Terminal<TestBackend> {
+fn draw(state: &State, columns: u16, rows: u16) -> Terminal<TestBackend> {
     let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
     terminal.draw(|frame| view(state, frame)).unwrap();
     terminal
 }
 
 fn row(state: &State, columns: u16, rows: u16, y: u16) -> String {
-    let terminal = drawn(state, columns, rows);
+    let terminal = draw(state, columns, rows);
     let buffer = terminal.backend().buffer();
     (0..columns).map(|x| buffer[(x, y)].symbol()).collect()
 }
@@ -226,7 +226,7 @@ fn row(state: &State, columns: u16, rows: u16, y: u16) -> String {
 fn every_state_at_two_sizes() {
     for (name, state) in states() {
         for (columns, rows) in [(80, 24), (120, 40)] {
-            let screen = drawn(&state, columns, rows);
+            let screen = draw(&state, columns, rows);
             insta::assert_snapshot!(format!("{name}_{columns}x{rows}"), screen.backend());
         }
     }
@@ -236,7 +236,7 @@ fn every_state_at_two_sizes() {
 fn small_terminals_keep_the_instruction_and_the_answer() {
     for (columns, rows) in [(40, 10), (20, 5)] {
         let (_, typed) = states().swap_remove(1);
-        let screen = drawn(&typed, columns, rows);
+        let screen = draw(&typed, columns, rows);
         insta::assert_snapshot!(format!("typing_{columns}x{rows}"), screen.backend());
     }
 }
@@ -247,7 +247,7 @@ fn every_small_size_in_every_state_is_drawn_with_the_instruction() {
     // States in the inner loop, because a solved layout is cached.
     for (columns, rows) in (0..=60).flat_map(|c| (0..=30).map(move |r| (c, r))) {
         for (name, state) in &states {
-            let screen = drawn(state, columns, rows);
+            let screen = draw(state, columns, rows);
             // The help covers the instruction on a small screen.
             if columns < 15 || rows < 8 || state.ui.help {
                 continue;
@@ -255,11 +255,11 @@ fn every_small_size_in_every_state_is_drawn_with_the_instruction() {
             let page = state.calibration.as_ref().unwrap();
             let first_word = page.instruction.split(' ').next().unwrap();
             let buffer = screen.backend().buffer();
-            let shown = (0..rows).any(|y| {
+            let is_shown = (0..rows).any(|y| {
                 let row: String = (0..columns).map(|x| buffer[(x, y)].symbol()).collect();
                 row.starts_with(first_word)
             });
-            assert!(shown, "{name} {columns}x{rows}: no {first_word:?}");
+            assert!(is_shown, "{name} {columns}x{rows}: no {first_word:?}");
         }
     }
 }
@@ -275,7 +275,7 @@ proptest! {
         which in 0..11usize,
     ) {
         let state = STATES.with(|states| states[which].1.clone());
-        let terminal = drawn(&state, columns, rows);
+        let terminal = draw(&state, columns, rows);
         if columns >= 10 && rows >= 1 {
             let word = match state.safety {
                 None => "UNKNOWN",
@@ -319,7 +319,7 @@ proptest! {
             known_v: Some(values[4]),
             level: Some(values[5]),
         }));
-        let _ = drawn(&state, columns, rows);
+        let _ = draw(&state, columns, rows);
     }
 }
 
@@ -334,7 +334,7 @@ fn code(letter: char) -> KeyCode {
         '↑' => KeyCode::Up,
         '↓' => KeyCode::Down,
         '\t' => KeyCode::Tab,
-        other => KeyCode::Char(other),
+        letter => KeyCode::Char(letter),
     }
 }
 
@@ -356,34 +356,34 @@ fn keys_by_what_is_asked() {
     let ready = Action::Answer(Reply::Ready);
     let working = CalibrationPage {
         asked: None,
-        ..typing()
+        ..typing_page()
     };
     let done = CalibrationPage {
         asked: Some(Question::Done),
-        ..typing()
+        ..typing_page()
     };
-    let naming = naming();
+    let naming = naming_page();
     let failed = CalibrationPage {
         failed: true,
         ..working.clone()
     };
     let table: &[(&CalibrationPage, &str, &[Action])] = &[
-        (&typing(), "1.25\n", &[number(1.25)]),
-        (&typing(), "1,25\n", &[number(1.25)]),
-        (&typing(), "1.255\u{8}\n", &[number(1.25)]),
-        (&typing(), "\n", &[]),
-        (&typing(), "1.2.5\n", &[]),
-        (&typing(), "1.2\n1.2\n", &[number(1.2), number(1.2)]),
+        (&typing_page(), "1.25\n", &[number(1.25)]),
+        (&typing_page(), "1,25\n", &[number(1.25)]),
+        (&typing_page(), "1.255\u{8}\n", &[number(1.25)]),
+        (&typing_page(), "\n", &[]),
+        (&typing_page(), "1.2.5\n", &[]),
+        (&typing_page(), "1.2\n1.2\n", &[number(1.2), number(1.2)]),
         (&naming, "\n", &[ready]),
         (&naming, "50\n\n", &[number(50.0), ready]),
         (&naming, ".\n", &[]),
-        (&typing(), "r", &[redo(1)]),
-        (&typing(), "↑r", &[redo(0)]),
-        (&typing(), "e", &[Action::EmergencyStop]),
-        (&typing(), "q", &[]),
-        (&typing(), "qn", &[]),
-        (&typing(), "qy", &[Action::Quit]),
-        (&typing(), "pac ", &[]),
+        (&typing_page(), "r", &[redo(1)]),
+        (&typing_page(), "↑r", &[redo(0)]),
+        (&typing_page(), "e", &[Action::EmergencyStop]),
+        (&typing_page(), "q", &[]),
+        (&typing_page(), "qn", &[]),
+        (&typing_page(), "qy", &[Action::Quit]),
+        (&typing_page(), "pac ", &[]),
         (&review(), "\n", &[ready]),
         (&review(), "r", &[redo(3)]),
         (&review(), "↓↓↓↓r", &[redo(5)]),
@@ -400,14 +400,14 @@ fn keys_by_what_is_asked() {
     ];
     for (calibration, keys, expected) in table {
         let mut state = state((*calibration).clone());
-        let asked = press(&mut state, keys);
-        assert_eq!(asked, *expected, "{keys:?} at {:?}", calibration.asked);
+        let actions = press(&mut state, keys);
+        assert_eq!(actions, *expected, "{keys:?} at {:?}", calibration.asked);
     }
 }
 
 #[test]
-fn what_is_typed_is_seen_and_a_slip_is_told() {
-    let mut state = state(typing());
+fn typed_text_is_shown_and_a_typing_error_explained() {
+    let mut state = state(typing_page());
     press(&mut state, "1.2.");
     assert!(row(&state, 80, 24, 3).contains("1.2.▏ μm"));
     press(&mut state, "\n");
@@ -427,20 +427,20 @@ fn the_chosen_point_is_marked_and_the_worst_is_named() {
     assert!(worst.starts_with("▸ 4"), "{worst}");
     press(&mut state, "↑");
     let screen: String = (0..24).map(|y| row(&state, 80, 24, y) + "\n").collect();
-    let chosen = screen
+    let selected_line = screen
         .lines()
         .find(|line| line.starts_with('▸') && line.contains(" V "))
         .unwrap();
-    assert!(chosen.starts_with("▸ 3"), "{chosen}");
+    assert!(selected_line.starts_with("▸ 3"), "{selected_line}");
 }
 
 #[test]
 fn the_bench_and_the_log_are_looked_at_and_nothing_is_answered_there() {
     let done = CalibrationPage {
         asked: Some(Question::Done),
-        ..typing()
+        ..typing_page()
     };
-    for calibration in [done, review(), typing()] {
+    for calibration in [done, review(), typing_page()] {
         let mut state = state(calibration);
         for (key, page) in [
             ("\t", Page::Bench),
@@ -452,8 +452,8 @@ fn the_bench_and_the_log_are_looked_at_and_nothing_is_answered_there() {
             assert_eq!(press(&mut state, key), []);
             assert_eq!(state.ui.page, page);
         }
-        let shown: String = (0..24).map(|y| row(&state, 80, 24, y)).collect();
-        assert!(shown.contains("1 turns back"), "{shown}");
+        let screen: String = (0..24).map(|y| row(&state, 80, 24, y)).collect();
+        assert!(screen.contains("1 turns back"), "{screen}");
         // The points and the typed text are not shown here.
         assert_eq!(press(&mut state, "\n"), []);
         assert!(row(&state, 80, 24, 23).contains("turn back"));
@@ -470,7 +470,7 @@ fn the_bench_and_the_log_are_looked_at_and_nothing_is_answered_there() {
 
 #[test]
 fn a_number_that_is_half_typed_is_still_there_after_a_look_at_the_bench() {
-    let mut state = state(typing());
+    let mut state = state(typing_page());
     assert_eq!(
         press(&mut state, "1.4\t5\t5\n"),
         [Action::Answer(Reply::Number(1.45))]
@@ -481,22 +481,22 @@ fn a_number_that_is_half_typed_is_still_there_after_a_look_at_the_bench() {
 fn a_calibration_that_calls_for_its_operator_brings_its_page_back() {
     let working = CalibrationPage {
         asked: None,
-        ..typing()
+        ..typing_page()
     };
-    let looking = || {
+    let looking_state = || {
         let mut state = state(working.clone());
         press(&mut state, "4?");
         state
     };
-    let called = |events: &[Event]| {
-        let mut state = looking();
+    let is_called = |events: &[Event]| {
+        let mut state = looking_state();
         events.iter().for_each(|event| state.apply(event));
         assert_eq!(state.ui.page == Page::Run, !state.ui.help);
         state.ui.page == Page::Run
     };
     let page = Event::Calibration;
-    assert!(called(&[page(typing())]));
-    assert!(called(&[page(CalibrationPage {
+    assert!(is_called(&[page(typing_page())]));
+    assert!(is_called(&[page(CalibrationPage {
         failed: true,
         ..working.clone()
     })]));
@@ -504,27 +504,27 @@ fn a_calibration_that_calls_for_its_operator_brings_its_page_back() {
         state,
         reason: None,
     };
-    assert!(called(&[safety(SafetyState::Tripped)]));
+    assert!(is_called(&[safety(SafetyState::Tripped)]));
     for state in [
         SafetyState::Disarmed,
         SafetyState::Armed,
         SafetyState::Driving,
     ] {
-        assert!(!called(&[safety(state)]));
+        assert!(!is_called(&[safety(state)]));
     }
     let next = CalibrationPage {
         step: 6,
         instruction: "Driving 27.86 V.".to_owned(),
         ..working.clone()
     };
-    assert!(!called(&[page(next)]), "it works on");
+    assert!(!is_called(&[page(next)]), "it works on");
     // An operator who turns away from a question may stay on another page until the next question.
-    let mut state = looking();
-    state.apply(&page(typing()));
+    let mut state = looking_state();
+    state.apply(&page(typing_page()));
     press(&mut state, "\t");
     state.apply(&page(CalibrationPage {
         findings: vec!["off a line by 0.1 %".to_owned()],
-        ..typing()
+        ..typing_page()
     }));
     state.apply(&safety(SafetyState::Tripped));
     press(&mut state, "\t\t\t\t");
@@ -532,7 +532,7 @@ fn a_calibration_that_calls_for_its_operator_brings_its_page_back() {
     assert_eq!(state.ui.page, Page::Bench);
     state.apply(&page(CalibrationPage {
         note: Some("again, please".to_owned()),
-        ..typing()
+        ..typing_page()
     }));
     assert_eq!(state.ui.page, Page::Run);
 }

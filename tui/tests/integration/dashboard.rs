@@ -21,21 +21,21 @@ mod crossterm_key {
     }
 }
 
-/// Plays the synthetic session until `wanted` is true for the first time.
-fn played_until(wanted: impl Fn(&State) -> bool) -> State {
+/// Plays the synthetic session until `is_reached` is true for the first time.
+fn play_until(is_reached: impl Fn(&State) -> bool) -> State {
     let mut state = State::new(Theme::Colour);
     for (at_s, event) in synthetic::session() {
         state.apply(&Event::Tick { now_s: at_s });
         state.apply(&event);
-        if wanted(&state) {
+        if is_reached(&state) {
             return state;
         }
     }
     panic!("the session never gets there");
 }
 
-fn exploring() -> State {
-    played_until(|state| {
+fn exploring_state() -> State {
+    play_until(|state| {
         let trial = &state.phase;
         trial.kind == PhaseKind::Exploration
             && (trial.trial, trial.practice) == (2, false)
@@ -43,54 +43,54 @@ fn exploring() -> State {
     })
 }
 
-fn pressed(mut state: State, code: char) -> State {
+fn press_key(mut state: State, code: char) -> State {
     state.ui = key(&state, press(code)).ui;
     state
 }
 
 fn states() -> Vec<(&'static str, State)> {
-    let mut stale = exploring();
+    let mut stale = exploring_state();
     stale.apply(&Event::Tick {
         now_s: stale.now_s + 3.2,
     });
-    let mut tripped = exploring();
+    let mut tripped = exploring_state();
     for event in synthetic::trip() {
         tripped.apply(&event);
     }
-    let mut paused = exploring();
-    paused.phase.kind = PhaseKind::Paused;
-    let mut finished = played_until(|state| state.phase.kind == PhaseKind::Rest);
+    let mut on_pause = exploring_state();
+    on_pause.phase.kind = PhaseKind::Paused;
+    let mut finished = play_until(|state| state.phase.kind == PhaseKind::Rest);
     for event in synthetic::finish() {
         finished.apply(&event);
     }
     vec![
         ("empty", State::new(Theme::Colour)),
-        ("running", exploring()),
+        ("running", exploring_state()),
         (
             "countdown",
-            played_until(|state| state.phase.countdown == Some(2)),
+            play_until(|state| state.phase.countdown == Some(2)),
         ),
         (
             "rejected",
-            played_until(|state| state.verdict.as_ref().is_some_and(|v| !v.accepted)),
+            play_until(|state| state.verdict.as_ref().is_some_and(|v| !v.accepted)),
         ),
         ("stale", stale),
         ("tripped", tripped),
-        ("paused", paused),
-        ("help", pressed(exploring(), '?')),
-        ("confirm", pressed(exploring(), 'a')),
+        ("paused", on_pause),
+        ("help", press_key(exploring_state(), '?')),
+        ("confirm", press_key(exploring_state(), 'a')),
         ("finished", finished),
     ]
 }
 
-fn drawn(state: &State, columns: u16, rows: u16) -> Terminal<TestBackend> {
+fn draw(state: &State, columns: u16, rows: u16) -> Terminal<TestBackend> {
     let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
     terminal.draw(|frame| view(state, frame)).unwrap();
     terminal
 }
 
 fn buffer(state: &State, columns: u16, rows: u16) -> Buffer {
-    drawn(state, columns, rows).backend().buffer().clone()
+    draw(state, columns, rows).backend().buffer().clone()
 }
 
 fn row(buffer: &Buffer, y: u16) -> String {
@@ -105,9 +105,9 @@ fn cells<'a>(buffer: &'a Buffer, words: &str) -> Vec<&'a Cell> {
         let symbols: Vec<&str> = (0..buffer.area.width)
             .map(|x| buffer[(x, y)].symbol())
             .collect();
-        let wanted: Vec<String> = words.chars().map(String::from).collect();
-        if let Some(x) = symbols.windows(wanted.len()).position(|w| w == wanted) {
-            return (x..x + wanted.len())
+        let letters: Vec<String> = words.chars().map(String::from).collect();
+        if let Some(x) = symbols.windows(letters.len()).position(|w| w == letters) {
+            return (x..x + letters.len())
                 .map(|x| &buffer[(x as u16, y)])
                 .collect();
         }
@@ -125,15 +125,15 @@ fn words_that_are_no_alarm_give_way_to_the_flags() {
         reason: Some("11 min of driving left this hour".to_owned()),
     });
     let line = |columns| row(&buffer(&state, columns, 24), 0);
-    let wide = line(80);
+    let wide_row = line(80);
     assert!(
-        wide.contains("11 min of driving left") && wide.contains("UNCALIBRATED"),
-        "{wide}"
+        wide_row.contains("11 min of driving left") && wide_row.contains("UNCALIBRATED"),
+        "{wide_row}"
     );
-    let narrow = line(60);
+    let narrow_row = line(60);
     assert!(
-        !narrow.contains("11 min") && narrow.contains("UNCALIBRATED"),
-        "{narrow}"
+        !narrow_row.contains("11 min") && narrow_row.contains("UNCALIBRATED"),
+        "{narrow_row}"
     );
 }
 
@@ -141,7 +141,7 @@ fn words_that_are_no_alarm_give_way_to_the_flags() {
 fn every_state_of_the_run_page() {
     for (name, state) in states() {
         for (columns, rows) in [(80, 24), (120, 40)] {
-            let screen = drawn(&state, columns, rows);
+            let screen = draw(&state, columns, rows);
             insta::assert_snapshot!(format!("{name}_{columns}x{rows}"), screen.backend());
         }
     }
@@ -150,13 +150,13 @@ fn every_state_of_the_run_page() {
 #[test]
 fn small_terminals_keep_what_matters() {
     for (columns, rows) in [(40, 10), (20, 5)] {
-        let screen = drawn(&exploring(), columns, rows);
+        let screen = draw(&exploring_state(), columns, rows);
         insta::assert_snapshot!(format!("running_{columns}x{rows}"), screen.backend());
     }
 }
 
 /// Returns a drill in which the third fault was just shown.
-fn drilled(asked: DrillStep, instruction: &str) -> State {
+fn drill_state(step: DrillStep, instruction: &str) -> State {
     let mut state = State::new(Theme::Colour);
     let result = |fault: &str, met, words: &str| DrillResult {
         fault: fault.to_owned(),
@@ -183,7 +183,7 @@ fn drilled(asked: DrillStep, instruction: &str) -> State {
             exercises: 20,
             instruction: instruction.to_owned(),
             note: Some("The cause is still there.".to_owned()),
-            asked,
+            asked: step,
             results: vec![
                 result("estop", true, "shown 2 ms, silent 4 ms, seen 1.2 s"),
                 result("xrun", false, "nobody acknowledged it"),
@@ -198,9 +198,9 @@ fn drilled(asked: DrillStep, instruction: &str) -> State {
 #[test]
 fn a_drill_says_what_is_asked_at_every_size() {
     let words = "It was: the amplifier is switched off. The cause is removed. Re-arm: x, then y.";
-    let state = drilled(DrillStep::Rearm, words);
+    let state = drill_state(DrillStep::Rearm, words);
     for (columns, rows) in [(200, 60), (80, 24), (40, 10), (20, 5)] {
-        let screen = drawn(&state, columns, rows);
+        let screen = draw(&state, columns, rows);
         insta::assert_snapshot!(format!("drill_{columns}x{rows}"), screen.backend());
     }
 }
@@ -219,23 +219,30 @@ fn a_question_about_the_participant_is_read_at_every_size_and_on_every_page() {
             note: Some("a number from 1 to 3".to_owned()),
         }),
     });
-    let mut state = pressed(pressed(state, '2'), 'h');
+    let mut state = press_key(press_key(state, '2'), 'h');
     state.ui.help = false;
     for (columns, rows) in [(120, 40), (80, 24), (40, 10), (20, 5)] {
-        let screen = drawn(&state, columns, rows);
+        let screen = draw(&state, columns, rows);
         insta::assert_snapshot!(format!("asked_{columns}x{rows}"), screen.backend());
-        let mut elsewhere = state.clone();
-        elsewhere.ui.page = Page::Participant;
-        let (here, there) = (screen.backend().buffer(), buffer(&elsewhere, columns, rows));
+        let mut participant_page = state.clone();
+        participant_page.ui.page = Page::Participant;
+        let (operator_screen, participant_screen) = (
+            screen.backend().buffer(),
+            buffer(&participant_page, columns, rows),
+        );
         for y in 1..4 {
-            assert_eq!(row(here, y), row(&there, y), "{columns}x{rows}");
+            assert_eq!(
+                row(operator_screen, y),
+                row(&participant_screen, y),
+                "{columns}x{rows}"
+            );
         }
     }
 }
 
 #[test]
 fn a_proposed_carrier_is_read_at_every_size() {
-    let mut state = exploring();
+    let mut state = exploring_state();
     state.apply(&Event::NewCarrier {
         proposal: Some(CarrierProposal {
             from_hz: 35_000.0,
@@ -247,12 +254,12 @@ fn a_proposed_carrier_is_read_at_every_size() {
         }),
     });
     for (columns, rows) in [(200, 60), (100, 30), (80, 24), (40, 10), (20, 5)] {
-        let screen = drawn(&state, columns, rows);
+        let screen = draw(&state, columns, rows);
         insta::assert_snapshot!(format!("new_carrier_{columns}x{rows}"), screen.backend());
-        let mut elsewhere = state.clone();
-        elsewhere.ui.page = Page::Participant;
-        let seen = buffer(&elsewhere, columns, rows);
-        assert!((0..rows).any(|y| row(&seen, y).contains("new carrier")));
+        let mut participant_page = state.clone();
+        participant_page.ui.page = Page::Participant;
+        let screen = buffer(&participant_page, columns, rows);
+        assert!((0..rows).any(|y| row(&screen, y).contains("new carrier")));
     }
 }
 
@@ -264,7 +271,7 @@ fn the_safety_line_has_its_colours() {
         assert_eq!(cell.fg, Color::Red);
         assert!(cell.modifier.contains(Modifier::REVERSED | Modifier::BOLD));
     }
-    let screen = buffer(&exploring(), 80, 24);
+    let screen = buffer(&exploring_state(), 80, 24);
     for cell in cells(&screen, "DRIVING") {
         assert_eq!(cell.fg, Color::Cyan);
         assert!(cell.modifier.contains(Modifier::REVERSED));
@@ -273,7 +280,7 @@ fn the_safety_line_has_its_colours() {
 
 #[test]
 fn kept_and_rejected_stretches_differ_in_colour_and_in_symbol() {
-    let state = played_until(|state| state.verdict.is_some());
+    let state = play_until(|state| state.verdict.is_some());
     let screen = buffer(&state, 120, 40);
     for cell in cells(&screen, "▒▒") {
         assert_eq!(cell.fg, Color::Green);
@@ -285,10 +292,10 @@ fn kept_and_rejected_stretches_differ_in_colour_and_in_symbol() {
 
 #[test]
 fn the_corrected_curve_is_bold_and_the_plain_one_faint() {
-    let screen = buffer(&exploring(), 120, 40);
+    let screen = buffer(&exploring_state(), 120, 40);
     let curve: Vec<&Cell> = (13..17)
         .flat_map(|y| (7..66).map(move |x| (x, y)))
-        .map(|at| &screen[at])
+        .map(|position| &screen[position])
         .filter(|cell| ("\u{2801}"..="\u{28ff}").contains(&cell.symbol()))
         .collect();
     let bold = |cell: &&&Cell| cell.fg == Color::Cyan && cell.modifier == Modifier::BOLD;
@@ -346,9 +353,9 @@ fn no_cell_is_bold_and_faint_at_once() {
     for (name, state) in states() {
         let screen = buffer(&state, 120, 40);
         for (i, cell) in screen.content().iter().enumerate() {
-            let both = Modifier::BOLD | Modifier::DIM;
+            let bold_and_faint = Modifier::BOLD | Modifier::DIM;
             assert!(
-                !cell.modifier.contains(both),
+                !cell.modifier.contains(bold_and_faint),
                 "{name} {:?} {}",
                 screen.pos_of(i),
                 cell.symbol()
@@ -359,9 +366,9 @@ fn no_cell_is_bold_and_faint_at_once() {
 
 #[test]
 fn the_participants_page_keeps_the_safety_line() {
-    let mut state = exploring();
+    let mut state = exploring_state();
     state.ui.page = Page::Participant;
-    let screen = drawn(&state, 80, 24);
+    let screen = draw(&state, 80, 24);
     assert!(row(screen.backend().buffer(), 0).contains("DRIVING"));
     insta::assert_snapshot!("page_participant_80x24", screen.backend());
 }
@@ -369,7 +376,7 @@ fn the_participants_page_keeps_the_safety_line() {
 /// Fault 37.
 #[test]
 fn every_small_size_in_every_state_is_drawn_with_the_safety_word_first() {
-    let mut preview = exploring();
+    let mut preview = exploring_state();
     preview.ui.page = Page::Participant;
     let mut states = states();
     states.push(("preview", preview));
@@ -381,9 +388,9 @@ fn every_small_size_in_every_state_is_drawn_with_the_safety_word_first() {
     // States in the inner loop, because a solved layout is cached.
     for (columns, rows) in (0..=60).flat_map(|c| (0..=30).map(move |r| (c, r))) {
         for (name, state) in &states {
-            let screen = drawn(state, columns, rows);
+            let screen = draw(state, columns, rows);
             let screen = screen.backend().buffer();
-            let at = format!("{name} {columns}x{rows}");
+            let case = format!("{name} {columns}x{rows}");
             let word = match state.safety {
                 None => " UNKNOWN",
                 Some(SafetyState::Disarmed) => " DISARMED",
@@ -391,10 +398,10 @@ fn every_small_size_in_every_state_is_drawn_with_the_safety_word_first() {
                 Some(SafetyState::Driving) => " DRIVING",
                 Some(SafetyState::Tripped) => " TRIPPED",
             };
-            if let Some(uncut) = columns.checked_sub(1).filter(|_| rows > 0) {
-                let shown = &word[..word.len().min(uncut.into())];
+            if let Some(text_columns) = columns.checked_sub(1).filter(|_| rows > 0) {
+                let visible_word = &word[..word.len().min(text_columns.into())];
                 let first = row(screen, 0);
-                assert!(first.starts_with(shown), "{at}: {first:?}");
+                assert!(first.starts_with(visible_word), "{case}: {first:?}");
             }
             if columns >= 6 && rows >= 4 {
                 let last = row(screen, rows - 1);
@@ -402,8 +409,8 @@ fn every_small_size_in_every_state_is_drawn_with_the_safety_word_first() {
                     Some(_) => &[" y/n:", " Abort the session?  y yes · n no "],
                     None => &["e STOP"],
                 };
-                let whole = keys.iter().any(|keys| last.starts_with(keys));
-                assert!(whole, "{at}: {last:?}");
+                let has_keys = keys.iter().any(|keys| last.starts_with(keys));
+                assert!(has_keys, "{case}: {last:?}");
             }
         }
     }
@@ -429,17 +436,17 @@ proptest! {
     fn any_size_in_any_state_shows_the_safety_word(
         columns in 0..=200u16,
         rows in 0..=60u16,
-        which in 0..10usize,
+        state_index in 0..10usize,
         safety in proptest::option::of(0..4usize),
-        asked in any::<bool>(),
+        confirms in any::<bool>(),
         help in any::<bool>(),
         page in any::<bool>(),
     ) {
-        let known = [SafetyState::Disarmed, SafetyState::Armed, SafetyState::Driving, SafetyState::Tripped];
+        let safety_states = [SafetyState::Disarmed, SafetyState::Armed, SafetyState::Driving, SafetyState::Tripped];
         let words = ["DISARMED", "ARMED", "DRIVING", "TRIPPED"];
-        let mut state = STATES.with(|states| states[which].1.clone());
-        state.safety = safety.map(|i| known[i]);
-        state.ui.confirm = asked.then_some(Action::Abort);
+        let mut state = STATES.with(|states| states[state_index].1.clone());
+        state.safety = safety.map(|i| safety_states[i]);
+        state.ui.confirm = confirms.then_some(Action::Abort);
         state.ui.help = help;
         state.ui.page = if page { Page::Participant } else { Page::Run };
         let screen = buffer(&state, columns, rows);

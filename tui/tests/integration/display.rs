@@ -12,7 +12,7 @@ use crate::pty::{PATIENCE, Screen};
 use tui::display::{DisplayError, DisplayLoss};
 use tui::{Instruction, ParticipantDisplay, ParticipantView, Theme};
 
-fn shown(instruction: Instruction) -> ParticipantView {
+fn view(instruction: Instruction) -> ParticipantView {
     ParticipantView {
         instruction,
         slider_m: None,
@@ -34,7 +34,7 @@ fn it_draws_on_its_terminal_follows_its_size_and_puts_it_back() {
     let mut screen = Screen::new(60, 20);
     let display = ParticipantDisplay::open(&screen.path, Theme::Mono).unwrap();
     screen.wait_for("\x1b[?1049h");
-    display.show(shown(Instruction::Wait));
+    display.show(view(Instruction::Wait));
     // Centred in 60 columns, then in 100.
     screen.wait_for(&(" ".repeat(24) + "Please wait"));
     screen.resize(100, 30);
@@ -54,13 +54,13 @@ fn a_terminal_that_stands_still_never_holds_the_caller() {
     )
     .unwrap();
     for _ in 0..10_000 {
-        display.show(shown(Instruction::Wait));
-        display.show(shown(Instruction::Finished));
+        display.show(view(Instruction::Wait));
+        display.show(view(Instruction::Finished));
     }
     let deadline = Instant::now() + PATIENCE;
     while display.lost() != Some(DisplayLoss::Stuck) {
         assert!(Instant::now() < deadline, "nobody noticed");
-        display.show(shown(Instruction::Rest));
+        display.show(view(Instruction::Rest));
         thread::sleep(Duration::from_millis(20));
     }
     // The test is that this returns: the thread may be blocked forever.
@@ -71,31 +71,29 @@ fn a_terminal_that_stands_still_never_holds_the_caller() {
 fn a_terminal_that_goes_away_is_noticed() {
     let mut screen = Screen::new(60, 20);
     let display = ParticipantDisplay::open(&screen.path, Theme::Colour).unwrap();
-    display.show(shown(Instruction::Wait));
+    display.show(view(Instruction::Wait));
     screen.wait_for("Please wait");
     let Screen {
-        controller,
-        written,
-        ..
+        controller, output, ..
     } = screen;
     drop(controller);
-    drop(written);
+    drop(output);
     let deadline = Instant::now() + PATIENCE;
     while display.lost() != Some(DisplayLoss::Gone) {
         assert!(Instant::now() < deadline, "still thought alive");
-        display.show(shown(Instruction::Rest));
+        display.show(view(Instruction::Rest));
         thread::sleep(Duration::from_millis(10));
     }
 }
 
 #[test]
-fn what_is_no_terminal_is_refused_by_name() {
-    let nowhere = Path::new("/dev/no-such-terminal");
-    let absent = ParticipantDisplay::open(nowhere, Theme::Colour);
+fn a_file_without_a_terminal_is_rejected_by_name() {
+    let missing_path = Path::new("/dev/no-such-terminal");
+    let result = ParticipantDisplay::open(missing_path, Theme::Colour);
     assert!(
-        matches!(&absent, Err(DisplayError::Open { path, source })
-            if path == nowhere && source.kind() == ErrorKind::NotFound),
-        "{absent:?}"
+        matches!(&result, Err(DisplayError::Open { path, source })
+            if path == missing_path && source.kind() == ErrorKind::NotFound),
+        "{result:?}"
     );
     let file = ParticipantDisplay::open(Path::new("/dev/null"), Theme::Colour);
     assert!(matches!(file, Err(DisplayError::NotATerminal { .. })));
@@ -103,16 +101,16 @@ fn what_is_no_terminal_is_refused_by_name() {
 
 /// A pipe without a reader would block a plain `open` forever.
 #[test]
-fn what_is_no_terminal_is_refused_at_once() {
+fn a_pipe_is_rejected_at_once() {
     use rustix::fs::{CWD, FileType, Mode, mknodat};
 
     let folder = tempfile::tempdir().unwrap();
     let pipe = folder.path().join("pipe");
     mknodat(CWD, &pipe, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).unwrap();
-    let (done, refused) = std::sync::mpsc::channel();
+    let (sender, outcome) = std::sync::mpsc::channel();
     thread::spawn(move || {
-        let opened = ParticipantDisplay::open(&pipe, Theme::Mono);
-        let _ = done.send(opened.is_err());
+        let result = ParticipantDisplay::open(&pipe, Theme::Mono);
+        let _ = sender.send(result.is_err());
     });
-    assert_eq!(refused.recv_timeout(PATIENCE), Ok(true));
+    assert_eq!(outcome.recv_timeout(PATIENCE), Ok(true));
 }

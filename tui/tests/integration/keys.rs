@@ -46,7 +46,7 @@ fn second() -> AttemptName {
     }
 }
 
-fn plain(code: KeyCode) -> KeyEvent {
+fn key_event(code: KeyCode) -> KeyEvent {
     KeyEvent::new(code, KeyModifiers::NONE)
 }
 
@@ -54,7 +54,7 @@ fn plain(code: KeyCode) -> KeyEvent {
 fn press(state: &mut State, keys: &str) -> Vec<Action> {
     let mut actions = Vec::new();
     for code in keys.chars() {
-        let reaction = key(state, plain(KeyCode::Char(code)));
+        let reaction = key(state, key_event(KeyCode::Char(code)));
         state.ui = reaction.ui;
         actions.extend(reaction.action);
     }
@@ -69,7 +69,7 @@ fn a_question_about_the_participant_takes_digits_and_leaves_the_rest_to_the_dash
     });
     let answer = |reply| Some(Action::Answer(reply));
     let tap = |state: &mut State, code| {
-        let reaction = key(state, plain(code));
+        let reaction = key(state, key_event(code));
         state.ui = reaction.ui;
         reaction.action
     };
@@ -157,9 +157,9 @@ fn keys_by_phase() {
         (P::Finished, "ry", &[]),
         (P::Finished, "q", &[Quit]),
     ];
-    for (kind, keys, wanted) in table {
+    for (kind, keys, expected) in table {
         let mut state = state(*kind, SafetyState::Armed, 2);
-        assert_eq!(press(&mut state, keys), *wanted, "{kind:?} {keys:?}");
+        assert_eq!(press(&mut state, keys), *expected, "{kind:?} {keys:?}");
     }
 }
 
@@ -174,11 +174,11 @@ fn redo_needs_a_trial() {
 fn nothing_starts_while_tripped_and_only_then_is_there_something_to_rearm() {
     for kind in PHASES {
         let mut tripped = state(kind, SafetyState::Tripped, 2);
-        let asked = press(&mut tripped, " s");
-        assert_eq!(asked, [], "{kind:?}");
+        let actions = press(&mut tripped, " s");
+        assert_eq!(actions, [], "{kind:?}");
         assert_eq!(press(&mut tripped, "xy"), [Action::Rearm], "{kind:?}");
-        let resumed = press(&mut state(PhaseKind::Paused, SafetyState::Tripped, 2), "p");
-        assert_eq!(resumed, []);
+        let actions = press(&mut state(PhaseKind::Paused, SafetyState::Tripped, 2), "p");
+        assert_eq!(actions, []);
         assert_eq!(press(&mut state(kind, SafetyState::Armed, 2), "xy"), []);
     }
 }
@@ -186,12 +186,12 @@ fn nothing_starts_while_tripped_and_only_then_is_there_something_to_rearm() {
 #[test]
 fn the_emergency_stop_works_everywhere_at_once() {
     for kind in PHASES {
-        for before in ["", "?", "a", "x", "c", "q"] {
+        for opening in ["", "?", "a", "x", "c", "q"] {
             for stop in ["e", "E"] {
                 let mut state = state(kind, SafetyState::Driving, 2);
-                press(&mut state, before);
-                let asked = press(&mut state, stop);
-                assert_eq!(asked, [Action::EmergencyStop], "{kind:?} {before:?}");
+                press(&mut state, opening);
+                let actions = press(&mut state, stop);
+                assert_eq!(actions, [Action::EmergencyStop], "{kind:?} {opening:?}");
                 assert_eq!(state.ui.confirm, None, "a stop answers no question");
             }
         }
@@ -219,9 +219,9 @@ fn control_c_interrupts_and_other_chords_do_nothing() {
 #[test]
 fn escape_closes_what_lies_on_top_and_does_nothing_else() {
     let mut state = state(PhaseKind::Exploration, SafetyState::Driving, 2);
-    for before in ["", "?", "a"] {
-        press(&mut state, before);
-        let reaction = key(&state, plain(KeyCode::Esc));
+    for opening in ["", "?", "a"] {
+        press(&mut state, opening);
+        let reaction = key(&state, key_event(KeyCode::Esc));
         assert_eq!(reaction.action, None);
         assert!(!reaction.ui.help);
         assert_eq!(reaction.ui.confirm, None);
@@ -241,9 +241,9 @@ fn a_key_without_effect_says_why_until_the_next_one() {
 #[test]
 fn the_view_is_the_operators() {
     let mut state = state(PhaseKind::Exploration, SafetyState::Driving, 2);
-    state.ui = key(&state, plain(KeyCode::Tab)).ui;
+    state.ui = key(&state, key_event(KeyCode::Tab)).ui;
     assert_eq!(state.ui.page, Page::Participant);
-    state.ui = key(&state, plain(KeyCode::Tab)).ui;
+    state.ui = key(&state, key_event(KeyCode::Tab)).ui;
     assert_eq!(state.ui.page, Page::Run);
     press(&mut state, "----");
     assert_eq!(state.ui.window, Window::Ten);
@@ -380,7 +380,7 @@ fn a_replay_takes_the_keys_of_a_player_and_asks_nothing() {
         [Action::Pause, Action::Pause, Action::Quit]
     );
     for (code, by_s) in [(KeyCode::Left, -5.0), (KeyCode::Right, 5.0)] {
-        let action = key(&state, plain(code)).action;
+        let action = key(&state, key_event(code)).action;
         assert_eq!(action, Some(Action::Seek { by_s }));
     }
 }
@@ -395,7 +395,7 @@ fn control_l_draws_everything_anew() {
 }
 
 fn tap(state: &mut State, code: KeyCode) {
-    state.ui = key(state, plain(code)).ui;
+    state.ui = key(state, key_event(code)).ui;
 }
 
 #[test]
@@ -431,18 +431,18 @@ fn held_strips_stay_while_values_come_and_have_two_cursors() {
     };
     (0..100).for_each(|i| state.apply(&live(f64::from(i) * 0.1)));
     press(&mut state, "f");
-    let held = state.shown_history().clone();
+    let history = state.shown_history().clone();
     (100..300).for_each(|i| state.apply(&live(f64::from(i) * 0.1)));
-    assert_eq!(state.shown_history(), &held);
-    let before = state.ui.frozen.as_ref().unwrap().cursors;
+    assert_eq!(state.shown_history(), &history);
+    let cursors = state.ui.frozen.as_ref().unwrap().cursors;
     tap(&mut state, KeyCode::Left);
     press(&mut state, "]");
     let [a, b] = state.ui.frozen.as_ref().unwrap().cursors;
-    assert!(a < before[0] && b > before[1]);
+    assert!(a < cursors[0] && b > cursors[1]);
     (0..200).for_each(|_| tap(&mut state, KeyCode::Left));
     assert!(state.ui.frozen.as_ref().unwrap().cursors[0].abs() < 1e-9);
     press(&mut state, "f");
-    assert_ne!(state.shown_history(), &held);
+    assert_ne!(state.shown_history(), &history);
 }
 
 #[test]
@@ -455,16 +455,16 @@ fn arrows_choose_a_trial_and_follow_the_newest_after_the_last() {
         }));
     }
     press(&mut state, "3");
-    let chosen = |state: &State| state.chosen_trial().unwrap().trial;
-    assert_eq!(chosen(&state), 3);
+    let chosen_number = |state: &State| state.chosen_trial().unwrap().trial;
+    assert_eq!(chosen_number(&state), 3);
     for _ in 0..5 {
         tap(&mut state, KeyCode::Left);
     }
-    assert_eq!(chosen(&state), 1);
+    assert_eq!(chosen_number(&state), 1);
     tap(&mut state, KeyCode::Right);
-    assert_eq!(chosen(&state), 2);
+    assert_eq!(chosen_number(&state), 2);
     tap(&mut state, KeyCode::Right);
-    assert_eq!((chosen(&state), state.ui.trial), (3, None));
+    assert_eq!((chosen_number(&state), state.ui.trial), (3, None));
 }
 
 #[test]

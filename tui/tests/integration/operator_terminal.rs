@@ -144,9 +144,9 @@ fn without_a_terminal_it_says_what_to_do() {
     if std::env::var_os(PART).is_some() {
         let (_bench, events) = mpsc::channel();
         let (operator, _actions) = mpsc::channel();
-        let refused = tui::run_operator(&events, operator, |_| ()).unwrap_err();
+        let error = tui::run_operator(&events, operator, |_| ()).unwrap_err();
         std::io::stderr()
-            .write_all(refused.to_string().as_bytes())
+            .write_all(error.to_string().as_bytes())
             .unwrap();
         return;
     }
@@ -160,6 +160,6 @@ fn without_a_terminal_it_says_what_to_do() {
         .stdin(std::process::Stdio::null())
         .output()
         .unwrap();
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert!(told.contains("--headless"), "{told}");
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(message.contains("--headless"), "{message}");
 }

@@ -21,12 +21,12 @@ const PAGES: [(Page, &str); 5] = [
 ];
 const SIZES: [(u16, u16); 3] = [(80, 24), (120, 40), (200, 60)];
 
-fn played_until(wanted: impl Fn(&State) -> bool) -> State {
+fn play_until(is_reached: impl Fn(&State) -> bool) -> State {
     let mut state = State::new(Theme::Colour);
     for (at_s, event) in synthetic::session() {
         state.apply(&Event::Tick { now_s: at_s });
         state.apply(&event);
-        if wanted(&state) {
+        if is_reached(&state) {
             return state;
         }
     }
@@ -35,10 +35,10 @@ fn played_until(wanted: impl Fn(&State) -> bool) -> State {
 
 /// Returns the second exploration of a trial that was rejected once.
 fn normal() -> State {
-    played_until(|state| {
-        let at = &state.phase;
-        (at.trial, at.attempt, at.exploration) == (2, 2, 2)
-            && at.kind == PhaseKind::Exploration
+    play_until(|state| {
+        let phase = &state.phase;
+        (phase.trial, phase.attempt, phase.exploration) == (2, 2, 2)
+            && phase.kind == PhaseKind::Exploration
             && state.live().and_then(|live| live.slider_m) > Some(0.06)
     })
 }
@@ -57,9 +57,9 @@ fn states() -> Vec<(&'static str, State)> {
         state: SafetyState::Tripped,
         reason: Some("emergency stop pressed".to_owned()),
     });
-    let mut pressed = stop.health.unwrap();
-    pressed.lines.estop_open = Some(true);
-    stop.apply(&Event::Health(pressed));
+    let mut health = stop.health.unwrap();
+    health.lines.estop_open = Some(true);
+    stop.apply(&Event::Health(health));
     let mut uncalibrated = normal();
     uncalibrated.session.uncalibrated = true;
     uncalibrated.session.calibration_label = None;
@@ -68,7 +68,7 @@ fn states() -> Vec<(&'static str, State)> {
         fact.date = None;
     }
     uncalibrated.bench = Some(facts);
-    let mut finished = played_until(|state| state.phase.kind == PhaseKind::Rest);
+    let mut finished = play_until(|state| state.phase.kind == PhaseKind::Rest);
     synthetic::finish()
         .iter()
         .for_each(|event| finished.apply(event));
@@ -83,14 +83,14 @@ fn states() -> Vec<(&'static str, State)> {
     ]
 }
 
-fn drawn(state: &State, columns: u16, rows: u16) -> Terminal<TestBackend> {
+fn draw(state: &State, columns: u16, rows: u16) -> Terminal<TestBackend> {
     let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
     terminal.draw(|frame| view(state, frame)).unwrap();
     terminal
 }
 
 fn lines(state: &State, columns: u16, rows: u16) -> String {
-    let screen = drawn(state, columns, rows);
+    let screen = draw(state, columns, rows);
     tui::picture::text(screen.backend().buffer())
 }
 
@@ -137,15 +137,15 @@ fn an_attempt_that_was_broken_off_is_neither_accepted_nor_rejected() {
     state.ui.page = Page::Trials;
     state.apply(&verdict(1, true));
     assert_eq!(state.verdict, None, "there is nothing to overrule");
-    let shown = lines(&state, 120, 40);
-    assert!(shown.contains("– paused by the operator"), "{shown}");
+    let screen = lines(&state, 120, 40);
+    assert!(screen.contains("– paused by the operator"), "{screen}");
     assert!(
-        shown.contains("0 accepted") && !shown.contains("rejected"),
-        "{shown}"
+        screen.contains("0 accepted") && !screen.contains("rejected"),
+        "{screen}"
     );
     state.apply(&verdict(2, false));
-    let shown = lines(&state, 120, 40);
-    assert!(shown.contains("0 accepted, 1 rejected"), "{shown}");
+    let screen = lines(&state, 120, 40);
+    assert!(screen.contains("0 accepted, 1 rejected"), "{screen}");
 }
 
 #[test]
@@ -182,10 +182,10 @@ fn without_utf8_the_screen_is_ascii() {
         for (page, _) in PAGES {
             state.ui.page = page;
             for (columns, rows) in SIZES {
-                let shown = lines(&state, columns, rows);
-                assert!(shown.is_ascii(), "{name} {page:?}");
+                let screen = lines(&state, columns, rows);
+                assert!(screen.is_ascii(), "{name} {page:?}");
                 assert!(
-                    !shown.contains('?') || shown.contains("? help"),
+                    !screen.contains('?') || screen.contains("? help"),
                     "{name} {page:?}"
                 );
             }
@@ -198,10 +198,10 @@ fn one_sign_for_mu_and_one_for_minus() {
     for (name, mut state) in states() {
         for (page, _) in PAGES {
             state.ui.page = page;
-            let shown = lines(&state, 200, 60);
-            assert!(!shown.contains('\u{b5}'), "{name} {page:?}");
+            let screen = lines(&state, 200, 60);
+            assert!(!screen.contains('\u{b5}'), "{name} {page:?}");
             // A hyphen before a digit would be a wrong minus sign; dates and names have hyphens within a word.
-            let hyphens = shown.split_whitespace().filter(|word| {
+            let hyphens = screen.split_whitespace().filter(|word| {
                 word.starts_with('-') && word[1..].starts_with(|c: char| c.is_ascii_digit())
             });
             assert_eq!(hyphens.count(), 0, "{name} {page:?}");
@@ -260,19 +260,19 @@ fn event() -> impl Strategy<Value = Event> {
 
 fn press() -> impl Strategy<Value = KeyCode> {
     let keys = "12345zfjkwatnrpxs?+-[]y ".chars().map(KeyCode::Char);
-    let others = [KeyCode::Left, KeyCode::Right, KeyCode::Tab, KeyCode::PageUp];
-    proptest::sample::select(keys.chain(others).collect::<Vec<_>>())
+    let named_keys = [KeyCode::Left, KeyCode::Right, KeyCode::Tab, KeyCode::PageUp];
+    proptest::sample::select(keys.chain(named_keys).collect::<Vec<_>>())
 }
 
 thread_local! {
     /// One event of every kind, few of the frequent ones.
     static EVENTS: Vec<Event> = {
-        let all = synthetic::session().into_iter().map(|(_, event)| event);
-        let rare = all.enumerate().filter(|(i, event)| {
+        let events = synthetic::session().into_iter().map(|(_, event)| event);
+        let rare = events.enumerate().filter(|(i, event)| {
             !matches!(event, Event::Live(_) | Event::Participant(_) | Event::Period(_)) || i % 97 == 0
         });
-        let ends = synthetic::trip().into_iter().chain(synthetic::finish());
-        rare.map(|(_, event)| event).chain(ends).collect()
+        let last_events = synthetic::trip().into_iter().chain(synthetic::finish());
+        rare.map(|(_, event)| event).chain(last_events).collect()
     };
 }
 
@@ -292,7 +292,7 @@ proptest! {
             state.ui = key(&state, KeyEvent::new(code, KeyModifiers::NONE)).ui;
         }
         for (columns, rows) in sizes {
-            let _ = drawn(&state, columns, rows);
+            let _ = draw(&state, columns, rows);
         }
     }
 }
@@ -340,7 +340,7 @@ fn a_line_says_how_it_is_and_how_it_was_last() {
         ),
         (levels(false, 3, 0.0), BenchLine::Heartbeat, "beats", true),
     ] {
-        assert_eq!(state.of(line), Some((words.to_owned(), well)));
+        assert_eq!(state.describe(line), Some((words.to_owned(), well)));
     }
     // The text appears on the page and is not cut off.
     let mut state = normal();
@@ -348,6 +348,6 @@ fn a_line_says_how_it_is_and_how_it_was_last() {
     health.lines = levels(false, 3, 150.0);
     state.apply(&Event::Health(health));
     state.ui.page = Page::Bench;
-    let shown = lines(&state, 80, 24);
-    assert!(shown.contains("pressed ×3, 2 min ago"), "{shown}");
+    let screen = lines(&state, 80, 24);
+    assert!(screen.contains("pressed ×3, 2 min ago"), "{screen}");
 }

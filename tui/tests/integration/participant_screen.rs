@@ -23,7 +23,7 @@ const ALL: [Instruction; 10] = [
     Instruction::Finished,
 ];
 
-fn shown(instruction: Instruction) -> ParticipantView {
+fn view_with(instruction: Instruction) -> ParticipantView {
     ParticipantView {
         instruction,
         slider_m: Some(0.042),
@@ -40,10 +40,10 @@ fn shown(instruction: Instruction) -> ParticipantView {
     }
 }
 
-fn drawn(shown: &ParticipantView, columns: u16, rows: u16) -> Buffer {
+fn draw(participant_view: &ParticipantView, columns: u16, rows: u16) -> Buffer {
     let area = Rect::new(0, 0, columns, rows);
     let mut buffer = Buffer::empty(area);
-    view(shown, Theme::Colour, area, &mut buffer);
+    view(participant_view, Theme::Colour, area, &mut buffer);
     buffer
 }
 
@@ -61,7 +61,7 @@ fn text(buffer: &Buffer) -> String {
 #[test]
 fn every_instruction() {
     for instruction in ALL {
-        let screen = text(&drawn(&shown(instruction), 80, 24));
+        let screen = text(&draw(&view_with(instruction), 80, 24));
         insta::assert_snapshot!(format!("{instruction:?}"), screen);
     }
 }
@@ -69,7 +69,7 @@ fn every_instruction() {
 #[test]
 fn a_small_screen_still_instructs() {
     for instruction in ALL {
-        let screen = text(&drawn(&shown(instruction), 20, 3));
+        let screen = text(&draw(&view_with(instruction), 20, 3));
         let first = instruction.words().split(' ').next().unwrap();
         assert!(screen.contains(first), "{screen}");
     }
@@ -81,7 +81,7 @@ fn every_small_size_shows_the_instruction() {
     // Instructions in the inner loop, because a solved layout is cached.
     for (columns, rows) in (0..=60).flat_map(|c| (0..=30).map(move |r| (c, r))) {
         for instruction in ALL {
-            let screen = drawn(&shown(instruction), columns, rows);
+            let screen = draw(&view_with(instruction), columns, rows);
             if columns >= 9 && rows >= 1 {
                 let screen = text(&screen);
                 let first = instruction.words().split(' ').next().unwrap();
@@ -94,15 +94,15 @@ fn every_small_size_shows_the_instruction() {
 #[test]
 fn the_force_shows_under_feedback_alone() {
     for instruction in ALL {
-        let with = shown(instruction);
-        let without = ParticipantView {
+        let measured_view = view_with(instruction);
+        let unmeasured_view = ParticipantView {
             mean_force_n: None,
             force_band_n: None,
-            ..with.clone()
+            ..measured_view.clone()
         };
-        let same = drawn(&with, 80, 24) == drawn(&without, 80, 24);
+        let is_same = draw(&measured_view, 80, 24) == draw(&unmeasured_view, 80, 24);
         assert_eq!(
-            same,
+            is_same,
             instruction != Instruction::Feedback,
             "{instruction:?}"
         );
@@ -117,10 +117,10 @@ fn feedback_judges_the_force_in_words_and_colour() {
         (0.8, "0.80 N  just right", Color::Green),
         (0.81, "0.81 N  too hard", Color::Magenta),
     ] {
-        let screen = drawn(
+        let screen = draw(
             &ParticipantView {
                 mean_force_n: Some(mean_n),
-                ..shown(Instruction::Feedback)
+                ..view_with(Instruction::Feedback)
             },
             80,
             24,
@@ -139,11 +139,11 @@ fn feedback_judges_the_force_in_words_and_colour() {
 
 #[test]
 fn the_slider_keeps_to_its_place() {
-    let left = |slider_m| {
-        let screen = drawn(
+    let left_edge = |slider_m| {
+        let screen = draw(
             &ParticipantView {
                 slider_m: Some(slider_m),
-                ..shown(Instruction::FollowSlider)
+                ..view_with(Instruction::FollowSlider)
             },
             80,
             24,
@@ -155,10 +155,14 @@ fn the_slider_keeps_to_its_place() {
             .unwrap()
             % 80
     };
-    assert_eq!(left(-1.0), left(0.0));
-    assert_eq!(left(0.0525), 39);
-    assert_eq!(left(0.105), left(7.0));
-    assert!(left(0.0) < left(0.03) && left(0.03) < left(0.06) && left(0.06) < left(0.105));
+    assert_eq!(left_edge(-1.0), left_edge(0.0));
+    assert_eq!(left_edge(0.0525), 39);
+    assert_eq!(left_edge(0.105), left_edge(7.0));
+    assert!(
+        left_edge(0.0) < left_edge(0.03)
+            && left_edge(0.03) < left_edge(0.06)
+            && left_edge(0.06) < left_edge(0.105)
+    );
 }
 
 /// Fault 37.
@@ -169,11 +173,11 @@ fn the_slider_moves_by_eighths_of_a_column_in_the_terminals_own_foreground() {
     let edge = |slider_m: f64| {
         let view = ParticipantView {
             slider_m: Some(slider_m),
-            ..shown(Instruction::FollowSlider)
+            ..view_with(Instruction::FollowSlider)
         };
-        let screen = drawn(&view, 80, 24);
+        let screen = draw(&view, 80, 24);
         let row = screen.content().chunks(80).nth(19).unwrap();
-        let mut filled: Vec<usize> = Vec::new();
+        let mut positions: Vec<usize> = Vec::new();
         for (x, cell) in row.iter().enumerate() {
             let part = eighths
                 .chars()
@@ -185,12 +189,12 @@ fn the_slider_moves_by_eighths_of_a_column_in_the_terminals_own_foreground() {
             assert_eq!(cell.fg, Color::Reset, "{slider_m}");
             let reversed = cell.modifier.contains(Modifier::REVERSED);
             let (from, to) = if reversed { (part, 8) } else { (0, part) };
-            filled.extend((from..to).map(|eighth| 8 * x + eighth));
+            positions.extend((from..to).map(|eighth| 8 * x + eighth));
         }
-        assert_eq!(filled.len(), 24, "{slider_m}: three columns wide");
-        let contiguous = filled.windows(2).all(|pair| pair[0] + 1 == pair[1]);
-        assert!(contiguous, "{slider_m}: {filled:?}");
-        filled[0]
+        assert_eq!(positions.len(), 24, "{slider_m}: three columns wide");
+        let contiguous = positions.windows(2).all(|pair| pair[0] + 1 == pair[1]);
+        assert!(contiguous, "{slider_m}: {positions:?}");
+        positions[0]
     };
     // 105 mm are 75 columns: 1.4 mm per column, 0.175 mm per eighth.
     let edges: Vec<usize> = (0..100).map(|i| edge(0.02 + 1e-4 * f64::from(i))).collect();
@@ -208,18 +212,18 @@ fn the_words_are_those_of_the_language() {
     ] {
         let view = ParticipantView {
             texts: texts.clone(),
-            ..shown(instruction)
+            ..view_with(instruction)
         };
-        let screen = text(&drawn(&view, 80, 24));
+        let screen = text(&draw(&view, 80, 24));
         assert!(screen.contains(words), "{screen}");
     }
-    let repeated = ParticipantView {
+    let repeat_view = ParticipantView {
         repeat: Some(Repeat::TooSlow),
         practice: true,
         texts,
-        ..shown(Instruction::Wait)
+        ..view_with(Instruction::Wait)
     };
-    let screen = text(&drawn(&repeated, 80, 24));
+    let screen = text(&draw(&repeat_view, 80, 24));
     assert!(screen.contains("Zu langsam: wir wiederholen"), "{screen}");
     assert!(screen.contains("Übung 3 von 10"), "{screen}");
 }
@@ -244,8 +248,8 @@ proptest! {
             force_band_n: Some((value, other)),
             trial: count,
             rest_s: Some(other),
-            ..shown(ALL[which])
+            ..view_with(ALL[which])
         };
-        let _ = drawn(&view, columns, rows);
+        let _ = draw(&view, columns, rows);
     }
 }

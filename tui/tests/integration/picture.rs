@@ -16,7 +16,7 @@ use roxmltree::Document;
 use tui::picture::{Paper, svg, text};
 use tui::{Event, State, Theme, view};
 
-fn drawn(columns: u16, rows: u16) -> Buffer {
+fn draw(columns: u16, rows: u16) -> Buffer {
     let mut state = State::new(Theme::Colour);
     for (at_s, event) in synthetic::session().into_iter().take(2500) {
         state.apply(&Event::Tick { now_s: at_s });
@@ -54,26 +54,27 @@ fn words(picture: &str) -> Vec<(String, u32, u32)> {
 
 fn path(picture: &str, ink: &str) -> String {
     let document = Document::parse(picture).unwrap();
-    let found: Vec<_> = document
+    let paths: Vec<_> = document
         .descendants()
         .filter(|node| node.has_tag_name("path") && node.attribute("fill") == Some(ink))
         .map(|node| node.attribute("d").unwrap().to_owned())
         .collect();
-    found.concat()
+    paths.concat()
 }
 
 #[test]
 fn a_dashboard_is_drawn_in_both_and_the_same_every_time() {
     for size in [(80, 24), (120, 40), (200, 60)] {
-        let screen = drawn(size.0, size.1);
+        let screen = draw(size.0, size.1);
         let lines = text(&screen);
         assert_eq!(lines.lines().count(), usize::from(size.1));
         assert!(lines.contains("sub-01"), "{lines}");
         for paper in [Paper::Dark, Paper::Light] {
             let picture = svg(&screen, "the dashboard", paper);
-            assert_eq!(picture, svg(&drawn(size.0, size.1), "the dashboard", paper));
-            let all: Vec<String> = words(&picture).into_iter().map(|(word, ..)| word).collect();
-            assert!(all.join(" ").contains("sub-01"), "{all:?}");
+            assert_eq!(picture, svg(&draw(size.0, size.1), "the dashboard", paper));
+            let words_drawn: Vec<String> =
+                words(&picture).into_iter().map(|(word, ..)| word).collect();
+            assert!(words_drawn.join(" ").contains("sub-01"), "{words_drawn:?}");
             assert!(picture.len() < 120_000, "{} bytes", picture.len());
         }
     }
@@ -82,18 +83,18 @@ fn a_dashboard_is_drawn_in_both_and_the_same_every_time() {
 #[test]
 fn words_keep_their_places_whatever_is_between_them() {
     let screen = one_row("  μ 0.42    gap  9", Style::new());
-    let found = words(&svg(&screen, "", Paper::Dark));
+    let places = words(&svg(&screen, "", Paper::Dark));
     let expected = [("μ 0.42", 2, 6), ("gap", 12, 3), ("9", 17, 1)];
     assert_eq!(
-        found,
+        places,
         expected.map(|(word, x, cells)| (word.to_owned(), x, cells))
     );
-    let wide = one_row("触覚 a", Style::new());
+    let wide_row = one_row("触覚 a", Style::new());
     assert_eq!(
-        words(&svg(&wide, "", Paper::Dark)),
+        words(&svg(&wide_row, "", Paper::Dark)),
         [("触覚 a".to_owned(), 0, 6)]
     );
-    assert_eq!(text(&wide), "触覚 a\n");
+    assert_eq!(text(&wide_row), "触覚 a\n");
 }
 
 #[test]
@@ -107,7 +108,7 @@ fn styles_are_painted() {
     let alarm = svg(&one_row("STOP", reversed), "", Paper::Dark);
     assert_eq!(path(&alarm, "#f06565"), "M8 8h32v16h-32z");
     assert!(alarm.contains("fill=\"#181a1f\">STOP"), "{alarm}");
-    let other = svg(
+    let indexed = svg(
         &one_row(
             "x",
             Style::new().fg(Color::Indexed(208)).bg(Color::Rgb(1, 2, 3)),
@@ -116,20 +117,23 @@ fn styles_are_painted() {
         Paper::Light,
     );
     assert!(
-        other.contains("#ff8700") && other.contains("#010203"),
-        "{other}"
+        indexed.contains("#ff8700") && indexed.contains("#010203"),
+        "{indexed}"
     );
-    let hidden = svg(&one_row("secret", Style::new().hidden()), "", Paper::Dark);
-    assert!(words(&hidden).is_empty());
-    let under = svg(&one_row("a", Style::new().underlined()), "", Paper::Dark);
-    assert!(path(&under, "#d7dae0").contains("M8 22h8v1h-8z"), "{under}");
+    let secret = svg(&one_row("secret", Style::new().hidden()), "", Paper::Dark);
+    assert!(words(&secret).is_empty());
+    let underline = svg(&one_row("a", Style::new().underlined()), "", Paper::Dark);
+    assert!(
+        path(&underline, "#d7dae0").contains("M8 22h8v1h-8z"),
+        "{underline}"
+    );
 }
 
 #[test]
 fn lines_blocks_and_dots_are_shapes() {
-    let shapes = |drawn: &str| {
+    let shapes = |symbols: &str| {
         path(
-            &svg(&one_row(drawn, Style::new()), "", Paper::Dark),
+            &svg(&one_row(symbols, Style::new()), "", Paper::Dark),
             "#d7dae0",
         )
     };
@@ -142,7 +146,7 @@ fn lines_blocks_and_dots_are_shapes() {
 }
 
 #[test]
-fn what_xml_reserves_or_forbids_does_not_break_the_document() {
+fn reserved_and_forbidden_characters_do_not_break_the_document() {
     let screen = one_row("<a> & \"b\" \u{1b}[0m", Style::new());
     let picture = svg(&screen, "1 < 2 & \u{0}", Paper::Light);
     let document = Document::parse(&picture).unwrap();
@@ -167,16 +171,16 @@ fn a_screen_of_no_size_is_a_picture_too() {
 
 proptest! {
     #[test]
-    fn any_text_and_style_makes_a_document(written in "\\PC{0,30}", fg: u8, bg: u8, bits: u16) {
+    fn any_text_and_style_makes_a_document(content in "\\PC{0,30}", fg: u8, bg: u8, bits: u16) {
         let style = Style::new().fg(Color::Indexed(fg)).bg(Color::Indexed(bg))
             .add_modifier(Modifier::from_bits_truncate(bits));
-        let screen = one_row(&written, style);
-        let picture = svg(&screen, &written, Paper::Light);
+        let screen = one_row(&content, style);
+        let picture = svg(&screen, &content, Paper::Light);
         prop_assert!(Document::parse(&picture).is_ok(), "{picture}");
         if !style.add_modifier.contains(Modifier::HIDDEN) {
-            let spelled = |text: &str| text.chars().filter(|c| c.is_alphanumeric()).collect::<String>();
-            let all: String = words(&picture).into_iter().map(|(word, ..)| word).collect();
-            prop_assert_eq!(spelled(&all), spelled(&text(&screen)));
+            let letters = |text: &str| text.chars().filter(|c| c.is_alphanumeric()).collect::<String>();
+            let words_drawn: String = words(&picture).into_iter().map(|(word, ..)| word).collect();
+            prop_assert_eq!(letters(&words_drawn), letters(&text(&screen)));
         }
     }
 }

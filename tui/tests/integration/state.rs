@@ -16,7 +16,7 @@ fn live(t_s: f64) -> Event {
     })
 }
 
-fn after(events: impl IntoIterator<Item = Event>) -> State {
+fn state_after(events: impl IntoIterator<Item = Event>) -> State {
     let mut state = State::new(Theme::Colour);
     for event in events {
         state.apply(&event);
@@ -32,21 +32,19 @@ fn a_stored_session_replays_to_the_same_state() {
         .chain(synthetic::trip())
         .chain(synthetic::finish())
         .collect();
-    let stored: Vec<String> = events
+    let lines: Vec<String> = events
         .iter()
         .map(|event| serde_json::to_string(event).unwrap())
         .collect();
-    let read = stored
-        .iter()
-        .map(|line| serde_json::from_str(line).unwrap());
-    let state = after(events.iter().cloned());
+    let read = lines.iter().map(|line| serde_json::from_str(line).unwrap());
+    let state = state_after(events.iter().cloned());
     // Compared as drawn, because serde_json may read the last bit of a float differently.
-    assert!(drawn(&after(read)) == drawn(&state));
-    let kept = serde_json::from_str(&serde_json::to_string(&state).unwrap()).unwrap();
-    assert!(drawn(&kept) == drawn(&state));
+    assert!(draw(&state_after(read)) == draw(&state));
+    let restored = serde_json::from_str(&serde_json::to_string(&state).unwrap()).unwrap();
+    assert!(draw(&restored) == draw(&state));
 }
 
-fn drawn(state: &State) -> Buffer {
+fn draw(state: &State) -> Buffer {
     let mut terminal = Terminal::new(TestBackend::new(140, 45)).unwrap();
     terminal.draw(|frame| view(state, frame)).unwrap();
     terminal.backend().buffer().clone()
@@ -62,37 +60,37 @@ fn a_trial_that_is_fitted_again_has_one_fit() {
             ..FitView::default()
         })
     };
-    let state = after([
+    let state = state_after([
         fit(1, "too short"),
         fit(2, "too short"),
         fit(1, "too noisy"),
     ]);
-    let kept: Vec<_> = state
+    let fits: Vec<_> = state
         .fits
         .iter()
         .map(|fit| (fit.trial, fit.no_fit.as_deref().unwrap()))
         .collect();
-    assert_eq!(kept, [(2, "too short"), (1, "too noisy")]);
+    assert_eq!(fits, [(2, "too short"), (1, "too noisy")]);
 }
 
 #[test]
 fn the_history_holds_ten_seconds_and_a_bounded_number() {
-    let state = after((0..3000).map(|i| live(f64::from(i) * 0.01)));
+    let state = state_after((0..3000).map(|i| live(f64::from(i) * 0.01)));
     let span_s = 29.99 - state.history.front().unwrap().t_s;
     assert!((span_s - HISTORY_S).abs() < 0.011, "{span_s}");
-    let state = after((0..50_000).map(|i| live(f64::from(i) * 1e-5)));
+    let state = state_after((0..50_000).map(|i| live(f64::from(i) * 1e-5)));
     assert!(state.history.len() <= 4000);
 }
 
 #[test]
 fn time_that_starts_over_starts_a_new_curve() {
-    let state = after([live(5.0), live(5.1), live(0.0)]);
+    let state = state_after([live(5.0), live(5.1), live(0.0)]);
     assert_eq!(state.history.len(), 1);
 }
 
 #[test]
-fn what_is_not_finite_is_not_measured() {
-    let state = after([Event::Live(Live {
+fn values_that_are_not_finite_are_not_measured() {
+    let state = state_after([Event::Live(Live {
         t_s: 1.0,
         normal_n: Some(f64::NAN),
         amplitude_m: Some(1e-6),
@@ -105,32 +103,32 @@ fn what_is_not_finite_is_not_measured() {
     let live = state.live().unwrap();
     assert_eq!((live.normal_n, live.amplitude_m), (None, Some(1e-6)));
     assert_eq!(live.z_m_n_s_per_m, None);
-    assert!(after([self::live(f64::NAN)]).history.is_empty());
+    assert!(state_after([self::live(f64::NAN)]).history.is_empty());
 }
 
 #[test]
 fn values_grow_stale_by_the_screens_clock_not_by_their_own() {
     let tick = |now_s| Event::Tick { now_s };
-    let fresh = after([tick(100.0), live(3.0), tick(100.9), live(9.0), tick(101.8)]);
+    let fresh = state_after([tick(100.0), live(3.0), tick(100.9), live(9.0), tick(101.8)]);
     assert_eq!(fresh.live_stale_s(), None);
-    let stale = after([tick(100.0), live(3.0), tick(102.5)]);
+    let stale = state_after([tick(100.0), live(3.0), tick(102.5)]);
     assert_eq!(stale.live_stale_s(), Some(2.5));
     // The bench still sends events, only live values are missing.
-    let mut speaking = stale;
-    speaking.apply(&Event::Log {
+    let mut state = stale;
+    state.apply(&Event::Log {
         level: LogLevel::Warning,
         text: "no audio".to_owned(),
     });
-    assert_eq!(speaking.silent_s(), None);
-    assert_eq!(speaking.live_stale_s(), Some(2.5));
+    assert_eq!(state.silent_s(), None);
+    assert_eq!(state.live_stale_s(), Some(2.5));
     // A bench that never sends an event counts as silent, too.
-    assert_eq!(after([tick(7.0), tick(9.0)]).silent_s(), Some(2.0));
+    assert_eq!(state_after([tick(7.0), tick(9.0)]).silent_s(), Some(2.0));
 }
 
 #[test]
 fn attempts_and_practice_are_listed_apart() {
-    let state = after(synthetic::session().into_iter().map(|(_, event)| event));
-    let listed: Vec<_> = state
+    let state = state_after(synthetic::session().into_iter().map(|(_, event)| event));
+    let trials: Vec<_> = state
         .trials
         .iter()
         .map(|line| {
@@ -139,7 +137,7 @@ fn attempts_and_practice_are_listed_apart() {
         })
         .collect();
     assert_eq!(
-        listed,
+        trials,
         [
             (1, true, 1, Some(true)),
             (1, false, 1, Some(true)),
@@ -157,7 +155,7 @@ fn a_verdict_on_a_trial_that_was_never_announced_is_listed() {
         accepted: true,
         ..TrialVerdict::default()
     };
-    let state = after([Event::Verdict(verdict.clone())]);
+    let state = state_after([Event::Verdict(verdict.clone())]);
     assert_eq!(state.trials.len(), 1);
     assert_eq!(state.trials[0].verdict.as_ref(), Some(&verdict));
 }
@@ -168,14 +166,14 @@ fn a_repeated_line_is_counted_and_the_log_is_bounded() {
         level: LogLevel::Info,
         text: text.to_owned(),
     };
-    let state = after([line("a"), line("b"), line("b"), line("b")]);
+    let state = state_after([line("a"), line("b"), line("b"), line("b")]);
     let counts: Vec<_> = state
         .log
         .iter()
         .map(|l| (l.text.as_str(), l.count))
         .collect();
     assert_eq!(counts, [("a", 1), ("b", 3)]);
-    let state = after((0..10_000).map(|i| line(&i.to_string())));
+    let state = state_after((0..10_000).map(|i| line(&i.to_string())));
     assert!(state.log.len() <= 2000);
     assert_eq!(state.log.back().unwrap().text, "9999");
 }
@@ -186,7 +184,7 @@ fn the_reason_of_a_trip_goes_when_it_is_rearmed() {
         state,
         reason: reason.map(str::to_owned),
     };
-    let state = after([
+    let state = state_after([
         safety(SafetyState::Tripped, Some("e-stop")),
         safety(SafetyState::Armed, None),
     ]);
@@ -199,7 +197,7 @@ fn the_reason_of_a_trip_goes_when_it_is_rearmed() {
 fn control_characters_reach_no_cell_and_the_log_shows_them() {
     const EVIL: &str = "\u{1b}[2J\u{9b}2J\u{202e}\n";
     let evil = || Some(format!("evil{EVIL}"));
-    let said = after([
+    let evil_state = state_after([
         Event::Session(SessionHeader {
             participant: evil(),
             protocol: evil(),
@@ -215,20 +213,20 @@ fn control_characters_reach_no_cell_and_the_log_shows_them() {
             text: format!("evil{EVIL}"),
         },
     ]);
-    let ended = Event::Finished {
+    let end_event = Event::Finished {
         summary: vec![format!("evil{EVIL}")],
     };
-    let mut finished = said.clone();
-    finished.apply(&ended);
-    for state in [&said, &finished] {
-        let screen = drawn(state);
+    let mut finished = evil_state.clone();
+    finished.apply(&end_event);
+    for state in [&evil_state, &finished] {
+        let screen = draw(state);
         let cells: Vec<&str> = screen.content.iter().map(|cell| cell.symbol()).collect();
-        let obeyed = |c: char| c.is_control() || c == '\u{202e}';
-        assert!(cells.iter().all(|symbol| !symbol.contains(obeyed)));
+        let is_obeyed = |c: char| c.is_control() || c == '\u{202e}';
+        assert!(cells.iter().all(|symbol| !symbol.contains(is_obeyed)));
         assert!(cells.concat().contains("evil"));
     }
     assert!(
-        drawn(&said)
+        draw(&evil_state)
             .content
             .iter()
             .map(|cell| cell.symbol())

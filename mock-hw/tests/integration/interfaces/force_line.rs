@@ -28,12 +28,12 @@ impl Frame {
 /// Decodes COBS by its definition: each code byte gives the distance to the next zero.
 fn unstuff(block: &[u8]) -> Option<Vec<u8>> {
     let mut bytes = Vec::new();
-    let mut at = 0;
-    while at < block.len() {
-        let code = usize::from(block[at]);
-        bytes.extend_from_slice(block.get(at + 1..at + code)?);
-        at += code;
-        if code < 255 && at < block.len() {
+    let mut index = 0;
+    while index < block.len() {
+        let code = usize::from(block[index]);
+        bytes.extend_from_slice(block.get(index + 1..index + code)?);
+        index += code;
+        if code < 255 && index < block.len() {
             bytes.push(0);
         }
     }
@@ -44,24 +44,24 @@ fn unstuff(block: &[u8]) -> Option<Vec<u8>> {
 fn crc16(bytes: &[u8]) -> u16 {
     bytes.iter().fold(0xFFFF, |crc, byte| {
         (0..8).fold(crc ^ (u16::from(*byte) << 8), |crc, _| {
-            let shifted = crc << 1;
+            let shift = crc << 1;
             if crc & 0x8000 != 0 {
-                shifted ^ 0x1021
+                shift ^ 0x1021
             } else {
-                shifted
+                shift
             }
         })
     })
 }
 
 #[test]
-fn the_tests_own_checksum_has_the_documented_check_value() {
+fn the_checksum_of_the_tests_has_the_documented_check_value() {
     assert_eq!(crc16(b"123456789"), 0x29B1);
 }
 
 fn decode(block: &[u8]) -> Option<Frame> {
     let raw: [u8; 18] = unstuff(block)?.try_into().ok()?;
-    let word = |at: usize| [raw[at], raw[at + 1], raw[at + 2], raw[at + 3]];
+    let word = |index: usize| [raw[index], raw[index + 1], raw[index + 2], raw[index + 3]];
     let intact = raw[0] == 1 && crc16(&raw[..16]) == u16::from_le_bytes([raw[16], raw[17]]);
     intact.then(|| Frame {
         sequence: u16::from_le_bytes([raw[1], raw[2]]),
@@ -75,12 +75,12 @@ fn decode(block: &[u8]) -> Option<Frame> {
 /// Returns the valid frames of a stream, and the number of invalid ones.
 pub fn frames(bytes: &[u8]) -> (Vec<Frame>, usize) {
     let blocks: Vec<_> = bytes.split_inclusive(|b| *b == 0).collect();
-    let decoded: Vec<_> = blocks
+    let frames: Vec<_> = blocks
         .iter()
         .map(|block| block.strip_suffix(&[0]).and_then(decode))
         .collect();
-    let bad = decoded.iter().filter(|f| f.is_none()).count();
-    (decoded.into_iter().flatten().collect(), bad)
+    let bad_count = frames.iter().filter(|f| f.is_none()).count();
+    (frames.into_iter().flatten().collect(), bad_count)
 }
 
 /// Steps for `seconds` and reads all bytes after every step, as the bench does.
@@ -212,7 +212,7 @@ fn a_saturated_axis_is_clipped_and_flagged() {
 }
 
 #[test]
-fn faults_on_the_wire_are_seen_as_what_they_are() {
+fn faults_on_the_wire_are_distinguishable() {
     let mut apparatus = stepped(Scenario::default(), 3);
     let mut port = open_force_port(&apparatus);
     listen(&mut apparatus, port.as_mut(), 0.1);
@@ -232,10 +232,10 @@ fn faults_on_the_wire_are_seen_as_what_they_are() {
         .map(|pair| pair[1].sequence.wrapping_sub(pair[0].sequence))
         .collect();
     let lost: u16 = steps.iter().map(|step| step.saturating_sub(1)).sum();
-    let repeated = steps.iter().filter(|step| **step == 0).count();
+    let repeat_count = steps.iter().filter(|step| **step == 0).count();
     assert_eq!(lost, 3 + 2, "dropped and corrupted frames are missing");
     assert!(bad >= 2, "{bad} blocks fail their checksum");
-    assert_eq!(repeated, 4);
+    assert_eq!(repeat_count, 4);
 
     faults.force(ForceFault::Silent(true));
     listen(&mut apparatus, port.as_mut(), 0.01);
@@ -254,16 +254,16 @@ fn the_port_behaves_like_a_serial_port() {
         ErrorKind::TimedOut
     );
     drop(port);
-    let mut again = open_force_port(&apparatus);
-    assert!(!listen(&mut apparatus, again.as_mut(), 0.02).is_empty());
+    let mut port = open_force_port(&apparatus);
+    assert!(!listen(&mut apparatus, port.as_mut(), 0.02).is_empty());
     apparatus.faults().unplug_force();
-    let gone = again.read(&mut byte).unwrap_err().kind();
-    assert_eq!(gone, ErrorKind::BrokenPipe);
+    let error_kind = port.read(&mut byte).unwrap_err().kind();
+    assert_eq!(error_kind, ErrorKind::BrokenPipe);
     pass(&mut apparatus, 0.02);
 }
 
 #[test]
-fn who_opens_the_port_late_finds_fresh_samples() {
+fn a_late_reader_receives_fresh_samples() {
     let mut apparatus = stepped(Scenario::default(), 3);
     pass(&mut apparatus, 2.0);
     let mut port = open_force_port(&apparatus);

@@ -18,7 +18,7 @@ fn a_mass_is_read_with_gain_crosstalk_and_offset_and_goes_again() {
     let mut apparatus = stepped(scenario, 1);
     let masses = apparatus.masses();
     let mut port = open_force_port(&apparatus);
-    let mut settled = || {
+    let mut settled_forces_n = || {
         for _ in 0..300 {
             pass(&mut apparatus, 0.01);
             read_available(&mut *port);
@@ -29,21 +29,21 @@ fn a_mass_is_read_with_gain_crosstalk_and_offset_and_goes_again() {
         received[received.len() - 1].forces_n()
     };
     let close = |read: [f64; 2], expected: [f64; 2]| {
-        let apart = (read[0] - expected[0]).hypot(read[1] - expected[1]);
-        assert!(apart < 5e-6, "{read:?} {expected:?}");
+        let distance_n = (read[0] - expected[0]).hypot(read[1] - expected[1]);
+        assert!(distance_n < 5e-6, "{read:?} {expected:?}");
     };
-    close(settled(), [0.1, -0.2]);
+    close(settled_forces_n(), [0.1, -0.2]);
     masses.place(Axis::Normal, 0.1);
     let weight_n = 0.1 * 9.806_65;
     close(
-        settled(),
+        settled_forces_n(),
         [0.1 + 1.25 * weight_n, -0.2 - 0.8 * 0.04 * weight_n],
     );
     masses.remove();
-    close(settled(), [0.1, -0.2]);
+    close(settled_forces_n(), [0.1, -0.2]);
     masses.place(Axis::Lateral, 0.1);
     close(
-        settled(),
+        settled_forces_n(),
         [0.1 + 1.25 * 0.02 * weight_n, -0.2 + 0.8 * weight_n],
     );
 }

@@ -14,7 +14,7 @@ use super::streams::{amplitude_at, device, pass, play_sine, record, stepped, str
 const GENERATOR: usize = 2;
 
 #[test]
-fn what_is_played_is_read_back_at_both_rates_in_both_formats() {
+fn played_signals_are_recorded_at_both_rates_in_both_formats() {
     for rate_hz in [96_000, 192_000] {
         for format in [SampleFormat::F32, SampleFormat::I32] {
             let mut apparatus = stepped(Scenario::default(), 1);
@@ -30,8 +30,8 @@ fn what_is_played_is_read_back_at_both_rates_in_both_formats() {
                 rate_hz as usize / 10,
                 "{rate_hz} Hz, {format}"
             );
-            let settled = &signal[signal.len() / 2..];
-            let amplitude = amplitude_at(settled, 10e3, f64::from(rate_hz));
+            let tail = &signal[signal.len() / 2..];
+            let amplitude = amplitude_at(tail, 10e3, f64::from(rate_hz));
             assert!(
                 (amplitude - 0.25).abs() < 0.0025,
                 "{rate_hz} Hz, {format}: {amplitude}"
@@ -70,9 +70,9 @@ fn the_device_offers_what_it_accepts_and_nothing_else() {
     scenario.converter.channels = 8;
     let apparatus = stepped(scenario, 1);
     let bench = device(&apparatus, BENCH_ID);
-    let mut offered = 0;
+    let mut offer_count = 0;
     for range in bench.supported_input_configs().unwrap() {
-        offered += 1;
+        offer_count += 1;
         let config = range.with_max_sample_rate();
         let stream = bench.build_input_stream_raw(
             config.config(),
@@ -83,7 +83,7 @@ fn the_device_offers_what_it_accepts_and_nothing_else() {
         );
         assert!(stream.is_ok(), "{config:?}");
     }
-    assert_eq!(offered, 8 * 2 * 3, "channels, rates, formats");
+    assert_eq!(offer_count, 8 * 2 * 3, "channels, rates, formats");
     assert!(!device(&apparatus, SPEAKERS_ID).supports_input());
 }
 
@@ -169,11 +169,11 @@ fn lost_input_frames_never_arrive_and_the_timestamps_say_so() {
 }
 
 #[test]
-fn lost_output_frames_are_silence_that_nobody_was_asked_for() {
+fn lost_output_frames_are_silent_and_not_requested() {
     let mut apparatus = stepped(Scenario::default(), 1);
     let bench = device(&apparatus, BENCH_ID);
-    let asked = Arc::new(AtomicU64::new(0));
-    let count = Arc::clone(&asked);
+    let asked_frames = Arc::new(AtomicU64::new(0));
+    let count = Arc::clone(&asked_frames);
     let output = bench
         .build_output_stream_raw(
             stream_config(1, 192_000),
@@ -191,11 +191,14 @@ fn lost_output_frames_are_silence_that_nobody_was_asked_for() {
     pass(&mut apparatus, 0.01);
     apparatus.faults().skip_frames(Direction::Output, 128);
     pass(&mut apparatus, 0.01);
-    assert_eq!(asked.load(Ordering::Relaxed), 3840 - 128);
+    assert_eq!(asked_frames.load(Ordering::Relaxed), 3840 - 128);
     let recorded = recorded.lock().unwrap();
     let signal = recorded.channel(SampleFormat::F32, 4, GENERATOR);
-    let quiet = signal[1920..].iter().filter(|v| v.abs() < 0.25).count();
-    assert!((126..=130).contains(&quiet), "{quiet} frames of silence");
+    let silent_frames = signal[1920..].iter().filter(|v| v.abs() < 0.25).count();
+    assert!(
+        (126..=130).contains(&silent_frames),
+        "{silent_frames} frames of silence"
+    );
 }
 
 #[test]

@@ -52,7 +52,7 @@ impl Recorded {
         let value = |word: &[u8; 4]| match format {
             SampleFormat::F32 => f64::from(f32::from_ne_bytes(*word)),
             SampleFormat::I32 => f64::from(i32::from_ne_bytes(*word)) / 2f64.powi(31),
-            other => panic!("the test does not read {other}"),
+            format => panic!("the test does not read {format}"),
         };
         words
             .iter()
@@ -78,8 +78,8 @@ pub fn record(
             move |samples: &Data, info| {
                 let mut recorded = data.lock().unwrap();
                 recorded.bytes.extend_from_slice(samples.bytes());
-                let captured = info.timestamp().capture;
-                recorded.captured_ns.push(captured.as_nanos());
+                let capture_time = info.timestamp().capture;
+                recorded.captured_ns.push(capture_time.as_nanos());
             },
             move |error| errors.lock().unwrap().errors.push(error.kind()),
             None,
@@ -119,7 +119,7 @@ pub fn play_sine(
                         frame.fill((next() * 2f64.powi(31)) as i32);
                     }
                 }
-                other => panic!("the test does not play {other}"),
+                format => panic!("the test does not play {format}"),
             },
             |error| panic!("{error}"),
             None,

@@ -23,9 +23,14 @@ fn a_vibrometer_sends_a_hundred_micrometre_lines_a_second() {
         pass(&mut apparatus, 0.1);
         text += &String::from_utf8(read_available(&mut *port)).unwrap();
     }
-    let still: Vec<f64> = text.lines().map(|line| line.parse().unwrap()).collect();
-    assert!((99..=101).contains(&still.len()), "{} lines", still.len());
-    let rms_um = (still.iter().map(|um| um * um).sum::<f64>() / still.len() as f64).sqrt();
+    let readings_um: Vec<f64> = text.lines().map(|line| line.parse().unwrap()).collect();
+    assert!(
+        (99..=101).contains(&readings_um.len()),
+        "{} lines",
+        readings_um.len()
+    );
+    let rms_um =
+        (readings_um.iter().map(|um| um * um).sum::<f64>() / readings_um.len() as f64).sqrt();
     assert!(
         (3e-4..8e-4).contains(&rms_um),
         "{rms_um} µm of a plate at rest"

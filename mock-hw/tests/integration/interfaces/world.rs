@@ -38,10 +38,10 @@ fn run(seed: u64) -> (Recorded, Vec<u8>) {
 
 #[test]
 fn the_same_seed_gives_the_same_bits_and_another_gives_others() {
-    let (first, again, other) = (run(11), run(11), run(12));
-    assert!(first == again, "same seed");
-    assert!(first.0.bytes != other.0.bytes, "audio of another seed");
-    assert!(first.1 != other.1, "force of another seed");
+    let (first, repetition, other_seed) = (run(11), run(11), run(12));
+    assert!(first == repetition, "same seed");
+    assert!(first.0.bytes != other_seed.0.bytes, "audio of another seed");
+    assert!(first.1 != other_seed.1, "force of another seed");
 }
 
 #[test]
@@ -51,8 +51,8 @@ fn a_real_time_world_is_not_stepped_and_periods_must_fit_the_rates() {
     assert!(matches!(apparatus.step(), Err(ApparatusError::NotStepped)));
     for frames in [0, 12, 18, 4_000] {
         config.period_frames = frames;
-        let refused = Apparatus::new(config.clone()).map(|_| ()).unwrap_err();
-        assert!(refused.to_string().contains(&frames.to_string()));
+        let error = Apparatus::new(config.clone()).map(|_| ()).unwrap_err();
+        assert!(error.to_string().contains(&frames.to_string()));
     }
 }
 
@@ -97,7 +97,7 @@ fn the_person_acts_on_what_is_shown() {
     let mut apparatus = stepped(Scenario::default(), 5);
     let mut pins = apparatus.pins().unwrap();
     let senses = apparatus.senses();
-    let mut pressed = false;
+    let mut has_pressed = false;
     let mut wait = |apparatus: &mut Apparatus, instruction, seconds: f64| {
         senses.show(Percept {
             instruction,
@@ -106,9 +106,9 @@ fn the_person_acts_on_what_is_shown() {
         });
         for _ in 0..(3_000.0 * seconds) as usize {
             apparatus.step().unwrap();
-            pressed |= pins.button.is_high().unwrap();
+            has_pressed |= pins.button.is_high().unwrap();
         }
-        pressed
+        has_pressed
     };
     assert!(!wait(&mut apparatus, Instruction::Wait, 1.0));
     assert!(wait(&mut apparatus, Instruction::PlaceFinger, 4.0), "ready");
@@ -132,11 +132,11 @@ fn the_truth_lies_beside_the_run_from_the_first_open_stream_on() {
     let constants = std::fs::read_to_string(folder.path().join("truth.json")).unwrap();
     assert!(constants.contains("\"frames_per_s\": 96000.0"));
 
-    let mut again = Apparatus::new(config).unwrap();
-    let bench = device(&again, BENCH_ID);
+    let mut second_apparatus = Apparatus::new(config).unwrap();
+    let bench = device(&second_apparatus, BENCH_ID);
     let _input = record(&bench, stream_config(1, 96_000), cpal::SampleFormat::F32);
     assert!(
-        matches!(again.step(), Err(ApparatusError::Truth(_))),
+        matches!(second_apparatus.step(), Err(ApparatusError::Truth(_))),
         "kept"
     );
 }

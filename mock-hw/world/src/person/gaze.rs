@@ -17,55 +17,55 @@ const PREDICTION: f64 = 0.8;
 /// Perceived positions of the slider.
 #[derive(Debug, Clone)]
 pub(crate) struct Gaze {
-    seen: VecDeque<(f64, f64)>,
+    glances: VecDeque<(f64, f64)>,
 }
 
 /// Position, m, and velocity, m/s, for the hand to follow.
-pub(crate) type Pursued = Option<(f64, f64)>;
+pub(crate) type Pursuit = Option<(f64, f64)>;
 
 impl Gaze {
     pub fn new() -> Self {
         Self {
-            seen: VecDeque::with_capacity(GLANCES),
+            glances: VecDeque::with_capacity(GLANCES),
         }
     }
 
     /// Records the slider's position at `t_s`; a hidden slider clears all positions.
     pub fn see(&mut self, t_s: f64, slider_m: Option<f64>) {
         let Some(position_m) = slider_m else {
-            self.seen.clear();
+            self.glances.clear();
             return;
         };
         if self
-            .seen
+            .glances
             .back()
-            .is_some_and(|(then_s, _)| t_s < then_s + GLANCE_S)
+            .is_some_and(|(glance_s, _)| t_s < glance_s + GLANCE_S)
         {
             return;
         }
         while self
-            .seen
+            .glances
             .front()
-            .is_some_and(|(then_s, _)| *then_s < t_s - MEMORY_S)
+            .is_some_and(|(glance_s, _)| *glance_s < t_s - MEMORY_S)
         {
-            self.seen.pop_front();
+            self.glances.pop_front();
         }
-        self.seen.push_back((t_s, position_m));
+        self.glances.push_back((t_s, position_m));
     }
 
     /// Returns the latest perceived position, m, for a mark at rest.
     pub fn latest(&self) -> Option<f64> {
-        self.seen.back().map(|(_, position_m)| *position_m)
+        self.glances.back().map(|(_, position_m)| *position_m)
     }
 
     /// Returns the slider's position and velocity as pursued at `t_s`.
-    pub fn pursued(&self, t_s: f64) -> Pursued {
+    pub fn pursuit(&self, t_s: f64) -> Pursuit {
         let now_s = t_s - VISUAL_DELAY_S;
-        let position_m = self.at(now_s)?;
-        let before_s = (now_s - SPEED_WINDOW_S).max(self.seen.front()?.0);
+        let position_m = self.position_at(now_s)?;
+        let before_s = (now_s - SPEED_WINDOW_S).max(self.glances.front()?.0);
         let span_s = now_s - before_s;
         let velocity = if span_s > 0.02 {
-            (position_m - self.at(before_s)?) / span_s
+            (position_m - self.position_at(before_s)?) / span_s
         } else {
             0.0
         };
@@ -76,10 +76,12 @@ impl Gaze {
     }
 
     /// Returns the perceived position at `t_s`, interpolated, m.
-    fn at(&self, t_s: f64) -> Option<f64> {
-        let after = self.seen.partition_point(|(then_s, _)| *then_s <= t_s);
-        let (from_s, from_m) = *self.seen.get(after.checked_sub(1)?)?;
-        Some(match self.seen.get(after) {
+    fn position_at(&self, t_s: f64) -> Option<f64> {
+        let index = self
+            .glances
+            .partition_point(|(glance_s, _)| *glance_s <= t_s);
+        let (from_s, from_m) = *self.glances.get(index.checked_sub(1)?)?;
+        Some(match self.glances.get(index) {
             Some(&(to_s, to_m)) => from_m + (t_s - from_s) / (to_s - from_s) * (to_m - from_m),
             None => from_m,
         })

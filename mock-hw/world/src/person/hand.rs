@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::gaze::Pursued;
+use super::gaze::Pursuit;
 use crate::scenario::BehaviourTable;
 
 /// Speed of the hand in the air, m/s.
@@ -72,27 +72,29 @@ impl Hand {
         } else {
             REACH_M_PER_S
         };
-        let wanted = ((mark_m - self.position_m) / REACH_TIME_S).clamp(-fastest, fastest);
-        self.velocity += (wanted - self.velocity) * (1.0 - (-4.0 * h_s / REACH_TIME_S).exp());
+        let target_velocity = ((mark_m - self.position_m) / REACH_TIME_S).clamp(-fastest, fastest);
+        self.velocity +=
+            (target_velocity - self.velocity) * (1.0 - (-4.0 * h_s / REACH_TIME_S).exp());
         self.position_m += self.velocity * h_s;
         self.tremor.advance(h_s, rng);
         (mark_m - self.position_m).abs() < ON_MARK_M
     }
 
     /// Follows the slider: its speed promptly, its position slowly.
-    pub fn pursue(&mut self, pursued: Pursued, h_s: f64, rng: &mut ChaCha8Rng) {
-        let Some((target_m, target_velocity)) = pursued else {
+    pub fn pursue(&mut self, pursuit: Pursuit, h_s: f64, rng: &mut ChaCha8Rng) {
+        let Some((target_m, target_velocity)) = pursuit else {
             self.rest(h_s, rng);
             return;
         };
         let white: f64 = StandardNormal.sample(rng);
-        let kept = (-h_s / WANDER_TIME_S).exp();
-        self.wander = kept * self.wander + self.wander_rms * (1.0 - kept * kept).sqrt() * white;
+        let decay = (-h_s / WANDER_TIME_S).exp();
+        self.wander = decay * self.wander + self.wander_rms * (1.0 - decay * decay).sqrt() * white;
         let hurry = (CATCH_UP_SHARE * target_velocity.abs()).max(LEAST_CATCH_UP_M_PER_S);
         let catch_up = CATCH_UP_PER_S * (target_m - self.position_m);
-        let wanted =
+        let aim_velocity =
             target_velocity * (1.0 + self.speed_bias + self.wander) + catch_up.clamp(-hurry, hurry);
-        self.velocity += (wanted - self.velocity) * (1.0 - (-self.tracking_rad_per_s * h_s).exp());
+        self.velocity +=
+            (aim_velocity - self.velocity) * (1.0 - (-self.tracking_rad_per_s * h_s).exp());
         self.position_m += self.velocity * h_s;
         self.tremor.advance(h_s, rng);
     }
@@ -116,14 +118,14 @@ impl Tremor {
     }
 
     pub fn advance(&mut self, h_s: f64, rng: &mut ChaCha8Rng) {
-        let kept = (-h_s / TREMOR_COHERENCE_S).exp();
-        let kick = self.rms * (1.0 - kept * kept).sqrt();
+        let decay = (-h_s / TREMOR_COHERENCE_S).exp();
+        let kick = self.rms * (1.0 - decay * decay).sqrt();
         let (sin, cos) = (self.omega * h_s).sin_cos();
         let [a, b] = self.phasor;
         let white: [f64; 2] = [(); 2].map(|()| StandardNormal.sample(rng));
         self.phasor = [
-            kept * (cos * a - sin * b) + kick * white[0],
-            kept * (sin * a + cos * b) + kick * white[1],
+            decay * (cos * a - sin * b) + kick * white[0],
+            decay * (sin * a + cos * b) + kick * white[1],
         ];
     }
 

@@ -59,9 +59,9 @@ pub struct Person {
     hand: Hand,
     press: Pressing,
     /// Instruction being followed.
-    doing: Instruction,
+    instruction: Instruction,
     /// Instruction perceived but not yet reacted to, and the time of the reaction, s.
-    noticed: Option<(Instruction, f64)>,
+    reaction: Option<(Instruction, f64)>,
     settled_since_s: Option<f64>,
     button_until_s: f64,
     lift_at_s: Option<f64>,
@@ -85,8 +85,8 @@ impl Person {
             gaze: Gaze::new(),
             hand,
             press,
-            doing: Instruction::Wait,
-            noticed: None,
+            instruction: Instruction::Wait,
+            reaction: None,
             settled_since_s: None,
             button_until_s: f64::NEG_INFINITY,
             lift_at_s: None,
@@ -110,9 +110,9 @@ impl Person {
     /// Perceives a percept and schedules the reaction to a new instruction.
     fn notice(&mut self, t_s: f64, percept: &Percept) {
         // The end cue is perceived before the screen.
-        let following = percept.instruction == Instruction::FollowSlider;
-        self.heard_end = following && (self.heard_end || percept.cue == Some(Cue::End));
-        let seen = if self.heard_end {
+        let is_following = percept.instruction == Instruction::FollowSlider;
+        self.heard_end = is_following && (self.heard_end || percept.cue == Some(Cue::End));
+        let instruction = if self.heard_end {
             Instruction::LiftFinger
         } else {
             percept.instruction
@@ -120,33 +120,33 @@ impl Person {
         if let Some((low, high)) = percept.force_band_n {
             self.press.aim_at(0.5 * (low + high));
         }
-        if let (Instruction::Feedback, Some(mean_n)) = (seen, percept.mean_force_n)
+        if let (Instruction::Feedback, Some(mean_n)) = (instruction, percept.mean_force_n)
             && !self.learnt_from_feedback
         {
             self.press.learn(mean_n);
             self.learnt_from_feedback = true;
         }
         let latest = self
-            .noticed
-            .map_or(self.doing, |(instruction, _)| instruction);
-        if seen == latest {
+            .reaction
+            .map_or(self.instruction, |(instruction, _)| instruction);
+        if instruction == latest {
             return;
         }
-        if seen == Instruction::FollowSlider {
+        if instruction == Instruction::FollowSlider {
             self.learnt_from_feedback = false;
         }
-        let at_s = t_s + self.reaction_s(seen);
-        self.noticed = Some((seen, at_s));
+        let at_s = t_s + self.reaction_s(instruction);
+        self.reaction = Some((instruction, at_s));
     }
 
     /// Draws the reaction time to an instruction, s.
     fn reaction_s(&mut self, to: Instruction) -> f64 {
         let white: f64 = StandardNormal.sample(&mut self.rng);
-        let usual = self.behaviour.reaction_s * (0.2 * white).exp();
-        let late = to == Instruction::FollowSlider
+        let reaction_s = self.behaviour.reaction_s * (0.2 * white).exp();
+        let is_late = to == Instruction::FollowSlider
             && self.rng.random::<f64>() < self.behaviour.late_start_probability;
-        usual
-            + if late {
+        reaction_s
+            + if is_late {
                 self.behaviour.late_start_s
             } else {
                 0.0
@@ -155,7 +155,7 @@ impl Person {
 
     /// Begins to follow an instruction.
     fn begin(&mut self, instruction: Instruction, t_s: f64) {
-        self.doing = instruction;
+        self.instruction = instruction;
         self.settled_since_s = None;
         self.lift_at_s = None;
         if instruction == Instruction::FollowSlider {
@@ -169,13 +169,13 @@ impl Person {
 
     /// Integrates motion and force over `h_s`.
     fn advance(&mut self, t_s: f64, h_s: f64) {
-        if let Some((instruction, at_s)) = self.noticed
+        if let Some((instruction, at_s)) = self.reaction
             && t_s >= at_s
         {
-            self.noticed = None;
+            self.reaction = None;
             self.begin(instruction, t_s);
         }
-        match self.doing {
+        match self.instruction {
             Instruction::Wait if self.behaviour.rests_unasked => {
                 self.press.press();
                 self.hand.rest(h_s, &mut self.rng);
@@ -200,16 +200,16 @@ impl Person {
                 self.hand.rest(h_s, &mut self.rng);
             }
             Instruction::FollowSlider => {
-                let lifted = self
+                let is_lifted = self
                     .lift_at_s
                     .is_some_and(|at_s| (at_s..at_s + self.behaviour.lift_off_s).contains(&t_s));
-                if lifted {
+                if is_lifted {
                     self.press.lift();
                 } else {
                     self.press.press();
                 }
-                let pursued = self.gaze.pursued(t_s);
-                self.hand.pursue(pursued, h_s, &mut self.rng);
+                let pursuit = self.gaze.pursuit(t_s);
+                self.hand.pursue(pursuit, h_s, &mut self.rng);
             }
         }
         self.press.advance(h_s, &mut self.rng);
@@ -221,10 +221,10 @@ impl Person {
             self.hand.rest(h_s, &mut self.rng);
             return;
         };
-        let arrived = self
+        let has_arrived = self
             .hand
             .reach(mark_m, self.press.is_touching(), h_s, &mut self.rng);
-        if !arrived {
+        if !has_arrived {
             if !self.press.is_touching() {
                 self.press.lift();
             }

@@ -25,9 +25,9 @@ pub(crate) struct Pressing {
     wander_rms_n: f64,
     wander_time_s: f64,
     tremor: Tremor,
-    down: bool,
+    is_down: bool,
     /// Progress of landing, from 0 in the air to 1 on the plate.
-    landed: f64,
+    landing: f64,
 }
 
 impl Pressing {
@@ -40,8 +40,8 @@ impl Pressing {
             wander_rms_n: behaviour.force_drift_n,
             wander_time_s: behaviour.force_drift_time_s,
             tremor: Tremor::new(TREMOR_HZ, behaviour.tremor_n),
-            down: false,
-            landed: 0.0,
+            is_down: false,
+            landing: 0.0,
         }
     }
 
@@ -58,25 +58,25 @@ impl Pressing {
     }
 
     pub fn press(&mut self) {
-        self.down = true;
+        self.is_down = true;
     }
 
     pub fn lift(&mut self) {
-        self.down = false;
+        self.is_down = false;
     }
 
     pub fn is_touching(&self) -> bool {
-        self.landed > LIFTED
+        self.landing > LIFTED
     }
 
     pub fn advance(&mut self, h_s: f64, rng: &mut ChaCha8Rng) {
-        let kept = (-h_s / self.wander_time_s).exp();
+        let decay = (-h_s / self.wander_time_s).exp();
         let white: f64 = StandardNormal.sample(rng);
         self.wander_n =
-            kept * self.wander_n + self.wander_rms_n * (1.0 - kept * kept).sqrt() * white;
+            decay * self.wander_n + self.wander_rms_n * (1.0 - decay * decay).sqrt() * white;
         self.tremor.advance(h_s, rng);
-        let goal = if self.down { 1.0 } else { 0.0 };
-        self.landed += (goal - self.landed) * (1.0 - (-h_s / LANDING_S).exp());
+        let goal = if self.is_down { 1.0 } else { 0.0 };
+        self.landing += (goal - self.landing) * (1.0 - (-h_s / LANDING_S).exp());
     }
 
     /// Returns the force on the plate, N; 0 in the air.
@@ -85,6 +85,6 @@ impl Pressing {
             return 0.0;
         }
         let steady_n = self.aim_n * (1.0 + self.misjudgement) + self.wander_n + self.tremor.value();
-        self.landed * steady_n.max(LEAST_SHARE * self.aim_n)
+        self.landing * steady_n.max(LEAST_SHARE * self.aim_n)
     }
 }

@@ -34,7 +34,7 @@ impl Tap {
 #[derive(Debug, Clone)]
 pub(crate) struct Delay {
     ring: [f64; DEPTH],
-    at: usize,
+    cursor: usize,
     samples: usize,
 }
 
@@ -42,7 +42,7 @@ impl Delay {
     pub fn new(tap: Tap) -> Self {
         Self {
             ring: [0.0; DEPTH],
-            at: 0,
+            cursor: 0,
             samples: tap.samples,
         }
     }
@@ -54,9 +54,9 @@ impl Delay {
 
     #[inline]
     pub fn push(&mut self, value: f64) -> f64 {
-        self.ring[self.at] = value;
-        let out = self.ring[(self.at + DEPTH - self.samples) % DEPTH];
-        self.at = (self.at + 1) % DEPTH;
+        self.ring[self.cursor] = value;
+        let out = self.ring[(self.cursor + DEPTH - self.samples) % DEPTH];
+        self.cursor = (self.cursor + 1) % DEPTH;
         out
     }
 }

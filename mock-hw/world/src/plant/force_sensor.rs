@@ -38,7 +38,7 @@ pub(crate) struct ForceSensor {
     wander: Wander,
     previous: Option<(f64, Forces)>,
     previous_input: Forces,
-    taken: u64,
+    sample_count: u64,
     start_s: f64,
     rng: ChaCha8Rng,
 }
@@ -55,7 +55,7 @@ impl ForceSensor {
             wander: Wander::new(scenario, seed),
             previous: None,
             previous_input: [0.0; 2],
-            taken: 0,
+            sample_count: 0,
             start_s,
             rng: seed::stream(seed, seed::Stream::ForceNoise),
         }
@@ -65,7 +65,7 @@ impl ForceSensor {
     pub fn advance(&mut self, time_s: f64, forces: Forces, out: &mut Vec<SensorSample>) {
         let (from_s, from) = self.previous.unwrap_or((time_s, forces));
         loop {
-            let device_time_s = self.taken as f64 / self.scenario.rate_hz;
+            let device_time_s = self.sample_count as f64 / self.scenario.rate_hz;
             let at_s = self.start_s + device_time_s / (1.0 + self.scenario.clock_ppm * 1e-6);
             if at_s > time_s {
                 break;
@@ -88,7 +88,7 @@ impl ForceSensor {
                 *crept_n += (axis.x - *crept_n) * rate;
             }
             self.wander.step();
-            self.taken += 1;
+            self.sample_count += 1;
             let sample = self.read(at_s, device_time_s);
             out.push(sample);
         }
@@ -170,7 +170,7 @@ struct Lag {
     /// Time constant in sampling intervals.
     samples: f64,
     keep: f64,
-    before: f64,
+    previous: f64,
     now: f64,
 }
 
@@ -180,15 +180,15 @@ impl Lag {
         Self {
             samples,
             keep: (-1.0 / samples).exp(),
-            before: 0.0,
+            previous: 0.0,
             now: 0.0,
         }
     }
 
     fn step(&mut self, input: f64) {
-        let behind = self.samples * (input - self.before);
-        self.now = input - behind + (self.now - self.before + behind) * self.keep;
-        self.before = input;
+        let lag = self.samples * (input - self.previous);
+        self.now = input - lag + (self.now - self.previous + lag) * self.keep;
+        self.previous = input;
     }
 }
 
@@ -205,11 +205,11 @@ impl Mount {
             0.0, 0.0, 0.0, 0.0,
         );
         let e = a.exp();
-        let held = Vector2::new(e[(0, 2)], e[(1, 2)]);
+        let step = Vector2::new(e[(0, 2)], e[(1, 2)]);
         let ramp = Vector2::new(e[(0, 3)], e[(1, 3)]);
         Self {
             state: e.fixed_view::<2, 2>(0, 0).into_owned(),
-            from: held - ramp,
+            from: step - ramp,
             to: ramp,
         }
     }
@@ -225,7 +225,7 @@ mod tests {
 
     use super::*;
 
-    fn quiet() -> ForceSensorTable {
+    fn quiet_table() -> ForceSensorTable {
         ForceSensorTable {
             noise_n: 0.0,
             clock_ppm: 100.0,
@@ -235,7 +235,7 @@ mod tests {
 
     #[test]
     fn samples_follow_the_device_clock() {
-        let mut sensor = ForceSensor::new(&quiet(), 0.0, 1);
+        let mut sensor = ForceSensor::new(&quiet_table(), 0.0, 1);
         let mut out = Vec::new();
         for i in 0..=100 {
             sensor.advance(f64::from(i) * 0.01, [0.65, 0.3], &mut out);
@@ -250,7 +250,7 @@ mod tests {
 
     #[test]
     fn a_sine_is_read_with_the_mounts_gain_and_phase() {
-        let mut sensor = ForceSensor::new(&quiet(), 0.0, 1);
+        let mut sensor = ForceSensor::new(&quiet_table(), 0.0, 1);
         let mut out = Vec::new();
         let omega = std::f64::consts::TAU * 200.0;
         for i in 0..8000 {
@@ -271,7 +271,7 @@ mod tests {
     }
 
     /// Returns one second of readings, ten seconds after `forces` began to act.
-    fn settled(scenario: &ForceSensorTable, forces: Forces) -> Vec<SensorSample> {
+    fn settled_samples(scenario: &ForceSensorTable, forces: Forces) -> Vec<SensorSample> {
         let mut sensor = ForceSensor::new(scenario, 0.0, 1);
         let mut out = Vec::new();
         for second in 0..=11 {
@@ -288,9 +288,9 @@ mod tests {
             lateral_gain: 0.9,
             lateral_to_normal: 0.05,
             normal_to_lateral: -0.03,
-            ..quiet()
+            ..quiet_table()
         };
-        let last = settled(&scenario, [0.5, 0.2])[5_000];
+        let last = settled_samples(&scenario, [0.5, 0.2])[5_000];
         assert_relative_eq!(last.normal_n, 1.2 * (0.5 + 0.05 * 0.2), max_relative = 1e-9);
         assert_relative_eq!(
             last.lateral_n,
@@ -304,11 +304,11 @@ mod tests {
 
     #[test]
     fn the_lateral_axis_has_a_lag_and_a_resonance_of_its_own() {
-        let lagging = ForceSensorTable {
+        let table = ForceSensorTable {
             lateral_lag_s: 2e-3,
-            ..quiet()
+            ..quiet_table()
         };
-        let mut sensor = ForceSensor::new(&lagging, 0.0, 1);
+        let mut sensor = ForceSensor::new(&table, 0.0, 1);
         let mut out = Vec::new();
         for ms in 0..=40 {
             let force_n = 0.1 * f64::from(ms);
@@ -320,7 +320,7 @@ mod tests {
 
         let soft = ForceSensorTable {
             lateral_resonance_hz: Some(150.0),
-            ..quiet()
+            ..quiet_table()
         };
         let mut sensor = ForceSensor::new(&soft, 0.0, 1);
         out.clear();
@@ -329,7 +329,8 @@ mod tests {
             let t = f64::from(i) * 2.5e-5;
             sensor.advance(t, [(omega * t).sin(); 2], &mut out);
         }
-        let peak = |of: fn(&SensorSample) -> f64| out[1_000..].iter().map(of).fold(0.0, f64::max);
+        let peak =
+            |value: fn(&SensorSample) -> f64| out[1_000..].iter().map(value).fold(0.0, f64::max);
         // At resonance the gain is 1/(2·0.4), and far below it 1.
         assert_relative_eq!(peak(|s| s.lateral_n), 1.25, max_relative = 5e-3);
         assert_relative_eq!(peak(|s| s.normal_n), 1.0, max_relative = 5e-3);
@@ -337,29 +338,29 @@ mod tests {
 
     #[test]
     fn drift_creep_and_wander_are_slow() {
-        let drifting = ForceSensorTable {
+        let table = ForceSensorTable {
             normal_drift_n_per_min: 0.6,
-            ..quiet()
+            ..quiet_table()
         };
-        let out = settled(&drifting, [0.0, 0.0]);
+        let out = settled_samples(&table, [0.0, 0.0]);
         let rise_n = out[out.len() - 1].normal_n - out[0].normal_n;
         assert!((rise_n - 0.01).abs() < 1e-4, "{rise_n} N in a second");
 
-        let creeping = ForceSensorTable {
+        let table = ForceSensorTable {
             creep: 0.01,
             creep_time_s: 5.0,
-            ..quiet()
+            ..quiet_table()
         };
-        let last = settled(&creeping, [1.0, 0.0]);
+        let last = settled_samples(&table, [1.0, 0.0]);
         let expected = 1.0 + 0.01 * (1.0 - (-11.0f64 / 5.0).exp());
         assert!((last[last.len() - 1].normal_n - expected).abs() < 1e-4);
 
-        let wandering = ForceSensorTable {
+        let table = ForceSensorTable {
             wander_n: 0.01,
             wander_time_s: 1.0,
-            ..quiet()
+            ..quiet_table()
         };
-        let mut sensor = ForceSensor::new(&wandering, 0.0, 1);
+        let mut sensor = ForceSensor::new(&table, 0.0, 1);
         let mut out = Vec::new();
         for second in 0..=400 {
             sensor.advance(f64::from(second), [0.0; 2], &mut out);
@@ -376,7 +377,7 @@ mod tests {
 
     #[test]
     fn saturation_is_flagged_per_axis() {
-        let mut sensor = ForceSensor::new(&quiet(), 0.0, 1);
+        let mut sensor = ForceSensor::new(&quiet_table(), 0.0, 1);
         let mut out = Vec::new();
         sensor.advance(0.0, [12.0, 1.0], &mut out);
         sensor.advance(0.1, [12.0, 1.0], &mut out);

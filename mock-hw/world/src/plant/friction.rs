@@ -63,6 +63,6 @@ impl Friction {
 }
 
 /// Returns friction relative to rest if asperities carry the fraction `carried` of the load.
-pub(super) fn relative(pad: &Pad, carried: f64) -> f64 {
+pub(super) fn relative_friction(pad: &Pad, carried: f64) -> f64 {
     pad.floor + (1.0 - pad.floor) * carried
 }

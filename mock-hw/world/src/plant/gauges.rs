@@ -32,8 +32,8 @@ pub const MAKERS_MATRIX: [[f64; GAUGES]; GAUGES] = [
 #[derive(Debug, Clone)]
 pub(crate) struct GaugeBridge {
     sensor: ForceSensor,
-    taken: Vec<SensorSample>,
-    waiting: VecDeque<SensorSample>,
+    samples: Vec<SensorSample>,
+    queue: VecDeque<SensorSample>,
     volts: SMatrix<f64, GAUGES, GAUGES>,
     offset_v: f64,
     noise_v: f64,
@@ -58,8 +58,8 @@ impl GaugeBridge {
             SMatrix::<f64, GAUGES, GAUGES>::from_fn(|row, column| MAKERS_MATRIX[row][column]);
         Self {
             sensor: ForceSensor::new(&sensor, epoch_s - gauges.delay_s, seed),
-            taken: Vec::new(),
-            waiting: VecDeque::new(),
+            samples: Vec::new(),
+            queue: VecDeque::new(),
             volts: matrix.try_inverse().unwrap_or_else(SMatrix::identity),
             offset_v: gauges.offset_v,
             noise_v: gauges.noise_v,
@@ -73,13 +73,13 @@ impl GaugeBridge {
 
     /// Takes all samples up to `time_s`, at which `forces` act.
     pub(crate) fn advance(&mut self, time_s: f64, forces: Forces) {
-        self.sensor.advance(time_s, forces, &mut self.taken);
-        self.waiting.extend(self.taken.drain(..));
+        self.sensor.advance(time_s, forces, &mut self.samples);
+        self.queue.extend(self.samples.drain(..));
     }
 
     /// Returns the values at the six inputs in the next frame.
     pub(crate) fn frame(&mut self) -> [f64; GAUGES] {
-        let Some(sample) = self.waiting.pop_front() else {
+        let Some(sample) = self.queue.pop_front() else {
             return [0.0; GAUGES];
         };
         let (press_n, pull_n) = (sample.normal_n, sample.lateral_n);
@@ -95,14 +95,14 @@ impl GaugeBridge {
         std::array::from_fn(|gauge| {
             let noise: f64 = StandardNormal.sample(&mut self.rng);
             let now = volts[gauge] + self.offset_v;
-            let (before, behind) = &mut self.coupled[gauge];
-            *behind = if self.keep < 1.0 {
-                self.keep * (*behind + now - *before)
+            let (previous, filtered) = &mut self.coupled[gauge];
+            *filtered = if self.keep < 1.0 {
+                self.keep * (*filtered + now - *previous)
             } else {
                 now
             };
-            *before = now;
-            (*behind + self.noise_v * noise) / VOLTS_PER_UNIT
+            *previous = now;
+            (*filtered + self.noise_v * noise) / VOLTS_PER_UNIT
         })
     }
 }

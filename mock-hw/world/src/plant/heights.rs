@@ -20,7 +20,7 @@ impl Heights {
     /// Tabulates heights that end at `cutoff` standard deviations.
     pub fn new(cutoff: f64) -> Self {
         // ∫ (h − x)^{n/2} φ(h) dh; the substitution h = x + u² removes the root from the integrand.
-        let at = |gap: f64, halves: i32| {
+        let integral = |gap: f64, halves: i32| {
             let du = (cutoff - gap).max(0.0).sqrt() / f64::from(STEPS);
             (0..STEPS)
                 .map(|i| {
@@ -30,12 +30,17 @@ impl Heights {
                 })
                 .sum::<f64>()
         };
-        let whole = at(0.0, 3);
+        let full_height = integral(0.0, 3);
         let gaps = (0..=POINTS).map(|i| cutoff * i as f64 / POINTS as f64);
         Self {
             cutoff,
-            force: gaps.clone().map(|gap| at(gap, 3) / whole).collect(),
-            slope: gaps.map(|gap| 1.5 * at(gap, 1) / whole).collect(),
+            force: gaps
+                .clone()
+                .map(|gap| integral(gap, 3) / full_height)
+                .collect(),
+            slope: gaps
+                .map(|gap| 1.5 * integral(gap, 1) / full_height)
+                .collect(),
         }
     }
 
@@ -71,10 +76,14 @@ mod tests {
         assert!((heights.force(0.0, sigma_m) - 1.0).abs() < 1e-12);
         for step in 1..100 {
             let gap_m = 0.1e-6 * f64::from(step);
-            let by = 1e-8;
-            let fall = heights.force(gap_m - by, sigma_m) - heights.force(gap_m + by, sigma_m);
+            let step_m = 1e-8;
+            let fall =
+                heights.force(gap_m - step_m, sigma_m) - heights.force(gap_m + step_m, sigma_m);
             let slope = heights.slope_per_m(gap_m, sigma_m);
-            assert!((fall / (2.0 * by) / slope - 1.0).abs() < 2e-2, "{gap_m:e}");
+            assert!(
+                (fall / (2.0 * step_m) / slope - 1.0).abs() < 2e-2,
+                "{gap_m:e}"
+            );
         }
         let end_m = 3.5 * WIDTH * sigma_m;
         assert!(heights.force(0.99 * end_m, sigma_m) > 0.0);
@@ -86,17 +95,19 @@ mod tests {
     fn the_table_is_the_integral() {
         let heights = Heights::new(3.5);
         // Integrated over the heights in equal steps, without the substitution.
-        let plain = |gap: f64| {
+        let reference_integral = |gap: f64| {
             let step = 1e-5;
             let steps = ((3.5 - gap) / step) as usize;
-            let at = |i: usize| {
-                let over = (i as f64 + 0.5) * step;
-                over.powf(1.5) * (-0.5 * (gap + over) * (gap + over)).exp() * step
+            let term = |i: usize| {
+                let height = (i as f64 + 0.5) * step;
+                height.powf(1.5) * (-0.5 * (gap + height) * (gap + height)).exp() * step
             };
-            (0..steps).map(at).sum::<f64>()
+            (0..steps).map(term).sum::<f64>()
         };
         for gap in [0.5, 1.0, 2.0, 2.7] {
-            let error = heights.force(WIDTH * gap, 1.0) / (plain(gap) / plain(0.0)) - 1.0;
+            let error = heights.force(WIDTH * gap, 1.0)
+                / (reference_integral(gap) / reference_integral(0.0))
+                - 1.0;
             assert!(error.abs() < 1e-4, "{gap}: {error:e}");
         }
     }

@@ -28,7 +28,7 @@ struct Settling {
 
 impl Settling {
     /// Returns the weight at `time_s` for oscillations of frequency `hz` and decay time `decay_s`, N.
-    fn at(&self, time_s: f64, hz: f64, decay_s: f64) -> f64 {
+    fn force_at(&self, time_s: f64, hz: f64, decay_s: f64) -> f64 {
         let t = (time_s - self.since_s).max(0.0);
         self.to_n + (self.from_n - self.to_n) * (-t / decay_s).exp() * (TAU * hz * t).cos()
     }
@@ -87,8 +87,8 @@ impl KnownMasses {
     fn weights_n(&self, time_s: f64) -> (f64, f64) {
         let s = &self.scenario;
         (
-            self.on_plate.at(time_s, s.bounce_hz, s.bounce_time_s),
-            self.on_pulley.at(time_s, s.swing_hz, s.swing_time_s),
+            self.on_plate.force_at(time_s, s.bounce_hz, s.bounce_time_s),
+            self.on_pulley.force_at(time_s, s.swing_hz, s.swing_time_s),
         )
     }
 
@@ -117,10 +117,10 @@ mod tests {
         let mut masses = KnownMasses::new(&exact(), 1);
         masses.place(Axis::Normal, 0.1, 2.0);
         assert_eq!(masses.forces(2.0), [0.0, 0.0]);
-        let most = (0..200)
+        let peak_n = (0..200)
             .map(|i| masses.forces(2.0 + 1e-3 * f64::from(i))[0])
             .fold(0.0, f64::max);
-        assert!(most > 1.2 * 0.980_665, "{most} N at its hardest");
+        assert!(peak_n > 1.2 * 0.980_665, "{peak_n} N at its hardest");
         let [normal_n, lateral_n] = masses.forces(4.0);
         assert!((normal_n - 0.980_665).abs() < 1e-9 && lateral_n == 0.0);
         masses.remove(4.0);
@@ -149,9 +149,9 @@ mod tests {
     #[test]
     fn a_mark_names_one_mass() {
         let masses = KnownMasses::new(&MassesTable::default(), 5);
-        let off = |kg: f64| masses.true_mass_kg(kg) / kg - 1.0;
-        assert_eq!(off(0.05), off(0.05));
-        assert_ne!(off(0.05), off(0.1));
-        assert!(off(0.05).abs() < 3e-4);
+        let relative_error = |kg: f64| masses.true_mass_kg(kg) / kg - 1.0;
+        assert_eq!(relative_error(0.05), relative_error(0.05));
+        assert_ne!(relative_error(0.05), relative_error(0.1));
+        assert!(relative_error(0.05).abs() < 3e-4);
     }
 }

@@ -93,7 +93,7 @@ impl Modes {
 
     /// Returns the modes with the carrier mode's resonance shifted, the second mode's shifted in proportion, and all damping
     /// scaled.
-    fn tuned(&self, shift_hz: f64, damping: f64) -> Self {
+    fn with_tuning(&self, shift_hz: f64, damping: f64) -> Self {
         let stretch = 1.0 + std::f64::consts::TAU * shift_hz / self.modes[0].omega_rad_per_s;
         Self {
             modes: self.modes.map(|mode| Mode {
@@ -158,9 +158,9 @@ pub(crate) struct Outputs {
 pub(crate) struct Propagator {
     modes: Modes,
     /// The modes before any shift.
-    untuned: Modes,
+    base_modes: Modes,
     interval_s: f64,
-    whole: Weights,
+    at_end: Weights,
     at_pickup: Weights,
     at_middle: Weights,
     /// One column per state variable, then one per polynomial coefficient; lanes are the next state and the outputs.
@@ -201,9 +201,9 @@ impl Propagator {
     pub fn new(modes: Modes, interval_s: f64, pickup_at: f64) -> Self {
         Self {
             modes,
-            untuned: modes,
+            base_modes: modes,
             interval_s,
-            whole: Weights::new(1.0),
+            at_end: Weights::new(1.0),
             at_pickup: Weights::new(pickup_at),
             at_middle: Weights::new(0.5),
             columns: [[0.0; LANES]; STATES + ORDER],
@@ -224,7 +224,7 @@ impl Propagator {
     /// Shifts the carrier mode's resonance and scales the damping; takes effect at the next [`Self::set`]. Resets the shapes to
     /// those of a plate without a finger.
     pub fn tune(&mut self, shift_hz: f64, damping: f64) {
-        self.modes = self.untuned.tuned(shift_hz, damping);
+        self.modes = self.base_modes.with_tuning(shift_hz, damping);
     }
 
     /// Recomputes the step for new contact and tissue constants.
@@ -260,8 +260,8 @@ impl Propagator {
         let mut bound = 1.0;
         for k in 0..MAX_TERMS {
             for i in 0..STATES {
-                accumulate(&mut exponential[i], &power[i], self.whole.exponential[k]);
-                accumulate(&mut integral[i], &self.whole.integral[k], power[i][STATES]);
+                accumulate(&mut exponential[i], &power[i], self.at_end.exponential[k]);
+                accumulate(&mut integral[i], &self.at_end.integral[k], power[i][STATES]);
             }
             for (lane, ratios, weights) in outputs {
                 let mut displacement = [0.0; LANES];
@@ -330,7 +330,7 @@ impl Propagator {
             self.modes.modes[1].mass_kg,
             tissue.mass_kg,
         ];
-        let own = |body: usize| {
+        let body_constants = |body: usize| {
             if body == 2 {
                 (tissue.stiffness_n_per_m, tissue.damping_n_s_per_m)
             } else {
@@ -341,14 +341,14 @@ impl Propagator {
         let mut a = [[0.0; LANES]; STATES];
         for body in 0..3 {
             let scale = self.interval_s / masses[body];
-            let (stiffness, damping) = own(body);
+            let (stiffness, damping) = body_constants(body);
             a[2 * body + 1][2 * body] = omega0 * self.interval_s;
             a[2 * body][2 * body] -= damping * scale;
             a[2 * body][2 * body + 1] -= stiffness / omega0 * scale;
-            for other in 0..3 {
-                let coupling = elongation[body] * elongation[other] * scale;
-                a[2 * body][2 * other] -= contact.damping_n_s_per_m * coupling;
-                a[2 * body][2 * other + 1] -= contact.stiffness_n_per_m / omega0 * coupling;
+            for other_body in 0..3 {
+                let coupling = elongation[body] * elongation[other_body] * scale;
+                a[2 * body][2 * other_body] -= contact.damping_n_s_per_m * coupling;
+                a[2 * body][2 * other_body + 1] -= contact.stiffness_n_per_m / omega0 * coupling;
             }
         }
         a
@@ -405,42 +405,42 @@ mod tests {
         );
         let polynomial: Polynomial = [1.0, -2.0, 0.5, 3.0, -1.0, 0.25, 2.0, -0.7];
         let start = PlateState([0.3, -0.2, 0.1, 0.05, -0.4, 0.6]);
-        let mut once = start;
-        long.step(&mut once, &polynomial);
-        let mut many = start;
+        let mut long_state = start;
+        long.step(&mut long_state, &polynomial);
+        let mut short_state = start;
         for part in 0..parts {
             // Polynomial about s0 = part/parts, in units of the short interval.
             let s0 = f64::from(part) / f64::from(parts);
-            let mut shifted = [0.0; ORDER];
+            let mut coefficients = [0.0; ORDER];
             for (j, c) in polynomial.iter().enumerate() {
                 let mut binomial = 1.0;
-                for (k, out) in shifted.iter_mut().enumerate().take(j + 1) {
+                for (k, out) in coefficients.iter_mut().enumerate().take(j + 1) {
                     *out +=
                         c * binomial * s0.powi((j - k) as i32) / f64::from(parts).powi(k as i32);
                     binomial *= (j - k) as f64 / (k + 1) as f64;
                 }
             }
-            short.step(&mut many, &shifted);
+            short.step(&mut short_state, &coefficients);
         }
-        for (a, b) in once.0.iter().zip(&many.0) {
+        for (a, b) in long_state.0.iter().zip(&short_state.0) {
             assert!((a - b).abs() < 1e-11, "{a} {b}");
         }
     }
 
     #[test]
     fn outputs_are_read_at_their_moments() {
-        let whole = propagator(1.0 / 96e3);
+        let full = propagator(1.0 / 96e3);
         let half = propagator(0.5 / 96e3);
         let start = PlateState([0.3, -0.2, 0.1, 0.05, -0.4, 0.6]);
         let voltage = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-        let read = whole.step(&mut start.clone(), &voltage);
+        let read = full.step(&mut start.clone(), &voltage);
         let mut middle = start;
         half.step(&mut middle, &voltage);
         let plate = PlateTable::default();
         let pickup_m =
             (middle.0[1] + plate.second_mode.pickup_ratio * middle.0[3]) / plate.omega_rad_per_s();
         assert!((read.pickup_m / pickup_m - 1.0).abs() < 1e-10);
-        let surface_m = middle.surface(whole.modes());
+        let surface_m = middle.surface(full.modes());
         assert!((read.surface_m / surface_m - 1.0).abs() < 1e-10);
     }
 
@@ -454,7 +454,7 @@ mod tests {
         let [first, second] = Modes::new(&plate).modes;
         let ratio = second.contact_ratio;
 
-        let stored = |z: &[f64; STATES]| {
+        let stored_energy = |z: &[f64; STATES]| {
             let spring = |k: f64, y: f64| 0.5 * k * (y / omega0).powi(2);
             let kinetic = |m: f64, v: f64| 0.5 * m * v * v;
             kinetic(first.mass_kg, z[0])
@@ -476,16 +476,16 @@ mod tests {
         };
         let mut state = PlateState::default();
         let (mut work_j, mut loss_j) = (0.0, 0.0);
-        let mut before = (0.0, 0.0);
+        let mut previous = (0.0, 0.0);
         for n in 0..20_000 {
             let from_s = f64::from(n) * interval_s;
             fine.step(&mut state, &sine(omega, from_s, interval_s));
             let now = powers(&state.0, (omega * (from_s + interval_s)).sin());
-            work_j += 0.5 * interval_s * (before.0 + now.0);
-            loss_j += 0.5 * interval_s * (before.1 + now.1);
-            before = now;
+            work_j += 0.5 * interval_s * (previous.0 + now.0);
+            loss_j += 0.5 * interval_s * (previous.1 + now.1);
+            previous = now;
         }
-        let stored_j = stored(&state.0);
+        let stored_j = stored_energy(&state.0);
         assert!(stored_j > 0.1 * work_j && loss_j > 0.1 * work_j);
         let imbalance = (work_j - loss_j - stored_j) / work_j;
         // The trapezoidal rule is itself accurate to (ωT)²/12 = 3e-4 here.

@@ -95,7 +95,7 @@ pub struct Plant {
     omega_rad_per_s: f64,
 
     history: History,
-    amplified: Reconstruction,
+    amplifier: Reconstruction,
     line_weights: Vec<f64>,
     gate: f64,
     gate_rate: f64,
@@ -179,18 +179,18 @@ impl Plant {
             rate_hz,
             SLOW_STEP_S,
         );
-        let before = std::mem::replace(self, fresh);
-        self.wire(before.patch.wiring());
-        self.epoch_s = before.end_s();
-        self.forces = before.forces;
-        self.forces_due = before.forces_due;
-        self.moisture = before.moisture;
-        self.finger = before.finger;
-        self.touch = before.touch;
-        self.drift = before.drift;
-        self.force_sensor = before.force_sensor;
-        self.masses = before.masses;
-        self.next_truth_s = before.next_truth_s;
+        let previous = std::mem::replace(self, fresh);
+        self.wire(previous.patch.wiring());
+        self.epoch_s = previous.end_s();
+        self.forces = previous.forces;
+        self.forces_due = previous.forces_due;
+        self.moisture = previous.moisture;
+        self.finger = previous.finger;
+        self.touch = previous.touch;
+        self.drift = previous.drift;
+        self.force_sensor = previous.force_sensor;
+        self.masses = previous.masses;
+        self.next_truth_s = previous.next_truth_s;
         self.gauges = bridge(&self.scenario, self.interval_s, self.epoch_s, self.seed);
     }
 
@@ -203,7 +203,7 @@ impl Plant {
     ) -> Self {
         let interval_s = 1.0 / (rate_hz * (1.0 + scenario.converter.clock_ppm * 1e-6));
         let omega_rad_per_s = scenario.plate.omega_rad_per_s();
-        let amplified =
+        let amplifier =
             Reconstruction::dac_and_amplifier(scenario.amplifier.bandwidth_hz, 1.0 / interval_s);
         let pickup_delay = scenario.pickup.phase_rad / omega_rad_per_s / interval_s;
         let skew = |channel| scenario.converter.skew(channel);
@@ -213,7 +213,7 @@ impl Plant {
             Tap::new(skew(2)),
         ];
         let mut line_weights = Reconstruction::dac().taps_at(taps[2].moment);
-        line_weights.resize(amplified.taps(), 0.0);
+        line_weights.resize(amplifier.taps(), 0.0);
         let frames_per_slow_step = (slow_step_s / interval_s).round().max(1.0) as u32;
         let mut propagator =
             Propagator::new(Modes::new(&scenario.plate), interval_s, taps[1].moment);
@@ -222,8 +222,8 @@ impl Plant {
             tissue(fingertip.z_t_n_s_per_m, omega_rad_per_s),
         );
         Self {
-            history: History::new(amplified.taps()),
-            amplified,
+            history: History::new(amplifier.taps()),
+            amplifier,
             line_weights,
             gate: 0.0,
             amplifier_gain: 1.0,
@@ -298,7 +298,7 @@ impl Plant {
         self.truth.clear();
         self.volts = SquaredVolts::default();
         let from = self.finger;
-        let amplifier = if amplifier_on {
+        let gate_target = if amplifier_on {
             self.amplifier_gain
         } else {
             0.0
@@ -309,13 +309,13 @@ impl Plant {
             .enumerate()
         {
             if self.until_slow_step == 0 {
-                self.finger = between(&from, finger, (i + 1) as f64 / drive.len() as f64);
+                self.finger = interpolate(&from, finger, (i + 1) as f64 / drive.len() as f64);
                 self.slow_step();
                 self.until_slow_step = self.frames_per_slow_step;
             }
             self.until_slow_step -= 1;
             self.frame += 1;
-            self.fast_step(dac(sample), amplifier);
+            self.fast_step(dac(sample), gate_target);
             self.read_gauges();
             self.converter.frame(&self.ideal, frame);
         }
@@ -386,27 +386,27 @@ impl Plant {
     }
 
     #[inline]
-    fn fast_step(&mut self, sample: f64, amplifier: f64) {
+    fn fast_step(&mut self, sample: f64, gate_target: f64) {
         self.history.push(sample);
-        self.gate += (amplifier - self.gate) * self.gate_rate;
-        if (amplifier - self.gate).abs() < 1e-9 {
-            self.gate = amplifier;
+        self.gate += (gate_target - self.gate) * self.gate_rate;
+        if (gate_target - self.gate).abs() < 1e-9 {
+            self.gate = gate_target;
         }
         let (mut readback, mut pickup, mut line, mut middle_m) = (0.0, 0.0, 0.0, 0.0);
         let on_bench = self.patch.wiring() == InputWiring::Bench;
-        let driven = !self.history.is_silent();
-        if driven && on_bench {
+        let is_driven = !self.history.is_silent();
+        if is_driven && on_bench {
             line = dot(&self.line_weights, self.history.newest_first());
         }
         let mut voltage: Polynomial = Polynomial::default();
-        if driven && self.gate > 0.0 {
-            voltage = self.amplified.interval(self.history.newest_first());
+        if is_driven && self.gate > 0.0 {
+            voltage = self.amplifier.interval(self.history.newest_first());
             let gain = self.gate * self.scenario.amplifier.volts_per_unit;
             voltage.iter_mut().for_each(|c| *c *= gain);
         }
         self.volts.frames += 1;
         self.volts.sum_v2 += evaluate(&voltage, 0.5).powi(2);
-        if driven && self.gate > 0.0 || !self.state.is_zero() {
+        if is_driven && self.gate > 0.0 || !self.state.is_zero() {
             readback = evaluate(&voltage, self.readback_moment)
                 / self.scenario.converter.readback_volts_per_unit;
             // A patched amplifier feeds the inputs, not the actuators.
@@ -415,9 +415,9 @@ impl Plant {
             } else {
                 Polynomial::default()
             };
-            let passed = self.propagator.step(&mut self.state, &across_plate);
-            pickup = passed.pickup_m / self.scenario.pickup.metres_per_unit;
-            middle_m = passed.surface_m;
+            let outputs = self.propagator.step(&mut self.state, &across_plate);
+            pickup = outputs.pickup_m / self.scenario.pickup.metres_per_unit;
+            middle_m = outputs.surface_m;
         }
         // Two values per interval, so that the square of a 35 kHz motion does not alias at 96 kHz.
         let end_m = self.state.surface(self.propagator.modes());
@@ -427,8 +427,8 @@ impl Plant {
         *second += (*first - *second) * self.mean_square_rate;
         if on_bench {
             let bench = [readback, pickup, line];
-            let delayed = self.delays.iter_mut().zip(bench);
-            for (input, (delay, value)) in self.ideal.iter_mut().zip(delayed) {
+            let delays = self.delays.iter_mut().zip(bench);
+            for (input, (delay, value)) in self.ideal.iter_mut().zip(delays) {
                 *input = delay.push(value);
             }
             if let Some(reference) = &mut self.reference {
@@ -489,7 +489,7 @@ impl Plant {
             lag_s: f64::NAN,
         };
         if touching {
-            let touched = self.touch.press(dt_s, &skin, &self.finger, amplitude2);
+            let touch = self.touch.press(dt_s, &skin, &self.finger, amplitude2);
             let plate = &self.scenario.plate;
             let at_m = self.finger.position_m;
             let shapes = [plate.shape(at_m), plate.second_contact_ratio(at_m)];
@@ -497,17 +497,17 @@ impl Plant {
             self.retune(tuning);
             self.propagator.set_shape(shapes);
             let tissue = tissue(now.z_t_n_s_per_m, self.omega_rad_per_s);
-            self.propagator.set(touched.contact, tissue);
+            self.propagator.set(touch.contact, tissue);
 
-            now.mu0 = touched.mu0;
-            now.gap_m = touched.gap_m;
-            now.k_c_n_per_m = touched.k_c_n_per_m;
-            now.mu = touched.mu;
+            now.mu0 = touch.mu0;
+            now.gap_m = touch.gap_m;
+            now.k_c_n_per_m = touch.k_c_n_per_m;
+            now.mu = touch.mu;
             now.normal_n = normal_n;
-            now.lateral_n = touched.lateral_n;
-            now.contact_area_m2 = touched.area_m2;
+            now.lateral_n = touch.lateral_n;
+            now.contact_area_m2 = touch.area_m2;
             now.amplitude_ratio = shapes[0];
-            now.lag_s = touched.lag_s;
+            now.lag_s = touch.lag_s;
         } else if self.touch.lift(dt_s) || tuning.differs_from(&self.tuning) {
             self.retune(tuning);
             let tissue = tissue(skin.z_t_n_s_per_m, self.omega_rad_per_s);
@@ -561,7 +561,7 @@ fn tissue(z_t_n_s_per_m: [f64; 2], omega: f64) -> Tissue {
 }
 
 /// Returns the finger's state at the fraction `share` between two states.
-fn between(from: &FingerState, to: &FingerState, share: f64) -> FingerState {
+fn interpolate(from: &FingerState, to: &FingerState, share: f64) -> FingerState {
     let mix = |a: f64, b: f64| a + share * (b - a);
     FingerState {
         position_m: mix(from.position_m, to.position_m),

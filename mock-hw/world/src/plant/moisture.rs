@@ -19,7 +19,7 @@ pub(crate) struct Moisture {
     relative_sd: f64,
     time_s: f64,
     value: f64,
-    grown: Exposure,
+    growth_exposure: Exposure,
     rng: ChaCha8Rng,
 }
 
@@ -29,18 +29,18 @@ impl Moisture {
             relative_sd: scenario.relative_sd,
             time_s: scenario.time_s,
             value: 0.0,
-            grown: Exposure::new(scenario.growth_time_s),
+            growth_exposure: Exposure::new(scenario.growth_time_s),
             rng: seed::stream(seed, seed::Stream::Moisture),
         }
     }
 
     /// Advances by `dt_s`, touching or not; returns the present skin of `fingertip`.
     pub fn advance(&mut self, dt_s: f64, touching: bool, fingertip: &Fingertip) -> Fingertip {
-        let kept = (-dt_s / self.time_s).exp();
+        let decay = (-dt_s / self.time_s).exp();
         let white: f64 = StandardNormal.sample(&mut self.rng);
-        self.value = kept * self.value + self.relative_sd * (1.0 - kept * kept).sqrt() * white;
+        self.value = decay * self.value + self.relative_sd * (1.0 - decay * decay).sqrt() * white;
         let tissue = 1.0 + TISSUE_SHARE * self.value;
-        let growth = 1.0 + fingertip.pad.growth * self.grown.advance(dt_s, touching);
+        let growth = 1.0 + fingertip.pad.growth * self.growth_exposure.advance(dt_s, touching);
         let [re, im] = fingertip.z_t_n_s_per_m.map(|z| z * tissue);
         Fingertip {
             sigma_t_m: fingertip.sigma_t_m * (1.0 + ROUGHNESS_SHARE * self.value) * growth,

@@ -47,10 +47,10 @@ impl Patch {
     /// Writes the values of all inputs for the voltage of one sample interval.
     #[inline]
     pub fn feed(&mut self, voltage: &Polynomial, divider: f64, ideal: &mut [f64]) {
-        let all = self.wiring == InputWiring::AllInputs;
+        let has_all_inputs = self.wiring == InputWiring::AllInputs;
         for (channel, ((moment, delay), input)) in self.inputs.iter_mut().zip(ideal).enumerate() {
-            let plugged = all || channel == 0;
-            *input = delay.push(if plugged {
+            let is_plugged = has_all_inputs || channel == 0;
+            *input = delay.push(if is_plugged {
                 evaluate(voltage, *moment) / divider
             } else {
                 0.0

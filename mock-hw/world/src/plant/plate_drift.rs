@@ -36,25 +36,25 @@ const SPREADS: f64 = 6.0;
 /// Effect of a finger's warmth: a direct part, and a slower part as heat spreads.
 #[derive(Debug, Clone)]
 struct Warmth {
-    near: Exposure,
-    far: Exposure,
+    near_heat: Exposure,
+    far_heat: Exposure,
     spread: f64,
 }
 
 impl Warmth {
     fn new(time_s: f64, spread: f64) -> Self {
         Self {
-            near: Exposure::new(time_s),
-            far: Exposure::new(SPREADS * time_s),
+            near_heat: Exposure::new(time_s),
+            far_heat: Exposure::new(SPREADS * time_s),
             spread,
         }
     }
 
     /// Advances by `dt_s` and returns the fraction of the full effect.
     fn advance(&mut self, dt_s: f64, touching: bool) -> f64 {
-        let near = self.near.advance(dt_s, touching);
-        let far = self.far.advance(dt_s, touching);
-        near + self.spread * (far - near)
+        let near_heat = self.near_heat.advance(dt_s, touching);
+        let far_heat = self.far_heat.advance(dt_s, touching);
+        near_heat + self.spread * (far_heat - near_heat)
     }
 }
 
@@ -107,7 +107,7 @@ mod tests {
 
     use super::*;
 
-    fn advanced(drift: DriftTable, seconds: u32, touching: impl Fn(u32) -> bool) -> Tuning {
+    fn tuning_after(drift: DriftTable, seconds: u32, touching: impl Fn(u32) -> bool) -> Tuning {
         let mut plate = PlateDrift::new(&drift);
         (1..=seconds).fold(Tuning::default(), |_, s| {
             plate.advance(1.0, f64::from(s), touching(s), 0.0)
@@ -121,16 +121,16 @@ mod tests {
             room_damping_per_min: 0.01,
             ..DriftTable::default()
         };
-        let minute = advanced(room.clone(), 60, |_| false);
+        let minute = tuning_after(room.clone(), 60, |_| false);
         assert_relative_eq!(minute.shift_hz, 3.0, max_relative = 0.02);
         assert_relative_eq!(minute.damping, 1.01, max_relative = 1e-3);
         // A quarter of a period of 1200 s: 3 Hz/min · 20 min/2π.
         assert_relative_eq!(
-            advanced(room.clone(), 300, |_| false).shift_hz,
+            tuning_after(room.clone(), 300, |_| false).shift_hz,
             9.549,
             max_relative = 1e-3
         );
-        assert!(advanced(room, 1_200, |_| false).shift_hz.abs() < 1e-9);
+        assert!(tuning_after(room, 1_200, |_| false).shift_hz.abs() < 1e-9);
     }
 
     #[test]
@@ -140,11 +140,11 @@ mod tests {
             warmth_damping: 0.2,
             ..DriftTable::default()
         };
-        let held = advanced(warm.clone(), 5, |_| true);
+        let warmed = tuning_after(warm.clone(), 5, |_| true);
         let share = 1.0 - (-1.0f64).exp();
-        assert_relative_eq!(held.shift_hz, -10.0 * share, max_relative = 1e-12);
-        assert_relative_eq!(held.damping, 1.0 + 0.2 * share, max_relative = 1e-12);
-        let cooled = advanced(warm, 10, |s| s <= 5);
+        assert_relative_eq!(warmed.shift_hz, -10.0 * share, max_relative = 1e-12);
+        assert_relative_eq!(warmed.damping, 1.0 + 0.2 * share, max_relative = 1e-12);
+        let cooled = tuning_after(warm, 10, |s| s <= 5);
         assert_relative_eq!(
             cooled.shift_hz,
             -10.0 * share * (1.0 - share),
@@ -162,11 +162,11 @@ mod tests {
             ..DriftTable::default()
         };
         let share = |time_s: f64| 1.0 - (-5.0 / time_s).exp();
-        let held = advanced(warm, 5, |_| true);
+        let warmed = tuning_after(warm, 5, |_| true);
         let of_resonance = 0.6 * share(5.0) + 0.4 * share(30.0);
         let of_damping = 0.6 * share(10.0) + 0.4 * share(60.0);
-        assert_relative_eq!(held.shift_hz, -10.0 * of_resonance, max_relative = 1e-12);
-        assert_relative_eq!(held.damping, 1.0 + 0.2 * of_damping, max_relative = 1e-12);
+        assert_relative_eq!(warmed.shift_hz, -10.0 * of_resonance, max_relative = 1e-12);
+        assert_relative_eq!(warmed.damping, 1.0 + 0.2 * of_damping, max_relative = 1e-12);
     }
 
     #[test]

@@ -13,10 +13,10 @@ pub(crate) const ORDER: usize = 8;
 /// Polynomial over one sample interval: Σ c_j s^j at time s, 0 to 1.
 pub(crate) type Polynomial = [f64; ORDER];
 
-/// Returns the value of a polynomial at time `at` within its interval.
+/// Returns the value of a polynomial at time `moment` within its interval.
 #[inline]
-pub(crate) fn evaluate(polynomial: &Polynomial, at: f64) -> f64 {
-    polynomial.iter().rev().fold(0.0, |sum, c| sum * at + c)
+pub(crate) fn evaluate(polynomial: &Polynomial, moment: f64) -> f64 {
+    polynomial.iter().rev().fold(0.0, |sum, c| sum * moment + c)
 }
 
 const TAPS: usize = 32;
@@ -232,11 +232,11 @@ mod tests {
     #[test]
     fn the_amplifier_rolls_off_as_a_first_order_low_pass() {
         for rate_hz in [96e3, 192e3] {
-            let amplified = Reconstruction::dac_and_amplifier(120e3, rate_hz);
+            let amplifier = Reconstruction::dac_and_amplifier(120e3, rate_hz);
             let cycles_per_sample = 35e3 / rate_hz;
-            let rounded = (cycles_per_sample * 400.0).round() / 400.0;
-            let (_, amplitude) = residual(&amplified, rounded);
-            let expected = 1.0 / (1.0 + (rounded * rate_hz / 120e3).powi(2)).sqrt();
+            let cycles = (cycles_per_sample * 400.0).round() / 400.0;
+            let (_, amplitude) = residual(&amplifier, cycles);
+            let expected = 1.0 / (1.0 + (cycles * rate_hz / 120e3).powi(2)).sqrt();
             assert!(
                 (amplitude / expected - 1.0).abs() < 3e-4,
                 "{amplitude} {expected}"
@@ -246,12 +246,12 @@ mod tests {
 
     #[test]
     fn neighbouring_intervals_join() {
-        let amplified = Reconstruction::dac_and_amplifier(120e3, 96e3);
-        let mut history = History::new(amplified.taps());
+        let amplifier = Reconstruction::dac_and_amplifier(120e3, 96e3);
+        let mut history = History::new(amplifier.taps());
         let mut last = 0.0;
         for n in 0..200 {
             history.push((TAU * 0.3646 * f64::from(n)).sin());
-            let polynomial = amplified.interval(history.newest_first());
+            let polynomial = amplifier.interval(history.newest_first());
             if n > 100 {
                 let jump = evaluate(&polynomial, 0.0) - last;
                 assert!(jump.abs() < 2e-5, "{jump} at {n}");

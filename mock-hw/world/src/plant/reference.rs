@@ -32,18 +32,18 @@ impl VibrometerOutput {
         let table = &scenario.reference;
         let skew = scenario.converter.skew(REFERENCE_INPUT);
         // Intervals from the requested moment to the newest displacement.
-        let late = LATENCY as f64 + KNOWN_AT - skew + table.delay_s / interval_s;
-        let length = late.floor() as usize + REACH + 2;
-        let of = |weight: fn(f64) -> f64, scale: f64| -> Vec<f64> {
+        let latency = LATENCY as f64 + KNOWN_AT - skew + table.delay_s / interval_s;
+        let length = latency.floor() as usize + REACH + 2;
+        let weights_of = |weight: fn(f64) -> f64, scale: f64| -> Vec<f64> {
             (0..length)
-                .map(|k| scale * weight(k as f64 - late))
+                .map(|k| scale * weight(k as f64 - latency))
                 .collect()
         };
         let units_per = 1.0 / (table.per_volt * table.volts_per_unit);
         let weights = match table.follows {
             Follows::Nothing => return None,
-            Follows::Displacement => of(between, units_per),
-            Follows::Velocity => of(slope, units_per / interval_s),
+            Follows::Displacement => weights_of(sinc_weight, units_per),
+            Follows::Velocity => weights_of(slope, units_per / interval_s),
         };
         Some(Self {
             recent: vec![0.0; length].into(),
@@ -58,13 +58,13 @@ impl VibrometerOutput {
         self.recent.pop_back();
         self.recent.push_front(middle_m);
         let white: f64 = StandardNormal.sample(&mut self.rng);
-        let weighted = self.recent.iter().zip(&self.weights);
-        weighted.map(|(x, weight)| x * weight).sum::<f64>() + self.noise_units * white
+        let products = self.recent.iter().zip(&self.weights);
+        products.map(|(x, weight)| x * weight).sum::<f64>() + self.noise_units * white
     }
 }
 
 /// Weight of a sample `x` intervals away: a windowed sinc, accurate to 1e-4 up to a third of the rate.
-fn between(x: f64) -> f64 {
+fn sinc_weight(x: f64) -> f64 {
     let reach = REACH as f64 + 1.0;
     if x.abs() >= reach {
         return 0.0;
@@ -82,5 +82,5 @@ fn between(x: f64) -> f64 {
 /// Weight of a sample in the slope per interval; older samples have larger `x`.
 fn slope(x: f64) -> f64 {
     const STEP: f64 = 1e-4;
-    (between(x + STEP) - between(x - STEP)) / (2.0 * STEP)
+    (sinc_weight(x + STEP) - sinc_weight(x - STEP)) / (2.0 * STEP)
 }

@@ -96,11 +96,11 @@ impl<'a> SqueezeFilm<'a> {
 
     /// Returns the levitation force for a squared peak amplitude, N.
     pub fn squeeze_force(&self, gap_m: f64, amplitude2_m2: f64) -> f64 {
-        let kept = match self.laws.laws.leak_gap_m {
+        let share = match self.laws.laws.leak_gap_m {
             None => 1.0,
             Some(leak_gap_m) => 1.0 / (1.0 + (gap_m / leak_gap_m).powi(4)),
         };
-        self.squeeze_n * amplitude2_m2 / gap_m.powi(2) * kept
+        self.squeeze_n * amplitude2_m2 / gap_m.powi(2) * share
     }
 
     /// Returns the attraction between skin and plate, N.
@@ -132,15 +132,15 @@ impl<'a> SqueezeFilm<'a> {
 
     /// Returns the root of a convex force: Newton's method from the left never overshoots.
     fn convex_root(&self, normal_n: f64, amplitude2_m2: f64, guess_m: f64) -> f64 {
-        let least = self.rest_gap(normal_n);
-        let mut gap = guess_m.max(least);
+        let least_gap = self.rest_gap(normal_n);
+        let mut gap = guess_m.max(least_gap);
         for _ in 0..60 {
             let (asperity, squeeze) = (
                 self.asperity_force(gap),
                 self.squeeze_force(gap, amplitude2_m2),
             );
             let slope = asperity / self.sigma_m + 2.0 * squeeze / gap;
-            let next = (gap + (asperity + squeeze - normal_n) / slope).max(least);
+            let next = (gap + (asperity + squeeze - normal_n) / slope).max(least_gap);
             let step = next - gap;
             gap = next;
             if step.abs() < 1e-12 * gap {
@@ -185,15 +185,15 @@ impl<'a> SqueezeFilm<'a> {
             Some(heights) => self.asperity_n * heights.slope_per_m(gap_m, self.sigma_m),
         };
         let squeeze_n = self.squeeze_force(gap_m, amplitude2_m2);
-        let squeezed = match self.laws.laws.leak_gap_m {
+        let squeeze_slope = match self.laws.laws.leak_gap_m {
             None => 2.0 * squeeze_n / gap_m,
             Some(leak_gap_m) => {
                 let leaks = (gap_m / leak_gap_m).powi(4);
                 (2.0 + 4.0 * leaks / (1.0 + leaks)) * squeeze_n / gap_m
             }
         };
-        let sticking = self.adhesion_force(gap_m) / self.laws.laws.adhesion_range_m;
-        asperities + squeezed - sticking
+        let adhesion_slope = self.adhesion_force(gap_m) / self.laws.laws.adhesion_range_m;
+        asperities + squeeze_slope - adhesion_slope
     }
 
     /// Returns the loss factor η of a contact of this stiffness.
@@ -235,12 +235,12 @@ mod tests {
         SqueezeFilm::new(laws, &pad, 101_325.0, 2e-6, 314e-6)
     }
 
-    fn published() -> Laws {
+    fn published_laws() -> Laws {
         Laws::new(&LawsTable::default())
     }
 
     /// Root of the force balance by bisection, independent of Newton's method.
-    fn bisected(film: &SqueezeFilm<'_>, normal_n: f64, amplitude2: f64) -> f64 {
+    fn bisect(film: &SqueezeFilm<'_>, normal_n: f64, amplitude2: f64) -> f64 {
         let (mut low, mut high) = (1e-7, 1e-2);
         for _ in 0..200 {
             let middle = 0.5 * (low + high);
@@ -256,7 +256,7 @@ mod tests {
 
     #[test]
     fn forces_in_closed_form() {
-        let laws = published();
+        let laws = published_laws();
         let film = film(&laws);
         // 0.375 · 1.4e4 · 2e-6 · 20e6/0.75 · 314e-6 = 87.92 N at zero gap, 1/e of it at σ_t.
         assert_relative_eq!(
@@ -279,14 +279,14 @@ mod tests {
 
     #[test]
     fn equilibrium_is_the_root_from_any_guess() {
-        let laws = published();
+        let laws = published_laws();
         let film = film(&laws);
         for normal_n in [0.01, 0.1, 0.65, 1.0, 5.0] {
             for amplitude_m in [0.0f64, 0.05e-6, 0.5e-6, 2e-6, 5e-6, 10e-6] {
-                let expected = bisected(&film, normal_n, amplitude_m.powi(2));
+                let expected = bisect(&film, normal_n, amplitude_m.powi(2));
                 for guess_m in [0.0, 8e-6, 200e-6] {
-                    let found = film.equilibrium(normal_n, amplitude_m.powi(2), guess_m);
-                    assert_relative_eq!(found, expected, max_relative = 1e-9);
+                    let gap_m = film.equilibrium(normal_n, amplitude_m.powi(2), guess_m);
+                    assert_relative_eq!(gap_m, expected, max_relative = 1e-9);
                 }
             }
         }
@@ -295,7 +295,7 @@ mod tests {
     #[test]
     fn stiffness_falls_to_one_eighth_at_5_um_and_1_n() {
         // SCIENCE section 7: Eqs. 17–18 with σ_t = 2 µm and S = 314 mm² give a decrease of 87 %.
-        let laws = published();
+        let laws = published_laws();
         let film = film(&laws);
         let gap = film.equilibrium(1.0, 25e-12, 0.0);
         let rest = film.stiffness(film.rest_gap(1.0), 0.0);
@@ -305,7 +305,7 @@ mod tests {
 
     #[test]
     fn friction_falls_with_amplitude_and_recovers_with_force() {
-        let laws = published();
+        let laws = published_laws();
         let film = film(&laws);
         let friction = |normal_n: f64, amplitude_m: f64| {
             let gap = film.equilibrium(normal_n, amplitude_m.powi(2), 0.0);
@@ -321,7 +321,7 @@ mod tests {
         assert_relative_eq!(friction(0.65, 0.0), 1.0, max_relative = 1e-12);
     }
 
-    fn broken() -> [LawsTable; 4] {
+    fn broken_laws() -> [LawsTable; 4] {
         [
             LawsTable {
                 asperity_cutoff: Some(3.5),
@@ -346,22 +346,23 @@ mod tests {
 
     #[test]
     fn broken_laws_have_a_root_from_any_guess_and_a_stiffness_that_is_the_slope() {
-        for table in broken() {
+        for table in broken_laws() {
             let laws = Laws::new(&table);
             let film = film(&laws);
             for normal_n in [0.01, 0.1, 0.65, 5.0] {
                 for amplitude_m in [0.0f64, 0.5e-6, 2e-6, 5e-6] {
-                    let expected = bisected(&film, normal_n, amplitude_m.powi(2));
+                    let expected = bisect(&film, normal_n, amplitude_m.powi(2));
                     for guess_m in [0.0, 8e-6, 200e-6] {
-                        let found = film.equilibrium(normal_n, amplitude_m.powi(2), guess_m);
-                        assert_relative_eq!(found, expected, max_relative = 1e-6);
+                        let gap_m = film.equilibrium(normal_n, amplitude_m.powi(2), guess_m);
+                        assert_relative_eq!(gap_m, expected, max_relative = 1e-6);
                     }
                     let force = |gap_m: f64| {
                         film.asperity_force(gap_m) + film.squeeze_force(gap_m, amplitude_m.powi(2))
                             - film.adhesion_force(gap_m)
                     };
-                    let by = 1e-3 * expected;
-                    let slope = (force(expected - by) - force(expected + by)) / (2.0 * by);
+                    let step_m = 1e-3 * expected;
+                    let slope =
+                        (force(expected - step_m) - force(expected + step_m)) / (2.0 * step_m);
                     let stiffness = film.stiffness(expected, amplitude_m.powi(2));
                     assert_relative_eq!(stiffness, slope, max_relative = 0.03);
                 }
@@ -380,12 +381,12 @@ mod tests {
         let damping = |k_c: f64| film.loss_factor(k_c) * k_c;
         assert_relative_eq!(damping(4e5), damping(1e4), max_relative = 1e-12);
         assert_relative_eq!(laws.tissue_factor(0.25), 0.5, max_relative = 1e-12);
-        assert_eq!(published().tissue_factor(0.25), 1.0);
+        assert_eq!(published_laws().tissue_factor(0.25), 1.0);
     }
 
     #[test]
     fn a_load_that_the_asperities_cannot_carry_has_a_least_gap() {
-        let laws = published();
+        let laws = published_laws();
         let film = film(&laws);
         assert_eq!(film.rest_gap(1e3), LEAST_GAP_M);
         assert!(film.equilibrium(1e3, 0.0, 0.0).is_finite());

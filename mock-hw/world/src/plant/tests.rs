@@ -52,7 +52,7 @@ fn both_rates_give_the_same_motion_under_modulation() {
         }
         out
     };
-    let at = |series: &[TruthSample], t: f64| -> (f64, f64) {
+    let sample_at = |series: &[TruthSample], t: f64| -> (f64, f64) {
         let i = series.partition_point(|s| s.time_s <= t);
         let (a, b) = (&series[i - 1], &series[i]);
         let share = (t - a.time_s) / (b.time_s - a.time_s);
@@ -65,11 +65,11 @@ fn both_rates_give_the_same_motion_under_modulation() {
     for (rate_hz, slow_step_s, limit) in
         [(192e3, 1e-4, 4e-4), (192e3, 5e-5, 1e-4), (96e3, 1e-4, 1e-3)]
     {
-        let other = series(rate_hz, slow_step_s);
+        let candidate = series(rate_hz, slow_step_s);
         let mut worst: f64 = 0.0;
         for i in 0..600 {
             let t = 0.02 + 5e-4 * f64::from(i);
-            worst = worst.max((at(&reference, t).0 - at(&other, t).0).abs());
+            worst = worst.max((sample_at(&reference, t).0 - sample_at(&candidate, t).0).abs());
         }
         println!("{rate_hz} {slow_step_s} {worst:e}");
         assert!(

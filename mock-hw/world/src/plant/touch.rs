@@ -1,6 +1,6 @@
 //! Finger on the plate: film, stiffness and friction, advanced by slow steps.
 
-use super::friction::{Friction, relative};
+use super::friction::{Friction, relative_friction};
 use super::mechanics::SkinContact;
 use super::squeeze_film::{Laws, SqueezeFilm};
 use crate::fingertip::Fingertip;
@@ -41,14 +41,14 @@ impl FilmContact {
     /// Returns the state extrapolated to the middle of the next step, which lasts `step_per_lag` time constants. A spring held
     /// constant for a step would lag by half a step unless all the quantities that it depends on are extrapolated.
     fn half_a_step_ahead(&self, last: &Self, step_per_lag: f64) -> Self {
-        let ahead = |now: f64, last: f64| (now + 0.5 * (now - last)).max(0.0);
-        let target_m = ahead(self.target_m, last.target_m);
+        let extrapolate = |now: f64, last: f64| (now + 0.5 * (now - last)).max(0.0);
+        let target_m = extrapolate(self.target_m, last.target_m);
         let middle_m = 0.5 * (self.target_m + target_m);
         Self {
             gap_m: middle_m + (self.gap_m - middle_m) * (-0.5 * step_per_lag).exp(),
             target_m,
-            normal_n: ahead(self.normal_n, last.normal_n),
-            amplitude2_m2: ahead(self.amplitude2_m2, last.amplitude2_m2),
+            normal_n: extrapolate(self.normal_n, last.normal_n),
+            amplitude2_m2: extrapolate(self.amplitude2_m2, last.amplitude2_m2),
         }
     }
 }
@@ -107,14 +107,15 @@ impl Touch {
             normal_n,
             amplitude2_m2,
         };
-        let ahead = now.half_a_step_ahead(&self.contact.replace(now).unwrap_or(now), dt_s / lag_s);
+        let mid_contact =
+            now.half_a_step_ahead(&self.contact.replace(now).unwrap_or(now), dt_s / lag_s);
         // An attraction could make the stiffness negative, and the plate's motion unstable.
-        let k_c = film_on(pad.area_m2(ahead.normal_n))
-            .stiffness(ahead.gap_m, ahead.amplitude2_m2)
+        let k_c = film_on(pad.area_m2(mid_contact.normal_n))
+            .stiffness(mid_contact.gap_m, mid_contact.amplitude2_m2)
             .max(0.0);
         let velocity = finger.velocity_m_per_s;
         let mu0 = skin.mu0 * self.friction.factor(dt_s, pad, normal_n, velocity);
-        let mu = mu0 * relative(pad, film.relative_asperities(gap_m, normal_n));
+        let mu = mu0 * relative_friction(pad, film.relative_asperities(gap_m, normal_n));
         Touched {
             gap_m,
             k_c_n_per_m: film.stiffness(gap_m, amplitude2_m2),
@@ -143,7 +144,7 @@ mod tests {
 
     /// The spring held for a step equals the stiffness at its middle, while amplitude, force, area and gap all change.
     #[test]
-    fn a_held_spring_is_that_of_the_middle_of_its_step() {
+    fn the_spring_of_a_step_is_that_of_its_middle() {
         const STEP_S: f64 = 1e-4;
         let mut scenario = Scenario::default();
         scenario.film.area_force_exponent = 0.5;
@@ -161,15 +162,15 @@ mod tests {
                 touch.press(STEP_S, &skin, &finger, amplitude_m.powi(2))
             })
             .collect();
-        let mut late = 0.0_f64;
+        let mut mismatch = 0.0_f64;
         for pair in steps[200..].windows(2) {
             let (now, next) = (pair[0].k_c_n_per_m, pair[1].k_c_n_per_m);
-            let apart = pair[0].contact.stiffness_n_per_m - 0.5 * (now + next);
-            late = late.max(apart.abs() / steps[200].k_c_n_per_m);
+            let difference = pair[0].contact.stiffness_n_per_m - 0.5 * (now + next);
+            mismatch = mismatch.max(difference.abs() / steps[200].k_c_n_per_m);
         }
-        let moved = |pair: &[Touched]| (pair[1].k_c_n_per_m - pair[0].k_c_n_per_m).abs();
-        let most = steps[200..].windows(2).map(moved).fold(0.0, f64::max);
-        let half_a_step = 0.5 * most / steps[200].k_c_n_per_m;
-        assert!(late < 0.05 * half_a_step, "{late} of {half_a_step}");
+        let change = |pair: &[Touched]| (pair[1].k_c_n_per_m - pair[0].k_c_n_per_m).abs();
+        let largest = steps[200..].windows(2).map(change).fold(0.0, f64::max);
+        let half_a_step = 0.5 * largest / steps[200].k_c_n_per_m;
+        assert!(mismatch < 0.05 * half_a_step, "{mismatch} of {half_a_step}");
     }
 }

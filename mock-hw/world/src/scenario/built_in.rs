@@ -90,12 +90,12 @@ pub fn built_in_names() -> [&'static str; BUILT_IN.len()] {
 /// # Ok::<(), ScenarioError>(())
 /// ```
 pub fn built_in(name: &str) -> Result<Scenario, ScenarioError> {
-    match BUILT_IN.iter().find(|(known, _)| *known == name) {
+    match BUILT_IN.iter().find(|(key, _)| *key == name) {
         Some((_, text)) => Scenario::parse(text, &format!("{name}.toml")),
         None => {
-            let known = built_in_names();
-            let (laws, others): (Vec<&str>, Vec<&str>) =
-                known.iter().partition(|known| known.starts_with("laws/"));
+            let names = built_in_names();
+            let (laws, plain_names): (Vec<&str>, Vec<&str>) =
+                names.iter().partition(|name| name.starts_with("laws/"));
             // An unknown name more likely means a whole scenario than a law, unless it begins with `laws/` or ends a law's
             // name.
             let law = strict::nearest(name, &laws);
@@ -103,12 +103,12 @@ pub fn built_in(name: &str) -> Result<Scenario, ScenarioError> {
             let nearest = law
                 .clone()
                 .filter(is_law)
-                .or_else(|| strict::nearest(name, &others))
+                .or_else(|| strict::nearest(name, &plain_names))
                 .or(law);
             Err(ScenarioError::UnknownName {
                 name: name.to_owned(),
                 nearest,
-                known: known.map(str::to_owned).into(),
+                known: names.map(str::to_owned).into(),
             })
         }
     }

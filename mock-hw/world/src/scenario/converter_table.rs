@@ -99,7 +99,7 @@ impl ConverterTable {
         for &skew in &self.skew_samples {
             within("converter.skew_samples", skew, -4.0, 4.0, "samples")?;
         }
-        for (key, entries, least, most) in [
+        for (key, entries, low, high) in [
             ("converter.gains (entries)", self.gains.len(), 0.0, channels),
             (
                 "converter.skew_samples (entries)",
@@ -109,7 +109,7 @@ impl ConverterTable {
             ),
             ("converter.formats (entries)", self.formats.len(), 1.0, 5.0),
         ] {
-            within(key, entries as f64, least, most, "")?;
+            within(key, entries as f64, low, high, "")?;
         }
         Ok(())
     }

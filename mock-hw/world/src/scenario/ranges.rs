@@ -40,21 +40,21 @@ macro_rules! drawable {
         impl $table {
             /// Draws from every range. An absent range also consumes a random number, so that it does not shift the values
             /// drawn from the others.
-            pub(crate) fn drawn(&self, rng: &mut impl rand::Rng) -> $drawn {
+            pub(crate) fn draw_values(&self, rng: &mut impl rand::Rng) -> $drawn {
                 $drawn {
                     $($field: {
                         let share = rand::RngExt::random::<f64>(rng);
-                        self.$field.map(|ends| $crate::scenario::ranges::$scale(ends, share))
+                        self.$field.map(|range| $crate::scenario::ranges::$scale(range, share))
                     },)+
                 }
             }
 
             /// Requires both ends of every range to be within the limits of the constant, and to ascend.
             pub(super) fn check(&self) -> Result<(), strict::OutOfRange> {
-                $(if let Some([least, most]) = self.$field {
+                $(if let Some([low, high]) = self.$field {
                     let key = concat!($path, ".", stringify!($field));
-                    strict::within(key, least, $low, $high, $unit)?;
-                    strict::within(key, most, least, $high, $unit)?;
+                    strict::within(key, low, $low, $high, $unit)?;
+                    strict::within(key, high, low, $high, $unit)?;
                 })+
                 Ok(())
             }

@@ -62,7 +62,13 @@ impl ReferenceTable {
         if self.follows == Follows::Nothing {
             return Ok(());
         }
-        let least = (REFERENCE_INPUT + 1) as f64;
-        within("converter.channels", channels as f64, least, 32.0, "")
+        let min_channels = (REFERENCE_INPUT + 1) as f64;
+        within(
+            "converter.channels",
+            channels as f64,
+            min_channels,
+            32.0,
+            "",
+        )
     }
 }

@@ -116,7 +116,7 @@ impl Scenario {
     /// ranges is returned unchanged.
     #[must_use]
     pub fn realised(&self, seed: u64) -> Self {
-        let mut out = self.jittered(seed);
+        let mut out = self.with_jitter(seed);
         let session = std::mem::take(&mut out.session);
         let mut rng = seed::stream(seed, seed::Stream::Session);
         session.draw(&mut rng, &mut out.plate, &mut out.force_sensor);
@@ -124,7 +124,7 @@ impl Scenario {
     }
 
     /// Returns the scenario with the constants of its jitter drawn.
-    fn jittered(&self, seed: u64) -> Self {
+    fn with_jitter(&self, seed: u64) -> Self {
         let mut out = self.clone();
         let j = &self.jitter;
         if !j.enabled {
@@ -132,33 +132,33 @@ impl Scenario {
         }
         out.jitter.enabled = false;
         let mut rng = seed::stream(seed, seed::Stream::Jitter);
-        let mut within = |half_width: f64| half_width * (2.0 * rng.random::<f64>() - 1.0);
-        out.pickup.metres_per_unit *= 1.0 + within(j.pickup_sensitivity);
-        out.pickup.phase_rad += within(j.pickup_phase_rad);
-        out.plate.resonance_hz += within(j.resonance_hz);
+        let mut jitter = |half_width: f64| half_width * (2.0 * rng.random::<f64>() - 1.0);
+        out.pickup.metres_per_unit *= 1.0 + jitter(j.pickup_sensitivity);
+        out.pickup.phase_rad += jitter(j.pickup_phase_rad);
+        out.plate.resonance_hz += jitter(j.resonance_hz);
         let [low, high] = j.quality;
-        let quality = 0.5 * (low + high) + within(0.5 * (high - low));
+        let quality = 0.5 * (low + high) + jitter(0.5 * (high - low));
         out.plate.damping_n_s_per_m =
             out.plate.omega_rad_per_s() * out.plate.modal_mass_kg / quality;
-        out.plate.force_factor_n_per_v *= 1.0 + within(j.force_factor);
+        out.plate.force_factor_n_per_v *= 1.0 + jitter(j.force_factor);
         let half = 0.5 * j.skew_samples;
         out.converter.skew_samples = (0..self.converter.channels)
             .map(|ch| {
-                let drawn = half + within(half);
-                self.converter.skew(ch) + if ch == 0 { 0.0 } else { drawn }
+                let skew = half + jitter(half);
+                self.converter.skew(ch) + if ch == 0 { 0.0 } else { skew }
             })
             .collect();
         let force = &mut out.force_sensor;
-        force.normal_gain *= 1.0 + within(j.force_gain);
-        force.lateral_gain *= 1.0 + within(j.force_gain);
-        force.lateral_to_normal += within(j.force_crosstalk);
-        force.normal_to_lateral += within(j.force_crosstalk);
-        force.normal_offset_n += within(j.force_offset_n);
-        force.lateral_offset_n += within(j.force_offset_n);
-        force.normal_drift_n_per_min += within(j.force_drift_n_per_min);
-        force.lateral_drift_n_per_min += within(j.force_drift_n_per_min);
+        force.normal_gain *= 1.0 + jitter(j.force_gain);
+        force.lateral_gain *= 1.0 + jitter(j.force_gain);
+        force.lateral_to_normal += jitter(j.force_crosstalk);
+        force.normal_to_lateral += jitter(j.force_crosstalk);
+        force.normal_offset_n += jitter(j.force_offset_n);
+        force.lateral_offset_n += jitter(j.force_offset_n);
+        force.normal_drift_n_per_min += jitter(j.force_drift_n_per_min);
+        force.lateral_drift_n_per_min += jitter(j.force_drift_n_per_min);
         let half = 0.5 * j.pulley_friction;
-        out.masses.pulley_friction += half + within(half);
+        out.masses.pulley_friction += half + jitter(half);
         out
     }
 
@@ -174,11 +174,11 @@ impl Scenario {
         self.laws.check()?;
         self.force_sensor.check()?;
         if self.force_sensor.interface == ForceInterface::Gauges {
-            let (channels, least) = (
+            let (channels, min_channels) = (
                 self.converter.channels as f64,
                 (FIRST_GAUGE + GAUGES) as f64,
             );
-            within("converter.channels", channels, least, 32.0, "")?;
+            within("converter.channels", channels, min_channels, 32.0, "")?;
             // A gauge uses the vibrometer's input.
             let vibrometers = f64::from(self.reference.follows != Follows::Nothing);
             within("reference.follows", vibrometers, 0.0, 0.0, "beside gauges")?;

@@ -48,38 +48,38 @@ impl SessionTable {
         plate: &mut PlateTable,
         sensor: &mut ForceSensorTable,
     ) {
-        let drawn = self.drawn(rng);
-        let above = rng.random::<bool>();
-        let set = |value: &mut f64, drawn: Option<f64>| {
-            if let Some(drawn) = drawn {
-                *value = drawn;
+        let values = self.draw_values(rng);
+        let is_above = rng.random::<bool>();
+        let set = |target: &mut f64, value: Option<f64>| {
+            if let Some(value) = value {
+                *target = value;
             }
         };
         let drift = &mut plate.drift;
-        set(&mut drift.room_hz_per_min, drawn.room_hz_per_min);
-        set(&mut drift.room_damping_per_min, drawn.room_damping_per_min);
-        set(&mut drift.warmth_hz, drawn.warmth_hz);
-        set(&mut drift.warmth_damping, drawn.warmth_damping);
-        set(&mut drift.warmth_time_s, drawn.warmth_time_s);
-        set(&mut drift.warmth_spread, drawn.warmth_spread);
-        set(&mut drift.damping_time_ratio, drawn.damping_time_ratio);
-        set(&mut plate.end_drop, drawn.end_drop);
-        set(&mut plate.end_tilt, drawn.end_tilt);
-        if let Some(off_hz) = drawn.second_mode_off_hz {
-            let side = if above { 1.0 } else { -1.0 };
+        set(&mut drift.room_hz_per_min, values.room_hz_per_min);
+        set(&mut drift.room_damping_per_min, values.room_damping_per_min);
+        set(&mut drift.warmth_hz, values.warmth_hz);
+        set(&mut drift.warmth_damping, values.warmth_damping);
+        set(&mut drift.warmth_time_s, values.warmth_time_s);
+        set(&mut drift.warmth_spread, values.warmth_spread);
+        set(&mut drift.damping_time_ratio, values.damping_time_ratio);
+        set(&mut plate.end_drop, values.end_drop);
+        set(&mut plate.end_tilt, values.end_tilt);
+        if let Some(off_hz) = values.second_mode_off_hz {
+            let side = if is_above { 1.0 } else { -1.0 };
             plate.second_mode.resonance_hz = plate.resonance_hz + side * off_hz;
         }
         set(
             &mut plate.second_mode.half_waves,
-            drawn.second_mode_half_waves,
+            values.second_mode_half_waves,
         );
         set(
             &mut plate.second_mode.modal_mass_kg,
-            drawn.second_mode_mass_kg,
+            values.second_mode_mass_kg,
         );
-        if drawn.lateral_resonance_hz.is_some() {
-            sensor.lateral_resonance_hz = drawn.lateral_resonance_hz;
+        if values.lateral_resonance_hz.is_some() {
+            sensor.lateral_resonance_hz = values.lateral_resonance_hz;
         }
-        set(&mut sensor.lateral_lag_s, drawn.lateral_lag_s);
+        set(&mut sensor.lateral_lag_s, values.lateral_lag_s);
     }
 }

@@ -61,7 +61,7 @@ fn explore(scenario: &Scenario, seed: u64) -> Exploration {
     out
 }
 
-fn sliding(truth: &[TruthSample]) -> Vec<&TruthSample> {
+fn sliding_samples(truth: &[TruthSample]) -> Vec<&TruthSample> {
     truth
         .iter()
         .filter(|t| t.time_s > 4.0 && (0.0225..0.0825).contains(&t.position_m))
@@ -78,9 +78,9 @@ fn the_published_drive_modulates_the_friction_of_the_nominal_person_without_clip
         run.peaks
     );
 
-    let slid = sliding(&run.truth);
+    let samples = sliding_samples(&run.truth);
     let range = |f: fn(&TruthSample) -> f64| {
-        slid.iter().fold((f64::MAX, f64::MIN), |(low, high), t| {
+        samples.iter().fold((f64::MAX, f64::MIN), |(low, high), t| {
             (low.min(f(t)), high.max(f(t)))
         })
     };
@@ -93,14 +93,14 @@ fn the_published_drive_modulates_the_friction_of_the_nominal_person_without_clip
     assert!(least_mu < 0.02 && most_mu > 0.95, "{least_mu} {most_mu}");
     let (least_k, most_k) = range(|t| t.k_c_n_per_m);
     assert!(most_k / least_k > 3.0, "{least_k:e} {most_k:e}");
-    assert!(slid.iter().all(|t| (0.3..1.1).contains(&t.normal_n)));
+    assert!(samples.iter().all(|t| (0.3..1.1).contains(&t.normal_n)));
 }
 
 #[test]
 fn the_force_sensor_reads_the_friction_that_is_true() {
     let run = explore(&Scenario::default(), 3);
     let mut squares = Vec::new();
-    for truth in sliding(&run.truth) {
+    for truth in sliding_samples(&run.truth) {
         let i = run.forces.partition_point(|s| s.time_s < truth.time_s);
         let (lateral_n, normal_n) = run.forces[i..i + 10]
             .iter()
@@ -122,9 +122,9 @@ fn many_people_on_many_benches_stay_finite() {
     for (seed, scenario) in (0..).zip(unknown.into_iter().chain(unkind)) {
         let run = explore(scenario, seed);
         assert!(run.peaks.iter().all(|p| p.is_finite() && *p > 0.1));
-        let slid = sliding(&run.truth);
-        assert!(slid.len() > 800, "{}", slid.len());
-        for t in slid {
+        let samples = sliding_samples(&run.truth);
+        assert!(samples.len() > 800, "{}", samples.len());
+        for t in samples {
             assert!(t.amplitude_m.is_finite() && t.amplitude_m < 10e-6);
             assert!(
                 t.normal_n == 0.0 || (0.5e-6..1e-3).contains(&t.gap_m),

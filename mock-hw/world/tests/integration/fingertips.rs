@@ -46,9 +46,12 @@ fn the_population_has_the_published_moments_and_correlation() {
 #[test]
 fn pinned_values_hold_and_leave_the_others_as_they_were() {
     let free = Fingertip::draw(&Scenario::default(), 3);
-    let mut pinned = Scenario::default();
-    pinned.participant.z_t_n_s_per_m = Some([0.5, 3.0]);
-    let held = Fingertip::draw(&pinned, 3);
-    assert_eq!(held.z_t_n_s_per_m, [0.5, 3.0]);
-    assert_eq!((held.sigma_t_m, held.mu0), (free.sigma_t_m, free.mu0));
+    let mut scenario = Scenario::default();
+    scenario.participant.z_t_n_s_per_m = Some([0.5, 3.0]);
+    let fingertip = Fingertip::draw(&scenario, 3);
+    assert_eq!(fingertip.z_t_n_s_per_m, [0.5, 3.0]);
+    assert_eq!(
+        (fingertip.sigma_t_m, fingertip.mu0),
+        (free.sigma_t_m, free.mu0)
+    );
 }

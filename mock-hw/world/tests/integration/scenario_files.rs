@@ -10,7 +10,7 @@ use mock_world::plant::Plant;
 use mock_world::run_truth::TruthWriter;
 use mock_world::scenario::{Scenario, built_in_names};
 
-fn shipped(name: &str) -> Scenario {
+fn shipped_scenario(name: &str) -> Scenario {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("scenarios")
         .join(name);
@@ -26,7 +26,7 @@ fn every_scenario_file_reads_states_its_purpose_and_is_built_in() {
             let entry = entry.unwrap();
             if entry.file_type().unwrap().is_file() {
                 let name = format!("{folder}{}", entry.file_name().to_str().unwrap());
-                assert!(!shipped(&name).purpose.is_empty(), "{name}");
+                assert!(!shipped_scenario(&name).purpose.is_empty(), "{name}");
                 files.insert(name);
             }
         }
@@ -37,7 +37,7 @@ fn every_scenario_file_reads_states_its_purpose_and_is_built_in() {
 
 #[test]
 fn nominal_is_the_published_bench_and_person_for_any_seed() {
-    let nominal = shipped("nominal.toml");
+    let nominal = shipped_scenario("nominal.toml");
     assert_eq!(nominal.plate, Scenario::default().plate);
     for seed in 0..5 {
         let skin = Fingertip::draw(&nominal, seed);
@@ -47,22 +47,22 @@ fn nominal_is_the_published_bench_and_person_for_any_seed() {
         );
     }
     assert_eq!(nominal.realised(3), nominal);
-    let unknown = shipped("bench-unknown.toml");
+    let unknown = shipped_scenario("bench-unknown.toml");
     assert_ne!(unknown.realised(3).plate, unknown.realised(4).plate);
 }
 
 #[test]
 fn the_truth_of_a_run_is_written_once_and_reads_back() {
     let folder = tempfile::tempdir().unwrap();
-    let mut plant = Plant::new(&shipped("nominal.toml"), 1, 192e3);
+    let mut plant = Plant::new(&shipped_scenario("nominal.toml"), 1, 192e3);
     let mut truth = TruthWriter::create(folder.path(), &plant.constants()).unwrap();
-    let pressing = FingerState {
+    let finger = FingerState {
         normal_n: 0.65,
         touching: true,
         ..FingerState::default()
     };
     for _ in 0..20 {
-        plant.step(&[0.0; 1920], true, &pressing, &mut [0.0; 1920 * 4]);
+        plant.step(&[0.0; 1920], true, &finger, &mut [0.0; 1920 * 4]);
         truth.record(plant.truth()).unwrap();
     }
     truth.finish().unwrap();
@@ -115,27 +115,34 @@ fn the_truth_of_a_run_is_written_once_and_reads_back() {
         (Some(300e-6), Some(0.0))
     );
 
-    let again = TruthWriter::create(folder.path(), &plant.constants());
-    assert_eq!(again.unwrap_err().kind(), std::io::ErrorKind::AlreadyExists);
+    let result = TruthWriter::create(folder.path(), &plant.constants());
+    assert_eq!(
+        result.unwrap_err().kind(),
+        std::io::ErrorKind::AlreadyExists
+    );
 }
 
 #[test]
 fn a_scenario_of_laws_is_nominal_but_for_one_thing() {
-    let nominal = shipped("nominal.toml");
+    let nominal = shipped_scenario("nominal.toml");
     for name in built_in_names()
         .iter()
         .filter(|name| name.starts_with("laws/"))
     {
-        let mut broken = shipped(&format!("{name}.toml"));
+        let mut broken = shipped_scenario(&format!("{name}.toml"));
         assert_ne!(broken.purpose, nominal.purpose);
         broken.purpose.clone_from(&nominal.purpose);
-        let same = [
+        let is_same = [
             broken.laws == nominal.laws,
             broken.film == nominal.film,
             broken.friction == nominal.friction,
             broken.plate == nominal.plate,
         ];
-        assert_eq!(same.iter().filter(|same| !**same).count(), 1, "{name}");
+        assert_eq!(
+            is_same.iter().filter(|is_same| !**is_same).count(),
+            1,
+            "{name}"
+        );
         broken.laws = nominal.laws.clone();
         broken.film = nominal.film.clone();
         broken.friction = nominal.friction.clone();

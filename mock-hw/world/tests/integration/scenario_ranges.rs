@@ -6,7 +6,7 @@ use mock_world::plant::Plant;
 use mock_world::scenario::{Scenario, ScenarioError};
 
 /// Dotted path of a range from which a constant is drawn, and the least and greatest number accepted at either end.
-const DRAWN: &[(&str, f64, f64)] = &[
+const DRAW_RANGES: &[(&str, f64, f64)] = &[
     ("participant.spread.contact_area_m2", 10e-6, 1e-3),
     ("participant.spread.area_force_exponent", 0.0, 0.7),
     ("participant.spread.q0_rad_per_m", 1e3, 1e6),
@@ -175,24 +175,24 @@ fn parse(path: &str, value: &str) -> Result<Scenario, ScenarioError> {
 }
 
 /// Requires that `value` is rejected for the key `path`, on its line and with both limits.
-fn rejected(path: &str, value: &str, limits: (f64, f64)) {
+fn require_rejection(path: &str, value: &str, limits: (f64, f64)) {
     match parse(path, value) {
         Err(ScenarioError::OutOfRange { line, range, .. }) => {
             assert_eq!((line, range.key.as_str()), (Some(2), path));
             assert_eq!((range.low, range.high), limits, "{path}");
         }
-        other => panic!("{path} = {value}: {other:?}"),
+        result => panic!("{path} = {value}: {result:?}"),
     }
 }
 
 /// Returns the dotted paths of all numbers in a table.
 fn numbers(table: &toml::Table, path: &str) -> Vec<String> {
-    let dotted = |key: &str| format!("{path}{key}");
+    let path_of = |key: &str| format!("{path}{key}");
     table
         .iter()
         .flat_map(|(key, value)| match value {
-            toml::Value::Table(inner) => numbers(inner, &format!("{}.", dotted(key))),
-            toml::Value::Float(_) => vec![dotted(key)],
+            toml::Value::Table(inner) => numbers(inner, &format!("{}.", path_of(key))),
+            toml::Value::Float(_) => vec![path_of(key)],
             _ => Vec::new(),
         })
         .collect()
@@ -204,19 +204,19 @@ fn no_number_is_without_a_range() {
     let numbers = numbers(&table, "");
     assert!(numbers.len() > 70, "{}", numbers.len());
     for path in numbers {
-        assert!(RANGES.iter().any(|(known, ..)| *known == path), "{path}");
+        assert!(RANGES.iter().any(|(key, ..)| *key == path), "{path}");
     }
 }
 
 #[test]
-fn both_ends_of_a_range_are_accepted_and_what_lies_beyond_is_not() {
+fn both_ends_of_a_range_are_accepted_and_values_beyond_are_not() {
     for &(path, low, high) in RANGES {
-        let beyond = 1e-3 * (high - low);
+        let margin = 1e-3 * (high - low);
         for end in [low, high] {
             assert!(parse(path, &format!("{end:?}")).is_ok(), "{path} = {end}");
         }
-        for value in [low - beyond, high + beyond] {
-            rejected(path, &format!("{value:?}"), (low, high));
+        for value in [low - margin, high + margin] {
+            require_rejection(path, &format!("{value:?}"), (low, high));
         }
     }
 }
@@ -228,7 +228,7 @@ fn counts_have_ranges_too() {
             assert!(parse(path, &end.to_string()).is_ok(), "{path} = {end}");
         }
         for value in [low - 1, high + 1] {
-            rejected(path, &value.to_string(), (f64::from(low), f64::from(high)));
+            require_rejection(path, &value.to_string(), (f64::from(low), f64::from(high)));
         }
     }
 }
@@ -243,60 +243,62 @@ fn a_standard_deviation_of_the_population_is_at_most_its_mean() {
     ] {
         let path = format!("participant.population.{key}");
         assert!(parse(&path, &format!("[{mean:?}, {mean:?}]")).is_ok());
-        rejected(
+        require_rejection(
             &path,
             &format!("[{mean:?}, {:?}]", 1.01 * mean),
             (0.0, mean),
         );
-        rejected(&path, &format!("[{:?}, 0.0]", 0.99 * low), (low, high));
-        rejected(&path, &format!("[{:?}, 0.0]", 1.01 * high), (low, high));
+        require_rejection(&path, &format!("[{:?}, 0.0]", 0.99 * low), (low, high));
+        require_rejection(&path, &format!("[{:?}, 0.0]", 1.01 * high), (low, high));
     }
 }
 
 #[test]
 fn the_quality_factors_of_the_jitter_ascend() {
     assert!(parse("jitter.quality", "[10.0, 1e4]").is_ok());
-    rejected("jitter.quality", "[300.0, 200.0]", (10.0, 200.0));
-    rejected("jitter.quality", "[9.0, 200.0]", (10.0, 200.0));
-    rejected("jitter.quality", "[20.0, 1.1e4]", (20.0, 1e4));
+    require_rejection("jitter.quality", "[300.0, 200.0]", (10.0, 200.0));
+    require_rejection("jitter.quality", "[9.0, 200.0]", (10.0, 200.0));
+    require_rejection("jitter.quality", "[20.0, 1.1e4]", (20.0, 1e4));
 }
 
 #[test]
-fn a_range_to_draw_from_lies_within_that_of_its_constant_and_ascends() {
-    for &(path, low, high) in DRAWN {
+fn a_draw_range_lies_within_the_range_of_its_constant_and_ascends() {
+    for &(path, low, high) in DRAW_RANGES {
         let middle = 0.5 * (low + high);
-        for ends in [[low, high], [middle, middle]] {
+        for range in [[low, high], [middle, middle]] {
             assert!(
-                parse(path, &format!("{ends:?}")).is_ok(),
-                "{path} = {ends:?}"
+                parse(path, &format!("{range:?}")).is_ok(),
+                "{path} = {range:?}"
             );
         }
-        rejected(path, &format!("[{middle:?}, {low:?}]"), (middle, high));
-        rejected(path, &format!("[{:?}, {high:?}]", low - 0.1), (low, high));
-        rejected(path, &format!("[{low:?}, {:?}]", 1.1 * high), (low, high));
+        require_rejection(path, &format!("[{middle:?}, {low:?}]"), (middle, high));
+        require_rejection(path, &format!("[{:?}, {high:?}]", low - 0.1), (low, high));
+        require_rejection(path, &format!("[{low:?}, {:?}]", 1.1 * high), (low, high));
         assert!(parse(path, "[nan, 1.0]").is_err(), "{path}");
     }
 }
 
 #[test]
-fn every_range_to_draw_from_is_in_the_table_above() {
+fn every_draw_range_is_in_the_table() {
     let text =
         toml::to_string(&mock_world::scenario::built_in("population-unkind").unwrap()).unwrap();
     let table: toml::Table = toml::from_str(&text).unwrap();
-    let of = |path: &str| {
+    let table_at = |path: &str| {
         path.split('.')
-            .fold(toml::Value::Table(table.clone()), |at, key| at[key].clone())
+            .fold(toml::Value::Table(table.clone()), |value, key| {
+                value[key].clone()
+            })
     };
     for table in ["participant.spread", "session"] {
-        for key in of(table).as_table().unwrap().keys() {
+        for key in table_at(table).as_table().unwrap().keys() {
             let path = format!("{table}.{key}");
-            assert!(DRAWN.iter().any(|(known, ..)| *known == path), "{path}");
+            assert!(DRAW_RANGES.iter().any(|(key, ..)| *key == path), "{path}");
         }
     }
 }
 
 /// Requires finite results for a finger that lands on a driven plate, presses with up to 3 N, slides and lifts.
-fn requires_finite(scenario: &Scenario, what: &str) {
+fn requires_finite(scenario: &Scenario, case: &str) {
     let mut plant = Plant::new(scenario, 1, 96e3);
     let mut inputs = vec![0.0; 96 * plant.channels()];
     for ms in 0..40 {
@@ -319,17 +321,17 @@ fn requires_finite(scenario: &Scenario, what: &str) {
             touching,
         };
         plant.step(&drive, true, &finger, &mut inputs);
-        assert!(inputs.iter().all(|v| v.is_finite()), "{what}");
+        assert!(inputs.iter().all(|v| v.is_finite()), "{case}");
         assert!(
             plant.forces().iter().all(|f| f.lateral_n.is_finite()),
-            "{what}"
+            "{case}"
         );
         for truth in plant.truth() {
             // Far above any realistic amplitude, far below that of an unstable plate.
-            assert!(truth.amplitude_m < 1e-2, "{what}: {truth:?}");
-            let pressed = truth.normal_n > 0.0;
+            assert!(truth.amplitude_m < 1e-2, "{case}: {truth:?}");
+            let is_pressed = truth.normal_n > 0.0;
             let finite = truth.gap_m.is_finite() && truth.mu.is_finite() && truth.lag_s.is_finite();
-            assert!(!pressed || finite, "{what}: {truth:?}");
+            assert!(!is_pressed || finite, "{case}: {truth:?}");
         }
     }
 }
@@ -342,7 +344,7 @@ fn the_plant_stays_finite_at_both_ends_of_every_range() {
             requires_finite(&scenario, &format!("{path} = {end}"));
         }
     }
-    for &(path, low, high) in DRAWN {
+    for &(path, low, high) in DRAW_RANGES {
         for end in [low, high] {
             let scenario = parse(path, &format!("[{end:?}, {end:?}]")).unwrap();
             requires_finite(&scenario, &format!("{path} = {end}"));

@@ -14,7 +14,7 @@ fn parse(text: &str) -> Result<Scenario, ScenarioError> {
 fn out_of_range(text: &str) -> (String, Option<usize>) {
     match parse(text) {
         Err(ScenarioError::OutOfRange { line, range, .. }) => (range.key, line),
-        other => panic!("{text}: {other:?}"),
+        result => panic!("{text}: {result:?}"),
     }
 }
 
@@ -44,20 +44,20 @@ fn an_unknown_key_is_named_with_its_line_and_the_nearest_known_key() {
                 (file.as_str(), at, key.as_str(), nearest.as_deref()),
                 ("test.toml", line, wrong, Some(right))
             ),
-            other => panic!("{text}: {other:?}"),
+            result => panic!("{text}: {result:?}"),
         }
     }
 }
 
 #[test]
 fn a_wrong_type_is_named_with_its_line() {
-    let wrong = parse("\n[plate]\nresonance_hz = \"high\"\n").unwrap_err();
+    let error = parse("\n[plate]\nresonance_hz = \"high\"\n").unwrap_err();
     assert!(
         matches!(
-            wrong,
+            error,
             ScenarioError::Toml(TomlError::WrongType { line: 3, .. })
         ),
-        "{wrong}"
+        "{error}"
     );
 }
 
@@ -68,15 +68,18 @@ fn a_number_out_of_range_names_file_line_key_value_and_range() {
         error.to_string(),
         "test.toml, line 2: participant.mu0 = 8 is outside the allowed range of 0.05 to 3"
     );
-    let at = |key: &str, line| (key.to_owned(), Some(line));
-    assert_eq!(out_of_range("[film]\nlag_s = nan\n"), at("film.lag_s", 2));
+    let location = |key: &str, line| (key.to_owned(), Some(line));
+    assert_eq!(
+        out_of_range("[film]\nlag_s = nan\n"),
+        location("film.lag_s", 2)
+    );
     assert_eq!(
         out_of_range("\n[participant]\nz_t_n_s_per_m = [0.5, 0.1]\n"),
-        at("participant.z_t_n_s_per_m (imaginary)", 3)
+        location("participant.z_t_n_s_per_m (imaginary)", 3)
     );
     assert_eq!(
         out_of_range("[jitter]\nquality = [300.0, 200.0]\n"),
-        at("jitter.quality", 2)
+        location("jitter.quality", 2)
     );
 }
 
@@ -138,13 +141,13 @@ fn a_scenario_survives_writing_and_reading() {
 fn jitter_is_off_by_default_deterministic_and_within_its_limits() {
     let nominal = Scenario::default();
     assert_eq!(nominal.realised(7), nominal);
-    let mut on = nominal.clone();
-    on.jitter.enabled = true;
-    assert_eq!(on.realised(7), on.realised(7));
-    assert_ne!(on.realised(7), on.realised(8));
-    assert_eq!(on.realised(7).realised(7), on.realised(7));
+    let mut scenario = nominal.clone();
+    scenario.jitter.enabled = true;
+    assert_eq!(scenario.realised(7), scenario.realised(7));
+    assert_ne!(scenario.realised(7), scenario.realised(8));
+    assert_eq!(scenario.realised(7).realised(7), scenario.realised(7));
     for seed in 0..200 {
-        let r = on.realised(seed);
+        let r = scenario.realised(seed);
         let q = r.plate.omega_rad_per_s() * r.plate.modal_mass_kg / r.plate.damping_n_s_per_m;
         assert!((150.0..=350.0).contains(&q));
         assert!((r.plate.resonance_hz - 35e3).abs() <= 300.0);
@@ -183,22 +186,22 @@ fn every_built_in_scenario_reads() {
 
 #[test]
 fn an_unknown_name_suggests_the_nearest_one_also_by_a_part_of_it() {
-    let suggested = |name: &str| match built_in(name) {
+    let suggestion = |name: &str| match built_in(name) {
         Err(ScenarioError::UnknownName { nearest, known, .. }) => {
             assert_eq!(known, built_in_names());
             nearest
         }
-        other => panic!("{other:?}"),
+        result => panic!("{result:?}"),
     };
-    assert_eq!(suggested("nominl").as_deref(), Some("nominal"));
-    assert_eq!(suggested("late").as_deref(), Some("participant-late"));
-    assert_eq!(suggested("unknown").as_deref(), Some("bench-unknown"));
-    assert_eq!(suggested("adhesion").as_deref(), Some("laws/adhesion"));
+    assert_eq!(suggestion("nominl").as_deref(), Some("nominal"));
+    assert_eq!(suggestion("late").as_deref(), Some("participant-late"));
+    assert_eq!(suggestion("unknown").as_deref(), Some("bench-unknown"));
+    assert_eq!(suggestion("adhesion").as_deref(), Some("laws/adhesion"));
     assert_eq!(
-        suggested("laws/film-leak").as_deref(),
+        suggestion("laws/film-leak").as_deref(),
         Some("laws/film-leaks")
     );
-    assert_eq!(suggested("xyzzy"), None);
+    assert_eq!(suggestion("xyzzy"), None);
     assert_eq!(
         built_in("nominl").unwrap_err().to_string(),
         format!(
@@ -209,46 +212,46 @@ fn an_unknown_name_suggests_the_nearest_one_also_by_a_part_of_it() {
 }
 
 #[test]
-fn faults_are_read_and_written_and_what_cannot_be_injected_is_named_with_its_line() {
+fn faults_are_read_and_written_and_invalid_ones_are_named_with_their_line() {
     use rehearsal::{FaultKind, RehearsedFault, RehearsedFaultError};
 
     let text = "[[faults]]\nfault = \"press\"\nat_s = 5.0\nuntil_s = 6.0\nargument = 4.5\n";
     let scenario = parse(text).unwrap();
-    let pressed = RehearsedFault {
+    let fault = RehearsedFault {
         fault: FaultKind::Press,
         at_s: 5.0,
         until_s: Some(6.0),
         argument: Some(4.5),
     };
-    assert_eq!(scenario.faults, [pressed]);
-    let written = toml::to_string(&scenario).unwrap();
-    assert_eq!(parse(&written).unwrap(), scenario);
+    assert_eq!(scenario.faults, [fault]);
+    let text = toml::to_string(&scenario).unwrap();
+    assert_eq!(parse(&text).unwrap(), scenario);
 
-    let refused = |text: &str| match parse(text) {
-        Err(ScenarioError::Fault(refused)) => (refused.line, refused.error),
-        other => panic!("{text}: {other:?}"),
+    let fault_error = |text: &str| match parse(text) {
+        Err(ScenarioError::Fault(error)) => (error.line, error.error),
+        result => panic!("{text}: {result:?}"),
     };
-    let (line, error) = refused(
+    let (line, error) = fault_error(
         "[[faults]]\nfault = \"xrun\"\nat_s = 1.0\n[[faults]]\nfault = \"xrun\"\nat_s = -1.0\n",
     );
     assert!(
         matches!(error, RehearsedFaultError::OutOfRange(_)) && line == Some(6),
         "{error}"
     );
-    let (line, error) = refused("[[faults]]\nfault = \"xrun\"\nat_s = 1.0\nuntil_s = 2.0\n");
+    let (line, error) = fault_error("[[faults]]\nfault = \"xrun\"\nat_s = 1.0\nuntil_s = 2.0\n");
     assert!(
         matches!(error, RehearsedFaultError::NoEnd { .. }) && line == Some(4),
         "{error}"
     );
-    let (line, error) = refused("[[faults]]\nfault = \"nan\"\nat_s = nan\n");
+    let (line, error) = fault_error("[[faults]]\nfault = \"nan\"\nat_s = nan\n");
     assert!(
         matches!(error, RehearsedFaultError::OutOfRange(_)) && line == Some(3),
         "{error}"
     );
 
-    let twice =
+    let overlap =
         "[[faults]]\nfault = \"estop\"\nat_s = 1.0\n[[faults]]\nfault = \"estop\"\nat_s = 2.0\n";
-    assert!(matches!(parse(twice), Err(ScenarioError::Overlap { .. })));
+    assert!(matches!(parse(overlap), Err(ScenarioError::Overlap { .. })));
     let unknown = parse("[[faults]]\nfault = \"e-stop\"\nat_s = 1.0\n").unwrap_err();
     assert!(matches!(unknown, ScenarioError::Toml(_)), "{unknown:?}");
     assert!(unknown.to_string().contains("`estop`"), "{unknown}");

@@ -21,7 +21,7 @@ fn fingerprint(name: &str, seed: u64) -> [f64; 6] {
         *sum += value * value;
         *n += 1;
     };
-    let mut heard = 0.0;
+    let mut cue_level = 0.0;
     for period in 0..150 {
         let t_s = f64::from(period) * PERIOD as f64 / RATE_HZ;
         for (i, sample) in drive.iter_mut().enumerate() {
@@ -46,7 +46,7 @@ fn fingerprint(name: &str, seed: u64) -> [f64; 6] {
             add(1, f64::from(frame[1]));
         }
         for (n, sample) in inputs.iter().enumerate() {
-            heard += f64::from(sample.abs()) * (1 + n % 7) as f64;
+            cue_level += f64::from(sample.abs()) * (1 + n % 7) as f64;
         }
         for reading in plant.forces() {
             add(2, reading.normal_n);
@@ -57,12 +57,12 @@ fn fingerprint(name: &str, seed: u64) -> [f64; 6] {
         }
     }
     let [a, b, c, d, e] = squares.map(|(sum, n)| (sum / f64::from(n)).sqrt());
-    [a, b, c, d, e, heard]
+    [a, b, c, d, e, cue_level]
 }
 
 /// Name, seed and fingerprint, recorded before the unkind scenarios existed, and again when the contact's spring was no longer
 /// held half a step late.
-const BEFORE: [(&str, u64, [f64; 6]); 8] = [
+const REFERENCES: [(&str, u64, [f64; 6]); 8] = [
     (
         "nominal",
         1,
@@ -163,14 +163,14 @@ const BEFORE: [(&str, u64, [f64; 6]); 8] = [
 
 #[test]
 fn no_effect_of_an_unkind_world_reaches_the_older_scenarios() {
-    for (name, seed, before) in BEFORE {
+    for (name, seed, reference) in REFERENCES {
         let now = fingerprint(name, seed);
-        for (now, before) in now.iter().zip(before) {
+        for (now, reference) in now.iter().zip(reference) {
             // The tolerance is for rounding in another machine's library; on the same machine the tables' defaults change no
             // bit.
             assert!(
-                (now / before - 1.0).abs() < 1e-9,
-                "{name}, seed {seed}: {now} was {before}"
+                (now / reference - 1.0).abs() < 1e-9,
+                "{name}, seed {seed}: {now} was {reference}"
             );
         }
     }

@@ -37,7 +37,7 @@ impl Session {
             .collect()
     }
 
-    fn shown(&mut self, seconds: f64, instruction: Instruction) -> Vec<Act> {
+    fn follow(&mut self, seconds: f64, instruction: Instruction) -> Vec<Act> {
         self.watch(seconds, |_| Percept {
             instruction,
             ..Percept::default()
@@ -46,10 +46,9 @@ impl Session {
 
     /// Places the finger, waits for the button, counts down; returns the time of the button press, s.
     fn get_ready(&mut self) -> Option<f64> {
-        let placed = self.watch(4.0, |_| mark(Instruction::PlaceFinger));
+        let acts = self.watch(4.0, |_| mark(Instruction::PlaceFinger));
         self.watch(1.0, |_| mark(Instruction::GetReady));
-        placed
-            .iter()
+        acts.iter()
             .position(|a| a.button_pressed)
             .map(|i| i as f64 * DT_S)
     }
@@ -95,14 +94,14 @@ fn central(acts: &[Act]) -> impl Iterator<Item = &Act> {
 }
 
 #[test]
-fn nobody_touches_the_plate_before_being_told() {
+fn no_person_touches_the_plate_before_the_instruction() {
     let mut session = Session::new(attentive(), 1);
     for instruction in [
         Instruction::Wait,
         Instruction::LiftFinger,
         Instruction::Rest,
     ] {
-        let acts = session.shown(1.0, instruction);
+        let acts = session.follow(1.0, instruction);
         assert!(acts.iter().all(|a| !a.finger.touching && !a.button_pressed));
     }
 }
@@ -127,7 +126,7 @@ fn places_the_finger_on_the_mark_then_presses_the_button() {
 #[test]
 fn presses_the_button_to_go_on_and_again_if_nothing_happens() {
     let mut session = Session::new(attentive(), 1);
-    let acts = session.shown(6.0, Instruction::PressButton);
+    let acts = session.follow(6.0, Instruction::PressButton);
     assert!(acts.iter().all(|a| !a.finger.touching));
     let presses = acts
         .windows(2)
@@ -155,21 +154,21 @@ fn follows_the_slider_at_its_speed_over_the_central_60_mm() {
             "seed {seed}: {} samples",
             speeds.len()
         );
-        let within = speeds
+        let count = speeds
             .iter()
             .filter(|v| (**v / SPEED_M_PER_S - 1.0).abs() < 0.2)
             .count();
         assert!(
-            within as f64 > 0.75 * speeds.len() as f64,
-            "seed {seed}: {within} of {}",
+            count as f64 > 0.75 * speeds.len() as f64,
+            "seed {seed}: {count} of {}",
             speeds.len()
         );
         averages.push(mean(speeds.iter().copied()) / SPEED_M_PER_S);
         assert!(central(&acts).all(|a| a.finger.touching));
     }
     // A finger that has started lags behind the slider and catches up, so people are slightly fast.
-    let all = mean(averages.iter().copied());
-    assert!((1.0..1.07).contains(&all), "{all}");
+    let overall = mean(averages.iter().copied());
+    assert!((1.0..1.07).contains(&overall), "{overall}");
     assert!(
         averages.iter().all(|a| (a - 1.0).abs() < 0.15),
         "{averages:?}"
@@ -182,12 +181,15 @@ fn velocity_is_the_derivative_of_position() {
     session.get_ready();
     let acts = session.explore();
     for pair in acts.windows(51) {
-        let moved = pair[50].finger.position_m - pair[0].finger.position_m;
-        let integrated: f64 = pair[1..]
+        let travel_m = pair[50].finger.position_m - pair[0].finger.position_m;
+        let integral_m: f64 = pair[1..]
             .iter()
             .map(|a| a.finger.velocity_m_per_s * DT_S)
             .sum();
-        assert!((moved - integrated).abs() < 0.1e-3, "{moved} {integrated}");
+        assert!(
+            (travel_m - integral_m).abs() < 0.1e-3,
+            "{travel_m} {integral_m}"
+        );
     }
 }
 
@@ -255,7 +257,7 @@ fn hears_the_end_and_lifts() {
     session.watch(DT_S, |_| end);
     // The screen may lag behind the sound.
     session.watch(10.0 * DT_S, |_| Percept { cue: None, ..end });
-    let acts = session.shown(1.5, Instruction::LiftFinger);
+    let acts = session.follow(1.5, Instruction::LiftFinger);
     assert!(
         acts[20].finger.touching,
         "lifts sooner than anyone could react"
@@ -270,26 +272,26 @@ fn lapses_come_as_often_as_the_scenario_says() {
         session.get_ready();
         session.explore()
     };
-    let late = BehaviourTable {
+    let late_starts = BehaviourTable {
         late_start_probability: 0.3,
         late_start_s: 1.0,
         ..attentive()
     };
-    let lifting = BehaviourTable {
+    let lift_offs = BehaviourTable {
         lift_off_probability: 0.3,
         ..attentive()
     };
     let is_late = |seed: &u64| {
-        acts(&late, *seed)[..450]
+        acts(&late_starts, *seed)[..450]
             .iter()
             .all(|a| a.finger.velocity_m_per_s < 0.02)
     };
-    let lifts = |seed: &u64| acts(&lifting, *seed).iter().any(|a| !a.finger.touching);
-    let late = (0..100).filter(is_late).count();
-    let lifted = (0..100).filter(lifts).count();
+    let has_lifted = |seed: &u64| acts(&lift_offs, *seed).iter().any(|a| !a.finger.touching);
+    let late_count = (0..100).filter(is_late).count();
+    let lifted_count = (0..100).filter(has_lifted).count();
     // Three standard deviations of a binomial of 100 at 0.3.
-    assert!((16..=44).contains(&late), "{late}");
-    assert!((16..=44).contains(&lifted), "{lifted}");
+    assert!((16..=44).contains(&late_count), "{late_count}");
+    assert!((16..=44).contains(&lifted_count), "{lifted_count}");
 }
 
 #[test]

@@ -6,12 +6,12 @@ use proptest::prelude::*;
 
 #[test]
 fn every_action_survives_json() {
-    let mut rig = Rig::new(demo()).consented();
-    rig.until_main(Phase::Exploration);
+    let mut rig = Rig::new(demo()).with_consent();
+    rig.run_until_main(Phase::Exploration);
     rig.step(|o| o.safety = Safety::Tripped("e-stop".to_owned()));
     rig.tell(OperatorCommand::Resume);
     rig.normal_n = 1.2;
-    rig.until(Phase::Verdict);
+    rig.run_until(Phase::Verdict);
     rig.tell(OperatorCommand::Abort);
     for action in rig.actions() {
         let text = serde_json::to_string(action).unwrap();
@@ -37,7 +37,7 @@ enum Move {
     Trip,
     LoseDisplay,
     /// The dead-man switch is not held, or the hour's driving time is used up, for a while.
-    NotYet {
+    Delay {
         steps: u16,
         hold: Option<Hold>,
         drive_wait_s: f64,
@@ -54,7 +54,9 @@ enum Move {
 }
 
 /// A command about one of the first attempts.
-fn about(command: fn(u32, u32) -> OperatorCommand) -> impl Strategy<Value = OperatorCommand> {
+fn attempt_command(
+    command: fn(u32, u32) -> OperatorCommand,
+) -> impl Strategy<Value = OperatorCommand> {
     (1u32..4, 1u32..3).prop_map(move |(number, attempt)| command(number, attempt))
 }
 
@@ -64,13 +66,13 @@ fn a_move() -> impl Strategy<Value = Move> {
         Just(OperatorCommand::Continue),
         Just(OperatorCommand::Pause),
         Just(OperatorCommand::Resume),
-        about(|number, attempt| OperatorCommand::PauseNow { number, attempt }),
-        about(|number, attempt| OperatorCommand::Redo { number, attempt }),
-        about(|number, attempt| OperatorCommand::AcceptAnyway { number, attempt }),
+        attempt_command(|number, attempt| OperatorCommand::PauseNow { number, attempt }),
+        attempt_command(|number, attempt| OperatorCommand::Redo { number, attempt }),
+        attempt_command(|number, attempt| OperatorCommand::AcceptAnyway { number, attempt }),
     ];
     // Aborts are rare, or few sessions would get far.
     let command = prop_oneof![100 => command, 1 => Just(OperatorCommand::Abort)];
-    let holds = prop::option::of(prop_oneof![
+    let hold = prop::option::of(prop_oneof![
         Just(Hold::Release),
         Just(Hold::Press),
         Just(Hold::Held)
@@ -83,8 +85,8 @@ fn a_move() -> impl Strategy<Value = Move> {
             .prop_map(|(dt_s, normal_n, button, command)| Move::Anything { dt_s, normal_n, button, command }),
         1 => Just(Move::Trip),
         1 => Just(Move::LoseDisplay),
-        2 => (1u16..8000, holds, prop_oneof![Just(0.0), Just(700.0), Just(f64::NAN)])
-            .prop_map(|(steps, hold, drive_wait_s)| Move::NotYet { steps, hold, drive_wait_s }),
+        2 => (1u16..8000, hold, prop_oneof![Just(0.0), Just(700.0), Just(f64::NAN)])
+            .prop_map(|(steps, hold, drive_wait_s)| Move::Delay { steps, hold, drive_wait_s }),
         2 => (0.1..1.5).prop_map(|normal_n| Move::Analyse { normal_n }),
         2 => (any::<bool>(), any::<bool>(), prop_oneof![Just(0.0), Just(3.0), Just(f64::NAN)])
             .prop_map(|(fails, tells, lag_s)| Move::Record { fails, tells, lag_s }),
@@ -127,7 +129,7 @@ proptest! {
                 Move::LoseDisplay => {
                     rig.step(|o| o.display_lost = Some("gone".to_owned()));
                 }
-                Move::NotYet { steps, hold, drive_wait_s } => {
+                Move::Delay { steps, hold, drive_wait_s } => {
                     for _ in 0..steps {
                         rig.step(|o| {
                             o.hold = hold;
@@ -147,9 +149,9 @@ proptest! {
         }
         rig.check();
         let records = records_from_events(&rig.events());
-        let known = rig.session.records();
-        prop_assert_eq!(&records[..known.len()], known);
-        let resumed = Session::resume(demo(), sub("sub-01"), 7, &records);
-        prop_assert!(resumed.is_ok(), "{:?}", resumed);
+        let session_records = rig.session.records();
+        prop_assert_eq!(&records[..session_records.len()], session_records);
+        let result = Session::resume(demo(), sub("sub-01"), 7, &records);
+        prop_assert!(result.is_ok(), "{:?}", result);
     }
 }

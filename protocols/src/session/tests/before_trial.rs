@@ -3,7 +3,7 @@
 use super::rig::*;
 use crate::session::*;
 
-fn holding(rig: &mut Rig, hold: Hold, steps: usize) {
+fn hold_for(rig: &mut Rig, hold: Hold, steps: usize) {
     for _ in 0..steps {
         rig.step(|o| o.hold = Some(hold));
     }
@@ -17,41 +17,45 @@ fn instruction(rig: &Rig) -> Instruction {
 /// Hazard 15.
 #[test]
 fn each_trial_waits_until_the_switch_was_released_and_is_held() {
-    let mut rig = Rig::new(demo()).consented();
-    holding(&mut rig, Hold::Release, 300);
+    let mut rig = Rig::new(demo()).with_consent();
+    hold_for(&mut rig, Hold::Release, 300);
     assert_eq!(rig.session.phase(), Phase::Hold);
     assert_eq!(instruction(&rig), Instruction::ReleaseSwitch);
-    holding(&mut rig, Hold::Press, 300);
+    hold_for(&mut rig, Hold::Press, 300);
     assert_eq!(instruction(&rig), Instruction::HoldSwitch);
-    assert_eq!(rig.begun().len(), 0, "nothing is driven meanwhile");
-    holding(&mut rig, Hold::Held, 1);
+    assert_eq!(rig.begun_trials().len(), 0, "nothing is driven meanwhile");
+    hold_for(&mut rig, Hold::Held, 1);
     assert_eq!(rig.session.phase(), Phase::Baseline);
     for _ in 0..100_000 {
         if rig.session.phase() == Phase::Hold {
             break;
         }
         // After its drive the switch must be released again.
-        let after = matches!(rig.session.phase(), Phase::Analysing | Phase::Verdict);
-        let hold = if after { Hold::Release } else { Hold::Held };
-        holding(&mut rig, hold, 1);
+        let has_trial_ended = matches!(rig.session.phase(), Phase::Analysing | Phase::Verdict);
+        let hold = if has_trial_ended {
+            Hold::Release
+        } else {
+            Hold::Held
+        };
+        hold_for(&mut rig, hold, 1);
     }
     assert_eq!(rig.session.phase(), Phase::Hold);
-    assert_eq!(rig.begun().len(), 1);
+    assert_eq!(rig.begun_trials().len(), 1);
     rig.check();
 }
 
 /// Hazard 15.
 #[test]
 fn a_switch_that_nobody_holds_pauses_the_session() {
-    let mut rig = Rig::new(demo()).consented();
+    let mut rig = Rig::new(demo()).with_consent();
     let longest_s = rig.protocol.timeouts.place_finger_s;
     let steps = (longest_s / STEP_S) as usize;
-    holding(&mut rig, Hold::Press, steps - 100);
+    hold_for(&mut rig, Hold::Press, steps - 100);
     assert_eq!(rig.session.phase(), Phase::Hold);
-    holding(&mut rig, Hold::Press, 300);
+    hold_for(&mut rig, Hold::Press, 300);
     assert_eq!(rig.session.phase(), Phase::Paused);
     assert!(rig.events().contains(&SessionEventKind::DeadManNotHeld));
-    assert_eq!(rig.begun().len(), 0);
+    assert_eq!(rig.begun_trials().len(), 0);
     // The operator continues, and the session waits again.
     rig.step(|o| {
         o.hold = Some(Hold::Press);
@@ -63,15 +67,15 @@ fn a_switch_that_nobody_holds_pauses_the_session() {
 /// Hazard 15.
 #[test]
 fn a_participant_who_let_go_is_told_so() {
-    let mut rig = Rig::new(demo()).consented();
+    let mut rig = Rig::new(demo()).with_consent();
     while rig.session.phase() != Phase::Exploration {
-        holding(&mut rig, Hold::Held, 1);
+        hold_for(&mut rig, Hold::Held, 1);
     }
     rig.safety = Safety::Tripped("the dead-man switch was released".to_owned());
-    holding(&mut rig, Hold::Press, 1);
+    hold_for(&mut rig, Hold::Press, 1);
     assert_eq!(instruction(&rig), Instruction::SwitchReleased);
     rig.safety = Safety::Ok;
-    holding(&mut rig, Hold::Held, 500);
+    hold_for(&mut rig, Hold::Held, 500);
     assert_eq!(
         rig.session.phase(),
         Phase::Fault,
@@ -88,26 +92,26 @@ fn a_participant_who_let_go_is_told_so() {
 /// Hazards 4, 5.
 #[test]
 fn no_trial_begins_in_an_hour_that_is_used_up() {
-    let mut rig = Rig::new(demo()).consented();
-    rig.until(Phase::Verdict);
-    let begun = rig.begun().len();
+    let mut rig = Rig::new(demo()).with_consent();
+    rig.run_until(Phase::Verdict);
+    let trial_count = rig.begun_trials().len();
     let wait = |o: &mut Observation| o.drive_wait_s = 700.0;
     while rig.session.phase() != Phase::Paused {
         rig.step(wait);
     }
-    assert_eq!(rig.begun().len(), begun);
-    let spent = SessionEventKind::DrivingTimeSpent { wait_s: 700.0 };
-    assert!(rig.events().contains(&spent));
+    assert_eq!(rig.begun_trials().len(), trial_count);
+    let event = SessionEventKind::DrivingTimeSpent { wait_s: 700.0 };
+    assert!(rig.events().contains(&event));
     rig.step(|o| {
         wait(o);
         o.command = Some(OperatorCommand::Resume);
     });
     assert_eq!(rig.session.phase(), Phase::Paused);
-    let refused = |event: &SessionEventKind| matches!(event, SessionEventKind::CommandRefused { because, .. } if because.contains("driving time"));
-    assert!(rig.events().iter().any(refused));
+    let is_refusal = |event: &SessionEventKind| matches!(event, SessionEventKind::CommandRefused { because, .. } if because.contains("driving time"));
+    assert!(rig.events().iter().any(is_refusal));
     rig.tell(OperatorCommand::Resume);
     assert_eq!(rig.session.phase(), Phase::Baseline);
-    assert_eq!(rig.begun().len(), begun + 1);
-    rig.until(Phase::Finished);
+    assert_eq!(rig.begun_trials().len(), trial_count + 1);
+    rig.run_until(Phase::Finished);
     rig.check();
 }

@@ -8,12 +8,12 @@ use crate::trial::*;
 
 #[test]
 fn a_whole_session_runs_as_the_protocol_says() {
-    let mut rig = Rig::new(demo()).consented();
-    rig.until(Phase::Finished);
+    let mut rig = Rig::new(demo()).with_consent();
+    rig.run_until(Phase::Finished);
     rig.check();
-    assert_eq!(rig.begun().len(), 5);
-    assert!(rig.begun()[0].practice && !rig.begun()[1].practice);
-    assert!(rig.ends().iter().all(|e| *e == TrialEnd::Completed));
+    assert_eq!(rig.begun_trials().len(), 5);
+    assert!(rig.begun_trials()[0].practice && !rig.begun_trials()[1].practice);
+    assert!(rig.trial_ends().iter().all(|e| *e == TrialEnd::Completed));
     let summary = rig.session.summary();
     assert_eq!(
         (summary.planned, summary.practice, summary.accepted),
@@ -43,9 +43,9 @@ fn a_whole_session_runs_as_the_protocol_says() {
 /// While the operator is asked, neither time nor the participant begins the next trial; a command does.
 #[test]
 fn a_judged_trial_waits_for_the_operators_answer() {
-    for answered in [true, false] {
-        let mut rig = Rig::new(demo()).consented();
-        rig.until(Phase::Verdict);
+    for is_answered in [true, false] {
+        let mut rig = Rig::new(demo()).with_consent();
+        rig.run_until(Phase::Verdict);
         for _ in 0..500 {
             rig.step(|o| {
                 o.asking = true;
@@ -53,8 +53,8 @@ fn a_judged_trial_waits_for_the_operators_answer() {
             });
             assert_eq!(rig.session.phase(), Phase::Verdict);
         }
-        if answered {
-            rig.until(Phase::Baseline);
+        if is_answered {
+            rig.run_until(Phase::Baseline);
         } else {
             let redo = rig.redo();
             rig.step(|o| {
@@ -69,8 +69,8 @@ fn a_judged_trial_waits_for_the_operators_answer() {
 
 #[test]
 fn intervals_have_the_protocols_lengths_and_directions() {
-    let mut rig = Rig::new(demo()).consented();
-    rig.until(Phase::Analysing);
+    let mut rig = Rig::new(demo()).with_consent();
+    rig.run_until(Phase::Analysing);
     let intervals: Vec<Interval> = rig
         .actions()
         .find_map(|a| match a {
@@ -99,25 +99,25 @@ fn intervals_have_the_protocols_lengths_and_directions() {
 
 #[test]
 fn the_slider_is_a_function_of_time() {
-    let mut rig = Rig::new(demo()).consented();
-    rig.until(Phase::Exploration);
+    let mut rig = Rig::new(demo()).with_consent();
+    rig.run_until(Phase::Exploration);
     let start_s = rig.t_s;
-    let mut seen = 0;
+    let mut steps = 0;
     while rig.session.phase() == Phase::Exploration {
         let view = rig.view.clone().unwrap();
         approx_eq(view.slider_m.unwrap(), 0.010 + 0.050 * (rig.t_s - start_s));
         assert_eq!(view.direction, Some(Direction::LeftToRight));
-        seen += 1;
+        steps += 1;
         rig.step(|_| {});
     }
-    assert!(seen > 80);
+    assert!(steps > 80);
 }
 
 /// Hazard 10.
 #[test]
 fn the_participant_is_told_the_mean_force_of_the_exploration() {
-    let mut rig = Rig::new(demo()).consented();
-    rig.until(Phase::Feedback);
+    let mut rig = Rig::new(demo()).with_consent();
+    rig.run_until(Phase::Feedback);
     let view = rig.view.clone().unwrap();
     assert_eq!(view.instruction, Instruction::Feedback);
     approx_eq(view.mean_force_n.unwrap(), 0.65);
@@ -144,19 +144,19 @@ fn nothing_happens_before_the_consent() {
         rig.step(|o| o.button_pressed = true);
     }
     assert_eq!(rig.session.phase(), Phase::Consent);
-    assert!(rig.begun().is_empty());
-    let refused = rig
+    assert!(rig.begun_trials().is_empty());
+    let refusal_count = rig
         .events()
         .iter()
         .filter(|e| matches!(e, SessionEventKind::CommandRefused { .. }))
         .count();
-    assert_eq!(refused, 4);
+    assert_eq!(refusal_count, 4);
 }
 
 #[test]
 fn a_finger_on_the_plate_holds_the_baseline_up() {
-    let mut rig = Rig::new(demo()).consented();
-    rig.until(Phase::Baseline);
+    let mut rig = Rig::new(demo()).with_consent();
+    rig.run_until(Phase::Baseline);
     rig.lifts = false;
     for _ in 0..200 {
         rig.step(|_| {});
@@ -168,7 +168,7 @@ fn a_finger_on_the_plate_holds_the_baseline_up() {
     );
     rig.lifts = true;
     let lifted_s = rig.t_s;
-    rig.until(Phase::Ready);
+    rig.run_until(Phase::Ready);
     let baseline = rig.actions().find_map(|a| match a {
         Action::Mark(interval) => Some(*interval),
         _ => None,
@@ -179,7 +179,7 @@ fn a_finger_on_the_plate_holds_the_baseline_up() {
 
 #[test]
 fn an_unknown_force_is_not_a_lifted_finger() {
-    let mut rig = Rig::new(demo()).consented();
+    let mut rig = Rig::new(demo()).with_consent();
     for _ in 0..200 {
         rig.step(|o| o.normal_n = None);
     }
@@ -188,30 +188,30 @@ fn an_unknown_force_is_not_a_lifted_finger() {
 
 #[test]
 fn a_finger_lifted_during_the_countdown_goes_back_to_ready() {
-    let mut rig = Rig::new(demo()).consented();
-    rig.until(Phase::Countdown);
+    let mut rig = Rig::new(demo()).with_consent();
+    rig.run_until(Phase::Countdown);
     rig.step(|o| o.normal_n = Some(0.0));
     assert_eq!(rig.session.phase(), Phase::Ready);
     assert!(rig.events().contains(&SessionEventKind::FingerLiftedEarly));
-    rig.until(Phase::Finished);
+    rig.run_until(Phase::Finished);
     rig.check();
 }
 
 #[test]
 fn the_button_counts_only_with_the_finger_on_the_plate() {
-    let mut rig = Rig::new(demo()).consented();
-    rig.until(Phase::Ready);
+    let mut rig = Rig::new(demo()).with_consent();
+    rig.run_until(Phase::Ready);
     rig.step(|o| {
         o.normal_n = Some(0.0);
         o.button_pressed = true;
         o.command = Some(OperatorCommand::Continue);
     });
     assert_eq!(rig.session.phase(), Phase::Ready);
-    let refused = SessionEventKind::CommandRefused {
+    let event = SessionEventKind::CommandRefused {
         command: OperatorCommand::Continue,
         because: Refusal::NoFinger.to_string(),
     };
-    assert!(rig.events().contains(&refused));
+    assert!(rig.events().contains(&event));
 }
 
 #[test]
@@ -236,7 +236,7 @@ fn a_command_that_does_not_fit_the_phase_is_refused() {
         if phase != Phase::Consent {
             rig.tell(consent());
         }
-        rig.until(phase);
+        rig.run_until(phase);
         // The finger rests and the button is not pressed, so that only the command could act.
         rig.step(|o| {
             o.command = Some(command.clone());
@@ -244,35 +244,35 @@ fn a_command_that_does_not_fit_the_phase_is_refused() {
             o.normal_n = Some(0.65);
         });
         assert_eq!(rig.session.phase(), phase, "{command:?}");
-        let refused = SessionEventKind::CommandRefused {
+        let event = SessionEventKind::CommandRefused {
             command,
             because: refusal.to_string(),
         };
-        assert_eq!(rig.events().last(), Some(&refused));
+        assert_eq!(rig.events().last(), Some(&event));
     }
 }
 
 #[test]
 fn the_operator_can_press_on_for_a_participant_without_button() {
-    let mut rig = Rig::new(demo()).consented();
+    let mut rig = Rig::new(demo()).with_consent();
     rig.presses = false;
     rig.tell(OperatorCommand::Continue);
     for _ in 0..2 {
-        rig.until(Phase::Ready);
+        rig.run_until(Phase::Ready);
         rig.step(|_| {});
         rig.tell(OperatorCommand::Continue);
     }
-    rig.until(Phase::Verdict);
+    rig.run_until(Phase::Verdict);
     rig.check();
 }
 
 fn timed_out(set: impl FnOnce(&mut Rig), expected: Interruption) {
-    let mut rig = Rig::new(demo()).consented();
-    rig.until(Phase::Baseline);
+    let mut rig = Rig::new(demo()).with_consent();
+    rig.run_until(Phase::Baseline);
     set(&mut rig);
-    rig.until(Phase::Paused);
+    rig.run_until(Phase::Paused);
     assert_eq!(
-        rig.ends(),
+        rig.trial_ends(),
         [TrialEnd::Interrupted {
             interruption: expected
         }]
@@ -280,8 +280,11 @@ fn timed_out(set: impl FnOnce(&mut Rig), expected: Interruption) {
     rig.lifts = true;
     rig.presses = true;
     rig.tell(OperatorCommand::Resume);
-    rig.until(Phase::Finished);
-    assert_eq!((rig.begun()[1].number, rig.begun()[1].attempt), (1, 2));
+    rig.run_until(Phase::Finished);
+    assert_eq!(
+        (rig.begun_trials()[1].number, rig.begun_trials()[1].attempt),
+        (1, 2)
+    );
     rig.check();
 }
 
@@ -298,16 +301,20 @@ fn a_button_that_comes_too_late_pauses_the_session() {
 
 #[test]
 fn a_finger_that_stays_after_an_exploration_does_not_cost_the_trial() {
-    let mut rig = Rig::new(demo()).consented();
-    rig.until(Phase::Lift);
+    let mut rig = Rig::new(demo()).with_consent();
+    rig.run_until(Phase::Lift);
     rig.lifts = false;
-    rig.until(Phase::Feedback);
+    rig.run_until(Phase::Feedback);
     assert!(rig.events().contains(&SessionEventKind::FingerNotLifted));
     rig.lifts = true;
-    rig.until(Phase::Rest);
-    assert!(rig.ends().iter().all(|end| *end == TrialEnd::Completed));
+    rig.run_until(Phase::Rest);
+    assert!(
+        rig.trial_ends()
+            .iter()
+            .all(|end| *end == TrialEnd::Completed)
+    );
     assert_eq!(rig.outcomes(), vec![TrialOutcome::Accepted; 3]);
-    assert!(rig.begun().iter().all(|key| key.attempt == 1));
+    assert!(rig.begun_trials().iter().all(|key| key.attempt == 1));
     rig.check();
 }
 

@@ -11,10 +11,10 @@ use crate::verdict::Verdict;
 #[test]
 fn a_pause_keeps_what_the_open_verdict_says() {
     for (normal_n, repeats) in [(0.65, false), (1.2, true)] {
-        let mut rig = Rig::new(demo()).consented();
-        rig.until_main(Phase::Baseline);
+        let mut rig = Rig::new(demo()).with_consent();
+        rig.run_until_main(Phase::Baseline);
         rig.normal_n = normal_n;
-        rig.until(Phase::Verdict);
+        rig.run_until(Phase::Verdict);
         rig.tell(OperatorCommand::Pause);
         assert_eq!(rig.session.phase(), Phase::Paused);
         assert!(rig.session.is_judged());
@@ -24,24 +24,27 @@ fn a_pause_keeps_what_the_open_verdict_says() {
 
 #[test]
 fn a_bad_trial_is_repeated_with_its_reasons_until_the_limit() {
-    let mut rig = Rig::new(demo()).consented();
-    rig.until_main(Phase::Baseline);
+    let mut rig = Rig::new(demo()).with_consent();
+    rig.run_until_main(Phase::Baseline);
     rig.normal_n = 1.2;
     let limit = rig.protocol.redo.max_per_trial;
     let mut open = Vec::new();
-    while rig.begun().last().unwrap().number == 2 {
+    while rig.begun_trials().last().unwrap().number == 2 {
         rig.step(|_| {});
         if rig.session.phase() == Phase::Verdict {
-            let left = rig.session.repetitions_left().0;
-            open.push((rig.session.verdict_repeats(), left));
+            let repetitions = rig.session.repetitions_left().0;
+            open.push((rig.session.verdict_repeats(), repetitions));
         }
     }
     open.dedup();
-    let expected: Vec<_> = (0..=limit).rev().map(|left| (left > 0, left)).collect();
+    let expected: Vec<_> = (0..=limit)
+        .rev()
+        .map(|repetitions| (repetitions > 0, repetitions))
+        .collect();
     assert_eq!(open, expected);
     assert!(!rig.session.verdict_repeats());
     rig.normal_n = 0.65;
-    rig.until(Phase::Finished);
+    rig.run_until(Phase::Finished);
     rig.check();
     let of_two: Vec<TrialRecord> = rig
         .session
@@ -56,7 +59,7 @@ fn a_bad_trial_is_repeated_with_its_reasons_until_the_limit() {
         let reasons = match &record.outcome {
             TrialOutcome::Redo { reasons } => reasons,
             TrialOutcome::GivenUp { reasons } if i as u32 == limit => reasons,
-            other => panic!("{other:?}"),
+            outcome => panic!("{outcome:?}"),
         };
         assert!(matches!(
             reasons[0],
@@ -71,23 +74,23 @@ fn a_bad_trial_is_repeated_with_its_reasons_until_the_limit() {
 }
 
 #[test]
-fn a_participant_is_told_why_a_trial_is_repeated_and_nothing_once_it_is_given_up() {
-    let mut rig = Rig::new(demo()).consented();
-    rig.until_main(Phase::Baseline);
+fn the_participant_sees_the_cause_of_a_repetition_but_not_of_giving_up() {
+    let mut rig = Rig::new(demo()).with_consent();
+    rig.run_until_main(Phase::Baseline);
     rig.normal_n = 1.2;
-    let mut told = Vec::new();
-    while rig.begun().last().unwrap().number == 2 {
+    let mut causes = Vec::new();
+    while rig.begun_trials().last().unwrap().number == 2 {
         rig.step(|_| {});
         if rig.session.phase() == Phase::Verdict {
-            told.push(rig.session.view().repeat);
+            causes.push(rig.session.view().repeat);
         }
     }
-    told.dedup();
-    assert_eq!(told, [Some(RepeatCause::TooHard), None]);
+    causes.dedup();
+    assert_eq!(causes, [Some(RepeatCause::TooHard), None]);
 }
 
 #[test]
-fn speed_is_told_before_force_and_what_is_not_the_participants_without_a_cause() {
+fn speed_is_named_before_force_and_causes_of_the_bench_are_not_named() {
     let slow = RedoReason::SpeedOutOfBand {
         exploration: 1,
         speed_m_per_s: 0.02,
@@ -100,10 +103,13 @@ fn speed_is_told_before_force_and_what_is_not_the_participants_without_a_cause()
         min_n: 0.5,
         max_n: 0.8,
     };
-    let of = |reasons: &[RedoReason]| RepeatCause::from(reasons);
-    assert_eq!(of(&[light.clone(), slow]), RepeatCause::TooSlow);
-    assert_eq!(of(&[RedoReason::NotAnalysed, light]), RepeatCause::TooLight);
-    assert_eq!(of(&[RedoReason::NotAnalysed]), RepeatCause::Other);
+    let cause = |reasons: &[RedoReason]| RepeatCause::from(reasons);
+    assert_eq!(cause(&[light.clone(), slow]), RepeatCause::TooSlow);
+    assert_eq!(
+        cause(&[RedoReason::NotAnalysed, light]),
+        RepeatCause::TooLight
+    );
+    assert_eq!(cause(&[RedoReason::NotAnalysed]), RepeatCause::Other);
 }
 
 /// Hazard 11.
@@ -111,9 +117,9 @@ fn speed_is_told_before_force_and_what_is_not_the_participants_without_a_cause()
 fn the_sessions_limit_of_repetitions_holds_over_all_trials() {
     let mut protocol = demo();
     protocol.redo.max_total = 4;
-    let mut rig = Rig::new(protocol).consented();
+    let mut rig = Rig::new(protocol).with_consent();
     rig.normal_n = 0.2;
-    rig.until(Phase::Finished);
+    rig.run_until(Phase::Finished);
     rig.check();
     let summary = rig.session.summary();
     assert_eq!(
@@ -124,9 +130,9 @@ fn the_sessions_limit_of_repetitions_holds_over_all_trials() {
 
 #[test]
 fn a_bad_practice_trial_is_not_repeated() {
-    let mut rig = Rig::new(demo()).consented();
+    let mut rig = Rig::new(demo()).with_consent();
     rig.normal_n = 1.2;
-    rig.until_main(Phase::Baseline);
+    rig.run_until_main(Phase::Baseline);
     assert!(matches!(
         rig.outcomes()[..],
         [TrialOutcome::AcceptedAnyway { .. }]
@@ -135,29 +141,29 @@ fn a_bad_practice_trial_is_not_repeated() {
 
 #[test]
 fn the_operator_can_keep_a_bad_trial() {
-    let mut rig = Rig::new(demo()).consented();
+    let mut rig = Rig::new(demo()).with_consent();
     rig.normal_n = 1.2;
-    rig.until_main(Phase::Verdict);
+    rig.run_until_main(Phase::Verdict);
     let accept = rig.accept_anyway();
     rig.tell(accept);
     assert!(matches!(
         rig.outcomes().last(),
         Some(TrialOutcome::AcceptedAnyway { reasons }) if reasons.len() == 2
     ));
-    assert_eq!(rig.begun().last().unwrap().number, 3);
+    assert_eq!(rig.begun_trials().last().unwrap().number, 3);
 }
 
 #[test]
 fn the_operator_can_repeat_a_good_trial_and_a_running_one() {
-    let mut rig = Rig::new(demo()).consented();
-    rig.until_main(Phase::Verdict);
+    let mut rig = Rig::new(demo()).with_consent();
+    rig.run_until_main(Phase::Verdict);
     let redo = rig.redo();
     rig.tell(redo);
-    rig.until(Phase::Exploration);
+    rig.run_until(Phase::Exploration);
     let redo = rig.redo();
     rig.tell(redo);
     assert_eq!(rig.session.phase(), Phase::Baseline);
-    rig.until(Phase::Finished);
+    rig.run_until(Phase::Finished);
     rig.check();
     let of_two: Vec<TrialOutcome> = rig
         .session
@@ -180,25 +186,25 @@ fn the_operator_can_repeat_a_good_trial_and_a_running_one() {
 
 #[test]
 fn a_trial_that_is_never_analysed_is_repeated() {
-    let mut rig = Rig::new(demo()).consented();
-    rig.until_main(Phase::Lift);
+    let mut rig = Rig::new(demo()).with_consent();
+    rig.run_until_main(Phase::Lift);
     rig.analyses = false;
-    rig.until(Phase::Verdict);
+    rig.run_until(Phase::Verdict);
     rig.analyses = true;
     rig.to_analyse = None;
-    rig.until(Phase::Finished);
-    let not_analysed = TrialOutcome::Redo {
+    rig.run_until(Phase::Finished);
+    let redo_outcome = TrialOutcome::Redo {
         reasons: vec![RedoReason::NotAnalysed],
     };
-    assert!(rig.outcomes().contains(&not_analysed));
+    assert!(rig.outcomes().contains(&redo_outcome));
     assert_eq!(rig.session.summary().accepted, 4);
     rig.check();
 }
 
 #[test]
 fn an_analysis_of_another_attempt_is_ignored() {
-    let mut rig = Rig::new(demo()).consented();
-    rig.until(Phase::Analysing);
+    let mut rig = Rig::new(demo()).with_consent();
+    rig.run_until(Phase::Analysing);
     let mut key = rig.to_analyse.take().unwrap();
     key.attempt += 1;
     let foreign = analysis(&key, &rig.protocol, 0.65);
@@ -208,53 +214,56 @@ fn an_analysis_of_another_attempt_is_ignored() {
 
 #[test]
 fn a_verdict_is_announced_before_it_takes_hold() {
-    let mut rig = Rig::new(demo()).consented();
-    rig.until(Phase::Verdict);
-    let announced = rig.actions().find_map(|a| match a {
+    let mut rig = Rig::new(demo()).with_consent();
+    rig.run_until(Phase::Verdict);
+    let announcement = rig.actions().find_map(|a| match a {
         Action::Verdict { key, verdict } => Some((key.clone(), verdict.clone())),
         _ => None,
     });
-    assert_eq!(announced, Some((rig.begun()[0].clone(), Verdict::Accepted)));
+    assert_eq!(
+        announcement,
+        Some((rig.begun_trials()[0].clone(), Verdict::Accepted))
+    );
     assert!(rig.session.records().is_empty());
 }
 
 /// A command given in one trial and received in the next has no effect.
 #[test]
 fn a_command_about_another_attempt_is_refused() {
-    let mut rig = Rig::new(demo()).consented();
-    rig.until(Phase::Exploration);
+    let mut rig = Rig::new(demo()).with_consent();
+    rig.run_until(Phase::Exploration);
     let stale = [rig.redo(), rig.accept_anyway()];
-    let (number, attempt) = rig.about();
-    rig.until(Phase::Verdict);
-    rig.until(Phase::Exploration);
-    let begun = rig.begun().len();
+    let (number, attempt) = rig.current_attempt();
+    rig.run_until(Phase::Verdict);
+    rig.run_until(Phase::Exploration);
+    let trial_count = rig.begun_trials().len();
     for command in stale
         .into_iter()
         .chain([OperatorCommand::PauseNow { number, attempt }])
     {
         rig.tell(command.clone());
-        let refused = SessionEventKind::CommandRefused {
+        let event = SessionEventKind::CommandRefused {
             command,
             because: Refusal::OtherAttempt.to_string(),
         };
-        assert_eq!(rig.events().last(), Some(&refused));
+        assert_eq!(rig.events().last(), Some(&event));
         assert_eq!(rig.session.phase(), Phase::Exploration);
     }
     // The next attempt at the same trial counts as another one.
     let redo = rig.redo();
     rig.tell(redo.clone());
     rig.tell(redo);
-    assert_eq!(rig.begun().len(), begun + 1);
-    rig.until(Phase::Finished);
+    assert_eq!(rig.begun_trials().len(), trial_count + 1);
+    rig.run_until(Phase::Finished);
     rig.check();
 }
 
 #[test]
 fn a_verdict_is_overruled_both_ways_during_a_pause() {
     for (normal_n, accepts) in [(1.2, true), (0.65, false)] {
-        let mut rig = Rig::new(demo()).consented();
+        let mut rig = Rig::new(demo()).with_consent();
         rig.normal_n = normal_n;
-        rig.until_main(Phase::Verdict);
+        rig.run_until_main(Phase::Verdict);
         rig.tell(OperatorCommand::Pause);
         for _ in 0..500 {
             rig.step(|_| {});
@@ -268,22 +277,22 @@ fn a_verdict_is_overruled_both_ways_during_a_pause() {
         rig.tell(command);
         assert_eq!(rig.session.phase(), Phase::Paused);
         assert_eq!(rig.session.current(), None);
-        let overruled = rig.outcomes().last().cloned();
+        let outcome = rig.outcomes().last().cloned();
         assert!(
             if accepts {
-                matches!(overruled, Some(TrialOutcome::AcceptedAnyway { .. }))
+                matches!(outcome, Some(TrialOutcome::AcceptedAnyway { .. }))
             } else {
-                overruled == Some(TrialOutcome::Redo { reasons: vec![] })
+                outcome == Some(TrialOutcome::Redo { reasons: vec![] })
             },
-            "{overruled:?}"
+            "{outcome:?}"
         );
         rig.normal_n = 0.65;
         rig.tell(OperatorCommand::Resume);
         assert_eq!(
-            rig.begun().last().unwrap().number,
+            rig.begun_trials().last().unwrap().number,
             number + u32::from(accepts)
         );
-        rig.until(Phase::Finished);
+        rig.run_until(Phase::Finished);
         rig.check();
     }
 }
@@ -296,7 +305,7 @@ fn with_an_operator_a_verdict_is_open_long_enough_and_space_ends_it() {
         (0.65, true, 2.0),
         (1.2, true, 6.0),
     ] {
-        let mut rig = Rig::new(demo()).consented();
+        let mut rig = Rig::new(demo()).with_consent();
         rig.normal_n = normal_n;
         while rig.session.phase() != Phase::Verdict {
             rig.step(|o| o.attended = attended);
@@ -308,7 +317,7 @@ fn with_an_operator_a_verdict_is_open_long_enough_and_space_ends_it() {
             rig.step(|o| o.attended = attended);
         }
         assert!((rig.t_s - began_s - wanted_s).abs() < 0.1);
-        rig.until(Phase::Verdict);
+        rig.run_until(Phase::Verdict);
         rig.step(|o| o.attended = attended);
         rig.tell(OperatorCommand::Continue);
         assert_ne!(rig.session.phase(), Phase::Verdict);

@@ -66,17 +66,17 @@ fn a_counterbalanced_order_depends_on_the_participants_number_alone() {
 #[test]
 fn a_session_resumed_from_its_log_keeps_its_order_and_counts() {
     let protocol = many_conditions("randomised");
-    let whole = {
-        let mut rig = Rig::new(protocol.clone()).consented();
-        rig.until(Phase::Finished);
-        rig.begun()
+    let all_trials = {
+        let mut rig = Rig::new(protocol.clone()).with_consent();
+        rig.run_until(Phase::Finished);
+        rig.begun_trials()
     };
     // Killed in the middle of the fifth trial.
-    let mut rig = Rig::new(protocol.clone()).consented();
-    while rig.begun().len() < 5 {
+    let mut rig = Rig::new(protocol.clone()).with_consent();
+    while rig.begun_trials().len() < 5 {
         rig.step(|_| {});
     }
-    rig.until(Phase::Exploration);
+    rig.run_until(Phase::Exploration);
     let text: Vec<String> = rig
         .events()
         .iter()
@@ -94,14 +94,14 @@ fn a_session_resumed_from_its_log_keeps_its_order_and_counts() {
             interruption: Interruption::Crash
         }
     );
-    let resumed = Session::resume(protocol.clone(), sub("sub-01"), 7, &records).unwrap();
-    let mut rig = Rig::with(protocol.clone(), resumed).consented();
-    rig.until(Phase::Finished);
+    let session = Session::resume(protocol.clone(), sub("sub-01"), 7, &records).unwrap();
+    let mut rig = Rig::from_session(protocol.clone(), session).with_consent();
+    rig.run_until(Phase::Finished);
     rig.check();
-    let begun = rig.begun();
-    assert_eq!((begun[0].number, begun[0].attempt), (5, 2));
+    let trials = rig.begun_trials();
+    assert_eq!((trials[0].number, trials[0].attempt), (5, 2));
     let names = |keys: &[TrialKey]| keys.iter().map(|k| k.condition.clone()).collect::<Vec<_>>();
-    assert_eq!(names(&begun), names(&whole[4..]));
+    assert_eq!(names(&trials), names(&all_trials[4..]));
     assert_eq!(rig.session.summary().accepted, 12);
 
     let SessionError::ForeignRecord { because, .. } =
@@ -118,20 +118,20 @@ fn a_session_resumed_from_its_log_keeps_its_order_and_counts() {
 #[test]
 fn repetitions_before_a_crash_still_count() {
     let protocol = demo();
-    let mut rig = Rig::new(protocol.clone()).consented();
-    rig.until_main(Phase::Baseline);
+    let mut rig = Rig::new(protocol.clone()).with_consent();
+    rig.run_until_main(Phase::Baseline);
     rig.normal_n = 1.2;
     while rig.session.summary().redone < 2 {
         rig.step(|_| {});
     }
-    let resumed = Session::resume(
+    let session = Session::resume(
         protocol.clone(),
         sub("sub-01"),
         7,
         &records_from_events(&rig.events()),
     )
     .unwrap();
-    let mut rig = Rig::with(protocol, resumed).consented();
+    let mut rig = Rig::from_session(protocol, session).with_consent();
     rig.normal_n = 1.2;
     while rig.session.summary().given_up == 0 {
         rig.step(|_| {});
@@ -145,10 +145,10 @@ fn attempts_that_are_left_out_are_not_made() {
     let mut session = Session::new(protocol.clone(), sub("sub-01"), 7).unwrap();
     session.leave_out(2, 3);
     session.leave_out(2, 1);
-    let mut rig = Rig::with(protocol, session).consented();
-    rig.until(Phase::Finished);
+    let mut rig = Rig::from_session(protocol, session).with_consent();
+    rig.run_until(Phase::Finished);
     let attempts: Vec<_> = rig
-        .begun()
+        .begun_trials()
         .iter()
         .map(|key| (key.number, key.attempt))
         .collect();
@@ -159,16 +159,16 @@ fn attempts_that_are_left_out_are_not_made() {
 #[test]
 fn a_finished_session_cannot_be_gone_beyond() {
     let protocol = demo();
-    let mut rig = Rig::new(protocol.clone()).consented();
-    rig.until(Phase::Finished);
+    let mut rig = Rig::new(protocol.clone()).with_consent();
+    rig.run_until(Phase::Finished);
     let records = records_from_events(&rig.events());
-    let mut resumed = Rig::with(
+    let mut rig = Rig::from_session(
         protocol.clone(),
         Session::resume(protocol.clone(), sub("sub-01"), 7, &records).unwrap(),
     )
-    .consented();
-    resumed.until(Phase::Finished);
-    assert!(resumed.begun().is_empty());
+    .with_consent();
+    rig.run_until(Phase::Finished);
+    assert!(rig.begun_trials().is_empty());
     let mismatch = |records: &[TrialRecord]| match Session::resume(
         protocol.clone(),
         sub("sub-01"),
@@ -178,28 +178,28 @@ fn a_finished_session_cannot_be_gone_beyond() {
     .unwrap_err()
     {
         SessionError::ForeignRecord { because, .. } => because,
-        other => panic!("{other}"),
+        error => panic!("{error}"),
     };
     assert_eq!(
         mismatch(&[records.clone(), records.clone()].concat()),
         RecordMismatch::AllSettled { trials: 5 }
     );
     assert_eq!(mismatch(&records[1..]), RecordMismatch::Trial { due: 1 });
-    let mut again = records[0].clone();
-    again.outcome = TrialOutcome::Redo { reasons: vec![] };
+    let mut repetition = records[0].clone();
+    repetition.outcome = TrialOutcome::Redo { reasons: vec![] };
     assert_eq!(
-        mismatch(&[again.clone(), again]),
+        mismatch(&[repetition.clone(), repetition]),
         RecordMismatch::Attempt { next: 2 }
     );
 }
 
 /// Returns a resumed session after the log withdrew the acceptance of these trials.
-fn lost(rig: &Rig, lost: &[u32]) -> (Session, Vec<SessionEventKind>) {
+fn without_trials(rig: &Rig, numbers: &[u32]) -> (Session, Vec<SessionEventKind>) {
     let mut events = rig.events();
     let records = records_from_events(&events);
     let mut session = Session::resume(demo(), sub("sub-01"), 7, &records).unwrap();
     let reason = || "its folder is missing".to_owned();
-    for &number in lost {
+    for &number in numbers {
         let record = session.withdraw(number, 1, reason()).unwrap();
         assert!(matches!(
             record.outcome,
@@ -216,33 +216,33 @@ fn lost(rig: &Rig, lost: &[u32]) -> (Session, Vec<SessionEventKind>) {
 /// Fault 27.
 #[test]
 fn a_trial_whose_recording_is_lost_is_repeated_and_the_log_keeps_that() {
-    let mut rig = Rig::new(demo()).consented();
+    let mut rig = Rig::new(demo()).with_consent();
     while rig.session.trials_left() > 2 {
         rig.step(|_| {});
     }
     // The attempt after it has begun and is cut off.
-    rig.until(Phase::Exploration);
-    let (session, events) = lost(&rig, &[3]);
+    rig.run_until(Phase::Exploration);
+    let (session, events) = without_trials(&rig, &[3]);
     assert_eq!(session.trials_left(), 3);
     assert_eq!(session.summary().accepted, 1);
     assert_eq!(session.next_numbers(), (3, 4));
-    let mut rig = Rig::with(demo(), session).consented();
-    rig.until(Phase::Verdict);
-    let killed = [events, rig.events()].concat();
-    rig.until(Phase::Finished);
+    let mut rig = Rig::from_session(demo(), session).with_consent();
+    rig.run_until(Phase::Verdict);
+    let killed_events = [events, rig.events()].concat();
+    rig.run_until(Phase::Finished);
     rig.check();
     let keys = |rig: &Rig| -> Vec<_> {
-        let begun = rig.begun();
-        begun.iter().map(|key| (key.number, key.attempt)).collect()
+        let trials = rig.begun_trials();
+        trials.iter().map(|key| (key.number, key.attempt)).collect()
     };
     assert_eq!(keys(&rig), [(3, 2), (4, 2), (5, 1)]);
     assert_eq!(rig.session.summary().accepted, 4);
 
     // The program was killed in that part, too.
-    let records = records_from_events(&killed);
+    let records = records_from_events(&killed_events);
     let session = Session::resume(demo(), sub("sub-01"), 7, &records).unwrap();
-    let mut rig = Rig::with(demo(), session).consented();
-    rig.until(Phase::Finished);
+    let mut rig = Rig::from_session(demo(), session).with_consent();
+    rig.run_until(Phase::Finished);
     assert_eq!(keys(&rig), [(3, 3), (4, 2), (5, 1)]);
     assert_eq!(rig.session.summary().accepted, 4);
 }
@@ -250,22 +250,22 @@ fn a_trial_whose_recording_is_lost_is_repeated_and_the_log_keeps_that() {
 /// Fault 27.
 #[test]
 fn trials_amid_others_are_repeated_before_the_session_goes_on() {
-    let mut rig = Rig::new(demo()).consented();
+    let mut rig = Rig::new(demo()).with_consent();
     while rig.session.trials_left() > 1 {
         rig.step(|_| {});
     }
-    let (session, _) = lost(&rig, &[2, 4]);
+    let (session, _) = without_trials(&rig, &[2, 4]);
     assert_eq!(session.trials_left(), 3);
     assert_eq!(session.next_numbers(), (2, 4));
-    let mut rig = Rig::with(demo(), session).consented();
-    rig.until(Phase::Finished);
+    let mut rig = Rig::from_session(demo(), session).with_consent();
+    rig.run_until(Phase::Finished);
     rig.check();
-    let begun: Vec<_> = rig
-        .begun()
+    let attempts: Vec<_> = rig
+        .begun_trials()
         .iter()
         .map(|key| (key.number, key.attempt))
         .collect();
-    assert_eq!(begun, [(2, 2), (4, 2), (5, 2)]);
+    assert_eq!(attempts, [(2, 2), (4, 2), (5, 2)]);
     assert_eq!(rig.session.next_numbers(), (6, 6));
 }
 

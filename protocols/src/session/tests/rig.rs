@@ -84,10 +84,10 @@ pub(super) struct Rig {
 impl Rig {
     pub(super) fn new(protocol: Protocol) -> Self {
         let session = Session::new(protocol.clone(), sub("sub-01"), 7).unwrap();
-        Self::with(protocol, session)
+        Self::from_session(protocol, session)
     }
 
-    pub(super) fn with(protocol: Protocol, session: Session) -> Self {
+    pub(super) fn from_session(protocol: Protocol, session: Session) -> Self {
         Self {
             protocol,
             session,
@@ -111,7 +111,7 @@ impl Rig {
             .view
             .as_ref()
             .map_or(Instruction::Wait, |v| v.instruction);
-        let on = matches!(
+        let has_touch = matches!(
             instruction,
             Instruction::PlaceFinger | Instruction::GetReady | Instruction::FollowSlider
         );
@@ -121,15 +121,15 @@ impl Rig {
         } else {
             None
         };
-        let saved = if self.saves {
+        let save_key = if self.saves {
             self.to_save.take()
         } else {
             None
         };
         Observation {
-            recording: saved.map(|key| (key, RecordingOutcome::Saved)),
+            recording: save_key.map(|key| (key, RecordingOutcome::Saved)),
             t_s: self.t_s,
-            normal_n: Some(if on || !self.lifts {
+            normal_n: Some(if has_touch || !self.lifts {
                 self.normal_n
             } else {
                 0.0
@@ -170,18 +170,18 @@ impl Rig {
     }
 
     /// Returns number and attempt of the trial for commands; those of the first trial if none runs.
-    pub(super) fn about(&self) -> (u32, u32) {
+    pub(super) fn current_attempt(&self) -> (u32, u32) {
         let key = self.session.current();
         key.map_or((1, 1), |key| (key.number, key.attempt))
     }
 
     pub(super) fn redo(&self) -> OperatorCommand {
-        let (number, attempt) = self.about();
+        let (number, attempt) = self.current_attempt();
         OperatorCommand::Redo { number, attempt }
     }
 
     pub(super) fn accept_anyway(&self) -> OperatorCommand {
-        let (number, attempt) = self.about();
+        let (number, attempt) = self.current_attempt();
         OperatorCommand::AcceptAnyway { number, attempt }
     }
 
@@ -197,19 +197,19 @@ impl Rig {
         self.tell(command);
     }
 
-    pub(super) fn consented(mut self) -> Self {
+    pub(super) fn with_consent(mut self) -> Self {
         self.tell(consent());
         self
     }
 
     /// Reports that the recording of an attempt failed.
     pub(super) fn fail(&mut self, key: &TrialKey) -> &[Action] {
-        let failed = RecordingOutcome::Failed(FULL.to_owned());
-        self.step(|o| o.recording = Some((key.clone(), failed)))
+        let failure = RecordingOutcome::Failed(FULL.to_owned());
+        self.step(|o| o.recording = Some((key.clone(), failure)))
     }
 
     /// Steps until `phase`, for at most ten minutes of session time.
-    pub(super) fn until(&mut self, phase: Phase) -> &mut Self {
+    pub(super) fn run_until(&mut self, phase: Phase) -> &mut Self {
         for _ in 0..(600.0 / STEP_S) as usize {
             if self.session.phase() == phase {
                 return self;
@@ -219,12 +219,16 @@ impl Rig {
         panic!("{phase:?} never came, now in {:?}", self.session.phase());
     }
 
-    /// Like [`Self::until`], in the first trial that is not practice.
-    pub(super) fn until_main(&mut self, phase: Phase) -> &mut Self {
+    /// Like [`Self::run_until`], in the first trial that is not practice.
+    pub(super) fn run_until_main(&mut self, phase: Phase) -> &mut Self {
         loop {
-            self.until(phase);
+            self.run_until(phase);
             let practice = self.protocol.trials.practice;
-            if self.begun().last().is_some_and(|key| key.number > practice) {
+            if self
+                .begun_trials()
+                .last()
+                .is_some_and(|key| key.number > practice)
+            {
                 return self;
             }
             while self.session.phase() == phase {
@@ -237,7 +241,7 @@ impl Rig {
         self.steps.iter().flatten()
     }
 
-    pub(super) fn begun(&self) -> Vec<TrialKey> {
+    pub(super) fn begun_trials(&self) -> Vec<TrialKey> {
         self.actions()
             .filter_map(|a| match a {
                 Action::BeginTrial { key, .. } => Some(key.clone()),
@@ -246,7 +250,7 @@ impl Rig {
             .collect()
     }
 
-    pub(super) fn ends(&self) -> Vec<TrialEnd> {
+    pub(super) fn trial_ends(&self) -> Vec<TrialEnd> {
         self.actions()
             .filter_map(|a| match a {
                 Action::EndTrial { end, .. } => Some(end.clone()),
@@ -276,8 +280,11 @@ impl Rig {
         check_invariants(&self.steps, &self.protocol);
         for event in self.events() {
             if let SessionEventKind::TrialSettled { record } = event {
-                let saved = self.saved.contains(&record.key);
-                assert!(saved || !record.outcome.settles(), "{record:?}: not saved");
+                let is_saved = self.saved.contains(&record.key);
+                assert!(
+                    is_saved || !record.outcome.settles(),
+                    "{record:?}: not saved"
+                );
             }
         }
     }
@@ -285,9 +292,9 @@ impl Rig {
 
 /// Checks the invariants, which hold for any observations.
 pub(super) fn check_invariants(steps: &[Vec<Action>], protocol: &Protocol) {
-    let mut consented = false;
-    let mut driven = false;
-    let mut finished = false;
+    let mut has_consented = false;
+    let mut is_driven = false;
+    let mut is_finished = false;
     let mut open: Option<(TrialKey, f64, Vec<Interval>)> = None;
     let mut keys = HashSet::new();
     let mut redone: Vec<u32> = Vec::new();
@@ -303,7 +310,7 @@ pub(super) fn check_invariants(steps: &[Vec<Action>], protocol: &Protocol) {
                     kind: SessionEventKind::ConsentGiven { .. },
                     ..
                 }) => {
-                    consented = true;
+                    has_consented = true;
                 }
                 Action::Log(SessionEvent {
                     kind: SessionEventKind::TrialSettled { record },
@@ -315,16 +322,16 @@ pub(super) fn check_invariants(steps: &[Vec<Action>], protocol: &Protocol) {
                     assert!(redone.len() <= protocol.redo.max_total as usize);
                 }
                 Action::BeginTrial { key, at_s, .. } => {
-                    assert!(consented, "a trial before the consent");
-                    assert!(!finished && !driven && open.is_none());
+                    assert!(has_consented, "a trial before the consent");
+                    assert!(!is_finished && !is_driven && open.is_none());
                     assert!(keys.insert((key.number, key.attempt)), "{key:?} twice");
                     open = Some((key.clone(), *at_s, Vec::new()));
                 }
                 Action::Drive(DriveRequest::On(_)) => {
                     assert!(open.is_some(), "driven outside a trial");
-                    driven = true;
+                    is_driven = true;
                 }
-                Action::Drive(DriveRequest::Off) => driven = false,
+                Action::Drive(DriveRequest::Off) => is_driven = false,
                 Action::Mark(interval) => {
                     let (_, begin_s, intervals) = open.as_mut().expect("marked outside a trial");
                     assert!(interval.start_s >= *begin_s && interval.end_s > interval.start_s);
@@ -334,18 +341,18 @@ pub(super) fn check_invariants(steps: &[Vec<Action>], protocol: &Protocol) {
                     intervals.push(*interval);
                 }
                 Action::EndTrial { key, end, at_s } => {
-                    assert!(!driven, "a recording ended while driven");
-                    let (begun, _, intervals) = open.take().expect("ended twice");
-                    assert_eq!(begun, *key);
+                    assert!(!is_driven, "a recording ended while driven");
+                    let (begun_key, _, intervals) = open.take().expect("ended twice");
+                    assert_eq!(begun_key, *key);
                     assert!(intervals.iter().all(|i| i.end_s <= *at_s));
                     if *end == TrialEnd::Completed {
-                        let all = 1 + protocol.exploration.directions.len();
-                        assert_eq!(intervals.len(), all);
+                        let interval_count = 1 + protocol.exploration.directions.len();
+                        assert_eq!(intervals.len(), interval_count);
                     }
                 }
                 Action::Finished(_) => {
-                    assert!(!finished && open.is_none());
-                    finished = true;
+                    assert!(!is_finished && open.is_none());
+                    is_finished = true;
                 }
                 _ => {}
             }
@@ -353,8 +360,8 @@ pub(super) fn check_invariants(steps: &[Vec<Action>], protocol: &Protocol) {
     }
 }
 
-pub(super) fn is_phase(event: &SessionEventKind, wanted: Phase) -> bool {
-    matches!(event, SessionEventKind::Phase { phase } if *phase == wanted)
+pub(super) fn is_phase(event: &SessionEventKind, expected: Phase) -> bool {
+    matches!(event, SessionEventKind::Phase { phase } if *phase == expected)
 }
 
 pub(super) fn approx_eq(a: f64, b: f64) {
@@ -388,12 +395,12 @@ pub(super) fn in_trial(phase: Phase) -> bool {
 }
 
 pub(super) fn rig_in(phase: Phase) -> Rig {
-    let mut rig = Rig::new(demo()).consented();
+    let mut rig = Rig::new(demo()).with_consent();
     if phase == Phase::Paused {
-        rig.until(Phase::Exploration);
+        rig.run_until(Phase::Exploration);
         rig.pause_now();
     } else {
-        rig.until(phase);
+        rig.run_until(phase);
     }
     rig
 }

@@ -7,14 +7,14 @@ use crate::trial::*;
 
 /// Returns a session in `phase` of its first trial, without a report from the recorder.
 fn unsaved_in(phase: Phase) -> (Rig, TrialKey) {
-    let mut rig = Rig::new(demo()).consented();
+    let mut rig = Rig::new(demo()).with_consent();
     rig.saves = false;
-    rig.until(phase);
+    rig.run_until(phase);
     let key = rig.session.current().unwrap().clone();
     (rig, key)
 }
 
-fn not_saved() -> TrialOutcome {
+fn unsaved_outcome() -> TrialOutcome {
     let reason = FULL.to_owned();
     TrialOutcome::Interrupted {
         interruption: Interruption::NotSaved { reason },
@@ -26,11 +26,11 @@ fn completes(mut rig: Rig) {
     (rig.saves, rig.to_save) = (true, None);
     rig.safety = Safety::Ok;
     rig.tell(OperatorCommand::Resume);
-    rig.until(Phase::Finished);
+    rig.run_until(Phase::Finished);
     rig.check();
     assert_eq!(rig.session.summary().accepted, 4);
     let first: Vec<_> = rig
-        .begun()
+        .begun_trials()
         .iter()
         .map(|key| (key.number, key.attempt))
         .collect();
@@ -50,16 +50,16 @@ fn a_trial_is_accepted_only_when_its_recording_is_saved() {
     rig.saves = true;
     rig.step(|_| {});
     assert_eq!(rig.outcomes(), [TrialOutcome::Accepted]);
-    rig.until(Phase::Finished);
+    rig.run_until(Phase::Finished);
     rig.check();
 }
 
 #[test]
 fn a_recording_that_is_saved_during_the_verdict_costs_no_time() {
-    let mut rig = Rig::new(demo()).consented();
-    rig.until(Phase::Finished);
-    let saving = |event: &SessionEventKind| is_phase(event, Phase::Saving);
-    assert!(!rig.events().iter().any(saving));
+    let mut rig = Rig::new(demo()).with_consent();
+    rig.run_until(Phase::Finished);
+    let is_saving = |event: &SessionEventKind| is_phase(event, Phase::Saving);
+    assert!(!rig.events().iter().any(is_saving));
 }
 
 /// Fault 27.
@@ -77,11 +77,11 @@ fn a_trial_whose_recording_fails_in_any_phase_is_interrupted_and_repeated() {
         let stops = rig.fail(&key).contains(&Action::Drive(DriveRequest::Off));
         assert_eq!(stops, in_trial(phase), "{phase:?}");
         assert_eq!(rig.session.phase(), Phase::Paused, "{phase:?}");
-        assert_eq!(rig.outcomes(), [not_saved()], "{phase:?}");
+        assert_eq!(rig.outcomes(), [unsaved_outcome()], "{phase:?}");
         // The bench trips the drive, too.
         rig.step(|o| o.safety = Safety::Tripped("the recording failed".to_owned()));
         assert_eq!(rig.session.phase(), Phase::Fault, "{phase:?}");
-        assert_eq!(rig.outcomes(), [not_saved()], "{phase:?}");
+        assert_eq!(rig.outcomes(), [unsaved_outcome()], "{phase:?}");
         completes(rig);
     }
 }
@@ -95,7 +95,7 @@ fn a_recording_that_fails_while_the_session_is_halted_is_not_accepted_after_it()
         rig.step(|_| {});
         rig.fail(&key);
         assert_eq!(rig.session.phase(), Phase::Fault, "{phase:?}");
-        assert_eq!(rig.outcomes(), [not_saved()], "{phase:?}");
+        assert_eq!(rig.outcomes(), [unsaved_outcome()], "{phase:?}");
         completes(rig);
     }
 }
@@ -105,7 +105,7 @@ fn a_recording_that_fails_while_the_session_is_halted_is_not_accepted_after_it()
 fn a_trial_of_which_nothing_is_heard_in_time_is_interrupted() {
     let (mut rig, _) = unsaved_in(Phase::Saving);
     let since_s = rig.t_s;
-    rig.until(Phase::Paused);
+    rig.run_until(Phase::Paused);
     assert!((19.9..20.1).contains(&(rig.t_s - since_s)));
     assert!(matches!(
         rig.outcomes()[..],
@@ -157,42 +157,42 @@ fn a_recording_that_fails_stays_failed() {
     let (mut rig, key) = unsaved_in(Phase::Verdict);
     rig.fail(&key);
     rig.step(|o| o.recording = Some((key, RecordingOutcome::Saved)));
-    assert_eq!(rig.outcomes(), [not_saved()]);
+    assert_eq!(rig.outcomes(), [unsaved_outcome()]);
     completes(rig);
 }
 
 /// Fault 27.
 #[test]
 fn an_overruled_trial_too_is_kept_only_when_it_is_saved() {
-    for halted in [false, true] {
-        let mut rig = Rig::new(demo()).consented();
-        rig.until_main(Phase::Baseline);
-        let settled = rig.outcomes().len();
+    for is_halted in [false, true] {
+        let mut rig = Rig::new(demo()).with_consent();
+        rig.run_until_main(Phase::Baseline);
+        let outcome_count = rig.outcomes().len();
         rig.normal_n = 1.2;
         rig.saves = false;
-        rig.until(Phase::Verdict);
+        rig.run_until(Phase::Verdict);
         let key = rig.session.current().unwrap().clone();
-        if halted {
+        if is_halted {
             rig.pause_now();
         }
         rig.tell(rig.accept_anyway());
-        assert_eq!(rig.outcomes().len(), settled);
+        assert_eq!(rig.outcomes().len(), outcome_count);
         assert_eq!(rig.session.current(), Some(&key));
         rig.tell(rig.accept_anyway());
         rig.tell(rig.redo());
         assert_eq!(
             rig.outcomes().len(),
-            settled,
+            outcome_count,
             "the word of the operator stands"
         );
-        if halted {
+        if is_halted {
             rig.tell(OperatorCommand::Resume);
             assert_eq!(rig.session.phase(), Phase::Saving);
         }
         let (mut failing, failed) = (rig.session.clone(), key.clone());
         rig.step(|o| o.recording = Some((key, RecordingOutcome::Saved)));
         assert!(matches!(
-            rig.outcomes()[settled],
+            rig.outcomes()[outcome_count],
             TrialOutcome::AcceptedAnyway { .. }
         ));
         failing.step(&Observation {
@@ -200,29 +200,32 @@ fn an_overruled_trial_too_is_kept_only_when_it_is_saved() {
             recording: Some((failed, RecordingOutcome::Failed(FULL.to_owned()))),
             ..Observation::default()
         });
-        assert_eq!(failing.records()[settled].outcome, not_saved());
+        assert_eq!(failing.records()[outcome_count].outcome, unsaved_outcome());
     }
 }
 
 /// Fault 27.
 #[test]
 fn a_rejected_trial_is_repeated_whatever_becomes_of_its_recording() {
-    let mut rig = Rig::new(demo()).consented();
-    rig.until_main(Phase::Baseline);
-    let settled = rig.outcomes().len();
+    let mut rig = Rig::new(demo()).with_consent();
+    rig.run_until_main(Phase::Baseline);
+    let outcome_count = rig.outcomes().len();
     rig.normal_n = 1.2;
     rig.saves = false;
-    rig.until(Phase::Verdict);
+    rig.run_until(Phase::Verdict);
     let key = rig.session.current().unwrap().clone();
-    rig.until(Phase::Baseline);
-    assert!(matches!(rig.outcomes()[settled], TrialOutcome::Redo { .. }));
+    rig.run_until(Phase::Baseline);
+    assert!(matches!(
+        rig.outcomes()[outcome_count],
+        TrialOutcome::Redo { .. }
+    ));
     rig.fail(&key);
     assert_eq!(
         rig.session.phase(),
         Phase::Baseline,
         "it is another attempt's"
     );
-    assert_eq!(rig.outcomes().len(), settled + 1);
+    assert_eq!(rig.outcomes().len(), outcome_count + 1);
 }
 
 /// Fault 27.
@@ -248,21 +251,21 @@ fn an_abort_before_the_recording_is_saved_leaves_the_trial_to_be_repeated() {
         assert_eq!(rig.outcomes(), [outcome]);
         rig.check();
         let records = records_from_events(&rig.events());
-        let resumed = Session::resume(demo(), sub("sub-01"), 7, &records).unwrap();
-        let left = rig.protocol.planned_trials() - u32::from(saved);
-        assert_eq!(resumed.trials_left(), left);
+        let session = Session::resume(demo(), sub("sub-01"), 7, &records).unwrap();
+        let trials_left = rig.protocol.planned_trials() - u32::from(saved);
+        assert_eq!(session.trials_left(), trials_left);
     }
 }
 
 /// Fault 27.
 #[test]
 fn the_session_ends_only_when_its_last_recording_is_saved() {
-    let mut rig = Rig::new(demo()).consented();
+    let mut rig = Rig::new(demo()).with_consent();
     while rig.session.trials_left() > 1 {
         rig.step(|_| {});
     }
     rig.saves = false;
-    rig.until(Phase::Saving);
+    rig.run_until(Phase::Saving);
     for _ in 0..100 {
         rig.step(|_| {});
     }
@@ -278,19 +281,19 @@ fn the_session_ends_only_when_its_last_recording_is_saved() {
 fn a_pause_that_was_asked_for_comes_when_the_trial_is_saved() {
     let (mut rig, _) = unsaved_in(Phase::Feedback);
     rig.tell(OperatorCommand::Pause);
-    rig.until(Phase::Saving);
+    rig.run_until(Phase::Saving);
     rig.saves = true;
-    rig.until(Phase::Paused);
+    rig.run_until(Phase::Paused);
     assert_eq!(rig.outcomes(), [TrialOutcome::Accepted]);
 }
 
 /// Fault 27.
 #[test]
 fn no_trial_begins_while_the_recorder_lags_behind() {
-    let mut rig = Rig::new(demo()).consented();
-    rig.until(Phase::Verdict);
-    rig.until(Phase::Baseline);
-    let (begun, settled) = (rig.begun().len(), rig.outcomes().len());
+    let mut rig = Rig::new(demo()).with_consent();
+    rig.run_until(Phase::Verdict);
+    rig.run_until(Phase::Baseline);
+    let (trial_count, outcome_count) = (rig.begun_trials().len(), rig.outcomes().len());
     rig.step(|o| {
         o.command = Some(OperatorCommand::Redo {
             number: 2,
@@ -298,7 +301,7 @@ fn no_trial_begins_while_the_recorder_lags_behind() {
         });
         o.recorder_lag_s = 2.1;
     });
-    assert_eq!(rig.outcomes().len(), settled + 1);
+    assert_eq!(rig.outcomes().len(), outcome_count + 1);
     let mut waited_s = 0.0;
     while rig.session.phase() == Phase::Saving {
         rig.step(|o| o.recorder_lag_s = 2.1);
@@ -311,10 +314,10 @@ fn no_trial_begins_while_the_recorder_lags_behind() {
         o.recorder_lag_s = 2.1;
     });
     assert_eq!(rig.session.phase(), Phase::Saving);
-    assert_eq!(rig.begun().len(), begun);
+    assert_eq!(rig.begun_trials().len(), trial_count);
     rig.step(|_| {});
     assert_eq!(rig.session.phase(), Phase::Baseline);
-    let behind: Vec<bool> = rig
+    let pauses: Vec<bool> = rig
         .events()
         .iter()
         .filter_map(|event| match event {
@@ -322,7 +325,7 @@ fn no_trial_begins_while_the_recorder_lags_behind() {
             _ => None,
         })
         .collect();
-    assert_eq!(behind, [false, true]);
-    rig.until(Phase::Finished);
+    assert_eq!(pauses, [false, true]);
+    rig.run_until(Phase::Finished);
     rig.check();
 }

@@ -22,8 +22,8 @@ fn every_command() -> Vec<DriveCommand> {
     })
     .unwrap();
     vec![
-        DriveCommand::Start(modulated()),
-        DriveCommand::Adjust(modulated()),
+        DriveCommand::Start(modulated_program()),
+        DriveCommand::Adjust(modulated_program()),
         DriveCommand::Start(admit(Waveform::Silence)),
         DriveCommand::Start(admit(Waveform::Tone {
             carrier_hz: 30_000.0,
@@ -42,11 +42,11 @@ fn every_command() -> Vec<DriveCommand> {
             amplitude_v: 20.0,
         })),
         DriveCommand::Stop,
-        DriveCommand::Start(modulated()),
+        DriveCommand::Start(modulated_program()),
         DriveCommand::EmergencyStop,
         DriveCommand::Rearm,
         DriveCommand::Start(foreign.admit(Waveform::Silence).unwrap()),
-        DriveCommand::Start(modulated()),
+        DriveCommand::Start(modulated_program()),
         DriveCommand::Rearm,
     ]
 }

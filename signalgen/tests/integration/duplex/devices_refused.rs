@@ -13,7 +13,7 @@ use signalgen::{
 
 use super::stepped_card::*;
 
-fn refused(bench: &Bench, config: &DuplexConfig) -> AudioError {
+fn open_error(bench: &Bench, config: &DuplexConfig) -> AudioError {
     open_duplex(&bench.host(), config, Generator::new(settings()), None).unwrap_err()
 }
 
@@ -21,30 +21,30 @@ fn refused(bench: &Bench, config: &DuplexConfig) -> AudioError {
 #[test]
 fn a_stream_that_the_device_lacks_is_refused_with_its_capabilities() {
     let bench = Bench::default();
-    let listed = list_devices(&bench.host()).unwrap();
-    let offered = listed[0].input.clone().unwrap();
+    let devices = list_devices(&bench.host()).unwrap();
+    let offer = devices[0].input.clone().unwrap();
     let mut four = config(SampleFormat::I32);
     four.input.channels = 4;
-    let error = refused(&bench, &four);
+    let error = open_error(&bench, &four);
     assert_eq!(
         error,
         AudioError::Unsupported {
             direction: StreamDirection::Input,
             device: "custom:stepped (stepped card)".to_owned(),
             wanted: "4 channels of i32 at 192000 Hz".to_owned(),
-            offered,
+            offered: offer,
         }
     );
-    let offered = "2 ch f32 192000 Hz; 2 ch i16 192000 Hz; 2 ch i24 192000 Hz; 2 ch i32 192000 Hz";
-    assert!(error.to_string().ends_with(offered), "{error}");
+    let offer = "2 ch f32 192000 Hz; 2 ch i16 192000 Hz; 2 ch i24 192000 Hz; 2 ch i32 192000 Hz";
+    assert!(error.to_string().ends_with(offer), "{error}");
 
-    let mut buffered = config(SampleFormat::I32);
-    buffered.buffer_frames = Some(100);
-    match refused(&bench, &buffered) {
+    let mut buffered_config = config(SampleFormat::I32);
+    buffered_config.buffer_frames = Some(100);
+    match open_error(&bench, &buffered_config) {
         AudioError::Unsupported { wanted, .. } => {
             assert!(wanted.ends_with("100 frames per buffer"), "{wanted}");
         }
-        other => panic!("{other}"),
+        error => panic!("{error}"),
     }
 }
 
@@ -52,9 +52,9 @@ fn a_stream_that_the_device_lacks_is_refused_with_its_capabilities() {
 /// Fault 2.
 #[test]
 fn a_card_without_a_format_that_cpal_knows_is_refused_with_the_way_round() {
-    let bench = Bench::offering(&[]);
+    let bench = Bench::with_formats(&[]);
     for format in SampleFormat::ALL {
-        let error = refused(&bench, &config(format));
+        let error = open_error(&bench, &config(format));
         assert_eq!(
             error,
             AudioError::NoUsableFormat {
@@ -68,49 +68,52 @@ fn a_card_without_a_format_that_cpal_knows_is_refused_with_the_way_round() {
             assert!(message.contains(word), "{message}");
         }
     }
-    let listed = list_devices(&bench.host()).unwrap();
-    assert_eq!(listed[0].output, Some(Offer::Listed(Vec::new())));
+    let devices = list_devices(&bench.host()).unwrap();
+    assert_eq!(devices[0].output, Some(Offer::Listed(Vec::new())));
 }
 
 #[test]
 fn contradictions_are_refused_by_name() {
     let bench = Bench::default();
     let good = config(SampleFormat::F32);
-    let refused = |change: fn(&mut DuplexConfig)| {
+    let error_after = |change: fn(&mut DuplexConfig)| {
         let mut bad = good.clone();
         change(&mut bad);
-        refused(&bench, &bad)
+        open_error(&bench, &bad)
     };
     for (name, error) in [
-        ("sample_rate_hz", refused(|c| c.sample_rate_hz = 48_000)),
-        ("ring_s", refused(|c| c.ring_s = 0.0)),
-        ("ring_s", refused(|c| c.ring_s = 121.0)),
-        ("ring_s", refused(|c| c.ring_s = f64::NAN)),
+        ("sample_rate_hz", error_after(|c| c.sample_rate_hz = 48_000)),
+        ("ring_s", error_after(|c| c.ring_s = 0.0)),
+        ("ring_s", error_after(|c| c.ring_s = 121.0)),
+        ("ring_s", error_after(|c| c.ring_s = f64::NAN)),
     ] {
         match error {
             AudioError::Config { parameter, .. } => assert_eq!(parameter, name),
-            other => panic!("{name}: {other}"),
+            error => panic!("{name}: {error}"),
         }
     }
     for (name, error) in [
-        ("output.channels", refused(|c| c.output.channels = 0)),
-        ("input.channels", refused(|c| c.input.channels = 0)),
+        ("output.channels", error_after(|c| c.output.channels = 0)),
+        ("input.channels", error_after(|c| c.input.channels = 0)),
     ] {
         let zero = LayoutError::Zero { parameter: name };
         assert_eq!(error, AudioError::Layout(zero));
     }
-    let beyond = LayoutError::DriveChannel {
+    let no_channel = LayoutError::DriveChannel {
         drive_channel: 3,
         channels: 3,
     };
-    assert_eq!(refused(|c| c.drive_channel = 3), AudioError::Layout(beyond));
-    let unknown = refused(|c| c.input.device = "Babyface".to_owned());
+    assert_eq!(
+        error_after(|c| c.drive_channel = 3),
+        AudioError::Layout(no_channel)
+    );
+    let error = error_after(|c| c.input.device = "Babyface".to_owned());
     let no_match = matches!(
-        &unknown,
+        &error,
         AudioError::Device(ChoiceError::NoMatch { wanted, direction: StreamDirection::Input, .. })
             if wanted == "Babyface"
     );
-    assert!(no_match, "{unknown}");
+    assert!(no_match, "{error}");
 }
 
 /// Fault 5.
@@ -118,7 +121,7 @@ fn contradictions_are_refused_by_name() {
 fn a_device_in_use_is_busy() {
     let bench = Bench::default();
     let _held = bench.open(&config(SampleFormat::F32));
-    let error = refused(&bench, &config(SampleFormat::F32));
+    let error = open_error(&bench, &config(SampleFormat::F32));
     let AudioError::Busy { device, holder, .. } = &error else {
         panic!("{error}");
     };
@@ -166,7 +169,7 @@ fn a_machine_without_sound_is_refused_without_a_panic_or_a_print() {
             _ => HostChoice::Default,
         };
         // ALSA may open without a configuration; then it has no such device.
-        let opened = open_host(choice).and_then(|host| {
+        let result = open_host(choice).and_then(|host| {
             open_duplex(
                 &host,
                 &config(SampleFormat::F32),
@@ -174,12 +177,12 @@ fn a_machine_without_sound_is_refused_without_a_panic_or_a_print() {
                 None,
             )
         });
-        let error = opened.unwrap_err();
-        let refused = matches!(
+        let error = result.unwrap_err();
+        let is_refusal = matches!(
             error,
             AudioError::HostUnavailable { .. } | AudioError::Device(ChoiceError::NoMatch { .. })
         );
-        assert!(refused, "{error}");
+        assert!(is_refusal, "{error}");
         return;
     }
     for host in ["default", "alsa", "jack"] {

@@ -62,26 +62,27 @@ impl Card {
     /// Runs one period: output callback, then input callback, with allocation forbidden in both. Returns the rendered output,
     /// interleaved, in units of full scale.
     pub fn period(&mut self, frames: usize) -> Vec<f32> {
-        let at = |frame: u64| StreamInstant::from_nanos(frame * 1_000_000_000 / u64::from(RATE_HZ));
-        let (begin, end) = (at(self.frames), at(self.frames + frames as u64));
+        let instant =
+            |frame: u64| StreamInstant::from_nanos(frame * 1_000_000_000 / u64::from(RATE_HZ));
+        let (begin, end) = (instant(self.frames), instant(self.frames + frames as u64));
         self.frames += frames as u64;
-        let mut rendered = vec![0.0; frames * OUTPUT_CHANNELS];
+        let mut output_block = vec![0.0; frames * OUTPUT_CHANNELS];
         if let Some(output) = self.output.as_mut().filter(|o| o.playing) {
             let info = OutputCallbackInfo::new(OutputStreamTimestamp {
                 callback: begin,
                 playback: end,
             });
             match output.format {
-                CpalFormat::F32 => render::<f32>(output, &info, &mut rendered),
-                CpalFormat::I32 => render::<i32>(output, &info, &mut rendered),
-                CpalFormat::I24 => render::<cpal::I24>(output, &info, &mut rendered),
-                CpalFormat::I16 => render::<i16>(output, &info, &mut rendered),
-                other => panic!("{other} was never offered"),
+                CpalFormat::F32 => render::<f32>(output, &info, &mut output_block),
+                CpalFormat::I32 => render::<i32>(output, &info, &mut output_block),
+                CpalFormat::I24 => render::<cpal::I24>(output, &info, &mut output_block),
+                CpalFormat::I16 => render::<i16>(output, &info, &mut output_block),
+                format => panic!("{format} was never offered"),
             }
         }
         if let Some(input) = self.input.as_mut().filter(|i| i.playing) {
-            let drive = rendered.chunks_exact(OUTPUT_CHANNELS);
-            let looped: Vec<f32> = drive
+            let drive = output_block.chunks_exact(OUTPUT_CHANNELS);
+            let input_block: Vec<f32> = drive
                 .flat_map(|frame| [frame[DRIVE_CHANNEL]; INPUT_CHANNELS])
                 .collect();
             let info = InputCallbackInfo::new(InputStreamTimestamp {
@@ -89,14 +90,14 @@ impl Card {
                 capture: begin,
             });
             match input.format {
-                CpalFormat::F32 => take::<f32>(input, &info, &looped),
-                CpalFormat::I32 => take::<i32>(input, &info, &looped),
-                CpalFormat::I24 => take::<cpal::I24>(input, &info, &looped),
-                CpalFormat::I16 => take::<i16>(input, &info, &looped),
-                other => panic!("{other} was never offered"),
+                CpalFormat::F32 => take::<f32>(input, &info, &input_block),
+                CpalFormat::I32 => take::<i32>(input, &info, &input_block),
+                CpalFormat::I24 => take::<cpal::I24>(input, &info, &input_block),
+                CpalFormat::I16 => take::<i16>(input, &info, &input_block),
+                format => panic!("{format} was never offered"),
             }
         }
-        rendered
+        output_block
     }
 
     pub fn report(&mut self, direction: StreamDirection, kind: ErrorKind) {
@@ -145,7 +146,7 @@ pub struct Bench {
 
 impl Default for Bench {
     fn default() -> Self {
-        Self::offering(&[
+        Self::with_formats(&[
             CpalFormat::F32,
             CpalFormat::I32,
             CpalFormat::I24,
@@ -156,7 +157,7 @@ impl Default for Bench {
 
 impl Bench {
     /// Returns a bench with a card of these sample formats.
-    pub fn offering(formats: &'static [CpalFormat]) -> Self {
+    pub fn with_formats(formats: &'static [CpalFormat]) -> Self {
         Self {
             card: Arc::default(),
             started: Arc::default(),
@@ -197,8 +198,8 @@ type Ranges = std::vec::IntoIter<SupportedStreamConfigRange>;
 impl Bench {
     fn ranges(&self, channels: usize) -> Ranges {
         let range = |&format| {
-            let any = SupportedBufferSize::Unknown;
-            SupportedStreamConfigRange::new(channels as u16, RATE_HZ, RATE_HZ, any, format)
+            let sizes = SupportedBufferSize::Unknown;
+            SupportedStreamConfigRange::new(channels as u16, RATE_HZ, RATE_HZ, sizes, format)
         };
         let ranges: Vec<_> = self.formats.iter().map(range).collect();
         ranges.into_iter()
@@ -396,7 +397,7 @@ pub fn config(format: SampleFormat) -> DuplexConfig {
     }
 }
 
-pub fn modulated() -> Program {
+pub fn modulated_program() -> Program {
     let waveform = Waveform::Modulated {
         carrier_hz: 35_000.0,
         mean_amplitude_v: 50.0,

@@ -18,19 +18,22 @@ fn drive_goes_to_its_channel_alone_and_comes_back_exactly() {
     ] {
         let bench = Bench::default();
         let mut duplex = bench.open(&config(format));
-        duplex.drive.send(DriveCommand::Start(modulated())).unwrap();
+        duplex
+            .drive
+            .send(DriveCommand::Start(modulated_program()))
+            .unwrap();
         let mut reference = Generator::new(settings());
-        reference.apply(DriveCommand::Start(modulated()));
+        reference.apply(DriveCommand::Start(modulated_program()));
         let mut expected = [0.0_f32; ODD_BLOCK];
         let mut samples = Vec::new();
         for _ in 0..20 {
-            let rendered = bench.card().period(ODD_BLOCK);
+            let block = bench.card().period(ODD_BLOCK);
             reference.fill(&mut expected);
             let header = duplex.input.pop_block(&mut samples).unwrap();
             assert_eq!(header.frames as usize, ODD_BLOCK);
             assert_eq!(header.drive, reference.state());
             assert_eq!(duplex.drive.published(), reference.state());
-            for (n, frame) in rendered.chunks_exact(OUTPUT_CHANNELS).enumerate() {
+            for (n, frame) in block.chunks_exact(OUTPUT_CHANNELS).enumerate() {
                 assert_eq!([frame[0], frame[2]], [0.0, 0.0]);
                 assert!((frame[DRIVE_CHANNEL] - expected[n]).abs() <= rounding);
                 assert_eq!(samples[n * INPUT_CHANNELS], frame[DRIVE_CHANNEL]);
@@ -56,18 +59,18 @@ fn every_frame_is_accounted_for_when_the_ring_is_full() {
     let mut duplex = bench.open(&config(SampleFormat::F32));
     let capacity_blocks = RATE_HZ as usize / BLOCK;
     bench.periods(capacity_blocks + 10);
-    let kept = drain(&mut duplex);
-    assert_eq!(kept.len(), capacity_blocks);
-    for (n, header) in (0_u64..).zip(&kept) {
+    let headers = drain(&mut duplex);
+    assert_eq!(headers.len(), capacity_blocks);
+    for (n, header) in (0_u64..).zip(&headers) {
         assert_eq!(header.first_frame, n * BLOCK as u64);
         assert_eq!(header.dropped_frames, 0);
     }
     bench.periods(1);
-    let after = drain(&mut duplex)[0];
-    let last = kept[capacity_blocks - 1];
-    let gap = after.first_frame - (last.first_frame + u64::from(last.frames));
+    let next_header = drain(&mut duplex)[0];
+    let last = headers[capacity_blocks - 1];
+    let gap = next_header.first_frame - (last.first_frame + u64::from(last.frames));
     assert_eq!(gap, 10 * BLOCK as u64);
-    assert_eq!(after.dropped_frames, gap);
+    assert_eq!(next_header.dropped_frames, gap);
     assert_eq!(duplex.input.ring_fill(), 0.0);
 }
 
@@ -78,9 +81,9 @@ fn headers_carry_the_stream_clock() {
     bench.periods(3);
     let headers = drain(&mut duplex);
     for (n, header) in (0_u64..).zip(&headers) {
-        let at = |blocks: u64| blocks * BLOCK as u64 * 1_000_000_000 / u64::from(RATE_HZ);
-        assert_eq!(header.time.capture_ns, at(n));
-        assert_eq!(header.time.callback_ns, at(n + 1));
+        let time_ns = |blocks: u64| blocks * BLOCK as u64 * 1_000_000_000 / u64::from(RATE_HZ);
+        assert_eq!(header.time.capture_ns, time_ns(n));
+        assert_eq!(header.time.callback_ns, time_ns(n + 1));
     }
     assert!(headers.is_sorted_by_key(|header| header.arrived_ns));
     assert!(headers[2].arrived_ns <= duplex.health.now_ns());
@@ -123,7 +126,10 @@ fn a_kill_stops_within_the_emergency_ramp_and_no_earlier_rearm_undoes_it() {
     let bench = Bench::default();
     let mut duplex = bench.open(&config(SampleFormat::F32));
     let kill_switch = duplex.drive.kill_switch();
-    duplex.drive.send(DriveCommand::Start(modulated())).unwrap();
+    duplex
+        .drive
+        .send(DriveCommand::Start(modulated_program()))
+        .unwrap();
     bench.periods(10);
     assert_eq!(duplex.drive.published().phase, DrivePhase::Steady);
 
@@ -137,12 +143,18 @@ fn a_kill_stops_within_the_emergency_ramp_and_no_earlier_rearm_undoes_it() {
     bench.periods(1);
     assert_eq!(duplex.drive.published().phase, DrivePhase::EmergencyStopped);
 
-    duplex.drive.send(DriveCommand::Start(modulated())).unwrap();
+    duplex
+        .drive
+        .send(DriveCommand::Start(modulated_program()))
+        .unwrap();
     bench.periods(10);
     assert_eq!(duplex.drive.published().phase, DrivePhase::EmergencyStopped);
 
     duplex.drive.rearm().unwrap();
-    duplex.drive.send(DriveCommand::Start(modulated())).unwrap();
+    duplex
+        .drive
+        .send(DriveCommand::Start(modulated_program()))
+        .unwrap();
     bench.periods(10);
     assert_eq!(duplex.drive.published().phase, DrivePhase::Steady);
 }
@@ -152,7 +164,10 @@ fn a_kill_before_the_first_callback_is_not_lost() {
     let bench = Bench::default();
     let mut duplex = bench.open(&config(SampleFormat::F32));
     duplex.drive.kill_switch().kill();
-    duplex.drive.send(DriveCommand::Start(modulated())).unwrap();
+    duplex
+        .drive
+        .send(DriveCommand::Start(modulated_program()))
+        .unwrap();
     bench.periods(10);
     assert_eq!(duplex.drive.published().phase, DrivePhase::EmergencyStopped);
     assert_eq!(duplex.drive.published().programs, 0);
@@ -163,7 +178,10 @@ fn a_kill_before_the_first_callback_is_not_lost() {
 fn the_drive_stops_when_nobody_commands_it_any_more() {
     let bench = Bench::default();
     let mut duplex = bench.open(&config(SampleFormat::F32));
-    duplex.drive.send(DriveCommand::Start(modulated())).unwrap();
+    duplex
+        .drive
+        .send(DriveCommand::Start(modulated_program()))
+        .unwrap();
     bench.periods(10);
     let monitor = duplex.drive.monitor();
     drop(duplex.drive);
@@ -207,10 +225,10 @@ fn tiny_blocks_are_accounted_for_too() {
     for _ in 0..blocks {
         bench.card().period(1);
     }
-    let kept = drain(&mut duplex);
+    let headers = drain(&mut duplex);
     bench.card().period(1);
-    let after = drain(&mut duplex)[0];
-    assert!(kept.len() < blocks);
-    assert_eq!(after.first_frame, blocks as u64);
-    assert_eq!(after.dropped_frames as usize, blocks - kept.len());
+    let next_header = drain(&mut duplex)[0];
+    assert!(headers.len() < blocks);
+    assert_eq!(next_header.first_frame, blocks as u64);
+    assert_eq!(next_header.dropped_frames as usize, blocks - headers.len());
 }

@@ -5,13 +5,15 @@ use signalgen::{
     Waveform,
 };
 
-use super::generator_fixture::{FULL_SCALE_V, RATE_HZ, modulated, settings, settings_at, tone};
+use super::generator_fixture::{
+    FULL_SCALE_V, RATE_HZ, modulated_waveform, settings, settings_at, tone,
+};
 
 /// Returns the parameter named by a refusal.
 fn out_of_range(result: Result<(), ProgramError>) -> &'static str {
     match result {
         Err(ProgramError::OutOfRange { parameter, .. }) => parameter,
-        other => panic!("not out of range: {other:?}"),
+        result => panic!("not out of range: {result:?}"),
     }
 }
 
@@ -50,10 +52,10 @@ fn rates_at_or_below_twice_carrier_plus_modulation_are_refused_with_the_arithmet
             amplitude_v: 1.0,
         },
     ] {
-        let refused = settings_at(48_000, 100.0).admit(waveform);
+        let result = settings_at(48_000, 100.0).admit(waveform);
         assert!(
-            matches!(refused, Err(ProgramError::RateTooLow { .. })),
-            "{refused:?}"
+            matches!(result, Err(ProgramError::RateTooLow { .. })),
+            "{result:?}"
         );
     }
 }
@@ -64,10 +66,10 @@ fn rates_at_or_below_twice_carrier_plus_modulation_are_refused_with_the_arithmet
 fn amplitudes_above_the_configured_limit_are_rejected_not_clamped() {
     let limit_v = 78.0;
     let settings = settings_at(RATE_HZ, limit_v);
-    settings.admit(modulated(40.0, 0.0)).unwrap();
+    settings.admit(modulated_waveform(40.0, 0.0)).unwrap();
     // Typed ×10 in a file.
     assert_eq!(
-        settings.admit(modulated(400.0, 0.0)),
+        settings.admit(modulated_waveform(400.0, 0.0)),
         Err(ProgramError::AboveLimit {
             peak_v: 780.0,
             limit_v
@@ -102,23 +104,23 @@ fn settings_out_of_range_are_rejected_by_name() {
         limit_v: 100.0,
         ramp_s: DEFAULT_RAMP_S,
     };
-    let refused = |config| out_of_range(DriveSettings::new(config).map(|_| ()));
+    let refused_parameter = |config| out_of_range(DriveSettings::new(config).map(|_| ()));
     for rate in [0, 999, 1_536_001] {
-        let parameter = refused(DriveConfig {
+        let parameter = refused_parameter(DriveConfig {
             sample_rate_hz: rate,
             ..good
         });
         assert_eq!(parameter, "sample_rate_hz");
     }
     for volts_per_unit in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let parameter = refused(DriveConfig {
+        let parameter = refused_parameter(DriveConfig {
             volts_per_unit,
             ..good
         });
         assert_eq!(parameter, "volts_per_unit");
     }
     for ramp_s in [0.0, 0.001, 10.1, f64::NAN] {
-        let parameter = refused(DriveConfig { ramp_s, ..good });
+        let parameter = refused_parameter(DriveConfig { ramp_s, ..good });
         assert_eq!(parameter, "ramp_s");
     }
     assert_eq!(
@@ -133,7 +135,7 @@ fn settings_out_of_range_are_rejected_by_name() {
 }
 
 #[test]
-fn parameters_that_are_no_numbers_or_out_of_range_are_rejected_by_name() {
+fn parameters_out_of_range_or_not_numbers_are_rejected_by_name() {
     let sweep = |from_hz, to_hz, duration_s, amplitude_v| Waveform::Sweep {
         from_hz,
         to_hz,
@@ -173,9 +175,9 @@ fn parameters_that_are_no_numbers_or_out_of_range_are_rejected_by_name() {
             assert_eq!(parameter, name, "{bad}");
         }
     }
-    for (index, accepted) in [(0.0, true), (1.0, true), (1.001, false)] {
+    for (index, is_accepted) in [(0.0, true), (1.0, true), (1.001, false)] {
         let admitted = settings().admit(am(1e3, 1.0, 6.0, index, 0.0));
-        assert_eq!(admitted.is_ok(), accepted, "{index}");
+        assert_eq!(admitted.is_ok(), is_accepted, "{index}");
     }
     let endless = settings().admit(am(1e3, 1.0, 6.0, 0.9, f64::NAN));
     assert_eq!(out_of_range(endless.map(|_| ())), "start_phase_rad");

@@ -28,7 +28,7 @@ pub fn admit(waveform: Waveform) -> Program {
 }
 
 /// The published drive: 35 kHz, 6 Hz, 95 %.
-pub fn modulated(mean_amplitude_v: f64, start_phase_rad: f64) -> Waveform {
+pub fn modulated_waveform(mean_amplitude_v: f64, start_phase_rad: f64) -> Waveform {
     Waveform::Modulated {
         carrier_hz: 35_000.0,
         mean_amplitude_v,
@@ -45,7 +45,7 @@ pub fn tone(carrier_hz: f64, amplitude_v: f64) -> Waveform {
     }
 }
 
-pub fn started(waveform: Waveform) -> Generator {
+pub fn running_generator(waveform: Waveform) -> Generator {
     let mut generator = Generator::new(settings());
     generator.apply(DriveCommand::Start(admit(waveform)));
     generator

@@ -2,11 +2,13 @@
 
 use signalgen::{DriveCommand, DrivePhase, TripCause};
 
-use super::generator_fixture::{RATE_HZ, admit, modulated, settings_at, started, tone, volts};
+use super::generator_fixture::{
+    RATE_HZ, admit, modulated_waveform, running_generator, settings_at, tone, volts,
+};
 
 #[test]
 fn emergency_stop_is_over_in_two_milliseconds_and_latches() {
-    let mut generator = started(modulated(40.0, 0.0));
+    let mut generator = running_generator(modulated_waveform(40.0, 0.0));
     volts(&mut generator, 20_000);
     generator.apply(DriveCommand::EmergencyStop);
     volts(&mut generator, 200);
@@ -36,17 +38,17 @@ fn emergency_stop_is_over_in_two_milliseconds_and_latches() {
 
 #[test]
 fn programs_of_other_settings_trip_the_drive_at_once() {
-    let mut generator = started(tone(35_000.0, 40.0));
+    let mut generator = running_generator(tone(35_000.0, 40.0));
     volts(&mut generator, 20_000);
     let foreign = settings_at(RATE_HZ, 150.0)
         .admit(tone(35_000.0, 140.0))
         .unwrap();
     generator.apply(DriveCommand::Start(foreign));
-    let tripped = DrivePhase::Tripped(TripCause::ForeignProgram);
-    assert_eq!(generator.state().phase, tripped);
+    let trip = DrivePhase::Tripped(TripCause::ForeignProgram);
+    assert_eq!(generator.state().phase, trip);
     assert!(volts(&mut generator, 1_000).iter().all(|&v| v == 0.0));
     generator.apply(DriveCommand::Start(admit(tone(35_000.0, 40.0))));
-    assert_eq!(generator.state().phase, tripped);
+    assert_eq!(generator.state().phase, trip);
     generator.apply(DriveCommand::Rearm);
     assert_eq!(generator.state().phase, DrivePhase::Silent);
 }

@@ -144,19 +144,19 @@ proptest! {
         block in 1_usize..700,
     ) {
         let settings = settings_at(SLOW_RATE_HZ, LIMIT_V);
-        let mut whole = Generator::new(settings);
+        let mut undivided = Generator::new(settings);
         let mut divided = Generator::new(settings);
         for command in commands {
-            whole.apply(command);
+            undivided.apply(command);
             divided.apply(command);
             let mut expected = vec![0.0_f32; 1_500];
-            whole.fill(&mut expected);
-            let mut rendered = vec![0.0_f32; 1_500];
-            for chunk in rendered.chunks_mut(block) {
+            undivided.fill(&mut expected);
+            let mut samples = vec![0.0_f32; 1_500];
+            for chunk in samples.chunks_mut(block) {
                 divided.fill(chunk);
             }
-            prop_assert_eq!(expected, rendered);
-            prop_assert_eq!(whole.state(), divided.state());
+            prop_assert_eq!(expected, samples);
+            prop_assert_eq!(undivided.state(), divided.state());
         }
     }
 }

@@ -9,12 +9,13 @@ use signalgen::{
 };
 
 use super::generator_fixture::{
-    FULL_SCALE_V, QUANTISATION_V, RATE_HZ, admit, angle, modulated, started, tone, volts,
+    FULL_SCALE_V, QUANTISATION_V, RATE_HZ, admit, angle, modulated_waveform, running_generator,
+    tone, volts,
 };
 
 #[test]
 fn modulated_carrier_is_the_closed_form_after_ten_minutes() {
-    let mut generator = started(modulated(40.0, 0.7));
+    let mut generator = running_generator(modulated_waveform(40.0, 0.7));
     let mut block = vec![0.0_f32; 192_000];
     for _ in 0..600 {
         generator.fill(&mut block);
@@ -36,7 +37,7 @@ fn modulated_carrier_is_the_closed_form_after_ten_minutes() {
 #[test]
 fn start_and_stop_are_raised_cosines_of_the_configured_length() {
     let frames = (DEFAULT_RAMP_S * f64::from(RATE_HZ)) as usize;
-    let mut generator = started(tone(1_000.0, 60.0));
+    let mut generator = running_generator(tone(1_000.0, 60.0));
     let weight = |n: usize| 0.5 - 0.5 * (PI * n as f64 / frames as f64).cos();
     for (n, v) in volts(&mut generator, frames).into_iter().enumerate() {
         let expected = 60.0 * weight(n) * angle(1_000, n as u64).sin();
@@ -58,7 +59,7 @@ fn start_and_stop_are_raised_cosines_of_the_configured_length() {
 /// error then consists of tones instead of noise.
 #[test]
 fn spurs_are_below_minus_140_db() {
-    let mut generator = started(tone(35_000.0, 100.0));
+    let mut generator = running_generator(tone(35_000.0, 100.0));
     volts(&mut generator, 19_200);
     let period = volts(&mut generator, 192);
     let line = |k: u64| {
@@ -78,7 +79,7 @@ fn spurs_are_below_minus_140_db() {
 
 #[test]
 fn carrier_phase_is_continuous_through_a_change_of_frequency() {
-    let mut generator = started(tone(1_000.0, 60.0));
+    let mut generator = running_generator(tone(1_000.0, 60.0));
     // 10 000 frames at 1 kHz are 52 1/12 turns.
     volts(&mut generator, 10_000);
     generator.apply(DriveCommand::Start(admit(tone(1_500.0, 60.0))));
@@ -94,17 +95,17 @@ fn adjust_keeps_the_modulation_phase_and_start_begins_it_anew() {
     // A whole number of modulation periods plus a quarter.
     let frames = 32_000 + 8_000;
     for (adjust, phase_rad) in [(true, FRAC_PI_2), (false, 0.0)] {
-        let mut generator = started(modulated(40.0, 0.0));
+        let mut generator = running_generator(modulated_waveform(40.0, 0.0));
         volts(&mut generator, frames);
-        let program = admit(modulated(20.0, 0.0));
+        let program = admit(modulated_waveform(20.0, 0.0));
         generator.apply(if adjust {
             DriveCommand::Adjust(program)
         } else {
             DriveCommand::Start(program)
         });
-        let later = 19_200;
-        volts(&mut generator, later + 1);
-        let expected = 20.0 * (1.0 + 0.95 * (phase_rad + angle(6, later as u64)).sin());
+        let later_frame = 19_200;
+        volts(&mut generator, later_frame + 1);
+        let expected = 20.0 * (1.0 + 0.95 * (phase_rad + angle(6, later_frame as u64)).sin());
         assert_abs_diff_eq!(generator.state().envelope_v, expected, epsilon = 1e-6);
         assert_eq!(generator.state().programs, 2);
     }
@@ -116,7 +117,7 @@ fn sweeps_follow_the_integral_of_their_frequency() {
     let ramp = 9_600_u64;
     let sweep_frames = 96_000_u64;
     for law in [SweepLaw::Linear, SweepLaw::Logarithmic] {
-        let mut generator = started(Waveform::Sweep {
+        let mut generator = running_generator(Waveform::Sweep {
             from_hz,
             to_hz,
             duration_s,
@@ -134,11 +135,11 @@ fn sweeps_follow_the_integral_of_their_frequency() {
         let rate = f64::from(RATE_HZ);
         // Held at the start frequency while ramping in, at the end frequency while ramping out.
         for n in (ramp..ramp + sweep_frames + ramp).step_by(7) {
-            let before = from_hz * ramp as f64 / rate;
+            let ramp_turns = from_hz * ramp as f64 / rate;
             let t = (n - ramp) as f64 / rate;
-            let over = (t - duration_s).max(0.0);
-            let turns = before + turns_at(t.min(duration_s)) + to_hz * over;
-            let into_ramp = (over * rate) / ramp as f64;
+            let overtime_s = (t - duration_s).max(0.0);
+            let turns = ramp_turns + turns_at(t.min(duration_s)) + to_hz * overtime_s;
+            let into_ramp = (overtime_s * rate) / ramp as f64;
             let amplitude = 60.0 * (0.5 + 0.5 * (PI * into_ramp).cos());
             let expected = amplitude * (TAU * turns.fract()).sin();
             assert_abs_diff_eq!(rendered[n as usize], expected, epsilon = 5e-5);
@@ -150,7 +151,7 @@ fn sweeps_follow_the_integral_of_their_frequency() {
 
 #[test]
 fn stopping_a_sweep_stays_at_the_frequency_reached() {
-    let mut generator = started(Waveform::Sweep {
+    let mut generator = running_generator(Waveform::Sweep {
         from_hz: 1_000.0,
         to_hz: 2_000.0,
         duration_s: 1.0,
@@ -168,7 +169,7 @@ fn stopping_a_sweep_stays_at_the_frequency_reached() {
 #[test]
 fn stepped_tones_report_the_step_and_its_first_frame() {
     let tones = [34_000.0, 35_000.0, 36_000.0];
-    let mut generator = started(Waveform::SteppedTones {
+    let mut generator = running_generator(Waveform::SteppedTones {
         tones: ToneList::new(&tones).unwrap(),
         dwell_s: 0.01,
         amplitude_v: 60.0,
@@ -201,7 +202,7 @@ fn tone_lists_hold_one_to_the_maximum() {
         assert_eq!(ToneList::new(&tones).unwrap().as_slice(), tones);
     }
     for count in [0, MAX_TONES + 1] {
-        let refused = ToneList::new(&vec![1_000.0; count]);
-        assert_eq!(refused, Err(ToneCountError { count }));
+        let result = ToneList::new(&vec![1_000.0; count]);
+        assert_eq!(result, Err(ToneCountError { count }));
     }
 }

@@ -83,30 +83,30 @@ impl Paper {
     }
 
     fn colour(self, colour: Color, reset: Ink) -> Ink {
-        let own = |i: usize| match self {
+        let ansi = |i: usize| match self {
             Self::Dark => ON_DARK[i],
             Self::Light => ON_LIGHT[i],
         };
         match colour {
             Color::Reset => reset,
-            Color::Black => own(0),
-            Color::Red => own(1),
-            Color::Green => own(2),
-            Color::Yellow => own(3),
-            Color::Blue => own(4),
-            Color::Magenta => own(5),
-            Color::Cyan => own(6),
-            Color::Gray => own(7),
-            Color::DarkGray => own(8),
-            Color::LightRed => own(9),
-            Color::LightGreen => own(10),
-            Color::LightYellow => own(11),
-            Color::LightBlue => own(12),
-            Color::LightMagenta => own(13),
-            Color::LightCyan => own(14),
-            Color::White => own(15),
+            Color::Black => ansi(0),
+            Color::Red => ansi(1),
+            Color::Green => ansi(2),
+            Color::Yellow => ansi(3),
+            Color::Blue => ansi(4),
+            Color::Magenta => ansi(5),
+            Color::Cyan => ansi(6),
+            Color::Gray => ansi(7),
+            Color::DarkGray => ansi(8),
+            Color::LightRed => ansi(9),
+            Color::LightGreen => ansi(10),
+            Color::LightYellow => ansi(11),
+            Color::LightBlue => ansi(12),
+            Color::LightMagenta => ansi(13),
+            Color::LightCyan => ansi(14),
+            Color::White => ansi(15),
             Color::Rgb(red, green, blue) => Ink(red, green, blue),
-            Color::Indexed(i @ 0..=15) => own(usize::from(i)),
+            Color::Indexed(i @ 0..=15) => ansi(usize::from(i)),
             Color::Indexed(i @ 16..=231) => {
                 let step = |digit: u8| if digit == 0 { 0 } else { 55 + 40 * digit };
                 let cube = i - 16;
@@ -119,7 +119,7 @@ impl Paper {
         }
     }
 
-    pub(super) fn painted(self, cell: &Cell) -> Painted {
+    pub(super) fn paint(self, cell: &Cell) -> Painted {
         let has = |modifier| cell.modifier.contains(modifier);
         let mut ink = self.colour(cell.fg, self.ink());
         let mut ground = self.colour(cell.bg, self.ground());
@@ -127,7 +127,7 @@ impl Paper {
             std::mem::swap(&mut ink, &mut ground);
         }
         if has(Modifier::DIM) {
-            ink = ink.over(ground, 5);
+            ink = ink.blend(ground, 5);
         }
         Painted {
             ink,
@@ -143,9 +143,9 @@ impl Paper {
 
 impl Ink {
     /// Returns `eighths` of this colour mixed with `ground` for the rest.
-    pub(super) fn over(self, ground: Self, eighths: u16) -> Self {
-        let mix = |above: u8, below: u8| {
-            let sum = u16::from(above) * eighths + u16::from(below) * (8 - eighths);
+    pub(super) fn blend(self, ground: Self, eighths: u16) -> Self {
+        let mix = |ink_part: u8, ground_part: u8| {
+            let sum = u16::from(ink_part) * eighths + u16::from(ground_part) * (8 - eighths);
             // A weighted mean of two bytes fits in a byte.
             (sum / 8) as u8
         };

@@ -24,25 +24,25 @@ use ratatui::buffer::{Buffer, CellWidth};
 /// ```
 #[must_use]
 pub fn text(screen: &Buffer) -> String {
-    let mut written = String::new();
+    let mut text = String::new();
     for y in screen.area.rows() {
         let row: String = symbols(screen, y.y).map(|(_, symbol)| symbol).collect();
-        written.push_str(row.trim_end());
-        written.push('\n');
+        text.push_str(row.trim_end());
+        text.push('\n');
     }
-    written
+    text
 }
 
 /// Returns the symbols of row `y` with their columns; a wide one also covers the next cell.
 fn symbols(screen: &Buffer, y: u16) -> impl Iterator<Item = (u16, &str)> {
-    let mut covered = 0;
+    let mut end_column = 0;
     (screen.area.left()..screen.area.right()).filter_map(move |x| {
-        if covered > 0 {
-            covered -= 1;
+        if end_column > 0 {
+            end_column -= 1;
             return None;
         }
         let cell = &screen[(x, y)];
-        covered = cell.cell_width().max(1) - 1;
+        end_column = cell.cell_width().max(1) - 1;
         Some((x, cell.symbol()))
     })
 }

@@ -29,8 +29,8 @@ pub(super) fn tiles(character: char) -> Option<(Vec<Tile>, u16)> {
     match character {
         '▀' => solid(vec![tile(0, 0, width, 8)]),
         '▁'..='█' => {
-            let filled = 2 * (code - 0x2580);
-            solid(vec![tile(0, height - filled, width, filled)])
+            let half_eighths = 2 * (code - 0x2580);
+            solid(vec![tile(0, height - half_eighths, width, half_eighths)])
         }
         '▉'..='▏' => solid(vec![tile(0, 0, 0x2590 - code, height)]),
         '▐' => solid(vec![tile(4, 0, 4, height)]),
@@ -94,20 +94,20 @@ fn arms(character: char) -> Option<[u32; 4]> {
 fn lines([left, right, up, down]: [u32; 4]) -> Vec<Tile> {
     let (width, height) = CELL;
     let (middle, centre) = (width / 2 - 1, height / 2 - 1);
-    let across = left.max(right).max(1);
-    let along = up.max(down).max(1);
-    let mut drawn = Vec::new();
+    let row_weight = left.max(right).max(1);
+    let column_weight = up.max(down).max(1);
+    let mut strokes = Vec::new();
     match (left > 0, right > 0) {
-        (true, true) => drawn.push(tile(0, centre, width, across)),
-        (true, false) => drawn.push(tile(0, centre, middle + along, across)),
-        (false, true) => drawn.push(tile(middle, centre, width - middle, across)),
+        (true, true) => strokes.push(tile(0, centre, width, row_weight)),
+        (true, false) => strokes.push(tile(0, centre, middle + column_weight, row_weight)),
+        (false, true) => strokes.push(tile(middle, centre, width - middle, row_weight)),
         (false, false) => {}
     }
     match (up > 0, down > 0) {
-        (true, true) => drawn.push(tile(middle, 0, along, height)),
-        (true, false) => drawn.push(tile(middle, 0, along, centre + across)),
-        (false, true) => drawn.push(tile(middle, centre, along, height - centre)),
+        (true, true) => strokes.push(tile(middle, 0, column_weight, height)),
+        (true, false) => strokes.push(tile(middle, 0, column_weight, centre + row_weight)),
+        (false, true) => strokes.push(tile(middle, centre, column_weight, height - centre)),
         (false, false) => {}
     }
-    drawn
+    strokes
 }

@@ -75,31 +75,31 @@ impl Picture {
         let mut run: Option<Run> = None;
         for (x, symbol) in symbols(screen, y) {
             let cell = &screen[(x, y)];
-            let painted = self.paper.painted(cell);
+            let painted = self.paper.paint(cell);
             let cells = u32::from(cell.cell_width().max(1));
             let column = u32::from(x - screen.area.left());
             let left = MARGIN + column * CELL.0;
             if painted.ground != self.paper.ground() {
-                let behind = Tile {
+                let ground_tile = Tile {
                     x: left,
                     y: top,
                     width: cells * CELL.0,
                     height: CELL.1,
                 };
-                add(self.grounds.entry(painted.ground).or_default(), behind);
+                add(self.grounds.entry(painted.ground).or_default(), ground_tile);
             }
             let mut characters = symbol.chars();
-            let drawn = match (characters.next(), characters.next()) {
-                (Some(alone), None) => tiles(alone),
+            let glyph = match (characters.next(), characters.next()) {
+                (Some(character), None) => tiles(character),
                 _ => None,
             };
             if painted.hidden {
                 self.flush(run.take(), top);
-            } else if let Some((drawn, eighths)) = drawn {
+            } else if let Some((glyph, eighths)) = glyph {
                 self.flush(run.take(), top);
-                let ink = painted.ink.over(painted.ground, eighths);
+                let ink = painted.ink.blend(painted.ground, eighths);
                 let list = self.tiles.entry(ink).or_default();
-                for tile in drawn {
+                for tile in glyph {
                     add(
                         list,
                         Tile {
@@ -111,7 +111,7 @@ impl Picture {
                 }
             } else {
                 match &mut run {
-                    Some(run) if run.painted == painted && !ends(run, symbol) => {
+                    Some(run) if run.painted == painted && !must_end(run, symbol) => {
                         run.text.push_str(symbol);
                         run.cells += cells;
                     }
@@ -133,16 +133,16 @@ impl Picture {
     /// Writes the text of a run, as wide as its cells in any font.
     fn flush(&mut self, run: Option<Run>, top: u32) {
         let Some(run) = run else { return };
-        let marked = run.painted.underlined || run.painted.crossed_out;
+        let has_rule = run.painted.underlined || run.painted.crossed_out;
         let text = run.text.trim_end_matches(' ');
         let inner = text.trim_start_matches(' ');
-        if inner.is_empty() && !marked {
+        if inner.is_empty() && !has_rule {
             return;
         }
-        let before = (text.len() - inner.len()) as u32;
-        let after = (run.text.len() - text.len()) as u32;
-        let x = MARGIN + (run.column + before) * CELL.0;
-        let length = (run.cells - before - after) * CELL.0;
+        let leading = (text.len() - inner.len()) as u32;
+        let trailing = (run.text.len() - text.len()) as u32;
+        let x = MARGIN + (run.column + leading) * CELL.0;
+        let length = (run.cells - leading - trailing) * CELL.0;
         let mut style = format!("fill=\"{}\"", run.painted.ink);
         if run.painted.bold {
             style.push_str(" font-weight=\"bold\"");
@@ -150,18 +150,18 @@ impl Picture {
         if run.painted.italic {
             style.push_str(" font-style=\"italic\"");
         }
-        for (is, line) in [
+        for (present, line) in [
             (run.painted.underlined, top + CELL.1 - 2),
             (run.painted.crossed_out, top + CELL.1 / 2),
         ] {
-            if is {
-                let under = Tile {
+            if present {
+                let rule = Tile {
                     x: MARGIN + run.column * CELL.0,
                     y: line,
                     width: run.cells * CELL.0,
                     height: 1,
                 };
-                add(self.tiles.entry(run.painted.ink).or_default(), under);
+                add(self.tiles.entry(run.painted.ink).or_default(), rule);
             }
         }
         if !inner.is_empty() {
@@ -176,7 +176,7 @@ impl Picture {
 }
 
 /// Whether `symbol` must not extend `run`: a second blank, which browsers would drop, or a symbol after only blanks.
-fn ends(run: &Run, symbol: &str) -> bool {
+fn must_end(run: &Run, symbol: &str) -> bool {
     run.text.ends_with(' ') && (symbol == " " || run.text.trim().is_empty())
 }
 
@@ -210,18 +210,18 @@ fn paths(tiles: &BTreeMap<Ink, Vec<Tile>>, document: &mut String) {
 
 /// Escapes the characters reserved by XML; forbidden characters become U+FFFD.
 fn escaped_for_xml(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
+    let mut output = String::with_capacity(text.len());
     for character in text.chars() {
         match character {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
+            '&' => output.push_str("&amp;"),
+            '<' => output.push_str("&lt;"),
+            '>' => output.push_str("&gt;"),
+            '"' => output.push_str("&quot;"),
             _ if character.is_control() || matches!(character, '\u{fffe}' | '\u{ffff}') => {
-                escaped.push('\u{fffd}');
+                output.push('\u{fffd}');
             }
-            _ => escaped.push(character),
+            _ => output.push(character),
         }
     }
-    escaped
+    output
 }

@@ -28,8 +28,8 @@ pub const PATIENCE: Duration = Duration::from_secs(20);
 pub struct Screen {
     pub path: PathBuf,
     pub controller: File,
-    pub written: Receiver<Vec<u8>>,
-    seen: String,
+    pub output: Receiver<Vec<u8>>,
+    unread: String,
 }
 
 impl Screen {
@@ -41,7 +41,7 @@ impl Screen {
         let name = ptsname(&controller, Vec::new()).unwrap();
         let controller = File::from(controller);
         let mut reader = controller.try_clone().unwrap();
-        let (writer, written) = mpsc::channel();
+        let (writer, output) = mpsc::channel();
         thread::spawn(move || {
             let mut bytes = [0; 4096];
             while let Ok(n @ 1..) = reader.read(&mut bytes) {
@@ -53,8 +53,8 @@ impl Screen {
         let screen = Self {
             path: Path::new(OsStr::from_bytes(name.as_bytes())).to_owned(),
             controller,
-            written,
-            seen: String::new(),
+            output,
+            unread: String::new(),
         };
         screen.resize(columns, rows);
         screen
@@ -74,14 +74,14 @@ impl Screen {
     pub fn wait_for(&mut self, words: &str) {
         let deadline = Instant::now() + PATIENCE;
         loop {
-            if let Some(at) = self.seen.find(words) {
-                self.seen.drain(..at + words.len());
+            if let Some(start) = self.unread.find(words) {
+                self.unread.drain(..start + words.len());
                 return;
             }
-            let left = deadline.saturating_duration_since(Instant::now());
-            let bytes = self.written.recv_timeout(left);
-            let bytes = bytes.unwrap_or_else(|_| panic!("{words:?} never came: {:?}", self.seen));
-            self.seen.push_str(&String::from_utf8_lossy(&bytes));
+            let timeout = deadline.saturating_duration_since(Instant::now());
+            let bytes = self.output.recv_timeout(timeout);
+            let bytes = bytes.unwrap_or_else(|_| panic!("{words:?} never came: {:?}", self.unread));
+            self.unread.push_str(&String::from_utf8_lossy(&bytes));
         }
     }
 }

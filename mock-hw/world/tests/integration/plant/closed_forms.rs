@@ -14,14 +14,14 @@ fn unloaded_impedance_from_samples_equals_the_closed_form() {
     for rate_hz in [192e3, 96e3, 88.2e3] {
         for carrier_hz in [34_900.0, 35_000.0, 35_100.0] {
             let mut plant = Plant::new(&ideal(), 1, rate_hz);
-            let kept = run(
+            let frames = run(
                 &mut plant,
                 |t| 0.7 * (TAU * carrier_hz * t).sin(),
                 &FingerState::default(),
                 0.1,
                 rate_hz as usize / 100,
             );
-            let measured = measured_impedance(&plant, &kept, carrier_hz);
+            let measured = measured_impedance(&plant, &frames, carrier_hz);
             let omega = TAU * carrier_hz;
             let expected = harmonic_impedance(&ideal(), omega, C::from(0.0), C::from(1.0));
             let error = (measured - expected).norm() / expected.norm();
@@ -60,14 +60,14 @@ fn loaded_steady_state_equals_the_harmonic_solution() {
             let carrier_hz = 35_000.0;
             let omega = TAU * carrier_hz;
             let mut plant = Plant::new(&ideal(), 1, rate_hz);
-            let kept = run(
+            let frames = run(
                 &mut plant,
                 |t| level * (TAU * carrier_hz * t).sin(),
                 &SLIDING,
                 0.1,
                 rate_hz as usize / 100,
             );
-            let measured = measured_impedance(&plant, &kept, carrier_hz);
+            let measured = measured_impedance(&plant, &frames, carrier_hz);
 
             let truth = plant.truth().last().unwrap();
             let film = ideal().film;
@@ -98,7 +98,7 @@ fn loaded_steady_state_equals_the_harmonic_solution() {
             );
 
             // The film's amplitude is that of the plate under the finger, not at the pickup.
-            let pickup_m = envelope(kept.iter().map(|k| k[1]), carrier_hz / rate_hz).norm()
+            let pickup_m = envelope(frames.iter().map(|k| k[1]), carrier_hz / rate_hz).norm()
                 * ideal().pickup.metres_per_unit;
             assert!(
                 (truth.amplitude_m / pickup_m - 1.0).abs() < 0.01,
@@ -110,7 +110,7 @@ fn loaded_steady_state_equals_the_harmonic_solution() {
 }
 
 /// Returns the truth after 60 ms of a constant carrier, with a constant finger.
-fn settled(level: f64, finger: &FingerState) -> TruthSample {
+fn settled_truth(level: f64, finger: &FingerState) -> TruthSample {
     let mut plant = Plant::new(&ideal(), 1, 192e3);
     run(
         &mut plant,
@@ -126,16 +126,16 @@ fn settled(level: f64, finger: &FingerState) -> TruthSample {
 fn friction_falls_with_the_drive_and_lateral_force_follows_the_motion() {
     let mut last = 0.8 + 1e-9;
     for level in [0.0, 0.05, 0.1, 0.2, 0.3, 0.5, 0.8] {
-        let truth = settled(level, &SLIDING);
+        let truth = settled_truth(level, &SLIDING);
         assert!(truth.mu < last, "{} at {level}", truth.mu);
         assert!((truth.lateral_n - truth.mu * 0.65).abs() < 1e-3);
         last = truth.mu;
     }
-    let still = settled(0.0, &SLIDING);
+    let still = settled_truth(0.0, &SLIDING);
     assert!(
         (still.mu - 0.8).abs() < 1e-6 && (still.k_c_n_per_m / (0.65 / 1.7e-6) - 1.0).abs() < 1e-6
     );
-    let back = settled(
+    let back = settled_truth(
         0.0,
         &FingerState {
             velocity_m_per_s: -0.05,
@@ -171,7 +171,7 @@ fn friction_builds_up_over_the_presliding_distance() {
 
 #[test]
 fn a_finger_off_the_plate_touches_nothing() {
-    let truth = settled(
+    let truth = settled_truth(
         0.7,
         &FingerState {
             touching: false,
@@ -276,12 +276,12 @@ fn skew_and_phase_delay_their_channel_by_exactly_that() {
     let mut plant = Plant::new(&scenario, 1, 192e3);
     let straight = &mut Plant::new(&ideal(), 1, 192e3);
     let carrier = |t: f64| 0.5 * (TAU * 35e3 * t).sin();
-    let skewed = run(&mut plant, carrier, &FingerState::default(), 0.08, 1920);
-    let plain = run(straight, carrier, &FingerState::default(), 0.08, 1920);
+    let skewed_frames = run(&mut plant, carrier, &FingerState::default(), 0.08, 1920);
+    let plain_frames = run(straight, carrier, &FingerState::default(), 0.08, 1920);
     let cycles = 35e3 / 192e3;
     let turn = |channel: usize| {
-        let of = |k: &[[f64; 3]]| envelope(k.iter().map(|f| f[channel]), cycles);
-        (of(&skewed) / of(&plain)).arg()
+        let tone = |k: &[[f64; 3]]| envelope(k.iter().map(|f| f[channel]), cycles);
+        (tone(&skewed_frames) / tone(&plain_frames)).arg()
     };
     // Later sampling advances the phase; phase_rad lags it (0.2 in the plain bench).
     for (channel, expected) in [(0, TAU * cycles * 0.3), (1, 0.6), (2, TAU * cycles * 0.7)] {
@@ -298,7 +298,7 @@ fn the_cut_into_periods_changes_nothing_and_the_seed_everything() {
     let drive: Vec<f32> = (0..1000)
         .map(|n| (0.5 * (f64::from(n) * 1.15).sin()) as f32)
         .collect();
-    let whole = |seed: u64, cut: usize| {
+    let render = |seed: u64, cut: usize| {
         let mut plant = Plant::new(&Scenario::default(), seed, 192e3);
         // Bring the finger to its constant state first, because it is interpolated over a period.
         plant.step(&[0.0], true, &SLIDING, &mut [0.0; 4]);
@@ -310,11 +310,11 @@ fn the_cut_into_periods_changes_nothing_and_the_seed_everything() {
         }
         (inputs, forces)
     };
-    let one = whole(1, 1000);
+    let whole = render(1, 1000);
     for cut in [1, 7, 192] {
-        assert_eq!(whole(1, cut), one, "cut {cut}");
+        assert_eq!(render(1, cut), whole, "cut {cut}");
     }
-    assert_ne!(whole(2, 1000).0, one.0);
+    assert_ne!(render(2, 1000).0, whole.0);
 }
 
 #[test]
@@ -365,31 +365,31 @@ fn a_patched_signal_reaches_the_inputs_and_not_the_plate() {
         .map(|n| (0.5 * (turn * f64::from(n)).sin()) as f32)
         .collect();
     let mut inputs = vec![0.0f32; drive.len() * channels];
-    let mut heard = |wiring| {
+    let mut tones_with = |wiring| {
         plant.wire(wiring);
         plant.step(&drive, true, &FingerState::default(), &mut inputs);
         let tone = |channel: usize| {
-            let late = inputs.chunks_exact(channels).skip(2_000);
-            late.enumerate().fold(C::new(0.0, 0.0), |sum, (n, frame)| {
+            let tail = inputs.chunks_exact(channels).skip(2_000);
+            tail.enumerate().fold(C::new(0.0, 0.0), |sum, (n, frame)| {
                 let phase = C::from_polar(1.0, -turn * n as f64);
                 sum + phase * f64::from(frame[channel]) / 1_000.0
             })
         };
-        let heard = [0, 1, 2, 3].map(tone);
-        (heard, plant.truth().last().map(|truth| truth.amplitude_m))
+        let tones = [0, 1, 2, 3].map(tone);
+        (tones, plant.truth().last().map(|truth| truth.amplitude_m))
     };
-    let (all, amplitude_m) = heard(InputWiring::AllInputs);
+    let (all_inputs, amplitude_m) = tones_with(InputWiring::AllInputs);
     assert_eq!(amplitude_m, Some(0.0));
     for (channel, gain, skew) in [(1, 0.5, 0.4), (2, 1.0, -1.3), (3, -1.0, 0.0)] {
         let expected = gain * C::from_polar(1.0, turn * skew);
-        let off = (all[channel] / all[0] - expected).norm();
-        assert!(off < 1e-5, "{channel}: off by {off}");
+        let error = (all_inputs[channel] / all_inputs[0] - expected).norm();
+        assert!(error < 1e-5, "{channel}: off by {error}");
     }
-    let (alone, _) = heard(InputWiring::DriveOnly);
-    assert!((alone[0] / all[0] - 1.0).norm() < 1e-6);
-    assert!(alone[1..].iter().all(|tone| tone.norm() < 1e-8));
-    let (bench, amplitude_m) = heard(InputWiring::Bench);
-    assert!((bench[0] / all[0] - 1.0).norm() < 1e-6);
+    let (drive_only, _) = tones_with(InputWiring::DriveOnly);
+    assert!((drive_only[0] / all_inputs[0] - 1.0).norm() < 1e-6);
+    assert!(drive_only[1..].iter().all(|tone| tone.norm() < 1e-8));
+    let (bench, amplitude_m) = tones_with(InputWiring::Bench);
+    assert!((bench[0] / all_inputs[0] - 1.0).norm() < 1e-6);
     assert!(amplitude_m.is_some_and(|amplitude_m| amplitude_m > 1e-7));
 }
 
@@ -419,12 +419,13 @@ fn a_vibrometer_on_an_input_follows_the_plate_with_its_own_delay_and_sensitivity
             .collect();
         let mut inputs = vec![0.0; drive.len() * plant.channels()];
         plant.step(&drive, true, &FingerState::default(), &mut inputs);
-        let of = |channel: usize| {
+        let tone = |channel: usize| {
             let values = inputs.iter().skip(channel).step_by(4).skip(13_440);
             envelope(values.map(|&value| f64::from(value)), 35e3 / 192e3)
         };
-        let seen = of(3) * scenario.reference.per_volt * scenario.reference.volts_per_unit;
-        seen / (of(1) * scenario.pickup.metres_per_unit)
+        let displacement =
+            tone(3) * scenario.reference.per_volt * scenario.reference.volts_per_unit;
+        displacement / (tone(1) * scenario.pickup.metres_per_unit)
     };
     for (delay_s, skew) in [(0.0, 0.0), (6.3e-6, 0.0), (2e-5, 0.7)] {
         let turn = C::from_polar(1.0, omega * (skew / 192e3 - delay_s));

@@ -10,7 +10,7 @@ use mock_world::scenario::{Scenario, built_in, built_in_names};
 use super::rig::SLIDING;
 
 /// Returns a scenario without noise and drift of the skin, so that it differs from another only by its law.
-fn quiet(name: &str) -> Scenario {
+fn quiet_scenario(name: &str) -> Scenario {
     let mut scenario = built_in(name).unwrap();
     scenario.participant.moisture.relative_sd = 0.0;
     scenario.converter.noise_units_per_sqrt_hz = 0.0;
@@ -26,7 +26,7 @@ struct Run {
 }
 
 fn run(name: &str) -> Run {
-    let mut plant = Plant::new(&quiet(name), 1, 96e3);
+    let mut plant = Plant::new(&quiet_scenario(name), 1, 96e3);
     let (mut drive, mut inputs) = (vec![0.0; 960], vec![0.0; 960 * 4]);
     let mut out = Run {
         truth: Vec::new(),
@@ -60,10 +60,10 @@ fn run(name: &str) -> Run {
 }
 
 /// Returns the least and greatest value of a true quantity.
-fn ends(run: &Run, of: fn(&TruthSample) -> f64) -> (f64, f64) {
+fn extremes(run: &Run, value: fn(&TruthSample) -> f64) -> (f64, f64) {
     run.truth
         .iter()
-        .map(of)
+        .map(value)
         .fold((f64::MAX, f64::MIN), |(low, high), value| {
             (low.min(value), high.max(value))
         })
@@ -93,17 +93,17 @@ fn each_broken_law_reaches_the_pickup_or_the_friction_and_nothing_leaves_the_fin
             (sum / f64::from(n)).sqrt()
         };
         let pickups = broken.pickup.iter().zip(&nominal.pickup);
-        let moved = rms(&mut pickups.map(|(a, b)| f64::from(a - b)));
+        let pickup_rms = rms(&mut pickups.map(|(a, b)| f64::from(a - b)));
         let forces = broken.lateral_n.iter().zip(&nominal.lateral_n);
         let pulled_n = rms(&mut forces.map(|(a, b)| a - b));
-        println!("{name}: {moved:.5} {pulled_n:.4} N");
+        println!("{name}: {pickup_rms:.5} {pulled_n:.4} N");
         if name.starts_with("laws/friction") {
             assert!(
-                moved == 0.0 && pulled_n > 5e-3,
-                "{name}: {moved} {pulled_n} N"
+                pickup_rms == 0.0 && pulled_n > 5e-3,
+                "{name}: {pickup_rms} {pulled_n} N"
             );
         } else {
-            assert!(moved > 5e-4, "{name}: {moved} {pulled_n} N");
+            assert!(pickup_rms > 5e-4, "{name}: {pickup_rms} {pulled_n} N");
         }
     }
 }
@@ -111,20 +111,20 @@ fn each_broken_law_reaches_the_pickup_or_the_friction_and_nothing_leaves_the_fin
 #[test]
 fn asperities_of_limited_height_let_go_altogether() {
     let (nominal, gaussian) = (run("nominal"), run("laws/asperities-gaussian"));
-    assert!(ends(&nominal, |t| t.mu).0 > 0.0);
-    assert_eq!(ends(&gaussian, |t| t.mu).0, 0.0);
+    assert!(extremes(&nominal, |t| t.mu).0 > 0.0);
+    assert_eq!(extremes(&gaussian, |t| t.mu).0, 0.0);
     // The stiffness at rest is about the published one.
-    let ratio = ends(&gaussian, |t| t.k_c_n_per_m).1 / ends(&nominal, |t| t.k_c_n_per_m).1;
+    let ratio = extremes(&gaussian, |t| t.k_c_n_per_m).1 / extremes(&nominal, |t| t.k_c_n_per_m).1;
     assert!((0.8..1.3).contains(&ratio), "{ratio}");
 }
 
 #[test]
 fn an_attraction_lowers_the_finger_and_a_leak_too() {
     let nominal = run("nominal");
-    let (least_m, most_m) = ends(&nominal, |t| t.gap_m);
-    let (stuck_m, _) = ends(&run("laws/adhesion"), |t| t.gap_m);
+    let (least_m, most_m) = extremes(&nominal, |t| t.gap_m);
+    let (stuck_m, _) = extremes(&run("laws/adhesion"), |t| t.gap_m);
     assert!(stuck_m < least_m, "{stuck_m:e} {least_m:e}");
-    let (rest_m, leaked_m) = ends(&run("laws/film-leaks"), |t| t.gap_m);
+    let (rest_m, leaked_m) = extremes(&run("laws/film-leaks"), |t| t.gap_m);
     assert!(
         leaked_m < 0.95 * most_m && rest_m > 0.98 * least_m,
         "{leaked_m:e} {most_m:e}"

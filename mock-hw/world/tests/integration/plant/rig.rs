@@ -48,7 +48,7 @@ pub fn run(
     let channels = plant.channels();
     let interval_s = 1.0 / plant.constants().frames_per_s;
     let total = (seconds / interval_s) as usize;
-    let mut kept = Vec::new();
+    let mut frames = Vec::new();
     let (mut out, mut inputs) = (vec![0.0; PERIOD], vec![0.0; PERIOD * channels]);
     let mut n = 0;
     while n < total {
@@ -58,14 +58,14 @@ pub fn run(
         plant.step(&out, true, finger, &mut inputs);
         n += PERIOD;
         if n + keep + PERIOD > total {
-            kept.extend(
+            frames.extend(
                 inputs
                     .chunks(channels)
                     .map(|f| [0, 1, 2].map(|c| f64::from(f[c]))),
             );
         }
     }
-    kept.split_off(kept.len() - keep)
+    frames.split_off(frames.len() - keep)
 }
 
 /// Returns the complex amplitude at `cycles` per frame, over frames with a whole number of cycles.
@@ -82,7 +82,7 @@ pub fn envelope(values: impl Iterator<Item = f64>, cycles: f64) -> C {
 }
 
 /// Returns f̃/ṽ as computed by a bench with perfect constants.
-pub fn measured_impedance(plant: &Plant, kept: &[[f64; 3]], carrier_hz: f64) -> C {
+pub fn measured_impedance(plant: &Plant, frames: &[[f64; 3]], carrier_hz: f64) -> C {
     let TruthConstants {
         scenario: s,
         frames_per_s,
@@ -90,9 +90,9 @@ pub fn measured_impedance(plant: &Plant, kept: &[[f64; 3]], carrier_hz: f64) -> 
     } = plant.constants();
     let cycles = carrier_hz / frames_per_s;
     let omega = TAU * carrier_hz;
-    let volts = envelope(kept.iter().map(|k| k[0]), cycles) * s.converter.readback_volts_per_unit;
+    let volts = envelope(frames.iter().map(|k| k[0]), cycles) * s.converter.readback_volts_per_unit;
     let phase = s.pickup.phase_rad * omega / s.plate.omega_rad_per_s();
-    let displacement = envelope(kept.iter().map(|k| k[1]), cycles)
+    let displacement = envelope(frames.iter().map(|k| k[1]), cycles)
         * C::from_polar(s.pickup.metres_per_unit, phase);
     volts * s.plate.force_factor_n_per_v / (displacement * C::new(0.0, omega))
 }

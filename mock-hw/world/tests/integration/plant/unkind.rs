@@ -18,28 +18,38 @@ fn carrier(level: f64) -> impl Fn(f64) -> f64 {
 }
 
 /// Returns the truth at the end of `seconds` of a constant carrier.
-fn after(scenario: &Scenario, level: f64, finger: &FingerState, seconds: f64) -> TruthSample {
+fn truth_after(scenario: &Scenario, level: f64, finger: &FingerState, seconds: f64) -> TruthSample {
     let mut plant = Plant::new(scenario, 1, 96e3);
     run(&mut plant, carrier(level), finger, seconds, 480);
     *plant.truth().last().unwrap()
 }
 
-/// Requires Z_p from the samples to equal that of a plate with the true resonance and damping, to `within`, N·s/m; 0.1 N·s/m
-/// correspond to 1 Hz.
-fn requires_plate_of_the_truth(plant: &mut Plant, scenario: &Scenario, within: f64) -> TruthSample {
-    let kept = run(plant, carrier(0.7), &FingerState::default(), 0.1, 1920);
+/// Requires Z_p from the samples to equal that of a plate with the true resonance and damping, to `tolerance`, N·s/m;
+/// 0.1 N·s/m correspond to 1 Hz.
+fn requires_plate_of_the_truth(
+    plant: &mut Plant,
+    scenario: &Scenario,
+    tolerance: f64,
+) -> TruthSample {
+    let frames = run(plant, carrier(0.7), &FingerState::default(), 0.1, 1920);
     let truth = *plant.truth().last().unwrap();
-    let mut moved = scenario.clone();
+    let mut shifted_scenario = scenario.clone();
     let hz = scenario.plate.resonance_hz;
-    moved.plate.resonance_hz += truth.resonance_shift_hz;
-    moved.plate.second_mode.resonance_hz *= 1.0 + truth.resonance_shift_hz / hz;
+    shifted_scenario.plate.resonance_hz += truth.resonance_shift_hz;
+    shifted_scenario.plate.second_mode.resonance_hz *= 1.0 + truth.resonance_shift_hz / hz;
     let damping = truth.damping_n_s_per_m / scenario.plate.damping_n_s_per_m;
-    moved.plate.damping_n_s_per_m *= damping;
-    moved.plate.second_mode.quality /= damping * hz / moved.plate.resonance_hz;
-    let expected = harmonic_impedance(&moved, TAU * CARRIER_HZ, C::from(0.0), C::from(1.0));
-    let measured = measured_impedance(plant, &kept, CARRIER_HZ);
+    shifted_scenario.plate.damping_n_s_per_m *= damping;
+    shifted_scenario.plate.second_mode.quality /=
+        damping * hz / shifted_scenario.plate.resonance_hz;
+    let expected = harmonic_impedance(
+        &shifted_scenario,
+        TAU * CARRIER_HZ,
+        C::from(0.0),
+        C::from(1.0),
+    );
+    let measured = measured_impedance(plant, &frames, CARRIER_HZ);
     let error = (measured - expected).norm();
-    assert!(error < within, "{measured} {expected}: off by {error:e}");
+    assert!(error < tolerance, "{measured} {expected}: off by {error:e}");
     truth
 }
 
@@ -78,15 +88,15 @@ fn a_finger_warms_the_plate_while_it_touches_and_the_plate_cools_after() {
     );
     assert!((warm.damping_n_s_per_m / 7.01 - 1.0 - 0.1 * share).abs() < 1e-3);
     // The samples cover the 10 ms before the truth, in which it cools by 0.06 Hz.
-    let cooling = requires_plate_of_the_truth(&mut plant, &scenario, 6e-3);
-    assert!(cooling.resonance_shift_hz > 0.92 * warm.resonance_shift_hz);
+    let cooling_truth = requires_plate_of_the_truth(&mut plant, &scenario, 6e-3);
+    assert!(cooling_truth.resonance_shift_hz > 0.92 * warm.resonance_shift_hz);
     // A reopened card finds the plate still warm.
     plant.set_rate(96e3, Vec::new());
     run(&mut plant, carrier(0.1), &FingerState::default(), 0.02, 480);
-    let reopened = plant.truth().last().unwrap().resonance_shift_hz;
+    let reopened_shift_hz = plant.truth().last().unwrap().resonance_shift_hz;
     assert!(
-        (reopened / cooling.resonance_shift_hz - 0.98).abs() < 0.01,
-        "{reopened}"
+        (reopened_shift_hz / cooling_truth.resonance_shift_hz - 0.98).abs() < 0.01,
+        "{reopened_shift_hz}"
     );
 }
 
@@ -112,8 +122,8 @@ fn the_amplitude_under_the_finger_follows_the_profile_along_the_plate() {
     scenario.plate.damping_n_s_per_m = 701.0;
     scenario.plate.force_factor_n_per_v = 10.0;
     scenario.plate.second_mode.contact_ratio = 0.0;
-    let at = |position_m: f64| {
-        after(
+    let truth_at = |position_m: f64| {
+        truth_after(
             &scenario,
             0.3,
             &FingerState {
@@ -123,18 +133,18 @@ fn the_amplitude_under_the_finger_follows_the_profile_along_the_plate() {
             0.03,
         )
     };
-    let middle = at(0.0525);
+    let middle = truth_at(0.0525);
     assert_eq!(middle.amplitude_ratio, 1.0);
     for (position_m, ratio) in [(0.0, 0.95), (0.02625, 1.0), (0.105, 0.85)] {
-        let truth = at(position_m);
+        let truth = truth_at(position_m);
         assert!(
             (truth.amplitude_ratio - ratio).abs() < 1e-12,
             "{position_m}: {truth:?}"
         );
-        let seen = truth.amplitude_m / middle.amplitude_m;
+        let measured = truth.amplitude_m / middle.amplitude_m;
         assert!(
-            (seen / ratio - 1.0).abs() < 5e-3,
-            "{position_m}: {seen} {ratio}"
+            (measured / ratio - 1.0).abs() < 5e-3,
+            "{position_m}: {measured} {ratio}"
         );
     }
 }
@@ -144,7 +154,7 @@ fn at_a_node_of_the_second_mode_the_finger_does_not_feel_it() {
     let mut scenario = ideal();
     scenario.plate.second_mode.resonance_hz = 35_800.0;
     scenario.plate.second_mode.half_waves = 2.0;
-    let seen = |contact_ratio: Option<f64>, position_m: f64| {
+    let impedance = |contact_ratio: Option<f64>, position_m: f64| {
         let mut scenario = scenario.clone();
         if let Some(ratio) = contact_ratio {
             scenario.plate.second_mode.half_waves = 0.0;
@@ -155,15 +165,15 @@ fn at_a_node_of_the_second_mode_the_finger_does_not_feel_it() {
             position_m,
             ..SLIDING
         };
-        let kept = run(&mut plant, carrier(0.1), &finger, 0.06, 1920);
-        measured_impedance(&plant, &kept, CARRIER_HZ)
+        let frames = run(&mut plant, carrier(0.1), &finger, 0.06, 1920);
+        measured_impedance(&plant, &frames, CARRIER_HZ)
     };
     // cos(π·2·(x/L − ½)): 1 in the middle, 0 at a quarter, −1 at the end.
     for (position_m, ratio) in [(0.0525, 0.8), (0.02625, 0.0), (0.0, -0.8)] {
-        let error = (seen(None, position_m) - seen(Some(ratio), position_m)).norm();
+        let error = (impedance(None, position_m) - impedance(Some(ratio), position_m)).norm();
         assert!(error < 1e-6, "{position_m}: {error:e}");
     }
-    assert!((seen(Some(0.8), 0.05) - seen(Some(-0.8), 0.05)).norm() > 0.05);
+    assert!((impedance(Some(0.8), 0.05) - impedance(Some(-0.8), 0.05)).norm() > 0.05);
 }
 
 #[test]
@@ -172,7 +182,7 @@ fn the_contact_area_grows_with_the_force_by_its_power() {
     scenario.film.contact_area_m2 = 150e-6;
     scenario.film.area_force_exponent = 0.5;
     for normal_n in [0.16, 0.64, 2.56f64] {
-        let truth = after(
+        let truth = truth_after(
             &scenario,
             0.0,
             &FingerState {
@@ -196,20 +206,27 @@ fn the_contact_area_grows_with_the_force_by_its_power() {
 #[test]
 fn friction_keeps_its_floor_however_high_the_finger_floats() {
     let mut scenario = ideal();
-    let without = after(&scenario, 0.9, &SLIDING, 0.04);
-    assert!(without.mu < 0.02 * without.mu0, "{without:?}");
+    let without_floor = truth_after(&scenario, 0.9, &SLIDING, 0.04);
+    assert!(
+        without_floor.mu < 0.02 * without_floor.mu0,
+        "{without_floor:?}"
+    );
     scenario.friction.floor = 0.15;
-    let with = after(&scenario, 0.9, &SLIDING, 0.04);
-    let expected = 0.15 + 0.85 * without.mu / without.mu0;
-    assert!((with.mu / with.mu0 - expected).abs() < 1e-9, "{with:?}");
+    let with_floor = truth_after(&scenario, 0.9, &SLIDING, 0.04);
+    let expected = 0.15 + 0.85 * without_floor.mu / without_floor.mu0;
+    assert!(
+        (with_floor.mu / with_floor.mu0 - expected).abs() < 1e-9,
+        "{with_floor:?}"
+    );
     // Friction does not act back on the plate.
-    assert_eq!(with.gap_m, without.gap_m);
-    assert!((after(&scenario, 0.0, &SLIDING, 0.04).mu - 0.8).abs() < 1e-6);
+    assert_eq!(with_floor.gap_m, without_floor.gap_m);
+    assert!((truth_after(&scenario, 0.0, &SLIDING, 0.04).mu - 0.8).abs() < 1e-6);
 }
 
 #[test]
 fn friction_depends_on_speed_load_and_age_and_may_be_viscous() {
-    let still = |scenario: &Scenario, finger: &FingerState| after(scenario, 0.0, finger, 0.05);
+    let still =
+        |scenario: &Scenario, finger: &FingerState| truth_after(scenario, 0.0, finger, 0.05);
     let mut scenario = ideal();
     scenario.friction.speed_exponent = -0.2;
     for (velocity_m_per_s, factor) in [(0.05, 1.0), (-0.1, 2f64.powf(-0.2)), (0.0, 50f64.powf(0.2))]
@@ -246,9 +263,12 @@ fn friction_depends_on_speed_load_and_age_and_may_be_viscous() {
     let mut scenario = ideal();
     scenario.friction.ageing = 0.5;
     scenario.friction.ageing_time_s = 0.5;
-    let aged = after(&scenario, 0.0, &SLIDING, 0.5);
+    let aged_truth = truth_after(&scenario, 0.0, &SLIDING, 0.5);
     let expected = 0.8 * (1.0 + 0.5 * (1.0 - (-1.0f64).exp()));
-    assert!((aged.mu0 / expected - 1.0).abs() < 5e-3, "{aged:?}");
+    assert!(
+        (aged_truth.mu0 / expected - 1.0).abs() < 5e-3,
+        "{aged_truth:?}"
+    );
     let mut plant = Plant::new(&scenario, 1, 96e3);
     run(&mut plant, |_| 0.0, &SLIDING, 0.5, 480);
     run(&mut plant, |_| 0.0, &FingerState::default(), 2.5, 480);
@@ -262,16 +282,16 @@ fn asperities_and_tissue_grow_under_a_touch() {
     let mut scenario = ideal();
     scenario.participant.moisture.growth = 0.2;
     scenario.participant.moisture.growth_time_s = 0.5;
-    let grown = after(&scenario, 0.0, &SLIDING, 0.5);
+    let grown_truth = truth_after(&scenario, 0.0, &SLIDING, 0.5);
     let factor = 1.0 + 0.2 * (1.0 - (-1.0f64).exp());
     assert!(
-        (grown.sigma_t_m / (1.7e-6 * factor) - 1.0).abs() < 3e-3,
-        "{grown:?}"
+        (grown_truth.sigma_t_m / (1.7e-6 * factor) - 1.0).abs() < 3e-3,
+        "{grown_truth:?}"
     );
-    let [re, im] = grown.z_t_n_s_per_m;
+    let [re, im] = grown_truth.z_t_n_s_per_m;
     assert!(
         re == 0.47 && (im / (3.16 * factor) - 1.0).abs() < 3e-3,
-        "{grown:?}"
+        "{grown_truth:?}"
     );
 }
 
@@ -280,7 +300,7 @@ fn a_person_is_drawn_within_the_ranges_and_differs_in_everything_from_the_next()
     let unkind = mock_world::scenario::built_in("population-unkind").unwrap();
     let pads: Vec<Pad> = (0..200).map(|seed| Pad::draw(&unkind, seed)).collect();
     let spread = &unkind.participant.spread;
-    for (of, ends) in [
+    for (value, range) in [
         (
             (|p| p.contact_area_m2) as fn(&Pad) -> f64,
             spread.contact_area_m2,
@@ -297,9 +317,9 @@ fn a_person_is_drawn_within_the_ranges_and_differs_in_everything_from_the_next()
         (|p| p.ageing_time_s, spread.ageing_time_s),
         (|p| p.growth, spread.growth),
     ] {
-        let [least, most] = ends.unwrap();
+        let [least, most] = range.unwrap();
         let width = most - least;
-        let values = || pads.iter().map(of);
+        let values = || pads.iter().map(value);
         assert!(values().all(|value| (least..=most).contains(&value)));
         assert!(values().any(|value| value < least + 0.1 * width));
         assert!(values().any(|value| value > most - 0.1 * width));
@@ -319,7 +339,7 @@ fn a_person_is_drawn_within_the_ranges_and_differs_in_everything_from_the_next()
 fn a_session_is_drawn_once_within_its_ranges() {
     let unkind = mock_world::scenario::built_in("population-unkind").unwrap();
     let ranges = &unkind.session;
-    let (mut above, mut below) = (0, 0);
+    let (mut above_count, mut below_count) = (0, 0);
     for seed in 0..100 {
         let real = unkind.realised(seed);
         assert_eq!(
@@ -330,11 +350,11 @@ fn a_session_is_drawn_once_within_its_ranges() {
         let (plate, sensor) = (&real.plate, &real.force_sensor);
         let off_hz = plate.second_mode.resonance_hz - plate.resonance_hz;
         if off_hz > 0.0 {
-            above += 1
+            above_count += 1
         } else {
-            below += 1
+            below_count += 1
         }
-        for (value, ends) in [
+        for (value, range) in [
             (plate.drift.room_hz_per_min, ranges.room_hz_per_min),
             (
                 plate.drift.room_damping_per_min,
@@ -355,20 +375,23 @@ fn a_session_is_drawn_once_within_its_ranges() {
             ),
             (sensor.lateral_lag_s, ranges.lateral_lag_s),
         ] {
-            let [least, most] = ends.unwrap();
+            let [least, most] = range.unwrap();
             assert!(
                 (least..=most).contains(&value),
                 "{value} of {least} to {most}"
             );
         }
     }
-    assert!(above > 25 && below > 25, "{above} {below}");
-    let mut fewer = unkind.clone();
-    fewer.session.warmth_hz = None;
-    let (all, fewer) = (unkind.realised(3).plate, fewer.realised(3).plate);
-    assert_eq!(fewer.drift.warmth_hz, 0.0);
+    assert!(
+        above_count > 25 && below_count > 25,
+        "{above_count} {below_count}"
+    );
+    let mut partial = unkind.clone();
+    partial.session.warmth_hz = None;
+    let (complete, partial) = (unkind.realised(3).plate, partial.realised(3).plate);
+    assert_eq!(partial.drift.warmth_hz, 0.0);
     assert_eq!(
-        (fewer.end_drop, fewer.second_mode),
-        (all.end_drop, all.second_mode)
+        (partial.end_drop, partial.second_mode),
+        (complete.end_drop, complete.second_mode)
     );
 }

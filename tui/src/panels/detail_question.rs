@@ -8,19 +8,19 @@ use crate::state::State;
 use crate::words::wrap;
 
 /// Returns the lines of the question and the typed text, broken at `columns`.
-pub(crate) fn question<'a>(state: &State, asked: &AskedDetail, columns: u16) -> Vec<Line<'a>> {
+pub(crate) fn question<'a>(state: &State, detail: &AskedDetail, columns: u16) -> Vec<Line<'a>> {
     let theme = state.ui.theme;
-    let mut words = escaped_line(&asked.question).into_owned();
-    for (number, choice) in (1..).zip(&asked.choices) {
-        let before = if number == 1 { " (" } else { ", " };
-        words += &format!("{before}{number} {}", escaped_line(choice));
+    let mut words = escaped_line(&detail.question).into_owned();
+    for (number, choice) in (1..).zip(&detail.choices) {
+        let separator = if number == 1 { " (" } else { ", " };
+        words += &format!("{separator}{number} {}", escaped_line(choice));
     }
-    if !asked.choices.is_empty() {
+    if !detail.choices.is_empty() {
         words.push(')');
     }
     let typed = &state.ui.typed;
     words += &format!(": {typed}_");
-    let remark = asked.note.as_deref().map(escaped_line).unwrap_or_default();
+    let remark = detail.note.as_deref().map(escaped_line).unwrap_or_default();
     let words = wrap(&words, columns).into_iter();
     let remark = wrap(&remark, columns).into_iter();
     words

@@ -26,15 +26,15 @@ pub fn size() -> Option<(u16, u16)> {
     }
     #[cfg(not(unix))]
     {
-        let shown = io::stdout().is_terminal();
-        shown.then(|| terminal::size().ok()).flatten()
+        let is_terminal = io::stdout().is_terminal();
+        is_terminal.then(|| terminal::size().ok()).flatten()
     }
 }
 
 /// Restores the operator's terminal and prints the reports that waited for it. Harmless if called twice, from any
 /// thread, or if the dashboard was never shown. Errors are ignored: the terminal is the only place to report them.
 pub fn restore() {
-    if SHOWN.swap(false, Ordering::SeqCst) {
+    if IS_ON_SCREEN.swap(false, Ordering::SeqCst) {
         let _ = terminal::disable_raw_mode();
         let _ = execute!(
             io::stdout(),
@@ -43,8 +43,12 @@ pub fn restore() {
             cursor::Show
         );
     }
-    let unsaid = std::mem::take(&mut *UNSAID.lock().unwrap_or_else(PoisonError::into_inner));
-    unsaid.iter().for_each(|line| say(line));
+    let reports = std::mem::take(
+        &mut *WAITING_REPORTS
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner),
+    );
+    reports.iter().for_each(|line| say(line));
 }
 
 /// Reports a panic in any thread in `words`, in place of the hook installed before. While the dashboard is shown, the
@@ -57,8 +61,8 @@ pub fn install_panic_hook(words: impl Fn(&PanicHookInfo<'_>) -> String + Send + 
     std::panic::set_hook(Box::new(move |info| {
         let line = words(info);
         let is_main = std::thread::current().name() == Some("main");
-        if SHOWN.load(Ordering::SeqCst) && !is_main {
-            UNSAID
+        if IS_ON_SCREEN.load(Ordering::SeqCst) && !is_main {
+            WAITING_REPORTS
                 .lock()
                 .unwrap_or_else(PoisonError::into_inner)
                 .push(line);
@@ -70,7 +74,7 @@ pub fn install_panic_hook(words: impl Fn(&PanicHookInfo<'_>) -> String + Send + 
 }
 
 /// Panic reports to print after the terminal is restored.
-static UNSAID: Mutex<Vec<String>> = Mutex::new(Vec::new());
+static WAITING_REPORTS: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 fn say(line: &str) {
     // An error of standard error itself is ignored.
@@ -78,7 +82,7 @@ fn say(line: &str) {
 }
 
 /// Whether the dashboard has the terminal in raw mode and on the alternate screen.
-static SHOWN: AtomicBool = AtomicBool::new(false);
+static IS_ON_SCREEN: AtomicBool = AtomicBool::new(false);
 
 /// Longest wait for a blocked terminal at the end.
 const PATIENCE: Duration = Duration::from_millis(250);
@@ -101,10 +105,10 @@ impl OperatorScreen {
                 io::ErrorKind::NotFound,
             )));
         }
-        let failed = || TerminalError::failed("setting it up");
-        let mut writer = FrameWriter::start(output().map_err(failed())?).map_err(failed())?;
+        let failure = || TerminalError::failed("setting it up");
+        let mut writer = FrameWriter::start(output().map_err(failure())?).map_err(failure())?;
         terminal::enable_raw_mode().map_err(TerminalError::NoTerminal)?;
-        SHOWN.store(true, Ordering::SeqCst);
+        IS_ON_SCREEN.store(true, Ordering::SeqCst);
         let frames = writer.frames();
         let screen = Self { frames };
         execute!(
@@ -114,7 +118,7 @@ impl OperatorScreen {
             cursor::Hide,
             Print(MOUSE_ON)
         )
-        .map_err(failed())?;
+        .map_err(failure())?;
         Ok((screen, writer))
     }
 
@@ -163,7 +167,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn restoring_what_was_never_shown_does_nothing() {
+    fn restoring_an_unused_terminal_does_nothing() {
         restore();
         restore();
     }

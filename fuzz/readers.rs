@@ -7,13 +7,12 @@ use std::cell::RefCell;
 use std::io::{Cursor, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-use calibration::known::{Instrument, read_table};
+use calibration_rig::known::{Instrument, read_table};
 use config::{CalibrationFile, Config, ForceProtocol};
 use devices::dose_account::{AccountPaths, DoseAccount};
 use devices::estop_press::{EstopPress, EstopPressError};
 use devices::plate_warmth::PlateWarmth;
 use devices::{Boot, Whose};
-use exclusions::EXCLUSIONS_FILE;
 use field_box_wire::{FromBox, Listener};
 use jiff::Timestamp;
 use mock_world::scenario::Scenario;
@@ -26,6 +25,7 @@ use recording::{
 use safety::PlateHeat;
 use sha2::{Digest, Sha256};
 use sources::serial::{ForceSample, decoder};
+use study::exclusions::EXCLUSIONS_FILE;
 
 const MANIFEST: &str = r#"format = 1
 carrier_hz = 35000.0
@@ -247,14 +247,14 @@ pub fn exclusions(bytes: &[u8]) -> bool {
         std::fs::create_dir_all(&study).expect("a folder");
         let path = study.join(EXCLUSIONS_FILE);
         std::fs::write(&path, bytes).expect("written");
-        let Ok(document) = exclusions::read(&study) else {
+        let Ok(document) = study::exclusions::read(&study) else {
             return false;
         };
         // The first write replaces control characters by spaces, so compare the second write with it.
-        let tsv = exclusions::to_tsv(&document.list);
+        let tsv = study::exclusions::to_tsv(&document.list);
         std::fs::write(&path, &tsv).expect("written");
-        let copy = exclusions::read(&study).expect("what was written is read");
-        assert_eq!(exclusions::to_tsv(&copy.list), tsv);
+        let copy = study::exclusions::read(&study).expect("what was written is read");
+        assert_eq!(study::exclusions::to_tsv(&copy.list), tsv);
         !document.list.is_empty()
     })
 }

@@ -60,8 +60,8 @@ stage() {
     completion zsh zsh/vendor-completions _friction-bench
     completion fish fish/vendor_completions.d friction-bench.fish
     mkdir -p "$doc/bench"
-    cp -r docs README.md LICENSE-MIT LICENSE-APACHE bench/figures/fonts/LICENSE-DejaVu.txt package/debian/README.Debian "$doc"
-    cp bench/bench-template.toml bench/mock-bench*.toml "$doc/bench"
+    cp -r docs README.md LICENSE-MIT LICENSE-APACHE bench/results/plotting/fonts/LICENSE-DejaVu.txt package/debian/README.Debian "$doc"
+    cp bench/hardware/config/rigs/bench-template.toml bench/mock-bench*.toml "$doc/bench"
     gzip -9n <CHANGELOG.md >"$doc/changelog.gz"
     mdbook build --dest-dir "$doc/handbook" docs/handbook >&2
     licences() {
@@ -69,7 +69,7 @@ stage() {
             gzip -9n >"$doc/$2.md.gz"
     }
     licences bench/Cargo.toml third-party-licences
-    licences participant-window/window/Cargo.toml third-party-licences-participant
+    licences bench/operation/participant-window/window/Cargo.toml third-party-licences-participant
     find "$root" -type d -exec chmod 755 {} +
     chmod -R u+w,go+rX,go-w "$root"
 }

@@ -15,12 +15,12 @@ use analysis::published::{TableFormat, statistics};
 use analysis::results::Results;
 use analysis::whole_trial;
 use analysis::{Analysed, RecordingAnalysis, Settings, analyse, find, tables};
-use exclusions::{EXCLUSIONS_FILE, Selection};
-use figures::Figure;
-use measured_figures::{measured_figures, write_figures};
+use plotting::Figure;
+use population::skin::Skin;
+use published_figures::measured::{measured_figures, write_figures};
 use report::{Content, Recorded};
-use sessions::Sessions;
-use skin::Skin;
+use study::exclusions::{EXCLUSIONS_FILE, Selection};
+use study::sessions::Sessions;
 use tui::{escaped, escaped_line};
 
 /// Runs the command. Returns true if every accepted trial was analysed and every recording could be read; defects are
@@ -32,7 +32,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     let mut settings = Settings::default();
     for path in &options.assume_file {
         let file = path.display().to_string();
-        let text = files::read_text(path, files::TEXT_LIMIT_BYTES)
+        let text = bounded_files::read_text(path, bounded_files::TEXT_LIMIT_BYTES)
             .with_context(|| format!("cannot read {file}"))?;
         settings.assume_file(&text, &file)?;
     }
@@ -85,7 +85,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     }
     if let Some(folder) = &options.tables {
         tables::write(&analysed, folder)?;
-        skin::write(&skin, folder)?;
+        population::skin::write(&skin, folder)?;
         selection.write_beside(folder)?;
     }
     if let Some(folder) = &options.figures {
@@ -129,7 +129,7 @@ fn excluded_recordings(attempts: &Attempts, selection: &Selection) -> anyhow::Re
     let mut recordings: Vec<PathBuf> = excluded.flat_map(|row| row.recordings.clone()).collect();
     if selection.overridden.is_empty() {
         let left_out = attempts.left_out.iter().map(|trial| trial.path.clone());
-        let extra = exclusions::select(left_out.collect())?;
+        let extra = study::exclusions::select(left_out.collect())?;
         recordings.extend(extra.excluded.into_iter().flat_map(|row| row.recordings));
     }
     Ok(recordings)
@@ -182,7 +182,7 @@ fn name(folders: &[PathBuf]) -> String {
 /// Splits the recordings by the exclusions of their studies; `everything` analyses them all.
 fn select(folders: Vec<PathBuf>, include_excluded: bool) -> anyhow::Result<Selection> {
     let all_folders = folders.clone();
-    let selection = exclusions::select(folders)?;
+    let selection = study::exclusions::select(folders)?;
     if include_excluded {
         return Ok(selection.overridden(all_folders));
     }

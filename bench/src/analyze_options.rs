@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use analysis::estimate::Method;
 use analysis::published::TableFormat;
 use clap::{Args, ValueEnum};
-use measured_figures::Drawn;
+use published_figures::measured::Drawn;
 use terminal_size::terminal_size_of;
 
 /// Minimum number of columns that a table is made for.

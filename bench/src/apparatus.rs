@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use calibration::operator::Hands;
+use calibration_rig::operator::Hands;
 use config::{AudioHost, Config};
 use devices::Hardware;
 use devices::loudspeaker::Tone;

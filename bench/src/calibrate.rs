@@ -5,26 +5,26 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 
-use calibration::beside::{ended_early, write_beside};
 use calibration::channels::{ChannelsProcedure, ChannelsSetup};
-use calibration::clear::ClearPlate;
-use calibration::guided::Guided;
-use calibration::judged::{Beside, Calibrates, Judged};
-use calibration::known::{self, Instrument, Known};
-use calibration::operator::ForceAxis;
+use calibration::masses::{ForceProcedure, ForceSetup};
 use calibration::pickup::{PickupProcedure, PickupSetup};
 use calibration::plate_procedure::{PlateProcedure, PlateSetup};
-use calibration::rig::{self, Attendance};
-use calibration::unattended::Unattended;
+use calibration::survey::{FingerProcedure, ProfileProcedure};
+use calibration::volts::{OutputProcedure, OutputSetup, VoltMeter};
+use calibration_rig::beside::{ended_early, write_beside};
+use calibration_rig::clear::ClearPlate;
+use calibration_rig::guided::Guided;
+use calibration_rig::judged::{Beside, Calibrates, Judged};
+use calibration_rig::known::{self, Instrument, Known};
+use calibration_rig::operator::ForceAxis;
+use calibration_rig::rig::{self, Attendance};
+use calibration_rig::unattended::Unattended;
 use config::{
     CalibrationError, CalibrationFile, CalibrationFileError, Config, Effective, Identity,
 };
-use console::Lines;
 use devices::{Life, driving_time};
-use masses::{ForceProcedure, ForceSetup};
+use operator_ui::console::Lines;
 use recording::disk;
-use survey::{FingerProcedure, ProfileProcedure};
-use volts::{OutputProcedure, OutputSetup, VoltMeter};
 
 use crate::apparatus::Apparatus;
 use crate::calibration_report::Report;
@@ -218,7 +218,8 @@ impl<'a> CalibrationRun<'a> {
         let simulated = hardware.simulated;
         // The dead-man switch is not held during a calibration.
         let clear = self.bench.clone().without_dead_man();
-        let facts = bench_page::facts(clear.config(), Some(&self.calibration), &hardware);
+        let facts =
+            operator_ui::bench_page::facts(clear.config(), Some(&self.calibration), &hardware);
         let (attended, verbosity) = (self.attended, self.verbosity);
         let attend = |life: &Life| -> anyhow::Result<Attendance> {
             if !attended {
@@ -530,15 +531,15 @@ pub fn force(
         )?;
         ForceSetup::retare(run.bench.config(), force)?
     } else {
-        let accuracy = masses::Accuracy {
+        let accuracy = calibration::masses::Accuracy {
             masses: options.mass_accuracy,
             pulley: options.pulley_accuracy,
         };
         let masses = match &options.masses_csv {
-            Some(table) => masses::read_table(table)?,
+            Some(table) => calibration::masses::read_table(table)?,
             None => [
-                masses::from_g(ForceAxis::Normal, &options.normal_g),
-                masses::from_g(ForceAxis::Lateral, &options.lateral_g),
+                calibration::masses::from_g(ForceAxis::Normal, &options.normal_g),
+                calibration::masses::from_g(ForceAxis::Lateral, &options.lateral_g),
             ]
             .concat(),
         };

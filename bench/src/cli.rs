@@ -4,12 +4,12 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use exclusions::Trial;
-use rehearsal::{FaultKind, RehearsedFault};
+use faults::{FaultKind, RehearsedFault};
+use study::exclusions::Trial;
 
 pub use crate::analyze_options::Analyze;
 use crate::fault_option::NamedFault;
-use calibration::reference_options::ReferenceOptions;
+use calibration_rig::reference_options::ReferenceOptions;
 pub use participant_window::participant_options::Participant;
 pub use replay::Speed;
 
@@ -84,11 +84,11 @@ pub enum Command {
     /// Remove a participant from a study permanently.
     Forget(Forget),
     /// Compute the published model: curves as CSV, figures as SVG and PNG.
-    Model(model::Options),
+    Model(published_figures::model::Options),
     /// Print the JSON Schema of a file, for completion and validation in editors; without a name, list the schemas.
     Schema {
         /// Schema to print.
-        #[arg(value_parser = schemas::names())]
+        #[arg(value_parser = help::schemas::names())]
         name: Option<String>,
     },
     /// Print a completion script for a shell.
@@ -103,8 +103,8 @@ pub enum Command {
         to: Option<PathBuf>,
     },
     /// Look up a message of the program: its meaning and the remedy.
-    #[command(after_long_help = messages::text(&[]).unwrap_or_default())]
-    Messages(messages::Options),
+    #[command(after_long_help = help::messages::text(&[]).unwrap_or_default())]
+    Messages(help::messages::Options),
 }
 
 /// Options of every command that uses the bench.
@@ -235,7 +235,7 @@ pub struct Monitor {
     #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock")]
     pub speed: Speed,
     /// Stop after this many seconds of audio.
-    #[arg(long, value_name = "SECONDS", value_parser = model::positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", value_parser = published_figures::model::positive, allow_negative_numbers = true)]
     pub duration_s: Option<f64>,
 }
 
@@ -306,7 +306,7 @@ pub struct CalibratePickup {
     #[arg(long, value_name = "FILE", conflicts_with = "instrument")]
     pub known_csv: Option<PathBuf>,
     /// Frequency at which the known amplitudes are valid, Hz; the plate's resonance must be there now.
-    #[arg(long, value_name = "HZ", value_parser = model::positive, allow_negative_numbers = true, conflicts_with = "instrument")]
+    #[arg(long, value_name = "HZ", value_parser = published_figures::model::positive, allow_negative_numbers = true, conflicts_with = "instrument")]
     pub known_at_hz: Option<f64>,
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
@@ -357,7 +357,7 @@ pub struct CalibrateOutput {
     pub meter_accuracy: f64,
     /// Highest frequency at which the meter has this accuracy; some hundred Hz for a hand-held multimeter [default: the
     /// carrier].
-    #[arg(long, value_name = "HZ", value_parser = model::positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "HZ", value_parser = published_figures::model::positive, allow_negative_numbers = true)]
     pub meter_up_to_hz: Option<f64>,
     /// Drive levels, V peak, lowest first, at least three [default: five up to 20 V].
     #[arg(long, value_name = "VOLTS", value_delimiter = ',')]
@@ -429,7 +429,7 @@ pub struct CalibratePlate {
     #[arg(long, value_name = "BAUD", default_value_t = 115_200)]
     pub instrument_baud: u32,
     /// Search for the resonance around this frequency, Hz [default: the last known resonance].
-    #[arg(long, value_name = "HZ", value_parser = model::positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "HZ", value_parser = published_figures::model::positive, allow_negative_numbers = true)]
     pub about_hz: Option<f64>,
 }
 

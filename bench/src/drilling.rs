@@ -3,10 +3,10 @@
 use std::io::Write;
 
 use config::{Config, Effective};
-use console::{Dashboard, DashboardThread, Front, Lines, StopKeys};
 use devices::stop_on_signals;
 pub use drill::Watched;
 use drill::{Course, DrillRecord, Scripted};
+use operator_ui::console::{Dashboard, DashboardThread, Front, Lines, StopKeys};
 use safety::DriveStop;
 use tasks::StopFlag;
 use tui::Event;

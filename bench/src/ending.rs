@@ -38,7 +38,10 @@ fn is_closed_pipe(error: &anyhow::Error) -> bool {
 /// Prints the error and its causes, a line each, without a backtrace.
 fn complain(error: &anyhow::Error) {
     let mut stderr = std::io::stderr().lock();
-    for (i, line) in console::complaint::lines(error).iter().enumerate() {
+    for (i, line) in operator_ui::console::complaint::lines(error)
+        .iter()
+        .enumerate()
+    {
         let begin = if i == 0 {
             "friction-bench"
         } else {

@@ -3,9 +3,9 @@
 use std::io::Write;
 
 use anyhow::bail;
-use exclusions::{EXCLUSIONS_FILE, Exclusion, Part};
 use recording::storage::FileSystem;
 use recording::study::Study;
+use study::exclusions::{EXCLUSIONS_FILE, Exclusion, Part};
 use tui::escaped_line;
 
 use crate::cli::Exclude;
@@ -31,7 +31,7 @@ pub fn run(options: &Exclude) -> anyhow::Result<()> {
         date: Some(dates::now().strftime("%Y-%m-%d").to_string()),
     };
     let study = Study::open(&options.study)?;
-    exclusions::add(&FileSystem, study.folder(), &exclusion)?;
+    study::exclusions::add(&FileSystem, study.folder(), &exclusion)?;
     let line = format!("{exclusion}; {EXCLUSIONS_FILE} says so, and nothing was deleted");
     writeln!(std::io::stdout(), "excluded {}", escaped_line(&line))?;
     Ok(())

@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use clap::builder::{PossibleValue, TypedValueParser};
 use clap::{Arg, Command, Error};
-use rehearsal::FaultKind;
+use faults::FaultKind;
 
 /// A parser of values that begin with the name of a fault.
 #[derive(Debug)]

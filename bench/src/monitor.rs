@@ -15,10 +15,12 @@ use tui::{Instruction, ParticipantView};
 
 use analysis::live_contact::LiveContact;
 use config::Effective;
-use console::{Dashboard, DashboardThread, Front, Headless, Lines, StopKeys, safety_event};
 use devices::drive_control::{DriveControl, settings};
 use devices::driving_time;
 use devices::{Bench, Boot, Gauges, require_armable, require_watched};
+use operator_ui::console::{
+    Dashboard, DashboardThread, Front, Headless, Lines, StopKeys, safety_event,
+};
 use recording::pipeline::{Account, Batch};
 use safety::{Hold, SafetyState, Signals, Trip};
 use tasks::{StopFlag, Task};
@@ -145,7 +147,7 @@ pub fn run(
         rehearsed,
     } = plan;
     let (config, simulated) = (effective.config(), apparatus.hardware.simulated);
-    let facts = bench_page::facts(config, effective.file(), &apparatus.hardware);
+    let facts = operator_ui::bench_page::facts(config, effective.file(), &apparatus.hardware);
     let prompt = HoldPrompt {
         watchers: apparatus.watchers,
         plate_m: config.plate.length_m,

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use config::{CalibrationFile, CalibrationFileError};
 use recording::study::DESCRIPTION_FILE;
-use verification::{self, SessionDefect, StudyDefect, StudyFindings};
+use study::verification::{SessionDefect, StudyDefect, StudyFindings};
 
 use crate::cli::Verify;
 use crate::outcome::{progress_bar, write_text};
@@ -21,17 +21,21 @@ const CALIBRATION_COPY: &str = "calibration.toml";
 pub fn run(options: &Verify, verbosity: Verbosity) -> anyhow::Result<bool> {
     let findings = findings(&options.study, verbosity)?;
     match &options.json {
-        Some(path) => write_text(path, &verification::to_json(&findings)?)?,
-        None => write!(std::io::stdout(), "{}", verification::to_text(&findings))?,
+        Some(path) => write_text(path, &study::verification::to_json(&findings)?)?,
+        None => write!(
+            std::io::stdout(),
+            "{}",
+            study::verification::to_text(&findings)
+        )?,
     }
     Ok(findings.is_whole())
 }
 
 fn findings(study: &Path, verbosity: Verbosity) -> anyhow::Result<StudyFindings> {
-    let sessions = verification::sessions(study)?;
+    let sessions = study::verification::sessions(study)?;
     let mut recordings = 0;
     for session in &sessions {
-        recordings += verification::recordings(session)?.len();
+        recordings += study::verification::recordings(session)?.len();
     }
     verbosity.note(format_args!(
         "{} sessions, {recordings} recordings",
@@ -40,14 +44,14 @@ fn findings(study: &Path, verbosity: Verbosity) -> anyhow::Result<StudyFindings>
     let bar = progress_bar(recordings as u64, verbosity);
     let mut findings = StudyFindings::default();
     for session in &sessions {
-        let mut session = verification::session(session, || bar.inc(1))?;
+        let mut session = study::verification::session(session, || bar.inc(1))?;
         session.defects.extend(edited_calibration(&session.folder));
         findings.sessions.push(session);
     }
     bar.finish_and_clear();
-    verification::beside_sessions(study, &mut findings)?;
+    study::verification::beside_sessions(study, &mut findings)?;
     if study.join(DESCRIPTION_FILE).exists() {
-        let table = exclusions::read(study);
+        let table = study::exclusions::read(study);
         match table.and_then(|table| table.require_known().map(|()| table)) {
             Ok(table) => {
                 let notes = table.list.iter();

@@ -360,7 +360,7 @@ pub fn contradictions(study: &Path) -> Vec<String> {
             Err(error) => findings.push(format!("{name} is accepted, and unreadable: {error}")),
         }
     }
-    match verification::session(&session.path, || {}) {
+    match study::verification::session(&session.path, || {}) {
         // An interrupted session may be incomplete without being damaged.
         Ok(checks) if !checks.is_whole() => {
             findings.push(format!("verify: {}", short_debug(&checks)));

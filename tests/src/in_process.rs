@@ -7,7 +7,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use calibration::operator::{ForceAxis, Hands, Request};
+use calibration_rig::operator::{ForceAxis, Hands, Request};
 use config::Config;
 use devices::Hardware;
 use devices::loudspeaker::Tone;
@@ -184,7 +184,7 @@ pub fn apparatus_with_faults(setup: Setup) -> (Bench, FaultPanel) {
 
 /// Returns the simulated bench's configuration with some lines changed.
 pub fn config(changes: &[(&str, &str)]) -> Config {
-    let text = include_str!("../../bench/mock-bench.toml").to_owned();
+    let text = config::rigs::MOCK_BENCH.to_owned();
     let text = changes.iter().fold(text, |text, (from, to)| {
         assert!(text.contains(from), "no `{from}`");
         text.replacen(from, to, 1)

@@ -137,14 +137,14 @@ pub fn require_consistent(study: &Path) {
 
 /// Returns the contradictions that `verify` finds in the sessions of a study; `None` also if there is no session.
 fn contradiction(study: &Path) -> Option<String> {
-    let mut findings = verification::StudyFindings::default();
-    for session in verification::sessions(study).ok()? {
-        match verification::session(&session, || {}) {
+    let mut findings = study::verification::StudyFindings::default();
+    for session in study::verification::sessions(study).ok()? {
+        match study::verification::session(&session, || {}) {
             Ok(session) => findings.sessions.push(session),
             Err(error) => return Some(error.to_string()),
         }
     }
-    (!findings.is_whole()).then(|| verification::to_text(&findings))
+    (!findings.is_whole()).then(|| study::verification::to_text(&findings))
 }
 
 /// Requires, by the rules of `verify`, that no part of a study is damaged or missing; a study without a session is whole.
@@ -152,16 +152,19 @@ fn contradiction(study: &Path) -> Option<String> {
 /// # Panics
 /// With the findings.
 pub fn require_whole(study: &Path) {
-    let Ok(sessions) = verification::sessions(study) else {
+    let Ok(sessions) = study::verification::sessions(study) else {
         return;
     };
-    let mut findings = verification::StudyFindings::default();
+    let mut findings = study::verification::StudyFindings::default();
     for session in &sessions {
-        let session = verification::session(session, || {}).expect("a session that can be read");
+        let session =
+            study::verification::session(session, || {}).expect("a session that can be read");
         findings.sessions.push(session);
     }
-    verification::beside_sessions(study, &mut findings).expect("a study that can be read");
-    finding::require(findings.is_whole(), || verification::to_text(&findings));
+    study::verification::beside_sessions(study, &mut findings).expect("a study that can be read");
+    finding::require(findings.is_whole(), || {
+        study::verification::to_text(&findings)
+    });
 }
 
 /// Writes the demo protocol with parts of its text replaced, as a file in `folder`.
@@ -252,7 +255,7 @@ impl SessionFolder {
     /// When it does not.
     pub fn require_whole(&self) {
         let findings =
-            verification::session(&self.path, || {}).expect("a folder that can be listed");
+            study::verification::session(&self.path, || {}).expect("a folder that can be listed");
         finding::require(findings.is_whole(), || format!("{findings:#?}"));
     }
 

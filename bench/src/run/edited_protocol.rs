@@ -6,7 +6,7 @@ use anyhow::Context;
 use protocols::Protocol;
 use recording::study::SessionFolder;
 use recording::study::event_log::Document;
-use verification::{ResumeError, protocol_edits};
+use study::verification::{ResumeError, protocol_edits};
 
 use super::plan::{Plan, read_text};
 

@@ -21,8 +21,8 @@ use super::plan::{NAME, Plan, VERSION};
 use super::recorded_plate::{recorded_errors, recorded_plate};
 use crate::outcome::progress_bar;
 use crate::session::BeginRecording;
-use files::quoted;
-use verification::LostRecording;
+use ::study::verification::LostRecording;
+use bounded_files::quoted;
 
 /// Opens the participant's next session, or the session that `--resume` continues; returns its number, its folder, and
 /// whether it is resumed.
@@ -95,7 +95,7 @@ pub(super) fn earlier_part(plan: &Plan) -> anyhow::Result<EarlierPart> {
         // The session was killed before it had a log, or the log cannot be read: opening the session reports that.
         Err(_) => return Ok(EarlierPart::default()),
     };
-    let holes = verification::log_defects(&folder, &log);
+    let holes = ::study::verification::log_defects(&folder, &log);
     if let Some(hole) = holes.iter().find(|defect| defect.hides_trials()) {
         return Err(distrust(hole.to_string()));
     }
@@ -108,10 +108,10 @@ pub(super) fn earlier_part(plan: &Plan) -> anyhow::Result<EarlierPart> {
     } else {
         lost_recordings::to_repeat(plan, &folder, &log)?
     };
-    let last_trial = match verification::last_trial(&folder, &log)? {
+    let last_trial = match ::study::verification::last_trial(&folder, &log)? {
         None => ("no trial was recorded before this".to_owned(), true),
         Some(trial) => {
-            let words = verification::trial_words(&trial);
+            let words = ::study::verification::trial_words(&trial);
             let words = format!("the last trial before this: {words}");
             (words, trial.defects.is_empty())
         }
@@ -128,7 +128,7 @@ pub(super) fn past_crops(plan: &Plan) -> anyhow::Result<Vec<Crop>> {
     let Some(folder) = last_session(plan)? else {
         return Ok(Vec::new());
     };
-    let labels = verification::recordings(&folder).unwrap_or_default();
+    let labels = ::study::verification::recordings(&folder).unwrap_or_default();
     let bar = progress_bar(labels.len() as u64, plan.verbosity);
     let crops = labels.iter().flat_map(|label| {
         bar.inc(1);

@@ -3,10 +3,10 @@
 
 use std::path::Path;
 
-use files::quoted;
+use bounded_files::quoted;
 use protocols::{Session, SessionEventKind, TrialRecord};
 use recording::study::event_log::LogContent;
-use verification::{LostRecording, ResumeError};
+use study::verification::{LostRecording, ResumeError};
 
 use super::plan::Plan;
 
@@ -21,7 +21,7 @@ pub(super) fn to_repeat(
     folder: &Path,
     log: &LogContent,
 ) -> anyhow::Result<Vec<LostRecording>> {
-    let recordings = verification::lost_recordings(folder, log)?;
+    let recordings = study::verification::lost_recordings(folder, log)?;
     if plan.repeat_lost || recordings.iter().all(|recording| recording.is_last) {
         return Ok(recordings);
     }

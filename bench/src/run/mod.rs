@@ -15,7 +15,6 @@ use std::sync::Arc;
 use analysis::amplitude_profile::AmplitudeProfile;
 use anyhow::Context;
 use config::{Config, Effective};
-use console::{Dashboard, DashboardThread, Front, Headless, Lines, StopKeys};
 use contact::AssumedConstants;
 use devices::drive_control::waveform;
 use devices::driving_time;
@@ -23,6 +22,7 @@ use devices::loudspeaker::Loudspeaker;
 use devices::room::RoomTask;
 use devices::{Bench, Boot, Life, ThreadPriorities};
 use jiff::tz::TimeZone;
+use operator_ui::console::{Dashboard, DashboardThread, Front, Headless, Lines, StopKeys};
 use protocols::{NOT_STATED, ParticipantId, PersonDetail, Protocol, SessionEvent};
 use recording::study::event_log::Start;
 use recording::study::{self, GeneratedBy, Study};
@@ -33,7 +33,7 @@ use tui::event::LogLevel::{self, Info, Warning};
 use crate::apparatus::Apparatus;
 use crate::journal::{Entry, Journal, entry_queue};
 use crate::session::{KeptUp, Questions, Report, SessionTask, Wiring, summary_lines};
-use ::files::quoted;
+use bounded_files::quoted;
 use files::{EarlierPart, begin_recording, earlier_part, machine, open_session, past_crops};
 use live::carrier_decision::CarrierDecision;
 use live::interference::Interference;
@@ -71,7 +71,7 @@ pub fn run(
     let simulated = hardware.simulated;
     let effective = plan.bench.clone();
     let config = effective.config();
-    let facts = bench_page::facts(config, effective.file(), &hardware);
+    let facts = operator_ui::bench_page::facts(config, effective.file(), &hardware);
     let protocol = &plan.protocol.protocol;
     // Before the sound card waits to be read.
     let earlier = if plan.resume {

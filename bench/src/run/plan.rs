@@ -13,7 +13,7 @@ use recording::AudioFormat;
 use recording::study::DataRates;
 use safety::Pace;
 use signalgen::DriveSettings;
-use strict::InFile;
+use strict_toml::InFile;
 
 use super::recorded_plate::{recorded_errors, recorded_profile};
 use crate::apparatus::pace;
@@ -112,7 +112,7 @@ impl ProtocolFile {
 }
 
 pub(super) fn read_text(name: &str) -> anyhow::Result<String> {
-    files::read_text(Path::new(name), files::TEXT_LIMIT_BYTES).map_err(|error| {
+    bounded_files::read_text(Path::new(name), bounded_files::TEXT_LIMIT_BYTES).map_err(|error| {
         if error.kind() != std::io::ErrorKind::NotFound {
             return anyhow::Error::from(error).context(format!("cannot read the protocol {name}"));
         }

@@ -6,11 +6,11 @@ use std::time::Duration;
 
 use analysis::measurements::Measurements;
 use config::Effective;
-use console::safety_event;
 use crossbeam_channel::Sender;
 use devices::acquisition::RecordingCommand;
 use devices::loudspeaker::Tone;
 use devices::{BatchesDropped, Tuning};
+use operator_ui::console::safety_event;
 use protocols::{
     Action, DriveRequest, Observation, OperatorCommand, ParticipantView, Phase, SessionEvent,
     SessionEventKind, SessionOutcome, TrialAnalysis, TrialEnd, TrialKey, Verdict,

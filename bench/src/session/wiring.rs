@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use config::Effective;
-use console::Front;
 use crossbeam_channel::{Receiver, Sender};
 use devices::Gauges;
 use devices::acquisition::RecordingCommand;
@@ -13,6 +12,7 @@ use devices::room::Room;
 use live::carrier_decision::CarrierDecision;
 use live::live_side::LiveSide;
 use live::participant_screen::ParticipantScreen;
+use operator_ui::console::Front;
 use protocols::TrialKey;
 use recording::pipeline::Batch;
 use recording::recorder::{Begin, RecorderGauge, RecorderNotice};

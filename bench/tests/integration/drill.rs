@@ -9,14 +9,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use config::{Config, Effective};
-use console::Front;
 use devices::Hardware;
 use drill::{Course, Deed, DrillFolder, DrillRecord, Scripted, Watched};
+use faults::FaultKind;
 use jiff::Timestamp;
 use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig, RehearsalHand};
 use mock_hw::world_clock::Pace;
 use mock_world::scenario::Scenario;
-use rehearsal::FaultKind;
+use operator_ui::console::Front;
 use safety::{DriveStop, input, output};
 use sources::{Lines, Place};
 use tasks::{Clock, Schedule, StopFlag};
@@ -36,7 +36,7 @@ impl Clock for HostClock {
 }
 
 fn config() -> Config {
-    let text = include_str!("../../mock-bench.toml")
+    let text = config::rigs::MOCK_BENCH
         .replace("silence_s = 0.25", "silence_s = 0.05")
         .replace(
             "backend = \"none\"",

@@ -17,15 +17,15 @@ use analysis::{Analysed, RecordingAnalysis, Settings, averaged};
 use clap::Parser;
 use contact::{AssumedConstants, CalibrationErrors, Contact, harmonic};
 use estimation::FitConditions;
-use figures::{Figure, Mark};
 use friction_bench::cli::{Cli, Command};
 use impedance::{Mask, ZmFrame};
-use measured_figures::{Drawn, measured_figures};
-use model::{Curves, Parameters};
 use num_complex::Complex64;
+use plotting::{Figure, Mark};
 use protocols::{Direction, Instance, Validity};
+use published_figures::measured::{Drawn, measured_figures};
+use published_figures::model::{Curves, Parameters};
 use recording::Manifest;
-use sessions::Sessions;
+use study::sessions::Sessions;
 
 /// Name of a figure, and for each panel the labels of its axes and its number of series.
 type Expected = (&'static str, &'static [(&'static str, &'static str, usize)]);
@@ -109,7 +109,7 @@ const MEASURED: [Expected; 5] = [
     ),
 ];
 
-fn options(arguments: &[&str]) -> model::Options {
+fn options(arguments: &[&str]) -> published_figures::model::Options {
     let line = ["friction-bench", "model"].iter().chain(arguments);
     match Cli::parse_from(line).command {
         Command::Model(options) => options,
@@ -119,7 +119,7 @@ fn options(arguments: &[&str]) -> model::Options {
 
 fn model_figures() -> Vec<Figure> {
     let parameters = Parameters::from(&options(&[]).assume);
-    model::draw(&parameters, &Curves::compute(&parameters).unwrap())
+    published_figures::model::draw(&parameters, &Curves::compute(&parameters).unwrap())
 }
 
 /// Returns the texts of an SVG, in order.
@@ -394,7 +394,7 @@ fn a_png_is_as_wide_as_printed_at_300_dpi_and_bears_its_caption() {
 fn the_model_writes_each_figure_its_curves_and_the_captions() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("new").join("model");
-    let files = model::run(&options(&["--out", out.to_str().unwrap()])).unwrap();
+    let files = published_figures::model::run(&options(&["--out", out.to_str().unwrap()])).unwrap();
     for (name, _) in MODEL {
         for extension in ["svg", "png"] {
             assert!(
@@ -426,7 +426,7 @@ fn the_model_writes_each_figure_its_curves_and_the_captions() {
 fn without_figures_only_curves_are_written() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
-    let files = model::run(&options(&["--csv-only", "--out", out])).unwrap();
+    let files = published_figures::model::run(&options(&["--csv-only", "--out", out])).unwrap();
     assert!(
         files
             .iter()
@@ -452,7 +452,9 @@ fn without_figures_only_curves_are_written() {
 fn an_assumption_without_meaning_is_refused() {
     let mut options = options(&["--csv-only"]);
     options.assume.poisson_ratio = 0.7;
-    let error = model::run(&options).unwrap_err().to_string();
+    let error = published_figures::model::run(&options)
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("Poisson's ratio = 0.7"), "{error}");
     let line = ["friction-bench", "model", "--sigma-t-m", "-1e-6"];
     assert!(Cli::try_parse_from(line).is_err());

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-use console::Front;
+use operator_ui::console::Front;
 use recording::RecordingReader;
 use recording::pipeline::Pipeline;
 use replay::{Options, Plan, Report, Speed, replay};

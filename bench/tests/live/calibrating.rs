@@ -3,12 +3,12 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
-use calibration::EndedEarly;
-use calibration::operator::{
+use calibration_rig::EndedEarly;
+use calibration_rig::operator::{
     CalibrationProgress, LiveReading, Operator, OperatorInput, PointRead, Request,
 };
-use calibration::procedure::{NextStep, Procedure, StepOutcome};
-use calibration::rig::{self, Outcome};
+use calibration_rig::procedure::{NextStep, Procedure, StepOutcome};
+use calibration_rig::rig::{self, Outcome};
 use config::Effective;
 use devices::driving_time;
 use mock_world::scenario::Scenario;

@@ -1,12 +1,12 @@
 //! Forces from inputs of the card: on its clock to the sample, despite losses; known within their intervals; and under
 //! any fault of the inputs, the drive is silent in time and the recording remains readable (FAULTS.md, row 46).
 
-use calibration::capture::Capture;
-use calibration::judged::{Calibrates, Part};
-use calibration::operator::{Answer, ForceAxis, GRAVITY_M_PER_S2, Request};
-use calibration::procedure::{NextStep, Procedure, StepOutcome};
+use calibration::masses::{Accuracy, ForceProcedure, ForceSetup, Mass, from_g};
+use calibration_rig::capture::Capture;
+use calibration_rig::judged::{Calibrates, Part};
+use calibration_rig::operator::{Answer, ForceAxis, GRAVITY_M_PER_S2, Request};
+use calibration_rig::procedure::{NextStep, Procedure, StepOutcome};
 use config::{Config, Gauges, MeasuredForce, Quantity, Sensor};
-use masses::{Accuracy, ForceProcedure, ForceSetup, Mass, from_g};
 use mock_hw::host::Direction;
 use mock_hw::serial::ForceFault;
 use mock_world::plant::{Axis, MAKERS_MATRIX};

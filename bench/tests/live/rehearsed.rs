@@ -3,9 +3,9 @@
 use std::sync::atomic::Ordering;
 
 use drill::tells;
+use faults::{FaultKind, RehearsedFault, Remedy, Required};
 use mock_world::scenario::Scenario;
 use recording::manifest::EventKind;
-use rehearsal::{FaultKind, RehearsedFault, Remedy, Required};
 use safety::{SafetyState, Trip, input};
 use sources::Lines;
 

@@ -8,6 +8,7 @@ use analysis::measurements::Measurements;
 use config::{Config, Effective};
 use devices::acquisition::RecordingCommand;
 use devices::{Bench, Hardware};
+use faults::RehearsedFault;
 use jiff::Timestamp;
 use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig};
 use mock_hw::world_clock::Pace;
@@ -17,7 +18,6 @@ use recording::pipeline::Account;
 use recording::recorder::{Begin, RecorderNotice};
 use recording::writer::Ending;
 use recording::{AudioFormat, RecordingReader};
-use rehearsal::RehearsedFault;
 use safety::{DriveReading, GpioError, InputLine, SafetyState, Signals, Trip, input, output};
 use signalgen::{Program, Waveform};
 use sources::{Lines, Place};
@@ -30,7 +30,7 @@ pub const DELAY_S: f64 = 1e-4;
 
 /// Returns the simulated bench's description with some of its lines changed.
 pub fn config(changes: &[(&str, &str)]) -> Config {
-    let mut text = include_str!("../../mock-bench.toml").to_owned();
+    let mut text = config::rigs::MOCK_BENCH.to_owned();
     for (from, to) in changes {
         assert!(text.contains(from), "no `{from}`");
         text = text.replacen(from, to, 1);

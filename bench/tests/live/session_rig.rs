@@ -6,7 +6,6 @@ use std::sync::{Arc, Mutex};
 
 use analysis::amplitude_profile::AmplitudeProfile;
 use config::Effective;
-use console::Front;
 use contact::AssumedConstants;
 use crossbeam_channel::{Receiver, Sender};
 use devices::drive_control::{settings, waveform};
@@ -23,6 +22,7 @@ use live::readiness::Readiness;
 use live::refit::Refit;
 use mock_hw::apparatus::Apparatus;
 use mock_world::scenario::Scenario;
+use operator_ui::console::Front;
 use protocols::{Session, TrialKey, TrialRecord};
 use recording::manifest::EventKind;
 use safety::{GpioError, OutputLine, Signals, input, output};

@@ -2,8 +2,8 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
+use faults::{FaultKind, RehearsedFault};
 use mock_world::plant::Axis;
-use rehearsal::{FaultKind, RehearsedFault};
 
 use super::fault_panel::FaultPanel;
 use super::mass_set::MassSet;

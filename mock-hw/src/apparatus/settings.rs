@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use crate::serial::DeviceStart;
 use crate::world_clock::Pace;
+use faults::RehearsedFault;
 use mock_world::scenario::Scenario;
-use rehearsal::RehearsedFault;
 
 /// Settings of the simulated apparatus.
 #[derive(Debug, Clone)]

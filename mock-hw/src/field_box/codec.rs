@@ -122,7 +122,7 @@ mod tests {
     use super::*;
 
     fn golden(name: &str) -> Vec<u8> {
-        let lines = include_str!("../../../field-box/wire/golden.txt").lines();
+        let lines = include_str!("../../../bench/hardware/field-box/wire/golden.txt").lines();
         let mut entries = lines.filter_map(|line| line.split_once(": "));
         let (_, hex) = entries.find(|(key, _)| *key == name).unwrap();
         let bytes = hex.split(' ');

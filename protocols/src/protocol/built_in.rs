@@ -22,7 +22,7 @@ pub fn built_in(name: &str) -> Option<&'static str> {
 /// ```
 pub fn nearest_built_in(name: &str) -> Option<&'static str> {
     let names = BUILT_IN.map(|(key, _)| key);
-    let nearest = strict::nearest(name, &names)?;
+    let nearest = strict_toml::nearest(name, &names)?;
     names.into_iter().find(|key| *key == nearest)
 }
 

@@ -2,7 +2,7 @@
 
 use participant_texts::RefusedText;
 use participants::PersonDetail;
-use strict::{InFile, OutOfRange, TomlError};
+use strict_toml::{InFile, OutOfRange, TomlError};
 
 /// Why a text is not a valid protocol.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

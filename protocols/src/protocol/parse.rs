@@ -4,7 +4,7 @@ use super::checks;
 use super::definition::Protocol;
 use super::error::ProtocolError;
 use super::raw::RawProtocol;
-use strict::InFile;
+use strict_toml::InFile;
 
 impl Protocol {
     /// Reads and validates a protocol; `file` is used in error messages only.
@@ -23,7 +23,7 @@ impl Protocol {
     /// assert!(matches!(&rule.error, BrokenRule::OutOfRange(refused) if refused.value == 50.0));
     /// ```
     pub fn parse(text: &str, file: &str) -> Result<Self, ProtocolError> {
-        let raw: RawProtocol = strict::parse(text, file)?;
+        let raw: RawProtocol = strict_toml::parse(text, file)?;
         checks::validate(raw).map_err(|broken| {
             let key = broken.key().to_owned();
             InFile::at_key(broken, &key, text, file).into()

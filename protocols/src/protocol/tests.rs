@@ -3,7 +3,7 @@ use crate::rules::SelectionRules;
 use crate::trial::Direction;
 use participant_texts::{Language, Texts};
 use participants::PersonDetail;
-use strict::{InFile, OutOfRange, TomlError};
+use strict_toml::{InFile, OutOfRange, TomlError};
 
 fn text() -> &'static str {
     built_in("huloux2021").unwrap()

@@ -219,7 +219,7 @@ const SIMULATOR_USERS: [&str; 5] = [
 fn uses_only_scenarios(file: &str) -> bool {
     let text = std::fs::read_to_string(workspace().join(file)).unwrap();
     let count = text.matches("mock_world::").count();
-    file.starts_with("bench/schemas/src/")
+    file.starts_with("bench/operation/help/src/schemas/")
         && count == text.matches("mock_world::scenario::").count()
 }
 

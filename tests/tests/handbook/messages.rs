@@ -6,7 +6,7 @@ use std::path::Path;
 use bench_tests::handbook::folder;
 use bench_tests::house::sizes::rust_files;
 use bench_tests::program::workspace;
-use messages::{MessageGroup, chapter, index};
+use help::messages::{MessageGroup, chapter, index};
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use syn::visit::{self, Visit};
 use syn::{Attribute, Expr, ExprMethodCall, Fields, Item, Lit};
@@ -122,7 +122,7 @@ fn each_message_is_in_the_index_with_its_exact_text() {
     }
     assert!(
         problems.is_empty(),
-        "bench/messages/messages.toml:\n{}",
+        "bench/operation/help/messages.toml:\n{}",
         problems.join("\n")
     );
 }
@@ -150,7 +150,7 @@ fn each_type_with_messages_is_in_the_index_or_left_out_on_purpose() {
         .collect();
     assert!(
         unknown.is_empty(),
-        "put these into bench/messages/messages.toml, or into LEFT_OUT of this test: {unknown:#?}"
+        "put these into bench/operation/help/messages.toml, or into LEFT_OUT of this test: {unknown:#?}"
     );
     let stale: Vec<_> = LEFT_OUT
         .iter()

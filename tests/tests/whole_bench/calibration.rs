@@ -138,8 +138,7 @@ fn a_plate_under_a_finger_is_kept_beside_the_bare_one_and_changes_no_constant() 
         finger: None,
         ..calibration.clone()
     };
-    let config =
-        Config::parse(include_str!("../../../bench/mock-bench.toml"), "bench.toml").unwrap();
+    let config = Config::parse(config::rigs::MOCK_BENCH, "bench.toml").unwrap();
     let effective = |file: &CalibrationFile| Effective::under_calibration(config.clone(), file);
     assert_ne!(effective(&calibration).config(), &config);
     assert_eq!(

@@ -74,7 +74,7 @@ fn a_vibrometer_on_an_input_gives_the_sensitivity_and_the_phase_and_z_m_comes_ou
         );
         assert!(error_rad.abs() < 5e-3 && error_rad.abs() < phase.half_width_95());
         // Until the plate is calibrated the bench uses this phase.
-        let config = include_str!("../../../bench/mock-bench.toml");
+        let config = config::rigs::MOCK_BENCH;
         let config = Config::parse(config, "bench.toml").unwrap();
         let effective = Effective::under_calibration(config, &calibration_file());
         assert_eq!(effective.config().channels.pickup.phase_rad, phase.value);

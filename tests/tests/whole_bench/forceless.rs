@@ -11,7 +11,7 @@ use bench_tests::session::{finish, text};
 
 /// Writes the simulated bench's configuration without its table `[force]`.
 fn config_without_force(folder: &Path) -> PathBuf {
-    let text = include_str!("../../../bench/mock-bench.toml");
+    let text = config::rigs::MOCK_BENCH;
     let (head, tail) = text.split_once("[force]\n").unwrap();
     let remainder = tail.split_once("\n[").unwrap().1;
     let path = folder.join("bench.toml");

@@ -20,8 +20,8 @@ use config::CalibrationFile;
 use recording::manifest::End;
 
 /// The published rig, on a USB-6211.
-const RIG: &str = include_str!("../../../bench/mock-bench-nidaqmx.toml");
-const GAUGES: &str = include_str!("../../../bench/mock-bench-channels.toml");
+const RIG: &str = config::rigs::MOCK_BENCH_NIDAQMX;
+const GAUGES: &str = config::rigs::MOCK_BENCH_CHANNELS;
 /// An unknown bench with the card's sequential sampling of its inputs as the only skew.
 const UNKNOWN_BENCH: &str = "[jitter]\nenabled = true\nskew_samples = 0.0\n";
 

@@ -7,7 +7,7 @@
 use std::path::Path;
 
 use bench_tests::session::{SessionFolder, VirtualParticipant};
-use console::Front;
+use operator_ui::console::Front;
 use recording::study::{TrialBlock, TrialLabel};
 use replay::{Options, Plan, Report, Speed};
 use tasks::StopFlag;

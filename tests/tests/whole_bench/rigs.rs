@@ -57,7 +57,7 @@ impl Rig {
     /// knows.
     fn initialise(equipment: &str, words: &[&str], replacements: &[[&str; 2]]) -> Self {
         let rig = Self::new(equipment);
-        let cal_file = workspace().join("bench/config/tests/data/FT09999.cal");
+        let cal_file = workspace().join("bench/hardware/config/tests/data/FT09999.cal");
         fs::copy(cal_file, rig.folder.path().join("FT09999.cal")).unwrap();
         let mut init = bench();
         init.args(["init", "--mock", &rig.scenario, "--plate", "simulated"])

@@ -19,12 +19,12 @@ pub fn listing(mock: Option<&str>) -> anyhow::Result<Listing> {
             hosts: [
                 ("native", open_host(HostChoice::Default)),
                 ("jack", open_host(HostChoice::Jack)),
-                ("nidaqmx", daqmx::listed()),
+                ("nidaqmx", ni_daqmx::listed()),
             ]
             .map(|(name, host)| audio(name, host.as_ref()))
             .into(),
             // A computer without NI's driver has no cards.
-            cards: daqmx::cards(None).unwrap_or_default(),
+            cards: ni_daqmx::cards(None).unwrap_or_default(),
             serial_ports: serial_ports()?,
             gpio_chips: real_gpio::chips(),
         });
@@ -73,7 +73,7 @@ pub fn unchecked_message(options: &Options) -> String {
     format!(
         "check: not run, because it drives a tone and nobody is at a terminal to say that nobody touches the plate: \
          `friction-bench check --config {}` when that is so\n",
-        files::quoted(&options.config)
+        bounded_files::quoted(&options.config)
     )
 }
 

@@ -15,12 +15,13 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use ::calibration::channels::OPENINGS;
+use bounded_files::quoted;
 use clap::Parser;
 use config::{AudioHost, Config, ConfigError, Effective};
 use devices::Hardware;
 use devices::claim::Claim;
 use drill::rehearsed;
-use files::quoted;
+use faults::RehearsedFault;
 use friction_bench::apparatus::{Apparatus, pace};
 use friction_bench::cli::{
     self, Calibrate, Check, Cli, Command, Devices, Drill, Monitor, Run, Speed,
@@ -33,7 +34,6 @@ use friction_bench::{
     verify,
 };
 use preflight::Extent;
-use rehearsal::RehearsedFault;
 use signalgen::audio::{HostChoice, open_host};
 use tasks::{Schedule, SystemClock};
 use tui::{escaped, escaped_line};
@@ -90,7 +90,7 @@ fn dispatch(command: Command, verbosity: Verbosity) -> anyhow::Result<ExitCode> 
         }
         Command::Forget(options) => Ok(passed_or_failed(forget::run(&options)?)),
         Command::Model(options) => {
-            for path in model::run(&options)? {
+            for path in published_figures::model::run(&options)? {
                 print(format!("{}\n", escaped_line(&path.display().to_string())))?;
             }
             Ok(ExitCode::SUCCESS)
@@ -129,8 +129,10 @@ fn configuration(options: &cli::Hardware, verbosity: Verbosity) -> anyhow::Resul
         .as_deref()
         .unwrap_or(Path::new(DEFAULT_CONFIG));
     // A shell that redirects output to bench.toml creates the file before this program starts.
-    let unwritten =
-        || files::read(path, 0).map_or_else(|error| files::refusal(&error).is_none(), |_| true);
+    let unwritten = || {
+        bounded_files::read(path, 0)
+            .map_or_else(|error| bounded_files::refusal(&error).is_none(), |_| true)
+    };
     if options.print_config && options.config.is_none() && unwritten() {
         print(config::TEMPLATE)?;
         return Ok(None);
@@ -208,7 +210,7 @@ fn real(config: &Config, options: &cli::Hardware) -> anyhow::Result<Apparatus> {
         AudioHost::Native => (open_host(HostChoice::Default)?, lines, None),
         AudioHost::Jack => (open_host(HostChoice::Jack)?, lines, None),
         AudioHost::Nidaqmx => {
-            let (host, lines) = daqmx::open(config, None, lines)?;
+            let (host, lines) = ni_daqmx::open(config, None, lines)?;
             (host, lines, open_host(HostChoice::Default).ok())
         }
     };

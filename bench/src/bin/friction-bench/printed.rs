@@ -15,8 +15,8 @@ pub fn text(command: &Command) -> anyhow::Result<Vec<u8>> {
     let mut text = Vec::new();
     match command {
         Command::Schema { name } => {
-            let schema = name.as_deref().and_then(schemas::text_of);
-            text = schema.unwrap_or_else(schemas::list).into();
+            let schema = name.as_deref().and_then(help::schemas::text_of);
+            text = schema.unwrap_or_else(help::schemas::list).into();
         }
         // The generators panic if they cannot write.
         Command::Completions { shell } => {
@@ -25,7 +25,7 @@ pub fn text(command: &Command) -> anyhow::Result<Vec<u8>> {
         Command::Manual { to: None } => clap_mangen::Man::new(Cli::command()).render(&mut text)?,
         Command::Manual { to: Some(folder) } => write_pages(folder)?,
         Command::Messages(options) => {
-            let matches = messages::text(&options.words);
+            let matches = help::messages::text(&options.words);
             let matches = matches.with_context(|| {
                 format!(
                     "no message has all of these words: {}; fewer words find more, and none lists all",

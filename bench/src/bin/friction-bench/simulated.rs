@@ -6,12 +6,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use anyhow::Context;
-use calibration::operator::{self, Cabling, Hands, Request};
+use calibration_rig::operator::{self, Cabling, Hands, Request};
 use config::{AudioHost, Config};
 use devices::Hardware;
 use devices::loudspeaker::Tone;
 use drill::rehearsed;
 use drill::{Deed, FaultHand};
+use faults::RehearsedFault;
 use friction_bench::apparatus::{Apparatus, Watcher};
 use friction_bench::cli::Speed;
 use friction_bench::displays::Displays;
@@ -25,14 +26,13 @@ use mock_hw::world_clock::Pace;
 use mock_world::person::{Cue, Instruction, Percept};
 use mock_world::plant::{Axis, InputWiring};
 use mock_world::scenario::{ForceInterface, ForceProtocol, Scenario, ScenarioError, built_in};
-use rehearsal::RehearsedFault;
 use safety::{input, output};
 use sources::{Lines, Place};
 use tasks::{Clock, Schedule, SystemClock, later};
 
 /// Configuration of a bench with the simulated hardware's usual force sensor. It states the assumptions of the bench; the
 /// truth of a scenario differs from them where that of real hardware would.
-const CONFIG: &str = include_str!("../../../mock-bench.toml");
+const CONFIG: &str = config::rigs::MOCK_BENCH;
 /// Lines of [`CONFIG`] for the force sensor's format, and their replacement for a sensor that sends lines of text.
 const FRAMES: &str =
     "protocol = \"frames\"                # or lines, see docs/force-protocol.md\nbaud = 2000000\n";
@@ -41,9 +41,9 @@ const LINES: &str =
 
 /// Start and end of the force sensor's lines in [`CONFIG`], and the lines for other sensors.
 const SERIAL: [&str; 2] = ["port = ", "\n\n[encoder]"];
-const NETFT: &str = include_str!("../../../mock-bench-netft.toml");
-const GAUGES: &str = include_str!("../../../mock-bench-channels.toml");
-const FIELD_BOX: &str = include_str!("../../../mock-bench-field-box.toml");
+const NETFT: &str = config::rigs::MOCK_BENCH_NETFT;
+const GAUGES: &str = config::rigs::MOCK_BENCH_CHANNELS;
+const FIELD_BOX: &str = config::rigs::MOCK_BENCH_FIELD_BOX;
 /// Lines of [`CONFIG`] about the encoder and the digital lines, and their replacements behind a field box.
 const BEHIND_BOX: [[&str; 2]; 2] = [
     ["[encoder]\n", "[encoder]\nsource = \"field-box\"\n"],
@@ -75,19 +75,19 @@ fn with_sensor(sensor: &str) -> String {
 }
 
 /// Configuration of a bench on the simulated National Instruments card.
-const NI_CARD: &str = include_str!("../../../mock-bench-nidaqmx.toml");
+const NI_CARD: &str = config::rigs::MOCK_BENCH_NIDAQMX;
 
 /// Returns the cards of the simulated National Instruments library; empty if it was not built.
 ///
 /// # Errors
 /// When the apparatus behind the library cannot be built.
-pub fn cards(scenario: &str) -> anyhow::Result<Vec<daqmx::Card>> {
+pub fn cards(scenario: &str) -> anyhow::Result<Vec<ni_daqmx::Card>> {
     let Some(library) = rack::library() else {
         return Ok(Vec::new());
     };
     let bench = Config::parse(NI_CARD, "the simulated card's configuration")?;
     let _apparatus = apparatus(scenario, 1, Speed::Max, None, &[], Some(&bench))?;
-    daqmx::cards(Some(&library))
+    ni_daqmx::cards(Some(&library))
 }
 
 /// Number of openings of simulated streams so far.
@@ -154,7 +154,7 @@ pub fn apparatus(
             ..Lines::default()
         };
         cues = Some(host);
-        (host, lines) = daqmx::open(bench, Some(&library), card_lines)?;
+        (host, lines) = ni_daqmx::open(bench, Some(&library), card_lines)?;
     }
     let (force_place, vibrometer_port, clock) = (
         match apparatus.force_address() {
@@ -267,12 +267,13 @@ pub fn read(name: &str) -> anyhow::Result<Scenario> {
     let is_path = path.components().count() > 1 || path.extension().is_some() || path.exists();
     match built_in(name) {
         Err(ScenarioError::UnknownName { known, .. }) if is_path && !is_built_in => {
-            let text = files::read_text(path, files::TEXT_LIMIT_BYTES).with_context(|| {
-                format!(
-                    "cannot read the scenario {name}; built-in scenarios: {}",
-                    known.join(", ")
-                )
-            })?;
+            let text = bounded_files::read_text(path, bounded_files::TEXT_LIMIT_BYTES)
+                .with_context(|| {
+                    format!(
+                        "cannot read the scenario {name}; built-in scenarios: {}",
+                        known.join(", ")
+                    )
+                })?;
             Ok(Scenario::parse(&text, name)?)
         }
         scenario => Ok(scenario?),

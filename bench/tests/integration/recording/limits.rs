@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use super::support::{FORMAT_2, manifest, ramp};
-use files::{FileKind, Refusal, refusal};
+use bounded_files::{FileKind, Refusal, refusal};
 use recording::manifest::{
     EventKind, MAX_ENTRIES, ManifestError, ManifestReadError, RecordedInterval,
     RecordedIntervalKind, RecordingEvent,

@@ -1,7 +1,7 @@
 //! `[amplifier]`: the amplifier between generator and actuators.
 
 use serde::{Deserialize, Serialize};
-use strict::OutOfRange;
+use strict_toml::OutOfRange;
 
 use super::ranges::all_within;
 

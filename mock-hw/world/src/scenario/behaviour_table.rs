@@ -1,7 +1,7 @@
 //! `[participant.behaviour]`: movements and normal force of the person.
 
 use serde::{Deserialize, Serialize};
-use strict::OutOfRange;
+use strict_toml::OutOfRange;
 
 use super::ranges::all_within;
 

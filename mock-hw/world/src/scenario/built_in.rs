@@ -98,12 +98,12 @@ pub fn built_in(name: &str) -> Result<Scenario, ScenarioError> {
                 names.iter().partition(|name| name.starts_with("laws/"));
             // An unknown name more likely means a whole scenario than a law, unless it begins with `laws/` or ends a law's
             // name.
-            let law = strict::nearest(name, &laws);
+            let law = strict_toml::nearest(name, &laws);
             let is_law = |law: &String| name.starts_with("laws/") || law.ends_with(name);
             let nearest = law
                 .clone()
                 .filter(is_law)
-                .or_else(|| strict::nearest(name, &plain_names))
+                .or_else(|| strict_toml::nearest(name, &plain_names))
                 .or(law);
             Err(ScenarioError::UnknownName {
                 name: name.to_owned(),

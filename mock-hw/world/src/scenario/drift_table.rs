@@ -1,7 +1,7 @@
 //! `[plate.drift]`: drift of the plate's resonance and damping.
 
 use serde::{Deserialize, Serialize};
-use strict::OutOfRange;
+use strict_toml::OutOfRange;
 
 use super::ranges::all_within;
 

@@ -1,7 +1,7 @@
 //! `[encoder]`: the pulley encoder.
 
 use serde::{Deserialize, Serialize};
-use strict::OutOfRange;
+use strict_toml::OutOfRange;
 
 use super::ranges::all_within;
 

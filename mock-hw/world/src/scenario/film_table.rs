@@ -1,7 +1,7 @@
 //! `[film]`: squeeze film and asperities, without the constants of a person.
 
 use serde::{Deserialize, Serialize};
-use strict::OutOfRange;
+use strict_toml::OutOfRange;
 
 use super::ranges::all_within;
 

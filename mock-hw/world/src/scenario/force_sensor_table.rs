@@ -1,7 +1,7 @@
 //! `[force_sensor]`: the two-axis force sensor and its serial device.
 
 use serde::{Deserialize, Serialize};
-use strict::{OutOfRange, within};
+use strict_toml::{OutOfRange, within};
 
 use super::gauges_table::GaugesTable;
 use super::ranges::all_within;

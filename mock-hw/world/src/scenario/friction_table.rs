@@ -1,7 +1,7 @@
 //! `[friction]`: friction effects in addition to the load carried by the asperities.
 
 use serde::{Deserialize, Serialize};
-use strict::OutOfRange;
+use strict_toml::OutOfRange;
 
 use super::ranges::all_within;
 

@@ -1,7 +1,7 @@
 //! `[force_sensor.gauges]`: the amplifier between a sensor's gauges and the sound card.
 
 use serde::{Deserialize, Serialize};
-use strict::{OutOfRange, within};
+use strict_toml::{OutOfRange, within};
 
 /// Number of gauges of a sensor.
 pub const GAUGES: usize = 6;

@@ -1,7 +1,7 @@
 //! `[jitter]`: spread of the true constants from seed to seed.
 
 use serde::{Deserialize, Serialize};
-use strict::{OutOfRange, within};
+use strict_toml::{OutOfRange, within};
 
 use super::ranges::all_within;
 

@@ -1,7 +1,7 @@
 //! `[laws]`: deviations from the published laws, on which `Huloux 2021` and every estimator built on it rely.
 
 use serde::{Deserialize, Serialize};
-use strict::{OutOfRange, within};
+use strict_toml::{OutOfRange, within};
 
 use super::ranges::all_within;
 

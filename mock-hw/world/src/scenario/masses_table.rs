@@ -1,7 +1,7 @@
 //! `[masses]`: known masses on the plate or over a pulley.
 
 use serde::{Deserialize, Serialize};
-use strict::OutOfRange;
+use strict_toml::OutOfRange;
 
 use super::ranges::all_within;
 

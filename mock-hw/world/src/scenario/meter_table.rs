@@ -1,7 +1,7 @@
 //! `[meter]`: an independent voltmeter across the actuators.
 
 use serde::{Deserialize, Serialize};
-use strict::OutOfRange;
+use strict_toml::OutOfRange;
 
 use super::ranges::all_within;
 

@@ -1,7 +1,7 @@
 //! `[participant.moisture]`: slow change of the skin.
 
 use serde::{Deserialize, Serialize};
-use strict::OutOfRange;
+use strict_toml::OutOfRange;
 
 use super::ranges::all_within;
 

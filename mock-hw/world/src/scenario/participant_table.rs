@@ -1,7 +1,7 @@
 //! `[participant]`: the person.
 
 use serde::{Deserialize, Serialize};
-use strict::{OutOfRange, within};
+use strict_toml::{OutOfRange, within};
 
 use super::behaviour_table::BehaviourTable;
 use super::moisture_table::MoistureTable;

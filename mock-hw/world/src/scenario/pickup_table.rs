@@ -1,7 +1,7 @@
 //! `[pickup]`: the pickup disc.
 
 use serde::{Deserialize, Serialize};
-use strict::OutOfRange;
+use strict_toml::OutOfRange;
 
 use super::ranges::all_within;
 

@@ -1,7 +1,7 @@
 //! `[plate]`: the glass plate with its actuators.
 
 use serde::{Deserialize, Serialize};
-use strict::OutOfRange;
+use strict_toml::OutOfRange;
 
 use super::drift_table::DriftTable;
 use super::ranges::all_within;

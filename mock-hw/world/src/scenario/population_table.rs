@@ -1,7 +1,7 @@
 //! `[participant.population]`: distributions from which a skin is drawn.
 
 use serde::{Deserialize, Serialize};
-use strict::{OutOfRange, within};
+use strict_toml::{OutOfRange, within};
 
 /// Distributions of the skin (`Huloux 2021`, section on participants; μ0's mean and spread are assumptions).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

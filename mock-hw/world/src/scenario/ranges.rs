@@ -2,10 +2,10 @@
 
 /// Requires fields of a table to be in range: `field: least, greatest, "unit";`.
 ///
-/// Returns [`strict::OutOfRange`] from the calling function for the first field out of range.
+/// Returns [`strict_toml::OutOfRange`] from the calling function for the first field out of range.
 macro_rules! all_within {
     ($table:literal, $this:expr, $($field:ident: $low:expr, $high:expr, $unit:literal;)+) => {
-        $(strict::within(
+        $(strict_toml::within(
             concat!($table, ".", stringify!($field)),
             f64::from($this.$field),
             $low,
@@ -50,11 +50,11 @@ macro_rules! drawable {
             }
 
             /// Requires both ends of every range to be within the limits of the constant, and to ascend.
-            pub(super) fn check(&self) -> Result<(), strict::OutOfRange> {
+            pub(super) fn check(&self) -> Result<(), strict_toml::OutOfRange> {
                 $(if let Some([low, high]) = self.$field {
                     let key = concat!($path, ".", stringify!($field));
-                    strict::within(key, low, $low, $high, $unit)?;
-                    strict::within(key, high, low, $high, $unit)?;
+                    strict_toml::within(key, low, $low, $high, $unit)?;
+                    strict_toml::within(key, high, low, $high, $unit)?;
                 })+
                 Ok(())
             }

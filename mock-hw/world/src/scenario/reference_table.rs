@@ -1,7 +1,7 @@
 //! `[reference]`: a vibrometer with its analog output on a spare input of the sound card.
 
 use serde::{Deserialize, Serialize};
-use strict::{OutOfRange, within};
+use strict_toml::{OutOfRange, within};
 
 use super::ranges::all_within;
 

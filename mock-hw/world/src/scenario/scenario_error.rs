@@ -1,7 +1,7 @@
 //! Reasons for rejecting a scenario.
 
-use rehearsal::{OverlapError, RehearsedFaultError};
-use strict::{InFile, OutOfRange, TomlError};
+use faults::{OverlapError, RehearsedFaultError};
+use strict_toml::{InFile, OutOfRange, TomlError};
 
 /// Reason for rejecting a scenario.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -1,9 +1,9 @@
 //! Complete scenario: its tables, its parser, and the bench drawn from a seed.
 
+use faults::{RehearsedFault, require_apart};
 use rand::RngExt;
-use rehearsal::{RehearsedFault, require_apart};
 use serde::{Deserialize, Serialize};
-use strict::{InFile, OutOfRange, within};
+use strict_toml::{InFile, OutOfRange, within};
 
 use super::amplifier_table::AmplifierTable;
 use super::converter_table::ConverterTable;
@@ -89,7 +89,7 @@ impl Scenario {
     /// number that the simulation cannot represent, [`ScenarioError::Fault`] or [`ScenarioError::Overlap`] for faults that
     /// cannot be injected.
     pub fn parse(text: &str, file: &str) -> Result<Self, ScenarioError> {
-        let scenario: Self = strict::parse(text, file)?;
+        let scenario: Self = strict_toml::parse(text, file)?;
         scenario
             .check()
             .map_err(|range| ScenarioError::OutOfRange {
@@ -196,5 +196,5 @@ impl Scenario {
 /// Returns the line of a key; its path may be followed by a note in brackets about a part of its value.
 fn line_of(text: &str, key: &str) -> Option<usize> {
     let path = key.split_once(' ').map_or(key, |(path, _)| path);
-    strict::line_of(text, path)
+    strict_toml::line_of(text, path)
 }

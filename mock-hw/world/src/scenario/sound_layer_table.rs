@@ -1,7 +1,7 @@
 //! `[sound_layer]`: the software between program and sound card.
 
 use serde::{Deserialize, Serialize};
-use strict::{OutOfRange, within};
+use strict_toml::{OutOfRange, within};
 
 /// A server or plug-in between the program and the sound card that changes samples without reporting it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

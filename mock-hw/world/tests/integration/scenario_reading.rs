@@ -4,7 +4,7 @@ use mock_world::scenario::{
     ChannelSlip, ParticipantTable, Scenario, ScenarioError, SoundLayerTable, built_in,
     built_in_names,
 };
-use strict::TomlError;
+use strict_toml::TomlError;
 
 fn parse(text: &str) -> Result<Scenario, ScenarioError> {
     Scenario::parse(text, "test.toml")
@@ -213,7 +213,7 @@ fn an_unknown_name_suggests_the_nearest_one_also_by_a_part_of_it() {
 
 #[test]
 fn faults_are_read_and_written_and_invalid_ones_are_named_with_their_line() {
-    use rehearsal::{FaultKind, RehearsedFault, RehearsedFaultError};
+    use faults::{FaultKind, RehearsedFault, RehearsedFaultError};
 
     let text = "[[faults]]\nfault = \"press\"\nat_s = 5.0\nuntil_s = 6.0\nargument = 4.5\n";
     let scenario = parse(text).unwrap();

@@ -1,0 +1,444 @@
+//! Strict reading of TOML files, with explanations of errors.
+
+use std::ops::Range;
+
+use serde::de::DeserializeOwned;
+
+use crate::place::line_at;
+use crate::suggestion::nearest;
+use crate::toml_error::TomlError;
+use crate::wrong_value::{self, WrongValue};
+
+/// Reads `text` into `T`; `file` only names the file in errors.
+///
+/// `T` and the types in it must carry `#[serde(deny_unknown_fields)]` and no `flatten` or `untagged`, which hide keys
+/// from serde.
+///
+/// # Errors
+/// [`TomlError`] for an unknown or missing key, a value of the wrong type, and for text that is not TOML.
+///
+/// ```
+/// use strict_toml::TomlError;
+///
+/// #[derive(Debug, serde::Deserialize)]
+/// #[serde(deny_unknown_fields)]
+/// struct Audio {
+///     rate_hz: u32,
+/// }
+///
+/// let audio: Audio = strict_toml::parse("rate_hz = 192000", "bench.toml")?;
+/// assert_eq!(audio.rate_hz, 192_000);
+///
+/// let error = strict_toml::parse::<Audio>("rate_hz = \"192000\"", "bench.toml").unwrap_err();
+/// assert!(matches!(error, TomlError::QuotedNumber { line: 1, .. }));
+/// # Ok::<(), TomlError>(())
+/// ```
+pub fn parse<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, TomlError> {
+    toml::from_str(text).map_err(|error| explain(error, text, file))
+}
+
+fn explain(mut error: toml::de::Error, text: &str, file: &str) -> TomlError {
+    let file = file.to_owned();
+    let span = error.span();
+    let line = span.as_ref().map_or(1, |span| line_at(text, span.start));
+    let message = error.message().trim_end().to_owned();
+    // The path of keys appears only in the text of an error without its input.
+    error.set_input(None);
+    let path = error
+        .to_string()
+        .rsplit_once("\nin `")
+        .and_then(|(_, rest)| rest.trim_end().strip_suffix('`').map(str::to_owned));
+    if let Some((key, known)) = unknown(&message, "unknown field ") {
+        return TomlError::UnknownKey {
+            nearest: nearest(&key, &known),
+            file,
+            line,
+            key,
+            known,
+        };
+    }
+    if let Some((value, allowed)) = unknown(&message, "unknown variant ") {
+        return TomlError::UnknownValue {
+            nearest: nearest(&value, &allowed),
+            file,
+            line,
+            value,
+            allowed,
+        };
+    }
+    if let Some(key) = message.strip_prefix("missing field ") {
+        return TomlError::MissingKey {
+            file,
+            table: path,
+            key: key.trim_matches('`').to_owned(),
+        };
+    }
+    if let Some(mismatch) = wrong_value::from_message(&message) {
+        return wrong_type(mismatch, file, line, path);
+    }
+    not_toml(message, text, span, file, line, path)
+}
+
+fn wrong_type(mismatch: WrongValue, file: String, line: usize, key: Option<String>) -> TomlError {
+    match mismatch {
+        WrongValue::QuotedNumber(number) => TomlError::QuotedNumber {
+            file,
+            line,
+            key,
+            number,
+        },
+        WrongValue::NumberWithUnit(value) => TomlError::NumberWithUnit {
+            file,
+            line,
+            key,
+            value,
+        },
+        WrongValue::Type { found, wanted } => TomlError::WrongType {
+            file,
+            line,
+            key,
+            found,
+            wanted,
+        },
+    }
+}
+
+/// Explains an error from the text itself: a number with a unit is not TOML.
+fn not_toml(
+    message: String,
+    text: &str,
+    span: Option<Range<usize>>,
+    file: String,
+    line: usize,
+    path: Option<String>,
+) -> TomlError {
+    /// The parser's message for most words outside quotes and for a missing value.
+    const BARE_WORD: &str = "string values must be quoted";
+    let unreadable = span.and_then(|span| wrong_value::unreadable(text, span.start));
+    match unreadable {
+        Some(found) if found.is_number_with_unit() => TomlError::NumberWithUnit {
+            file,
+            line,
+            value: found.value.to_owned(),
+            key: found.key,
+        },
+        Some(found) if found.is_bare_word() || message.starts_with(BARE_WORD) => {
+            TomlError::Invalid {
+                file,
+                line,
+                message: match found.value {
+                    "" => "the value is missing".to_owned(),
+                    value => {
+                        format!(
+                            "`{value}` is neither a number, `true` or `false`, nor text in quotes"
+                        )
+                    }
+                },
+                key: found.key,
+            }
+        }
+        _ => TomlError::Invalid {
+            file,
+            line,
+            key: path,
+            message,
+        },
+    }
+}
+
+/// Parses serde's "unknown field `a`, expected one of `b`, `c`".
+fn unknown(message: &str, prefix: &str) -> Option<(String, Vec<String>)> {
+    let rest = message.strip_prefix(prefix)?.strip_prefix('`')?;
+    // The unknown word is the user's and may contain backticks; serde's own text follows the last "`, ".
+    let (word, expected) = rest
+        .rsplit_once("`, expected ")
+        .or_else(|| rest.rsplit_once("`, there are no fields"))?;
+    let known = expected
+        .split('`')
+        .skip(1)
+        .step_by(2)
+        .map(str::to_owned)
+        .collect();
+    Some((word.to_owned(), known))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde::Deserialize;
+
+    #[derive(Debug, Deserialize, PartialEq)]
+    #[serde(deny_unknown_fields)]
+    struct Outer {
+        carrier_hz: f64,
+        order: Word,
+        plate: Vec<Inner>,
+    }
+
+    #[derive(Debug, Deserialize, PartialEq)]
+    #[serde(deny_unknown_fields)]
+    struct Inner {
+        centre_m: f64,
+    }
+
+    #[derive(Debug, Deserialize, PartialEq)]
+    #[serde(rename_all = "snake_case")]
+    enum Word {
+        Fixed,
+        Randomised,
+    }
+
+    const GOOD: &str = "carrier_hz = 35e3\norder = \"fixed\"\n\n[[plate]]\ncentre_m = 0.05\n";
+
+    fn failure(text: &str) -> TomlError {
+        parse::<Outer>(text, "bench.toml").unwrap_err()
+    }
+
+    #[test]
+    fn reads_what_is_right() {
+        let read: Outer = parse(GOOD, "bench.toml").unwrap();
+        assert_eq!(
+            read,
+            Outer {
+                carrier_hz: 35e3,
+                order: Word::Fixed,
+                plate: vec![Inner { centre_m: 0.05 }]
+            }
+        );
+    }
+
+    /// Fault 33.
+    #[test]
+    fn an_unknown_key_is_named_with_its_line_and_the_nearest_known_one() {
+        let error = failure(&GOOD.replace("centre_m", "center_m"));
+        assert_eq!(
+            error.to_string(),
+            "bench.toml, line 5: unknown key `center_m`, did you mean `centre_m`?; known here: `centre_m`"
+        );
+    }
+
+    #[test]
+    fn a_wrong_unit_leads_to_the_right_one() {
+        let error = failure(&GOOD.replace("carrier_hz", "carrier_khz"));
+        let TomlError::UnknownKey {
+            line,
+            key,
+            nearest,
+            known,
+            ..
+        } = error
+        else {
+            panic!("{error}")
+        };
+        assert_eq!(
+            (line, key.as_str(), nearest.as_deref()),
+            (1, "carrier_khz", Some("carrier_hz"))
+        );
+        assert_eq!(known, ["carrier_hz", "order", "plate"]);
+    }
+
+    #[test]
+    fn a_key_like_no_other_gets_no_suggestion() {
+        let error = failure(&format!("zzz = 1\n{GOOD}"));
+        assert!(
+            matches!(
+                error,
+                TomlError::UnknownKey {
+                    nearest: None,
+                    line: 1,
+                    ..
+                }
+            ),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn a_key_with_backticks_is_shown_whole() {
+        let error = failure(&format!("\"a`, expected `b\" = 1\n{GOOD}"));
+        assert!(
+            matches!(&error, TomlError::UnknownKey { key, .. } if key == "a`, expected `b"),
+            "{error:?}"
+        );
+    }
+
+    #[test]
+    fn an_unknown_word_is_named_with_the_allowed_ones() {
+        let error = failure(&GOOD.replace("fixed", "randomized"));
+        assert_eq!(
+            error.to_string(),
+            "bench.toml, line 2: unknown value `randomized`, did you mean `randomised`?; allowed: `fixed`, `randomised`"
+        );
+    }
+
+    /// Fault 33.
+    #[test]
+    fn a_missing_key_is_named_with_its_table() {
+        let error = failure(&GOOD.replace("centre_m = 0.05\n", ""));
+        assert_eq!(
+            error.to_string(),
+            "bench.toml, table [plate]: key `centre_m` is missing"
+        );
+        let error = failure("order = \"fixed\"\nplate = []\n");
+        assert_eq!(error.to_string(), "bench.toml: key `carrier_hz` is missing");
+    }
+
+    #[test]
+    fn a_number_in_quotes_is_to_lose_them() {
+        let error = failure(&GOOD.replace("35e3", "\"35_000.0\""));
+        assert_eq!(
+            error,
+            TomlError::QuotedNumber {
+                file: "bench.toml".to_owned(),
+                line: 1,
+                key: Some("carrier_hz".to_owned()),
+                number: "35_000.0".to_owned(),
+            }
+        );
+        assert_eq!(
+            error.to_string(),
+            "bench.toml, line 1, key `carrier_hz`: \"35_000.0\" is text; write the number without quotes"
+        );
+    }
+
+    /// Fault 33.
+    #[test]
+    fn a_number_with_a_unit_is_to_lose_it() {
+        let with_unit = |line, key: &str, value: &str| TomlError::NumberWithUnit {
+            file: "bench.toml".to_owned(),
+            line,
+            key: Some(key.to_owned()),
+            value: value.to_owned(),
+        };
+        for value in [
+            "6.0 Hz",
+            "20g",
+            "95%",
+            "20 µm",
+            "-6.0e-3m",
+            "35kHz   # comment",
+        ] {
+            let bare = value.split('#').next().unwrap().trim_end();
+            assert_eq!(
+                failure(&GOOD.replace("35e3", value)),
+                with_unit(1, "carrier_hz", bare)
+            );
+            assert_eq!(
+                failure(&GOOD.replace("0.05", value)),
+                with_unit(5, "plate.centre_m", bare)
+            );
+        }
+        assert_eq!(
+            failure(&GOOD.replace("0.05", "\"50 mm\"")),
+            with_unit(5, "plate.centre_m", "50 mm")
+        );
+        let inline = "carrier_hz = 1\norder = \"fixed\"\nplate = [{ centre_m = 50 mm }]\n";
+        assert_eq!(failure(inline), with_unit(3, "plate.centre_m", "50 mm"));
+        assert_eq!(
+            failure("carrier_hz = 20g\n").to_string(),
+            "bench.toml, line 1, key `carrier_hz`: `20g` has a unit; write a number without a unit; \
+             the unit is in the key's name"
+        );
+    }
+
+    #[test]
+    fn a_number_with_a_unit_on_a_line_of_its_own_is_found_without_its_key() {
+        assert_eq!(
+            failure("plate = [\n  1.0,\n  2 m,\n]\n"),
+            TomlError::NumberWithUnit {
+                file: "bench.toml".to_owned(),
+                line: 3,
+                key: None,
+                value: "2 m".to_owned(),
+            }
+        );
+    }
+
+    #[test]
+    fn a_wrong_type_says_what_to_write() {
+        for (written, found, wanted) in [
+            ("carrier_hz = true", "`true`", "a number"),
+            ("carrier_hz = \"fast\"", "the text \"fast\"", "a number"),
+            ("carrier_hz = [1.0]", "a list", "a number"),
+        ] {
+            assert_eq!(
+                failure(&GOOD.replace("carrier_hz = 35e3", written)),
+                TomlError::WrongType {
+                    file: "bench.toml".to_owned(),
+                    line: 1,
+                    key: Some("carrier_hz".to_owned()),
+                    found: found.to_owned(),
+                    wanted: wanted.to_owned(),
+                }
+            );
+        }
+        #[derive(Debug, Deserialize)]
+        struct Rate {
+            #[expect(dead_code, reason = "only its type is looked at")]
+            rate_hz: u32,
+        }
+        for (written, found) in [("-1", "`-1`"), ("6.5", "`6.5`")] {
+            let error = parse::<Rate>(&format!("rate_hz = {written}"), "bench.toml").unwrap_err();
+            assert_eq!(
+                error.to_string(),
+                format!(
+                    "bench.toml, line 1, key `rate_hz`: {found} is not allowed; \
+                     write a whole number from 0 to 4294967295"
+                )
+            );
+        }
+    }
+
+    #[test]
+    fn a_word_without_quotes_and_a_missing_value_are_named() {
+        let invalid = |text: &str| match failure(text) {
+            TomlError::Invalid {
+                line, key, message, ..
+            } => (line, key, message),
+            other => panic!("{other:?}"),
+        };
+        let (line, key, message) = invalid(&GOOD.replace("\"fixed\"", "fixed"));
+        assert_eq!((line, key.as_deref()), (2, Some("order")));
+        assert!(message.starts_with("`fixed` is neither"), "{message}");
+        let (line, key, message) = invalid(&GOOD.replace("0.05", ""));
+        assert_eq!((line, key.as_deref()), (5, Some("plate.centre_m")));
+        assert_eq!(message, "the value is missing");
+    }
+
+    #[test]
+    fn text_that_is_not_toml_is_an_error_with_its_line() {
+        let error = failure("carrier_hz = 1\norder = = 2\n");
+        assert!(
+            matches!(&error, TomlError::Invalid { line: 2, .. }),
+            "{error:?}"
+        );
+    }
+
+    #[test]
+    fn a_key_given_twice_is_an_error() {
+        let error = failure(&format!("carrier_hz = 1.0\n{GOOD}"));
+        assert!(
+            matches!(&error, TomlError::Invalid { line: 2, .. }),
+            "{error:?}"
+        );
+    }
+
+    #[test]
+    fn no_slip_of_a_character_makes_it_panic() {
+        let lines = GOOD.replace('\n', "\r\n");
+        for text in [GOOD, &lines] {
+            for (offset, c) in text.char_indices() {
+                for slip in ["", "µ", "\"", "=", "[", "#", ",", "\n", "1 m", "\u{feff}"] {
+                    let slipped = format!(
+                        "{}{slip}{}",
+                        &text[..offset],
+                        &text[offset + c.len_utf8()..]
+                    );
+                    if let Err(error) = parse::<Outer>(&slipped, "bench.toml") {
+                        assert!(error.to_string().starts_with("bench.toml"), "{error}");
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! Known masses, typed in or from a table.
+
+use std::path::Path;
+
+use calibration_rig::operator::{ForceAxis, GRAM_KG};
+use calibration_rig::typed_table;
+
+/// Known mass and the axis that it loads.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mass {
+    /// Axis that it loads.
+    pub axis: ForceAxis,
+    /// Mass, kg.
+    pub mass_kg: f64,
+    /// Standard deviation, kg, without the part common to all masses.
+    pub sigma_kg: f64,
+}
+
+/// Converts masses typed in grams, on one axis.
+#[must_use]
+pub fn from_g(axis: ForceAxis, masses_g: &[f64]) -> Vec<Mass> {
+    masses_g
+        .iter()
+        .map(|g| Mass {
+            axis,
+            mass_kg: g * GRAM_KG,
+            sigma_kg: 0.0,
+        })
+        .collect()
+}
+
+/// Reads a table with the columns `axis,mass_g` and, optionally, `sigma_g`.
+///
+/// # Errors
+/// If it cannot be read, a column is missing or an axis is neither `normal` nor `lateral`.
+pub fn read_table(path: &Path) -> anyhow::Result<Vec<Mass>> {
+    #[derive(serde::Deserialize)]
+    #[serde(rename_all = "lowercase")]
+    enum Named {
+        Normal,
+        Lateral,
+    }
+    #[derive(serde::Deserialize)]
+    struct Row {
+        axis: Named,
+        mass_g: f64,
+        #[serde(default)]
+        sigma_g: Option<f64>,
+    }
+    let columns = "axis,mass_g or axis,mass_g,sigma_g, an axis normal or lateral";
+    let rows = typed_table::rows::<Row>(path, columns)?;
+    Ok(rows
+        .iter()
+        .map(|row| Mass {
+            axis: match row.axis {
+                Named::Normal => ForceAxis::Normal,
+                Named::Lateral => ForceAxis::Lateral,
+            },
+            mass_kg: row.mass_g * GRAM_KG,
+            sigma_kg: row.sigma_g.unwrap_or(0.0) * GRAM_KG,
+        })
+        .collect())
+}
+
+/// Relative standard uncertainties of the known forces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Accuracy {
+    /// Part common to all masses: of the balance, or the class of the set.
+    pub masses: f64,
+    /// Part of the pull behind the pulley.
+    pub pulley: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_names_its_columns_and_its_axes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("masses.csv");
+        std::fs::write(
+            &path,
+            "axis,mass_g,sigma_g\nnormal, 20, 0.001\nlateral,50,\n",
+        )
+        .unwrap();
+        let masses = read_table(&path).unwrap();
+        assert_eq!(
+            (masses[0].axis, masses[1].axis),
+            (ForceAxis::Normal, ForceAxis::Lateral)
+        );
+        assert!(
+            (masses[0].mass_kg - 0.02).abs() < 1e-12 && (masses[0].sigma_kg - 1e-6).abs() < 1e-15
+        );
+        assert_eq!(masses[1].sigma_kg, 0.0);
+        std::fs::write(&path, "axis,mass_g\nvertical,20\n").unwrap();
+        let message = format!("{:#}", read_table(&path).unwrap_err());
+        assert!(message.contains("axis,mass_g"), "{message}");
+    }
+}

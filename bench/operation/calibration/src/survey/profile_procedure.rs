@@ -1,0 +1,322 @@
+//! `calibrate plate --along N`: measures the amplitude at places along the plate, with a movable vibrometer, relative to the
+//! amplitude read by the pickup.
+
+use crate::plate_look;
+use crate::plate_procedure::PlateProcedure;
+use anyhow::{Context, bail};
+use calibration_rig::capture::Capture;
+use calibration_rig::known::INSTRUMENT_LAG_S;
+use calibration_rig::operator::{Answer, CalibrationProgress, Curve, PointRead, Request};
+use calibration_rig::procedure::{NextStep, Procedure, StepOutcome};
+use config::{Config, PROFILE_RATIOS};
+use signalgen::{ToneList, Waveform};
+
+/// Fewest and most places.
+pub const PLACES: [u32; 2] = [3, 50];
+/// Distance of the first and last place from the plate's ends, m: a laser spot needs a margin.
+const MARGIN_M: f64 = 5e-3;
+/// Level of the tone, V peak; lowered where a limit requires it.
+const LEVEL_V: f64 = 20.0;
+/// Length of the reading at each place, s.
+const WINDOW_S: f64 = 0.5;
+/// Fewest readings of an instrument at one place.
+const LEAST_LINES: usize = 5;
+/// Relative standard error assumed of a typed amplitude: its last digit.
+const TYPED: f64 = 2e-3;
+
+/// Amplitude at one place relative to the pickup's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Position along the plate, m.
+    pub position_m: f64,
+    /// Amplitude relative to the pickup's.
+    pub ratio: f64,
+    /// Standard error of the ratio, without the part common to all places.
+    pub error: f64,
+}
+
+/// Procedure of `calibrate plate --along N`.
+pub struct ProfileProcedure {
+    pub(crate) plate: PlateProcedure,
+    pub(crate) config: Config,
+    metres_per_unit: f64,
+    /// Whether an instrument is read; otherwise the operator types.
+    instrument: bool,
+    places_m: Vec<f64>,
+    pub(crate) places: Vec<Place>,
+    /// Index of the place being measured, from 0.
+    place_index: usize,
+    stage: Stage,
+    pub(crate) level_v: f64,
+    note: Option<String>,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Stage {
+    Plate,
+    Moving,
+    Reading,
+    Review,
+    Done,
+}
+
+impl ProfileProcedure {
+    /// Creates a procedure that has not begun, with this number of places; `metres_per_unit` is the pickup's measured
+    /// sensitivity.
+    ///
+    /// # Errors
+    /// If there are too few or too many places, or the plate is too short for them.
+    pub fn new(
+        plate: PlateProcedure,
+        config: &Config,
+        metres_per_unit: f64,
+        places: u32,
+        instrument: bool,
+    ) -> anyhow::Result<Self> {
+        let [fewest, most] = PLACES;
+        if !(fewest..=most).contains(&places) {
+            bail!(
+                "--along = {places} is outside {fewest} to {most}: so many places are measured along the plate"
+            );
+        }
+        let reach_m = config.plate.length_m - 2.0 * MARGIN_M;
+        if reach_m <= 0.0 {
+            bail!(
+                "plate.length_m = {} m leaves no places {} mm from both ends",
+                config.plate.length_m,
+                1e3 * MARGIN_M
+            );
+        }
+        let step_m = reach_m / f64::from(places - 1);
+        Ok(Self {
+            plate,
+            config: config.clone(),
+            metres_per_unit,
+            instrument,
+            places_m: (0..places)
+                .map(|i| MARGIN_M + f64::from(i) * step_m)
+                .collect(),
+            places: Vec::new(),
+            place_index: 0,
+            stage: Stage::Plate,
+            level_v: LEVEL_V,
+            note: None,
+        })
+    }
+
+    pub(crate) fn carrier_hz(&self) -> f64 {
+        self.plate
+            .fit
+            .as_ref()
+            .map_or(0.0, |fit| fit.resonance_hz.value)
+    }
+
+    fn step(&mut self) -> NextStep {
+        let Some(&position_m) = self.places_m.get(self.place_index) else {
+            self.stage = Stage::Review;
+            return NextStep::Ask(Request::Review);
+        };
+        self.stage = Stage::Moving;
+        NextStep::Ask(Request::MoveVibrometer { position_m })
+    }
+
+    fn begin(&mut self) -> anyhow::Result<NextStep> {
+        self.plate
+            .fit
+            .as_ref()
+            .context("the plate was not measured")?;
+        let largest = self
+            .plate
+            .responses
+            .iter()
+            .map(|response| response.ratio.norm());
+        let largest = largest.fold(f64::MIN_POSITIVE, f64::max);
+        let units_per_v = largest / self.config.channels.drive.volts_per_unit;
+        let highest_v =
+            plate_look::highest_level_v(units_per_v, self.metres_per_unit, &self.config);
+        self.level_v = LEVEL_V.min(highest_v);
+        Ok(self.step())
+    }
+
+    fn settle_s(&self) -> f64 {
+        self.plate.settle_s()
+            + if self.instrument {
+                INSTRUMENT_LAG_S
+            } else {
+                0.0
+            }
+    }
+
+    fn play(&mut self) -> anyhow::Result<NextStep> {
+        self.stage = Stage::Reading;
+        let carrier_hz = self.carrier_hz();
+        if self.instrument {
+            return Ok(NextStep::Play(Box::new(Waveform::SteppedTones {
+                tones: ToneList::new(&[carrier_hz])?,
+                dwell_s: self.settle_s() + WINDOW_S,
+                amplitude_v: self.level_v,
+            })));
+        }
+        let tone = Waveform::Tone {
+            carrier_hz,
+            amplitude_v: self.level_v,
+        };
+        let request = Request::KnownAmplitude {
+            drive_v: self.level_v,
+            expected_m: None,
+        };
+        Ok(NextStep::Sound(Box::new(tone), request))
+    }
+
+    /// Returns the amplitude `known_m` relative to the pickup's.
+    fn ratio(&self, capture: &Capture, known_m: f64, settle_s: f64) -> anyhow::Result<f64> {
+        let dwell = capture.dwells.first().context("no tone was played")?;
+        let pickup = capture.tone(dwell, self.config.channels.pickup.index, settle_s)?;
+        let ratio = known_m / (self.metres_per_unit * pickup.value.norm());
+        if !(ratio.is_finite() && ratio > 0.0) {
+            bail!(
+                "the pickup reads nothing at {:.0} Hz: check its cable",
+                dwell.carrier_hz
+            );
+        }
+        Ok(ratio)
+    }
+
+    /// Stores the ratio, with this relative error, at the present place.
+    fn keep(&mut self, ratio: f64, relative: f64) {
+        let place = Place {
+            position_m: self.places_m[self.place_index],
+            ratio,
+            error: relative * ratio,
+        };
+        match self.places.get_mut(self.place_index) {
+            Some(previous) => *previous = place,
+            None => self.places.push(place),
+        }
+        self.place_index = self.places.len();
+    }
+
+    fn take_typed(&mut self, known_m: f64, capture: &Capture) -> anyhow::Result<NextStep> {
+        let most_m = self.config.calibration.max_amplitude_m;
+        if !(known_m > 0.0 && known_m <= most_m) {
+            self.note = Some(format!(
+                "{:.4} µm is outside 0 to calibration.max_amplitude_m = {:.3} µm: type it again.",
+                known_m * 1e6,
+                most_m * 1e6
+            ));
+            return self.play();
+        }
+        let ratio = self.ratio(capture, known_m, 0.0)?;
+        if let Some(why) = unusable(ratio) {
+            self.note = Some(format!("{why}: look where it aims, and type it again."));
+            return self.play();
+        }
+        self.keep(ratio, TYPED);
+        Ok(self.step())
+    }
+}
+
+/// Returns the reason why a ratio cannot be used, if it cannot.
+pub(crate) fn unusable(ratio: f64) -> Option<String> {
+    let [least, greatest] = PROFILE_RATIOS;
+    (!(least..=greatest).contains(&ratio)).then(|| {
+        format!("the vibrometer reads {ratio:.2} times what the pickup reads, outside {least} to {greatest}")
+    })
+}
+
+/// Returns the mean of an instrument's readings during a steady tone, m, and its relative standard error.
+fn instrument(capture: &Capture, settle_s: f64) -> anyhow::Result<(f64, f64)> {
+    let dwell = capture.dwells.first().context("no tone was played")?;
+    let window = capture.settled(dwell, settle_s);
+    let readings = capture
+        .known_m
+        .iter()
+        .filter(|(frame, _)| window.contains(frame));
+    let lines: Vec<f64> = readings.map(|(_, amplitude_m)| *amplitude_m).collect();
+    let n = lines.len();
+    if n < LEAST_LINES {
+        bail!(
+            "the instrument sent {n} lines in {WINDOW_S} s, at least {LEAST_LINES} are needed: check that it sends peak \
+             amplitudes continuously"
+        );
+    }
+    let mean = lines.iter().sum::<f64>() / n as f64;
+    let squares: f64 = lines.iter().map(|x| (x - mean).powi(2)).sum();
+    let error = (squares / (n * (n - 1)) as f64).sqrt();
+    // An instrument with rounded output can send the same number throughout.
+    Ok((mean, (error / mean).abs().max(1e-5)))
+}
+
+impl Procedure for ProfileProcedure {
+    fn next(&mut self, outcome: StepOutcome) -> anyhow::Result<NextStep> {
+        self.note = None;
+        match (self.stage, outcome) {
+            (Stage::Plate, outcome) => match self.plate.next(outcome)? {
+                NextStep::Done => self.begin(),
+                step => Ok(step),
+            },
+            (Stage::Moving, StepOutcome::Answered(Answer::Ready, _)) => self.play(),
+            (Stage::Reading, StepOutcome::Captured(capture)) => {
+                let settle_s = self.settle_s();
+                let (known_m, relative) = instrument(&capture, settle_s)?;
+                let ratio = self.ratio(&capture, known_m, settle_s)?;
+                if let Some(why) = unusable(ratio) {
+                    bail!("{why}: look where it aims, at its scale and at the pickup");
+                }
+                self.keep(ratio, relative);
+                Ok(self.step())
+            }
+            (Stage::Reading, StepOutcome::Answered(Answer::Number(known_m), capture)) => {
+                self.take_typed(known_m, &capture)
+            }
+            (Stage::Reading | Stage::Review, StepOutcome::Answered(Answer::Redo(place), _)) => {
+                self.place_index = place.min(self.places.len());
+                Ok(self.step())
+            }
+            (Stage::Review, StepOutcome::Answered(Answer::Ready, _)) | (Stage::Done, _) => {
+                self.stage = Stage::Done;
+                Ok(NextStep::Done)
+            }
+            (Stage::Reading, _) => self.play(),
+            (Stage::Moving | Stage::Review, _) => Ok(self.step()),
+        }
+    }
+
+    fn progress(&self) -> CalibrationProgress {
+        let plate = self.plate.progress();
+        let steps = plate.steps + self.places_m.len();
+        if self.stage == Stage::Plate {
+            return CalibrationProgress { steps, ..plate };
+        }
+        CalibrationProgress {
+            step: plate.steps + (self.place_index + 1).min(self.places_m.len()),
+            steps,
+            doing: format!(
+                "Driving at {:.2} V and {:.1} Hz.",
+                self.level_v,
+                self.carrier_hz()
+            ),
+            note: self.note.clone(),
+            points: self.places.iter().map(read).collect(),
+            curve: Some(Curve {
+                x: "position, mm".to_owned(),
+                y: "over the pickup's".to_owned(),
+                points: self
+                    .places
+                    .iter()
+                    .map(|place| (1e3 * place.position_m, place.ratio))
+                    .collect(),
+                fit: Vec::new(),
+            }),
+            findings: plate.findings,
+        }
+    }
+}
+
+fn read(place: &Place) -> PointRead {
+    PointRead {
+        at: format!("{:.1} mm", 1e3 * place.position_m),
+        value: format!("{:.5} ± {:.5}", place.ratio, place.error),
+        ..PointRead::default()
+    }
+}

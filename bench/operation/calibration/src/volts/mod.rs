@@ -1,0 +1,16 @@
+//! Check of the bench's volts against an independent meter: `calibrate output`.
+//!
+//! The read-back reveals an amplifier that has changed, but not the same wrong constant in both `volts_per_unit`. Here the
+//! operator types the readings of a meter across the actuators at a few levels, and the lines through them are judged.
+
+mod output_procedure;
+mod output_verdict;
+#[cfg(test)]
+mod tests;
+
+pub use output_procedure::{OutputProcedure, OutputSetup, VoltMeter};
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("README.md")]
+struct ReadmeExample;

@@ -1,0 +1,146 @@
+//! Verdict on the volts: `[output]` of the calibration file, and whether the constants in `bench.toml` can stay.
+
+use std::fmt::Write as _;
+
+use calibration_rig::judged::{Calibrates, Judged, Part};
+use calibration_rig::known::Known;
+use config::{MeasuredOutput, Provenance, Quantity};
+use metrology::regression::Line;
+use metrology::volts::{UnitSlip, VoltsFit};
+
+use crate::volts::output_procedure::OutputProcedure;
+
+impl OutputProcedure {
+    /// Returns the meter's volts per volt of the bench at the carrier, from the line at the tone and `transfer`.
+    fn factor(&self, line: &Line, transfer: f64) -> Quantity {
+        let value = line.slope * transfer;
+        let observed = line.slope_error * transfer;
+        // The change from the tone to the carrier cannot be attributed to either amplifier or read-back.
+        let unobserved = (0.5 * (self.transfer - 1.0)).hypot(self.setup.meter.accuracy) * value;
+        let error = observed.hypot(unobserved);
+        Quantity::combined(value, error, observed, line.degrees_of_freedom, "1")
+    }
+
+    fn faults(&self, fit: &VoltsFit, commanded: &Quantity, read_back: &Quantity) -> Vec<String> {
+        let config = &self.setup.config;
+        let tolerance = config.calibration.meter_tolerance;
+        let mut faults = Vec::new();
+        let uncertain = commanded.standard_error.max(read_back.standard_error);
+        if uncertain > tolerance {
+            faults.push(format!(
+                "the volts are known to {:.1} % only, calibration.meter_tolerance = {tolerance}: use a better meter, or one that reads the carrier",
+                100.0 * uncertain
+            ));
+        }
+        let line = &fit.per_commanded;
+        let largest_v = self.points.iter().map(|p| p.known_v).fold(0.0, f64::max);
+        let bent = line.nonlinearity.max(line.offset.abs() / largest_v);
+        if bent > tolerance {
+            faults.push(format!(
+                "the readings depart from a line through zero by {:.1} % of the largest: repeat the worst one; check the meter's range",
+                100.0 * bent
+            ));
+        }
+        let is_off = |factor: &Quantity| (factor.value - 1.0).abs() > tolerance;
+        if !is_off(commanded) && !is_off(read_back) {
+            return faults;
+        }
+        let cause = match (is_off(commanded), is_off(read_back)) {
+            (true, true) => {
+                "both volts_per_unit are wrong together, so that command and read-back agree and no watch sees it"
+            }
+            (true, false) => "output.volts_per_unit is wrong: the amplifier has another gain",
+            _ => "channels.drive.volts_per_unit is wrong: the read-back has another divider",
+        };
+        let slip = UnitSlip::of(commanded.value).map_or(String::new(), |slip| {
+            format!(" {slip}: was the right unit typed?")
+        });
+        faults.push(format!(
+            "the meter reads {:.4} V for each volt commanded and {:.4} V for each volt read back, more than calibration.meter_tolerance = {tolerance} off: {cause}; at limits.drive_v = {} V the plate gets {:.1} V.{slip} If the meter is right, set output.volts_per_unit = {:.2} and channels.drive.volts_per_unit = {:.2} in bench.toml, and calibrate again",
+            commanded.value,
+            read_back.value,
+            config.limits.drive_v,
+            config.limits.drive_v * commanded.value,
+            config.output.volts_per_unit * commanded.value,
+            config.channels.drive.volts_per_unit * read_back.value,
+        ));
+        faults
+    }
+
+    fn points_csv(&self, fit: &VoltsFit) -> String {
+        let mut text = String::from(
+            "commanded_v,read_back_v,meter_v,sigma_v,residual_commanded_v,residual_read_back_v\n",
+        );
+        let residuals = fit
+            .per_commanded
+            .residuals
+            .iter()
+            .zip(&fit.per_read_back.residuals);
+        for (point, (commanded, read_back)) in self.points.iter().zip(residuals) {
+            let _ = writeln!(
+                text,
+                "{},{},{},{:e},{commanded:e},{read_back:e}",
+                point.commanded_v, point.read_back_v, point.known_v, point.sigma_v
+            );
+        }
+        text
+    }
+}
+
+impl Calibrates for OutputProcedure {
+    const NAME: &'static str = "output";
+
+    fn judge(&self, date: jiff::Timestamp, operator: &str) -> anyhow::Result<Judged> {
+        let fit = VoltsFit::of(&self.points)?;
+        let setup = &self.setup;
+        let per_commanded = self.factor(&fit.per_commanded, self.transfer);
+        let per_read_back = self.factor(&fit.per_read_back, 1.0);
+        let faults = self.faults(&fit, &per_commanded, &per_read_back);
+        let source = match setup.known {
+            Known::Instrument => "read from a serial line",
+            _ => "typed in",
+        };
+        let output = MeasuredOutput {
+            measured: Provenance {
+                date,
+                operator: operator.to_owned(),
+                method: format!(
+                    "lines through {} levels, readings {source}; errors hold scatter, the meter's accuracy of {} and half of the change from {:.0} Hz to the carrier, {:+.2e}",
+                    self.points.len(),
+                    setup.meter.accuracy,
+                    setup.tone_hz,
+                    self.transfer - 1.0
+                ),
+            },
+            meter: setup.meter.name.clone(),
+            reads: setup.meter.reads,
+            meter_accuracy: setup.meter.accuracy,
+            tone_hz: setup.tone_hz,
+            carrier_hz: setup.carrier_hz(),
+            nonlinearity: fit.per_commanded.nonlinearity,
+            points: self.points.len(),
+            highest_v: self.points.iter().map(|p| p.known_v).fold(0.0, f64::max),
+            per_commanded,
+            per_read_back,
+        };
+        Ok(Judged {
+            values: vec![
+                ("meter/command", output.per_commanded.clone()),
+                ("meter/read-back", output.per_read_back.clone()),
+            ],
+            remarks: vec![format!(
+                "meter            {}, in {}, at {:.0} Hz up to {:.1} V peak",
+                output.meter,
+                output.reads.unit(),
+                output.tone_hz,
+                output.highest_v
+            )],
+            faults,
+            stem: Self::NAME,
+            table: self.points_csv(&fit),
+            figure: None,
+            beside: Vec::new(),
+            part: Part::Output(Box::new(output)),
+        })
+    }
+}

@@ -1,0 +1,166 @@
+//! Message index for a terminal and as a chapter of the handbook.
+
+use std::fmt::Write;
+
+use clap::Args;
+
+use crate::messages::wrap::wrapped;
+use crate::messages::{MessageGroup, ProgramMessage, index};
+
+/// Width of the index on a terminal.
+const WIDTH: usize = 96;
+
+/// `messages`
+#[derive(Debug, Clone, Args)]
+pub struct Options {
+    /// Message to look up, or words of it; numbers are ignored, so that text can be pasted from the screen [default: all].
+    #[arg(value_name = "WORDS")]
+    pub words: Vec<String>,
+}
+
+/// Returns the messages that contain all `words`, as lines for a terminal; `None` if no message does.
+///
+/// ```
+/// let found = help::messages::text(&["normal force 5.30 N over".to_owned()]).unwrap();
+/// assert!(found.contains("safety.max_normal_n") && !found.contains("e-stop pressed"));
+/// assert_eq!(help::messages::text(&["unheard-of".to_owned()]), None);
+/// ```
+#[must_use]
+pub fn text(words: &[String]) -> Option<String> {
+    let query: Vec<String> = words.iter().flat_map(|text| telling(text)).collect();
+    let mut written = String::new();
+    for group in index() {
+        let matches: Vec<_> = group
+            .messages
+            .iter()
+            .filter(|message| holds(&group, message, &query))
+            .collect();
+        if matches.is_empty() {
+            continue;
+        }
+        let line = "=".repeat(group.title.chars().count());
+        let _ = writeln!(written, "{}\n{line}\n", group.title);
+        if query.is_empty() {
+            wrapped(&group.intro, WIDTH, 0, &mut written);
+            written.push('\n');
+        }
+        for message in matches {
+            wrapped(&message.says, WIDTH, 0, &mut written);
+            wrapped(&message.means, WIDTH, 4, &mut written);
+            wrapped(&format!("→ {}", message.remedy), WIDTH, 4, &mut written);
+            written.push('\n');
+        }
+    }
+    (!written.is_empty()).then(|| written.trim_end().to_owned() + "\n")
+}
+
+/// Returns the words of a message that do not vary: those without digits.
+fn telling(text: &str) -> Vec<String> {
+    let words = text.split_whitespace().map(str::to_lowercase);
+    let trimmed = words.map(|word| word.trim_matches(|c: char| !c.is_alphanumeric()).to_owned());
+    trimmed
+        .filter(|word| !word.is_empty() && !word.contains(|c: char| c.is_ascii_digit()))
+        .collect()
+}
+
+fn holds(group: &MessageGroup, message: &ProgramMessage, query: &[String]) -> bool {
+    let ProgramMessage {
+        says,
+        means,
+        remedy,
+        ..
+    } = message;
+    let content = format!("{} {says} {means} {remedy}", group.title).to_lowercase();
+    query.iter().all(|word| content.contains(word.as_str()))
+}
+
+/// Returns the index as a chapter of the handbook, in Markdown.
+#[must_use]
+pub fn chapter() -> String {
+    let mut page = String::from(
+        "# Every message\n\n\
+         <!-- Written by a test from bench/operation/help/messages.toml: FRICTION_BENCH_WRITE_HANDBOOK=1 -->\n\n\
+         What the program says, what it means, and what to do. `…` stands for a value. On the bench's own computer\n\
+         `friction-bench messages` looks a message up: paste it, or type a few of its words.\n\n\
+         ```sh\nfriction-bench messages \"normal force 5.30 N over the limit of 5.00 N\"\n```\n",
+    );
+    for group in index() {
+        let _ = writeln!(page, "\n## {}\n\n{}\n", group.title, group.intro);
+        for message in &group.messages {
+            let says = if message.says.chars().any(char::is_alphanumeric) {
+                format!("`{}`", message.says.replace('`', "'"))
+            } else {
+                format!(
+                    "*The device's or the system's own words* ({})",
+                    plain(&message.of)
+                )
+            };
+            let _ = writeln!(
+                page,
+                "- {says}  \n  {} **{}**",
+                message.means, message.remedy
+            );
+        }
+    }
+    page
+}
+
+/// Returns the name of the variant as words.
+fn plain(path: &str) -> String {
+    let name = path.rsplit("::").next().unwrap_or(path);
+    let mut words = String::new();
+    for character in name.chars() {
+        if character.is_uppercase() && !words.is_empty() {
+            words.push(' ');
+        }
+        words.extend(character.to_lowercase());
+    }
+    words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_index_is_read_and_each_message_is_whole() {
+        for group in index() {
+            assert!(!group.sources.is_empty() || group.rows.is_some());
+            for message in &group.messages {
+                for text in [&message.says, &message.means, &message.remedy] {
+                    assert!(!text.trim().is_empty(), "{message:?}");
+                }
+                for text in [&message.means, &message.remedy] {
+                    let ends = [".", "\"", "?"].iter().any(|end| text.ends_with(end));
+                    assert!(ends, "no end: {text}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_message_is_in_both_texts_and_fits_the_terminal() {
+        let (list, page) = (text(&[]).unwrap(), chapter());
+        let flat = list.split_whitespace().collect::<Vec<_>>().join(" ");
+        for message in index().iter().flat_map(|group| &group.messages) {
+            assert!(flat.contains(&message.remedy), "{message:?}");
+            assert!(page.contains(&message.means), "{message:?}");
+        }
+        for line in list.lines() {
+            let long_word = !line.trim_start().contains(' ');
+            assert!(line.chars().count() <= WIDTH || long_word, "{line}");
+        }
+    }
+
+    #[test]
+    fn what_stands_on_the_screen_is_found() {
+        for line in [
+            "drive reads back 3.1 V although disarmed",
+            "exploration 2: mean normal force 0.93 N, outside 0.50 to 0.80 N",
+            "E-STOP pressed",
+        ] {
+            let matches = text(&[line.to_owned()]).unwrap();
+            assert!(matches.lines().count() < 40, "{matches}");
+        }
+    }
+}

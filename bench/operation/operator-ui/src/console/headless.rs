@@ -1,0 +1,112 @@
+//! Progress as lines of text, for scripts and logs.
+
+use std::io::Write;
+
+use tui::event::{LogLevel, PhaseKind};
+use tui::{Action, Event};
+
+use crate::console::front::Front;
+
+/// A front end that prints progress as lines of text, for scripts and logs. It returns no actions: the protocol's own
+/// rules decide.
+///
+/// ```
+/// use operator_ui::console::{Front, Headless};
+/// use tui::Event;
+/// use tui::event::LogLevel;
+///
+/// let mut text = Vec::new();
+/// let mut front = Headless::new(&mut text);
+/// front.show(Event::Log { level: LogLevel::Warning, text: "normal forces saturated: 3".to_owned() });
+/// assert!(front.action().is_none());
+/// assert_eq!(text, b"  warning: normal forces saturated: 3\n");
+/// ```
+pub struct Headless<W> {
+    out: W,
+    unread: bool,
+    phase: Option<(PhaseKind, u32, u32)>,
+    tripped: Option<String>,
+}
+
+impl<W: Write> Headless<W> {
+    /// Creates a front end that prints to `out`.
+    pub fn new(out: W) -> Self {
+        Self {
+            out,
+            unread: false,
+            phase: None,
+            tripped: None,
+        }
+    }
+
+    fn line(&mut self, text: std::fmt::Arguments<'_>) {
+        // A closed output does not end a session; a caller that runs only for this output checks `is_unread`.
+        let text = text.to_string();
+        self.unread |= writeln!(self.out, "{}", tui::escaped_line(&text)).is_err();
+    }
+}
+
+impl<W: Write + Send> Front for Headless<W> {
+    fn show(&mut self, event: Event) {
+        match event {
+            Event::Phase(phase) => {
+                let phase_key = (phase.kind, phase.trial, phase.attempt);
+                let sort = if phase.practice { "practice" } else { "trial" };
+                if phase.kind == PhaseKind::Baseline
+                    && phase.trial > 0
+                    && self.phase != Some(phase_key)
+                {
+                    let attempt_text = if phase.attempt > 1 {
+                        format!(", attempt {}", phase.attempt)
+                    } else {
+                        String::new()
+                    };
+                    self.line(format_args!(
+                        "{sort} {} of {}{attempt_text}",
+                        phase.trial, phase.trials
+                    ));
+                }
+                self.phase = Some(phase_key);
+            }
+            Event::Verdict(verdict) => {
+                let force = verdict
+                    .mean_normal_n
+                    .map(|n| format!(", mean force {n:.2} N"))
+                    .unwrap_or_default();
+                if verdict.accepted {
+                    self.line(format_args!(
+                        "  accepted: {} instances{force}",
+                        verdict.instances
+                    ));
+                } else {
+                    self.line(format_args!(
+                        "  again: {}{force}",
+                        verdict.reasons.join("; ")
+                    ));
+                }
+            }
+            Event::Safety {
+                state: tui::event::SafetyState::Tripped,
+                reason,
+            } if self.tripped != reason => {
+                self.tripped = reason;
+                let reason = self.tripped.clone().unwrap_or_default();
+                self.line(format_args!("  STOPPED: {reason}"));
+            }
+            Event::Log { level, text } => match level {
+                LogLevel::Info => self.line(format_args!("  {text}")),
+                LogLevel::Warning => self.line(format_args!("  warning: {text}")),
+                LogLevel::Error => self.line(format_args!("  error: {text}")),
+            },
+            _ => {}
+        }
+    }
+
+    fn action(&mut self) -> Option<Action> {
+        None
+    }
+
+    fn is_unread(&self) -> bool {
+        self.unread
+    }
+}

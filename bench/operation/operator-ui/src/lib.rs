@@ -1,0 +1,9 @@
+//! The operator's view of a bench.
+//!
+//! | module | contents |
+//! | --- | --- |
+//! | [`console`] | the dashboard on its thread, or lines of text in its place; keys that stop the drive |
+//! | [`bench_page`] | data for the dashboard's page of the bench: calibrations, lines, limits, losses, rates |
+
+pub mod bench_page;
+pub mod console;

@@ -1,0 +1,142 @@
+//! The preflight: a faint tone at the carrier, a check of all devices, and the exercise of the hardware stops.
+
+mod extent;
+mod judge;
+mod measure;
+mod real_time;
+mod serial_ports;
+mod surroundings;
+mod table;
+mod wiring;
+
+pub use extent::Extent;
+pub use table::{Row, Table, Verdict};
+
+use std::path::Path;
+
+use config::{CalibrationError, Config, Effective};
+use devices::{Hardware, require_armable};
+use safety::{Pace, SafetyState, Trip};
+
+use operator_ui::console::complaint;
+
+/// Result of a preflight.
+#[derive(Debug)]
+pub struct Preflight {
+    /// Rows of the result.
+    pub table: Table,
+    /// Whether the test tone was played.
+    pub driven: bool,
+}
+
+/// Runs the preflight of `bench`; `hardware` is called at most once. `refused` is the reason why the calibration is not in
+/// force.
+pub fn run(
+    bench: &Effective,
+    refused: Option<&CalibrationError>,
+    extent: &Extent,
+    pace: Pace,
+    hardware: impl FnOnce() -> anyhow::Result<Hardware>,
+) -> Preflight {
+    let mut table = Table::default();
+    let mut driven = false;
+    if judge_limits(&mut table, bench.config(), pace) {
+        match measure::measure(bench, extent, hardware) {
+            Ok(measured) => {
+                judge::judge(&mut table, bench, refused, &measured);
+                wiring::judge(&mut table, bench.config(), &measured);
+                driven = measured.driven;
+            }
+            Err(error) => table.row("hardware", false, complaint::lines(&error).join(": ")),
+        }
+    }
+    if pace == Pace::Card {
+        serial_ports::judge(&mut table, bench.config(), Path::new("/dev"));
+    }
+    if let Extent::Whole {
+        study,
+        session_bytes,
+        dashboard,
+    } = extent
+    {
+        surroundings::judge_disk(&mut table, study, *session_bytes);
+        if *dashboard {
+            surroundings::judge_terminal(&mut table, tui::terminal_size());
+        }
+    }
+    Preflight { table, driven }
+}
+
+/// Exercises the hardware stops of a bench before its calibration, when its gains may be unknown; returns the rows on the stops
+/// and on the limits of the safety watch.
+pub fn stops(
+    config: &Config,
+    pace: Pace,
+    hardware: impl FnOnce() -> anyhow::Result<Hardware>,
+) -> Table {
+    let mut table = Table::default();
+    if !judge_limits(&mut table, config, pace) {
+        return table;
+    }
+    let mut unknown = config.clone();
+    // The pickup's scale in micrometres is not yet known.
+    unknown.limits.amplitude_um = f64::INFINITY;
+    let bench = Effective::uncalibrated(unknown);
+    match measure::measure(&bench, &Extent::Stops, hardware) {
+        Ok(measured) => {
+            judge::judge_relay(&mut table, config.safety.readback_floor_v, &measured);
+            wiring::judge_wired(&mut table, config, &measured);
+            match &measured.safety {
+                // The drive is not read back, so the watch stops it; the calibration reports the cause.
+                SafetyState::Tripped {
+                    trip: trip @ (Trip::Readback { .. } | Trip::ReadbackMissing),
+                } => table.verdict_row("stops", Verdict::Warning, format!("not exercised: {trip}")),
+                SafetyState::Armed | SafetyState::Disarmed if !measured.tone_is_read_back() => {
+                    // A floor of 2 V hides the tone from the watch, and noise would pass for a stop.
+                    table.row("stops", false, "not exercised: the tone is not read back");
+                }
+                SafetyState::Tripped { trip } => table.row("safety", false, trip.to_string()),
+                SafetyState::Armed | SafetyState::Disarmed => {
+                    wiring::judge_stops(&mut table, config, &measured);
+                }
+            }
+        }
+        Err(error) => table.row("hardware", false, complaint::lines(&error).join(": ")),
+    }
+    table
+}
+
+/// Opens the streams, plays the faint tone, and returns the delay from its command to its read-back, s; `None` if the tone did
+/// not show it, for example because it is not read back.
+///
+/// # Errors
+/// If a part of the bench is missing or fails.
+pub fn loop_delay(
+    bench: &Effective,
+    hardware: impl FnOnce() -> anyhow::Result<Hardware>,
+) -> anyhow::Result<Option<f64>> {
+    let mut unknown = bench.config().clone();
+    // The pickup's scale in micrometres may not yet be known.
+    unknown.limits.amplitude_um = f64::INFINITY;
+    unknown.safety.measured_delay_s = None;
+    let bench = Effective::uncalibrated(unknown);
+    let measured = measure::measure(&bench, &Extent::Delay, hardware)?;
+    Ok(measured.loop_delay.map(|delay| delay.seconds))
+}
+
+/// Judges the limits of the safety watch, which the drive requires.
+fn judge_limits(table: &mut Table, config: &Config, pace: Pace) -> bool {
+    let notices = config.safety_notices(config.plate.resonance_hz);
+    let (verdict, finding) = match require_armable(config, pace) {
+        Err(error) => (Verdict::Failed, error.to_string()),
+        Ok(()) if notices.is_empty() => (Verdict::Passed, "as by default".to_owned()),
+        Ok(()) => (Verdict::Warning, notices.join("; ")),
+    };
+    table.verdict_row("limits", verdict, finding);
+    verdict != Verdict::Failed
+}
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

@@ -1,0 +1,174 @@
+//! A card of National Instruments: the rate and the clock that it supports.
+
+use anyhow::{Context, bail};
+use ni_daqmx::Card;
+
+use crate::ask::{Ask, Question};
+use crate::sheet::Sheet;
+
+/// Sample rates in order of preference, Hz.
+const RATES_HZ: [u32; 3] = [250_000, 125_000, 100_000];
+/// Number of inputs for the drive's read-back and the pickup.
+const INPUTS: u32 = 2;
+
+/// Finds the card named by the options, or asks.
+pub fn choose<'a>(
+    cards: &'a [Card],
+    named: Option<&str>,
+    ask: &mut dyn Ask,
+) -> anyhow::Result<&'a Card> {
+    if cards.is_empty() {
+        bail!(
+            "there is no card of National Instruments: plug it in, and install NI's driver (NI-DAQmx), docs/nidaqmx.md"
+        );
+    }
+    let lines: Vec<String> = cards
+        .iter()
+        .map(|card| format!("{} ({})", card.name, card.product))
+        .collect();
+    match named {
+        Some(name) => cards
+            .iter()
+            .find(|card| card.name == name)
+            .with_context(|| {
+                format!(
+                    "no card of National Instruments is called {name}; there is {}",
+                    lines.join(", ")
+                )
+            }),
+        None => {
+            let question = Question {
+                text: "Which card drives the plate and reads the pickup?",
+                option: "--card",
+            };
+            Ok(&cards[ask.choose(&question, &lines)?])
+        }
+    }
+}
+
+/// Configures the card in place of the sound card, its counter as the encoder, and its lines as the stops.
+pub fn put(sheet: &mut Sheet, card: &Card) -> anyhow::Result<()> {
+    let rate_hz = rate_hz(card).with_context(|| {
+        format!(
+            "the {} {} does not do: {INPUTS} inputs and an output at {} Hz are the least, and it reads {} Hz in all and \
+             writes {} Hz",
+            card.product,
+            card.name,
+            RATES_HZ[RATES_HZ.len() - 1],
+            card.multi_hz,
+            card.output_hz
+        )
+    })?;
+    sheet.set("audio", "host", "nidaqmx")?;
+    for key in ["output_device", "input_device"] {
+        sheet.set("audio", key, card.name.as_str())?;
+    }
+    sheet.set("audio", "rate_hz", i64::from(rate_hz))?;
+    sheet.set("audio", "sample_format", "f32")?;
+    sheet.set("audio", "output_channels", 1)?;
+    sheet.set("audio", "input_channels", i64::from(INPUTS))?;
+    let clock = if is_x_series(&card.product) {
+        "ao-sample-clock"
+    } else {
+        "start-trigger"
+    };
+    sheet.set("nidaqmx", "clock", clock)?;
+    if !card.simultaneous {
+        sheet.set("nidaqmx", "convert_hz", card.multi_hz)?;
+    }
+    sheet.set("encoder", "source", "nidaqmx")?;
+    sheet.set("gpio", "backend", "nidaqmx")?;
+    for (key, line) in [("estop", 0), ("button", 1), ("enable", 0), ("heartbeat", 1)] {
+        sheet.set("gpio", key, line)?;
+    }
+    Ok(())
+}
+
+/// Returns the best rate at which the card can both write and read.
+fn rate_hz(card: &Card) -> Option<u32> {
+    let reads = |rate_hz: u32| {
+        if card.simultaneous {
+            f64::from(rate_hz) <= card.single_hz
+        } else {
+            f64::from(rate_hz * INPUTS) <= card.multi_hz
+        }
+    };
+    RATES_HZ
+        .into_iter()
+        .find(|&rate_hz| f64::from(rate_hz) <= card.output_hz && reads(rate_hz))
+}
+
+/// Returns whether a product belongs to the 63xx series, which can clock its inputs by its outputs.
+fn is_x_series(product: &str) -> bool {
+    let digits = product.split(|c: char| !c.is_ascii_digit());
+    digits
+        .into_iter()
+        .any(|number| number.len() == 4 && number.starts_with("63"))
+}
+
+#[cfg(test)]
+mod tests {
+    use config::{CardClock, Config};
+
+    use super::*;
+
+    fn card(product: &str, single_hz: f64, multi_hz: f64, simultaneous: bool) -> Card {
+        Card {
+            name: "Dev2".to_owned(),
+            product: product.to_owned(),
+            serial: 1,
+            single_hz,
+            multi_hz,
+            output_hz: 250e3,
+            simultaneous,
+        }
+    }
+
+    fn written_config(card: &Card) -> Config {
+        let mut sheet = Sheet::new();
+        put(&mut sheet, card).unwrap();
+        Config::parse(&sheet.text(), card.product.as_str()).unwrap()
+    }
+
+    #[test]
+    fn a_card_is_written_with_the_rate_the_clock_and_the_converter_that_it_has() {
+        for (card, rate_hz, clock, convert_hz) in [
+            (
+                card("USB-6211", 250e3, 250e3, false),
+                125_000,
+                CardClock::StartTrigger,
+                Some(250e3),
+            ),
+            (
+                card("PCIe-6361", 2e6, 1e6, false),
+                250_000,
+                CardClock::AoSampleClock,
+                Some(1e6),
+            ),
+            (
+                card("USB-6366 (64 MS)", 2e6, 2e6, true),
+                250_000,
+                CardClock::AoSampleClock,
+                None,
+            ),
+        ] {
+            let config = written_config(&card);
+            assert_eq!(config.audio.rate_hz, rate_hz);
+            assert_eq!(config.audio.input_device, "Dev2");
+            let table = config.nidaqmx.unwrap();
+            assert_eq!((table.clock, table.convert_hz), (clock, convert_hz));
+            assert_eq!(
+                (config.gpio.estop, config.gpio.heartbeat),
+                (Some(0), Some(1))
+            );
+        }
+    }
+
+    #[test]
+    fn a_card_that_is_too_slow_is_refused_with_the_arithmetic() {
+        let mut sheet = Sheet::new();
+        let slow = card("USB-6009", 48e3, 48e3, false);
+        let error = put(&mut sheet, &slow).unwrap_err().to_string();
+        assert!(error.contains("48000 Hz in all"), "{error}");
+    }
+}

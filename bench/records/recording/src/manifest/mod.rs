@@ -1,0 +1,307 @@
+//! `recording.toml`: origin of a recording, and conversion of its samples to volts and metres.
+//!
+//! Peak amplitudes and exp(+iωt) throughout. The tables `channels`, `plate` and `intervals` are fixed; `participant`,
+//! `trial`, `hardware`, `software` and `events` are written by this bench and may be absent in a recording made
+//! elsewhere.
+
+mod interval;
+mod manifest_error;
+mod origin;
+mod recorded_clock;
+mod recorded_profile;
+mod recording_event;
+mod standard_errors;
+#[cfg(test)]
+mod tests;
+mod transducers;
+
+pub use interval::{RecordedInterval, RecordedIntervalKind};
+pub use manifest_error::{FORMAT, MAX_ENTRIES, MAX_INTERVALS_S, ManifestError, ManifestReadError};
+pub use origin::{
+    CalibrationReference, End, MAX_SEED, Participant, RecordedHardware, RecordedScheduling,
+    Software, Trial,
+};
+pub use protocols::Direction;
+pub use recorded_clock::{ClockOf, RecordedClock};
+pub use recorded_profile::{PROFILE_RATIOS, RecordedProfile};
+pub use recording_event::{EventKind, QUIET_S, RecordingEvent};
+pub use standard_errors::StandardErrors;
+pub use transducers::{RecordedChannels, RecordedDrive, RecordedPickup, RecordedPlate};
+
+use serde::{Deserialize, Serialize};
+
+use manifest_error::{
+    MAX_OVERLAP, require_finite, require_from_one, require_not_negative, require_not_zero,
+    require_positive, require_range,
+};
+
+/// Content of `recording.toml`.
+///
+/// ```
+/// use recording::manifest::{Manifest, ManifestError, ManifestReadError};
+///
+/// let text = r#"
+/// format = 1
+/// carrier_hz = 35000.0
+/// modulation_hz = 6.0
+/// modulation_index = 0.95
+/// channels.drive = { index = 0, volts_per_unit = 20.0 }
+/// channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
+/// plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
+/// "#;
+/// let manifest = Manifest::parse(text, "recording.toml").unwrap();
+/// assert_eq!(manifest.plate.modal_mass_kg, 0.008);
+///
+/// let error = Manifest::parse(&text.replace("0.95", "1.5"), "recording.toml").unwrap_err();
+/// assert!(matches!(
+///     error,
+///     ManifestReadError::Rule { line: Some(5), rule: ManifestError::Value { value: 1.5, .. }, .. }
+/// ));
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// Version of the file's layout; 1.
+    pub format: u32,
+    /// Carrier frequency, Hz.
+    pub carrier_hz: f64,
+    /// Frequency of the amplitude modulation, Hz; 0 for no modulation.
+    pub modulation_hz: f64,
+    /// Modulation index, 0 to 1: A(t) = A_mean (1 + index · sin 2πft).
+    pub modulation_index: f64,
+    /// Channels from which the impedance is computed.
+    pub channels: RecordedChannels,
+    /// Plate under the finger.
+    pub plate: RecordedPlate,
+    /// Standard errors of the constants, from the calibration; if absent, the constants are taken as exact.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub standard_errors: Option<StandardErrors>,
+    /// Intervals of the recording with a known meaning.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub intervals: Vec<RecordedInterval>,
+    /// Participant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub participant: Option<Participant>,
+    /// Trial, protocol, and the end of the recording.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trial: Option<Trial>,
+    /// Hardware of the recording.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hardware: Option<RecordedHardware>,
+    /// Program that wrote the recording.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub software: Option<Software>,
+    /// Clocks by which readings were placed in time; absent in recordings of earlier versions.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub clocks: Vec<RecordedClock>,
+    /// Events during the recording.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub events: Vec<RecordingEvent>,
+}
+
+/// Time by which a gap in the drive may precede the report of its output xrun, s.
+pub const BEFORE_REPORT_S: f64 = 0.1;
+/// Time by which it may follow the report, s: the loop's delay plus the gap itself.
+pub const AFTER_REPORT_S: f64 = 0.25;
+
+impl Manifest {
+    /// Reads and checks a `recording.toml`; `file` names it in errors.
+    ///
+    /// # Errors
+    /// [`ManifestReadError`] names the key, its line, its value and the allowed values; for unknown keys the nearest
+    /// known key.
+    pub fn parse(text: &str, file: &str) -> Result<Self, ManifestReadError> {
+        let manifest: Self = strict_toml::parse(text, file)?;
+        let counts = [
+            ("intervals", manifest.intervals.len()),
+            ("clocks", manifest.clocks.len()),
+            ("events", manifest.events.len()),
+        ];
+        let long_list = counts.into_iter().find(|(_, count)| *count > MAX_ENTRIES);
+        let length_result = long_list.map_or(Ok(()), |(key, count)| {
+            Err(ManifestError::TooMany { key, count })
+        });
+        match length_result.and_then(|()| manifest.validate()) {
+            Ok(()) => Ok(manifest),
+            Err(rule) => Err(ManifestReadError::with_line(rule, text, file)),
+        }
+    }
+
+    /// Returns the text of `recording.toml`; the same manifest always gives the same bytes.
+    ///
+    /// # Errors
+    /// The first violated rule; a manifest that could not be read back is not written.
+    pub fn to_toml(&self) -> Result<String, ManifestError> {
+        self.validate()?;
+        toml::to_string(self).map_err(|error| ManifestError::NotToml {
+            reason: error.to_string(),
+        })
+    }
+
+    /// Returns the stretches with the force sensor at the end of its range, s; in order and disjoint.
+    #[must_use]
+    pub fn saturated_s(&self, sample_rate_hz: u32) -> Vec<(f64, f64)> {
+        let rate_hz = f64::from(sample_rate_hz);
+        self.spans_s(EventKind::ForceOverRange, |sample, frames| {
+            let end = sample.saturating_add(frames.unwrap_or(1));
+            (sample as f64 / rate_hz, end as f64 / rate_hz)
+        })
+    }
+
+    /// Returns the stretches in which an output xrun may have interrupted the drive, s; in order and disjoint. Recordings
+    /// of versions that did not locate the gap state only the time of the xrun's report.
+    #[must_use]
+    pub fn drive_gaps_s(&self, sample_rate_hz: u32) -> Vec<(f64, f64)> {
+        let rate_hz = f64::from(sample_rate_hz);
+        let mut spans_s = self.spans_s(EventKind::OutputXrun, |sample, frames| {
+            let report_s = sample as f64 / rate_hz;
+            match frames {
+                Some(frames) => (report_s, sample.saturating_add(frames) as f64 / rate_hz),
+                None => (report_s - BEFORE_REPORT_S, report_s + AFTER_REPORT_S),
+            }
+        });
+        // The drive continued without a gap.
+        spans_s.retain(|(from_s, to_s)| to_s > from_s);
+        spans_s
+    }
+
+    fn spans_s(
+        &self,
+        kind: EventKind,
+        span_s: impl Fn(u64, Option<u64>) -> (f64, f64),
+    ) -> Vec<(f64, f64)> {
+        let events = self.events.iter().filter(|event| event.kind == kind);
+        let mut spans: Vec<(f64, f64)> = events
+            .map(|event| span_s(event.sample, event.frames))
+            .collect();
+        spans.sort_by(|a, b| a.0.total_cmp(&b.0));
+        spans.dedup_by(|next, span| {
+            let touches = next.0 <= span.1;
+            if touches {
+                span.1 = span.1.max(next.1);
+            }
+            touches
+        });
+        spans
+    }
+
+    /// Checks every rule that concerns the manifest alone.
+    ///
+    /// # Errors
+    /// The first violated rule.
+    pub fn validate(&self) -> Result<(), ManifestError> {
+        if self.format != FORMAT {
+            return Err(ManifestError::Format { value: self.format });
+        }
+        require_positive("carrier_hz", self.carrier_hz)?;
+        require_not_negative("modulation_hz", self.modulation_hz)?;
+        require_range("modulation_index", self.modulation_index, 0.0..=1.0)?;
+        require_not_zero(
+            "channels.drive.volts_per_unit",
+            self.channels.drive.volts_per_unit,
+        )?;
+        require_not_zero(
+            "channels.pickup.metres_per_unit",
+            self.channels.pickup.metres_per_unit,
+        )?;
+        require_finite("channels.pickup.phase_rad", self.channels.pickup.phase_rad)?;
+        if self.channels.drive.index == self.channels.pickup.index {
+            return Err(ManifestError::SameChannel {
+                index: self.channels.drive.index,
+            });
+        }
+        require_positive("plate.resonance_hz", self.plate.resonance_hz)?;
+        require_positive("plate.modal_mass_kg", self.plate.modal_mass_kg)?;
+        require_not_zero(
+            "plate.force_factor_n_per_v",
+            self.plate.force_factor_n_per_v,
+        )?;
+        require_finite("plate.centre_m", self.plate.centre_m)?;
+        if let Some(profile) = &self.plate.profile {
+            profile.validate()?;
+        }
+        if let Some(errors) = &self.standard_errors {
+            errors.validate()?;
+        }
+        for (index, interval) in self.intervals.iter().enumerate() {
+            interval.validate(index)?;
+        }
+        if let Some(participant) = &self.participant {
+            require_from_one("participant.session", participant.session)?;
+        }
+        if let Some(trial) = &self.trial {
+            trial.validate()?;
+        }
+        if let Some(hardware) = &self.hardware {
+            hardware.validate()?;
+        }
+        for (index, clock) in self.clocks.iter().enumerate() {
+            clock.validate(index)?;
+        }
+        Ok(())
+    }
+
+    /// Checks the intervals against the length of the audio, s.
+    ///
+    /// # Errors
+    /// [`ManifestError::IntervalTime`]: their total duration is too long for their analysis to end in time.
+    pub fn validate_length(&self, duration_s: f64) -> Result<(), ManifestError> {
+        let clamped_s = |time_s: f64| time_s.clamp(0.0, duration_s);
+        let intervals = self.intervals.iter();
+        let total_s: f64 = intervals
+            .map(|interval| clamped_s(interval.end_s) - clamped_s(interval.start_s))
+            .sum();
+        let limit_s = (MAX_OVERLAP * duration_s).min(MAX_INTERVALS_S);
+        if total_s > limit_s {
+            return Err(ManifestError::IntervalTime { total_s, limit_s });
+        }
+        Ok(())
+    }
+
+    /// Checks the manifest against the audio that it describes.
+    ///
+    /// # Errors
+    /// A channel does not exist, or the sampling rate differs from the stated one or is too low for the modulated
+    /// carrier.
+    pub fn validate_audio(
+        &self,
+        sample_rate_hz: u32,
+        channel_count: u16,
+    ) -> Result<(), ManifestError> {
+        for (key, index) in [
+            ("channels.drive.index", self.channels.drive.index),
+            ("channels.pickup.index", self.channels.pickup.index),
+        ] {
+            if index >= channel_count {
+                return Err(ManifestError::NoSuchChannel {
+                    key,
+                    index,
+                    channels: channel_count,
+                });
+            }
+        }
+        if f64::from(sample_rate_hz) <= 2.0 * (self.carrier_hz + self.modulation_hz) {
+            return Err(ManifestError::Undersampled {
+                sample_rate_hz,
+                carrier_hz: self.carrier_hz,
+                modulation_hz: self.modulation_hz,
+            });
+        }
+        if let Some(hardware) = &self.hardware {
+            if hardware.sample_rate_hz != sample_rate_hz {
+                return Err(ManifestError::SampleRate {
+                    hardware_hz: hardware.sample_rate_hz,
+                    audio_hz: sample_rate_hz,
+                });
+            }
+            if hardware.channel_names.len() != usize::from(channel_count) {
+                return Err(ManifestError::ChannelNames {
+                    names: hardware.channel_names.len(),
+                    channels: channel_count,
+                });
+            }
+        }
+        Ok(())
+    }
+}

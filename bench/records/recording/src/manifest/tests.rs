@@ -1,0 +1,329 @@
+//! Tests of reading, writing and rejecting manifests.
+
+use strict_toml::TomlError;
+
+use super::*;
+
+/// Example of the format's documentation, written by hand as in another laboratory.
+const EXAMPLE: &str = r#"format = 1
+carrier_hz = 35000.0
+modulation_hz = 6.0
+modulation_index = 0.95
+
+[channels.drive]              # voltage across the actuators
+index = 0
+volts_per_unit = 1.0
+
+[channels.pickup]
+index = 1
+metres_per_unit = 2.0e-6
+phase_rad = 0.0
+
+[plate]
+resonance_hz = 35000.0
+modal_mass_kg = 0.008
+force_factor_n_per_v = 0.13
+centre_m = 0.0525
+
+[[intervals]]
+kind = "unloaded"
+start_s = 0.2
+end_s = 1.0
+
+[[intervals]]
+kind = "exploration"
+direction = "left_to_right"
+start_s = 1.4
+end_s = 3.1
+"#;
+
+const BENCH_TABLES: &str = r#"
+[standard_errors]
+amplitude_relative = 0.004
+impedance_relative = 0.006
+
+[participant]
+id = "sub-01"
+session = 1
+
+[trial]
+number = 3
+attempt = 1
+practice = false
+condition = "6 Hz"
+protocol = "huloux2021"
+seed = 42
+
+[hardware]
+input_device = "hw:1,0"
+output_device = "hw:1,0"
+sample_rate_hz = 192000
+sample_format = "i32"
+channel_names = ["drive", "pickup"]
+uncalibrated = true
+
+[software]
+name = "friction-bench"
+version = "0.1.0"
+
+[[clocks]]
+of = "force_sensor"
+drift_ppm = 4975.1
+residual_s = 1.3e-5
+
+[[events]]
+kind = "gap"
+sample = 1000
+frames = 64
+"#;
+
+fn parse(text: &str) -> Result<Manifest, ManifestReadError> {
+    Manifest::parse(text, "recording.toml")
+}
+
+fn full_manifest() -> Manifest {
+    parse(&format!("{EXAMPLE}{BENCH_TABLES}")).unwrap()
+}
+
+#[test]
+fn a_recording_made_elsewhere_needs_the_fixed_tables_only() {
+    let manifest = parse(EXAMPLE).unwrap();
+    assert_eq!(manifest.channels.pickup.metres_per_unit, 2.0e-6);
+    assert_eq!(
+        manifest.intervals[1].kind,
+        RecordedIntervalKind::Exploration(Direction::LeftToRight)
+    );
+    assert_eq!(manifest.trial, None);
+}
+
+#[test]
+fn a_written_manifest_reads_back_with_the_same_bytes() {
+    let mut manifest = full_manifest();
+    // 0.1 + 0.2 and 1e-300 need every digit of a double.
+    manifest.plate.centre_m = 0.1 + 0.2;
+    manifest.channels.pickup.metres_per_unit = 1e-300;
+    let text = manifest.to_toml().unwrap();
+    assert_eq!(parse(&text).unwrap(), manifest);
+    assert_eq!(manifest.clone().to_toml().unwrap(), text);
+}
+
+#[test]
+fn unknown_keys_are_named_with_line_and_nearest_key_in_every_table() {
+    let full_text = format!("{EXAMPLE}{BENCH_TABLES}");
+    for (right, wrong, nearest) in [
+        ("carrier_hz =", "carier_hz =", "carrier_hz"),
+        ("volts_per_unit", "volt_per_unit", "volts_per_unit"),
+        ("phase_rad", "phase_deg", "phase_rad"),
+        ("modal_mass_kg", "modal_mass_g", "modal_mass_kg"),
+        ("end_s", "end_ms", "end_s"),
+        ("amplitude_relative", "amplitude_um", "amplitude_relative"),
+        ("session = 1", "sesion = 1", "session"),
+        ("condition", "conditions", "condition"),
+        ("sample_format", "sample_fromat", "sample_format"),
+        ("version =", "versoin =", "version"),
+        ("residual_s", "residual_ms", "residual_s"),
+        ("frames = 64", "frame = 64", "frames"),
+    ] {
+        let text = full_text.replacen(right, wrong, 1);
+        let wrong_line = text.lines().position(|l| l.contains(wrong)).unwrap() + 1;
+        match parse(&text).unwrap_err() {
+            ManifestReadError::Toml(TomlError::UnknownKey {
+                line, nearest: n, ..
+            }) => assert_eq!((line, n.as_deref()), (wrong_line, Some(nearest)), "{wrong}"),
+            other => panic!("{wrong}: {other}"),
+        }
+    }
+}
+
+#[test]
+fn a_missing_key_is_named() {
+    let error = parse(&EXAMPLE.replace("centre_m = 0.0525\n", "")).unwrap_err();
+    assert!(error.to_string().contains("centre_m"), "{error}");
+}
+
+#[test]
+fn every_rule_refuses_with_line_value_and_range() {
+    let full_text = format!("{EXAMPLE}{BENCH_TABLES}");
+    for (right, wrong, words) in [
+        ("format = 1", "format = 2", "reads format 1 only"),
+        ("carrier_hz = 35000.0", "carrier_hz = 0.0", "above 0"),
+        ("modulation_hz = 6.0", "modulation_hz = -6.0", "from 0"),
+        (
+            "modulation_index = 0.95",
+            "modulation_index = 1.01",
+            "0 to 1",
+        ),
+        (
+            "modulation_index = 0.95",
+            "modulation_index = nan",
+            "0 to 1",
+        ),
+        (
+            "volts_per_unit = 1.0",
+            "volts_per_unit = 0.0",
+            "other than 0",
+        ),
+        (
+            "metres_per_unit = 2.0e-6",
+            "metres_per_unit = inf",
+            "other than 0",
+        ),
+        ("phase_rad = 0.0", "phase_rad = nan", "finite"),
+        ("index = 1", "index = 0", "must differ"),
+        ("resonance_hz = 35000.0", "resonance_hz = -1.0", "above 0"),
+        ("modal_mass_kg = 0.008", "modal_mass_kg = 0.0", "above 0"),
+        ("centre_m = 0.0525", "centre_m = inf", "finite"),
+        ("start_s = 0.2", "start_s = -0.2", "from 0"),
+        ("end_s = 3.1", "end_s = 1.4", "not after its start"),
+        (
+            "impedance_relative = 0.006",
+            "impedance_relative = 6.0",
+            "0 to 0.5",
+        ),
+        ("drift_ppm = 4975.1", "drift_ppm = nan", "finite"),
+        ("residual_s = 1.3e-5", "residual_s = -1.3e-5", "from 0"),
+        ("session = 1", "session = 0", "from 1"),
+        ("attempt = 1", "attempt = 0", "from 1"),
+        ("uncalibrated = true", "uncalibrated = false", "absent"),
+        (
+            "uncalibrated = true",
+            "uncalibrated = true\nwaived = [\"estop\"]",
+            "`hardware.waived_by` is absent",
+        ),
+        (
+            "uncalibrated = true",
+            "uncalibrated = true\nwaived_by = \"A. Tester\"",
+            "`hardware.waived_by` is present",
+        ),
+    ] {
+        assert!(full_text.contains(right), "{right}");
+        let text = full_text.replacen(right, wrong, 1);
+        let error = parse(&text).unwrap_err().to_string();
+        assert!(error.contains(words), "{wrong}: {error}");
+        assert!(error.contains(", line "), "{wrong}: {error}");
+    }
+}
+
+#[test]
+fn only_explorations_have_a_direction() {
+    let missing_direction = EXAMPLE.replace("direction = \"left_to_right\"\n", "");
+    assert!(
+        parse(&missing_direction)
+            .unwrap_err()
+            .to_string()
+            .contains("needs a `direction`")
+    );
+    let extra_direction = EXAMPLE.replace(
+        "kind = \"unloaded\"\n",
+        "kind = \"unloaded\"\ndirection = \"left_to_right\"\n",
+    );
+    assert!(
+        parse(&extra_direction)
+            .unwrap_err()
+            .to_string()
+            .contains("has no `direction`")
+    );
+}
+
+#[test]
+fn the_largest_seed_is_that_of_a_toml_integer() {
+    let mut manifest = full_manifest();
+    let mut set_seed = |seed| {
+        if let Some(trial) = &mut manifest.trial {
+            trial.seed = seed;
+        }
+        manifest.to_toml()
+    };
+    assert!(set_seed(MAX_SEED).is_ok());
+    assert!(set_seed(MAX_SEED + 1).is_err());
+}
+
+#[test]
+fn audio_must_fit_the_description() {
+    let manifest = full_manifest();
+    assert_eq!(manifest.validate_audio(192_000, 2), Ok(()));
+    assert!(matches!(
+        manifest.validate_audio(192_000, 1),
+        Err(ManifestError::NoSuchChannel { index: 1, .. })
+    ));
+    assert!(matches!(
+        manifest.validate_audio(192_000, 4),
+        Err(ManifestError::ChannelNames { names: 2, .. })
+    ));
+    assert!(matches!(
+        manifest.validate_audio(96_000, 2),
+        Err(ManifestError::SampleRate { .. })
+    ));
+    let example = parse(EXAMPLE).unwrap();
+    // 2 · (35 000 + 6) Hz is just too low; 1 Hz more is enough.
+    let error = example.validate_audio(70_012, 2).unwrap_err();
+    assert!(error.to_string().contains("= 70012 Hz"), "{error}");
+    assert_eq!(example.validate_audio(70_013, 2), Ok(()));
+}
+
+const PROFILE: &str = "
+[plate.profile]
+positions_m = [0.005, 0.0525, 0.1]
+ratios = [0.92, 1.0, 0.92]
+";
+
+fn profile_text() -> String {
+    EXAMPLE.replace(
+        "centre_m = 0.0525\n",
+        &format!("centre_m = 0.0525\n{PROFILE}"),
+    )
+}
+
+#[test]
+fn a_profile_is_optional_and_reads_back_as_it_was_written() {
+    assert_eq!(parse(EXAMPLE).unwrap().plate.profile, None);
+    assert!(
+        !parse(EXAMPLE)
+            .unwrap()
+            .to_toml()
+            .unwrap()
+            .contains("profile")
+    );
+    let manifest = parse(&profile_text()).unwrap();
+    let profile = manifest.plate.profile.as_ref().unwrap();
+    assert_eq!(profile.positions_m, [0.005, 0.0525, 0.1]);
+    assert_eq!(profile.ratios, [0.92, 1.0, 0.92]);
+    let text = format!("{}{BENCH_TABLES}", profile_text());
+    let manifest = parse(&text).unwrap();
+    assert_eq!(parse(&manifest.to_toml().unwrap()).unwrap(), manifest);
+}
+
+#[test]
+fn an_invalid_profile_is_refused_with_its_line() {
+    let positions = "positions_m = [0.005, 0.0525, 0.1]";
+    let ratios = "ratios = [0.92, 1.0, 0.92]";
+    let long_list = format!("ratios = [{}]", "1.0, ".repeat(MAX_ENTRIES + 1));
+    for (right, wrong) in [
+        (positions, "positions_m = [0.005, 0.0525]"),
+        (positions, "positions_m = []"),
+        (positions, "positions_m = [0.005, nan, 0.1]"),
+        (positions, "positions_m = [0.005, 0.0525, inf]"),
+        (positions, "positions_m = [0.005, 0.1, 0.0525]"),
+        (positions, "positions_m = [0.005, 0.0525, 0.0525]"),
+        (positions, "positions_m = [0.005, 0.0525, 0.0525001]"),
+        (ratios, "ratios = [0.92, 1.0]"),
+        (ratios, "ratios = [0.92, 1.0, 0.19]"),
+        (ratios, "ratios = [0.92, 1.0, 2.01]"),
+        (ratios, "ratios = [0.92, 1.0, -1.0]"),
+        (ratios, "ratios = [0.92, 1.0, nan]"),
+        (ratios, &long_list),
+    ] {
+        let text = profile_text().replace(right, wrong);
+        let error = parse(&text).unwrap_err();
+        let has_line = matches!(error, ManifestReadError::Rule { line: Some(_), .. });
+        assert!(has_line, "{wrong:.60}: {error:?}");
+    }
+    let single = profile_text()
+        .replace(positions, "positions_m = [0.05]")
+        .replace(ratios, "ratios = [1.0]");
+    assert!(parse(&single).is_err());
+    // The ranges include their ends.
+    let [least, greatest] = PROFILE_RATIOS;
+    let ends = format!("ratios = [{least:?}, 1.0, {greatest:?}]");
+    assert!(parse(&profile_text().replace(ratios, &ends)).is_ok());
+}

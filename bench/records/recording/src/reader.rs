@@ -1,0 +1,169 @@
+//! Reads recording folders as streams, including damaged ones: reads existing data and reports missing data.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+use crate::csv_rows::{ForceRow, PositionRow};
+use crate::manifest::{Manifest, ManifestReadError};
+pub use crate::read_error::{ReadError, Warning};
+pub use crate::rows::RowReader;
+use crate::wav::{AudioFormat, WavError, WavReader};
+use crate::{FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE};
+
+/// Bytes of audio per read.
+const BUFFER_BYTES: usize = 1 << 18;
+
+/// Maximum size of `recording.toml`, bytes: the maximum numbers of events and intervals, with twice the usual length.
+const MANIFEST_LIMIT_BYTES: u64 = 2 << 20;
+
+/// Recording folder opened for reading; the audio is read in blocks. [`RecordingWriter`](crate::RecordingWriter) has an
+/// example.
+#[derive(Debug)]
+pub struct RecordingReader {
+    folder: PathBuf,
+    manifest: Manifest,
+    wav: WavReader<BufReader<File>>,
+    warnings: Vec<Warning>,
+}
+
+impl RecordingReader {
+    /// Opens `recording.toml` and `signals.wav`.
+    ///
+    /// # Errors
+    /// [`ReadError`] names the file and the fault; no content causes a panic.
+    pub fn open(folder: &Path) -> Result<Self, ReadError> {
+        let (manifest, manifest_text, manifest_file) = parse_manifest(folder)?;
+        let path = folder.join(SIGNALS_FILE);
+        let file = bounded_files::open(&path).map_err(|reason| ReadError::Io {
+            path: path.clone(),
+            reason,
+        })?;
+        let (wav, wav_warnings) = WavReader::new(BufReader::with_capacity(BUFFER_BYTES, file))
+            .map_err(|reason| match reason {
+                WavError::Io(reason) => ReadError::Io {
+                    path: path.clone(),
+                    reason,
+                },
+                reason => ReadError::Wav {
+                    path: path.clone(),
+                    reason,
+                },
+            })?;
+        let format = wav.format();
+        manifest
+            .validate_audio(format.sample_rate_hz, format.channels)
+            .map_err(|rule| ManifestReadError::with_line(rule, &manifest_text, &manifest_file))?;
+        let duration_s = wav.frames() as f64 / f64::from(format.sample_rate_hz);
+        manifest
+            .validate_length(duration_s)
+            .map_err(|rule| ManifestReadError::with_line(rule, &manifest_text, &manifest_file))?;
+        let mut warnings: Vec<Warning> = wav_warnings.into_iter().map(Warning::from).collect();
+        if manifest.trial.as_ref().is_some_and(|t| t.end.is_none()) {
+            warnings.push(Warning::CutOff);
+        }
+        for (index, interval) in manifest.intervals.iter().enumerate() {
+            if interval.end_s > duration_s {
+                warnings.push(Warning::IntervalBeyondEnd {
+                    index,
+                    end_s: interval.end_s,
+                    duration_s,
+                });
+            }
+        }
+        Ok(Self {
+            folder: folder.to_owned(),
+            manifest,
+            wav,
+            warnings,
+        })
+    }
+
+    /// Returns the folder.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Returns the description of the recording.
+    #[must_use]
+    pub fn manifest(&self) -> &Manifest {
+        &self.manifest
+    }
+
+    /// Returns the sampling rate and the number of channels.
+    #[must_use]
+    pub fn format(&self) -> AudioFormat {
+        self.wav.format()
+    }
+
+    /// Returns the number of audio frames.
+    #[must_use]
+    pub fn frames(&self) -> u64 {
+        self.wav.frames()
+    }
+
+    /// Returns the length of the audio, s.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.frames() as f64 / f64::from(self.format().sample_rate_hz)
+    }
+
+    /// Returns the defects of the description and the audio.
+    #[must_use]
+    pub fn warnings(&self) -> &[Warning] {
+        &self.warnings
+    }
+
+    /// Replaces the content of `block` with the next frames, interleaved, at most `max_frames`; returns their number, 0
+    /// at the end. NaN stays NaN.
+    ///
+    /// # Errors
+    /// The operating system refused.
+    pub fn read_block(
+        &mut self,
+        max_frames: usize,
+        block: &mut Vec<f32>,
+    ) -> Result<usize, ReadError> {
+        self.wav
+            .read_block(max_frames, block)
+            .map_err(|reason| ReadError::Io {
+                path: self.folder.join(SIGNALS_FILE),
+                reason,
+            })
+    }
+
+    /// Opens the rows of `force.csv`.
+    ///
+    /// # Errors
+    /// The file or one of its columns is missing.
+    pub fn force(&self) -> Result<RowReader<ForceRow>, ReadError> {
+        RowReader::open(&self.folder, FORCE_FILE, self.duration_s())
+    }
+
+    /// Opens the rows of `position.csv`.
+    ///
+    /// # Errors
+    /// The file or one of its columns is missing.
+    pub fn position(&self) -> Result<RowReader<PositionRow>, ReadError> {
+        RowReader::open(&self.folder, POSITION_FILE, self.duration_s())
+    }
+}
+
+/// Reads and checks the `recording.toml` of a folder.
+///
+/// # Errors
+/// The file is missing or violates a rule.
+pub fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
+    parse_manifest(folder).map(|(manifest, _, _)| manifest)
+}
+
+/// Returns the manifest, its text, and the name of its file for errors.
+fn parse_manifest(folder: &Path) -> Result<(Manifest, String, String), ReadError> {
+    let path = folder.join(MANIFEST_FILE);
+    let file = path.display().to_string();
+    let text = bounded_files::read_text(&path, MANIFEST_LIMIT_BYTES)
+        .map_err(|reason| ReadError::Io { path, reason })?;
+    let manifest = Manifest::parse(&text, &file)?;
+    Ok((manifest, text, file))
+}

@@ -1,0 +1,218 @@
+//! Removal of a participant from a study.
+
+use std::fs::{self, OpenOptions};
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use protocols::ParticipantId;
+
+use super::study_error::{EXCLUSIONS_FILE, PARTICIPANTS_FILE, StudyError};
+use crate::disk::{self, DiskError, OnPath};
+
+/// File with one line for each removed participant: the date, without any personal data.
+pub const REMOVALS_FILE: &str = "removals.tsv";
+
+const REMOVALS_HEADER: &str = "removed_on\twhat\n";
+/// Maximum size of a file searched for a participant, bytes; files in participants' folders are not searched.
+const SEARCHED_BYTES: u64 = 16 << 20;
+/// Maximum depth of folders searched, apart from participants' folders.
+const SEARCHED_DEPTH: usize = 4;
+
+/// Data of a participant in a study.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Traces {
+    participant: String,
+    /// The participant's folder, if it exists.
+    pub folder: Option<PathBuf>,
+    /// Number of folders in it, including itself.
+    pub folders: u64,
+    /// Number of files in it.
+    pub files: u64,
+    /// Number of symbolic links in it, which are removed without their targets.
+    pub links: u64,
+    /// Total size of the files, bytes.
+    pub bytes: u64,
+    /// Whether the participant is in `participants.tsv`.
+    pub listed: bool,
+    /// Number of lines of `exclusions.tsv` about the participant.
+    pub exclusions: usize,
+    /// Files of the study, outside all participants' folders, with the participant's identifier in their name or text.
+    /// They are not removed.
+    pub elsewhere: Vec<PathBuf>,
+}
+
+impl Traces {
+    pub(super) fn find(study: &Path, participant: &ParticipantId) -> Result<Self, StudyError> {
+        let mut traces = Self {
+            participant: participant.as_str().to_owned(),
+            folder: None,
+            folders: 0,
+            files: 0,
+            links: 0,
+            bytes: 0,
+            listed: false,
+            exclusions: 0,
+            elsewhere: Vec::new(),
+        };
+        let folder = study.join(participant.as_str());
+        match fs::symlink_metadata(&folder) {
+            Ok(metadata) if metadata.is_symlink() => return Err(StudyError::Link { path: folder }),
+            Ok(metadata) if metadata.is_dir() => {
+                traces.count(&folder)?;
+                traces.folder = Some(folder);
+            }
+            Ok(_) => {}
+            Err(error) if error.kind() == ErrorKind::NotFound => {}
+            Err(error) => return Err(error).on("read", &folder)?,
+        }
+        traces.listed = read_table(study, PARTICIPANTS_FILE)?
+            .lines()
+            .any(|line| traces.is_listed_in(line));
+        let exclusions = read_table(study, EXCLUSIONS_FILE)?;
+        traces.exclusions = exclusions
+            .lines()
+            .filter(|line| traces.is_excluded_by(line))
+            .count();
+        if traces.folder.is_none() && !traces.listed && traces.exclusions == 0 {
+            return Err(StudyError::NoParticipant {
+                path: study.to_owned(),
+                participant: traces.participant,
+            });
+        }
+        traces.search(study, SEARCHED_DEPTH)?;
+        Ok(traces)
+    }
+
+    fn is_listed_in(&self, line: &str) -> bool {
+        line.split('\t').next() == Some(&self.participant)
+    }
+
+    /// Returns whether a line of `exclusions.tsv` is about the participant; its columns may be in any order.
+    fn is_excluded_by(&self, line: &str) -> bool {
+        line.split('\t').any(|cell| cell.trim() == self.participant)
+    }
+
+    /// Counts the content of a folder; links are counted and not followed.
+    fn count(&mut self, folder: &Path) -> Result<(), DiskError> {
+        self.folders += 1;
+        for entry in fs::read_dir(folder).on("list", folder)? {
+            let entry = entry.on("list", folder)?;
+            let path = entry.path();
+            // Metadata of the entry itself, not of a link's target.
+            let metadata = entry.metadata().on("read", &path)?;
+            if metadata.is_symlink() {
+                self.links += 1;
+            } else if metadata.is_dir() {
+                self.count(&path)?;
+            } else {
+                self.files += 1;
+                self.bytes += metadata.len();
+            }
+        }
+        Ok(())
+    }
+
+    /// Searches for the participant outside the participants' folders.
+    fn search(&mut self, folder: &Path, depth: usize) -> Result<(), DiskError> {
+        for entry in fs::read_dir(folder).on("list", folder)? {
+            let entry = entry.on("list", folder)?;
+            let (path, name) = (entry.path(), entry.file_name());
+            let name = name.to_string_lossy();
+            let file_type = entry.file_type().on("read", &path)?;
+            if name == PARTICIPANTS_FILE || name.starts_with("sub-") && file_type.is_dir() {
+                continue;
+            }
+            if file_type.is_dir() {
+                if depth > 1 {
+                    self.search(&path, depth - 1)?;
+                }
+                continue;
+            }
+            let text = || {
+                let text = bounded_files::read(&path, SEARCHED_BYTES).unwrap_or_default();
+                if name != EXCLUSIONS_FILE {
+                    return text;
+                }
+                // Lines that will remain after the removal.
+                let lines = text.split_inclusive(|byte| *byte == b'\n');
+                let is_other_line =
+                    |line: &&[u8]| !self.is_excluded_by(&String::from_utf8_lossy(line));
+                lines.filter(is_other_line).collect::<Vec<_>>().concat()
+            };
+            if self.is_named_in(name.as_bytes()) || file_type.is_file() && self.is_named_in(&text())
+            {
+                self.elsewhere.push(path);
+            }
+        }
+        self.elsewhere.sort_unstable();
+        Ok(())
+    }
+
+    /// Returns whether a text contains the identifier, other than as the beginning of a longer one.
+    fn is_named_in(&self, text: &[u8]) -> bool {
+        let name = self.participant.as_bytes();
+        text.windows(name.len()).enumerate().any(|(index, window)| {
+            let next = text.get(index + name.len());
+            window == name && !next.is_some_and(u8::is_ascii_alphanumeric)
+        })
+    }
+
+    pub(super) fn remove(&self, study: &Path, date: &str) -> Result<(), StudyError> {
+        if let Some(folder) = &self.folder {
+            match fs::symlink_metadata(folder) {
+                Ok(metadata) if metadata.is_symlink() => {
+                    return Err(StudyError::Link {
+                        path: folder.clone(),
+                    });
+                }
+                // `remove_dir_all` does not follow links.
+                _ => fs::remove_dir_all(folder).on("remove", folder)?,
+            }
+            disk::sync_folder(study)?;
+        }
+        // Before the last trace is removed: if the program is killed, a superfluous line is better than a missing one.
+        note_removal(study, date)?;
+        if self.exclusions > 0 {
+            remove_lines(study, EXCLUSIONS_FILE, |line| self.is_excluded_by(line))?;
+        }
+        if self.listed {
+            remove_lines(study, PARTICIPANTS_FILE, |line| self.is_listed_in(line))?;
+        }
+        Ok(())
+    }
+}
+
+fn remove_lines(
+    study: &Path,
+    name: &str,
+    is_removed: impl Fn(&str) -> bool,
+) -> Result<(), DiskError> {
+    let table = read_table(study, name)?;
+    let lines = table.split_inclusive('\n');
+    let rest: String = lines.filter(|line| !is_removed(line.trim_end())).collect();
+    disk::replace_file(&study.join(name), rest.as_bytes())
+}
+
+fn read_table(study: &Path, name: &str) -> Result<String, DiskError> {
+    let path = study.join(name);
+    match bounded_files::read_text(&path, bounded_files::TEXT_LIMIT_BYTES) {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(String::new()),
+        table => table.on("read", &path),
+    }
+}
+
+fn note_removal(study: &Path, date: &str) -> Result<(), DiskError> {
+    let path = study.join(REMOVALS_FILE);
+    let mut file = bounded_files::open_in_place(&path).on("open", &path)?;
+    let is_new = file.metadata().on("read", &path)?.len() == 0;
+    let header = if is_new { REMOVALS_HEADER } else { "" };
+    drop(file);
+    file = OpenOptions::new()
+        .append(true)
+        .open(&path)
+        .on("open", &path)?;
+    file.write_all(format!("{header}{date}\ta participant was removed\n").as_bytes())
+        .on("write", &path)?;
+    file.sync_all().on("sync", &path)?;
+    disk::sync_folder(study)
+}

@@ -1,0 +1,110 @@
+//! Report of the exclusions, as text and with the results.
+
+use std::path::Path;
+
+use recording::DiskError;
+use recording::disk;
+use serde_json::{Value, json};
+
+use crate::exclusions::selection::{Excluded, Selection};
+use crate::exclusions::table::to_tsv;
+
+/// File of the exclusions, in the folder of tables and figures; without exclusions it has only a header.
+const FILE_NAME: &str = "excluded.tsv";
+
+impl Selection {
+    /// Returns a line for each exclusion, with the number of recordings.
+    #[must_use]
+    pub fn lines(&self) -> Vec<String> {
+        lines(&self.excluded)
+    }
+
+    /// Returns the lines under a heading; an empty text if nothing was excluded.
+    #[must_use]
+    pub fn to_text(&self) -> String {
+        if !self.overridden.is_empty() {
+            let n_excluded: usize = self
+                .overridden
+                .iter()
+                .map(|exclusion| exclusion.recordings.len())
+                .sum();
+            let mut text = format!(
+                "exclusions overridden: {n_excluded} of {} recordings are analysed all the same\n",
+                self.kept.len()
+            );
+            for line in lines(&self.overridden) {
+                text += &format!("  {line}\n");
+            }
+            return text;
+        }
+        if self.excluded.is_empty() {
+            return String::new();
+        }
+        let (n_excluded, n_kept) = (self.left_out(), self.kept.len());
+        let mut text = format!(
+            "excluded: {n_excluded} of {} recordings\n",
+            n_excluded + n_kept
+        );
+        for line in self.lines() {
+            text += &format!("  {line}\n");
+        }
+        text
+    }
+
+    /// Returns the exclusions as `excluded` of the results.
+    ///
+    /// # Errors
+    /// Never fails for exclusions.
+    pub fn to_json(&self) -> serde_json::Result<Value> {
+        excluded_json(&self.excluded)
+    }
+
+    /// Returns the overridden exclusions as `exclusions_overridden` of the results; `None` without overridden exclusions.
+    ///
+    /// # Errors
+    /// Never fails for exclusions.
+    pub fn overridden_to_json(&self) -> serde_json::Result<Option<Value>> {
+        let has_overridden = !self.overridden.is_empty();
+        has_overridden
+            .then(|| excluded_json(&self.overridden))
+            .transpose()
+    }
+    /// Writes the exclusions into a folder of results.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write_beside(&self, folder: &Path) -> Result<(), DiskError> {
+        let list = self.excluded.iter().map(|excluded| &excluded.exclusion);
+        disk::replace_file(&folder.join(FILE_NAME), to_tsv(list).as_bytes())
+    }
+}
+
+fn lines(exclusions: &[Excluded]) -> Vec<String> {
+    let first = exclusions.first().map(|excluded| &excluded.study);
+    let has_several = exclusions
+        .iter()
+        .any(|excluded| Some(&excluded.study) != first);
+    let line = |excluded: &Excluded| {
+        let n = match excluded.recordings.len() {
+            1 => "1 recording".to_owned(),
+            n => format!("{n} recordings"),
+        };
+        // The same `sub-01` in two studies is two people.
+        let study = excluded.study.file_name().filter(|_| has_several);
+        let study = study.map(|name| format!("{}/", name.to_string_lossy()));
+        format!("{}{}, {n}", study.unwrap_or_default(), excluded.exclusion)
+    };
+    exclusions.iter().map(line).collect()
+}
+
+fn excluded_json(excluded: &[Excluded]) -> serde_json::Result<Value> {
+    let to_entry = |exclusion: &Excluded| {
+        let paths = exclusion.recordings.iter();
+        let recordings: Vec<_> = paths.map(|path| path.display().to_string()).collect();
+        let mut value = serde_json::to_value(&exclusion.exclusion)?;
+        value["recordings"] = json!(recordings);
+        Ok(value)
+    };
+    let list: serde_json::Result<Vec<_>> = excluded.iter().map(to_entry).collect();
+    Ok(Value::Array(list?))
+}

@@ -1,0 +1,240 @@
+//! Selection of the recordings to analyse.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use recording::reader;
+use recording::study::{DESCRIPTION_FILE, EXCLUSIONS_FILE, TrialBlock, TrialLabel};
+
+use crate::exclusions::exclusion::{Exclusion, Trial};
+use crate::exclusions::exclusions_error::ExclusionsError;
+use crate::exclusions::table::{self, Exclusions};
+
+/// Levels of folders between a study and a recording.
+const DEPTH: usize = 3;
+
+/// Recordings split into analysed and excluded ones.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Selection {
+    /// Folders to analyse, in the given order.
+    pub kept: Vec<PathBuf>,
+    /// Exclusions that apply.
+    pub excluded: Vec<Excluded>,
+    /// Exclusions that were overridden: their recordings are analysed.
+    pub overridden: Vec<Excluded>,
+}
+
+/// Exclusion with the recordings that it covers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Excluded {
+    /// Study that the exclusion belongs to.
+    pub study: PathBuf,
+    /// The exclusion.
+    pub exclusion: Exclusion,
+    /// Folders of the recordings, at least one.
+    pub recordings: Vec<PathBuf>,
+}
+
+impl Selection {
+    /// Returns the number of excluded recordings.
+    #[must_use]
+    pub fn left_out(&self) -> usize {
+        self.excluded
+            .iter()
+            .map(|excluded| excluded.recordings.len())
+            .sum()
+    }
+
+    /// Overrides the exclusions; `recordings` are the recordings in their order.
+    #[must_use]
+    pub fn overridden(self, recordings: Vec<PathBuf>) -> Self {
+        Self {
+            kept: recordings,
+            excluded: Vec::new(),
+            overridden: self.excluded,
+        }
+    }
+}
+
+/// Splits `folders` by the exclusions of their studies. A recording that several lines exclude counts under the first.
+///
+/// # Errors
+/// The table of a study cannot be read, or names a participant, session or trial that the study does not have.
+pub fn select(folders: Vec<PathBuf>) -> Result<Selection, ExclusionsError> {
+    let mut studies: BTreeMap<PathBuf, Exclusions> = BTreeMap::new();
+    let mut selection = Selection::default();
+    for folder in folders {
+        let Some(study) = study_of(&folder) else {
+            selection.kept.push(folder);
+            continue;
+        };
+        if !studies.contains_key(&study) {
+            let exclusions = table::read(&study)?;
+            exclusions.require_known()?;
+            studies.insert(study.clone(), exclusions);
+        }
+        let exclusions = &studies[&study];
+        let covering_exclusion = if exclusions.list.is_empty() {
+            None
+        } else {
+            covering_exclusion(exclusions, &folder)
+        };
+        match covering_exclusion {
+            None => selection.kept.push(folder),
+            Some(exclusion) => {
+                // The same `sub-01` in two studies is two people.
+                let is_same = |excluded: &&mut Excluded| {
+                    excluded.study == study && excluded.exclusion == *exclusion
+                };
+                match selection.excluded.iter_mut().find(is_same) {
+                    Some(excluded) => excluded.recordings.push(folder),
+                    None => selection.excluded.push(Excluded {
+                        study,
+                        exclusion: exclusion.clone(),
+                        recordings: vec![folder],
+                    }),
+                }
+            }
+        }
+    }
+    Ok(selection)
+}
+
+/// Returns the study that contains a recording, session, participant or study folder, recognised by its description
+/// or its exclusions; `None` if it is in no study.
+#[must_use]
+pub fn study_of(folder: &Path) -> Option<PathBuf> {
+    let folder = canonical_path(folder)?;
+    let is_study = |folder: &&Path| {
+        [DESCRIPTION_FILE, EXCLUSIONS_FILE]
+            .iter()
+            .any(|file| folder.join(file).exists())
+    };
+    let mut ancestors = folder.ancestors().take(DEPTH + 1);
+    ancestors.find(is_study).map(Path::to_owned)
+}
+
+/// Returns the canonical path of a folder, even if a recording's folder does not exist.
+fn canonical_path(folder: &Path) -> Option<PathBuf> {
+    let missing_path = || {
+        let parent = folder.parent()?.canonicalize().ok()?;
+        Some(parent.join(folder.file_name()?))
+    };
+    folder.canonicalize().ok().or_else(missing_path)
+}
+
+/// Returns the first exclusion of the recording in `folder`, which is identified by the names of its folders, or
+/// else by its description.
+fn covering_exclusion<'a>(exclusions: &'a Exclusions, folder: &Path) -> Option<&'a Exclusion> {
+    let folder = canonical_path(folder)?;
+    let names: Vec<String> = folder
+        .ancestors()
+        .filter_map(|folder| Some(folder.file_name()?.to_string_lossy().into_owned()))
+        .take(DEPTH)
+        .collect();
+    let names_identity = || {
+        let [trial, session, participant] = names.as_slice() else {
+            return None;
+        };
+        let label: TrialLabel = trial.parse().ok()?;
+        let session = session.strip_prefix("ses-")?.parse().ok()?;
+        Some((participant.clone(), Some(session), Some(label.into())))
+    };
+    let description_identity = || {
+        let manifest = reader::read_manifest(&folder).ok()?;
+        let participant = manifest.participant?;
+        let trial = manifest.trial.map(|trial| Trial {
+            block: if trial.practice {
+                TrialBlock::Practice
+            } else {
+                TrialBlock::Main
+            },
+            number: trial.number,
+        });
+        Some((participant.id, Some(participant.session), trial))
+    };
+    let (participant, session, trial) = names_identity().or_else(description_identity)?;
+    let covers = |exclusion: &&Exclusion| exclusion.covers(&participant, session, trial);
+    exclusions.list.iter().find(covers)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    fn study(table: &str) -> (tempfile::TempDir, Vec<PathBuf>) {
+        let study = tempfile::tempdir().unwrap();
+        fs::write(study.path().join(DESCRIPTION_FILE), "{}").unwrap();
+        let header = "participant_id\tsession\ttrial\treason\tby\n";
+        fs::write(
+            study.path().join(EXCLUSIONS_FILE),
+            format!("{header}{table}"),
+        )
+        .unwrap();
+        let mut folders = Vec::new();
+        for participant in ["sub-07", "sub-071"] {
+            for session in ["ses-01", "ses-02"] {
+                for trial in ["practice-01_attempt-1", "trial-001_attempt-2"] {
+                    let folder = study.path().join(participant).join(session).join(trial);
+                    fs::create_dir_all(&folder).unwrap();
+                    folders.push(folder);
+                }
+            }
+        }
+        (study, folders)
+    }
+
+    fn left_out(table: &str) -> Vec<usize> {
+        let (_study, folders) = study(table);
+        let selection = select(folders.clone()).unwrap();
+        let is_excluded = |folder: &PathBuf| !selection.kept.contains(folder);
+        let left_out: Vec<_> = (0..folders.len())
+            .filter(|i| is_excluded(&folders[*i]))
+            .collect();
+        assert_eq!(selection.left_out(), left_out.len());
+        left_out
+    }
+
+    #[test]
+    fn a_line_excludes_its_recordings_only() {
+        assert!(left_out("").is_empty());
+        assert_eq!(left_out("sub-07\tall\tall\tx\ty\n"), [0, 1, 2, 3]);
+        assert_eq!(left_out("sub-07\t2\tall\tx\ty\n"), [2, 3]);
+        assert_eq!(left_out("sub-07\tall\t1\tx\ty\n"), [1, 3]);
+        assert_eq!(left_out("sub-071\t2\tpractice-1\tx\ty\n"), [6]);
+    }
+
+    #[test]
+    fn recordings_outside_a_study_are_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let deep_folder = folder.path().join("a/b/c/d/e");
+        fs::create_dir_all(&deep_folder).unwrap();
+        assert_eq!(
+            select(vec![deep_folder.clone()]).unwrap().kept,
+            [deep_folder]
+        );
+    }
+
+    #[test]
+    fn a_recording_of_another_laboratory_is_identified_by_its_description() {
+        let (study, _) = study("sub-07\tall\t5\tx\ty\n");
+        fs::create_dir_all(study.path().join("sub-07/ses-01/trial-005_attempt-1")).unwrap();
+        let folder = study.path().join("monday-third");
+        fs::create_dir(&folder).unwrap();
+        let text = r#"
+format = 1
+carrier_hz = 35000.0
+modulation_hz = 6.0
+modulation_index = 0.95
+channels.drive = { index = 0, volts_per_unit = 20.0 }
+channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
+plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
+participant = { id = "sub-07", session = 1 }
+trial = { number = 5, attempt = 1, practice = false, condition = "am", protocol = "p", seed = 1 }
+"#;
+        fs::write(folder.join(recording::MANIFEST_FILE), text).unwrap();
+        let selection = select(vec![folder.clone()]).unwrap();
+        assert_eq!(selection.excluded[0].recordings, [folder]);
+    }
+}

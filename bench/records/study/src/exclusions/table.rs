@@ -1,0 +1,477 @@
+//! Table of exclusions: a line for each, with tabs between cells.
+//!
+//! Tabs, line ends and backslashes within a cell are written `\t`, `\n`, `\r`, `\\`.
+
+use std::path::{Path, PathBuf};
+
+use recording::disk::{self, OnPath};
+use recording::storage::Storage;
+use recording::study::EXCLUSIONS_FILE;
+
+use crate::exclusions::exclusion::{ALL, Exclusion, Part, number};
+use crate::exclusions::exclusions_error::ExclusionsError;
+use crate::exclusions::known;
+
+const COLUMNS: [&str; 6] = ["participant_id", "session", "trial", "reason", "by", "date"];
+/// Columns that a table may omit.
+const OPTIONAL: [&str; 2] = ["session", "date"];
+const NOT_STATED: &str = "n/a";
+
+/// Exclusions of a study.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Exclusions {
+    /// Folder of the study.
+    pub study: PathBuf,
+    /// Exclusions in the order of their lines.
+    pub list: Vec<Exclusion>,
+    /// Line number of each exclusion.
+    lines: Vec<usize>,
+}
+
+impl Exclusions {
+    /// Requires every named participant, session and trial to be in the study.
+    ///
+    /// # Errors
+    /// [`ExclusionsError::Unknown`] names the line, and the most similar name.
+    pub fn require_known(&self) -> Result<(), ExclusionsError> {
+        for (exclusion, line) in self.list.iter().zip(&self.lines) {
+            if let Some(what) = known::missing_part(&self.study, exclusion)? {
+                return Err(ExclusionsError::Unknown {
+                    path: self.study.join(EXCLUSIONS_FILE),
+                    line: Some(*line),
+                    what,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Reads the exclusions of the study in `folder`; a missing table means no exclusions.
+///
+/// # Errors
+/// The table cannot be read; the error names line, column and cell.
+pub fn read(folder: &Path) -> Result<Exclusions, ExclusionsError> {
+    let path = folder.join(EXCLUSIONS_FILE);
+    let bytes = match bounded_files::read(&path, bounded_files::TEXT_LIMIT_BYTES) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Vec::new(),
+        bytes => bytes.on("read", &path)?,
+    };
+    parse(&bytes, folder)
+}
+
+fn parse(bytes: &[u8], folder: &Path) -> Result<Exclusions, ExclusionsError> {
+    let path = || folder.join(EXCLUSIONS_FILE);
+    let text = std::str::from_utf8(bytes).map_err(|_| ExclusionsError::NoText { path: path() })?;
+    // Spreadsheets begin UTF-8 files with this mark.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let mut exclusions = Exclusions {
+        study: folder.to_owned(),
+        list: Vec::new(),
+        lines: Vec::new(),
+    };
+    let mut lines = (1..)
+        .zip(text.lines())
+        .filter(|(_, line)| !line.trim().is_empty());
+    let Some((_, header)) = lines.next() else {
+        return Ok(exclusions);
+    };
+    let columns: Vec<&str> = header.split('\t').map(str::trim).collect();
+    let places = places(&columns, &path)?;
+    for (line, text) in lines {
+        let cells: Vec<&str> = text.split('\t').map(str::trim).collect();
+        if cells.len() != columns.len() {
+            return Err(ExclusionsError::Cells {
+                path: path(),
+                line,
+                cells: cells.len(),
+                columns: columns.len(),
+            });
+        }
+        let cell = |column: usize| places[column].map_or("", |index| cells[index]);
+        let exclusion = exclusion(cell).map_err(|(column, why)| ExclusionsError::Cell {
+            path: path(),
+            line,
+            column: COLUMNS[column],
+            value: cell(column).to_owned(),
+            why,
+        })?;
+        exclusions.list.push(exclusion);
+        exclusions.lines.push(line);
+    }
+    Ok(exclusions)
+}
+
+/// Returns the index of each of [`COLUMNS`] in the header.
+fn places(
+    columns: &[&str],
+    path: &impl Fn() -> PathBuf,
+) -> Result<[Option<usize>; 6], ExclusionsError> {
+    let mut places = [None; 6];
+    for (index, name) in columns.iter().enumerate() {
+        let column = COLUMNS.iter().position(|column| column == name);
+        match column {
+            Some(column) if places[column].is_none() => places[column] = Some(index),
+            _ => {
+                return Err(ExclusionsError::UnknownColumn {
+                    path: path(),
+                    column: (*name).to_owned(),
+                    nearest: strict_toml::nearest(name, &COLUMNS).filter(|nearest| nearest != name),
+                });
+            }
+        }
+    }
+    for (column, place) in COLUMNS.into_iter().zip(places) {
+        if place.is_none() && !OPTIONAL.contains(&column) {
+            return Err(ExclusionsError::MissingColumn {
+                path: path(),
+                column,
+            });
+        }
+    }
+    Ok(places)
+}
+
+/// Parses the exclusion of a line; an error carries the index of its column.
+fn exclusion<'a>(cell: impl Fn(usize) -> &'a str) -> Result<Exclusion, (usize, String)> {
+    let participant = cell(0)
+        .parse()
+        .map_err(|error: protocols::ParticipantIdError| (0, error.to_string()))?;
+    let session = match cell(1) {
+        "" | ALL | NOT_STATED => Part::All,
+        text => Part::One(number(text).ok_or_else(|| {
+            let why = format!("a session is its number from 1, or `{ALL}`");
+            (1, why)
+        })?),
+    };
+    let trial = match cell(2) {
+        ALL => Part::All,
+        text => Part::One(
+            text.parse()
+                .map_err(|why| (2, format!("{why}, or `{ALL}`")))?,
+        ),
+    };
+    let optional_text = |column: usize| {
+        let text = unescape(bounded_files::from_cell(cell(column)));
+        (!text.is_empty() && text != NOT_STATED).then_some(text)
+    };
+    let required_text = |column: usize, what: &str| {
+        optional_text(column).ok_or_else(|| (column, format!("{what} is needed")))
+    };
+    Ok(Exclusion {
+        participant,
+        session,
+        trial,
+        reason: required_text(3, "a reason")?,
+        by: required_text(4, "who decided it")?,
+        date: optional_text(5),
+    })
+}
+
+/// Returns the table of `list`, with its header.
+#[must_use]
+pub fn to_tsv<'a>(list: impl IntoIterator<Item = &'a Exclusion>) -> String {
+    let mut text = COLUMNS.join("\t") + "\n";
+    for exclusion in list {
+        let cells = [
+            exclusion.participant.to_string(),
+            exclusion.session.to_string(),
+            exclusion.trial.to_string(),
+            cell(&exclusion.reason),
+            cell(&exclusion.by),
+            exclusion
+                .date
+                .as_deref()
+                .map_or_else(|| NOT_STATED.to_owned(), cell),
+        ];
+        text += &(cells.join("\t") + "\n");
+    }
+    text
+}
+
+/// Adds an exclusion to the table of the study in `folder`; the file is replaced as a whole.
+///
+/// # Errors
+/// The study does not have the named participant, session or trial, the exclusion exists already, or the disk
+/// refused; the table is then unchanged.
+pub fn add(
+    storage: &dyn Storage,
+    folder: &Path,
+    exclusion: &Exclusion,
+) -> Result<(), ExclusionsError> {
+    let path = folder.join(EXCLUSIONS_FILE);
+    let bytes = if disk::exists(storage, &path)? {
+        disk::read_on(storage, &path, bounded_files::TEXT_LIMIT_BYTES)?
+    } else {
+        Vec::new()
+    };
+    let exclusions = parse(&bytes, folder)?;
+    if let Some(what) = known::missing_part(folder, exclusion)? {
+        return Err(ExclusionsError::Unknown {
+            path: folder.to_owned(),
+            line: None,
+            what,
+        });
+    }
+    let is_same = |candidate: &&Exclusion| {
+        let key = |exclusion: &Exclusion| {
+            (
+                exclusion.participant.clone(),
+                exclusion.session,
+                exclusion.trial,
+            )
+        };
+        key(candidate) == key(exclusion)
+    };
+    if let Some(existing) = exclusions.list.iter().find(is_same) {
+        return Err(ExclusionsError::Already {
+            path,
+            held: existing.to_string(),
+        });
+    }
+    let text = to_tsv(exclusions.list.iter().chain([exclusion]));
+    Ok(disk::replace_file_on(storage, &path, text.as_bytes())?)
+}
+
+/// Returns a text as one cell that a spreadsheet does not read as a formula.
+fn cell(text: &str) -> String {
+    bounded_files::to_cell(&escape(text))
+}
+
+/// Escapes the characters that would end a cell.
+fn escape(text: &str) -> String {
+    let mut cell = String::new();
+    for c in text.trim().chars() {
+        match c {
+            '\\' => cell.push_str("\\\\"),
+            '\t' => cell.push_str("\\t"),
+            '\n' => cell.push_str("\\n"),
+            '\r' => cell.push_str("\\r"),
+            c => cell.push(printable_char(c)),
+        }
+    }
+    cell
+}
+
+/// Replaces a character that a cell cannot show with a space: control characters and Unicode line ends.
+fn printable_char(c: char) -> char {
+    if c.is_control() || matches!(c, '\u{2028}' | '\u{2029}') {
+        ' '
+    } else {
+        c
+    }
+}
+
+/// Reverses `escape`; a backslash before any other character stands for itself.
+fn unescape(cell: &str) -> String {
+    let mut text = String::new();
+    let mut chars = cell.chars();
+    while let Some(c) = chars.next() {
+        if c != '\\' {
+            text.push(printable_char(c));
+            continue;
+        }
+        match chars.next() {
+            Some('t') => text.push('\t'),
+            Some('n') => text.push('\n'),
+            Some('r') => text.push('\r'),
+            Some('\\') => text.push('\\'),
+            Some(other) => text.extend(['\\', printable_char(other)]),
+            None => text.push('\\'),
+        }
+    }
+    text.trim().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exclusions::exclusion::Trial;
+    use crate::exclusions::exclusions_error::Unknown;
+    use proptest::prelude::*;
+    use recording::storage::FileSystem;
+    use recording::study::TrialBlock;
+
+    fn parse_text(text: &str) -> Result<Exclusions, ExclusionsError> {
+        parse(text.as_bytes(), Path::new("study"))
+    }
+
+    fn exclusion_of(participant: &str, trial: Part<Trial>) -> Exclusion {
+        Exclusion {
+            participant: participant.parse().unwrap(),
+            session: Part::All,
+            trial,
+            reason: "why".to_owned(),
+            by: "N. H.".to_owned(),
+            date: None,
+        }
+    }
+
+    fn main(number: u32) -> Part<Trial> {
+        Part::One(Trial {
+            block: TrialBlock::Main,
+            number,
+        })
+    }
+
+    #[test]
+    fn a_handwritten_table_needs_four_columns_in_any_order() {
+        let text = "\u{feff}trial\tby\tparticipant_id\treason\r\nall\tN. H.\tsub-07\tbroken\r\n\r\npractice-2\tN. H.\tsub-08\tx\r\n";
+        let exclusions = parse_text(text).unwrap();
+        assert_eq!(exclusions.list[0].trial, Part::All);
+        assert_eq!(exclusions.list[0].to_string(), "sub-07: broken (N. H.)");
+        let practice = Trial {
+            block: TrialBlock::Practice,
+            number: 2,
+        };
+        assert_eq!(exclusions.list[1].trial, Part::One(practice));
+        assert_eq!(exclusions.lines, [2, 4]);
+        assert!(parse_text("").unwrap().list.is_empty());
+        assert!(parse_text("\n\n").unwrap().list.is_empty());
+    }
+
+    #[test]
+    fn faults_are_named_by_line_and_column() {
+        let header = "participant_id\tsession\ttrial\treason\tby\tdate\n";
+        let error_in = |line: &str| parse_text(&format!("{header}{line}\n")).unwrap_err();
+        for (line, column) in [
+            ("sub 7\tall\tall\tx\ty\tn/a", "participant_id"),
+            ("../sub-07\tall\tall\tx\ty\tn/a", "participant_id"),
+            ("sub-07\t0\tall\tx\ty\tn/a", "session"),
+            ("sub-07\tses-01\tall\tx\ty\tn/a", "session"),
+            ("sub-07\tall\t\tx\ty\tn/a", "trial"),
+            ("sub-07\tall\t0\tx\ty\tn/a", "trial"),
+            ("sub-07\tall\t+3\tx\ty\tn/a", "trial"),
+            ("sub-07\tall\t99999999999\tx\ty\tn/a", "trial"),
+            ("sub-07\tall\t3\tn/a\ty\tn/a", "reason"),
+            ("sub-07\tall\t3\tx\t \tn/a", "by"),
+        ] {
+            let error = error_in(line);
+            assert!(
+                matches!(&error, ExclusionsError::Cell { line: 2, column: named, .. } if *named == column),
+                "{line:?}: {error}"
+            );
+        }
+        let error = error_in("sub-07\tall\t3");
+        assert!(matches!(
+            error,
+            ExclusionsError::Cells {
+                line: 2,
+                cells: 3,
+                columns: 6,
+                ..
+            }
+        ));
+        let error = parse_text("participant_id\ttrial\treson\tby\n").unwrap_err();
+        assert!(
+            matches!(&error, ExclusionsError::UnknownColumn { nearest: Some(name), .. } if name == "reason"),
+            "{error}"
+        );
+        let error = parse_text("participant_id\ttrial\ttrial\tby\n").unwrap_err();
+        assert!(
+            matches!(error, ExclusionsError::UnknownColumn { .. }),
+            "{error}"
+        );
+        let error = parse_text("participant_id\ttrial\tby\n").unwrap_err();
+        assert!(matches!(
+            error,
+            ExclusionsError::MissingColumn {
+                column: "reason",
+                ..
+            }
+        ));
+        assert!(matches!(
+            parse(b"\xff", Path::new("study")),
+            Err(ExclusionsError::NoText { .. })
+        ));
+    }
+
+    #[test]
+    fn an_exclusion_exists_in_the_study_and_is_added_once() {
+        let study = tempfile::tempdir().unwrap();
+        let session = study.path().join("sub-07/ses-01");
+        std::fs::create_dir_all(session.join("trial-003_attempt-2")).unwrap();
+        let add = |exclusion: &Exclusion| add(&FileSystem, study.path(), exclusion);
+        let missing_part = |exclusion: &Exclusion| match add(exclusion).unwrap_err() {
+            ExclusionsError::Unknown {
+                what, line: None, ..
+            } => what,
+            other => panic!("{other}"),
+        };
+        assert!(matches!(
+            missing_part(&exclusion_of("sub-70", Part::All)),
+            Unknown::Participant { nearest: Some(name), .. } if name == "sub-07"
+        ));
+        let mut second_session = exclusion_of("sub-07", Part::All);
+        second_session.session = Part::One(2);
+        assert!(
+            matches!(missing_part(&second_session), Unknown::Session { known, .. } if known == [1])
+        );
+        assert!(
+            matches!(missing_part(&exclusion_of("sub-07", main(4))), Unknown::Trial { known, .. } if known == ["3"])
+        );
+        assert!(!study.path().join(EXCLUSIONS_FILE).exists());
+
+        add(&exclusion_of("sub-07", main(3))).unwrap();
+        let error = add(&exclusion_of("sub-07", main(3))).unwrap_err();
+        assert!(matches!(error, ExclusionsError::Already { .. }), "{error}");
+        let mut whole_participant = exclusion_of("sub-07", Part::All);
+        whole_participant.reason = "a tab\tand\nlines, C:\\temp".to_owned();
+        add(&whole_participant).unwrap();
+        let exclusions = read(study.path()).unwrap();
+        assert_eq!(
+            exclusions.list,
+            [exclusion_of("sub-07", main(3)), whole_participant]
+        );
+        exclusions.require_known().unwrap();
+        std::fs::remove_dir_all(session.join("trial-003_attempt-2")).unwrap();
+        assert!(matches!(
+            exclusions.require_known(),
+            Err(ExclusionsError::Unknown { line: Some(2), .. })
+        ));
+    }
+
+    /// A reason that begins with `=` must not become a formula in a spreadsheet.
+    #[test]
+    fn no_cell_is_a_formula_and_each_reads_back() {
+        for text in [
+            "=HYPERLINK(\"http://x\")",
+            "@SUM(1+1)",
+            "+cmd",
+            "- he coughed",
+            "'=1",
+        ] {
+            let mut exclusion = exclusion_of("sub-07", Part::All);
+            (exclusion.reason, exclusion.by) = (text.to_owned(), text.to_owned());
+            let table = to_tsv([&exclusion]);
+            let line = table.lines().nth(1).unwrap();
+            let is_formula = |cell: &str| cell.starts_with(['=', '+', '-', '@']);
+            assert!(!line.split('\t').any(is_formula), "{line}");
+            assert_eq!(parse_text(&table).unwrap().list, [exclusion]);
+        }
+        // Edited by hand.
+        let manual = parse_text("participant_id\ttrial\treason\tby\nsub-07\tall\t=1+1\t'N. H.'\n");
+        let exclusion = manual.unwrap().list.remove(0);
+        assert_eq!(
+            (exclusion.reason.as_str(), exclusion.by.as_str()),
+            ("=1+1", "'N. H.'")
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn every_reason_reads_back(reason in "[^\\p{Cc}\\u{2028}\\u{2029}\\s][\\PC\\t\\n\\r\\\\]*") {
+            prop_assume!(reason.trim() != NOT_STATED);
+            let mut exclusion = exclusion_of("sub-07", Part::All);
+            exclusion.reason = reason.trim().replace(['\u{2028}', '\u{2029}'], " ");
+            let exclusions = parse_text(&to_tsv([&exclusion])).unwrap();
+            prop_assert_eq!(exclusions.list, [exclusion]);
+        }
+
+        #[test]
+        fn no_text_panics(text in "\\PC*") {
+            let _ = parse_text(&text);
+            let _ = parse_text(&format!("participant_id\ttrial\treason\tby\n{text}"));
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! A study on the disk, read from its sessions' event logs, its recordings and its table of exclusions.
+//!
+//! | module | contents |
+//! | --- | --- |
+//! | [`sessions`] | when each recording of a session began, and how each attempt was settled |
+//! | [`exclusions`] | trials that a study leaves out of its analysis, with reasons |
+//! | [`verification`] | whether the recordings are complete and unchanged |
+
+pub mod exclusions;
+pub mod sessions;
+pub mod verification;

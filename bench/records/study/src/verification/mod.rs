@@ -1,0 +1,27 @@
+//! Verification of a study: whether its recordings are complete and unchanged.
+
+mod defect;
+mod findings;
+mod history;
+mod lost;
+mod protocol_edits;
+mod recording_check;
+mod resume_error;
+mod session_check;
+mod study_check;
+mod table;
+
+pub use crate::sessions::Standing;
+pub use defect::{RecordingDefect, SessionDefect, StudyDefect};
+pub use findings::{Integrity, SessionEnd, SessionFindings, StudyFindings, TrialFindings};
+pub use lost::{LostRecording, lost_recordings};
+pub use protocol_edits::protocol_edits;
+pub use resume_error::ResumeError;
+pub use session_check::{last_trial, log_defects, recordings, session};
+pub use study_check::{VerifyError, beside_sessions, sessions};
+pub use table::{to_json, to_text, trial_words};
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("README.md")]
+struct ReadmeExample;

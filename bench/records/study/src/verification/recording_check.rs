@@ -1,0 +1,230 @@
+//! Checks that the files of one recording exist, are unchanged and agree with each other.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::verification::defect::RecordingDefect;
+use recording::manifest::{End, EventKind, Manifest, RecordedIntervalKind};
+use recording::reader::{ReadError, RecordingReader, RowReader, Warning};
+use recording::storage::FileSystem;
+use recording::sums::{FILES, Summing, Sums};
+use recording::wav::WavWarning;
+use recording::{FORCE_FILE, POSITION_FILE};
+
+/// Frames per read.
+const BLOCK_FRAMES: usize = 1 << 14;
+/// Longest gap in the readings of a continuously sending sensor within an exploration, s.
+const LONGEST_GAP_S: f64 = 0.5;
+/// Bytes hashed per read.
+const SUM_BYTES: usize = 1 << 24;
+
+/// Result of checking a recording's files.
+#[derive(Debug, Default)]
+pub struct RecordingCheck {
+    /// Defects of the recording.
+    pub defects: Vec<RecordingDefect>,
+    /// Notes that are not defects.
+    pub notes: Vec<String>,
+    /// Parts of explorations without readings of a sensor; defects if the trial was accepted.
+    pub not_covered: Vec<RecordingDefect>,
+    /// Description, if it can be read.
+    pub manifest: Option<Manifest>,
+}
+
+/// Checks the files in `folder` against each other, and against `sums` if the log has sums.
+#[must_use]
+pub fn check(folder: &Path, sums: Option<&Sums>) -> RecordingCheck {
+    let mut check = RecordingCheck::default();
+    for file in FILES {
+        if !folder.join(file).is_file() {
+            let file = file.to_owned();
+            check.defects.push(RecordingDefect::NoFile { file });
+        }
+    }
+    // Any further defects would follow from these.
+    if !check.defects.is_empty() {
+        return check;
+    }
+    if let Some(sums) = sums {
+        check.compare(folder, sums);
+    }
+    if let Err(error) = check.read(folder) {
+        check.defects.push(RecordingDefect::Unreadable {
+            reason: error.to_string(),
+        });
+    }
+    check
+}
+
+impl RecordingCheck {
+    fn compare(&mut self, folder: &Path, sums: &Sums) {
+        let mut summing = Summing::new(Arc::new(FileSystem), folder);
+        let actual_sums = loop {
+            match summing.advance(SUM_BYTES) {
+                Ok(_) => match summing.sums() {
+                    Some(sums) => break sums,
+                    None => continue,
+                },
+                Err(error) => {
+                    let reason = error.to_string();
+                    self.defects.push(RecordingDefect::Unreadable { reason });
+                    return;
+                }
+            }
+        };
+        let differences = sums
+            .iter()
+            .filter(|(file, sum)| actual_sums.get(*file) != Some(*sum));
+        self.defects.extend(
+            differences.map(|(file, _)| RecordingDefect::SumDiffers { file: file.clone() }),
+        );
+    }
+
+    fn read(&mut self, folder: &Path) -> Result<(), ReadError> {
+        let mut reader = RecordingReader::open(folder)?;
+        let manifest = reader.manifest().clone();
+        let end = manifest.trial.as_ref().and_then(|trial| trial.end);
+        let mut warnings = reader.warnings().to_vec();
+        self.lost_frames(&mut reader, &manifest, end.is_some())?;
+        let hardware = manifest.hardware.as_ref();
+        let has_force = hardware.is_some_and(|hardware| hardware.force_sensor.is_some());
+        let has_position = hardware.is_some_and(|hardware| hardware.position_sensor.is_some());
+        let (row_warnings, force) = rows(reader.force()?, &manifest, FORCE_FILE)?;
+        warnings.extend(row_warnings);
+        let (row_warnings, position) = rows(reader.position()?, &manifest, POSITION_FILE)?;
+        warnings.extend(row_warnings);
+        self.not_covered.extend(force.filter(|_| has_force));
+        self.not_covered.extend(position.filter(|_| has_position));
+        for warning in warnings {
+            let has_event = |kind| manifest.events.iter().any(|event| event.kind == kind);
+            let is_defect = match &warning {
+                // The sensor was absent, or did not know its position for a while.
+                Warning::NoRows { .. } | Warning::NotFinite { .. } => continue,
+                Warning::TimeDisorder { .. } => !has_event(EventKind::TimeDisorder),
+                // Interrupted before any data arrived, or before the end of a marked interval.
+                Warning::Signals(WavWarning::Empty) | Warning::IntervalBeyondEnd { .. } => {
+                    end == Some(End::Completed)
+                }
+                // After a freeze, the program reads its sensors before its card continues, and stops.
+                Warning::OutsideRecording {
+                    from_s, duration_s, ..
+                } if from_s > duration_s => end == Some(End::Completed),
+                // A killed program leaves such recordings.
+                _ => end.is_some(),
+            };
+            let warning = warning.to_string();
+            if is_defect {
+                self.defects.push(RecordingDefect::Warned { warning });
+            } else {
+                self.notes.push(warning);
+            }
+        }
+        self.manifest = Some(manifest);
+        Ok(())
+    }
+
+    /// Compares the lost frames of the audio with the events that report them.
+    fn lost_frames(
+        &mut self,
+        reader: &mut RecordingReader,
+        manifest: &Manifest,
+        has_end: bool,
+    ) -> Result<(), ReadError> {
+        let events = manifest.events.iter();
+        let mut gaps: Vec<(u64, u64)> = events
+            .filter(|event| event.kind == EventKind::Gap)
+            .map(|event| (event.sample, event.frames.unwrap_or(0)))
+            .collect();
+        gaps.sort_unstable();
+        let channels = usize::from(reader.format().channels);
+        let (mut block, mut frame, mut n_unexplained) = (Vec::new(), 0, 0);
+        let mut lost_counts = vec![0; gaps.len()];
+        let mut gap = 0;
+        while reader.read_block(BLOCK_FRAMES, &mut block)? > 0 {
+            for samples in block.chunks_exact(channels) {
+                while gaps
+                    .get(gap)
+                    .is_some_and(|(sample, frames)| frame >= sample + frames)
+                {
+                    gap += 1;
+                }
+                if samples.iter().all(|sample| sample.is_nan()) {
+                    match gaps.get(gap) {
+                        Some((sample, _)) if frame >= *sample => lost_counts[gap] += 1,
+                        _ => n_unexplained += 1,
+                    }
+                }
+                frame += 1;
+            }
+        }
+        for ((sample, frames), n_lost) in gaps.into_iter().zip(lost_counts) {
+            // The events of a killed program extend beyond its audio.
+            if n_lost != frames && has_end {
+                self.defects
+                    .push(RecordingDefect::GapWithSamples { sample, frames });
+            }
+        }
+        let has_non_finite = manifest
+            .events
+            .iter()
+            .any(|event| event.kind == EventKind::NonFinite);
+        if n_unexplained > 0 && !has_non_finite && has_end {
+            self.defects.push(RecordingDefect::UnexplainedLoss {
+                frames: n_unexplained,
+            });
+        }
+        Ok(())
+    }
+}
+
+/// Reads all rows. Returns their warnings, and the longest part of an exploration without rows, if it exceeds
+/// [`LONGEST_GAP_S`] and no event of the recording explains it.
+fn rows<R: recording::CsvRow>(
+    mut rows: RowReader<R>,
+    manifest: &Manifest,
+    file: &'static str,
+) -> Result<(Vec<Warning>, Option<RecordingDefect>), ReadError> {
+    let explorations = manifest.intervals.iter();
+    let mut explorations: Vec<(f64, f64)> = explorations
+        .filter(|interval| matches!(interval.kind, RecordedIntervalKind::Exploration(_)))
+        .map(|interval| (interval.start_s, interval.end_s))
+        .collect();
+    explorations.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // Time up to which each exploration has rows, and its longest part without rows.
+    let mut positions_s: Vec<f64> = explorations
+        .iter()
+        .map(|exploration| exploration.0)
+        .collect();
+    let mut longest_gap: Option<(f64, f64)> = None;
+    let mut record_gap = |from_s: f64, to_s: f64| {
+        let is_longer = longest_gap.is_none_or(|(from, to)| to_s - from_s > to - from);
+        if to_s - from_s > LONGEST_GAP_S && is_longer {
+            longest_gap = Some((from_s, to_s));
+        }
+    };
+    for row in rows.by_ref() {
+        let time_s = row?.time_s();
+        for ((start_s, end_s), position_s) in explorations.iter().zip(&mut positions_s) {
+            if (*start_s..=*end_s).contains(&time_s) {
+                record_gap(*position_s, time_s);
+                *position_s = time_s;
+            }
+        }
+    }
+    for ((_, end_s), position_s) in explorations.iter().zip(&positions_s) {
+        record_gap(*position_s, *end_s);
+    }
+    let loss_kinds = [
+        EventKind::ForceLost,
+        EventKind::Gap,
+        EventKind::TimeDisorder,
+    ];
+    let is_reported = manifest
+        .events
+        .iter()
+        .any(|event| loss_kinds.contains(&event.kind));
+    let defect = longest_gap
+        .filter(|_| !is_reported)
+        .map(|(from_s, to_s)| RecordingDefect::NoRowsOf { file, from_s, to_s });
+    Ok((rows.warnings(), defect))
+}

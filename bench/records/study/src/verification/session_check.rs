@@ -1,0 +1,314 @@
+//! Verification of a session: its log, its copies of files, and its recordings against the log.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use crate::sessions::{Attempt, Standing, practice};
+
+use crate::verification::defect::{RecordingDefect, SessionDefect};
+use crate::verification::findings::{Integrity, SessionEnd, SessionFindings, TrialFindings};
+use crate::verification::history::SessionHistory;
+use crate::verification::recording_check;
+use recording::disk::entries;
+use recording::manifest::{End, Manifest};
+use recording::study::event_log::{self, LogContent};
+use recording::study::{EVENTS_FILE, TrialBlock, TrialLabel};
+use recording::{DiskError, MANIFEST_FILE};
+
+/// Returns the recordings that have a folder in the session.
+///
+/// # Errors
+/// The folder cannot be listed.
+pub fn recordings(session: &Path) -> Result<Vec<TrialLabel>, DiskError> {
+    let mut labels: Vec<TrialLabel> = entries(session)?
+        .iter()
+        .filter_map(|name| name.parse().ok())
+        .collect();
+    labels.sort_unstable();
+    Ok(labels)
+}
+
+/// Verifies the session in `folder`; calls `report_progress` after each recording.
+///
+/// # Errors
+/// The folder cannot be listed.
+pub fn session(
+    folder: &Path,
+    mut report_progress: impl FnMut(),
+) -> Result<SessionFindings, DiskError> {
+    let mut findings = SessionFindings {
+        folder: folder.to_owned(),
+        end: SessionEnd::NotBegun,
+        planned: None,
+        trials: Vec::new(),
+        defects: Vec::new(),
+        notes: Vec::new(),
+    };
+    let folder_labels: BTreeSet<TrialLabel> = recordings(folder)?.into_iter().collect();
+    let path = folder.join(EVENTS_FILE);
+    let content = match event_log::read(&path) {
+        Ok(content) => content,
+        Err(error) => {
+            if path.exists() {
+                let reason = error.to_string();
+                findings.defects.push(SessionDefect::Unreadable { reason });
+            } else if !folder_labels.is_empty() {
+                findings.defects.push(SessionDefect::NoLog);
+            }
+            LogContent::default()
+        }
+    };
+    let has_log = findings.defects.is_empty();
+    for line in &content.torn_lines {
+        let text = format!("{EVENTS_FILE}: line {line} was torn when the program was killed");
+        findings.notes.push(text);
+    }
+    let history = history(folder, &content, &mut findings);
+    let labels: BTreeSet<TrialLabel> = history
+        .attempts
+        .keys()
+        .chain(&folder_labels)
+        .copied()
+        .collect();
+    for label in labels {
+        let attempt = history.attempts.get(&label);
+        let is_unsaved =
+            attempt.is_some_and(|attempt| !attempt.saved && history.should_be_saved(attempt));
+        let is_present = folder_labels.contains(&label);
+        let trial = trial(folder, label, (attempt, is_unsaved), is_present, has_log);
+        findings.trials.push(trial);
+        if folder_labels.contains(&label) {
+            report_progress();
+        }
+    }
+    report_foreign_folders(folder, &mut findings)?;
+    findings.end = history.end;
+    findings.planned = history.planned;
+    findings.defects.extend(history.defects);
+    Ok(findings)
+}
+
+/// Verifies the last attempt of a session with the log `content`; `None` if there was no attempt.
+///
+/// # Errors
+/// The folder cannot be listed.
+pub fn last_trial(folder: &Path, content: &LogContent) -> Result<Option<TrialFindings>, DiskError> {
+    let folder_labels: BTreeSet<TrialLabel> = recordings(folder)?.into_iter().collect();
+    let history = SessionHistory::from_log(content, practice(folder, content));
+    let labels = history.attempts.keys();
+    Ok(labels.chain(&folder_labels).max().map(|label| {
+        let attempt = history.attempts.get(label);
+        let is_present = folder_labels.contains(label);
+        trial(folder, *label, (attempt, false), is_present, true)
+    }))
+}
+
+/// Returns the defects in the order of a session's log.
+#[must_use]
+pub fn log_defects(folder: &Path, content: &LogContent) -> Vec<SessionDefect> {
+    SessionHistory::from_log(content, practice(folder, content)).defects
+}
+
+/// Returns the session's copy of a file, which must be TOML.
+fn copy(folder: &Path, file: &str) -> Result<String, SessionDefect> {
+    let broken_copy = |reason| SessionDefect::BrokenCopy {
+        file: file.to_owned(),
+        reason,
+    };
+    let text = fs::read_to_string(folder.join(file)).map_err(|error| {
+        if error.kind() == io::ErrorKind::NotFound {
+            SessionDefect::NoCopy {
+                file: file.to_owned(),
+            }
+        } else {
+            broken_copy(error.to_string())
+        }
+    })?;
+    match text.parse::<toml::Table>() {
+        Ok(_) => Ok(text),
+        Err(error) => Err(broken_copy(error.message().to_owned())),
+    }
+}
+
+fn history(folder: &Path, content: &LogContent, findings: &mut SessionFindings) -> SessionHistory {
+    let history = SessionHistory::from_log(content, practice(folder, content));
+    if let Some(start) = &history.start {
+        let protocol = format!("{}.toml", start.protocol);
+        findings.defects.extend(copy(folder, &protocol).err());
+        let mut copies = vec!["bench.toml"];
+        copies.extend(start.calibration.is_some().then_some("calibration.toml"));
+        for file in copies {
+            findings.defects.extend(copy(folder, file).err());
+        }
+        let log_session = format!("{}, session {}", start.participant, start.session);
+        let expected = folder_session(folder);
+        if expected
+            .as_ref()
+            .is_some_and(|expected| *expected != log_session)
+        {
+            findings.defects.push(SessionDefect::OtherSession {
+                found: log_session,
+                expected: expected.unwrap_or_default(),
+            });
+        }
+    }
+    history
+}
+
+/// Returns participant and session by the names of the folders, if these follow a study's scheme.
+fn folder_session(folder: &Path) -> Option<String> {
+    let folder = folder.canonicalize().ok()?;
+    let number: u32 = folder
+        .file_name()?
+        .to_str()?
+        .strip_prefix("ses-")?
+        .parse()
+        .ok()?;
+    let participant = folder.parent()?.file_name()?.to_str()?;
+    Some(format!("{participant}, session {number}"))
+}
+
+fn trial(
+    session: &Path,
+    label: TrialLabel,
+    (attempt, is_unsaved): (Option<&Attempt>, bool),
+    is_present: bool,
+    has_log: bool,
+) -> TrialFindings {
+    let mut findings = TrialFindings {
+        label,
+        standing: attempt.map_or(Standing::Unknown, Attempt::standing),
+        integrity: Integrity::NotRecorded,
+        defects: Vec::new(),
+        notes: Vec::new(),
+    };
+    let is_saved = attempt.is_some_and(|attempt| attempt.saved);
+    let is_judged = matches!(
+        findings.standing,
+        Standing::Accepted | Standing::Repeated | Standing::GivenUp
+    );
+    if !is_present {
+        if is_saved || is_judged {
+            findings.integrity = Integrity::Missing;
+            findings.defects.push(RecordingDefect::NoFolder);
+        }
+        return findings;
+    }
+    let folder = session.join(label.to_string());
+    let is_begun_only = !is_saved && !is_judged && !folder.join(MANIFEST_FILE).exists();
+    if is_begun_only {
+        let text = "the program was killed before it had written the description";
+        findings.notes.push(text.to_owned());
+        return findings;
+    }
+    let accepted_attempt = attempt.filter(|_| findings.standing == Standing::Accepted);
+    let sums = attempt.and_then(|attempt| attempt.sums.as_ref());
+    let check = recording_check::check(&folder, sums);
+    findings.defects = check.defects;
+    findings.notes = check.notes;
+    if let Some(manifest) = &check.manifest {
+        findings
+            .defects
+            .extend(label_defect(session, label, manifest));
+        let end = manifest.trial.as_ref().and_then(|trial| trial.end);
+        if end.is_none() && manifest.trial.is_some() && (is_saved || is_judged) {
+            findings.defects.push(RecordingDefect::NoEnd);
+        }
+        let is_interrupted = attempt.is_some_and(|attempt| attempt.interrupted);
+        if is_interrupted && end == Some(End::Completed) {
+            findings.defects.push(RecordingDefect::OtherEnd);
+        }
+        if let Some(attempt) = accepted_attempt {
+            findings
+                .defects
+                .extend(acceptance_defect(attempt, manifest));
+            findings.defects.extend(check.not_covered);
+        }
+        if attempt.is_none() && has_log {
+            if end.is_some() {
+                findings.defects.push(RecordingDefect::NotInLog);
+            } else {
+                findings.standing = Standing::Interrupted;
+                let text = "the program was killed before the log told of it";
+                findings.notes.push(text.to_owned());
+            }
+        }
+        if accepted_attempt.is_some() && is_unsaved {
+            findings.defects.push(RecordingDefect::AcceptedUnsaved);
+        } else if is_judged && !is_saved && end == Some(End::Completed) {
+            let text = "the log does not call it saved: the program ended too early";
+            findings.notes.push(text.to_owned());
+        }
+    }
+    findings.integrity = match (findings.defects.is_empty(), sums) {
+        (false, _) => Integrity::Damaged,
+        (true, Some(_)) => Integrity::Intact,
+        (true, None) => Integrity::NoSum,
+    };
+    findings
+}
+
+/// Returns the defect of an accepted trial's description, if it has one.
+fn acceptance_defect(attempt: &Attempt, manifest: &Manifest) -> Option<RecordingDefect> {
+    let end = manifest.trial.as_ref()?.end;
+    let (marked, recorded) = (attempt.marked.len(), manifest.intervals.len());
+    if end == Some(End::Interrupted) {
+        Some(RecordingDefect::AcceptedBrokenOff)
+    } else if marked > 0 && marked != recorded && end == Some(End::Completed) {
+        // Logs of early versions mark no intervals.
+        Some(RecordingDefect::OtherIntervals { marked, recorded })
+    } else {
+        None
+    }
+}
+
+/// Compares the description with the names of the folders.
+fn label_defect(session: &Path, label: TrialLabel, manifest: &Manifest) -> Option<RecordingDefect> {
+    let trial = manifest.trial.as_ref()?;
+    let description_label = TrialLabel {
+        block: if trial.practice {
+            TrialBlock::Practice
+        } else {
+            TrialBlock::Main
+        },
+        number: trial.number,
+        attempt: trial.attempt,
+    };
+    let description_session = manifest
+        .participant
+        .as_ref()
+        .map(|participant| format!("{}, session {}", participant.id, participant.session));
+    let folder_session = folder_session(session);
+    let differs = description_session.is_some()
+        && folder_session.is_some()
+        && description_session != folder_session;
+    (description_label != label || differs).then(|| RecordingDefect::OtherTrial {
+        found: format!(
+            "{description_label} of {}",
+            description_session.unwrap_or_default()
+        ),
+        expected: format!("{label} of {}", folder_session.unwrap_or_default()),
+    })
+}
+
+/// Reports folders that are not trials.
+fn report_foreign_folders(folder: &Path, findings: &mut SessionFindings) -> Result<(), DiskError> {
+    for name in entries(folder)? {
+        let path = folder.join(&name);
+        if !path.is_dir() || name.parse::<TrialLabel>().is_ok() {
+            continue;
+        }
+        if path.join(MANIFEST_FILE).exists() {
+            findings
+                .defects
+                .push(SessionDefect::ForeignRecording { name });
+        } else {
+            findings
+                .notes
+                .push(format!("{name} is no part of the session"));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,159 @@
+//! Verification of a study's sessions and of its other files.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::verification::defect::StudyDefect;
+use crate::verification::findings::StudyFindings;
+use recording::disk::entries;
+use recording::study::{DESCRIPTION_FILE, Description, EVENTS_FILE, PARTICIPANTS_FILE, TrialLabel};
+use recording::{DiskError, MANIFEST_FILE};
+
+/// Levels of folders below a study: participants, sessions.
+const DEPTH: usize = 2;
+
+/// Why a folder cannot be verified.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum VerifyError {
+    /// A folder cannot be listed.
+    #[error(transparent)]
+    Disk(#[from] DiskError),
+    /// The path is not a folder.
+    #[error(
+        "{} is not a folder{}",
+        path.display(),
+        nearest.as_ref().map(|name| format!("; did you mean `{name}`?")).unwrap_or_default()
+    )]
+    NoFolder {
+        /// Given path.
+        path: PathBuf,
+        /// Sibling folder with the most similar name.
+        nearest: Option<String>,
+    },
+    /// The folder is a recording.
+    #[error("{} is a recording; only its session's log has sums: name its session or study", path.display())]
+    Recording {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The folder contains no session.
+    #[error("{} is no study, participant or session: there is no {EVENTS_FILE} in it", path.display())]
+    NoSession {
+        /// The folder.
+        path: PathBuf,
+    },
+}
+
+/// Returns the sessions of the study, participant or session at `path`, in order.
+///
+/// # Errors
+/// [`VerifyError`] names the folder, and the most similar one.
+pub fn sessions(path: &Path) -> Result<Vec<PathBuf>, VerifyError> {
+    if !path.is_dir() {
+        return Err(VerifyError::NoFolder {
+            path: path.to_owned(),
+            nearest: nearest(path),
+        });
+    }
+    if path.join(MANIFEST_FILE).exists() {
+        return Err(VerifyError::Recording {
+            path: path.to_owned(),
+        });
+    }
+    let mut sessions = Vec::new();
+    descend(path, DEPTH, &mut sessions)?;
+    if sessions.is_empty() && !path.join(DESCRIPTION_FILE).exists() {
+        return Err(VerifyError::NoSession {
+            path: path.to_owned(),
+        });
+    }
+    Ok(sessions)
+}
+
+fn descend(folder: &Path, depth: usize, sessions: &mut Vec<PathBuf>) -> Result<(), DiskError> {
+    let names = entries(folder)?;
+    let is_session = names.iter().any(|name| {
+        name == EVENTS_FILE || name.parse::<TrialLabel>().is_ok() && folder.join(name).is_dir()
+    });
+    if is_session {
+        sessions.push(folder.to_owned());
+    } else if depth > 0 {
+        for name in names {
+            let path = folder.join(name);
+            if path.is_dir() {
+                descend(&path, depth - 1, sessions)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Returns the sibling of `path` with the most similar name.
+fn nearest(path: &Path) -> Option<String> {
+    let parent = path.parent()?;
+    let folder = if parent.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        parent
+    };
+    let mut folders = entries(folder).ok()?;
+    folders.retain(|name| folder.join(name).is_dir());
+    let name = strict_toml::nearest(path.file_name()?.to_str()?, &folders)?;
+    Some(parent.join(name).display().to_string())
+}
+
+/// Verifies the files of the study outside its sessions, if `folder` is a whole study.
+///
+/// # Errors
+/// The folder cannot be listed.
+pub fn beside_sessions(folder: &Path, findings: &mut StudyFindings) -> Result<(), DiskError> {
+    let description = folder.join(DESCRIPTION_FILE);
+    if !description.exists() {
+        return Ok(());
+    }
+    let unreadable_defect =
+        |path: PathBuf, reason: String| StudyDefect::Unreadable { path, reason };
+    let description_result = fs::read(&description)
+        .map_err(|error| error.to_string())
+        .and_then(|text| {
+            serde_json::from_slice::<Description>(&text).map_err(|error| error.to_string())
+        });
+    if let Err(reason) = description_result {
+        findings
+            .defects
+            .push(unreadable_defect(description, reason));
+    }
+    let table = folder.join(PARTICIPANTS_FILE);
+    let text = match fs::read_to_string(&table) {
+        Ok(text) => text,
+        Err(error) => {
+            findings
+                .defects
+                .push(unreadable_defect(table, error.to_string()));
+            return Ok(());
+        }
+    };
+    let participants: Vec<&str> = text
+        .lines()
+        .skip(1)
+        .filter_map(|line| line.split('\t').next())
+        .filter(|name| !name.is_empty())
+        .collect();
+    for participant in &participants {
+        if !folder.join(participant).is_dir() {
+            let participant = (*participant).to_owned();
+            findings
+                .defects
+                .push(StudyDefect::NoParticipant { participant });
+        }
+    }
+    for name in entries(folder)? {
+        if folder.join(&name).is_dir() && !participants.contains(&name.as_str()) {
+            findings
+                .notes
+                .push(format!("{name} is not in {PARTICIPANTS_FILE}"));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,475 @@
+//! Finds recordings: recording folders themselves, or the accepted trials of a study, a participant or a session.
+//!
+//! The session's log states which attempts were accepted, as read by [`sessions`]; for a session without a log, as made
+//! elsewhere, the recordings alone decide.
+
+use std::collections::{BTreeMap, HashSet};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use recording::manifest::End;
+use recording::study::{EVENTS_FILE, TrialBlock, TrialLabel};
+use recording::{MANIFEST_FILE, reader};
+use study::sessions::{Session, Standing};
+
+use crate::attempts::{Attempts, OmittedAttempt, SelectedAttempt};
+
+/// Levels of folders below a study: participants, sessions, trials.
+const DEPTH: usize = 3;
+
+/// Reasons why a folder contains no recordings to analyse.
+#[derive(Debug, thiserror::Error)]
+pub enum FindError {
+    /// The folder cannot be listed.
+    #[error("cannot list {}: {reason}", path.display())]
+    List {
+        /// Folder given.
+        path: PathBuf,
+        /// Reason of the failure.
+        reason: io::Error,
+    },
+    /// The folder is neither a recording nor contains any.
+    #[error(
+        "{} is no recording (it has no {MANIFEST_FILE}), and no study with accepted trials that can be analysed{}{}",
+        path.display(),
+        if *.practice { "" } else { "; practice trials are left out unless --practice is given" },
+        left_out.first().map(|attempt| format!("; left out: {attempt}")).unwrap_or_default()
+    )]
+    None {
+        /// Folder given.
+        path: PathBuf,
+        /// Whether practice trials were looked for.
+        practice: bool,
+        /// Attempts that were found but left out.
+        left_out: Vec<OmittedAttempt>,
+    },
+}
+
+/// Trials to analyse in addition to the accepted ones of the experiment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Wanted {
+    /// Practice trials.
+    pub practice: bool,
+    /// Last completed attempt at each trial that was not accepted.
+    pub rejected: bool,
+}
+
+/// Returns the recordings in `folders`, in order, and the attempts that are left out. A folder with a
+/// `recording.toml` is a recording. For a study, the accepted trials are taken, by the logs of its sessions; for a session
+/// without a log, the last completed attempt at each trial. A folder that is named twice counts once.
+///
+/// # Errors
+/// A folder cannot be listed, or contains no recording.
+pub fn attempts(folders: &[PathBuf], filter: Wanted) -> Result<Attempts, FindError> {
+    let mut attempts = Attempts::default();
+    let mut known_folders = HashSet::new();
+    for path in folders {
+        let mut search = Search {
+            filter,
+            attempts: Attempts::default(),
+        };
+        if path.join(MANIFEST_FILE).exists() {
+            search.take(path.clone(), standing(path));
+        } else {
+            search.descend(path, DEPTH)?;
+        }
+        let folder_attempts = search.attempts;
+        if folder_attempts.selection.is_empty() {
+            return Err(FindError::None {
+                path: path.clone(),
+                practice: filter.practice,
+                left_out: folder_attempts.left_out,
+            });
+        }
+        attempts.extend(folder_attempts, &mut known_folders);
+    }
+    Ok(attempts)
+}
+
+/// Returns the recordings found by [`attempts`], without those that are left out.
+///
+/// # Errors
+/// Same as [`attempts`].
+pub fn recordings(folders: &[PathBuf], practice: bool) -> Result<Vec<PathBuf>, FindError> {
+    let filter = Wanted {
+        practice,
+        rejected: false,
+    };
+    attempts(folders, filter).map(|attempts| attempts.recordings())
+}
+
+/// Returns the outcome of the attempt of a named recording, by the log in its folder.
+fn standing(recording: &Path) -> Option<Standing> {
+    let folder = recording.canonicalize().ok()?;
+    let label: TrialLabel = folder.file_name()?.to_str()?.parse().ok()?;
+    let session = study::sessions::read(folder.parent()?).ok()?;
+    let mut attempts = session.attempts.iter();
+    let attempt = attempts.find(|attempt| attempt.label == label);
+    Some(attempt.map_or(Standing::Unknown, |attempt| attempt.standing()))
+}
+
+struct Search {
+    filter: Wanted,
+    attempts: Attempts,
+}
+
+impl Search {
+    fn descend(&mut self, folder: &Path, depth: usize) -> Result<(), FindError> {
+        let mut folders = list(folder)?;
+        folders.sort_unstable();
+        let mut labels = BTreeMap::new();
+        for path in folders {
+            let name = path
+                .file_name()
+                .map(|name| name.to_string_lossy().into_owned());
+            let label = name.and_then(|name| name.parse::<TrialLabel>().ok());
+            match label {
+                Some(label) => drop(labels.insert(label, path)),
+                None if path.join(MANIFEST_FILE).exists() => self.take(path, None),
+                None if depth > 1 => self.descend(&path, depth - 1)?,
+                None => {}
+            }
+        }
+        let log = folder.join(EVENTS_FILE);
+        if !log.exists() {
+            self.select_from_recordings(&labels);
+            return Ok(());
+        }
+        match study::sessions::read(folder) {
+            Ok(session) => self.select_from_log(folder, &session, &labels),
+            Err(reason) => {
+                self.attempts.unread_logs.push((log, reason));
+                self.select_from_recordings(&labels);
+            }
+        }
+        Ok(())
+    }
+
+    fn is_included(&self, label: TrialLabel) -> bool {
+        label.block == TrialBlock::Main || self.filter.practice
+    }
+
+    /// Takes the last completed attempt at each trial, because the accepted ones are unknown.
+    fn select_from_recordings(&mut self, labels: &BTreeMap<TrialLabel, PathBuf>) {
+        let mut last_attempts = BTreeMap::new();
+        for (label, path) in labels {
+            if self.is_included(*label) && is_countable(path) {
+                last_attempts.insert((label.block, label.number), path.clone());
+            }
+        }
+        for path in last_attempts.into_values() {
+            self.take(path, None);
+        }
+    }
+
+    /// Takes the accepted attempts, and lists all others as left out.
+    fn select_from_log(
+        &mut self,
+        folder: &Path,
+        session: &Session,
+        labels: &BTreeMap<TrialLabel, PathBuf>,
+    ) {
+        let accepted_labels = session.accepted().into_iter().map(|attempt| attempt.label);
+        let accepted_labels: Vec<TrialLabel> = accepted_labels
+            .filter(|label| self.is_included(*label))
+            .collect();
+        let mut selection = BTreeMap::new();
+        for label in &accepted_labels {
+            let path = folder.join(label.to_string());
+            let reason = match end(&path) {
+                _ if !path.is_dir() => "its recording is not there",
+                Some(Some(End::Completed)) | None => {
+                    selection.insert((label.block, label.number), (path, Standing::Accepted));
+                    continue;
+                }
+                Some(Some(End::Interrupted)) => "its recording was broken off",
+                Some(None) => "its recording has no end",
+            };
+            self.leave_out(path, Standing::Accepted, reason);
+        }
+        let trial_key = |label: &TrialLabel| (label.block, label.number);
+        let mut replacements = BTreeMap::new();
+        for (label, path) in labels {
+            if accepted_labels.contains(label) || !self.is_included(*label) {
+                continue;
+            }
+            let attempt = session
+                .attempts
+                .iter()
+                .find(|attempt| attempt.label == *label);
+            let standing = attempt.map_or(Standing::Unknown, |attempt| attempt.standing());
+            let is_replacement = self.filter.rejected
+                && !accepted_labels
+                    .iter()
+                    .any(|accepted| trial_key(accepted) == trial_key(label))
+                && is_countable(path);
+            if is_replacement {
+                let earlier_attempt =
+                    replacements.insert(trial_key(label), (path.clone(), standing));
+                if let Some((path, standing)) = earlier_attempt {
+                    self.leave_out(path, standing, "a later attempt at its trial is analysed");
+                }
+            } else {
+                let reason = match standing {
+                    Standing::Accepted => "a later attempt at its trial was accepted too",
+                    Standing::Repeated => "it was to be repeated",
+                    Standing::GivenUp => "its trial was given up",
+                    Standing::Interrupted => "it was interrupted",
+                    Standing::Unknown => "the log does not know it",
+                };
+                self.leave_out(path.clone(), standing, reason);
+            }
+        }
+        selection.extend(replacements);
+        for (path, standing) in selection.into_values() {
+            self.take(path, Some(standing));
+        }
+    }
+
+    fn take(&mut self, path: PathBuf, standing: Option<Standing>) {
+        self.attempts
+            .selection
+            .push(SelectedAttempt { path, standing });
+    }
+
+    fn leave_out(&mut self, path: PathBuf, standing: Standing, reason: &'static str) {
+        self.attempts.left_out.push(OmittedAttempt {
+            path,
+            standing: Some(standing),
+            because: reason.to_owned(),
+        });
+    }
+}
+
+/// Returns whether the trial in `folder` completed. An unreadable one counts, so that it is reported instead of
+/// ignored.
+fn is_countable(folder: &Path) -> bool {
+    matches!(end(folder), None | Some(Some(End::Completed)))
+}
+
+/// Returns how the recording in `folder` ended; `None` if it cannot be read or does not belong to a trial.
+fn end(folder: &Path) -> Option<Option<End>> {
+    let trial = reader::read_manifest(folder).ok()?.trial?;
+    Some(trial.end)
+}
+
+fn list(folder: &Path) -> Result<Vec<PathBuf>, FindError> {
+    let error = |reason| FindError::List {
+        path: folder.to_owned(),
+        reason,
+    };
+    let mut folders = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(error)? {
+        let path = entry.map_err(error)?.path();
+        if path.is_dir() {
+            folders.push(path);
+        }
+    }
+    Ok(folders)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysed::Analysed;
+    use std::fs;
+
+    const MANIFEST: &str = r#"format = 1
+carrier_hz = 35000.0
+modulation_hz = 6.0
+modulation_index = 0.95
+channels.drive = { index = 0, volts_per_unit = 20.0 }
+channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
+plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
+"#;
+
+    /// Makes a session of these attempts: number, attempt, outcome in the log, and end of the recording, if any.
+    fn session(attempts: &[(u32, u32, &str, &str)]) -> tempfile::TempDir {
+        let temp_dir = tempfile::tempdir().unwrap();
+        let folder = temp_dir.path().join("study/sub-01/ses-01");
+        fs::create_dir_all(&folder).unwrap();
+        let event = |data: String| {
+            format!(
+                r#"{{"document":"event","stream":"session","seq_num":1,"time":"","audio_s":1.0,"data":{data}}}"#
+            )
+        };
+        let mut log = String::new();
+        for (number, attempt, outcome, end) in attempts {
+            let key = format!(
+                r#"{{"number":{number},"attempt":{attempt},"practice":false,"condition":"c"}}"#
+            );
+            log += &event(format!(r#"{{"event":"trial_began","key":{key}}}"#));
+            log += "\n";
+            if !outcome.is_empty() {
+                log += &event(format!(
+                    r#"{{"event":"trial_settled","record":{{"key":{key},"outcome":{outcome},"analysis":null}}}}"#
+                ));
+                log += "\n";
+            }
+            if end.is_empty() {
+                continue;
+            }
+            let recording = folder.join(format!("trial-{number:03}_attempt-{attempt}"));
+            fs::create_dir(&recording).unwrap();
+            let trial = format!(
+                "trial = {{ number = {number}, attempt = {attempt}, practice = false, condition = \"c\", protocol = \"p\", \
+                 seed = 1, end = \"{end}\" }}\n"
+            );
+            fs::write(recording.join(MANIFEST_FILE), MANIFEST.to_owned() + &trial).unwrap();
+        }
+        fs::write(folder.join(EVENTS_FILE), log).unwrap();
+        temp_dir
+    }
+
+    const ACCEPTED: &str = r#"{"outcome":"accepted"}"#;
+    const REDO: &str = r#"{"outcome":"redo","reasons":[]}"#;
+    const GIVEN_UP: &str = r#"{"outcome":"given_up","reasons":[]}"#;
+
+    fn attempt_names(temp_dir: &Path, rejected: bool) -> (Vec<String>, Vec<String>) {
+        let filter = Wanted {
+            practice: false,
+            rejected,
+        };
+        let attempts = attempts(&[temp_dir.join("study")], filter).unwrap();
+        let name = |path: &Path| path.file_name().unwrap().to_string_lossy().into_owned();
+        let selection = attempts.selection.iter().map(|attempt| name(&attempt.path));
+        let omissions = attempts.left_out.iter();
+        let omissions =
+            omissions.map(|attempt| format!("{}: {}", name(&attempt.path), attempt.because));
+        (selection.collect(), omissions.collect())
+    }
+
+    /// Regression test: an abandoned trial and an interrupted repetition were analysed as data: n = 3 of 1 accepted.
+    ///
+    /// Fault 52.
+    #[test]
+    fn attempts_are_taken_by_their_standing_in_the_log() {
+        let temp_dir = session(&[
+            (1, 1, REDO, "completed"),
+            (1, 2, ACCEPTED, "completed"),
+            (2, 1, GIVEN_UP, "completed"),
+            (3, 1, REDO, "completed"),
+            (3, 2, "", "completed"),
+        ]);
+        let (selection, omissions) = attempt_names(temp_dir.path(), false);
+        assert_eq!(selection, ["trial-001_attempt-2"]);
+        assert_eq!(
+            omissions,
+            [
+                "trial-001_attempt-1: it was to be repeated",
+                "trial-002_attempt-1: its trial was given up",
+                "trial-003_attempt-1: it was to be repeated",
+                "trial-003_attempt-2: it was interrupted",
+            ]
+        );
+        // Each trial still counts once.
+        let (selection, omissions) = attempt_names(temp_dir.path(), true);
+        assert_eq!(
+            selection,
+            [
+                "trial-001_attempt-2",
+                "trial-002_attempt-1",
+                "trial-003_attempt-2"
+            ]
+        );
+        assert_eq!(omissions.len(), 2);
+    }
+
+    /// Regression test: accepted trials without a complete recording were ignored silently.
+    ///
+    /// Fault 27.
+    #[test]
+    fn an_accepted_trial_that_cannot_be_analysed_is_named() {
+        let temp_dir = session(&[
+            (1, 1, ACCEPTED, "completed"),
+            (2, 1, ACCEPTED, "interrupted"),
+            (3, 1, ACCEPTED, ""),
+        ]);
+        let (selection, omissions) = attempt_names(temp_dir.path(), false);
+        assert_eq!(selection, ["trial-001_attempt-1"]);
+        assert_eq!(
+            omissions,
+            [
+                "trial-002_attempt-1: its recording was broken off",
+                "trial-003_attempt-1: its recording is not there",
+            ]
+        );
+        let analysed = Analysed {
+            settings: crate::Settings::default(),
+            recordings: Vec::new(),
+        };
+        let study = [temp_dir.path().join("study")];
+        let account = attempts(&study, Wanted::default())
+            .unwrap()
+            .account(&analysed, &[]);
+        assert_eq!(account.accepted, 3);
+        assert_eq!(account.missed().count(), 2);
+        assert_eq!(
+            account.lines()[0],
+            "accepted 3, analysed 0; left out: 2 missed"
+        );
+    }
+
+    /// Fault 52.
+    #[test]
+    fn a_study_that_is_named_twice_counts_once_by_whichever_path() {
+        let temp_dir = session(&[(1, 1, ACCEPTED, "completed"), (2, 1, GIVEN_UP, "completed")]);
+        let study = temp_dir.path().join("study");
+        let session = study.join("sub-01/../sub-01/ses-01");
+        let mut folders = vec![
+            study.clone(),
+            session.clone(),
+            session.join("trial-001_attempt-1"),
+        ];
+        #[cfg(unix)]
+        {
+            let link = temp_dir.path().join("link");
+            std::os::unix::fs::symlink(&study, &link).unwrap();
+            folders.push(link);
+        }
+        let study_attempts = attempts(&folders, Wanted::default()).unwrap();
+        assert_eq!(
+            (
+                study_attempts.selection.len(),
+                study_attempts.left_out.len()
+            ),
+            (1, 1)
+        );
+        // A folder that is named explicitly.
+        let folders = [session.join("trial-002_attempt-1")];
+        let folder_attempts = attempts(&folders, Wanted::default()).unwrap();
+        assert_eq!(
+            folder_attempts.selection[0].standing,
+            Some(Standing::GivenUp)
+        );
+    }
+
+    #[test]
+    fn a_session_without_a_log_stands_for_the_last_completed_attempt_at_each_trial() {
+        let temp_dir = session(&[
+            (1, 1, ACCEPTED, "completed"),
+            (1, 2, REDO, "completed"),
+            (2, 1, ACCEPTED, "interrupted"),
+        ]);
+        let log = temp_dir
+            .path()
+            .join("study/sub-01/ses-01")
+            .join(EVENTS_FILE);
+        fs::write(&log, "no log\n{}\n").unwrap();
+        let study = [temp_dir.path().join("study")];
+        let damaged_log = attempts(&study, Wanted::default()).unwrap();
+        assert_eq!(damaged_log.unread_logs.len(), 1);
+        fs::remove_file(log).unwrap();
+        let missing_log = attempts(&study, Wanted::default()).unwrap();
+        assert!(missing_log.unread_logs.is_empty());
+        for session_attempts in [damaged_log, missing_log] {
+            assert_eq!(session_attempts.selection.len(), 1);
+            assert!(
+                session_attempts.selection[0]
+                    .path
+                    .ends_with("trial-001_attempt-2")
+            );
+            assert_eq!(session_attempts.selection[0].standing, None);
+        }
+    }
+}

@@ -1,0 +1,420 @@
+//! Analysis of a recording: Z_p, the instances, both estimates of each, the model check.
+
+use std::io::ErrorKind;
+use std::path::Path;
+
+use protocols::selection::{StretchOutcome, select};
+use protocols::{Direction, Protocol, SelectionRules};
+
+use crate::amplitude_profile::AmplitudeProfile;
+use crate::analysed::{RecordingAnalysis, RecordingError, RecordingFindings, RejectedStretch};
+use crate::analysis_settings::Settings;
+use crate::demodulated::{self, DemodulatedRecording};
+use estimation::trial::PlateReadings;
+
+use crate::estimate::{InstanceAnalysis, estimate};
+use crate::exploration_findings::ExplorationFindings;
+use crate::flaw::Flaw;
+use crate::free_plate::{FreePlate, pickup_flaws};
+use crate::measurements::Measurements;
+use crate::model_check;
+use crate::plate_references;
+use crate::under_finger::UnderFinger;
+use crate::whole_trial;
+use recording::Manifest;
+use recording::manifest::RecordedIntervalKind;
+use recording::pipeline::PickupOffset;
+
+/// Analyses the recording in `folder`.
+pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
+    let findings = findings(folder, settings);
+    RecordingAnalysis {
+        path: folder.to_owned(),
+        participant: findings
+            .as_ref()
+            .ok()
+            .and_then(|findings| findings.participant.clone()),
+        found: findings,
+    }
+}
+
+fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, RecordingError> {
+    let mut reading = demodulated::read(folder, PickupOffset::default())?;
+    let (rules, protocol_flaw) = selection_rules(folder, &reading.manifest, settings);
+    let is_carrier_missing = reading.is_carrier_missing();
+    let mut plate = FreePlate::read(&reading, rules.contact_n / 2.0);
+    let pickup = plate.pickup_offset().unwrap_or_default();
+    if pickup != PickupOffset::default() {
+        reading = demodulated::read(folder, pickup)?;
+        reading
+            .flaws
+            .extend(pickup_flaws(pickup, &reading.manifest));
+        plate = FreePlate::read(&reading, rules.contact_n / 2.0);
+    }
+    let DemodulatedRecording {
+        manifest,
+        record,
+        mut flaws,
+    } = reading;
+    flaws.extend(protocol_flaw);
+    flaws.extend(rehearsal_flaw(&manifest));
+    let mut findings = RecordingFindings {
+        path: folder.to_owned(),
+        participant: manifest
+            .participant
+            .as_ref()
+            .map(|participant| participant.id.clone()),
+        rules,
+        pickup,
+        z_p: None,
+        explorations: Vec::new(),
+        instances: Vec::new(),
+        trial: None,
+        model_check: Vec::new(),
+        rejected: Vec::new(),
+        flaws,
+        manifest,
+    };
+    let explorations = explorations(&findings.manifest);
+    if explorations.is_empty() {
+        findings.flaws.push(Flaw::NoExploration);
+    }
+    if is_carrier_missing {
+        for (direction, start_s, end_s) in explorations {
+            findings.reject(
+                direction,
+                (start_s, end_s),
+                "the carrier is not in the signal",
+            );
+        }
+        return Ok(findings);
+    }
+
+    findings.z_p = plate.z_p();
+    findings.flaws.extend(plate.flaws(&findings.manifest));
+
+    for (direction, start_s, end_s) in explorations {
+        findings.explore(&record, direction, (start_s, end_s), settings);
+    }
+    let readings = plate_references::read(&record, rules.contact_n / 2.0);
+    findings.fit_together(&readings, settings);
+    if let Some(instance) = findings.first_dynamic_instance() {
+        findings.model_check = model_check::bands(
+            &instance.finger,
+            (instance.start_s, instance.end_s),
+            &findings.explorations,
+            &rules,
+        );
+        findings
+            .flaws
+            .extend(model_check::flaw(&findings.model_check));
+    }
+    Ok(findings)
+}
+
+/// Returns the flaw of a recording during which faults were injected on purpose.
+fn rehearsal_flaw(manifest: &Manifest) -> Option<Flaw> {
+    let faults = manifest.hardware.as_ref()?.rehearsed.clone();
+    (!faults.is_empty()).then_some(Flaw::Rehearsed { faults })
+}
+
+/// Returns direction, start and end of each exploration, in time order.
+fn explorations(manifest: &Manifest) -> Vec<(Direction, f64, f64)> {
+    let mut explorations: Vec<_> = manifest
+        .intervals
+        .iter()
+        .filter_map(|interval| match interval.kind {
+            RecordedIntervalKind::Exploration(direction) => {
+                Some((direction, interval.start_s, interval.end_s))
+            }
+            RecordedIntervalKind::Unloaded => None,
+        })
+        .collect();
+    explorations.sort_by(|a, b| a.1.total_cmp(&b.1));
+    explorations
+}
+
+/// Returns the selection rules for the recording in `folder`: those of the copy of the session's protocol
+/// next to the recording. Without a copy, as for a recording made elsewhere, the rules are those of `settings`; likewise
+/// if the copy cannot be read, with a flaw that reports it.
+pub fn selection_rules(
+    folder: &Path,
+    manifest: &Manifest,
+    settings: &Settings,
+) -> (SelectionRules, Option<Flaw>) {
+    let centre_m = manifest.plate.centre_m;
+    match protocol_copy(folder, manifest) {
+        Ok(Some(protocol)) => {
+            let rules = protocol.selection_rules(centre_m);
+            (rules, copies_flaw(folder, manifest))
+        }
+        Ok(None) => (settings.selection_rules(centre_m), None),
+        Err(flaw) => (settings.selection_rules(centre_m), Some(flaw)),
+    }
+}
+
+/// Reads the copy of the session's protocol next to a recording; `None` if there is no copy.
+fn protocol_copy(folder: &Path, manifest: &Manifest) -> Result<Option<Protocol>, Flaw> {
+    let Some((trial, session)) = manifest.trial.as_ref().zip(folder.parent()) else {
+        return Ok(None);
+    };
+    let protocol_file = trial.protocol_file.as_deref();
+    let name = protocol_file.map_or_else(|| format!("{}.toml", trial.protocol), str::to_owned);
+    let path = session.join(&name);
+    if Path::new(&name).file_name() != Some(name.as_ref()) {
+        let reason = format!(
+            "`trial.protocol_file` is {name:?}, and no name of a file in the session's folder"
+        );
+        return Err(Flaw::ProtocolCopy { path, reason });
+    }
+    let file = path.display().to_string();
+    let protocol = match bounded_files::read_text(&path, bounded_files::TEXT_LIMIT_BYTES) {
+        // The recording was made elsewhere; one that names its copy had one.
+        Err(error) if error.kind() == ErrorKind::NotFound && protocol_file.is_none() => {
+            return Ok(None);
+        }
+        Err(error) => Err(format!("{file}: {error}")),
+        Ok(text) => Protocol::parse(&text, &file).map_err(|error| error.to_string()),
+    };
+    protocol
+        .map(Some)
+        .map_err(|reason| Flaw::ProtocolCopy { path, reason })
+}
+
+/// Returns the flaw of a recording that does not name its protocol copy although the session has several.
+fn copies_flaw(folder: &Path, manifest: &Manifest) -> Option<Flaw> {
+    let (trial, session) = manifest.trial.as_ref().zip(folder.parent())?;
+    if trial.protocol_file.is_some() {
+        return None;
+    }
+    // Copies are numbered from 2 if the session was resumed after an edit.
+    let second_copy = session.join(format!("{}.2.toml", trial.protocol));
+    second_copy.exists().then(|| Flaw::ProtocolCopies {
+        followed: format!("{}.toml", trial.protocol),
+    })
+}
+
+impl RecordingFindings {
+    fn reject(&mut self, direction: Direction, (start_s, end_s): (f64, f64), reason: &str) {
+        self.rejected.push(RejectedStretch {
+            direction,
+            start_s,
+            end_s,
+            reason: reason.to_owned(),
+        });
+    }
+
+    /// Estimates the instances selected from an exploration, and records the reason of every other stretch's
+    /// rejection.
+    fn explore(
+        &mut self,
+        record: &Measurements,
+        direction: Direction,
+        span: (f64, f64),
+        settings: &Settings,
+    ) {
+        let series = record.series(span.0, span.1);
+        let z_p = self.z_p.map(|z_p| z_p.corrected_n_s_per_m);
+        let profile = AmplitudeProfile::from(self.plate());
+        let under_finger = UnderFinger::of(&series, &profile, z_p);
+        // Frames come from one demodulator, so they are evenly spaced.
+        let stretches = select(&series.exploration(direction), &self.rules).unwrap_or_default();
+        if stretches.is_empty() {
+            self.reject(direction, span, "no stretch of rising amplitude");
+        }
+        let conditions = self.conditions(settings.assumed());
+        for stretch in &stretches {
+            let instance = match stretch.outcome {
+                StretchOutcome::Accepted(instance) => instance,
+                StretchOutcome::Rejected(rejection) => {
+                    let span = (stretch.start_s, stretch.end_s);
+                    self.reject(direction, span, &rejection.to_string());
+                    continue;
+                }
+            };
+            let analysis = match &conditions {
+                Some(conditions) => {
+                    let exploration_key = (self.explorations.len(), direction);
+                    let plate = (conditions, self.manifest.plate.modal_mass_kg);
+                    estimate(
+                        (&series, &under_finger),
+                        exploration_key,
+                        instance,
+                        plate,
+                        settings,
+                    )
+                }
+                .map_err(|error| error.to_string()),
+                None => Err("Z_p is not known".to_owned()),
+            };
+            match analysis {
+                Ok(instance) => self.instances.push(instance),
+                Err(reason) => {
+                    self.reject(direction, (instance.start_s, instance.end_s), &reason);
+                }
+            }
+        }
+        let exploration =
+            ExplorationFindings::new(series, under_finger, direction, span, stretches);
+        self.explorations.push(exploration);
+    }
+
+    /// Fits all instances together. Those that `paper` or `dynamic` cannot use are kept only if this fit can use them.
+    fn fit_together(&mut self, readings: &PlateReadings, settings: &Settings) {
+        let Some(conditions) = self.conditions(settings.assumed()) else {
+            return;
+        };
+        let fit = |findings: &mut Self| {
+            let plate = (&conditions, &findings.manifest.plate);
+            findings.trial =
+                whole_trial::fit(&mut findings.instances, plate, readings, settings).ok();
+        };
+        fit(self);
+        if self.drop_unusable() {
+            fit(self);
+        }
+    }
+
+    /// Rejects each instance that has no estimate by `trial` and is unusable by `paper` or `dynamic`; returns whether any were
+    /// rejected and others remain.
+    fn drop_unusable(&mut self) -> bool {
+        let usability_error = |instance: &InstanceAnalysis| match instance.trial {
+            Some(_) => None,
+            None => instance.usability_error(),
+        };
+        let (usable_instances, unusable_instances): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.instances)
+                .into_iter()
+                .partition(|instance| usability_error(instance).is_none());
+        self.instances = usable_instances;
+        for instance in &unusable_instances {
+            if let Some(error) = usability_error(instance) {
+                let span = (instance.start_s, instance.end_s);
+                self.reject(instance.direction, span, &error.to_string());
+            }
+        }
+        self.rejected
+            .sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+        !unusable_instances.is_empty() && !self.instances.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use protocols::built_in;
+    use recording::{AudioFormat, RecordingWriter};
+
+    use super::*;
+
+    const MANIFEST: &str = r#"format = 1
+carrier_hz = 35000.0
+modulation_hz = 6.0
+modulation_index = 0.95
+channels.drive = { index = 0, volts_per_unit = 20.0 }
+channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
+plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
+
+[trial]
+number = 1
+attempt = 1
+practice = false
+condition = "6 Hz"
+protocol = "own"
+seed = 1
+"#;
+
+    fn settings() -> Settings {
+        Settings {
+            contact_n: 0.123,
+            ..Settings::default()
+        }
+    }
+
+    #[test]
+    fn the_rules_are_those_of_the_protocol_beside_the_recording_or_else_the_settings() {
+        let session = tempfile::tempdir().unwrap();
+        let folder = session.path().join("trial-001_attempt-1");
+        let manifest = Manifest::parse(MANIFEST, "recording.toml").unwrap();
+        let copy = session.path().join("own.toml");
+        let rules = || selection_rules(&folder, &manifest, &settings());
+        let settings_rules = settings().selection_rules(0.05);
+
+        assert_eq!(
+            rules(),
+            (settings_rules, None),
+            "no copy, as made elsewhere"
+        );
+
+        let text = built_in("huloux2021").unwrap();
+        std::fs::write(&copy, text).unwrap();
+        let protocol = Protocol::parse(text, "own.toml").unwrap();
+        let protocol_rules = protocol.selection_rules(0.05);
+        assert_ne!(protocol_rules, settings_rules);
+        assert_eq!(rules(), (protocol_rules, None));
+
+        // The session was resumed after an edit: it is unknown which of the two copies the recording followed.
+        let edited_copy = session.path().join("own.2.toml");
+        std::fs::write(
+            &edited_copy,
+            text.replacen("central_m = 0.060", "central_m = 0.030", 1),
+        )
+        .unwrap();
+        let (first_rules, flaw) = rules();
+        assert_eq!(first_rules, protocol_rules);
+        assert!(
+            matches!(flaw, Some(Flaw::ProtocolCopies { .. })),
+            "{flaw:?}"
+        );
+        // The first copy was read, although the second was followed.
+        let mut named_manifest = manifest.clone();
+        let mut rules_for_copy = |name: &str| {
+            named_manifest.trial.as_mut().unwrap().protocol_file = Some(name.to_owned());
+            selection_rules(&folder, &named_manifest, &settings())
+        };
+        assert_eq!(rules_for_copy("own.toml"), (protocol_rules, None));
+        let (second_rules, flaw) = rules_for_copy("own.2.toml");
+        assert_eq!((second_rules.central_m, flaw), (0.030, None));
+        for file in ["own.3.toml", "../own.toml", "", ".."] {
+            let (fallback_rules, flaw) = rules_for_copy(file);
+            assert_eq!(fallback_rules, settings_rules);
+            assert!(matches!(flaw, Some(Flaw::ProtocolCopy { .. })), "{file}");
+        }
+        std::fs::remove_file(edited_copy).unwrap();
+
+        // Truncated in the middle, and with bytes that are not text.
+        let truncated = text.as_bytes()[..text.len() / 2].to_vec();
+        for content in [truncated, vec![0xff; 64]] {
+            std::fs::write(&copy, content).unwrap();
+            let (fallback_rules, flaw) = rules();
+            assert_eq!(fallback_rules, settings_rules);
+            let Some(Flaw::ProtocolCopy { path, reason }) = flaw else {
+                panic!("{flaw:?}");
+            };
+            assert_eq!(path, copy);
+            assert!(reason.contains("own.toml"), "{reason}");
+        }
+    }
+
+    #[test]
+    fn an_analysis_lists_a_damaged_protocol_copy_among_the_flaws() {
+        let session = tempfile::tempdir().unwrap();
+        let folder = session.path().join("trial-001_attempt-1");
+        let manifest = Manifest::parse(MANIFEST, "recording.toml").unwrap();
+        let format = AudioFormat {
+            sample_rate_hz: 96_000,
+            channels: 2,
+        };
+        let mut writer = RecordingWriter::create(&folder, manifest, format).unwrap();
+        writer.write_audio(&[0.0; 2 * 9600]).unwrap();
+        writer.finish(recording::writer::Ending::Completed).unwrap();
+        let has_copy_flaw = |analysis: RecordingAnalysis| {
+            let flaws = analysis.found.unwrap().flaws;
+            flaws
+                .iter()
+                .any(|flaw| matches!(flaw, Flaw::ProtocolCopy { .. }))
+        };
+        assert!(!has_copy_flaw(analyse(&folder, &settings())));
+        std::fs::write(session.path().join("own.toml"), "format = ").unwrap();
+        assert!(has_copy_flaw(analyse(&folder, &settings())));
+    }
+}

@@ -1,0 +1,9 @@
+//! Estimates over trials, participants and a study.
+//!
+//! | module | contents |
+//! | --- | --- |
+//! | [`pooling`] | means of estimates with known errors, variation between participants, shrunken estimates |
+//! | [`skin`] | S, q0, η and τ of the participants of a study, from the fits of their recordings |
+
+pub mod pooling;
+pub mod skin;

@@ -1,0 +1,16 @@
+//! S, q0, η and τ of the participants of a study, from the fits of their recordings.
+
+mod parameters;
+mod table;
+mod words;
+
+pub use parameters::{
+    LeftOut, Parameters, Person, PersonParameter, Ranged, Skin, StudyParameter, Trial,
+    TrialParameter,
+};
+pub use table::{SKIN_FILE, write};
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("README.md")]
+struct ReadmeExample;

@@ -1,0 +1,361 @@
+//! Four skin parameters, pooled over the trials of each participant and over the participants of the study.
+//!
+//! Each recording's fit gives the four parameters with the standard errors of their logarithms. `pooling` pools each
+//! parameter separately, in logarithms: trial < participant < study, all normal, by empirical Bayes. The prior of the fit
+//! is removed first, because it is the same in every trial and would be counted once for each. Recordings that the model
+//! does not fit are excluded. E and ν are the same for all, so that q0 E/(1 − ν²), the only measured combination, is
+//! pooled with q0.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use crate::pooling::{Estimate, Group, Hierarchy, hierarchy};
+use analysis::Analysed;
+use analysis::analysed::RecordingFindings;
+use contact::uncertain::LogUncertain;
+use estimation::trial::{LogNormal, SharedFit, TrialPriors};
+use serde::Serialize;
+
+/// Method, for readers of the results alone.
+const POOLING: &str = "logarithms, normal at each level, empirical Bayes: variance between trials, or the errors that they share, from how \
+                       they scatter; between participants by DerSimonian and Laird, intervals by Hartung and Knapp, shrunken values by \
+                       Morris; each parameter by itself";
+
+/// A value for each of the four parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Parameters<T> {
+    /// Apparent contact area S, m².
+    pub contact_area_m2: T,
+    /// q0 for the assumed E and ν, rad/m.
+    pub q0_rad_per_m: T,
+    /// Loss factor η.
+    pub loss_factor: T,
+    /// Levitation lag τ, s.
+    pub tau_s: T,
+}
+
+/// Names of the parameters, in order.
+pub(crate) const NAMES: [&str; 4] = ["contact_area_m2", "q0_rad_per_m", "loss_factor", "tau_s"];
+
+impl<T> Parameters<T> {
+    fn from_fn(mut value: impl FnMut(usize) -> T) -> Self {
+        Self {
+            contact_area_m2: value(0),
+            q0_rad_per_m: value(1),
+            loss_factor: value(2),
+            tau_s: value(3),
+        }
+    }
+
+    pub(crate) fn as_array(&self) -> [&T; 4] {
+        [
+            &self.contact_area_m2,
+            &self.q0_rad_per_m,
+            &self.loss_factor,
+            &self.tau_s,
+        ]
+    }
+}
+
+/// Value with its 95 % interval.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Ranged {
+    /// Value.
+    pub value: f64,
+    /// 95 % interval.
+    pub interval95: [f64; 2],
+}
+
+impl Ranged {
+    fn from_ln(value: f64, interval95: [f64; 2]) -> Self {
+        Self {
+            value: value.exp(),
+            interval95: interval95.map(f64::exp),
+        }
+    }
+}
+
+/// Parameter of a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct TrialParameter {
+    /// Value and interval of the recording's fit.
+    #[serde(flatten)]
+    pub raw: Ranged,
+    /// Value shrunken towards the participant's; `None` with too few trials to estimate the shrinkage, or if the
+    /// recording does not constrain the parameter.
+    pub shrunken: Option<Ranged>,
+}
+
+/// Pooled recording.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Trial {
+    /// Folder.
+    pub path: PathBuf,
+    /// Parameters.
+    #[serde(flatten)]
+    pub parameters: Parameters<TrialParameter>,
+}
+
+/// Parameter of a participant.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PersonParameter {
+    /// Mean over the trials with its 95 % interval, which includes the errors within the trials and the scatter between
+    /// them.
+    #[serde(flatten)]
+    pub mean: Ranged,
+    /// Number of trials in the mean; trials that do not constrain the parameter are excluded.
+    pub n_trials: usize,
+    /// Standard deviation of the logarithm between the trials, beyond their errors, as used in the interval; `None` if no
+    /// participant has two trials.
+    pub between_trials_ln_std: Option<f64>,
+    /// Mean shrunken towards that of all participants; `None` with fewer than four of them.
+    pub shrunken: Option<Ranged>,
+}
+
+/// Skin of a participant.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Person {
+    /// Pseudonym.
+    pub participant: String,
+    /// Parameters; `None` if no trial constrains them.
+    #[serde(flatten)]
+    pub parameters: Parameters<Option<PersonParameter>>,
+    /// Pooled recordings.
+    pub trials: Vec<Trial>,
+    /// Number of excluded recordings.
+    pub n_left_out: usize,
+}
+
+/// Parameter of the study.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct StudyParameter {
+    /// Mean over the participants; `None` with fewer than two.
+    pub mean: Option<Ranged>,
+    /// Number of participants in the mean.
+    pub n_participants: usize,
+    /// Standard deviation of the logarithm between participants, beyond the errors of their means.
+    pub between_participants_ln_std: Option<f64>,
+    /// Its 95 % interval.
+    pub between_participants_ln_std_interval95: Option<[f64; 2]>,
+    /// Pooled standard deviation of the logarithm between a participant's trials, except participants with significantly
+    /// larger scatter; `None` if no participant has two trials.
+    pub between_trials_ln_std: Option<f64>,
+    /// Fraction of the variance of the trials' errors that a participant's trials share, as estimated from their scatter;
+    /// included in every interval above the trial level.
+    pub shared_error_part: f64,
+}
+
+/// Excluded recording.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LeftOut {
+    /// Folder.
+    pub path: PathBuf,
+    /// Pseudonym, if it is known.
+    pub participant: Option<String>,
+    /// Reason.
+    pub because: String,
+}
+
+/// Skin of a study.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Skin {
+    pooling: &'static str,
+    /// All participants together.
+    pub study: Parameters<StudyParameter>,
+    /// Participants by name.
+    pub participants: Vec<Person>,
+    /// Excluded recordings.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// Fits of a participant, and the number of excluded recordings.
+#[derive(Default)]
+struct Fits<'a> {
+    recordings: Vec<(&'a RecordingFindings, &'a SharedFit)>,
+    n_left_out: usize,
+}
+
+impl Skin {
+    /// Pools the recordings of an analysis.
+    pub fn of(analysed: &Analysed) -> Self {
+        let mut people = BTreeMap::<&str, Fits<'_>>::new();
+        let mut left_out = Vec::new();
+        // All requested recordings, including unreadable ones, which are listed as excluded.
+        for recording in &analysed.recordings {
+            let usable_fit = match &recording.found {
+                Ok(findings) => usable_fit(findings).map(|fit| (findings, fit)),
+                Err(error) => Err(format!("it cannot be read: {error}")),
+            };
+            if let Some(participant) = &recording.participant {
+                let fits = people.entry(participant).or_default();
+                match &usable_fit {
+                    Ok(fit) => fits.recordings.push(*fit),
+                    Err(_) => fits.n_left_out += 1,
+                }
+            }
+            if let Err(because) = usable_fit {
+                left_out.push(LeftOut {
+                    path: recording.path.clone(),
+                    participant: recording.participant.clone(),
+                    because,
+                });
+            }
+        }
+        let pooled_parameters = pool(&people, &analysed.settings.trial().priors);
+        let participants = people.iter().enumerate().map(|(person, (name, fits))| {
+            let trials = fits.recordings.iter().enumerate();
+            let trials = trials.map(|(trial, (findings, fit))| Trial {
+                path: findings.path.clone(),
+                parameters: Parameters::from_fn(|index| TrialParameter {
+                    raw: range(FIT_PARAMETERS[index](fit)),
+                    shrunken: pooled_parameters[index].member(person, trial),
+                }),
+            });
+            Person {
+                participant: (*name).to_owned(),
+                parameters: Parameters::from_fn(|index| pooled_parameters[index].person(person)),
+                trials: trials.collect(),
+                n_left_out: fits.n_left_out,
+            }
+        });
+        Self {
+            pooling: POOLING,
+            study: Parameters::from_fn(|index| pooled_parameters[index].study()),
+            participants: participants.collect(),
+            left_out,
+        }
+    }
+}
+
+/// Returns the fit of a recording, or the reason to exclude it.
+fn usable_fit(findings: &RecordingFindings) -> Result<&SharedFit, String> {
+    let fit = findings.trial.as_ref();
+    let fit = fit.ok_or("its instances cannot be fitted together")?;
+    if !fit.verdict.is_usable() {
+        return Err(fit.verdict.to_string());
+    }
+    if let Some(sign) = fit.misfit.first() {
+        return Err(format!("the model does not hold: {sign}"));
+    }
+    if findings.participant().is_none() {
+        return Err("no participant is stated".to_owned());
+    }
+    Ok(fit)
+}
+
+/// Parameters of a fit, in order.
+const FIT_PARAMETERS: [fn(&SharedFit) -> LogUncertain; 4] = [
+    |fit| fit.contact_area_m2,
+    |fit| fit.q0_rad_per_m,
+    |fit| fit.loss_factor,
+    |fit| fit.tau_s,
+];
+
+fn range(estimate: LogUncertain) -> Ranged {
+    Ranged {
+        value: estimate.value,
+        interval95: estimate.interval95(),
+    }
+}
+
+/// Pooled parameter.
+struct PooledParameter {
+    hierarchy: Hierarchy,
+    /// Index of each participant's trials among those that constrain the parameter.
+    places: Vec<Vec<Option<usize>>>,
+}
+
+/// Returns the pooled parameters, in order.
+fn pool(people: &BTreeMap<&str, Fits<'_>>, priors: &TrialPriors) -> [PooledParameter; 4] {
+    [
+        (FIT_PARAMETERS[0], priors.contact_area_m2),
+        (FIT_PARAMETERS[1], priors.q0_rad_per_m),
+        (FIT_PARAMETERS[2], priors.loss_factor),
+        // τ refers to another gap, but the difference is negligible for a prior with a factor of ten.
+        (FIT_PARAMETERS[3], priors.tau_s),
+    ]
+    .map(|(parameter, prior)| {
+        let (mut groups, mut places) = (Vec::new(), Vec::new());
+        for fits in people.values() {
+            let (mut group, mut place) = (Vec::new(), Vec::new());
+            for (_, fit) in &fits.recordings {
+                let estimate = data_estimate(parameter(fit), prior);
+                place.push(estimate.is_some().then_some(group.len()));
+                group.extend(estimate);
+            }
+            groups.push(group);
+            places.push(place);
+        }
+        PooledParameter {
+            hierarchy: hierarchy(&groups),
+            places,
+        }
+    })
+}
+
+/// Returns the estimate of a logarithm from the data alone, without the prior.
+fn data_estimate(posterior: LogUncertain, prior: LogNormal) -> Option<Estimate> {
+    let prior = Estimate::new(prior.median.ln(), prior.ln_std)?;
+    Estimate::new(posterior.value.ln(), posterior.ln_std)?.without_prior(prior)
+}
+
+impl PooledParameter {
+    fn group(&self, person: usize) -> Option<&Group> {
+        self.hierarchy.groups[person].as_ref()
+    }
+
+    fn member(&self, person: usize, trial: usize) -> Option<Ranged> {
+        let place = self.places[person][trial]?;
+        let member = self.group(person)?.members.as_ref()?[place];
+        Some(Ranged::from_ln(member.value, member.interval95))
+    }
+
+    fn person(&self, person: usize) -> Option<PersonParameter> {
+        let group = self.group(person)?;
+        let shrunken = group.shrunken;
+        Some(PersonParameter {
+            mean: Ranged::from_ln(group.mean.value, group.mean.interval95),
+            n_trials: group.mean.n,
+            between_trials_ln_std: group.between_members_std,
+            shrunken: shrunken.map(|shrunken| Ranged::from_ln(shrunken.value, shrunken.interval95)),
+        })
+    }
+
+    fn study(&self) -> StudyParameter {
+        let overall = self.hierarchy.overall;
+        StudyParameter {
+            mean: overall
+                .map(|overall| Ranged::from_ln(overall.mean.value, overall.mean.interval95)),
+            n_participants: self.hierarchy.groups.iter().flatten().count(),
+            between_participants_ln_std: overall.map(|overall| overall.between_std),
+            between_participants_ln_std_interval95: overall
+                .map(|overall| overall.between_std_interval95),
+            between_trials_ln_std: self.hierarchy.between_members_std,
+            shared_error_part: self.hierarchy.shared_error,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn a_trial_without_information_is_not_pooled() {
+        let prior = TrialPriors::default().contact_area_m2;
+        let posterior = |ln_std| LogUncertain {
+            value: 220e-6,
+            ln_std,
+        };
+        for ln_std in [prior.ln_std, 2.0 * prior.ln_std, f64::INFINITY, f64::NAN] {
+            assert_eq!(data_estimate(posterior(ln_std), prior), None);
+        }
+        // A precise estimate hardly depends on the prior.
+        let precise = data_estimate(posterior(0.02), prior).unwrap();
+        assert_relative_eq!(precise.value().exp(), 220e-6, max_relative = 1e-3);
+        assert_relative_eq!(precise.std(), 0.02, max_relative = 1e-3);
+        let imprecise = data_estimate(posterior(0.3), prior).unwrap();
+        assert!(imprecise.value() > 220e-6_f64.ln() && imprecise.std() > 0.36);
+    }
+}

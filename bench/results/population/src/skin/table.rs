@@ -1,0 +1,138 @@
+//! Skin of a study as CSV: a row for each parameter of each recording, each participant and the study.
+
+use std::path::Path;
+
+use crate::skin::parameters::{NAMES, Ranged, Skin};
+use recording::DiskError;
+use recording::disk;
+
+/// Name of the file.
+pub const SKIN_FILE: &str = "skin.csv";
+
+const HEADER: [&str; 13] = [
+    "level",
+    "participant",
+    "recording",
+    "parameter",
+    "value",
+    "low95",
+    "high95",
+    "n",
+    "between_ln_std",
+    "shrunken",
+    "shrunken_low95",
+    "shrunken_high95",
+    "left_out",
+];
+
+/// Row of the table; unknown values are empty.
+#[derive(Default)]
+struct Row<'a> {
+    level: &'static str,
+    participant: &'a str,
+    recording: String,
+    parameter: &'static str,
+    value: Option<Ranged>,
+    n: Option<usize>,
+    between_ln_std: Option<f64>,
+    shrunken: Option<Ranged>,
+    left_out: String,
+}
+
+impl Row<'_> {
+    fn cells(&self) -> [String; HEADER.len()] {
+        let number = |value: Option<f64>| {
+            let finite = value.filter(|value| value.is_finite());
+            finite.map_or_else(String::new, |value| value.to_string())
+        };
+        let range_cells = |range: Option<Ranged>| {
+            let ends = [0, 1].map(|end| range.map(|range| range.interval95[end]));
+            let [low, high] = ends.map(number);
+            [number(range.map(|range| range.value)), low, high]
+        };
+        let [value, low, high] = range_cells(self.value);
+        let [shrunken, shrunken_low, shrunken_high] = range_cells(self.shrunken);
+        [
+            self.level.to_owned(),
+            bounded_files::to_cell(self.participant),
+            bounded_files::to_cell(&self.recording),
+            self.parameter.to_owned(),
+            value,
+            low,
+            high,
+            self.n.map_or_else(String::new, |n| n.to_string()),
+            number(self.between_ln_std),
+            shrunken,
+            shrunken_low,
+            shrunken_high,
+            bounded_files::to_cell(&self.left_out),
+        ]
+    }
+}
+
+/// Writes the table into `folder`, replacing an existing one.
+///
+/// # Errors
+/// The operating system refused.
+pub fn write(skin: &Skin, folder: &Path) -> Result<(), DiskError> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    // Writing to memory does not fail.
+    let _ = writer.write_record(HEADER);
+    for row in rows(skin) {
+        let _ = writer.write_record(row.cells());
+    }
+    let bytes = writer.into_inner().unwrap_or_default();
+    disk::replace_file(&folder.join(SKIN_FILE), &bytes)
+}
+
+fn rows(skin: &Skin) -> Vec<Row<'_>> {
+    let mut rows = Vec::new();
+    for person in &skin.participants {
+        for trial in &person.trials {
+            let parameters = trial.parameters.as_array().into_iter().zip(NAMES);
+            rows.extend(parameters.map(|(estimate, parameter)| Row {
+                level: "trial",
+                participant: &person.participant,
+                recording: trial.path.display().to_string(),
+                parameter,
+                value: Some(estimate.raw),
+                shrunken: estimate.shrunken,
+                ..Row::default()
+            }));
+        }
+    }
+    rows.extend(skin.left_out.iter().map(|left_out| Row {
+        level: "trial",
+        participant: left_out.participant.as_deref().unwrap_or_default(),
+        recording: left_out.path.display().to_string(),
+        left_out: left_out.because.clone(),
+        ..Row::default()
+    }));
+    for person in &skin.participants {
+        let parameters = person.parameters.as_array().into_iter().zip(NAMES);
+        rows.extend(parameters.map(|(estimate, parameter)| Row {
+            level: "participant",
+            participant: &person.participant,
+            parameter,
+            value: estimate.map(|estimate| estimate.mean),
+            n: Some(estimate.map_or(0, |estimate| estimate.n_trials)),
+            between_ln_std: estimate.and_then(|estimate| estimate.between_trials_ln_std),
+            shrunken: estimate.and_then(|estimate| estimate.shrunken),
+            left_out: match person.n_left_out {
+                0 => String::new(),
+                n => format!("{n} of {} trials", n + person.trials.len()),
+            },
+            ..Row::default()
+        }));
+    }
+    let parameters = skin.study.as_array().into_iter().zip(NAMES);
+    rows.extend(parameters.map(|(estimate, parameter)| Row {
+        level: "study",
+        parameter,
+        value: estimate.mean,
+        n: Some(estimate.n_participants),
+        between_ln_std: estimate.between_participants_ln_std,
+        ..Row::default()
+    }));
+    rows
+}

@@ -1,0 +1,231 @@
+//! Fig. 13: impedance, stiffness, gap and friction of one exploration against amplitude and against measured friction.
+
+use estimation::ModelledSeries;
+
+use crate::measured::drawn::Drawn;
+use crate::measured::elements::{
+    AMPLITUDE, FRICTION, GAP, MEASUREMENT, MICRO, MODEL, assumption_note, model_ink, points,
+    recording_name, thinning_note, trial_note,
+};
+use analysis::Settings;
+use analysis::analysed::RecordingFindings;
+use analysis::estimate::{InstanceAnalysis, InstanceBy, Method};
+use plotting::{Axis, Figure, Key, Panel, Series};
+use plotting::{Dash, Ink, Marker, Width};
+
+/// Number of samples above which they are thinned.
+const MAX_SAMPLES: usize = 400;
+
+type Value = fn(&InstanceBy<'_>, usize) -> f64;
+type ModelValue = fn(&ModelledSeries, usize) -> f64;
+
+/// Quantity of the vertical axes.
+struct Quantity {
+    axis: Axis,
+    value: Value,
+    model: ModelValue,
+}
+
+fn amplitude(instance: &InstanceBy<'_>, sample: usize) -> f64 {
+    instance.amplitude_m()[sample] * MICRO
+}
+
+fn measured_mu(instance: &InstanceBy<'_>, sample: usize) -> f64 {
+    instance.instance.samples.mu()[sample]
+}
+
+fn quantities() -> [Quantity; 5] {
+    [
+        Quantity {
+            axis: Axis::linear("Re Zₘ (N·s/m)"),
+            value: |instance, k| instance.z_m()[k].re,
+            model: |model, k| model.z_m_n_s_per_m[k].re,
+        },
+        Quantity {
+            axis: Axis::linear("−Im Zₘ (N·s/m)"),
+            value: |instance, k| -instance.z_m()[k].im,
+            model: |model, k| -model.z_m_n_s_per_m[k].im,
+        },
+        Quantity {
+            axis: Axis::logarithmic("Stiffness (N/µm)"),
+            value: |instance, k| instance.estimated.series.k_c_n_per_m[k] / MICRO,
+            model: |model, k| model.k_c_n_per_m[k] / MICRO,
+        },
+        Quantity {
+            axis: Axis::linear(GAP).from_zero(),
+            value: |instance, k| instance.estimated.series.gap_m[k] * MICRO,
+            model: |model, k| model.gap_m[k] * MICRO,
+        },
+        Quantity {
+            axis: Axis::linear(FRICTION).from_zero(),
+            value: |instance, k| instance.estimated.series.mu[k],
+            model: |model, k| model.mu[k],
+        },
+    ]
+}
+
+/// Returns the instances to draw: of the exploration with the most instances (the first of equals), or of the whole
+/// trial.
+fn selected_instances<'a>(
+    findings: &'a RecordingFindings,
+    selection: &Drawn,
+) -> &'a [InstanceAnalysis] {
+    if selection.whole_trial {
+        return &findings.instances;
+    }
+    findings
+        .instances
+        .chunk_by(|a, b| a.exploration == b.exploration)
+        .rev()
+        .max_by_key(|chunk| chunk.len())
+        .unwrap_or_default()
+}
+
+/// Draws the figure; `None` for a recording without instances.
+pub(super) fn figure(
+    findings: &RecordingFindings,
+    settings: &Settings,
+    selection: &Drawn,
+) -> Option<Figure> {
+    let instances = selected_instances(findings, selection);
+    let methods = selection.method_pair(instances);
+    if instances.is_empty() || methods.is_empty() {
+        return None;
+    }
+    let samples: usize = instances.iter().map(|i| i.samples.time_s().len()).sum();
+    let step = samples.div_ceil(MAX_SAMPLES).max(1);
+    let cloud = |x: Value, y: Value, method: Method, step: usize| -> Vec<(f64, f64)> {
+        let instance_points = |instance: InstanceBy<'_>| -> Vec<(f64, f64)> {
+            (0..instance.instance.samples.time_s().len())
+                .map(|k| (x(&instance, k), y(&instance, k)))
+                .collect()
+        };
+        let instances = instances.iter().filter_map(|i| i.by(method));
+        instances.flat_map(instance_points).step_by(step).collect()
+    };
+    // Broken between instances. Against friction, the model's impedance is drawn over the model's friction.
+    let curve = |y: ModelValue, over_mu: bool, method: Method| -> Series {
+        let mut line = Vec::new();
+        for instance in instances.iter().filter_map(|i| i.by(method)) {
+            if let Some(model) = &instance.estimated.averaged.series {
+                line.extend((0..model.mu.len()).map(|k| {
+                    let x = if over_mu {
+                        model.mu[k]
+                    } else {
+                        amplitude(&instance, k)
+                    };
+                    (x, y(model, k))
+                }));
+                line.push((f64::NAN, f64::NAN));
+            }
+        }
+        let (ink, dash) = model_ink(method);
+        Series::line(ink, dash, line).named(format!("{}, {MODEL}", method.name()))
+    };
+    let method_series = |quantity: &Quantity, x: Value, over_mu: bool| -> Vec<Series> {
+        let clouds = methods
+            .iter()
+            .map(|&method| points(method, cloud(x, quantity.value, method, step)));
+        let curves = methods
+            .iter()
+            .map(|&method| curve(quantity.model, over_mu, method));
+        // Against itself, the model's friction is the line of slope 1.
+        let is_friction = over_mu && quantity.axis.label == FRICTION;
+        let curves = curves.filter(|_| !is_friction);
+        curves.chain(clouds).collect()
+    };
+
+    // One axis for each column, so that the rows align.
+    let shared_axis = |label: &str, x: Value| {
+        let cloud_points = methods.iter().flat_map(|&method| cloud(x, x, method, 1));
+        let greatest = cloud_points.map(|(x, _)| x).fold(0.0, f64::max);
+        let axis = Axis::linear(label).between(0.0, 1.05 * greatest);
+        move |is_lowest: bool| {
+            if is_lowest {
+                axis.clone()
+            } else {
+                axis.clone().unwritten()
+            }
+        }
+    };
+    let amplitude_axis = shared_axis(AMPLITUDE, amplitude);
+    let mu_axis = shared_axis("Measured μ", measured_mu);
+    let quantities = quantities();
+    let mut panels: Vec<Panel> = Vec::new();
+    for (row, quantity) in quantities.iter().enumerate() {
+        let is_lowest = row + 1 == quantities.len();
+        panels.push(Panel {
+            series: method_series(quantity, amplitude, false),
+            ..Panel::new(amplitude_axis(is_lowest), quantity.axis.clone())
+        });
+        panels.push(Panel {
+            series: method_series(quantity, measured_mu, true),
+            ..Panel::new(mu_axis(is_lowest), quantity.axis.clone())
+        });
+    }
+    if let [.., amplitude_panel, mu_panel] = &mut panels[..] {
+        // Few enough to show the estimates between them; not a divisor of the length of an instance, so that no amplitude
+        // is left out.
+        let measured_points = cloud(amplitude, measured_mu, Method::Paper, step * 7);
+        amplitude_panel
+            .series
+            .push(Series::points(Ink::Black, Marker::Triangle, measured_points).named(MEASUREMENT));
+        let extents = mu_panel.series.iter().flat_map(Series::extent);
+        let greatest = extents
+            .map(|(mu, _)| mu)
+            .filter(|mu| mu.is_finite())
+            .fold(0.0, f64::max);
+        let diagonal = vec![(0.0, 0.0), (greatest, greatest)];
+        mu_panel
+            .series
+            .push(Series::line(Ink::Grey, Dash::Dotted, diagonal).named("slope 1"));
+    }
+    Some(Figure {
+        name: "fig13_instances".to_owned(),
+        title: "Impedance, stiffness, gap and friction against amplitude and friction".to_owned(),
+        caption: format!(
+            "{} samples of the {} instances of {} of {}{}: (a, b) real and (c, d) negative imaginary part of the observed impedance, \
+             (e, f) contact stiffness, (g, h) levitation gap and (i, j) friction, against (left) vibration amplitude (peak) and (right) \
+             measured friction. Lines: the model with the participant's average σₜ = {} (Huloux 2021, Fig. 13). {}{}{}",
+            samples,
+            instances.len(),
+            if selection.whole_trial {
+                "the trial"
+            } else {
+                "one exploration"
+            },
+            recording_name(findings),
+            thinning_note(step),
+            averages(&instances[0], &methods),
+            replacement_note(selection, &methods),
+            trial_note(findings, selection),
+            assumption_note(settings, selection),
+        ),
+        width: Width::Page,
+        columns: 2,
+        panel_height_mm: 32.0,
+        key: Key::Above,
+        panels,
+    })
+}
+
+/// Returns a sentence on the average σ_t of each method.
+fn averages(instance: &InstanceAnalysis, methods: &[Method]) -> String {
+    let texts = methods.iter().filter_map(|&method| {
+        let sigma_t_m = instance.estimated(method)?.averaged.sigma_t_m;
+        Some(format!("{:.2} µm ({})", sigma_t_m * MICRO, method.name()))
+    });
+    texts.collect::<Vec<_>>().join(" and ")
+}
+
+/// Returns the sentence on a method that another one replaces.
+fn replacement_note(selection: &Drawn, methods: &[Method]) -> &'static str {
+    let is_omitted = |method| selection.methods.contains(&method) && !methods.contains(&method);
+    if is_omitted(Method::Dynamic) {
+        "Trial stands here in the place of dynamic, whose impedance and amplitude it reads. "
+    } else if is_omitted(Method::Trial) {
+        "The fit by trial of this recording cannot be used. "
+    } else {
+        ""
+    }
+}

@@ -1,0 +1,105 @@
+//! Figures of measurements: Huloux 2021, Figs. 11, 13, 14 and 15, and the shift of the plate's resonance.
+//!
+//! [`measured_figures`] draws the figures that an analysis allows, [`write_figures`] writes them with their data.
+
+mod agreement;
+mod drawn;
+mod elements;
+mod instances;
+mod resonance_shift;
+mod typical_trial;
+mod variation;
+
+use std::path::{Path, PathBuf};
+
+use analysis::analysed::{Analysed, RecordingFindings};
+use analysis::estimate::Method;
+use plotting::Figure;
+use study::sessions::Sessions;
+
+pub use drawn::Drawn;
+
+/// Returns the figures that these recordings allow: without an instance, only the trial in time; without an exploration,
+/// no figure. `trial` is drawn for recordings with a usable fit. `sessions` gives the time between recordings.
+pub fn measured_figures(
+    analysed: &Analysed,
+    sessions: &Sessions,
+    selection: &Drawn,
+) -> Vec<Figure> {
+    let selection = &selection.available_in(analysed);
+    let mut figures = Vec::new();
+    if let Some(typical_recording) = typical_recording(analysed) {
+        figures.extend(typical_trial::figure(
+            typical_recording,
+            &analysed.settings,
+            selection,
+        ));
+        figures.extend(instances::figure(
+            typical_recording,
+            &analysed.settings,
+            selection,
+        ));
+    }
+    if analysed.instances().next().is_some() && !selection.methods.is_empty() {
+        figures.push(variation::figure(analysed, selection));
+        figures.push(agreement::figure(analysed, selection));
+    }
+    figures.extend(resonance_shift::figures(analysed, sessions, selection));
+    figures
+}
+
+/// Returns the recording with the median of the mean σ_t by the dynamic method (the lower of two); without instances, the
+/// first readable recording.
+fn typical_recording(analysed: &Analysed) -> Option<&RecordingFindings> {
+    let mut mean_sigmas: Vec<(f64, &RecordingFindings)> = analysed
+        .findings()
+        .filter_map(|findings| {
+            let estimates = findings
+                .instances
+                .iter()
+                .filter_map(|i| i.estimated(Method::Dynamic));
+            let sigmas_m: Vec<f64> = estimates.map(|estimate| estimate.sigma_t_m).collect();
+            let mean_m = sigmas_m.iter().sum::<f64>() / sigmas_m.len() as f64;
+            mean_m.is_finite().then_some((mean_m, findings))
+        })
+        .collect();
+    mean_sigmas.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let median = mean_sigmas.len().saturating_sub(1) / 2;
+    mean_sigmas
+        .get(median)
+        .map(|(_, findings)| *findings)
+        .or_else(|| analysed.findings().next())
+}
+
+/// Draws the figures of an analysis and writes them as [`plotting::write()`] does, each with its data as CSV, into a
+/// folder, which is created if missing.
+///
+/// # Errors
+/// A figure cannot be drawn or a file cannot be written.
+pub fn write_figures(
+    analysed: &Analysed,
+    sessions: &Sessions,
+    selection: &Drawn,
+    folder: &Path,
+) -> Result<Vec<PathBuf>, plotting::FigureError> {
+    std::fs::create_dir_all(folder).map_err(|source| plotting::FigureError::Write {
+        path: folder.to_owned(),
+        source,
+    })?;
+    let figures = measured_figures(analysed, sessions, selection);
+    let mut paths = plotting::write(&figures, folder)?;
+    for figure in &figures {
+        let path = folder.join(format!("{}.csv", figure.name));
+        std::fs::write(&path, figure.to_csv()).map_err(|source| plotting::FigureError::Write {
+            path: path.clone(),
+            source,
+        })?;
+        paths.push(path);
+    }
+    Ok(paths)
+}
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("README.md")]
+struct ReadmeExample;

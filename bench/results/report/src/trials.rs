@@ -1,0 +1,115 @@
+//! Trials in the order of their sessions: each attempt with its verdict and a link to its estimates.
+
+use std::path::Path;
+
+use maud::{Markup, html};
+use recording::study::event_log::ExitStatus;
+use study::sessions::{Attempt, Session, SessionEnd};
+
+use crate::content::{Content, RecordingEntry};
+use crate::number::{NumberFormat, count_text};
+
+const SECONDS: NumberFormat = NumberFormat {
+    factor: 1.0,
+    decimals: 0,
+};
+
+pub(crate) fn trials(content: &Content<'_>, recordings: &[RecordingEntry<'_>]) -> Markup {
+    let unlogged_recordings: Vec<&RecordingEntry<'_>> = recordings
+        .iter()
+        .filter(|recording| recording.attempt.is_none())
+        .collect();
+    html! {
+        @for (folder, session) in &content.sessions.list {
+            @match session {
+                Ok(session) => (session_section(folder, session, recordings)),
+                Err(reason) => {
+                    p.alert { "The log of a session cannot be read: " (reason) }
+                }
+            }
+        }
+        @if !unlogged_recordings.is_empty() {
+            h3 { "Recordings without a session's log" }
+            p { "Nothing states whether these trials were accepted." }
+            ul { @for recording in unlogged_recordings { li { a href={ "#" (recording.anchor()) } { (recording.name()) } } } }
+        }
+    }
+}
+
+fn session_section(folder: &Path, session: &Session, recordings: &[RecordingEntry<'_>]) -> Markup {
+    // As in the recordings: if there are two studies, with the study's name.
+    let mut session_recordings = recordings.iter().filter(|recording| {
+        let path = recording.path.canonicalize();
+        path.is_ok_and(|path| path.parent() == Some(folder))
+    });
+    let participant = session_recordings.find_map(RecordingEntry::participant);
+    let title = match &session.start {
+        Some(start) => format!(
+            "{}, session {}",
+            participant.unwrap_or(&start.participant),
+            start.session
+        ),
+        None => "Session without a start in its log".to_owned(),
+    };
+    let recording_of = |attempt: &Attempt| {
+        let is_in_folder = |recording: &&RecordingEntry<'_>| {
+            let path = recording.path.canonicalize();
+            path.is_ok_and(|path| path.parent() == Some(folder))
+        };
+        let mut candidates = recordings.iter().filter(is_in_folder);
+        candidates.find(|recording| {
+            recording
+                .attempt
+                .is_some_and(|recorded_attempt| recorded_attempt.label == attempt.label)
+        })
+    };
+    // Without the date, by which anyone who knows when a participant came could identify the person.
+    let details = session.start.as_ref();
+    let details = details.map(|start| format!("Protocol {}, seed {}", start.protocol, start.seed));
+    html! {
+        h3 { (title) }
+        p.note {
+            @if let Some(details) = &details { (details) "; " }
+            @if session.resumed > 0 { "resumed " (count_text(session.resumed, "time", "times")) "; " }
+            (session_end(&session.end)) "."
+        }
+        div.wide { table {
+            thead { tr {
+                th { "Attempt" } th { "Condition" } th.n { "Begun (s)" } th { "Verdict" } th { "Reasons" }
+                th { "Analysed" }
+            } }
+            tbody { @for attempt in &session.attempts {
+                @let (verdict, reasons) = attempt.verdict();
+                tr {
+                    th scope="row" { (attempt.label) }
+                    td { (attempt.condition) }
+                    td.n { (SECONDS.value(attempt.start_s)) }
+                    td { (verdict) }
+                    td { (reasons.join("; ")) }
+                    td { @match recording_of(attempt) {
+                        Some(recording) => a href={ "#" (recording.anchor()) } {
+                            (count_text(recording.result.instances.len(), "instance", "instances"))
+                        },
+                        None => (if attempt.is_practice() { "no: practice" } else { "no" }),
+                    } }
+                }
+            } }
+        } }
+    }
+}
+
+fn session_end(end: &SessionEnd) -> String {
+    match end {
+        SessionEnd::Unfinished => "its log does not end".to_owned(),
+        SessionEnd::Stopped(status, reason) => {
+            let ending = match status {
+                ExitStatus::Success => "completed",
+                ExitStatus::Abort => "broken off by the operator",
+                ExitStatus::Fail => "broken off by a fault",
+            };
+            reason
+                .as_ref()
+                .map_or_else(|| ending.to_owned(), |reason| format!("{ending}: {reason}"))
+        }
+    }
+}

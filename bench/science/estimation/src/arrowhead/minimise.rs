@@ -1,0 +1,398 @@
+//! Levenberg–Marquardt search for the least squares, with steps that follow the bend of the valley (geodesic acceleration:
+//! Transtrum & Sethna 2012). Parameters that the data hardly separate make narrow, bent valleys, in which straight steps are
+//! short.
+
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+
+use crate::arrowhead::normal::{Arrow, BlockNormal, Place};
+
+/// Independent normal priors of parameters. A precision (1/σ²) of 0 means no prior knowledge.
+#[derive(Debug, Clone, Copy)]
+pub struct Prior<const N: usize> {
+    /// Means.
+    pub mean: SVector<f64, N>,
+    /// Inverse variances.
+    pub precision: SVector<f64, N>,
+}
+
+impl<const N: usize> Prior<N> {
+    /// Returns the prior's squares and gradient at the parameters.
+    fn evaluate(&self, parameters: &SVector<f64, N>) -> (f64, SVector<f64, N>) {
+        let deviation = parameters - self.mean;
+        let gradient = deviation.component_mul(&self.precision);
+        (deviation.dot(&gradient), gradient)
+    }
+}
+
+/// A least-squares problem with the shape of an arrow.
+pub trait ArrowProblem<const OWN: usize, const SHARED: usize> {
+    /// Returns each block's rows at the parameters, all in one unit: a residual, its slopes by the block's own parameters, and
+    /// its slopes by the shared ones. `None` outside the model's domain.
+    fn rows(
+        &mut self,
+        shared: &SVector<f64, SHARED>,
+        own: &[SVector<f64, OWN>],
+    ) -> Option<Vec<DMatrix<f64>>>;
+
+    /// Returns the residuals of each block without slopes.
+    fn residuals(
+        &mut self,
+        shared: &SVector<f64, SHARED>,
+        own: &[SVector<f64, OWN>],
+    ) -> Option<Vec<DVector<f64>>>;
+
+    /// Returns the prior of a block's own parameters.
+    fn prior_of_own(&self, block: usize) -> Prior<OWN>;
+
+    /// Returns the prior of the shared parameters.
+    fn prior_of_shared(&self) -> Prior<SHARED>;
+}
+
+/// Termination of a search.
+#[derive(Debug, Clone, Copy)]
+pub struct Until {
+    /// Relative decrease of the squares below which a step is not taken.
+    pub tolerance: f64,
+    /// Largest number of steps tried.
+    pub iterations: usize,
+}
+
+/// A minimum, or the best point found.
+#[derive(Debug, Clone)]
+pub struct ArrowMinimum<const OWN: usize, const SHARED: usize> {
+    /// The shared parameters.
+    pub shared: SVector<f64, SHARED>,
+    /// Each block's own parameters.
+    pub own: Vec<SVector<f64, OWN>>,
+    /// Sum of squares, including the prior.
+    pub squares: f64,
+    /// Whether it is a minimum.
+    pub converged: bool,
+    /// Gradient and normal matrix at the minimum.
+    pub(crate) arrow: Arrow<OWN, SHARED>,
+}
+
+const FIRST_DAMPING: f64 = 1e-4;
+const MAX_DAMPING: f64 = 1e12;
+/// Fraction of a step at which the bend of the valley is evaluated.
+const BEND_FRACTION: f64 = 0.1;
+/// A bend longer than this fraction of its step is rejected (Transtrum & Sethna 2012).
+const MAX_BEND: f64 = 0.75;
+/// Relative decrease of the squares below which a step is too short to bend.
+const MIN_BENDING_FALL: f64 = 1e-4;
+/// Largest decrease predicted for an undamped step at a minimum, in units of the tolerance. A damped step cannot confirm a
+/// minimum: with enough damping its predicted decrease vanishes anywhere.
+const MAX_FALL_AT_MINIMUM: f64 = 1000.0;
+/// Largest decrease predicted for an undamped step if no step reduces the squares, in units of the contribution of a single
+/// residual: such a step moves no parameter by a thirtieth of its standard error.
+const MAX_FALL_OF_ROUNDING: f64 = 1e-3;
+/// Fraction of the initial squares below which a difference of squares is rounding.
+const ROUNDING: f64 = 1e-20;
+
+/// Minimises from one start; `None` if it lies outside the model's domain.
+pub fn minimise<const OWN: usize, const SHARED: usize>(
+    problem: &mut impl ArrowProblem<OWN, SHARED>,
+    shared: SVector<f64, SHARED>,
+    own: Vec<SVector<f64, OWN>>,
+    termination: Until,
+) -> Option<ArrowMinimum<OWN, SHARED>> {
+    let mut point = Place { shared, own };
+    let mut valley = Valley::new(problem, &point)?;
+    let start_squares = valley.arrow.squares;
+    let (mut damping, mut growth, mut converged) = (FIRST_DAMPING, 2.0, false);
+    for _ in 0..termination.iterations {
+        let arrow = &valley.arrow;
+        let Some(step) = arrow.step(damping, &arrow.gradient()) else {
+            damping *= growth;
+            growth *= 2.0;
+            if damping > MAX_DAMPING {
+                break;
+            }
+            continue;
+        };
+        let expected = arrow.expected_fall(&step);
+        let min_fall = termination.tolerance * arrow.squares;
+        if expected <= min_fall && arrow.undamped_fall() <= MAX_FALL_AT_MINIMUM * min_fall {
+            converged = true;
+            break;
+        }
+        let mut candidate = point.advance(1.0, &step);
+        if expected > MIN_BENDING_FALL * arrow.squares
+            && let Some(bend) = valley.bend(problem, damping, &point, &step)
+        {
+            candidate = candidate.advance(1.0, &bend);
+        }
+        let next = Valley::new(problem, &candidate);
+        match next.filter(|next| next.arrow.squares < arrow.squares) {
+            Some(next) => {
+                let gain = (arrow.squares - next.arrow.squares) / expected;
+                (point, valley) = (candidate, next);
+                damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0);
+                growth = 2.0;
+            }
+            None => {
+                damping *= growth;
+                growth *= 2.0;
+                // No step reduces the squares: the rest is rounding, or the search has reached the edge of the model's
+                // domain.
+                if damping > MAX_DAMPING {
+                    let mean_square = valley.arrow.squares / valley.residuals().max(1) as f64;
+                    let rounding =
+                        (MAX_FALL_OF_ROUNDING * mean_square).max(ROUNDING * start_squares);
+                    converged = valley.arrow.undamped_fall() <= rounding;
+                    break;
+                }
+            }
+        }
+    }
+    Some(ArrowMinimum {
+        shared: point.shared,
+        own: point.own,
+        squares: valley.arrow.squares,
+        converged,
+        arrow: valley.arrow,
+    })
+}
+
+/// State of a search.
+struct Valley<const OWN: usize, const SHARED: usize> {
+    arrow: Arrow<OWN, SHARED>,
+    rows: Vec<DMatrix<f64>>,
+}
+
+impl<const OWN: usize, const SHARED: usize> Valley<OWN, SHARED> {
+    fn new(
+        problem: &mut impl ArrowProblem<OWN, SHARED>,
+        point: &Place<OWN, SHARED>,
+    ) -> Option<Self> {
+        let rows = problem.rows(&point.shared, &point.own)?;
+        let mut blocks: Vec<BlockNormal<OWN, SHARED>> = rows.iter().map(BlockNormal::of).collect();
+        let prior = problem.prior_of_shared();
+        let (mut squares, mut shared_gradient) = prior.evaluate(&point.shared);
+        let mut shared = SMatrix::from_diagonal(&prior.precision);
+        for (index, (block, own)) in blocks.iter_mut().zip(&point.own).enumerate() {
+            let prior = problem.prior_of_own(index);
+            let (prior_squares, gradient) = prior.evaluate(own);
+            block.squares += prior_squares;
+            block.own_gradient += gradient;
+            block.own += SMatrix::from_diagonal(&prior.precision);
+            squares += block.squares;
+            shared_gradient += block.shared_gradient;
+            shared += block.shared;
+        }
+        let arrow = Arrow {
+            squares,
+            blocks,
+            shared_gradient,
+            shared,
+        };
+        squares.is_finite().then_some(Self { arrow, rows })
+    }
+
+    /// Returns the number of residuals.
+    fn residuals(&self) -> usize {
+        self.rows.iter().map(DMatrix::nrows).sum()
+    }
+
+    /// Returns the bend of a step: half its second derivative along the valley, from the second derivative of the residuals
+    /// along the step. `None` if it is not small relative to the step.
+    fn bend(
+        &self,
+        problem: &mut impl ArrowProblem<OWN, SHARED>,
+        damping: f64,
+        point: &Place<OWN, SHARED>,
+        step: &Place<OWN, SHARED>,
+    ) -> Option<Place<OWN, SHARED>> {
+        let probe = point.advance(BEND_FRACTION, step);
+        let probe_residuals = problem.residuals(&probe.shared, &probe.own)?;
+        let mut gradient = Place {
+            shared: SVector::zeros(),
+            own: Vec::with_capacity(probe_residuals.len()),
+        };
+        for ((rows, residuals), own) in self.rows.iter().zip(&probe_residuals).zip(&step.own) {
+            let by_own = rows.fixed_columns::<OWN>(1);
+            let by_shared = rows.fixed_columns::<SHARED>(1 + OWN);
+            let linear = by_own * own + by_shared * step.shared;
+            let curvature =
+                ((residuals - rows.column(0)) / BEND_FRACTION - linear) * (2.0 / BEND_FRACTION);
+            gradient.own.push(by_own.tr_mul(&curvature));
+            gradient.shared += by_shared.tr_mul(&curvature);
+        }
+        let acceleration = self.arrow.step(damping, &gradient)?;
+        let ratio = 2.0 * (self.arrow.length2(&acceleration) / self.arrow.length2(step)).sqrt();
+        let half = |values: &SVector<f64, OWN>| values * 0.5;
+        (ratio < MAX_BEND).then(|| Place {
+            shared: acceleration.shared * 0.5,
+            own: acceleration.own.iter().map(half).collect(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rosenbrock's valley in each block: y of the block follows the shared x², and x tends to 1.
+    struct RosenbrockValley {
+        narrowness: f64,
+    }
+
+    impl ArrowProblem<1, 1> for RosenbrockValley {
+        fn rows(
+            &mut self,
+            shared: &SVector<f64, 1>,
+            own: &[SVector<f64, 1>],
+        ) -> Option<Vec<DMatrix<f64>>> {
+            let narrowness = self.narrowness;
+            let slopes = [narrowness, 0.0, -2.0 * narrowness * shared[0], 1.0];
+            let residuals = self.residuals(shared, own)?;
+            let block_rows = |block: DVector<f64>| {
+                DMatrix::from_column_slice(2, 3, &[&[block[0], block[1]], &slopes[..]].concat())
+            };
+            Some(residuals.into_iter().map(block_rows).collect())
+        }
+
+        fn residuals(
+            &mut self,
+            shared: &SVector<f64, 1>,
+            own: &[SVector<f64, 1>],
+        ) -> Option<Vec<DVector<f64>>> {
+            let x = shared[0];
+            let residuals_at =
+                |y: &SVector<f64, 1>| vec![self.narrowness * (y[0] - x * x), x - 1.0];
+            Some(own.iter().map(|y| residuals_at(y).into()).collect())
+        }
+
+        fn prior_of_own(&self, _: usize) -> Prior<1> {
+            Prior {
+                mean: SVector::zeros(),
+                precision: SVector::zeros(),
+            }
+        }
+
+        fn prior_of_shared(&self) -> Prior<1> {
+            self.prior_of_own(0)
+        }
+    }
+
+    const TERMINATION: Until = Until {
+        tolerance: 1e-12,
+        iterations: 500,
+    };
+
+    #[test]
+    fn a_narrow_bent_valley_is_followed_to_its_end() {
+        for narrowness in [1.0, 10.0, 1e3] {
+            let mut problem = RosenbrockValley { narrowness };
+            let start = (SVector::from([-1.2]), vec![SVector::from([1.0]); 3]);
+            let minimum = minimise(&mut problem, start.0, start.1, TERMINATION).unwrap();
+            assert!(minimum.converged);
+            assert!(
+                (minimum.shared[0] - 1.0).abs() < 1e-6,
+                "{}",
+                minimum.shared[0]
+            );
+            for y in &minimum.own {
+                assert!((y[0] - 1.0).abs() < 1e-5, "{}", y[0]);
+            }
+        }
+    }
+
+    #[test]
+    fn a_search_cut_short_has_not_converged() {
+        let mut problem = RosenbrockValley { narrowness: 1e3 };
+        let start = (SVector::from([-1.2]), vec![SVector::from([1.0]); 3]);
+        let termination = Until {
+            iterations: 3,
+            ..TERMINATION
+        };
+        let minimum = minimise(&mut problem, start.0, start.1, termination).unwrap();
+        assert!(!minimum.converged);
+    }
+
+    /// Slope toward 0 that ends at a wall, beyond which the model is undefined.
+    struct Walled {
+        wall: f64,
+    }
+
+    impl ArrowProblem<1, 1> for Walled {
+        fn rows(
+            &mut self,
+            shared: &SVector<f64, 1>,
+            own: &[SVector<f64, 1>],
+        ) -> Option<Vec<DMatrix<f64>>> {
+            let slopes = [0.0, 1.0, 0.0, 7.0, 0.0, 0.0];
+            let residuals = self.residuals(shared, own)?;
+            let block_rows = |block: DVector<f64>| {
+                DMatrix::from_column_slice(3, 3, &[block.as_slice(), &slopes[..]].concat())
+            };
+            Some(residuals.into_iter().map(block_rows).collect())
+        }
+
+        fn residuals(
+            &mut self,
+            shared: &SVector<f64, 1>,
+            own: &[SVector<f64, 1>],
+        ) -> Option<Vec<DVector<f64>>> {
+            let residuals_at = |y: &SVector<f64, 1>| vec![7.0 * shared[0], y[0], 3.0].into();
+            (shared[0] >= self.wall).then(|| own.iter().map(residuals_at).collect())
+        }
+
+        fn prior_of_own(&self, _: usize) -> Prior<1> {
+            Prior {
+                mean: SVector::zeros(),
+                precision: SVector::zeros(),
+            }
+        }
+
+        fn prior_of_shared(&self) -> Prior<1> {
+            self.prior_of_own(0)
+        }
+    }
+
+    #[test]
+    fn a_search_that_ends_at_the_edge_of_the_model_has_found_no_minimum() {
+        for (wall, has_minimum) in [(-1.0, true), (0.75, false), (0.5, false)] {
+            for tolerance in [1e-4, 1e-7, 1e-12] {
+                let termination = Until {
+                    tolerance,
+                    iterations: 500,
+                };
+                let start = (SVector::from([2.0]), vec![SVector::from([1.0])]);
+                let minimum =
+                    minimise(&mut Walled { wall }, start.0, start.1, termination).unwrap();
+                assert_eq!(
+                    minimum.converged, has_minimum,
+                    "{wall}, {tolerance}: {minimum:?}"
+                );
+            }
+        }
+    }
+
+    /// From the floor of the valley a straight step climbs its wall.
+    #[test]
+    fn a_step_that_bends_stays_on_the_floor() {
+        let mut problem = RosenbrockValley { narrowness: 1e3 };
+        let point = Place {
+            shared: SVector::from([0.7]),
+            own: vec![SVector::from([0.49]); 2],
+        };
+        let valley = Valley::new(&mut problem, &point).unwrap();
+        let step = valley.arrow.step(0.0, &valley.arrow.gradient()).unwrap();
+        let bend = valley.bend(&mut problem, 0.0, &point, &step).unwrap();
+        let height = |place: &Place<1, 1>| place.own[0][0] - place.shared[0].powi(2);
+        let end = point.advance(1.0, &step);
+        assert!(height(&end).abs() > 1e-3);
+        assert!(height(&end.advance(1.0, &bend)).abs() < 0.05 * height(&end).abs());
+    }
+
+    #[test]
+    fn a_prior_counts_by_its_precision() {
+        let prior = Prior {
+            mean: SVector::from([1.0, 2.0]),
+            precision: SVector::from([4.0, 0.0]),
+        };
+        let (squares, gradient) = prior.evaluate(&SVector::from([1.5, 7.0]));
+        assert_eq!((squares, gradient), (1.0, SVector::from([2.0, 0.0])));
+    }
+}

@@ -1,0 +1,13 @@
+#![doc = include_str!("README.md")]
+
+mod covariance;
+mod minimise;
+mod normal;
+mod scatter;
+mod whitening;
+
+pub use covariance::{ArrowCovariance, ArrowResponse, BlockCovariance};
+pub use minimise::{ArrowMinimum, ArrowProblem, Prior, Until, minimise};
+pub use normal::{BlockNormal, Place};
+pub use scatter::{lasting, variance_components};
+pub use whitening::Whitening;

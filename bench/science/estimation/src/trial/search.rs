@@ -1,0 +1,572 @@
+//! Search for the parameters that best fit all instances of a trial.
+
+use crate::arrowhead::{ArrowProblem, BlockNormal, Prior, Until, minimise};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use num_complex::Complex64;
+
+use super::members::{
+    ANGLE, BOW, COMMON_ANGLE, COMMON_RESIDUAL, COURSE, Covariance, DAMPING, FILM_MEAN, GROWTH,
+    INSTANCE_PARAMETERS, LAG_GROWTH, Member, OWN, Own, Q0, REACTANCE, RESIDUAL, SHARED, SIGMA_T,
+    Shared, TILT, TISSUE, TrialMinimum, courses,
+};
+use super::plate::{self, OffsetPrior, PlateDeviation, PlateReadings};
+use super::prior::{LogNormal, Normal, TrialPriors};
+use super::scatter::{Kinds, Scatter};
+use crate::candidate_fit::CandidateFit;
+use crate::fit_error::FitError;
+use crate::least_squares::ImpedanceModel;
+use crate::sigma_search::sigma_starts;
+use crate::transient::Transient;
+use crate::trend::{Rates, rate_about};
+use contact::calibration_errors::{ByError, ERRORS};
+use contact::parameters::PARAMETERS;
+
+/// Starting values of S and τ, m² and s; the first two are the furthest apart.
+const STARTS: [(f64, f64); 4] = [
+    (300e-6, 0.7e-3),
+    (150e-6, 2e-3),
+    (300e-6, 2e-3),
+    (150e-6, 0.7e-3),
+];
+/// Starting values of q0 relative to its median, tried at each start.
+const Q0_STARTS: [f64; 3] = [0.5, 1.0, 2.0];
+/// Relative difference of the squares below which two minima are the same.
+const SAME_MINIMUM: f64 = 1e-3;
+/// Standard deviation of a residual's component by which the first search weighs the priors, N·s/m.
+const FIRST_STD: f64 = 0.01;
+/// Parameters that extend the published laws.
+const LAWS: [usize; 7] = [
+    GROWTH,
+    FILM_MEAN,
+    LAG_GROWTH,
+    TILT,
+    BOW,
+    COMMON_ANGLE,
+    COMMON_RESIDUAL,
+];
+/// Factor on the prior standard deviations of the extensions of the published laws in a search from afar.
+const START_FACTOR: f64 = 0.05;
+const FINAL_TERMINATION: Until = Until {
+    tolerance: 1e-7,
+    iterations: 500,
+};
+/// Termination for a minimum that will be refined.
+const COARSE_TERMINATION: Until = Until {
+    tolerance: 1e-4,
+    iterations: 500,
+};
+/// Limit for one start: poor starts rarely converge, and another gets there sooner.
+const START_TERMINATION: Until = Until {
+    tolerance: 1e-4,
+    iterations: 60,
+};
+/// Number of refinements of a minimum; further ones do not change it.
+const REFINEMENTS: usize = 3;
+/// Prior standard deviation that holds the plate's damping fixed, N·s/m.
+const FIXED_STD: f64 = 1e-9;
+
+/// Instances of a trial, with the current state of the search.
+pub(super) struct Search<'a> {
+    pub(super) members: Vec<Member<'a>>,
+    pub(super) priors: TrialPriors,
+    /// Scatter of the residuals of each instance.
+    scatters: Vec<Scatter>,
+    /// Contributions of each kind of error to the residuals; empty before they are computed.
+    kinds: Vec<Kinds>,
+    /// Standard deviation of the offset of the plate's damping without references, N·s/m.
+    damping_std: f64,
+    readings: &'a PlateReadings,
+    /// Whether the parameters that extend the published laws are still held close to their priors.
+    is_start_search: bool,
+    z_m: Vec<Complex64>,
+    slopes: Vec<[Complex64; PARAMETERS]>,
+}
+
+/// State between two refinements: the residuals' scatter, the plate's likely offset, the trends, and the skin's transients.
+struct Refinement {
+    scatters: Vec<Scatter>,
+    states: Vec<(OffsetPrior, Rates, Transient)>,
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(
+        members: Vec<Member<'a>>,
+        readings: &'a PlateReadings,
+        priors: TrialPriors,
+    ) -> Self {
+        let lengths = members.iter().map(|member| member.model.z_m.len());
+        let longest = lengths.max().unwrap_or(0);
+        Self {
+            priors,
+            scatters: members
+                .iter()
+                .map(|_| Scatter::Uniform(FIRST_STD))
+                .collect(),
+            kinds: Vec::new(),
+            damping_std: FIXED_STD,
+            readings,
+            is_start_search: true,
+            z_m: vec![Complex64::ZERO; longest],
+            slopes: vec![[Complex64::ZERO; PARAMETERS]; longest],
+            members,
+        }
+    }
+
+    /// Searches with the plate's damping held fixed and, where references do not determine it, also with it fitted. The second
+    /// result is accepted if the Bayesian information criterion (Schwarz 1978) favours a separate damping for each instance:
+    /// if the damping is constant, fitting it lets the model's own error into σ_t (decision 21).
+    pub(super) fn solve(&mut self) -> Result<TrialMinimum, FitError> {
+        let start = self.search_starts().ok_or(FitError::NoStart)?;
+        self.is_start_search = false;
+        let fixed_damping = self.refine(start)?;
+        let members_without_reference = self
+            .members
+            .iter()
+            .filter(|member| member.offset.damping_std.is_none());
+        let damping_count = members_without_reference.count() as f64;
+        if damping_count == 0.0 {
+            return Ok(fixed_damping);
+        }
+        let refinement = self.refinement();
+        self.damping_std = self.priors.plate_damping_std_n_s_per_m;
+        let free_damping = self.refine(fixed_damping.clone())?;
+        let samples: usize = self
+            .members
+            .iter()
+            .map(|member| member.model.z_m.len())
+            .sum();
+        let residual_count = 2.0 * samples as f64;
+        self.damping_std = FIXED_STD;
+        let comparison = (fixed_damping.shared, fixed_damping.own.clone());
+        let comparison = minimise(self, comparison.0, comparison.1, FINAL_TERMINATION)
+            .ok_or(FitError::NoStart)?;
+        let gain = comparison.squares - free_damping.squares;
+        if free_damping.converged && gain > damping_count * residual_count.max(1.0).ln() {
+            self.damping_std = self.priors.plate_damping_std_n_s_per_m;
+            return Ok(free_damping);
+        }
+        self.restore(refinement);
+        Ok(fixed_damping)
+    }
+
+    /// Returns the refinement of the current minimum.
+    fn refinement(&self) -> Refinement {
+        let members = self.members.iter();
+        Refinement {
+            scatters: self.scatters.clone(),
+            states: members
+                .map(|member| {
+                    let model = &member.model;
+                    (member.offset, model.trend.rates(), model.transient.clone())
+                })
+                .collect(),
+        }
+    }
+
+    fn restore(&mut self, refinement: Refinement) {
+        self.scatters = refinement.scatters;
+        let states = refinement.states;
+        for (member, (offset, rates, transient)) in self.members.iter_mut().zip(states) {
+            member.offset = offset;
+            member.model.trend.follow(rates);
+            member.model.transient = transient;
+        }
+    }
+
+    /// Returns the best minimum from all starts, or the first one found twice.
+    fn search_starts(&mut self) -> Option<TrialMinimum> {
+        let mut best: Option<TrialMinimum> = None;
+        for (area_m2, tau_s) in STARTS {
+            let Some((shared, own)) = self.start(area_m2, tau_s) else {
+                continue;
+            };
+            let Some(minimum) = minimise(self, shared, own, START_TERMINATION) else {
+                continue;
+            };
+            let is_repeated = best.as_ref().is_some_and(|best| {
+                let difference = (minimum.squares - best.squares).abs();
+                best.converged && minimum.converged && difference <= SAME_MINIMUM * best.squares
+            });
+            let candidates = best.into_iter().chain([minimum]);
+            best = candidates.min_by(|a, b| a.squares.total_cmp(&b.squares));
+            if is_repeated {
+                break;
+            }
+        }
+        best
+    }
+
+    /// Returns a start: the q0 and the σ_t, common to all instances, that leave the smallest residuals of Z_m in the first, the
+    /// middle and the last one, each with its best Z_t and plate reactance.
+    fn start(&mut self, area_m2: f64, tau_s: f64) -> Option<(Shared, Vec<Own>)> {
+        let priors = &self.priors;
+        let mut shared = Shared::from([
+            area_m2.ln(),
+            priors.q0_rad_per_m.median.ln(),
+            priors.loss_factor.median.ln(),
+            tau_s.ln(),
+            priors.area_exponent.mean,
+            priors.film_mean_s.median.ln(),
+            priors.lag_exponent.mean,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            priors.amplitude_tilt.mean,
+            priors.amplitude_bow.mean,
+            0.0,
+            0.0,
+        ]);
+        let ln_q0 = shared[Q0];
+        let last = self.members.len() - 1;
+        let mut probes = vec![0, last / 2, last];
+        probes.dedup();
+        let candidates = Q0_STARTS
+            .iter()
+            .flat_map(|ratio| sigma_starts().map(move |sigma_t_m| (ratio.ln(), sigma_t_m.ln())));
+        let costs = candidates.filter_map(|(ln_ratio, ln_sigma_t)| {
+            shared[Q0] = ln_q0 + ln_ratio;
+            let mut common = Own::zeros();
+            common[SIGMA_T] = ln_sigma_t;
+            let fits = self.fit_candidates(&probes, &shared, &common)?;
+            Some((
+                fits.iter().map(|fit| fit.square).sum::<f64>(),
+                shared,
+                common,
+            ))
+        });
+        let (_, shared, common) = costs.min_by(|(a, ..), (b, ..)| a.total_cmp(b))?;
+        let indices: Vec<usize> = (0..=last).collect();
+        let fits = self.fit_candidates(&indices, &shared, &common)?;
+        let starts = fits.iter().map(|fit| {
+            let mut start = common;
+            (start[TISSUE[0]], start[TISSUE[1]]) = (fit.z_t.re, fit.z_t.im);
+            start[REACTANCE] = fit.reactance;
+            start
+        });
+        Some((shared, starts.collect()))
+    }
+
+    /// Returns the best Z_t and reactance at each of some instances; `None` where the model allows no such contact.
+    fn fit_candidates(
+        &mut self,
+        indices: &[usize],
+        shared: &Shared,
+        own: &Own,
+    ) -> Option<Vec<CandidateFit>> {
+        let fits = indices.iter().map(|&index| {
+            let member = &mut self.members[index];
+            let candidate = member.parameters(shared, own);
+            member.model.fit_candidate(&candidate)
+        });
+        fits.collect()
+    }
+
+    /// Minimises from a nearby minimum, after updating the trends within the instances, the plate's course, and the weights of
+    /// the samples from it.
+    fn refine(&mut self, mut minimum: TrialMinimum) -> Result<TrialMinimum, FitError> {
+        for refinement in 1..=REFINEMENTS {
+            self.follow_trends(&minimum);
+            self.follow_plate(&mut minimum);
+            self.follow_transients(&minimum).ok_or(FitError::NoStart)?;
+            let is_last = refinement == REFINEMENTS;
+            self.weigh(&minimum, !is_last);
+            let termination = if is_last {
+                FINAL_TERMINATION
+            } else {
+                COARSE_TERMINATION
+            };
+            minimum = minimise(self, minimum.shared, minimum.own, termination)
+                .ok_or(FitError::NoStart)?;
+        }
+        Ok(minimum)
+    }
+
+    /// Updates the plate's course from the reactances of a minimum, and the damping from that course.
+    fn follow_plate(&mut self, minimum: &mut TrialMinimum) {
+        let courses = courses(&minimum.shared).to_vec();
+        let previous: Vec<Complex64> = self
+            .members
+            .iter()
+            .map(|member| member.offset.value(&courses))
+            .collect();
+        let reactances: Vec<f64> = minimum
+            .own
+            .iter()
+            .zip(&previous)
+            .map(|(own, offset)| own[REACTANCE] + offset.im)
+            .collect();
+        let times_s: Vec<f64> = self
+            .members
+            .iter()
+            .map(|member| member.model.middle_s)
+            .collect();
+        let offsets = plate::offsets(
+            &times_s,
+            self.readings,
+            self.members[0].model.z_p,
+            &self.priors,
+            Some(&reactances),
+        );
+        minimum.shared.as_mut_slice()[COURSE..TILT].fill(0.0);
+        for (index, (member, offset)) in self.members.iter_mut().zip(offsets).enumerate() {
+            member.offset = offset;
+            // Keep the plate's impedance unchanged, so that the search continues from the same point.
+            let change = previous[index] - offset.value(&[]);
+            minimum.own[index][REACTANCE] += change.im;
+            minimum.own[index][DAMPING] += change.re;
+        }
+    }
+
+    /// Applies the rates at which parameters change between instances within each instance.
+    fn follow_trends(&mut self, minimum: &TrialMinimum) {
+        let courses = courses(&minimum.shared);
+        let (times_s, values): (Vec<f64>, Vec<Own>) = self
+            .members
+            .iter()
+            .zip(&minimum.own)
+            .map(|(member, own)| {
+                let mut parameters = *own;
+                let offset = member.offset.value(courses);
+                parameters[DAMPING] += offset.re;
+                parameters[REACTANCE] += offset.im;
+                (member.model.middle_s, parameters)
+            })
+            .unzip();
+        for (index, member) in self.members.iter_mut().enumerate() {
+            let per_s = rate_about(index, &times_s, |k| values[k]);
+            member.model.trend.follow(Rates {
+                ln_sigma_t_per_s: per_s[SIGMA_T],
+                z_t_per_s: Complex64::new(per_s[TISSUE[0]], per_s[TISSUE[1]]),
+                z_p_per_s: Complex64::new(per_s[DAMPING], per_s[REACTANCE]),
+                finger_angle_rad_per_s: per_s[ANGLE],
+            });
+        }
+    }
+
+    /// Updates the transients of the skin for a minimum.
+    fn follow_transients(&mut self, minimum: &TrialMinimum) -> Option<()> {
+        for (member, own) in self.members.iter_mut().zip(&minimum.own) {
+            let parameters = member.parameters(&minimum.shared, own);
+            member.model.follow_transient(&parameters)?;
+        }
+        Some(())
+    }
+
+    /// Updates the film's motion by other modes for each contact at a minimum.
+    pub(super) fn follow_other_modes(&mut self, minimum: &TrialMinimum) -> Option<()> {
+        for (member, own) in self.members.iter_mut().zip(&minimum.own) {
+            let parameters = member.parameters(&minimum.shared, own);
+            member.model.follow_other_modes(&parameters)?;
+        }
+        Some(())
+    }
+
+    /// Updates the scatter of the residuals at a minimum, and if `has_new_kinds` also the contributions of each kind of error.
+    fn weigh(&mut self, minimum: &TrialMinimum, has_new_kinds: bool) {
+        let residuals = self.residuals_at(minimum);
+        if has_new_kinds {
+            self.kinds = self.members.iter().map(Kinds::new).collect();
+        }
+        if let Some(scatters) = Scatter::estimate(&residuals, &self.kinds) {
+            self.scatters = scatters;
+        }
+    }
+
+    /// Returns the residuals at a minimum, instance by instance.
+    pub(super) fn residuals_at(&mut self, minimum: &TrialMinimum) -> Vec<Vec<Complex64>> {
+        let mut instances = Vec::with_capacity(self.members.len());
+        for (member, own) in self.members.iter_mut().zip(&minimum.own) {
+            let z_m = &mut self.z_m[..member.model.z_m.len()];
+            let slopes = &mut self.slopes[..z_m.len()];
+            let parameters = member.parameters(&minimum.shared, own);
+            let evaluation = member.model.evaluate(&parameters, z_m, slopes);
+            debug_assert!(evaluation.is_some(), "a minimum lies in the model's domain");
+            let residuals = z_m.iter().zip(member.model.z_m).map(|(a, b)| a - b);
+            instances.push(residuals.collect());
+        }
+        instances
+    }
+
+    /// Returns each instance's whitened residuals, their slopes by its own and by the shared parameters, and their response to
+    /// calibration errors.
+    fn whitened_rows(
+        &mut self,
+        shared: &Shared,
+        own: &[Own],
+        by_error: Option<&ByError<PARAMETERS>>,
+    ) -> Option<Vec<DMatrix<f64>>> {
+        let mut blocks = Vec::with_capacity(own.len());
+        for ((member, own), scatter) in self.members.iter_mut().zip(own).zip(&self.scatters) {
+            let parameters = member.parameters(shared, own);
+            let n = member.model.z_m.len();
+            let (z_m, slopes) = (&mut self.z_m[..n], &mut self.slopes[..n]);
+            member.model.evaluate(&parameters, z_m, slopes)?;
+            let by_error = by_error.map(|slopes| slopes.map(Complex64::from));
+            let errors = by_error.map_or(0, |_| ERRORS);
+            let mut rows = DMatrix::zeros(2 * n, 1 + OWN + SHARED + errors);
+            for (index, (z, slope)) in z_m.iter().zip(slopes.iter()).enumerate() {
+                let by_own = INSTANCE_PARAMETERS.map(|parameter| slope[parameter]);
+                let by_shared = member.by_shared(slope, &parameters);
+                let residual = z - member.model.z_m[index];
+                let row = [residual].into_iter().chain(by_own).chain(by_shared);
+                let error_slopes = by_error.map(|by_error| SVector::from(*slope).tr_mul(&by_error));
+                let row = row.chain(error_slopes.iter().flatten().copied());
+                for (column, value) in row.enumerate() {
+                    rows[(index, column)] = value.re;
+                    rows[(n + index, column)] = value.im;
+                }
+            }
+            scatter.whiten(&mut rows);
+            blocks.push(rows);
+        }
+        Some(blocks)
+    }
+
+    /// Returns mean and standard deviation of the prior of each shared parameter.
+    pub(super) fn shared_priors(&self) -> [(f64, f64); SHARED] {
+        let priors = &self.priors;
+        let log_normal = |prior: LogNormal| (prior.median.ln(), prior.ln_std);
+        let normal = |prior: Normal| (prior.mean, prior.std);
+        let course = (0.0, 1.0);
+        [
+            log_normal(priors.contact_area_m2),
+            log_normal(priors.q0_rad_per_m),
+            log_normal(priors.loss_factor),
+            log_normal(priors.tau_s),
+            normal(priors.area_exponent),
+            log_normal(priors.film_mean_s),
+            normal(priors.lag_exponent),
+            course,
+            course,
+            course,
+            course,
+            course,
+            normal(priors.amplitude_tilt),
+            normal(priors.amplitude_bow),
+            (0.0, priors.finger_angle_std_rad),
+            (0.0, priors.residual_mobility_std_m_per_n_s),
+        ]
+    }
+
+    /// Returns the plate's deviation from its course; `None` if it was not read before and after.
+    pub(super) fn plate_deviation(&self, minimum: &TrialMinimum) -> Option<PlateDeviation> {
+        let courses = courses(&minimum.shared);
+        let (mut deviation, mut course, mut count) = (0.0, 0.0, 0.0);
+        for (member, own) in self.members.iter().zip(&minimum.own) {
+            if member.offset.damping_std.is_some() {
+                deviation += own[REACTANCE].powi(2);
+                course += member.offset.value(courses).im.powi(2);
+                count += 1.0;
+            }
+        }
+        (count > 0.0).then(|| PlateDeviation {
+            deviation_n_s_per_m: (deviation / count).sqrt(),
+            course_n_s_per_m: (course / count).sqrt(),
+        })
+    }
+
+    /// Returns the ratio of the residuals' variance to that of their weights, at least 1.
+    fn excess(&mut self, minimum: &TrialMinimum) -> f64 {
+        let squares = self
+            .residuals(&minimum.shared, &minimum.own)
+            .map_or(f64::INFINITY, |blocks| {
+                blocks.iter().map(DVector::norm_squared).sum()
+            });
+        let samples: usize = self
+            .members
+            .iter()
+            .map(|member| member.model.z_m.len())
+            .sum();
+        let freedom = (2 * samples).saturating_sub(SHARED + OWN * self.members.len());
+        (squares / freedom.max(1) as f64).max(1.0)
+    }
+
+    /// Returns the covariance of all parameters, from the priors, the residuals, and calibration errors.
+    pub(super) fn covariance(
+        &mut self,
+        minimum: &TrialMinimum,
+        by_error: &ByError<PARAMETERS>,
+    ) -> Option<Covariance> {
+        let excess = self.excess(minimum);
+        let rows = self.whitened_rows(&minimum.shared, &minimum.own, Some(by_error))?;
+        let blocks: Vec<BlockNormal<OWN, SHARED>> = rows
+            .iter()
+            .enumerate()
+            .map(|(instance, rows)| {
+                let mut block = BlockNormal::of(rows);
+                block.own *= excess;
+                block.coupling *= excess;
+                block.shared *= excess;
+                block.own += SMatrix::from_diagonal(&self.prior_of_own(instance).precision);
+                block
+            })
+            .collect();
+        let prior = self.prior_of_shared().precision;
+        let response = minimum.response(&rows)?;
+        Some(minimum.covariance(blocks, prior)?.with_response(response))
+    }
+}
+
+impl ArrowProblem<OWN, SHARED> for Search<'_> {
+    fn rows(&mut self, shared: &Shared, own: &[Own]) -> Option<Vec<DMatrix<f64>>> {
+        self.whitened_rows(shared, own, None)
+    }
+
+    fn residuals(&mut self, shared: &Shared, own: &[Own]) -> Option<Vec<DVector<f64>>> {
+        let mut blocks = Vec::with_capacity(own.len());
+        for ((member, own), scatter) in self.members.iter_mut().zip(own).zip(&self.scatters) {
+            let z_m = &mut self.z_m[..member.model.z_m.len()];
+            let parameters = member.parameters(shared, own);
+            member.model.impedances(&parameters, z_m)?;
+            let differences = |component: fn(&Complex64) -> f64| {
+                let samples = z_m.iter().zip(member.model.z_m);
+                samples.map(move |(a, b)| component(a) - component(b))
+            };
+            let components = differences(|z| z.re).chain(differences(|z| z.im));
+            let mut residuals = DMatrix::from_iterator(2 * z_m.len(), 1, components);
+            scatter.whiten(&mut residuals);
+            blocks.push(residuals.column(0).into_owned());
+        }
+        Some(blocks)
+    }
+
+    fn prior_of_own(&self, instance: usize) -> Prior<OWN> {
+        let offset = self.members[instance].offset;
+        let factor = if self.is_start_search {
+            START_FACTOR
+        } else {
+            1.0
+        };
+        let mut precision = Own::zeros();
+        for (parameter, std) in [
+            (REACTANCE, offset.reactance_std),
+            (DAMPING, offset.damping_std.unwrap_or(self.damping_std)),
+            (ANGLE, self.priors.finger_angle_std_rad * factor),
+            (
+                RESIDUAL,
+                self.priors.residual_mobility_std_m_per_n_s * factor,
+            ),
+        ] {
+            precision[parameter] = std.powi(-2);
+        }
+        Prior {
+            mean: Own::zeros(),
+            precision,
+        }
+    }
+
+    fn prior_of_shared(&self) -> Prior<SHARED> {
+        let mut priors = self.shared_priors();
+        if self.is_start_search {
+            for law in LAWS {
+                priors[law].1 *= START_FACTOR;
+            }
+        }
+        Prior {
+            mean: Shared::from(priors.map(|(mean, _)| mean)),
+            precision: Shared::from(priors.map(|(_, std)| std.powi(-2))),
+        }
+    }
+}

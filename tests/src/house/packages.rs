@@ -153,8 +153,13 @@ fn quoted_names(cell: &str) -> impl Iterator<Item = String> {
     cell.split('`').skip(1).step_by(2).map(str::to_owned)
 }
 
-/// Reads the table "Allowed edges" of ARCHITECTURE.md.
-pub fn rows(architecture: &str) -> Vec<Row> {
+/// Heading of the table of edges between packages.
+pub const PACKAGES: &str = "## Allowed edges";
+/// Heading of the table of edges between folders.
+pub const FOLDERS: &str = "## Folders";
+
+/// Reads the first table after the line `heading` of ARCHITECTURE.md.
+pub fn rows(architecture: &str, heading: &str) -> Vec<Row> {
     let names = |cells: &[String], column: usize| -> BTreeSet<String> {
         cells
             .get(column)
@@ -162,7 +167,7 @@ pub fn rows(architecture: &str) -> Vec<Row> {
             .flat_map(|c| quoted_names(c))
             .collect()
     };
-    table(architecture, "## Allowed edges")
+    table(architecture, heading)
         .iter()
         .map(|cells| Row {
             package: quoted_names(&cells[0]).next().unwrap_or_default(),
@@ -174,11 +179,60 @@ pub fn rows(architecture: &str) -> Vec<Row> {
 
 /// Returns the packages that the first table of ARCHITECTURE.md marks as pure with a plain "yes".
 pub fn pure_packages(architecture: &str) -> BTreeSet<String> {
-    table(architecture, "# Architecture")
+    table(architecture, "## Packages")
         .iter()
         .filter(|cells| cells.get(3).is_some_and(|pure| pure.trim() == "yes"))
         .filter_map(|cells| quoted_names(&cells[1]).next())
         .collect()
+}
+
+/// Returns the folders of `rows` as if each were a package, which uses the folders that its packages use. A package belongs to
+/// the row with the longest path to it.
+///
+/// # Errors
+/// The name of a package in no folder of `rows`.
+pub fn folders(
+    rows: &[Row],
+    packages: &[Package],
+    workspace: &Path,
+) -> Result<Vec<Package>, String> {
+    let folder_of = |package: &Package| {
+        let path = package.folder.strip_prefix(workspace).ok()?;
+        let names = rows.iter().map(|row| row.package.as_str());
+        names
+            .filter(|name| path.starts_with(name))
+            .max_by_key(|name| name.len())
+    };
+    let mut folders = BTreeMap::new();
+    for package in packages {
+        let name = folder_of(package).ok_or(&package.name)?;
+        folders.insert(package.name.as_str(), name);
+    }
+    let used_folders = |name: &str, uses: fn(&Package) -> &BTreeSet<String>| {
+        let inside = packages
+            .iter()
+            .filter(|package| folders[package.name.as_str()] == name);
+        let used = inside
+            .flat_map(uses)
+            .filter_map(|used| folders.get(used.as_str()));
+        used.filter(|used| **used != name)
+            .map(|used| (*used).to_owned())
+            .collect::<BTreeSet<_>>()
+    };
+    let folder = |row: &Row| {
+        let uses = used_folders(&row.package, |package| &package.uses);
+        let tests_use = used_folders(&row.package, |package| &package.tests_use);
+        Package {
+            name: row.package.clone(),
+            folder: workspace.join(&row.package),
+            library: None,
+            binaries: Vec::new(),
+            tests_use: tests_use.difference(&uses).cloned().collect(),
+            uses,
+            dependencies: BTreeSet::new(),
+        }
+    };
+    Ok(rows.iter().map(folder).collect())
 }
 
 /// Compares the table with the workspace. The order of the rows is the order of the packages: each may use only those above it.

@@ -4,7 +4,9 @@ use std::path::Path;
 
 use bench_tests::house::circles::{Survey, survey};
 use bench_tests::house::modules::Unreadable;
-use bench_tests::house::packages::{Fault, Lock, Package, faults, packages, pure_packages, rows};
+use bench_tests::house::packages::{
+    FOLDERS, Fault, Lock, PACKAGES, Package, faults, folders, packages, pure_packages, rows,
+};
 use bench_tests::house::sizes::{TooLong, large_package, long_files};
 use tempfile::TempDir;
 
@@ -311,7 +313,7 @@ fn make_workspace(manifest_lines: &str) -> Vec<Package> {
     packages(folder.path()).unwrap()
 }
 
-const TABLE: &str = "# Architecture\n\n| folder | package | what | pure |\n| --- | --- | --- | --- |\n\
+const TABLE: &str = "## Packages\n\n| folder | package | what | pure |\n| --- | --- | --- | --- |\n\
     | `lower/` | `lower` | a | yes |\n| `upper/` | `upper` | a | no |\n\n\
     ## Allowed edges\n| from | may use | its tests too |\n| --- | --- | --- |\n\
     | `lower` | | |\n| `middle` | | |\n| `upper` | `lower` | `middle` |\n\nText with `more`.\n";
@@ -322,7 +324,7 @@ fn package_names(package: &str, used: &str) -> (String, String) {
 
 #[test]
 fn the_tables_are_read() {
-    let rows = rows(TABLE);
+    let rows = rows(TABLE, PACKAGES);
     let packages: Vec<_> = rows.iter().map(|row| row.package.as_str()).collect();
     assert_eq!(packages, ["lower", "middle", "upper"]);
     assert_eq!(rows[2].uses, ["lower".to_owned()].into());
@@ -332,7 +334,7 @@ fn the_tables_are_read() {
 
 #[test]
 fn an_edge_that_the_table_does_not_allow_is_found() {
-    let rows = rows(TABLE);
+    let rows = rows(TABLE, PACKAGES);
     let manifest = "[dependencies]\nlower = { path = \"../lower\" }\n\
                    [dev-dependencies]\nmiddle = { path = \"../middle\" }";
     assert_eq!(faults(&rows, &make_workspace(manifest)), []);
@@ -351,7 +353,7 @@ fn an_edge_that_the_table_does_not_allow_is_found() {
 
 #[test]
 fn a_table_that_does_not_fit_the_workspace_is_found() {
-    let (rows, packages) = (rows(TABLE), make_workspace(""));
+    let (rows, packages) = (rows(TABLE, PACKAGES), make_workspace(""));
     let package = "middle".to_owned();
     let mut shorter_table = rows.clone();
     shorter_table.retain(|row| row.package != package);
@@ -376,8 +378,34 @@ fn a_table_that_does_not_fit_the_workspace_is_found() {
 }
 
 #[test]
+fn an_edge_between_folders_that_no_row_names_is_found() {
+    let table = "## Folders\n| folder | may use |\n| --- | --- |\n| `lower` | |\n| `middle` | |\n| `upper` | `lower` |\n";
+    let rows = rows(table, FOLDERS);
+    let problems = |manifest_lines: &str| {
+        let packages = make_workspace(manifest_lines);
+        let root = packages[0].folder.parent().unwrap().to_owned();
+        faults(&rows, &folders(&rows, &packages, &root).unwrap())
+    };
+    assert_eq!(
+        problems("[dependencies]\nlower = { path = \"../lower\" }"),
+        []
+    );
+    let (package, used) = package_names("upper", "middle");
+    let middle = problems("[dependencies]\nmiddle = { path = \"../middle\" }");
+    assert_eq!(middle, [Fault::NotAllowed { package, used }]);
+}
+
+#[test]
+fn a_package_outside_every_folder_of_the_table_is_found() {
+    let rows = rows(TABLE, PACKAGES);
+    let packages = make_workspace("");
+    let root = packages[0].folder.parent().unwrap();
+    assert_eq!(folders(&rows[..2], &packages, root).unwrap_err(), "upper");
+}
+
+#[test]
 fn an_upward_dependency_is_found() {
-    let mut rows = rows(TABLE);
+    let mut rows = rows(TABLE, PACKAGES);
     rows[0].uses.insert("upper".to_owned());
     let (package, used) = package_names("lower", "upper");
     let problems = faults(&rows, &make_workspace(""));

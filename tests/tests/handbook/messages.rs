@@ -25,6 +25,7 @@ const LEFT_OUT: &[&str] = &[
     "DamagedLine",
     "DemodulatorError",
     "DiskError",
+    "Ended",
     "EndedEarly",
     "EstimateError",
     "EventLogError",
@@ -315,7 +316,7 @@ struct Rows(BTreeSet<String>);
 
 impl Visit<'_> for Rows {
     fn visit_expr_method_call(&mut self, call: &ExprMethodCall) {
-        if (call.method == "row" || call.method == "judged")
+        if (call.method == "row" || call.method == "verdict_row")
             && let Some(Expr::Lit(first)) = call.args.first()
             && let Lit::Str(name) = &first.lit
         {

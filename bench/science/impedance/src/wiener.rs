@@ -5,6 +5,7 @@
 //! remains in the upper part of the band. Below, H(f) = 1 − 1.2 N/P(f) (after Wiener 1949), with the record's own
 //! spectrum P.
 
+use statistics::median;
 use std::ops::RangeInclusive;
 
 use realfft::RealFftPlanner;
@@ -88,13 +89,7 @@ impl Spectrum {
             }
         }
         // A touch or a lift-off contains all frequencies at once, and would bias a mean.
-        let power = powers
-            .iter_mut()
-            .map(|bin_powers| {
-                bin_powers.sort_by(f64::total_cmp);
-                0.5 * (bin_powers[(bin_powers.len() - 1) / 2] + bin_powers[bin_powers.len() / 2])
-            })
-            .collect();
+        let power = powers.into_iter().map(median).collect::<Option<_>>()?;
         Some(Self {
             step_hz: rate_hz / stretch as f64,
             power,

@@ -5,7 +5,7 @@ use std::path::Path;
 /// Returns `path` as one word of a POSIX shell, in single quotes if it needs them.
 ///
 /// ```
-/// use bounded_files::quoted;
+/// use escaping::quoted;
 /// use std::path::Path;
 ///
 /// assert_eq!(quoted(Path::new("study/sub-01")), "study/sub-01");

@@ -12,9 +12,9 @@
 //! e^{+iφ}·sample and f̃ = γ V·sample the constants follow: k_p = (2πf₀)² m_p, b_p = 2πf₀ m_p/Q, γ = A k_p M/V.
 //!
 //! The first term is the unloaded plate (k_p − ω² m_p + iω b_p) x̃ = f̃ with r = f/f₀ = ω/√(k_p/m_p) and Q = √(k_p m_p)/b_p:
-//! x̃/f̃ = (1/k_p)/(1 − r² + i r/Q), and the ratio of the samples is γV/(M k_p) e^{−iφ} times the bracket's inverse, so A =
-//! γV/(M k_p). Unknown are f₀, ln Q, ln A, φ and the complex C₀ and C₁: eight real parameters. Their sum of squares Σ|H −
-//! ratio|² is minimised by Levenberg–Marquardt with analytic slopes from a start read off the peak and its two neighbours.
+//! x̃/f̃ = (1/k_p)/(1 − r² + i r/Q), and the ratio of the samples is γV/(M k_p) e^{−iφ}/(1 − r² + i r/Q), so A = γV/(M k_p).
+//! Unknown are f₀, ln Q, ln A, φ and the complex C₀ and C₁: eight real parameters. Σ|H − ratio|² over the tones is minimised by
+//! Levenberg–Marquardt with analytic slopes, from a start read off the peak and its two neighbours.
 
 use crate::fitted_value::FittedValue;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
@@ -207,8 +207,8 @@ fn coarse(responses: &[Response]) -> Result<CoarseResonance, PlateFitError> {
         let r = responses[i];
         (r.frequency_hz, r.ratio.norm_sqr().recip())
     };
-    // y = 1/|H|² ∝ (1 − r²)² + r²/Q² ≈ 4 (r − 1)² + 1/Q². Divided differences of y = y₀ + c (f − f₀)²: s₁ = c (f₁ + f₂ − 2f₀) and
-    // (s₂ − s₁)/(f₃ − f₁) = c.
+    // y = 1/|H|² ∝ (1 − r²)² + r²/Q² ≈ 4 (r − 1)² + 1/Q². Divided differences of y = y₀ + c (f − f₀)²: s₁ = c (f₁ + f₂ − 2f₀)
+    // and (s₂ − s₁)/(f₃ − f₁) = c.
     let ((f1, y1), (f2, y2), (f3, y3)) = (point_at(peak - 1), point_at(peak), point_at(peak + 1));
     let (s1, s2) = ((y2 - y1) / (f2 - f1), (y3 - y2) / (f3 - f2));
     let bend = (s2 - s1) / (f3 - f1);

@@ -115,8 +115,8 @@ impl Spectrum {
                 }
             }
         }
-        // One-sided density 2 |Σ w_n x_n e^{−iω_k n}|²/(rate Σ w_n²), averaged over segments: Σ over the bins times the resolution is
-        // the mean square.
+        // One-sided density 2 |Σ w_n x_n e^{−iω_k n}|²/(rate Σ w_n²), averaged over segments: Σ over the bins times the
+        // resolution is the mean square.
         let scale = 2.0 / (power * sample_rate_hz * f64::from(segments));
         density.iter_mut().for_each(|bin| *bin *= scale);
         Ok(Self {
@@ -142,7 +142,8 @@ impl Spectrum {
             quiet = bins.to_vec();
         }
         let power = quiet.iter().sum::<f64>() / quiet.len() as f64;
-        // The mean P of B T independent looks, each exponentially distributed, has the relative error 1/√(B T), and √P half of it.
+        // The mean P of B T independent looks, each exponentially distributed, has the relative error 1/√(B T); √P has half of
+        // it.
         let looks = quiet.len() as f64 * self.resolution_hz * self.duration_s;
         NoiseDensity {
             value: power.sqrt(),

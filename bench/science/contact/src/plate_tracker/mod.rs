@@ -8,7 +8,7 @@
 //! second filter reads the damping while no finger is on the plate; at the crest it cannot be separated from the finger's own
 //! losses.
 //!
-//! A reading under a finger is the weighted mean of Im[Z_m − φ² Z_F(x)] over the samples near a crest, where Z_F is that of
+//! A reading under a finger is the weighted mean of Im(Z_m − φ² Z_F) over the samples near a crest, where Z_F is that of
 //! the fitted finger at the gap that follows the measured force and amplitude with the lag τ, and φ the ratio of the amplitude
 //! under the finger to that at the pickup. Its variance R adds up: noise and scatter of the samples, the errors of the finger's
 //! parameters, a change of σ_t and Z_t by moisture, and the error of the force. The filter with the state X = Im Z_p, its

@@ -115,8 +115,8 @@ impl Spectrum {
                 }
             }
         }
-        // One-sided density 2 |Σ w_n x_n e^{−iω_k n}|²/(rate Σ w_n²), averaged over segments: Σ over the bins times the
-        // resolution is the mean square.
+        // One-sided density 2 |Σ w_n x_n e^{−iω_k n}|²/(rate Σ w_n²), averaged over segments: its sum over the bins
+        // times the resolution is the mean square.
         let scale = 2.0 / (power * sample_rate_hz * f64::from(segments));
         density.iter_mut().for_each(|bin| *bin *= scale);
         Ok(Self {

@@ -65,8 +65,8 @@ impl Sums {
     }
 
     /// Returns the variances of the mean's real and imaginary part: noise, plus all of the scatter, because noise alone
-    /// does not explain it. With w = 1/σ² and W = Σw these are 4/W, as if four neighbours shared their noise, and the
-    /// samples' own variance Q/W.
+    /// does not explain it. With weights w of 1/variance, W = Σw and Q = Σw (z − m)² these are 4/W, as if four neighbours
+    /// shared their noise, and the samples' own variance Q/W.
     fn variances(&self) -> (f64, f64) {
         let variance = |squares: f64| (SHARED_NOISE + squares) / self.weight + FLOOR * FLOOR;
         (variance(self.squares.0), variance(self.squares.1))
@@ -219,7 +219,7 @@ impl Period {
             };
             inversion.std(&by_finger).powi(2)
         });
-        // σ² = g_σ² δ² + |Z_t|² (g_re² + g_im²) δ² with δ = 0.1 and g the derivatives by ln σ_t, Re Z_t and Im Z_t.
+        // σ² = g_σ² δ² + |Z_t|² (g_re² + g_im²) δ² with δ the relative change and g the derivatives by ln σ_t, Re Z_t and Im Z_t.
         let slopes = &self.by_parameter;
         let z_t = MOISTURE * finger.z_t_n_s_per_m().norm();
         let moisture = (MOISTURE * slopes[LN_SIGMA_T]).powi(2)

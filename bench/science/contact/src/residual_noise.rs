@@ -5,9 +5,9 @@
 //! ```text
 //!  −ln L = Σ (ln v_i + y_i/v_i),    −∂ln L/∂a = Σ (v_i − y_i)/v_i²,    −∂ln L/∂b = Σ q_i (v_i − y_i)/v_i²
 //! ```
-//! so the maximum is the weighted least-squares line of y on q with the weights 1/v_i² of its own solution. Iterating
-//! the weights is Fisher scoring, because ⟨y_i⟩ = v_i. A fit of p real parameters takes up p of the 2n degrees of freedom;
-//! y_i = |r_i|² n/(2n − p) makes up for it. Neither a nor b may be negative: one that would be is 0, and the other is fitted
+//! so the maximum is the weighted least-squares line of y on q with the weights 1/v_i² at the maximum. Iterating the
+//! weights is Fisher scoring, because ⟨y_i⟩ = v_i. A fit of p real parameters takes up p of the 2n degrees of freedom;
+//! y_i = |r_i|² n/(2n − p) corrects for it. Neither a nor b may be negative: one that would be is 0, and the other is fitted
 //! alone.
 
 use num_complex::Complex64;

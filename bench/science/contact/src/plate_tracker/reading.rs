@@ -219,7 +219,7 @@ impl Period {
             };
             inversion.std(&by_finger).powi(2)
         });
-        // σ² = g_σ² δ² + |Z_t|² (g_re² + g_im²) δ² with δ the relative change and g the derivatives by ln σ_t, Re Z_t and Im Z_t.
+        // σ² = g_σ² δ² + |Z_t|² (g_re² + g_im²) δ² with δ the relative change, g the derivatives by ln σ_t, Re Z_t and Im Z_t.
         let slopes = &self.by_parameter;
         let z_t = MOISTURE * finger.z_t_n_s_per_m().norm();
         let moisture = (MOISTURE * slopes[LN_SIGMA_T]).powi(2)

@@ -88,8 +88,8 @@ fn exact_p(x: &[f64], y: &[f64]) -> f64 {
 }
 
 /// Returns the smallest p-value that the ranks allow: that of a perfect order, rising or falling, among n! equally likely ones;
-/// larger if ties on both sides make several orders equal. With the sizes a of the ties of x and b of those of y it is
-/// 2 min(Πa!, Πb!)/n!, a lower bound: with ties on one side alone the orders that they make equal are not counted.
+/// larger if ties on both sides make several orders equal. With the sizes a of the ties of x and b of those of y it returns
+/// 2 min(Πa!, Πb!)/n!: exact without ties, a lower bound with them, since at least 2 max(Πa!, Πb!) orders are perfect then.
 fn perfect_p(x: &[f64], y: &[f64]) -> f64 {
     let orders = |ranks: &[f64]| {
         let mut sorted = ranks.to_vec();

@@ -81,8 +81,8 @@ impl Scatter {
 
     /// Returns the probability of a scatter no larger than the group's.
     fn probability(&self, group: &[Estimate]) -> f64 {
-        // The shared part √ρ σ_i c moves all members of a group by the same amount where their σ are equal, so Q scatters
-        // by 1 − ρ only; unequal σ let a little of it through.
+        // The shared part √ρ σ_j c moves all members of a group by the same amount if their σ are equal: ⟨Q⟩ = (1 − ρ) ν. With
+        // unequal σ, ⟨Q⟩ is larger (1.4 times for σ of 1 : 2 : 3 and ρ = 0.6), and ρ is read too small.
         let squares = Weighted::new(&[group], self.between).squares / (1.0 - self.shared);
         let distribution = ChiSquared::new(freedom_f64(group));
         distribution.map_or(0.5, |distribution| distribution.cdf(squares))

@@ -3,7 +3,7 @@
 //! With an instance's own parameters o, the shared s, and its place u in units of 30 mm, the model's parameters θ are
 //!
 //! ```text
-//! τ = e^(s_τ),  T = e^(s_T)                        all other laws as they are
+//! τ = e^(s_τ),  T = e^(s_T)                        the other parameters as they are
 //! Δ = o_Δ + mean + Σ_k s_k by_course_k             plate: its predicted course, and deviations from it (`plate.rs`)
 //! φ = o_φ + s_φ,  y = o_y + s_y                    other modes, at this place and at all
 //! ln r = s_tilt u + s_bow u²                       amplitude along the plate

@@ -2,8 +2,8 @@
 //!
 //! `plate_course` predicts the offset Δ = Z_p − Z_p(unloaded interval) at the n instances, 2n numbers with mean m and
 //! covariance K = F Fᵀ. The largest five principal components of K are shared parameters of the trial, of unit variance; the
-//! remainder is each instance's own. With W = diag(10 for damping, 1 for reactance) and the singular value decomposition W F
-//! = U Λ Rᵀ,
+//! remainder is each instance's own. With W = diag(10 for damping, 1 for reactance) and the singular value decomposition
+//! W F = U Λ Rᵀ,
 //!
 //! ```text
 //! Δ = m + Σ_(k≤5) s_k W⁻¹ u_k λ_k + own,   s_k ~ N(0, 1)
@@ -42,8 +42,8 @@ pub struct PlateReadings {
 /// Number of joint deviations of all offsets from their likely course.
 pub(super) const COURSES: usize = 5;
 
-/// Prior standard deviation of the change per second, N·s/m²: three hertz for a plate of 8 g, and 2.5 % of the published
-/// plate's damping per minute.
+/// Prior standard deviation of the change, N·s/m per second: three hertz per second for a plate of 8 g, and 2.5 % of the
+/// published plate's damping per minute.
 const REACTANCE_PER_S: f64 = 0.3;
 const DAMPING_PER_S: f64 = 0.003;
 /// Deviation of a single instance from the course, as a fraction of the course's deviation from the straight line between two

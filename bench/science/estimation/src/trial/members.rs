@@ -200,8 +200,8 @@ impl ParameterSlopes {
         by_error: &ByError<PARAMETERS>,
     ) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
         // θ = A o + B s + E c to first order, with calibration errors c of unit variance. The covariances of o and s include
-        // their responses R_o, R_s to c. With R = A R_o + B R_s the terms with c are (R + E)(R + E)ᵀ = R Rᵀ + R Eᵀ + E Rᵀ + E
-        // Eᵀ, of which R Rᵀ is in A C_oo Aᵀ + B C_ss Bᵀ + A C_os Bᵀ + B C_osᵀ Aᵀ already.
+        // their responses R_o, R_s to c. With R = A R_o + B R_s the terms with c are (R + E)(R + E)ᵀ = R Rᵀ + R Eᵀ + E Rᵀ +
+        // E Eᵀ, of which R Rᵀ is in A C_oo Aᵀ + B C_ss Bᵀ + A C_os Bᵀ + B C_osᵀ Aᵀ already.
         let Self { by_own, by_shared } = self;
         let block = &covariance.blocks[instance];
         let cross = by_own * block.with_shared * by_shared.transpose();

@@ -22,11 +22,10 @@
 //! 1. Each of up to four pairs of S and τ starts from the best q0 and σ_t of a grid and descends with V = (0.01 N·s/m)² and
 //!    narrowed priors of the extensions (`search.rs`).
 //! 2. The best minimum is refined three times: trends within instances, the plate's course, the skin's transients and V are
-//! taken
-//!    from it, held fixed, and C is minimised again (`arrowhead`).
+//!    computed at it and held fixed, and C is minimised again (`arrowhead`).
 //! 3. Without later readings of the plate, its damping is freed where the Bayesian information criterion favours that.
-//! 4. The covariance follows from residuals, priors and the errors of the calibration, the friction from the contact found
-//!    (`friction.rs`).
+//! 4. The covariance follows from residuals, priors and the errors of the calibration; the friction is fitted to the contact
+//!    found (`friction.rs`).
 
 mod friction;
 mod friction_spread;

@@ -11,8 +11,9 @@
 //! D² = v_c + v_n/|x̃_p|²
 //! ```
 //!
-//! with G = ∂Z_m/∂ ln f_n of all samples of the force, lead-in included. The diagonal of V is v_c + v_n/|x̃_p|² + v_f (G K_f
-//! Gᵀ)_jj; its three variances follow from the squared residuals of the last minimum, for the whole trial.
+//! with G = ∂Z_m/∂ ln f_n of all samples of the force, lead-in included. The diagonal of V is
+//! v_c + v_n/|x̃_p|² + v_f (G K_f Gᵀ)_jj; its three variances follow from the squared residuals of the last minimum, for the
+//! whole trial.
 
 use crate::arrowhead::{Whitening, lasting, variance_components};
 use nalgebra::DMatrix;

@@ -496,8 +496,8 @@ impl<'a> Search<'a> {
     ) -> Option<Covariance> {
         let excess = self.excess(minimum);
         let rows = self.whitened_rows(&minimum.shared, &minimum.own, Some(by_error))?;
-        // Scatter of the gradient: f JᵀV⁻¹J of the residuals, with their excess f, and Π of the priors, of precision Π. Then
-        // Cov = N⁻¹(f JᵀV⁻¹J + Π)N⁻¹ with N = JᵀV⁻¹J + Π; it is N⁻¹ for f = 1.
+        // Covariance of the gradient: f JᵀV⁻¹J from residuals with the excess f, and the precision Π from the priors. Then
+        // Cov = N⁻¹(f JᵀV⁻¹J + Π)N⁻¹ with N = JᵀV⁻¹J + Π, which is N⁻¹ for f = 1.
         let blocks: Vec<BlockNormal<OWN, SHARED>> = rows
             .iter()
             .enumerate()

@@ -9,15 +9,15 @@
 //! τ (x/10 µm)^p dx/dt = x_eq − x                               levitation lag
 //! k_c = p_c S_f e^(−x/σ_t)/σ_t + 2 · (5/4) p0 S_f a²/x³        stiffness (Eq. 18); the forces need not balance
 //! Z_c = (η − i) k_c/ω,  Z_f = Z_t Z_c/(Z_t + Z_c)              contact and finger (Eqs. 6, 9)
-//! Z_m = Z_p + Δ + s Z_f/(1 + iy Z_f) + transient               s = L r² e^(iφ)
+//! Z_m = Z_p + Δ + s Z_f/(1 + Y Z_f) + transient                s = L r² e^(iφ), Y = i y_r
 //! ```
 //!
-//! Parameters are ln σ_t, Z_t, τ, Δ, ln S, ln q0, ln η, ν, T, p, ln r, φ and y; ln L and ln F are 0 except in the effect of
+//! Parameters are ln σ_t, Z_t, τ, Δ, ln S, ln q0, ln η, ν, T, p, ln r, φ and y_r; ln L and ln F are 0 except in the effect of
 //! calibration errors. p_c = 0.375 q0 σ_t E/(1 − ν_P²) with Poisson's ratio ν_P. A finger where the mode shape is r times that
-//! at the pickup is driven at r ṽ_p, and its force acts on the mode as r f̃_c: hence r². Other modes, of mobility Y = iy at the
+//! at the pickup is driven at r ṽ_p, and its force acts on the mode as r f̃_c: hence r². Other modes, of mobility Y at the
 //! finger, slow the plate under it: from ṽ_f = ṽ_p − Y f̃_c and f̃_c = Z_f ṽ_f follow f̃_c/ṽ_p = Z_f/(1 + Y Z_f) and
-//! ṽ_f/ṽ_p = 1/(1 + Y Z_f). `dynamic` has ν = T = p = ln r = φ = y = 0. Within an instance ln σ_t, Z_t, Z_p and φ may be linear
-//! in time (`trend.rs`).
+//! ṽ_f/ṽ_p = 1/(1 + Y Z_f). `dynamic` has ν = T = p = ln r = φ = y_r = 0. Within an instance ln σ_t, Z_t, Z_p and φ may be
+//! linear in time (`trend.rs`).
 
 use crate::first_order_lag::{GrowingLag, GrowthLaw};
 use nalgebra::DMatrix;
@@ -281,7 +281,7 @@ impl<'a> LaggedModel<'a> {
                 .contact_at(&contact, sample)
                 .stiffness_n_per_m(self.gap[sample], self.loads.amplitude_m[sample]);
             let z = self.sample_impedance(&finger_parameters, z_c_per_stiffness * k_c, sample);
-            // |1 − iy Z|² ≈ 1 + 2 y Im Z, so ∂ ln a²/∂y = 2 Im Z.
+            // |1 − i y_f Z|² ≈ 1 + 2 y_f Im Z, so ∂ ln a²/∂y_f = 2 Im Z.
             self.loads.slopes[sample].ln_film_by_mobility = 2.0 * z.z_finger.im;
         }
         Some(())
@@ -363,7 +363,7 @@ impl<'a> LaggedModel<'a> {
     /// Returns the best-fitting candidate with its best Z_t; `None` where the model allows none of the candidates.
     ///
     /// Given the gap, 1/(Z_m − Z_p) = 1/Z_t + 1/Z_c is linear in 1/Z_t; its estimate is the mean weighted like the impedance
-    /// residuals. The plate is taken as unloaded, and s = 1, y = 0.
+    /// residuals. The plate is taken as unloaded, and s = 1, Y = 0.
     pub(super) fn best_start(
         &mut self,
         candidates: impl IntoIterator<Item = [f64; PARAMETERS]>,
@@ -439,7 +439,7 @@ impl ImpedanceModel<PARAMETERS> for LaggedModel<'_> {
             let fixed_gap_slopes = contact.stiffness_slopes_n_per_m(gap, amplitude);
             let k_c = contact.stiffness_n_per_m(gap, amplitude);
             let z = self.sample_impedance(&finger_parameters, z_c_per_stiffness * k_c, sample);
-            // From 1/Z_f = 1/Z_t + 1/Z_c: ∂Z_f/∂Z_c = (Z_t/(Z_t + Z_c))², ∂Z_f/∂Z_t = (Z_c/(Z_t + Z_c))². With Y = iy,
+            // From 1/Z_f = 1/Z_t + 1/Z_c: ∂Z_f/∂Z_c = (Z_t/(Z_t + Z_c))², ∂Z_f/∂Z_t = (Z_c/(Z_t + Z_c))². With Y = i y_r,
             // d(s Z_f/(1 + Y Z_f)) = s (dZ_f − Z_f² dY)/(1 + Y Z_f)² + (s Z_f/(1 + Y Z_f)) d ln s.
             // A parameter of contact or load acts on k_c at a fixed gap and through the lagged gap:
             // dk_c/dθ = ∂k_c/∂θ + (∂k_c/∂x) ∂x/∂θ. Z_c = (η − i) k_c/ω gives ∂Z_c/∂k_c = (η − i)/ω, ∂Z_c/∂ ln η = η k_c/ω.

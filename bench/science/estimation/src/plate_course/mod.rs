@@ -18,8 +18,8 @@
 //!
 //! The last line, linear regression with a normal prior (Bishop 2006, Eq. 3.86), is summed over the candidate sizes of the
 //! warmth (β̂ and P are those of the likeliest) and multiplied by the priors ln T ~ N(ln 8 s, 1.1²) of the reactance and
-//! ln T_damping − ln T ~ N(0, 0.3²). Grids even in ln T narrow around the likely T. The prediction is the mixture over all pairs
-//! of T: its mean Σ w m and, by the law of total covariance, Σ w (C + (m − Σ w m)(m − Σ w m)ᵀ).
+//! ln T_damping − ln T ~ N(0, 0.3²). Grids even in ln T narrow around the likely T. The prediction is the mixture over all
+//! pairs of T: its mean Σ w m and, by the law of total covariance, Σ w (C + (m − Σ w m)(m − Σ w m)ᵀ).
 
 use nalgebra::{Const, DMatrix, DVector, Dyn, Matrix4, OMatrix, SMatrix, Vector4};
 

@@ -5,8 +5,8 @@
 //! to an instance. All three are fitted to the measured friction after the impedance and do not affect its fit. Given φ and
 //! the lag, the problem is linear in the instance's μ0, which is projected out (Golub & Pereyra 1973, with Kaufman's slopes).
 //!
-//! With the modelled ratio m of Eq. 19, the change c(t) of μ0 within the instance and the lag L of time λ, the friction read for
-//! μ0 = 1 is u:
+//! With the modelled ratio m of Eq. 19, the change c(t) of μ0 within the instance and the lag L of time λ, the friction read
+//! for μ0 = 1 is u:
 //!
 //! ```text
 //! u = L[(φ + (1 − φ) m) f_n c]/f_n
@@ -15,8 +15,9 @@
 //! ```
 //!
 //! The slopes leave out the terms −u rᵀ(∂u/∂p)/uᵀu and −rᵀ(∂u/∂p)/uᵀu, which vanish with the residuals. The sum
-//! Σ r² + s² ((φ/0.3)² + (λ/5 ms)²), with s² the residuals' variance, is minimised over φ and λ: s² times −2 ln of the posterior
-//! for normal residuals and normal priors about 0. A random walk of μ0 within the instance (`random_walk`) widens the errors and does not change the fit.
+//! Σ r² + s² ((φ/0.3)² + (λ/5 ms)²), with s² the residuals' variance, is minimised over φ and λ: s² times −2 ln of the
+//! posterior for normal residuals and normal priors about 0. A random walk of μ0 within the instance (`random_walk`) widens the
+//! errors and does not change the fit.
 
 use crate::first_order_lag::Lag;
 use crate::random_walk::{Means, spread};

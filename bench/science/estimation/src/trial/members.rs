@@ -5,7 +5,7 @@
 //! ```text
 //! τ = e^(s_τ),  T = e^(s_T)                        the other parameters as they are
 //! Δ = o_Δ + mean + Σ_k s_k by_course_k             plate: its predicted course, and deviations from it (`plate.rs`)
-//! φ = o_φ + s_φ,  y = o_y + s_y                    other modes, at this place and at all
+//! φ = o_φ + s_φ,  y_r = o_y + s_y                  other modes, at this place and at all
 //! ln r = s_tilt u + s_bow u²                       amplitude along the plate
 //! ```
 

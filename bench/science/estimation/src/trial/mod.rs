@@ -15,9 +15,9 @@
 //!
 //! is minimised: −2 ln of the posterior for normal residuals and normal [priors](TrialPriors) m_j ± s_j, up to a constant while
 //! the V_i are fixed. Unknowns of an instance are ln σ_t, Re Z_t, Im Z_t, the plate's offset Δ (two parts), and the angle φ and
-//! residual mobility y of other modes; σ_t and Z_t have no prior. Shared are ln S, ln q0, ln η, ln τ, ν, ln T, p
+//! residual mobility y_r of other modes; σ_t and Z_t have no prior. Shared are ln S, ln q0, ln η, ln τ, ν, ln T, p
 //! (`lagged_model.rs`), five deviations of the plate from its predicted course (`plate.rs`), tilt and bow of the amplitude
-//! along the plate, and common parts of φ and y.
+//! along the plate, and common parts of φ and y_r.
 //!
 //! 1. Each of up to four pairs of S and τ starts from the best q0 and σ_t of a grid and descends with V = (0.01 N·s/m)² and
 //!    narrowed priors of the extensions (`search.rs`).

@@ -18,7 +18,7 @@
 //! Unknowns are θ = (ln σ_t, Re Z_t, Im Z_t, τ, y); S, q0, E, ν and η are assumed. Data are the n complex values Z_m of the
 //! instance; amplitude and force are taken as exact. If both parts of every residual r = Z_m,model(θ) − Z_m are independent and
 //! normal with one variance σ², −2 ln L = Σ|r|²/σ² + 4n ln σ + const, and least squares is maximum likelihood; standard errors
-//! do not rest on it (`least_squares.rs`). For τ = 0.5 and 2 ms a grid of σ_t, each with its best Z_t in closed form, gives two
+//! do not assume it (`least_squares.rs`). For τ = 0.5 and 2 ms a grid of σ_t, each with its best Z_t in closed form, gives two
 //! starts, y = 0 and y fitted; Levenberg–Marquardt descends from each. Where it ends at τ < 0 it is repeated with τ = 0. The
 //! smallest Σ|r|² of those that converged is the estimate.
 

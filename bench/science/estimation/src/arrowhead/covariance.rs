@@ -1,17 +1,18 @@
 //! Covariance of a minimum, from the scatter of its residuals and from errors that no residual shows.
 //!
 //! In the notation of `normal.rs`, to first order an error of the gradient g moves the minimum by −N⁻¹g, so gradients with the
-//! covariance M give Cov θ = N⁻¹M N⁻¹. With R_b = o_b⁻¹c_b, the inverse of the arrow and the errors are, for Q = s − Σ c_bᵀR_b,
+//! covariance M give Cov θ = N⁻¹M N⁻¹. With R_b = o_b⁻¹c_b and the Schur complement Q = s − Σ c_bᵀR_b, the errors of the
+//! shared and of a block's parameters, and their covariances, are
 //!
 //! ```text
 //! e_s = −Q⁻¹ Σ (g_s,b − R_bᵀg_b),   e_b = −o_b⁻¹g_b − R_b e_s
-//! Cov e_s      = Q⁻¹ [Σ (M_ss − M_osᵀR − Rᵀ(M_os − M_oo R)) + prior] Q⁻¹
+//! Cov e_s       = Q⁻¹ [Σ (M_ss − M_osᵀR_b − R_bᵀ(M_os − M_oo R_b)) + prior] Q⁻¹
 //! Cov(e_b, e_s) = D_b − R_b Cov e_s,   D_b = o_b⁻¹ (M_os − M_oo R_b) Q⁻¹
-//! Cov e_b      = o_b⁻¹M_oo o_b⁻¹ + R_b Cov e_s R_bᵀ − D_b R_bᵀ − R_b D_bᵀ
+//! Cov e_b       = o_b⁻¹M_oo o_b⁻¹ + R_b Cov e_s R_bᵀ − D_b R_bᵀ − R_b D_bᵀ
 //! ```
 //!
 //! where M_oo, M_os and M_ss are the blocks of M of one block's gradient; gradients of different blocks are independent.
-//! `prior` is the diagonal of `prior_scatter`: a prior of precision p adds p to M as it does to N. In the code
+//! `prior` is diagonal, with `prior_scatter` on it: a prior of precision p adds p to M as it does to N. In the code
 //! `shared_response` is R_b, `coupling_scatter` M_os − M_oo R_b and `direct_term` D_b.
 
 use nalgebra::{DMatrix, SMatrix, SVector};

@@ -23,6 +23,7 @@ pub fn quoted(path: &Path) -> String {
 }
 
 #[cfg(all(test, unix))]
+#[expect(clippy::disallowed_types, reason = "a shell reads the words back")]
 mod tests {
     use super::*;
     use std::process::Command;

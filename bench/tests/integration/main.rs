@@ -5,5 +5,4 @@ mod drill;
 mod figures;
 mod fuzz_seeds;
 mod laboratories;
-mod recording;
 mod replay;

@@ -17,7 +17,7 @@ use recording::study::{
 use recording::writer::Ending;
 use serde_json::{Map, Value, json};
 
-use super::support::{FORMAT_2, manifest, write_data};
+use crate::support::{FORMAT_2, manifest, write_data};
 
 const DATE: &str = "2026-11-21";
 const TIME: &str = "2026-11-21T07:00:00Z";

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use super::support::{FORMAT_2, force_rows, manifest, ramp, read_all, write_data};
+use crate::support::{FORMAT_2, force_rows, manifest, ramp, read_all, write_data};
 use recording::DiskError;
 use recording::manifest::{
     Direction, End, EventKind, ManifestError, RecordedInterval, RecordedIntervalKind,

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use super::support::{FORMAT_2, manifest, ramp};
+use crate::support::{FORMAT_2, manifest, ramp};
 use bounded_files::{FileKind, Refusal, refusal};
 use recording::manifest::{
     EventKind, MAX_ENTRIES, ManifestError, ManifestReadError, RecordedInterval,

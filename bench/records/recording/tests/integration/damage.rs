@@ -5,7 +5,7 @@ use std::io::Cursor;
 use std::path::Path;
 use std::sync::LazyLock;
 
-use super::support::{FORMAT_2, manifest, ramp, read_all, write_data};
+use crate::support::{FORMAT_2, manifest, ramp, read_all, write_data};
 use proptest::prelude::*;
 use recording::wav::WavReader;
 use recording::writer::Ending;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::support::{FORMAT_2, force_rows, manifest, position_rows, ramp, read_all};
+use crate::support::{FORMAT_2, force_rows, manifest, position_rows, ramp, read_all};
 use crossbeam_channel::Receiver;
 use recording::manifest::{End, EventKind};
 use recording::recorder::{

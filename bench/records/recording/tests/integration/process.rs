@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
-use super::support::{FORMAT_2, force_rows, manifest, ramp, read_all};
+use crate::support::{FORMAT_2, force_rows, manifest, ramp, read_all};
 use recording::manifest::End;
 use recording::study::EventLog;
 use recording::study::event_log::{self, ExitStatus};
@@ -23,7 +23,7 @@ fn victim(test: &str, setup: &str, folder: &Path) -> Child {
     Command::new("sh")
         .arg("-c")
         .arg(format!(
-            "{setup} exec \"$0\" --exact recording::process::{test} --nocapture"
+            "{setup} exec \"$0\" --exact process::{test} --nocapture"
         ))
         .arg(std::env::current_exe().unwrap())
         .env(FOLDER, folder)

@@ -7,7 +7,7 @@ use std::hint::black_box;
 use std::path::Path;
 
 use analysis::amplitude_profile::AmplitudeProfile;
-use analysis::trial_fit::{FitRequest, Selected, fit};
+use analysis::trial_fit::{FitRequest, SelectedExploration, fit};
 use analysis::{Settings, demodulated, unloaded};
 use contact::AssumedConstants;
 use criterion::{Criterion, criterion_group, criterion_main};
@@ -29,7 +29,7 @@ fn trial() -> anyhow::Result<FitRequest> {
                 let series = reading.record.series(start_s, end_s);
                 let stretches = select(&series.exploration(direction), &rules)?;
                 for _ in 0..2 {
-                    explorations.push(Selected {
+                    explorations.push(SelectedExploration {
                         start_s,
                         end_s,
                         stretches: stretches.clone(),

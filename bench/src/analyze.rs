@@ -10,11 +10,11 @@ use crate::dates;
 use crate::outcome::{progress_bar, require_writable, write_text};
 use crate::verbosity::Verbosity;
 use analysis::attempts::{Account, Attempts};
-use analysis::find::Wanted;
+use analysis::find::TrialFilter;
 use analysis::published::{TableFormat, statistics};
 use analysis::results::Results;
 use analysis::whole_trial;
-use analysis::{Analysed, RecordingAnalysis, Settings, analyse, find, tables};
+use analysis::{Analysis, RecordingAnalysis, Settings, analyse, find, tables};
 use plotting::Figure;
 use population::skin::Skin;
 use published_figures::measured::{measured_figures, write_figures};
@@ -46,7 +46,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     if options.tables.is_some() {
         tables::require_built()?;
     }
-    let scope = Wanted {
+    let scope = TrialFilter {
         practice: options.practice,
         rejected: options.include_rejected,
     };
@@ -119,7 +119,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     } else {
         let _ = write!(std::io::stderr(), "{}", escaped(&excluded));
     }
-    let all_read = analysed.recordings.iter().all(|r| r.found.is_ok());
+    let all_read = analysed.recordings.iter().all(|r| r.findings.is_ok());
     Ok(all_read && account.missed().next().is_none())
 }
 
@@ -128,7 +128,7 @@ fn excluded_recordings(attempts: &Attempts, selection: &Selection) -> anyhow::Re
     let excluded = selection.excluded.iter();
     let mut recordings: Vec<PathBuf> = excluded.flat_map(|row| row.recordings.clone()).collect();
     if selection.overridden.is_empty() {
-        let left_out = attempts.left_out.iter().map(|trial| trial.path.clone());
+        let left_out = attempts.omissions.iter().map(|trial| trial.path.clone());
         let extra = study::exclusions::select(left_out.collect())?;
         recordings.extend(extra.excluded.into_iter().flat_map(|row| row.recordings));
     }
@@ -149,13 +149,13 @@ fn warn(account: &Account) {
 /// Returns the report on the analysis, with the numbers of `results`.
 fn page(
     options: &Analyze,
-    analysed: &Analysed,
+    analysed: &Analysis,
     results: &str,
     (sessions, figures): (&Sessions, &[Figure]),
 ) -> anyhow::Result<String> {
     let recordings = analysed.recordings.iter().map(|recording| Recorded {
         path: &recording.path,
-        manifest: recording.found.as_ref().ok().map(|f| &f.manifest),
+        manifest: recording.findings.as_ref().ok().map(|f| &f.manifest),
     });
     let content = Content {
         name: &name(&options.recordings),
@@ -200,7 +200,7 @@ fn report(analysis: &RecordingAnalysis) {
     let path = analysis.path.display().to_string();
     let path = escaped_line(&path);
     let mut stderr = std::io::stderr().lock();
-    match &analysis.found {
+    match &analysis.findings {
         Ok(findings) => {
             for flaw in &findings.flaws {
                 let _ = writeln!(stderr, "{path}: warning: {}", escaped(&flaw.to_string()));
@@ -221,10 +221,10 @@ fn lines(skin: &Skin) -> String {
 }
 
 /// Returns a line for each recording, and one for the parameters that its instances share.
-fn summary(analysed: &Analysed) -> String {
+fn summary(analysed: &Analysis) -> String {
     let mut lines = String::new();
     for recording in &analysed.recordings {
-        let counts = match &recording.found {
+        let counts = match &recording.findings {
             Ok(findings) => format!(
                 "{} instances, {} stretches rejected, {} warnings",
                 findings.instances.len(),
@@ -238,7 +238,7 @@ fn summary(analysed: &Analysed) -> String {
             escaped_line(&recording.path.display().to_string())
         ));
         let trial = recording
-            .found
+            .findings
             .as_ref()
             .ok()
             .and_then(|findings| findings.trial.as_ref());

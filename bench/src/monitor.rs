@@ -229,7 +229,7 @@ pub fn run(
         meter: LiveMeter::default(),
         contact: LiveContact::new(
             CONTACT_N,
-            PlateTracking::of(config.plate.modal_mass_kg, MODULATION_HZ),
+            PlateTracking::new(config.plate.modal_mass_kg, MODULATION_HZ),
         ),
         account: Account::default(),
         audio_s: 0.0,

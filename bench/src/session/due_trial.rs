@@ -1,7 +1,7 @@
 //! A completed trial, and the data for its verdict and its fit.
 
 use analysis::measurements::Measurements;
-use analysis::trial_fit::{FitRequest, Selected};
+use analysis::trial_fit::{FitRequest, SelectedExploration};
 use analysis::trial_selection;
 use analysis::unloaded;
 use config::Effective;
@@ -88,7 +88,7 @@ fn fit_request(
         calibration: StandardErrors::default(),
         plate: plate.map(|reading| reading.plate),
         record,
-        explorations: Selected::of(intervals, analysis),
+        explorations: SelectedExploration::from_analysis(intervals, analysis),
         rules,
     }
 }

@@ -13,7 +13,7 @@ use analysis::exploration_findings::ExplorationFindings;
 use analysis::instance::PlateReading;
 use analysis::measurements::FrameSeries;
 use analysis::under_finger::UnderFinger;
-use analysis::{Analysed, RecordingAnalysis, Settings, averaged};
+use analysis::{Analysis, RecordingAnalysis, Settings, averaged};
 use clap::Parser;
 use contact::{AssumedConstants, CalibrationErrors, Contact, harmonic};
 use estimation::FitConditions;
@@ -222,7 +222,7 @@ fn names(figure: &Figure, panel: usize) -> Vec<&str> {
 fn trial_stands_beside_the_others_and_in_fig_13_in_the_place_of_dynamic() {
     let mut analysed = analysed();
     let before = measured_figures(&analysed, &Sessions::default(), &Drawn::default());
-    let findings = analysed.recordings[0].found.as_mut().unwrap();
+    let findings = analysed.recordings[0].findings.as_mut().unwrap();
     for instance in &mut findings.instances {
         instance.trial = Some(instance.dynamic.clone());
     }
@@ -246,7 +246,7 @@ fn trial_stands_beside_the_others_and_in_fig_13_in_the_place_of_dynamic() {
     assert!(figures[3].caption.contains(words), "{}", figures[3].caption);
 
     // With `trial` for one instance only, it does not replace `dynamic`.
-    let findings = analysed.recordings[0].found.as_mut().unwrap();
+    let findings = analysed.recordings[0].findings.as_mut().unwrap();
     findings.instances[1].trial = None;
     let figures = measured_figures(&analysed, &Sessions::default(), &Drawn::default());
     let dynamic_series = ["dynamic, model", "paper, model", "dynamic", "paper"];
@@ -260,7 +260,7 @@ fn trial_stands_beside_the_others_and_in_fig_13_in_the_place_of_dynamic() {
         methods: vec![Method::Trial],
         whole_trial: false,
     };
-    for instance in &mut analysed.recordings[0].found.as_mut().unwrap().instances {
+    for instance in &mut analysed.recordings[0].findings.as_mut().unwrap().instances {
         instance.trial = None;
     }
     let numbers =
@@ -295,7 +295,7 @@ fn the_resonance_is_drawn_over_the_time_of_a_session_with_the_intervals_of_the_r
         let folder = session.join(format!("trial-{number:03}_attempt-1"));
         std::fs::create_dir_all(&folder).unwrap();
         recording.path.clone_from(&folder);
-        recording.found.as_mut().unwrap().path = folder;
+        recording.findings.as_mut().unwrap().path = folder;
         let key = format!(r#"{{"number":{number},"attempt":1,"practice":false,"condition":"c"}}"#);
         log += &format!(
             "\n{{\"document\":\"event\",\"stream\":\"session\",\"seq_num\":{number},\"time\":\"\",\"audio_s\":{},\"data\":\
@@ -306,14 +306,14 @@ fn the_resonance_is_drawn_over_the_time_of_a_session_with_the_intervals_of_the_r
     std::fs::write(session.join("events.jsonl"), log + "\n").unwrap();
     let sessions = Sessions::of(pair.recordings.iter().map(|r| r.path.as_path()));
 
-    let shift = |analysed: &Analysed| {
+    let shift = |analysed: &Analysis| {
         let figures = measured_figures(analysed, &sessions, &Drawn::default());
         figures.into_iter().find(|f| f.name == "resonance_shift")
     };
     let figure = shift(&pair).unwrap();
     assert_eq!(figure.panels.len(), 1);
     assert_eq!(figure.panels[0].shaded.len(), 2);
-    let findings = pair.recordings[0].found.as_ref().unwrap();
+    let findings = pair.recordings[0].findings.as_ref().unwrap();
     let middle = |instance: &InstanceAnalysis| 0.5 * (instance.start_s + instance.end_s);
     let expected = [0.0, 30.0].map(|start_s| {
         let instances = findings.instances.iter();
@@ -464,7 +464,7 @@ fn an_assumption_without_meaning_is_refused() {
 fn absent_results_are_not_drawn() {
     let mut empty = analysed();
     empty.recordings[0]
-        .found
+        .findings
         .as_mut()
         .unwrap()
         .instances
@@ -494,7 +494,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
 "#;
 
 /// Returns half a second of a finger in equilibrium with the film, σ_t = 1.8 µm, two instances.
-fn analysed() -> Analysed {
+fn analysed() -> Analysis {
     let settings = Settings::default();
     let contact = Contact::new(&settings.assumed(), 1.8e-6).unwrap();
     let time_s: Vec<f64> = (0..1000).map(|k| f64::from(k) / 2000.0).collect();
@@ -545,7 +545,7 @@ fn analysed() -> Analysed {
         z_p_corrected_n_s_per_m: Z_P,
         calibration: CalibrationErrors::default(),
     };
-    let under_finger = UnderFinger::of(&series, &AmplitudeProfile::default(), Some(Z_P));
+    let under_finger = UnderFinger::new(&series, &AmplitudeProfile::default(), Some(Z_P));
     let direction = Direction::RightToLeft;
     let instances: Vec<InstanceAnalysis> = [0.18, 0.346]
         .map(|start_s| {
@@ -589,12 +589,12 @@ fn analysed() -> Analysed {
         rejected: Vec::new(),
         flaws: Vec::new(),
     };
-    let mut analysed = Analysed {
+    let mut analysed = Analysis {
         settings,
         recordings: vec![RecordingAnalysis {
             path,
             participant: None,
-            found: Ok(findings),
+            findings: Ok(findings),
         }],
     };
     averaged::fill(&mut analysed);

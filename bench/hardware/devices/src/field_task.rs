@@ -149,7 +149,7 @@ impl Field {
         let restarted = greeted(first_ns, now_ns, count > 0) && faults.restarted > 0;
         let card = self.gauges.card_clock.get().unwrap_or_default();
         let excess_ppm = force_clock
-            .and_then(|clock| clock.beyond(&card))
+            .and_then(|clock| clock.excess_ppm(&card))
             .filter(|_| now_ns >= self.judged_from_ns);
         let card_ppm = card.fast_ppm().unwrap_or_default();
         let polled = polled.and_then(|()| {
@@ -222,7 +222,7 @@ impl Field {
         }
         let card = self.gauges.card_clock.get().unwrap_or_default();
         let excess_ppm = clock
-            .and_then(|clock| clock.beyond(&card))
+            .and_then(|clock| clock.excess_ppm(&card))
             .filter(|_| now_ns >= self.judged_from_ns);
         let polled = polled.and_then(|()| match excess_ppm {
             Some(fast_ppm) => Err(SourceGone::Clock {

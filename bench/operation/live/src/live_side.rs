@@ -49,7 +49,7 @@ impl LiveSide {
     ) -> Self {
         Self {
             meter: LiveMeter::default(),
-            contact: LiveContact::new(contact_n, PlateTracking::of(modal_mass_kg, 0.0)),
+            contact: LiveContact::new(contact_n, PlateTracking::new(modal_mass_kg, 0.0)),
             screen_due_ns: 0,
             refits,
             fits,

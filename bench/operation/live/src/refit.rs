@@ -134,7 +134,7 @@ mod tests {
     use super::*;
     use analysis::instance::PlateReading;
     use analysis::measurements::Measurements;
-    use analysis::trial_fit::Selected;
+    use analysis::trial_fit::SelectedExploration;
     use analysis::unloaded::UnloadedError;
     use num_complex::Complex64;
     use protocols::SelectionRules;
@@ -147,7 +147,7 @@ mod tests {
             calibration: StandardErrors::default(),
             plate,
             record: Measurements::default(),
-            explorations: vec![Selected {
+            explorations: vec![SelectedExploration {
                 start_s: 1.0,
                 end_s: 2.0,
                 stretches: Vec::new(),

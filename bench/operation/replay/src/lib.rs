@@ -200,7 +200,7 @@ impl Replay {
         report: Sender<Report>,
     ) -> Self {
         let intervals = in_order(plan.source.manifest());
-        let record = Measurements::faults_of(plan.source.manifest(), plan.source.rate_hz());
+        let record = Measurements::from_faults(plan.source.manifest(), plan.source.rate_hz());
         let explorations = intervals
             .iter()
             .filter(|interval| matches!(interval.kind, RecordedIntervalKind::Exploration(_)));
@@ -303,7 +303,7 @@ impl Replay {
         let needed_s = open_intervals
             .map(|interval| interval.start_s)
             .fold(self.audio_s, f64::min);
-        self.record.forget_before(needed_s - MARGIN_S);
+        self.record.drop_before(needed_s - MARGIN_S);
     }
 
     fn read_plate(&mut self, interval: &RecordedInterval) {
@@ -434,7 +434,7 @@ impl Replay {
         if to_s < self.audio_s {
             self.source = Source::open(&self.folder)?;
             self.intervals = in_order(self.source.manifest());
-            self.record = Measurements::faults_of(self.source.manifest(), self.source.rate_hz());
+            self.record = Measurements::from_faults(self.source.manifest(), self.source.rate_hz());
             self.contact = initial::contact(self.source.manifest(), &self.rules);
             self.meter = initial::meter(self.source.manifest());
             self.account = Account::default();

@@ -89,7 +89,7 @@ pub fn read(folder: &Path, pickup: PickupOffset) -> Result<DemodulatedRecording,
     let mut reader = RecordingReader::open(folder)?;
     let mut pipeline = Pipeline::of_recording_with(&manifest, reader.format(), &properties)?;
     let mut levels = Levels::new(&manifest, reader.format().sample_rate_hz);
-    let mut record = Measurements::faults_of(&manifest, reader.format().sample_rate_hz);
+    let mut record = Measurements::from_faults(&manifest, reader.format().sample_rate_hz);
     let spans = Spans::with_surroundings(&manifest);
     let mut frames: Vec<ZmFrame> = Vec::new();
     while reader.read_block(BLOCK_FRAMES, &mut block)? > 0 {

@@ -54,7 +54,7 @@ impl FreePlate {
         let reading = unloaded::read(record, &intervals, manifest.modulation_hz, off_n);
         let transient = reading.as_ref().ok().and_then(|reading| {
             Transient::fit(
-                &reading.free,
+                &reading.free_frames,
                 manifest.carrier_hz,
                 &manifest.plate.constants(),
             )

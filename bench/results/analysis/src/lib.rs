@@ -47,7 +47,7 @@ use std::path::PathBuf;
 
 use rayon::prelude::*;
 
-pub use analysed::{Analysed, RecordingAnalysis};
+pub use analysed::{Analysis, RecordingAnalysis};
 pub use analysis_settings::Settings;
 
 /// Analyses recording folders in parallel and returns them in the given order; `callback` is called after each one. A
@@ -75,7 +75,7 @@ pub use analysis_settings::Settings;
 /// writer.finish(Ending::Completed)?;
 ///
 /// let analysed = analysis::analyse(&[folder], &analysis::Settings::default(), |_| ());
-/// let found = analysed.recordings[0].found.as_ref().unwrap();
+/// let findings = analysed.recordings[0].findings.as_ref().unwrap();
 /// assert!(found.flaws.contains(&Flaw::NoExploration));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -83,7 +83,7 @@ pub fn analyse(
     folders: &[PathBuf],
     settings: &Settings,
     callback: impl Fn(&RecordingAnalysis) + Sync,
-) -> Analysed {
+) -> Analysis {
     let recordings = folders
         .par_iter()
         .map(|folder| {
@@ -92,7 +92,7 @@ pub fn analyse(
             analysis
         })
         .collect();
-    let mut analysed = Analysed {
+    let mut analysed = Analysis {
         settings: *settings,
         recordings,
     };

@@ -34,7 +34,7 @@ pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
             .as_ref()
             .ok()
             .and_then(|findings| findings.participant.clone()),
-        found: findings,
+        findings,
     }
 }
 
@@ -216,7 +216,7 @@ impl RecordingFindings {
         let series = record.series(span.0, span.1);
         let z_p = self.z_p.map(|z_p| z_p.corrected_n_s_per_m);
         let profile = AmplitudeProfile::from(self.plate());
-        let under_finger = UnderFinger::of(&series, &profile, z_p);
+        let under_finger = UnderFinger::new(&series, &profile, z_p);
         // Frames come from one demodulator, so they are evenly spaced.
         let stretches = select(&series.exploration(direction), &self.rules).unwrap_or_default();
         if stretches.is_empty() {
@@ -408,7 +408,7 @@ seed = 1
         writer.write_audio(&[0.0; 2 * 9600]).unwrap();
         writer.finish(recording::writer::Ending::Completed).unwrap();
         let has_copy_flaw = |analysis: RecordingAnalysis| {
-            let flaws = analysis.found.unwrap().flaws;
+            let flaws = analysis.findings.unwrap().flaws;
             flaws
                 .iter()
                 .any(|flaw| matches!(flaw, Flaw::ProtocolCopy { .. }))

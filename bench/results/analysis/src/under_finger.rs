@@ -27,12 +27,12 @@ pub struct UnderFinger {
 impl UnderFinger {
     /// Returns amplitude and impedance under the finger for the frames of `series`. If Z_p is unknown the impedance remains
     /// Z_m.
-    pub fn of(
+    pub fn new(
         series: &FrameSeries,
         profile: &AmplitudeProfile,
         z_p_n_s_per_m: Option<Complex64>,
     ) -> Self {
-        let ratio = profile.along(&series.position_m);
+        let ratio = profile.ratios_along(&series.position_m);
         let amplitude_m = series.amplitude_m.iter().zip(&ratio);
         let z_m = series.frames.iter().map(|frame| frame.corrected_n_s_per_m);
         Self {

@@ -8,7 +8,7 @@
 use std::path::PathBuf;
 
 use analysis::analysed::{RecordingError, RecordingFindings};
-use analysis::{Analysed, RecordingAnalysis, Settings};
+use analysis::{Analysis, RecordingAnalysis, Settings};
 use contact::uncertain::{LogUncertain, Uncertain};
 use estimation::trial::{Misfit, SharedFit};
 use estimation::{FitParameter, FitVerdict};
@@ -74,7 +74,7 @@ fn recording(
     RecordingAnalysis {
         path: path.clone(),
         participant: participant.clone(),
-        found: Ok(RecordingFindings {
+        findings: Ok(RecordingFindings {
             path,
             participant,
             manifest: Manifest::parse(&text, "recording.toml").unwrap(),
@@ -91,9 +91,9 @@ fn recording(
     }
 }
 
-fn study(trials: Vec<(Option<&str>, Option<SharedFit>)>) -> Analysed {
+fn study(trials: Vec<(Option<&str>, Option<SharedFit>)>) -> Analysis {
     let numbered = trials.into_iter().zip(1..);
-    Analysed {
+    Analysis {
         settings: Settings::default(),
         recordings: numbered
             .map(|((participant, fit), number)| recording(number, participant, fit))
@@ -102,7 +102,7 @@ fn study(trials: Vec<(Option<&str>, Option<SharedFit>)>) -> Analysed {
 }
 
 /// Four people with 200 to 260 mm² and three trials each, plus all kinds of excluded recordings.
-fn full_study() -> Analysed {
+fn full_study() -> Analysis {
     let mut trials = Vec::new();
     for (person, area_m2) in [("a", 200e-6), ("b", 220e-6), ("c", 240e-6), ("d", 260e-6)] {
         for (trial, ln_std) in [(0.9, 0.04), (1.0, 0.05), (1.1, 0.06)] {
@@ -126,7 +126,7 @@ fn full_study() -> Analysed {
     analysed.recordings.push(RecordingAnalysis {
         path: PathBuf::from("study/broken"),
         participant: Some("c".to_owned()),
-        found: Err(RecordingError::TooManyRows {
+        findings: Err(RecordingError::TooManyRows {
             file: "force.csv",
             limit: 1,
         }),

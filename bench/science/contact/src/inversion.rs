@@ -131,7 +131,7 @@ impl<const N: usize> Inversion<N> {
         Dependent {
             value,
             slopes: gap.slopes * (-value / sigma)
-                + SVector::from_fn(|i, _| contact_slopes.by(i, &self.load)),
+                + SVector::from_fn(|i, _| contact_slopes.by_parameter(i, &self.load)),
             noise: value / sigma * gap.noise,
         }
     }
@@ -144,7 +144,7 @@ impl<const N: usize> Inversion<N> {
         by_gap: f64,
         contact_slopes: &ContactSlopes,
     ) -> Dependent<N> {
-        let by_parameters = SVector::from_fn(|i, _| contact_slopes.by(i, &self.load));
+        let by_parameters = SVector::from_fn(|i, _| contact_slopes.by_parameter(i, &self.load));
         Dependent {
             value: gap_m,
             slopes: (k_c.slopes - by_parameters) / by_gap,

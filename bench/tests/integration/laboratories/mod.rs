@@ -20,7 +20,7 @@ use std::fs;
 use std::path::Path;
 
 use analysis::analysed::RecordingFindings;
-use analysis::estimate::{Estimated, Method};
+use analysis::estimate::{InstanceEstimate, Method};
 use analysis::flaw::Flaw;
 use analysis::model_check::quantile;
 use analysis::{Settings, recording_analysis};
@@ -261,12 +261,12 @@ fn analysed(laboratory: &Laboratory) -> Errors {
 
 fn findings(folder: &Path) -> RecordingFindings {
     let analysis = recording_analysis::analyse(folder, &Settings::default());
-    analysis.found.unwrap()
+    analysis.findings.unwrap()
 }
 
 fn errors(folder: &Path) -> Errors {
     let findings = findings(folder);
-    let quantiles = |error: &dyn Fn(&Estimated) -> f64| {
+    let quantiles = |error: &dyn Fn(&InstanceEstimate) -> f64| {
         let mut errors: Vec<f64> = findings
             .instances
             .iter()

@@ -7,7 +7,7 @@ use analysis::amplitude_profile::AmplitudeProfile;
 use analysis::analysed::RecordingFindings;
 use analysis::estimate::Method;
 use analysis::results::Results;
-use analysis::trial_fit::{FitRequest, Selected, TrialFit, fit};
+use analysis::trial_fit::{FitRequest, SelectedExploration, TrialFit, fit};
 use analysis::{Settings, demodulated};
 use protocols::Direction;
 use protocols::selection::select;
@@ -33,7 +33,7 @@ fn state_profile(folder: &Path, ratio: impl Fn(f64) -> f64) {
 /// Returns all digits of a method's estimates.
 fn estimates(findings: &RecordingFindings, method: Method) -> String {
     let texts = findings.instances.iter().map(|i| {
-        let e = i.estimated(method).unwrap();
+        let e = i.estimate(method).unwrap();
         let skin = (e.sigma_t_m, e.z_t_n_s_per_m, e.tau_s, e.mu0);
         format!(
             "{skin:?} {:?} {:?} {:?}",
@@ -91,7 +91,7 @@ pub(super) fn fit_request(folder: &Path) -> FitRequest {
         calibration: reading.manifest.standard_errors.unwrap_or_default(),
         plate: Ok(findings(folder).z_p.unwrap()),
         record: reading.record,
-        explorations: vec![Selected {
+        explorations: vec![SelectedExploration {
             start_s,
             end_s,
             stretches,

@@ -486,7 +486,7 @@ mod tests {
             rig.send(k, k, 0.5);
             rig.now_s.set(f64::from(k) / 7812.0);
             rig.poll().unwrap();
-            rig.source.health().clock.unwrap().beyond(&card)
+            rig.source.health().clock.unwrap().excess_ppm(&card)
         });
         let loss = rig.source.off_rate(excess_ppm.unwrap(), 0.0);
         let SourceGone::Rate { counted_hz, .. } = loss else {

@@ -77,7 +77,7 @@ impl Statistic {
     }
 
     pub(super) fn correlation(level: Level, coefficient: Coefficient, pairs: &Pairs) -> Self {
-        let correlation = coefficient.of(&pairs.x, &pairs.y);
+        let correlation = coefficient.correlate(&pairs.x, &pairs.y);
         let people = pairs.people.as_deref();
         Self {
             value: correlation.map(|c| c.rho),

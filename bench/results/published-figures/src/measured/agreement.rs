@@ -2,7 +2,7 @@
 
 use crate::measured::drawn::Drawn;
 use crate::measured::elements::{assumption_note, ink, marker, thinning_note};
-use analysis::analysed::Analysed;
+use analysis::analysed::Analysis;
 use analysis::estimate::{InstanceAnalysis, Method};
 use analysis::statistics::r_squared;
 use plotting::{Axis, Figure, Key, Panel, Series};
@@ -14,13 +14,13 @@ const MAX_SAMPLES: usize = 4000;
 /// Measured and estimated friction of a sample.
 type Pair = (f64, f64);
 
-pub(super) fn figure(analysed: &Analysed, selection: &Drawn) -> Figure {
+pub(super) fn figure(analysed: &Analysis, selection: &Drawn) -> Figure {
     let samples = |method: Method| -> Vec<Pair> {
         analysed
             .instances()
-            .filter_map(|(_, i)| i.by(method))
+            .filter_map(|(_, i)| i.estimate_by(method))
             .flat_map(|instance| {
-                let estimated = instance.estimated.series.mu.iter().copied();
+                let estimated = instance.estimate.series.mu.iter().copied();
                 instance
                     .instance
                     .samples
@@ -126,9 +126,9 @@ fn method_list(clouds: &[(Method, Vec<Pair>)]) -> String {
 }
 
 /// Returns, for each instance, the mean of the samples from which `paper` determines Z_m⁰.
-fn initialisation(analysed: &Analysed) -> Vec<Pair> {
+fn initialisation(analysed: &Analysis) -> Vec<Pair> {
     let rest_mean = |i: &InstanceAnalysis| -> Option<Pair> {
-        let paper = i.estimated(Method::Paper)?;
+        let paper = i.estimate(Method::Paper)?;
         let limit_m = paper.rest?.up_to_amplitude_m;
         let pairs: Vec<Pair> = (0..i.samples.mu().len())
             .filter(|&k| {

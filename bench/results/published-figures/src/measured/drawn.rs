@@ -1,6 +1,6 @@
 //! Choice of methods and instances for the figures.
 
-use analysis::analysed::Analysed;
+use analysis::analysed::Analysis;
 use analysis::estimate::InstanceAnalysis;
 use analysis::method::Method;
 
@@ -24,7 +24,7 @@ impl Default for Drawn {
 
 impl Drawn {
     /// Omits `trial` if no recording has an estimate by it.
-    pub(crate) fn available_in(&self, analysed: &Analysed) -> Self {
+    pub(crate) fn available_in(&self, analysed: &Analysis) -> Self {
         let is_available = |method: &Method| {
             let mut instances = analysed.instances();
             *method != Method::Trial || instances.any(|(_, instance)| instance.trial.is_some())

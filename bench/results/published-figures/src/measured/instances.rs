@@ -9,14 +9,14 @@ use crate::measured::elements::{
 };
 use analysis::Settings;
 use analysis::analysed::RecordingFindings;
-use analysis::estimate::{InstanceAnalysis, InstanceBy, Method};
+use analysis::estimate::{InstanceAnalysis, Method, MethodEstimate};
 use plotting::{Axis, Figure, Key, Panel, Series};
 use plotting::{Dash, Ink, Marker, Width};
 
 /// Number of samples above which they are thinned.
 const MAX_SAMPLES: usize = 400;
 
-type Value = fn(&InstanceBy<'_>, usize) -> f64;
+type Value = fn(&MethodEstimate<'_>, usize) -> f64;
 type ModelValue = fn(&ModelledSeries, usize) -> f64;
 
 /// Quantity of the vertical axes.
@@ -26,11 +26,11 @@ struct Quantity {
     model: ModelValue,
 }
 
-fn amplitude(instance: &InstanceBy<'_>, sample: usize) -> f64 {
+fn amplitude(instance: &MethodEstimate<'_>, sample: usize) -> f64 {
     instance.amplitude_m()[sample] * MICRO
 }
 
-fn measured_mu(instance: &InstanceBy<'_>, sample: usize) -> f64 {
+fn measured_mu(instance: &MethodEstimate<'_>, sample: usize) -> f64 {
     instance.instance.samples.mu()[sample]
 }
 
@@ -48,17 +48,17 @@ fn quantities() -> [Quantity; 5] {
         },
         Quantity {
             axis: Axis::logarithmic("Stiffness (N/µm)"),
-            value: |instance, k| instance.estimated.series.k_c_n_per_m[k] / MICRO,
+            value: |instance, k| instance.estimate.series.k_c_n_per_m[k] / MICRO,
             model: |model, k| model.k_c_n_per_m[k] / MICRO,
         },
         Quantity {
             axis: Axis::linear(GAP).from_zero(),
-            value: |instance, k| instance.estimated.series.gap_m[k] * MICRO,
+            value: |instance, k| instance.estimate.series.gap_m[k] * MICRO,
             model: |model, k| model.gap_m[k] * MICRO,
         },
         Quantity {
             axis: Axis::linear(FRICTION).from_zero(),
-            value: |instance, k| instance.estimated.series.mu[k],
+            value: |instance, k| instance.estimate.series.mu[k],
             model: |model, k| model.mu[k],
         },
     ]
@@ -95,19 +95,19 @@ pub(super) fn figure(
     let samples: usize = instances.iter().map(|i| i.samples.time_s().len()).sum();
     let step = samples.div_ceil(MAX_SAMPLES).max(1);
     let cloud = |x: Value, y: Value, method: Method, step: usize| -> Vec<(f64, f64)> {
-        let instance_points = |instance: InstanceBy<'_>| -> Vec<(f64, f64)> {
+        let instance_points = |instance: MethodEstimate<'_>| -> Vec<(f64, f64)> {
             (0..instance.instance.samples.time_s().len())
                 .map(|k| (x(&instance, k), y(&instance, k)))
                 .collect()
         };
-        let instances = instances.iter().filter_map(|i| i.by(method));
+        let instances = instances.iter().filter_map(|i| i.estimate_by(method));
         instances.flat_map(instance_points).step_by(step).collect()
     };
     // Broken between instances. Against friction, the model's impedance is drawn over the model's friction.
     let curve = |y: ModelValue, over_mu: bool, method: Method| -> Series {
         let mut line = Vec::new();
-        for instance in instances.iter().filter_map(|i| i.by(method)) {
-            if let Some(model) = &instance.estimated.averaged.series {
+        for instance in instances.iter().filter_map(|i| i.estimate_by(method)) {
+            if let Some(model) = &instance.estimate.averaged.series {
                 line.extend((0..model.mu.len()).map(|k| {
                     let x = if over_mu {
                         model.mu[k]
@@ -212,7 +212,7 @@ pub(super) fn figure(
 /// Returns a sentence on the average σ_t of each method.
 fn averages(instance: &InstanceAnalysis, methods: &[Method]) -> String {
     let texts = methods.iter().filter_map(|&method| {
-        let sigma_t_m = instance.estimated(method)?.averaged.sigma_t_m;
+        let sigma_t_m = instance.estimate(method)?.averaged.sigma_t_m;
         Some(format!("{:.2} µm ({})", sigma_t_m * MICRO, method.name()))
     });
     texts.collect::<Vec<_>>().join(" and ")

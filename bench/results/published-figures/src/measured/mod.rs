@@ -12,7 +12,7 @@ mod variation;
 
 use std::path::{Path, PathBuf};
 
-use analysis::analysed::{Analysed, RecordingFindings};
+use analysis::analysed::{Analysis, RecordingFindings};
 use analysis::estimate::Method;
 use plotting::Figure;
 use study::sessions::Sessions;
@@ -22,7 +22,7 @@ pub use drawn::Drawn;
 /// Returns the figures that these recordings allow: without an instance, only the trial in time; without an exploration,
 /// no figure. `trial` is drawn for recordings with a usable fit. `sessions` gives the time between recordings.
 pub fn measured_figures(
-    analysed: &Analysed,
+    analysed: &Analysis,
     sessions: &Sessions,
     selection: &Drawn,
 ) -> Vec<Figure> {
@@ -50,14 +50,14 @@ pub fn measured_figures(
 
 /// Returns the recording with the median of the mean σ_t by the dynamic method (the lower of two); without instances, the
 /// first readable recording.
-fn typical_recording(analysed: &Analysed) -> Option<&RecordingFindings> {
+fn typical_recording(analysed: &Analysis) -> Option<&RecordingFindings> {
     let mut mean_sigmas: Vec<(f64, &RecordingFindings)> = analysed
         .findings()
         .filter_map(|findings| {
             let estimates = findings
                 .instances
                 .iter()
-                .filter_map(|i| i.estimated(Method::Dynamic));
+                .filter_map(|i| i.estimate(Method::Dynamic));
             let sigmas_m: Vec<f64> = estimates.map(|estimate| estimate.sigma_t_m).collect();
             let mean_m = sigmas_m.iter().sum::<f64>() / sigmas_m.len() as f64;
             mean_m.is_finite().then_some((mean_m, findings))
@@ -77,7 +77,7 @@ fn typical_recording(analysed: &Analysed) -> Option<&RecordingFindings> {
 /// # Errors
 /// A figure cannot be drawn or a file cannot be written.
 pub fn write_figures(
-    analysed: &Analysed,
+    analysed: &Analysis,
     sessions: &Sessions,
     selection: &Drawn,
     folder: &Path,

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use analysis::analysed::{Analysed, RecordingFindings};
+use analysis::analysed::{Analysis, RecordingFindings};
 use analysis::estimate::{InstanceAnalysis, Method};
 use contact::uncertain::Uncertain;
 use plotting::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};
@@ -27,7 +27,7 @@ struct Course<'a> {
 }
 
 /// Draws a panel for each session, or for each recording outside a session; returns no figure without an instance.
-pub(super) fn figures(analysed: &Analysed, sessions: &Sessions, selection: &Drawn) -> Vec<Figure> {
+pub(super) fn figures(analysed: &Analysis, sessions: &Sessions, selection: &Drawn) -> Vec<Figure> {
     let has_shift = |method: &Method| match method {
         Method::Paper => false,
         Method::Dynamic => analysed.settings.plate_offset,
@@ -97,7 +97,7 @@ fn caption(methods: &[Method], courses: &[Course<'_>]) -> String {
     )
 }
 
-fn courses<'a>(analysed: &'a Analysed, sessions: &Sessions) -> Vec<Course<'a>> {
+fn courses<'a>(analysed: &'a Analysis, sessions: &Sessions) -> Vec<Course<'a>> {
     let mut courses: Vec<(Option<&Path>, Course<'a>)> = Vec::new();
     let recordings: Vec<_> = analysed
         .findings()
@@ -156,7 +156,7 @@ impl<'a> Course<'a> {
                 let fit = findings.trial.as_ref();
                 let holds = method != Method::Trial || fit.is_some_and(|fit| fit.misfit.is_empty());
                 instances(findings, start_s).filter_map(move |(time_s, instance)| {
-                    let offset = instance.estimated(method)?.plate_offset?;
+                    let offset = instance.estimate(method)?.plate_offset?;
                     let std = Some(offset.resonance_shift_std_hz).filter(|_| holds);
                     Some((time_s, offset.resonance_shift_hz, std))
                 })

@@ -59,7 +59,7 @@ pub(super) fn figure(
         .find(|method| selection.methods.contains(method));
     let profile_method = correcting_method.filter(|_| findings.plate().profile.is_some());
     if let Some(method) = profile_method {
-        let finger_amplitude = time_course(exploration.amplitude_by(method), MICRO);
+        let finger_amplitude = time_course(exploration.method_amplitude_m(method), MICRO);
         amplitude.push(line(method, finger_amplitude));
     }
     let lateral: Vec<f64> = exploration
@@ -71,7 +71,7 @@ pub(super) fn figure(
         let frames = exploration
             .z_m(method)
             .iter()
-            .zip(exploration.amplitude_by(method));
+            .zip(exploration.method_amplitude_m(method));
         let values: Vec<f64> = frames.map(|(&z, &a)| value(z, a)).collect();
         line(method, time_course(&values, 1.0))
     };
@@ -83,12 +83,12 @@ pub(super) fn figure(
         .collect();
     // Mean of the impedances that the instances subtract; for `dynamic` and `trial` it includes the plate's offset.
     let z_p = |method: Method| -> Option<Complex64> {
-        let plate_impedances = instances.iter().filter_map(|i| i.estimated(method));
+        let plate_impedances = instances.iter().filter_map(|i| i.estimate(method));
         let plate_impedances: Vec<Complex64> = plate_impedances
             .map(|estimate| estimate.z_p_n_s_per_m)
             .collect();
         if instances.is_empty() {
-            findings.z_p.map(|plate| plate.read_by(method))
+            findings.z_p.map(|plate| plate.z_p(method))
         } else if plate_impedances.is_empty() {
             None
         } else {
@@ -224,7 +224,7 @@ fn estimates(
     let band_and_curve = |&method: &Method| {
         let mut curve = Vec::new();
         let mut band = Vec::new();
-        for estimated in instances.iter().filter_map(|i| i.estimated(method)) {
+        for estimated in instances.iter().filter_map(|i| i.estimate(method)) {
             let series = &estimated.series;
             let (values, stds) = quantity(series);
             for ((&t, value), std) in series.time_s.iter().zip(values).zip(stds) {
@@ -239,7 +239,7 @@ fn estimates(
     };
     let has_estimate = |method: &&Method| {
         let mut analyses = instances.iter();
-        instances.is_empty() || analyses.any(|i| i.estimated(**method).is_some())
+        instances.is_empty() || analyses.any(|i| i.estimate(**method).is_some())
     };
     let (bands, curves): (Vec<Series>, Vec<Series>) = selection
         .methods

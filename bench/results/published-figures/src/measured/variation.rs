@@ -2,7 +2,7 @@
 
 use crate::measured::drawn::Drawn;
 use crate::measured::elements::{MICRO, assumption_note, points};
-use analysis::analysed::Analysed;
+use analysis::analysed::Analysis;
 use analysis::method::Method;
 use analysis::published::{ABS_Z_M, Change, Changes, GAP, MU_ESTIMATED, changes};
 use analysis::statistics::Coefficient;
@@ -14,7 +14,7 @@ const LINE_SHARE: f64 = 0.13;
 /// Changes of more than this many times the median one lie beyond the frame, so that they do not flatten the others.
 const WIDE: f64 = 20.0;
 
-pub(super) fn figure(analysed: &Analysed, selection: &Drawn) -> Figure {
+pub(super) fn figure(analysed: &Analysis, selection: &Drawn) -> Figure {
     let mut largest_sample = None;
     let (mut n_trial, mut n_outside) = (0, 0);
     let headroom = LINE_SHARE * selection.methods.len() as f64;
@@ -24,9 +24,9 @@ pub(super) fn figure(analysed: &Analysed, selection: &Drawn) -> Figure {
             Axis::linear(label).with_headroom(headroom),
         );
         for &method in &selection.methods {
-            let Changes { over, pairs } = changes(analysed, method, change);
+            let Changes { level, pairs } = changes(analysed, method, change);
             let (mu, delta): (Vec<f64>, Vec<f64>) = pairs.iter().copied().unzip();
-            if let Some(correlation) = coefficient.of(&delta, &mu) {
+            if let Some(correlation) = coefficient.correlate(&delta, &mu) {
                 let symbol = match coefficient {
                     Coefficient::Spearman => "ρ",
                     Coefficient::Pearson => "r",
@@ -37,7 +37,7 @@ pub(super) fn figure(analysed: &Analysed, selection: &Drawn) -> Figure {
                     method.name()
                 ));
             }
-            largest_sample = largest_sample.max(Some((pairs.len(), over.name())));
+            largest_sample = largest_sample.max(Some((pairs.len(), level.name())));
             if method == Method::Trial {
                 n_trial = pairs.len();
             }

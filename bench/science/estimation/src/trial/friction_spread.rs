@@ -50,7 +50,7 @@ impl FrictionSpread {
         });
         let mut combination_covariances = Vec::with_capacity(FRICTION_PARAMETERS);
         for combination in &combinations {
-            combination_covariances.push(minimum.covariance_with(covariance, combination)?);
+            combination_covariances.push(minimum.combination_covariance(covariance, combination)?);
         }
         let noise_covariance =
             Matrix2::from_fn(|row, column| combinations[row].dot(&combination_covariances[column]));

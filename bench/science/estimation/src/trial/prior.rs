@@ -1,6 +1,6 @@
 //! Priors of the skin and the plate for the fit of a trial.
 
-use contact::uncertain::WITHIN_95;
+use contact::uncertain::NORMAL_95;
 
 /// A log-normal distribution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,10 +14,10 @@ pub struct LogNormal {
 impl LogNormal {
     /// Returns the distribution with 95 % between two values.
     #[must_use]
-    pub fn between(low: f64, high: f64) -> Self {
+    pub fn from_interval_95(low: f64, high: f64) -> Self {
         Self {
             median: (low * high).sqrt(),
-            ln_std: (high / low).ln() / (2.0 * WITHIN_95),
+            ln_std: (high / low).ln() / (2.0 * NORMAL_95),
         }
     }
 }
@@ -71,7 +71,7 @@ pub struct TrialPriors {
 impl TrialPriors {
     /// Returns the priors for a plate with a measured amplitude along its length, for which the data are corrected.
     #[must_use]
-    pub fn on_a_measured_plate(self) -> Self {
+    pub fn with_mode_shape(self) -> Self {
         let residual_prior = |prior: Normal| Normal {
             mean: 0.0,
             std: prior.std.min(3e-3),
@@ -87,15 +87,15 @@ impl TrialPriors {
 impl Default for TrialPriors {
     fn default() -> Self {
         Self {
-            contact_area_m2: LogNormal::between(60e-6, 450e-6),
-            q0_rad_per_m: LogNormal::between(5e3, 5e4),
-            loss_factor: LogNormal::between(0.1, 0.6),
-            tau_s: LogNormal::between(1e-4, 1e-2),
+            contact_area_m2: LogNormal::from_interval_95(60e-6, 450e-6),
+            q0_rad_per_m: LogNormal::from_interval_95(5e3, 5e4),
+            loss_factor: LogNormal::from_interval_95(0.1, 0.6),
+            tau_s: LogNormal::from_interval_95(1e-4, 1e-2),
             area_exponent: Normal {
                 mean: 0.3,
                 std: 0.3,
             },
-            film_mean_s: LogNormal::between(3e-5, 3e-4),
+            film_mean_s: LogNormal::from_interval_95(3e-5, 3e-4),
             lag_exponent: Normal {
                 mean: 0.25,
                 std: 0.15,

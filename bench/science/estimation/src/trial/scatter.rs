@@ -5,7 +5,7 @@
 //! The last one moves the gap for as long as it lasts plus the lag, so that many samples share it. Least squares without this
 //! correlation would attribute it to the skin.
 
-use crate::arrowhead::{Whitening, lasting, variance_components};
+use crate::arrowhead::{Whitening, exponential_correlation, variance_components};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 
@@ -137,7 +137,7 @@ impl Kinds {
                 components.map(|std| std * widening).collect(),
             ));
         };
-        let correlation = lasting(n, correlation_samples);
+        let correlation = exponential_correlation(n, correlation_samples);
         let mut covariance = by_force * force.max(MIN_FORCE_ERROR * MIN_FORCE_ERROR);
         for row in 0..n {
             for column in 0..n {
@@ -146,12 +146,12 @@ impl Kinds {
                 covariance[(n + row, n + column)] += noise_covariance;
             }
         }
-        Whitening::of(&covariance).map(Scatter::Correlated)
+        Whitening::from_covariance(&covariance).map(Scatter::Correlated)
     }
 }
 
-/// Multiplies a response to each sample by the lower factor of [`lasting`]: an error is the decayed previous error plus an
-/// innovation, so the innovation of a sample acts on all later ones.
+/// Multiplies a response to each sample by the lower factor of [`exponential_correlation`]: an error is the decayed
+/// previous error plus an innovation, so the innovation of a sample acts on all later ones.
 fn accumulate_errors(response: &mut DMatrix<f64>, intervals: f64) {
     let decay = (-intervals.recip()).exp();
     for sample in (1..response.ncols()).rev() {
@@ -180,7 +180,7 @@ mod tests {
     fn accumulated_errors_have_the_covariance_of_their_decay() {
         let mut factor = DMatrix::identity(30, 30);
         accumulate_errors(&mut factor, 4.0);
-        let difference = &factor * factor.transpose() - lasting(30, 4.0);
+        let difference = &factor * factor.transpose() - exponential_correlation(30, 4.0);
         assert!(difference.amax() < 1e-12);
     }
 }

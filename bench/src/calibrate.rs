@@ -73,7 +73,7 @@ fn existing_calibration(
             if new_sensor {
                 (calibration.force, calibration.identity.force_sensor) = (None, None);
             }
-            let same_devices = Identity::of(
+            let same_devices = Identity::from_config(
                 config,
                 calibration.identity.input_device.clone(),
                 calibration.identity.output_device.clone(),
@@ -84,11 +84,9 @@ fn existing_calibration(
                 .with_context(|| other_bench(path))?;
             Ok(calibration)
         }
-        Err(CalibrationFileError::Absent { .. }) => Ok(CalibrationFile::of(Identity::of(
-            config,
-            String::new(),
-            String::new(),
-        ))),
+        Err(CalibrationFileError::Absent { .. }) => Ok(CalibrationFile::new(
+            Identity::from_config(config, String::new(), String::new()),
+        )),
         Err(error) => Err(error.into()),
     }
 }
@@ -234,7 +232,7 @@ impl<'a> CalibrationRun<'a> {
         let ledger = if C::DRIVES_A_FINGER {
             driving_time::of_monitor(None, &self.path, config, &hardware)?
         } else {
-            driving_time::of_clear_plate(&self.path, config, &hardware)?
+            driving_time::clear_plate_account(&self.path, config, &hardware)?
         };
         driving_time::require_cool(&ledger.warmth, hardware.clock.as_ref())?;
         let notice = rehearsed::notice(&rehearsed);

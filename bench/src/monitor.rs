@@ -157,7 +157,7 @@ pub fn run(
         Some(_) => {
             let hardware = &apparatus.hardware;
             let ledger = if clear_plate {
-                driving_time::of_clear_plate(&calibration, config, hardware)?
+                driving_time::clear_plate_account(&calibration, config, hardware)?
             } else {
                 let folder = participant.as_deref();
                 driving_time::of_monitor(folder, &calibration, config, hardware)?
@@ -246,10 +246,10 @@ pub fn run(
         ended,
     };
     let interference = Interference::new(bench.recording, config, config.plate.resonance_hz);
-    let mut tasks = bench.before;
+    let mut tasks = bench.first_tasks;
     tasks.push(Box::new(task));
     tasks.push(Box::new(interference));
-    tasks.extend(bench.after);
+    tasks.extend(bench.last_tasks);
     bench
         .life
         .run(tasks, || dashboard.map_or(Ok(()), DashboardThread::join))?;

@@ -112,7 +112,7 @@ pub fn run(
     let mut machine = machine(&plan, &session)?;
     let withdrawn =
         lost_recordings::withdrawn(&mut machine, &earlier.losses, protocol.trials.practice);
-    let resumption = Resumed::of(&session.log_before().documents);
+    let resumption = Resumed::of(&session.earlier_log().documents);
     study.describe(&plan.participant, &plan.person)?;
     let recorded_person = study.person(&plan.participant)?;
     let mut ask = plan.ask.clone();
@@ -132,8 +132,8 @@ pub fn run(
         field_box,
         signals,
         gauges,
-        before,
-        after,
+        first_tasks,
+        last_tasks,
     } = bench;
     let mut session = session;
     let protocol_edits = edited_protocol::accepted_edits(&plan, &session)?;
@@ -199,7 +199,11 @@ pub fn run(
         plate_length_m: config.plate.length_m,
         kept_m: Some(central_section_m(config, protocol)),
     }));
-    let past_events = past_trials(machine.records(), &session.log_before().documents, protocol);
+    let past_events = past_trials(
+        machine.records(),
+        &session.earlier_log().documents,
+        protocol,
+    );
     let crops = crops.into_iter().map(tui::Event::Crop);
     past_events
         .into_iter()
@@ -337,13 +341,13 @@ pub fn run(
         clock.clone(),
     )?;
 
-    let mut tasks = before;
+    let mut tasks = first_tasks;
     tasks.push(Box::new(task));
     tasks.push(Box::new(refit));
     tasks.push(Box::new(interference));
     tasks.push(Box::new(look_for_room));
     tasks.extend(at_displays);
-    tasks.extend(after);
+    tasks.extend(last_tasks);
     tasks.push(Box::new(journal));
     life.run(tasks, || dashboard.map_or(Ok(()), DashboardThread::join))?;
     let report = report

@@ -137,7 +137,7 @@ impl SessionTask {
     fn take_batches(&mut self) {
         let mut dropped = None;
         for mut batch in self.wiring.batches.try_iter() {
-            dropped = dropped.or_else(|| BatchesDropped::before(&batch));
+            dropped = dropped.or_else(|| BatchesDropped::dropped_before(&batch));
             self.audio_s = batch.audio_s;
             self.account = batch.account;
             self.normal_n = batch.force.last().map(|row| row.normal_n).or(self.normal_n);

@@ -181,7 +181,7 @@ fn counts_once(fault: &RehearsedFault) {
     let mut presses = 0;
     while apparatus.now_ns() < ((SPAN_S.1 + 0.2) * 1e9) as u64 {
         apparatus.step().unwrap();
-        for task in bench.before.iter_mut().chain(&mut bench.after) {
+        for task in bench.first_tasks.iter_mut().chain(&mut bench.last_tasks) {
             task.poll(apparatus.now_ns()).unwrap();
         }
         let pressed = bench.button.as_ref().unwrap();

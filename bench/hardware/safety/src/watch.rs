@@ -174,11 +174,11 @@ impl Watch {
         let (tolerance, floor_v) = (limits.readback_tolerance, limits.readback_floor_v);
         let learnt = Readback::new(rate_hz, latency_s, tolerance, floor_v);
         let (readback, measured_s) = match limits.measured_delay_s {
-            Some(delay_s) => (learnt.about(delay_s, rate_hz), delay_s),
+            Some(delay_s) => (learnt.with_measured_delay(delay_s, rate_hz), delay_s),
             None => (learnt, 0.0),
         };
         Self {
-            dose: Dose::new(Allowance::of(limits.driving_s_per_hour)),
+            dose: Dose::new(Allowance::per_hour(limits.driving_s_per_hour)),
             dead_man: limits.dead_man_release_ns.map(DeadMan::new),
             limits,
             lines,

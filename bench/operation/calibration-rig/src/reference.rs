@@ -202,8 +202,8 @@ mod tests {
     }
 
     fn none_held() -> CalibrationFile {
-        let identity = config::Identity::of(&config(), String::new(), String::new());
-        CalibrationFile::of(identity)
+        let identity = config::Identity::from_config(&config(), String::new(), String::new());
+        CalibrationFile::new(identity)
     }
 
     fn instrument_on(

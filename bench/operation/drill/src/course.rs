@@ -236,9 +236,9 @@ impl Course {
             number,
             numbers: numbers as u32,
         };
-        let mut tasks = bench.before;
+        let mut tasks = bench.first_tasks;
         tasks.push(Box::new(task));
-        tasks.extend(bench.after);
+        tasks.extend(bench.last_tasks);
         let result = bench.life.run(tasks, || Ok(()));
         let result = match result {
             // Not a fault of the exercise: the drill must not continue on such a bench.

@@ -14,8 +14,8 @@ use crate::flaw::Flaw;
 pub use crate::instance::PlateReading;
 pub use crate::model_check::Band;
 use recording::manifest::{Manifest, RecordedPlate};
+use recording::pipeline::DemodulationError;
 use recording::pipeline::PickupOffset;
-use recording::pipeline::RecordedError;
 use recording::reader::ReadError;
 
 /// All recordings of one analysis.
@@ -80,7 +80,7 @@ pub enum RecordingError {
     },
     /// The audio cannot be demodulated with the stated constants.
     #[error(transparent)]
-    Demodulation(#[from] RecordedError),
+    Demodulation(#[from] DemodulationError),
 }
 
 /// Findings in a recording.

@@ -72,7 +72,7 @@ pub fn require_built() -> Result<(), TableError> {
 /// # Errors
 /// [`TableError`], which names the file.
 pub fn write(analysed: &Analysis, folder: &Path) -> Result<(), TableError> {
-    std::fs::create_dir_all(folder).on("create", folder)?;
+    std::fs::create_dir_all(folder).with_path("create", folder)?;
     let settings = PrintedSettings::new(analysed);
     for (file, columns) in [
         (INSTANCES_FILE, instances(analysed)),

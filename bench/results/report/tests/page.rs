@@ -276,7 +276,7 @@ fn invalid_results_and_results_of_other_recordings_are_refused() {
 }
 
 fn calibration() -> String {
-    let mut file = CalibrationFile::of(Identity {
+    let mut file = CalibrationFile::new(Identity {
         input_device: "card".to_owned(),
         output_device: "card".to_owned(),
         rate_hz: 192_000,

@@ -282,8 +282,8 @@ fn a_killed_or_aborted_session_can_be_resumed_and_an_ended_one_cannot() {
     log_a_session(session.log(), false);
     drop(session);
     let mut session = study.resume_session(&sub, 1).unwrap();
-    assert_eq!(session.log_before().documents.len(), 4);
-    assert_eq!(session.log_before().stop(), None, "killed");
+    assert_eq!(session.earlier_log().documents.len(), 4);
+    assert_eq!(session.earlier_log().stop(), None, "killed");
     log_a_session(session.log(), true);
     session
         .log()
@@ -292,7 +292,7 @@ fn a_killed_or_aborted_session_can_be_resumed_and_an_ended_one_cannot() {
     drop(session);
 
     let mut session = study.resume_session(&sub, 1).unwrap();
-    let stop = session.log_before().stop().unwrap().clone();
+    let stop = session.earlier_log().stop().unwrap().clone();
     assert_eq!((stop.exit_status, stop.num_events), (ExitStatus::Abort, 4));
     log_a_session(session.log(), true);
     session

@@ -179,7 +179,7 @@ mod tests {
         for force in &forces {
             assert!((force.normal_n - 0.6).abs() < 1e-6, "{}", force.normal_n);
             assert!((force.lateral_n + 0.7).abs() < 1e-6, "{}", force.lateral_n);
-            let Moment::Card(frame) = force.at else {
+            let Moment::Card(frame) = force.moment else {
                 panic!("not on the card's clock");
             };
             assert_eq!((frame + 48.0) % 12.0, 0.0);

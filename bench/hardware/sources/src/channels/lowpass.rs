@@ -41,7 +41,7 @@ impl Lowpass {
             .map(|i| {
                 // Time from the filter's centre to the sampling instant.
                 let time = i as f64 - half + late;
-                sinc(2.0 * edge * time) * window.at(time / reach)[0]
+                sinc(2.0 * edge * time) * window.derivatives_at(time / reach)[0]
             })
             .collect();
         let sum: f64 = taps.iter().sum();

@@ -79,7 +79,7 @@ impl ForceSource for BoxForce {
 
     fn off_rate(&self, fast_ppm: f64, card_ppm: f64) -> SourceGone {
         SourceGone::Clock {
-            of: "field box",
+            source_name: "field box",
             fast_ppm,
             card_ppm,
         }

@@ -41,7 +41,7 @@ impl PositionSource for LineEncoder {
             let host_s = now_s();
             take(Counted {
                 host_s,
-                own_s: host_s,
+                source_s: host_s,
                 count,
                 missed: self.quadrature.skipped(),
                 lost: false,

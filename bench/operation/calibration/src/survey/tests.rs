@@ -13,8 +13,8 @@ use crate::survey::profile_verdict::{judge_length, judge_places};
 const CONFIG: &str = config::rigs::MOCK_BENCH;
 
 fn plate(config: &Config) -> anyhow::Result<PlateProcedure> {
-    let identity = Identity::of(config, String::new(), String::new());
-    let setup = PlateSetup::new(config, &CalibrationFile::of(identity), 20.0)?;
+    let identity = Identity::from_config(config, String::new(), String::new());
+    let setup = PlateSetup::new(config, &CalibrationFile::new(identity), 20.0)?;
     Ok(PlateProcedure::new(setup))
 }
 

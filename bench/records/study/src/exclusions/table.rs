@@ -55,7 +55,7 @@ pub fn read(folder: &Path) -> Result<Exclusions, ExclusionsError> {
     let path = folder.join(EXCLUSIONS_FILE);
     let bytes = match bounded_files::read(&path, bounded_files::TEXT_LIMIT_BYTES) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Vec::new(),
-        bytes => bytes.on("read", &path)?,
+        bytes => bytes.with_path("read", &path)?,
     };
     parse(&bytes, folder)
 }

@@ -163,7 +163,7 @@ fn page(
         recordings: &recordings.collect::<Vec<_>>(),
         sessions,
         figures,
-        made: dates::now(),
+        date: dates::now(),
         program: concat!("friction-bench ", env!("CARGO_PKG_VERSION")),
     };
     report::html(&content).context("cannot make the report")

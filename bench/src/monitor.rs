@@ -174,7 +174,7 @@ pub fn run(
     let (mut front, dashboard): (Box<dyn Front>, Option<DashboardThread>) = if headless {
         (Box::new(Headless::new(Lines::start(out)?)), None)
     } else {
-        let keys = StopKeys::new(bench.life.drive_stop().clone()).ending(stop.clone());
+        let keys = StopKeys::new(bench.life.drive_stop().clone()).with_end(stop.clone());
         let (dashboard, thread) = Dashboard::open(stop.clone(), keys)?;
         (Box::new(dashboard), Some(thread))
     };

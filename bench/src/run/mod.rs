@@ -112,7 +112,7 @@ pub fn run(
     let mut machine = machine(&plan, &session)?;
     let withdrawn =
         lost_recordings::withdrawn(&mut machine, &earlier.losses, protocol.trials.practice);
-    let resumption = Resumed::of(&session.earlier_log().documents);
+    let resumption = Resumed::from_documents(&session.earlier_log().documents);
     study.describe(&plan.participant, &plan.person)?;
     let recorded_person = study.person(&plan.participant)?;
     let mut ask = plan.ask.clone();
@@ -315,7 +315,7 @@ pub fn run(
         carrier: {
             let require = plan.require_drivable();
             CarrierDecision::new(protocol, &effective, require, !plan.headless)
-                .going_on_with(resumption.carrier, &effective)
+                .resume(resumption.carrier, &effective)
         },
         carrier_hz,
         signals,
@@ -373,7 +373,7 @@ pub fn on_terminal(
             return Ok((Box::new(Headless::new(Lines::start(out)?)), None));
         }
         let stop = life.stop().clone();
-        let keys = StopKeys::new(life.drive_stop().clone()).ending(stop.clone());
+        let keys = StopKeys::new(life.drive_stop().clone()).with_end(stop.clone());
         let (dashboard, thread) = Dashboard::open(stop, keys)?;
         Ok((Box::new(dashboard), Some(thread)))
     }

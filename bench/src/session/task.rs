@@ -291,7 +291,7 @@ impl SessionTask {
         let observation = Observation {
             t_s: self.audio_s,
             normal_n: self.normal_n,
-            button_pressed: self.wiring.readiness.said(
+            button_pressed: self.wiring.readiness.is_confirmed(
                 self.audio_s,
                 self.view.as_ref(),
                 self.normal_n,

@@ -22,7 +22,7 @@ use impedance::{Mask, ZmFrame};
 use num_complex::Complex64;
 use plotting::{Figure, Mark};
 use protocols::{Direction, Instance, Validity};
-use published_figures::measured::{Drawn, measured_figures};
+use published_figures::measured::{FigureSelection, measured_figures};
 use published_figures::model::{Curves, Parameters};
 use recording::Manifest;
 use study::sessions::Sessions;
@@ -190,7 +190,11 @@ fn model_figures_keep_their_curves_and_units() {
 
 #[test]
 fn measured_figures_keep_their_curves_and_units() {
-    let figures = measured_figures(&analysed(), &Sessions::default(), &Drawn::default());
+    let figures = measured_figures(
+        &analysed(),
+        &Sessions::default(),
+        &FigureSelection::default(),
+    );
     assert_eq!(figures.len(), MEASURED.len());
     for (figure, expected) in figures.iter().zip(&MEASURED) {
         assert_shows(figure, expected);
@@ -221,12 +225,12 @@ fn names(figure: &Figure, panel: usize) -> Vec<&str> {
 #[test]
 fn trial_stands_beside_the_others_and_in_fig_13_in_the_place_of_dynamic() {
     let mut analysed = analysed();
-    let before = measured_figures(&analysed, &Sessions::default(), &Drawn::default());
+    let before = measured_figures(&analysed, &Sessions::default(), &FigureSelection::default());
     let findings = analysed.recordings[0].findings.as_mut().unwrap();
     for instance in &mut findings.instances {
         instance.trial = Some(instance.dynamic.clone());
     }
-    let figures = measured_figures(&analysed, &Sessions::default(), &Drawn::default());
+    let figures = measured_figures(&analysed, &Sessions::default(), &FigureSelection::default());
     // The readings of `trial` are those of `dynamic`, and are drawn once.
     assert_eq!(names(&figures[0], 1), ["dynamic", "paper"]);
     for panel in [3, 4, 5] {
@@ -248,7 +252,7 @@ fn trial_stands_beside_the_others_and_in_fig_13_in_the_place_of_dynamic() {
     // With `trial` for one instance only, it does not replace `dynamic`.
     let findings = analysed.recordings[0].findings.as_mut().unwrap();
     findings.instances[1].trial = None;
-    let figures = measured_figures(&analysed, &Sessions::default(), &Drawn::default());
+    let figures = measured_figures(&analysed, &Sessions::default(), &FigureSelection::default());
     let dynamic_series = ["dynamic, model", "paper, model", "dynamic", "paper"];
     assert_eq!(names(&figures[1], 0), dynamic_series);
     assert!(figures[1].caption.contains("cannot be used"));
@@ -256,7 +260,7 @@ fn trial_stands_beside_the_others_and_in_fig_13_in_the_place_of_dynamic() {
     for figure in &figures {
         figure.to_svg().unwrap();
     }
-    let trial_only = Drawn {
+    let trial_only = FigureSelection {
         methods: vec![Method::Trial],
         whole_trial: false,
     };
@@ -265,7 +269,7 @@ fn trial_stands_beside_the_others_and_in_fig_13_in_the_place_of_dynamic() {
     }
     let numbers =
         |figures: &[Figure]| -> Vec<String> { figures.iter().map(Figure::to_csv).collect() };
-    let after = measured_figures(&analysed, &Sessions::default(), &Drawn::default());
+    let after = measured_figures(&analysed, &Sessions::default(), &FigureSelection::default());
     assert_eq!(numbers(&after), numbers(&before));
     assert_eq!(
         measured_figures(&analysed, &Sessions::default(), &trial_only).len(),
@@ -307,7 +311,7 @@ fn the_resonance_is_drawn_over_the_time_of_a_session_with_the_intervals_of_the_r
     let sessions = Sessions::of(pair.recordings.iter().map(|r| r.path.as_path()));
 
     let shift = |analysed: &Analysis| {
-        let figures = measured_figures(analysed, &sessions, &Drawn::default());
+        let figures = measured_figures(analysed, &sessions, &FigureSelection::default());
         figures.into_iter().find(|f| f.name == "resonance_shift")
     };
     let figure = shift(&pair).unwrap();
@@ -347,12 +351,12 @@ fn the_same_figure_is_the_same_bytes() {
     first.extend(measured_figures(
         &analysed,
         &Sessions::default(),
-        &Drawn::default(),
+        &FigureSelection::default(),
     ));
     second.extend(measured_figures(
         &analysed,
         &Sessions::default(),
-        &Drawn::default(),
+        &FigureSelection::default(),
     ));
     for (first, second) in first.iter().zip(&second) {
         assert_eq!(
@@ -469,12 +473,12 @@ fn absent_results_are_not_drawn() {
         .unwrap()
         .instances
         .clear();
-    let figures = measured_figures(&empty, &Sessions::default(), &Drawn::default());
+    let figures = measured_figures(&empty, &Sessions::default(), &FigureSelection::default());
     assert_eq!(figures.len(), 1, "the trial in time remains");
     figures[0].to_svg().unwrap();
     empty.recordings.clear();
     assert_eq!(
-        measured_figures(&empty, &Sessions::default(), &Drawn::default()),
+        measured_figures(&empty, &Sessions::default(), &FigureSelection::default()),
         []
     );
 }

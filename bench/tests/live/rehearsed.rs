@@ -2,7 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
-use drill::tells;
+use drill::is_sign;
 use faults::{FaultKind, RehearsedFault, Remedy, Required};
 use mock_world::scenario::Scenario;
 use recording::manifest::EventKind;
@@ -99,7 +99,7 @@ fn stops(fault: &RehearsedFault, within_s: f64) {
     assert!(now_s(&rig) >= SPAN_S.0, "{fault}: before its time");
     assert!(is_expected_trip(fault.fault, &trip), "{fault}: {trip}");
     assert!(
-        tells(fault.fault, &trip),
+        is_sign(fault.fault, &trip),
         "{fault}: not seen in a drill: {trip}"
     );
     let tripped_s = now_s(&rig);

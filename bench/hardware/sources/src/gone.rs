@@ -28,8 +28,8 @@ pub enum SourceGone {
     /// The source's clock deviates by more than the alignment can follow.
     #[error(
         "the clock of the {source_name} runs {} against the sound card's ({fast_ppm:+.0} ppm), more than the {:.0} % that is \
-         followed: its readings would be placed wrongly; give it a crystal, or correct the microseconds that it sends, and start again \
-         (the card itself: {card_ppm:+.0} ppm against this computer)",
+         followed: its readings would be placed wrongly; give it a crystal, or correct the microseconds that it sends, and \
+         start again (the card itself: {card_ppm:+.0} ppm against this computer)",
         fast_or_slow(*fast_ppm), 100.0 * TOLERANCE
     )]
     Clock {

@@ -44,7 +44,7 @@ impl Guided<Dashboard> {
         life: &Life,
     ) -> anyhow::Result<(Self, DashboardThread)> {
         let stop = life.stop().clone();
-        let keys = StopKeys::new(life.drive_stop().clone()).ending(stop.clone());
+        let keys = StopKeys::new(life.drive_stop().clone()).with_end(stop.clone());
         let (front, thread) = Dashboard::open(stop, keys)?;
         let guided = Self::new(front, title, simulated, facts, notices);
         Ok((guided, thread))

@@ -20,7 +20,7 @@ pub use course::{Course, Watched};
 pub use draw::NotDrilledError;
 pub use record::{DrillFolder, DrillRecord, ExerciseRecord};
 pub use scripted::Scripted;
-pub use signs::tells;
+pub use signs::is_sign;
 pub use times::{Outcome, Times};
 
 use faults::FaultKind;

@@ -109,7 +109,7 @@ impl LiveSide {
     }
 
     /// Returns the newest values for the screen, when it is due.
-    pub fn due(&mut self, now_ns: u64, slider_m: Option<f64>) -> Option<tui::event::Live> {
+    pub fn next_event(&mut self, now_ns: u64, slider_m: Option<f64>) -> Option<tui::event::Live> {
         if now_ns < self.screen_due_ns {
             return None;
         }

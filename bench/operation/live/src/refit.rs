@@ -50,7 +50,7 @@ impl Refit {
     /// Expects requests for one trial only, as in a replay: each request replaces all estimates of the skin, so that a trial
     /// that is read twice counts once.
     #[must_use]
-    pub fn of_one_trial(self) -> Self {
+    pub fn for_single_trial(self) -> Self {
         Self {
             single_trial: true,
             ..self
@@ -196,7 +196,7 @@ mod tests {
             let (assumed, profile) = (AssumedConstants::ESTIMATION, AmplitudeProfile::default());
             let (ask, reports, task) = Refit::new(assumed, profile, skin);
             let mut task = if single_trial {
-                task.of_one_trial()
+                task.for_single_trial()
             } else {
                 task
             };

@@ -51,7 +51,7 @@ use live::screen_words;
 use pace::Pace;
 use source::Source;
 
-pub use listing::recordings_in;
+pub use listing::list_recordings;
 pub use options::{Options, Speed};
 pub use past_crops::past_crops;
 pub use report::Report;
@@ -111,7 +111,7 @@ pub fn run(plan: Plan, out: impl Write + Send + 'static) -> anyhow::Result<Repor
         return replay(plan, Box::new(Headless::new(out)), &stop);
     }
     let (dashboard, thread) =
-        Dashboard::open(stop.clone(), StopKeys::default().ending(stop.clone()))?;
+        Dashboard::open(stop.clone(), StopKeys::default().with_end(stop.clone()))?;
     let report = replay(plan, Box::new(dashboard), &stop);
     thread.join()?;
     report
@@ -139,7 +139,7 @@ pub fn replay(plan: Plan, mut front: Box<dyn Front>, stop: &StopFlag) -> anyhow:
         }
     };
     let task = Replay::new(plan, front, refits, fits, stop.clone(), reports);
-    let refit = refit.of_one_trial();
+    let refit = refit.for_single_trial();
     schedule.run(vec![Box::new(task), Box::new(refit)], &clock, stop)?;
     report
         .try_recv()

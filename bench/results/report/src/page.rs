@@ -97,7 +97,7 @@ pub fn html(content: &Content<'_>) -> Result<String, ReportError> {
             body {
                 header {
                     h1 { "Friction report: " (content.name) }
-                    p.made { "Made on " (date(content.made)) " by " (content.program) "." }
+                    p.made { "Made on " (date(content.date)) " by " (content.program) "." }
                     nav aria-label="Contents" {
                         ol { @for section in &sections {
                             li { a href={ "#" (section.id) } { (section.title) } }

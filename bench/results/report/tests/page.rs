@@ -132,7 +132,7 @@ fn page_of(participant: &str, results: &str, figures: &[Figure]) -> Result<Strin
         recordings: &recordings,
         sessions: &Sessions::default(),
         figures,
-        made: Timestamp::UNIX_EPOCH,
+        date: Timestamp::UNIX_EPOCH,
         program: "friction-bench 0.0.0",
     })
 }
@@ -260,7 +260,7 @@ fn invalid_results_and_results_of_other_recordings_are_refused() {
         recordings: &[],
         sessions: &sessions,
         figures: &[],
-        made: Timestamp::UNIX_EPOCH,
+        date: Timestamp::UNIX_EPOCH,
         program: "p",
     };
     assert!(matches!(html(&content("{")), Err(ReportError::Results(_))));
@@ -365,7 +365,7 @@ fn a_session_shows_verdicts_and_its_calibration_without_names() {
         recordings: &recordings,
         sessions: &Sessions::of(recordings.iter().map(|recording| recording.path)),
         figures: &[],
-        made: Timestamp::UNIX_EPOCH,
+        date: Timestamp::UNIX_EPOCH,
         program: "friction-bench 0.0.0",
     })
     .unwrap();

@@ -504,7 +504,7 @@ fn calibrate(options: &Calibrate, verbosity: Verbosity) -> anyhow::Result<ExitCo
 }
 
 fn play(options: &replay::Options, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
-    let listed = replay::recordings_in(&options.recording)?;
+    let listed = replay::list_recordings(&options.recording)?;
     if let Some(recordings) = listed {
         for recording in recordings {
             print(format!("friction-bench replay {}\n", quoted(&recording)))?;

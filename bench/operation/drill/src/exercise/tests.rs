@@ -372,7 +372,7 @@ fn typical_trip(fault: FaultKind) -> Trip {
         gpio,
         force,
     ];
-    let trip = trips.into_iter().find(|trip| tells(fault, trip));
+    let trip = trips.into_iter().find(|trip| is_sign(fault, trip));
     trip.unwrap_or_else(|| panic!("no trip tells of {fault}"))
 }
 

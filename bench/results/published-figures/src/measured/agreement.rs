@@ -1,6 +1,6 @@
 //! Fig. 15: estimated against measured friction.
 
-use crate::measured::drawn::Drawn;
+use crate::measured::drawn::FigureSelection;
 use crate::measured::elements::{assumption_note, ink, marker, thinning_note};
 use analysis::analysed::Analysis;
 use analysis::estimate::{InstanceAnalysis, Method};
@@ -14,7 +14,7 @@ const MAX_SAMPLES: usize = 4000;
 /// Measured and estimated friction of a sample.
 type Pair = (f64, f64);
 
-pub(super) fn figure(analysed: &Analysis, selection: &Drawn) -> Figure {
+pub(super) fn figure(analysed: &Analysis, selection: &FigureSelection) -> Figure {
     let samples = |method: Method| -> Vec<Pair> {
         analysed
             .instances()

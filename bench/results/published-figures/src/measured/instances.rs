@@ -2,7 +2,7 @@
 
 use estimation::ModelledSeries;
 
-use crate::measured::drawn::Drawn;
+use crate::measured::drawn::FigureSelection;
 use crate::measured::elements::{
     AMPLITUDE, FRICTION, GAP, MEASUREMENT, MICRO, MODEL, assumption_note, model_ink, points,
     recording_name, thinning_note, trial_note,
@@ -68,7 +68,7 @@ fn quantities() -> [Quantity; 5] {
 /// trial.
 fn selected_instances<'a>(
     findings: &'a RecordingFindings,
-    selection: &Drawn,
+    selection: &FigureSelection,
 ) -> &'a [InstanceAnalysis] {
     if selection.whole_trial {
         return &findings.instances;
@@ -85,7 +85,7 @@ fn selected_instances<'a>(
 pub(super) fn figure(
     findings: &RecordingFindings,
     settings: &Settings,
-    selection: &Drawn,
+    selection: &FigureSelection,
 ) -> Option<Figure> {
     let instances = selected_instances(findings, selection);
     let methods = selection.method_pair(instances);
@@ -219,7 +219,7 @@ fn averages(instance: &InstanceAnalysis, methods: &[Method]) -> String {
 }
 
 /// Returns the sentence on a method that another one replaces.
-fn replacement_note(selection: &Drawn, methods: &[Method]) -> &'static str {
+fn replacement_note(selection: &FigureSelection, methods: &[Method]) -> &'static str {
     let is_omitted = |method| selection.methods.contains(&method) && !methods.contains(&method);
     if is_omitted(Method::Dynamic) {
         "Trial stands here in the place of dynamic, whose impedance and amplitude it reads. "

@@ -17,14 +17,14 @@ use analysis::estimate::Method;
 use plotting::Figure;
 use study::sessions::Sessions;
 
-pub use drawn::Drawn;
+pub use drawn::FigureSelection;
 
 /// Returns the figures that these recordings allow: without an instance, only the trial in time; without an exploration,
 /// no figure. `trial` is drawn for recordings with a usable fit. `sessions` gives the time between recordings.
 pub fn measured_figures(
     analysed: &Analysis,
     sessions: &Sessions,
-    selection: &Drawn,
+    selection: &FigureSelection,
 ) -> Vec<Figure> {
     let selection = &selection.available_in(analysed);
     let mut figures = Vec::new();
@@ -79,7 +79,7 @@ fn typical_recording(analysed: &Analysis) -> Option<&RecordingFindings> {
 pub fn write_figures(
     analysed: &Analysis,
     sessions: &Sessions,
-    selection: &Drawn,
+    selection: &FigureSelection,
     folder: &Path,
 ) -> Result<Vec<PathBuf>, plotting::FigureError> {
     std::fs::create_dir_all(folder).map_err(|source| plotting::FigureError::Write {

@@ -8,7 +8,7 @@ use contact::uncertain::Uncertain;
 use plotting::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};
 use study::sessions::Sessions;
 
-use crate::measured::drawn::Drawn;
+use crate::measured::drawn::FigureSelection;
 use crate::measured::elements::{ink, points, recording_name};
 
 /// Maximum number of panels of a figure; further sessions go to another figure.
@@ -27,7 +27,11 @@ struct Course<'a> {
 }
 
 /// Draws a panel for each session, or for each recording outside a session; returns no figure without an instance.
-pub(super) fn figures(analysed: &Analysis, sessions: &Sessions, selection: &Drawn) -> Vec<Figure> {
+pub(super) fn figures(
+    analysed: &Analysis,
+    sessions: &Sessions,
+    selection: &FigureSelection,
+) -> Vec<Figure> {
     let has_shift = |method: &Method| match method {
         Method::Paper => false,
         Method::Dynamic => analysed.settings.plate_offset,

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use contact::self_sensed;
 use num_complex::Complex64;
 
-use crate::measured::drawn::Drawn;
+use crate::measured::drawn::FigureSelection;
 use crate::measured::elements::{
     ABS_Z_M, EstimatedQuantity, GAP, MICRO, assumption_note, ink, line, recording_name, trial_note,
 };
@@ -20,7 +20,7 @@ use plotting::{Dash, Ink, Width};
 pub(super) fn figure(
     findings: &RecordingFindings,
     settings: &Settings,
-    selection: &Drawn,
+    selection: &FigureSelection,
 ) -> Option<Figure> {
     let exploration = findings
         .explorations
@@ -217,7 +217,7 @@ fn sensed_normal_n(
 /// Returns curves and standard errors of the methods, broken between instances.
 fn estimates(
     instances: &[&InstanceAnalysis],
-    selection: &Drawn,
+    selection: &FigureSelection,
     quantity: EstimatedQuantity,
     factor: f64,
 ) -> Vec<Series> {

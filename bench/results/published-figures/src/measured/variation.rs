@@ -1,6 +1,6 @@
 //! Fig. 14: changes of impedance, gap and estimated friction against the change of friction.
 
-use crate::measured::drawn::Drawn;
+use crate::measured::drawn::FigureSelection;
 use crate::measured::elements::{MICRO, assumption_note, points};
 use analysis::analysed::Analysis;
 use analysis::method::Method;
@@ -14,7 +14,7 @@ const LINE_SHARE: f64 = 0.13;
 /// Changes of more than this many times the median one lie beyond the frame, so that they do not flatten the others.
 const WIDE: f64 = 20.0;
 
-pub(super) fn figure(analysed: &Analysis, selection: &Drawn) -> Figure {
+pub(super) fn figure(analysed: &Analysis, selection: &FigureSelection) -> Figure {
     let mut largest_sample = None;
     let (mut n_trial, mut n_outside) = (0, 0);
     let headroom = LINE_SHARE * selection.methods.len() as f64;

@@ -212,7 +212,7 @@ pub fn vibrometer(bytes: &[u8]) -> bool {
             bytes: Cursor::new(bytes.to_vec()),
             chunk_size,
         };
-        let mut instrument = Instrument::on(Box::new(port), Path::new("vibrometer"));
+        let mut instrument = Instrument::with_port(Box::new(port), Path::new("vibrometer"));
         let is_sound = (0..=bytes.len() / chunk_size)
             .all(|_| instrument.poll(|m| amplitudes_m.push(m)).is_ok());
         (amplitudes_m, is_sound)

@@ -11,13 +11,13 @@ use calibration::pickup::{PickupProcedure, PickupSetup};
 use calibration::plate_procedure::{PlateProcedure, PlateSetup};
 use calibration::survey::{FingerProcedure, ProfileProcedure};
 use calibration::volts::{OutputProcedure, OutputSetup, VoltMeter};
-use calibration_rig::beside::{ended_early, write_beside};
 use calibration_rig::clear::ClearPlate;
 use calibration_rig::guided::Guided;
-use calibration_rig::judged::{Beside, Calibrates, Judged};
+use calibration_rig::judged::{Calibrates, Judged, SideFile};
 use calibration_rig::known::{self, Instrument, Known};
 use calibration_rig::operator::ForceAxis;
 use calibration_rig::rig::{self, Attendance};
+use calibration_rig::side_files::{ended_early, write_beside};
 use calibration_rig::unattended::Unattended;
 use config::{
     CalibrationError, CalibrationFile, CalibrationFileError, Config, Effective, Identity,
@@ -255,12 +255,14 @@ impl<'a> CalibrationRun<'a> {
             stem,
             table,
             mut figure,
-            mut beside,
+            mut side_files,
         } = outcome
             .procedure
             .judge(outcome.date, &self.measure.operator)?;
         if let Some(notice) = &notice {
-            let extra_figures = beside.iter_mut().filter_map(|extra| extra.figure.as_mut());
+            let extra_figures = side_files
+                .iter_mut()
+                .filter_map(|extra| extra.figure.as_mut());
             for figure in figure.iter_mut().chain(extra_figures) {
                 figure.caption = format!("{notice}. {}", figure.caption);
             }
@@ -276,11 +278,11 @@ impl<'a> CalibrationRun<'a> {
             ));
         }
         let mut written = write_beside(&self.path, &file_stem(stem), &table, figure.as_ref())?;
-        for Beside {
+        for SideFile {
             stem,
             table,
             figure,
-        } in &beside
+        } in &side_files
         {
             written.extend(write_beside(
                 &self.path,

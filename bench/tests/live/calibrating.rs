@@ -30,7 +30,7 @@ impl Procedure for Tones {
     fn next(&mut self, outcome: StepOutcome) -> anyhow::Result<NextStep> {
         if matches!(outcome, StepOutcome::Captured(_)) {
             self.points.push(PointRead {
-                at: "5.00 V".to_owned(),
+                place: "5.00 V".to_owned(),
                 value: "0.3 µm".to_owned(),
                 ..PointRead::default()
             });

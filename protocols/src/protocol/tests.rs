@@ -374,11 +374,11 @@ fn toml(result: Result<Protocol, ProtocolError>) -> TomlError {
 #[test]
 fn another_word_for_the_carrier_is_an_error_that_says_what_to_write() {
     let error = toml(edit("\"plate resonance\"", "\"resonance\""));
-    let TomlError::WrongType { key, wanted, .. } = &error else {
+    let TomlError::WrongType { key, expected, .. } = &error else {
         panic!("{error}")
     };
     assert_eq!(key.as_deref(), Some("drive.carrier"));
-    assert_eq!(wanted, "\"plate resonance\" or a number in Hz");
+    assert_eq!(expected, "\"plate resonance\" or a number in Hz");
 }
 
 /// Fault 33.

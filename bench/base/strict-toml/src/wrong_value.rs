@@ -8,7 +8,10 @@ pub(crate) enum WrongValue {
     /// A number and a unit.
     NumberWithUnit(String),
     /// Another type, or a whole number outside the type's range.
-    Type { found: String, wanted: String },
+    Type {
+        given_text: String,
+        expected: String,
+    },
 }
 
 /// Parses serde's "invalid type: string \"5\", expected f64"; `None` for any other message.
@@ -30,8 +33,8 @@ pub(crate) fn from_message(message: &str) -> Option<WrongValue> {
         }
     }
     Some(WrongValue::Type {
-        found: found_in_words(given_text),
-        wanted: wanted_in_words(expected_type),
+        given_text: found_in_words(given_text),
+        expected: wanted_in_words(expected_type),
     })
 }
 
@@ -232,8 +235,8 @@ mod tests {
         assert_eq!(
             from_message("invalid type: string \"true\", expected a boolean"),
             Some(WrongValue::Type {
-                found: "the text \"true\"".to_owned(),
-                wanted: "`true` or `false`".to_owned()
+                given_text: "the text \"true\"".to_owned(),
+                expected: "`true` or `false`".to_owned()
             })
         );
     }

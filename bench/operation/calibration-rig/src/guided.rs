@@ -114,7 +114,7 @@ impl<F: Front> Guided<F> {
                 .points
                 .iter()
                 .map(|point| PointLine {
-                    at: point.at.clone(),
+                    at: point.place.clone(),
                     value: point.value.replace('-', "−"),
                     residual: point
                         .residual

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use crate::plate_procedure::PlateProcedure;
 use anyhow::bail;
-use calibration_rig::judged::{Beside, Calibrates, Judged, Part};
+use calibration_rig::judged::{Calibrates, Judged, Part, SideFile};
 use config::{MeasuredFinger, MeasuredPlate, Provenance, Quantity};
 use jiff::Timestamp;
 use metrology::plate_fit::{CHANNEL_MATCH, PlateFit};
@@ -42,7 +42,7 @@ impl Calibrates for FingerProcedure {
             finger.drive_v,
             shift(&finger, &plate),
         ));
-        judged.beside.push(Beside {
+        judged.side_files.push(SideFile {
             stem: "plate-finger",
             table: csv(&pairs),
             figure: None,

@@ -375,7 +375,7 @@ impl Procedure for OutputProcedure {
             points: (0..)
                 .zip(&self.points)
                 .map(|(i, point)| PointRead {
-                    at: format!("{:.2} V", point.commanded_v),
+                    place: format!("{:.2} V", point.commanded_v),
                     value: format!(
                         "{:.3} {}",
                         point.known_v / peak_v,

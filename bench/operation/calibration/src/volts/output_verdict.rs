@@ -139,7 +139,7 @@ impl Calibrates for OutputProcedure {
             stem: Self::NAME,
             table: self.points_csv(&fit),
             figure: None,
-            beside: Vec::new(),
+            side_files: Vec::new(),
             part: Part::Output(Box::new(output)),
         })
     }

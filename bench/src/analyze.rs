@@ -52,7 +52,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     };
     let attempts = find::attempts(&options.recordings, scope)?;
     let selection = select(attempts.recordings(), options.include_excluded)?;
-    let folders = &selection.kept;
+    let folders = &selection.recordings;
     verbosity.note(format_args!("{} recordings", folders.len()));
     let bar = progress_bar(folders.len() as u64, verbosity);
     let analysed = analyse(folders, &settings, |analysis| {
@@ -63,8 +63,8 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
 
     let account = attempts.account(&analysed, &excluded_recordings(&attempts, &selection)?);
     warn(&account);
-    let skin = Skin::of(&analysed);
-    let sessions = Sessions::of(folders.iter().map(PathBuf::as_path));
+    let skin = Skin::from_analysis(&analysed);
+    let sessions = Sessions::from_recordings(folders.iter().map(PathBuf::as_path));
     if options.json.is_some() || options.report.is_some() {
         let mut results = Results::new(&analysed)
             .with_skin(serde_json::to_value(&skin)?)
@@ -86,12 +86,12 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     if let Some(folder) = &options.tables {
         tables::write(&analysed, folder)?;
         population::skin::write(&skin, folder)?;
-        selection.write_beside(folder)?;
+        selection.write_table(folder)?;
     }
     if let Some(folder) = &options.figures {
         write_figures(&analysed, &sessions, &options.drawn(), folder)
             .context("cannot draw the figures")?;
-        selection.write_beside(folder)?;
+        selection.write_table(folder)?;
     }
     let excluded = selection.to_text();
     let counts: String = account
@@ -186,7 +186,7 @@ fn select(folders: Vec<PathBuf>, include_excluded: bool) -> anyhow::Result<Selec
     if include_excluded {
         return Ok(selection.overridden(all_folders));
     }
-    if selection.kept.is_empty() {
+    if selection.recordings.is_empty() {
         bail!(
             "nothing is left to analyse: {EXCLUSIONS_FILE} leaves out {}; --include-excluded analyses it all the same",
             selection.lines().join("; ")

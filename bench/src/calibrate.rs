@@ -17,7 +17,7 @@ use calibration_rig::judged::{Calibrates, Judged, SideFile};
 use calibration_rig::known::{self, Instrument, Known};
 use calibration_rig::operator::ForceAxis;
 use calibration_rig::rig::{self, Attendance};
-use calibration_rig::side_files::{ended_early, write_beside};
+use calibration_rig::side_files::{ended_early, write_files};
 use calibration_rig::unattended::Unattended;
 use config::{
     CalibrationError, CalibrationFile, CalibrationFileError, Config, Effective, Identity,
@@ -277,14 +277,14 @@ impl<'a> CalibrationRun<'a> {
                 "xruns            {xruns}, none in what was measured"
             ));
         }
-        let mut written = write_beside(&self.path, &file_stem(stem), &table, figure.as_ref())?;
+        let mut written = write_files(&self.path, &file_stem(stem), &table, figure.as_ref())?;
         for SideFile {
             stem,
             table,
             figure,
         } in &side_files
         {
-            written.extend(write_beside(
+            written.extend(write_files(
                 &self.path,
                 &file_stem(stem),
                 table,

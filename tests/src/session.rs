@@ -161,7 +161,8 @@ pub fn require_whole(study: &Path) {
             study::verification::session(session, || {}).expect("a session that can be read");
         findings.sessions.push(session);
     }
-    study::verification::beside_sessions(study, &mut findings).expect("a study that can be read");
+    study::verification::verify_study_files(study, &mut findings)
+        .expect("a study that can be read");
     finding::require(findings.is_whole(), || {
         study::verification::to_text(&findings)
     });

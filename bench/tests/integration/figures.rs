@@ -144,7 +144,10 @@ fn assert_shows(figure: &Figure, (name, panels): &Expected) {
             "{name}"
         );
         assert_eq!(panel.series.len(), *series, "{name}: series over {x}");
-        for axis in [&panel.x, &panel.y].into_iter().filter(|axis| axis.written) {
+        for axis in [&panel.x, &panel.y]
+            .into_iter()
+            .filter(|axis| axis.has_labels)
+        {
             assert!(
                 texts.contains(&axis.label),
                 "{name}: {} is not written",
@@ -199,7 +202,10 @@ fn measured_figures_keep_their_curves_and_units() {
     for (figure, expected) in figures.iter().zip(&MEASURED) {
         assert_shows(figure, expected);
     }
-    let shaded = figures[0].panels.iter().map(|panel| panel.shaded.len());
+    let shaded = figures[0]
+        .panels
+        .iter()
+        .map(|panel| panel.shaded_ranges.len());
     assert!(shaded.eq([2; 6]), "both instances shaded in every panel");
     let agreement = &figures[3].panels[1];
     assert_eq!(
@@ -308,7 +314,7 @@ fn the_resonance_is_drawn_over_the_time_of_a_session_with_the_intervals_of_the_r
         );
     }
     std::fs::write(session.join("events.jsonl"), log + "\n").unwrap();
-    let sessions = Sessions::of(pair.recordings.iter().map(|r| r.path.as_path()));
+    let sessions = Sessions::from_recordings(pair.recordings.iter().map(|r| r.path.as_path()));
 
     let shift = |analysed: &Analysis| {
         let figures = measured_figures(analysed, &sessions, &FigureSelection::default());
@@ -316,7 +322,7 @@ fn the_resonance_is_drawn_over_the_time_of_a_session_with_the_intervals_of_the_r
     };
     let figure = shift(&pair).unwrap();
     assert_eq!(figure.panels.len(), 1);
-    assert_eq!(figure.panels[0].shaded.len(), 2);
+    assert_eq!(figure.panels[0].shaded_ranges.len(), 2);
     let findings = pair.recordings[0].findings.as_ref().unwrap();
     let middle = |instance: &InstanceAnalysis| 0.5 * (instance.start_s + instance.end_s);
     let expected = [0.0, 30.0].map(|start_s| {
@@ -339,7 +345,7 @@ fn the_resonance_is_drawn_over_the_time_of_a_session_with_the_intervals_of_the_r
     pair.recordings.truncate(1);
     let single = shift(&pair).unwrap();
     assert_eq!(points(&single, 0, "dynamic"), expected[..2]);
-    assert!(single.panels[0].shaded.is_empty());
+    assert!(single.panels[0].shaded_ranges.is_empty());
     pair.settings.plate_offset = false;
     assert!(shift(&pair).is_none());
 }

@@ -102,7 +102,8 @@ fn figure() -> Figure {
         key: Key::InPanels,
         panels: vec![Panel {
             series: vec![
-                Series::line(Ink::Blue, Dash::Solid, vec![(0.0, 0.0), (1.0, 1.0)]).named(HOSTILE),
+                Series::line(Ink::Blue, Dash::Solid, vec![(0.0, 0.0), (1.0, 1.0)])
+                    .with_name(HOSTILE),
             ],
             notes: vec![HOSTILE.to_owned()],
             ..Panel::new(Axis::linear(HOSTILE), Axis::linear("y"))
@@ -363,7 +364,7 @@ fn a_session_shows_verdicts_and_its_calibration_without_names() {
         name: "study",
         results: &results("sub-01", ""),
         recordings: &recordings,
-        sessions: &Sessions::of(recordings.iter().map(|recording| recording.path)),
+        sessions: &Sessions::from_recordings(recordings.iter().map(|recording| recording.path)),
         figures: &[],
         date: Timestamp::UNIX_EPOCH,
         program: "friction-bench 0.0.0",

@@ -152,7 +152,7 @@ fn draw(figure: &mut Figure, pairs: &[Pair], finger: &MeasuredFinger) {
     }];
     for (panel, value) in figure.panels.iter_mut().zip(values) {
         let series = Series::points(Ink::Blue, Marker::Disc, over_frequency(value));
-        panel.series.push(series.named("under a finger"));
+        panel.series.push(series.with_name("under a finger"));
     }
     figure.title = "Admittance of the plate, bare and under a finger".to_owned();
     figure.caption += &format!(

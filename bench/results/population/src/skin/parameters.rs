@@ -177,7 +177,7 @@ struct Fits<'a> {
 
 impl Skin {
     /// Pools the recordings of an analysis.
-    pub fn of(analysed: &Analysis) -> Self {
+    pub fn from_analysis(analysed: &Analysis) -> Self {
         let mut people = BTreeMap::<&str, Fits<'_>>::new();
         let mut left_out = Vec::new();
         // All requested recordings, including unreadable ones, which are listed as excluded.

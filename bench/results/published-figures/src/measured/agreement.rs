@@ -51,20 +51,21 @@ pub(super) fn figure(analysed: &Analysis, selection: &FigureSelection) -> Figure
             let (measured, estimated): (Vec<f64>, Vec<f64>) = samples.iter().copied().unzip();
             let r2 = r_squared(&measured, &estimated);
             let shown_samples = samples.into_iter().step_by(step).collect();
-            let axis = |label: &str| Axis::linear(label).between(0.0, 1.05 * greatest);
+            let axis = |label: &str| Axis::linear(label).with_range(0.0, 1.05 * greatest);
             let mut series = vec![
-                Series::points(ink(method), marker(method), shown_samples).named(method.name()),
+                Series::points(ink(method), marker(method), shown_samples).with_name(method.name()),
                 Series::line(
                     Ink::Black,
                     Dash::Dashed,
                     vec![(0.0, 0.0), (2.0 * greatest, 2.0 * greatest)],
                 )
-                .named("slope 1"),
+                .with_name("slope 1"),
             ];
             if method == Method::Paper {
                 let points = initialisation(analysed);
                 series.push(
-                    Series::points(Ink::Black, Marker::Triangle, points).named("initialisation"),
+                    Series::points(Ink::Black, Marker::Triangle, points)
+                        .with_name("initialisation"),
                 );
             }
             Panel {

@@ -119,11 +119,11 @@ pub(super) fn marker(method: Method) -> Marker {
 }
 
 pub(super) fn line(method: Method, points: Vec<(f64, f64)>) -> Series {
-    Series::line(ink(method), dash(method), points).named(method.name())
+    Series::line(ink(method), dash(method), points).with_name(method.name())
 }
 
 pub(super) fn points(method: Method, points: Vec<(f64, f64)>) -> Series {
-    Series::points(ink(method), marker(method), points).named(method.name())
+    Series::points(ink(method), marker(method), points).with_name(method.name())
 }
 
 /// Getter of an estimated quantity and its standard error, sample by sample.

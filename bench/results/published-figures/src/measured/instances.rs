@@ -120,7 +120,7 @@ pub(super) fn figure(
             }
         }
         let (ink, dash) = model_ink(method);
-        Series::line(ink, dash, line).named(format!("{}, {MODEL}", method.name()))
+        Series::line(ink, dash, line).with_name(format!("{}, {MODEL}", method.name()))
     };
     let method_series = |quantity: &Quantity, x: Value, over_mu: bool| -> Vec<Series> {
         let clouds = methods
@@ -139,12 +139,12 @@ pub(super) fn figure(
     let shared_axis = |label: &str, x: Value| {
         let cloud_points = methods.iter().flat_map(|&method| cloud(x, x, method, 1));
         let greatest = cloud_points.map(|(x, _)| x).fold(0.0, f64::max);
-        let axis = Axis::linear(label).between(0.0, 1.05 * greatest);
+        let axis = Axis::linear(label).with_range(0.0, 1.05 * greatest);
         move |is_lowest: bool| {
             if is_lowest {
                 axis.clone()
             } else {
-                axis.clone().unwritten()
+                axis.clone().without_labels()
             }
         }
     };
@@ -167,9 +167,9 @@ pub(super) fn figure(
         // Few enough to show the estimates between them; not a divisor of the length of an instance, so that no amplitude
         // is left out.
         let measured_points = cloud(amplitude, measured_mu, Method::Paper, step * 7);
-        amplitude_panel
-            .series
-            .push(Series::points(Ink::Black, Marker::Triangle, measured_points).named(MEASUREMENT));
+        amplitude_panel.series.push(
+            Series::points(Ink::Black, Marker::Triangle, measured_points).with_name(MEASUREMENT),
+        );
         let extents = mu_panel.series.iter().flat_map(Series::extent);
         let greatest = extents
             .map(|(mu, _)| mu)
@@ -178,7 +178,7 @@ pub(super) fn figure(
         let diagonal = vec![(0.0, 0.0), (greatest, greatest)];
         mu_panel
             .series
-            .push(Series::line(Ink::Grey, Dash::Dotted, diagonal).named("slope 1"));
+            .push(Series::line(Ink::Grey, Dash::Dotted, diagonal).with_name("slope 1"));
     }
     Some(Figure {
         name: "fig13_instances".to_owned(),

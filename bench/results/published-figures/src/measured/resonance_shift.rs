@@ -111,7 +111,7 @@ fn courses<'a>(analysed: &'a Analysis, sessions: &Sessions) -> Vec<Course<'a>> {
     for findings in recordings {
         let attempt = sessions.attempt(&findings.path).filter(|_| !is_single);
         let start_s = attempt.and_then(|attempt| attempt.start_s);
-        let (folder, start_s) = match (sessions.around(&findings.path), start_s) {
+        let (folder, start_s) = match (sessions.session_of(&findings.path), start_s) {
             (Some((folder, _)), Some(start_s)) => (Some(folder), start_s),
             _ => (None, 0.0),
         };
@@ -193,7 +193,7 @@ impl<'a> Course<'a> {
                     (start_s + last.end_s) / unit_s,
                 ))
             });
-            panel.shaded = spans.collect();
+            panel.shaded_ranges = spans.collect();
         }
         let ends = all_shifts().map(|(time, _)| *time);
         let (start, end) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(start, end), time| {
@@ -212,7 +212,7 @@ impl<'a> Course<'a> {
             let bars = Series::bars(ink(method), bars.collect());
             panel
                 .series
-                .push(bars.named(format!("{}, 95 %", method.name())));
+                .push(bars.with_name(format!("{}, 95 %", method.name())));
             let values = shifts.iter().map(|(time, shift)| (*time, shift.value));
             panel.series.push(points(method, values.collect()));
         }
@@ -252,5 +252,5 @@ fn axis(values: &[Uncertain]) -> Axis {
         (low.min(value), high.max(value))
     });
     let margin = 0.08 * (high - low).max(0.1);
-    Axis::linear("Resonance shift (Hz)").between(low - margin, high + margin)
+    Axis::linear("Resonance shift (Hz)").with_range(low - margin, high + margin)
 }

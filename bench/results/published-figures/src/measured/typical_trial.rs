@@ -40,9 +40,11 @@ pub(super) fn figure(
     };
     let panel = |axis: Axis, series: Vec<Series>| Panel {
         series,
-        shaded: instances.iter().map(|i| (i.start_s, i.end_s)).collect(),
+        shaded_ranges: instances.iter().map(|i| (i.start_s, i.end_s)).collect(),
         ..Panel::new(
-            Axis::linear("Time (s)").between(ends.0, ends.1).unwritten(),
+            Axis::linear("Time (s)")
+                .with_range(ends.0, ends.1)
+                .without_labels(),
             axis,
         )
     };
@@ -107,7 +109,7 @@ pub(super) fn figure(
     if correcting_method.is_some() {
         forces.extend(sensed_normal_n(findings, exploration).map(|force_n| {
             Series::line(Ink::Orange, Dash::Dashed, time_course(&force_n, 1.0))
-                .named("normal force, self-sensed")
+                .with_name("normal force, self-sensed")
         }));
     }
     forces.extend([
@@ -116,8 +118,8 @@ pub(super) fn figure(
             Dash::Solid,
             time_course(&exploration.normal_n, 1.0),
         )
-        .named("normal force"),
-        Series::line(Ink::Grey, Dash::Solid, time_course(&lateral, 1.0)).named("lateral force"),
+        .with_name("normal force"),
+        Series::line(Ink::Grey, Dash::Solid, time_course(&lateral, 1.0)).with_name("lateral force"),
     ]);
     let mut friction = estimates(
         &instances,
@@ -143,7 +145,7 @@ pub(super) fn figure(
         panel(Axis::linear(GAP).from_zero(), gap),
     ];
     if let Some(lowest_panel) = panels.last_mut() {
-        lowest_panel.x.written = true;
+        lowest_panel.x.has_labels = true;
     }
     Some(Figure {
         name: "fig11_typical_trial".to_owned(),

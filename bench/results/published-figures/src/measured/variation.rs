@@ -6,7 +6,7 @@ use analysis::analysed::Analysis;
 use analysis::method::Method;
 use analysis::published::{ABS_Z_M, Change, Changes, GAP, MU_ESTIMATED, changes};
 use analysis::statistics::Coefficient;
-use plotting::written;
+use plotting::number_text;
 use plotting::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};
 
 /// Share of the range that a line of text takes.
@@ -33,7 +33,7 @@ pub(super) fn figure(analysed: &Analysis, selection: &FigureSelection) -> Figure
                 };
                 panel.notes.push(format!(
                     "{symbol} = {} ({})",
-                    written(correlation.rho, 2),
+                    number_text(correlation.rho, 2),
                     method.name()
                 ));
             }
@@ -59,7 +59,7 @@ pub(super) fn figure(analysed: &Analysis, selection: &FigureSelection) -> Figure
             (mu.min(a), mu.max(b))
         });
         let diagonal = vec![(least, least), (greatest, greatest)];
-        let line = Series::line(Ink::Black, Dash::Dashed, diagonal).named("slope 1");
+        let line = Series::line(Ink::Black, Dash::Dashed, diagonal).with_name("slope 1");
         mu_panel.series.push(line);
     }
     let (n, unit) = largest_sample.unwrap_or((0, "instances"));
@@ -110,7 +110,7 @@ fn frame(panel: &mut Panel, label: &str, headroom: f64) -> usize {
     if let (1.., Some(greatest)) = (n_outside, values.iter().rfind(is_inside)) {
         let margin = 0.05 * (greatest - least);
         let text_room = headroom * (greatest - least);
-        panel.y = Axis::linear(label).between(least - margin, greatest + margin + text_room);
+        panel.y = Axis::linear(label).with_range(least - margin, greatest + margin + text_room);
     }
     n_outside
 }

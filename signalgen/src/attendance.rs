@@ -95,7 +95,7 @@ mod tests {
     /// Renders a block, and returns the drive's phase.
     fn phase(renderer: &mut DriveRenderer, drive: &DriveHandle) -> DrivePhase {
         renderer.render(&mut [0.0_f32; BLOCK]);
-        drive.published().phase
+        drive.state().phase
     }
 
     #[test]
@@ -133,7 +133,7 @@ mod tests {
         );
         // A late report starts nothing; a re-arming decided before the stop does not undo it.
         attendance.show();
-        drive.rearm_knowing(0).unwrap();
+        drive.rearm_after(0).unwrap();
         assert_eq!(phase(&mut renderer, &drive), DrivePhase::EmergencyStopped);
     }
 }

@@ -113,7 +113,7 @@ impl InputTap {
 
     /// Returns both sides of a tap without a stream, for tests and simulations.
     #[must_use]
-    pub fn by_hand(channels: usize, ring_frames: usize) -> (TapFeed, Self) {
+    pub fn with_feed(channels: usize, ring_frames: usize) -> (TapFeed, Self) {
         let indices: Vec<usize> = (0..channels).collect();
         let (writer, tap) = connect(&indices, ring_frames, 1);
         (TapFeed { writer, channels }, tap)

@@ -51,7 +51,7 @@ impl Instruction {
     /// Returns the text of the instruction, in English.
     #[must_use]
     pub fn words(self) -> &'static str {
-        self.text(Texts::of(Language::En), true)
+        self.text(Texts::in_language(Language::En), true)
     }
 
     /// Returns the text of the instruction; `button` says whether the bench has a button.
@@ -248,7 +248,8 @@ pub fn view(view: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) 
     };
     if view.trial > 0 {
         Line::styled(
-            view.texts.counted(view.practice, view.trial, view.trials),
+            view.texts
+                .trial_text(view.practice, view.trial, view.trials),
             theme.faint(),
         )
         .centered()

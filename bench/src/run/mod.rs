@@ -365,7 +365,7 @@ fn log(level: LogLevel, text: String) -> tui::Event {
 pub type Shown = (Box<dyn Front>, Option<DashboardThread>);
 
 /// Returns the dashboard on this process's terminal; a headless session writes lines to `out` instead.
-pub fn on_terminal(
+pub fn terminal_front(
     out: impl Write + Send + 'static,
 ) -> impl FnOnce(&Plan, &Life) -> anyhow::Result<Shown> {
     move |plan, life| {

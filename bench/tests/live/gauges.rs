@@ -335,7 +335,7 @@ fn calibrated(sensor: &mut Unknown) -> (MeasuredForce, Vec<String>) {
         ..Gauges::default()
     };
     config.force.as_mut().unwrap().sensor = Sensor::Channels(gauges.clone());
-    let (mut feed, tap) = InputTap::by_hand(6, 2 * CARD_HZ as usize);
+    let (mut feed, tap) = InputTap::with_feed(6, 2 * CARD_HZ as usize);
     let no_correction = config::Correction::default();
     let mut source = GaugeForce::new(tap, &gauges, CARD_HZ, 0.0, no_correction, None);
     let masses: Vec<Mass> = [

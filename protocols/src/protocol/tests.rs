@@ -519,7 +519,7 @@ fn the_slider_rests_at_its_ends() {
 fn a_protocol_chooses_a_language_and_replaces_texts() {
     let text = built_in("demo").unwrap();
     let english = Protocol::parse(text, "p.toml").unwrap();
-    assert_eq!(english.texts(), Texts::of(Language::En).clone());
+    assert_eq!(english.texts(), Texts::in_language(Language::En).clone());
     let german = format!("language = \"de\"\n{text}\n[texts]\nfollow_slider = \"Los!\"\n");
     let texts = Protocol::parse(&german, "p.toml").unwrap().texts();
     assert_eq!(texts.follow_slider, "Los!");

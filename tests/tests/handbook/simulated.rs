@@ -157,7 +157,7 @@ impl Front for Operator {
 /// Returns a bench with constants other than in its configuration, and a person who follows the slider badly at first.
 fn scenario() -> Scenario {
     let behaviour = built_in("participant-late").unwrap().participant.behaviour;
-    let mut scenario = built_in("bench-unknown").unwrap().realised(SEED);
+    let mut scenario = built_in("bench-unknown").unwrap().draw(SEED);
     scenario.participant.behaviour = behaviour;
     scenario
 }

@@ -16,7 +16,7 @@ mod scripted;
 mod signs;
 mod times;
 
-pub use course::{Course, Watched};
+pub use course::{Course, WatchedHardware};
 pub use draw::NotDrilledError;
 pub use record::{DrillFolder, DrillRecord, ExerciseRecord};
 pub use scripted::Scripted;

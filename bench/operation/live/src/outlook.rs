@@ -91,7 +91,7 @@ impl OutlookTracker {
 fn rests_after(session: &Session, settled: u32) -> bool {
     let protocol = session.protocol();
     let rest = protocol.rest;
-    settled < protocol.planned_trials() && rest.comes_after(settled, protocol.trials.practice)
+    settled < protocol.planned_trials() && rest.is_due_after(settled, protocol.trials.practice)
 }
 
 /// Returns the next two steps.

@@ -27,7 +27,8 @@ pub fn page_content(view: &ParticipantView, previous: Option<&Content>) -> Conte
         title: title.to_owned(),
         then: then.map(str::to_owned),
         now: view.button,
-        progress: (view.trial > 0).then(|| texts.counted(view.practice, view.trial, view.trials)),
+        progress: (view.trial > 0)
+            .then(|| texts.trial_text(view.practice, view.trial, view.trials)),
         until_s,
         feedback: (view.instruction == Instruction::Feedback).then(|| feedback(view)),
         track: track.then(|| Track {
@@ -110,7 +111,7 @@ mod tests {
             trials: 2,
             practice: true,
             force_band_n: Some((0.5, 0.8)),
-            texts: Arc::new(protocols::Texts::of(Language::Fr).clone()),
+            texts: Arc::new(protocols::Texts::in_language(Language::Fr).clone()),
             ..ParticipantView::default()
         }
     }

@@ -108,7 +108,7 @@ mod tests {
     fn the_built_in_font_has_every_letter_of_every_language() {
         let face = Typeface::default_face().unwrap();
         for language in Language::ALL {
-            for (key, text) in Texts::of(language).all() {
+            for (key, text) in Texts::in_language(language).all() {
                 assert_eq!(face.lacks(text), None, "{language:?} {key} {text}");
             }
         }

@@ -112,7 +112,7 @@ pub fn apparatus(
     bench: Option<&Config>,
 ) -> anyhow::Result<Apparatus> {
     let card = bench.filter(|bench| bench.audio.host == AudioHost::Nidaqmx);
-    let scenario = read(scenario)?.realised(seed);
+    let scenario = read(scenario)?.draw(seed);
     let pace = match speed {
         Speed::Real => Pace::RealTime,
         Speed::Max => Pace::Stepped,
@@ -266,12 +266,12 @@ pub fn read(name: &str) -> anyhow::Result<Scenario> {
     let is_built_in = path.starts_with("laws") && !path.exists();
     let is_path = path.components().count() > 1 || path.extension().is_some() || path.exists();
     match built_in(name) {
-        Err(ScenarioError::UnknownName { known, .. }) if is_path && !is_built_in => {
+        Err(ScenarioError::UnknownName { names, .. }) if is_path && !is_built_in => {
             let text = bounded_files::read_text(path, bounded_files::TEXT_LIMIT_BYTES)
                 .with_context(|| {
                     format!(
                         "cannot read the scenario {name}; built-in scenarios: {}",
-                        known.join(", ")
+                        names.join(", ")
                     )
                 })?;
             Ok(Scenario::parse(&text, name)?)
@@ -328,7 +328,7 @@ fn hands(masses: MassSet, patchbay: Patchbay, senses: Senses, aim: VibrometerAim
             masses.remove();
             senses.show(Percept::default());
         }
-        Request::MoveVibrometer { position_m } => aim.at(position_m),
+        Request::MoveVibrometer { position_m } => aim.set_position(position_m),
         Request::RestFinger { least_n, most_n } => senses.show(Percept {
             instruction: Instruction::GetReady,
             force_band_n: Some((least_n, most_n)),

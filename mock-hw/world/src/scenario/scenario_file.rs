@@ -115,7 +115,7 @@ impl Scenario {
     /// The result has jitter disabled and no session ranges, so a second call has no effect. A scenario without jitter and
     /// ranges is returned unchanged.
     #[must_use]
-    pub fn realised(&self, seed: u64) -> Self {
+    pub fn draw(&self, seed: u64) -> Self {
         let mut out = self.with_jitter(seed);
         let session = std::mem::take(&mut out.session);
         let mut rng = seed::stream(seed, seed::Stream::Session);

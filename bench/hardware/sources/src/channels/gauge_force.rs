@@ -142,7 +142,7 @@ mod tests {
     }
 
     fn source(latency_s: f64) -> (TapFeed, GaugeForce) {
-        let (feed, tap) = InputTap::by_hand(3, 96_000);
+        let (feed, tap) = InputTap::with_feed(3, 96_000);
         let source = GaugeForce::new(
             tap,
             &gauges(),

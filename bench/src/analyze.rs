@@ -78,7 +78,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
             write_text(path, &results)?;
         }
         if let Some(path) = &options.report {
-            let figures = measured_figures(&analysed, &sessions, &options.drawn());
+            let figures = measured_figures(&analysed, &sessions, &options.figure_selection());
             let page = page(options, &analysed, &results, (&sessions, &figures))?;
             write_text(path, &page)?;
         }
@@ -89,7 +89,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
         selection.write_table(folder)?;
     }
     if let Some(folder) = &options.figures {
-        write_figures(&analysed, &sessions, &options.drawn(), folder)
+        write_figures(&analysed, &sessions, &options.figure_selection(), folder)
             .context("cannot draw the figures")?;
         selection.write_table(folder)?;
     }

@@ -137,7 +137,7 @@ pub enum InstancesOf {
 
 impl Analyze {
     /// Returns the content of the figures.
-    pub fn drawn(&self) -> FigureSelection {
+    pub fn figure_selection(&self) -> FigureSelection {
         let whole_trial = self.instances_of == InstancesOf::Trial;
         let methods = match self.figures_of {
             FiguresOf::Paper => vec![Method::Paper],

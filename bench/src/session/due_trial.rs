@@ -3,7 +3,7 @@
 use analysis::measurements::Measurements;
 use analysis::trial_fit::{FitRequest, SelectedExploration};
 use analysis::trial_selection;
-use analysis::unloaded;
+use analysis::unloaded_plate;
 use config::Effective;
 use protocols::{Interval, IntervalKind, Protocol, SelectionRules, TrialAnalysis, TrialKey};
 use recording::manifest::StandardErrors;
@@ -81,7 +81,7 @@ fn fit_request(
         .map(|interval| (interval.start_s, interval.end_s))
         .collect();
     // Live estimates use only the corrected impedance, which averages over any span.
-    let plate = unloaded::read(&record, &unloaded, 0.0, rules.contact_n / 2.0);
+    let plate = unloaded_plate::read(&record, &unloaded, 0.0, rules.contact_n / 2.0);
     FitRequest {
         label: format!("{sort} {number}"),
         carrier_hz,

@@ -7,13 +7,13 @@ use std::f64::consts::TAU;
 use std::path::PathBuf;
 
 use analysis::amplitude_profile::AmplitudeProfile;
-use analysis::analysed::RecordingFindings;
 use analysis::estimate::{InstanceAnalysis, Method, estimate};
 use analysis::exploration_findings::ExplorationFindings;
+use analysis::findings::RecordingFindings;
 use analysis::instance::PlateReading;
 use analysis::measurements::FrameSeries;
 use analysis::under_finger::UnderFinger;
-use analysis::{Analysis, RecordingAnalysis, Settings, averaged};
+use analysis::{Analysis, RecordingAnalysis, Settings, average_model};
 use clap::Parser;
 use contact::{AssumedConstants, CalibrationErrors, Contact, harmonic};
 use estimation::FitConditions;
@@ -607,6 +607,6 @@ fn analysed() -> Analysis {
             findings: Ok(findings),
         }],
     };
-    averaged::fill(&mut analysed);
+    average_model::fill(&mut analysed);
     analysed
 }

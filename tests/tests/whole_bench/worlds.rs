@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use analysis::analysed::RecordingFindings;
 use analysis::estimate::{InstanceAnalysis, InstanceEstimate, Method};
+use analysis::findings::RecordingFindings;
 use analysis::model_check::quantile;
 use analysis::{Settings, analyse, find};
 use bench_tests::campaign;

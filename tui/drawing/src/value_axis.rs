@@ -59,7 +59,7 @@ impl ValueAxis {
             .iter()
             .copied()
             .filter(|v| (low - reach..=high + reach).contains(v));
-        let axis = Self::around(bulk.chain(always.iter().copied()))?;
+        let axis = Self::enclosing(bulk.chain(always.iter().copied()))?;
         if axis.high - axis.low >= floor {
             return Some(axis);
         }
@@ -70,7 +70,7 @@ impl ValueAxis {
             start => start,
         };
         let limits = [start, start + floor];
-        Self::around(limits.into_iter().chain(always.iter().copied()))
+        Self::enclosing(limits.into_iter().chain(always.iter().copied()))
     }
 
     /// Whether this axis can still be used instead of `ideal`: it includes `ideal` and is not much too wide.

@@ -10,7 +10,7 @@ use crate::force_protocol::ForceProtocol;
 use crate::gauges::Gauges;
 use crate::limits::Safety;
 use crate::netft::Netft;
-use crate::refused::{Refused, require_range};
+use crate::refusal::{Refused, require_range};
 use crate::sound_card::{Audio, InputMap};
 
 /// `[force]`: source of the force sensor's readings, and their correction.

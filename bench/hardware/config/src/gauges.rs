@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::cal_file::MakersMatrix;
-use crate::refused::{Refused, require_range};
+use crate::refusal::{Refused, require_range};
 use crate::six_axis::SixAxis;
 use crate::sound_card::{Audio, InputMap};
 

@@ -4,7 +4,7 @@ use impedance::clock_alignment::ClockState;
 use safety::Nonsense;
 use serde::Serialize;
 
-use crate::gone::SourceGone;
+use crate::loss::SourceGone;
 
 /// Time at which a force acted.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -135,7 +135,7 @@ mod tests {
     use analysis::instance::PlateReading;
     use analysis::measurements::Measurements;
     use analysis::trial_fit::SelectedExploration;
-    use analysis::unloaded::UnloadedError;
+    use analysis::unloaded_plate::UnloadedError;
     use num_complex::Complex64;
     use protocols::SelectionRules;
     use recording::manifest::StandardErrors;

@@ -3,7 +3,7 @@
 use analysis::instance::PlateReading;
 use analysis::measurements::Measurements;
 use analysis::trial_fit::{FitRequest, SelectedExploration};
-use analysis::unloaded::UnloadedError;
+use analysis::unloaded_plate::UnloadedError;
 use protocols::{SelectionRules, Stretch};
 use recording::manifest::Manifest;
 

@@ -33,7 +33,7 @@ use analysis::live_contact::LiveContact;
 use analysis::measurements::Measurements;
 use analysis::recording_analysis::selection_rules;
 use analysis::trial_fit::FitRequest;
-use analysis::unloaded::{self, UnloadedError};
+use analysis::unloaded_plate::{self, UnloadedError};
 use devices::Gauges;
 use live::exploration_crop::{ExplorationName, crop};
 use live::fit_report::FitReport;
@@ -309,7 +309,7 @@ impl Replay {
     fn read_plate(&mut self, interval: &RecordedInterval) {
         let span = [(interval.start_s, interval.end_s)];
         let modulation_hz = self.source.manifest().modulation_hz;
-        self.plate = unloaded::read(
+        self.plate = unloaded_plate::read(
             &self.record,
             &span,
             modulation_hz,

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::{Serialize, Serializer};
 use study::sessions::Standing;
 
-use crate::analysed::Analysis;
+use crate::findings::Analysis;
 
 /// Attempt with a recording that is analysed.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -271,7 +271,7 @@ fn list(folder: &Path) -> Result<Vec<PathBuf>, FindError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysed::Analysis;
+    use crate::findings::Analysis;
     use std::fs;
 
     const MANIFEST: &str = r#"format = 1

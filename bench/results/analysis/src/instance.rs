@@ -59,7 +59,7 @@ impl PreparedInstance {
             plain_n_s_per_m: smooth_plain_impedance(&series.frames, first..end)[range.clone()]
                 .to_vec(),
             amplitude_m: series.amplitude_m[range.clone()].to_vec(),
-            under_finger: under_finger.between(range.clone()),
+            under_finger: under_finger.slice(range.clone()),
             normal_n: series.normal_n[range.clone()].to_vec(),
             finger_force_n: series.finger_force_n[range.clone()].to_vec(),
             mu: range

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::analysed::Analysis;
+use crate::findings::Analysis;
 
 /// Tables cannot be written.
 #[derive(Debug, thiserror::Error)]

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use recording::reader;
 use recording::study::TrialLabel;
 
-use crate::analysed::RecordingAnalysis;
+use crate::findings::RecordingAnalysis;
 
 /// Person in an analysis: the study's own folder, and the pseudonym.
 type Person = (Option<PathBuf>, String);

@@ -3,8 +3,8 @@
 
 use serde::Serialize;
 
-use crate::analysed::Analysis;
 use crate::analysis_settings::Settings;
+use crate::findings::Analysis;
 
 /// Content of `settings`.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -7,9 +7,9 @@ use protocols::selection::{StretchOutcome, select};
 use protocols::{Direction, Protocol, SelectionRules};
 
 use crate::amplitude_profile::AmplitudeProfile;
-use crate::analysed::{RecordingAnalysis, RecordingError, RecordingFindings, RejectedStretch};
 use crate::analysis_settings::Settings;
-use crate::demodulated::{self, DemodulatedRecording};
+use crate::demodulation::{self, DemodulatedRecording};
+use crate::findings::{RecordingAnalysis, RecordingError, RecordingFindings, RejectedStretch};
 use estimation::trial::PlateReadings;
 
 use crate::estimate::{InstanceAnalysis, estimate};
@@ -39,13 +39,13 @@ pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
 }
 
 fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, RecordingError> {
-    let mut reading = demodulated::read(folder, PickupOffset::default())?;
+    let mut reading = demodulation::read(folder, PickupOffset::default())?;
     let (rules, protocol_flaw) = selection_rules(folder, &reading.manifest, settings);
     let is_carrier_missing = reading.is_carrier_missing();
     let mut plate = FreePlate::read(&reading, rules.contact_n / 2.0);
     let pickup = plate.pickup_offset().unwrap_or_default();
     if pickup != PickupOffset::default() {
-        reading = demodulated::read(folder, pickup)?;
+        reading = demodulation::read(folder, pickup)?;
         reading
             .flaws
             .extend(pickup_flaws(pickup, &reading.manifest));

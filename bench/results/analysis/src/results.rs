@@ -8,9 +8,9 @@ use protocols::Direction;
 use recording::manifest::StandardErrors;
 use serde::Serialize;
 
-use crate::analysed::{Analysis, RecordingAnalysis};
 use crate::attempts::Account;
 use crate::estimate::{InstanceAnalysis, InstanceEstimate};
+use crate::findings::{Analysis, RecordingAnalysis};
 use crate::model_check::Band;
 use crate::printed_settings::PrintedSettings;
 use crate::published::{Statistics, statistics};

@@ -17,8 +17,8 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
-use crate::analysed::{Analysis, RecordingFindings};
 use crate::estimate::{InstanceAnalysis, Method, MethodEstimate, PlateOffset};
+use crate::findings::{Analysis, RecordingFindings};
 use crate::motion::SkinMotion;
 use crate::printed_settings::PrintedSettings;
 use recording::DiskError;

@@ -16,7 +16,7 @@ use crate::measurements::{FrameSeries, Measurements};
 use crate::method::Method;
 use crate::plate_references;
 use crate::under_finger::UnderFinger;
-use crate::unloaded::UnloadedError;
+use crate::unloaded_plate::UnloadedError;
 use crate::whole_trial;
 
 /// Trial or exploration to be fitted.

@@ -48,7 +48,7 @@ impl UnderFinger {
     }
 
     /// Returns the part for a range of frames.
-    pub fn between(&self, range: Range<usize>) -> Self {
+    pub fn slice(&self, range: Range<usize>) -> Self {
         Self {
             ratio: self.ratio[range.clone()].to_vec(),
             amplitude_m: self.amplitude_m[range.clone()].to_vec(),

@@ -7,7 +7,7 @@
 
 use std::path::PathBuf;
 
-use analysis::analysed::{RecordingError, RecordingFindings};
+use analysis::findings::{RecordingError, RecordingFindings};
 use analysis::{Analysis, RecordingAnalysis, Settings};
 use contact::uncertain::{LogUncertain, Uncertain};
 use estimation::trial::{Misfit, SharedFit};

@@ -13,10 +13,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
-use analysis::analysed::RecordingFindings;
+use analysis::findings::RecordingFindings;
 use analysis::flaw::{Channel, Flaw};
 use analysis::recording_analysis::analyse;
-use analysis::unloaded::UnloadedError;
+use analysis::unloaded_plate::UnloadedError;
 use analysis::{RecordingAnalysis, Settings, find};
 use recording::RecordingReader;
 use recording::manifest::RecordedIntervalKind;

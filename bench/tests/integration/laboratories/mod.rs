@@ -19,8 +19,8 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use analysis::analysed::RecordingFindings;
 use analysis::estimate::{InstanceEstimate, Method};
+use analysis::findings::RecordingFindings;
 use analysis::flaw::Flaw;
 use analysis::model_check::quantile;
 use analysis::{Settings, recording_analysis};

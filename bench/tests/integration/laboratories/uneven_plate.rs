@@ -4,11 +4,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use analysis::amplitude_profile::AmplitudeProfile;
-use analysis::analysed::RecordingFindings;
 use analysis::estimate::Method;
+use analysis::findings::RecordingFindings;
 use analysis::results::Results;
 use analysis::trial_fit::{FitRequest, SelectedExploration, TrialFit, fit};
-use analysis::{Settings, demodulated};
+use analysis::{Settings, demodulation};
 use protocols::Direction;
 use protocols::selection::select;
 use recording::pipeline::PickupOffset;
@@ -79,7 +79,7 @@ fn a_plate_that_moves_less_at_its_ends_serves_once_its_profile_is_known() {
 
 /// Returns the request to fit a recording's exploration, as a session makes it after a trial.
 pub(super) fn fit_request(folder: &Path) -> FitRequest {
-    let reading = demodulated::read(folder, PickupOffset::default()).unwrap();
+    let reading = demodulation::read(folder, PickupOffset::default()).unwrap();
     let settings = Settings::default();
     let rules = settings.selection_rules(reading.manifest.plate.centre_m);
     let (start_s, end_s) = EXPLORATION_S;

@@ -8,7 +8,7 @@ use super::decimator::Decimator;
 use super::stuck::StuckWatch;
 use crate::correct::Corrector;
 use crate::force_source::{ForceSource, LineFaults, Moment, SourceHealth, TimedForce};
-use crate::gone::SourceGone;
+use crate::loss::SourceGone;
 use crate::nonsense::NonsenseWatch;
 
 /// Bytes per sample, for the count of bytes without a reading.

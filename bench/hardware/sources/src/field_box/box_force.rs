@@ -8,7 +8,7 @@ use safety::Nonsense;
 use super::link::Link;
 use crate::correct::Corrector;
 use crate::force_source::{ForceSource, Moment, SourceHealth, TimedForce};
-use crate::gone::SourceGone;
+use crate::loss::SourceGone;
 
 /// Full-scale count of a 24-bit converter.
 const FULL_SCALE: f64 = (1 << 23) as f64;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::link::Link;
 use crate::force_source::SourceHealth;
-use crate::gone::SourceGone;
+use crate::loss::SourceGone;
 use crate::position::{Counted, POSITION_HZ, PositionSource};
 
 /// Largest share of a period by which a report may be early, since its rate need not be a multiple of the positions' rate.

@@ -15,7 +15,7 @@ use crate::backlog::Backlog;
 use crate::correct::Corrector;
 use crate::device_time::{DeviceCount, ExpectedCount, Place as CountPlace};
 use crate::force_source::{ForceSource, LineFaults, Moment, SourceHealth, TimedForce};
-use crate::gone::SourceGone;
+use crate::loss::SourceGone;
 use crate::nonsense::NonsenseWatch;
 use crate::sensor_clock::SensorClock;
 

@@ -1,7 +1,7 @@
 //! Trait of all position sources.
 
 use crate::force_source::SourceHealth;
-use crate::gone::SourceGone;
+use crate::loss::SourceGone;
 
 /// Rate at which positions are delivered, Hz.
 pub const POSITION_HZ: f64 = 1e3;

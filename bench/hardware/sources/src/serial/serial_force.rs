@@ -10,7 +10,7 @@ use super::text_lines::LineDecoder;
 use crate::backlog::Backlog;
 use crate::correct::Corrector;
 use crate::force_source::{ForceSource, Moment, SourceHealth, TimedForce};
-use crate::gone::SourceGone;
+use crate::loss::SourceGone;
 use crate::nonsense::NonsenseWatch;
 use crate::sensor_clock::SensorClock;
 

@@ -6,8 +6,8 @@ use contact::AssumedConstants;
 use num_complex::Complex64;
 
 use super::statistic::{Level, MethodStatistic, Pairs, Statistic};
-use crate::analysed::{Analysis, RecordingFindings};
 use crate::estimate::{InstanceAnalysis, InstanceEstimate, Method, MethodEstimate};
+use crate::findings::{Analysis, RecordingFindings};
 use crate::statistics::{Coefficient, r_squared, r_squared_complex, slope, spread};
 
 /// Value of an instance.

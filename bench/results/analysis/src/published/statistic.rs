@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::clustered::{self, Clustered};
+use crate::cluster_test::{self, Clustered};
 use crate::statistics::{Coefficient, Spread, spread};
 
 /// Level of a statistic.
@@ -84,7 +84,7 @@ impl Statistic {
             std: None,
             p: correlation.map(|c| c.p),
             clustered: people
-                .and_then(|people| clustered::test(coefficient, &pairs.x, &pairs.y, people)),
+                .and_then(|people| cluster_test::test(coefficient, &pairs.x, &pairs.y, people)),
             n: correlation.map_or(pairs.x.len(), |c| c.n),
             over: level,
         }

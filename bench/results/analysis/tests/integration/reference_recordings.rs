@@ -10,7 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use analysis::analysed::RecordingFindings;
+use analysis::findings::RecordingFindings;
 use analysis::flaw::Flaw;
 use analysis::method::Method;
 use analysis::recording_analysis::analyse;

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 
 use crate::pooling::{Estimate, Group, Hierarchy, hierarchy};
 use analysis::Analysis;
-use analysis::analysed::RecordingFindings;
+use analysis::findings::RecordingFindings;
 use contact::uncertain::LogUncertain;
 use estimation::trial::{LogNormal, SharedFit, TrialPriors};
 use serde::Serialize;

@@ -1,9 +1,9 @@
 //! Fig. 15: estimated against measured friction.
 
-use crate::measured::drawn::FigureSelection;
 use crate::measured::elements::{assumption_note, ink, marker, thinning_note};
-use analysis::analysed::Analysis;
+use crate::measured::figure_selection::FigureSelection;
 use analysis::estimate::{InstanceAnalysis, Method};
+use analysis::findings::Analysis;
 use analysis::statistics::r_squared;
 use plotting::{Axis, Figure, Key, Panel, Series};
 use plotting::{Dash, Ink, Marker, Width};

@@ -3,11 +3,11 @@
 use estimation::EstimatedSeries;
 use plotting::{Dash, Ink, Marker, Series};
 
-use crate::measured::drawn::FigureSelection;
+use crate::measured::figure_selection::FigureSelection;
 
 use analysis::Settings;
-use analysis::analysed::RecordingFindings;
 use analysis::estimate::Method;
+use analysis::findings::RecordingFindings;
 
 pub(super) const MICRO: f64 = 1e6;
 pub(super) const AMPLITUDE: &str = "Vibration amplitude (µm)";

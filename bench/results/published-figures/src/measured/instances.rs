@@ -2,14 +2,14 @@
 
 use estimation::ModelledSeries;
 
-use crate::measured::drawn::FigureSelection;
 use crate::measured::elements::{
     AMPLITUDE, FRICTION, GAP, MEASUREMENT, MICRO, MODEL, assumption_note, model_ink, points,
     recording_name, thinning_note, trial_note,
 };
+use crate::measured::figure_selection::FigureSelection;
 use analysis::Settings;
-use analysis::analysed::RecordingFindings;
 use analysis::estimate::{InstanceAnalysis, Method, MethodEstimate};
+use analysis::findings::RecordingFindings;
 use plotting::{Axis, Figure, Key, Panel, Series};
 use plotting::{Dash, Ink, Marker, Width};
 

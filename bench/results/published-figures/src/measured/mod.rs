@@ -3,8 +3,8 @@
 //! [`measured_figures`] draws the figures that an analysis allows, [`write_figures`] writes them with their data.
 
 mod agreement;
-mod drawn;
 mod elements;
+mod figure_selection;
 mod instances;
 mod resonance_shift;
 mod typical_trial;
@@ -12,12 +12,12 @@ mod variation;
 
 use std::path::{Path, PathBuf};
 
-use analysis::analysed::{Analysis, RecordingFindings};
 use analysis::estimate::Method;
+use analysis::findings::{Analysis, RecordingFindings};
 use plotting::Figure;
 use study::sessions::Sessions;
 
-pub use drawn::FigureSelection;
+pub use figure_selection::FigureSelection;
 
 /// Returns the figures that these recordings allow: without an instance, only the trial in time; without an exploration,
 /// no figure. `trial` is drawn for recordings with a usable fit. `sessions` gives the time between recordings.

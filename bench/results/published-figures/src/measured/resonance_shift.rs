@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use analysis::analysed::{Analysis, RecordingFindings};
 use analysis::estimate::{InstanceAnalysis, Method};
+use analysis::findings::{Analysis, RecordingFindings};
 use contact::uncertain::Uncertain;
 use plotting::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};
 use study::sessions::Sessions;
 
-use crate::measured::drawn::FigureSelection;
 use crate::measured::elements::{ink, points, recording_name};
+use crate::measured::figure_selection::FigureSelection;
 
 /// Maximum number of panels of a figure; further sessions go to another figure.
 const PANELS: usize = 12;

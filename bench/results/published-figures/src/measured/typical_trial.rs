@@ -5,14 +5,14 @@ use std::f64::consts::TAU;
 use contact::self_sensed;
 use num_complex::Complex64;
 
-use crate::measured::drawn::FigureSelection;
 use crate::measured::elements::{
     ABS_Z_M, EstimatedQuantity, GAP, MICRO, assumption_note, ink, line, recording_name, trial_note,
 };
+use crate::measured::figure_selection::FigureSelection;
 use analysis::Settings;
-use analysis::analysed::RecordingFindings;
 use analysis::estimate::{InstanceAnalysis, Method};
 use analysis::exploration_findings::ExplorationFindings;
+use analysis::findings::RecordingFindings;
 use plotting::{Axis, Figure, Key, Panel, Series};
 use plotting::{Dash, Ink, Width};
 

@@ -1,8 +1,8 @@
 //! Fig. 14: changes of impedance, gap and estimated friction against the change of friction.
 
-use crate::measured::drawn::FigureSelection;
 use crate::measured::elements::{MICRO, assumption_note, points};
-use analysis::analysed::Analysis;
+use crate::measured::figure_selection::FigureSelection;
+use analysis::findings::Analysis;
 use analysis::method::Method;
 use analysis::published::{ABS_Z_M, Change, Changes, GAP, MU_ESTIMATED, changes};
 use analysis::statistics::Coefficient;

@@ -15,7 +15,7 @@ use std::process::Command;
 use std::sync::OnceLock;
 
 use analysis::Settings;
-use analysis::analysed::RecordingFindings;
+use analysis::findings::RecordingFindings;
 use analysis::method::Method;
 use analysis::recording_analysis::analyse;
 use contact::uncertain::{LogUncertain, Uncertain};

@@ -1,7 +1,7 @@
 //! Choice of methods and instances for the figures.
 
-use analysis::analysed::Analysis;
 use analysis::estimate::InstanceAnalysis;
+use analysis::findings::Analysis;
 use analysis::method::Method;
 
 /// Methods and instances that the figures show.

@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 use contact::Contact;
 use estimation::{FitConditions, FitError, ModelledSeries, dynamic, paper};
 
-use crate::analysed::{Analysis, RecordingFindings};
 use crate::analysis_settings::Settings;
 use crate::estimate::{Averaged, InstanceAnalysis, InstanceEstimate};
+use crate::findings::{Analysis, RecordingFindings};
 use crate::instance::PreparedInstance;
 use crate::method::Method;
 use crate::statistics::r_squared_complex;

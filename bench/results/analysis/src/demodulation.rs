@@ -5,8 +5,8 @@ use std::path::Path;
 
 use impedance::ZmFrame;
 
-use crate::analysed::RecordingError;
 use crate::clipping::Extremes;
+use crate::findings::RecordingError;
 use crate::flaw::{Channel, Flaw};
 use crate::levels::Levels;
 use crate::measurements::Measurements;

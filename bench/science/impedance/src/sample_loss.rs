@@ -76,8 +76,8 @@ pub enum SampleLossError {
 const MOST_CANDIDATES: u64 = 60 * 192_000;
 
 /// Returns the exact number k of frames lost at the converter's input. k lost frames rotate the envelope's phase by
-/// 2π·k·carrier/rate, which determines k modulo the carrier's period; the timestamps determine the multiple.
-///
+/// 2π·k·carrier/rate, which determines k modulo the carrier's period; the timestamps determine the multiple: after the loss
+/// sample n is that of n + k, and cos(ω(n + k)/rate) demodulated with e^{−iωn/rate} has the phase +ωk/rate.
 ///
 /// ```
 /// use impedance::sample_loss::{PhaseJump, TimestampEstimate, lost_frames};

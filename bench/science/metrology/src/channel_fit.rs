@@ -85,6 +85,8 @@ impl ChannelFit {
             (gain, sorted[i].sigma * gain)
         }))?;
         let (gain, delay_s) = (size.offset, -turning.slope / TAU);
+        // A pure delay d, of either polarity: arg = −2πf d (+ π) = −2πf_c d (+ π) − 2π(f − f_c) d. The slope of the phase gives
+        // d, and the phase at f_c plus 2πf_c d is 0 or π. The rest, over 2πf_c, is the slope's delay less that of the phase.
         let unexplained_rad = wrap(turning.offset + TAU * carrier_hz * delay_s);
         // For a pure delay, phase and slope agree; the phase of an inverted channel is off by half a turn.
         let inverted = unexplained_rad.abs() > PI / 2.0;
@@ -154,6 +156,7 @@ pub fn find_slip(
         .map(|slip| {
             let mut corrected = readings.to_vec();
             for reading in &mut corrected[slip.reading..] {
+                // k samples late: e^{−2πi f k/rate}, undone by its conjugate.
                 let turn = TAU * reading.frequency_hz / sample_rate_hz;
                 reading.ratio *= Complex64::cis(turn * f64::from(slip.samples));
             }

@@ -10,6 +10,11 @@
 //! 2000, section 4.3). The delay is tied to its phase φ at resonance, because an independent delay cannot be separated from A
 //! and C₀ in a narrow band: a pickup with a phase that is not a delay causes an error of φ/(2Q) in A. With x̃ = M
 //! e^{+iφ}·sample and f̃ = γ V·sample the constants follow: k_p = (2πf₀)² m_p, b_p = 2πf₀ m_p/Q, γ = A k_p M/V.
+//!
+//! The first term is the unloaded plate (k_p − ω² m_p + iω b_p) x̃ = f̃ with r = f/f₀ = ω/√(k_p/m_p) and Q = √(k_p m_p)/b_p:
+//! x̃/f̃ = (1/k_p)/(1 − r² + i r/Q), and the ratio of the samples is γV/(M k_p) e^{−iφ}/(1 − r² + i r/Q), so A = γV/(M k_p).
+//! Unknown are f₀, ln Q, ln A, φ and the complex C₀ and C₁: eight real parameters. Σ|H − ratio|² over the tones is minimised by
+//! Levenberg–Marquardt with analytic slopes, from a start read off the peak and its two neighbours.
 
 use crate::fitted_value::FittedValue;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
@@ -202,6 +207,8 @@ fn coarse(responses: &[Response]) -> Result<CoarseResonance, PlateFitError> {
         let r = responses[i];
         (r.frequency_hz, r.ratio.norm_sqr().recip())
     };
+    // y = 1/|H|² ∝ (1 − r²)² + r²/Q² ≈ 4 (r − 1)² + 1/Q². Divided differences of y = y₀ + c (f − f₀)²: s₁ = c (f₁ + f₂ − 2f₀)
+    // and (s₂ − s₁)/(f₃ − f₁) = c.
     let ((f1, y1), (f2, y2), (f3, y3)) = (point_at(peak - 1), point_at(peak), point_at(peak + 1));
     let (s1, s2) = ((y2 - y1) / (f2 - f1), (y3 - y2) / (f3 - f2));
     let bend = (s2 - s1) / (f3 - f1);
@@ -210,7 +217,7 @@ fn coarse(responses: &[Response]) -> Result<CoarseResonance, PlateFitError> {
     } else {
         f2
     };
-    // y = y_least (1 + (2Q (f − f₀)/f₀)²)
+    // y = y_least (1 + (2Q (f − f₀)/f₀)²), so c/y_least = (2Q/f₀)².
     let least = y2 - bend * (f2 - resonance_hz).powi(2);
     let quality = 0.5 * resonance_hz * (bend / least).sqrt();
     let quality = if quality.is_finite() && quality > 1.0 {
@@ -272,6 +279,8 @@ fn solve(
         .with_gtol(TOLERANCE)
         .with_patience(200)
         .minimize(problem);
+    // Covariance s² (JᵀJ)⁻¹ with s² = Σ|residual|²/(2n − p); the objective is half the sum of squares. JᵀJ is scaled to a unit
+    // diagonal before its inversion, because the parameters differ by orders of magnitude.
     let jacobian = problem.jacobian_matrix();
     let normal = jacobian.transpose() * &jacobian;
     let freedom = (2 * responses.len() - free).max(1) as f64;
@@ -326,6 +335,8 @@ impl PlateProblem<'_> {
         ] = self.parameters;
         let i = Complex64::I;
         let f0 = self.reference_hz * (1.0 + detuning);
+        // D = 1 − r² + i r/Q, H₁ = A e^{−iφr}/D:  ∂H₁/∂r = H₁ [−iφ + (2r − i/Q)/D],  ∂H₁/∂ln Q = H₁ (i r/Q)/D,  ∂H₁/∂ln A = H₁,
+        // ∂H₁/∂φ = −i r H₁; the slope by the detuning is that by r (with C₁ from C₁ (r − 1)) times ∂r/∂detuning.
         let (r, loss) = (frequency_hz / f0, (-ln_quality).exp());
         let mode = (1.0 - r * r + i * r * loss).inv();
         let main = ln_static.exp() * Complex64::cis(-phase * r) * mode;

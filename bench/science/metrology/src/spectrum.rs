@@ -115,6 +115,8 @@ impl Spectrum {
                 }
             }
         }
+        // One-sided density 2 |Σ w_n x_n e^{−iω_k n}|²/(rate Σ w_n²), averaged over segments: its sum over the bins
+        // times the resolution is the mean square.
         let scale = 2.0 / (power * sample_rate_hz * f64::from(segments));
         density.iter_mut().for_each(|bin| *bin *= scale);
         Ok(Self {
@@ -140,6 +142,8 @@ impl Spectrum {
             quiet = bins.to_vec();
         }
         let power = quiet.iter().sum::<f64>() / quiet.len() as f64;
+        // The mean P of B T independent looks, each exponentially distributed, has the relative error 1/√(B T); √P has half of
+        // it.
         let looks = quiet.len() as f64 * self.resolution_hz * self.duration_s;
         NoiseDensity {
             value: power.sqrt(),
@@ -159,6 +163,7 @@ impl Spectrum {
                     && (i - SKIRT..=i + SKIRT).all(|j| density[j] <= density[i])
             })
             .map(|i| {
+                // The power A²/2 of the tone is the density above the floor times the resolution, summed over its skirt.
                 let skirt = i - SKIRT..=i + SKIRT;
                 let excess = |j: usize| (density[j] - floor[j]).max(0.0);
                 let power: f64 = skirt.clone().map(excess).sum();

@@ -16,6 +16,7 @@ impl LogNormal {
     #[must_use]
     pub fn from_interval_95(low: f64, high: f64) -> Self {
         Self {
+            // ln low and ln high lie 1.96 standard deviations on either side of their middle.
             median: (low * high).sqrt(),
             ln_std: (high / low).ln() / (2.0 * NORMAL_95),
         }

@@ -165,9 +165,8 @@ impl Kinds {
 
 /// Multiplies a response to each sample by the lower factor of [`exponential_correlation`]: an error is the decayed
 /// previous error plus an innovation, so the innovation of a sample acts on all later ones. For
-/// e_n = ρ e_(n−1) + √(1 − ρ²) ε_n, e_0 = ε_0 and
-/// ρ = e^(−1/c), Cov e has the factor L_nm = ρ^(n−m) √(1 − ρ²) for n ≥ m > 0, and L_n0 = ρ^n. Column m of G L is
-/// √(1 − ρ²) Σ_(n≥m) ρ^(n−m) G_n, summed from the last column backwards.
+/// e_n = ρ e_(n−1) + √(1 − ρ²) ε_n, e_0 = ε_0 and ρ = e^(−1/c), Cov e has the factor L_nm = ρ^(n−m) √(1 − ρ²) for
+/// n ≥ m > 0, and L_n0 = ρ^n. Column m of G L is √(1 − ρ²) Σ_(n≥m) ρ^(n−m) G_n, summed from the last column backwards.
 fn accumulate_errors(response: &mut DMatrix<f64>, intervals: f64) {
     let decay = (-intervals.recip()).exp();
     for sample in (1..response.ncols()).rev() {

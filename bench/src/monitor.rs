@@ -534,7 +534,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn whoever_is_at_the_switch_is_asked_for_each_step_once() {
+    fn each_step_at_the_switch_is_requested_once() {
         let requests = Arc::new(Mutex::new(Vec::new()));
         let watcher = {
             let requests = Arc::clone(&requests);

@@ -138,7 +138,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_tapped_channels_come_in_their_order_and_what_finds_no_room_is_a_gap() {
+    fn tapped_channels_keep_their_order_and_an_overflow_is_a_gap() {
         let (mut writer, mut tap) = connect(&[2, 0], 8, 1);
         let block = |first: u64| -> Vec<f32> {
             (0..4u64)

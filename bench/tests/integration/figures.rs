@@ -229,7 +229,7 @@ fn names(figure: &Figure, panel: usize) -> Vec<&str> {
 }
 
 #[test]
-fn trial_stands_beside_the_others_and_in_fig_13_in_the_place_of_dynamic() {
+fn trial_is_drawn_with_the_others_and_replaces_dynamic_in_fig_13() {
     let mut analysed = analysed();
     let before = measured_figures(&analysed, &Sessions::default(), &FigureSelection::default());
     let findings = analysed.recordings[0].findings.as_mut().unwrap();

@@ -346,7 +346,7 @@ fn a_range_error_names_the_line() {
 }
 
 #[test]
-fn a_condition_overrides_what_it_names_and_keeps_the_rest() {
+fn a_condition_overrides_the_named_keys_and_keeps_the_rest() {
     let p = edit(
         "name = \"am-6hz-95\"",
         "name = \"slow\"\nmodulation_hz = 2\ncarrier = 30e3",
@@ -372,7 +372,7 @@ fn toml(result: Result<Protocol, ProtocolError>) -> TomlError {
 }
 
 #[test]
-fn another_word_for_the_carrier_is_an_error_that_says_what_to_write() {
+fn another_word_for_the_carrier_is_an_error_with_the_allowed_values() {
     let error = toml(edit("\"plate resonance\"", "\"resonance\""));
     let TomlError::WrongType { key, expected, .. } = &error else {
         panic!("{error}")

@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn exact_ids_win_whatever_else_matches() {
+    fn exact_ids_win_over_other_matches() {
         for name in ["alsa:plughw:CARD=USB,DEV=0", "plughw:CARD=USB,DEV=0"] {
             assert_eq!(choose_id(name).unwrap(), "alsa:plughw:CARD=USB,DEV=0");
         }

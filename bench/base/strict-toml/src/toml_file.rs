@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn reads_what_is_right() {
+    fn a_valid_file_is_read() {
         let read: Outer = parse(GOOD, "bench.toml").unwrap();
         assert_eq!(
             read,
@@ -358,7 +358,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_type_says_what_to_write() {
+    fn a_wrong_type_is_an_error_with_the_expected_value() {
         for (written, given_text, expected) in [
             ("carrier_hz = true", "`true`", "a number"),
             ("carrier_hz = \"fast\"", "the text \"fast\"", "a number"),

@@ -203,7 +203,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_number_is_split_from_what_follows_it() {
+    fn a_number_is_split_from_its_unit() {
         for (text, number, unit) in [
             ("6.0 Hz", "6.0", "Hz"),
             ("20g", "20", "g"),
@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn units_are_told_from_other_text() {
+    fn units_are_distinguished_from_other_text() {
         for unit in ["Hz", "%", "µm", "m/s", "N·s/m", "°C", "m s^-1"] {
             assert!(is_unit(unit), "{unit}");
         }

@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn a_server_is_one_card_whatever_its_ports_and_no_two_parts_share_a_file() {
+    fn a_server_is_one_card_for_all_ports_and_no_two_parts_share_a_file() {
         let jack = |device: &str| {
             let device = format!("\"{device}\"");
             let changes = [

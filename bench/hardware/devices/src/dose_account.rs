@@ -454,7 +454,7 @@ mod tests {
     }
 
     #[test]
-    fn the_end_of_the_program_writes_what_was_driven() {
+    fn the_end_of_the_program_writes_the_driving_time() {
         let mut rig = Rig::new();
         rig.drive(1.0, 8.0);
         rig.drive(20.0, 23.0);

@@ -451,7 +451,7 @@ mod tests {
     }
 
     #[test]
-    fn a_benchs_record_says_whose_each_span_was_and_an_older_one_that_nobody_was_named() {
+    fn a_benchs_record_states_the_owner_of_each_span_and_an_older_one_unnamed() {
         let spans = AccountOwner::ALL.map(|(owner, _)| Driven {
             owner,
             ..span_of("a", 1.0, 2.0, NOON)

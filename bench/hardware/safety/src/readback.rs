@@ -332,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_commanded_fits_whatever_the_delay() {
+    fn the_commanded_drive_matches_at_any_delay() {
         for commanded_v in [published_v, tone_v] {
             for delay_s in [0.0, 0.003, 0.02, 0.06, 0.099] {
                 // 5 % of gain, half a volt of hum.

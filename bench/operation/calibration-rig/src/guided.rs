@@ -386,7 +386,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_bench_does_is_a_sentence() {
+    fn the_activity_of_the_bench_is_a_sentence() {
         assert_eq!(sentence("reading the zero"), "Reading the zero.");
         assert_eq!(sentence("Playing 4.00 V."), "Playing 4.00 V.");
     }

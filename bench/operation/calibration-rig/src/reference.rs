@@ -219,7 +219,7 @@ mod tests {
     const UM: Follows = Follows::Displacement(1e-6);
 
     #[test]
-    fn what_is_refused_names_the_option_or_the_line() {
+    fn a_refusal_names_the_option_or_the_line() {
         let late = |delay_s, error_s| Some(StatedDelay { delay_s, error_s });
         for (result, words) in [
             (instrument_on(0, UM, 1.0, None), "channels.drive.index"),

@@ -66,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn points_of_a_calibration_that_ended_early_are_kept_and_it_says_how_to_go_on() {
+    fn points_of_a_calibration_that_ended_early_are_kept_with_advice() {
         let temp = tempfile::tempdir().unwrap();
         let path = temp.path().join("mine.toml");
         let table = temp.path().join("mine-pickup-unfinished.csv");

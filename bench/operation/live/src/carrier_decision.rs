@@ -407,7 +407,7 @@ mod tests {
     }
 
     #[test]
-    fn auto_takes_it_and_nobody_is_asked_without_an_operator() {
+    fn auto_accepts_the_carrier_and_no_operator_means_no_question() {
         let bench = bench();
         let mut auto = decision("limit_hz = 3.0\nnew_carrier = \"auto\"", false, 1e5);
         let effects = auto.judge(drift(4.0), &bench, 1.0);

@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn the_operator_is_told_why_there_is_no_fit() {
+    fn the_operator_sees_the_reason_of_a_missing_fit() {
         let z = Complex64::new(7.0, 0.0);
         let plate = PlateReading {
             plain_n_s_per_m: z,
@@ -185,7 +185,7 @@ mod tests {
 
     /// Repeated requests for one trial discard the estimates from earlier requests.
     #[test]
-    fn requests_of_one_trial_are_of_one_trial() {
+    fn repeated_requests_for_one_trial_count_once() {
         let trial = crate::participant_skin::TrialSkin::read(&serde_json::json!({
             "contact_area_m2": 2e-4, "contact_area_ln_std": 0.1,
             "q0_rad_per_m": 2e4, "q0_ln_std": 0.1,

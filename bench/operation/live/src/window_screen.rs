@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn the_force_is_told_after_an_exploration_alone_and_in_the_language() {
+    fn the_force_is_shown_only_after_an_exploration_and_in_the_language() {
         for instruction in [
             Instruction::FollowSlider,
             Instruction::GetReady,

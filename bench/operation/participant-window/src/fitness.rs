@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn on_a_virtual_display_it_is_told_and_nothing_stops() {
+    fn slow_frames_of_a_virtual_display_are_reported_without_a_stop() {
         let mut fitness = Fitness::default();
         run(&mut fitness, 0.0, 10.0, 0.5, 0.1);
         assert!(matches!(

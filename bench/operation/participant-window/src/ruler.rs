@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn the_line_stays_on_the_screen_whatever_is_pressed_or_assumed() {
+    fn the_line_stays_on_the_screen_for_all_keys_and_scales() {
         for width in [0, 1, 90, 640, 20_000] {
             for pixel_m in [0.0, f64::NAN, 1e-9, 1.0, f64::INFINITY] {
                 let mut ruler = Ruler::new(width, pixel_m);

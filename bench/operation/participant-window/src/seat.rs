@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn a_window_that_comes_late_or_again_is_shown_what_it_should_show() {
+    fn a_late_or_returning_window_gets_the_current_content() {
         let mut rig = Rig::new();
         rig.seat.show(page_content("Please wait"));
         for _ in 0..2 {
@@ -319,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn a_second_window_is_told_of_the_first() {
+    fn a_second_window_is_refused_because_of_the_first() {
         let mut rig = Rig::new();
         let _first = rig.seated();
         let mut second = rig.connect();
@@ -351,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn who_is_no_window_is_let_go_of_without_a_word_to_the_operator() {
+    fn a_foreign_client_is_dropped_without_a_message_to_the_operator() {
         let mut rig = Rig::new();
         for bytes in [
             b"\xff\xff\n".as_slice(),

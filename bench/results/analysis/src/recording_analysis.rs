@@ -331,7 +331,7 @@ seed = 1
     }
 
     #[test]
-    fn the_rules_are_those_of_the_protocol_beside_the_recording_or_else_the_settings() {
+    fn the_rules_come_from_the_recordings_protocol_or_else_the_settings() {
         let session = tempfile::tempdir().unwrap();
         let folder = session.path().join("trial-001_attempt-1");
         let manifest = Manifest::parse(MANIFEST, "recording.toml").unwrap();

@@ -224,7 +224,7 @@ mod tests {
 
     /// A finger on a plate with another mode has 1/(1/Z + Y), which the inversion undoes.
     #[test]
-    fn what_another_mode_adds_is_taken_off() {
+    fn the_contribution_of_another_mode_is_subtracted() {
         let stiffness = |mobility: Complex64| {
             let z_finger = Z_M - Complex64::new(AT[0], AT[1]);
             let mut parameters = AT;

@@ -332,7 +332,7 @@ fn any_sample_rate_serves() {
 }
 
 #[test]
-fn a_carrier_beside_the_resonance_serves() {
+fn a_carrier_off_the_resonance_serves() {
     for offset_hz in [-40.0, 30.0] {
         let drive_hz = 35e3 + offset_hz;
         let laboratory = Laboratory {
@@ -414,7 +414,7 @@ fn an_amplitude_stated_peak_to_peak_is_reported() {
 }
 
 #[test]
-fn a_resonance_elsewhere_is_told_from_a_phase() {
+fn a_shifted_resonance_is_distinguished_from_a_phase() {
     let laboratory = Laboratory {
         plate_hz: 34_980.0,
         ..PUBLISHED

@@ -78,7 +78,7 @@ fn a_trial_in_lock_step() {
 }
 
 #[test]
-fn the_lag_is_what_is_not_on_disk() {
+fn the_lag_counts_the_data_not_yet_on_disk() {
     let temp = tempfile::tempdir().unwrap();
     let (mut sender, _notices, mut task) = recorder(100);
     let gauge = sender.gauge();
@@ -100,7 +100,7 @@ fn the_lag_is_what_is_not_on_disk() {
 }
 
 #[test]
-fn what_was_synced_is_readable_while_the_recording_goes_on() {
+fn synced_data_are_readable_during_the_recording() {
     let temp = tempfile::tempdir().unwrap();
     let folder = temp.path().join("r");
     let mut core = RecorderCore::new();

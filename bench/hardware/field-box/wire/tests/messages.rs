@@ -164,7 +164,7 @@ fn any_report() -> impl Strategy<Value = Report> {
 
 proptest! {
     #[test]
-    fn what_is_said_is_heard_whatever_came_before(report in any_report(), noise in prop::collection::vec(any::<u8>(), 0..100)) {
+    fn a_message_is_decoded_after_any_bytes(report in any_report(), noise in prop::collection::vec(any::<u8>(), 0..100)) {
         let message = FromBox::Report(report);
         let encoded = message.encode();
         prop_assert!(encoded.len() <= LONGEST_BYTES);

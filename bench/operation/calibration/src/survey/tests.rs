@@ -67,7 +67,7 @@ fn nothing_is_driven_under_a_finger_that_does_not_rest_as_it_must() {
 }
 
 #[test]
-fn where_nobody_can_be_asked_it_gives_up() {
+fn without_an_operator_the_survey_ends() {
     let mut finger = procedure(CONFIG, false).unwrap();
     for last in [false, false, true] {
         place_finger(&mut finger);

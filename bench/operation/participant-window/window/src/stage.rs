@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn the_operator_is_told_once_of_a_plate_that_does_not_fit_and_of_letters_that_lack() {
+    fn the_operator_is_warned_once_of_an_oversized_plate_and_of_missing_letters() {
         let mut stage = stage(None);
         let narrow = Geometry {
             width: 300.0,

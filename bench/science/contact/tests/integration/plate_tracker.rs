@@ -305,7 +305,7 @@ fn a_finger_that_is_not_there_moves_nothing() {
 }
 
 #[test]
-fn nothing_is_told_of_a_plate_that_was_not_seen_free() {
+fn a_plate_never_read_free_has_no_tracked_resonance() {
     let mut tracker = tracker();
     let frames = World::default().frames();
     let contact_frames = frames.iter().filter(|frame| frame.normal_n > 0.1);

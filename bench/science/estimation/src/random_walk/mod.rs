@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn the_diffusivity_of_a_walk_is_found_beside_its_rate_and_noise() {
+    fn the_diffusivity_of_a_walk_is_found_with_its_rate_and_noise() {
         let mut random = ChaCha8Rng::seed_from_u64(3);
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
         let times_s: Vec<f64> = (0..4000).map(|n| 0.2 * f64::from(n)).collect();

@@ -123,7 +123,7 @@ fn a_drift_is_followed_from_the_first_second_on() {
 }
 
 #[test]
-fn a_clock_beyond_its_tolerance_is_told_from_one_within() {
+fn a_clock_beyond_its_tolerance_is_distinguished_from_one_within() {
     let card = ClockState {
         drift_ppm: 80.0,
         span_s: 60.0,

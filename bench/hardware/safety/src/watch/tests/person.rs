@@ -99,7 +99,7 @@ fn the_faint_tone_costs_nothing_and_each_drive_that_is_felt_does() {
 }
 
 #[test]
-fn whoever_keeps_the_account_is_sent_each_span_from_its_first_moment() {
+fn each_span_is_reported_from_its_first_moment() {
     let mut rig = Rig::armed(SafetyLines::default());
     let (spans, reports) = crossbeam_channel::unbounded();
     let allowance = Allowance {

@@ -33,7 +33,7 @@ use tui::event::LogLevel::{self, Info, Warning};
 use crate::apparatus::Apparatus;
 use crate::journal::{Entry, Journal, entry_queue};
 use crate::session::{KeptUp, Questions, Report, SessionTask, Wiring, summary_lines};
-use bounded_files::quoted;
+use escaping::quoted;
 use files::{EarlierPart, begin_recording, earlier_part, machine, open_session, past_crops};
 use live::carrier_decision::CarrierDecision;
 use live::interference::Interference;
@@ -55,7 +55,7 @@ pub use plan::{Plan, ProtocolFile, session_bytes};
 pub fn run(
     plan: Plan,
     apparatus: Apparatus,
-    open_front: impl FnOnce(&Plan, &Life) -> anyhow::Result<Shown>,
+    open_front: impl FnOnce(&Plan, &Life) -> anyhow::Result<SessionFront>,
 ) -> anyhow::Result<(Report, KeptUp)> {
     let Apparatus {
         hardware,
@@ -362,12 +362,12 @@ fn log(level: LogLevel, text: String) -> tui::Event {
 }
 
 /// The operator's front end of a session, and the thread of its screen if there is one.
-pub type Shown = (Box<dyn Front>, Option<DashboardThread>);
+pub type SessionFront = (Box<dyn Front>, Option<DashboardThread>);
 
 /// Returns the dashboard on this process's terminal; a headless session writes lines to `out` instead.
 pub fn terminal_front(
     out: impl Write + Send + 'static,
-) -> impl FnOnce(&Plan, &Life) -> anyhow::Result<Shown> {
+) -> impl FnOnce(&Plan, &Life) -> anyhow::Result<SessionFront> {
     move |plan, life| {
         if plan.headless {
             return Ok((Box::new(Headless::new(Lines::start(out)?)), None));

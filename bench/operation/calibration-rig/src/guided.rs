@@ -294,9 +294,9 @@ mod tests {
 
     /// Front end that records the events shown.
     #[derive(Default)]
-    struct Shown(Vec<Event>);
+    struct EventRecorder(Vec<Event>);
 
-    impl Front for Shown {
+    impl Front for EventRecorder {
         fn show(&mut self, event: Event) {
             self.0.push(event);
         }
@@ -306,7 +306,7 @@ mod tests {
         }
     }
 
-    fn guided() -> Guided<Shown> {
+    fn guided() -> Guided<EventRecorder> {
         let facts = BenchFacts {
             plate: "plate of 105 mm".to_owned(),
             unverified: vec!["the volts were never checked".to_owned()],
@@ -314,7 +314,7 @@ mod tests {
         };
         let notices = ["limits loosened".to_owned()];
         Guided::new(
-            Shown::default(),
+            EventRecorder::default(),
             "calibrate".to_owned(),
             true,
             facts,
@@ -322,7 +322,7 @@ mod tests {
         )
     }
 
-    fn logged(guided: &Guided<Shown>) -> Vec<(LogLevel, &str)> {
+    fn logged(guided: &Guided<EventRecorder>) -> Vec<(LogLevel, &str)> {
         let events = guided.front.0.iter();
         let lines = events.filter_map(|event| match event {
             Event::Log { level, text } => Some((*level, text.as_str())),

@@ -1,7 +1,6 @@
 //! Values with their standard errors.
 
-/// Number of standard errors on either side of a value that include 95 % of a normal distribution.
-pub const NORMAL_95: f64 = 1.959_964;
+use statistics::NORMAL_95;
 
 /// A value and its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -23,6 +23,8 @@
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationReason};
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn, SMatrix, SVector};
+
+use crate::normal_matrix::inverse_of_normal;
 use num_complex::Complex64;
 
 use contact::calibration_errors::{ByError, ERRORS};
@@ -52,8 +54,6 @@ const PATIENCE: usize = 60;
 /// parameters' units, that is attributed to rounding.
 const MAX_RELATIVE_FALL: f64 = 1e-4;
 const MAX_ROUNDING_STEP: f64 = 1e-6;
-/// Pivot of the scaled normal matrix below which it is rounding, not information.
-const MIN_PIVOT: f64 = 1e-12;
 
 pub(crate) struct Minimum<const N: usize> {
     pub(crate) parameters: [f64; N],
@@ -253,7 +253,7 @@ fn summarise<M: ImpedanceModel<N>, const N: usize>(
         scatter += &product * deviation.powi(2);
         normal += product;
     }
-    let inverse = invert_scaled(&normal);
+    let inverse = inverse_of_normal(&normal);
     let step = inverse.as_ref().map(|inverse| inverse * &gradient);
     // Rejected steps out of the domain shorten the steps that follow, and a short step can be mistaken for convergence.
     // `step` is N⁻¹g, so `step.dot(&gradient)` is the fall gᵀN⁻¹g that the Gauss–Newton step −N⁻¹g would bring.
@@ -285,32 +285,6 @@ fn summarise<M: ImpedanceModel<N>, const N: usize>(
         covariance,
         noise,
     }
-}
-
-/// Inverts a normal matrix, scaled to unit diagonal first so that units do not decide which pivots count as singular.
-fn invert_scaled(normal: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    // N⁻¹ = D (D N D)⁻¹ D with D = diag(1/√N_ii). The squared pivot of a parameter in D N D is the part 1 − R² of its slopes
-    // that those of the parameters before it do not explain.
-    let scale = normal.diagonal().map(|entry| entry.sqrt().recip());
-    if !scale.iter().all(|s| s.is_finite()) {
-        return None;
-    }
-    let scaled_matrix = DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| {
-        normal[(i, j)] * scale[i] * scale[j]
-    });
-    let factor = scaled_matrix.cholesky()?;
-    if factor
-        .l_dirty()
-        .diagonal()
-        .iter()
-        .any(|pivot| pivot.powi(2) < MIN_PIVOT)
-    {
-        return None;
-    }
-    let inverse = factor.inverse();
-    Some(DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| {
-        inverse[(i, j)] * scale[i] * scale[j]
-    }))
 }
 
 /// Returns 1 + 2 Σ ρ_k over the lags before the autocorrelation first vanishes. Neighbouring residuals share the demodulator's

@@ -50,6 +50,7 @@ mod lagged_model;
 mod least_squares;
 mod loads;
 mod modelled_series;
+mod normal_matrix;
 pub mod paper;
 pub mod plate_course;
 pub mod random_walk;

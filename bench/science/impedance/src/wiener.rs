@@ -9,6 +9,7 @@
 //! frequency is H = F/(F + N) = (P − N)/P = 1 − N/P, and 0 where P < N. P is the median over stretches at each frequency,
 //! averaged over a range of f·1.25^±1; N is the median of P over the upper band.
 
+use statistics::median;
 use std::ops::RangeInclusive;
 
 use realfft::RealFftPlanner;
@@ -92,13 +93,7 @@ impl Spectrum {
             }
         }
         // A touch or a lift-off contains all frequencies at once, and would bias a mean.
-        let power = powers
-            .iter_mut()
-            .map(|bin_powers| {
-                bin_powers.sort_by(f64::total_cmp);
-                0.5 * (bin_powers[(bin_powers.len() - 1) / 2] + bin_powers[bin_powers.len() / 2])
-            })
-            .collect();
+        let power = powers.into_iter().map(median).collect::<Option<_>>()?;
         Some(Self {
             step_hz: rate_hz / stretch as f64,
             power,

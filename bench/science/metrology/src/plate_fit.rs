@@ -21,7 +21,8 @@ use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn};
 use num_complex::Complex64;
-use std::f64::consts::{FRAC_PI_2, PI};
+use statistics::wrap_rad;
+use std::f64::consts::FRAC_PI_2;
 
 /// The response at one frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -151,7 +152,7 @@ impl PlateFit {
                 standard_error: static_ratio * error(2, channel_match),
             },
             pickup_phase_rad: FittedValue {
-                value: wrap(p[3]),
+                value: wrap_rad(p[3]),
                 standard_error: error(3, channel_match),
             },
             residual: (squares / responses.len() as f64).sqrt() / largest,
@@ -256,7 +257,7 @@ fn solve(
         0.0,
         start.quality.ln(),
         (start.peak.norm() / start.quality).ln(),
-        wrap(-start.peak.arg() - FRAC_PI_2),
+        wrap_rad(-start.peak.arg() - FRAC_PI_2),
         0.0,
         0.0,
         0.0,
@@ -404,12 +405,6 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for PlateProblem<'_> {
     fn jacobian(&self) -> Option<DMatrix<f64>> {
         Some(self.jacobian_matrix())
     }
-}
-
-/// Returns the angle wrapped to −π to π, rad.
-#[must_use]
-pub fn wrap(angle_rad: f64) -> f64 {
-    (angle_rad + PI).rem_euclid(2.0 * PI) - PI
 }
 
 #[cfg(test)]

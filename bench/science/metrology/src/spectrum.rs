@@ -134,7 +134,7 @@ impl Spectrum {
         let bin =
             |hz: f64| ((hz / self.resolution_hz).round() as usize).min(self.density.len() - 1);
         let bins = &self.density[bin(from_hz)..=bin(to_hz)];
-        let limit = STANDS_OUT * median(bins);
+        let limit = STANDS_OUT * statistics::median(bins.iter().copied()).unwrap_or(f64::INFINITY);
         let tones: Vec<usize> = (0..bins.len()).filter(|&i| bins[i] > limit).collect();
         let is_quiet = |i: &usize| tones.iter().all(|tone| tone.abs_diff(*i) > SIDELOBES);
         let mut quiet: Vec<f64> = (0..bins.len()).filter(is_quiet).map(|i| bins[i]).collect();
@@ -186,17 +186,15 @@ impl Spectrum {
 
     /// Returns the median of the bins about each bin, sample units²/Hz.
     fn floor(&self) -> Vec<f64> {
-        let medians: Vec<f64> = self.density.chunks(FLOOR_BINS).map(median).collect();
+        let medians: Vec<f64> = self
+            .density
+            .chunks(FLOOR_BINS)
+            .filter_map(|bins| statistics::median(bins.iter().copied()))
+            .collect();
         (0..self.density.len())
             .map(|i| medians[i / FLOOR_BINS])
             .collect()
     }
-}
-
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted[sorted.len() / 2]
 }
 
 #[cfg(test)]

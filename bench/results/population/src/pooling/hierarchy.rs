@@ -7,10 +7,11 @@
 //! Members that agree better than their errors allow share a part of these errors: a law that no trial constrains is
 //! marginalised in each trial, and its error is the same in all. Averaging does not reduce the shared part.
 
+use statistics::NORMAL_95;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use crate::pooling::estimate::Estimate;
-use crate::pooling::mean::{NORMAL_95, Weighted, between_variance, student95};
+use crate::pooling::mean::{Weighted, between_variance, student95};
 use crate::pooling::scatter::{Scatter, bisect};
 
 /// Pooled estimates of groups.

@@ -1,11 +1,9 @@
 //! Mean of estimates at one level.
 
+use statistics::NORMAL_95;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::pooling::estimate::Estimate;
-
-/// Half-width of the 95 % interval of a normal distribution, in standard deviations.
-pub(crate) const NORMAL_95: f64 = 1.959_964;
 
 /// Groups of estimates, weighted within each group by precision.
 pub(crate) struct Weighted {

@@ -1,9 +1,10 @@
 //! Scatter of members about their group's mean: larger or smaller than their errors explain.
 
+use statistics::NORMAL_95;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::pooling::estimate::Estimate;
-use crate::pooling::mean::{NORMAL_95, Weighted, between_variance, student95};
+use crate::pooling::mean::{Weighted, between_variance, student95};
 
 /// Quantile of the common scatter's distribution above which a group has a separate scatter.
 const SEPARATE_QUANTILE: f64 = 0.99;

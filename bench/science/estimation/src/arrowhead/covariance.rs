@@ -17,6 +17,8 @@
 
 use nalgebra::{DMatrix, SMatrix, SVector};
 
+use crate::normal_matrix::inverse_of_normal;
+
 use crate::arrowhead::minimise::ArrowMinimum;
 use crate::arrowhead::normal::{BlockNormal, Place};
 
@@ -90,7 +92,7 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
         let mut shared_scatter = SMatrix::from_diagonal(&prior_scatter);
         let mut terms = Vec::with_capacity(scatter.len());
         for (block, scatter) in self.arrow.blocks.iter().zip(&scatter) {
-            let inverse = invert(&block.own)?;
+            let inverse = inverse_of_normal(&block.own)?;
             let shared_response = inverse * block.coupling;
             schur -= block.coupling.transpose() * shared_response;
             // Contribution of a block's gradient to the shared one, after its own parameters are eliminated.
@@ -100,7 +102,7 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
                 - shared_response.transpose() * coupling_scatter;
             terms.push((inverse, shared_response, coupling_scatter));
         }
-        let schur_inverse = invert(&schur)?;
+        let schur_inverse = inverse_of_normal(&schur)?;
         let shared = schur_inverse * shared_scatter * schur_inverse;
         let blocks = terms
             .into_iter()
@@ -179,20 +181,6 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
         }
         Some(response)
     }
-}
-
-/// Pivot of a matrix scaled to unit diagonal below which it is rounding, not information.
-const MIN_PIVOT: f64 = 1e-12;
-
-fn invert<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
-    let scale =
-        SMatrix::<f64, N, N>::from_diagonal(&matrix.diagonal().map(|entry| entry.sqrt().recip()));
-    let factor = (scale * matrix * scale).cholesky()?;
-    let pivots = factor.l_dirty().diagonal();
-    if !pivots.iter().all(|pivot| pivot.powi(2) >= MIN_PIVOT) {
-        return None;
-    }
-    Some(scale * factor.inverse() * scale)
 }
 
 #[cfg(test)]
@@ -344,7 +332,7 @@ mod tests {
     #[test]
     fn a_matrix_that_leaves_a_combination_open_has_no_inverse() {
         let singular = SMatrix::<f64, 2, 2>::new(1.0, 1.0, 1.0, 1.0);
-        assert_eq!(invert(&singular), None);
-        assert_eq!(invert(&SMatrix::<f64, 2, 2>::zeros()), None);
+        assert_eq!(inverse_of_normal(&singular), None);
+        assert_eq!(inverse_of_normal(&SMatrix::<f64, 2, 2>::zeros()), None);
     }
 }

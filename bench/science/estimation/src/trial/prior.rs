@@ -1,6 +1,6 @@
 //! Priors of the skin and the plate for the fit of a trial.
 
-use contact::uncertain::NORMAL_95;
+use statistics::NORMAL_95;
 
 /// A log-normal distribution.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 #[derive(Debug, Default)]
-struct Shown {
+struct AttendanceCounters {
     times: AtomicU64,
     limit_frames: AtomicU64,
 }
@@ -13,7 +13,7 @@ struct Shown {
 /// them is stopped as by [`crate::KillSwitch::kill`]: this covers a monitor that hangs, starves or has ended although nothing
 /// else has failed.
 #[derive(Clone, Debug, Default)]
-pub struct Attendance(Arc<Shown>);
+pub struct Attendance(Arc<AttendanceCounters>);
 
 impl Attendance {
     /// Requires at least one report per `limit_frames` rendered frames from now on.

@@ -12,7 +12,7 @@ use config::{CalibrationFile, Config, ForceProtocol};
 use devices::dose_account::{AccountPaths, DoseAccount};
 use devices::estop_press::{EstopPress, EstopPressError};
 use devices::plate_warmth::PlateWarmth;
-use devices::{Boot, Whose};
+use devices::{AccountOwner, Boot};
 use field_box_wire::{FromBox, Listener};
 use jiff::Timestamp;
 use mock_world::scenario::Scenario;
@@ -212,7 +212,7 @@ pub fn vibrometer(bytes: &[u8]) -> bool {
             bytes: Cursor::new(bytes.to_vec()),
             chunk_size,
         };
-        let mut instrument = Instrument::on(Box::new(port), Path::new("vibrometer"));
+        let mut instrument = Instrument::with_port(Box::new(port), Path::new("vibrometer"));
         let is_sound = (0..=bytes.len() / chunk_size)
             .all(|_| instrument.poll(|m| amplitudes_m.push(m)).is_ok());
         (amplitudes_m, is_sound)
@@ -272,12 +272,12 @@ pub fn driving_times(bytes: &[u8]) -> bool {
         };
         let open_account = |paths, owner| {
             let account = DoseAccount::open(Some(paths), owner, 3600.0, 1.0).ok()?;
-            let remaining_s = account.left_s(&BOOT, Timestamp::UNIX_EPOCH);
+            let remaining_s = account.remaining_s(&BOOT, Timestamp::UNIX_EPOCH);
             assert!((0.0..=3600.0).contains(&remaining_s), "{remaining_s}");
             Some(())
         };
-        let participant_account = open_account(participant, Whose::Named);
-        let bench_account = open_account(bench, Whose::Unnamed);
+        let participant_account = open_account(participant, AccountOwner::Named);
+        let bench_account = open_account(bench, AccountOwner::Unnamed);
         participant_account.or(bench_account).is_some()
     })
 }

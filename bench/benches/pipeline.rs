@@ -77,7 +77,7 @@ fn audio() -> Vec<f32> {
 }
 
 fn demodulate(samples: &[f32]) -> anyhow::Result<u64> {
-    let mut pipeline = Pipeline::of_recording(&manifest(), AUDIO)?;
+    let mut pipeline = Pipeline::from_recording(&manifest(), AUDIO)?;
     let mut meter = LiveMeter::default();
     for block in samples.chunks(BLOCK_FRAMES * usize::from(AUDIO.channels)) {
         meter.take(&acquire(&mut pipeline, block)?);
@@ -87,7 +87,7 @@ fn demodulate(samples: &[f32]) -> anyhow::Result<u64> {
 
 fn acquire(pipeline: &mut Pipeline, block: &[f32]) -> anyhow::Result<Batch> {
     let mut batch = Batch::default();
-    pipeline.take(block, &mut batch.frames)?;
+    pipeline.process(block, &mut batch.frames)?;
     batch.audio_s = pipeline.audio_s();
     batch.account = pipeline.account();
     Ok(batch)
@@ -106,7 +106,7 @@ fn demodulate_and_record(samples: &[f32], folder: &Path) -> anyhow::Result<u64> 
     sender
         .send(RecorderMessage::Begin(Box::new(begin)))
         .map_err(refusal)?;
-    let mut pipeline = Pipeline::of_recording(&manifest(), AUDIO)?;
+    let mut pipeline = Pipeline::from_recording(&manifest(), AUDIO)?;
     let mut meter = LiveMeter::default();
     for block in blocks {
         meter.take(&acquire(&mut pipeline, block)?);

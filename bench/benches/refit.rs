@@ -7,8 +7,8 @@ use std::hint::black_box;
 use std::path::Path;
 
 use analysis::amplitude_profile::AmplitudeProfile;
-use analysis::trial_fit::{FitRequest, Selected, fit};
-use analysis::{Settings, demodulated, unloaded};
+use analysis::trial_fit::{FitRequest, SelectedExploration, fit};
+use analysis::{Settings, demodulation, unloaded_plate};
 use contact::AssumedConstants;
 use criterion::{Criterion, criterion_group, criterion_main};
 use protocols::selection::select;
@@ -18,7 +18,7 @@ use recording::pipeline::PickupOffset;
 /// Returns a trial of two explorations; those of the reference are alike, so one stands for both.
 fn trial() -> anyhow::Result<FitRequest> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/reference/recording-a");
-    let reading = demodulated::read(&folder, PickupOffset::default())?;
+    let reading = demodulation::read(&folder, PickupOffset::default())?;
     let rules = Settings::default().selection_rules(reading.manifest.plate.centre_m);
     let (mut free, mut explorations) = (Vec::new(), Vec::new());
     for interval in &reading.manifest.intervals {
@@ -29,7 +29,7 @@ fn trial() -> anyhow::Result<FitRequest> {
                 let series = reading.record.series(start_s, end_s);
                 let stretches = select(&series.exploration(direction), &rules)?;
                 for _ in 0..2 {
-                    explorations.push(Selected {
+                    explorations.push(SelectedExploration {
                         start_s,
                         end_s,
                         stretches: stretches.clone(),
@@ -39,7 +39,7 @@ fn trial() -> anyhow::Result<FitRequest> {
         }
     }
     let modulation_hz = reading.manifest.modulation_hz;
-    let plate = unloaded::read(&reading.record, &free, modulation_hz, rules.contact_n / 2.0)
+    let plate = unloaded_plate::read(&reading.record, &free, modulation_hz, rules.contact_n / 2.0)
         .map(|reading| reading.plate);
     Ok(FitRequest {
         label: "trial 1".to_owned(),

@@ -10,11 +10,11 @@ use crate::dates;
 use crate::outcome::{progress_bar, require_writable, write_text};
 use crate::verbosity::Verbosity;
 use analysis::attempts::{Account, Attempts};
-use analysis::find::Wanted;
+use analysis::find::TrialFilter;
 use analysis::published::{TableFormat, statistics};
 use analysis::results::Results;
 use analysis::whole_trial;
-use analysis::{Analysed, RecordingAnalysis, Settings, analyse, find, tables};
+use analysis::{Analysis, RecordingAnalysis, Settings, analyse, find, tables};
 use escaping::{escaped, escaped_line};
 use plotting::Figure;
 use population::skin::Skin;
@@ -46,13 +46,13 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     if options.tables.is_some() {
         tables::require_built()?;
     }
-    let scope = Wanted {
+    let scope = TrialFilter {
         practice: options.practice,
         rejected: options.include_rejected,
     };
     let attempts = find::attempts(&options.recordings, scope)?;
     let selection = select(attempts.recordings(), options.include_excluded)?;
-    let folders = &selection.kept;
+    let folders = &selection.recordings;
     verbosity.note(format_args!("{} recordings", folders.len()));
     let bar = progress_bar(folders.len() as u64, verbosity);
     let analysed = analyse(folders, &settings, |analysis| {
@@ -63,8 +63,8 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
 
     let account = attempts.account(&analysed, &excluded_recordings(&attempts, &selection)?);
     warn(&account);
-    let skin = Skin::of(&analysed);
-    let sessions = Sessions::of(folders.iter().map(PathBuf::as_path));
+    let skin = Skin::from_analysis(&analysed);
+    let sessions = Sessions::from_recordings(folders.iter().map(PathBuf::as_path));
     if options.json.is_some() || options.report.is_some() {
         let mut results = Results::new(&analysed)
             .with_skin(serde_json::to_value(&skin)?)
@@ -78,7 +78,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
             write_text(path, &results)?;
         }
         if let Some(path) = &options.report {
-            let figures = measured_figures(&analysed, &sessions, &options.drawn());
+            let figures = measured_figures(&analysed, &sessions, &options.figure_selection());
             let page = page(options, &analysed, &results, (&sessions, &figures))?;
             write_text(path, &page)?;
         }
@@ -86,12 +86,12 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     if let Some(folder) = &options.tables {
         tables::write(&analysed, folder)?;
         population::skin::write(&skin, folder)?;
-        selection.write_beside(folder)?;
+        selection.write_table(folder)?;
     }
     if let Some(folder) = &options.figures {
-        write_figures(&analysed, &sessions, &options.drawn(), folder)
+        write_figures(&analysed, &sessions, &options.figure_selection(), folder)
             .context("cannot draw the figures")?;
-        selection.write_beside(folder)?;
+        selection.write_table(folder)?;
     }
     let excluded = selection.to_text();
     let counts: String = account
@@ -119,7 +119,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     } else {
         let _ = write!(std::io::stderr(), "{}", escaped(&excluded));
     }
-    let all_read = analysed.recordings.iter().all(|r| r.found.is_ok());
+    let all_read = analysed.recordings.iter().all(|r| r.findings.is_ok());
     Ok(all_read && account.missed().next().is_none())
 }
 
@@ -128,7 +128,7 @@ fn excluded_recordings(attempts: &Attempts, selection: &Selection) -> anyhow::Re
     let excluded = selection.excluded.iter();
     let mut recordings: Vec<PathBuf> = excluded.flat_map(|row| row.recordings.clone()).collect();
     if selection.overridden.is_empty() {
-        let left_out = attempts.left_out.iter().map(|trial| trial.path.clone());
+        let left_out = attempts.omissions.iter().map(|trial| trial.path.clone());
         let extra = study::exclusions::select(left_out.collect())?;
         recordings.extend(extra.excluded.into_iter().flat_map(|row| row.recordings));
     }
@@ -149,13 +149,13 @@ fn warn(account: &Account) {
 /// Returns the report on the analysis, with the numbers of `results`.
 fn page(
     options: &Analyze,
-    analysed: &Analysed,
+    analysed: &Analysis,
     results: &str,
     (sessions, figures): (&Sessions, &[Figure]),
 ) -> anyhow::Result<String> {
     let recordings = analysed.recordings.iter().map(|recording| Recorded {
         path: &recording.path,
-        manifest: recording.found.as_ref().ok().map(|f| &f.manifest),
+        manifest: recording.findings.as_ref().ok().map(|f| &f.manifest),
     });
     let content = Content {
         name: &name(&options.recordings),
@@ -163,7 +163,7 @@ fn page(
         recordings: &recordings.collect::<Vec<_>>(),
         sessions,
         figures,
-        made: dates::now(),
+        date: dates::now(),
         program: concat!("friction-bench ", env!("CARGO_PKG_VERSION")),
     };
     report::html(&content).context("cannot make the report")
@@ -186,7 +186,7 @@ fn select(folders: Vec<PathBuf>, include_excluded: bool) -> anyhow::Result<Selec
     if include_excluded {
         return Ok(selection.overridden(all_folders));
     }
-    if selection.kept.is_empty() {
+    if selection.recordings.is_empty() {
         bail!(
             "nothing is left to analyse: {EXCLUSIONS_FILE} leaves out {}; --include-excluded analyses it all the same",
             selection.lines().join("; ")
@@ -200,7 +200,7 @@ fn report(analysis: &RecordingAnalysis) {
     let path = analysis.path.display().to_string();
     let path = escaped_line(&path);
     let mut stderr = std::io::stderr().lock();
-    match &analysis.found {
+    match &analysis.findings {
         Ok(findings) => {
             for flaw in &findings.flaws {
                 let _ = writeln!(stderr, "{path}: warning: {}", escaped(&flaw.to_string()));
@@ -221,10 +221,10 @@ fn lines(skin: &Skin) -> String {
 }
 
 /// Returns a line for each recording, and one for the parameters that its instances share.
-fn summary(analysed: &Analysed) -> String {
+fn summary(analysed: &Analysis) -> String {
     let mut lines = String::new();
     for recording in &analysed.recordings {
-        let counts = match &recording.found {
+        let counts = match &recording.findings {
             Ok(findings) => format!(
                 "{} instances, {} stretches rejected, {} warnings",
                 findings.instances.len(),
@@ -238,7 +238,7 @@ fn summary(analysed: &Analysed) -> String {
             escaped_line(&recording.path.display().to_string())
         ));
         let trial = recording
-            .found
+            .findings
             .as_ref()
             .ok()
             .and_then(|findings| findings.trial.as_ref());

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use analysis::estimate::Method;
 use analysis::published::TableFormat;
 use clap::{Args, ValueEnum};
-use published_figures::measured::Drawn;
+use published_figures::measured::FigureSelection;
 use terminal_size::terminal_size_of;
 
 /// Minimum number of columns that a table is made for.
@@ -137,16 +137,16 @@ pub enum InstancesOf {
 
 impl Analyze {
     /// Returns the content of the figures.
-    pub fn drawn(&self) -> Drawn {
+    pub fn figure_selection(&self) -> FigureSelection {
         let whole_trial = self.instances_of == InstancesOf::Trial;
         let methods = match self.figures_of {
             FiguresOf::Paper => vec![Method::Paper],
             FiguresOf::Dynamic => vec![Method::Dynamic],
             FiguresOf::Trial => vec![Method::Trial],
             FiguresOf::Both => vec![Method::Dynamic, Method::Paper],
-            FiguresOf::All => Drawn::default().methods,
+            FiguresOf::All => FigureSelection::default().methods,
         };
-        Drawn {
+        FigureSelection {
             methods,
             whole_trial,
         }

@@ -11,13 +11,13 @@ use calibration::pickup::{PickupProcedure, PickupSetup};
 use calibration::plate_procedure::{PlateProcedure, PlateSetup};
 use calibration::survey::{FingerProcedure, ProfileProcedure};
 use calibration::volts::{OutputProcedure, OutputSetup, VoltMeter};
-use calibration_rig::beside::{ended_early, write_beside};
 use calibration_rig::clear::ClearPlate;
 use calibration_rig::guided::Guided;
-use calibration_rig::judged::{Beside, Calibrates, Judged};
+use calibration_rig::judged::{Calibrates, Judged, SideFile};
 use calibration_rig::known::{self, Instrument, Known};
 use calibration_rig::operator::ForceAxis;
 use calibration_rig::rig::{self, Attendance};
+use calibration_rig::side_files::{ended_early, write_files};
 use calibration_rig::unattended::Unattended;
 use config::{
     CalibrationError, CalibrationFile, CalibrationFileError, Config, Effective, Identity,
@@ -73,7 +73,7 @@ fn existing_calibration(
             if new_sensor {
                 (calibration.force, calibration.identity.force_sensor) = (None, None);
             }
-            let same_devices = Identity::of(
+            let same_devices = Identity::from_config(
                 config,
                 calibration.identity.input_device.clone(),
                 calibration.identity.output_device.clone(),
@@ -84,11 +84,9 @@ fn existing_calibration(
                 .with_context(|| other_bench(path))?;
             Ok(calibration)
         }
-        Err(CalibrationFileError::Absent { .. }) => Ok(CalibrationFile::of(Identity::of(
-            config,
-            String::new(),
-            String::new(),
-        ))),
+        Err(CalibrationFileError::Absent { .. }) => Ok(CalibrationFile::new(
+            Identity::from_config(config, String::new(), String::new()),
+        )),
         Err(error) => Err(error.into()),
     }
 }
@@ -234,7 +232,7 @@ impl<'a> CalibrationRun<'a> {
         let ledger = if C::DRIVES_A_FINGER {
             driving_time::of_monitor(None, &self.path, config, &hardware)?
         } else {
-            driving_time::of_clear_plate(&self.path, config, &hardware)?
+            driving_time::clear_plate_account(&self.path, config, &hardware)?
         };
         driving_time::require_cool(&ledger.warmth, hardware.clock.as_ref())?;
         let notice = rehearsed::notice(&rehearsed);
@@ -257,12 +255,14 @@ impl<'a> CalibrationRun<'a> {
             stem,
             table,
             mut figure,
-            mut beside,
+            mut side_files,
         } = outcome
             .procedure
             .judge(outcome.date, &self.measure.operator)?;
         if let Some(notice) = &notice {
-            let extra_figures = beside.iter_mut().filter_map(|extra| extra.figure.as_mut());
+            let extra_figures = side_files
+                .iter_mut()
+                .filter_map(|extra| extra.figure.as_mut());
             for figure in figure.iter_mut().chain(extra_figures) {
                 figure.caption = format!("{notice}. {}", figure.caption);
             }
@@ -277,14 +277,14 @@ impl<'a> CalibrationRun<'a> {
                 "xruns            {xruns}, none in what was measured"
             ));
         }
-        let mut written = write_beside(&self.path, &file_stem(stem), &table, figure.as_ref())?;
-        for Beside {
+        let mut written = write_files(&self.path, &file_stem(stem), &table, figure.as_ref())?;
+        for SideFile {
             stem,
             table,
             figure,
-        } in &beside
+        } in &side_files
         {
-            written.extend(write_beside(
+            written.extend(write_files(
                 &self.path,
                 &file_stem(stem),
                 table,

@@ -4,7 +4,7 @@ use std::io::Write;
 
 use config::{Config, Effective};
 use devices::stop_on_signals;
-pub use drill::Watched;
+pub use drill::WatchedHardware;
 use drill::{Course, DrillRecord, Scripted};
 use operator_ui::console::{Dashboard, DashboardThread, Front, Lines, StopKeys};
 use safety::DriveStop;
@@ -47,7 +47,7 @@ pub fn run(
     course: &Course,
     options: &cli::Drill,
     config: &Config,
-    open: impl FnMut() -> anyhow::Result<Watched>,
+    open: impl FnMut() -> anyhow::Result<WatchedHardware>,
     out: impl Write + Send + 'static,
 ) -> anyhow::Result<(DrillRecord, Vec<String>)> {
     let quit = StopFlag::default();

@@ -74,7 +74,7 @@ fn describe(
             ));
         }
     }
-    if traces.listed {
+    if traces.is_listed {
         lines.push("  the line in participants.tsv".to_owned());
     }
     match traces.exclusions {
@@ -82,11 +82,11 @@ fn describe(
         1 => lines.push("  a line in exclusions.tsv".to_owned()),
         count => lines.push(format!("  {count} lines in exclusions.tsv")),
     }
-    if !traces.elsewhere.is_empty() {
+    if !traces.other_files.is_empty() {
         lines.push(format!(
             "these files name {participant} too, and would stay:"
         ));
-        let files = traces.elsewhere.iter();
+        let files = traces.other_files.iter();
         lines.extend(files.map(|file| format!("  {}", file.display())));
     }
     for line in lines {

@@ -158,7 +158,7 @@ pub fn run(
         Some(_) => {
             let hardware = &apparatus.hardware;
             let ledger = if clear_plate {
-                driving_time::of_clear_plate(&calibration, config, hardware)?
+                driving_time::clear_plate_account(&calibration, config, hardware)?
             } else {
                 let folder = participant.as_deref();
                 driving_time::of_monitor(folder, &calibration, config, hardware)?
@@ -175,7 +175,7 @@ pub fn run(
     let (mut front, dashboard): (Box<dyn Front>, Option<DashboardThread>) = if headless {
         (Box::new(Headless::new(Lines::start(out)?)), None)
     } else {
-        let keys = StopKeys::new(bench.life.drive_stop().clone()).ending(stop.clone());
+        let keys = StopKeys::new(bench.life.drive_stop().clone()).with_end(stop.clone());
         let (dashboard, thread) = Dashboard::open(stop.clone(), keys)?;
         (Box::new(dashboard), Some(thread))
     };
@@ -230,7 +230,7 @@ pub fn run(
         meter: LiveMeter::default(),
         contact: LiveContact::new(
             CONTACT_N,
-            PlateTracking::of(config.plate.modal_mass_kg, MODULATION_HZ),
+            PlateTracking::new(config.plate.modal_mass_kg, MODULATION_HZ),
         ),
         account: Account::default(),
         audio_s: 0.0,
@@ -247,10 +247,10 @@ pub fn run(
         ended,
     };
     let interference = Interference::new(bench.recording, config, config.plate.resonance_hz);
-    let mut tasks = bench.before;
+    let mut tasks = bench.first_tasks;
     tasks.push(Box::new(task));
     tasks.push(Box::new(interference));
-    tasks.extend(bench.after);
+    tasks.extend(bench.last_tasks);
     bench
         .life
         .run(tasks, || dashboard.map_or(Ok(()), DashboardThread::join))?;
@@ -535,7 +535,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn whoever_is_at_the_switch_is_asked_for_each_step_once() {
+    fn each_step_at_the_switch_is_requested_once() {
         let requests = Arc::new(Mutex::new(Vec::new()));
         let watcher = {
             let requests = Arc::clone(&requests);

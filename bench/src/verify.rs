@@ -49,7 +49,7 @@ fn findings(study: &Path, verbosity: Verbosity) -> anyhow::Result<StudyFindings>
         findings.sessions.push(session);
     }
     bar.finish_and_clear();
-    study::verification::beside_sessions(study, &mut findings)?;
+    study::verification::verify_study_files(study, &mut findings)?;
     if study.join(DESCRIPTION_FILE).exists() {
         let table = study::exclusions::read(study);
         match table.and_then(|table| table.require_known().map(|()| table)) {

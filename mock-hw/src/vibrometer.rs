@@ -38,7 +38,7 @@ pub struct VibrometerAim(Arc<Mutex<Option<f64>>>);
 
 impl VibrometerAim {
     /// Aims at a position along the plate, m, from the next period on.
-    pub fn at(&self, position_m: f64) {
+    pub fn set_position(&self, position_m: f64) {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(position_m);
     }
 

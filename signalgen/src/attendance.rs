@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 #[derive(Debug, Default)]
-struct Shown {
+struct AttendanceCounters {
     times: AtomicU64,
     limit_frames: AtomicU64,
 }
@@ -13,7 +13,7 @@ struct Shown {
 /// them is stopped as by [`crate::KillSwitch::kill`]: this covers a monitor that hangs, starves or has ended although nothing
 /// else has failed.
 #[derive(Clone, Debug, Default)]
-pub struct Attendance(Arc<Shown>);
+pub struct Attendance(Arc<AttendanceCounters>);
 
 impl Attendance {
     /// Requires at least one report per `limit_frames` rendered frames from now on.
@@ -95,7 +95,7 @@ mod tests {
     /// Renders a block, and returns the drive's phase.
     fn phase(renderer: &mut DriveRenderer, drive: &DriveHandle) -> DrivePhase {
         renderer.render(&mut [0.0_f32; BLOCK]);
-        drive.published().phase
+        drive.state().phase
     }
 
     #[test]
@@ -133,7 +133,7 @@ mod tests {
         );
         // A late report starts nothing; a re-arming decided before the stop does not undo it.
         attendance.show();
-        drive.rearm_knowing(0).unwrap();
+        drive.rearm_after(0).unwrap();
         assert_eq!(phase(&mut renderer, &drive), DrivePhase::EmergencyStopped);
     }
 }

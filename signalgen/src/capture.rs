@@ -135,7 +135,7 @@ impl InputWriter {
         if let Some(tap) = &mut self.tap {
             tap.take(first_frame, block, self.channels);
         }
-        if let Some(state) = self.drive.try_published() {
+        if let Some(state) = self.drive.try_state() {
             self.last_drive = state;
         }
         if !self.push(&block[..frames * self.channels]) {

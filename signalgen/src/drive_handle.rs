@@ -60,11 +60,11 @@ pub(crate) struct SentCommand {
 /// let tone = settings.admit(Waveform::Tone { carrier_hz: 35_000.0, amplitude_v: 40.0 })?;
 /// drive.send(DriveCommand::Start(tone))?;
 /// renderer.render(&mut block);
-/// assert_eq!(drive.published().phase, DrivePhase::Steady);
+/// assert_eq!(drive.state().phase, DrivePhase::Steady);
 ///
 /// drive.kill_switch().kill();
 /// renderer.render(&mut block);
-/// assert_eq!(drive.published().phase, DrivePhase::EmergencyStopped);
+/// assert_eq!(drive.state().phase, DrivePhase::EmergencyStopped);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
@@ -98,14 +98,10 @@ impl DriveHandle {
     /// If the output stream is closed or not running.
     pub fn send(&mut self, command: DriveCommand) -> Result<(), CommandError> {
         let kills_known = self.kill_switch.kills();
-        self.send_knowing(command, kills_known)
+        self.send_after(command, kills_known)
     }
 
-    fn send_knowing(
-        &mut self,
-        command: DriveCommand,
-        kills_known: u64,
-    ) -> Result<(), CommandError> {
+    fn send_after(&mut self, command: DriveCommand, kills_known: u64) -> Result<(), CommandError> {
         if self.commands.is_abandoned() {
             return Err(CommandError::Closed);
         }
@@ -130,14 +126,14 @@ impl DriveHandle {
     ///
     /// # Errors
     /// As [`Self::send`].
-    pub fn rearm_knowing(&mut self, kills_known: u64) -> Result<(), CommandError> {
-        self.send_knowing(DriveCommand::Rearm, kills_known)
+    pub fn rearm_after(&mut self, kills_known: u64) -> Result<(), CommandError> {
+        self.send_after(DriveCommand::Rearm, kills_known)
     }
 
     /// Returns the state published by the last output callback.
     #[must_use]
-    pub fn published(&self) -> DriveState {
-        self.monitor.published()
+    pub fn state(&self) -> DriveState {
+        self.monitor.state()
     }
 
     /// Returns a monitor for another thread.
@@ -166,14 +162,14 @@ pub struct DriveMonitor(PublishedState);
 impl DriveMonitor {
     /// Returns the state published by the last output callback.
     #[must_use]
-    pub fn published(&self) -> DriveState {
+    pub fn state(&self) -> DriveState {
         self.0.read()
     }
 
     /// Returns the published state, or `None` while it is being written: for callbacks and high-priority threads, which must
     /// not wait.
     #[must_use]
-    pub fn try_published(&self) -> Option<DriveState> {
+    pub fn try_state(&self) -> Option<DriveState> {
         self.0.try_read()
     }
 }

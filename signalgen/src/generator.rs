@@ -92,7 +92,7 @@ pub struct DriveState {
     /// Number of accepted programs: rises with each accepted [`DriveCommand::Start`] or [`DriveCommand::Adjust`].
     pub programs: u32,
     /// Number of commands refused while latched.
-    pub refused: u32,
+    pub refusals: u32,
 }
 
 /// Renders the drive in units of output full scale.
@@ -293,7 +293,7 @@ impl Generator {
     }
 
     fn refuse(&mut self) {
-        self.state.refused = self.state.refused.wrapping_add(1);
+        self.state.refusals = self.state.refusals.wrapping_add(1);
     }
 
     fn ramp_to(&mut self, envelope: AmplitudeEnvelope, frames: u32, phase: DrivePhase) {
@@ -442,7 +442,7 @@ mod tests {
             generator.apply(DriveCommand::Start(program));
             generator.fill(&mut out);
             assert_eq!(out, [0.0; 1_000]);
-            assert_eq!(generator.state().refused, 1);
+            assert_eq!(generator.state().refusals, 1);
 
             generator.apply(DriveCommand::Rearm);
             generator.apply(DriveCommand::Start(program));

@@ -113,7 +113,7 @@ impl InputTap {
 
     /// Returns both sides of a tap without a stream, for tests and simulations.
     #[must_use]
-    pub fn by_hand(channels: usize, ring_frames: usize) -> (TapFeed, Self) {
+    pub fn with_feed(channels: usize, ring_frames: usize) -> (TapFeed, Self) {
         let indices: Vec<usize> = (0..channels).collect();
         let (writer, tap) = connect(&indices, ring_frames, 1);
         (TapFeed { writer, channels }, tap)
@@ -138,7 +138,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_tapped_channels_come_in_their_order_and_what_finds_no_room_is_a_gap() {
+    fn tapped_channels_keep_their_order_and_an_overflow_is_a_gap() {
         let (mut writer, mut tap) = connect(&[2, 0], 8, 1);
         let block = |first: u64| -> Vec<f32> {
             (0..4u64)

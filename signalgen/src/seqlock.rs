@@ -62,7 +62,7 @@ impl StatePublisher {
         slot.step.store(step, Ordering::Relaxed);
         slot.step_first_frame.store(first_frame, Ordering::Relaxed);
         slot.programs.store(state.programs, Ordering::Relaxed);
-        slot.refusals.store(state.refused, Ordering::Relaxed);
+        slot.refusals.store(state.refusals, Ordering::Relaxed);
         slot.sequence
             .store(sequence.wrapping_add(2), Ordering::Release);
     }
@@ -98,7 +98,7 @@ impl PublishedState {
                 .and_then(|index| u16::try_from(index).ok())
                 .map(|index| StepState { index, first_frame }),
             programs: slot.programs.load(Ordering::Relaxed),
-            refused: slot.refusals.load(Ordering::Relaxed),
+            refusals: slot.refusals.load(Ordering::Relaxed),
         };
         fence(Ordering::Acquire);
         (slot.sequence.load(Ordering::Relaxed) == sequence).then_some(state)
@@ -151,7 +151,7 @@ mod tests {
                 first_frame: n + 1,
             }),
             programs: n as u32,
-            refused: !(n as u32),
+            refusals: !(n as u32),
         }
     }
 

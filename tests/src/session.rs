@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use analysis::find::Wanted;
+use analysis::find::TrialFilter;
 use recording::study::event_log::{self, Document, LogEvent, Start, Stop};
 use serde_json::Value;
 
@@ -66,7 +66,7 @@ impl VirtualParticipant {
 
 /// Recordings to analyse of a virtual participant: also the last completed attempt of a trial that was not accepted, because
 /// the estimator must be right for any finger.
-pub const ALL_COMPLETED: Wanted = Wanted {
+pub const ALL_COMPLETED: TrialFilter = TrialFilter {
     practice: false,
     rejected: true,
 };
@@ -161,7 +161,8 @@ pub fn require_whole(study: &Path) {
             study::verification::session(session, || {}).expect("a session that can be read");
         findings.sessions.push(session);
     }
-    study::verification::beside_sessions(study, &mut findings).expect("a study that can be read");
+    study::verification::verify_study_files(study, &mut findings)
+        .expect("a study that can be read");
     finding::require(findings.is_whole(), || {
         study::verification::to_text(&findings)
     });

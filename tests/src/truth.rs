@@ -181,7 +181,7 @@ impl Bench {
     pub fn realise(scenario: &str, seed: u64) -> Self {
         let bench = Scenario::parse(scenario, "scenario")
             .expect("a scenario")
-            .realised(seed);
+            .draw(seed);
         let omega = bench.plate.omega_rad_per_s();
         let [[a, b], [c, d]] = bench.force_sensor.response();
         let det = a * d - b * c;

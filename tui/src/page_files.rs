@@ -55,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pages_are_written_beside_each_other() {
+    fn pages_are_written_under_separate_names() {
         let folder = tempfile::tempdir().unwrap();
         let mut screen = Buffer::empty(Rect::new(0, 0, 8, 1));
         screen.set_string(0, 0, "μ 0.42", Style::new());

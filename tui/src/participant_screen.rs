@@ -158,7 +158,8 @@ pub fn view(view: &ScreenView, theme: Theme, area: Rect, buf: &mut Buffer) {
     };
     if view.trial > 0 {
         Line::styled(
-            view.texts.counted(view.practice, view.trial, view.trials),
+            view.texts
+                .trial_text(view.practice, view.trial, view.trials),
             theme.faint(),
         )
         .centered()

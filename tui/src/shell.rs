@@ -64,7 +64,7 @@ pub fn run_operator(
     let viewport = Viewport::Fixed(Rect::ZERO);
     let terminal =
         Terminal::with_options(CrosstermBackend::new(writer), TerminalOptions { viewport });
-    let terminal = terminal.map_err(TerminalError::failed("reading its size"))?;
+    let terminal = terminal.map_err(TerminalError::while_doing("reading its size"))?;
     // Never dropped: its drop prints to standard error if the cursor cannot be shown, and panics if standard error is
     // the closed terminal.
     let mut terminal = ManuallyDrop::new(terminal);
@@ -193,7 +193,7 @@ fn read_keys(
                 }
                 Err(error) => {
                     act(Some(&Action::Interrupt));
-                    return desk.set_error(TerminalError::failed("reading keys")(error));
+                    return desk.set_error(TerminalError::while_doing("reading keys")(error));
                 }
             };
             // Before access to the state, since the drawing thread may hold its lock.
@@ -212,7 +212,9 @@ fn read_keys(
             }
         }
     });
-    result.map_err(TerminalError::failed("starting the thread that reads keys"))
+    result.map_err(TerminalError::while_doing(
+        "starting the thread that reads keys",
+    ))
 }
 
 /// Applies events and draws until the bench closes the screen or is gone, or the receiver of actions is dropped.
@@ -260,7 +262,7 @@ fn operate<B: Backend<Error = io::Error> + Write>(
                 area = new_area;
                 // Not `clear`, which queries the terminal for its cursor and waits for the answer.
                 let result = terminal.resize(area);
-                result.map_err(TerminalError::failed("drawing"))?;
+                result.map_err(TerminalError::while_doing("drawing"))?;
             }
             draw(terminal, desk)?;
         }
@@ -302,7 +304,7 @@ fn draw<B: Backend<Error = io::Error>>(
                 page = Some((name, state.ui.theme));
             }
         })
-        .map_err(TerminalError::failed("drawing"))?;
+        .map_err(TerminalError::while_doing("drawing"))?;
     if let Some((name, theme)) = page {
         write_page(desk, name, theme, last_frame.buffer.clone());
     }
@@ -543,7 +545,7 @@ mod tests {
         assert!(
             matches!(
                 &end,
-                Err(TerminalError::Terminal { doing: "reading keys", source })
+                Err(TerminalError::Terminal { operation: "reading keys", source })
                     if source.kind() == io::ErrorKind::BrokenPipe
             ),
             "{end:?}"

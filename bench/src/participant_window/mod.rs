@@ -3,7 +3,7 @@
 #[cfg(unix)]
 mod window_display;
 #[cfg(not(unix))]
-#[path = "elsewhere.rs"]
+#[path = "unsupported.rs"]
 mod window_display;
 
 pub use window_display::{WindowDisplay, default_socket};

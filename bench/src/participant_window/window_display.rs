@@ -6,8 +6,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, Sender};
-use live::window_screen::shown;
-use participant_window::message::{Beat, Shown};
+use live::window_screen::page_content;
+use participant_window::message::{Beat, Content};
 use participant_window::place;
 pub use participant_window::place::default_socket;
 use participant_window::seat::{Seat, SeatEvent};
@@ -28,7 +28,7 @@ const AT_ONCE: Duration = Duration::from_millis(1200);
 /// State shared by display and task.
 #[derive(Default)]
 struct Shared {
-    content: Slot<Shown>,
+    content: Slot<Content>,
     beat: Slot<Beat>,
     /// Reason that no window is connected.
     loss: Slot<Option<String>>,
@@ -37,7 +37,7 @@ struct Shared {
 /// The participant's window, as a session sees it.
 pub struct WindowDisplay {
     shared: Arc<Shared>,
-    last_content: Option<Shown>,
+    last_content: Option<Content>,
     show_finger: bool,
     notices: Receiver<(LogLevel, String)>,
     /// State of the task until the task takes it.
@@ -65,10 +65,10 @@ impl WindowDisplay {
     ) -> anyhow::Result<Self> {
         let (tx, notices) = crossbeam_channel::bounded(MOST_NOTICES);
         let mut seat = Seat::open(socket)?;
-        seat.show(Shown {
+        seat.show(Content {
             title: texts.wait.to_string(),
             silent: texts.paused.to_string(),
-            ..Shown::default()
+            ..Content::default()
         });
         let events = await_window(&mut seat, AT_ONCE).or_else(|| {
             announce(socket).ok()?;
@@ -99,7 +99,7 @@ fn await_window(seat: &mut Seat, patience: Duration) -> Option<Vec<SeatEvent>> {
         let events = seat.look(place::shared_s());
         if events
             .iter()
-            .any(|event| matches!(event, SeatEvent::Taken(_)))
+            .any(|event| matches!(event, SeatEvent::Arrival(_)))
         {
             return Some(events);
         }
@@ -115,7 +115,7 @@ impl ParticipantDisplay for WindowDisplay {
 
     fn show(&mut self, view: &tui::ScreenView) {
         self.show_finger = view.show_finger;
-        let content = shown(view, self.last_content.as_ref());
+        let content = page_content(view, self.last_content.as_ref());
         if self.last_content.as_ref() != Some(&content) {
             self.shared.content.set(content.clone());
             self.last_content = Some(content);
@@ -180,7 +180,7 @@ impl WindowTask {
 
     fn take(&mut self, event: SeatEvent) {
         match event {
-            SeatEvent::Taken(display) => {
+            SeatEvent::Arrival(display) => {
                 self.is_virtual = display.virtual_display;
                 self.shared.loss.set(None);
                 self.say(
@@ -189,8 +189,8 @@ impl WindowTask {
                 );
                 self.keep("window_opened", &display);
             }
-            SeatEvent::Left { why: reason } => self.shared.loss.set(Some(reason)),
-            SeatEvent::Unfit { why: reason } => {
+            SeatEvent::Departure { reason } => self.shared.loss.set(Some(reason)),
+            SeatEvent::Unfit { reason } => {
                 self.keep(
                     "window_unfit",
                     &Map::from_iter([("why".to_owned(), reason.clone().into())]),

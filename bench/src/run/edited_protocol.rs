@@ -47,7 +47,7 @@ pub(super) fn file_name(path: &Path) -> String {
 /// Returns the file with the protocol that the last part of a session followed: the file named in its log, or the newest
 /// copy if an earlier version wrote the log; `None` if there is no copy.
 fn last_followed(session: &SessionFolder, protocol: &str) -> Option<String> {
-    let documents = session.log_before().documents.iter().rev();
+    let documents = session.earlier_log().documents.iter().rev();
     let logged_name = documents
         .filter_map(|document| match document {
             Document::Start(start) => Some(start.protocol_file.clone()),

@@ -149,7 +149,7 @@ fn last_session(plan: &Plan) -> anyhow::Result<Option<PathBuf>> {
 /// Requires a resumed session to keep the protocol and the seed that it began with.
 fn require_same_order(plan: &Plan, session: &study::SessionFolder) -> anyhow::Result<()> {
     let began = session
-        .log_before()
+        .earlier_log()
         .documents
         .iter()
         .find_map(|document| match document {
@@ -180,7 +180,7 @@ fn require_same_order(plan: &Plan, session: &study::SessionFolder) -> anyhow::Re
 /// Returns the state machine after the events in an interrupted session's log.
 pub(super) fn machine(plan: &Plan, session: &study::SessionFolder) -> anyhow::Result<Session> {
     let events: Vec<SessionEventKind> = session
-        .log_before()
+        .earlier_log()
         .documents
         .iter()
         .filter_map(|document| match document {

@@ -42,7 +42,7 @@ pub(super) fn withdrawn(
 ) -> Vec<TrialRecord> {
     let withdraw = |recording: &LostRecording| {
         let number = recording.label.number_in_session(practice_trials);
-        let reason = recording.because.to_string();
+        let reason = recording.defect.to_string();
         machine.withdraw(number, recording.label.attempt, reason)
     };
     recordings.iter().filter_map(withdraw).collect()
@@ -62,5 +62,5 @@ pub(super) fn event(record: TrialRecord) -> SessionEventKind {
 }
 
 fn in_words(loss: &LostRecording) -> String {
-    format!("the recording of {} is lost ({})", loss.label, loss.because)
+    format!("the recording of {} is lost ({})", loss.label, loss.defect)
 }

@@ -55,7 +55,7 @@ pub use plan::{Plan, ProtocolFile, session_bytes};
 pub fn run(
     plan: Plan,
     apparatus: Apparatus,
-    open_front: impl FnOnce(&Plan, &Life) -> anyhow::Result<Shown>,
+    open_front: impl FnOnce(&Plan, &Life) -> anyhow::Result<SessionFront>,
 ) -> anyhow::Result<(Report, KeptUp)> {
     let Apparatus {
         hardware,
@@ -112,7 +112,7 @@ pub fn run(
     let mut machine = machine(&plan, &session)?;
     let withdrawn =
         lost_recordings::withdrawn(&mut machine, &earlier.losses, protocol.trials.practice);
-    let resumption = Resumed::of(&session.log_before().documents);
+    let resumption = Resumed::from_documents(&session.earlier_log().documents);
     study.describe(&plan.participant, &plan.person)?;
     let recorded_person = study.person(&plan.participant)?;
     let mut ask = plan.ask.clone();
@@ -132,8 +132,8 @@ pub fn run(
         field_box,
         signals,
         gauges,
-        before,
-        after,
+        first_tasks,
+        last_tasks,
     } = bench;
     let mut session = session;
     let protocol_edits = edited_protocol::accepted_edits(&plan, &session)?;
@@ -199,7 +199,11 @@ pub fn run(
         plate_length_m: config.plate.length_m,
         kept_m: Some(central_section_m(config, protocol)),
     }));
-    let past_events = past_trials(machine.records(), &session.log_before().documents, protocol);
+    let past_events = past_trials(
+        machine.records(),
+        &session.earlier_log().documents,
+        protocol,
+    );
     let crops = crops.into_iter().map(tui::Event::Crop);
     past_events
         .into_iter()
@@ -311,7 +315,7 @@ pub fn run(
         carrier: {
             let require = plan.require_drivable();
             CarrierDecision::new(protocol, &effective, require, !plan.headless)
-                .going_on_with(resumption.carrier, &effective)
+                .resume(resumption.carrier, &effective)
         },
         carrier_hz,
         signals,
@@ -337,13 +341,13 @@ pub fn run(
         clock.clone(),
     )?;
 
-    let mut tasks = before;
+    let mut tasks = first_tasks;
     tasks.push(Box::new(task));
     tasks.push(Box::new(refit));
     tasks.push(Box::new(interference));
     tasks.push(Box::new(look_for_room));
     tasks.extend(at_displays);
-    tasks.extend(after);
+    tasks.extend(last_tasks);
     tasks.push(Box::new(journal));
     life.run(tasks, || dashboard.map_or(Ok(()), DashboardThread::join))?;
     let report = report
@@ -358,18 +362,18 @@ fn log(level: LogLevel, text: String) -> tui::Event {
 }
 
 /// The operator's front end of a session, and the thread of its screen if there is one.
-pub type Shown = (Box<dyn Front>, Option<DashboardThread>);
+pub type SessionFront = (Box<dyn Front>, Option<DashboardThread>);
 
 /// Returns the dashboard on this process's terminal; a headless session writes lines to `out` instead.
-pub fn on_terminal(
+pub fn terminal_front(
     out: impl Write + Send + 'static,
-) -> impl FnOnce(&Plan, &Life) -> anyhow::Result<Shown> {
+) -> impl FnOnce(&Plan, &Life) -> anyhow::Result<SessionFront> {
     move |plan, life| {
         if plan.headless {
             return Ok((Box::new(Headless::new(Lines::start(out)?)), None));
         }
         let stop = life.stop().clone();
-        let keys = StopKeys::new(life.drive_stop().clone()).ending(stop.clone());
+        let keys = StopKeys::new(life.drive_stop().clone()).with_end(stop.clone());
         let (dashboard, thread) = Dashboard::open(stop, keys)?;
         Ok((Box::new(dashboard), Some(thread)))
     }

@@ -100,7 +100,7 @@ impl AtAGlance {
         (now_ns, audio_s): (u64, f64),
     ) -> bool {
         let slider_m = view.and_then(|view| view.slider_m);
-        if let Some(live) = wiring.live.due(now_ns, slider_m) {
+        if let Some(live) = wiring.live.next_event(now_ns, slider_m) {
             wiring.front.show(tui::Event::Live(live));
         }
         if now_ns >= self.period_due_ns {
@@ -112,7 +112,7 @@ impl AtAGlance {
         if audio_s >= self.outlook_due_s {
             self.outlook_due_s = audio_s + OUTLOOK_EVERY_S;
             let progress = view.and_then(|view| view.progress.as_ref());
-            if let Some(outlook) = self.outlook.of(machine, progress, audio_s) {
+            if let Some(outlook) = self.outlook.update(machine, progress, audio_s) {
                 wiring.front.show(tui::Event::Outlook(outlook));
             }
         }

@@ -1,9 +1,9 @@
 //! A completed trial, and the data for its verdict and its fit.
 
 use analysis::measurements::Measurements;
-use analysis::trial_fit::{FitRequest, Selected};
+use analysis::trial_fit::{FitRequest, SelectedExploration};
 use analysis::trial_selection;
-use analysis::unloaded;
+use analysis::unloaded_plate;
 use config::Effective;
 use protocols::{Interval, IntervalKind, Protocol, SelectionRules, TrialAnalysis, TrialKey};
 use recording::manifest::StandardErrors;
@@ -81,14 +81,14 @@ fn fit_request(
         .map(|interval| (interval.start_s, interval.end_s))
         .collect();
     // Live estimates use only the corrected impedance, which averages over any span.
-    let plate = unloaded::read(&record, &unloaded, 0.0, rules.contact_n / 2.0);
+    let plate = unloaded_plate::read(&record, &unloaded, 0.0, rules.contact_n / 2.0);
     FitRequest {
         label: format!("{sort} {number}"),
         carrier_hz,
         calibration: StandardErrors::default(),
         plate: plate.map(|reading| reading.plate),
         record,
-        explorations: Selected::of(intervals, analysis),
+        explorations: SelectedExploration::from_analysis(intervals, analysis),
         rules,
     }
 }

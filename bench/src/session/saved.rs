@@ -118,9 +118,9 @@ pub(super) fn ending(notice: RecorderNotice, t_s: f64, rate_hz: u32) -> Option<R
         RecorderNotice::Failed {
             folder,
             error,
-            kept,
+            saved_part,
         } => {
-            let kept_s = kept.frames as f64 / f64::from(rate_hz);
+            let kept_s = saved_part.frames as f64 / f64::from(rate_hz);
             let message = format!(
                 "the recording {} failed: {error}; {kept_s:.1} s of it are readable",
                 folder.display(),
@@ -136,7 +136,7 @@ pub(super) fn ending(notice: RecorderNotice, t_s: f64, rate_hz: u32) -> Option<R
 #[cfg(test)]
 mod tests {
     use recording::recorder::{RecorderError, recorder};
-    use recording::writer::OnDisk;
+    use recording::writer::DiskSize;
 
     use super::*;
 
@@ -154,7 +154,7 @@ mod tests {
         let notice = if saved {
             RecorderNotice::Saved {
                 folder,
-                on_disk: OnDisk::default(),
+                on_disk: DiskSize::default(),
                 sums: None,
                 interrupted: false,
             }
@@ -162,7 +162,7 @@ mod tests {
             RecorderNotice::Failed {
                 folder,
                 error: RecorderError::Disconnected,
-                kept: OnDisk::default(),
+                saved_part: DiskSize::default(),
             }
         };
         ending(notice, 1.0, 48_000).unwrap()

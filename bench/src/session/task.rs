@@ -137,7 +137,7 @@ impl SessionTask {
     fn take_batches(&mut self) {
         let mut dropped = None;
         for mut batch in self.wiring.batches.try_iter() {
-            dropped = dropped.or_else(|| BatchesDropped::before(&batch));
+            dropped = dropped.or_else(|| BatchesDropped::dropped_before(&batch));
             self.audio_s = batch.audio_s;
             self.account = batch.account;
             self.normal_n = batch.force.last().map(|row| row.normal_n).or(self.normal_n);
@@ -291,7 +291,7 @@ impl SessionTask {
         let observation = Observation {
             t_s: self.audio_s,
             normal_n: self.normal_n,
-            button_pressed: self.wiring.readiness.said(
+            button_pressed: self.wiring.readiness.is_confirmed(
                 self.audio_s,
                 self.view.as_ref(),
                 self.normal_n,

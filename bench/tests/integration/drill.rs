@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use config::{Config, Effective};
 use devices::Hardware;
-use drill::{Course, Deed, DrillFolder, DrillRecord, Scripted, Watched};
+use drill::{Course, Deed, DrillFolder, DrillRecord, Scripted, WatchedHardware};
 use faults::FaultKind;
 use jiff::Timestamp;
 use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig, RehearsalHand};
@@ -93,7 +93,7 @@ fn run(
     course: &Course,
     parent: &Path,
     front: Box<dyn Front>,
-    open: impl FnMut() -> anyhow::Result<Watched>,
+    open: impl FnMut() -> anyhow::Result<WatchedHardware>,
 ) -> (DrillRecord, DrillFolder) {
     course
         .run(
@@ -105,9 +105,9 @@ fn run(
         .unwrap()
 }
 
-fn open_bench() -> anyhow::Result<Watched> {
+fn open_bench() -> anyhow::Result<WatchedHardware> {
     let (hardware, hand) = hardware();
-    Ok(Watched {
+    Ok(WatchedHardware {
         hardware,
         hand: Some(Box::new(move |deed| match deed {
             Deed::Begin(fault) => hand.begin(fault, None),
@@ -243,7 +243,7 @@ fn drill_by_hand(faults: &[FaultKind], quits: bool) -> (DrillRecord, bool) {
     let open = || {
         let (hardware, new_hand) = hardware();
         *hand.lock().unwrap() = Some(new_hand);
-        Ok(Watched {
+        Ok(WatchedHardware {
             hardware,
             hand: None,
         })

@@ -7,13 +7,13 @@ use std::f64::consts::TAU;
 use std::path::PathBuf;
 
 use analysis::amplitude_profile::AmplitudeProfile;
-use analysis::analysed::RecordingFindings;
 use analysis::estimate::{InstanceAnalysis, Method, estimate};
 use analysis::exploration_findings::ExplorationFindings;
+use analysis::findings::RecordingFindings;
 use analysis::instance::PlateReading;
 use analysis::measurements::FrameSeries;
 use analysis::under_finger::UnderFinger;
-use analysis::{Analysed, RecordingAnalysis, Settings, averaged};
+use analysis::{Analysis, RecordingAnalysis, Settings, average_model};
 use clap::Parser;
 use contact::{AssumedConstants, CalibrationErrors, Contact, harmonic};
 use estimation::FitConditions;
@@ -22,7 +22,7 @@ use impedance::{Mask, ZmFrame};
 use num_complex::Complex64;
 use plotting::{Figure, Mark};
 use protocols::{Direction, Instance, Validity};
-use published_figures::measured::{Drawn, measured_figures};
+use published_figures::measured::{FigureSelection, measured_figures};
 use published_figures::model::{Curves, Parameters};
 use recording::Manifest;
 use study::sessions::Sessions;
@@ -144,7 +144,10 @@ fn assert_shows(figure: &Figure, (name, panels): &Expected) {
             "{name}"
         );
         assert_eq!(panel.series.len(), *series, "{name}: series over {x}");
-        for axis in [&panel.x, &panel.y].into_iter().filter(|axis| axis.written) {
+        for axis in [&panel.x, &panel.y]
+            .into_iter()
+            .filter(|axis| axis.has_labels)
+        {
             assert!(
                 texts.contains(&axis.label),
                 "{name}: {} is not written",
@@ -190,12 +193,19 @@ fn model_figures_keep_their_curves_and_units() {
 
 #[test]
 fn measured_figures_keep_their_curves_and_units() {
-    let figures = measured_figures(&analysed(), &Sessions::default(), &Drawn::default());
+    let figures = measured_figures(
+        &analysed(),
+        &Sessions::default(),
+        &FigureSelection::default(),
+    );
     assert_eq!(figures.len(), MEASURED.len());
     for (figure, expected) in figures.iter().zip(&MEASURED) {
         assert_shows(figure, expected);
     }
-    let shaded = figures[0].panels.iter().map(|panel| panel.shaded.len());
+    let shaded = figures[0]
+        .panels
+        .iter()
+        .map(|panel| panel.shaded_ranges.len());
     assert!(shaded.eq([2; 6]), "both instances shaded in every panel");
     let agreement = &figures[3].panels[1];
     assert_eq!(
@@ -219,14 +229,14 @@ fn names(figure: &Figure, panel: usize) -> Vec<&str> {
 }
 
 #[test]
-fn trial_stands_beside_the_others_and_in_fig_13_in_the_place_of_dynamic() {
+fn trial_is_drawn_with_the_others_and_replaces_dynamic_in_fig_13() {
     let mut analysed = analysed();
-    let before = measured_figures(&analysed, &Sessions::default(), &Drawn::default());
-    let findings = analysed.recordings[0].found.as_mut().unwrap();
+    let before = measured_figures(&analysed, &Sessions::default(), &FigureSelection::default());
+    let findings = analysed.recordings[0].findings.as_mut().unwrap();
     for instance in &mut findings.instances {
         instance.trial = Some(instance.dynamic.clone());
     }
-    let figures = measured_figures(&analysed, &Sessions::default(), &Drawn::default());
+    let figures = measured_figures(&analysed, &Sessions::default(), &FigureSelection::default());
     // The readings of `trial` are those of `dynamic`, and are drawn once.
     assert_eq!(names(&figures[0], 1), ["dynamic", "paper"]);
     for panel in [3, 4, 5] {
@@ -246,9 +256,9 @@ fn trial_stands_beside_the_others_and_in_fig_13_in_the_place_of_dynamic() {
     assert!(figures[3].caption.contains(words), "{}", figures[3].caption);
 
     // With `trial` for one instance only, it does not replace `dynamic`.
-    let findings = analysed.recordings[0].found.as_mut().unwrap();
+    let findings = analysed.recordings[0].findings.as_mut().unwrap();
     findings.instances[1].trial = None;
-    let figures = measured_figures(&analysed, &Sessions::default(), &Drawn::default());
+    let figures = measured_figures(&analysed, &Sessions::default(), &FigureSelection::default());
     let dynamic_series = ["dynamic, model", "paper, model", "dynamic", "paper"];
     assert_eq!(names(&figures[1], 0), dynamic_series);
     assert!(figures[1].caption.contains("cannot be used"));
@@ -256,16 +266,16 @@ fn trial_stands_beside_the_others_and_in_fig_13_in_the_place_of_dynamic() {
     for figure in &figures {
         figure.to_svg().unwrap();
     }
-    let trial_only = Drawn {
+    let trial_only = FigureSelection {
         methods: vec![Method::Trial],
         whole_trial: false,
     };
-    for instance in &mut analysed.recordings[0].found.as_mut().unwrap().instances {
+    for instance in &mut analysed.recordings[0].findings.as_mut().unwrap().instances {
         instance.trial = None;
     }
     let numbers =
         |figures: &[Figure]| -> Vec<String> { figures.iter().map(Figure::to_csv).collect() };
-    let after = measured_figures(&analysed, &Sessions::default(), &Drawn::default());
+    let after = measured_figures(&analysed, &Sessions::default(), &FigureSelection::default());
     assert_eq!(numbers(&after), numbers(&before));
     assert_eq!(
         measured_figures(&analysed, &Sessions::default(), &trial_only).len(),
@@ -295,7 +305,7 @@ fn the_resonance_is_drawn_over_the_time_of_a_session_with_the_intervals_of_the_r
         let folder = session.join(format!("trial-{number:03}_attempt-1"));
         std::fs::create_dir_all(&folder).unwrap();
         recording.path.clone_from(&folder);
-        recording.found.as_mut().unwrap().path = folder;
+        recording.findings.as_mut().unwrap().path = folder;
         let key = format!(r#"{{"number":{number},"attempt":1,"practice":false,"condition":"c"}}"#);
         log += &format!(
             "\n{{\"document\":\"event\",\"stream\":\"session\",\"seq_num\":{number},\"time\":\"\",\"audio_s\":{},\"data\":\
@@ -304,16 +314,16 @@ fn the_resonance_is_drawn_over_the_time_of_a_session_with_the_intervals_of_the_r
         );
     }
     std::fs::write(session.join("events.jsonl"), log + "\n").unwrap();
-    let sessions = Sessions::of(pair.recordings.iter().map(|r| r.path.as_path()));
+    let sessions = Sessions::from_recordings(pair.recordings.iter().map(|r| r.path.as_path()));
 
-    let shift = |analysed: &Analysed| {
-        let figures = measured_figures(analysed, &sessions, &Drawn::default());
+    let shift = |analysed: &Analysis| {
+        let figures = measured_figures(analysed, &sessions, &FigureSelection::default());
         figures.into_iter().find(|f| f.name == "resonance_shift")
     };
     let figure = shift(&pair).unwrap();
     assert_eq!(figure.panels.len(), 1);
-    assert_eq!(figure.panels[0].shaded.len(), 2);
-    let findings = pair.recordings[0].found.as_ref().unwrap();
+    assert_eq!(figure.panels[0].shaded_ranges.len(), 2);
+    let findings = pair.recordings[0].findings.as_ref().unwrap();
     let middle = |instance: &InstanceAnalysis| 0.5 * (instance.start_s + instance.end_s);
     let expected = [0.0, 30.0].map(|start_s| {
         let instances = findings.instances.iter();
@@ -335,7 +345,7 @@ fn the_resonance_is_drawn_over_the_time_of_a_session_with_the_intervals_of_the_r
     pair.recordings.truncate(1);
     let single = shift(&pair).unwrap();
     assert_eq!(points(&single, 0, "dynamic"), expected[..2]);
-    assert!(single.panels[0].shaded.is_empty());
+    assert!(single.panels[0].shaded_ranges.is_empty());
     pair.settings.plate_offset = false;
     assert!(shift(&pair).is_none());
 }
@@ -347,12 +357,12 @@ fn the_same_figure_is_the_same_bytes() {
     first.extend(measured_figures(
         &analysed,
         &Sessions::default(),
-        &Drawn::default(),
+        &FigureSelection::default(),
     ));
     second.extend(measured_figures(
         &analysed,
         &Sessions::default(),
-        &Drawn::default(),
+        &FigureSelection::default(),
     ));
     for (first, second) in first.iter().zip(&second) {
         assert_eq!(
@@ -464,17 +474,17 @@ fn an_assumption_without_meaning_is_refused() {
 fn absent_results_are_not_drawn() {
     let mut empty = analysed();
     empty.recordings[0]
-        .found
+        .findings
         .as_mut()
         .unwrap()
         .instances
         .clear();
-    let figures = measured_figures(&empty, &Sessions::default(), &Drawn::default());
+    let figures = measured_figures(&empty, &Sessions::default(), &FigureSelection::default());
     assert_eq!(figures.len(), 1, "the trial in time remains");
     figures[0].to_svg().unwrap();
     empty.recordings.clear();
     assert_eq!(
-        measured_figures(&empty, &Sessions::default(), &Drawn::default()),
+        measured_figures(&empty, &Sessions::default(), &FigureSelection::default()),
         []
     );
 }
@@ -494,7 +504,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
 "#;
 
 /// Returns half a second of a finger in equilibrium with the film, σ_t = 1.8 µm, two instances.
-fn analysed() -> Analysed {
+fn analysed() -> Analysis {
     let settings = Settings::default();
     let contact = Contact::new(&settings.assumed(), 1.8e-6).unwrap();
     let time_s: Vec<f64> = (0..1000).map(|k| f64::from(k) / 2000.0).collect();
@@ -545,7 +555,7 @@ fn analysed() -> Analysed {
         z_p_corrected_n_s_per_m: Z_P,
         calibration: CalibrationErrors::default(),
     };
-    let under_finger = UnderFinger::of(&series, &AmplitudeProfile::default(), Some(Z_P));
+    let under_finger = UnderFinger::new(&series, &AmplitudeProfile::default(), Some(Z_P));
     let direction = Direction::RightToLeft;
     let instances: Vec<InstanceAnalysis> = [0.18, 0.346]
         .map(|start_s| {
@@ -589,14 +599,14 @@ fn analysed() -> Analysed {
         rejected: Vec::new(),
         flaws: Vec::new(),
     };
-    let mut analysed = Analysed {
+    let mut analysed = Analysis {
         settings,
         recordings: vec![RecordingAnalysis {
             path,
             participant: None,
-            found: Ok(findings),
+            findings: Ok(findings),
         }],
     };
-    averaged::fill(&mut analysed);
+    average_model::fill(&mut analysed);
     analysed
 }

@@ -115,7 +115,7 @@ fn exclusions() {
 }
 
 #[test]
-fn records_of_what_was_driven() {
+fn driving_records() {
     replay("driving_times", readers::driving_times);
     replay("plate_warmth", readers::plate_warmth);
 }

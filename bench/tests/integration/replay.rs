@@ -202,21 +202,21 @@ fn live_gap_and_friction_are_those_of_the_simulation() {
 /// The live stream began long before the recording, but at the same samples the impedance is the same.
 fn the_recording_alone_gives_the_impedance_of_the_running_stream(trial: &Path) {
     let mut reader = RecordingReader::open(trial).unwrap();
-    let pipeline = || Pipeline::of_recording(reader.manifest(), reader.format()).unwrap();
+    let pipeline = || Pipeline::from_recording(reader.manifest(), reader.format()).unwrap();
     let (mut recording_pipeline, mut stream_pipeline) = (pipeline(), pipeline());
     let (mut recording_frames, mut stream_frames) = (Vec::new(), Vec::new());
     // A frame is 96 samples at 192 kHz.
     let before = 96 * 1000;
     let channels = usize::from(reader.format().channels);
     stream_pipeline
-        .take(&vec![0.0; before * channels], &mut stream_frames)
+        .process(&vec![0.0; before * channels], &mut stream_frames)
         .unwrap();
     let mut block = Vec::new();
     while reader.read_block(5_000, &mut block).unwrap() > 0 {
         recording_pipeline
-            .take_recorded(&block, &mut recording_frames)
+            .process_recorded(&block, &mut recording_frames)
             .unwrap();
-        stream_pipeline.take(&block, &mut stream_frames).unwrap();
+        stream_pipeline.process(&block, &mut stream_frames).unwrap();
     }
     let shift = stream_frames
         .iter()

@@ -5,7 +5,7 @@ use mock_world::scenario::Scenario;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use recording::RecordingReader;
-use recording::manifest::ClockOf;
+use recording::manifest::ClockDevice;
 use safety::SafetyState;
 
 use crate::campaign;
@@ -90,7 +90,9 @@ impl Case {
         let reader = RecordingReader::open(&folder).unwrap();
         let clocks = &reader.manifest().clocks;
         assert_eq!(clocks.len(), 2, "{clocks:?}");
-        let sensor = clocks.iter().find(|clock| clock.of == ClockOf::ForceSensor);
+        let sensor = clocks
+            .iter()
+            .find(|clock| clock.of == ClockDevice::ForceSensor);
         let sensor = sensor.unwrap();
         worst.recorded = (sensor.drift_ppm, sensor.residual_s.unwrap());
         let rows = std::fs::read_to_string(folder.join("force.csv")).unwrap();

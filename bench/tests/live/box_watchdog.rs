@@ -164,7 +164,7 @@ impl SimulatedBox {
                 Stop::Estop => StopReason::Estop,
                 Stop::NotReleased => StopReason::NotReleased,
             }),
-            heard: self.last_sequence,
+            word_number: self.last_sequence,
         });
         // An unread line may be full.
         let _ = self.line.write(&report.encode());

@@ -30,7 +30,7 @@ impl Procedure for Tones {
     fn next(&mut self, outcome: StepOutcome) -> anyhow::Result<NextStep> {
         if matches!(outcome, StepOutcome::Captured(_)) {
             self.points.push(PointRead {
-                at: "5.00 V".to_owned(),
+                place: "5.00 V".to_owned(),
                 value: "0.3 µm".to_owned(),
                 ..PointRead::default()
             });
@@ -102,7 +102,7 @@ fn calibrate(operator: &IdleOperator) -> anyhow::Result<Outcome<Tones>> {
     let bench = Effective::uncalibrated(config(&[]));
     let temp = tempfile::tempdir().unwrap();
     let file = temp.path().join("calibration.toml");
-    let ledger = driving_time::of_clear_plate(&file, bench.config(), &hardware).unwrap();
+    let ledger = driving_time::clear_plate_account(&file, bench.config(), &hardware).unwrap();
     hardware.schedule = Schedule::Lockstep(Box::new(move || Ok(apparatus.step()?)));
     let attend = |_: &_| Ok((Box::new(operator.clone()) as Box<dyn Operator>, None));
     let tones = Tones::default();

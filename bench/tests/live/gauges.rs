@@ -75,7 +75,7 @@ fn force_at(rows: &[ForceRow], time_s: f64) -> [f64; 2] {
 }
 
 #[test]
-fn forces_stand_at_the_sample_at_which_they_acted_whatever_was_swallowed() {
+fn forces_stay_at_the_sample_at_which_they_acted_after_lost_input() {
     let rig = placed_mass_rig(scenario(), bench("0.25"));
     assert_eq!(rig.account.lost_frames, 1_037, "{:?}", rig.warnings);
     let gauges = &rig.record.force;
@@ -335,7 +335,7 @@ fn calibrated(sensor: &mut Unknown) -> (MeasuredForce, Vec<String>) {
         ..Gauges::default()
     };
     config.force.as_mut().unwrap().sensor = Sensor::Channels(gauges.clone());
-    let (mut feed, tap) = InputTap::by_hand(6, 2 * CARD_HZ as usize);
+    let (mut feed, tap) = InputTap::with_feed(6, 2 * CARD_HZ as usize);
     let no_correction = config::Correction::default();
     let mut source = GaugeForce::new(tap, &gauges, CARD_HZ, 0.0, no_correction, None);
     let masses: Vec<Mass> = [

@@ -14,7 +14,7 @@ fn an_offset_is_told_of_once_and_recorded_while_it_lasts() {
     let mut rig = Rig::new(scenario, config(&[]), None);
     let recording = rig.bench.recording.clone();
     let task = Interference::new(recording, &config(&[]), 35_000.0);
-    rig.bench.before.push(Box::new(task));
+    rig.bench.first_tasks.push(Box::new(task));
     rig.drive();
     rig.pass(0.3);
     let folder = rig.begin("offset");
@@ -40,7 +40,7 @@ fn an_offset_is_told_of_once_and_recorded_while_it_lasts() {
     let mut rig = Rig::new(Scenario::default(), config(&[]), None);
     let recording = rig.bench.recording.clone();
     let task = Interference::new(recording, &config(&[]), 35_000.0);
-    rig.bench.before.push(Box::new(task));
+    rig.bench.first_tasks.push(Box::new(task));
     rig.pass(1.0);
     rig.drive();
     rig.pass(5.0);

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
-use drill::tells;
+use drill::is_sign;
 use faults::{FaultKind, RehearsedFault, Remedy, Required};
 use mock_world::scenario::Scenario;
 use recording::manifest::EventKind;
@@ -99,7 +99,7 @@ fn stops(fault: &RehearsedFault, within_s: f64) {
     assert!(now_s(&rig) >= SPAN_S.0, "{fault}: before its time");
     assert!(is_expected_trip(fault.fault, &trip), "{fault}: {trip}");
     assert!(
-        tells(fault.fault, &trip),
+        is_sign(fault.fault, &trip),
         "{fault}: not seen in a drill: {trip}"
     );
     let tripped_s = now_s(&rig);
@@ -181,7 +181,7 @@ fn counts_once(fault: &RehearsedFault) {
     let mut presses = 0;
     while apparatus.now_ns() < ((SPAN_S.1 + 0.2) * 1e9) as u64 {
         apparatus.step().unwrap();
-        for task in bench.before.iter_mut().chain(&mut bench.after) {
+        for task in bench.first_tasks.iter_mut().chain(&mut bench.last_tasks) {
             task.poll(apparatus.now_ns()).unwrap();
         }
         let pressed = bench.button.as_ref().unwrap();

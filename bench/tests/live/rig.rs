@@ -293,8 +293,12 @@ impl Rig {
             0
         };
         let now_ns = self.apparatus.now_ns() - stale_ns;
-        let Bench { before, after, .. } = &mut self.bench;
-        for task in before.iter_mut().chain(after) {
+        let Bench {
+            first_tasks,
+            last_tasks,
+            ..
+        } = &mut self.bench;
+        for task in first_tasks.iter_mut().chain(last_tasks) {
             let hangs = self.disk_stalls && task.name() == "recorder"
                 || self.watch_hangs && task.name() == "safety";
             if !hangs {
@@ -387,12 +391,16 @@ impl Rig {
         let reason = "a task failed".to_owned();
         let end = RecordingCommand::End(Ending::Interrupted { reason });
         self.bench.recording.send(end).unwrap();
-        let Bench { before, after, .. } = &mut self.bench;
-        before
+        let Bench {
+            first_tasks,
+            last_tasks,
+            ..
+        } = &mut self.bench;
+        first_tasks
             .iter_mut()
-            .chain(&mut *after)
+            .chain(&mut *last_tasks)
             .for_each(|task| task.stop());
-        for task in before.iter_mut().chain(after) {
+        for task in first_tasks.iter_mut().chain(last_tasks) {
             task.finish().unwrap();
         }
         self.saved();

@@ -111,8 +111,8 @@ impl Rig {
             button,
             signals,
             gauges,
-            before,
-            after,
+            first_tasks,
+            last_tasks,
             ..
         } = bench;
 
@@ -184,10 +184,10 @@ impl Rig {
             false,
             crossbeam_channel::unbounded().0,
         );
-        let mut tasks = before;
+        let mut tasks = first_tasks;
         tasks.push(Box::new(session));
         tasks.push(Box::new(refit));
-        tasks.extend(after);
+        tasks.extend(last_tasks);
         let mut rig = Self {
             apparatus,
             tasks,

@@ -29,11 +29,11 @@ const PREFIX: &str = "sub-";
 #[error(
     "participant `{}` is not allowed: {fault}; the form is `sub-` and 1 to {MAX_LABEL} of A-Z, a-z, 0-9, \
      for example `sub-01`",
-    .given.chars().take(40).collect::<String>().escape_debug()
+    .text.chars().take(40).collect::<String>().escape_debug()
 )]
 pub struct ParticipantIdError {
     /// The text as given.
-    pub given: String,
+    pub text: String,
     /// The fault.
     pub fault: &'static str,
 }
@@ -69,7 +69,7 @@ impl FromStr for ParticipantId {
             Some(_) => return Ok(Self(text.to_owned())),
         };
         Err(ParticipantIdError {
-            given: text.to_owned(),
+            text: text.to_owned(),
             fault,
         })
     }

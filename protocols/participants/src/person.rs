@@ -73,20 +73,20 @@ pub struct Person {
 pub enum PersonError {
     /// The text is not a whole number of years in the range.
     #[error(
-        "{given:?} is no age; it is {MIN_AGE_YEARS} to {MAX_AGE_YEARS} whole years, or `{NOT_STATED}` for not stated \
+        "{text:?} is no age; it is {MIN_AGE_YEARS} to {MAX_AGE_YEARS} whole years, or `{NOT_STATED}` for not stated \
          (the bench is not for children)"
     )]
     Age {
         /// The text as given, shortened.
-        given: String,
+        text: String,
     },
     /// The text is not one of the allowed words.
-    #[error("{given:?} is no {}; it is {}, or `{NOT_STATED}` for not stated", .detail.column(), .detail.words().join(", "))]
+    #[error("{text:?} is no {}; it is {}, or `{NOT_STATED}` for not stated", .detail.column(), .detail.words().join(", "))]
     Word {
         /// Detail asked for.
         detail: PersonDetail,
         /// The text as given, shortened.
-        given: String,
+        text: String,
     },
 }
 
@@ -145,7 +145,7 @@ impl Person {
                 .position(|w| w.eq_ignore_ascii_case(text));
             index.ok_or_else(|| PersonError::Word {
                 detail,
-                given: short(text),
+                text: short(text),
             })
         };
         match detail {
@@ -185,7 +185,7 @@ fn age(text: &str) -> Result<u8, PersonError> {
     text.parse()
         .ok()
         .filter(|years| digits && (MIN_AGE_YEARS..=MAX_AGE_YEARS).contains(years))
-        .ok_or_else(|| PersonError::Age { given: short(text) })
+        .ok_or_else(|| PersonError::Age { text: short(text) })
 }
 
 fn short(text: &str) -> String {
@@ -213,10 +213,12 @@ mod tests {
             assert_eq!(person.age_years, years, "{text}");
         }
         for text in ["17", "121", "-3", "+20", "20.5", "1e2", "256", "twenty"] {
-            let given = text.to_owned();
+            let rejected_text = text.to_owned();
             assert_eq!(
                 person.set(PersonDetail::Age, text),
-                Err(PersonError::Age { given })
+                Err(PersonError::Age {
+                    text: rejected_text
+                })
             );
         }
         assert_eq!(person, Person::default());
@@ -234,10 +236,13 @@ mod tests {
                 person.set(detail, text).unwrap();
                 assert_eq!(person.text(detail), NOT_STATED);
             }
-            let given = "x\ty".to_owned();
+            let rejected_text = "x\ty".to_owned();
             assert_eq!(
                 person.set(detail, "x\ty"),
-                Err(PersonError::Word { detail, given })
+                Err(PersonError::Word {
+                    detail,
+                    text: rejected_text
+                })
             );
         }
     }

@@ -72,7 +72,7 @@ pub(super) fn validate(raw: RawProtocol) -> Result<Protocol, BrokenRule> {
 }
 
 fn check_range(key: &str, value: f64, low: f64, high: f64, unit: &str) -> Checked {
-    Ok(strict_toml::within(key, value, low, high, unit)?)
+    Ok(strict_toml::require_range(key, value, low, high, unit)?)
 }
 
 fn check_count(key: &str, count: u64, low: u64, high: u64) -> Checked {

@@ -66,7 +66,7 @@ impl Protocol {
 
     /// Returns the texts of the participant's screen.
     pub fn texts(&self) -> Texts {
-        Texts::of(self.language).with(&self.texts)
+        Texts::in_language(self.language).replaced_by(&self.texts)
     }
 
     /// Returns whether every condition drives the plate at its resonance, so that the carrier may follow it.

@@ -49,7 +49,7 @@ impl Protocol {
         let practice = self.trials.practice;
         let mut start_s = 0.0;
         let starts = (0..trials).map(|trial| {
-            if self.rest.comes_after(trial, practice) {
+            if self.rest.is_due_after(trial, practice) {
                 start_s += self.rest.min_s;
             }
             let begins_s = start_s;

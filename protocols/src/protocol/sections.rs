@@ -61,7 +61,7 @@ pub struct Rest {
 impl Rest {
     /// Returns whether a break follows after `trials` settled trials, if any trial is left; the first `practice` do not count.
     #[must_use]
-    pub fn comes_after(&self, trials: u32, practice: u32) -> bool {
+    pub fn is_due_after(&self, trials: u32, practice: u32) -> bool {
         let main_trials = trials.saturating_sub(practice);
         self.every_trials > 0 && main_trials > 0 && main_trials.is_multiple_of(self.every_trials)
     }

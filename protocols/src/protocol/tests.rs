@@ -346,7 +346,7 @@ fn a_range_error_names_the_line() {
 }
 
 #[test]
-fn a_condition_overrides_what_it_names_and_keeps_the_rest() {
+fn a_condition_overrides_the_named_keys_and_keeps_the_rest() {
     let p = edit(
         "name = \"am-6hz-95\"",
         "name = \"slow\"\nmodulation_hz = 2\ncarrier = 30e3",
@@ -372,13 +372,13 @@ fn toml(result: Result<Protocol, ProtocolError>) -> TomlError {
 }
 
 #[test]
-fn another_word_for_the_carrier_is_an_error_that_says_what_to_write() {
+fn another_word_for_the_carrier_is_an_error_with_the_allowed_values() {
     let error = toml(edit("\"plate resonance\"", "\"resonance\""));
-    let TomlError::WrongType { key, wanted, .. } = &error else {
+    let TomlError::WrongType { key, expected, .. } = &error else {
         panic!("{error}")
     };
     assert_eq!(key.as_deref(), Some("drive.carrier"));
-    assert_eq!(wanted, "\"plate resonance\" or a number in Hz");
+    assert_eq!(expected, "\"plate resonance\" or a number in Hz");
 }
 
 /// Fault 33.
@@ -519,7 +519,7 @@ fn the_slider_rests_at_its_ends() {
 fn a_protocol_chooses_a_language_and_replaces_texts() {
     let text = built_in("demo").unwrap();
     let english = Protocol::parse(text, "p.toml").unwrap();
-    assert_eq!(english.texts(), Texts::of(Language::En).clone());
+    assert_eq!(english.texts(), Texts::in_language(Language::En).clone());
     let german = format!("language = \"de\"\n{text}\n[texts]\nfollow_slider = \"Los!\"\n");
     let texts = Protocol::parse(&german, "p.toml").unwrap().texts();
     assert_eq!(texts.follow_slider, "Los!");

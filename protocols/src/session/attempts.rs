@@ -55,7 +55,9 @@ impl Attempts {
         }
         let next = self.next_key();
         if record.key.number != next.number {
-            return foreign(RecordMismatch::Trial { due: next.number });
+            return foreign(RecordMismatch::Trial {
+                number: next.number,
+            });
         }
         if record.key.condition != next.condition || record.key.practice != next.practice {
             return foreign(RecordMismatch::Condition {
@@ -191,6 +193,6 @@ impl Attempts {
     pub(super) fn rest_is_due(&self, rest: Rest) -> bool {
         let practice = self.plan.iter().filter(|trial| trial.practice).count();
         !self.all_settled()
-            && rest.comes_after(self.plan.len() as u32 - self.trials_left(), practice as u32)
+            && rest.is_due_after(self.plan.len() as u32 - self.trials_left(), practice as u32)
     }
 }

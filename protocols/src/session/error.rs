@@ -39,10 +39,10 @@ pub enum RecordMismatch {
         trials: usize,
     },
     /// Another trial was due.
-    #[error("trial {due} was due")]
+    #[error("trial {number} was due")]
     Trial {
         /// The trial that was due, from 1.
-        due: u32,
+        number: u32,
     },
     /// The trial has another condition, or only one of the two is a practice trial.
     #[error("the trial's condition is {condition}{}", if *.practice { " (practice)" } else { "" })]

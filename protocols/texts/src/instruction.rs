@@ -41,7 +41,7 @@ impl Instruction {
     /// Returns the text of the instruction, in English.
     #[must_use]
     pub fn words(self) -> &'static str {
-        self.text(Texts::of(Language::En), true)
+        self.text(Texts::in_language(Language::En), true)
     }
 
     /// Returns the text of the instruction; `button` says whether the bench has a button.

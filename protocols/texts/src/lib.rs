@@ -6,7 +6,7 @@
 //! use participant_texts::{Language, OwnTexts, Texts};
 //!
 //! let own: OwnTexts = toml::from_str("wait = \"Un moment\"")?;
-//! let texts = Texts::of(Language::Fr).with(&own);
+//! let texts = Texts::in_language(Language::Fr).replaced_by(&own);
 //! assert_eq!(texts.wait, "Un moment");
 //! assert_eq!(texts.follow_slider, "Suivez le curseur");
 //! assert_eq!(texts.number(0.62, 2), "0,62");

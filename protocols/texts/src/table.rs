@@ -35,7 +35,7 @@ macro_rules! table {
         impl Texts {
             /// Returns these texts, replaced by those of `replacements` that are given.
             #[must_use]
-            pub fn with(&self, replacements: &OwnTexts) -> Self {
+            pub fn replaced_by(&self, replacements: &OwnTexts) -> Self {
                 Self {
                     $($name: replacements.$name.clone().map_or_else(|| self.$name.clone(), Cow::Owned),)+
                 }
@@ -49,7 +49,7 @@ macro_rules! table {
 
         impl OwnTexts {
             /// Returns the name and the wording of every text that is given.
-            pub fn given(&self) -> impl Iterator<Item = (&'static str, &str)> {
+            pub fn replacements(&self) -> impl Iterator<Item = (&'static str, &str)> {
                 [$((stringify!($name), self.$name.as_deref()),)+]
                     .into_iter()
                     .filter_map(|(name, words)| Some((name, words?)))
@@ -144,7 +144,7 @@ table! {
 impl Texts {
     /// Returns the texts of a language.
     #[must_use]
-    pub fn of(language: Language) -> &'static Self {
+    pub fn in_language(language: Language) -> &'static Self {
         match language {
             Language::En => &ENGLISH,
             Language::Fr => &FRENCH,

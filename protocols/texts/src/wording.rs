@@ -7,14 +7,14 @@ pub const LONGEST_TEXT: usize = 120;
 
 /// A text that cannot be shown.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{key} = {text:?}: {why}")]
+#[error("{key} = {text:?}: {fault}")]
 pub struct RefusedText {
     /// Dotted path of the text in a protocol.
     pub key: String,
     /// The text.
     pub text: String,
     /// The fault, and the allowed form.
-    pub why: &'static str,
+    pub fault: &'static str,
 }
 
 impl OwnTexts {
@@ -23,12 +23,12 @@ impl OwnTexts {
     /// # Errors
     /// [`RefusedText`] for the first text that cannot be shown.
     pub fn require_showable(&self) -> Result<(), RefusedText> {
-        for (key, text) in self.given() {
+        for (key, text) in self.replacements() {
             if let Some(fault) = fault(key, text) {
                 return Err(RefusedText {
                     key: format!("texts.{key}"),
                     text: text.to_owned(),
-                    why: fault,
+                    fault,
                 });
             }
         }
@@ -67,7 +67,7 @@ impl Texts {
 
     /// Returns the number of this trial, or practice trial, and of all.
     #[must_use]
-    pub fn counted(&self, practice: bool, number: u32, total: u32) -> String {
+    pub fn trial_text(&self, practice: bool, number: u32, total: u32) -> String {
         let text = if practice {
             &self.practice
         } else {
@@ -86,7 +86,7 @@ mod tests {
     #[test]
     fn every_text_can_be_replaced() {
         for language in Language::ALL {
-            for (key, text) in Texts::of(language).all() {
+            for (key, text) in Texts::in_language(language).all() {
                 assert_eq!(fault(key, text), None, "{language:?} {key} = {text:?}");
             }
         }
@@ -94,9 +94,9 @@ mod tests {
 
     #[test]
     fn no_text_of_a_language_was_left_in_english() {
-        let english = Texts::of(Language::En);
+        let english = Texts::in_language(Language::En);
         for language in [Language::Fr, Language::De, Language::Nl] {
-            for ((key, text), (_, same)) in Texts::of(language).all().zip(english.all()) {
+            for ((key, text), (_, same)) in Texts::in_language(language).all().zip(english.all()) {
                 let may_agree = ["start", "decimal_mark"].contains(&key);
                 assert!(may_agree || text != same, "{language:?} {key} = {text:?}");
             }
@@ -125,9 +125,9 @@ mod tests {
         }
         let replacements: OwnTexts = toml::from_str("trial = \"n° {number}\"").unwrap();
         assert_eq!(replacements.require_showable(), Ok(()));
-        let texts = Texts::of(Language::Fr).with(&replacements);
-        assert_eq!(texts.counted(false, 3, 10), "n° 3");
-        assert_eq!(texts.counted(true, 1, 2), "entraînement 1 sur 2");
+        let texts = Texts::in_language(Language::Fr).replaced_by(&replacements);
+        assert_eq!(texts.trial_text(false, 3, 10), "n° 3");
+        assert_eq!(texts.trial_text(true, 1, 2), "entraînement 1 sur 2");
     }
 
     #[test]

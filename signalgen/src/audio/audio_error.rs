@@ -20,20 +20,20 @@ pub enum AudioError {
     #[error(transparent)]
     Device(#[from] ChoiceError),
     /// The device does not offer the requested rate, format and channels.
-    #[error("{direction} device {device} does not offer {wanted}; it offers: {offered}")]
+    #[error("{direction} device {device} does not offer {request}; it offers: {offered}")]
     Unsupported {
         /// Direction of the stream.
         direction: StreamDirection,
         /// Id and name of the device.
         device: String,
         /// Requested channels, format, rate and buffer.
-        wanted: String,
+        request: String,
         /// Capabilities of the device.
         offered: Offer,
     },
     /// The device offers no sample format that the host can express.
     #[error(
-        "{direction} device {device} offers no sample format that this audio host can express, so not {wanted}: it may \
+        "{direction} device {device} offers no sample format that this audio host can express, so not {request}: it may \
          have packed 24-bit samples alone (ALSA S24_3LE); run a JACK server on it (jackd -d alsa) and choose the host \
          \"jack\""
     )]
@@ -43,7 +43,7 @@ pub enum AudioError {
         /// Id and name of the device.
         device: String,
         /// Requested channels, format, rate and buffer.
-        wanted: String,
+        request: String,
     },
     /// Another program holds the device.
     #[error("{direction} device {device} is busy: {holder} ({reason})")]

@@ -9,20 +9,20 @@ use crate::stream_health::StreamDirection;
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum ChoiceError {
     /// No device has this id or name, or a part of it.
-    #[error("no {direction} device matches {wanted:?}; there are: {}", list(.available))]
+    #[error("no {direction} device matches {request:?}; there are: {}", list(.available))]
     NoMatch {
         /// Requested name.
-        wanted: String,
+        request: String,
         /// Requested direction.
         direction: StreamDirection,
         /// All devices with this direction.
         available: Vec<String>,
     },
     /// Several devices match.
-    #[error("{wanted:?} could be any of these {direction} devices: {}; give the whole id", list(.matches))]
+    #[error("{request:?} could be any of these {direction} devices: {}; give the whole id", list(.matches))]
     Ambiguous {
         /// Requested name.
-        wanted: String,
+        request: String,
         /// Requested direction.
         direction: StreamDirection,
         /// Matching devices.
@@ -81,7 +81,7 @@ fn choose_by(
     let names = |indices: &[usize]| indices.iter().map(|&i| devices[i].to_string()).collect();
     let Some(first) = raw.first() else {
         return Err(ChoiceError::NoMatch {
-            wanted: name.to_owned(),
+            request: name.to_owned(),
             direction,
             available: names(&narrow(&indices, has_direction)),
         });
@@ -89,7 +89,7 @@ fn choose_by(
     let mut rivals = raw.iter().skip(1);
     if !rivals.all(|&o| is_same_device(&devices[*first], &devices[o], &card_id)) {
         return Err(ChoiceError::Ambiguous {
-            wanted: name.to_owned(),
+            request: name.to_owned(),
             direction,
             matches: names(&raw),
         });
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn exact_ids_win_whatever_else_matches() {
+    fn exact_ids_win_over_other_matches() {
         for name in ["alsa:plughw:CARD=USB,DEV=0", "plughw:CARD=USB,DEV=0"] {
             assert_eq!(choose_id(name).unwrap(), "alsa:plughw:CARD=USB,DEV=0");
         }

@@ -293,13 +293,13 @@ fn unsupported_error(
             AudioError::NoUsableFormat {
                 direction,
                 device: device.to_string(),
-                wanted: request,
+                request,
             }
         }
         offered => AudioError::Unsupported {
             direction,
             device: device.to_string(),
-            wanted: request,
+            request,
             offered: offered.cloned().unwrap_or(Offer::Unreported),
         },
     }

@@ -85,7 +85,7 @@ fn run<T: ConverterSample>() -> (f32, f32) {
                 writer.take(&block, BlockTime::default());
             });
             let header = reader.pop_block(&mut samples).unwrap();
-            assert_eq!(header.drive, drive.published());
+            assert_eq!(header.drive, drive.state());
             for (frame, read) in block.chunks(CHANNELS).zip(samples.chunks(CHANNELS)) {
                 assert!(frame.iter().zip(read).all(|(s, &r)| s.to_unit() == r));
                 assert_eq!([read[0], read[2]], [0.0, 0.0]);
@@ -94,7 +94,7 @@ fn run<T: ConverterSample>() -> (f32, f32) {
             }
         }
     }
-    assert_eq!(drive.published().phase, DrivePhase::Steady);
+    assert_eq!(drive.state().phase, DrivePhase::Steady);
 
     // A kill, a fault, a full ring, and the drive without its handle.
     drive.kill_switch().kill();
@@ -105,7 +105,7 @@ fn run<T: ConverterSample>() -> (f32, f32) {
             writer.take(&block, BlockTime::default());
         });
     }
-    assert_eq!(drive.published().phase, DrivePhase::EmergencyStopped);
+    assert_eq!(drive.state().phase, DrivePhase::EmergencyStopped);
     assert!(reader.ring_fill() > 0.9);
     let header = tap.pop_block(&mut samples).unwrap();
     assert_eq!((header.first_frame, samples.len()), (0, 2 * FRAMES));

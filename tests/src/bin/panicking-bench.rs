@@ -20,7 +20,7 @@ use config::{Config, Effective};
 use devices::Hardware;
 use friction_bench::apparatus::Apparatus;
 use friction_bench::cli::{Calibrate, Cli, Command};
-use friction_bench::drilling::Watched;
+use friction_bench::drilling::WatchedHardware;
 use friction_bench::run::Plan;
 use friction_bench::verbosity::Verbosity;
 use friction_bench::{calibrate, drilling, ending, monitor, run};
@@ -236,7 +236,7 @@ fn command(command: Command, apparatus: Apparatus) -> anyhow::Result<bool> {
             let (report, _) = run::run(
                 Plan::new(bench, &options)?,
                 apparatus,
-                run::on_terminal(std::io::stdout()),
+                run::terminal_front(std::io::stdout()),
             )?;
             Ok(report.completed)
         }
@@ -260,7 +260,7 @@ fn command(command: Command, apparatus: Apparatus) -> anyhow::Result<bool> {
         Command::Drill(options) => {
             let config = read_config(&options.hardware.config)?;
             let course = drilling::plan(Effective::uncalibrated(config.clone()), &options)?;
-            let mut bench = Some(Watched {
+            let mut bench = Some(WatchedHardware {
                 hardware: apparatus.hardware,
                 hand: None,
             });

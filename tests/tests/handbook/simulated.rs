@@ -157,7 +157,7 @@ impl Front for Operator {
 /// Returns a bench with constants other than in its configuration, and a person who follows the slider badly at first.
 fn scenario() -> Scenario {
     let behaviour = built_in("participant-late").unwrap().participant.behaviour;
-    let mut scenario = built_in("bench-unknown").unwrap().realised(SEED);
+    let mut scenario = built_in("bench-unknown").unwrap().draw(SEED);
     scenario.participant.behaviour = behaviour;
     scenario
 }
@@ -185,7 +185,7 @@ fn calibrate<C: Calibrates>(
         let port = apparatus.vibrometer_port.unwrap();
         Instrument::open(&port, 115_200).unwrap()
     });
-    let ledger = driving_time::of_clear_plate(folder, bench.config(), &hardware).unwrap();
+    let ledger = driving_time::clear_plate_account(folder, bench.config(), &hardware).unwrap();
     let operator = Operator::new(shots, captures, |_| None);
     let title = format!("calibrate {}", C::NAME);
     let outcome = rig::run(
@@ -213,8 +213,8 @@ fn calibrate<C: Calibrates>(
 /// calibration to `path`.
 pub fn calibrate_bench(path: &Path, [pickup, plate, force]: [Shot; 3], captures: &Captures) {
     let bench_config = config(&[]);
-    let identity = Identity::of(&bench_config, String::new(), String::new());
-    let mut calibration = CalibrationFile::of(identity);
+    let identity = Identity::from_config(&bench_config, String::new(), String::new());
+    let mut calibration = CalibrationFile::new(identity);
     let bench_under = |calibration: &CalibrationFile| {
         Effective::under_calibration(bench_config.clone(), calibration)
     };

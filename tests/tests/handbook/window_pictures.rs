@@ -34,15 +34,15 @@ fn draw(view: &ScreenView, moving: Moving) -> Canvas {
         height: f64::from(SIZE.1),
         pixel_m: PIXEL_M,
     };
-    let mut page = Page::new(Typeface::built_in().unwrap(), geometry);
-    let content = window_screen::shown(view, None);
+    let mut page = Page::new(Typeface::default_face().unwrap(), geometry);
+    let content = window_screen::page_content(view, None);
     page.draw(&content, Some(view.audio_s), moving).0.clone()
 }
 
 #[test]
 fn the_ruler_page_is_up_to_date() {
     let mut canvas = Canvas::new(SIZE.0 as usize, SIZE.1 as usize, GROUND);
-    Ruler::new(SIZE.0, PIXEL_M).draw(&mut canvas, &Typeface::built_in().unwrap());
+    Ruler::new(SIZE.0, PIXEL_M).draw(&mut canvas, &Typeface::default_face().unwrap());
     require_picture("window-ruler.png", &canvas);
 }
 

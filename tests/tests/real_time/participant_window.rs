@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use bench_tests::program::{find_program, friction_bench, participants_window, protocol};
 use bench_tests::running::Running;
 use participant_window::geometry::Geometry;
-use participant_window::message::{Beat, FrameReport, Shown, Track};
+use participant_window::message::{Beat, Content, FrameReport, Track};
 use participant_window::motion::Motion;
 use participant_window::page::{GROUND, SLIDER};
 use participant_window::place::shared_s;
@@ -122,9 +122,9 @@ impl VirtualDisplay {
     }
 }
 
-fn slider_content(starts_s: Option<f64>) -> Shown {
+fn slider_content(starts_s: Option<f64>) -> Content {
     let (from_m, to_m) = (0.010, 0.095);
-    Shown {
+    Content {
         title: "Follow the slider".to_owned(),
         silent: "Paused".to_owned(),
         track: Some(Track {
@@ -138,7 +138,7 @@ fn slider_content(starts_s: Option<f64>) -> Shown {
             marks: ("start".to_owned(), "end".to_owned()),
             place: false,
         }),
-        ..Shown::default()
+        ..Content::default()
     }
 }
 
@@ -151,11 +151,11 @@ fn wait_for(seat: &mut Seat, name: &str, is_match: impl Fn(&SeatEvent) -> bool) 
 }
 
 fn is_taken(event: &SeatEvent) -> bool {
-    matches!(event, SeatEvent::Taken(_))
+    matches!(event, SeatEvent::Arrival(_))
 }
 
 fn is_left(event: &SeatEvent) -> bool {
-    matches!(event, SeatEvent::Left { .. })
+    matches!(event, SeatEvent::Departure { .. })
 }
 
 /// Observation of one exploration.

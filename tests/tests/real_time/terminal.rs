@@ -413,7 +413,7 @@ fn an_operator_is_guided_through_the_pickups_calibration_and_measures_a_point_ag
     terminal.expect_text(&["calibrate pickup", "passed", "wrote calibration.toml"]);
     let (calibration, _) = CalibrationFile::read(&folder.join("calibration.toml")).unwrap();
     let pickup = calibration.pickup.unwrap();
-    let truth = built_in("bench-unknown").unwrap().realised(SEED);
+    let truth = built_in("bench-unknown").unwrap().draw(SEED);
     let error = pickup.metres_per_unit.value / truth.pickup.metres_per_unit - 1.0;
     assert!(error.abs() < 3e-3, "{error}");
     assert_eq!(pickup.points, 4);

@@ -52,10 +52,10 @@ fn errors(study: &Path, skin: &Skin) -> [Errors; 2] {
     let recordings = find::recordings(&[study.to_owned()], false).unwrap();
     let analysis = analyse(&recordings, &Settings::default(), |_| {});
     Method::BOTH.map(|method| {
-        let median = |value: &dyn Fn(&analysis::estimate::Estimated) -> f64| {
+        let median = |value: &dyn Fn(&analysis::estimate::InstanceEstimate) -> f64| {
             let mut values: Vec<f64> = analysis
                 .instances()
-                .filter_map(|(_, instance)| instance.estimated(method))
+                .filter_map(|(_, instance)| instance.estimate(method))
                 .map(value)
                 .collect();
             assert!(values.len() >= 5, "{} instances", values.len());

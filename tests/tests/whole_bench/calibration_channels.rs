@@ -280,7 +280,7 @@ fn a_measured_match_narrows_the_plates_intervals_and_they_hold() {
         let plate = room.succeed("plate").1.plate.unwrap();
         let truth = mock_world::scenario::Scenario::parse(scenario, "scenario")
             .unwrap()
-            .realised(seed);
+            .draw(seed);
         let omega = truth.plate.omega_rad_per_s();
         let quality = omega * truth.plate.modal_mass_kg / truth.plate.damping_n_s_per_m;
         let phase = truth.pickup.phase_rad - omega * truth.converter.skew(1) / RATE_HZ;

@@ -42,7 +42,7 @@ fn misses(seed: u64) -> ([(f64, f64); 4], f64) {
     let force = measured_force(&room);
     let truth = Scenario::parse(&scenario, "scenario")
         .unwrap()
-        .realised(seed)
+        .draw(seed)
         .force_sensor;
     let [[nn, nl], [ln, ll]] = Bench::realise(&scenario, seed).force;
     let entries = [

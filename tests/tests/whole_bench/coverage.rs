@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use analysis::estimate::{Estimated, InstanceAnalysis, Method};
+use analysis::estimate::{InstanceAnalysis, InstanceEstimate, Method};
 use analysis::{Settings, analyse, find};
 use bench_tests::campaign;
 use bench_tests::session::{ALL_COMPLETED, VirtualParticipant, text};
@@ -78,7 +78,7 @@ impl Coverage {
         let (from_s, to_s) = (recording_s + instance.start_s, recording_s + instance.end_s);
         let mean = |column| course.mean(column, from_s, to_s);
         let methods = [Method::Dynamic, Method::Trial];
-        for estimate in methods.map(|method| Some((method, instance.estimated(method)?))) {
+        for estimate in methods.map(|method| Some((method, instance.estimate(method)?))) {
             let Some((method, estimate)) = estimate else {
                 continue;
             };
@@ -105,7 +105,7 @@ impl Coverage {
     fn friction(
         &mut self,
         method: &'static str,
-        (instance, estimate): (&InstanceAnalysis, &Estimated),
+        (instance, estimate): (&InstanceAnalysis, &InstanceEstimate),
         course: &Course,
         recording_s: f64,
     ) {

@@ -11,7 +11,7 @@ use bench_tests::program::bench;
 use bench_tests::recorded::Recording;
 use bench_tests::session::{SessionFolder, finish, text, write_demo_protocol};
 use mock_world::plant::MAKERS_MATRIX;
-use recording::manifest::ClockOf;
+use recording::manifest::ClockDevice;
 use serde_json::Value;
 
 /// Runs and analyses a session of one trial on the simulated bench of `scenario` with the `bench.toml` that it prints; returns
@@ -138,7 +138,9 @@ fn a_session_with_a_resonators_clock_finds_the_friction_that_is_there() {
     fs::write(&scenario, format!("{arduino}clock_ppm = 9000.0\n")).unwrap();
     let (recording, results) = results(scenario.to_str().unwrap(), |_, config| config);
     let clocks = recording.manifest.clocks;
-    let sensor = clocks.iter().find(|clock| clock.of == ClockOf::ForceSensor);
+    let sensor = clocks
+        .iter()
+        .find(|clock| clock.of == ClockDevice::ForceSensor);
     assert!(
         (sensor.unwrap().drift_ppm - 9000.0).abs() < 50.0,
         "{clocks:?}"

@@ -20,7 +20,7 @@ fn config_without_force(folder: &Path) -> PathBuf {
 }
 
 #[test]
-fn a_bench_without_a_force_sensor_refuses_only_what_needs_one() {
+fn a_bench_without_a_force_sensor_refuses_only_commands_that_need_one() {
     let folder = tempfile::tempdir().unwrap();
     let config = config_without_force(folder.path());
     let calibration = folder.path().join("calibration.toml");

@@ -142,7 +142,7 @@ fn the_published_rig_is_calibrated_runs_and_finds_the_participant_unattended() {
         let analysis = analyse(&recordings, &Settings::default(), |_| {});
         let mut sigma_t: Vec<f64> = analysis
             .instances()
-            .filter_map(|(_, instance)| instance.estimated(Method::Dynamic))
+            .filter_map(|(_, instance)| instance.estimate(Method::Dynamic))
             .map(|estimate| estimate.sigma_t_m)
             .collect();
         assert!(sigma_t.len() >= 5, "{} instances", sigma_t.len());

@@ -15,7 +15,7 @@ use bench_tests::session::{
     SessionFolder, finish, headless_run, require_consistent, text, write_bench_config,
 };
 use config::{Config, Effective};
-use friction_bench::run::{Plan, on_terminal, run};
+use friction_bench::run::{Plan, run, terminal_front};
 use friction_bench::session::Report;
 use protocols::Instruction;
 use recording::RecordingReader;
@@ -42,7 +42,7 @@ fn hold_session(
     options.new_session = true;
     options.hardware.calibration = Some(study.with_file_name("calibration.toml"));
     let plan = Plan::new(Effective::uncalibrated(config), &options)?;
-    let result = run(plan, apparatus(setup), on_terminal(std::io::sink()));
+    let result = run(plan, apparatus(setup), terminal_front(std::io::sink()));
     require_consistent(study);
     result.map(|(report, _)| report)
 }

@@ -3,8 +3,8 @@
 
 use std::path::Path;
 
-use analysis::estimate::{Estimated, Method};
-use analysis::{Analysed, Settings, analyse, find};
+use analysis::estimate::{InstanceEstimate, Method};
+use analysis::{Analysis, Settings, analyse, find};
 use bench_tests::campaign;
 use bench_tests::session::{ALL_COMPLETED, VirtualParticipant, text};
 use bench_tests::truth::Skin;
@@ -30,7 +30,7 @@ struct Errors {
 }
 
 impl Errors {
-    fn new(estimate: &Estimated, truth: &Skin) -> Self {
+    fn new(estimate: &InstanceEstimate, truth: &Skin) -> Self {
         Self {
             sigma_t: (estimate.sigma_t_m / truth.sigma_t_m - 1.0).abs(),
             z_t: (estimate.z_t_n_s_per_m - truth.z_t).norm() / truth.z_t.norm(),
@@ -43,7 +43,7 @@ impl Errors {
 }
 
 /// Runs and analyses a session of one participant in a built-in scenario.
-fn session(scenario: &str, seed: u64, folder: &Path) -> (Analysed, Skin) {
+fn session(scenario: &str, seed: u64, folder: &Path) -> (Analysis, Skin) {
     let person = VirtualParticipant::run(scenario, seed, folder);
     // A participant who never presses correctly gets no accepted trial, and exit status 1; the attempts are recorded all the
     // same.
@@ -58,9 +58,7 @@ fn session(scenario: &str, seed: u64, folder: &Path) -> (Analysed, Skin) {
 fn participant(seed: u64, folder: &Path) -> [Vec<Errors>; 3] {
     let (analysis, true_skin) = session("population", seed, folder);
     Method::ALL.map(|method| {
-        let estimates = analysis
-            .instances()
-            .filter_map(|(_, i)| i.estimated(method));
+        let estimates = analysis.instances().filter_map(|(_, i)| i.estimate(method));
         estimates
             .map(|estimate| Errors::new(estimate, &true_skin))
             .collect()

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use analysis::clustered;
+use analysis::cluster_test;
 use analysis::find;
 use analysis::statistics::Coefficient;
 use bench_tests::program::{bench, python, workspace};
@@ -121,7 +121,7 @@ fn every_arrangement_of_signs_gives_the_clustered_p_values() {
             ("pearson", Coefficient::Pearson),
             ("spearman", Coefficient::Spearman),
         ] {
-            let test = clustered::test(coefficient, &x, &y, &people).unwrap();
+            let test = cluster_test::test(coefficient, &x, &y, &people).unwrap();
             let (p, reference_p) = (test.p.unwrap(), results[name].as_f64().unwrap());
             assert!(
                 (p - reference_p).abs() < TOLERANCE,

@@ -520,7 +520,7 @@ fn an_unwritable_calibration_is_refused_before_measuring() {
 }
 
 #[test]
-fn monitor_drives_only_what_passes_the_preflight() {
+fn monitor_drives_only_a_bench_that_passes_the_preflight() {
     let folder = tempfile::tempdir().unwrap();
     let monitor = |changes: &[(&str, &str)], drive: &[&str]| {
         let config = write_bench_config(folder.path(), changes);

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use bench_tests::in_process::{Setup, apparatus, config, options};
 use bench_tests::session::{SessionFolder, require_whole};
 use config::Effective;
-use friction_bench::run::{Plan, on_terminal, run};
+use friction_bench::run::{Plan, run, terminal_front};
 use jiff::{SignedDuration, Timestamp};
 use serde_json::Value;
 
@@ -21,7 +21,7 @@ fn session(study: &Path, date_errors: &'static [(f64, i64)]) -> PathBuf {
         date_errors,
         ..Setup::default()
     };
-    let (report, _) = run(plan, apparatus(setup), on_terminal(std::io::sink())).unwrap();
+    let (report, _) = run(plan, apparatus(setup), terminal_front(std::io::sink())).unwrap();
     assert!(report.completed, "{:?}", report.reason);
     require_whole(study);
     SessionFolder::read(study, "sub-01").unwrap().path

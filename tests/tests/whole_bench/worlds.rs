@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use analysis::analysed::RecordingFindings;
-use analysis::estimate::{Estimated, InstanceAnalysis, Method};
+use analysis::estimate::{InstanceAnalysis, InstanceEstimate, Method};
+use analysis::findings::RecordingFindings;
 use analysis::{Settings, analyse, find};
 use bench_tests::campaign;
 use bench_tests::session::{ALL_COMPLETED, VirtualParticipant};
@@ -65,7 +65,7 @@ impl WorldErrors {
         self
     }
 
-    fn instance(&mut self, method: Method, estimate: &Estimated, truth: &TrueSkin) {
+    fn instance(&mut self, method: Method, estimate: &InstanceEstimate, truth: &TrueSkin) {
         let (name, sigma_t_m) = (method.name(), truth.sigma_t_m);
         let sigma_t = estimate.sigma_t_m / sigma_t_m - 1.0;
         let z_t = estimate.z_t_n_s_per_m - truth.z_t;
@@ -95,11 +95,11 @@ impl WorldErrors {
             skin.shift_hz -= initial_shift_hz;
             areas_m2.push(skin.contact_area_m2);
             for method in Method::ALL {
-                if let Some(estimate) = instance.estimated(method) {
+                if let Some(estimate) = instance.estimate(method) {
                     self.instance(method, estimate, &skin);
                 }
             }
-            if let Some(estimate) = instance.estimated(Method::Trial) {
+            if let Some(estimate) = instance.estimate(Method::Trial) {
                 sigmas_t.push((estimate.sigma_t_m / skin.sigma_t_m - 1.0).abs());
                 rms_mu.push(estimate.agreement.rms_mu);
             }

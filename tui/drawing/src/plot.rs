@@ -27,7 +27,7 @@ pub struct Span {
     /// End of the span.
     pub to: f64,
     /// Whether it is kept.
-    pub kept: bool,
+    pub is_accepted: bool,
 }
 
 /// Curves over a common axis.
@@ -67,8 +67,12 @@ impl Plot {
         if let Some(band) = self.band {
             self.shade(band, theme, body, buf);
         }
-        for kept in [false, true] {
-            for span in self.spans.iter().filter(|span| span.kept == kept) {
+        for is_accepted in [false, true] {
+            for span in self
+                .spans
+                .iter()
+                .filter(|span| span.is_accepted == is_accepted)
+            {
                 self.mark(*span, theme, body, buf);
             }
         }
@@ -106,10 +110,10 @@ impl Plot {
         let (Some(from), Some(to)) = (self.column(from, body), self.column(to, body)) else {
             return;
         };
-        let (symbol, style) = if span.kept {
-            ("▒", theme.kept())
+        let (symbol, style) = if span.is_accepted {
+            ("▒", theme.accepted_stretch())
         } else {
-            ("╱", theme.rejected())
+            ("╱", theme.rejected_stretch())
         };
         for y in body.top()..body.bottom() {
             for x in from..=to {

@@ -117,7 +117,7 @@ impl Theme {
     }
 
     /// Returns the style of the selected entry of a list.
-    pub fn chosen(self) -> Style {
+    pub fn selection(self) -> Style {
         Style::new().add_modifier(Modifier::REVERSED)
     }
 
@@ -127,12 +127,12 @@ impl Theme {
     }
 
     /// Returns the style of a kept span behind a curve.
-    pub fn kept(self) -> Style {
+    pub fn accepted_stretch(self) -> Style {
         self.band()
     }
 
     /// Returns the style of a rejected span behind a curve.
-    pub fn rejected(self) -> Style {
+    pub fn rejected_stretch(self) -> Style {
         self.paint(Color::Red, Color::Red, Modifier::DIM)
     }
 

@@ -19,7 +19,7 @@ pub struct ValueAxis {
 
 impl ValueAxis {
     /// Returns the smallest axis of at most four round steps around `values`; `None` without a finite value.
-    pub fn around(values: impl Iterator<Item = f64>) -> Option<Self> {
+    pub fn enclosing(values: impl Iterator<Item = f64>) -> Option<Self> {
         let (low, high) = values
             .filter(|v| v.is_finite() && v.abs() < 1e12)
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
@@ -59,7 +59,7 @@ impl ValueAxis {
             .iter()
             .copied()
             .filter(|v| (low - reach..=high + reach).contains(v));
-        let axis = Self::around(bulk.chain(always.iter().copied()))?;
+        let axis = Self::enclosing(bulk.chain(always.iter().copied()))?;
         if axis.high - axis.low >= floor {
             return Some(axis);
         }
@@ -70,7 +70,7 @@ impl ValueAxis {
             start => start,
         };
         let limits = [start, start + floor];
-        Self::around(limits.into_iter().chain(always.iter().copied()))
+        Self::enclosing(limits.into_iter().chain(always.iter().copied()))
     }
 
     /// Whether this axis can still be used instead of `ideal`: it includes `ideal` and is not much too wide.
@@ -114,7 +114,7 @@ mod tests {
     #[test]
     fn the_axis_has_round_limits() {
         let labels = |values: &[f64]| {
-            let axis = ValueAxis::around(values.iter().copied()).unwrap();
+            let axis = ValueAxis::enclosing(values.iter().copied()).unwrap();
             axis.ticks().map(|v| axis.label(v)).collect::<Vec<_>>()
         };
         assert_eq!(labels(&[6.8, 13.9]), ["6", "8", "10", "12", "14"]);
@@ -146,7 +146,7 @@ mod tests {
     #[test]
     fn nothing_finite_has_no_axis() {
         assert_eq!(
-            ValueAxis::around([f64::NAN, f64::INFINITY].into_iter()),
+            ValueAxis::enclosing([f64::NAN, f64::INFINITY].into_iter()),
             None
         );
     }
@@ -156,7 +156,7 @@ mod tests {
         fn the_axis_holds_its_values_and_wastes_little(
             values in proptest::collection::vec(-1e6..1e6f64, 1..20)
         ) {
-            let axis = ValueAxis::around(values.iter().copied()).unwrap();
+            let axis = ValueAxis::enclosing(values.iter().copied()).unwrap();
             let low = values.iter().copied().fold(f64::INFINITY, f64::min);
             let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             prop_assert!(axis.low <= low && high <= axis.high);

@@ -3,16 +3,16 @@
 //! It needs a Unix terminal device. Elsewhere the crate compiles, and [`ParticipantDisplay::open`] returns
 //! [`DisplayError::NeedsUnix`].
 
-#[cfg(not(unix))]
-mod elsewhere;
 mod error;
 mod loss;
 #[cfg(unix)]
 mod unix;
-
 #[cfg(not(unix))]
-pub use elsewhere::ParticipantDisplay;
+mod unsupported;
+
 pub use error::DisplayError;
 pub use loss::DisplayLoss;
 #[cfg(unix)]
 pub use unix::ParticipantDisplay;
+#[cfg(not(unix))]
+pub use unsupported::ParticipantDisplay;

@@ -91,7 +91,7 @@ pub(crate) fn chart(state: &State, calibration: &CalibrationPage, area: Rect, bu
     let x_label = Line::styled(curve.x.clone(), theme.faint());
     let body = titled(state, title, &[x_label], area, buf);
     let points = || curve.points.iter().chain(&curve.fit);
-    let Some(axis) = ValueAxis::around(points().map(|(_, y)| *y)) else {
+    let Some(axis) = ValueAxis::enclosing(points().map(|(_, y)| *y)) else {
         return;
     };
     let Some(x) = span(curve) else { return };

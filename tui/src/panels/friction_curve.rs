@@ -37,7 +37,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let (fit, measured) = (points_um(&curves.friction), points_um(&curves.measured));
     let curve_points = || fit.iter().chain(&measured);
     let axis = ValueAxis::robust(curve_points().map(|(_, mu)| *mu).collect(), &[0.0], 0.2);
-    let amplitude_axis = ValueAxis::around(curve_points().map(|(a, _)| *a).chain([0.0]));
+    let amplitude_axis = ValueAxis::enclosing(curve_points().map(|(a, _)| *a).chain([0.0]));
     let (Some(axis), Some(amplitude_axis)) = (axis, amplitude_axis) else {
         return;
     };

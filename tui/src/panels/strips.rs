@@ -130,20 +130,24 @@ fn spans(state: &State, (from_s, to_s): (f64, f64), place: impl Fn(f64) -> f64) 
             continue;
         }
         let (from, to) = (place(begins_s), place(ends_s));
-        let kept = true;
+        let is_accepted = true;
         if from <= to {
-            spans.push(plot::Span { from, to, kept });
+            spans.push(plot::Span {
+                from,
+                to,
+                is_accepted,
+            });
         } else {
             // The span wraps around the end of the sweep.
             spans.push(plot::Span {
                 from,
                 to: window_s,
-                kept,
+                is_accepted,
             });
             spans.push(plot::Span {
                 from: 0.0,
                 to,
-                kept,
+                is_accepted,
             });
         }
     }

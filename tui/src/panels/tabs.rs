@@ -32,7 +32,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
             _ => name,
         };
         let style = if page == current {
-            theme.chosen()
+            theme.selection()
         } else {
             theme.faint()
         };

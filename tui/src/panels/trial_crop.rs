@@ -180,7 +180,7 @@ fn chart(
     let spans = crop.stretches.iter().map(|stretch| plot::Span {
         from: stretch.start_s / duration_s,
         to: stretch.end_s / duration_s,
-        kept: stretch.accepted,
+        is_accepted: stretch.accepted,
     });
     Plot {
         x: (0.0, 1.0),

@@ -52,7 +52,7 @@ pub(crate) fn render(state: &State, is_choosable: bool, area: Rect, buf: &mut Bu
     let lines = lines.map(|(i, line)| {
         let row = entry(state, line, is_choosable && body.width >= 50);
         if is_choosable && i == index {
-            row.style(theme.chosen())
+            row.style(theme.selection())
         } else {
             row
         }

@@ -9,10 +9,10 @@ pub enum TerminalError {
     #[error("no terminal for the dashboard ({0}); run in a terminal, or with --headless")]
     NoTerminal(#[source] io::Error),
     /// The terminal failed while it was used, for example because its window was closed.
-    #[error("the terminal failed while {doing}: {source}")]
+    #[error("the terminal failed while {operation}: {source}")]
     Terminal {
         /// Activity during the failure.
-        doing: &'static str,
+        operation: &'static str,
         /// The system's reason.
         #[source]
         source: io::Error,
@@ -20,8 +20,8 @@ pub enum TerminalError {
 }
 
 impl TerminalError {
-    /// Returns a function that wraps an error of the terminal while `doing`.
-    pub fn failed(doing: &'static str) -> impl FnOnce(io::Error) -> Self {
-        move |source| Self::Terminal { doing, source }
+    /// Returns a function that wraps an error of the terminal during `operation`.
+    pub fn while_doing(operation: &'static str) -> impl FnOnce(io::Error) -> Self {
+        move |source| Self::Terminal { operation, source }
     }
 }

@@ -105,7 +105,7 @@ impl OperatorScreen {
                 io::ErrorKind::NotFound,
             )));
         }
-        let failure = || TerminalError::failed("setting it up");
+        let failure = || TerminalError::while_doing("setting it up");
         let mut writer = FrameWriter::start(output().map_err(failure())?).map_err(failure())?;
         terminal::enable_raw_mode().map_err(TerminalError::NoTerminal)?;
         IS_ON_SCREEN.store(true, Ordering::SeqCst);

@@ -350,7 +350,7 @@ fn press(state: &mut State, keys: &str) -> Vec<Action> {
 }
 
 #[test]
-fn keys_by_what_is_asked() {
+fn keys_by_question() {
     let number = |value| Action::Answer(Reply::Number(value));
     let redo = |point| Action::Answer(Reply::Redo(point));
     let ready = Action::Answer(Reply::Ready);

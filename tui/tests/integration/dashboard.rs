@@ -148,7 +148,7 @@ fn every_state_of_the_run_page() {
 }
 
 #[test]
-fn small_terminals_keep_what_matters() {
+fn small_terminals_keep_the_essentials() {
     for (columns, rows) in [(40, 10), (20, 5)] {
         let screen = draw(&exploring_state(), columns, rows);
         insta::assert_snapshot!(format!("running_{columns}x{rows}"), screen.backend());
@@ -196,7 +196,7 @@ fn drill_state(step: DrillStep, instruction: &str) -> State {
 }
 
 #[test]
-fn a_drill_says_what_is_asked_at_every_size() {
+fn a_drill_states_the_requested_step_at_every_size() {
     let words = "It was: the amplifier is switched off. The cause is removed. Re-arm: x, then y.";
     let state = drill_state(DrillStep::Rearm, words);
     for (columns, rows) in [(200, 60), (80, 24), (40, 10), (20, 5)] {

@@ -217,7 +217,7 @@ fn control_c_interrupts_and_other_chords_do_nothing() {
 }
 
 #[test]
-fn escape_closes_what_lies_on_top_and_does_nothing_else() {
+fn escape_closes_only_the_topmost_layer() {
     let mut state = state(PhaseKind::Exploration, SafetyState::Driving, 2);
     for opening in ["", "?", "a"] {
         press(&mut state, opening);
@@ -386,7 +386,7 @@ fn a_replay_takes_the_keys_of_a_player_and_asks_nothing() {
 }
 
 #[test]
-fn control_l_draws_everything_anew() {
+fn control_l_redraws_everything() {
     let state = state(PhaseKind::Exploration, SafetyState::Driving, 2);
     let control_l = KeyEvent::new(KeyCode::Char('l'), KeyModifiers::CONTROL);
     let reaction = key(&state, control_l);

@@ -204,7 +204,7 @@ fn the_slider_moves_by_eighths_of_a_column_in_the_terminals_own_foreground() {
 
 #[test]
 fn the_words_are_those_of_the_language() {
-    let texts = Arc::new(Texts::of(Language::De).clone());
+    let texts = Arc::new(Texts::in_language(Language::De).clone());
     for (instruction, words) in [
         (Instruction::PlaceFinger, "drücken Sie dann den Knopf"),
         (Instruction::Feedback, "0,87 N  zu fest"),

@@ -81,7 +81,7 @@ fn a_dashboard_is_drawn_in_both_and_the_same_every_time() {
 }
 
 #[test]
-fn words_keep_their_places_whatever_is_between_them() {
+fn words_keep_their_places_with_any_gap_between_them() {
     let screen = one_row("  μ 0.42    gap  9", Style::new());
     let places = words(&svg(&screen, "", Paper::Dark));
     let expected = [("μ 0.42", 2, 6), ("gap", 12, 3), ("9", 17, 1)];

@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_without_end_ends_where_it_is_told_to() {
+    fn an_endless_line_is_cut_at_the_limit() {
         let endless = BufReader::with_capacity(64, io::repeat(0).take(u64::MAX));
         let mut lines = BoundedLines::new(endless, 8);
         let line = lines.next_line(1000).unwrap().unwrap();

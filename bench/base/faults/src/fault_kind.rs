@@ -355,7 +355,7 @@ mod tests {
     }
 
     #[test]
-    fn help_says_what_a_fault_takes() {
+    fn help_states_the_argument_of_a_fault() {
         assert_eq!(FaultKind::Estop.form(), "estop@TIME[-UNTIL]");
         assert_eq!(FaultKind::Xrun.form(), "xrun@TIME[:FRAMES]");
         assert_eq!(

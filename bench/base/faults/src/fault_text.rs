@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_understood_is_named() {
+    fn an_unknown_part_is_named() {
         use FaultTextError::{Argument, NoTime, Refused, Time, Unknown};
         use RehearsedFaultError as R;
         assert!(
@@ -189,7 +189,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_written_reads_as_it_was(index in 0usize..FaultKind::ALL.len(), at_s in 0.0..1e4, length_s in proptest::option::of(1e-3..1e3)) {
+        fn a_written_fault_reads_back_unchanged(index in 0usize..FaultKind::ALL.len(), at_s in 0.0..1e4, length_s in proptest::option::of(1e-3..1e3)) {
             let fault = FaultKind::ALL[index];
             let rehearsed = RehearsedFault {
                 fault,

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
-use strict_toml::{OutOfRange, within};
+use strict_toml::{OutOfRange, require_range};
 
 use crate::fault_kind::FaultKind;
 
@@ -102,12 +102,12 @@ impl RehearsedFault {
             until_s,
             argument,
         } = *self;
-        within("at_s", at_s, 0.0, LATEST_S, "s")?;
+        require_range("at_s", at_s, 0.0, LATEST_S, "s")?;
         if let Some(until_s) = until_s {
             if !fault.ends() {
                 return Err(RehearsedFaultError::NoEnd { fault });
             }
-            within("until_s", until_s, 0.0, LATEST_S, "s")?;
+            require_range("until_s", until_s, 0.0, LATEST_S, "s")?;
             if until_s <= at_s {
                 return Err(RehearsedFaultError::EndsFirst {
                     fault,
@@ -120,7 +120,7 @@ impl RehearsedFault {
         let Some(amount) = fault.row().amount else {
             return Err(RehearsedFaultError::NoArgument { fault });
         };
-        within("argument", value, amount.low, amount.high, amount.unit)?;
+        require_range("argument", value, amount.low, amount.high, amount.unit)?;
         if amount.whole && value.fract() != 0.0 {
             return Err(RehearsedFaultError::NotWhole {
                 fault,

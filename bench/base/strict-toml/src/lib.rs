@@ -2,7 +2,7 @@
 //! with its range and unit, in the same words for every file of the bench.
 //!
 //! - [`parse`] reads a file into a type and explains failures as a [`TomlError`].
-//! - [`within`] and [`count_within`] are the range rule; [`OutOfRange`] names key, value, range and unit.
+//! - [`require_range`] and [`count_within`] are the range rule; [`OutOfRange`] names key, value, range and unit.
 //! - [`InFile`] and [`line_of`] locate an error about a value that parses but is not allowed.
 //! - [`nearest`] suggests the most similar known word.
 //!
@@ -15,7 +15,7 @@
 //!
 //! let text = "length_m = 105.0\n";
 //! let plate: Plate = strict_toml::parse(text, "plate.toml")?;
-//! let refused = strict_toml::within("length_m", plate.length_m, 0.01, 0.5, "m").unwrap_err();
+//! let refused = strict_toml::require_range("length_m", plate.length_m, 0.01, 0.5, "m").unwrap_err();
 //! let key = refused.key.clone();
 //! assert_eq!(
 //!     strict_toml::InFile::at_key(refused, &key, text, "plate.toml").to_string(),
@@ -32,7 +32,7 @@ mod toml_file;
 mod wrong_value;
 
 pub use place::{InFile, line_of};
-pub use range::{OutOfRange, count_within, within};
+pub use range::{OutOfRange, count_within, require_range};
 pub use suggestion::nearest;
 pub use toml_error::TomlError;
 pub use toml_file::parse;

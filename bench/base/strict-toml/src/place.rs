@@ -77,7 +77,7 @@ pub(crate) fn line_at(text: &str, offset: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::range::within;
+    use crate::range::require_range;
 
     const TEXT: &str = "carrier_hz = 35e3\norder = \"fixed\"\n\n[[plate]]\ncentre_m = 0.05\n";
 
@@ -92,7 +92,7 @@ mod tests {
 
     #[test]
     fn an_error_is_placed_at_its_key_or_at_the_file() {
-        let refused = within("plate.0.centre_m", 0.05, 0.1, 0.5, "m").unwrap_err();
+        let refused = require_range("plate.0.centre_m", 0.05, 0.1, 0.5, "m").unwrap_err();
         let placed = InFile::at_key(refused.clone(), "plate.0.centre_m", TEXT, "bench.toml");
         assert_eq!((placed.line, &placed.error), (Some(5), &refused));
         assert_eq!(placed.to_string(), format!("bench.toml, line 5: {refused}"));

@@ -42,11 +42,17 @@ impl fmt::Display for OutOfRange {
 /// [`OutOfRange`] for any other value, also for NaN.
 ///
 /// ```
-/// assert!(strict_toml::within("drive.modulation_index", 0.95, 0.0, 1.0, "").is_ok());
-/// let refused = strict_toml::within("drive.modulation_hz", 600.0, 0.1, 50.0, "Hz").unwrap_err();
+/// assert!(strict_toml::require_range("drive.modulation_index", 0.95, 0.0, 1.0, "").is_ok());
+/// let refused = strict_toml::require_range("drive.modulation_hz", 600.0, 0.1, 50.0, "Hz").unwrap_err();
 /// assert_eq!((refused.value, refused.high), (600.0, 50.0));
 /// ```
-pub fn within(key: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<(), OutOfRange> {
+pub fn require_range(
+    key: &str,
+    value: f64,
+    low: f64,
+    high: f64,
+    unit: &str,
+) -> Result<(), OutOfRange> {
     if (low..=high).contains(&value) {
         return Ok(());
     }
@@ -82,10 +88,10 @@ mod tests {
 
     #[test]
     fn both_ends_belong_to_the_range_and_nan_does_not() {
-        assert_eq!(within("a", 1.0, 1.0, 2.0, "m"), Ok(()));
-        assert_eq!(within("a", 2.0, 1.0, 2.0, "m"), Ok(()));
-        assert!(within("a", f64::NAN, 1.0, 2.0, "m").is_err());
-        assert!(within("a", 2.0 + 1e-15, 1.0, 2.0, "m").is_err());
+        assert_eq!(require_range("a", 1.0, 1.0, 2.0, "m"), Ok(()));
+        assert_eq!(require_range("a", 2.0, 1.0, 2.0, "m"), Ok(()));
+        assert!(require_range("a", f64::NAN, 1.0, 2.0, "m").is_err());
+        assert!(require_range("a", 2.0 + 1e-15, 1.0, 2.0, "m").is_err());
     }
 
     #[test]
@@ -100,12 +106,12 @@ mod tests {
 
     #[test]
     fn the_message_names_key_value_range_and_unit() {
-        let refused = within("plate.length_m", 0.95, 0.01, 0.5, "m").unwrap_err();
+        let refused = require_range("plate.length_m", 0.95, 0.01, 0.5, "m").unwrap_err();
         assert_eq!(
             refused.to_string(),
             "plate.length_m = 0.95 m is outside the allowed range of 0.01 to 0.5 m"
         );
-        let refused = within("drive.modulation_index", 2.0, 0.0, 1.0, "").unwrap_err();
+        let refused = require_range("drive.modulation_index", 2.0, 0.0, 1.0, "").unwrap_err();
         assert_eq!(
             refused.to_string(),
             "drive.modulation_index = 2 is outside the allowed range of 0 to 1"

@@ -69,7 +69,7 @@ pub enum TomlError {
         value: String,
     },
     /// Value of another type than the key's, or a whole number outside the type's range.
-    #[error("{file}, line {line}{}: {found} is not allowed; write {wanted}", at_key(.key))]
+    #[error("{file}, line {line}{}: {given_text} is not allowed; write {expected}", at_key(.key))]
     WrongType {
         /// The file, as the caller named it.
         file: String,
@@ -78,9 +78,9 @@ pub enum TomlError {
         /// Key, if known.
         key: Option<String>,
         /// Value as written.
-        found: String,
+        given_text: String,
         /// Expected value.
-        wanted: String,
+        expected: String,
     },
     /// Text that is not TOML, or a value in the wrong form.
     #[error("{file}, line {line}{}: {message}", at_key(.key))]

@@ -93,12 +93,15 @@ fn wrong_type(mismatch: WrongValue, file: String, line: usize, key: Option<Strin
             key,
             value,
         },
-        WrongValue::Type { found, wanted } => TomlError::WrongType {
+        WrongValue::Type {
+            given_text,
+            expected,
+        } => TomlError::WrongType {
             file,
             line,
             key,
-            found,
-            wanted,
+            given_text,
+            expected,
         },
     }
 }
@@ -195,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn reads_what_is_right() {
+    fn a_valid_file_is_read() {
         let read: Outer = parse(GOOD, "bench.toml").unwrap();
         assert_eq!(
             read,
@@ -355,8 +358,8 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_type_says_what_to_write() {
-        for (written, found, wanted) in [
+    fn a_wrong_type_is_an_error_with_the_expected_value() {
+        for (written, given_text, expected) in [
             ("carrier_hz = true", "`true`", "a number"),
             ("carrier_hz = \"fast\"", "the text \"fast\"", "a number"),
             ("carrier_hz = [1.0]", "a list", "a number"),
@@ -367,8 +370,8 @@ mod tests {
                     file: "bench.toml".to_owned(),
                     line: 1,
                     key: Some("carrier_hz".to_owned()),
-                    found: found.to_owned(),
-                    wanted: wanted.to_owned(),
+                    given_text: given_text.to_owned(),
+                    expected: expected.to_owned(),
                 }
             );
         }

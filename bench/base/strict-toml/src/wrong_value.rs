@@ -8,7 +8,10 @@ pub(crate) enum WrongValue {
     /// A number and a unit.
     NumberWithUnit(String),
     /// Another type, or a whole number outside the type's range.
-    Type { found: String, wanted: String },
+    Type {
+        given_text: String,
+        expected: String,
+    },
 }
 
 /// Parses serde's "invalid type: string \"5\", expected f64"; `None` for any other message.
@@ -30,8 +33,8 @@ pub(crate) fn from_message(message: &str) -> Option<WrongValue> {
         }
     }
     Some(WrongValue::Type {
-        found: found_in_words(given_text),
-        wanted: wanted_in_words(expected_type),
+        given_text: found_in_words(given_text),
+        expected: wanted_in_words(expected_type),
     })
 }
 
@@ -200,7 +203,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_number_is_split_from_what_follows_it() {
+    fn a_number_is_split_from_its_unit() {
         for (text, number, unit) in [
             ("6.0 Hz", "6.0", "Hz"),
             ("20g", "20", "g"),
@@ -217,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn units_are_told_from_other_text() {
+    fn units_are_distinguished_from_other_text() {
         for unit in ["Hz", "%", "µm", "m/s", "N·s/m", "°C", "m s^-1"] {
             assert!(is_unit(unit), "{unit}");
         }
@@ -232,8 +235,8 @@ mod tests {
         assert_eq!(
             from_message("invalid type: string \"true\", expected a boolean"),
             Some(WrongValue::Type {
-                found: "the text \"true\"".to_owned(),
-                wanted: "`true` or `false`".to_owned()
+                given_text: "the text \"true\"".to_owned(),
+                expected: "`true` or `false`".to_owned()
             })
         );
     }

@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_such_file_is_refused_by_what_is_wrong() {
+    fn an_invalid_file_is_refused_with_its_fault() {
         let refusal = |from: &str, to: &str| {
             assert!(FILE.contains(from));
             MakersMatrix::parse(&FILE.replacen(from, to, 1)).unwrap_err()

@@ -371,7 +371,7 @@ pub enum CalibrationFileError {
 impl CalibrationFile {
     /// Creates a calibration of the bench `identity` without measurements.
     #[must_use]
-    pub fn of(identity: Identity) -> Self {
+    pub fn new(identity: Identity) -> Self {
         Self {
             format: FORMAT,
             rehearsed: Vec::new(),

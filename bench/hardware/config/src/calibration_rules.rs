@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::refused::{Refused, require_range};
+use super::refusal::{Refused, require_range};
 use crate::correction::MOST_CROSSTALK;
 
 /// `[calibration]`: limits on the results of a calibration, and the time for which it is valid.

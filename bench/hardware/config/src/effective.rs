@@ -236,8 +236,8 @@ impl Effective {
         let Some(calibration) = &self.calibration else {
             return Ok(());
         };
-        let present =
-            Identity::of(&self.config, input_device, output_device).with_sound_card(sound_card);
+        let present = Identity::from_config(&self.config, input_device, output_device)
+            .with_sound_card(sound_card);
         calibration.require(
             &present,
             (now, simulated_time),

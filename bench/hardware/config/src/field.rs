@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use super::refused::{Refused, require_range};
+use super::refusal::{Refused, require_range};
 
 /// `encoder.source`: device that counts the encoder's signals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::refused::{Refused, require_range};
+use crate::refusal::{Refused, require_range};
 
 /// Hexadecimal digits of a box's serial number.
 const SERIAL_DIGITS: usize = 16;

@@ -10,7 +10,7 @@ use crate::force_protocol::ForceProtocol;
 use crate::gauges::Gauges;
 use crate::limits::Safety;
 use crate::netft::Netft;
-use crate::refused::{Refused, require_range};
+use crate::refusal::{Refused, require_range};
 use crate::sound_card::{Audio, InputMap};
 
 /// `[force]`: source of the force sensor's readings, and their correction.
@@ -376,7 +376,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_source_lacks_or_cannot_use_is_refused_with_its_line() {
+    fn a_missing_or_unusable_key_is_refused_with_its_line() {
         for (lines, word) in [
             ("protocol = \"frames\"", "force.port is missing"),
             ("port = \"/dev/ttyUSB0\"", "force.protocol is missing"),

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::cal_file::MakersMatrix;
-use crate::refused::{Refused, require_range};
+use crate::refusal::{Refused, require_range};
 use crate::six_axis::SixAxis;
 use crate::sound_card::{Audio, InputMap};
 
@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_a_sensor_is_refused_with_its_line() {
+    fn an_impossible_sensor_is_refused_with_its_line() {
         let bench_with = |line: &str| format!("{TWO}{line}");
         for (lines, word) in [
             (String::new(), "names 0 inputs"),
@@ -345,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn the_makers_file_is_read_beside_the_configuration() {
+    fn the_makers_file_is_read_from_the_folder_of_the_configuration() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("bench.toml");
         let inputs = "inputs = [2, 3]\ncal_file = \"FT00007.cal\"";

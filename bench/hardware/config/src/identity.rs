@@ -44,10 +44,10 @@ pub struct Identity {
 
 /// The first difference between the calibrated bench and the present one.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("the calibration was made with {what} {calibrated}, but the bench has {present}: {remedy}")]
+#[error("the calibration was made with {part} {calibrated}, but the bench has {present}: {remedy}")]
 pub struct Mismatch {
     /// Name of the property that differs.
-    pub what: &'static str,
+    pub part: &'static str,
     /// Value on the calibrated bench.
     pub calibrated: String,
     /// Present value.
@@ -61,7 +61,7 @@ const RECALIBRATE: &str = "calibrate again, or go back to what was calibrated";
 impl Identity {
     /// Returns the identity of the bench described by `config`, with the opened devices.
     #[must_use]
-    pub fn of(config: &Config, input_device: String, output_device: String) -> Self {
+    pub fn from_config(config: &Config, input_device: String, output_device: String) -> Self {
         Self {
             input_device,
             output_device,
@@ -184,8 +184,8 @@ impl Identity {
         ];
         match compared.into_iter().find(|(_, a, b, _)| a != b) {
             None => Ok(()),
-            Some((what, calibrated, present, remedy)) => Err(Mismatch {
-                what,
+            Some((part, calibrated, present, remedy)) => Err(Mismatch {
+                part,
                 calibrated,
                 present,
                 remedy,
@@ -204,7 +204,8 @@ mod tests {
         let config = Config::parse(crate::TEMPLATE, "bench.toml").unwrap();
         let bench = |card: Option<&str>| {
             let device = || "hw:CARD=USB,DEV=0".to_owned();
-            Identity::of(&config, device(), device()).with_sound_card(card.map(str::to_owned))
+            Identity::from_config(&config, device(), device())
+                .with_sound_card(card.map(str::to_owned))
         };
         let calibrated = bench(Some("serial number 23A"));
         for present in [Some("serial number 23A"), None] {
@@ -212,7 +213,7 @@ mod tests {
         }
         assert_eq!(bench(None).require(&calibrated), Ok(()));
         let result = calibrated.require(&bench(Some("serial number 23B")));
-        let result = result.map_err(|mismatch| (mismatch.what, mismatch.present));
+        let result = result.map_err(|mismatch| (mismatch.part, mismatch.present));
         assert_eq!(
             result,
             Err(("the sound card", "\"serial number 23B\"".to_owned()))

@@ -20,7 +20,7 @@ mod netft;
 mod nidaqmx;
 mod plate_constants;
 mod quantity;
-mod refused;
+mod refusal;
 pub mod rigs;
 mod six_axis;
 mod sound_card;
@@ -62,7 +62,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use refused::Refused;
+use refusal::Refused;
 
 /// Commented template of a `bench.toml` for real hardware, to be edited.
 pub const TEMPLATE: &str = include_str!("../rigs/bench-template.toml");

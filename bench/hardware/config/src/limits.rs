@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::refused::{Refused, require_range};
+use super::refusal::{Refused, require_range};
 
 /// `[limits]`: limits of the drive.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

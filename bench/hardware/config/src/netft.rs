@@ -4,7 +4,7 @@ use std::net::{IpAddr, SocketAddr};
 
 use serde::{Deserialize, Serialize};
 
-use crate::refused::{Refused, require_range};
+use crate::refusal::{Refused, require_range};
 use crate::six_axis::SixAxis;
 
 /// UDP port on which a Net F/T serves raw data transfer (ATI 9620-05-NET FT, section 10).

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::refused::{Refused, require_range};
+use crate::refusal::{Refused, require_range};
 use crate::sound_card::{Audio, SampleFormat};
 
 /// Reference of the analogue inputs.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::refused::{Refused, require_range};
+use super::refusal::{Refused, require_range};
 
 /// `[plate]`: constants of the plate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

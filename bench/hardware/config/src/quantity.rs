@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn effective_degrees_of_freedom_follow_what_was_seen() {
+    fn effective_degrees_of_freedom_follow_the_observed_part() {
         let observed = Quantity::combined(1.0, 0.1, 0.1, 5, "m");
         assert_eq!(observed.degrees_of_freedom, 5);
         // Student's t for 5 degrees of freedom.

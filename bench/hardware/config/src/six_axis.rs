@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// use config::SixAxis;
 ///
 /// let axis = SixAxis::try_from("-fz".to_owned())?;
-/// assert_eq!(axis.of([1.0, 2.0, 3.0]), -3.0);
+/// assert_eq!(axis.force_along([1.0, 2.0, 3.0]), -3.0);
 /// assert!(SixAxis::try_from("tz".to_owned()).is_err());
 /// # Ok::<(), config::NoForceAxis>(())
 /// ```
@@ -40,7 +40,7 @@ impl SixAxis {
 
     /// Returns the force along this axis from Fx, Fy and Fz.
     #[must_use]
-    pub fn of(self, forces: [f64; 3]) -> f64 {
+    pub fn force_along(self, forces: [f64; 3]) -> f64 {
         self.sign() * forces[self.index]
     }
 
@@ -123,6 +123,6 @@ mod tests {
         for text in ["", "-", "tz", "--fz", "f", "fzz"] {
             assert!(SixAxis::try_from(text.to_owned()).is_err(), "{text}");
         }
-        assert_eq!(SixAxis::PRESS.of([0.0, 0.0, -0.65]), 0.65);
+        assert_eq!(SixAxis::PRESS.force_along([0.0, 0.0, -0.65]), 0.65);
     }
 }

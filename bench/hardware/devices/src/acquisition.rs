@@ -305,7 +305,7 @@ impl Acquisition {
             .accept(header.first_frame, u64::from(header.frames), first);
         let xrun = self.output_gaps.take(first, &samples, header.output_xruns);
         self.output_xrun(xrun, batch);
-        self.pipeline.take(&samples, &mut batch.frames)?;
+        self.pipeline.process(&samples, &mut batch.frames)?;
         self.ahead = header.drive.frames as i64 - self.pipeline.account().frames as i64;
         self.note_flaws();
         self.excerpt.take_if(|excerpt| excerpt.take(&samples));
@@ -340,7 +340,7 @@ impl Acquisition {
         }
         let report = self.output_gaps.lose();
         self.output_xrun(report, batch);
-        self.pipeline.take_lost(frames, &mut batch.frames)?;
+        self.pipeline.process_lost(frames, &mut batch.frames)?;
         if let Some(excerpt) = &mut self.excerpt {
             excerpt.start_over();
         }
@@ -387,9 +387,9 @@ impl Acquisition {
     fn take_readings(&mut self, batch: &mut Batch) {
         self.waiting.extend(self.readings.try_iter());
         for reading in std::mem::take(&mut self.waiting) {
-            let Some(time_s) = self.placed_s(reading.at()) else {
+            let Some(time_s) = self.placed_s(reading.moment()) else {
                 // The blocks around an xrun are held back until its frames are counted.
-                if matches!(reading.at(), Moment::Card(_)) {
+                if matches!(reading.moment(), Moment::Card(_)) {
                     self.waiting.push(reading);
                 }
                 continue;

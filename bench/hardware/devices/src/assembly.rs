@@ -249,9 +249,9 @@ pub struct Bench {
     /// Gauges for screens.
     pub gauges: Arc<Gauges>,
     /// Safety watch and slow inputs: they run before the tasks that decide.
-    pub before: Vec<Box<dyn Task>>,
+    pub first_tasks: Vec<Box<dyn Task>>,
     /// Acquisition and recorder: they run after the tasks that decide.
-    pub after: Vec<Box<dyn Task>>,
+    pub last_tasks: Vec<Box<dyn Task>>,
 }
 
 /// Length of the audio that may wait for the disk, s (DESIGN.md, FAULTS.md row 27).
@@ -279,7 +279,7 @@ impl Bench {
             field_box,
             signals,
             gauges,
-            tasks: before,
+            tasks: first_tasks,
         } = OpenHardware::open(bench, hardware)?;
         let channels = usize::from(config.audio.input_channels);
         let drive_channel = usize::from(config.channels.drive.index);
@@ -323,8 +323,8 @@ impl Bench {
             field_box,
             signals,
             gauges,
-            before,
-            after: vec![Box::new(acquisition), Box::new(Recorder(recorder))],
+            first_tasks,
+            last_tasks: vec![Box::new(acquisition), Box::new(Recorder(recorder))],
         })
     }
 
@@ -334,7 +334,7 @@ impl Bench {
     /// [`WarmthError`] if the plate's temperature cannot be written.
     pub fn charge(&mut self, ledger: DriveLedger, boot: Boot) -> Result<(), WarmthError> {
         let keepers = ledger.begin(&self.drive, self.life.clock(), boot, &self.signals)?;
-        self.before.extend(keepers);
+        self.first_tasks.extend(keepers);
         Ok(())
     }
 

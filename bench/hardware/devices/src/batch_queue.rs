@@ -21,7 +21,7 @@ pub struct BatchesDropped(pub u64);
 impl BatchesDropped {
     /// Returns the batches dropped before `batch`; `None` if there were none.
     #[must_use]
-    pub fn before(batch: &Batch) -> Option<Self> {
+    pub fn dropped_before(batch: &Batch) -> Option<Self> {
         (batch.dropped > 0).then_some(Self(batch.dropped))
     }
 }
@@ -84,13 +84,16 @@ mod tests {
         assert!(batches.try_iter().all(|batch| batch.dropped == 0));
         sender.send(Batch::default());
         let first = batches.try_recv().unwrap();
-        assert_eq!(BatchesDropped::before(&first), Some(BatchesDropped(3)));
+        assert_eq!(
+            BatchesDropped::dropped_before(&first),
+            Some(BatchesDropped(3))
+        );
         let warnings = [most, most + 1, most + 2].map(|k| k.to_string());
         assert_eq!(first.warnings, warnings);
         sender.send(Batch::default());
         let next = batches.try_recv().unwrap();
         assert_eq!(
-            (BatchesDropped::before(&next), next.warnings.len()),
+            (BatchesDropped::dropped_before(&next), next.warnings.len()),
             (None, 0)
         );
     }

@@ -35,12 +35,12 @@ pub struct Claim {
 #[derive(Debug, thiserror::Error)]
 pub enum ClaimError {
     /// Another instance holds the part.
-    #[error("{what} is in use by another friction-bench{}; end that one first", holder(*.by))]
+    #[error("{part} is in use by another friction-bench{}; end that one first", holder(*.process))]
     InUse {
         /// Part of the bench.
-        what: String,
+        part: String,
         /// Identifier of the process that holds it; `None` if it left no identifier.
-        by: Option<u32>,
+        process: Option<u32>,
     },
     /// A lock cannot be created.
     #[error(transparent)]
@@ -56,18 +56,28 @@ impl Claim {
     pub fn take(config: &Config) -> Result<Self, ClaimError> {
         let folder = lock_folder()?;
         let mut locks = Vec::new();
-        for what in parts(config) {
-            let path = folder.join(file_name(&what));
+        for part in parts(config) {
+            let path = folder.join(file_name(&part));
             match Lock::try_take(&path)? {
                 Lock::Taken(file) => locks.push(file),
-                Lock::Held { by } => return Err(ClaimError::InUse { what, by }),
+                Lock::Held { holder } => {
+                    return Err(ClaimError::InUse {
+                        part,
+                        process: holder,
+                    });
+                }
             }
         }
         // Last, because these do not name their holder.
-        for (what, node) in device_nodes::nodes(config) {
+        for (part, node) in device_nodes::nodes(config) {
             match device_nodes::lock(&node) {
                 Ok(file) => locks.extend(file),
-                Err(NodeInUse) => return Err(ClaimError::InUse { what, by: None }),
+                Err(NodeInUse) => {
+                    return Err(ClaimError::InUse {
+                        part,
+                        process: None,
+                    });
+                }
             }
         }
         Ok(Self { _locks: locks })
@@ -206,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn a_server_is_one_card_whatever_its_ports_and_no_two_parts_share_a_file() {
+    fn a_server_is_one_card_for_all_ports_and_no_two_parts_share_a_file() {
         let jack = |device: &str| {
             let device = format!("\"{device}\"");
             let changes = [

@@ -14,7 +14,7 @@ use safety::{Allowance, SlidingHour, Span};
 use tasks::{Clock, Task};
 
 use crate::boot::Boot;
-use crate::dose_record::{self, DamagedLine, Driven, Whose};
+use crate::dose_record::{self, AccountOwner, DamagedLine, Driven};
 
 /// Lead of the file over the drive, s.
 const AHEAD_S: f64 = 5.0;
@@ -72,7 +72,7 @@ pub struct DoseAccount {
     limit_s: f64,
     need_s: f64,
     /// Person at the plate.
-    whose: Whose,
+    owner: AccountOwner,
     /// Records to which each span of driving is written; empty for an account that ends with the program.
     books: Vec<Book>,
 }
@@ -100,7 +100,7 @@ pub fn participant_path(folder: &Path) -> PathBuf {
 }
 
 impl DoseAccount {
-    /// Opens the account for `whose`; its files are created with the first drive. Without `paths`, as for a simulated
+    /// Opens the account for `owner`; its files are created with the first drive. Without `paths`, as for a simulated
     /// bench, the account ends with the program. `limit_s` is allowed within an hour, and `need_s` of it must be left
     /// to arm.
     ///
@@ -108,7 +108,7 @@ impl DoseAccount {
     /// [`DoseError`] if the earlier driving time is unknown.
     pub fn open(
         paths: Option<AccountPaths>,
-        whose: Whose,
+        owner: AccountOwner,
         limit_s: f64,
         need_s: f64,
     ) -> Result<Self, DoseError> {
@@ -122,7 +122,7 @@ impl DoseAccount {
         Ok(Self {
             limit_s,
             need_s,
-            whose,
+            owner,
             books,
         })
     }
@@ -132,7 +132,7 @@ impl DoseAccount {
     fn earlier_driving(&self, boot: &Boot, origin_s: f64, now: Timestamp) -> SlidingHour {
         let mut hour = SlidingHour::default();
         for book in &self.books {
-            let counts = |span: &&Driven| self.whose.counts(span.whose);
+            let counts = |span: &&Driven| self.owner.counts(span.owner);
             let spans: Vec<Driven> = book.spans.iter().filter(counts).cloned().collect();
             for (start_s, end_s) in dose_record::on_this_run(&spans, boot, now) {
                 let ns = |up_s: f64| ((up_s - origin_s) * 1e9) as i64;
@@ -167,7 +167,7 @@ impl DoseAccount {
 
     /// Returns the driving time left, s.
     #[must_use]
-    pub fn left_s(&self, boot: &Boot, now: Timestamp) -> f64 {
+    pub fn remaining_s(&self, boot: &Boot, now: Timestamp) -> f64 {
         let used_s = self.earlier_driving(boot, boot.up_s, now).used_ns(0) as f64 * 1e-9;
         (self.limit_s - used_s).max(0.0)
     }
@@ -190,7 +190,7 @@ impl DoseAccount {
         let task = (!books.is_empty()).then(|| -> Box<dyn Task> {
             Box::new(DoseKeeper {
                 books,
-                whose: self.whose,
+                owner: self.owner,
                 clock: Arc::clone(clock),
                 boot,
                 origin_s,
@@ -202,7 +202,7 @@ impl DoseAccount {
         let allowance = Allowance {
             limit_s: self.limit_s,
             need_s: self.need_s,
-            before: earlier_driving,
+            earlier_driving,
             spans: task.is_some().then_some(sender),
         };
         (allowance, task)
@@ -227,7 +227,7 @@ fn read(path: &Path) -> Result<Vec<Driven>, DoseError> {
 struct DoseKeeper {
     /// Records, each with its finished spans.
     books: Vec<Book>,
-    whose: Whose,
+    owner: AccountOwner,
     clock: Arc<dyn Clock>,
     boot: Boot,
     /// Origin of the bench's clock, in seconds of this run of the computer, suspensions included.
@@ -266,7 +266,7 @@ impl DoseKeeper {
             up_s: (self.origin_s + self.clock.since_origin_s() - ago_s).max(0.0),
             driven_s,
             date: now.saturating_sub(elapsed).unwrap_or(now),
-            whose: self.whose,
+            owner: self.owner,
             machine: self.boot.machine.clone(),
         }
     }
@@ -397,16 +397,16 @@ mod tests {
         }
 
         fn account_in(folder: &Path) -> DoseAccount {
-            Self::account_with(folder, Whose::Named)
+            Self::account_with(folder, AccountOwner::Named)
         }
 
         /// Returns the account of a drive on the bench that has its files in `folder`, as has its only participant.
-        fn account_with(folder: &Path, whose: Whose) -> DoseAccount {
+        fn account_with(folder: &Path, owner: AccountOwner) -> DoseAccount {
             let paths = AccountPaths {
-                participant: (whose == Whose::Named).then(|| participant_path(folder)),
+                participant: (owner == AccountOwner::Named).then(|| participant_path(folder)),
                 bench: bench_path(&folder.join("calibration.toml")),
             };
-            DoseAccount::open(Some(paths), whose, 600.0, 10.0).unwrap()
+            DoseAccount::open(Some(paths), owner, 600.0, 10.0).unwrap()
         }
 
         fn drive(&mut self, start_s: f64, end_s: f64) {
@@ -423,9 +423,9 @@ mod tests {
         }
 
         /// Returns the driving time that another program finds left when this one has been on for `now_s`, s.
-        fn left_s(&self, now_s: f64) -> f64 {
+        fn remaining_s(&self, now_s: f64) -> f64 {
             let account = Self::account_in(self.folder.path());
-            account.left_s(&boot(1000.0 + now_s), self.clock.utc())
+            account.remaining_s(&boot(1000.0 + now_s), self.clock.utc())
         }
     }
 
@@ -438,7 +438,7 @@ mod tests {
             let now_s = 10.0 + 0.01 * f64::from(step);
             if step % 25 == 0 {
                 rig.drive(10.0, now_s);
-                let counted_s = 600.0 - rig.left_s(now_s);
+                let counted_s = 600.0 - rig.remaining_s(now_s);
                 let driven_s = now_s - 10.0;
                 assert!(
                     counted_s > driven_s && counted_s <= driven_s + AHEAD_S,
@@ -448,19 +448,19 @@ mod tests {
         }
         rig.advance(60.0);
         assert!(
-            (rig.left_s(60.0) - 560.0).abs() < 1e-3,
+            (rig.remaining_s(60.0) - 560.0).abs() < 1e-3,
             "corrected at the end"
         );
     }
 
     #[test]
-    fn the_end_of_the_program_writes_what_was_driven() {
+    fn the_end_of_the_program_writes_the_driving_time() {
         let mut rig = Rig::new();
         rig.drive(1.0, 8.0);
         rig.drive(20.0, 23.0);
         rig.task.finish().unwrap();
-        assert!((rig.left_s(24.0) - 590.0).abs() < 1e-3);
-        assert!((rig.left_s(24.0 + 3600.0) - 600.0).abs() < 1e-3);
+        assert!((rig.remaining_s(24.0) - 590.0).abs() < 1e-3);
+        assert!((rig.remaining_s(24.0 + 3600.0) - 600.0).abs() < 1e-3);
         let account = Rig::account_in(rig.folder.path());
         let now = rig.clock.utc();
         assert_eq!(account.wait_s(590.0, &boot(1024.0), now), 0.0);
@@ -488,7 +488,7 @@ mod tests {
         let since = last.date.duration_since(Timestamp::UNIX_EPOCH);
         assert!((since.as_secs_f64() - 3620.0).abs() < 1e-3);
         // The next program, directly after this one.
-        let left_s = rig.left_s(3600.0 + 500.0);
+        let left_s = rig.remaining_s(3600.0 + 500.0);
         assert!((left_s - 120.0).abs() < 1e-3, "{left_s}");
     }
 
@@ -507,7 +507,8 @@ mod tests {
         let clock = Arc::new(Hands::default());
         let shared: Arc<dyn Clock> = clock.clone();
         let left_s = |record_folder: &Path, owner| {
-            let left_s = Rig::account_with(record_folder, owner).left_s(&boot(1100.0), clock.utc());
+            let left_s =
+                Rig::account_with(record_folder, owner).remaining_s(&boot(1100.0), clock.utc());
             left_s.round()
         };
         let drive = |owner, driven_s: f64, at_s: f64| {
@@ -521,14 +522,19 @@ mod tests {
             .0
             .store(100_000_000_000, std::sync::atomic::Ordering::Relaxed);
         let remaining_s = || {
-            [Whose::Nobody, Whose::Unnamed, Whose::Named].map(|owner| left_s(folder.path(), owner))
+            [
+                AccountOwner::Nobody,
+                AccountOwner::Unnamed,
+                AccountOwner::Named,
+            ]
+            .map(|owner| left_s(folder.path(), owner))
         };
         // A participant's session does not count for calibrations.
-        drive(Whose::Named, 10.0, 0.0);
+        drive(AccountOwner::Named, 10.0, 0.0);
         assert_eq!(remaining_s(), [600.0, 590.0, 590.0]);
-        drive(Whose::Unnamed, 5.0, 20.0);
+        drive(AccountOwner::Unnamed, 5.0, 20.0);
         assert_eq!(remaining_s(), [595.0, 585.0, 585.0]);
-        drive(Whose::Nobody, 7.0, 30.0);
+        drive(AccountOwner::Nobody, 7.0, 30.0);
         assert_eq!(remaining_s(), [588.0, 578.0, 585.0]);
         // The first participant's driving time does not count for another participant.
         std::fs::remove_file(participant_path(folder.path())).unwrap();
@@ -552,7 +558,7 @@ mod tests {
                 participant: Some(path.to_owned()),
                 bench: bench_path(&folder.path().join("calibration.toml")),
             };
-            DoseAccount::open(Some(paths), Whose::Named, 600.0, 10.0)
+            DoseAccount::open(Some(paths), AccountOwner::Named, 600.0, 10.0)
         };
         std::fs::write(&path, "boot\tup_s\tdriven_s\tdate\nabc\t1.0\t2").unwrap();
         let error = open(&path).unwrap_err();
@@ -567,7 +573,7 @@ mod tests {
 
     #[test]
     fn a_simulated_bench_keeps_nothing() {
-        let account = DoseAccount::open(None, Whose::Named, 600.0, 10.0).unwrap();
+        let account = DoseAccount::open(None, AccountOwner::Named, 600.0, 10.0).unwrap();
         let clock: Arc<dyn Clock> = Arc::new(Hands::default());
         let (allowance, task) = account.begin(&clock, boot(5.0));
         assert!(task.is_none() && allowance.spans.is_none());

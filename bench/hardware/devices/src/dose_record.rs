@@ -26,7 +26,7 @@ const LONGEST_S: f64 = 604_800.0;
 
 /// Person at the driven plate, as far as a bench can tell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Whose {
+pub enum AccountOwner {
     /// No person: calibrations require a clear plate.
     Nobody,
     /// Unknown person: no participant was named.
@@ -35,7 +35,7 @@ pub enum Whose {
     Named,
 }
 
-impl Whose {
+impl AccountOwner {
     const ALL: [(Self, &'static str); 3] = [
         (Self::Nobody, "nobody"),
         (Self::Unnamed, "unnamed"),
@@ -60,7 +60,7 @@ impl Whose {
 
     fn from_word(word: &str) -> Option<Self> {
         let entry = Self::ALL.iter().find(|(_, known)| *known == word);
-        entry.map(|(whose, _)| *whose)
+        entry.map(|(owner, _)| *owner)
     }
 }
 
@@ -76,7 +76,7 @@ pub struct Driven {
     /// Start of the drive by the wall clock.
     pub date: Timestamp,
     /// Person at the plate; unnamed if the record does not say.
-    pub whose: Whose,
+    pub owner: AccountOwner,
     /// Identifier of the computer; `None` if the record does not name it, or the computer has no identifier.
     pub machine: Option<String>,
 }
@@ -84,20 +84,20 @@ pub struct Driven {
 /// Columns of a record after the first four.
 #[derive(Debug, Clone, Copy)]
 struct Columns {
-    whose: bool,
+    owner: bool,
     machine: bool,
 }
 
 impl Columns {
     fn from_header(header: &str) -> Option<Self> {
-        let (whose, machine) = match header {
+        let (owner, machine) = match header {
             HEADER => (false, true),
             BENCH_HEADER => (true, true),
             OLDER_HEADER => (false, false),
             OLDER_BENCH_HEADER => (true, false),
             _ => return None,
         };
-        Some(Self { whose, machine })
+        Some(Self { owner, machine })
     }
 }
 
@@ -151,10 +151,10 @@ fn row(line: &str, columns: Columns) -> Option<Driven> {
     let up_s = number(fields.next()?)?;
     let driven_s = number(fields.next()?)?;
     let date = fields.next()?.parse().ok()?;
-    let whose = if columns.whose {
-        Whose::from_word(fields.next()?)?
+    let owner = if columns.owner {
+        AccountOwner::from_word(fields.next()?)?
     } else {
-        Whose::Unnamed
+        AccountOwner::Unnamed
     };
     let machine = if columns.machine {
         id_named(fields.next()?)?
@@ -166,7 +166,7 @@ fn row(line: &str, columns: Columns) -> Option<Driven> {
         up_s,
         driven_s,
         date,
-        whose,
+        owner,
         machine,
     })
 }
@@ -184,8 +184,8 @@ pub fn to_text(spans: &[Driven]) -> String {
 #[must_use]
 pub fn to_bench_text(spans: &[Driven]) -> String {
     let rows = spans.iter().map(|span| {
-        let (whose, machine) = (span.whose.word(), machine_word(span));
-        format!("{}\t{whose}\t{machine}\n", four_columns(span))
+        let (owner, machine) = (span.owner.word(), machine_word(span));
+        format!("{}\t{owner}\t{machine}\n", four_columns(span))
     });
     std::iter::once(BENCH_HEADER.to_owned())
         .chain(rows)
@@ -286,7 +286,7 @@ mod tests {
             up_s,
             driven_s,
             date: timestamp(date),
-            whose: Whose::Unnamed,
+            owner: AccountOwner::Unnamed,
             machine: Some("1".to_owned()),
         }
     }
@@ -451,15 +451,15 @@ mod tests {
     }
 
     #[test]
-    fn a_benchs_record_says_whose_each_span_was_and_an_older_one_that_nobody_was_named() {
-        let spans = Whose::ALL.map(|(whose, _)| Driven {
-            whose,
+    fn a_benchs_record_states_the_owner_of_each_span_and_an_older_one_unnamed() {
+        let spans = AccountOwner::ALL.map(|(owner, _)| Driven {
+            owner,
             ..span_of("a", 1.0, 2.0, NOON)
         });
         let text = to_bench_text(&spans);
         assert_eq!(parse(&text).unwrap(), spans);
         let plain = parse(&to_text(&spans)).unwrap();
-        assert!(plain.iter().all(|span| span.whose == Whose::Unnamed));
+        assert!(plain.iter().all(|span| span.owner == AccountOwner::Unnamed));
         let older = text.replace("\tmachine\n", "\n").replace("\t1\n", "\n");
         let unknown = spans.clone().map(|span| driven_by(None, span));
         assert_eq!(parse(&older).unwrap(), unknown);
@@ -495,7 +495,7 @@ mod tests {
                     up_s: f64::from(up) / 8.0,
                     driven_s: f64::from(driven) / 8.0,
                     date: Timestamp::from_second(date).unwrap(),
-                    whose: Whose::Unnamed,
+                    owner: AccountOwner::Unnamed,
                     machine,
                 })
                 .collect();

@@ -89,7 +89,7 @@ impl DriveControl {
     /// Plays a program with the amplifier off: a signal that is read back has passed an open relay.
     pub fn sound_disarmed(&mut self, program: Program) {
         let kills_known = self.handle.kill_switch().kills();
-        let _ = self.handle.rearm_knowing(kills_known);
+        let _ = self.handle.rearm_after(kills_known);
         self.send(DriveCommand::Start(program));
     }
 
@@ -137,7 +137,7 @@ impl DriveControl {
         match state {
             SafetyState::Armed => {
                 if let Some((program, kills_known)) = self.pending.take() {
-                    let _ = self.handle.rearm_knowing(kills_known);
+                    let _ = self.handle.rearm_after(kills_known);
                     self.send(DriveCommand::Start(program));
                 }
             }
@@ -148,12 +148,12 @@ impl DriveControl {
 
     /// Returns the number of programs begun so far.
     pub fn programs(&self) -> u32 {
-        self.handle.published().programs
+        self.handle.state().programs
     }
 
     /// Returns whether the plate is driven, ramps included.
     pub fn sounds(&self) -> bool {
-        !self.handle.published().phase.is_silent()
+        !self.handle.state().phase.is_silent()
     }
 
     /// Sends a command to the generator; the safety watch notices the loss of the card.
@@ -187,7 +187,7 @@ impl WatchedDrive {
             kill: handle.kill_switch(),
             monitor: handle.monitor(),
             health,
-            last_state: Cell::new(handle.published()),
+            last_state: Cell::new(handle.state()),
         }
     }
 
@@ -195,7 +195,7 @@ impl WatchedDrive {
     /// callback, which cannot continue before the watch sleeps. A callback that never continues shows in the count of
     /// callbacks.
     fn state(&self) -> DriveState {
-        if let Some(state) = self.monitor.try_published() {
+        if let Some(state) = self.monitor.try_state() {
             self.last_state.set(state);
         }
         self.last_state.get()

@@ -12,7 +12,7 @@ use crate::arming::plate_heat;
 use crate::assembly::Hardware;
 use crate::boot::Boot;
 use crate::dose_account::{AccountPaths, DoseAccount, bench_path, participant_path};
-use crate::dose_record::Whose;
+use crate::dose_record::AccountOwner;
 use crate::drive_ledger::DriveLedger;
 use crate::plate_warmth::{PlateWarmth, warmth_path};
 
@@ -58,10 +58,10 @@ pub fn require_finishable(config: &Config, protocol: &Protocol) -> anyhow::Resul
     )
 }
 
-/// Opens the account for `whose`, with `folder` that of a named participant, and the record of the plate with its
+/// Opens the account for `owner`, with `folder` that of a named participant, and the record of the plate with its
 /// calibration at `calibration`. For hardware that keeps no accounts, both end with the program.
 fn ledger(
-    (whose, folder): (Whose, Option<&Path>),
+    (owner, folder): (AccountOwner, Option<&Path>),
     calibration: &Path,
     config: &Config,
     hardware: &Hardware,
@@ -74,7 +74,7 @@ fn ledger(
     });
     let warmth = is_recorded.then(|| warmth_path(calibration));
     Ok(DriveLedger {
-        dose: DoseAccount::open(paths, whose, limit_s, need_s)?,
+        dose: DoseAccount::open(paths, owner, limit_s, need_s)?,
         warmth: PlateWarmth::open(warmth, plate_heat(config))?,
     })
 }
@@ -92,8 +92,8 @@ pub fn of_participant(
 ) -> anyhow::Result<DriveLedger> {
     let limit_s = limit_s(config, driving);
     let need_s = driving.trial_s.min(limit_s);
-    let whose = (Whose::Named, Some(folder));
-    ledger(whose, calibration, config, hardware, (limit_s, need_s))
+    let owner = (AccountOwner::Named, Some(folder));
+    ledger(owner, calibration, config, hardware, (limit_s, need_s))
 }
 
 /// Opens the account of a drive without a protocol: that of the participant with `folder` in a study or, without
@@ -107,32 +107,32 @@ pub fn of_monitor(
     config: &Config,
     hardware: &Hardware,
 ) -> anyhow::Result<DriveLedger> {
-    let whose = folder.map_or(Whose::Unnamed, |_| Whose::Named);
-    without_protocol((whose, folder), calibration, config, hardware)
+    let owner = folder.map_or(AccountOwner::Unnamed, |_| AccountOwner::Named);
+    without_protocol((owner, folder), calibration, config, hardware)
 }
 
 /// Opens the account of a drive with a clear plate, as calibrations require.
 ///
 /// # Errors
 /// If the earlier driving time or the plate's temperature is unknown.
-pub fn of_clear_plate(
+pub fn clear_plate_account(
     calibration: &Path,
     config: &Config,
     hardware: &Hardware,
 ) -> anyhow::Result<DriveLedger> {
-    without_protocol((Whose::Nobody, None), calibration, config, hardware)
+    without_protocol((AccountOwner::Nobody, None), calibration, config, hardware)
 }
 
 fn without_protocol(
-    whose: (Whose, Option<&Path>),
+    owner: (AccountOwner, Option<&Path>),
     calibration: &Path,
     config: &Config,
     hardware: &Hardware,
 ) -> anyhow::Result<DriveLedger> {
     let Allowance {
         limit_s, need_s, ..
-    } = Allowance::of(config.limits.driving_s_per_hour());
-    ledger(whose, calibration, config, hardware, (limit_s, need_s))
+    } = Allowance::per_hour(config.limits.driving_s_per_hour());
+    ledger(owner, calibration, config, hardware, (limit_s, need_s))
 }
 
 /// Requires that `need_s` are left and that the plate is cool enough, and returns a line about the time left.
@@ -148,7 +148,7 @@ pub fn require_left(
     require_cool(&ledger.warmth, clock)?;
     let account = &ledger.dose;
     let (left_s, wait_s) = (
-        account.left_s(&boot, now),
+        account.remaining_s(&boot, now),
         account.wait_s(need_s, &boot, now),
     );
     let summary = format!(

@@ -34,12 +34,12 @@ impl JumpWatch {
         self.taken_out_m = f64::INFINITY;
     }
 
-    /// Checks a position counted at `own_s`, s by a clock that advances.
-    pub fn take(&mut self, own_s: f64, counted_m: f64) -> Watched {
+    /// Checks a position counted at `source_s`, s by a clock that advances.
+    pub fn take(&mut self, source_s: f64, counted_m: f64) -> Watched {
         let step = self
             .last
-            .replace((own_s, counted_m))
-            .map(|(last_s, last_m)| (own_s - last_s, counted_m - last_m));
+            .replace((source_s, counted_m))
+            .map(|(last_s, last_m)| (source_s - last_s, counted_m - last_m));
         let jump_m = step
             .filter(|(interval_s, step_m)| step_m.abs() > IMPOSSIBLE_M_PER_S * interval_s)
             .map(|(_, step_m)| step_m);
@@ -102,7 +102,7 @@ impl PositionEncoder {
             }
             take(Placed {
                 host_s: counted.host_s,
-                watched: self.watch.take(counted.own_s, counted_m),
+                watched: self.watch.take(counted.source_s, counted_m),
                 missed: counted.missed - std::mem::replace(&mut self.missed_before, counted.missed),
             });
         })

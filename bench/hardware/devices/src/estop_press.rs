@@ -277,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_is_waited_for_for_ever() {
+    fn the_wait_for_a_press_has_a_limit() {
         use PressStep::{Press, Release, TimedOut};
         assert_eq!(steps(&[(true, 61.0)]), [Press, TimedOut]);
         // A cut wire stays open.

@@ -12,14 +12,14 @@ pub enum FieldReading {
         /// Time at which the last sample before the burst acted.
         since: Moment,
         /// Time at which the last sample of the burst acted, or arrival of a burst without samples.
-        at: Moment,
+        moment: Moment,
         /// Faults since the reading before.
         faults: LineFaults,
     },
     /// Faults of a source's clock.
     ClockFaults {
         /// Time at which they were noticed.
-        at: Moment,
+        moment: Moment,
         /// Restarts of the position counter.
         position_restarts: u64,
         /// Number of readings with times that may be wrong by more than 2 ms.
@@ -43,15 +43,15 @@ impl FieldReading {
     pub fn since(&self) -> Moment {
         match self {
             Self::ForceFaults { since, .. } => *since,
-            _ => self.at(),
+            _ => self.moment(),
         }
     }
 
     /// Returns the moment of the reading.
-    pub fn at(&self) -> Moment {
+    pub fn moment(&self) -> Moment {
         match self {
-            Self::Force(force) => force.at,
-            Self::ForceFaults { at, .. } | Self::ClockFaults { at, .. } => *at,
+            Self::Force(force) => force.moment,
+            Self::ForceFaults { moment, .. } | Self::ClockFaults { moment, .. } => *moment,
             Self::Position { host_s, .. } => Moment::Host(*host_s),
         }
     }

@@ -105,7 +105,7 @@ impl Field {
         let (mut count, mut press_peak) = (0, None::<Press>);
         let clock = &self.clock;
         let polled = source.poll(&|| seconds(clock.now_ns()), &mut |force| {
-            last = Some(force.at);
+            last = Some(force.moment);
             let press = Press {
                 normal_n: force.normal_n,
                 lateral_n: force.lateral_n,
@@ -130,16 +130,19 @@ impl Field {
         // Bytes before the first sample are the end of a frame that began before the port was opened.
         if faults != LineFaults::default() && health.force_samples > 0 {
             let now = Moment::Host(seconds(now_ns));
-            let at = last.filter(|_| count > 0).unwrap_or(now);
-            let since = since.unwrap_or(at);
-            self.readings
-                .send(FieldReading::ForceFaults { since, at, faults });
+            let moment = last.filter(|_| count > 0).unwrap_or(now);
+            let since = since.unwrap_or(moment);
+            self.readings.send(FieldReading::ForceFaults {
+                since,
+                moment,
+                faults,
+            });
         }
         if count > 0 {
             let misplaced = force_clock.is_some_and(|clock| clock.misplaces());
-            if let Some(at) = last.filter(|_| misplaced) {
+            if let Some(moment) = last.filter(|_| misplaced) {
                 self.readings.send(FieldReading::ClockFaults {
-                    at,
+                    moment,
                     position_restarts: 0,
                     misplaced: count,
                 });
@@ -149,7 +152,7 @@ impl Field {
         let restarted = greeted(first_ns, now_ns, count > 0) && faults.restarted > 0;
         let card = self.gauges.card_clock.get().unwrap_or_default();
         let excess_ppm = force_clock
-            .and_then(|clock| clock.beyond(&card))
+            .and_then(|clock| clock.excess_ppm(&card))
             .filter(|_| now_ns >= self.judged_from_ns);
         let card_ppm = card.fast_ppm().unwrap_or_default();
         let polled = polled.and_then(|()| {
@@ -209,9 +212,9 @@ impl Field {
         let misplaces = clock.is_some_and(|clock| clock.misplaces());
         let misplaced = if misplaces { count } else { 0 };
         if position_restarts + misplaced > 0 {
-            let at = last.unwrap_or(Moment::Host(seconds(now_ns)));
+            let moment = last.unwrap_or(Moment::Host(seconds(now_ns)));
             self.readings.send(FieldReading::ClockFaults {
-                at,
+                moment,
                 position_restarts,
                 misplaced,
             });
@@ -222,11 +225,11 @@ impl Field {
         }
         let card = self.gauges.card_clock.get().unwrap_or_default();
         let excess_ppm = clock
-            .and_then(|clock| clock.beyond(&card))
+            .and_then(|clock| clock.excess_ppm(&card))
             .filter(|_| now_ns >= self.judged_from_ns);
         let polled = polled.and_then(|()| match excess_ppm {
             Some(fast_ppm) => Err(SourceGone::Clock {
-                of: "encoder's counter",
+                source_name: "encoder's counter",
                 fast_ppm,
                 card_ppm: card.fast_ppm().unwrap_or_default(),
             }),
@@ -332,7 +335,7 @@ mod tests {
             take: &mut dyn FnMut(TimedForce),
         ) -> Result<(), SourceGone> {
             take(TimedForce {
-                at: Moment::Host(now_s()),
+                moment: Moment::Host(now_s()),
                 normal_n: 0.0,
                 lateral_n: 0.0,
                 raw_n: [0.0; 2],

@@ -353,7 +353,7 @@ mod tests {
     }
 
     #[test]
-    fn kinds_are_told_apart() {
+    fn kinds_are_distinguished() {
         let faults = [
             (5, InputFault::DriveClipped, 1),
             (5, InputFault::DriveNotFinite, 1),

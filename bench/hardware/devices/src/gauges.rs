@@ -67,7 +67,7 @@ impl Gauges {
     pub fn clock_off(&self) -> bool {
         let card = self.card_clock.get().unwrap_or_default();
         let field = self.field.get().unwrap_or_default();
-        let is_off = |clock: ClockState| clock.misplaces() || clock.beyond(&card).is_some();
+        let is_off = |clock: ClockState| clock.misplaces() || clock.excess_ppm(&card).is_some();
         let sensors = [field.force_clock, field.position_clock];
         card.misplaces() || sensors.into_iter().flatten().any(is_off)
     }

@@ -49,7 +49,7 @@ pub use batch_queue::{BatchSender, BatchesDropped, batch_queue};
 pub use boot::Boot;
 pub use card_pace::CardPace;
 pub use device_nodes::sound_card;
-pub use dose_record::Whose;
+pub use dose_record::AccountOwner;
 pub use drive_ledger::DriveLedger;
 pub use gauges::{FieldHealth, Gauges};
 pub use life::{EndedByPanic, Life};

@@ -24,7 +24,7 @@ pub fn lock_folder() -> Result<PathBuf, DiskError> {
         return Ok(folder);
     }
     let folder = std::env::temp_dir().join(format!("friction-bench-{user}"));
-    unix::make_own(&folder, user).on("use", &folder)?;
+    unix::make_own(&folder, user).with_path("use", &folder)?;
     Ok(folder)
 }
 

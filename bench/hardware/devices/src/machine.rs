@@ -59,7 +59,7 @@ mod tests {
     }
 
     #[test]
-    fn copies_of_one_disk_in_two_computers_are_two_and_what_is_plugged_in_changes_nothing() {
+    fn copies_of_one_disk_in_two_computers_differ_and_removable_hardware_changes_nothing() {
         let folder = tempfile::tempdir().unwrap();
         let root = folder.path();
         assert_eq!(id_below(root), None);

@@ -421,7 +421,7 @@ mod tests {
     }
 
     #[test]
-    fn an_xrun_that_cost_the_drive_nothing_is_told_from_one_that_cannot_be_judged() {
+    fn a_harmless_xrun_is_distinguished_from_an_undecided_one() {
         assert_eq!(final_report(0, 30_000, 30_000, 6.0, 0.3).gap, Gap::Nowhere);
         assert_eq!(
             final_report(500, 30_000, 30_000, 6.0, 0.0).gap,

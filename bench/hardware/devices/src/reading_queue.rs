@@ -39,8 +39,12 @@ impl ReadingSender {
                 lost: self.dropped,
                 ..LineFaults::default()
             };
-            let at = reading.at();
-            let summary = FieldReading::ForceFaults { since, at, faults };
+            let moment = reading.moment();
+            let summary = FieldReading::ForceFaults {
+                since,
+                moment,
+                faults,
+            };
             if self.to.try_send(summary).is_ok() {
                 (self.dropped, self.since) = (0, None);
             }
@@ -88,7 +92,7 @@ mod tests {
         let (mut sender, readings) = reading_queue();
         let loss = FieldReading::ForceFaults {
             since: Moment::Host(5.0),
-            at: Moment::Host(5.5),
+            moment: Moment::Host(5.5),
             faults: LineFaults {
                 lost: 2,
                 ..LineFaults::default()
@@ -102,7 +106,7 @@ mod tests {
         sender.send(position(9.0));
         let expected = FieldReading::ForceFaults {
             since: Moment::Host(5.0),
-            at: Moment::Host(9.0),
+            moment: Moment::Host(9.0),
             faults: LineFaults {
                 lost: 4,
                 ..LineFaults::default()

@@ -1,7 +1,7 @@
 //! Clocks of the sensors during a recording, for its manifest.
 
 use impedance::clock_alignment::ClockState;
-use recording::manifest::{ClockOf, RecordedClock};
+use recording::manifest::{ClockDevice, RecordedClock};
 
 use crate::gauges::Gauges;
 
@@ -22,9 +22,9 @@ impl RecordedClocks {
         };
         let card_itself = card.fast_ppm().map(|ppm| (ppm, card.residual_s));
         let now = [
-            (ClockOf::SoundCard, card_itself),
-            (ClockOf::ForceSensor, against_card(field.force_clock)),
-            (ClockOf::Encoder, against_card(field.position_clock)),
+            (ClockDevice::SoundCard, card_itself),
+            (ClockDevice::ForceSensor, against_card(field.force_clock)),
+            (ClockDevice::Encoder, against_card(field.position_clock)),
         ];
         for (known, (source, state)) in self.0.iter_mut().zip(now) {
             let Some((drift_ppm, residual_s)) = state else {

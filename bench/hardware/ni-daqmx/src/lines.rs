@@ -161,7 +161,7 @@ impl PositionSource for CardCounter {
         self.count += movement(self.previous.replace(count), count);
         take(Counted {
             host_s,
-            own_s: host_s,
+            source_s: host_s,
             count: self.count,
             missed: 0,
             lost: false,

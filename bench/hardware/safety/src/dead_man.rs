@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_does_as_asked_at_once_comes_to_hold_it() {
+    fn a_person_who_follows_each_request_ends_up_holding_the_switch() {
         // A hand faster than any person's: each poll finds the action that the last one required.
         let mut rig = Rig::new();
         rig.pass(100, true, false);
@@ -239,7 +239,7 @@ mod tests {
         /// For any course of the switch, a drive that is not stopped began with a release and a press, and the switch
         /// was never released for longer than allowed.
         #[test]
-        fn nothing_is_driven_unheld(levels in prop::collection::vec((any::<bool>(), 1u64..150), 1..30)) {
+        fn no_drive_without_a_held_switch(levels in prop::collection::vec((any::<bool>(), 1u64..150), 1..30)) {
             let mut rig = Rig::new();
             let (mut opened, mut open_ms, mut closed_ms) = (false, 0, 0);
             for (closed, steps) in levels {

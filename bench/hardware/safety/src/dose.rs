@@ -37,7 +37,7 @@ pub struct Allowance {
     /// Least time that must be left when the bench arms, s.
     pub need_s: f64,
     /// Earlier driving.
-    pub before: SlidingHour,
+    pub earlier_driving: SlidingHour,
     /// Receives each span as it begins, grows and ends; spans differ by their start. Made by [`span_reports`].
     pub spans: Option<Sender<Span>>,
 }
@@ -46,7 +46,7 @@ impl Allowance {
     /// Allows `limit_s` an hour, without earlier driving; a bench that has used it up may resume when a tenth of it, at
     /// most 10 s, is free.
     #[must_use]
-    pub fn of(limit_s: f64) -> Self {
+    pub fn per_hour(limit_s: f64) -> Self {
         Self {
             limit_s,
             need_s: (0.1 * limit_s).min(10.0),
@@ -109,7 +109,7 @@ impl Dose {
         Self {
             limit_ns: ns(allowance.limit_s),
             need_ns: ns(allowance.need_s),
-            hour: allowance.before,
+            hour: allowance.earlier_driving,
             open: None,
             is_driven: false,
             reported_ns: 0,

@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_that_stops_nothing_is_told() {
+    fn a_line_that_stops_nothing_is_reported() {
         let times = times(None, Some(5));
         assert_eq!((times[0].off_s, times[1].off_s.is_some()), (None, true));
     }

@@ -318,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_come_back_or_drowns_shows_no_delay() {
+    fn a_missing_or_buried_read_back_shows_no_delay() {
         let silent = Bench { gain: 0.0, ..TONE };
         assert_eq!(silent.measurement(), None);
         let noisy = Bench { hum_v: 2.0, ..TONE };

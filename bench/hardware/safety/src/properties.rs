@@ -108,7 +108,7 @@ impl World {
     fn seen_s(&self, gain: f64) -> Option<f64> {
         let mut readback = Readback::new(RATE_HZ, self.latency_s, self.tolerance, self.floor_v);
         if let Some(measured_s) = self.limits().measured_delay_s {
-            readback = readback.about(measured_s, RATE_HZ);
+            readback = readback.with_measured_delay(measured_s, RATE_HZ);
         }
         let fault_s = self.fault_s();
         let blocks = ((fault_s + 4.0) * RATE_HZ) as u64 / self.block;

@@ -108,7 +108,7 @@ impl Readback {
 
     /// Tries only delays within [`DELAY_WITHIN_S`] of the measured one, `delay_s` at `rate_hz`.
     #[must_use]
-    pub fn about(mut self, delay_s: f64, rate_hz: f64) -> Self {
+    pub fn with_measured_delay(mut self, delay_s: f64, rate_hz: f64) -> Self {
         let frames = |s: f64| (s * rate_hz).round() as i64;
         let longest = frames(delay_s + DELAY_WITHIN_S);
         self.measured = Some((frames(delay_s - DELAY_WITHIN_S), longest));
@@ -332,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_commanded_fits_whatever_the_delay() {
+    fn the_commanded_drive_matches_at_any_delay() {
         for commanded_v in [published_v, tone_v] {
             for delay_s in [0.0, 0.003, 0.02, 0.06, 0.099] {
                 // 5 % of gain, half a volt of hum.

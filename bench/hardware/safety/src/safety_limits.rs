@@ -379,7 +379,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drive_by_which_half_the_gain_cannot_be_told_is_refused_with_the_arithmetic() {
+    fn a_drive_that_cannot_show_half_the_gain_is_refused_with_the_arithmetic() {
         let limits = defaults();
         assert_eq!(limits.require_sees(24.0, 46.8), Ok(()));
         assert_eq!(limits.require_sees(2.6, 5.07), Ok(()));

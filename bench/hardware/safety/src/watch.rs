@@ -3,7 +3,7 @@
 mod decider;
 mod person;
 mod read_back;
-mod seen;
+mod readings;
 #[cfg(test)]
 mod tests;
 
@@ -26,7 +26,7 @@ use crate::signals::{Nonsense, Press, Signals};
 use crate::stop_times::StopLine;
 use crate::trip::Trip;
 use decider::Decider;
-use seen::{Seen, Unpublished};
+use readings::{LatestReadings, Unpublished};
 
 /// Task that judges the bench every two milliseconds and stops the drive; see [`Watch::new`] for an example.
 pub struct Watch {
@@ -35,7 +35,7 @@ pub struct Watch {
     drive: Box<dyn DriveGuard>,
     expects_force: bool,
     signals: Arc<Signals>,
-    seen: Seen,
+    readings: LatestReadings,
     commands: Mailbox<SafetyCommand>,
     state: SafetyState,
     /// Values to be published as soon as their slots are free.
@@ -174,18 +174,18 @@ impl Watch {
         let (tolerance, floor_v) = (limits.readback_tolerance, limits.readback_floor_v);
         let learnt = Readback::new(rate_hz, latency_s, tolerance, floor_v);
         let (readback, measured_s) = match limits.measured_delay_s {
-            Some(delay_s) => (learnt.about(delay_s, rate_hz), delay_s),
+            Some(delay_s) => (learnt.with_measured_delay(delay_s, rate_hz), delay_s),
             None => (learnt, 0.0),
         };
         Self {
-            dose: Dose::new(Allowance::of(limits.driving_s_per_hour)),
+            dose: Dose::new(Allowance::per_hour(limits.driving_s_per_hour)),
             dead_man: limits.dead_man_release_ns.map(DeadMan::new),
             limits,
             lines,
             drive,
             expects_force,
             signals,
-            seen: Seen::default(),
+            readings: LatestReadings::default(),
             commands,
             state: SafetyState::Disarmed,
             unpublished: Unpublished::default(),
@@ -308,8 +308,8 @@ impl Watch {
             return;
         };
         let seconds = now_ns.saturating_sub(previous_ns) as f64 * 1e-9;
-        let drive_v = self.seen.readback.map_or(0.0, |reading| reading.volts);
-        let amplitude_m = self.seen.amplitude_m.unwrap_or(0.0);
+        let drive_v = self.readings.readback.map_or(0.0, |reading| reading.volts);
+        let amplitude_m = self.readings.amplitude_m.unwrap_or(0.0);
         let power_w = self.limits.heat.power_w(drive_v, amplitude_m);
         self.rise_k = self.limits.heat.rise_after(self.rise_k, power_w, seconds);
         self.unpublished.rise_k = Some(self.rise_k);
@@ -375,7 +375,7 @@ impl Watch {
     }
 
     fn amplitude_wrong(&self) -> Option<Trip> {
-        let amplitude_m = self.seen.amplitude_m?;
+        let amplitude_m = self.readings.amplitude_m?;
         let limit_m = self.limits.max_amplitude_m;
         (amplitude_m > limit_m).then_some(Trip::Amplitude {
             amplitude_um: 1e6 * amplitude_m,
@@ -421,7 +421,7 @@ impl Watch {
         if !self.expects_force {
             return None;
         }
-        let Nonsense { bytes, lasts } = self.seen.nonsense.unwrap_or_default();
+        let Nonsense { bytes, lasts } = self.readings.nonsense.unwrap_or_default();
         if lasts {
             return Some(Trip::ForceNonsense { bytes });
         }
@@ -436,7 +436,7 @@ impl Watch {
             raw_n: [raw_normal_n, raw_lateral_n],
             saturated,
             at_ns,
-        }) = self.seen.press
+        }) = self.readings.press
         else {
             // The preflight check saw readings, so the watch waits for the first one, but not for ever.
             let waited_ns = now_ns.saturating_sub(self.armed_at_ns);
@@ -471,7 +471,7 @@ impl Watch {
             return Some(Trip::ForceSaturated);
         }
         // The sensor is silent only if it was polled and sent nothing; not being polled is another fault.
-        let polled_ns = self.seen.force_polled_ns?;
+        let polled_ns = self.readings.force_polled_ns?;
         if now_ns.saturating_sub(polled_ns) > STALE_NS {
             return Some(Trip::Fault {
                 message: "the force sensor was not read for a quarter of a second".to_owned(),
@@ -485,7 +485,7 @@ impl Watch {
         let Some(exercise) = &mut self.exercise else {
             return Ok(Demand::All);
         };
-        let demand = exercise.poll(now_ns, self.seen.readback);
+        let demand = exercise.poll(now_ns, self.readings.readback);
         set(
             &mut self.lines.enable,
             demand != Some(Demand::AllBut(StopLine::Enable)),
@@ -502,7 +502,7 @@ impl Watch {
 
     fn watch(&mut self, now_ns: u64) -> Result<(), GpioError> {
         self.drive.attend();
-        self.seen.look(&self.signals);
+        self.readings.look(&self.signals);
         while let Some(command) = self.commands.take() {
             self.handle_command(command, now_ns)?;
         }

@@ -31,7 +31,7 @@ impl Corrector {
         let [normal_saturated, lateral_saturated] =
             [0, 1].map(|axis: usize| saturated[axis] || raw_n[axis].abs() >= self.range_n);
         TimedForce {
-            at: moment,
+            moment,
             normal_n,
             lateral_n,
             raw_n,

@@ -4,7 +4,7 @@ use impedance::clock_alignment::ClockState;
 use safety::Nonsense;
 use serde::Serialize;
 
-use crate::gone::SourceGone;
+use crate::loss::SourceGone;
 
 /// Time at which a force acted.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,7 +19,7 @@ pub enum Moment {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimedForce {
     /// Time at which the force acted.
-    pub at: Moment,
+    pub moment: Moment,
     /// Normal force, positive when the finger presses, N.
     pub normal_n: f64,
     /// Lateral force, positive towards increasing position, N.
@@ -104,7 +104,7 @@ pub trait ForceSource: Send {
     /// the card's clock runs `card_ppm` fast against the computer's.
     fn off_rate(&self, fast_ppm: f64, card_ppm: f64) -> SourceGone {
         SourceGone::Clock {
-            of: "force sensor",
+            source_name: "force sensor",
             fast_ppm,
             card_ppm,
         }

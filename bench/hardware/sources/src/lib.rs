@@ -9,8 +9,8 @@ mod correct;
 mod device_time;
 pub mod field_box;
 mod force_source;
-mod gone;
 mod lines;
+mod loss;
 pub mod netft;
 mod nonsense;
 mod numbering;
@@ -20,8 +20,8 @@ mod sensor_clock;
 pub mod serial;
 
 pub use force_source::{ForceSource, LineFaults, Moment, SourceHealth, TimedForce};
-pub use gone::SourceGone;
 pub use lines::{LineError, LineSource, Lines, take_lines};
+pub use loss::SourceGone;
 pub use open::{Place, open, tapped};
 
 /// Compiles and runs the example in the README.

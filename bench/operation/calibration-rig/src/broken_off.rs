@@ -56,7 +56,7 @@ impl EndedEarly {
         table.write_record(["at", "value", "residual"])?;
         for point in &self.points {
             let residual = point.residual.as_deref().unwrap_or_default();
-            table.write_record([&point.at, &point.value, residual])?;
+            table.write_record([&point.place, &point.value, residual])?;
         }
         Ok(String::from_utf8(table.into_inner()?)?)
     }

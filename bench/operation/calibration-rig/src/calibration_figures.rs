@@ -48,15 +48,15 @@ pub fn plate(response: &[Admittance], plate: &config::MeasuredPlate) -> Figure {
                 Dash::Solid,
                 over_frequency(&|admittance| value(admittance.fitted)),
             )
-            .named("fit"),
+            .with_name("fit"),
             Series::points(
                 Ink::Black,
                 Marker::Circle,
                 over_frequency(&|admittance| value(admittance.measured)),
             )
-            .named("measured"),
+            .with_name("measured"),
         ],
-        ..Panel::new(Axis::linear("Frequency (kHz)").unwritten(), y)
+        ..Panel::new(Axis::linear("Frequency (kHz)").without_labels(), y)
     };
     let largest = response
         .iter()
@@ -142,11 +142,11 @@ pub fn pickup(
         vec![
             Panel {
                 series: vec![
-                    Series::line(Ink::Vermillion, Dash::Solid, line.into()).named("line"),
-                    Series::points(Ink::Black, Marker::Circle, known).named("measured"),
+                    Series::line(Ink::Vermillion, Dash::Solid, line.into()).with_name("line"),
+                    Series::points(Ink::Black, Marker::Circle, known).with_name("measured"),
                 ],
                 ..Panel::new(
-                    reading().unwritten(),
+                    reading().without_labels(),
                     Axis::linear("Known amplitude (µm)").from_zero(),
                 )
             },
@@ -197,7 +197,7 @@ pub fn channels(inputs: &[InputCurves], channels: &config::MeasuredChannels) -> 
                     let points = curve(input);
                     let series = Series::points(ink, marker, points.clone());
                     let series = if has_names {
-                        series.named(format!("input {}", input.index))
+                        series.with_name(format!("input {}", input.index))
                     } else {
                         series
                     };
@@ -239,7 +239,7 @@ pub fn channels(inputs: &[InputCurves], channels: &config::MeasuredChannels) -> 
         vec![
             panel(
                 over_frequency(|departure| departure.re),
-                frequency().unwritten(),
+                frequency().without_labels(),
                 Axis::linear("Gain error (ppm)"),
             ),
             panel(
@@ -249,7 +249,7 @@ pub fn channels(inputs: &[InputCurves], channels: &config::MeasuredChannels) -> 
             ),
             panel(
                 input_series(&|input| input.levels.clone(), true),
-                level().unwritten(),
+                level().without_labels(),
                 Axis::logarithmic("Reading (full scale)"),
             ),
             panel(

@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn where_nobody_can_be_asked_it_ends() {
+    fn without_an_operator_the_calibration_ends() {
         let error = clear(false)
             .next(StepOutcome::Captured(capture_under(0.5)))
             .unwrap_err()

@@ -44,7 +44,7 @@ impl Guided<Dashboard> {
         life: &Life,
     ) -> anyhow::Result<(Self, DashboardThread)> {
         let stop = life.stop().clone();
-        let keys = StopKeys::new(life.drive_stop().clone()).ending(stop.clone());
+        let keys = StopKeys::new(life.drive_stop().clone()).with_end(stop.clone());
         let (front, thread) = Dashboard::open(stop, keys)?;
         let guided = Self::new(front, title, simulated, facts, notices);
         Ok((guided, thread))
@@ -114,7 +114,7 @@ impl<F: Front> Guided<F> {
                 .points
                 .iter()
                 .map(|point| PointLine {
-                    at: point.at.clone(),
+                    at: point.place.clone(),
                     value: point.value.replace('-', "−"),
                     residual: point
                         .residual
@@ -294,9 +294,9 @@ mod tests {
 
     /// Front end that records the events shown.
     #[derive(Default)]
-    struct Shown(Vec<Event>);
+    struct EventRecorder(Vec<Event>);
 
-    impl Front for Shown {
+    impl Front for EventRecorder {
         fn show(&mut self, event: Event) {
             self.0.push(event);
         }
@@ -306,7 +306,7 @@ mod tests {
         }
     }
 
-    fn guided() -> Guided<Shown> {
+    fn guided() -> Guided<EventRecorder> {
         let facts = BenchFacts {
             plate: "plate of 105 mm".to_owned(),
             unverified: vec!["the volts were never checked".to_owned()],
@@ -314,7 +314,7 @@ mod tests {
         };
         let notices = ["limits loosened".to_owned()];
         Guided::new(
-            Shown::default(),
+            EventRecorder::default(),
             "calibrate".to_owned(),
             true,
             facts,
@@ -322,7 +322,7 @@ mod tests {
         )
     }
 
-    fn logged(guided: &Guided<Shown>) -> Vec<(LogLevel, &str)> {
+    fn logged(guided: &Guided<EventRecorder>) -> Vec<(LogLevel, &str)> {
         let events = guided.front.0.iter();
         let lines = events.filter_map(|event| match event {
             Event::Log { level, text } => Some((*level, text.as_str())),
@@ -386,7 +386,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_bench_does_is_a_sentence() {
+    fn the_activity_of_the_bench_is_a_sentence() {
         assert_eq!(sentence("reading the zero"), "Reading the zero.");
         assert_eq!(sentence("Playing 4.00 V."), "Playing 4.00 V.");
     }

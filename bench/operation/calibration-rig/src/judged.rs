@@ -38,12 +38,12 @@ pub struct Judged {
     /// Points and residuals as a figure.
     pub figure: Option<Figure>,
     /// Further tables and figures.
-    pub beside: Vec<Beside>,
+    pub side_files: Vec<SideFile>,
 }
 
 /// A further table of a measurement, with its figure if it has one.
 #[derive(Debug)]
-pub struct Beside {
+pub struct SideFile {
     /// Suffix for the names of its files, which begin with the calibration's name.
     pub stem: &'static str,
     /// Points as CSV.

@@ -115,7 +115,7 @@ impl Instrument {
                     path.display()
                 )
             })?;
-        Ok(Self::on(Box::new(NeverWaiting(port)), path))
+        Ok(Self::with_port(Box::new(NeverWaiting(port)), path))
     }
 
     /// Interprets the lines as volts.
@@ -133,7 +133,7 @@ impl Instrument {
 
     /// Reads from `port`, which must not block; `path` names it in errors.
     #[must_use]
-    pub fn on(port: Box<dyn Read + Send>, path: &Path) -> Self {
+    pub fn with_port(port: Box<dyn Read + Send>, path: &Path) -> Self {
         Self {
             port,
             si_per_unit: MICROMETRE_M,
@@ -225,7 +225,8 @@ mod tests {
     use std::io::Cursor;
 
     fn read(text: &[u8]) -> anyhow::Result<Vec<f64>> {
-        let mut instrument = Instrument::on(Box::new(Cursor::new(text.to_vec())), Path::new("x"));
+        let mut instrument =
+            Instrument::with_port(Box::new(Cursor::new(text.to_vec())), Path::new("x"));
         let mut amplitudes_m = Vec::new();
         instrument.poll(|m| amplitudes_m.push(m))?;
         Ok(amplitudes_m)
@@ -241,7 +242,8 @@ mod tests {
 
     #[test]
     fn an_instrument_says_whether_it_reads_volts() {
-        let instrument = || Instrument::on(Box::new(Cursor::new(Vec::new())), Path::new("x"));
+        let instrument =
+            || Instrument::with_port(Box::new(Cursor::new(Vec::new())), Path::new("x"));
         assert!(!instrument().reads_volts());
         assert!(instrument().in_volts().reads_volts());
     }
@@ -257,7 +259,7 @@ mod tests {
                 Ok(buffer.len())
             }
         }
-        let mut instrument = Instrument::on(Box::new(Endless), Path::new("x"));
+        let mut instrument = Instrument::with_port(Box::new(Endless), Path::new("x"));
         let error = (0..1000).find_map(|_| {
             let mut lines = 0;
             let polled = instrument.poll(|_| {

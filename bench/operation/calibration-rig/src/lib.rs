@@ -5,7 +5,6 @@
 //! judges the result.
 
 mod admission;
-pub mod beside;
 mod broken_off;
 pub mod calibration_figures;
 pub mod capture;
@@ -23,6 +22,7 @@ pub mod reference;
 pub mod reference_options;
 pub mod rig;
 mod rig_step;
+pub mod side_files;
 pub mod typed_table;
 pub mod unattended;
 mod watched_inputs;

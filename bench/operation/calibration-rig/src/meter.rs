@@ -84,7 +84,7 @@ mod tests {
             known_m: Some(2.5),
             ..Meter::default()
         };
-        let instrument = Instrument::on(Box::new(empty()), Path::new("x"));
+        let instrument = Instrument::with_port(Box::new(empty()), Path::new("x"));
         assert_eq!(meter.known(Some(&instrument)), (Some(2.5), None));
         assert_eq!(meter.known(Some(&instrument.in_volts())), (None, Some(2.5)));
     }

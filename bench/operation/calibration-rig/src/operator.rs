@@ -283,7 +283,7 @@ pub struct CalibrationProgress {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PointRead {
     /// Position of the point on its axis, with unit.
-    pub at: String,
+    pub place: String,
     /// Reading, with unit.
     pub value: String,
     /// Residual, with unit.

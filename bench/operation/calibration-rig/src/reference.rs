@@ -202,8 +202,8 @@ mod tests {
     }
 
     fn none_held() -> CalibrationFile {
-        let identity = config::Identity::of(&config(), String::new(), String::new());
-        CalibrationFile::of(identity)
+        let identity = config::Identity::from_config(&config(), String::new(), String::new());
+        CalibrationFile::new(identity)
     }
 
     fn instrument_on(
@@ -219,7 +219,7 @@ mod tests {
     const UM: Follows = Follows::Displacement(1e-6);
 
     #[test]
-    fn what_is_refused_names_the_option_or_the_line() {
+    fn a_refusal_names_the_option_or_the_line() {
         let late = |delay_s, error_s| Some(StatedDelay { delay_s, error_s });
         for (result, words) in [
             (instrument_on(0, UM, 1.0, None), "channels.drive.index"),

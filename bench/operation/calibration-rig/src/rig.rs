@@ -71,7 +71,8 @@ pub fn run<P: Procedure>(
     open.charge(ledger, Boot::now())?;
     let [input, output] = [StreamDirection::Input, StreamDirection::Output]
         .map(|direction| open.life.device(direction));
-    let identity = Identity::of(config, input, output).with_sound_card(devices::sound_card(config));
+    let identity =
+        Identity::from_config(config, input, output).with_sound_card(devices::sound_card(config));
     let stop = open.life.stop().clone();
     let (operator, screen) = attend(&open.life)?;
     let (done, outcome) = crossbeam_channel::bounded(1);

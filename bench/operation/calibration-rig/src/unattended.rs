@@ -143,7 +143,7 @@ impl<W: Write + Send> Operator for Unattended<W> {
                 .as_ref()
                 .map(|residual| format!("  off by {residual}"))
                 .unwrap_or_default();
-            self.line(format_args!("  {}  {}{residual}", point.at, point.value));
+            self.line(format_args!("  {}  {}{residual}", point.place, point.value));
         }
         self.points = progress.points.len();
     }
@@ -298,7 +298,7 @@ mod tests {
     fn each_step_and_point_is_a_line() {
         let mut operator = Unattended::new(Vec::new());
         let point = crate::operator::PointRead {
-            at: "5 V".to_owned(),
+            place: "5 V".to_owned(),
             value: "1 µm".to_owned(),
             ..Default::default()
         };

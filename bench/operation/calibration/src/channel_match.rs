@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn what_drifts_a_little_passes() {
+    fn a_small_drift_passes() {
         let e = expected();
         for impedance in [
             Complex64::ONE,

@@ -216,7 +216,7 @@ impl Procedure for PlateProcedure {
 /// Returns the fit as a single point, since it can only be repeated as a whole.
 fn point_read(fit: &PlateFit) -> PointRead {
     PointRead {
-        at: format!("{TONES} tones"),
+        place: format!("{TONES} tones"),
         value: format!("{:.2} Hz", fit.resonance_hz.value),
         ..PointRead::default()
     }
@@ -343,7 +343,7 @@ impl Calibrates for PlateProcedure {
             stem: Self::NAME,
             table: admittance_csv(&response),
             figure: Some(figures::plate(&response, &plate)),
-            beside: Vec::new(),
+            side_files: Vec::new(),
             part: Part::Plate {
                 plate: Box::new(plate),
                 finger: None,

@@ -32,7 +32,7 @@ const MODULATION_INDEX: f64 = 0.95;
 const IDLE_PERIOD: Duration = Duration::from_millis(20);
 
 /// A bench used for a drill.
-pub struct Watched {
+pub struct WatchedHardware {
     /// Hardware of the bench.
     pub hardware: Hardware,
     /// Injects faults; `None` if the operator is asked to cause them.
@@ -100,7 +100,7 @@ impl Course {
         parent: &Path,
         mut front: Box<dyn Front>,
         (quit, drive): (&StopFlag, &DriveStop),
-        mut open: impl FnMut() -> anyhow::Result<Watched>,
+        mut open: impl FnMut() -> anyhow::Result<WatchedHardware>,
     ) -> anyhow::Result<(DrillRecord, DrillFolder)> {
         let first = open()?;
         let began = first.hardware.clock.utc();
@@ -169,8 +169,8 @@ impl Course {
         &self,
         state: &mut ExerciseState,
         quit: &StopFlag,
-        open: &mut impl FnMut() -> anyhow::Result<Watched>,
-    ) -> anyhow::Result<Option<Watched>> {
+        open: &mut impl FnMut() -> anyhow::Result<WatchedHardware>,
+    ) -> anyhow::Result<Option<WatchedHardware>> {
         loop {
             let error = match open() {
                 Ok(watched) => return Ok(Some(watched)),
@@ -202,7 +202,7 @@ impl Course {
     fn run_exercise(
         &self,
         state: ExerciseState,
-        watched: Watched,
+        watched: WatchedHardware,
         (quit, drive): (&StopFlag, &DriveStop),
         (number, numbers): (u32, usize),
     ) -> anyhow::Result<ExerciseState> {
@@ -236,9 +236,9 @@ impl Course {
             number,
             numbers: numbers as u32,
         };
-        let mut tasks = bench.before;
+        let mut tasks = bench.first_tasks;
         tasks.push(Box::new(task));
-        tasks.extend(bench.after);
+        tasks.extend(bench.last_tasks);
         let result = bench.life.run(tasks, || Ok(()));
         let result = match result {
             // Not a fault of the exercise: the drill must not continue on such a bench.

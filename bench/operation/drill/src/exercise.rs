@@ -6,7 +6,7 @@ use safety::{SafetyState, Trip};
 use tui::Action;
 use tui::drill_view::DrillStep;
 
-use crate::signs::tells;
+use crate::signs::is_sign;
 use crate::times::{Outcome, Times};
 
 /// Longest wait for the drive to sound, s.
@@ -277,7 +277,7 @@ impl Exercise {
                             "the operator's key stopped the drive first".to_owned(),
                         ));
                     }
-                    Some(trip) if !tells(self.fault, trip) => {
+                    Some(trip) if !is_sign(self.fault, trip) => {
                         self.end(stopped_by_another(trip));
                     }
                     Some(trip) => {
@@ -360,7 +360,7 @@ impl Exercise {
                 ));
                 return;
             }
-            (Some(trip), _) if stops && tells(self.fault, trip) => trip.to_string(),
+            (Some(trip), _) if stops && is_sign(self.fault, trip) => trip.to_string(),
             (Some(trip), _) if stops => {
                 self.end(stopped_by_another(trip));
                 return;

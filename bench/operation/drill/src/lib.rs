@@ -16,11 +16,11 @@ mod scripted;
 mod signs;
 mod times;
 
-pub use course::{Course, Watched};
+pub use course::{Course, WatchedHardware};
 pub use draw::NotDrilledError;
 pub use record::{DrillFolder, DrillRecord, ExerciseRecord};
 pub use scripted::Scripted;
-pub use signs::tells;
+pub use signs::is_sign;
 pub use times::{Outcome, Times};
 
 use faults::FaultKind;

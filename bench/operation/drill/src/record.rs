@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn the_summary_names_what_was_met_missed_and_not_tried() {
+    fn the_summary_names_met_missed_and_untried_exercises() {
         let lines = record().lines();
         assert_eq!(
             lines,

@@ -13,11 +13,11 @@ use sources::LineFaults;
 /// use faults::FaultKind;
 /// use safety::Trip;
 ///
-/// assert!(drill::tells(FaultKind::Estop, &Trip::EmergencyStop));
-/// assert!(!drill::tells(FaultKind::Estop, &Trip::AudioSilent));
+/// assert!(drill::is_sign(FaultKind::Estop, &Trip::EmergencyStop));
+/// assert!(!drill::is_sign(FaultKind::Estop, &Trip::AudioSilent));
 /// ```
 #[must_use]
-pub fn tells(fault: FaultKind, trip: &Trip) -> bool {
+pub fn is_sign(fault: FaultKind, trip: &Trip) -> bool {
     match fault.row().row {
         // A lost National Instruments card takes its digital lines with it.
         Some(5) => matches!(

@@ -92,7 +92,7 @@ impl CarrierDecision {
     /// Resumes with the carrier chosen earlier, under the same conditions as a new one; the change follows as soon as the bench
     /// is at rest.
     #[must_use]
-    pub fn going_on_with(mut self, carrier: Option<DecidedCarrier>, bench: &Effective) -> Self {
+    pub fn resume(mut self, carrier: Option<DecidedCarrier>, bench: &Effective) -> Self {
         let from_hz = bench.config().plate.resonance_hz;
         let Some((carrier, _)) = carrier.zip(self.rules) else {
             return self;
@@ -407,7 +407,7 @@ mod tests {
     }
 
     #[test]
-    fn auto_takes_it_and_nobody_is_asked_without_an_operator() {
+    fn auto_accepts_the_carrier_and_no_operator_means_no_question() {
         let bench = bench();
         let mut auto = decision("limit_hz = 3.0\nnew_carrier = \"auto\"", false, 1e5);
         let effects = auto.judge(drift(4.0), &bench, 1.0);
@@ -465,7 +465,7 @@ mod tests {
             },
         };
         let resumed = |decided, most_hz: f64| {
-            decision("limit_hz = 3.0", true, most_hz).going_on_with(decided, &bench)
+            decision("limit_hz = 3.0", true, most_hz).resume(decided, &bench)
         };
         let to_hz = calibrated_hz - 7.0;
         let mut reachable = resumed(Some(earlier_carrier(to_hz, calibrated_hz)), 1e5);
@@ -516,7 +516,7 @@ mod tests {
             to_hz: 35_003.0,
             drift_hz: drift(3.0).unwrap(),
         };
-        let mut fixed = fixed.going_on_with(Some(decided), &bench());
+        let mut fixed = fixed.resume(Some(decided), &bench());
         assert!(!fixed.is_open() && fixed.poll(&bench(), true, 1.0).is_empty());
     }
 }

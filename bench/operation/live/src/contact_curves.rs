@@ -28,7 +28,8 @@ pub fn contact_curves(request: &FitRequest, fit: &TrialFit) -> Option<ContactCur
             let end = series.time_s.partition_point(|t_s| *t_s <= instance.end_s);
             samples.extend((start..end).map(|i| {
                 let normal_n = series.normal_n[i];
-                let amplitude_m = fit.profile.at(series.position_m[i]) * series.amplitude_m[i];
+                let amplitude_m =
+                    fit.profile.ratio_at(series.position_m[i]) * series.amplitude_m[i];
                 (
                     amplitude_m,
                     normal_n,

@@ -265,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn sources_are_told_apart() {
+    fn sources_are_distinguished() {
         let mut watch = watch();
         let words = |watch: &mut DisturbanceWatch, hz| {
             let tone = samples(hz, 0.03);

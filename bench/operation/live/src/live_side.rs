@@ -49,7 +49,7 @@ impl LiveSide {
     ) -> Self {
         Self {
             meter: LiveMeter::default(),
-            contact: LiveContact::new(contact_n, PlateTracking::of(modal_mass_kg, 0.0)),
+            contact: LiveContact::new(contact_n, PlateTracking::new(modal_mass_kg, 0.0)),
             screen_due_ns: 0,
             refits,
             fits,
@@ -109,7 +109,7 @@ impl LiveSide {
     }
 
     /// Returns the newest values for the screen, when it is due.
-    pub fn due(&mut self, now_ns: u64, slider_m: Option<f64>) -> Option<tui::event::Live> {
+    pub fn next_event(&mut self, now_ns: u64, slider_m: Option<f64>) -> Option<tui::event::Live> {
         if now_ns < self.screen_due_ns {
             return None;
         }

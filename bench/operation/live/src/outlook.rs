@@ -31,7 +31,7 @@ impl OutlookTracker {
     }
 
     /// Returns the outlook if it has changed; the remaining time is rounded to 5 s.
-    pub fn of(
+    pub fn update(
         &mut self,
         session: &Session,
         progress: Option<&Progress>,
@@ -91,7 +91,7 @@ impl OutlookTracker {
 fn rests_after(session: &Session, settled: u32) -> bool {
     let protocol = session.protocol();
     let rest = protocol.rest;
-    settled < protocol.planned_trials() && rest.comes_after(settled, protocol.trials.practice)
+    settled < protocol.planned_trials() && rest.is_due_after(settled, protocol.trials.practice)
 }
 
 /// Returns the next two steps.
@@ -188,14 +188,14 @@ mod tests {
             reasons: vec![RedoReason::NotAnalysed],
         };
         let mut tracker = OutlookTracker::default();
-        let start = tracker.of(&resume(&[]), None, 0.0).unwrap();
+        let start = tracker.update(&resume(&[]), None, 0.0).unwrap();
         let session = resume(&[
             trial_record(1, 1, TrialOutcome::Accepted),
             trial_record(2, 1, redo()),
             trial_record(2, 2, TrialOutcome::Accepted),
             trial_record(3, 1, redo()),
         ]);
-        let advanced = tracker.of(&session, None, 0.0).unwrap();
+        let advanced = tracker.update(&session, None, 0.0).unwrap();
         let limits = session.protocol().redo;
         assert_eq!(start.trials_left, session.protocol().planned_trials());
         assert_eq!(advanced.trials_left, start.trials_left - 2);
@@ -204,7 +204,7 @@ mod tests {
         assert_eq!(advanced.repetitions_of_trial, limits.max_per_trial - 1);
         assert_eq!(advanced.then.as_deref(), Some("trial 2 of 4"));
         assert!(advanced.left_s < start.left_s);
-        assert_eq!(tracker.of(&session, None, 0.0), None, "shown already");
+        assert_eq!(tracker.update(&session, None, 0.0), None, "shown already");
     }
 
     #[test]
@@ -214,7 +214,7 @@ mod tests {
             let mut tracker = OutlookTracker::default();
             tracker.begin(0.0);
             tracker.judged(trial_s);
-            tracker.of(&session, None, trial_s).unwrap().left_s
+            tracker.update(&session, None, trial_s).unwrap().left_s
         };
         let trials = f64::from(session.protocol().planned_trials());
         assert!((left_s(60.0) - left_s(20.0) - 40.0 * trials).abs() <= 5.0);

@@ -126,7 +126,8 @@ mod tests {
         let (_, screen) = screen();
         let count_text = |trial| {
             let view = screen.view(&view(Instruction::Wait, trial), 0.0);
-            view.texts.counted(view.practice, view.trial, view.trials)
+            view.texts
+                .trial_text(view.practice, view.trial, view.trials)
         };
         assert_eq!(count_text(2), "oefening 2 van 2");
         assert_eq!(count_text(3), "proef 1 van 10");

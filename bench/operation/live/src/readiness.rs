@@ -27,7 +27,7 @@ impl Readiness {
     }
 
     /// Returns true once per "ready" signal. `view` is the participant's view at `t_s`.
-    pub fn said(
+    pub fn is_confirmed(
         &mut self,
         t_s: f64,
         view: Option<&ParticipantView>,
@@ -82,33 +82,33 @@ mod tests {
     fn a_button_counts_each_press_once() {
         let pressed = Arc::new(AtomicBool::new(true));
         let mut readiness = Readiness::new(Some(pressed));
-        assert!(readiness.said(0.0, None, None));
-        assert!(!readiness.said(0.1, None, None));
+        assert!(readiness.is_confirmed(0.0, None, None));
+        assert!(!readiness.is_confirmed(0.1, None, None));
     }
 
     #[test]
     fn without_a_button_a_finger_at_rest_for_a_second_is_ready() {
         let mut readiness = Readiness::new(None);
         let place = view(Instruction::PlaceFinger, true);
-        assert!(!readiness.said(0.0, Some(&place), Some(0.6)));
+        assert!(!readiness.is_confirmed(0.0, Some(&place), Some(0.6)));
         assert!(
-            !readiness.said(0.5, Some(&place), Some(0.0)),
+            !readiness.is_confirmed(0.5, Some(&place), Some(0.0)),
             "lifted: the second begins anew"
         );
-        assert!(!readiness.said(0.6, Some(&place), Some(0.6)));
-        assert!(!readiness.said(1.5, Some(&place), Some(0.6)));
-        assert!(readiness.said(1.7, Some(&place), Some(0.6)));
-        assert!(!readiness.said(1.8, Some(&place), Some(0.6)));
+        assert!(!readiness.is_confirmed(0.6, Some(&place), Some(0.6)));
+        assert!(!readiness.is_confirmed(1.5, Some(&place), Some(0.6)));
+        assert!(readiness.is_confirmed(1.7, Some(&place), Some(0.6)));
+        assert!(!readiness.is_confirmed(1.8, Some(&place), Some(0.6)));
     }
 
     #[test]
     fn without_a_button_a_welcome_goes_on_by_itself_and_an_exploration_does_not() {
         let mut readiness = Readiness::new(None);
         let welcome = view(Instruction::Welcome, true);
-        assert!(!readiness.said(0.0, Some(&welcome), None));
-        assert!(readiness.said(1.0, Some(&welcome), None));
+        assert!(!readiness.is_confirmed(0.0, Some(&welcome), None));
+        assert!(readiness.is_confirmed(1.0, Some(&welcome), None));
         let follow = view(Instruction::FollowSlider, false);
-        assert!(!readiness.said(2.0, Some(&follow), Some(0.6)));
-        assert!(!readiness.said(4.0, Some(&follow), Some(0.6)));
+        assert!(!readiness.is_confirmed(2.0, Some(&follow), Some(0.6)));
+        assert!(!readiness.is_confirmed(4.0, Some(&follow), Some(0.6)));
     }
 }

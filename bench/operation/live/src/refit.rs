@@ -50,7 +50,7 @@ impl Refit {
     /// Expects requests for one trial only, as in a replay: each request replaces all estimates of the skin, so that a trial
     /// that is read twice counts once.
     #[must_use]
-    pub fn of_one_trial(self) -> Self {
+    pub fn for_single_trial(self) -> Self {
         Self {
             single_trial: true,
             ..self
@@ -134,8 +134,8 @@ mod tests {
     use super::*;
     use analysis::instance::PlateReading;
     use analysis::measurements::Measurements;
-    use analysis::trial_fit::Selected;
-    use analysis::unloaded::UnloadedError;
+    use analysis::trial_fit::SelectedExploration;
+    use analysis::unloaded_plate::UnloadedError;
     use num_complex::Complex64;
     use protocols::SelectionRules;
     use recording::manifest::StandardErrors;
@@ -147,7 +147,7 @@ mod tests {
             calibration: StandardErrors::default(),
             plate,
             record: Measurements::default(),
-            explorations: vec![Selected {
+            explorations: vec![SelectedExploration {
                 start_s: 1.0,
                 end_s: 2.0,
                 stretches: Vec::new(),
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn the_operator_is_told_why_there_is_no_fit() {
+    fn the_operator_sees_the_reason_of_a_missing_fit() {
         let z = Complex64::new(7.0, 0.0);
         let plate = PlateReading {
             plain_n_s_per_m: z,
@@ -185,7 +185,7 @@ mod tests {
 
     /// Repeated requests for one trial discard the estimates from earlier requests.
     #[test]
-    fn requests_of_one_trial_are_of_one_trial() {
+    fn repeated_requests_for_one_trial_count_once() {
         let trial = crate::participant_skin::TrialSkin::read(&serde_json::json!({
             "contact_area_m2": 2e-4, "contact_area_ln_std": 0.1,
             "q0_rad_per_m": 2e4, "q0_ln_std": 0.1,
@@ -196,7 +196,7 @@ mod tests {
             let (assumed, profile) = (AssumedConstants::ESTIMATION, AmplitudeProfile::default());
             let (ask, reports, task) = Refit::new(assumed, profile, skin);
             let mut task = if single_trial {
-                task.of_one_trial()
+                task.for_single_trial()
             } else {
                 task
             };

@@ -18,7 +18,7 @@ pub struct Resumed {
 
 impl Resumed {
     /// Reads the documents of a log; empty for a new session.
-    pub fn of(documents: &[Document]) -> Self {
+    pub fn from_documents(documents: &[Document]) -> Self {
         let mut trials = Vec::new();
         let mut pooled = None;
         let mut carrier = None;
@@ -130,7 +130,7 @@ mod tests {
     }
 
     fn area(documents: &[Document]) -> (usize, f64) {
-        let used = Resumed::of(documents)
+        let used = Resumed::from_documents(documents)
             .skin
             .used(&AssumedConstants::ESTIMATION, None);
         (used.trials, used.contact_area_m2)
@@ -176,7 +176,7 @@ mod tests {
     #[test]
     fn the_last_carrier_stays_unless_a_part_ran_without_it() {
         let to_hz = |documents: &[Document]| {
-            let carrier = Resumed::of(documents).carrier;
+            let carrier = Resumed::from_documents(documents).carrier;
             carrier.map(|carrier| (carrier.calibrated_hz, carrier.to_hz))
         };
         let (first, second) = (change_event(34_996.0), change_event(34_991.0));

@@ -184,7 +184,7 @@ pub fn with_contact(live: Live, contact: &LiveContact) -> Live {
             .map(estimate),
         plate_drift_hz: contact.drift_hz().map(estimate),
         z_p_n_s_per_m: contact.plate_n_s_per_m().and_then(impedance),
-        no_estimate: contact.missing().map(|missing| match missing {
+        no_estimate: contact.missing_reason().map(|missing| match missing {
             NoReading::NoFit => NoEstimate::NoFit,
             NoReading::NoForce => NoEstimate::NoForce,
             NoReading::NoFinger => NoEstimate::NoFinger,

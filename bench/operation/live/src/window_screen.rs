@@ -1,6 +1,6 @@
 //! Translation of the participant's view into the window's types, so that neither crate depends on the other.
 
-use participant_window::message::{Feedback, Shown, Track};
+use participant_window::message::{Content, Feedback, Track};
 use participant_window::motion::Motion;
 use protocols::Instruction;
 use tui::ScreenView;
@@ -9,7 +9,7 @@ use tui::ScreenView;
 const SAME_S: f64 = 1e-3;
 
 /// Returns the window's content for a view; `previous` is the content shown until now.
-pub fn shown(view: &ScreenView, previous: Option<&Shown>) -> Shown {
+pub fn page_content(view: &ScreenView, previous: Option<&Content>) -> Content {
     let (title, then) = view.sentences();
     let texts = &view.texts;
     let until_s = match view.instruction {
@@ -24,11 +24,12 @@ pub fn shown(view: &ScreenView, previous: Option<&Shown>) -> Shown {
         view.instruction,
         Instruction::PlaceFinger | Instruction::GetReady | Instruction::FollowSlider
     );
-    let mut content = Shown {
+    let mut content = Content {
         title: title.to_owned(),
         then: then.map(str::to_owned),
         now: view.button,
-        progress: (view.trial > 0).then(|| texts.counted(view.practice, view.trial, view.trials)),
+        progress: (view.trial > 0)
+            .then(|| texts.trial_text(view.practice, view.trial, view.trials)),
         until_s,
         feedback: (view.instruction == Instruction::Feedback).then(|| feedback(view)),
         track: track.then(|| Track {
@@ -111,7 +112,7 @@ mod tests {
             trials: 2,
             practice: true,
             force_band_n: Some((0.5, 0.8)),
-            texts: Arc::new(protocols::Texts::of(Language::Fr).clone()),
+            texts: Arc::new(protocols::Texts::in_language(Language::Fr).clone()),
             ..ScreenView::default()
         }
     }
@@ -123,7 +124,7 @@ mod tests {
             moves_at_s: Some(12.0),
             ..view(Instruction::GetReady)
         };
-        let first = shown(&ready, None);
+        let first = page_content(&ready, None);
         assert_eq!(first.until_s, Some(12.0));
         let motion = first.track.as_ref().unwrap().motion;
         assert_eq!(
@@ -135,25 +136,25 @@ mod tests {
             moves_at_s: Some(12.000_3),
             ..view(Instruction::FollowSlider)
         };
-        let second = shown(&follow, Some(&first));
+        let second = page_content(&follow, Some(&first));
         assert_eq!(second.track.unwrap().motion.starts_s, Some(12.0));
         assert_eq!(second.until_s, None);
         let late = ScreenView {
             moves_at_s: Some(12.2),
             ..follow
         };
-        let track = shown(&late, Some(&first)).track.unwrap();
+        let track = page_content(&late, Some(&first)).track.unwrap();
         assert_eq!(track.motion.starts_s, Some(12.2));
     }
 
     #[test]
-    fn the_force_is_told_after_an_exploration_alone_and_in_the_language() {
+    fn the_force_is_shown_only_after_an_exploration_and_in_the_language() {
         for instruction in [
             Instruction::FollowSlider,
             Instruction::GetReady,
             Instruction::Wait,
         ] {
-            assert_eq!(shown(&view(instruction), None).feedback, None);
+            assert_eq!(page_content(&view(instruction), None).feedback, None);
         }
         for (mean_n, words) in [
             (Some(0.42), "0,42 N  ·  trop léger"),
@@ -166,7 +167,7 @@ mod tests {
                 mean_force_n: mean_n,
                 ..view(Instruction::Feedback)
             };
-            let content = shown(&view, None);
+            let content = page_content(&view, None);
             assert_eq!(content.feedback.unwrap().words, words);
             assert_eq!(content.progress.as_deref(), Some("entraînement 1 sur 2"));
         }
@@ -179,7 +180,7 @@ mod tests {
             rest_s: Some(60.0),
             ..view(Instruction::Rest)
         };
-        let first = shown(&rest, None);
+        let first = page_content(&rest, None);
         assert_eq!((first.until_s, first.then.as_deref()), (Some(160.0), None));
         let finished_rest = ScreenView {
             audio_s: 160.0,
@@ -187,7 +188,7 @@ mod tests {
             button: true,
             ..rest
         };
-        let second = shown(&finished_rest, Some(&first));
+        let second = page_content(&finished_rest, Some(&first));
         assert_eq!(second.until_s, None);
         assert_eq!(
             second.then.as_deref(),

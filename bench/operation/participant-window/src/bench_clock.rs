@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bench_that_begins_anew_is_followed_at_once() {
+    fn a_restarted_bench_clock_is_followed_at_once() {
         let mut clock = BenchClock::default();
         clock.take(&beat(500.0, 1000.0));
         clock.take(&beat(0.0, 1000.1));

@@ -52,7 +52,7 @@ impl Canvas {
 
     /// Returns the colour of a pixel; `None` outside the picture.
     #[must_use]
-    pub fn at(&self, x: usize, y: usize) -> Option<Colour> {
+    pub fn pixel(&self, x: usize, y: usize) -> Option<Colour> {
         (x < self.width).then(|| self.pixels.get(y * self.width + x).copied())?
     }
 
@@ -139,10 +139,10 @@ mod tests {
     fn an_edge_between_pixels_shares_its_pixel() {
         let mut canvas = Canvas::new(6, 3, 0);
         canvas.rectangle((1.25, 1.0), (4.5, 2.0), 0x00ff_ffff);
-        let row: Vec<u32> = (0..6).map(|x| canvas.at(x, 1).unwrap() & 0xff).collect();
+        let row: Vec<u32> = (0..6).map(|x| canvas.pixel(x, 1).unwrap() & 0xff).collect();
         assert_eq!(row, [0, 191, 255, 255, 128, 0]);
-        assert_eq!(canvas.at(2, 0), Some(0));
-        assert_eq!(canvas.at(6, 0), None);
+        assert_eq!(canvas.pixel(2, 0), Some(0));
+        assert_eq!(canvas.pixel(6, 0), None);
     }
 
     proptest! {

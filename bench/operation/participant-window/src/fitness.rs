@@ -35,7 +35,7 @@ pub struct Fitness {
 
 impl Fitness {
     /// Takes a frame with a moving slider; `presented_s` never decreases.
-    pub fn moved(&mut self, presented_s: f64) {
+    pub fn note_frame(&mut self, presented_s: f64) {
         let before_s = self.last_s.replace(presented_s);
         if before_s.is_none_or(|before_s| presented_s - before_s <= SLOW_S) {
             return;
@@ -49,12 +49,12 @@ impl Fitness {
     }
 
     /// Notes that the slider stands still, so that the time to the next frame does not count.
-    pub fn stands(&mut self) {
+    pub fn note_rest(&mut self) {
         self.last_s = None;
     }
 
     /// Compares the chosen monitor with the present one, `None` if it is unknown.
-    pub fn on(&mut self, expected: &OnMonitor, current: Option<&OnMonitor>) {
+    pub fn set_monitor(&mut self, expected: &OnMonitor, current: Option<&OnMonitor>) {
         self.fault = current.filter(|current| *current != expected).map(|current| {
             if current.name == expected.name {
                 let ((was_x, was_y), (x, y)) = (expected.size_px, current.size_px);
@@ -119,7 +119,7 @@ mod tests {
                 slow_at_s += slow_every_s;
             }
             at_s += if slow { slow_s } else { 1.0 / 60.0 };
-            fitness.moved(at_s);
+            fitness.note_frame(at_s);
         }
     }
 
@@ -139,7 +139,7 @@ mod tests {
         let text = reason(fitness.news(10.0, false)).unwrap();
         assert!(text.contains("over 50 ms"), "{text}");
         assert_eq!(fitness.news(10.0, false), None, "said twice");
-        fitness.stands();
+        fitness.note_rest();
         assert_eq!(fitness.news(18.0, false), None);
         assert_eq!(reason(fitness.news(20.0, false)), None);
     }
@@ -159,7 +159,7 @@ mod tests {
         for exploration in 0..20 {
             let from_s = 0.4 * f64::from(exploration);
             run(&mut fitness, from_s, from_s + 0.2, 9.0, 0.0);
-            fitness.stands();
+            fitness.note_rest();
         }
         assert_eq!(fitness.news(8.0, false), None);
     }
@@ -177,9 +177,9 @@ mod tests {
             (monitor("HDMI-1", 1280), "1280 × 1080 pixels now"),
         ] {
             let mut fitness = Fitness::default();
-            fitness.on(&expected, Some(&expected));
+            fitness.set_monitor(&expected, Some(&expected));
             assert_eq!(fitness.news(0.0, false), None);
-            fitness.on(&expected, Some(&actual));
+            fitness.set_monitor(&expected, Some(&actual));
             let text = reason(fitness.news(1.0, false)).unwrap();
             assert!(text.contains(word), "{text}");
             fitness.forget();
@@ -187,13 +187,13 @@ mod tests {
                 reason(fitness.news(2.0, false)).is_some(),
                 "another session"
             );
-            fitness.on(&expected, None);
+            fitness.set_monitor(&expected, None);
             assert_eq!(reason(fitness.news(3.0, false)), None);
         }
     }
 
     #[test]
-    fn on_a_virtual_display_it_is_told_and_nothing_stops() {
+    fn slow_frames_of_a_virtual_display_are_reported_without_a_stop() {
         let mut fitness = Fitness::default();
         run(&mut fitness, 0.0, 10.0, 0.5, 0.1);
         assert!(matches!(

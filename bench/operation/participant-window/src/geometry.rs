@@ -38,7 +38,7 @@ impl Geometry {
 
     /// Returns whether the whole plate fits on the screen.
     #[must_use]
-    pub fn holds(&self, track: &Track) -> bool {
+    pub fn fits(&self, track: &Track) -> bool {
         self.fitting(track) == 1.0
     }
 

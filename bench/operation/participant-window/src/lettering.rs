@@ -18,7 +18,7 @@ impl Typeface {
     ///
     /// # Errors
     /// Never, unless the program was damaged.
-    pub fn built_in() -> Result<Self, NoFont> {
+    pub fn default_face() -> Result<Self, NoFont> {
         let font = FontRef::try_from_slice(plotting::DEJAVU_SANS).map_err(|_| NoFont)?;
         Ok(Self(FontArc::new(font)))
     }
@@ -106,9 +106,9 @@ mod tests {
 
     #[test]
     fn the_built_in_font_has_every_letter_of_every_language() {
-        let face = Typeface::built_in().unwrap();
+        let face = Typeface::default_face().unwrap();
         for language in Language::ALL {
-            for (key, text) in Texts::of(language).all() {
+            for (key, text) in Texts::in_language(language).all() {
                 assert_eq!(face.lacks(text), None, "{language:?} {key} {text}");
             }
         }
@@ -117,7 +117,7 @@ mod tests {
 
     #[test]
     fn lines_are_no_wider_than_the_limit() {
-        let face = Typeface::built_in().unwrap();
+        let face = Typeface::default_face().unwrap();
         let text = "Appuyez sur le bouton de maintien et gardez-le enfoncé";
         let lines = face.wrapped(text, 40.0, 500.0);
         assert!(lines.len() > 1);

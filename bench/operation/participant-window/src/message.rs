@@ -22,7 +22,7 @@ pub enum ToWindow {
         why: String,
     },
     /// Contents of the window from now on.
-    Show(Box<Shown>),
+    Show(Box<Content>),
     /// The bench's clock and the finger's position, many times a second.
     Beat(Beat),
     /// The session is over.
@@ -106,7 +106,7 @@ pub struct Beat {
 /// Contents of the window.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Shown {
+pub struct Content {
     /// The instruction.
     pub title: String,
     /// The instruction that follows it.

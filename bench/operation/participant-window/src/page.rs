@@ -3,7 +3,7 @@
 use crate::canvas::{Canvas, Colour};
 use crate::geometry::Geometry;
 use crate::lettering::Typeface;
-use crate::message::{Feedback, Shown, Track};
+use crate::message::{Content, Feedback, Track};
 
 /// Colour of the background.
 pub const GROUND: Colour = 0x0010_1418;
@@ -23,7 +23,7 @@ pub const FINGER: Colour = 0x0060_d0ff;
 /// Contents of the still picture, which is drawn anew only when they change.
 #[derive(Clone, Debug, PartialEq)]
 struct Still {
-    content: Shown,
+    content: Content,
     /// Countdown, in words.
     count: Option<String>,
 }
@@ -72,7 +72,7 @@ impl Page {
     /// whether more of it has changed than the rows of slider and finger.
     pub fn draw(
         &mut self,
-        content: &Shown,
+        content: &Content,
         audio_s: Option<f64>,
         moving: Moving,
     ) -> (&Canvas, bool) {

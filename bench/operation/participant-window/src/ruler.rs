@@ -96,9 +96,9 @@ mod tests {
         ruler.adjust(10);
         assert!((ruler.pixel_m() - LINE_M / (pixels + 10.0)).abs() < 1e-12);
         let mut canvas = Canvas::new(1920, 1080, 0);
-        ruler.draw(&mut canvas, &Typeface::built_in().unwrap());
+        ruler.draw(&mut canvas, &Typeface::default_face().unwrap());
         let width_px = (0..1920)
-            .filter(|x| canvas.at(*x, 540) == Some(SLIDER))
+            .filter(|x| canvas.pixel(*x, 540) == Some(SLIDER))
             .count();
         assert!(
             (width_px as f64 - (pixels + 10.0)).abs() <= 2.0,
@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn the_line_stays_on_the_screen_whatever_is_pressed_or_assumed() {
+    fn the_line_stays_on_the_screen_for_all_keys_and_scales() {
         for width in [0, 1, 90, 640, 20_000] {
             for pixel_m in [0.0, f64::NAN, 1e-9, 1.0, f64::INFINITY] {
                 let mut ruler = Ruler::new(width, pixel_m);
@@ -117,7 +117,7 @@ mod tests {
                 }
                 ruler.draw(
                     &mut Canvas::new(width.min(640) as usize, 5, 0),
-                    &Typeface::built_in().unwrap(),
+                    &Typeface::default_face().unwrap(),
                 );
             }
         }

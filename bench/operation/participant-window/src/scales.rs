@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn an_invalid_file_is_refused_with_what_to_do() {
+    fn an_invalid_file_is_refused_with_a_remedy() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("monitors.toml");
         let read_error = |text: &str| {

@@ -4,7 +4,7 @@ use std::os::unix::net::UnixListener;
 use std::path::{Path, PathBuf};
 
 use crate::lines::{Ended, Lines};
-use crate::message::{Beat, Display, FORMAT, FrameReport, FromWindow, Shown, ToWindow};
+use crate::message::{Beat, Content, Display, FORMAT, FrameReport, FromWindow, ToWindow};
 use crate::place::{self, PlaceError};
 
 /// Silence after which a window counts as hung, s.
@@ -16,11 +16,11 @@ const MOST_A_SECOND: u32 = 200;
 #[derive(Clone, Debug, PartialEq)]
 pub enum SeatEvent {
     /// A window has connected.
-    Taken(Display),
+    Arrival(Display),
     /// The window is gone.
-    Left {
+    Departure {
         /// The reason.
-        why: String,
+        reason: String,
     },
     /// Report on the frames of an exploration.
     Explored(FrameReport),
@@ -32,7 +32,7 @@ pub enum SeatEvent {
     /// Whether the participant can follow the window.
     Unfit {
         /// The reason why not; `None` when they can again.
-        why: Option<String>,
+        reason: Option<String>,
     },
 }
 
@@ -42,7 +42,7 @@ pub struct Seat {
     path: PathBuf,
     listener: UnixListener,
     window: Option<Window>,
-    content: Option<Shown>,
+    content: Option<Content>,
 }
 
 /// A connected window.
@@ -76,7 +76,7 @@ impl Seat {
     }
 
     /// Sets the contents of the window.
-    pub fn show(&mut self, content: Shown) {
+    pub fn show(&mut self, content: Content) {
         if self.content.as_ref() != Some(&content) {
             self.send(&ToWindow::Show(Box::new(content.clone())));
             self.content = Some(content);
@@ -128,7 +128,7 @@ impl Seat {
                 why: reason.clone(),
             });
             if window.ready {
-                events.push(SeatEvent::Left { why: reason });
+                events.push(SeatEvent::Departure { reason });
             }
         }
     }
@@ -182,7 +182,7 @@ impl Window {
                 FromWindow::Ready(display) if !self.ready => {
                     require(&display)?;
                     self.ready = true;
-                    events.push(SeatEvent::Taken(display));
+                    events.push(SeatEvent::Arrival(display));
                 }
                 FromWindow::Alive if self.ready => {}
                 FromWindow::Explored(report) if self.ready => {
@@ -191,7 +191,9 @@ impl Window {
                 FromWindow::Trouble { text } if self.ready => {
                     events.push(SeatEvent::Trouble { text })
                 }
-                FromWindow::Unfit { why } if self.ready => events.push(SeatEvent::Unfit { why }),
+                FromWindow::Unfit { why: reason } if self.ready => {
+                    events.push(SeatEvent::Unfit { reason })
+                }
                 _ => {
                     return Err(Ended::Garbage(
                         "not what a window says at this point".to_owned(),
@@ -277,7 +279,7 @@ mod tests {
         fn seated(&mut self) -> Lines {
             let mut window = self.connect();
             window.send(&FromWindow::Ready(display())).unwrap();
-            assert_eq!(self.look(), [SeatEvent::Taken(display())]);
+            assert_eq!(self.look(), [SeatEvent::Arrival(display())]);
             window
         }
     }
@@ -294,15 +296,15 @@ mod tests {
         }
     }
 
-    fn page_content(title: &str) -> Shown {
-        Shown {
+    fn page_content(title: &str) -> Content {
+        Content {
             title: title.to_owned(),
-            ..Shown::default()
+            ..Content::default()
         }
     }
 
     #[test]
-    fn a_window_that_comes_late_or_again_is_shown_what_it_should_show() {
+    fn a_late_or_returning_window_gets_the_current_content() {
         let mut rig = Rig::new();
         rig.seat.show(page_content("Please wait"));
         for _ in 0..2 {
@@ -312,12 +314,12 @@ mod tests {
             assert_eq!(messages, [ToWindow::Welcome { format: FORMAT }, show]);
             drop(window);
             let reason = "it was closed".to_owned();
-            assert_eq!(rig.look(), [SeatEvent::Left { why: reason }]);
+            assert_eq!(rig.look(), [SeatEvent::Departure { reason }]);
         }
     }
 
     #[test]
-    fn a_second_window_is_told_of_the_first() {
+    fn a_second_window_is_refused_because_of_the_first() {
         let mut rig = Rig::new();
         let _first = rig.seated();
         let mut second = rig.connect();
@@ -332,7 +334,7 @@ mod tests {
         let mut rig = Rig::new();
         let hanging = rig.seated();
         rig.now_s += LONGEST_SILENCE_S;
-        assert!(matches!(&rig.look()[..], [SeatEvent::Left { .. }]));
+        assert!(matches!(&rig.look()[..], [SeatEvent::Departure { .. }]));
         drop(hanging);
         let mut flood = rig.seated();
         for _ in 0..1000 {
@@ -340,16 +342,16 @@ mod tests {
         }
         let events: Vec<SeatEvent> = (0..30).flat_map(|_| rig.look()).collect();
         assert!(
-            matches!(&events[..], [SeatEvent::Left { why }] if why.contains("messages a second"))
+            matches!(&events[..], [SeatEvent::Departure { reason }] if reason.contains("messages a second"))
         );
         let mut nonsense = rig.seated();
         nonsense.send(&FromWindow::Ready(display())).unwrap();
-        assert!(matches!(&rig.look()[..], [SeatEvent::Left { .. }]));
+        assert!(matches!(&rig.look()[..], [SeatEvent::Departure { .. }]));
         let _fine = rig.seated();
     }
 
     #[test]
-    fn who_is_no_window_is_let_go_of_without_a_word_to_the_operator() {
+    fn a_foreign_client_is_dropped_without_a_message_to_the_operator() {
         let mut rig = Rig::new();
         for bytes in [
             b"\xff\xff\n".as_slice(),

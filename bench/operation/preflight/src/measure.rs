@@ -191,9 +191,9 @@ pub(super) fn measure(
         },
         sender,
     };
-    let mut tasks = bench.before;
+    let mut tasks = bench.first_tasks;
     tasks.push(Box::new(task));
-    tasks.extend(bench.after);
+    tasks.extend(bench.last_tasks);
     bench.life.run(tasks, || Ok(()))?;
     Ok(Measured {
         field_box: field_box.and_then(|field_box| field_box.in_words()),

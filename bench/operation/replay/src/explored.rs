@@ -2,8 +2,8 @@
 
 use analysis::instance::PlateReading;
 use analysis::measurements::Measurements;
-use analysis::trial_fit::{FitRequest, Selected};
-use analysis::unloaded::UnloadedError;
+use analysis::trial_fit::{FitRequest, SelectedExploration};
+use analysis::unloaded_plate::UnloadedError;
 use protocols::{SelectionRules, Stretch};
 use recording::manifest::Manifest;
 
@@ -35,11 +35,14 @@ impl Explored {
         record: Measurements,
         rules: SelectionRules,
     ) -> FitRequest {
-        let explorations = self.0.iter().map(|((start_s, end_s), stretches)| Selected {
-            start_s: *start_s,
-            end_s: *end_s,
-            stretches: stretches.clone(),
-        });
+        let explorations = self
+            .0
+            .iter()
+            .map(|((start_s, end_s), stretches)| SelectedExploration {
+                start_s: *start_s,
+                end_s: *end_s,
+                stretches: stretches.clone(),
+            });
         FitRequest {
             label: match self.count() {
                 1 => "exploration 1".to_owned(),

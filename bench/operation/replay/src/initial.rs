@@ -15,6 +15,6 @@ pub(crate) fn meter(manifest: &Manifest) -> LiveMeter {
 
 /// Returns a contact reader for the recording's plate.
 pub(crate) fn contact(manifest: &Manifest, rules: &SelectionRules) -> LiveContact {
-    let tracking = PlateTracking::of(manifest.plate.modal_mass_kg, manifest.modulation_hz);
+    let tracking = PlateTracking::new(manifest.plate.modal_mass_kg, manifest.modulation_hz);
     LiveContact::new(rules.contact_n, tracking)
 }

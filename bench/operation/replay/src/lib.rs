@@ -33,7 +33,7 @@ use analysis::live_contact::LiveContact;
 use analysis::measurements::Measurements;
 use analysis::recording_analysis::selection_rules;
 use analysis::trial_fit::FitRequest;
-use analysis::unloaded::{self, UnloadedError};
+use analysis::unloaded_plate::{self, UnloadedError};
 use devices::Gauges;
 use live::exploration_crop::{ExplorationName, crop};
 use live::fit_report::FitReport;
@@ -51,7 +51,7 @@ use live::screen_words;
 use pace::Pace;
 use source::Source;
 
-pub use listing::recordings_in;
+pub use listing::list_recordings;
 pub use options::{Options, Speed};
 pub use past_crops::past_crops;
 pub use report::Report;
@@ -111,7 +111,7 @@ pub fn run(plan: Plan, out: impl Write + Send + 'static) -> anyhow::Result<Repor
         return replay(plan, Box::new(Headless::new(out)), &stop);
     }
     let (dashboard, thread) =
-        Dashboard::open(stop.clone(), StopKeys::default().ending(stop.clone()))?;
+        Dashboard::open(stop.clone(), StopKeys::default().with_end(stop.clone()))?;
     let report = replay(plan, Box::new(dashboard), &stop);
     thread.join()?;
     report
@@ -139,7 +139,7 @@ pub fn replay(plan: Plan, mut front: Box<dyn Front>, stop: &StopFlag) -> anyhow:
         }
     };
     let task = Replay::new(plan, front, refits, fits, stop.clone(), reports);
-    let refit = refit.of_one_trial();
+    let refit = refit.for_single_trial();
     schedule.run(vec![Box::new(task), Box::new(refit)], &clock, stop)?;
     report
         .try_recv()
@@ -200,7 +200,7 @@ impl Replay {
         report: Sender<Report>,
     ) -> Self {
         let intervals = in_order(plan.source.manifest());
-        let record = Measurements::faults_of(plan.source.manifest(), plan.source.rate_hz());
+        let record = Measurements::from_faults(plan.source.manifest(), plan.source.rate_hz());
         let explorations = intervals
             .iter()
             .filter(|interval| matches!(interval.kind, RecordedIntervalKind::Exploration(_)));
@@ -303,13 +303,13 @@ impl Replay {
         let needed_s = open_intervals
             .map(|interval| interval.start_s)
             .fold(self.audio_s, f64::min);
-        self.record.forget_before(needed_s - MARGIN_S);
+        self.record.drop_before(needed_s - MARGIN_S);
     }
 
     fn read_plate(&mut self, interval: &RecordedInterval) {
         let span = [(interval.start_s, interval.end_s)];
         let modulation_hz = self.source.manifest().modulation_hz;
-        self.plate = unloaded::read(
+        self.plate = unloaded_plate::read(
             &self.record,
             &span,
             modulation_hz,
@@ -434,7 +434,7 @@ impl Replay {
         if to_s < self.audio_s {
             self.source = Source::open(&self.folder)?;
             self.intervals = in_order(self.source.manifest());
-            self.record = Measurements::faults_of(self.source.manifest(), self.source.rate_hz());
+            self.record = Measurements::from_faults(self.source.manifest(), self.source.rate_hz());
             self.contact = initial::contact(self.source.manifest(), &self.rules);
             self.meter = initial::meter(self.source.manifest());
             self.account = Account::default();

@@ -13,7 +13,7 @@ const DEPTH: usize = 3;
 ///
 /// # Errors
 /// If a folder cannot be listed, or contains no recording.
-pub fn recordings_in(folder: &Path) -> anyhow::Result<Option<Vec<PathBuf>>> {
+pub fn list_recordings(folder: &Path) -> anyhow::Result<Option<Vec<PathBuf>>> {
     if !folder.is_dir() || folder.join(MANIFEST_FILE).exists() {
         return Ok(None);
     }
@@ -66,14 +66,14 @@ mod tests {
         };
         let second = trial("sub-02/ses-01/trial-001_attempt-1");
         let first = trial("sub-01/ses-01/trial-001_attempt-1");
-        let listed = recordings_in(study).unwrap().unwrap();
+        let listed = list_recordings(study).unwrap().unwrap();
         assert_eq!(listed, [first.clone(), second]);
-        let listed = recordings_in(&study.join("sub-01")).unwrap().unwrap();
+        let listed = list_recordings(&study.join("sub-01")).unwrap().unwrap();
         assert_eq!(listed, std::slice::from_ref(&first));
-        assert_eq!(recordings_in(&first).unwrap(), None);
-        assert_eq!(recordings_in(&study.join("absent")).unwrap(), None);
+        assert_eq!(list_recordings(&first).unwrap(), None);
+        assert_eq!(list_recordings(&study.join("absent")).unwrap(), None);
         fs::create_dir(study.join("sub-03")).unwrap();
-        let error = recordings_in(&study.join("sub-03")).unwrap_err();
+        let error = list_recordings(&study.join("sub-03")).unwrap_err();
         assert!(error.to_string().contains("sub-03 is neither"), "{error}");
     }
 }

@@ -29,7 +29,7 @@ impl Source {
     /// If a file is missing or violates the format, or the audio cannot be demodulated as the manifest says.
     pub fn open(folder: &Path) -> anyhow::Result<Self> {
         let reader = RecordingReader::open(folder)?;
-        let pipeline = Pipeline::of_recording(reader.manifest(), reader.format())
+        let pipeline = Pipeline::from_recording(reader.manifest(), reader.format())
             .context("the recording cannot be demodulated")?;
         Ok(Self {
             force: Rows::new(reader.force()?)?,
@@ -85,7 +85,7 @@ impl Source {
                 .map_or(BLOCK_FRAMES, |frames| frames.min(BLOCK_FRAMES));
             self.ended = self.reader.read_block(block, &mut self.block)? == 0;
             self.pipeline
-                .take_recorded(&self.block, &mut batch.frames)?;
+                .process_recorded(&self.block, &mut batch.frames)?;
         }
         batch.audio_s = self.pipeline.audio_s();
         batch.account = self.pipeline.account();

@@ -53,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn commands_can_be_copied_into_a_shell_whatever_the_paths_are() {
+    fn commands_with_any_path_can_be_copied_into_a_shell() {
         let text = next(Path::new("my bench/it's.toml"), Some("two words.toml"));
         let bench = r"--config 'my bench/it'\''s.toml' --mock 'two words.toml'";
         let commands: Vec<&str> = text

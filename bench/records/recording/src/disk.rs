@@ -46,11 +46,11 @@ pub trait OnPath<T> {
     ///
     /// # Errors
     /// The error of the operation.
-    fn on(self, action: &'static str, path: &Path) -> Result<T, DiskError>;
+    fn with_path(self, action: &'static str, path: &Path) -> Result<T, DiskError>;
 }
 
 impl<T> OnPath<T> for io::Result<T> {
-    fn on(self, action: &'static str, path: &Path) -> Result<T, DiskError> {
+    fn with_path(self, action: &'static str, path: &Path) -> Result<T, DiskError> {
         self.map_err(|source| DiskError {
             action,
             path: path.to_owned(),
@@ -112,8 +112,8 @@ impl AppendFile {
         head: &[u8],
         records: Records,
     ) -> Result<Self, DiskError> {
-        let mut file = storage.create_new(&path).on("create", &path)?;
-        file.write_all(head).on("write", &path)?;
+        let mut file = storage.create_new(&path).with_path("create", &path)?;
+        file.write_all(head).with_path("write", &path)?;
         Ok(Self {
             path,
             storage: Arc::clone(storage),
@@ -137,7 +137,7 @@ impl AppendFile {
     /// Writes all pending records to the file.
     fn write_pending(&mut self) -> Result<(), DiskError> {
         if self.failure.is_some() {
-            return Err(io::Error::other("an earlier write failed")).on("write", &self.path);
+            return Err(io::Error::other("an earlier write failed")).with_path("write", &self.path);
         }
         let mut n_written = 0;
         let result = loop {
@@ -156,7 +156,7 @@ impl AppendFile {
         if result.is_err() {
             self.failure = Some(FailureKind::Write);
         }
-        result.on("write", &self.path)
+        result.with_path("write", &self.path)
     }
 
     /// Returns the number of bytes appended, whether on disk or not.
@@ -180,7 +180,7 @@ impl AppendFile {
             // The next write would go to an arbitrary position.
             self.failure = Some(FailureKind::Write);
         }
-        result.map(drop).on("write", &self.path)
+        result.map(drop).with_path("write", &self.path)
     }
 
     /// Returns once all appended data are on disk under the file's name.
@@ -190,9 +190,9 @@ impl AppendFile {
         if result.is_err() {
             self.failure = Some(FailureKind::Sync);
         }
-        result.on("sync", &self.path)?;
+        result.with_path("sync", &self.path)?;
         // Syncing an unlinked file succeeds.
-        self.storage.find(&self.path).on("find", &self.path)
+        self.storage.find(&self.path).with_path("find", &self.path)
     }
 
     /// Saves as much as possible after a failure, in this file or another one of the recording: writes the pending
@@ -202,9 +202,11 @@ impl AppendFile {
         // `valid_bytes` includes all successful writes.
         let _ = self.write_pending();
         if self.failure == Some(FailureKind::Sync) {
-            return Err(io::Error::other("an earlier sync failed")).on("sync", &self.path);
+            return Err(io::Error::other("an earlier sync failed")).with_path("sync", &self.path);
         }
-        self.file.set_len(self.valid_bytes).on("cut", &self.path)?;
+        self.file
+            .set_len(self.valid_bytes)
+            .with_path("cut", &self.path)?;
         self.overwrite_head(&head(self.valid_bytes))?;
         self.failure = None;
         self.sync()?;
@@ -230,15 +232,15 @@ pub fn replace_file_on(
     // A killed process may have left a temporary file.
     let result = storage
         .create(&temporary)
-        .on("create", &temporary)
+        .with_path("create", &temporary)
         .and_then(|mut file| {
             storage
                 .keep_permissions(path, &temporary)
-                .on("create", &temporary)?;
-            file.write_all(contents).on("write", &temporary)?;
-            file.sync_data().on("sync", &temporary)
+                .with_path("create", &temporary)?;
+            file.write_all(contents).with_path("write", &temporary)?;
+            file.sync_data().with_path("sync", &temporary)
         })
-        .and_then(|()| storage.rename(&temporary, path).on("replace", path));
+        .and_then(|()| storage.rename(&temporary, path).with_path("replace", path));
     if result.is_err() {
         // The old file is still complete; a leftover of the new one must not block the next attempt.
         let _ = storage.remove(&temporary);
@@ -252,7 +254,7 @@ pub fn exists(storage: &dyn Storage, path: &Path) -> Result<bool, DiskError> {
     match storage.find(path) {
         Ok(()) => Ok(true),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
-        Err(error) => Err(error).on("find", path),
+        Err(error) => Err(error).with_path("find", path),
     }
 }
 
@@ -260,26 +262,26 @@ pub fn exists(storage: &dyn Storage, path: &Path) -> Result<bool, DiskError> {
 pub fn read_on(storage: &dyn Storage, path: &Path, limit_bytes: u64) -> Result<Vec<u8>, DiskError> {
     let file = storage.read(path);
     file.and_then(|file| bounded_files::read_limited(file, limit_bytes))
-        .on("read", path)
+        .with_path("read", path)
 }
 
 /// Creates an empty file and returns once its name is on disk; fails if the file exists.
 pub fn create_empty(storage: &dyn Storage, path: &Path) -> Result<(), DiskError> {
-    storage.create_new(path).on("create", path)?;
+    storage.create_new(path).with_path("create", path)?;
     sync_parent(storage, path)
 }
 
 /// Makes the name of `path` durable.
 pub fn sync_parent(storage: &dyn Storage, path: &Path) -> Result<(), DiskError> {
     path.parent().map_or(Ok(()), |folder| {
-        storage.sync_folder(folder).on("sync", folder)
+        storage.sync_folder(folder).with_path("sync", folder)
     })
 }
 
 /// Makes the names in a folder durable. Does nothing on systems other than Unix, where a folder cannot be opened for
 /// syncing.
 pub fn sync_folder(path: &Path) -> Result<(), DiskError> {
-    FileSystem.sync_folder(path).on("sync", path)
+    FileSystem.sync_folder(path).with_path("sync", path)
 }
 
 /// Returns the sorted names in a folder; an empty list if the folder does not exist. Names that are not Unicode get
@@ -287,13 +289,13 @@ pub fn sync_folder(path: &Path) -> Result<(), DiskError> {
 pub fn entries(folder: &Path) -> Result<Vec<String>, DiskError> {
     let listing = match fs::read_dir(folder) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
-        listing => listing.on("list", folder)?,
+        listing => listing.with_path("list", folder)?,
     };
     let mut names = Vec::new();
     for entry in listing {
         names.push(
             entry
-                .on("list", folder)?
+                .with_path("list", folder)?
                 .file_name()
                 .to_string_lossy()
                 .into_owned(),

@@ -17,7 +17,7 @@ pub enum Lock {
     /// Another process holds the lock.
     Held {
         /// Number of that process, if the file contains it.
-        by: Option<u32>,
+        holder: Option<u32>,
     },
 }
 
@@ -27,21 +27,21 @@ impl Lock {
     /// # Errors
     /// The file cannot be created, locked or written.
     pub fn try_take(path: &Path) -> Result<Self, DiskError> {
-        let mut file = bounded_files::open_in_place(path).on("open", path)?;
+        let mut file = bounded_files::open_in_place(path).with_path("open", path)?;
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
                 let mut text = String::new();
                 let n_read = (&mut file).take(32).read_to_string(&mut text).ok();
                 return Ok(Self::Held {
-                    by: n_read.and_then(|_| text.trim().parse().ok()),
+                    holder: n_read.and_then(|_| text.trim().parse().ok()),
                 });
             }
-            Err(TryLockError::Error(error)) => return Err(error).on("lock", path)?,
+            Err(TryLockError::Error(error)) => return Err(error).with_path("lock", path)?,
         }
         file.set_len(0)
             .and_then(|()| writeln!(file, "{}", std::process::id()))
-            .on("write", path)?;
+            .with_path("write", path)?;
         Ok(Self::Taken(file))
     }
 }

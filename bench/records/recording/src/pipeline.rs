@@ -68,9 +68,9 @@ pub struct Account {
 pub struct XrunCost {
     /// Number of xruns that lost no frame, as the carrier's phase proves: an audio server reports an xrun whenever its
     /// graph changes.
-    pub none: u64,
+    pub harmless: u64,
     /// Number of xruns that lost frames, or may have.
-    pub some: u64,
+    pub costly: u64,
 }
 
 impl XrunCost {
@@ -78,16 +78,16 @@ impl XrunCost {
     pub fn settle(&mut self, n_reported: u64, lossless: bool) {
         let n_open = self.open(n_reported);
         *if lossless {
-            &mut self.none
+            &mut self.harmless
         } else {
-            &mut self.some
+            &mut self.costly
         } += n_open;
     }
 
     /// Returns the number of `n_reported` xruns that are not yet classified.
     #[must_use]
     pub fn open(&self, n_reported: u64) -> u64 {
-        n_reported.saturating_sub(self.none + self.some)
+        n_reported.saturating_sub(self.harmless + self.costly)
     }
 }
 
@@ -97,9 +97,9 @@ impl Account {
     #[must_use]
     pub fn costly_xruns_since(&self, baseline: &Self) -> (u64, u64) {
         (
-            self.input_cost.some - baseline.input_cost.some
+            self.input_cost.costly - baseline.input_cost.costly
                 + self.input_cost.open(self.input_xruns),
-            self.output_cost.some - baseline.output_cost.some
+            self.output_cost.costly - baseline.output_cost.costly
                 + self.output_cost.open(self.output_xruns),
         )
     }
@@ -107,7 +107,7 @@ impl Account {
     /// Returns the totals of losses and xruns in words.
     #[must_use]
     pub fn drop_outs(&self) -> String {
-        let lossless = self.input_cost.none + self.output_cost.none;
+        let lossless = self.input_cost.harmless + self.output_cost.harmless;
         let harmless = match lossless {
             0 => String::new(),
             1 => "; 1 of them cost no frame".to_owned(),
@@ -126,7 +126,7 @@ const FULL_SCALE: f64 = 0.999;
 /// Error of demodulating the audio of a recording.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum RecordedError {
+pub enum DemodulationError {
     /// The sampling rate has no divisor that gives a frame rate near 2 kHz.
     #[error(
         "signals.wav: a sample rate of {sample_rate_hz} Hz has no whole divisor from 1500 to 2500 Hz, the rate of the impedance \
@@ -158,14 +158,14 @@ pub struct PickupOffset {
 
 /// Properties of a recording that are not stated but were found in its signals.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FoundProperties {
+pub struct SignalProperties {
     /// Magnitudes at which drive and pickup are clipped.
     pub clip_levels: [f32; 2],
     /// Deviation of the pickup.
     pub pickup: PickupOffset,
 }
 
-impl Default for FoundProperties {
+impl Default for SignalProperties {
     fn default() -> Self {
         Self {
             clip_levels: [f32::INFINITY; 2],
@@ -214,19 +214,22 @@ impl Pipeline {
     ///
     /// # Errors
     /// Sampling rate, carrier and constants are not compatible.
-    pub fn of_recording(manifest: &Manifest, format: AudioFormat) -> Result<Self, RecordedError> {
-        Self::of_recording_with(manifest, format, &FoundProperties::default())
-    }
-
-    /// Creates a pipeline as [`Pipeline::of_recording`] does, with properties that the recording does not state.
-    ///
-    /// # Errors
-    /// As [`Pipeline::of_recording`].
-    pub fn of_recording_with(
+    pub fn from_recording(
         manifest: &Manifest,
         format: AudioFormat,
-        properties: &FoundProperties,
-    ) -> Result<Self, RecordedError> {
+    ) -> Result<Self, DemodulationError> {
+        Self::from_recording_with(manifest, format, &SignalProperties::default())
+    }
+
+    /// Creates a pipeline as [`Pipeline::from_recording`] does, with properties that the recording does not state.
+    ///
+    /// # Errors
+    /// As [`Pipeline::from_recording`].
+    pub fn from_recording_with(
+        manifest: &Manifest,
+        format: AudioFormat,
+        properties: &SignalProperties,
+    ) -> Result<Self, DemodulationError> {
         let filter = Filter::new(FilterSettings {
             sample_rate_hz: format.sample_rate_hz,
             carrier_hz: manifest.carrier_hz,
@@ -298,7 +301,7 @@ impl Pipeline {
     ///
     /// # Errors
     /// The samples are not whole frames.
-    pub fn take(
+    pub fn process(
         &mut self,
         samples: &[f32],
         frames: &mut Vec<ZmFrame>,
@@ -319,7 +322,7 @@ impl Pipeline {
     ///
     /// # Errors
     /// Never fails: NaN frames are always complete.
-    pub fn take_lost(
+    pub fn process_lost(
         &mut self,
         n_lost: u64,
         frames: &mut Vec<ZmFrame>,
@@ -329,7 +332,7 @@ impl Pipeline {
         let mut rest = n_lost;
         while rest > 0 {
             let piece = rest.min(LOST_PIECE);
-            self.take(&nan_frames[..piece as usize * self.channels], frames)?;
+            self.process(&nan_frames[..piece as usize * self.channels], frames)?;
             rest -= piece;
         }
         // Lost samples do not count as invalid samples.
@@ -355,8 +358,8 @@ impl Pipeline {
     /// Processes samples read back from a file, in which lost frames are NaN.
     ///
     /// # Errors
-    /// As [`Pipeline::take`].
-    pub fn take_recorded(
+    /// As [`Pipeline::process`].
+    pub fn process_recorded(
         &mut self,
         samples: &[f32],
         frames: &mut Vec<ZmFrame>,
@@ -365,20 +368,20 @@ impl Pipeline {
             .chunks_exact(self.channels)
             .filter(|frame| frame.iter().all(|sample| sample.is_nan()));
         self.account.lost_frames += lost_frames.count() as u64;
-        self.take(samples, frames)
+        self.process(samples, frames)
     }
 }
 
 /// Returns the rate of the impedance frames of a recording, Hz.
-fn frame_rate_hz(sample_rate_hz: u32) -> Result<u32, RecordedError> {
-    output_rate_hz(sample_rate_hz).ok_or(RecordedError::FrameRate { sample_rate_hz })
+fn frame_rate_hz(sample_rate_hz: u32) -> Result<u32, DemodulationError> {
+    output_rate_hz(sample_rate_hz).ok_or(DemodulationError::FrameRate { sample_rate_hz })
 }
 
 /// Returns the Z_m converter for a recording. The recording may state a channel or the force factor with the opposite
 /// sign, which becomes a phase of half a turn.
 fn recorded_zm(
     manifest: &Manifest,
-    properties: &FoundProperties,
+    properties: &SignalProperties,
     filter: &Filter,
 ) -> Result<Zm, ConstantError> {
     let Manifest {
@@ -426,7 +429,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
 
     fn pipeline() -> Pipeline {
         let manifest = Manifest::parse(MANIFEST, "recording.toml").unwrap();
-        Pipeline::of_recording(&manifest, FORMAT).unwrap()
+        Pipeline::from_recording(&manifest, FORMAT).unwrap()
     }
 
     fn signal(frames: usize) -> Vec<f32> {
@@ -498,18 +501,18 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         let signal = signal(n_before + n_lost + n_after);
         let (mut card, mut card_frames) = (pipeline(), Vec::new());
         for block in signal[..n_before * 3].chunks(3 * 64) {
-            card.take(block, &mut card_frames).unwrap();
+            card.process(block, &mut card_frames).unwrap();
         }
-        card.take_lost(n_lost as u64, &mut card_frames).unwrap();
+        card.process_lost(n_lost as u64, &mut card_frames).unwrap();
         for block in signal[(n_before + n_lost) * 3..].chunks(3 * 100) {
-            card.take(block, &mut card_frames).unwrap();
+            card.process(block, &mut card_frames).unwrap();
         }
 
         let mut file_samples = signal;
         file_samples[n_before * 3..(n_before + n_lost) * 3].fill(f32::NAN);
         let (mut file, mut file_frames) = (pipeline(), Vec::new());
         for block in file_samples.chunks(3 * 4096) {
-            file.take_recorded(block, &mut file_frames).unwrap();
+            file.process_recorded(block, &mut file_frames).unwrap();
         }
         assert_eq!(bits(&file_frames), bits(&card_frames));
         assert_eq!(file.account(), card.account());
@@ -529,11 +532,13 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         let tuned_pipeline = |carrier_hz: &str| {
             let manifest = MANIFEST.replace("carrier_hz = 35000.0", carrier_hz);
             let manifest = Manifest::parse(&manifest, "recording.toml").unwrap();
-            Pipeline::of_recording(&manifest, FORMAT).unwrap()
+            Pipeline::from_recording(&manifest, FORMAT).unwrap()
         };
         let (n_before, signal) = (10_007, signal(30_000));
         let (mut stream, mut frames) = (pipeline(), Vec::new());
-        stream.take(&signal[..n_before * 3], &mut frames).unwrap();
+        stream
+            .process(&signal[..n_before * 3], &mut frames)
+            .unwrap();
         let last = frames.last().copied().unwrap();
         frames.clear();
         let Pipeline {
@@ -542,9 +547,9 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         stream.retune(demodulator, zm);
         let mut rest = signal[n_before * 3..].to_vec();
         rest[300] = f32::NAN;
-        stream.take(&rest, &mut frames).unwrap();
+        stream.process(&rest, &mut frames).unwrap();
         let (mut fresh, mut expected) = (tuned_pipeline("carrier_hz = 35010.0"), Vec::new());
-        fresh.take(&rest, &mut expected).unwrap();
+        fresh.process(&rest, &mut expected).unwrap();
         assert!(frames[0].sample > last.sample && frames[0].sample >= n_before as u64);
         for frame in &mut expected {
             frame.sample += n_before as u64;

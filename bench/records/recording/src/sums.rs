@@ -33,7 +33,7 @@ struct OpenFile {
 }
 
 /// SHA-256 computation of a recording in progress.
-pub struct Summing {
+pub struct Summation {
     storage: Arc<dyn Storage>,
     folder: PathBuf,
     pending_files: VecDeque<&'static str>,
@@ -42,7 +42,7 @@ pub struct Summing {
     buffer: Vec<u8>,
 }
 
-impl Summing {
+impl Summation {
     /// Creates a computation that has read no data yet.
     #[must_use]
     pub fn new(storage: Arc<dyn Storage>, folder: &Path) -> Self {
@@ -85,7 +85,7 @@ impl Summing {
                     n_read += n;
                 }
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                Err(error) => return Err(error).on("read back", &file.path),
+                Err(error) => return Err(error).with_path("read back", &file.path),
             }
         }
         Ok(n_read)
@@ -99,7 +99,7 @@ impl Summing {
             let path = self.folder.join(name);
             self.open_file = Some(OpenFile {
                 name,
-                source: self.storage.read(&path).on("read back", &path)?,
+                source: self.storage.read(&path).with_path("read back", &path)?,
                 path,
                 digest: Sha256::new(),
             });
@@ -114,9 +114,9 @@ impl Summing {
     }
 }
 
-impl std::fmt::Debug for Summing {
+impl std::fmt::Debug for Summation {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Summing")
+        f.debug_struct("Summation")
             .field("folder", &self.folder)
             .field("done", &self.sums)
             .finish_non_exhaustive()
@@ -148,7 +148,7 @@ mod tests {
             fs::write(folder.path().join(name), "abc").unwrap();
         }
         fs::write(folder.path().join(FORCE_FILE), "").unwrap();
-        let mut summing = Summing::new(Arc::new(FileSystem), folder.path());
+        let mut summing = Summation::new(Arc::new(FileSystem), folder.path());
         let mut steps = 0;
         while summing.sums().is_none() {
             summing.advance(1).unwrap();
@@ -164,7 +164,7 @@ mod tests {
     #[test]
     fn a_missing_file_has_no_sum() {
         let folder = tempfile::tempdir().unwrap();
-        let mut summing = Summing::new(Arc::new(FileSystem), folder.path());
+        let mut summing = Summation::new(Arc::new(FileSystem), folder.path());
         assert_eq!(summing.advance(1).unwrap_err().action, "read back");
     }
 }

@@ -73,7 +73,7 @@ pub enum WriteError {
 
 /// Size of a recording on disk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct OnDisk {
+pub struct DiskSize {
     /// Frames in `signals.wav`.
     pub frames: u64,
     /// Bytes in the three data files.
@@ -82,13 +82,13 @@ pub struct OnDisk {
 
 /// Failure to end a recording, with the size of the saved part.
 #[derive(Debug, thiserror::Error)]
-#[error("{error}; {} frames of the recording are kept", kept.frames)]
-pub struct Unfinished {
+#[error("{error}; {} frames of the recording are kept", saved_part.frames)]
+pub struct FinishError {
     /// Reason.
     #[source]
     pub error: WriteError,
     /// Part that is on disk and synced.
-    pub kept: OnDisk,
+    pub saved_part: DiskSize,
 }
 
 /// End of a recording.
@@ -164,7 +164,7 @@ pub struct RecordingWriter {
     frames: u64,
     force: CsvFile,
     position: CsvFile,
-    on_disk: OnDisk,
+    on_disk: DiskSize,
 }
 
 impl RecordingWriter {
@@ -177,14 +177,14 @@ impl RecordingWriter {
         manifest: Manifest,
         format: AudioFormat,
     ) -> Result<Self, WriteError> {
-        Self::create_on(Arc::new(FileSystem), folder, manifest, format)
+        Self::create_in(Arc::new(FileSystem), folder, manifest, format)
     }
 
     /// Does the same as [`create`](Self::create), on any storage.
     ///
     /// # Errors
     /// As [`create`](Self::create).
-    pub fn create_on(
+    pub fn create_in(
         storage: Arc<dyn Storage>,
         folder: &Path,
         manifest: Manifest,
@@ -229,7 +229,7 @@ impl RecordingWriter {
             frames: 0,
             force: CsvFile::create::<ForceRow>(&storage, folder, FORCE_FILE)?,
             position: CsvFile::create::<PositionRow>(&storage, folder, POSITION_FILE)?,
-            on_disk: OnDisk::default(),
+            on_disk: DiskSize::default(),
             storage,
         };
         writer.sync()?;
@@ -261,7 +261,7 @@ impl RecordingWriter {
 
     /// Returns the size of the recording on disk at the last sync.
     #[must_use]
-    pub fn on_disk(&self) -> OnDisk {
+    pub fn on_disk(&self) -> DiskSize {
         self.on_disk
     }
 
@@ -418,7 +418,7 @@ impl RecordingWriter {
     ///
     /// # Errors
     /// The operating system refused, or the files were removed; then only the data of an earlier sync are saved.
-    pub fn sync(&mut self) -> Result<OnDisk, WriteError> {
+    pub fn sync(&mut self) -> Result<DiskSize, WriteError> {
         self.signals
             .set_head(&wav::header(self.format, self.frames))?;
         self.signals.sync()?;
@@ -429,7 +429,7 @@ impl RecordingWriter {
             self.replace_manifest(&text)?;
             self.manifest_changed = false;
         }
-        self.on_disk = OnDisk {
+        self.on_disk = DiskSize {
             frames: self.frames,
             bytes: self.bytes(),
         };
@@ -448,17 +448,17 @@ impl RecordingWriter {
     /// Ends the recording; it is saved if and only if this returns `Ok`.
     ///
     /// # Errors
-    /// [`Unfinished`] gives the reason and the size of the saved part.
-    pub fn finish(mut self, ending: Ending) -> Result<OnDisk, Box<Unfinished>> {
+    /// [`FinishError`] gives the reason and the size of the saved part.
+    pub fn finish(mut self, ending: Ending) -> Result<DiskSize, Box<FinishError>> {
         self.set_end(ending);
         self.sync().map_err(|error| {
             // Readers must not take it for complete.
             self.set_end(Ending::Interrupted {
                 reason: error.to_string(),
             });
-            Box::new(Unfinished {
+            Box::new(FinishError {
                 error,
-                kept: self.salvage(),
+                saved_part: self.salvage(),
             })
         })
     }
@@ -467,7 +467,7 @@ impl RecordingWriter {
     /// marks the trial interrupted for `reason`, each as far as the disk still allows. Returns the size of the readable
     /// part.
     #[must_use]
-    pub fn abandon(mut self, reason: String) -> OnDisk {
+    pub fn abandon(mut self, reason: String) -> DiskSize {
         self.set_end(Ending::Interrupted { reason });
         self.salvage()
     }
@@ -492,7 +492,7 @@ impl RecordingWriter {
         }
     }
 
-    fn salvage(&mut self) -> OnDisk {
+    fn salvage(&mut self) -> DiskSize {
         let format = self.format;
         let frames = |bytes: u64| bytes.saturating_sub(wav::HEADER_BYTES) / format.frame_bytes();
         let signals = self
@@ -508,12 +508,12 @@ impl RecordingWriter {
             let _ = self.replace_manifest(&text);
         }
         match signals {
-            Ok(bytes) => OnDisk {
+            Ok(bytes) => DiskSize {
                 frames: frames(bytes),
                 bytes: bytes + force.unwrap_or(0) + position.unwrap_or(0),
             },
             Err(_) if self.storage.find(&self.folder.join(SIGNALS_FILE)).is_ok() => self.on_disk,
-            Err(_) => OnDisk::default(),
+            Err(_) => DiskSize::default(),
         }
     }
 }

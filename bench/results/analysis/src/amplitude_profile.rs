@@ -69,11 +69,11 @@ impl AmplitudeProfile {
     ///     positions_m: vec![0.0, 0.05, 0.1],
     ///     ratios: vec![0.9, 1.0, 0.9],
     /// });
-    /// assert!((profile.at(0.025) - 0.975).abs() < 1e-12);
-    /// assert_eq!(profile.at(0.2), 0.9);
-    /// assert_eq!(AmplitudeProfile::default().at(0.2), 1.0);
+    /// assert!((profile.ratio_at(0.025) - 0.975).abs() < 1e-12);
+    /// assert_eq!(profile.ratio_at(0.2), 0.9);
+    /// assert_eq!(AmplitudeProfile::default().ratio_at(0.2), 1.0);
     /// ```
-    pub fn at(&self, position_m: f64) -> f64 {
+    pub fn ratio_at(&self, position_m: f64) -> f64 {
         let [first, .., last] = &self.places[..] else {
             return 1.0;
         };
@@ -95,7 +95,7 @@ impl AmplitudeProfile {
 
     /// Returns φ at each position of a sliding finger; an unknown position is replaced by the last known one,
     /// or by the first one before that is reached.
-    pub fn along(&self, positions_m: &[f64]) -> Vec<f64> {
+    pub fn ratios_along(&self, positions_m: &[f64]) -> Vec<f64> {
         let first_position_m = positions_m.iter().find(|position_m| !position_m.is_nan());
         let mut last_m = first_position_m.copied().unwrap_or(f64::NAN);
         positions_m
@@ -104,7 +104,7 @@ impl AmplitudeProfile {
                 if !position_m.is_nan() {
                     last_m = position_m;
                 }
-                self.at(last_m)
+                self.ratio_at(last_m)
             })
             .collect()
     }
@@ -167,10 +167,10 @@ mod tests {
             let profile = profile(&points);
             for step in 0..=95 {
                 let x = 0.005 + 1e-3 * f64::from(step);
-                assert_relative_eq!(profile.at(x), parabola(x), max_relative = 1e-12);
+                assert_relative_eq!(profile.ratio_at(x), parabola(x), max_relative = 1e-12);
             }
             for &(x, ratio) in &points {
-                assert_relative_eq!(profile.at(x), ratio, max_relative = 1e-15);
+                assert_relative_eq!(profile.ratio_at(x), ratio, max_relative = 1e-15);
             }
         }
     }
@@ -178,12 +178,12 @@ mod tests {
     #[test]
     fn two_places_are_joined_by_a_line_with_constant_ends() {
         let profile = profile(&[(0.02, 0.9), (0.08, 1.1)]);
-        assert_relative_eq!(profile.at(0.05), 1.0, max_relative = 1e-12);
+        assert_relative_eq!(profile.ratio_at(0.05), 1.0, max_relative = 1e-12);
         for position_m in [-1e9, 0.0, f64::NEG_INFINITY] {
-            assert_eq!(profile.at(position_m), 0.9);
+            assert_eq!(profile.ratio_at(position_m), 0.9);
         }
         for position_m in [0.081, 1e9, f64::INFINITY] {
-            assert_eq!(profile.at(position_m), 1.1);
+            assert_eq!(profile.ratio_at(position_m), 1.1);
         }
     }
 
@@ -193,7 +193,7 @@ mod tests {
         assert_eq!(flat.places.len(), 4);
         for profile in [AmplitudeProfile::default(), flat] {
             for x in [f64::NAN, -1.0, 0.005, 0.01234, 0.0287, 0.0999, 1.0] {
-                assert_eq!(profile.at(x), 1.0);
+                assert_eq!(profile.ratio_at(x), 1.0);
             }
         }
     }
@@ -202,12 +202,12 @@ mod tests {
     fn an_unknown_position_is_the_last_known_one() {
         let profile = profile(&[(0.0, 0.9), (0.1, 1.1)]);
         let nan = f64::NAN;
-        let ratios = profile.along(&[nan, 0.025, nan, nan, 0.075, nan]);
+        let ratios = profile.ratios_along(&[nan, 0.025, nan, nan, 0.075, nan]);
         let expected = [0.95, 0.95, 0.95, 0.95, 1.05, 1.05];
         for (ratio, expected) in ratios.iter().zip(expected) {
             assert_relative_eq!(*ratio, expected, max_relative = 1e-12);
         }
-        for ratio in profile.along(&[nan, nan]) {
+        for ratio in profile.ratios_along(&[nan, nan]) {
             assert_relative_eq!(ratio, 1.0, max_relative = 1e-12);
         }
     }
@@ -223,7 +223,7 @@ mod tests {
         ];
         let profile = profile(&steep_places);
         for step in 0..1000 {
-            let ratio = profile.at(1e-4 * f64::from(step));
+            let ratio = profile.ratio_at(1e-4 * f64::from(step));
             assert!((least..=greatest).contains(&ratio), "{ratio}");
         }
     }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::{Serialize, Serializer};
 use study::sessions::Standing;
 
-use crate::analysed::Analysed;
+use crate::findings::Analysis;
 
 /// Attempt with a recording that is analysed.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -64,7 +64,7 @@ pub struct Attempts {
     /// Attempts that are analysed, in order.
     pub selection: Vec<SelectedAttempt>,
     /// Attempts that are left out.
-    pub left_out: Vec<OmittedAttempt>,
+    pub omissions: Vec<OmittedAttempt>,
     /// Logs that cannot be read, with the reason: the accepted attempts of their sessions are unknown.
     pub unread_logs: Vec<(PathBuf, String)>,
 }
@@ -85,8 +85,8 @@ impl Attempts {
         self.selection.extend(
             selection.filter(|attempt| known_folders.insert(canonical_path(&attempt.path))),
         );
-        let omissions = attempts.left_out.into_iter();
-        self.left_out.extend(
+        let omissions = attempts.omissions.into_iter();
+        self.omissions.extend(
             omissions.filter(|attempt| known_folders.insert(canonical_path(&attempt.path))),
         );
         for log in attempts.unread_logs {
@@ -98,7 +98,7 @@ impl Attempts {
 
     /// Returns the account of all attempts in an analysis; `excluded` are recordings left out on purpose.
     #[must_use]
-    pub fn account(&self, analysed: &Analysed, excluded: &[PathBuf]) -> Account {
+    pub fn account(&self, analysed: &Analysis, excluded: &[PathBuf]) -> Account {
         let is_accepted = |standing: Option<Standing>| standing == Some(Standing::Accepted);
         let mut account = Account {
             accepted: self
@@ -107,7 +107,7 @@ impl Attempts {
                 .filter(|attempt| is_accepted(attempt.standing))
                 .count()
                 + (self
-                    .left_out
+                    .omissions
                     .iter()
                     .filter(|attempt| is_accepted(attempt.standing)))
                 .count(),
@@ -124,7 +124,7 @@ impl Attempts {
             .collect();
         for recording in &analysed.recordings {
             let standing = standings.get(recording.path.as_path()).copied().flatten();
-            match &recording.found {
+            match &recording.findings {
                 Ok(_) => {
                     account.analysed += 1;
                     account.not_accepted +=
@@ -137,7 +137,7 @@ impl Attempts {
                 }),
             }
         }
-        let omissions = self.left_out.iter();
+        let omissions = self.omissions.iter();
         let omissions = omissions.filter(|attempt| !excluded.contains(&attempt.path));
         account.left_out.extend(omissions.cloned());
         account

@@ -38,27 +38,27 @@ pub struct InstanceAnalysis {
     /// Measured samples, as used by the fits.
     pub samples: PreparedInstance,
     /// Estimate by the published method.
-    pub paper: Estimated,
+    pub paper: InstanceEstimate,
     /// Estimate by the dynamic method.
-    pub dynamic: Estimated,
+    pub dynamic: InstanceEstimate,
     /// Finger estimated by `dynamic`, for samples beyond the instance.
     pub finger: FittedFinger,
     /// Estimate by the fit of the whole trial, from the data that `dynamic` uses; `None` if that fit cannot be used.
-    pub trial: Option<Estimated>,
+    pub trial: Option<InstanceEstimate>,
 }
 
 /// An instance by one method.
 #[derive(Debug, Clone, Copy)]
-pub struct InstanceBy<'a> {
+pub struct MethodEstimate<'a> {
     /// The instance.
     pub instance: &'a InstanceAnalysis,
     /// The method.
     pub method: Method,
     /// The method's estimate of the instance.
-    pub estimated: &'a Estimated,
+    pub estimate: &'a InstanceEstimate,
 }
 
-impl<'a> InstanceBy<'a> {
+impl<'a> MethodEstimate<'a> {
     /// Returns the impedance used by the method, N·s/m.
     pub fn z_m(&self) -> &'a [Complex64] {
         self.instance.samples.z_m(self.method)
@@ -72,13 +72,13 @@ impl<'a> InstanceBy<'a> {
 
 impl InstanceAnalysis {
     /// Returns the estimate by a method; `None` where its fit cannot be used.
-    pub fn estimated(&self, method: Method) -> Option<&Estimated> {
-        let estimated = match method {
+    pub fn estimate(&self, method: Method) -> Option<&InstanceEstimate> {
+        let estimate = match method {
             Method::Paper => &self.paper,
             Method::Dynamic => &self.dynamic,
             Method::Trial => self.trial.as_ref()?,
         };
-        estimated.verdict.is_usable().then_some(estimated)
+        estimate.verdict.is_usable().then_some(estimate)
     }
 
     /// Returns the reason why `paper` or `dynamic` cannot be used; `None` if both can.
@@ -97,17 +97,19 @@ impl InstanceAnalysis {
     }
 
     /// Returns the instance by a method; `None` if its fit cannot be used.
-    pub fn by(&self, method: Method) -> Option<InstanceBy<'_>> {
-        self.estimated(method).map(|estimated| InstanceBy {
+    pub fn estimate_by(&self, method: Method) -> Option<MethodEstimate<'_>> {
+        self.estimate(method).map(|estimate| MethodEstimate {
             instance: self,
             method,
-            estimated,
+            estimate,
         })
     }
 
     /// Returns all estimates.
-    pub fn estimates(&self) -> impl Iterator<Item = InstanceBy<'_>> {
-        Method::ALL.into_iter().filter_map(|method| self.by(method))
+    pub fn estimates(&self) -> impl Iterator<Item = MethodEstimate<'_>> {
+        Method::ALL
+            .into_iter()
+            .filter_map(|method| self.estimate_by(method))
     }
 }
 
@@ -157,7 +159,7 @@ pub struct Averaged {
 
 /// Estimate of an instance by one method.
 #[derive(Debug, Clone)]
-pub struct Estimated {
+pub struct InstanceEstimate {
     /// Verdict on whether the parameters can be used.
     pub verdict: FitVerdict,
     /// σ_t, m.
@@ -359,7 +361,7 @@ impl<'a> MeasuredValues<'a> {
         fit: InstanceFit,
         z_m0: Complex64,
         sensitivities: Option<Sensitivities>,
-    ) -> Estimated {
+    ) -> InstanceEstimate {
         // With φ times the amplitude, the finger experiences 1/φ² of the plate's offset.
         let n = self.samples.time_s().len();
         let ratio = |k| self.samples.amplitude_ratio(Method::Dynamic, k).powi(2);
@@ -393,7 +395,7 @@ impl<'a> MeasuredValues<'a> {
         )
     }
 
-    fn estimate(&self, method: Method, fit: FittedValues) -> Estimated {
+    fn estimate(&self, method: Method, fit: FittedValues) -> InstanceEstimate {
         let (z_m, amplitude_m) = (self.samples.z_m(method), self.samples.amplitude_m(method));
         let assumed = &fit.skin;
         let gap_m = &fit.series.gap_m;
@@ -413,8 +415,8 @@ impl<'a> MeasuredValues<'a> {
         };
         let k_c = &fit.series.k_c_n_per_m;
         let motion = SkinMotion::new(&impedances, z_m, amplitude_m, k_c);
-        Estimated {
-            spearman_mu: Coefficient::Spearman.of(&fit.series.mu, self.samples.mu()),
+        InstanceEstimate {
+            spearman_mu: Coefficient::Spearman.correlate(&fit.series.mu, self.samples.mu()),
             deltas: Deltas {
                 abs_z_m_n_s_per_m: self.edges.fall(|i| z_m[i].norm()),
                 re_z_m_n_s_per_m: self.edges.fall(|i| z_m[i].re),

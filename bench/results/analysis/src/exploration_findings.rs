@@ -89,7 +89,7 @@ impl ExplorationFindings {
     }
 
     /// Returns the amplitude used by a method, peak, m: |x̃_p| for `paper`, that under the finger for `dynamic`.
-    pub fn amplitude_by(&self, method: Method) -> &[f64] {
+    pub fn method_amplitude_m(&self, method: Method) -> &[f64] {
         match method {
             Method::Paper => &self.amplitude_m,
             Method::Dynamic | Method::Trial => &self.under_finger.amplitude_m,

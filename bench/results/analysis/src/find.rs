@@ -33,7 +33,7 @@ pub enum FindError {
         "{} is no recording (it has no {MANIFEST_FILE}), and no study with accepted trials that can be analysed{}{}",
         path.display(),
         if *.practice { "" } else { "; practice trials are left out unless --practice is given" },
-        left_out.first().map(|attempt| format!("; left out: {attempt}")).unwrap_or_default()
+        omissions.first().map(|attempt| format!("; left out: {attempt}")).unwrap_or_default()
     )]
     None {
         /// Folder given.
@@ -41,13 +41,13 @@ pub enum FindError {
         /// Whether practice trials were looked for.
         practice: bool,
         /// Attempts that were found but left out.
-        left_out: Vec<OmittedAttempt>,
+        omissions: Vec<OmittedAttempt>,
     },
 }
 
 /// Trials to analyse in addition to the accepted ones of the experiment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Wanted {
+pub struct TrialFilter {
     /// Practice trials.
     pub practice: bool,
     /// Last completed attempt at each trial that was not accepted.
@@ -60,7 +60,7 @@ pub struct Wanted {
 ///
 /// # Errors
 /// A folder cannot be listed, or contains no recording.
-pub fn attempts(folders: &[PathBuf], filter: Wanted) -> Result<Attempts, FindError> {
+pub fn attempts(folders: &[PathBuf], filter: TrialFilter) -> Result<Attempts, FindError> {
     let mut attempts = Attempts::default();
     let mut known_folders = HashSet::new();
     for path in folders {
@@ -78,7 +78,7 @@ pub fn attempts(folders: &[PathBuf], filter: Wanted) -> Result<Attempts, FindErr
             return Err(FindError::None {
                 path: path.clone(),
                 practice: filter.practice,
-                left_out: folder_attempts.left_out,
+                omissions: folder_attempts.omissions,
             });
         }
         attempts.extend(folder_attempts, &mut known_folders);
@@ -91,7 +91,7 @@ pub fn attempts(folders: &[PathBuf], filter: Wanted) -> Result<Attempts, FindErr
 /// # Errors
 /// Same as [`attempts`].
 pub fn recordings(folders: &[PathBuf], practice: bool) -> Result<Vec<PathBuf>, FindError> {
-    let filter = Wanted {
+    let filter = TrialFilter {
         practice,
         rejected: false,
     };
@@ -109,7 +109,7 @@ fn standing(recording: &Path) -> Option<Standing> {
 }
 
 struct Search {
-    filter: Wanted,
+    filter: TrialFilter,
     attempts: Attempts,
 }
 
@@ -233,7 +233,7 @@ impl Search {
     }
 
     fn leave_out(&mut self, path: PathBuf, standing: Standing, reason: &'static str) {
-        self.attempts.left_out.push(OmittedAttempt {
+        self.attempts.omissions.push(OmittedAttempt {
             path,
             standing: Some(standing),
             because: reason.to_owned(),
@@ -271,7 +271,7 @@ fn list(folder: &Path) -> Result<Vec<PathBuf>, FindError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysed::Analysed;
+    use crate::findings::Analysis;
     use std::fs;
 
     const MANIFEST: &str = r#"format = 1
@@ -326,14 +326,14 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
     const GIVEN_UP: &str = r#"{"outcome":"given_up","reasons":[]}"#;
 
     fn attempt_names(temp_dir: &Path, rejected: bool) -> (Vec<String>, Vec<String>) {
-        let filter = Wanted {
+        let filter = TrialFilter {
             practice: false,
             rejected,
         };
         let attempts = attempts(&[temp_dir.join("study")], filter).unwrap();
         let name = |path: &Path| path.file_name().unwrap().to_string_lossy().into_owned();
         let selection = attempts.selection.iter().map(|attempt| name(&attempt.path));
-        let omissions = attempts.left_out.iter();
+        let omissions = attempts.omissions.iter();
         let omissions =
             omissions.map(|attempt| format!("{}: {}", name(&attempt.path), attempt.because));
         (selection.collect(), omissions.collect())
@@ -394,12 +394,12 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
                 "trial-003_attempt-1: its recording is not there",
             ]
         );
-        let analysed = Analysed {
+        let analysed = Analysis {
             settings: crate::Settings::default(),
             recordings: Vec::new(),
         };
         let study = [temp_dir.path().join("study")];
-        let account = attempts(&study, Wanted::default())
+        let account = attempts(&study, TrialFilter::default())
             .unwrap()
             .account(&analysed, &[]);
         assert_eq!(account.accepted, 3);
@@ -427,17 +427,17 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
             std::os::unix::fs::symlink(&study, &link).unwrap();
             folders.push(link);
         }
-        let study_attempts = attempts(&folders, Wanted::default()).unwrap();
+        let study_attempts = attempts(&folders, TrialFilter::default()).unwrap();
         assert_eq!(
             (
                 study_attempts.selection.len(),
-                study_attempts.left_out.len()
+                study_attempts.omissions.len()
             ),
             (1, 1)
         );
         // A folder that is named explicitly.
         let folders = [session.join("trial-002_attempt-1")];
-        let folder_attempts = attempts(&folders, Wanted::default()).unwrap();
+        let folder_attempts = attempts(&folders, TrialFilter::default()).unwrap();
         assert_eq!(
             folder_attempts.selection[0].standing,
             Some(Standing::GivenUp)
@@ -457,10 +457,10 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
             .join(EVENTS_FILE);
         fs::write(&log, "no log\n{}\n").unwrap();
         let study = [temp_dir.path().join("study")];
-        let damaged_log = attempts(&study, Wanted::default()).unwrap();
+        let damaged_log = attempts(&study, TrialFilter::default()).unwrap();
         assert_eq!(damaged_log.unread_logs.len(), 1);
         fs::remove_file(log).unwrap();
-        let missing_log = attempts(&study, Wanted::default()).unwrap();
+        let missing_log = attempts(&study, TrialFilter::default()).unwrap();
         assert!(missing_log.unread_logs.is_empty());
         for session_attempts in [damaged_log, missing_log] {
             assert_eq!(session_attempts.selection.len(), 1);

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use num_complex::Complex64;
 
 use crate::measurements::LONGEST_GAP_S;
-use crate::unloaded::UnloadedError;
+use crate::unloaded_plate::UnloadedError;
 use recording::reader;
 
 /// Channel of the impedance.

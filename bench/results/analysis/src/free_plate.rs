@@ -5,10 +5,10 @@ use std::f64::consts::TAU;
 use impedance::Transient;
 use num_complex::Complex64;
 
-use crate::demodulated::DemodulatedRecording;
+use crate::demodulation::DemodulatedRecording;
 use crate::flaw::Flaw;
 use crate::instance::PlateReading;
-use crate::unloaded::{self, UnloadedError};
+use crate::unloaded_plate::{self, UnloadedError};
 use recording::Manifest;
 use recording::manifest::{RecordedIntervalKind, RecordedPlate};
 use recording::pipeline::PickupOffset;
@@ -30,7 +30,7 @@ const GREATEST_REACTANCE_ERROR: f64 = 0.15;
 
 /// Response of the plate without a finger.
 pub(super) struct FreePlate {
-    reading: Result<unloaded::UnloadedReading, UnloadedError>,
+    reading: Result<unloaded_plate::UnloadedReading, UnloadedError>,
     /// Response to the modulation, if it is within the limits.
     transient: Option<Transient>,
     /// Response to the modulation, if it is clear but more than a delay of the pickup can explain.
@@ -51,10 +51,10 @@ impl FreePlate {
             .filter(|interval| interval.kind == RecordedIntervalKind::Unloaded)
             .map(|interval| (interval.start_s, interval.end_s))
             .collect();
-        let reading = unloaded::read(record, &intervals, manifest.modulation_hz, off_n);
+        let reading = unloaded_plate::read(record, &intervals, manifest.modulation_hz, off_n);
         let transient = reading.as_ref().ok().and_then(|reading| {
             Transient::fit(
-                &reading.free,
+                &reading.free_frames,
                 manifest.carrier_hz,
                 &manifest.plate.constants(),
             )

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use contact::{AssumedConstants, CalibrationErrors};
-use estimation::trial::Placed;
+use estimation::trial::PlacedInstance;
 use estimation::{FitConditions, FitError, InstanceSamples, InstanceSeries};
 use impedance::smoothing::LowPass;
 use impedance::{Mask, ZmFrame};
@@ -59,7 +59,7 @@ impl PreparedInstance {
             plain_n_s_per_m: smooth_plain_impedance(&series.frames, first..end)[range.clone()]
                 .to_vec(),
             amplitude_m: series.amplitude_m[range.clone()].to_vec(),
-            under_finger: under_finger.between(range.clone()),
+            under_finger: under_finger.slice(range.clone()),
             normal_n: series.normal_n[range.clone()].to_vec(),
             finger_force_n: series.finger_force_n[range.clone()].to_vec(),
             mu: range
@@ -74,8 +74,8 @@ impl PreparedInstance {
     ///
     /// # Errors
     /// Same as [`series`](Self::series).
-    pub fn placement(&self, centre_m: f64) -> Result<Placed<'_>, FitError> {
-        Ok(Placed {
+    pub fn placement(&self, centre_m: f64) -> Result<PlacedInstance<'_>, FitError> {
+        Ok(PlacedInstance {
             series: self.series(Method::Dynamic)?,
             off_centre_m: self.position_m - centre_m,
         })
@@ -235,7 +235,7 @@ pub fn plate<'a>(unloaded_frames: impl IntoIterator<Item = &'a ZmFrame>) -> Opti
 
 impl PlateReading {
     /// Returns Z_p as used by a method, N·s/m.
-    pub fn read_by(&self, method: Method) -> Complex64 {
+    pub fn z_p(&self, method: Method) -> Complex64 {
         match method {
             Method::Paper => self.plain_n_s_per_m,
             Method::Dynamic | Method::Trial => self.corrected_n_s_per_m,

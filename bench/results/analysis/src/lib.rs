@@ -1,21 +1,21 @@
 //! Analysis of recordings: impedance, gap and friction.
 //!
-//! [`demodulated`] streams a recording folder through the demodulator of the live bench, [`unloaded`] reads the plate's own
-//! impedance, [`trial_selection`] and the `protocols` crate select the instances, [`estimate`] estimates each by both
-//! methods. [`analyse`] does this for any number of recordings, [`results`] writes the outcome.
+//! [`demodulation`] streams a recording folder through the demodulator of the live bench, [`unloaded_plate`] reads the
+//! plate's own impedance, [`trial_selection`] and the `protocols` crate select the instances, [`estimate`] estimates each
+//! by both methods. [`analyse`] does this for any number of recordings, [`results`] writes the outcome.
 
 pub mod amplitude_profile;
-pub mod analysed;
 pub mod analysis_settings;
 mod assumable;
 pub mod attempts;
-pub mod averaged;
+pub mod average_model;
 mod clipping;
-pub mod clustered;
-pub mod demodulated;
+pub mod cluster_test;
+pub mod demodulation;
 pub mod estimate;
 pub mod exploration_findings;
 pub mod find;
+pub mod findings;
 pub mod flaw;
 mod free_plate;
 pub mod instance;
@@ -40,15 +40,15 @@ pub mod tables;
 pub mod trial_fit;
 pub mod trial_selection;
 pub mod under_finger;
-pub mod unloaded;
+pub mod unloaded_plate;
 pub mod whole_trial;
 
 use std::path::PathBuf;
 
 use rayon::prelude::*;
 
-pub use analysed::{Analysed, RecordingAnalysis};
 pub use analysis_settings::Settings;
+pub use findings::{Analysis, RecordingAnalysis};
 
 /// Analyses recording folders in parallel and returns them in the given order; `callback` is called after each one. A
 /// recording that cannot be read does not stop the others.
@@ -75,7 +75,7 @@ pub use analysis_settings::Settings;
 /// writer.finish(Ending::Completed)?;
 ///
 /// let analysed = analysis::analyse(&[folder], &analysis::Settings::default(), |_| ());
-/// let found = analysed.recordings[0].found.as_ref().unwrap();
+/// let findings = analysed.recordings[0].findings.as_ref().unwrap();
 /// assert!(found.flaws.contains(&Flaw::NoExploration));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -83,7 +83,7 @@ pub fn analyse(
     folders: &[PathBuf],
     settings: &Settings,
     callback: impl Fn(&RecordingAnalysis) + Sync,
-) -> Analysed {
+) -> Analysis {
     let recordings = folders
         .par_iter()
         .map(|folder| {
@@ -92,12 +92,12 @@ pub fn analyse(
             analysis
         })
         .collect();
-    let mut analysed = Analysed {
+    let mut analysed = Analysis {
         settings: *settings,
         recordings,
     };
     people::name(&mut analysed.recordings);
-    averaged::fill(&mut analysed);
+    average_model::fill(&mut analysed);
     analysed
 }
 

@@ -182,7 +182,7 @@ impl LiveContact {
             fit.estimator.damp_plate(resistance);
             z_p.re = resistance.value;
         }
-        let ratio = fit.profile.at(self.position_m);
+        let ratio = fit.profile.ratio_at(self.position_m);
         let z_m = under_finger::impedance(frame.corrected_n_s_per_m, z_p, ratio);
         // The model has no gap for this frame, so there is no reading.
         let estimate = fit
@@ -229,7 +229,7 @@ impl LiveContact {
         match &self.fit {
             _ if force.normal_n.abs() < self.contact_n / 2.0 => tracker.take_free(&sample),
             Some(fit) if force.normal_n >= self.contact_n => {
-                let amplitude_ratio = fit.profile.at(self.position_m);
+                let amplitude_ratio = fit.profile.ratio_at(self.position_m);
                 let load = FingerLoad {
                     amplitude_m: amplitude_ratio * frame.amplitude_m,
                     amplitude_ratio,
@@ -282,7 +282,7 @@ impl LiveContact {
     }
 
     /// Returns the reason why the newest frame has no reading, if it has none.
-    pub fn missing(&self) -> Option<NoReading> {
+    pub fn missing_reason(&self) -> Option<NoReading> {
         self.latest.as_ref().err().copied()
     }
 }
@@ -359,7 +359,7 @@ mod tests {
     #[test]
     fn a_frame_in_contact_gives_the_models_gap_and_friction() {
         let (fit, z_m, gap_m, ratio) = contact();
-        let mut live = LiveContact::new(0.1, PlateTracking::of(0.008, 6.0));
+        let mut live = LiveContact::new(0.1, PlateTracking::new(0.008, 6.0));
         live.refit(&fit);
         let mut frames = 0;
         live.take(&batch(0, z_m, NORMAL_N), |_| frames += 1);
@@ -392,7 +392,7 @@ mod tests {
             position_row(1e-3, f64::NAN),
             position_row(1.0, 0.0),
         ];
-        let mut live = LiveContact::new(0.1, PlateTracking::of(0.008, 6.0));
+        let mut live = LiveContact::new(0.1, PlateTracking::new(0.008, 6.0));
         live.refit(&fit);
         live.take(&batch, |_| {});
         let reading = live.latest().unwrap();
@@ -405,7 +405,7 @@ mod tests {
     #[test]
     fn nothing_is_read_before_the_first_fit_nor_without_a_finger() {
         let (fit, z_m, ..) = contact();
-        let mut live = LiveContact::new(0.1, PlateTracking::of(0.008, 6.0));
+        let mut live = LiveContact::new(0.1, PlateTracking::new(0.008, 6.0));
         live.take(&batch(0, z_m, NORMAL_N), |_| panic!("read without a fit"));
         live.refit(&fit);
         live.take(&batch(10, z_m, 0.05), |_| panic!("read without a finger"));

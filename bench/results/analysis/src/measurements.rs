@@ -74,7 +74,7 @@ impl Measurements {
     }
 
     /// Returns a recording's stated faults, without any data.
-    pub fn faults_of(manifest: &Manifest, sample_rate_hz: u32) -> Self {
+    pub fn from_faults(manifest: &Manifest, sample_rate_hz: u32) -> Self {
         let gaps = (0..).zip(manifest.drive_gaps_s(sample_rate_hz));
         let gap = |(xrun, (from_s, to_s))| DriveGap { xrun, from_s, to_s };
         Self {
@@ -107,7 +107,7 @@ impl Measurements {
     }
 
     /// Drops everything before `time_s`.
-    pub fn forget_before(&mut self, time_s: f64) {
+    pub fn drop_before(&mut self, time_s: f64) {
         let frames = self.frames.partition_point(|frame| frame.time_s < time_s);
         let force = self.force.partition_point(|row| row.time_s < time_s);
         let position = self.position.partition_point(|row| row.time_s < time_s);
@@ -119,7 +119,7 @@ impl Measurements {
     }
 
     /// Returns the data from `start_s` to `end_s`.
-    pub fn between(&self, start_s: f64, end_s: f64) -> Self {
+    pub fn window(&self, start_s: f64, end_s: f64) -> Self {
         let is_inside = |time_s: f64| (start_s..=end_s).contains(&time_s);
         Self {
             frames: self

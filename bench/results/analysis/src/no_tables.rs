@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::analysed::Analysed;
+use crate::findings::Analysis;
 
 /// Tables cannot be written.
 #[derive(Debug, thiserror::Error)]
@@ -24,6 +24,6 @@ pub fn require_built() -> Result<(), TableError> {
 ///
 /// # Errors
 /// Always.
-pub fn write(_: &Analysed, _: &Path) -> Result<(), TableError> {
+pub fn write(_: &Analysis, _: &Path) -> Result<(), TableError> {
     Err(TableError)
 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use recording::reader;
 use recording::study::TrialLabel;
 
-use crate::analysed::RecordingAnalysis;
+use crate::findings::RecordingAnalysis;
 
 /// Person in an analysis: the study's own folder, and the pseudonym.
 type Person = (Option<PathBuf>, String);
@@ -21,7 +21,7 @@ pub fn name(recordings: &mut [RecordingAnalysis]) {
     let names = names(people.iter().flatten());
     for (recording, person) in recordings.iter_mut().zip(people) {
         let name = person.and_then(|person| names.get(&person).cloned());
-        if let Ok(findings) = &mut recording.found {
+        if let Ok(findings) = &mut recording.findings {
             findings.participant.clone_from(&name);
         }
         recording.participant = name;
@@ -33,7 +33,7 @@ fn person(recording: &RecordingAnalysis) -> Option<Person> {
     let study = study(&recording.path);
     let manifest_id =
         |manifest: &recording::Manifest| Some(manifest.participant.as_ref()?.id.clone());
-    let id = match &recording.found {
+    let id = match &recording.findings {
         Ok(findings) => manifest_id(&findings.manifest),
         Err(_) => reader::read_manifest(&recording.path)
             .ok()

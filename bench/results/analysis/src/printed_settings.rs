@@ -3,8 +3,8 @@
 
 use serde::Serialize;
 
-use crate::analysed::Analysed;
 use crate::analysis_settings::Settings;
+use crate::findings::Analysis;
 
 /// Content of `settings`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -31,7 +31,7 @@ struct AmplitudeSource {
 
 impl PrintedSettings {
     /// Returns the settings of an analysis.
-    pub fn new(analysed: &Analysed) -> Self {
+    pub fn new(analysed: &Analysis) -> Self {
         let (mut recordings, mut profiles) = (0, 0);
         for findings in analysed.findings() {
             recordings += 1;

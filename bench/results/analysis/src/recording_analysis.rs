@@ -7,9 +7,9 @@ use protocols::selection::{StretchOutcome, select};
 use protocols::{Direction, Protocol, SelectionRules};
 
 use crate::amplitude_profile::AmplitudeProfile;
-use crate::analysed::{RecordingAnalysis, RecordingError, RecordingFindings, RejectedStretch};
 use crate::analysis_settings::Settings;
-use crate::demodulated::{self, DemodulatedRecording};
+use crate::demodulation::{self, DemodulatedRecording};
+use crate::findings::{RecordingAnalysis, RecordingError, RecordingFindings, RejectedStretch};
 use estimation::trial::PlateReadings;
 
 use crate::estimate::{InstanceAnalysis, estimate};
@@ -34,18 +34,18 @@ pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
             .as_ref()
             .ok()
             .and_then(|findings| findings.participant.clone()),
-        found: findings,
+        findings,
     }
 }
 
 fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, RecordingError> {
-    let mut reading = demodulated::read(folder, PickupOffset::default())?;
+    let mut reading = demodulation::read(folder, PickupOffset::default())?;
     let (rules, protocol_flaw) = selection_rules(folder, &reading.manifest, settings);
     let is_carrier_missing = reading.is_carrier_missing();
     let mut plate = FreePlate::read(&reading, rules.contact_n / 2.0);
     let pickup = plate.pickup_offset().unwrap_or_default();
     if pickup != PickupOffset::default() {
-        reading = demodulated::read(folder, pickup)?;
+        reading = demodulation::read(folder, pickup)?;
         reading
             .flaws
             .extend(pickup_flaws(pickup, &reading.manifest));
@@ -216,7 +216,7 @@ impl RecordingFindings {
         let series = record.series(span.0, span.1);
         let z_p = self.z_p.map(|z_p| z_p.corrected_n_s_per_m);
         let profile = AmplitudeProfile::from(self.plate());
-        let under_finger = UnderFinger::of(&series, &profile, z_p);
+        let under_finger = UnderFinger::new(&series, &profile, z_p);
         // Frames come from one demodulator, so they are evenly spaced.
         let stretches = select(&series.exploration(direction), &self.rules).unwrap_or_default();
         if stretches.is_empty() {
@@ -331,7 +331,7 @@ seed = 1
     }
 
     #[test]
-    fn the_rules_are_those_of_the_protocol_beside_the_recording_or_else_the_settings() {
+    fn the_rules_come_from_the_recordings_protocol_or_else_the_settings() {
         let session = tempfile::tempdir().unwrap();
         let folder = session.path().join("trial-001_attempt-1");
         let manifest = Manifest::parse(MANIFEST, "recording.toml").unwrap();
@@ -408,7 +408,7 @@ seed = 1
         writer.write_audio(&[0.0; 2 * 9600]).unwrap();
         writer.finish(recording::writer::Ending::Completed).unwrap();
         let has_copy_flaw = |analysis: RecordingAnalysis| {
-            let flaws = analysis.found.unwrap().flaws;
+            let flaws = analysis.findings.unwrap().flaws;
             flaws
                 .iter()
                 .any(|flaw| matches!(flaw, Flaw::ProtocolCopy { .. }))

@@ -8,9 +8,9 @@ use protocols::Direction;
 use recording::manifest::StandardErrors;
 use serde::Serialize;
 
-use crate::analysed::{Analysed, RecordingAnalysis};
 use crate::attempts::Account;
-use crate::estimate::{Estimated, InstanceAnalysis};
+use crate::estimate::{InstanceAnalysis, InstanceEstimate};
+use crate::findings::{Analysis, RecordingAnalysis};
 use crate::model_check::Band;
 use crate::printed_settings::PrintedSettings;
 use crate::published::{Statistics, statistics};
@@ -233,7 +233,7 @@ fn pair(z: Complex64) -> [f64; 2] {
 
 impl Results {
     /// Makes the results of an analysis.
-    pub fn new(analysed: &Analysed) -> Self {
+    pub fn new(analysed: &Analysis) -> Self {
         Self {
             format: FORMAT,
             settings: PrintedSettings::new(analysed),
@@ -294,7 +294,7 @@ impl Results {
 impl From<&RecordingAnalysis> for Recording {
     fn from(analysis: &RecordingAnalysis) -> Self {
         let path = analysis.path.display().to_string();
-        let findings = match &analysis.found {
+        let findings = match &analysis.findings {
             Ok(findings) => findings,
             Err(error) => {
                 return Self {
@@ -410,7 +410,7 @@ impl Trial {
 }
 
 impl TrialEstimate {
-    fn new(estimated: &Estimated, model_holds: bool) -> Self {
+    fn new(estimated: &InstanceEstimate, model_holds: bool) -> Self {
         let interval = |value: f64, std: f64| Uncertain { value, std }.interval95();
         let (z_t, z_t_std) = (estimated.z_t_n_s_per_m, estimated.z_t_std_n_s_per_m);
         let sigma_t = LogUncertain {
@@ -432,8 +432,8 @@ impl TrialEstimate {
     }
 }
 
-impl From<&Estimated> for Estimate {
-    fn from(estimated: &Estimated) -> Self {
+impl From<&InstanceEstimate> for Estimate {
+    fn from(estimated: &InstanceEstimate) -> Self {
         let deltas = &estimated.deltas;
         Self {
             sigma_t_m: estimated.sigma_t_m,

@@ -2,7 +2,7 @@
 
 use recording::reader::{ReadError, Warning};
 
-use crate::analysed::RecordingError;
+use crate::findings::RecordingError;
 use crate::flaw::Flaw;
 use crate::measurements::{LONGEST_GAP_S, MARGIN_S};
 use crate::spans::Spans;

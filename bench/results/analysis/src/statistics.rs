@@ -30,7 +30,7 @@ pub enum Coefficient {
 impl Coefficient {
     /// Correlates the pairs in which both values are finite. `None` with fewer than three of them, or if either side is
     /// constant.
-    pub fn of(self, x: &[f64], y: &[f64]) -> Option<Correlation> {
+    pub fn correlate(self, x: &[f64], y: &[f64]) -> Option<Correlation> {
         let (x, y) = finite_pairs(x, y);
         let (x, y) = (self.scores(x), self.scores(y));
         let correlation = correlate(&x, &y)?;
@@ -223,15 +223,15 @@ mod tests {
 
     #[test]
     fn coefficients_and_p_values_are_scipys() {
-        let pearson = Coefficient::Pearson.of(&X, &Y).unwrap();
+        let pearson = Coefficient::Pearson.correlate(&X, &Y).unwrap();
         assert_relative_eq!(pearson.rho, PEARSON.0, max_relative = 1e-12);
         assert_relative_eq!(pearson.p, PEARSON.1, max_relative = 1e-9);
-        let spearman = Coefficient::Spearman.of(&X, &Y).unwrap();
+        let spearman = Coefficient::Spearman.correlate(&X, &Y).unwrap();
         assert_relative_eq!(spearman.rho, SPEARMAN.0, max_relative = 1e-12);
         assert!(spearman.p > SPEARMAN.1 && spearman.p < 0.01, "{spearman:?}");
         let (x, y): (Vec<f64>, Vec<f64>) = X.iter().zip(Y).map(|(x, y)| (x - 8.0, y - 8.0)).unzip();
         let (x, y) = ([&X[..], &x].concat(), [&Y[..], &y].concat());
-        let correlation = Coefficient::Spearman.of(&x, &y).unwrap();
+        let correlation = Coefficient::Spearman.correlate(&x, &y).unwrap();
         let t = correlate(
             &Coefficient::Spearman.scores(x.clone()),
             &Coefficient::Spearman.scores(y.clone()),
@@ -244,7 +244,7 @@ mod tests {
     fn p_of_few_ranks_is_exact_over_all_orders() {
         let p = |y: &[f64]| {
             let x: Vec<f64> = (0..y.len()).map(|k| k as f64).collect();
-            Coefficient::Spearman.of(&x, y).unwrap().p
+            Coefficient::Spearman.correlate(&x, y).unwrap().p
         };
         for (y, exact) in [
             // Calculated by hand: 2 of 3!, 4! and 5! orders.
@@ -277,8 +277,8 @@ mod tests {
     #[test]
     fn constant_or_missing_values_have_no_statistics() {
         let [pearson, spearman] = [Coefficient::Pearson, Coefficient::Spearman];
-        assert_eq!(pearson.of(&[1.0, 1.0, 1.0], &[1.0, 2.0, 3.0]), None);
-        assert_eq!(spearman.of(&[1.0, f64::NAN, 3.0], &[1.0, 2.0, 3.0]), None);
+        assert_eq!(pearson.correlate(&[1.0, 1.0, 1.0], &[1.0, 2.0, 3.0]), None);
+        assert_eq!(spearman.correlate(&[1.0, f64::NAN, 3.0], &[1.0, 2.0, 3.0]), None);
         assert_eq!(spread([f64::NAN]), None);
         assert_eq!(spread([2.0]).unwrap().std, None);
     }

@@ -17,8 +17,8 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
-use crate::analysed::{Analysed, RecordingFindings};
-use crate::estimate::{InstanceAnalysis, InstanceBy, Method, PlateOffset};
+use crate::estimate::{InstanceAnalysis, Method, MethodEstimate, PlateOffset};
+use crate::findings::{Analysis, RecordingFindings};
 use crate::motion::SkinMotion;
 use crate::printed_settings::PrintedSettings;
 use recording::DiskError;
@@ -71,8 +71,8 @@ pub fn require_built() -> Result<(), TableError> {
 ///
 /// # Errors
 /// [`TableError`], which names the file.
-pub fn write(analysed: &Analysed, folder: &Path) -> Result<(), TableError> {
-    std::fs::create_dir_all(folder).on("create", folder)?;
+pub fn write(analysed: &Analysis, folder: &Path) -> Result<(), TableError> {
+    std::fs::create_dir_all(folder).with_path("create", folder)?;
     let settings = PrintedSettings::new(analysed);
     for (file, columns) in [
         (INSTANCES_FILE, instances(analysed)),
@@ -93,10 +93,10 @@ struct Row<'a> {
     findings: &'a RecordingFindings,
     number: usize,
     instance: &'a InstanceAnalysis,
-    fit: InstanceBy<'a>,
+    fit: MethodEstimate<'a>,
 }
 
-fn rows(analysed: &Analysed) -> Vec<Row<'_>> {
+fn rows(analysed: &Analysis) -> Vec<Row<'_>> {
     let recording_rows = |findings| instances_of(findings).collect::<Vec<_>>();
     analysed.findings().flat_map(recording_rows).collect()
 }
@@ -153,7 +153,7 @@ fn keys<'a>(rows: impl Iterator<Item = &'a Row<'a>> + Clone) -> Vec<Column> {
     ]
 }
 
-fn instances(analysed: &Analysed) -> Vec<Column> {
+fn instances(analysed: &Analysis) -> Vec<Column> {
     let rows = rows(analysed);
     let real =
         |name, value: fn(&Row<'_>) -> f64| Column::Real(name, rows.iter().map(value).collect());
@@ -307,7 +307,7 @@ fn shared_columns(rows: &[Row<'_>]) -> Vec<Column> {
     ]
 }
 
-fn samples(analysed: &Analysed) -> Vec<Column> {
+fn samples(analysed: &Analysis) -> Vec<Column> {
     let rows = rows(analysed);
     let row_samples = || {
         let indices = |row| (0..Row::len(row)).map(move |k| (row, k));
@@ -383,8 +383,8 @@ fn samples(analysed: &Analysed) -> Vec<Column> {
 }
 
 impl Row<'_> {
-    fn estimate(&self) -> &crate::estimate::Estimated {
-        self.fit.estimated
+    fn estimate(&self) -> &crate::estimate::InstanceEstimate {
+        self.fit.estimate
     }
 
     fn motion(&self) -> &SkinMotion {

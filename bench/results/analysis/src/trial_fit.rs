@@ -16,7 +16,7 @@ use crate::measurements::{FrameSeries, Measurements};
 use crate::method::Method;
 use crate::plate_references;
 use crate::under_finger::UnderFinger;
-use crate::unloaded::UnloadedError;
+use crate::unloaded_plate::UnloadedError;
 use crate::whole_trial;
 
 /// Trial or exploration to be fitted.
@@ -33,7 +33,7 @@ pub struct FitRequest {
     /// Measured data.
     pub record: Measurements,
     /// Explorations with their stretches.
-    pub explorations: Vec<Selected>,
+    pub explorations: Vec<SelectedExploration>,
     /// Rules of the selection.
     pub rules: SelectionRules,
 }
@@ -47,7 +47,7 @@ impl FitRequest {
 
 /// Exploration with its stretches.
 #[derive(Debug)]
-pub struct Selected {
+pub struct SelectedExploration {
     /// Start, s.
     pub start_s: f64,
     /// End, s.
@@ -56,9 +56,9 @@ pub struct Selected {
     pub stretches: Vec<Stretch>,
 }
 
-impl Selected {
+impl SelectedExploration {
     /// Returns the analysed explorations among `intervals`.
-    pub fn of(intervals: &[Interval], analysis: &TrialAnalysis) -> Vec<Self> {
+    pub fn from_analysis(intervals: &[Interval], analysis: &TrialAnalysis) -> Vec<Self> {
         intervals
             .iter()
             .filter(|interval| matches!(interval.kind, IntervalKind::Exploration { .. }))
@@ -151,7 +151,7 @@ impl<'a> CutTrial<'a> {
         let prepared_series = request.explorations.iter().map(|exploration| {
             let (start_s, end_s) = (exploration.start_s, exploration.end_s);
             let series = request.record.series(start_s, end_s);
-            let under_finger = UnderFinger::of(&series, profile, z_p);
+            let under_finger = UnderFinger::new(&series, profile, z_p);
             (series, under_finger)
         });
         let series: Vec<_> = prepared_series.collect();

@@ -28,12 +28,12 @@ pub struct UnderFinger {
 impl UnderFinger {
     /// Returns amplitude and impedance under the finger for the frames of `series`. If Z_p is unknown the impedance remains
     /// Z_m.
-    pub fn of(
+    pub fn new(
         series: &FrameSeries,
         profile: &AmplitudeProfile,
         z_p_n_s_per_m: Option<Complex64>,
     ) -> Self {
-        let ratio = profile.along(&series.position_m);
+        let ratio = profile.ratios_along(&series.position_m);
         let amplitude_m = series.amplitude_m.iter().zip(&ratio);
         let z_m = series.frames.iter().map(|frame| frame.corrected_n_s_per_m);
         Self {
@@ -49,7 +49,7 @@ impl UnderFinger {
     }
 
     /// Returns the part for a range of frames.
-    pub fn between(&self, range: Range<usize>) -> Self {
+    pub fn slice(&self, range: Range<usize>) -> Self {
         Self {
             ratio: self.ratio[range.clone()].to_vec(),
             amplitude_m: self.amplitude_m[range.clone()].to_vec(),

@@ -1,6 +1,6 @@
 //! Fit of all instances of a recording together.
 
-use estimation::trial::{self, Placed, PlateReadings, SharedFit, TrialOptions};
+use estimation::trial::{self, PlacedInstance, PlateReadings, SharedFit, TrialOptions};
 use estimation::{FitConditions, FitError};
 use recording::manifest::RecordedPlate;
 
@@ -18,7 +18,7 @@ pub fn fit(
     readings: &PlateReadings,
     settings: &Settings,
 ) -> Result<SharedFit, FitError> {
-    let placements: Vec<Placed<'_>> = instances
+    let placements: Vec<PlacedInstance<'_>> = instances
         .iter()
         .map(|instance| instance.samples.placement(plate.centre_m))
         .collect::<Result<_, _>>()?;
@@ -40,7 +40,7 @@ pub fn fit(
 /// Returns the options for a plate with this profile along its length.
 pub(crate) fn options(mut options: TrialOptions, profile: &AmplitudeProfile) -> TrialOptions {
     if profile.is_measured() {
-        options.priors = options.priors.on_a_measured_plate();
+        options.priors = options.priors.with_mode_shape();
     }
     options
 }

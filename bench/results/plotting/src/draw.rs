@@ -52,7 +52,7 @@ fn shades<B: DrawingBackend>(
     pen: &mut Pen<'_, B>,
 ) -> DrawResult<B> {
     let frame = placement.frame;
-    for &(from, to) in &panel.shaded {
+    for &(from, to) in &panel.shaded_ranges {
         let edge = |x: f64| {
             let (x, _) = placement.place((x, 0.0));
             x.clamp(frame.left, frame.right)
@@ -162,7 +162,7 @@ fn axes<B: DrawingBackend>(
         let x = left + placement.x.place(tick.value) * (right - left);
         pen.line(&[(x, bottom), (x, bottom - length(tick))], BLACK, AXIS_PT)?;
         pen.line(&[(x, top), (x, top + length(tick))], BLACK, AXIS_PT)?;
-        if let Some(label) = tick.label.as_ref().filter(|_| panel.x.written) {
+        if let Some(label) = tick.label.as_ref().filter(|_| panel.x.has_labels) {
             pen.text(
                 label,
                 (x, bottom + lower_gap + CAPITAL_EM * em),
@@ -175,7 +175,7 @@ fn axes<B: DrawingBackend>(
         let y = bottom - placement.y.place(tick.value) * (bottom - top);
         pen.line(&[(left, y), (left + length(tick), y)], BLACK, AXIS_PT)?;
         pen.line(&[(right, y), (right - length(tick), y)], BLACK, AXIS_PT)?;
-        if let Some(label) = tick.label.as_ref().filter(|_| panel.y.written) {
+        if let Some(label) = tick.label.as_ref().filter(|_| panel.y.has_labels) {
             pen.text(
                 label,
                 (left - side_gap, y + 0.5 * CAPITAL_EM * em),
@@ -185,10 +185,10 @@ fn axes<B: DrawingBackend>(
         }
     }
     pen.outline(&placement.frame, AXIS_PT)?;
-    if panel.x.written {
+    if panel.x.has_labels {
         pen.text(&panel.x.label, placement.x_label, LABEL_PT, Anchor::Middle)?;
     }
-    if panel.y.written {
+    if panel.y.has_labels {
         pen.upward_text(&panel.y.label, placement.y_label, LABEL_PT)?;
     }
     Ok(())

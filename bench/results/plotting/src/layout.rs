@@ -215,12 +215,12 @@ fn margins(panel: &Panel, extents: &Extents, typeface: &Typeface, has_letters: b
     let (side_gap, lower_gap) = (TICK_GAP_PT.0 * UNITS_PER_PT, TICK_GAP_PT.1 * UNITS_PER_PT);
     let label = 1.25 * label_em + LABEL_GAP_PT * UNITS_PER_PT;
     Margins {
-        left: if panel.y.written {
+        left: if panel.y.has_labels {
             widest_label + side_gap + label
         } else {
             side_gap
         },
-        right: if panel.x.written {
+        right: if panel.x.has_labels {
             half_last_label
         } else {
             side_gap
@@ -230,7 +230,7 @@ fn margins(panel: &Panel, extents: &Extents, typeface: &Typeface, has_letters: b
         } else {
             0.5 * tick_em
         },
-        bottom: if panel.x.written {
+        bottom: if panel.x.has_labels {
             0.9 * tick_em + lower_gap + label
         } else {
             side_gap

@@ -23,10 +23,10 @@ mod write_files;
 
 pub use figure_error::FigureError;
 pub use font::DEJAVU_SANS;
-pub use scale::written;
+pub use scale::number_text;
 pub use spec::{Axis, Figure, Key, Mark, Panel, Scale, Series, Span};
 pub use style::{Dash, Ink, Marker, Width};
-pub use write_files::{write, write_one};
+pub use write_files::{write, write_figure};
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

@@ -69,7 +69,7 @@ mod tests {
             panel_height_mm: 30.0,
             key: Key::Above,
             panels: vec![
-                panel(vec![line.named("paper, model")]),
+                panel(vec![line.with_name("paper, model")]),
                 panel(vec![
                     points,
                     Series::band(Ink::Grey, vec![(0.0, -1.0, 1.0)]),

@@ -40,7 +40,7 @@ impl Figure {
     ///     panel_height_mm: 40.0,
     ///     key: Key::InPanels,
     ///     panels: vec![Panel {
-    ///         series: vec![Series::line(Ink::Blue, Dash::Solid, curve).named("measured")],
+    ///         series: vec![Series::line(Ink::Blue, Dash::Solid, curve).with_name("measured")],
     ///         ..Panel::new(Axis::linear("Amplitude (µm)"), Axis::linear("μ").from_zero())
     ///     }],
     /// };

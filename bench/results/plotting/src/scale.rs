@@ -111,7 +111,7 @@ impl AxisExtent {
                 let value = index as f64 * step;
                 Tick {
                     value,
-                    label: Some(written(value, decimals)),
+                    label: Some(number_text(value, decimals)),
                 }
             })
             .collect()
@@ -136,7 +136,7 @@ impl AxisExtent {
                     value,
                     label: labelled_digits
                         .contains(&digit)
-                        .then(|| written(value, decimals)),
+                        .then(|| number_text(value, decimals)),
                 }
             })
             .filter(|tick| {
@@ -147,7 +147,7 @@ impl AxisExtent {
 }
 
 /// Returns `value` with `decimals` decimals, a typographic minus sign and no negative zero.
-pub fn written(value: f64, decimals: usize) -> String {
+pub fn number_text(value: f64, decimals: usize) -> String {
     let text = format!("{:.decimals$}", value.abs());
     let is_zero = text.chars().all(|c| matches!(c, '0' | '.'));
     if value < 0.0 && !is_zero {
@@ -176,7 +176,7 @@ mod tests {
             labels(&axis, &[0.0, 10.0], 5.0),
             ["0.0", "2.5", "5.0", "7.5", "10.0"]
         );
-        let label_texts = labels(&axis.between(-0.3, 0.3), &[], 6.0);
+        let label_texts = labels(&axis.with_range(-0.3, 0.3), &[], 6.0);
         assert_eq!(
             label_texts,
             ["−0.3", "−0.2", "−0.1", "0.0", "0.1", "0.2", "0.3"]
@@ -185,11 +185,11 @@ mod tests {
 
     #[test]
     fn decades_are_labelled_and_divided() {
-        let axis = Axis::logarithmic("").between(0.1, 100.0);
+        let axis = Axis::logarithmic("").with_range(0.1, 100.0);
         assert_eq!(labels(&axis, &[], 4.0), ["0.1", "1", "10", "100"]);
         let ticks = AxisExtent::new(&axis, std::iter::empty()).ticks(4.0);
         assert_eq!(ticks.len(), 28);
-        let decade = Axis::logarithmic("").between(0.1, 1.0);
+        let decade = Axis::logarithmic("").with_range(0.1, 1.0);
         assert_eq!(labels(&decade, &[], 4.0), ["0.1", "0.2", "0.5", "1"]);
     }
 

@@ -42,7 +42,7 @@ pub struct Panel {
     /// Series, in the order of drawing.
     pub series: Vec<Series>,
     /// Ranges of x that are shaded behind the data.
-    pub shaded: Vec<(f64, f64)>,
+    pub shaded_ranges: Vec<(f64, f64)>,
     /// Lines of text in the key.
     pub notes: Vec<String>,
 }
@@ -54,7 +54,7 @@ impl Panel {
             x,
             y,
             series: Vec::new(),
-            shaded: Vec::new(),
+            shaded_ranges: Vec::new(),
             notes: Vec::new(),
         }
     }
@@ -70,7 +70,7 @@ pub struct Axis {
     /// Range of values.
     pub span: Span,
     /// Whether tick labels and label are written; false if the panel below repeats them.
-    pub written: bool,
+    pub has_labels: bool,
 }
 
 impl Axis {
@@ -80,7 +80,7 @@ impl Axis {
             label: label.into(),
             scale: Scale::Linear,
             span: Span::Data,
-            written: true,
+            has_labels: true,
         }
     }
 
@@ -109,7 +109,7 @@ impl Axis {
     }
 
     /// Spans `low` to `high`, regardless of the data.
-    pub fn between(self, low: f64, high: f64) -> Self {
+    pub fn with_range(self, low: f64, high: f64) -> Self {
         Self {
             span: Span::Fixed(low, high),
             ..self
@@ -117,9 +117,9 @@ impl Axis {
     }
 
     /// Draws ticks without their labels and without the axis's label.
-    pub fn unwritten(self) -> Self {
+    pub fn without_labels(self) -> Self {
         Self {
-            written: false,
+            has_labels: false,
             ..self
         }
     }
@@ -196,7 +196,7 @@ impl Series {
     }
 
     /// Gives the series a name in the key.
-    pub fn named(self, name: impl Into<String>) -> Self {
+    pub fn with_name(self, name: impl Into<String>) -> Self {
         Self {
             name: Some(name.into()),
             ..self

@@ -15,7 +15,7 @@ pub fn write(figures: &[Figure], folder: &Path) -> Result<Vec<PathBuf>, FigureEr
     let mut paths = Vec::new();
     let mut captions = String::from("# Figures\n");
     for figure in figures {
-        paths.extend(write_one(figure, &folder.join(&figure.name))?);
+        paths.extend(write_figure(figure, &folder.join(&figure.name))?);
         captions += &format!(
             "\n## {}\n`{}`: {}\n",
             figure.title, figure.name, figure.caption
@@ -29,7 +29,7 @@ pub fn write(figures: &[Figure], folder: &Path) -> Result<Vec<PathBuf>, FigureEr
 ///
 /// # Errors
 /// If the figure cannot be drawn or a file cannot be written.
-pub fn write_one(figure: &Figure, stem: &Path) -> Result<[PathBuf; 2], FigureError> {
+pub fn write_figure(figure: &Figure, stem: &Path) -> Result<[PathBuf; 2], FigureError> {
     let path_with = |ending: &str| {
         let mut path = stem.as_os_str().to_owned();
         path.push(ending);

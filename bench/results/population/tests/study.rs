@@ -7,8 +7,8 @@
 
 use std::path::PathBuf;
 
-use analysis::analysed::{RecordingError, RecordingFindings};
-use analysis::{Analysed, RecordingAnalysis, Settings};
+use analysis::findings::{RecordingError, RecordingFindings};
+use analysis::{Analysis, RecordingAnalysis, Settings};
 use contact::uncertain::{LogUncertain, Uncertain};
 use estimation::trial::{Misfit, SharedFit};
 use estimation::{FitParameter, FitVerdict};
@@ -74,7 +74,7 @@ fn recording(
     RecordingAnalysis {
         path: path.clone(),
         participant: participant.clone(),
-        found: Ok(RecordingFindings {
+        findings: Ok(RecordingFindings {
             path,
             participant,
             manifest: Manifest::parse(&text, "recording.toml").unwrap(),
@@ -91,9 +91,9 @@ fn recording(
     }
 }
 
-fn study(trials: Vec<(Option<&str>, Option<SharedFit>)>) -> Analysed {
+fn study(trials: Vec<(Option<&str>, Option<SharedFit>)>) -> Analysis {
     let numbered = trials.into_iter().zip(1..);
-    Analysed {
+    Analysis {
         settings: Settings::default(),
         recordings: numbered
             .map(|((participant, fit), number)| recording(number, participant, fit))
@@ -102,7 +102,7 @@ fn study(trials: Vec<(Option<&str>, Option<SharedFit>)>) -> Analysed {
 }
 
 /// Four people with 200 to 260 mm² and three trials each, plus all kinds of excluded recordings.
-fn full_study() -> Analysed {
+fn full_study() -> Analysis {
     let mut trials = Vec::new();
     for (person, area_m2) in [("a", 200e-6), ("b", 220e-6), ("c", 240e-6), ("d", 260e-6)] {
         for (trial, ln_std) in [(0.9, 0.04), (1.0, 0.05), (1.1, 0.06)] {
@@ -126,7 +126,7 @@ fn full_study() -> Analysed {
     analysed.recordings.push(RecordingAnalysis {
         path: PathBuf::from("study/broken"),
         participant: Some("c".to_owned()),
-        found: Err(RecordingError::TooManyRows {
+        findings: Err(RecordingError::TooManyRows {
             file: "force.csv",
             limit: 1,
         }),
@@ -136,7 +136,7 @@ fn full_study() -> Analysed {
 
 #[test]
 fn participants_and_the_study_have_means_and_unusable_fits_are_counted() {
-    let skin = Skin::of(&full_study());
+    let skin = Skin::from_analysis(&full_study());
     let n_left_out: Vec<_> = skin
         .participants
         .iter()
@@ -245,7 +245,7 @@ fn participants_and_the_study_have_means_and_unusable_fits_are_counted() {
 
 #[test]
 fn a_single_trial_has_an_interval_and_unknown_values_are_null() {
-    let skin = Skin::of(&study(vec![(Some("a"), Some(fit(200e-6, 0.05)))]));
+    let skin = Skin::from_analysis(&study(vec![(Some("a"), Some(fit(200e-6, 0.05)))]));
     let area = skin.participants[0].parameters.contact_area_m2.unwrap();
     assert!((area.mean.value / 200e-6 - 1.0).abs() < 0.01);
     assert!((area.mean.interval95[1] / area.mean.value).ln() < 2.0 * 0.051);
@@ -267,7 +267,7 @@ fn a_single_trial_has_an_interval_and_unknown_values_are_null() {
 /// A parameter that a trial leaves to the prior is not pooled.
 #[test]
 fn an_open_parameter_of_a_trial_is_not_pooled() {
-    let skin = Skin::of(&study(vec![
+    let skin = Skin::from_analysis(&study(vec![
         (Some("a"), Some(fit(200e-6, 0.6))),
         (Some("a"), Some(fit(220e-6, 0.05))),
         (Some("b"), Some(fit(f64::NAN, f64::NAN))),
@@ -284,7 +284,7 @@ fn an_open_parameter_of_a_trial_is_not_pooled() {
 #[test]
 fn the_table_has_a_row_for_each_parameter_and_each_recording_that_is_left_out() {
     let folder = tempfile::tempdir().unwrap();
-    let skin = Skin::of(&full_study());
+    let skin = Skin::from_analysis(&full_study());
     write(&skin, folder.path()).unwrap();
     let mut reader = csv::Reader::from_path(folder.path().join(SKIN_FILE)).unwrap();
     let header = reader.headers().unwrap().clone();

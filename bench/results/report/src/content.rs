@@ -23,7 +23,7 @@ pub struct Content<'a> {
     /// Figures.
     pub figures: &'a [Figure],
     /// Date of the report.
-    pub made: Timestamp,
+    pub date: Timestamp,
     /// Name and version of the program.
     pub program: &'a str,
 }

@@ -6,7 +6,7 @@ use crate::content::{Content, ReportError, recording_entries};
 use crate::number::date;
 use crate::results::Results;
 use crate::{
-    assumptions, calibration, drift, estimates, flags, left_out, skin, statistics, study, trials,
+    assumptions, calibration, drift, estimates, flags, omissions, skin, statistics, study, trials,
 };
 
 const STYLE: &str = include_str!("page.css");
@@ -48,7 +48,7 @@ pub fn html(content: &Content<'_>) -> Result<String, ReportError> {
         section(
             "left-out",
             "What is left out",
-            left_out::left_out(&results, &recordings),
+            omissions::omissions(&results, &recordings),
         ),
         section("skin", "Skin of the participants", skin::skin(&results)),
         section(
@@ -97,7 +97,7 @@ pub fn html(content: &Content<'_>) -> Result<String, ReportError> {
             body {
                 header {
                     h1 { "Friction report: " (content.name) }
-                    p.made { "Made on " (date(content.made)) " by " (content.program) "." }
+                    p.made { "Made on " (date(content.date)) " by " (content.program) "." }
                     nav aria-label="Contents" {
                         ol { @for section in &sections {
                             li { a href={ "#" (section.id) } { (section.title) } }

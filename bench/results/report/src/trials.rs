@@ -70,7 +70,7 @@ fn session_section(folder: &Path, session: &Session, recordings: &[RecordingEntr
         h3 { (title) }
         p.note {
             @if let Some(details) = &details { (details) "; " }
-            @if session.resumed > 0 { "resumed " (count_text(session.resumed, "time", "times")) "; " }
+            @if session.n_resumptions > 0 { "resumed " (count_text(session.n_resumptions, "time", "times")) "; " }
             (session_end(&session.end)) "."
         }
         div.wide { table {

@@ -102,7 +102,8 @@ fn figure() -> Figure {
         key: Key::InPanels,
         panels: vec![Panel {
             series: vec![
-                Series::line(Ink::Blue, Dash::Solid, vec![(0.0, 0.0), (1.0, 1.0)]).named(HOSTILE),
+                Series::line(Ink::Blue, Dash::Solid, vec![(0.0, 0.0), (1.0, 1.0)])
+                    .with_name(HOSTILE),
             ],
             notes: vec![HOSTILE.to_owned()],
             ..Panel::new(Axis::linear(HOSTILE), Axis::linear("y"))
@@ -132,7 +133,7 @@ fn page_of(participant: &str, results: &str, figures: &[Figure]) -> Result<Strin
         recordings: &recordings,
         sessions: &Sessions::default(),
         figures,
-        made: Timestamp::UNIX_EPOCH,
+        date: Timestamp::UNIX_EPOCH,
         program: "friction-bench 0.0.0",
     })
 }
@@ -260,7 +261,7 @@ fn invalid_results_and_results_of_other_recordings_are_refused() {
         recordings: &[],
         sessions: &sessions,
         figures: &[],
-        made: Timestamp::UNIX_EPOCH,
+        date: Timestamp::UNIX_EPOCH,
         program: "p",
     };
     assert!(matches!(html(&content("{")), Err(ReportError::Results(_))));
@@ -276,7 +277,7 @@ fn invalid_results_and_results_of_other_recordings_are_refused() {
 }
 
 fn calibration() -> String {
-    let mut file = CalibrationFile::of(Identity {
+    let mut file = CalibrationFile::new(Identity {
         input_device: "card".to_owned(),
         output_device: "card".to_owned(),
         rate_hz: 192_000,
@@ -363,9 +364,9 @@ fn a_session_shows_verdicts_and_its_calibration_without_names() {
         name: "study",
         results: &results("sub-01", ""),
         recordings: &recordings,
-        sessions: &Sessions::of(recordings.iter().map(|recording| recording.path)),
+        sessions: &Sessions::from_recordings(recordings.iter().map(|recording| recording.path)),
         figures: &[],
-        made: Timestamp::UNIX_EPOCH,
+        date: Timestamp::UNIX_EPOCH,
         program: "friction-bench 0.0.0",
     })
     .unwrap();

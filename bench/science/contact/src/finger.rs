@@ -148,7 +148,7 @@ impl FittedFinger {
         Dependent {
             value: asperity_n + squeeze_n,
             slopes: slopes * gap_slope
-                + SVector::from_fn(|i, _| contact_slopes.by(i, &LoadSlopes::default())),
+                + SVector::from_fn(|i, _| contact_slopes.by_parameter(i, &LoadSlopes::default())),
             noise: gap_slope.abs() * variance.sqrt(),
         }
     }

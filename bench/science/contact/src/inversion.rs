@@ -147,7 +147,7 @@ impl<const N: usize> Inversion<N> {
             value,
             // d(μ/μ0)/dθ = −(μ/μ0)/σ_t · dx/dθ + ∂(μ/μ0)/∂θ at a given gap.
             slopes: gap.slopes * (-value / sigma)
-                + SVector::from_fn(|i, _| contact_slopes.by(i, &self.load)),
+                + SVector::from_fn(|i, _| contact_slopes.by_parameter(i, &self.load)),
             noise: value / sigma * gap.noise,
         }
     }
@@ -161,7 +161,7 @@ impl<const N: usize> Inversion<N> {
         contact_slopes: &ContactSlopes,
     ) -> Dependent<N> {
         // k_c(θ) = K(x, θ)  ⇒  dx/dθ = (dk_c/dθ − ∂K/∂θ)/(∂K/∂x).
-        let by_parameters = SVector::from_fn(|i, _| contact_slopes.by(i, &self.load));
+        let by_parameters = SVector::from_fn(|i, _| contact_slopes.by_parameter(i, &self.load));
         Dependent {
             value: gap_m,
             slopes: (k_c.slopes - by_parameters) / by_gap,
@@ -224,7 +224,7 @@ mod tests {
 
     /// A finger on a plate with another mode has 1/(1/Z + Y), which the inversion undoes.
     #[test]
-    fn what_another_mode_adds_is_taken_off() {
+    fn the_contribution_of_another_mode_is_subtracted() {
         let stiffness = |mobility: Complex64| {
             let z_finger = Z_M - Complex64::new(AT[0], AT[1]);
             let mut parameters = AT;

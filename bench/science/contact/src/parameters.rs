@@ -111,7 +111,7 @@ pub struct LoadSlopes {
 
 impl ContactSlopes {
     /// Returns the slope by a parameter of the full order; a fit of fewer parameters has the first ones.
-    pub fn by(&self, parameter: usize, load: &LoadSlopes) -> f64 {
+    pub fn by_parameter(&self, parameter: usize, load: &LoadSlopes) -> f64 {
         match parameter {
             LN_SIGMA_T => self.by_ln_sigma_t,
             LN_AREA => self.by_ln_area,

@@ -77,7 +77,7 @@ proptest! {
     }
 
     #[test]
-    fn a_record_gives_what_its_samples_give_alone((contact, amplitude_m, normal_n) in physical()) {
+    fn a_record_gives_the_results_of_its_single_samples((contact, amplitude_m, normal_n) in physical()) {
         let amplitudes: Vec<f64> = (0..12).map(|i| amplitude_m * f64::from(i * 7 % 12)).collect();
         let mut gaps = vec![0.0; 12];
         contact.equilibrium_gaps_m(&amplitudes, &[normal_n; 12], &mut gaps).unwrap();

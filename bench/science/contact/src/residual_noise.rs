@@ -38,7 +38,7 @@ impl ResidualNoise {
 
     /// Estimates both by maximum likelihood of normal residuals (Fisher scoring: weighted least squares of the squares
     /// on 1 and shape²), after a fit of the given number of real `parameters`.
-    pub fn of(residuals: &[Complex64], shapes: &[f64], parameters: usize) -> Self {
+    pub fn from_residuals(residuals: &[Complex64], shapes: &[f64], parameters: usize) -> Self {
         let n = residuals.len() as f64;
         let freedom = (2.0 * n - parameters as f64).max(1.0);
         let squares: Vec<f64> = residuals
@@ -116,7 +116,7 @@ mod tests {
         let shapes = shapes(4000);
         for (floor, scale) in [(0.02, 3e-9), (0.1, 2e-8), (0.001, 2e-9)] {
             let truth = ResidualNoise { floor, scale };
-            let estimate = ResidualNoise::of(&residuals(truth, &shapes, 7), &shapes, 0);
+            let estimate = ResidualNoise::from_residuals(&residuals(truth, &shapes, 7), &shapes, 0);
             assert_relative_eq!(estimate.floor, floor, max_relative = 0.1);
             assert_relative_eq!(estimate.scale, scale, max_relative = 0.1);
         }
@@ -130,13 +130,15 @@ mod tests {
                 floor: 0.0,
                 scale: 1e-9,
             };
-            let estimate = ResidualNoise::of(&residuals(noise, &shapes, seed), &shapes, 4);
+            let estimate =
+                ResidualNoise::from_residuals(&residuals(noise, &shapes, seed), &shapes, 4);
             assert_relative_eq!(estimate.std(1e7), noise.std(1e7), max_relative = 0.25);
             let error = ResidualNoise {
                 floor: 0.02,
                 scale: 0.0,
             };
-            let estimate = ResidualNoise::of(&residuals(error, &shapes, seed), &shapes, 4);
+            let estimate =
+                ResidualNoise::from_residuals(&residuals(error, &shapes, seed), &shapes, 4);
             assert_relative_eq!(estimate.std(1e6), error.std(1e6), max_relative = 0.25);
         }
     }
@@ -144,12 +146,12 @@ mod tests {
     #[test]
     fn of_samples_that_are_alike_it_is_their_deviation() {
         let residuals = [Complex64::new(0.3, -0.1), Complex64::new(-0.2, 0.4)];
-        let estimate = ResidualNoise::of(&residuals, &[1.0; 2], 0);
+        let estimate = ResidualNoise::from_residuals(&residuals, &[1.0; 2], 0);
         assert_relative_eq!(estimate.floor, (0.3f64 / 4.0).sqrt(), max_relative = 1e-12);
         assert_eq!(estimate.scale, 0.0);
         let zeros = [Complex64::ZERO; 9];
         assert_eq!(
-            ResidualNoise::of(&zeros, &[1.0; 9], 4),
+            ResidualNoise::from_residuals(&zeros, &[1.0; 9], 4),
             ResidualNoise::default()
         );
     }

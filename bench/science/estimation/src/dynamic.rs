@@ -83,12 +83,12 @@ pub fn fit(
 ///
 /// # Errors
 /// If the lead-in is too short, or the model allows no such contact.
-pub fn modelled(
+pub fn model_series(
     instance: &InstanceSeries<'_>,
     conditions: &FitConditions,
     options: &DynamicOptions,
     sigma_t_m: f64,
-    constants: &AlongWith,
+    constants: &DynamicConstants,
 ) -> Result<ModelledSeries, FitError> {
     let plate_conditions = FitConditions {
         z_p_corrected_n_s_per_m: constants.z_p_n_s_per_m,
@@ -118,7 +118,7 @@ pub fn modelled(
 
 /// τ and Z_p of an instance's own fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AlongWith {
+pub struct DynamicConstants {
     /// τ, s.
     pub tau_s: f64,
     /// Z_p with the fitted offset, N·s/m.

@@ -207,7 +207,8 @@ pub(super) fn modelled_ratio_slopes(
             contact.friction_ratio_slopes(model.gap[sample], model.normal_n[sample]);
         let gap_slopes = model.gap_slopes_m(sample).into_iter().zip(GAP_PARAMETERS);
         for (slopes, (gap_slope, parameter)) in slopes.iter_mut().zip(gap_slopes) {
-            let direct_slope = fixed_gap_slopes.by(parameter, &model.loads.slopes[sample]);
+            let direct_slope =
+                fixed_gap_slopes.by_parameter(parameter, &model.loads.slopes[sample]);
             // m = e^((x_t⁰ − x)/σ_t): dm/dθ = ∂m/∂θ − (m/σ_t) ∂x/∂θ.
             slopes.push(direct_slope - ratio / sigma * gap_slope);
         }

@@ -177,7 +177,7 @@ impl<'a> LaggedModel<'a> {
                 .contact(&trend.contact(&contact, sample), sample)
                 .equilibrium_gap_slopes_m(gap, force_factor * normal_n);
             for (slope, parameter) in slopes.equilibrium.iter_mut().zip(GAP_PARAMETERS) {
-                slope[sample] = equilibrium_slopes.by(parameter, &loads.slopes[sample]);
+                slope[sample] = equilibrium_slopes.by_parameter(parameter, &loads.slopes[sample]);
             }
         }
         // For p = 0 the lag is linear in its input, and ∂x/∂θ is the lag of ∂x_eq/∂θ; for p ≠ 0 it also carries ∂τ/∂x ∂x/∂θ
@@ -454,8 +454,9 @@ impl ImpedanceModel<PARAMETERS> for LaggedModel<'_> {
             let slope = &mut slopes[index];
             for (parameter, gap_slope) in GAP_PARAMETERS.into_iter().zip(self.gap_slopes_m(sample))
             {
-                let stiffness_slope =
-                    fixed_gap_slopes.by(parameter, &self.loads.slopes[sample]) + by_gap * gap_slope;
+                let stiffness_slope = fixed_gap_slopes
+                    .by_parameter(parameter, &self.loads.slopes[sample])
+                    + by_gap * gap_slope;
                 slope[parameter] = by_stiffness * stiffness_slope;
             }
             slope[LN_RATIO] += finger * FINGER_SLOPES[LN_RATIO];

@@ -226,7 +226,7 @@ fn summarise<M: ImpedanceModel<N>, const N: usize>(
     let shapes: Vec<f64> = (0..residuals.len())
         .map(|index| problem.model.noise_shape(index))
         .collect();
-    let noise = ResidualNoise::of(&residuals, &shapes, problem.free.len());
+    let noise = ResidualNoise::from_residuals(&residuals, &shapes, problem.free.len());
     let deviations: Vec<f64> = shapes.iter().map(|&shape| noise.std(shape)).collect();
     let white_residuals: Vec<Complex64> = residuals
         .iter()

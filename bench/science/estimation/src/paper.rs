@@ -120,7 +120,7 @@ pub fn fit(
 ///
 /// # Errors
 /// If the model allows no such contact.
-pub fn modelled(
+pub fn model_series(
     instance: &InstanceSeries<'_>,
     conditions: &FitConditions,
     options: &PaperOptions,

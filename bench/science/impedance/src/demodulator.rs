@@ -350,7 +350,7 @@ impl<const N: usize> Demodulator<N> {
             channel.re.drain(..consumed);
             channel.im.drain(..consumed);
             let first_touched = next_sample.saturating_sub(self.filter.half_support());
-            channel.flaws.forget_before(first_touched);
+            channel.flaws.drop_before(first_touched);
         }
     }
 }

@@ -318,7 +318,7 @@ impl SecondStage {
             let t = -(m as f64) * step_s;
             let [s, ds, dds] = ideal.derivatives_at(t);
             let scale = 1.0 / (edge * step_s);
-            let [w, dw, ddw] = kaiser.at(t * scale);
+            let [w, dw, ddw] = kaiser.derivatives_at(t * scale);
             let (dw, ddw) = (dw * scale, ddw * scale * scale);
             // h = s w, h′ = s′ w + s w′, h″ = s″ w + 2 s′ w′ + s w″; t runs against m, so these are the taps at T = 0.
             taps[0].push(s * w);
@@ -424,7 +424,7 @@ fn first_window(decimation: u32) -> Vec<f64> {
     let half = edge.ceil() as i64 - 1;
     let kaiser = Kaiser::new(FIRST_BETA);
     let mut window: Vec<f64> = (-half..=half)
-        .map(|n| kaiser.at(n as f64 / edge)[0])
+        .map(|n| kaiser.derivatives_at(n as f64 / edge)[0])
         .collect();
     let sum: f64 = window.iter().sum();
     window.iter_mut().for_each(|h| *h /= sum);

@@ -55,7 +55,7 @@ impl Flaws {
         count(&self.clipped, window)
     }
 
-    pub(crate) fn forget_before(&mut self, sample: u64) {
+    pub(crate) fn drop_before(&mut self, sample: u64) {
         for runs in [&mut self.lost, &mut self.clipped] {
             while runs.front().is_some_and(|run| run.end <= sample) {
                 runs.pop_front();

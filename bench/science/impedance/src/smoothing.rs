@@ -367,7 +367,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_smoothed_is_named() {
+    fn unsuitable_input_is_named() {
         let cut_off = |cutoff_hz| LowPass::new(cutoff_hz, 2000.0).map(|_| ()).unwrap_err();
         assert_eq!(
             cut_off(1000.0),

@@ -349,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn a_carrier_beside_the_stated_one_is_taken_for_neither() {
+    fn a_carrier_off_the_stated_one_is_not_read_as_phase_or_delay() {
         for (offset_hz, delay_s) in [(-40.0, 0.0), (200.0, 0.0), (40.0, 1e-4), (-200.0, 3e-5)] {
             let frames = turning_frames(offset_hz, 35e3, 0.9, 0.3, delay_s);
             let transient = Transient::fit(&frames, CARRIER_HZ, &PLATE).unwrap();
@@ -369,7 +369,7 @@ mod tests {
     }
 
     #[test]
-    fn what_noise_takes_off_the_slope_is_not_taken_for_a_delay() {
+    fn the_slope_lost_to_noise_is_not_read_as_a_delay() {
         const STD_M: f64 = 4e-10;
         for index in [0.0, 0.01, 0.3] {
             let mut random = ChaCha8Rng::seed_from_u64(7);

@@ -15,7 +15,7 @@ impl Kaiser {
 
     /// Returns the window at `u`, with its first and second derivative by `u`.
     #[must_use]
-    pub fn at(self, u: f64) -> [f64; 3] {
+    pub fn derivatives_at(self, u: f64) -> [f64; 3] {
         let b2 = self.beta * self.beta;
         let z2 = b2 * (1.0 - u * u).max(0.0);
         // w = I₀(z)/I₀(β) with z = β√(1 − u²):  w′ = −β²u (I₁/z)/I₀(β),  w″ = (β⁴u² I₂/z² − β² I₁/z)/I₀(β).
@@ -82,8 +82,12 @@ mod tests {
         let window = Kaiser::new(11.2);
         let h = 1e-5;
         for u in [-0.9, -0.3, 0.0, 0.5, 0.95] {
-            let [_, d, dd] = window.at(u);
-            let (left, middle, right) = (window.at(u - h), window.at(u), window.at(u + h));
+            let [_, d, dd] = window.derivatives_at(u);
+            let (left, middle, right) = (
+                window.derivatives_at(u - h),
+                window.derivatives_at(u),
+                window.derivatives_at(u + h),
+            );
             assert_relative_eq!(d, (right[0] - left[0]) / (2.0 * h), epsilon = 1e-7);
             assert_relative_eq!(dd, (right[1] - left[1]) / (2.0 * h), epsilon = 1e-6);
             assert!(middle[0] > 0.0 && middle[0] <= 1.0);

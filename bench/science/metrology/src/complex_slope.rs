@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn what_determines_nothing_is_no_fit() {
+    fn undetermined_data_give_no_fit() {
         let unit = (Complex64::ONE, Complex64::ONE);
         assert_eq!(ComplexSlope::fit(&[]), None);
         assert_eq!(ComplexSlope::fit(&[unit]), None);

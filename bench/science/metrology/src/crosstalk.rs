@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn what_determines_no_matrix_is_refused() {
+    fn data_without_a_determined_matrix_are_refused() {
         let loads = loadings(1e-3, || 0.0);
         assert_eq!(
             Crosstalk::fit(&loads[..2]),

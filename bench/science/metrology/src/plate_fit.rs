@@ -532,7 +532,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_resonance_is_refused() {
+    fn data_without_a_resonance_are_refused() {
         let responses = TRUTH.responses(31, 560.0);
         assert_eq!(
             PlateFit::fit(&responses[..5], CHANNEL_MATCH),

@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_line_is_refused() {
+    fn data_without_a_line_are_refused() {
         let p = |x, y| LinePoint { x, y, sigma: 1.0 };
         assert_eq!(
             Line::fit(&[p(0.0, 0.0), p(1.0, 1.0)]),

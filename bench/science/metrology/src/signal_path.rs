@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn a_raw_path_passes_with_what_hums_and_distorts_on_it() {
+    fn a_raw_path_with_hum_and_distortion_passes() {
         assert_eq!(
             path(|hz| vec![(hz, 0.98), (50.0, 0.2), (2.0 * hz, 0.05), (13e3, 0.3)]),
             Ok(())
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn images_beside_the_carrier_are_aliases_too() {
+    fn images_in_addition_to_the_carrier_are_aliases_too() {
         let steps = |hz: f64| vec![(hz, 0.8), ((48e3 - hz).abs(), 0.4)];
         assert!(matches!(
             path(steps),

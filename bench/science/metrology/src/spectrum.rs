@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn the_noise_density_lies_within_its_interval_whatever_tones_there_are() {
+    fn the_noise_density_lies_within_its_interval_with_any_tones() {
         let truth = 1e-7;
         let mut covered = 0;
         for seed in 0..60 {
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_spectrum_is_refused() {
+    fn data_without_a_spectrum_are_refused() {
         assert_eq!(
             Spectrum::read(&[0.0; 100], 1, 0, RATE_HZ, 10.0),
             Err(SpectrumError::TooShort {

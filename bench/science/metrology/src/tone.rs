@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_read_is_refused() {
+    fn unreadable_tones_are_refused() {
         let read = |samples: &[f32], hz| SteadyTone::read(samples, 1, 0, hz, 192_000.0);
         assert!(matches!(
             read(&[0.0; 100], 35e3),

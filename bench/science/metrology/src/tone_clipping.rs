@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_lost_or_short_has_no_peaks() {
+    fn lost_or_short_data_have_no_peaks() {
         assert_eq!(Peaks::read(&[0.0; 50], 1, 0), None);
         let mut lost = tone(0.5, [-1.0, 1.0]);
         lost[101] = f32::NAN;

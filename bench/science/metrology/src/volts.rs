@@ -29,7 +29,7 @@ pub struct VoltsPoint {
 ///     known_v: 64.0 / 60.0 * v,
 ///     sigma_v: 0.01,
 /// });
-/// let fit = VoltsFit::of(&points)?;
+/// let fit = VoltsFit::fit(&points)?;
 /// assert!((fit.per_commanded.slope - 1.0667).abs() < 1e-4);
 /// # Ok::<(), metrology::regression::LineError>(())
 /// ```
@@ -46,7 +46,7 @@ impl VoltsFit {
     ///
     /// # Errors
     /// Same as [`Line::fit`].
-    pub fn of(points: &[VoltsPoint]) -> Result<Self, LineError> {
+    pub fn fit(points: &[VoltsPoint]) -> Result<Self, LineError> {
         let line_over = |x: fn(&VoltsPoint) -> f64| {
             let points: Vec<LinePoint> = points
                 .iter()
@@ -88,7 +88,7 @@ const NEAR: f64 = 0.04;
 impl UnitSlip {
     /// Returns the slip with a factor close to the ratio of the meter's to the bench's volts; `None` if there is no such slip.
     #[must_use]
-    pub fn of(known_over_believed: f64) -> Option<Self> {
+    pub fn from_ratio(known_over_believed: f64) -> Option<Self> {
         let near = |slip: &Self| (known_over_believed / slip.factor() - 1.0).abs() <= NEAR;
         [
             Self::RmsForPeak,
@@ -155,7 +155,7 @@ mod tests {
             (1e3, None),
             (f64::NAN, None),
         ] {
-            assert_eq!(UnitSlip::of(factor), slip, "{factor}");
+            assert_eq!(UnitSlip::from_ratio(factor), slip, "{factor}");
         }
         let words = UnitSlip::PeakForRms.to_string();
         assert!(
@@ -172,9 +172,9 @@ mod tests {
             known_v: 0.9 * v,
             sigma_v: 1e-3,
         });
-        let fit = VoltsFit::of(&points).unwrap();
+        let fit = VoltsFit::fit(&points).unwrap();
         assert!((fit.per_commanded.slope - 0.9).abs() < 1e-9);
         assert!((fit.per_read_back.slope - 1.0).abs() < 1e-9);
-        assert!(VoltsFit::of(&points[..2]).is_err());
+        assert!(VoltsFit::fit(&points[..2]).is_err());
     }
 }

@@ -384,7 +384,7 @@ fn run(options: &Run, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     )?;
     apparatus.displays = displays;
     let (study, participant) = (plan.study.clone(), plan.participant.clone());
-    let (report, kept_up) = run::run(plan, apparatus, run::on_terminal(std::io::stdout()))?;
+    let (report, kept_up) = run::run(plan, apparatus, run::terminal_front(std::io::stdout()))?;
     let mut stdout = std::io::stdout();
     for line in run::report_lines(&report, &kept_up, &study, &participant) {
         // A closed output does not change the end of the session.
@@ -445,7 +445,7 @@ fn rehearse(options: &Drill, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     require_ready(&bench, hardware, options.speed, &[], verbosity)?;
     let open = || {
         let apparatus = apparatus(&config, hardware, options.speed, None, &[])?;
-        Ok(drill::Watched {
+        Ok(drill::WatchedHardware {
             hardware: apparatus.hardware,
             hand: apparatus.fault_hand,
         })
@@ -505,7 +505,7 @@ fn calibrate(options: &Calibrate, verbosity: Verbosity) -> anyhow::Result<ExitCo
 }
 
 fn play(options: &replay::Options, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
-    let listed = replay::recordings_in(&options.recording)?;
+    let listed = replay::list_recordings(&options.recording)?;
     if let Some(recordings) = listed {
         for recording in recordings {
             print(format!("friction-bench replay {}\n", quoted(&recording)))?;

@@ -15,7 +15,7 @@ pub fn text(command: &Command) -> anyhow::Result<Vec<u8>> {
     let mut text = Vec::new();
     match command {
         Command::Schema { name } => {
-            let schema = name.as_deref().and_then(help::schemas::text_of);
+            let schema = name.as_deref().and_then(help::schemas::schema_text);
             text = schema.unwrap_or_else(help::schemas::list).into();
         }
         // The generators panic if they cannot write.

@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn the_header_of_a_raspberry_pi_comes_first_whatever_its_number() {
+    fn the_header_of_a_raspberry_pi_comes_first_under_any_number() {
         let chips = ["gpiochip0", "gpiochip4", "gpiochip10"].map(PathBuf::from);
         let label = |chip: &Path| match chip.to_str()? {
             "gpiochip4" => Some("pinctrl-rp1".to_owned()),

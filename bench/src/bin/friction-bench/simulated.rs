@@ -123,7 +123,7 @@ pub fn apparatus(
     bench: Option<&Config>,
 ) -> anyhow::Result<Apparatus> {
     let card = bench.filter(|bench| bench.audio.host == AudioHost::Nidaqmx);
-    let scenario = read(scenario)?.realised(seed);
+    let scenario = read(scenario)?.draw(seed);
     let pace = match speed {
         Speed::Real => Pace::RealTime,
         Speed::Max => Pace::Stepped,
@@ -279,12 +279,12 @@ pub fn read(name: &str) -> anyhow::Result<Scenario> {
     let is_built_in = path.starts_with("laws") && !path.exists();
     let is_path = path.components().count() > 1 || path.extension().is_some() || path.exists();
     match built_in(name) {
-        Err(ScenarioError::UnknownName { known, .. }) if is_path && !is_built_in => {
+        Err(ScenarioError::UnknownName { names, .. }) if is_path && !is_built_in => {
             let text = bounded_files::read_text(path, bounded_files::TEXT_LIMIT_BYTES)
                 .with_context(|| {
                     format!(
                         "cannot read the scenario {name}; built-in scenarios: {}",
-                        known.join(", ")
+                        names.join(", ")
                     )
                 })?;
             Ok(Scenario::parse(&text, name)?)

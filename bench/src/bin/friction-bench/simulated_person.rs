@@ -59,7 +59,7 @@ pub fn hands(masses: MassSet, patchbay: Patchbay, senses: Senses, aim: Vibromete
             masses.remove();
             senses.show(Percept::default());
         }
-        Request::MoveVibrometer { position_m } => aim.at(position_m),
+        Request::MoveVibrometer { position_m } => aim.set_position(position_m),
         Request::RestFinger { least_n, most_n } => senses.show(Percept {
             instruction: Instruction::GetReady,
             force_band_n: Some((least_n, most_n)),

@@ -13,10 +13,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
-use analysis::analysed::RecordingFindings;
+use analysis::findings::RecordingFindings;
 use analysis::flaw::{Channel, Flaw};
 use analysis::recording_analysis::analyse;
-use analysis::unloaded::UnloadedError;
+use analysis::unloaded_plate::UnloadedError;
 use analysis::{RecordingAnalysis, Settings, find};
 use recording::RecordingReader;
 use recording::manifest::RecordedIntervalKind;
@@ -246,7 +246,7 @@ fn one_bad_recording_is_reported_and_does_not_stop_the_others() {
 /// Fault 38.
 #[test]
 fn what_cannot_be_read_is_named() {
-    let error = |damage: fn(&Path)| damaged(damage).found.unwrap_err().to_string();
+    let error = |damage: fn(&Path)| damaged(damage).findings.unwrap_err().to_string();
     let missing = error(|r| {
         edit(r.join("force.csv"), |text| {
             text.replacen("lateral_n", "sideways_n", 1)
@@ -272,7 +272,7 @@ fn flaws_are_told_and_the_sound_rest_is_analysed() {
         let bytes = fs::read(&path).unwrap();
         fs::write(path, &bytes[..bytes.len() * 3 / 4]).unwrap();
     });
-    let findings = cut.found.unwrap();
+    let findings = cut.findings.unwrap();
     assert!(
         findings
             .flaws
@@ -287,7 +287,7 @@ fn flaws_are_told_and_the_sound_rest_is_analysed() {
         bytes[..HEADER_BYTES as usize].copy_from_slice(&header(format, 0));
         fs::write(path, bytes).unwrap();
     });
-    let findings = killed.found.unwrap();
+    let findings = killed.findings.unwrap();
     assert!(findings.flaws.iter().any(|f| matches!(
         f,
         Flaw::File(Warning::Signals(WavWarning::StaleHeader { .. }))
@@ -303,7 +303,7 @@ fn flaws_are_told_and_the_sound_rest_is_analysed() {
             move |t, x| if inside(t) { f32::NAN } else { x },
         );
     });
-    let findings = lossy.found.unwrap();
+    let findings = lossy.findings.unwrap();
     assert!(findings.flaws.iter().any(|f| matches!(
         f,
         Flaw::LostSamples { channel: Channel::Pickup, samples } if (180..=200).contains(samples)
@@ -318,7 +318,7 @@ fn flaws_are_told_and_the_sound_rest_is_analysed() {
     let clipped = damaged(|r| {
         edit_samples(r, pickup(r), |_, x| x.clamp(-0.3, 0.3));
     });
-    let findings = clipped.found.unwrap();
+    let findings = clipped.findings.unwrap();
     assert!(
         findings.flaws.iter().any(|f| matches!(
             f,
@@ -341,7 +341,7 @@ fn flaws_are_told_and_the_sound_rest_is_analysed() {
             lines.join("\n") + "\n"
         });
     });
-    let findings = unsorted.found.unwrap();
+    let findings = unsorted.findings.unwrap();
     assert!(
         findings
             .flaws
@@ -362,7 +362,7 @@ fn flaws_are_told_and_the_sound_rest_is_analysed() {
             lines.collect::<Vec<_>>().join("\n") + "\n"
         });
     });
-    let findings = not_a_number.found.unwrap();
+    let findings = not_a_number.findings.unwrap();
     assert!(
         findings
             .flaws
@@ -375,7 +375,7 @@ fn flaws_are_told_and_the_sound_rest_is_analysed() {
 #[test]
 fn readings_on_another_clock_or_too_far_apart_are_named() {
     let require_flaw = |analysis: RecordingAnalysis, words: &[&str]| {
-        let findings = analysis.found.unwrap();
+        let findings = analysis.findings.unwrap();
         assert!(findings.instances.is_empty());
         let flaws: Vec<String> = findings.flaws.iter().map(Flaw::to_string).collect();
         let is_named = flaws
@@ -413,7 +413,7 @@ fn a_pickup_that_changes_on_the_way_is_reported() {
             .iter()
             .any(|f| matches!(f, Flaw::ModelParts { .. }))
     };
-    assert!(!is_flagged(&damaged(|_| ()).found.unwrap()));
+    assert!(!is_flagged(&damaged(|_| ()).findings.unwrap()));
     let loosened = damaged(|r| {
         let start_s = exploration_s(r);
         edit_samples(
@@ -424,7 +424,7 @@ fn a_pickup_that_changes_on_the_way_is_reported() {
             },
         );
     });
-    let findings = loosened.found.unwrap();
+    let findings = loosened.findings.unwrap();
     assert!(
         is_flagged(&findings),
         "{:?} {:?}",
@@ -436,7 +436,7 @@ fn a_pickup_that_changes_on_the_way_is_reported() {
 /// Fault 6.
 #[test]
 fn an_output_xrun_costs_the_instance_that_it_falls_in_and_no_other() {
-    let sound = analyse(&copied().1, &Settings::default()).found.unwrap();
+    let sound = analyse(&copied().1, &Settings::default()).findings.unwrap();
     let hit = sound.instances[2].start_s + 0.01;
     let with_event = |event: &str| {
         let event = event.to_owned();
@@ -445,7 +445,7 @@ fn an_output_xrun_costs_the_instance_that_it_falls_in_and_no_other() {
                 format!("{text}\n[[events]]\nkind = \"output_xrun\"\n{event}\n")
             });
         });
-        recording.found.unwrap()
+        recording.findings.unwrap()
     };
     let sample = (hit * 192e3) as u64;
     let rejections = |findings: &RecordingFindings| {
@@ -484,7 +484,7 @@ fn without_a_free_plate_nothing_is_estimated() {
             )
         });
     });
-    let findings = no_interval.found.unwrap();
+    let findings = no_interval.findings.unwrap();
     assert!(
         findings
             .flaws
@@ -498,7 +498,7 @@ fn without_a_free_plate_nothing_is_estimated() {
             .any(|r| r.reason.contains("Z_p is not known"))
     );
 
-    let findings = damaged(|r| touch(r, f64::INFINITY)).found.unwrap();
+    let findings = damaged(|r| touch(r, f64::INFINITY)).findings.unwrap();
     assert!(
         findings
             .flaws
@@ -513,7 +513,7 @@ fn a_finger_that_leaves_late_costs_only_its_time() {
     let (_folder, copy) = copied();
     let unloaded_s = unloaded_s(&copy);
     touch(&copy, unloaded_s.0 + 0.3);
-    let findings = analyse(&copy, &Settings::default()).found.unwrap();
+    let findings = analyse(&copy, &Settings::default()).findings.unwrap();
     let touched = findings.flaws.iter().find_map(|f| match f {
         Flaw::Touched { touched_s } => Some(*touched_s),
         _ => None,
@@ -551,7 +551,7 @@ fn a_carrier_that_is_not_there_is_named() {
                 |t: f64| (((t * 192e3).round() * 78.233).sin() * 43758.547).fract() as f32 - 0.5;
             edit_samples(r, usize::from(index), move |t, _| noise(t));
         });
-        let mut findings = recording.found.unwrap();
+        let mut findings = recording.findings.unwrap();
         // The copied recording has no copy of the protocol next to it.
         let is_protocol_copy = |flaw: &Flaw| matches!(flaw, Flaw::ProtocolCopy { .. });
         findings.flaws.retain(|flaw| !is_protocol_copy(flaw));

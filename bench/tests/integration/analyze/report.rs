@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::{analyze, study};
 
 #[test]
-fn the_page_holds_what_the_results_hold_and_needs_nothing_beside_itself() {
+fn the_page_includes_the_results_and_needs_no_other_file() {
     let folder = tempfile::tempdir().unwrap();
     let (json, page) = (folder.path().join("a.json"), folder.path().join("a.html"));
     fs::write(&page, "an older page").unwrap();

@@ -10,7 +10,7 @@ use super::PUBLISHED;
 use super::uneven_plate::fit_request;
 
 #[test]
-fn the_curves_of_a_fit_go_through_what_was_measured() {
+fn the_curves_of_a_fit_pass_through_the_measurements() {
     let folder = tempfile::tempdir().unwrap();
     PUBLISHED.record(folder.path());
     let request = fit_request(folder.path());

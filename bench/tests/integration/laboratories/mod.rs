@@ -19,8 +19,8 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use analysis::analysed::RecordingFindings;
-use analysis::estimate::{Estimated, Method};
+use analysis::estimate::{InstanceEstimate, Method};
+use analysis::findings::RecordingFindings;
 use analysis::flaw::Flaw;
 use analysis::{Settings, recording_analysis};
 use hound::{SampleFormat, WavSpec, WavWriter};
@@ -261,12 +261,12 @@ fn analysed(laboratory: &Laboratory) -> Errors {
 
 fn findings(folder: &Path) -> RecordingFindings {
     let analysis = recording_analysis::analyse(folder, &Settings::default());
-    analysis.found.unwrap()
+    analysis.findings.unwrap()
 }
 
 fn errors(folder: &Path) -> Errors {
     let findings = findings(folder);
-    let quantiles = |error: &dyn Fn(&Estimated) -> f64| {
+    let quantiles = |error: &dyn Fn(&InstanceEstimate) -> f64| {
         let mut errors: Vec<f64> = findings
             .instances
             .iter()
@@ -332,7 +332,7 @@ fn any_sample_rate_serves() {
 }
 
 #[test]
-fn a_carrier_beside_the_resonance_serves() {
+fn a_carrier_off_the_resonance_serves() {
     for offset_hz in [-40.0, 30.0] {
         let drive_hz = 35e3 + offset_hz;
         let laboratory = Laboratory {
@@ -414,7 +414,7 @@ fn an_amplitude_stated_peak_to_peak_is_reported() {
 }
 
 #[test]
-fn a_resonance_elsewhere_is_told_from_a_phase() {
+fn a_shifted_resonance_is_distinguished_from_a_phase() {
     let laboratory = Laboratory {
         plate_hz: 34_980.0,
         ..PUBLISHED

@@ -4,11 +4,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use analysis::amplitude_profile::AmplitudeProfile;
-use analysis::analysed::RecordingFindings;
 use analysis::estimate::Method;
+use analysis::findings::RecordingFindings;
 use analysis::results::Results;
-use analysis::trial_fit::{FitRequest, Selected, TrialFit, fit};
-use analysis::{Settings, demodulated};
+use analysis::trial_fit::{FitRequest, SelectedExploration, TrialFit, fit};
+use analysis::{Settings, demodulation};
 use protocols::Direction;
 use protocols::selection::select;
 use recording::pipeline::PickupOffset;
@@ -33,7 +33,7 @@ fn state_profile(folder: &Path, ratio: impl Fn(f64) -> f64) {
 /// Returns all digits of a method's estimates.
 fn estimates(findings: &RecordingFindings, method: Method) -> String {
     let texts = findings.instances.iter().map(|i| {
-        let e = i.estimated(method).unwrap();
+        let e = i.estimate(method).unwrap();
         let skin = (e.sigma_t_m, e.z_t_n_s_per_m, e.tau_s, e.mu0);
         format!(
             "{skin:?} {:?} {:?} {:?}",
@@ -79,7 +79,7 @@ fn a_plate_that_moves_less_at_its_ends_serves_once_its_profile_is_known() {
 
 /// Returns the request to fit a recording's exploration, as a session makes it after a trial.
 pub(super) fn fit_request(folder: &Path) -> FitRequest {
-    let reading = demodulated::read(folder, PickupOffset::default()).unwrap();
+    let reading = demodulation::read(folder, PickupOffset::default()).unwrap();
     let settings = Settings::default();
     let rules = settings.selection_rules(reading.manifest.plate.centre_m);
     let (start_s, end_s) = EXPLORATION_S;
@@ -91,7 +91,7 @@ pub(super) fn fit_request(folder: &Path) -> FitRequest {
         calibration: reading.manifest.standard_errors.unwrap_or_default(),
         plate: Ok(findings(folder).z_p.unwrap()),
         record: reading.record,
-        explorations: vec![Selected {
+        explorations: vec![SelectedExploration {
             start_s,
             end_s,
             stretches,

@@ -65,7 +65,7 @@ fn a_rate_a_format_a_channel_count_and_a_buffer_the_device_lacks_are_refused() {
 }
 
 #[test]
-fn the_device_offers_what_it_accepts_and_nothing_else() {
+fn the_device_offers_exactly_the_accepted_formats() {
     let mut scenario = Scenario::default();
     scenario.converter.channels = 8;
     let apparatus = stepped(scenario, 1);
@@ -122,7 +122,7 @@ fn both_directions_share_one_rate() {
 }
 
 #[test]
-fn a_fixed_buffer_is_kept_whatever_the_worlds_period() {
+fn a_fixed_buffer_is_kept_at_any_period_of_the_world() {
     let mut apparatus = stepped(Scenario::default(), 1);
     let bench = device(&apparatus, BENCH_ID);
     let mut config = stream_config(2, 192_000);
@@ -220,7 +220,7 @@ fn an_injected_error_reaches_one_direction_with_the_next_period() {
 }
 
 #[test]
-fn the_speakers_play_on_the_worlds_clock_beside_the_bench() {
+fn the_speakers_play_on_the_worlds_clock_with_the_bench() {
     let mut apparatus = stepped(Scenario::default(), 1);
     let speakers = apparatus.host().default_output_device().unwrap();
     assert_eq!(speakers, device(&apparatus, SPEAKERS_ID));

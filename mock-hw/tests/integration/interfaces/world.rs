@@ -93,7 +93,7 @@ fn the_rest_of_the_world_goes_on_when_the_converter_changes_its_rate() {
 }
 
 #[test]
-fn the_person_acts_on_what_is_shown() {
+fn the_person_acts_on_the_shown_instructions() {
     let mut apparatus = stepped(Scenario::default(), 5);
     let mut pins = apparatus.pins().unwrap();
     let senses = apparatus.senses();
@@ -115,7 +115,7 @@ fn the_person_acts_on_what_is_shown() {
 }
 
 #[test]
-fn the_truth_lies_beside_the_run_from_the_first_open_stream_on() {
+fn the_truth_is_written_from_the_first_open_stream_on() {
     let folder = tempfile::tempdir().unwrap();
     let mut config = ApparatusConfig::new(Scenario::default(), 1, Pace::Stepped);
     config.truth_path = Some(folder.path().to_owned());

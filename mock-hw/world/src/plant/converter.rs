@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn each_input_has_its_gain_and_leaks_what_it_reads() {
+    fn each_input_has_its_gain_and_leaks_its_signal() {
         let scenario = ConverterTable {
             gains: vec![2.0, -0.5],
             bits: 32,

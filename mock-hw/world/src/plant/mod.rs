@@ -159,13 +159,7 @@ impl Plant {
         seed: u64,
         rate_hz: f64,
     ) -> Self {
-        Self::build(
-            scenario.realised(seed),
-            fingertip,
-            seed,
-            rate_hz,
-            SLOW_STEP_S,
-        )
+        Self::build(scenario.draw(seed), fingertip, seed, rate_hz, SLOW_STEP_S)
     }
 
     /// Changes the audio frame rate and the delay of each channel, samples, as if the card were reopened: skin, finger, sensor

@@ -108,7 +108,7 @@ pub fn built_in(name: &str) -> Result<Scenario, ScenarioError> {
             Err(ScenarioError::UnknownName {
                 name: name.to_owned(),
                 nearest,
-                known: names.map(str::to_owned).into(),
+                names: names.map(str::to_owned).into(),
             })
         }
     }

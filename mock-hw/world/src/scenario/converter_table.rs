@@ -1,7 +1,7 @@
 //! `[converter]`: the inputs of the sound card.
 
 use serde::{Deserialize, Serialize};
-use strict_toml::{OutOfRange, within};
+use strict_toml::{OutOfRange, require_range};
 
 use super::ranges::all_within;
 
@@ -83,7 +83,7 @@ impl ConverterTable {
     /// Requires every number of the table to be in range, and no list to be longer than the number of channels.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         let channels = self.channels as f64;
-        within("converter.channels", channels, 2.0, 32.0, "")?;
+        require_range("converter.channels", channels, 2.0, 32.0, "")?;
         all_within! { "converter", self,
             readback_volts_per_unit: 0.1, 1e4, "V";
             bits: 8.0, 32.0, "";
@@ -94,10 +94,10 @@ impl ConverterTable {
             clock_ppm: -1e3, 1e3, "ppm";
         }
         for &gain in &self.gains {
-            within("converter.gains", gain, -100.0, 100.0, "")?;
+            require_range("converter.gains", gain, -100.0, 100.0, "")?;
         }
         for &skew in &self.skew_samples {
-            within("converter.skew_samples", skew, -4.0, 4.0, "samples")?;
+            require_range("converter.skew_samples", skew, -4.0, 4.0, "samples")?;
         }
         for (key, entries, low, high) in [
             ("converter.gains (entries)", self.gains.len(), 0.0, channels),
@@ -109,7 +109,7 @@ impl ConverterTable {
             ),
             ("converter.formats (entries)", self.formats.len(), 1.0, 5.0),
         ] {
-            within(key, entries as f64, low, high, "")?;
+            require_range(key, entries as f64, low, high, "")?;
         }
         Ok(())
     }

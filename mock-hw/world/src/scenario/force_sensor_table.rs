@@ -1,7 +1,7 @@
 //! `[force_sensor]`: the two-axis force sensor and its serial device.
 
 use serde::{Deserialize, Serialize};
-use strict_toml::{OutOfRange, within};
+use strict_toml::{OutOfRange, require_range};
 
 use super::gauges_table::GaugesTable;
 use super::ranges::all_within;
@@ -136,7 +136,7 @@ impl ForceSensorTable {
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         if let Some(resonance_hz) = self.lateral_resonance_hz {
             let key = "force_sensor.lateral_resonance_hz";
-            within(key, resonance_hz, 100.0, 20e3, "Hz")?;
+            require_range(key, resonance_hz, 100.0, 20e3, "Hz")?;
         }
         all_within! { "force_sensor", self,
             rate_hz: 500.0, 20e3, "Hz";

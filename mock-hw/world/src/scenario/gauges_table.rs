@@ -1,7 +1,7 @@
 //! `[force_sensor.gauges]`: the amplifier between a sensor's gauges and the sound card.
 
 use serde::{Deserialize, Serialize};
-use strict_toml::{OutOfRange, within};
+use strict_toml::{OutOfRange, require_range};
 
 /// Number of gauges of a sensor.
 pub const GAUGES: usize = 6;
@@ -38,15 +38,15 @@ impl GaugesTable {
     /// Requires every number of the table to be in range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         // Forces are computed 0.1 ms ahead of the frames that show them.
-        within(
+        require_range(
             "force_sensor.gauges.delay_s",
             self.delay_s,
             1.5e-4,
             0.05,
             "s",
         )?;
-        within("force_sensor.gauges.noise_v", self.noise_v, 0.0, 1.0, "V")?;
-        within(
+        require_range("force_sensor.gauges.noise_v", self.noise_v, 0.0, 1.0, "V")?;
+        require_range(
             "force_sensor.gauges.offset_v",
             self.offset_v,
             -1.0,
@@ -54,7 +54,7 @@ impl GaugesTable {
             "V",
         )?;
         match self.ac_hz {
-            Some(hz) => within("force_sensor.gauges.ac_hz", hz, 1e-3, 100.0, "Hz"),
+            Some(hz) => require_range("force_sensor.gauges.ac_hz", hz, 1e-3, 100.0, "Hz"),
             None => Ok(()),
         }
     }

@@ -1,7 +1,7 @@
 //! `[jitter]`: spread of the true constants from seed to seed.
 
 use serde::{Deserialize, Serialize};
-use strict_toml::{OutOfRange, within};
+use strict_toml::{OutOfRange, require_range};
 
 use super::ranges::all_within;
 
@@ -71,7 +71,7 @@ impl JitterTable {
             pulley_friction: 0.0, 0.3, "";
         }
         let [least, most] = self.quality;
-        within("jitter.quality", least, 10.0, most, "")?;
-        within("jitter.quality", most, least, 1e4, "")
+        require_range("jitter.quality", least, 10.0, most, "")?;
+        require_range("jitter.quality", most, least, 1e4, "")
     }
 }

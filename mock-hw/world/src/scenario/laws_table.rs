@@ -1,7 +1,7 @@
 //! `[laws]`: deviations from the published laws, on which `Huloux 2021` and every estimator built on it rely.
 
 use serde::{Deserialize, Serialize};
-use strict_toml::{OutOfRange, within};
+use strict_toml::{OutOfRange, require_range};
 
 use super::ranges::all_within;
 
@@ -44,10 +44,10 @@ impl LawsTable {
     /// Requires every number of the table to be in range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         if let Some(cutoff) = self.asperity_cutoff {
-            within("laws.asperity_cutoff", cutoff, 2.5, 6.0, "")?;
+            require_range("laws.asperity_cutoff", cutoff, 2.5, 6.0, "")?;
         }
         if let Some(gap_m) = self.leak_gap_m {
-            within("laws.leak_gap_m", gap_m, 2e-6, 1e-3, "m")?;
+            require_range("laws.leak_gap_m", gap_m, 2e-6, 1e-3, "m")?;
         }
         all_within! { "laws", self,
             adhesion_n: 0.0, 1.0, "N";

@@ -1,7 +1,7 @@
 //! `[participant]`: the person.
 
 use serde::{Deserialize, Serialize};
-use strict_toml::{OutOfRange, within};
+use strict_toml::{OutOfRange, require_range};
 
 use super::behaviour_table::BehaviourTable;
 use super::moisture_table::MoistureTable;
@@ -33,11 +33,11 @@ impl ParticipantTable {
     /// Requires every number of the table and of its tables to be in range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         if let Some(sigma_t_m) = self.sigma_t_m {
-            within("participant.sigma_t_m", sigma_t_m, 0.3e-6, 6e-6, "m")?;
+            require_range("participant.sigma_t_m", sigma_t_m, 0.3e-6, 6e-6, "m")?;
         }
         if let Some([re, im]) = self.z_t_n_s_per_m {
-            within("participant.z_t_n_s_per_m (real)", re, 0.05, 100.0, "N·s/m")?;
-            within(
+            require_range("participant.z_t_n_s_per_m (real)", re, 0.05, 100.0, "N·s/m")?;
+            require_range(
                 "participant.z_t_n_s_per_m (imaginary)",
                 im,
                 0.5,
@@ -46,7 +46,7 @@ impl ParticipantTable {
             )?;
         }
         if let Some(mu0) = self.mu0 {
-            within("participant.mu0", mu0, 0.05, 3.0, "")?;
+            require_range("participant.mu0", mu0, 0.05, 3.0, "")?;
         }
         self.population.check()?;
         self.spread.check()?;

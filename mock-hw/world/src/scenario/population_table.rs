@@ -1,7 +1,7 @@
 //! `[participant.population]`: distributions from which a skin is drawn.
 
 use serde::{Deserialize, Serialize};
-use strict_toml::{OutOfRange, within};
+use strict_toml::{OutOfRange, require_range};
 
 /// Distributions of the skin (`Huloux 2021`, section on participants; μ0's mean and spread are assumptions).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -59,10 +59,10 @@ impl PopulationTable {
             ),
             ("participant.population.mu0", self.mu0, 0.3, 1.5, ""),
         ] {
-            within(key, mean, low, high, unit)?;
-            within(key, sd, 0.0, mean, unit)?;
+            require_range(key, mean, low, high, unit)?;
+            require_range(key, sd, 0.0, mean, unit)?;
         }
-        within(
+        require_range(
             "participant.population.spearman_mu0_im_z_t",
             self.spearman_mu0_im_z_t,
             -1.0,

@@ -5,7 +5,7 @@
 /// Returns [`strict_toml::OutOfRange`] from the calling function for the first field out of range.
 macro_rules! all_within {
     ($table:literal, $this:expr, $($field:ident: $low:expr, $high:expr, $unit:literal;)+) => {
-        $(strict_toml::within(
+        $(strict_toml::require_range(
             concat!($table, ".", stringify!($field)),
             f64::from($this.$field),
             $low,
@@ -53,8 +53,8 @@ macro_rules! drawable {
             pub(super) fn check(&self) -> Result<(), strict_toml::OutOfRange> {
                 $(if let Some([low, high]) = self.$field {
                     let key = concat!($path, ".", stringify!($field));
-                    strict_toml::within(key, low, $low, $high, $unit)?;
-                    strict_toml::within(key, high, low, $high, $unit)?;
+                    strict_toml::require_range(key, low, $low, $high, $unit)?;
+                    strict_toml::require_range(key, high, low, $high, $unit)?;
                 })+
                 Ok(())
             }

@@ -1,7 +1,7 @@
 //! `[reference]`: a vibrometer with its analog output on a spare input of the sound card.
 
 use serde::{Deserialize, Serialize};
-use strict_toml::{OutOfRange, within};
+use strict_toml::{OutOfRange, require_range};
 
 use super::ranges::all_within;
 
@@ -63,7 +63,7 @@ impl ReferenceTable {
             return Ok(());
         }
         let min_channels = (REFERENCE_INPUT + 1) as f64;
-        within(
+        require_range(
             "converter.channels",
             channels as f64,
             min_channels,

@@ -31,14 +31,14 @@ pub enum ScenarioError {
         error: OverlapError,
     },
     /// A name that is not a built-in scenario's.
-    #[error("unknown scenario `{name}`{}; built-in scenarios: {}", did_you_mean(.nearest), .known.join(", "))]
+    #[error("unknown scenario `{name}`{}; built-in scenarios: {}", did_you_mean(.nearest), .names.join(", "))]
     UnknownName {
         /// Requested name.
         name: String,
         /// Most similar name of a built-in scenario, if any is similar.
         nearest: Option<String>,
         /// Names of all built-in scenarios.
-        known: Vec<String>,
+        names: Vec<String>,
     },
 }
 

@@ -3,7 +3,7 @@
 use faults::{RehearsedFault, require_apart};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
-use strict_toml::{InFile, OutOfRange, within};
+use strict_toml::{InFile, OutOfRange, require_range};
 
 use super::amplifier_table::AmplifierTable;
 use super::converter_table::ConverterTable;
@@ -115,7 +115,7 @@ impl Scenario {
     /// The result has jitter disabled and no session ranges, so a second call has no effect. A scenario without jitter and
     /// ranges is returned unchanged.
     #[must_use]
-    pub fn realised(&self, seed: u64) -> Self {
+    pub fn draw(&self, seed: u64) -> Self {
         let mut out = self.with_jitter(seed);
         let session = std::mem::take(&mut out.session);
         let mut rng = seed::stream(seed, seed::Stream::Session);
@@ -178,10 +178,10 @@ impl Scenario {
                 self.converter.channels as f64,
                 (FIRST_GAUGE + GAUGES) as f64,
             );
-            within("converter.channels", channels, min_channels, 32.0, "")?;
+            require_range("converter.channels", channels, min_channels, 32.0, "")?;
             // A gauge uses the vibrometer's input.
             let vibrometers = f64::from(self.reference.follows != Follows::Nothing);
-            within("reference.follows", vibrometers, 0.0, 0.0, "beside gauges")?;
+            require_range("reference.follows", vibrometers, 0.0, 0.0, "beside gauges")?;
         }
         self.masses.check()?;
         self.meter.check()?;

@@ -1,7 +1,7 @@
 //! `[sound_layer]`: the software between program and sound card.
 
 use serde::{Deserialize, Serialize};
-use strict_toml::{OutOfRange, within};
+use strict_toml::{OutOfRange, require_range};
 
 /// A server or plug-in between the program and the sound card that changes samples without reporting it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -53,12 +53,12 @@ impl SoundLayerTable {
     pub(super) fn check(&self, channels: usize) -> Result<(), OutOfRange> {
         let last = channels.saturating_sub(1) as f64;
         if let Some(rate_hz) = self.rate_hz {
-            within("sound_layer.rate_hz", rate_hz, 8e3, 192e3, "Hz")?;
+            require_range("sound_layer.rate_hz", rate_hz, 8e3, 192e3, "Hz")?;
         }
-        within("sound_layer.delay_s", self.delay_s, 0.0, 0.2, "s")?;
+        require_range("sound_layer.delay_s", self.delay_s, 0.0, 0.2, "s")?;
         let spread_s = self.delay_spread_s;
-        within("sound_layer.delay_spread_s", spread_s, 0.0, 0.2, "s")?;
-        within(
+        require_range("sound_layer.delay_spread_s", spread_s, 0.0, 0.2, "s")?;
+        require_range(
             "sound_layer.inputs (entries)",
             self.inputs.len() as f64,
             0.0,
@@ -66,24 +66,24 @@ impl SoundLayerTable {
             "",
         )?;
         for &input in &self.inputs {
-            within("sound_layer.inputs", input as f64, 0.0, last, "")?;
+            require_range("sound_layer.inputs", input as f64, 0.0, last, "")?;
         }
         if let Some(slip) = &self.slip {
-            within(
+            require_range(
                 "sound_layer.slip.channel",
                 slip.channel as f64,
                 0.0,
                 last,
                 "",
             )?;
-            within(
+            require_range(
                 "sound_layer.slip.samples",
                 slip.samples as f64,
                 1.0,
                 16.0,
                 "samples",
             )?;
-            within("sound_layer.slip.after_s", slip.after_s, 0.0, 1e4, "s")?;
+            require_range("sound_layer.slip.after_s", slip.after_s, 0.0, 1e4, "s")?;
         }
         Ok(())
     }

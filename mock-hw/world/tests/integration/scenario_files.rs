@@ -46,9 +46,9 @@ fn nominal_is_the_published_bench_and_person_for_any_seed() {
             (1.7e-6, [0.47, 3.16], 0.8)
         );
     }
-    assert_eq!(nominal.realised(3), nominal);
+    assert_eq!(nominal.draw(3), nominal);
     let unknown = shipped_scenario("bench-unknown.toml");
-    assert_ne!(unknown.realised(3).plate, unknown.realised(4).plate);
+    assert_ne!(unknown.draw(3).plate, unknown.draw(4).plate);
 }
 
 #[test]

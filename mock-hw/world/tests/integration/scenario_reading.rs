@@ -140,14 +140,14 @@ fn a_scenario_survives_writing_and_reading() {
 #[test]
 fn jitter_is_off_by_default_deterministic_and_within_its_limits() {
     let nominal = Scenario::default();
-    assert_eq!(nominal.realised(7), nominal);
+    assert_eq!(nominal.draw(7), nominal);
     let mut scenario = nominal.clone();
     scenario.jitter.enabled = true;
-    assert_eq!(scenario.realised(7), scenario.realised(7));
-    assert_ne!(scenario.realised(7), scenario.realised(8));
-    assert_eq!(scenario.realised(7).realised(7), scenario.realised(7));
+    assert_eq!(scenario.draw(7), scenario.draw(7));
+    assert_ne!(scenario.draw(7), scenario.draw(8));
+    assert_eq!(scenario.draw(7).draw(7), scenario.draw(7));
     for seed in 0..200 {
-        let r = scenario.realised(seed);
+        let r = scenario.draw(seed);
         let q = r.plate.omega_rad_per_s() * r.plate.modal_mass_kg / r.plate.damping_n_s_per_m;
         assert!((150.0..=350.0).contains(&q));
         assert!((r.plate.resonance_hz - 35e3).abs() <= 300.0);
@@ -187,8 +187,8 @@ fn every_built_in_scenario_reads() {
 #[test]
 fn an_unknown_name_suggests_the_nearest_one_also_by_a_part_of_it() {
     let suggestion = |name: &str| match built_in(name) {
-        Err(ScenarioError::UnknownName { nearest, known, .. }) => {
-            assert_eq!(known, built_in_names());
+        Err(ScenarioError::UnknownName { nearest, names, .. }) => {
+            assert_eq!(names, built_in_names());
             nearest
         }
         result => panic!("{result:?}"),

@@ -95,7 +95,7 @@ fn a_move() -> impl Strategy<Value = Move> {
 
 proptest! {
     #[test]
-    fn invariants_hold_whatever_is_observed(
+    fn invariants_hold_for_any_observations(
         consented: bool, moves in prop::collection::vec(a_move(), 1..150),
     ) {
         let mut rig = Rig::new(demo());

@@ -10,7 +10,7 @@ use crate::verdict::Verdict;
 use participant_texts::RepeatCause;
 
 #[test]
-fn a_pause_keeps_what_the_open_verdict_says() {
+fn a_pause_keeps_the_open_verdict() {
     for (normal_n, repeats) in [(0.65, false), (1.2, true)] {
         let mut rig = Rig::new(demo()).with_consent();
         rig.run_until_main(Phase::Baseline);

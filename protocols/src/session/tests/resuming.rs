@@ -184,7 +184,7 @@ fn a_finished_session_cannot_be_gone_beyond() {
         mismatch(&[records.clone(), records.clone()].concat()),
         RecordMismatch::AllSettled { trials: 5 }
     );
-    assert_eq!(mismatch(&records[1..]), RecordMismatch::Trial { due: 1 });
+    assert_eq!(mismatch(&records[1..]), RecordMismatch::Trial { number: 1 });
     let mut repetition = records[0].clone();
     repetition.outcome = TrialOutcome::Redo { reasons: vec![] };
     assert_eq!(

@@ -31,7 +31,7 @@ fn a_stream_that_the_device_lacks_is_refused_with_its_capabilities() {
         AudioError::Unsupported {
             direction: StreamDirection::Input,
             device: "custom:stepped (stepped card)".to_owned(),
-            wanted: "4 channels of i32 at 192000 Hz".to_owned(),
+            request: "4 channels of i32 at 192000 Hz".to_owned(),
             offered: offer,
         }
     );
@@ -41,8 +41,8 @@ fn a_stream_that_the_device_lacks_is_refused_with_its_capabilities() {
     let mut buffered_config = config(SampleFormat::I32);
     buffered_config.buffer_frames = Some(100);
     match open_error(&bench, &buffered_config) {
-        AudioError::Unsupported { wanted, .. } => {
-            assert!(wanted.ends_with("100 frames per buffer"), "{wanted}");
+        AudioError::Unsupported { request, .. } => {
+            assert!(request.ends_with("100 frames per buffer"), "{request}");
         }
         error => panic!("{error}"),
     }
@@ -60,7 +60,7 @@ fn a_card_without_a_format_that_cpal_knows_is_refused_with_the_way_round() {
             AudioError::NoUsableFormat {
                 direction: StreamDirection::Output,
                 device: "custom:stepped (stepped card)".to_owned(),
-                wanted: format!("3 channels of {format} at 192000 Hz"),
+                request: format!("3 channels of {format} at 192000 Hz"),
             }
         );
         let message = error.to_string();
@@ -110,8 +110,8 @@ fn contradictions_are_refused_by_name() {
     let error = error_after(|c| c.input.device = "Babyface".to_owned());
     let no_match = matches!(
         &error,
-        AudioError::Device(ChoiceError::NoMatch { wanted, direction: StreamDirection::Input, .. })
-            if wanted == "Babyface"
+        AudioError::Device(ChoiceError::NoMatch { request, direction: StreamDirection::Input, .. })
+            if request == "Babyface"
     );
     assert!(no_match, "{error}");
 }

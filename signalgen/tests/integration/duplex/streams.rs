@@ -32,7 +32,7 @@ fn drive_goes_to_its_channel_alone_and_comes_back_exactly() {
             let header = duplex.input.pop_block(&mut samples).unwrap();
             assert_eq!(header.frames as usize, ODD_BLOCK);
             assert_eq!(header.drive, reference.state());
-            assert_eq!(duplex.drive.published(), reference.state());
+            assert_eq!(duplex.drive.state(), reference.state());
             for (n, frame) in block.chunks_exact(OUTPUT_CHANNELS).enumerate() {
                 assert_eq!([frame[0], frame[2]], [0.0, 0.0]);
                 assert!((frame[DRIVE_CHANNEL] - expected[n]).abs() <= rounding);
@@ -131,24 +131,24 @@ fn a_kill_stops_within_the_emergency_ramp_and_no_earlier_rearm_undoes_it() {
         .send(DriveCommand::Start(modulated_program()))
         .unwrap();
     bench.periods(10);
-    assert_eq!(duplex.drive.published().phase, DrivePhase::Steady);
+    assert_eq!(duplex.drive.state().phase, DrivePhase::Steady);
 
     kill_switch.kill();
     bench.periods(1);
-    assert_eq!(duplex.drive.published().phase, DrivePhase::EmergencyStopped);
+    assert_eq!(duplex.drive.state().phase, DrivePhase::EmergencyStopped);
 
     // A kill after the operator's decision, seen by the same callback.
     duplex.drive.rearm().unwrap();
     kill_switch.kill();
     bench.periods(1);
-    assert_eq!(duplex.drive.published().phase, DrivePhase::EmergencyStopped);
+    assert_eq!(duplex.drive.state().phase, DrivePhase::EmergencyStopped);
 
     duplex
         .drive
         .send(DriveCommand::Start(modulated_program()))
         .unwrap();
     bench.periods(10);
-    assert_eq!(duplex.drive.published().phase, DrivePhase::EmergencyStopped);
+    assert_eq!(duplex.drive.state().phase, DrivePhase::EmergencyStopped);
 
     duplex.drive.rearm().unwrap();
     duplex
@@ -156,7 +156,7 @@ fn a_kill_stops_within_the_emergency_ramp_and_no_earlier_rearm_undoes_it() {
         .send(DriveCommand::Start(modulated_program()))
         .unwrap();
     bench.periods(10);
-    assert_eq!(duplex.drive.published().phase, DrivePhase::Steady);
+    assert_eq!(duplex.drive.state().phase, DrivePhase::Steady);
 }
 
 #[test]
@@ -169,8 +169,8 @@ fn a_kill_before_the_first_callback_is_not_lost() {
         .send(DriveCommand::Start(modulated_program()))
         .unwrap();
     bench.periods(10);
-    assert_eq!(duplex.drive.published().phase, DrivePhase::EmergencyStopped);
-    assert_eq!(duplex.drive.published().programs, 0);
+    assert_eq!(duplex.drive.state().phase, DrivePhase::EmergencyStopped);
+    assert_eq!(duplex.drive.state().programs, 0);
 }
 
 /// Hazard 15.
@@ -186,7 +186,7 @@ fn the_drive_stops_when_nobody_commands_it_any_more() {
     let monitor = duplex.drive.monitor();
     drop(duplex.drive);
     bench.periods(1);
-    assert_eq!(monitor.published().phase, DrivePhase::EmergencyStopped);
+    assert_eq!(monitor.state().phase, DrivePhase::EmergencyStopped);
 }
 
 #[test]

@@ -17,7 +17,7 @@ fn emergency_stop_is_over_in_two_milliseconds_and_latches() {
     generator.apply(DriveCommand::Stop);
     generator.apply(DriveCommand::Rearm);
     assert_eq!(generator.state().phase, DrivePhase::EmergencyRamp);
-    assert_eq!(generator.state().refused, 1);
+    assert_eq!(generator.state().refusals, 1);
     volts(&mut generator, 384 - 200);
     assert_eq!(generator.state().phase, DrivePhase::EmergencyStopped);
 
@@ -26,7 +26,7 @@ fn emergency_stop_is_over_in_two_milliseconds_and_latches() {
     generator.apply(DriveCommand::Adjust(program));
     assert!(volts(&mut generator, 10_000).iter().all(|&v| v == 0.0));
     assert_eq!(generator.state().phase, DrivePhase::EmergencyStopped);
-    assert_eq!(generator.state().refused, 3);
+    assert_eq!(generator.state().refusals, 3);
 
     generator.apply(DriveCommand::Rearm);
     assert!(volts(&mut generator, 10_000).iter().all(|&v| v == 0.0));

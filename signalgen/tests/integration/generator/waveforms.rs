@@ -91,7 +91,7 @@ fn carrier_phase_is_continuous_through_a_change_of_frequency() {
 }
 
 #[test]
-fn adjust_keeps_the_modulation_phase_and_start_begins_it_anew() {
+fn adjust_keeps_the_modulation_phase_and_start_resets_it() {
     // A whole number of modulation periods plus a quarter.
     let frames = 32_000 + 8_000;
     for (adjust, phase_rad) in [(true, FRAC_PI_2), (false, 0.0)] {

@@ -8,6 +8,6 @@
 
 mod calls;
 mod failing_rename;
-mod kept;
+mod saved_sessions;
 mod single_hangs;
 mod terminals;

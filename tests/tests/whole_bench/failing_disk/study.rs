@@ -60,7 +60,7 @@ impl Registration {
             name: "test".to_owned(),
             version: "1".to_owned(),
         };
-        let study = Study::open_or_create_on(storage, folder(), generated_by)?;
+        let study = Study::open_or_create_in(storage, folder(), generated_by)?;
         let id = participant.parse().unwrap();
         let mut session = study.begin_session(&id, 1, "2026-01-31", "demo")?;
         self.sessions.push(participant);

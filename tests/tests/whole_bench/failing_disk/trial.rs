@@ -11,8 +11,8 @@ use recording::recorder::{
 };
 use recording::storage::{FileSystem, Storage};
 use recording::study::event_log::{self, Document, EventLog, ExitStatus};
-use recording::sums::{Summing, Sums};
-use recording::writer::{Ending, OnDisk};
+use recording::sums::{Summation, Sums};
+use recording::writer::{DiskSize, Ending};
 use recording::{AudioFormat, ForceRow, MANIFEST_FILE, PositionRow, RecordingReader};
 use serde_json::{Map, Value};
 
@@ -81,8 +81,8 @@ struct Trial {
     input: Data,
     synced: Counts,
     has_begun: bool,
-    saved: Option<(OnDisk, Sums)>,
-    failure: Option<OnDisk>,
+    saved: Option<(DiskSize, Sums)>,
+    failure: Option<DiskSize>,
 }
 
 /// Reports of a session.
@@ -99,8 +99,8 @@ impl Session {
     pub fn record(disk: &MemoryDisk) -> Self {
         let storage: Arc<dyn Storage> = Arc::new(disk.clone());
         let mut session = Self::default();
-        let mut log = EventLog::create_on(Arc::clone(&storage), LOG.into()).ok();
-        let mut core = RecorderCore::on(storage);
+        let mut log = EventLog::create_in(Arc::clone(&storage), LOG.into()).ok();
+        let mut core = RecorderCore::with_storage(storage);
         let start = Instant::now();
         for (number, frames) in [(1, [33_000, 500, 500]), (2, [100, 100, 100])] {
             session.event(&mut log, "session", Map::new());
@@ -135,7 +135,7 @@ impl Session {
                         trial.saved = Some((on_disk, sums.unwrap()));
                         session.event(&mut log, "recording", Map::new());
                     }
-                    RecorderNotice::Failed { kept, .. } => trial.failure = Some(kept),
+                    RecorderNotice::Failed { saved_part, .. } => trial.failure = Some(saved_part),
                 }
             }
             session.trials.push(trial);
@@ -318,7 +318,7 @@ impl Data {
 }
 
 fn checksums(folder: &Path) -> BTreeMap<String, String> {
-    let mut summing = Summing::new(Arc::new(FileSystem), folder);
+    let mut summing = Summation::new(Arc::new(FileSystem), folder);
     while summing.advance(1 << 20).unwrap() > 0 {}
     summing.sums().unwrap().clone()
 }

@@ -11,20 +11,20 @@ pub struct AmplifierState {
     /// Reason why the enable is off.
     pub stop: Option<StopReason>,
     /// Number of the latest command acted on.
-    pub heard: u16,
+    pub word_number: u16,
 }
 
 /// Enable and heartbeat of the amplifier, as commanded by the bench and allowed by the guard.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Amplifier {
     guard: Guard,
-    heard: u16,
+    word_number: u16,
 }
 
 impl Amplifier {
     /// Takes a command from the bench at `now_us` of the box's clock.
     pub fn hear(&mut self, now_us: u64, word: Word, estop_closed: bool) {
-        self.heard = word.sequence;
+        self.word_number = word.sequence;
         let order = Order {
             enable: word.enable,
             heartbeat: word.heartbeat,
@@ -47,7 +47,7 @@ impl Amplifier {
                 Stop::Estop => StopReason::Estop,
                 Stop::NotReleased => StopReason::NotReleased,
             }),
-            heard: self.heard,
+            word_number: self.word_number,
         }
     }
 }

@@ -28,7 +28,7 @@ impl Moments {
 
     /// Returns the moment of the conversion that is ready now.
     #[must_use]
-    pub fn of_conversion(&self) -> Moment {
+    pub fn conversion_moment(&self) -> Moment {
         self.0[0]
     }
 }

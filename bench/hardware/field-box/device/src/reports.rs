@@ -54,7 +54,7 @@ impl Reports {
                 converter_silent: counts.is_none(),
             },
             stop: amplifier.stop,
-            heard: amplifier.heard,
+            word_number: amplifier.word_number,
         }
     }
 }

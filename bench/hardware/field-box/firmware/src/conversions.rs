@@ -72,7 +72,7 @@ pub async fn convert(apparatus: Apparatus) {
             dead_man: dead_man.is_high(),
         };
         let report = reports.next(
-            moments.of_conversion(),
+            moments.conversion_moment(),
             counts,
             inputs,
             guard_state.amplifier,

@@ -39,7 +39,7 @@ static STATE: Mutex<CriticalSectionRawMutex, Cell<GuardState>> =
                 heartbeat: false,
             },
             stop: None,
-            heard: 0,
+            word_number: 0,
         },
         estop_closed: false,
     }));

@@ -97,7 +97,7 @@ pub struct Report {
     /// Reason why the amplifier is off although the bench had it on; `None` if it is as the bench requested.
     pub stop: Option<StopReason>,
     /// Sequence number of the latest command acted on.
-    pub heard: u16,
+    pub word_number: u16,
 }
 
 /// A message from the box.
@@ -135,7 +135,7 @@ impl FromBox {
                     .with_bytes(&lateral.to_le_bytes())
                     .with_bytes(&report.position.to_le_bytes())
                     .with_bytes(&[report.levels.bits(), stop])
-                    .with_bytes(&report.heard.to_le_bytes())
+                    .with_bytes(&report.word_number.to_le_bytes())
                     .encode()
             }
         }
@@ -169,7 +169,7 @@ impl FromBox {
                     position: i32::from_le_bytes(field(fields, 14)?),
                     levels: Levels::from_bits(levels),
                     stop,
-                    heard: u16::from_le_bytes([low, last(fields, 21)?]),
+                    word_number: u16::from_le_bytes([low, last(fields, 21)?]),
                 }))
             }
             _ => None,

@@ -47,7 +47,7 @@ fn report() -> Report {
             ..Levels::default()
         },
         stop: None,
-        heard: 258,
+        word_number: 258,
     }
 }
 
@@ -66,7 +66,7 @@ fn stopped() -> Report {
             ..Levels::default()
         },
         stop: Some(StopReason::BenchSilent),
-        heard: 0xFFFF,
+        word_number: 0xFFFF,
     }
 }
 
@@ -129,7 +129,7 @@ fn any_report() -> impl Strategy<Value = Report> {
         StopReason::NotReleased,
     ]));
     (any::<(u16, u32, [i32; 2], i32, u16)>(), flags, stop).prop_map(
-        |((sequence, device_us, counts, position, heard), flags, stop)| {
+        |((sequence, device_us, counts, position, word_number), flags, stop)| {
             let [
                 estop_closed,
                 button,
@@ -156,7 +156,7 @@ fn any_report() -> impl Strategy<Value = Report> {
                     converter_silent,
                 },
                 stop,
-                heard,
+                word_number,
             }
         },
     )
@@ -164,7 +164,7 @@ fn any_report() -> impl Strategy<Value = Report> {
 
 proptest! {
     #[test]
-    fn what_is_said_is_heard_whatever_came_before(report in any_report(), noise in prop::collection::vec(any::<u8>(), 0..100)) {
+    fn a_message_is_decoded_after_any_bytes(report in any_report(), noise in prop::collection::vec(any::<u8>(), 0..100)) {
         let message = FromBox::Report(report);
         let encoded = message.encode();
         prop_assert!(encoded.len() <= LONGEST_BYTES);

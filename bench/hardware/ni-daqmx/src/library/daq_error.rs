@@ -67,7 +67,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn errors_mean_what_ni_says() {
+    fn error_codes_match_nis_header() {
         for (code, fault) in [
             (-200_279, DaqFault::Overrun),
             (-200_290, DaqFault::Underrun),

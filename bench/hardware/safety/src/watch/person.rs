@@ -15,7 +15,7 @@ impl Watch {
     /// Counts the driving time; returns the trip once it is used up.
     pub(super) fn count_dose(&mut self, now_ns: u64) -> Option<Trip> {
         let commanded_v = self.drive.commanded().map_or(0.0, |drive| drive.envelope_v);
-        let reading = self.seen.readback;
+        let reading = self.readings.readback;
         let fresh = reading.filter(|reading| now_ns.saturating_sub(reading.at_ns) <= STALE_NS);
         let now_ns = now_ns as i64;
         self.dose.count(
@@ -39,7 +39,7 @@ impl Watch {
 
     /// Returns the trip of a plate that is warmer than its record will state to the next program.
     pub(super) fn warmth_unkept(&self) -> Option<Trip> {
-        let recorded_k = self.seen.kept_rise_k?;
+        let recorded_k = self.readings.kept_rise_k?;
         (self.rise_k > recorded_k + UNKEPT_K).then(|| Trip::Fault {
             message: WARMTH_UNKEPT.to_owned(),
         })

@@ -12,7 +12,7 @@ impl Watch {
     pub(super) fn readback_wrong(&mut self, commanded: Commanded, now_ns: u64) -> Option<Trip> {
         self.readback.command(commanded.frame, commanded.envelope_v);
         self.delay.command(commanded.frame, commanded.envelope_v);
-        let reading = self.seen.readback?;
+        let reading = self.readings.readback?;
         let age_ns = now_ns.saturating_sub(reading.at_ns);
         if age_ns > self.limits.loop_latency_ns.max(STALE_NS) {
             return Some(Trip::ReadbackMissing);
@@ -51,7 +51,7 @@ impl Watch {
             return None;
         };
         let deadline_ns = self.tripped_at_ns + OFF_AFTER_NS + self.limits.loop_latency_ns;
-        let reading = self.seen.readback?;
+        let reading = self.readings.readback?;
         let known = matches!(trip, Trip::AliveWhileDisarmed { .. });
         let alive = reading.volts > self.limits.readback_floor_v;
         (!known && now_ns > deadline_ns && reading.at_ns > deadline_ns && alive).then_some(

@@ -37,7 +37,7 @@ proptest! {
     }
 
     #[test]
-    fn forgetting_what_is_over_an_hour_ago_changes_nothing(spans in spans(), now_s in 4900i64..9000) {
+    fn dropping_spans_older_than_an_hour_changes_nothing(spans in spans(), now_s in 4900i64..9000) {
         let full_hour = hour(&spans);
         let mut recent_hour = full_hour.clone();
         recent_hour.forget(now_s * S);

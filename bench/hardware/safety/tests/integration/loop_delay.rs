@@ -297,7 +297,7 @@ fn a_slip_beyond_stops_a_modulated_drive_and_a_tone_when_it_changes() {
 }
 
 #[test]
-fn a_delay_that_was_never_measured_is_learnt_and_told() {
+fn an_unmeasured_delay_is_learnt_and_reported() {
     for delay_s in [0.002, 0.05, 0.09] {
         let world = World {
             measured_s: None,

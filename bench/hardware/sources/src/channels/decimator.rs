@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn values_are_those_of_their_frame_whatever_the_blocks_and_the_skew() {
+    fn values_match_their_frame_at_any_block_length_and_skew() {
         let late = [0.0, 0.4, 3.2];
         let samples = frames(0..20_000, &late);
         let mut values = Vec::new();

@@ -8,7 +8,7 @@ use super::decimator::Decimator;
 use super::stuck::StuckWatch;
 use crate::correct::Corrector;
 use crate::force_source::{ForceSource, LineFaults, Moment, SourceHealth, TimedForce};
-use crate::gone::SourceGone;
+use crate::loss::SourceGone;
 use crate::nonsense::NonsenseWatch;
 
 /// Bytes per sample, for the count of bytes without a reading.
@@ -142,7 +142,7 @@ mod tests {
     }
 
     fn source(latency_s: f64) -> (TapFeed, GaugeForce) {
-        let (feed, tap) = InputTap::by_hand(3, 96_000);
+        let (feed, tap) = InputTap::with_feed(3, 96_000);
         let source = GaugeForce::new(
             tap,
             &gauges(),
@@ -179,7 +179,7 @@ mod tests {
         for force in &forces {
             assert!((force.normal_n - 0.6).abs() < 1e-6, "{}", force.normal_n);
             assert!((force.lateral_n + 0.7).abs() < 1e-6, "{}", force.lateral_n);
-            let Moment::Card(frame) = force.at else {
+            let Moment::Card(frame) = force.moment else {
                 panic!("not on the card's clock");
             };
             assert_eq!((frame + 48.0) % 12.0, 0.0);

@@ -8,7 +8,7 @@ use safety::Nonsense;
 use super::link::Link;
 use crate::correct::Corrector;
 use crate::force_source::{ForceSource, Moment, SourceHealth, TimedForce};
-use crate::gone::SourceGone;
+use crate::loss::SourceGone;
 
 /// Full-scale count of a 24-bit converter.
 const FULL_SCALE: f64 = (1 << 23) as f64;
@@ -79,7 +79,7 @@ impl ForceSource for BoxForce {
 
     fn off_rate(&self, fast_ppm: f64, card_ppm: f64) -> SourceGone {
         SourceGone::Clock {
-            of: "field box",
+            source_name: "field box",
             fast_ppm,
             card_ppm,
         }

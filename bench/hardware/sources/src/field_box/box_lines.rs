@@ -5,8 +5,8 @@ use std::sync::Arc;
 use field_box_wire::{Levels, Word};
 use safety::{GpioError, InputLine, OutputLine};
 
-use super::gone::FieldBoxGone;
 use super::link::Link;
+use super::loss::FieldBoxGone;
 use crate::lines::Lines;
 
 /// Returns all lines of a box; the box itself counts its encoder.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::link::Link;
 use crate::force_source::SourceHealth;
-use crate::gone::SourceGone;
+use crate::loss::SourceGone;
 use crate::position::{Counted, POSITION_HZ, PositionSource};
 
 /// Largest share of a period by which a report may be early, since its rate need not be a multiple of the positions' rate.
@@ -52,11 +52,11 @@ impl PositionSource for BoxPosition {
             let step = counted.wrapping_sub(self.last.replace(counted).unwrap_or(counted));
             self.count += i64::from(step);
             self.lost |= lost;
-            if dated.own_s >= self.due_s {
-                self.due_s = dated.own_s + (1.0 - EARLY) / POSITION_HZ;
+            if dated.source_s >= self.due_s {
+                self.due_s = dated.source_s + (1.0 - EARLY) / POSITION_HZ;
                 take(Counted {
                     host_s: dated.host_s,
-                    own_s: dated.own_s,
+                    source_s: dated.source_s,
                     count: self.count,
                     // A hardware counter misses no states.
                     missed: 0,

@@ -8,7 +8,7 @@ use config::FieldBox as FieldBoxTable;
 use field_box_wire::{Identity, Report, StopReason, Word};
 use tasks::{Clock, Slot};
 
-use super::gone::FieldBoxGone;
+use super::loss::FieldBoxGone;
 use super::reader::Reader;
 use super::writer::Writer;
 use crate::serial::split_port;

@@ -5,10 +5,10 @@ mod box_force;
 mod box_lines;
 mod box_position;
 mod device;
-mod gone;
 mod link;
+mod loss;
 mod reader;
 mod writer;
 
 pub use device::FieldBox;
-pub use gone::FieldBoxGone;
+pub use loss::FieldBoxGone;

@@ -26,7 +26,7 @@ pub(super) struct Dated {
     /// Time on the host's clock, s.
     pub(super) host_s: f64,
     /// Time on the box's clock, s.
-    pub(super) own_s: f64,
+    pub(super) source_s: f64,
     /// Restarts of the box before the report.
     pub(super) restarts: u64,
     pub(super) report: Report,
@@ -158,7 +158,7 @@ impl Reader {
             };
             let dated = Dated {
                 host_s,
-                own_s: self.clock.device_s(count),
+                source_s: self.clock.device_s(count),
                 restarts,
                 report,
             };
@@ -221,7 +221,7 @@ mod tests {
                     position: 0,
                     levels: Levels::default(),
                     stop: None,
-                    heard: 0,
+                    word_number: 0,
                 };
                 let bytes = FromBox::Report(report).encode();
                 line.0.lock().unwrap().extend_from_slice(&bytes);
@@ -243,7 +243,7 @@ mod tests {
             .iter()
             .map(|(now_s, dated)| (dated.host_s - now_s).abs());
         assert!(errors_s.fold(0.0, f64::max) < 1e-3);
-        assert!(dated.is_sorted_by(|a, b| a.1.own_s < b.1.own_s));
+        assert!(dated.is_sorted_by(|a, b| a.1.source_s < b.1.source_s));
         assert_eq!(
             [5999, 6000].map(|index: usize| dated[index].1.restarts),
             [0, 1]

@@ -76,8 +76,9 @@ impl Writer {
     /// Records the acknowledgement in `report`; returns whether the box has acknowledged the present enable.
     pub(super) fn acknowledge(&mut self, report: &Report) -> bool {
         // The acknowledged word is one of those sent since, or an earlier one.
-        let includes =
-            |number: u16, since: usize| usize::from(report.heard.wrapping_sub(number)) < since;
+        let includes = |number: u16, since: usize| {
+            usize::from(report.word_number.wrapping_sub(number)) < since
+        };
         while let Some(&(number, _)) = self.unacknowledged.front()
             && includes(number, self.unacknowledged.len())
         {
@@ -117,7 +118,7 @@ mod tests {
             position: 0,
             levels: Levels::default(),
             stop: None,
-            heard: word_number,
+            word_number,
         }
     }
 

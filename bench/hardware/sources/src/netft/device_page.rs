@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn a_page_that_says_nothing_of_use_is_refused_by_what_is_wrong() {
+    fn a_useless_page_is_refused_with_its_fault() {
         let not_found = "HTTP/1.1 404 Not Found\r\n\r\n<html>404</html>";
         assert!(matches!(
             page_from(not_found),

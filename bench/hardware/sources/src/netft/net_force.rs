@@ -15,7 +15,7 @@ use crate::backlog::Backlog;
 use crate::correct::Corrector;
 use crate::device_time::{DeviceCount, ExpectedCount, Place as CountPlace};
 use crate::force_source::{ForceSource, LineFaults, Moment, SourceHealth, TimedForce};
-use crate::gone::SourceGone;
+use crate::loss::SourceGone;
 use crate::nonsense::NonsenseWatch;
 use crate::sensor_clock::SensorClock;
 
@@ -173,7 +173,7 @@ impl NetForce {
         let forces = record
             .forces
             .map(|counts| f64::from(counts) / self.counts_per_n);
-        let raw_n = self.axes.map(|axis| axis.of(forces));
+        let raw_n = self.axes.map(|axis| axis.force_along(forces));
         let host_s = self.clock.host_s(count)?;
         let saturated = [condition == Condition::Saturated; 2];
         Some(self.corrector.force(Moment::Host(host_s), raw_n, saturated))
@@ -261,7 +261,7 @@ impl ForceSource for NetForce {
         if let Some(for_s) = self.backlog.take(now_s, emptied) {
             let device_name = "force sensor";
             return Err(SourceGone::Flood {
-                of: device_name,
+                source_name: device_name,
                 for_s,
             });
         }
@@ -466,7 +466,7 @@ mod tests {
             ..LineFaults::default()
         };
         assert_eq!(rig.source.health().faults, restarted);
-        let Moment::Host(last_s) = forces[199].at else {
+        let Moment::Host(last_s) = forces[199].moment else {
             panic!("not on the host's clock");
         };
         assert!((last_s - rig.now_s.get()).abs() < 1e-3);
@@ -486,7 +486,7 @@ mod tests {
             rig.send(k, k, 0.5);
             rig.now_s.set(f64::from(k) / 7812.0);
             rig.poll().unwrap();
-            rig.source.health().clock.unwrap().beyond(&card)
+            rig.source.health().clock.unwrap().excess_ppm(&card)
         });
         let loss = rig.source.off_rate(excess_ppm.unwrap(), 0.0);
         let SourceGone::Rate { counted_hz, .. } = loss else {

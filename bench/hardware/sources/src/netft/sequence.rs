@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn what_had_no_number_is_not_lost_besides() {
+    fn unnumbered_readings_are_not_counted_as_lost() {
         let mut sequence = Sequence::default();
         for number in 0..1000u32 {
             if number % 10 == 5 {

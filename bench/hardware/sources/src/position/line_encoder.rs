@@ -4,7 +4,7 @@ use safety::InputLine;
 
 use super::position_source::{Counted, POSITION_HZ, PositionSource};
 use super::quadrature::Quadrature;
-use crate::gone::SourceGone;
+use crate::loss::SourceGone;
 
 const PERIOD_NS: u64 = (1e9 / POSITION_HZ) as u64;
 
@@ -41,7 +41,7 @@ impl PositionSource for LineEncoder {
             let host_s = now_s();
             take(Counted {
                 host_s,
-                own_s: host_s,
+                source_s: host_s,
                 count,
                 missed: self.quadrature.skipped(),
                 lost: false,

@@ -1,7 +1,7 @@
 //! Trait of all position sources.
 
 use crate::force_source::SourceHealth;
-use crate::gone::SourceGone;
+use crate::loss::SourceGone;
 
 /// Rate at which positions are delivered, Hz.
 pub const POSITION_HZ: f64 = 1e3;
@@ -13,7 +13,7 @@ pub struct Counted {
     pub host_s: f64,
     /// Time on the clock of the encoder's device, s: it always advances between counts, whereas the estimate of host time may
     /// not.
-    pub own_s: f64,
+    pub source_s: f64,
     /// Quadrature counts since the first reading.
     pub count: i64,
     /// Encoder states missed so far, as far as the source can detect them.

@@ -10,7 +10,7 @@ use super::text_lines::LineDecoder;
 use crate::backlog::Backlog;
 use crate::correct::Corrector;
 use crate::force_source::{ForceSource, Moment, SourceHealth, TimedForce};
-use crate::gone::SourceGone;
+use crate::loss::SourceGone;
 use crate::nonsense::NonsenseWatch;
 use crate::sensor_clock::SensorClock;
 
@@ -89,7 +89,7 @@ impl ForceSource for SerialForce {
         let flood = self.backlog.take(arrival_s, emptied);
         flood.map_or(Ok(()), |for_s| {
             Err(SourceGone::Flood {
-                of: device_name,
+                source_name: device_name,
                 for_s,
             })
         })
@@ -193,7 +193,7 @@ mod tests {
             let now_s = self.now_s.get();
             let (count, worst_s) = (&mut self.count, &mut self.worst_s);
             let mut take = |force: TimedForce| {
-                let Moment::Host(host_s) = force.at else {
+                let Moment::Host(host_s) = force.moment else {
                     panic!("not on the host's clock");
                 };
                 *count += 1;

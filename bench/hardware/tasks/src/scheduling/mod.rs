@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_system_grants_is_what_a_thread_has_and_what_it_starts_has_not() {
+    fn a_thread_has_the_granted_priority_and_its_children_have_not() {
         let scheduling = on_a_thread(|| (ask(7), look(), on_a_thread(look)));
         match scheduling {
             (Scheduling::RealTime { priority }, own_scheduling, child_scheduling) => {

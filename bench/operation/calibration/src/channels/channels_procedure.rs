@@ -332,7 +332,7 @@ impl Procedure for ChannelsProcedure {
                 .into_iter()
                 .flatten()
                 .map(|rung| PointRead {
-                    at: format!("{:.2} V", rung.drive_v),
+                    place: format!("{:.2} V", rung.drive_v),
                     value: format!("{:.4} of full scale", rung.amplitude),
                     ..PointRead::default()
                 })

@@ -390,7 +390,7 @@ impl Calibrates for ChannelsProcedure {
             stem: Self::NAME,
             table: self.table(),
             figure: Some(figures::channels(&curves, &channels)),
-            beside: Vec::new(),
+            side_files: Vec::new(),
             part: Part::Channels(Box::new(channels)),
         })
     }

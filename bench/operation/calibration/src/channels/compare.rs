@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_as_calibrated_passes() {
+    fn unchanged_channels_pass() {
         assert_eq!(compare(&calibrated(), 0, 0.0333, &present()), Ok(()));
     }
 

@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn the_limit_is_found_and_what_lies_below_is_straight() {
+    fn the_limit_is_found_and_the_range_below_is_straight() {
         let limited = straightness(&ladder(0.02, 0.5), 1e-7).unwrap();
         assert_eq!(limited.clips_at, Some((0.5, 1e-6)));
         assert!(limited.nonlinearity < 1e-12);

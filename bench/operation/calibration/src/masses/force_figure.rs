@@ -47,7 +47,7 @@ pub(crate) fn force_figure(
             readings.push(Series::line(ink, dash, line));
             readings.push(
                 Series::points(ink, marker, points(&|i| sign(i) * loadings[i].reading[row]))
-                    .named(label),
+                    .with_name(label),
             );
             residuals.push(Series::points(
                 ink,
@@ -77,7 +77,7 @@ pub(crate) fn force_figure(
         vec![
             Panel {
                 series: readings,
-                ..Panel::new(known().unwritten(), Axis::linear("Reading (N)"))
+                ..Panel::new(known().without_labels(), Axis::linear("Reading (N)"))
             },
             Panel {
                 series: residuals,

@@ -472,7 +472,7 @@ impl ForceProcedure {
     /// Returns the masses that have been named.
     fn points_named(&self) -> Vec<PointRead> {
         let point = |mass: &Mass| PointRead {
-            at: format!("{} g {}", grams(mass.mass_kg), mass.axis.name()),
+            place: format!("{} g {}", grams(mass.mass_kg), mass.axis.name()),
             value: format!("{:.3} N", self.setup.weight_n(mass.mass_kg)),
             ..PointRead::default()
         };
@@ -503,7 +503,7 @@ impl ForceProcedure {
                 let zero = self.zero_at(load.at_s)?.mean;
                 let change = [0, 1].map(|k| 1e3 * (load.mean[k] - zero[k]));
                 Some(PointRead {
-                    at: format!("{} g {}", grams(mass.mass_kg), mass.axis.name()),
+                    place: format!("{} g {}", grams(mass.mass_kg), mass.axis.name()),
                     value: format!("normal {:.2} mN, lateral {:.2} mN", change[0], change[1]),
                     residual: residual.map(|n| format!("{:+.2} mN", 1e3 * n)),
                     worst: residual.is_some_and(|n| n.abs() == worst),

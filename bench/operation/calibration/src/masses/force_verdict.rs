@@ -130,7 +130,7 @@ impl ForceProcedure {
             stem: "tare",
             table: self.table(None),
             figure: None,
-            beside: Vec::new(),
+            side_files: Vec::new(),
         })
     }
 
@@ -346,7 +346,7 @@ impl Calibrates for ForceProcedure {
             stem: Self::NAME,
             table: self.table(Some(&fit)),
             figure: Some(force_figure(&loadings, &fit, &force)),
-            beside: Vec::new(),
+            side_files: Vec::new(),
             part: Part::Force {
                 force: Box::new(force),
                 sensor: setup.sensor.clone(),

@@ -142,7 +142,7 @@ fn matrix_tare_and_drift_of_a_linear_sensor_are_found() {
 }
 
 #[test]
-fn what_is_known_badly_widens_the_errors_and_the_pulley_only_its_row() {
+fn uncertain_masses_widen_the_errors_and_the_pulley_only_its_row() {
     let sensor = |load_n: [f64; 2], _: f64| response(load_n);
     let accuracy = Accuracy {
         masses: 1e-3,
@@ -397,7 +397,7 @@ fn every_way_to_go_wrong_has_its_words() {
 }
 
 #[test]
-fn what_is_beyond_a_limit_does_not_pass_and_says_so() {
+fn a_value_beyond_a_limit_fails_with_its_reason() {
     type Poor = (&'static str, Box<Sensor<'static>>);
     let poor: [Poor; 4] = [
         (
@@ -441,7 +441,7 @@ fn what_is_beyond_a_limit_does_not_pass_and_says_so() {
 }
 
 #[test]
-fn what_cannot_be_asked_for_is_refused_before_anything_is_opened() {
+fn an_impossible_request_is_refused_before_hardware_is_opened() {
     let refusal = |masses: &[Mass], gravity| {
         let setup = ForceSetup::new(&config(), masses.to_vec(), EXACT, gravity);
         setup.err().unwrap().to_string()

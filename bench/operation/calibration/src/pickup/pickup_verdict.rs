@@ -82,7 +82,7 @@ impl Calibrates for PickupProcedure {
             stem: Self::NAME,
             table: self.points_csv(&line),
             figure: Some(figures::pickup(&self.rungs, &line.residuals, &pickup)),
-            beside: Vec::new(),
+            side_files: Vec::new(),
             part: Part::Pickup(Box::new(pickup)),
         })
     }
@@ -189,7 +189,7 @@ impl PickupProcedure {
             .iter()
             .enumerate()
             .map(|(i, rung)| PointRead {
-                at: format!("{:.2} V", rung.drive_v),
+                place: format!("{:.2} V", rung.drive_v),
                 value: format!("{:.4} µm", rung.known_m * 1e6),
                 residual: line
                     .and_then(|line| line.residuals.get(i))

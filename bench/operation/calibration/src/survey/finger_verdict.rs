@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use crate::plate_procedure::PlateProcedure;
 use anyhow::bail;
-use calibration_rig::judged::{Beside, Calibrates, Judged, Part};
+use calibration_rig::judged::{Calibrates, Judged, Part, SideFile};
 use config::{MeasuredFinger, MeasuredPlate, Provenance, Quantity};
 use jiff::Timestamp;
 use metrology::plate_fit::{CHANNEL_MATCH, PlateFit};
@@ -42,7 +42,7 @@ impl Calibrates for FingerProcedure {
             finger.drive_v,
             shift(&finger, &plate),
         ));
-        judged.beside.push(Beside {
+        judged.side_files.push(SideFile {
             stem: "plate-finger",
             table: csv(&pairs),
             figure: None,
@@ -152,7 +152,7 @@ fn draw(figure: &mut Figure, pairs: &[Pair], finger: &MeasuredFinger) {
     }];
     for (panel, value) in figure.panels.iter_mut().zip(values) {
         let series = Series::points(Ink::Blue, Marker::Disc, over_frequency(value));
-        panel.series.push(series.named("under a finger"));
+        panel.series.push(series.with_name("under a finger"));
     }
     figure.title = "Admittance of the plate, bare and under a finger".to_owned();
     figure.caption += &format!(

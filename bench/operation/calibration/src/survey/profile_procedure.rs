@@ -315,7 +315,7 @@ impl Procedure for ProfileProcedure {
 
 fn read(place: &Place) -> PointRead {
     PointRead {
-        at: format!("{:.1} mm", 1e3 * place.position_m),
+        place: format!("{:.1} mm", 1e3 * place.position_m),
         value: format!("{:.5} ± {:.5}", place.ratio, place.error),
         ..PointRead::default()
     }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use crate::plate_procedure::PlateProcedure;
 use anyhow::bail;
-use calibration_rig::judged::{Beside, Calibrates, Judged, Part};
+use calibration_rig::judged::{Calibrates, Judged, Part, SideFile};
 use config::{KeptLength, MeasuredProfile, ProfilePlace, Provenance, Quantity, Uniformity};
 use jiff::Timestamp;
 use plotting::{Axis, Dash, Figure, Ink, Key, Marker, Panel, Series, Width};
@@ -110,7 +110,7 @@ impl Calibrates for ProfileProcedure {
         judged
             .remarks
             .push(format!("along the plate  {}", words(&profile)));
-        judged.beside.push(Beside {
+        judged.side_files.push(SideFile {
             stem: "plate-profile",
             table: csv(&self.places),
             figure: Some(draw(&self.places, &profile)),

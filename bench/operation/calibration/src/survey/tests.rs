@@ -13,8 +13,8 @@ use crate::survey::profile_verdict::{judge_length, judge_places};
 const CONFIG: &str = config::rigs::MOCK_BENCH;
 
 fn plate(config: &Config) -> anyhow::Result<PlateProcedure> {
-    let identity = Identity::of(config, String::new(), String::new());
-    let setup = PlateSetup::new(config, &CalibrationFile::of(identity), 20.0)?;
+    let identity = Identity::from_config(config, String::new(), String::new());
+    let setup = PlateSetup::new(config, &CalibrationFile::new(identity), 20.0)?;
     Ok(PlateProcedure::new(setup))
 }
 
@@ -67,7 +67,7 @@ fn nothing_is_driven_under_a_finger_that_does_not_rest_as_it_must() {
 }
 
 #[test]
-fn where_nobody_can_be_asked_it_gives_up() {
+fn without_an_operator_the_survey_ends() {
     let mut finger = procedure(CONFIG, false).unwrap();
     for last in [false, false, true] {
         place_finger(&mut finger);

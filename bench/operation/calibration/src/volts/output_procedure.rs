@@ -233,7 +233,7 @@ impl OutputProcedure {
         let ratio = known_v / level_v;
         let is_off = (ratio - 1.0).abs() > SURPRISE && self.queried_v != Some(known_v);
         is_off.then(|| {
-            let slip = UnitSlip::of(ratio).map_or(String::new(), |slip| format!(" ({slip})"));
+            let slip = UnitSlip::from_ratio(ratio).map_or(String::new(), |slip| format!(" ({slip})"));
             let peak_v = meter.reads.peak_per_reading();
             format!(
                 "{:.3} {}, but the bench believes {:.3}{slip}. Check meter, range and leads; type it again to confirm.",
@@ -351,7 +351,7 @@ impl Procedure for OutputProcedure {
     }
 
     fn progress(&self) -> CalibrationProgress {
-        let fit = VoltsFit::of(&self.points).ok();
+        let fit = VoltsFit::fit(&self.points).ok();
         let levels = &self.setup.levels_v;
         let (step, doing) = match self.stage {
             OutputStage::Listen => (1, "Listening to the silent bench.".to_owned()),
@@ -375,7 +375,7 @@ impl Procedure for OutputProcedure {
             points: (0..)
                 .zip(&self.points)
                 .map(|(i, point)| PointRead {
-                    at: format!("{:.2} V", point.commanded_v),
+                    place: format!("{:.2} V", point.commanded_v),
                     value: format!(
                         "{:.3} {}",
                         point.known_v / peak_v,

@@ -52,7 +52,7 @@ impl OutputProcedure {
             (true, false) => "output.volts_per_unit is wrong: the amplifier has another gain",
             _ => "channels.drive.volts_per_unit is wrong: the read-back has another divider",
         };
-        let slip = UnitSlip::of(commanded.value).map_or(String::new(), |slip| {
+        let slip = UnitSlip::from_ratio(commanded.value).map_or(String::new(), |slip| {
             format!(" {slip}: was the right unit typed?")
         });
         faults.push(format!(
@@ -91,7 +91,7 @@ impl Calibrates for OutputProcedure {
     const NAME: &'static str = "output";
 
     fn judge(&self, date: jiff::Timestamp, operator: &str) -> anyhow::Result<Judged> {
-        let fit = VoltsFit::of(&self.points)?;
+        let fit = VoltsFit::fit(&self.points)?;
         let setup = &self.setup;
         let per_commanded = self.factor(&fit.per_commanded, self.transfer);
         let per_read_back = self.factor(&fit.per_read_back, 1.0);
@@ -139,7 +139,7 @@ impl Calibrates for OutputProcedure {
             stem: Self::NAME,
             table: self.points_csv(&fit),
             figure: None,
-            beside: Vec::new(),
+            side_files: Vec::new(),
             part: Part::Output(Box::new(output)),
         })
     }

@@ -138,7 +138,7 @@ fn a_drive_that_resumes_and_stops_again_is_to_be_re_armed_again() {
 }
 
 #[test]
-fn a_drive_that_is_silent_too_late_is_missed_whatever_the_operator_does() {
+fn a_late_silence_is_missed_regardless_of_the_operator() {
     let mut bench = Bench::new(FaultKind::AmplifierOff, false);
     bench.pass(0.02);
     bench.trip(typical_trip(FaultKind::AmplifierOff));
@@ -201,7 +201,7 @@ fn a_flag_is_answered_by_repeating_at_once_or_after_a_word() {
 }
 
 #[test]
-fn a_bench_that_stops_after_it_has_flagged_is_missed_whatever_the_operator_does() {
+fn a_stop_after_a_flag_is_missed_regardless_of_the_operator() {
     for trip in [Trip::AudioSilent, Trip::Operator] {
         for is_acknowledged in [false, true] {
             let mut bench = Bench::new(FaultKind::Xrun, false);
@@ -372,7 +372,7 @@ fn typical_trip(fault: FaultKind) -> Trip {
         gpio,
         force,
     ];
-    let trip = trips.into_iter().find(|trip| tells(fault, trip));
+    let trip = trips.into_iter().find(|trip| is_sign(fault, trip));
     trip.unwrap_or_else(|| panic!("no trip tells of {fault}"))
 }
 

@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_on_the_screen_is_found() {
+    fn a_message_is_found_by_its_words_on_the_screen() {
         for line in [
             "drive reads back 3.1 V although disarmed",
             "exploration 2: mean normal force 0.93 N, outside 0.50 to 0.80 N",

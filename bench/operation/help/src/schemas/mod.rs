@@ -5,7 +5,7 @@
 //! reader itself, by values that it must refuse, so that each is stated only once.
 //!
 //! ```
-//! let schema: serde_json::Value = help::schemas::schema_of("bench").unwrap();
+//! let schema: serde_json::Value = help::schemas::schema("bench").unwrap();
 //! let length = schema.pointer("/$defs/Plate/properties/length_m").unwrap();
 //! assert_eq!((&length["minimum"], &length["maximum"]), (&0.01.into(), &1.0.into()));
 //! ```
@@ -70,7 +70,7 @@ pub fn list() -> String {
 
 /// Returns the schema called `name`; `None` for any other name.
 #[must_use]
-pub fn schema_of(name: &str) -> Option<Value> {
+pub fn schema(name: &str) -> Option<Value> {
     let mut schema = match name {
         "bench" => ranges::with_ranges(schema_for::<config::Config>(), &readers::bench()),
         "calibration" => with_hash(schema_for::<config::CalibrationFile>()),
@@ -91,8 +91,8 @@ pub fn schema_of(name: &str) -> Option<Value> {
 
 /// Returns the text of the schema called `name`; `None` for any other name.
 #[must_use]
-pub fn text_of(name: &str) -> Option<String> {
-    schema_of(name).map(|schema| format!("{schema:#}\n"))
+pub fn schema_text(name: &str) -> Option<String> {
+    schema(name).map(|schema| format!("{schema:#}\n"))
 }
 
 fn schema_for<T: JsonSchema>() -> Value {

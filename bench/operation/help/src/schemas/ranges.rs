@@ -251,16 +251,13 @@ mod tests {
     /// Returns the schemas that state ranges, with their readers.
     fn ranged_schemas() -> [(Json, Reader); 3] {
         [
+            (crate::schemas::schema("bench").unwrap(), readers::bench()),
             (
-                crate::schemas::schema_of("bench").unwrap(),
-                readers::bench(),
-            ),
-            (
-                crate::schemas::schema_of("protocol").unwrap(),
+                crate::schemas::schema("protocol").unwrap(),
                 readers::protocol(),
             ),
             (
-                crate::schemas::schema_of("scenario").unwrap(),
+                crate::schemas::schema("scenario").unwrap(),
                 readers::scenario(),
             ),
         ]

@@ -123,7 +123,7 @@ mod tests {
     /// Without a document here, the schema would lack the ranges of a source.
     #[test]
     fn every_source_of_forces_has_a_document() {
-        let schema = crate::schemas::schema_of("bench").unwrap();
+        let schema = crate::schemas::schema("bench").unwrap();
         let sources = schema.pointer("/$defs/Source/oneOf").unwrap();
         let source_name = |document: &Table| {
             document["force"]

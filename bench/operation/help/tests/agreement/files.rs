@@ -66,8 +66,8 @@ pub fn shipped_files(name: &str) -> Vec<(String, Table)> {
         "calibration" => {
             // No calibration is shipped: a bench that was never calibrated has an empty one.
             let config = Config::parse(config::TEMPLATE, "template").unwrap();
-            let identity = Identity::of(&config, "in".to_owned(), "out".to_owned());
-            let text = CalibrationFile::of(identity).to_text().unwrap();
+            let identity = Identity::from_config(&config, "in".to_owned(), "out".to_owned());
+            let text = CalibrationFile::new(identity).to_text().unwrap();
             vec![("of nothing".to_owned(), table(&text))]
         }
         "protocol" => {

@@ -20,7 +20,7 @@ fn as_json(table: &Table) -> Value {
 #[test]
 fn every_schema_is_one_of_2020_12() {
     for name in help::schemas::names() {
-        let schema = help::schemas::schema_of(name).unwrap();
+        let schema = help::schemas::schema(name).unwrap();
         assert_eq!(
             schema["$schema"],
             "https://json-schema.org/draft/2020-12/schema"
@@ -28,7 +28,7 @@ fn every_schema_is_one_of_2020_12() {
         drop(Validator::new(name));
         assert!(help::schemas::list().contains(name));
     }
-    assert_eq!(help::schemas::schema_of("bnech"), None);
+    assert_eq!(help::schemas::schema("bnech"), None);
 }
 
 #[test]
@@ -176,7 +176,7 @@ fn a_wrong_type_and_an_unknown_word_are_refused() {
 fn every_table_has_the_keys_of_its_reader() {
     let mut tables = 0;
     for name in help::schemas::names() {
-        let schema = help::schemas::schema_of(name).unwrap();
+        let schema = help::schemas::schema(name).unwrap();
         let sample = sample::complete(name);
         assert!(accepts_structure(name, &sample), "{name}:\n{sample}");
         let add_unknown = |table: &Table| vec![with_entry(table, "0", true)];

@@ -5,7 +5,7 @@ use toml::Table;
 
 /// Returns a file with every key of the schema called `name`.
 pub fn complete(name: &str) -> Table {
-    let schema = help::schemas::schema_of(name).unwrap();
+    let schema = help::schemas::schema(name).unwrap();
     let value = sample(&schema, &schema);
     Table::try_from(value).unwrap()
 }

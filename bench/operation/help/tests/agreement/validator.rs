@@ -29,7 +29,7 @@ impl Validator {
             answers: BufReader::new(child.stdout.take().unwrap()),
             child,
         };
-        let errors = validator.errors(&help::schemas::schema_of(name).unwrap());
+        let errors = validator.errors(&help::schemas::schema(name).unwrap());
         assert!(errors.is_empty(), "schema of {name}: {errors:#?}");
         validator
     }

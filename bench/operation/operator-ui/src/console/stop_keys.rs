@@ -13,7 +13,7 @@ use tui::Action;
 /// use tui::Action;
 ///
 /// let stop = StopFlag::default();
-/// let keys = StopKeys::new(safety::DriveStop::default()).ending(stop.clone());
+/// let keys = StopKeys::new(safety::DriveStop::default()).with_end(stop.clone());
 /// keys.act(&Action::Pause);
 /// keys.act(&Action::EmergencyStop);
 /// assert!(!stop.is_raised());
@@ -35,7 +35,7 @@ impl StopKeys {
 
     /// Makes the keys that quit raise `stop` as well. A drill omits this, because quitting may be the right response there.
     #[must_use]
-    pub fn ending(self, stop: StopFlag) -> Self {
+    pub fn with_end(self, stop: StopFlag) -> Self {
         Self {
             ends: Some(stop),
             ..self

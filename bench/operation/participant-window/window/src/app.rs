@@ -248,7 +248,7 @@ impl Screen {
     /// Shows the participant's page if it has changed.
     fn show(
         &mut self,
-        content: &participant_window::message::Shown,
+        content: &participant_window::message::Content,
         audio_s: Option<f64>,
         moving: Moving,
         moves: bool,

@@ -7,13 +7,13 @@ use participant_window::fitness::{Fitness, OnMonitor};
 use participant_window::frame_log::FrameLog;
 use participant_window::geometry::Geometry;
 use participant_window::lettering::Typeface;
-use participant_window::message::{Beat, FromWindow, Shown, ToWindow};
+use participant_window::message::{Beat, Content, FromWindow, ToWindow};
 use participant_window::page::Moving;
 
 /// Latest contents from the session, and the bench's clock.
 #[derive(Default)]
 pub struct Stage {
-    content: Shown,
+    content: Content,
     clock: BenchClock,
     finger_m: Option<f64>,
     /// Whether a session is connected.
@@ -53,10 +53,10 @@ impl Stage {
     /// Notes that no session is connected, or that it ended without a message.
     pub fn show_loss(&mut self, reason: &str) {
         if self.running || self.content.title.is_empty() {
-            self.content = Shown {
+            self.content = Content {
                 title: std::mem::take(&mut self.content.silent),
                 then: Some(reason.to_owned()),
-                ..Shown::default()
+                ..Content::default()
             };
         }
         self.running = false;
@@ -71,12 +71,12 @@ impl Stage {
     }
 
     /// Returns the contents at `aim_s` on the shared clock, and the time on the bench's clock then.
-    pub fn frame_at(&self, aim_s: f64) -> (Shown, Option<f64>, Moving) {
+    pub fn frame_at(&self, aim_s: f64) -> (Content, Option<f64>, Moving) {
         let audio_s = self.clock.audio_s(aim_s);
         let (Some(now_s), true) = (audio_s, self.running) else {
             // Without the bench's clock the slider is not shown.
             let silent = self.running && self.content.track.is_some();
-            let content = Shown {
+            let content = Content {
                 title: if silent {
                     self.content.silent.clone()
                 } else {
@@ -122,11 +122,11 @@ impl Stage {
             .zip(audio_s)
             .filter(|(motion, audio_s)| self.running && motion.moves(*audio_s));
         let Some(((motion, audio_s), slider_m)) = moving.zip(slider_m) else {
-            self.fitness.stands();
+            self.fitness.note_rest();
             let report = self.log.take()?.report()?;
             return Some(FromWindow::Explored(report));
         };
-        self.fitness.moved(shared_s);
+        self.fitness.note_frame(shared_s);
         let mut report = None;
         if self.log.as_ref().is_some_and(|log| *log.motion() != motion) {
             report = self
@@ -148,7 +148,7 @@ impl Stage {
         expected: &OnMonitor,
         current: Option<&OnMonitor>,
     ) -> Option<FromWindow> {
-        self.fitness.on(expected, current);
+        self.fitness.set_monitor(expected, current);
         let virtual_display = super::monitor::is_virtual(&expected.name);
         self.fitness
             .news(shared_s, virtual_display)
@@ -162,7 +162,7 @@ impl Stage {
             .content
             .track
             .as_ref()
-            .filter(|track| !geometry.holds(track))
+            .filter(|track| !geometry.fits(track))
         {
             troubles.push(format!(
                 "the plate of {:.0} mm does not fit on this monitor, which is {:.0} mm wide: it is drawn smaller, not \
@@ -203,7 +203,7 @@ mod tests {
     fn stage(starts_s: Option<f64>) -> Stage {
         let mut stage = Stage::default();
         stage.take(ToWindow::Welcome { format: FORMAT });
-        stage.take(ToWindow::Show(Box::new(Shown {
+        stage.take(ToWindow::Show(Box::new(Content {
             title: "Follow the slider".to_owned(),
             silent: "Paused".to_owned(),
             track: Some(Track {
@@ -217,7 +217,7 @@ mod tests {
                 marks: ("start".to_owned(), "end".to_owned()),
                 place: false,
             }),
-            ..Shown::default()
+            ..Content::default()
         })));
         stage.take(ToWindow::Beat(Beat {
             audio_s: 0.0,
@@ -271,14 +271,14 @@ mod tests {
     }
 
     #[test]
-    fn the_operator_is_told_once_of_a_plate_that_does_not_fit_and_of_letters_that_lack() {
+    fn the_operator_is_warned_once_of_an_oversized_plate_and_of_missing_letters() {
         let mut stage = stage(None);
         let narrow = Geometry {
             width: 300.0,
             height: 200.0,
             pixel_m: 2.5e-4,
         };
-        let face = Typeface::built_in().unwrap();
+        let face = Typeface::default_face().unwrap();
         assert_eq!(stage.troubles(narrow, &face).len(), 1);
         assert!(stage.troubles(narrow, &face).is_empty());
         stage.content.title = "準備".to_owned();

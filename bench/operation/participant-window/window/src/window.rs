@@ -15,7 +15,7 @@ const FONT_LIMIT_BYTES: u64 = 64 << 20;
 /// Returns the typeface of the options.
 fn typeface(options: &Options) -> Result<Typeface, WindowError> {
     let Some(path) = &options.font else {
-        return Typeface::built_in().map_err(|source| WindowError::Font {
+        return Typeface::default_face().map_err(|source| WindowError::Font {
             path: "the built-in font".into(),
             source,
         });

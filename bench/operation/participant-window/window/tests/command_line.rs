@@ -19,7 +19,7 @@ fn window(arguments: &[&str]) -> Output {
 }
 
 #[test]
-fn it_tells_its_options_and_its_version() {
+fn the_program_prints_its_options_and_its_version() {
     let help = window(&["--help"]);
     assert!(help.status.success());
     let text = String::from_utf8_lossy(&help.stdout).into_owned();

@@ -22,7 +22,7 @@ pub use origin::{
     Software, Trial,
 };
 pub use protocols::Direction;
-pub use recorded_clock::{ClockOf, RecordedClock};
+pub use recorded_clock::{ClockDevice, RecordedClock};
 pub use recorded_profile::{PROFILE_RATIOS, RecordedProfile};
 pub use recording_event::{EventKind, QUIET_S, RecordingEvent};
 pub use standard_errors::StandardErrors;

@@ -10,7 +10,7 @@ use super::manifest_error::{ManifestError, require_finite, require_not_negative}
 #[serde(deny_unknown_fields)]
 pub struct RecordedClock {
     /// Device of the clock.
-    pub of: ClockOf,
+    pub of: ClockDevice,
     /// Excess of the clock's rate over the sound card's, or of the sound card's over the computer's, parts per million.
     pub drift_ppm: f64,
     /// Largest difference between the arrival of readings and the times given by the clock, s, each a median over 5 s; absent
@@ -23,7 +23,7 @@ pub struct RecordedClock {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
-pub enum ClockOf {
+pub enum ClockDevice {
     /// The sound card; its clock is the time base of the recording.
     SoundCard,
     /// The force sensor.

@@ -7,7 +7,7 @@ use crate::disk::DiskError;
 use crate::manifest::{Manifest, RecordedClock, RecordedInterval, RecordingEvent};
 use crate::sums::Sums;
 use crate::wav::AudioFormat;
-use crate::writer::{Ending, OnDisk, WriteError};
+use crate::writer::{DiskSize, Ending, WriteError};
 
 /// Message from the acquisition to the recorder.
 #[derive(Debug)]
@@ -58,7 +58,7 @@ pub enum RecorderNotice {
         /// The recording.
         folder: PathBuf,
         /// Size of the recording.
-        on_disk: OnDisk,
+        on_disk: DiskSize,
         /// Sums of its files; `None` if the recorder ended before reading them.
         sums: Option<Sums>,
         /// Whether the trial was interrupted.
@@ -71,7 +71,7 @@ pub enum RecorderNotice {
         /// Reason.
         error: RecorderError,
         /// Size of the readable part.
-        kept: OnDisk,
+        saved_part: DiskSize,
     },
 }
 
@@ -127,7 +127,7 @@ pub struct RecorderStatus {
     /// Frames accepted, whether on disk or not.
     pub frames: u64,
     /// Size on disk at the last sync.
-    pub on_disk: OnDisk,
+    pub on_disk: DiskSize,
     /// Error of the last recording, if it failed.
     pub error: Option<String>,
 }

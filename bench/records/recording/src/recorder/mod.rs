@@ -238,7 +238,7 @@ pub struct RecorderTask {
 
 /// Whether a polled recorder may still receive messages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Polled {
+pub enum QueueState {
     /// The sender still exists.
     Open,
     /// The sender was dropped; an open recording has failed and is kept.
@@ -247,16 +247,16 @@ pub enum Polled {
 
 impl RecorderTask {
     /// Handles all waiting messages, syncs if it is due, and reads on for the sums of saved recordings.
-    pub fn poll(&mut self, now: Instant) -> Polled {
+    pub fn poll(&mut self, now: Instant) -> QueueState {
         self.shared.note_check();
         let state = loop {
             match self.queue.try_recv() {
                 Ok(queued) => self.take(queued),
-                Err(TryRecvError::Empty) => break Polled::Open,
+                Err(TryRecvError::Empty) => break QueueState::Open,
                 Err(TryRecvError::Disconnected) => {
                     self.core.fail(RecorderError::Disconnected);
                     self.core.leave_sums();
-                    break Polled::Closed;
+                    break QueueState::Closed;
                 }
             }
         };
@@ -293,7 +293,7 @@ impl RecorderTask {
                     self.publish();
                 }
                 Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {
-                    if self.poll(Instant::now()) == Polled::Closed {
+                    if self.poll(Instant::now()) == QueueState::Closed {
                         return;
                     }
                 }

@@ -10,8 +10,8 @@ use super::message::{
 };
 use crate::manifest::{EventKind, RecordingEvent};
 use crate::storage::{FileSystem, Storage};
-use crate::sums::Summing;
-use crate::writer::{Ending, OnDisk, RecordingWriter, WriteError};
+use crate::sums::Summation;
+use crate::writer::{DiskSize, Ending, RecordingWriter, WriteError};
 
 /// Time between syncs; together with the sync well under the 1 s within which everything must be on disk.
 pub const SYNC_INTERVAL: Duration = Duration::from_millis(400);
@@ -34,8 +34,8 @@ pub struct RecorderCore {
 /// Recording that has ended and is synced.
 #[derive(Debug)]
 struct EndedRecording {
-    summing: Summing,
-    on_disk: OnDisk,
+    summing: Summation,
+    on_disk: DiskSize,
     interrupted: bool,
 }
 
@@ -60,12 +60,12 @@ impl RecorderCore {
     /// Creates a recorder without an open recording.
     #[must_use]
     pub fn new() -> Self {
-        Self::on(Arc::new(FileSystem))
+        Self::with_storage(Arc::new(FileSystem))
     }
 
     /// Creates a recorder without an open recording, on any storage.
     #[must_use]
-    pub fn on(storage: Arc<dyn Storage>) -> Self {
+    pub fn with_storage(storage: Arc<dyn Storage>) -> Self {
         Self {
             storage,
             writer: None,
@@ -118,9 +118,9 @@ impl RecorderCore {
             return;
         };
         if let Err(error) = recording.summing.advance(SUM_BYTES) {
-            let (folder, kept) = (recording.summing.folder().to_owned(), recording.on_disk);
+            let (folder, saved_part) = (recording.summing.folder().to_owned(), recording.on_disk);
             self.summing.pop_front();
-            self.report_failure(folder, error.into(), kept);
+            self.report_failure(folder, error.into(), saved_part);
         } else if recording.summing.sums().is_some() {
             self.notices.push_back(recording.saved_notice());
             self.summing.pop_front();
@@ -163,12 +163,12 @@ impl RecorderCore {
             folder: Some(folder.clone()),
             ..RecorderStatus::default()
         };
-        match RecordingWriter::create_on(Arc::clone(&self.storage), &folder, manifest, format) {
+        match RecordingWriter::create_in(Arc::clone(&self.storage), &folder, manifest, format) {
             Ok(writer) => {
                 self.writer = Some(writer);
                 self.notices.push_back(RecorderNotice::Began { folder });
             }
-            Err(error) => self.report_failure(folder, error.into(), OnDisk::default()),
+            Err(error) => self.report_failure(folder, error.into(), DiskSize::default()),
         }
     }
 
@@ -195,7 +195,7 @@ impl RecorderCore {
             Ok(on_disk) => {
                 self.status.state = RecorderState::Idle;
                 self.status.on_disk = on_disk;
-                let summing = Summing::new(Arc::clone(&self.storage), &folder);
+                let summing = Summation::new(Arc::clone(&self.storage), &folder);
                 self.summing.push_back(EndedRecording {
                     summing,
                     on_disk,
@@ -203,7 +203,7 @@ impl RecorderCore {
                 });
             }
             Err(unfinished) => {
-                self.report_failure(folder, unfinished.error.into(), unfinished.kept)
+                self.report_failure(folder, unfinished.error.into(), unfinished.saved_part)
             }
         }
     }
@@ -230,21 +230,21 @@ impl RecorderCore {
     pub(super) fn fail(&mut self, error: RecorderError) {
         if let Some(writer) = self.writer.take() {
             let folder = writer.folder().to_owned();
-            let kept = writer.abandon(error.to_string());
-            self.report_failure(folder, error, kept);
+            let saved_part = writer.abandon(error.to_string());
+            self.report_failure(folder, error, saved_part);
         }
     }
 
-    fn report_failure(&mut self, folder: PathBuf, error: RecorderError, kept: OnDisk) {
+    fn report_failure(&mut self, folder: PathBuf, error: RecorderError, saved_part: DiskSize) {
         if self.status.folder.as_deref() == Some(&folder) {
             self.status.state = RecorderState::Failed;
-            self.status.on_disk = kept;
+            self.status.on_disk = saved_part;
         }
         self.status.error = Some(error.to_string());
         self.notices.push_back(RecorderNotice::Failed {
             folder,
             error,
-            kept,
+            saved_part,
         });
     }
 }

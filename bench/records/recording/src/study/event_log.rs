@@ -225,16 +225,16 @@ impl EventLog {
     /// # Errors
     /// The operating system refused.
     pub fn create(path: PathBuf) -> Result<Self, EventLogError> {
-        Self::create_on(Arc::new(FileSystem), path)
+        Self::create_in(Arc::new(FileSystem), path)
     }
 
     /// Does the same as [`create`](Self::create), on any storage.
     ///
     /// # Errors
     /// The disk refused.
-    pub fn create_on(storage: Arc<dyn Storage>, path: PathBuf) -> Result<Self, EventLogError> {
+    pub fn create_in(storage: Arc<dyn Storage>, path: PathBuf) -> Result<Self, EventLogError> {
         disk::create_empty(&*storage, &path)?;
-        Self::open_on(storage, path).map(|(log, _)| log)
+        Self::open_in(storage, path).map(|(log, _)| log)
     }
 
     /// Opens a log for appending; ends a line torn by a killed process.
@@ -242,27 +242,27 @@ impl EventLog {
     /// # Errors
     /// The operating system refused, or a line is not a document.
     pub fn open(path: PathBuf) -> Result<(Self, LogContent), EventLogError> {
-        Self::open_on(Arc::new(FileSystem), path)
+        Self::open_in(Arc::new(FileSystem), path)
     }
 
     /// Does the same as [`open`](Self::open), on any storage.
     ///
     /// # Errors
     /// As [`open`](Self::open).
-    pub fn open_on(
+    pub fn open_in(
         storage: Arc<dyn Storage>,
         path: PathBuf,
     ) -> Result<(Self, LogContent), EventLogError> {
         let text = storage
             .read(&path)
             .and_then(|file| bounded_files::read_limited(file, LIMIT_BYTES))
-            .on("read", &path)?;
+            .with_path("read", &path)?;
         let content = parse(&text, &path)?;
-        let mut file = storage.append(&path).on("open", &path)?;
+        let mut file = storage.append(&path).with_path("open", &path)?;
         if !text.is_empty() && !text.ends_with(b"\n") {
-            file.write_all(b"\n").on("write", &path)?;
+            file.write_all(b"\n").with_path("write", &path)?;
         }
-        let bytes = file.seek(SeekFrom::End(0)).on("read", &path)?;
+        let bytes = file.seek(SeekFrom::End(0)).with_path("read", &path)?;
         let log = Self {
             path,
             storage,
@@ -353,22 +353,24 @@ impl EventLog {
         }
         if self.is_spoilt {
             return Err(io::Error::other("an earlier line could not be saved"))
-                .on("write", &self.path)?;
+                .with_path("write", &self.path)?;
         }
         let write_result = self.file.write_all(line.as_bytes());
         if write_result.is_err() {
             // Half a line would corrupt the next one.
             self.is_spoilt = self.file.set_len(self.bytes).is_err();
         }
-        write_result.on("write", &self.path)?;
+        write_result.with_path("write", &self.path)?;
         self.bytes += line.len() as u64;
         self.events += u64::from(matches!(document, Document::Event(_)));
         let sync_result = self.file.sync_data();
         // A second sync could succeed after the system dropped unwritten data.
         self.is_spoilt = sync_result.is_err();
-        sync_result.on("sync", &self.path)?;
+        sync_result.with_path("sync", &self.path)?;
         // Syncing an unlinked file succeeds.
-        self.storage.find(&self.path).on("find", &self.path)?;
+        self.storage
+            .find(&self.path)
+            .with_path("find", &self.path)?;
         Ok(())
     }
 }
@@ -379,7 +381,7 @@ impl EventLog {
 /// The operating system refused, or another line is not a document.
 pub fn read(path: &Path) -> Result<LogContent, EventLogError> {
     parse(
-        &bounded_files::read(path, LIMIT_BYTES).on("read", path)?,
+        &bounded_files::read(path, LIMIT_BYTES).with_path("read", path)?,
         path,
     )
 }

@@ -78,7 +78,7 @@ impl Study {
     /// # Errors
     /// The folder contains other files, or another instance uses the study.
     pub fn open_or_create(folder: &Path, generated_by: GeneratedBy) -> Result<Self, StudyError> {
-        fs::create_dir_all(folder).on("create", folder)?;
+        fs::create_dir_all(folder).with_path("create", folder)?;
         let description_path = folder.join(DESCRIPTION_FILE);
         if !description_path.exists() && !is_unused(folder)? {
             return Err(StudyError::NotAStudy {
@@ -93,7 +93,7 @@ impl Study {
     ///
     /// # Errors
     /// The disk refused.
-    pub fn open_or_create_on(
+    pub fn open_or_create_in(
         storage: Arc<dyn Storage>,
         folder: &Path,
         generated_by: GeneratedBy,
@@ -203,7 +203,7 @@ impl Study {
             Some(id) => Err(StudyError::OtherCase {
                 path: self.folder.clone(),
                 participant: participant.to_string(),
-                known: id.to_owned(),
+                existing: id.to_owned(),
             }),
             None => Ok(()),
         }
@@ -230,7 +230,7 @@ impl Study {
         if let Err(error) = storage.create_folder(&participant_folder)
             && error.kind() != io::ErrorKind::AlreadyExists
         {
-            return Err(error).on("create", &participant_folder)?;
+            return Err(error).with_path("create", &participant_folder)?;
         }
         // Every participant in the table has a folder.
         disk::sync_parent(storage, &participant_folder)?;
@@ -243,7 +243,7 @@ impl Study {
                     next: self.next_session(participant)?,
                 });
             }
-            result => result.on("create", &folder)?,
+            result => result.with_path("create", &folder)?,
         }
         disk::sync_parent(storage, &folder)?;
         SessionFolder::create(Arc::clone(&self.storage), folder)
@@ -354,9 +354,9 @@ fn read_description(storage: &dyn Storage, path: &Path) -> Result<Description, S
 fn lock(folder: &Path) -> Result<File, StudyError> {
     match Lock::try_take(&folder.join(LOCK_FILE))? {
         Lock::Taken(file) => Ok(file),
-        Lock::Held { by } => Err(StudyError::InUse {
+        Lock::Held { holder } => Err(StudyError::InUse {
             path: folder.to_owned(),
-            holder: by,
+            holder,
         }),
     }
 }

@@ -33,12 +33,12 @@ pub struct Traces {
     /// Total size of the files, bytes.
     pub bytes: u64,
     /// Whether the participant is in `participants.tsv`.
-    pub listed: bool,
+    pub is_listed: bool,
     /// Number of lines of `exclusions.tsv` about the participant.
     pub exclusions: usize,
     /// Files of the study, outside all participants' folders, with the participant's identifier in their name or text.
     /// They are not removed.
-    pub elsewhere: Vec<PathBuf>,
+    pub other_files: Vec<PathBuf>,
 }
 
 impl Traces {
@@ -50,9 +50,9 @@ impl Traces {
             files: 0,
             links: 0,
             bytes: 0,
-            listed: false,
+            is_listed: false,
             exclusions: 0,
-            elsewhere: Vec::new(),
+            other_files: Vec::new(),
         };
         let folder = study.join(participant.as_str());
         match fs::symlink_metadata(&folder) {
@@ -63,9 +63,9 @@ impl Traces {
             }
             Ok(_) => {}
             Err(error) if error.kind() == ErrorKind::NotFound => {}
-            Err(error) => return Err(error).on("read", &folder)?,
+            Err(error) => return Err(error).with_path("read", &folder)?,
         }
-        traces.listed = read_table(study, PARTICIPANTS_FILE)?
+        traces.is_listed = read_table(study, PARTICIPANTS_FILE)?
             .lines()
             .any(|line| traces.is_listed_in(line));
         let exclusions = read_table(study, EXCLUSIONS_FILE)?;
@@ -73,7 +73,7 @@ impl Traces {
             .lines()
             .filter(|line| traces.is_excluded_by(line))
             .count();
-        if traces.folder.is_none() && !traces.listed && traces.exclusions == 0 {
+        if traces.folder.is_none() && !traces.is_listed && traces.exclusions == 0 {
             return Err(StudyError::NoParticipant {
                 path: study.to_owned(),
                 participant: traces.participant,
@@ -95,11 +95,11 @@ impl Traces {
     /// Counts the content of a folder; links are counted and not followed.
     fn count(&mut self, folder: &Path) -> Result<(), DiskError> {
         self.folders += 1;
-        for entry in fs::read_dir(folder).on("list", folder)? {
-            let entry = entry.on("list", folder)?;
+        for entry in fs::read_dir(folder).with_path("list", folder)? {
+            let entry = entry.with_path("list", folder)?;
             let path = entry.path();
             // Metadata of the entry itself, not of a link's target.
-            let metadata = entry.metadata().on("read", &path)?;
+            let metadata = entry.metadata().with_path("read", &path)?;
             if metadata.is_symlink() {
                 self.links += 1;
             } else if metadata.is_dir() {
@@ -114,11 +114,11 @@ impl Traces {
 
     /// Searches for the participant outside the participants' folders.
     fn search(&mut self, folder: &Path, depth: usize) -> Result<(), DiskError> {
-        for entry in fs::read_dir(folder).on("list", folder)? {
-            let entry = entry.on("list", folder)?;
+        for entry in fs::read_dir(folder).with_path("list", folder)? {
+            let entry = entry.with_path("list", folder)?;
             let (path, name) = (entry.path(), entry.file_name());
             let name = name.to_string_lossy();
-            let file_type = entry.file_type().on("read", &path)?;
+            let file_type = entry.file_type().with_path("read", &path)?;
             if name == PARTICIPANTS_FILE || name.starts_with("sub-") && file_type.is_dir() {
                 continue;
             }
@@ -141,10 +141,10 @@ impl Traces {
             };
             if self.is_named_in(name.as_bytes()) || file_type.is_file() && self.is_named_in(&text())
             {
-                self.elsewhere.push(path);
+                self.other_files.push(path);
             }
         }
-        self.elsewhere.sort_unstable();
+        self.other_files.sort_unstable();
         Ok(())
     }
 
@@ -166,7 +166,7 @@ impl Traces {
                     });
                 }
                 // `remove_dir_all` does not follow links.
-                _ => fs::remove_dir_all(folder).on("remove", folder)?,
+                _ => fs::remove_dir_all(folder).with_path("remove", folder)?,
             }
             disk::sync_folder(study)?;
         }
@@ -175,7 +175,7 @@ impl Traces {
         if self.exclusions > 0 {
             remove_lines(study, EXCLUSIONS_FILE, |line| self.is_excluded_by(line))?;
         }
-        if self.listed {
+        if self.is_listed {
             remove_lines(study, PARTICIPANTS_FILE, |line| self.is_listed_in(line))?;
         }
         Ok(())
@@ -197,22 +197,22 @@ fn read_table(study: &Path, name: &str) -> Result<String, DiskError> {
     let path = study.join(name);
     match bounded_files::read_text(&path, bounded_files::TEXT_LIMIT_BYTES) {
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(String::new()),
-        table => table.on("read", &path),
+        table => table.with_path("read", &path),
     }
 }
 
 fn note_removal(study: &Path, date: &str) -> Result<(), DiskError> {
     let path = study.join(REMOVALS_FILE);
-    let mut file = bounded_files::open_in_place(&path).on("open", &path)?;
-    let is_new = file.metadata().on("read", &path)?.len() == 0;
+    let mut file = bounded_files::open_in_place(&path).with_path("open", &path)?;
+    let is_new = file.metadata().with_path("read", &path)?.len() == 0;
     let header = if is_new { REMOVALS_HEADER } else { "" };
     drop(file);
     file = OpenOptions::new()
         .append(true)
         .open(&path)
-        .on("open", &path)?;
+        .with_path("open", &path)?;
     file.write_all(format!("{header}{date}\ta participant was removed\n").as_bytes())
-        .on("write", &path)?;
-    file.sync_all().on("sync", &path)?;
+        .with_path("write", &path)?;
+    file.sync_all().with_path("sync", &path)?;
     disk::sync_folder(study)
 }

@@ -37,7 +37,7 @@ impl DataRates {
 /// # Errors
 /// The operating system refused, or the platform does not report it (WebAssembly).
 pub fn free_bytes(path: &Path) -> Result<u64, StudyError> {
-    Ok(available_space(path).on("ask for the free space of", path)?)
+    Ok(available_space(path).with_path("ask for the free space of", path)?)
 }
 
 #[cfg(any(unix, windows))]

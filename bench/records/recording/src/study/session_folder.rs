@@ -37,7 +37,7 @@ pub struct RecordedTrial {
 impl SessionFolder {
     pub(super) fn create(storage: Arc<dyn Storage>, folder: PathBuf) -> Result<Self, StudyError> {
         Ok(Self {
-            log: EventLog::create_on(Arc::clone(&storage), folder.join(EVENTS_FILE))?,
+            log: EventLog::create_in(Arc::clone(&storage), folder.join(EVENTS_FILE))?,
             earlier_log: LogContent::default(),
             folder,
             storage,
@@ -50,7 +50,7 @@ impl SessionFolder {
             // The program was killed between creating the folder and the log.
             return Self::create(storage, folder);
         }
-        let (log, earlier_log) = EventLog::open_on(Arc::clone(&storage), path)?;
+        let (log, earlier_log) = EventLog::open_in(Arc::clone(&storage), path)?;
         Ok(Self {
             folder,
             storage,
@@ -67,7 +67,7 @@ impl SessionFolder {
 
     /// Returns the content of the log when the session was opened; empty for a new session.
     #[must_use]
-    pub fn log_before(&self) -> &LogContent {
+    pub fn earlier_log(&self) -> &LogContent {
         &self.earlier_log
     }
 

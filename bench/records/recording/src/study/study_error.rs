@@ -48,7 +48,7 @@ pub enum StudyError {
     },
     /// The study has the participant in another case, and some disks ignore case.
     #[error(
-        "{participant} and {known}, which {} knows, differ in upper and lower case only: write {known} if it is the same \
+        "{participant} and {existing}, which {} knows, differ in upper and lower case only: write {existing} if it is the same \
          person, or choose another code",
         path.display()
     )]
@@ -58,7 +58,7 @@ pub enum StudyError {
         /// The participant.
         participant: String,
         /// Identifier in the study.
-        known: String,
+        existing: String,
     },
     /// A folder of the study is a symbolic link.
     #[error(

@@ -212,7 +212,7 @@ fn a_folder_removed_during_the_trial_is_an_error_not_a_success() {
     assert_eq!(writer.sync().unwrap().frames, 10);
     fs::remove_dir_all(&folder).unwrap();
     let unfinished = writer.finish(Ending::Completed).unwrap_err();
-    assert_eq!(unfinished.kept.frames, 0);
+    assert_eq!(unfinished.saved_part.frames, 0);
 }
 
 #[test]

@@ -159,7 +159,7 @@ fn a_limit_met_at_the_very_end_is_not_called_saved() {
         let mut writer = RecordingWriter::create(&folder, manifest(), FORMAT_2).unwrap();
         writer.write_audio(&ramp(0, 20_000)).unwrap();
         let unfinished = writer.finish(Ending::Completed).unwrap_err();
-        println!("saved {}", unfinished.kept.frames);
+        println!("saved {}", unfinished.saved_part.frames);
         std::process::exit(0);
     }
     let temp = tempfile::tempdir().unwrap();

@@ -7,7 +7,7 @@ use crate::support::{FORMAT_2, force_rows, manifest, position_rows, ramp, read_a
 use crossbeam_channel::Receiver;
 use recording::manifest::{End, EventKind};
 use recording::recorder::{
-    Begin, Polled, RecorderCore, RecorderError, RecorderMessage, RecorderNotice, RecorderState,
+    Begin, QueueState, RecorderCore, RecorderError, RecorderMessage, RecorderNotice, RecorderState,
     SYNC_INTERVAL, SendError, recorder,
 };
 use recording::writer::{Ending, WriteError};
@@ -37,8 +37,8 @@ fn failure(notices: &Receiver<RecorderNotice>) -> (PathBuf, RecorderError, u64) 
             RecorderNotice::Failed {
                 folder,
                 error,
-                kept,
-            } => Some((folder, error, kept.frames)),
+                saved_part,
+            } => Some((folder, error, saved_part.frames)),
             _ => None,
         })
         .unwrap()
@@ -62,7 +62,7 @@ fn a_trial_in_lock_step() {
     sender
         .send(RecorderMessage::End(Ending::Completed))
         .unwrap();
-    assert_eq!(task.poll(start), Polled::Open);
+    assert_eq!(task.poll(start), QueueState::Open);
     let notices: Vec<_> = notices.try_iter().collect();
     assert!(
         matches!(
@@ -78,7 +78,7 @@ fn a_trial_in_lock_step() {
 }
 
 #[test]
-fn the_lag_is_what_is_not_on_disk() {
+fn the_lag_counts_the_data_not_yet_on_disk() {
     let temp = tempfile::tempdir().unwrap();
     let (mut sender, _notices, mut task) = recorder(100);
     let gauge = sender.gauge();
@@ -100,7 +100,7 @@ fn the_lag_is_what_is_not_on_disk() {
 }
 
 #[test]
-fn what_was_synced_is_readable_while_the_recording_goes_on() {
+fn synced_data_are_readable_during_the_recording() {
     let temp = tempfile::tempdir().unwrap();
     let folder = temp.path().join("r");
     let mut core = RecorderCore::new();
@@ -321,7 +321,7 @@ fn the_sums_of_a_long_recording_hold_nothing_up() {
     sender.send(end()).unwrap();
     let mut saved = Vec::new();
     while saved.len() < 2 {
-        assert_eq!(task.poll(start + SYNC_INTERVAL), Polled::Open);
+        assert_eq!(task.poll(start + SYNC_INTERVAL), QueueState::Open);
         saved.extend(answers(&notices));
     }
     assert_eq!(saved[0].0, "long");

@@ -149,7 +149,7 @@ fn a_folder_of_something_else_is_left_alone() {
 }
 
 #[test]
-fn a_study_whose_making_was_killed_is_made() {
+fn a_partly_created_study_is_completed() {
     let temp = tempfile::tempdir().unwrap();
     fs::write(temp.path().join(LOCK_FILE), "1\n").unwrap();
     fs::write(temp.path().join("dataset_description.json.tmp"), "{").unwrap();
@@ -192,7 +192,7 @@ fn person(age: &str, sex: &str) -> Person {
 }
 
 #[test]
-fn what_a_participant_states_is_filled_in_once_and_stays() {
+fn the_details_of_a_participant_are_filled_in_once_and_stay() {
     let temp = tempfile::tempdir().unwrap();
     let study = open(temp.path()).unwrap();
     let (first, second) = (participant("sub-01"), participant("sub-02"));
@@ -282,8 +282,8 @@ fn a_killed_or_aborted_session_can_be_resumed_and_an_ended_one_cannot() {
     log_a_session(session.log(), false);
     drop(session);
     let mut session = study.resume_session(&sub, 1).unwrap();
-    assert_eq!(session.log_before().documents.len(), 4);
-    assert_eq!(session.log_before().stop(), None, "killed");
+    assert_eq!(session.earlier_log().documents.len(), 4);
+    assert_eq!(session.earlier_log().stop(), None, "killed");
     log_a_session(session.log(), true);
     session
         .log()
@@ -292,7 +292,7 @@ fn a_killed_or_aborted_session_can_be_resumed_and_an_ended_one_cannot() {
     drop(session);
 
     let mut session = study.resume_session(&sub, 1).unwrap();
-    let stop = session.log_before().stop().unwrap().clone();
+    let stop = session.earlier_log().stop().unwrap().clone();
     assert_eq!((stop.exit_status, stop.num_events), (ExitStatus::Abort, 4));
     log_a_session(session.log(), true);
     session

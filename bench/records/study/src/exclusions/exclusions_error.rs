@@ -74,7 +74,7 @@ pub enum ExclusionsError {
         "{}{}: {}",
         path.display(),
         line.map(|line| format!(", line {line}")).unwrap_or_default(),
-        what.words()
+        part.words()
     )]
     Unknown {
         /// The file, or the study for an exclusion that is being added.
@@ -82,15 +82,15 @@ pub enum ExclusionsError {
         /// The line; `None` for an exclusion that is being added.
         line: Option<usize>,
         /// Missing participant, session or trial.
-        what: Unknown,
+        part: Unknown,
     },
     /// The same exclusion exists already.
-    #[error("{} leaves it out already: {held}; edit that line to change the reason", path.display())]
+    #[error("{} leaves it out already: {existing}; edit that line to change the reason", path.display())]
     Already {
         /// The file.
         path: PathBuf,
         /// Existing exclusion.
-        held: String,
+        existing: String,
     },
 }
 
@@ -112,7 +112,7 @@ pub enum Unknown {
         /// Given session.
         session: u32,
         /// Existing sessions.
-        known: Vec<u32>,
+        existing: Vec<u32>,
     },
     /// A trial.
     Trial {
@@ -121,7 +121,7 @@ pub enum Unknown {
         /// Given trial.
         trial: String,
         /// Recorded trials.
-        known: Vec<String>,
+        existing: Vec<String>,
     },
 }
 
@@ -141,18 +141,18 @@ impl Unknown {
             Self::Session {
                 participant,
                 session,
-                known,
+                existing,
             } => format!(
                 "{participant} has no session {session}; there are {}",
-                list_text(known)
+                list_text(existing)
             ),
             Self::Trial {
                 participant,
                 trial,
-                known,
+                existing,
             } => format!(
                 "{participant} has no recording of trial {trial}; there are {}",
-                list_text(known)
+                list_text(existing)
             ),
         }
     }

@@ -40,7 +40,7 @@ pub(crate) fn missing_part(
             return Ok(Some(Unknown::Session {
                 participant,
                 session,
-                known: sessions,
+                existing: sessions,
             }));
         }
         sessions = vec![session];
@@ -58,6 +58,6 @@ pub(crate) fn missing_part(
     Ok((!trials.contains(&trial)).then(|| Unknown::Trial {
         participant,
         trial: trial.to_string(),
-        known: trials.iter().map(ToString::to_string).collect(),
+        existing: trials.iter().map(ToString::to_string).collect(),
     }))
 }

@@ -30,7 +30,7 @@ impl Selection {
                 .sum();
             let mut text = format!(
                 "exclusions overridden: {n_excluded} of {} recordings are analysed all the same\n",
-                self.kept.len()
+                self.recordings.len()
             );
             for line in lines(&self.overridden) {
                 text += &format!("  {line}\n");
@@ -40,7 +40,7 @@ impl Selection {
         if self.excluded.is_empty() {
             return String::new();
         }
-        let (n_excluded, n_kept) = (self.left_out(), self.kept.len());
+        let (n_excluded, n_kept) = (self.left_out(), self.recordings.len());
         let mut text = format!(
             "excluded: {n_excluded} of {} recordings\n",
             n_excluded + n_kept
@@ -73,7 +73,7 @@ impl Selection {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn write_beside(&self, folder: &Path) -> Result<(), DiskError> {
+    pub fn write_table(&self, folder: &Path) -> Result<(), DiskError> {
         let list = self.excluded.iter().map(|excluded| &excluded.exclusion);
         disk::replace_file(&folder.join(FILE_NAME), to_tsv(list).as_bytes())
     }

@@ -17,7 +17,7 @@ const DEPTH: usize = 3;
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Selection {
     /// Folders to analyse, in the given order.
-    pub kept: Vec<PathBuf>,
+    pub recordings: Vec<PathBuf>,
     /// Exclusions that apply.
     pub excluded: Vec<Excluded>,
     /// Exclusions that were overridden: their recordings are analysed.
@@ -49,7 +49,7 @@ impl Selection {
     #[must_use]
     pub fn overridden(self, recordings: Vec<PathBuf>) -> Self {
         Self {
-            kept: recordings,
+            recordings,
             excluded: Vec::new(),
             overridden: self.excluded,
         }
@@ -65,7 +65,7 @@ pub fn select(folders: Vec<PathBuf>) -> Result<Selection, ExclusionsError> {
     let mut selection = Selection::default();
     for folder in folders {
         let Some(study) = study_of(&folder) else {
-            selection.kept.push(folder);
+            selection.recordings.push(folder);
             continue;
         };
         if !studies.contains_key(&study) {
@@ -80,7 +80,7 @@ pub fn select(folders: Vec<PathBuf>) -> Result<Selection, ExclusionsError> {
             covering_exclusion(exclusions, &folder)
         };
         match covering_exclusion {
-            None => selection.kept.push(folder),
+            None => selection.recordings.push(folder),
             Some(exclusion) => {
                 // The same `sub-01` in two studies is two people.
                 let is_same = |excluded: &&mut Excluded| {
@@ -188,7 +188,7 @@ mod tests {
     fn left_out(table: &str) -> Vec<usize> {
         let (_study, folders) = study(table);
         let selection = select(folders.clone()).unwrap();
-        let is_excluded = |folder: &PathBuf| !selection.kept.contains(folder);
+        let is_excluded = |folder: &PathBuf| !selection.recordings.contains(folder);
         let left_out: Vec<_> = (0..folders.len())
             .filter(|i| is_excluded(&folders[*i]))
             .collect();
@@ -211,7 +211,7 @@ mod tests {
         let deep_folder = folder.path().join("a/b/c/d/e");
         fs::create_dir_all(&deep_folder).unwrap();
         assert_eq!(
-            select(vec![deep_folder.clone()]).unwrap().kept,
+            select(vec![deep_folder.clone()]).unwrap().recordings,
             [deep_folder]
         );
     }

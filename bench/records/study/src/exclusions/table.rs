@@ -35,11 +35,11 @@ impl Exclusions {
     /// [`ExclusionsError::Unknown`] names the line, and the most similar name.
     pub fn require_known(&self) -> Result<(), ExclusionsError> {
         for (exclusion, line) in self.list.iter().zip(&self.lines) {
-            if let Some(what) = known::missing_part(&self.study, exclusion)? {
+            if let Some(part) = known::missing_part(&self.study, exclusion)? {
                 return Err(ExclusionsError::Unknown {
                     path: self.study.join(EXCLUSIONS_FILE),
                     line: Some(*line),
-                    what,
+                    part,
                 });
             }
         }
@@ -55,7 +55,7 @@ pub fn read(folder: &Path) -> Result<Exclusions, ExclusionsError> {
     let path = folder.join(EXCLUSIONS_FILE);
     let bytes = match bounded_files::read(&path, bounded_files::TEXT_LIMIT_BYTES) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Vec::new(),
-        bytes => bytes.on("read", &path)?,
+        bytes => bytes.with_path("read", &path)?,
     };
     parse(&bytes, folder)
 }
@@ -206,11 +206,11 @@ pub fn add(
         Vec::new()
     };
     let exclusions = parse(&bytes, folder)?;
-    if let Some(what) = known::missing_part(folder, exclusion)? {
+    if let Some(part) = known::missing_part(folder, exclusion)? {
         return Err(ExclusionsError::Unknown {
             path: folder.to_owned(),
             line: None,
-            what,
+            part,
         });
     }
     let is_same = |candidate: &&Exclusion| {
@@ -226,7 +226,7 @@ pub fn add(
     if let Some(existing) = exclusions.list.iter().find(is_same) {
         return Err(ExclusionsError::Already {
             path,
-            held: existing.to_string(),
+            existing: existing.to_string(),
         });
     }
     let text = to_tsv(exclusions.list.iter().chain([exclusion]));
@@ -394,8 +394,8 @@ mod tests {
         let add = |exclusion: &Exclusion| add(&FileSystem, study.path(), exclusion);
         let missing_part = |exclusion: &Exclusion| match add(exclusion).unwrap_err() {
             ExclusionsError::Unknown {
-                what, line: None, ..
-            } => what,
+                part, line: None, ..
+            } => part,
             other => panic!("{other}"),
         };
         assert!(matches!(
@@ -405,10 +405,10 @@ mod tests {
         let mut second_session = exclusion_of("sub-07", Part::All);
         second_session.session = Part::One(2);
         assert!(
-            matches!(missing_part(&second_session), Unknown::Session { known, .. } if known == [1])
+            matches!(missing_part(&second_session), Unknown::Session { existing, .. } if existing == [1])
         );
         assert!(
-            matches!(missing_part(&exclusion_of("sub-07", main(4))), Unknown::Trial { known, .. } if known == ["3"])
+            matches!(missing_part(&exclusion_of("sub-07", main(4))), Unknown::Trial { existing, .. } if existing == ["3"])
         );
         assert!(!study.path().join(EXCLUSIONS_FILE).exists());
 

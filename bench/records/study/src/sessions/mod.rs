@@ -21,7 +21,7 @@ pub struct Sessions {
 
 impl Sessions {
     /// Reads the logs of the sessions that contain these recording folders. Recordings outside a session are skipped.
-    pub fn of<'a>(recordings: impl IntoIterator<Item = &'a Path>) -> Self {
+    pub fn from_recordings<'a>(recordings: impl IntoIterator<Item = &'a Path>) -> Self {
         let mut sessions = Self::default();
         for recording in recordings {
             let Some(folder) = folder_of(recording) else {
@@ -38,7 +38,7 @@ impl Sessions {
 
     /// Returns the session that contains a recording; `None` without a readable log.
     #[must_use]
-    pub fn around(&self, recording: &Path) -> Option<(&Path, &Session)> {
+    pub fn session_of(&self, recording: &Path) -> Option<(&Path, &Session)> {
         let folder = folder_of(recording)?;
         let mut list = self.list.iter();
         let (folder, session) = list.find(|(path, _)| *path == folder)?;
@@ -50,7 +50,7 @@ impl Sessions {
     pub fn attempt(&self, recording: &Path) -> Option<&Attempt> {
         let name = recording.canonicalize().ok()?;
         let label = name.file_name()?.to_string_lossy().parse().ok()?;
-        let (_, session) = self.around(recording)?;
+        let (_, session) = self.session_of(recording)?;
         let mut attempts = session.attempts.iter();
         attempts.find(|attempt| attempt.label == label)
     }

@@ -20,7 +20,7 @@ pub struct Session {
     /// First start; `None` if it is missing.
     pub start: Option<Start>,
     /// Number of resumptions.
-    pub resumed: usize,
+    pub n_resumptions: usize,
     /// End of the session.
     pub end: SessionEnd,
     /// Planned trials, without practice; `None` if the log does not say.
@@ -53,11 +53,11 @@ pub struct Attempt {
     /// Part of the session in which it was made, from 1; each resumption begins another.
     pub part: usize,
     /// Intervals marked in its recording.
-    pub marked: Vec<Interval>,
+    pub intervals: Vec<Interval>,
     /// Whether the log calls its recording saved.
-    pub saved: bool,
+    pub is_saved: bool,
     /// Whether the log calls its recording interrupted.
-    pub interrupted: bool,
+    pub is_interrupted: bool,
     /// Sums of its recording's files.
     pub sums: Option<Sums>,
 }
@@ -70,9 +70,9 @@ impl Attempt {
             start_s: None,
             outcome: None,
             part,
-            marked: Vec::new(),
-            saved: false,
-            interrupted: false,
+            intervals: Vec::new(),
+            is_saved: false,
+            is_interrupted: false,
             sums: None,
         }
     }
@@ -195,7 +195,7 @@ impl Reading {
         self.session.end = SessionEnd::Unfinished;
         match &self.session.start {
             None => self.session.start = Some(start.clone()),
-            Some(_) => self.session.resumed += 1,
+            Some(_) => self.session.n_resumptions += 1,
         }
     }
 
@@ -213,7 +213,7 @@ impl Reading {
             }
             Some(SessionEventKind::Marked { interval }) => {
                 if let Some(label) = self.open_trial {
-                    self.attempt(label, "").marked.push(interval);
+                    self.attempt(label, "").intervals.push(interval);
                 }
             }
             Some(SessionEventKind::TrialSettled { record }) => {
@@ -233,8 +233,8 @@ impl Reading {
         let sums = event.data.get("sha256").cloned();
         let is_interrupted = event.data.get("interrupted").and_then(Value::as_bool);
         let attempt = self.attempt(label, "");
-        attempt.saved = true;
-        attempt.interrupted = is_interrupted.unwrap_or(false);
+        attempt.is_saved = true;
+        attempt.is_interrupted = is_interrupted.unwrap_or(false);
         attempt.sums = sums.and_then(|sums| serde_json::from_value(sums).ok());
     }
 
@@ -350,7 +350,7 @@ mod tests {
             .filter_map(|attempt| attempt.start_s)
             .collect();
         assert_eq!(times, [0.0, 10.0, 61.0]);
-        assert_eq!(session.resumed, 1);
+        assert_eq!(session.n_resumptions, 1);
         assert_eq!(session.end, SessionEnd::Unfinished);
         assert!(session.attempts[0].is_practice());
         assert_eq!(session.attempts[1].label.to_string(), "trial-001_attempt-1");

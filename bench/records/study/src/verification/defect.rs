@@ -170,14 +170,14 @@ pub enum SessionDefect {
         settled: usize,
     },
     /// A trial was begun, settled or saved out of order.
-    #[error("events.jsonl, event {number}: {trial} {what}")]
+    #[error("events.jsonl, event {number}: {trial} {fault}")]
     Order {
         /// Number of the event.
         number: u64,
         /// The trial.
         trial: TrialLabel,
         /// Description of the fault.
-        what: &'static str,
+        fault: &'static str,
     },
     /// The log names another participant or session than its folder.
     #[error("events.jsonl is of {found}, and the folder of {expected}")]

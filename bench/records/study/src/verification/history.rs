@@ -87,7 +87,10 @@ impl SessionHistory {
     /// continued after this attempt or stopped in good order.
     #[must_use]
     pub fn should_be_saved(&self, attempt: &Attempt) -> bool {
-        let mut saved_attempts = self.attempts.values().filter(|candidate| candidate.saved);
+        let mut saved_attempts = self
+            .attempts
+            .values()
+            .filter(|candidate| candidate.is_saved);
         let is_later =
             |candidate: &Attempt| candidate.part == attempt.part && candidate.label > attempt.label;
         if self.stopped_parts.contains(&attempt.part) {
@@ -239,11 +242,11 @@ impl Reading {
         }
     }
 
-    fn order_defect(&mut self, number: u64, trial: TrialLabel, what: &'static str) {
+    fn order_defect(&mut self, number: u64, trial: TrialLabel, fault: &'static str) {
         self.defect(SessionDefect::Order {
             number,
             trial,
-            what,
+            fault,
         });
     }
 }
@@ -330,10 +333,10 @@ mod tests {
         assert_eq!(history.defects, []);
         let attempt = &history.attempts[&label(FIRST)];
         assert_eq!(attempt.standing(), Standing::Accepted);
-        assert!(attempt.saved);
+        assert!(attempt.is_saved);
         assert_eq!(attempt.sums.as_ref().unwrap()["force.csv"], "ab");
         assert!(matches!(history.end, SessionEnd::Stopped { .. }));
-        assert!(!attempt.interrupted);
+        assert!(!attempt.is_interrupted);
     }
 
     #[test]
@@ -345,7 +348,7 @@ mod tests {
         assert_eq!(history.defects, []);
         let attempt = &history.attempts[&label(FIRST)];
         assert_eq!(attempt.outcome, None);
-        assert!(attempt.saved && attempt.interrupted && attempt.sums.is_some());
+        assert!(attempt.is_saved && attempt.is_interrupted && attempt.sums.is_some());
     }
 
     #[test]

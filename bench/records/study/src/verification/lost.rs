@@ -20,7 +20,7 @@ pub struct LostRecording {
     /// The attempt.
     pub label: TrialLabel,
     /// Defect of its recording.
-    pub because: RecordingDefect,
+    pub defect: RecordingDefect,
     /// Whether no later trial was accepted.
     pub is_last: bool,
 }
@@ -46,7 +46,7 @@ pub fn lost_recordings(
         .map(|attempt| attempt.label)
         .collect();
     let losses = accepted_labels.iter().filter_map(|&label| {
-        let because = if folder_labels.contains(&label) {
+        let defect = if folder_labels.contains(&label) {
             loss(&folder.join(label.to_string()))?
         } else {
             RecordingDefect::NoFolder
@@ -54,7 +54,7 @@ pub fn lost_recordings(
         let is_last = accepted_labels.last() == Some(&label);
         Some(LostRecording {
             label,
-            because,
+            defect,
             is_last,
         })
     });

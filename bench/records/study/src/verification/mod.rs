@@ -18,7 +18,7 @@ pub use lost::{LostRecording, lost_recordings};
 pub use protocol_edits::protocol_edits;
 pub use resume_error::ResumeError;
 pub use session_check::{last_trial, log_defects, recordings, session};
-pub use study_check::{VerifyError, beside_sessions, sessions};
+pub use study_check::{VerifyError, sessions, verify_study_files};
 pub use table::{to_json, to_text, trial_words};
 
 /// Compiles and runs the example in the README.

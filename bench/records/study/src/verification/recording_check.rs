@@ -7,7 +7,7 @@ use crate::verification::defect::RecordingDefect;
 use recording::manifest::{End, EventKind, Manifest, RecordedIntervalKind};
 use recording::reader::{ReadError, RecordingReader, RowReader, Warning};
 use recording::storage::FileSystem;
-use recording::sums::{FILES, Summing, Sums};
+use recording::sums::{FILES, Summation, Sums};
 use recording::wav::WavWarning;
 use recording::{FORCE_FILE, POSITION_FILE};
 
@@ -58,7 +58,7 @@ pub fn check(folder: &Path, sums: Option<&Sums>) -> RecordingCheck {
 
 impl RecordingCheck {
     fn compare(&mut self, folder: &Path, sums: &Sums) {
-        let mut summing = Summing::new(Arc::new(FileSystem), folder);
+        let mut summing = Summation::new(Arc::new(FileSystem), folder);
         let actual_sums = loop {
             match summing.advance(SUM_BYTES) {
                 Ok(_) => match summing.sums() {

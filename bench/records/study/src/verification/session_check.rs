@@ -75,7 +75,7 @@ pub fn session(
     for label in labels {
         let attempt = history.attempts.get(&label);
         let is_unsaved =
-            attempt.is_some_and(|attempt| !attempt.saved && history.should_be_saved(attempt));
+            attempt.is_some_and(|attempt| !attempt.is_saved && history.should_be_saved(attempt));
         let is_present = folder_labels.contains(&label);
         let trial = trial(folder, label, (attempt, is_unsaved), is_present, has_log);
         findings.trials.push(trial);
@@ -184,7 +184,7 @@ fn trial(
         defects: Vec::new(),
         notes: Vec::new(),
     };
-    let is_saved = attempt.is_some_and(|attempt| attempt.saved);
+    let is_saved = attempt.is_some_and(|attempt| attempt.is_saved);
     let is_judged = matches!(
         findings.standing,
         Standing::Accepted | Standing::Repeated | Standing::GivenUp
@@ -216,7 +216,7 @@ fn trial(
         if end.is_none() && manifest.trial.is_some() && (is_saved || is_judged) {
             findings.defects.push(RecordingDefect::NoEnd);
         }
-        let is_interrupted = attempt.is_some_and(|attempt| attempt.interrupted);
+        let is_interrupted = attempt.is_some_and(|attempt| attempt.is_interrupted);
         if is_interrupted && end == Some(End::Completed) {
             findings.defects.push(RecordingDefect::OtherEnd);
         }
@@ -253,7 +253,7 @@ fn trial(
 /// Returns the defect of an accepted trial's description, if it has one.
 fn acceptance_defect(attempt: &Attempt, manifest: &Manifest) -> Option<RecordingDefect> {
     let end = manifest.trial.as_ref()?.end;
-    let (marked, recorded) = (attempt.marked.len(), manifest.intervals.len());
+    let (marked, recorded) = (attempt.intervals.len(), manifest.intervals.len());
     if end == Some(End::Interrupted) {
         Some(RecordingDefect::AcceptedBrokenOff)
     } else if marked > 0 && marked != recorded && end == Some(End::Completed) {

@@ -107,7 +107,7 @@ fn nearest(path: &Path) -> Option<String> {
 ///
 /// # Errors
 /// The folder cannot be listed.
-pub fn beside_sessions(folder: &Path, findings: &mut StudyFindings) -> Result<(), DiskError> {
+pub fn verify_study_files(folder: &Path, findings: &mut StudyFindings) -> Result<(), DiskError> {
     let description = folder.join(DESCRIPTION_FILE);
     if !description.exists() {
         return Ok(());

@@ -6,14 +6,14 @@ use contact::AssumedConstants;
 use num_complex::Complex64;
 
 use super::statistic::{Level, MethodStatistic, Pairs, Statistic};
-use crate::analysed::{Analysed, RecordingFindings};
-use crate::estimate::{Estimated, InstanceAnalysis, InstanceBy, Method};
+use crate::estimate::{InstanceAnalysis, InstanceEstimate, Method, MethodEstimate};
+use crate::findings::{Analysis, RecordingFindings};
 use crate::statistics::{Coefficient, r_squared, r_squared_complex, slope, spread};
 
 /// Value of an instance.
-pub(super) type InstanceValue = fn(&InstanceAnalysis, &Estimated) -> f64;
+pub(super) type InstanceValue = fn(&InstanceAnalysis, &InstanceEstimate) -> f64;
 /// Value of a sample of an instance.
-pub type SampleValue = fn(&InstanceBy<'_>, usize) -> f64;
+pub type SampleValue = fn(&MethodEstimate<'_>, usize) -> f64;
 
 /// All instances by one method.
 pub(super) struct Pool<'a> {
@@ -33,16 +33,16 @@ struct Group<'a> {
 
 /// Instances of an exploration, at least one.
 #[derive(Clone)]
-struct Exploration<'a>(Vec<InstanceBy<'a>>);
+struct Exploration<'a>(Vec<MethodEstimate<'a>>);
 
 impl<'a> Pool<'a> {
-    pub(super) fn new(analysed: &'a Analysed, method: Method) -> Self {
+    pub(super) fn new(analysed: &'a Analysis, method: Method) -> Self {
         let mut participants: BTreeMap<&str, Group<'_>> = BTreeMap::new();
         let mut trials = Vec::new();
         for findings in analysed.findings() {
             let instances = findings.instances.iter();
             let instances: Vec<_> = instances
-                .filter_map(|instance| instance.by(method))
+                .filter_map(|instance| instance.estimate_by(method))
                 .collect();
             if instances.is_empty() {
                 continue;
@@ -73,13 +73,13 @@ impl<'a> Pool<'a> {
         }
     }
 
-    pub(super) fn skin(&self, estimated: &Estimated) -> AssumedConstants {
+    pub(super) fn skin(&self, estimated: &InstanceEstimate) -> AssumedConstants {
         self.assumed_skin.unwrap_or(estimated.skin)
     }
 
     pub(super) fn spread(
         &self,
-        value: impl Fn(&InstanceAnalysis, &Estimated) -> f64,
+        value: impl Fn(&InstanceAnalysis, &InstanceEstimate) -> f64,
     ) -> MethodStatistic {
         let level_spread = |level, groups: &mut dyn Iterator<Item = &Group<'_>>| {
             Statistic::spread(level, groups.map(|group| group.mean(&value)))
@@ -157,7 +157,7 @@ impl<'a> Pool<'a> {
     ) -> MethodStatistic {
         self.spread_over_trials(|trial| {
             let ranges = |value| trial.ranges_of_instances(value);
-            let correlation = Coefficient::Spearman.of(&ranges(x), &ranges(y));
+            let correlation = Coefficient::Spearman.correlate(&ranges(x), &ranges(y));
             correlation.map_or(f64::NAN, |correlation| correlation.rho)
         })
     }
@@ -226,7 +226,7 @@ impl<'a> Pool<'a> {
             .flat_map(|fit| fit.instance.samples.mu().iter().copied())
             .collect();
         let estimated: Vec<f64> = instances()
-            .flat_map(|fit| fit.estimated.series.mu.iter().copied())
+            .flat_map(|fit| fit.estimate.series.mu.iter().copied())
             .collect();
         MethodStatistic::single(Statistic {
             value: r_squared(&measured, &estimated),
@@ -317,19 +317,19 @@ impl<'a> Pool<'a> {
 }
 
 impl<'a> Group<'a> {
-    fn instances(&self) -> impl Iterator<Item = InstanceBy<'a>> {
+    fn instances(&self) -> impl Iterator<Item = MethodEstimate<'a>> {
         self.explorations
             .iter()
             .flat_map(|exploration| exploration.0.iter().copied())
     }
 
-    fn values(&self, value: impl Fn(&InstanceAnalysis, &Estimated) -> f64) -> Vec<f64> {
+    fn values(&self, value: impl Fn(&InstanceAnalysis, &InstanceEstimate) -> f64) -> Vec<f64> {
         self.instances()
-            .map(|fit| value(fit.instance, fit.estimated))
+            .map(|fit| value(fit.instance, fit.estimate))
             .collect()
     }
 
-    fn mean(&self, value: impl Fn(&InstanceAnalysis, &Estimated) -> f64) -> f64 {
+    fn mean(&self, value: impl Fn(&InstanceAnalysis, &InstanceEstimate) -> f64) -> f64 {
         spread(self.values(value)).map_or(f64::NAN, |spread| spread.mean)
     }
 
@@ -355,14 +355,14 @@ impl<'a> Group<'a> {
             })
             .unzip();
         Coefficient::Spearman
-            .of(&x, &y)
+            .correlate(&x, &y)
             .map_or(f64::NAN, |correlation| correlation.rho)
     }
 
     fn r2_averaged(&self) -> f64 {
         let (mut measured, mut modelled) = (Vec::<Complex64>::new(), Vec::<Complex64>::new());
         for fit in self.instances() {
-            let Some(model) = &fit.estimated.averaged.series else {
+            let Some(model) = &fit.estimate.averaged.series else {
                 return f64::NAN;
             };
             measured.extend(fit.z_m());
@@ -375,7 +375,7 @@ impl<'a> Group<'a> {
     fn departures_of_z_t(&self) -> impl Iterator<Item = f64> {
         let z_t: Vec<Complex64> = self
             .instances()
-            .map(|fit| fit.estimated.z_t_n_s_per_m)
+            .map(|fit| fit.estimate.z_t_n_s_per_m)
             .collect();
         let mean = z_t.iter().sum::<Complex64>() / z_t.len() as f64;
         let has_several = z_t.len() > 1;

@@ -7,8 +7,8 @@ mod statistic;
 mod table;
 mod text;
 
-use crate::analysed::Analysed;
 use crate::estimate::Method;
+use crate::findings::Analysis;
 use grouped::Pool;
 pub use grouped::SampleValue as Change;
 use rows::ROWS;
@@ -21,7 +21,7 @@ pub use text::TableFormat;
 const FEWEST_TRIALS: usize = 3;
 
 /// Returns all statistics of an analysis.
-pub fn statistics(analysed: &Analysed) -> Statistics {
+pub fn statistics(analysed: &Analysis) -> Statistics {
     let pools = Method::ALL.map(|method| Pool::new(analysed, method));
     let [paper, dynamic, trial] = &pools;
     let rows = ROWS
@@ -42,13 +42,13 @@ pub fn statistics(analysed: &Analysed) -> Statistics {
 /// Changes of a quantity and of the measured friction, each a maximum minus a minimum.
 pub struct Changes {
     /// Level of the pairs.
-    pub over: Level,
+    pub level: Level,
     /// Pairs of the change of friction and the change of the quantity.
     pub pairs: Vec<(f64, f64)>,
 }
 
 /// Returns the changes in an exploration, averaged over a trial; with too few trials for a correlation, those in an instance.
-pub fn changes(analysed: &Analysed, method: Method, change: Change) -> Changes {
+pub fn changes(analysed: &Analysis, method: Method, change: Change) -> Changes {
     let pool = Pool::new(analysed, method);
     // The count is the same for every method, whichever recordings it could estimate.
     let trials = analysed
@@ -56,12 +56,12 @@ pub fn changes(analysed: &Analysed, method: Method, change: Change) -> Changes {
         .filter(|findings| !findings.instances.is_empty());
     if trials.count() >= FEWEST_TRIALS {
         Changes {
-            over: Level::Trials,
+            level: Level::Trials,
             pairs: pool.changes_by_trial(rows::MU, change),
         }
     } else {
         Changes {
-            over: Level::Instances,
+            level: Level::Instances,
             pairs: pool.changes_by_instance(rows::MU, change),
         }
     }

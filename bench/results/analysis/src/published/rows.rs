@@ -16,13 +16,13 @@ const UNPUBLISHED: &str = "not published";
 pub const ABS_Z_M: SampleValue = |fit, k| fit.z_m()[k].norm();
 const RE_Z_M: SampleValue = |fit, k| fit.z_m()[k].re;
 const ABS_IM_Z_M: SampleValue = |fit, k| fit.z_m()[k].im.abs();
-const REACTION_FORCE: SampleValue = |fit, k| fit.estimated.motion.reaction_force_n[k].norm();
-const FILM_FORCE: SampleValue = |fit, k| fit.estimated.film_force_n[k];
-const K_C: SampleValue = |fit, k| fit.estimated.series.k_c_n_per_m[k];
+const REACTION_FORCE: SampleValue = |fit, k| fit.estimate.motion.reaction_force_n[k].norm();
+const FILM_FORCE: SampleValue = |fit, k| fit.estimate.film_force_n[k];
+const K_C: SampleValue = |fit, k| fit.estimate.series.k_c_n_per_m[k];
 /// Levitation gap, m.
-pub const GAP: SampleValue = |fit, k| fit.estimated.series.gap_m[k];
+pub const GAP: SampleValue = |fit, k| fit.estimate.series.gap_m[k];
 /// Estimated friction.
-pub const MU_ESTIMATED: SampleValue = |fit, k| fit.estimated.series.mu[k];
+pub const MU_ESTIMATED: SampleValue = |fit, k| fit.estimate.series.mu[k];
 pub(super) const MU: SampleValue = |fit, k| fit.instance.samples.mu()[k];
 
 /// Computation of a row.

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::clustered::{self, Clustered};
+use crate::cluster_test::{self, Clustered};
 use crate::statistics::{Coefficient, Spread, spread};
 
 /// Level of a statistic.
@@ -77,14 +77,14 @@ impl Statistic {
     }
 
     pub(super) fn correlation(level: Level, coefficient: Coefficient, pairs: &Pairs) -> Self {
-        let correlation = coefficient.of(&pairs.x, &pairs.y);
+        let correlation = coefficient.correlate(&pairs.x, &pairs.y);
         let people = pairs.people.as_deref();
         Self {
             value: correlation.map(|c| c.rho),
             std: None,
             p: correlation.map(|c| c.p),
             clustered: people
-                .and_then(|people| clustered::test(coefficient, &pairs.x, &pairs.y, people)),
+                .and_then(|people| cluster_test::test(coefficient, &pairs.x, &pairs.y, people)),
             n: correlation.map_or(pairs.x.len(), |c| c.n),
             over: level,
         }

@@ -5,7 +5,7 @@ use comfy_table::{ContentArrangement, Table};
 
 use super::statistic::{Level, MethodStatistic, Statistic};
 use super::table::{StatisticRow, Statistics};
-use crate::clustered::Clustered;
+use crate::cluster_test::Clustered;
 use crate::estimate::Method;
 
 /// Form of the table of statistics.

@@ -10,12 +10,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use analysis::analysed::RecordingFindings;
+use analysis::findings::RecordingFindings;
 use analysis::flaw::Flaw;
 use analysis::method::Method;
 use analysis::recording_analysis::analyse;
 use analysis::results::Results;
-use analysis::{Analysed, Settings, tables};
+use analysis::{Analysis, Settings, tables};
 use num_complex::Complex64;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
@@ -49,7 +49,7 @@ fn assert_reference(folder: &Path, name: &str, published: &PublishedResult) -> R
     let z_t_part = |index: usize| truth["z_t"][index].as_f64().unwrap();
     let z_t = Complex64::new(z_t_part(0), z_t_part(1));
     let analysis = analyse(folder, &Settings::default());
-    let findings = analysis.found.unwrap();
+    let findings = analysis.findings.unwrap();
     assert_eq!(findings.instances.len(), 7);
     for instance in &findings.instances {
         let dynamic = &instance.dynamic;
@@ -199,7 +199,7 @@ fn p90(mut values: Vec<f64>) -> f64 {
 #[test]
 fn forces_and_skin_motion_agree_with_the_true_values() {
     let findings = analyse(&reference().join("recording-a"), &Settings::default())
-        .found
+        .findings
         .unwrap();
     let truth = true_motion("recording-a");
     let moving_samples = || truth.iter().filter(|truth| truth.amplitude_m > 0.1e-6);
@@ -251,8 +251,8 @@ fn forces_and_skin_motion_agree_with_the_true_values() {
 }
 
 /// Recording of a simulation in which every assumption is wrong.
-fn unknown_skin() -> &'static Analysed {
-    static ANALYSED: OnceLock<Analysed> = OnceLock::new();
+fn unknown_skin() -> &'static Analysis {
+    static ANALYSED: OnceLock<Analysis> = OnceLock::new();
     ANALYSED.get_or_init(|| {
         let folder = reference().join("recording-d");
         analysis::analyse(&[folder], &Settings::default(), |_| ())

@@ -10,8 +10,8 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use crate::pooling::{Estimate, Group, Hierarchy, hierarchy};
-use analysis::Analysed;
-use analysis::analysed::RecordingFindings;
+use analysis::Analysis;
+use analysis::findings::RecordingFindings;
 use contact::uncertain::LogUncertain;
 use estimation::trial::{LogNormal, SharedFit, TrialPriors};
 use serde::Serialize;
@@ -177,12 +177,12 @@ struct Fits<'a> {
 
 impl Skin {
     /// Pools the recordings of an analysis.
-    pub fn of(analysed: &Analysed) -> Self {
+    pub fn from_analysis(analysed: &Analysis) -> Self {
         let mut people = BTreeMap::<&str, Fits<'_>>::new();
         let mut left_out = Vec::new();
         // All requested recordings, including unreadable ones, which are listed as excluded.
         for recording in &analysed.recordings {
-            let usable_fit = match &recording.found {
+            let usable_fit = match &recording.findings {
                 Ok(findings) => usable_fit(findings).map(|fit| (findings, fit)),
                 Err(error) => Err(format!("it cannot be read: {error}")),
             };

@@ -1,9 +1,9 @@
 //! Fig. 15: estimated against measured friction.
 
-use crate::measured::drawn::Drawn;
 use crate::measured::elements::{assumption_note, ink, marker, thinning_note};
-use analysis::analysed::Analysed;
+use crate::measured::figure_selection::FigureSelection;
 use analysis::estimate::{InstanceAnalysis, Method};
+use analysis::findings::Analysis;
 use analysis::statistics::r_squared;
 use plotting::{Axis, Figure, Key, Panel, Series};
 use plotting::{Dash, Ink, Marker, Width};
@@ -14,13 +14,13 @@ const MAX_SAMPLES: usize = 4000;
 /// Measured and estimated friction of a sample.
 type Pair = (f64, f64);
 
-pub(super) fn figure(analysed: &Analysed, selection: &Drawn) -> Figure {
+pub(super) fn figure(analysed: &Analysis, selection: &FigureSelection) -> Figure {
     let samples = |method: Method| -> Vec<Pair> {
         analysed
             .instances()
-            .filter_map(|(_, i)| i.by(method))
+            .filter_map(|(_, i)| i.estimate_by(method))
             .flat_map(|instance| {
-                let estimated = instance.estimated.series.mu.iter().copied();
+                let estimated = instance.estimate.series.mu.iter().copied();
                 instance
                     .instance
                     .samples
@@ -51,20 +51,21 @@ pub(super) fn figure(analysed: &Analysed, selection: &Drawn) -> Figure {
             let (measured, estimated): (Vec<f64>, Vec<f64>) = samples.iter().copied().unzip();
             let r2 = r_squared(&measured, &estimated);
             let shown_samples = samples.into_iter().step_by(step).collect();
-            let axis = |label: &str| Axis::linear(label).between(0.0, 1.05 * greatest);
+            let axis = |label: &str| Axis::linear(label).with_range(0.0, 1.05 * greatest);
             let mut series = vec![
-                Series::points(ink(method), marker(method), shown_samples).named(method.name()),
+                Series::points(ink(method), marker(method), shown_samples).with_name(method.name()),
                 Series::line(
                     Ink::Black,
                     Dash::Dashed,
                     vec![(0.0, 0.0), (2.0 * greatest, 2.0 * greatest)],
                 )
-                .named("slope 1"),
+                .with_name("slope 1"),
             ];
             if method == Method::Paper {
                 let points = initialisation(analysed);
                 series.push(
-                    Series::points(Ink::Black, Marker::Triangle, points).named("initialisation"),
+                    Series::points(Ink::Black, Marker::Triangle, points)
+                        .with_name("initialisation"),
                 );
             }
             Panel {
@@ -126,9 +127,9 @@ fn method_list(clouds: &[(Method, Vec<Pair>)]) -> String {
 }
 
 /// Returns, for each instance, the mean of the samples from which `paper` determines Z_m⁰.
-fn initialisation(analysed: &Analysed) -> Vec<Pair> {
+fn initialisation(analysed: &Analysis) -> Vec<Pair> {
     let rest_mean = |i: &InstanceAnalysis| -> Option<Pair> {
-        let paper = i.estimated(Method::Paper)?;
+        let paper = i.estimate(Method::Paper)?;
         let limit_m = paper.rest?.up_to_amplitude_m;
         let pairs: Vec<Pair> = (0..i.samples.mu().len())
             .filter(|&k| {

@@ -3,11 +3,11 @@
 use estimation::EstimatedSeries;
 use plotting::{Dash, Ink, Marker, Series};
 
-use crate::measured::drawn::Drawn;
+use crate::measured::figure_selection::FigureSelection;
 
 use analysis::Settings;
-use analysis::analysed::RecordingFindings;
 use analysis::estimate::Method;
+use analysis::findings::RecordingFindings;
 
 pub(super) const MICRO: f64 = 1e6;
 pub(super) const AMPLITUDE: &str = "Vibration amplitude (µm)";
@@ -18,7 +18,7 @@ pub(super) const MEASUREMENT: &str = "measured";
 pub(super) const MODEL: &str = "model";
 
 /// Returns the sentences that name every assumed parameter of an estimate.
-pub(super) fn assumption_note(settings: &Settings, selection: &Drawn) -> String {
+pub(super) fn assumption_note(settings: &Settings, selection: &FigureSelection) -> String {
     let trial_clause = if selection.methods.contains(&Method::Trial) {
         " Of these trial assumes E, ν and p₀ alone: it fits S, q₀ and η to all instances of a recording together."
     } else {
@@ -51,7 +51,7 @@ pub(super) fn recording_name(findings: &RecordingFindings) -> String {
 }
 
 /// Returns a sentence on the result of a recording's fit by `trial`; an empty text if it is not drawn.
-pub(super) fn trial_note(findings: &RecordingFindings, selection: &Drawn) -> String {
+pub(super) fn trial_note(findings: &RecordingFindings, selection: &FigureSelection) -> String {
     let fit = findings.trial.as_ref();
     let usable_fit =
         fit.filter(|fit| selection.methods.contains(&Method::Trial) && fit.verdict.is_usable());
@@ -119,11 +119,11 @@ pub(super) fn marker(method: Method) -> Marker {
 }
 
 pub(super) fn line(method: Method, points: Vec<(f64, f64)>) -> Series {
-    Series::line(ink(method), dash(method), points).named(method.name())
+    Series::line(ink(method), dash(method), points).with_name(method.name())
 }
 
 pub(super) fn points(method: Method, points: Vec<(f64, f64)>) -> Series {
-    Series::points(ink(method), marker(method), points).named(method.name())
+    Series::points(ink(method), marker(method), points).with_name(method.name())
 }
 
 /// Getter of an estimated quantity and its standard error, sample by sample.

@@ -2,21 +2,21 @@
 
 use estimation::ModelledSeries;
 
-use crate::measured::drawn::Drawn;
 use crate::measured::elements::{
     AMPLITUDE, FRICTION, GAP, MEASUREMENT, MICRO, MODEL, assumption_note, model_ink, points,
     recording_name, thinning_note, trial_note,
 };
+use crate::measured::figure_selection::FigureSelection;
 use analysis::Settings;
-use analysis::analysed::RecordingFindings;
-use analysis::estimate::{InstanceAnalysis, InstanceBy, Method};
+use analysis::estimate::{InstanceAnalysis, Method, MethodEstimate};
+use analysis::findings::RecordingFindings;
 use plotting::{Axis, Figure, Key, Panel, Series};
 use plotting::{Dash, Ink, Marker, Width};
 
 /// Number of samples above which they are thinned.
 const MAX_SAMPLES: usize = 400;
 
-type Value = fn(&InstanceBy<'_>, usize) -> f64;
+type Value = fn(&MethodEstimate<'_>, usize) -> f64;
 type ModelValue = fn(&ModelledSeries, usize) -> f64;
 
 /// Quantity of the vertical axes.
@@ -26,11 +26,11 @@ struct Quantity {
     model: ModelValue,
 }
 
-fn amplitude(instance: &InstanceBy<'_>, sample: usize) -> f64 {
+fn amplitude(instance: &MethodEstimate<'_>, sample: usize) -> f64 {
     instance.amplitude_m()[sample] * MICRO
 }
 
-fn measured_mu(instance: &InstanceBy<'_>, sample: usize) -> f64 {
+fn measured_mu(instance: &MethodEstimate<'_>, sample: usize) -> f64 {
     instance.instance.samples.mu()[sample]
 }
 
@@ -48,17 +48,17 @@ fn quantities() -> [Quantity; 5] {
         },
         Quantity {
             axis: Axis::logarithmic("Stiffness (N/µm)"),
-            value: |instance, k| instance.estimated.series.k_c_n_per_m[k] / MICRO,
+            value: |instance, k| instance.estimate.series.k_c_n_per_m[k] / MICRO,
             model: |model, k| model.k_c_n_per_m[k] / MICRO,
         },
         Quantity {
             axis: Axis::linear(GAP).from_zero(),
-            value: |instance, k| instance.estimated.series.gap_m[k] * MICRO,
+            value: |instance, k| instance.estimate.series.gap_m[k] * MICRO,
             model: |model, k| model.gap_m[k] * MICRO,
         },
         Quantity {
             axis: Axis::linear(FRICTION).from_zero(),
-            value: |instance, k| instance.estimated.series.mu[k],
+            value: |instance, k| instance.estimate.series.mu[k],
             model: |model, k| model.mu[k],
         },
     ]
@@ -68,7 +68,7 @@ fn quantities() -> [Quantity; 5] {
 /// trial.
 fn selected_instances<'a>(
     findings: &'a RecordingFindings,
-    selection: &Drawn,
+    selection: &FigureSelection,
 ) -> &'a [InstanceAnalysis] {
     if selection.whole_trial {
         return &findings.instances;
@@ -85,7 +85,7 @@ fn selected_instances<'a>(
 pub(super) fn figure(
     findings: &RecordingFindings,
     settings: &Settings,
-    selection: &Drawn,
+    selection: &FigureSelection,
 ) -> Option<Figure> {
     let instances = selected_instances(findings, selection);
     let methods = selection.method_pair(instances);
@@ -95,19 +95,19 @@ pub(super) fn figure(
     let samples: usize = instances.iter().map(|i| i.samples.time_s().len()).sum();
     let step = samples.div_ceil(MAX_SAMPLES).max(1);
     let cloud = |x: Value, y: Value, method: Method, step: usize| -> Vec<(f64, f64)> {
-        let instance_points = |instance: InstanceBy<'_>| -> Vec<(f64, f64)> {
+        let instance_points = |instance: MethodEstimate<'_>| -> Vec<(f64, f64)> {
             (0..instance.instance.samples.time_s().len())
                 .map(|k| (x(&instance, k), y(&instance, k)))
                 .collect()
         };
-        let instances = instances.iter().filter_map(|i| i.by(method));
+        let instances = instances.iter().filter_map(|i| i.estimate_by(method));
         instances.flat_map(instance_points).step_by(step).collect()
     };
     // Broken between instances. Against friction, the model's impedance is drawn over the model's friction.
     let curve = |y: ModelValue, over_mu: bool, method: Method| -> Series {
         let mut line = Vec::new();
-        for instance in instances.iter().filter_map(|i| i.by(method)) {
-            if let Some(model) = &instance.estimated.averaged.series {
+        for instance in instances.iter().filter_map(|i| i.estimate_by(method)) {
+            if let Some(model) = &instance.estimate.averaged.series {
                 line.extend((0..model.mu.len()).map(|k| {
                     let x = if over_mu {
                         model.mu[k]
@@ -120,7 +120,7 @@ pub(super) fn figure(
             }
         }
         let (ink, dash) = model_ink(method);
-        Series::line(ink, dash, line).named(format!("{}, {MODEL}", method.name()))
+        Series::line(ink, dash, line).with_name(format!("{}, {MODEL}", method.name()))
     };
     let method_series = |quantity: &Quantity, x: Value, over_mu: bool| -> Vec<Series> {
         let clouds = methods
@@ -139,12 +139,12 @@ pub(super) fn figure(
     let shared_axis = |label: &str, x: Value| {
         let cloud_points = methods.iter().flat_map(|&method| cloud(x, x, method, 1));
         let greatest = cloud_points.map(|(x, _)| x).fold(0.0, f64::max);
-        let axis = Axis::linear(label).between(0.0, 1.05 * greatest);
+        let axis = Axis::linear(label).with_range(0.0, 1.05 * greatest);
         move |is_lowest: bool| {
             if is_lowest {
                 axis.clone()
             } else {
-                axis.clone().unwritten()
+                axis.clone().without_labels()
             }
         }
     };
@@ -167,9 +167,9 @@ pub(super) fn figure(
         // Few enough to show the estimates between them; not a divisor of the length of an instance, so that no amplitude
         // is left out.
         let measured_points = cloud(amplitude, measured_mu, Method::Paper, step * 7);
-        amplitude_panel
-            .series
-            .push(Series::points(Ink::Black, Marker::Triangle, measured_points).named(MEASUREMENT));
+        amplitude_panel.series.push(
+            Series::points(Ink::Black, Marker::Triangle, measured_points).with_name(MEASUREMENT),
+        );
         let extents = mu_panel.series.iter().flat_map(Series::extent);
         let greatest = extents
             .map(|(mu, _)| mu)
@@ -178,7 +178,7 @@ pub(super) fn figure(
         let diagonal = vec![(0.0, 0.0), (greatest, greatest)];
         mu_panel
             .series
-            .push(Series::line(Ink::Grey, Dash::Dotted, diagonal).named("slope 1"));
+            .push(Series::line(Ink::Grey, Dash::Dotted, diagonal).with_name("slope 1"));
     }
     Some(Figure {
         name: "fig13_instances".to_owned(),
@@ -212,14 +212,14 @@ pub(super) fn figure(
 /// Returns a sentence on the average σ_t of each method.
 fn averages(instance: &InstanceAnalysis, methods: &[Method]) -> String {
     let texts = methods.iter().filter_map(|&method| {
-        let sigma_t_m = instance.estimated(method)?.averaged.sigma_t_m;
+        let sigma_t_m = instance.estimate(method)?.averaged.sigma_t_m;
         Some(format!("{:.2} µm ({})", sigma_t_m * MICRO, method.name()))
     });
     texts.collect::<Vec<_>>().join(" and ")
 }
 
 /// Returns the sentence on a method that another one replaces.
-fn replacement_note(selection: &Drawn, methods: &[Method]) -> &'static str {
+fn replacement_note(selection: &FigureSelection, methods: &[Method]) -> &'static str {
     let is_omitted = |method| selection.methods.contains(&method) && !methods.contains(&method);
     if is_omitted(Method::Dynamic) {
         "Trial stands here in the place of dynamic, whose impedance and amplitude it reads. "

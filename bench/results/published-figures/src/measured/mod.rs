@@ -3,8 +3,8 @@
 //! [`measured_figures`] draws the figures that an analysis allows, [`write_figures`] writes them with their data.
 
 mod agreement;
-mod drawn;
 mod elements;
+mod figure_selection;
 mod instances;
 mod resonance_shift;
 mod typical_trial;
@@ -12,19 +12,19 @@ mod variation;
 
 use std::path::{Path, PathBuf};
 
-use analysis::analysed::{Analysed, RecordingFindings};
 use analysis::estimate::Method;
+use analysis::findings::{Analysis, RecordingFindings};
 use plotting::Figure;
 use study::sessions::Sessions;
 
-pub use drawn::Drawn;
+pub use figure_selection::FigureSelection;
 
 /// Returns the figures that these recordings allow: without an instance, only the trial in time; without an exploration,
 /// no figure. `trial` is drawn for recordings with a usable fit. `sessions` gives the time between recordings.
 pub fn measured_figures(
-    analysed: &Analysed,
+    analysed: &Analysis,
     sessions: &Sessions,
-    selection: &Drawn,
+    selection: &FigureSelection,
 ) -> Vec<Figure> {
     let selection = &selection.available_in(analysed);
     let mut figures = Vec::new();
@@ -50,14 +50,14 @@ pub fn measured_figures(
 
 /// Returns the recording with the median of the mean σ_t by the dynamic method (the lower of two); without instances, the
 /// first readable recording.
-fn typical_recording(analysed: &Analysed) -> Option<&RecordingFindings> {
+fn typical_recording(analysed: &Analysis) -> Option<&RecordingFindings> {
     let mut mean_sigmas: Vec<(f64, &RecordingFindings)> = analysed
         .findings()
         .filter_map(|findings| {
             let estimates = findings
                 .instances
                 .iter()
-                .filter_map(|i| i.estimated(Method::Dynamic));
+                .filter_map(|i| i.estimate(Method::Dynamic));
             let sigmas_m: Vec<f64> = estimates.map(|estimate| estimate.sigma_t_m).collect();
             let mean_m = sigmas_m.iter().sum::<f64>() / sigmas_m.len() as f64;
             mean_m.is_finite().then_some((mean_m, findings))
@@ -77,9 +77,9 @@ fn typical_recording(analysed: &Analysed) -> Option<&RecordingFindings> {
 /// # Errors
 /// A figure cannot be drawn or a file cannot be written.
 pub fn write_figures(
-    analysed: &Analysed,
+    analysed: &Analysis,
     sessions: &Sessions,
-    selection: &Drawn,
+    selection: &FigureSelection,
     folder: &Path,
 ) -> Result<Vec<PathBuf>, plotting::FigureError> {
     std::fs::create_dir_all(folder).map_err(|source| plotting::FigureError::Write {

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use analysis::analysed::{Analysed, RecordingFindings};
 use analysis::estimate::{InstanceAnalysis, Method};
+use analysis::findings::{Analysis, RecordingFindings};
 use contact::uncertain::Uncertain;
 use plotting::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};
 use study::sessions::Sessions;
 
-use crate::measured::drawn::Drawn;
 use crate::measured::elements::{ink, points, recording_name};
+use crate::measured::figure_selection::FigureSelection;
 
 /// Maximum number of panels of a figure; further sessions go to another figure.
 const PANELS: usize = 12;
@@ -27,7 +27,11 @@ struct Course<'a> {
 }
 
 /// Draws a panel for each session, or for each recording outside a session; returns no figure without an instance.
-pub(super) fn figures(analysed: &Analysed, sessions: &Sessions, selection: &Drawn) -> Vec<Figure> {
+pub(super) fn figures(
+    analysed: &Analysis,
+    sessions: &Sessions,
+    selection: &FigureSelection,
+) -> Vec<Figure> {
     let has_shift = |method: &Method| match method {
         Method::Paper => false,
         Method::Dynamic => analysed.settings.plate_offset,
@@ -97,7 +101,7 @@ fn caption(methods: &[Method], courses: &[Course<'_>]) -> String {
     )
 }
 
-fn courses<'a>(analysed: &'a Analysed, sessions: &Sessions) -> Vec<Course<'a>> {
+fn courses<'a>(analysed: &'a Analysis, sessions: &Sessions) -> Vec<Course<'a>> {
     let mut courses: Vec<(Option<&Path>, Course<'a>)> = Vec::new();
     let recordings: Vec<_> = analysed
         .findings()
@@ -107,7 +111,7 @@ fn courses<'a>(analysed: &'a Analysed, sessions: &Sessions) -> Vec<Course<'a>> {
     for findings in recordings {
         let attempt = sessions.attempt(&findings.path).filter(|_| !is_single);
         let start_s = attempt.and_then(|attempt| attempt.start_s);
-        let (folder, start_s) = match (sessions.around(&findings.path), start_s) {
+        let (folder, start_s) = match (sessions.session_of(&findings.path), start_s) {
             (Some((folder, _)), Some(start_s)) => (Some(folder), start_s),
             _ => (None, 0.0),
         };
@@ -156,7 +160,7 @@ impl<'a> Course<'a> {
                 let fit = findings.trial.as_ref();
                 let holds = method != Method::Trial || fit.is_some_and(|fit| fit.misfit.is_empty());
                 instances(findings, start_s).filter_map(move |(time_s, instance)| {
-                    let offset = instance.estimated(method)?.plate_offset?;
+                    let offset = instance.estimate(method)?.plate_offset?;
                     let std = Some(offset.resonance_shift_std_hz).filter(|_| holds);
                     Some((time_s, offset.resonance_shift_hz, std))
                 })
@@ -189,7 +193,7 @@ impl<'a> Course<'a> {
                     (start_s + last.end_s) / unit_s,
                 ))
             });
-            panel.shaded = spans.collect();
+            panel.shaded_ranges = spans.collect();
         }
         let ends = all_shifts().map(|(time, _)| *time);
         let (start, end) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(start, end), time| {
@@ -208,7 +212,7 @@ impl<'a> Course<'a> {
             let bars = Series::bars(ink(method), bars.collect());
             panel
                 .series
-                .push(bars.named(format!("{}, 95 %", method.name())));
+                .push(bars.with_name(format!("{}, 95 %", method.name())));
             let values = shifts.iter().map(|(time, shift)| (*time, shift.value));
             panel.series.push(points(method, values.collect()));
         }
@@ -248,5 +252,5 @@ fn axis(values: &[Uncertain]) -> Axis {
         (low.min(value), high.max(value))
     });
     let margin = 0.08 * (high - low).max(0.1);
-    Axis::linear("Resonance shift (Hz)").between(low - margin, high + margin)
+    Axis::linear("Resonance shift (Hz)").with_range(low - margin, high + margin)
 }

@@ -5,14 +5,14 @@ use std::f64::consts::TAU;
 use contact::self_sensed;
 use num_complex::Complex64;
 
-use crate::measured::drawn::Drawn;
 use crate::measured::elements::{
     ABS_Z_M, EstimatedQuantity, GAP, MICRO, assumption_note, ink, line, recording_name, trial_note,
 };
+use crate::measured::figure_selection::FigureSelection;
 use analysis::Settings;
-use analysis::analysed::RecordingFindings;
 use analysis::estimate::{InstanceAnalysis, Method};
 use analysis::exploration_findings::ExplorationFindings;
+use analysis::findings::RecordingFindings;
 use plotting::{Axis, Figure, Key, Panel, Series};
 use plotting::{Dash, Ink, Width};
 
@@ -20,7 +20,7 @@ use plotting::{Dash, Ink, Width};
 pub(super) fn figure(
     findings: &RecordingFindings,
     settings: &Settings,
-    selection: &Drawn,
+    selection: &FigureSelection,
 ) -> Option<Figure> {
     let exploration = findings
         .explorations
@@ -40,9 +40,11 @@ pub(super) fn figure(
     };
     let panel = |axis: Axis, series: Vec<Series>| Panel {
         series,
-        shaded: instances.iter().map(|i| (i.start_s, i.end_s)).collect(),
+        shaded_ranges: instances.iter().map(|i| (i.start_s, i.end_s)).collect(),
         ..Panel::new(
-            Axis::linear("Time (s)").between(ends.0, ends.1).unwritten(),
+            Axis::linear("Time (s)")
+                .with_range(ends.0, ends.1)
+                .without_labels(),
             axis,
         )
     };
@@ -59,7 +61,7 @@ pub(super) fn figure(
         .find(|method| selection.methods.contains(method));
     let profile_method = correcting_method.filter(|_| findings.plate().profile.is_some());
     if let Some(method) = profile_method {
-        let finger_amplitude = time_course(exploration.amplitude_by(method), MICRO);
+        let finger_amplitude = time_course(exploration.method_amplitude_m(method), MICRO);
         amplitude.push(line(method, finger_amplitude));
     }
     let lateral: Vec<f64> = exploration
@@ -71,7 +73,7 @@ pub(super) fn figure(
         let frames = exploration
             .z_m(method)
             .iter()
-            .zip(exploration.amplitude_by(method));
+            .zip(exploration.method_amplitude_m(method));
         let values: Vec<f64> = frames.map(|(&z, &a)| value(z, a)).collect();
         line(method, time_course(&values, 1.0))
     };
@@ -83,12 +85,12 @@ pub(super) fn figure(
         .collect();
     // Mean of the impedances that the instances subtract; for `dynamic` and `trial` it includes the plate's offset.
     let z_p = |method: Method| -> Option<Complex64> {
-        let plate_impedances = instances.iter().filter_map(|i| i.estimated(method));
+        let plate_impedances = instances.iter().filter_map(|i| i.estimate(method));
         let plate_impedances: Vec<Complex64> = plate_impedances
             .map(|estimate| estimate.z_p_n_s_per_m)
             .collect();
         if instances.is_empty() {
-            findings.z_p.map(|plate| plate.read_by(method))
+            findings.z_p.map(|plate| plate.z_p(method))
         } else if plate_impedances.is_empty() {
             None
         } else {
@@ -107,7 +109,7 @@ pub(super) fn figure(
     if correcting_method.is_some() {
         forces.extend(sensed_normal_n(findings, exploration).map(|force_n| {
             Series::line(Ink::Orange, Dash::Dashed, time_course(&force_n, 1.0))
-                .named("normal force, self-sensed")
+                .with_name("normal force, self-sensed")
         }));
     }
     forces.extend([
@@ -116,8 +118,8 @@ pub(super) fn figure(
             Dash::Solid,
             time_course(&exploration.normal_n, 1.0),
         )
-        .named("normal force"),
-        Series::line(Ink::Grey, Dash::Solid, time_course(&lateral, 1.0)).named("lateral force"),
+        .with_name("normal force"),
+        Series::line(Ink::Grey, Dash::Solid, time_course(&lateral, 1.0)).with_name("lateral force"),
     ]);
     let mut friction = estimates(
         &instances,
@@ -143,7 +145,7 @@ pub(super) fn figure(
         panel(Axis::linear(GAP).from_zero(), gap),
     ];
     if let Some(lowest_panel) = panels.last_mut() {
-        lowest_panel.x.written = true;
+        lowest_panel.x.has_labels = true;
     }
     Some(Figure {
         name: "fig11_typical_trial".to_owned(),
@@ -217,14 +219,14 @@ fn sensed_normal_n(
 /// Returns curves and standard errors of the methods, broken between instances.
 fn estimates(
     instances: &[&InstanceAnalysis],
-    selection: &Drawn,
+    selection: &FigureSelection,
     quantity: EstimatedQuantity,
     factor: f64,
 ) -> Vec<Series> {
     let band_and_curve = |&method: &Method| {
         let mut curve = Vec::new();
         let mut band = Vec::new();
-        for estimated in instances.iter().filter_map(|i| i.estimated(method)) {
+        for estimated in instances.iter().filter_map(|i| i.estimate(method)) {
             let series = &estimated.series;
             let (values, stds) = quantity(series);
             for ((&t, value), std) in series.time_s.iter().zip(values).zip(stds) {
@@ -239,7 +241,7 @@ fn estimates(
     };
     let has_estimate = |method: &&Method| {
         let mut analyses = instances.iter();
-        instances.is_empty() || analyses.any(|i| i.estimated(**method).is_some())
+        instances.is_empty() || analyses.any(|i| i.estimate(**method).is_some())
     };
     let (bands, curves): (Vec<Series>, Vec<Series>) = selection
         .methods

@@ -1,12 +1,12 @@
 //! Fig. 14: changes of impedance, gap and estimated friction against the change of friction.
 
-use crate::measured::drawn::Drawn;
 use crate::measured::elements::{MICRO, assumption_note, points};
-use analysis::analysed::Analysed;
+use crate::measured::figure_selection::FigureSelection;
+use analysis::findings::Analysis;
 use analysis::method::Method;
 use analysis::published::{ABS_Z_M, Change, Changes, GAP, MU_ESTIMATED, changes};
 use analysis::statistics::Coefficient;
-use plotting::written;
+use plotting::number_text;
 use plotting::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};
 
 /// Share of the range that a line of text takes.
@@ -14,7 +14,7 @@ const LINE_SHARE: f64 = 0.13;
 /// Changes of more than this many times the median one lie beyond the frame, so that they do not flatten the others.
 const WIDE: f64 = 20.0;
 
-pub(super) fn figure(analysed: &Analysed, selection: &Drawn) -> Figure {
+pub(super) fn figure(analysed: &Analysis, selection: &FigureSelection) -> Figure {
     let mut largest_sample = None;
     let (mut n_trial, mut n_outside) = (0, 0);
     let headroom = LINE_SHARE * selection.methods.len() as f64;
@@ -24,20 +24,20 @@ pub(super) fn figure(analysed: &Analysed, selection: &Drawn) -> Figure {
             Axis::linear(label).with_headroom(headroom),
         );
         for &method in &selection.methods {
-            let Changes { over, pairs } = changes(analysed, method, change);
+            let Changes { level, pairs } = changes(analysed, method, change);
             let (mu, delta): (Vec<f64>, Vec<f64>) = pairs.iter().copied().unzip();
-            if let Some(correlation) = coefficient.of(&delta, &mu) {
+            if let Some(correlation) = coefficient.correlate(&delta, &mu) {
                 let symbol = match coefficient {
                     Coefficient::Spearman => "ρ",
                     Coefficient::Pearson => "r",
                 };
                 panel.notes.push(format!(
                     "{symbol} = {} ({})",
-                    written(correlation.rho, 2),
+                    number_text(correlation.rho, 2),
                     method.name()
                 ));
             }
-            largest_sample = largest_sample.max(Some((pairs.len(), over.name())));
+            largest_sample = largest_sample.max(Some((pairs.len(), level.name())));
             if method == Method::Trial {
                 n_trial = pairs.len();
             }
@@ -59,7 +59,7 @@ pub(super) fn figure(analysed: &Analysed, selection: &Drawn) -> Figure {
             (mu.min(a), mu.max(b))
         });
         let diagonal = vec![(least, least), (greatest, greatest)];
-        let line = Series::line(Ink::Black, Dash::Dashed, diagonal).named("slope 1");
+        let line = Series::line(Ink::Black, Dash::Dashed, diagonal).with_name("slope 1");
         mu_panel.series.push(line);
     }
     let (n, unit) = largest_sample.unwrap_or((0, "instances"));
@@ -110,7 +110,7 @@ fn frame(panel: &mut Panel, label: &str, headroom: f64) -> usize {
     if let (1.., Some(greatest)) = (n_outside, values.iter().rfind(is_inside)) {
         let margin = 0.05 * (greatest - least);
         let text_room = headroom * (greatest - least);
-        panel.y = Axis::linear(label).between(least - margin, greatest + margin + text_room);
+        panel.y = Axis::linear(label).with_range(least - margin, greatest + margin + text_room);
     }
     n_outside
 }

@@ -40,7 +40,7 @@ fn family<R>(
         .zip(STYLES)
         .map(|(rows, (ink, dash))| {
             let points = rows.iter().map(&point).collect();
-            Series::line(ink, dash, points).named(name(condition(&rows[0])))
+            Series::line(ink, dash, points).with_name(name(condition(&rows[0])))
         })
         .collect()
 }
@@ -89,7 +89,7 @@ fn impedance_by_stiffness(parameters: &Parameters, curves: &Curves) -> Figure {
             format!("η = {loss_factor}")
         }
     };
-    let stiffness = || Axis::logarithmic("Contact stiffness (N/µm)").between(0.1, 100.0);
+    let stiffness = || Axis::logarithmic("Contact stiffness (N/µm)").with_range(0.1, 100.0);
     let panel = |x: Axis, y: Axis, value: fn(&ImpedanceByStiffness) -> f64| Panel {
         series: family(
             rows,
@@ -114,12 +114,12 @@ fn impedance_by_stiffness(parameters: &Parameters, curves: &Curves) -> Figure {
         key: Key::Above,
         panels: vec![
             panel(
-                stiffness().unwritten(),
+                stiffness().without_labels(),
                 Axis::linear("Re Zₘ (N·s/m)").from_zero(),
                 |row| row.z_m_re_n_s_per_m,
             ),
             panel(
-                stiffness().unwritten(),
+                stiffness().without_labels(),
                 Axis::linear("Im Zₘ (N·s/m)"),
                 |row| row.z_m_im_n_s_per_m,
             ),
@@ -149,7 +149,7 @@ fn balance(parameters: &Parameters, curves: &Curves) -> Figure {
                 .map(|row| (row.gap_m * MICRO, row.left_to_film_n));
             let line = Series::line(Ink::Grey, Dash::Solid, points.collect());
             if number == 0 {
-                line.named("⟨f⟩ − fᵣ")
+                line.with_name("⟨f⟩ − fᵣ")
             } else {
                 line
             }
@@ -167,8 +167,8 @@ fn balance(parameters: &Parameters, curves: &Curves) -> Figure {
     let forces = Panel {
         series: film_loads.chain(film).collect(),
         ..Panel::new(
-            Axis::linear("Gap (µm)").between(0.0, greatest_m * MICRO),
-            Axis::linear("Force (N)").between(0.0, 1.7 * greatest_n),
+            Axis::linear("Gap (µm)").with_range(0.0, greatest_m * MICRO),
+            Axis::linear("Force (N)").with_range(0.0, 1.7 * greatest_n),
         )
     };
     let gap = Panel {
@@ -179,7 +179,7 @@ fn balance(parameters: &Parameters, curves: &Curves) -> Figure {
             |row| (row.amplitude_m * MICRO, row.gap_m * MICRO),
         ),
         ..Panel::new(
-            Axis::linear(AMPLITUDE).between(0.0, 10.0),
+            Axis::linear(AMPLITUDE).with_range(0.0, 10.0),
             Axis::linear("Gap (µm)").from_zero(),
         )
     };
@@ -221,7 +221,7 @@ fn stiffness(parameters: &Parameters, curves: &Curves) -> Figure {
                 |row| (row.amplitude_m * MICRO, row.k_c_n_per_m / MICRO),
             ),
             ..Panel::new(
-                Axis::linear(AMPLITUDE).between(0.0, 10.0),
+                Axis::linear(AMPLITUDE).with_range(0.0, 10.0),
                 Axis::logarithmic("Contact stiffness (N/µm)"),
             )
         }],
@@ -238,7 +238,7 @@ fn impedance(parameters: &Parameters, curves: &Curves) -> Figure {
         ),
         ..Panel::new(x, y)
     };
-    let amplitude = || Axis::linear(AMPLITUDE).between(0.0, 10.0);
+    let amplitude = || Axis::linear(AMPLITUDE).with_range(0.0, 10.0);
     Figure {
         name: "fig07b_impedance".to_owned(),
         title: "Observed impedance against vibration amplitude and normal force".to_owned(),
@@ -255,7 +255,7 @@ fn impedance(parameters: &Parameters, curves: &Curves) -> Figure {
         key: Key::Above,
         panels: vec![
             panel(
-                amplitude().unwritten(),
+                amplitude().without_labels(),
                 Axis::linear("Re Zₘ (N·s/m)"),
                 |row| row.z_m_re_n_s_per_m,
             ),
@@ -272,7 +272,7 @@ fn motion(parameters: &Parameters, curves: &Curves) -> Figure {
         .iter()
         .map(|row| row.time_s)
         .fold(0.0, f64::max);
-    let time = || Axis::linear("Time (µs)").between(0.0, duration_s * MICRO);
+    let time = || Axis::linear("Time (µs)").with_range(0.0, duration_s * MICRO);
     let conditions = curves
         .motion
         .chunk_by(|row, next| row.normal_n == next.normal_n && row.amplitude_m == next.amplitude_m);
@@ -289,8 +289,8 @@ fn motion(parameters: &Parameters, curves: &Curves) -> Figure {
             let row = &rows[0];
             Panel {
                 series: vec![
-                    curve(Ink::Vermillion, Dash::Solid, |row| row.skin_m).named("skin"),
-                    curve(Ink::Black, Dash::Dashed, |row| row.plate_m).named("plate"),
+                    curve(Ink::Vermillion, Dash::Solid, |row| row.skin_m).with_name("skin"),
+                    curve(Ink::Black, Dash::Dashed, |row| row.plate_m).with_name("plate"),
                 ],
                 notes: vec![format!(
                     "{}, {}",
@@ -299,7 +299,7 @@ fn motion(parameters: &Parameters, curves: &Curves) -> Figure {
                 )],
                 ..Panel::new(
                     if index < lowest_row {
-                        time().unwritten()
+                        time().without_labels()
                     } else {
                         time()
                     },
@@ -349,7 +349,7 @@ fn friction(parameters: &Parameters, curves: &Curves) -> Figure {
                 |row| (row.amplitude_m * MICRO, row.mu),
             ),
             ..Panel::new(
-                Axis::linear(AMPLITUDE).between(0.0, 10.0),
+                Axis::linear(AMPLITUDE).with_range(0.0, 10.0),
                 Axis::linear("Friction coefficient μ").from_zero(),
             )
         }],

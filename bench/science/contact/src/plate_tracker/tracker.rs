@@ -32,7 +32,7 @@ pub struct PlateTracking {
 
 impl PlateTracking {
     /// Returns the tracking of a plate with the default drift.
-    pub fn of(modal_mass_kg: f64, modulation_hz: f64) -> Self {
+    pub fn new(modal_mass_kg: f64, modulation_hz: f64) -> Self {
         Self {
             modal_mass_kg,
             drift_hz_per_sqrt_s: 1.0,

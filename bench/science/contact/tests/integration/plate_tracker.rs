@@ -116,7 +116,7 @@ fn finger() -> FittedFinger {
 }
 
 fn tracker() -> PlateTracker {
-    PlateTracker::new(PlateTracking::of(MODAL_MASS_KG, 6.0)).unwrap()
+    PlateTracker::new(PlateTracking::new(MODAL_MASS_KG, 6.0)).unwrap()
 }
 
 fn take(tracker: &mut PlateTracker, frame: &Frame) {
@@ -305,7 +305,7 @@ fn a_finger_that_is_not_there_moves_nothing() {
 }
 
 #[test]
-fn nothing_is_told_of_a_plate_that_was_not_seen_free() {
+fn a_plate_never_read_free_has_no_tracked_resonance() {
     let mut tracker = tracker();
     let frames = World::default().frames();
     let contact_frames = frames.iter().filter(|frame| frame.normal_n > 0.1);
@@ -369,7 +369,7 @@ fn samples_without_an_impedance_and_times_that_run_back_are_passed_over() {
 #[test]
 fn tracking_that_cannot_be_is_refused() {
     for (mass_kg, modulation_hz) in [(0.0, 6.0), (f64::NAN, 6.0), (8e-3, -1.0), (8e-3, f64::NAN)] {
-        assert!(PlateTracker::new(PlateTracking::of(mass_kg, modulation_hz)).is_err());
+        assert!(PlateTracker::new(PlateTracking::new(mass_kg, modulation_hz)).is_err());
     }
 }
 

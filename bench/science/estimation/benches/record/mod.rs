@@ -3,7 +3,9 @@
 use std::f64::consts::TAU;
 
 use contact::{AssumedConstants, CalibrationErrors, Contact, harmonic};
-use estimation::trial::{self, Placed, PlateReadings, PlateReference, TrialFit, TrialOptions};
+use estimation::trial::{
+    self, PlacedInstance, PlateReadings, PlateReference, TrialFit, TrialOptions,
+};
 use estimation::{FitConditions, InstanceSamples, InstanceSeries};
 use num_complex::Complex64;
 
@@ -154,9 +156,9 @@ impl Record {
 
 /// Fits instances of one trial together.
 pub fn fit_trial(records: &[Record]) -> TrialFit {
-    let places: Vec<Placed<'_>> = records
+    let places: Vec<PlacedInstance<'_>> = records
         .iter()
-        .map(|record| Placed {
+        .map(|record| PlacedInstance {
             series: record.series(),
             off_centre_m: 0.0,
         })

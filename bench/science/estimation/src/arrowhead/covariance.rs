@@ -44,7 +44,7 @@ impl<const OWN: usize, const SHARED: usize, const ERRORS: usize>
         self.shared += response.shared * response.shared.transpose();
         for (block, own_response) in self.blocks.iter_mut().zip(&response.own) {
             block.own += own_response * own_response.transpose();
-            block.with_shared += own_response * response.shared.transpose();
+            block.cross += own_response * response.shared.transpose();
         }
         self.response = response;
         self
@@ -56,7 +56,7 @@ pub struct BlockCovariance<const OWN: usize, const SHARED: usize> {
     /// Covariance of the own parameters.
     pub own: SMatrix<f64, OWN, OWN>,
     /// Covariance between own and shared parameters.
-    pub with_shared: SMatrix<f64, OWN, SHARED>,
+    pub cross: SMatrix<f64, OWN, SHARED>,
 }
 
 /// Response of a minimum to errors that are not fitted, with one column for each error.
@@ -115,7 +115,7 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
                         + shared_response * shared * shared_response.transpose()
                         - cross_term
                         - cross_term.transpose(),
-                    with_shared: direct_term - shared_response * shared,
+                    cross: direct_term - shared_response * shared,
                 }
             })
             .collect();
@@ -130,7 +130,7 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
     /// Returns the covariance of a linear combination of all parameters with each of them, from the scatter behind
     /// `covariance`, without its response to errors.
     #[must_use]
-    pub fn covariance_with<const ERRORS: usize>(
+    pub fn combination_covariance<const ERRORS: usize>(
         &self,
         covariance: &ArrowCovariance<OWN, SHARED, ERRORS>,
         combination: &Place<OWN, SHARED>,
@@ -150,8 +150,8 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
         self.arrow.step(0.0, &gradient)
     }
 
-    /// Returns the response of the minimum to errors. The rows of each block are those of [`BlockNormal::of`], followed by the
-    /// effect of each error on the block's residuals.
+    /// Returns the response of the minimum to errors. The rows of each block are those of [`BlockNormal::from_rows`],
+    /// followed by the effect of each error on the block's residuals.
     #[must_use]
     pub fn response<const ERRORS: usize>(
         &self,
@@ -205,7 +205,7 @@ mod tests {
             })
         };
         rows.iter()
-            .map(|rows| BlockNormal::of(&weighted_rows(rows)))
+            .map(|rows| BlockNormal::from_rows(&weighted_rows(rows)))
             .collect()
     }
 
@@ -289,7 +289,9 @@ mod tests {
                 .map(|block| SVector::from_fn(|index, _| (block + index) as f64 - 1.5))
                 .collect(),
         };
-        let combination_covariance = minimum.covariance_with(&covariance, &combination).unwrap();
+        let combination_covariance = minimum
+            .combination_covariance(&covariance, &combination)
+            .unwrap();
         let covariance = covariance.with_response(response);
         let inverse = dense_matrix(&normal, &prior).try_inverse().unwrap();
         let flatten = |place: &Place<OWN, SHARED>| {
@@ -317,7 +319,7 @@ mod tests {
                     submatrix(&expected, (offset, offset), (OWN, OWN))
                 ) < 1e-12
             );
-            let cross_block = DMatrix::from_column_slice(OWN, SHARED, block.with_shared.as_slice());
+            let cross_block = DMatrix::from_column_slice(OWN, SHARED, block.cross.as_slice());
             assert!(
                 max_difference(
                     cross_block,

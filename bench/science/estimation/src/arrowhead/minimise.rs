@@ -58,15 +58,15 @@ pub trait ArrowProblem<const OWN: usize, const SHARED: usize> {
     ) -> Option<Vec<DVector<f64>>>;
 
     /// Returns the prior of a block's own parameters.
-    fn prior_of_own(&self, block: usize) -> Prior<OWN>;
+    fn own_prior(&self, block: usize) -> Prior<OWN>;
 
     /// Returns the prior of the shared parameters.
-    fn prior_of_shared(&self) -> Prior<SHARED>;
+    fn shared_prior(&self) -> Prior<SHARED>;
 }
 
 /// Termination of a search.
 #[derive(Debug, Clone, Copy)]
-pub struct Until {
+pub struct Termination {
     /// Relative decrease of the squares below which a step is not taken.
     pub tolerance: f64,
     /// Largest number of steps tried.
@@ -110,7 +110,7 @@ pub fn minimise<const OWN: usize, const SHARED: usize>(
     problem: &mut impl ArrowProblem<OWN, SHARED>,
     shared: SVector<f64, SHARED>,
     own: Vec<SVector<f64, OWN>>,
-    termination: Until,
+    termination: Termination,
 ) -> Option<ArrowMinimum<OWN, SHARED>> {
     let mut point = Place { shared, own };
     let mut valley = Valley::new(problem, &point)?;
@@ -182,12 +182,13 @@ impl<const OWN: usize, const SHARED: usize> Valley<OWN, SHARED> {
         point: &Place<OWN, SHARED>,
     ) -> Option<Self> {
         let rows = problem.rows(&point.shared, &point.own)?;
-        let mut blocks: Vec<BlockNormal<OWN, SHARED>> = rows.iter().map(BlockNormal::of).collect();
-        let prior = problem.prior_of_shared();
+        let mut blocks: Vec<BlockNormal<OWN, SHARED>> =
+            rows.iter().map(BlockNormal::from_rows).collect();
+        let prior = problem.shared_prior();
         let (mut squares, mut shared_gradient) = prior.evaluate(&point.shared);
         let mut shared = SMatrix::from_diagonal(&prior.precision);
         for (index, (block, own)) in blocks.iter_mut().zip(&point.own).enumerate() {
-            let prior = problem.prior_of_own(index);
+            let prior = problem.own_prior(index);
             let (prior_squares, gradient) = prior.evaluate(own);
             block.squares += prior_squares;
             block.own_gradient += gradient;
@@ -282,19 +283,19 @@ mod tests {
             Some(own.iter().map(|y| residuals_at(y).into()).collect())
         }
 
-        fn prior_of_own(&self, _: usize) -> Prior<1> {
+        fn own_prior(&self, _: usize) -> Prior<1> {
             Prior {
                 mean: SVector::zeros(),
                 precision: SVector::zeros(),
             }
         }
 
-        fn prior_of_shared(&self) -> Prior<1> {
-            self.prior_of_own(0)
+        fn shared_prior(&self) -> Prior<1> {
+            self.own_prior(0)
         }
     }
 
-    const TERMINATION: Until = Until {
+    const TERMINATION: Termination = Termination {
         tolerance: 1e-12,
         iterations: 500,
     };
@@ -321,7 +322,7 @@ mod tests {
     fn a_search_cut_short_has_not_converged() {
         let mut problem = RosenbrockValley { narrowness: 1e3 };
         let start = (SVector::from([-1.2]), vec![SVector::from([1.0]); 3]);
-        let termination = Until {
+        let termination = Termination {
             iterations: 3,
             ..TERMINATION
         };
@@ -357,15 +358,15 @@ mod tests {
             (shared[0] >= self.wall).then(|| own.iter().map(residuals_at).collect())
         }
 
-        fn prior_of_own(&self, _: usize) -> Prior<1> {
+        fn own_prior(&self, _: usize) -> Prior<1> {
             Prior {
                 mean: SVector::zeros(),
                 precision: SVector::zeros(),
             }
         }
 
-        fn prior_of_shared(&self) -> Prior<1> {
-            self.prior_of_own(0)
+        fn shared_prior(&self) -> Prior<1> {
+            self.own_prior(0)
         }
     }
 
@@ -373,7 +374,7 @@ mod tests {
     fn a_search_that_ends_at_the_edge_of_the_model_has_found_no_minimum() {
         for (wall, has_minimum) in [(-1.0, true), (0.75, false), (0.5, false)] {
             for tolerance in [1e-4, 1e-7, 1e-12] {
-                let termination = Until {
+                let termination = Termination {
                     tolerance,
                     iterations: 500,
                 };

@@ -7,7 +7,7 @@ mod scatter;
 mod whitening;
 
 pub use covariance::{ArrowCovariance, ArrowResponse, BlockCovariance};
-pub use minimise::{ArrowMinimum, ArrowProblem, Prior, Until, minimise};
+pub use minimise::{ArrowMinimum, ArrowProblem, Prior, Termination, minimise};
 pub use normal::{BlockNormal, Place};
-pub use scatter::{lasting, variance_components};
+pub use scatter::{exponential_correlation, variance_components};
 pub use whitening::Whitening;

@@ -33,7 +33,7 @@ pub struct BlockNormal<const OWN: usize, const SHARED: usize> {
 impl<const OWN: usize, const SHARED: usize> BlockNormal<OWN, SHARED> {
     /// Sums over rows, each of a residual, its slopes by the block's own parameters, and its slopes by the shared ones.
     #[must_use]
-    pub fn of(rows: &DMatrix<f64>) -> Self {
+    pub fn from_rows(rows: &DMatrix<f64>) -> Self {
         // (r, J, K)ᵀ(r, J, K) has the parts rᵀr, Jᵀr, Kᵀr, JᵀJ, JᵀK and KᵀK.
         let products = rows.transpose() * rows;
         let (own_start, shared_start) = (1, 1 + OWN);

@@ -51,7 +51,7 @@ pub fn variance_components<const N: usize>(
 /// Returns the correlation of samples with errors that decay over `intervals` sampling intervals c: exp(−|j − k|/c), that of an
 /// Ornstein–Uhlenbeck process.
 #[must_use]
-pub fn lasting(samples: usize, intervals: f64) -> DMatrix<f64> {
+pub fn exponential_correlation(samples: usize, intervals: f64) -> DMatrix<f64> {
     let correlations: Vec<f64> = (0..samples)
         .map(|lag| (-(lag as f64) / intervals).exp())
         .collect();
@@ -88,7 +88,7 @@ mod tests {
 
     #[test]
     fn the_correlation_decays_with_the_distance() {
-        let correlation = lasting(4, 2.0);
+        let correlation = exponential_correlation(4, 2.0);
         assert_eq!(correlation[(1, 1)], 1.0);
         assert!((correlation[(0, 3)] - (-1.5f64).exp()).abs() < 1e-15);
         assert_eq!(correlation, correlation.transpose());

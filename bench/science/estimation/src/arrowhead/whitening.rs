@@ -16,7 +16,7 @@ const BAND_ROWS: usize = 64;
 impl Whitening {
     /// Returns the whitening of `covariance`, or `None` if it is not positive definite.
     #[must_use]
-    pub fn of(covariance: &DMatrix<f64>) -> Option<Self> {
+    pub fn from_covariance(covariance: &DMatrix<f64>) -> Option<Self> {
         inverse_factor(covariance).map(Self)
     }
 
@@ -85,10 +85,15 @@ mod tests {
             5 * MAX_UNSPLIT_SIZE,
         ] {
             let mut columns = covariance(n).cholesky().unwrap().unpack();
-            Whitening::of(&covariance(n)).unwrap().apply(&mut columns);
+            Whitening::from_covariance(&covariance(n))
+                .unwrap()
+                .apply(&mut columns);
             let deviation = columns - DMatrix::identity(n, n);
             assert!(deviation.amax() < 1e-10, "{n}: {}", deviation.amax());
         }
-        assert_eq!(Whitening::of(&-covariance(3 * MAX_UNSPLIT_SIZE)), None);
+        assert_eq!(
+            Whitening::from_covariance(&-covariance(3 * MAX_UNSPLIT_SIZE)),
+            None
+        );
     }
 }

@@ -71,20 +71,20 @@ pub type Touches<'a> = &'a [(f64, f64)];
 /// A part of Z_p, real or imaginary.
 pub struct Part<'a> {
     /// Readings without a finger.
-    pub free: &'a [Reading],
+    pub readings: &'a [Reading],
     /// Prior standard deviations.
     pub stds: CourseStds,
 }
 
 /// Both parts of Z_p at some times, all values of the first part before those of the second.
-pub struct Predicted {
+pub struct Prediction {
     /// Mean at each time.
     pub mean: DVector<f64>,
     /// Factor of the covariance, which is its product with its transpose; the number of columns does not grow with the times.
     pub factor: DMatrix<f64>,
 }
 
-impl Predicted {
+impl Prediction {
     /// Returns the variance at an index.
     #[must_use]
     pub fn variance(&self, index: usize) -> f64 {
@@ -158,10 +158,13 @@ impl NormalEquations {
 
 /// Predicts both parts at `times_s`.
 #[must_use]
-pub fn predicted(parts: &[Part<'_>; 2], touches: Touches<'_>, times_s: &[f64]) -> Predicted {
-    let start_s = parts[0].free.first().map_or(0.0, |reading| reading.time_s);
+pub fn predict(parts: &[Part<'_>; 2], touches: Touches<'_>, times_s: &[f64]) -> Prediction {
+    let start_s = parts[0]
+        .readings
+        .first()
+        .map_or(0.0, |reading| reading.time_s);
     let readings = [0, 1].map(|part: usize| -> Vec<Reading> {
-        let free = parts[part].free.iter();
+        let free = parts[part].readings.iter();
         free.filter(|reading| reading.value.is_finite())
             .copied()
             .collect()
@@ -247,7 +250,7 @@ fn part_weights(pairs: &Pairs, part: usize) -> [f64; TIME_CONSTANTS] {
 }
 
 /// Sums the predictions over all pairs, with their deviation from the common mean in the covariance.
-fn sum(pairs: &Pairs, predictions: &[[PartPrediction; TIME_CONSTANTS]; 2]) -> Predicted {
+fn sum(pairs: &Pairs, predictions: &[[PartPrediction; TIME_CONSTANTS]; 2]) -> Prediction {
     let n = predictions[0][0].mean.len();
     let mut mean = DVector::zeros(2 * n);
     let mut columns: Vec<DVector<f64>> = Vec::new();
@@ -277,7 +280,7 @@ fn sum(pairs: &Pairs, predictions: &[[PartPrediction; TIME_CONSTANTS]; 2]) -> Pr
             }
         }
     }
-    Predicted {
+    Prediction {
         mean,
         factor: DMatrix::from_columns(&columns),
     }
@@ -420,8 +423,11 @@ mod tests {
             .to_vec()
     }
 
-    fn part(free: &[Reading]) -> Part<'_> {
-        Part { free, stds: STDS }
+    fn part(readings: &[Reading]) -> Part<'_> {
+        Part {
+            readings,
+            stds: STDS,
+        }
     }
 
     #[test]
@@ -433,7 +439,7 @@ mod tests {
             };
             let free = readings(course, 1e-4);
             let times_s = [1.5, 2.5, 3.5, 7.0, 8.5];
-            let prediction = predicted(&[part(&free), part(&free)], &TOUCHES, &times_s);
+            let prediction = predict(&[part(&free), part(&free)], &TOUCHES, &times_s);
             for (index, time_s) in times_s.into_iter().enumerate() {
                 let std = prediction.variance(index).sqrt();
                 let error = prediction.mean[index] - course(time_s);
@@ -449,10 +455,10 @@ mod tests {
         let readings_with = |w: f64| readings(|time_s| w * warmth(time_s, 2.0, &TOUCHES), 1e-3);
         let (mut damping, reactance) = (readings_with(0.3), readings_with(-2.0));
         damping.retain(|reading| reading.time_s < 4.3);
-        let single = predicted(&[part(&damping), part(&damping)], &TOUCHES, &[2.5]);
-        let joint = predicted(&[part(&damping), part(&reactance)], &TOUCHES, &[2.5]);
+        let single = predict(&[part(&damping), part(&damping)], &TOUCHES, &[2.5]);
+        let joint = predict(&[part(&damping), part(&reactance)], &TOUCHES, &[2.5]);
         let truth = 0.3 * warmth(2.5, 2.0, &TOUCHES);
-        let error = |prediction: &Predicted| (prediction.mean[0] - truth).abs();
+        let error = |prediction: &Prediction| (prediction.mean[0] - truth).abs();
         assert!(error(&joint) < 0.5 * error(&single));
         assert!(error(&joint) < 3.0 * joint.variance(0).sqrt());
     }
@@ -477,14 +483,14 @@ mod tests {
             value: f64::NAN,
             std: 1e-4,
         }];
-        let prediction = predicted(&[part(&free), part(&free)], &touches, &[1005.0]);
+        let prediction = predict(&[part(&free), part(&free)], &touches, &[1005.0]);
         assert_relative_eq!(
             prediction.mean[0],
             0.3 * warmth(1005.0, 5.0, &touches),
             epsilon = 1e-3
         );
         assert!(prediction.variance(0).is_finite());
-        let prior = predicted(&[part(&invalid), part(&invalid)], &TOUCHES, &[2.5]);
+        let prior = predict(&[part(&invalid), part(&invalid)], &TOUCHES, &[2.5]);
         assert_eq!(prior.mean.len(), 2);
     }
 
@@ -492,7 +498,7 @@ mod tests {
     #[test]
     fn irregular_readings_widen_the_prediction() {
         let std = |free: &[Reading]| {
-            let prediction = predicted(&[part(free), part(free)], &TOUCHES, &[2.5]);
+            let prediction = predict(&[part(free), part(free)], &TOUCHES, &[2.5]);
             prediction.variance(0).sqrt()
         };
         let regular = std(&readings(|_| 0.1, 1e-4));

@@ -11,9 +11,9 @@ pub struct Means<'a> {
     /// Time of the middle of each stretch, s.
     pub times_s: &'a [f64],
     /// Length of a stretch, s.
-    pub each_s: f64,
+    pub stretch_s: f64,
     /// Largest distance between successive stretches of one walk, s.
-    pub apart_s: f64,
+    pub max_gap_s: f64,
     /// Each mean, and the variance of its measurement error.
     pub values: &'a [(f64, f64)],
     /// Relative rate of the steady trend about each stretch, 1/s; the walk is the deviation from it.
@@ -49,7 +49,8 @@ impl Means<'_> {
         // middles Δ ≥ L apart, a mean differs from the walk at an end of its stretch by ∫₀ᴸ (s/L) dw, of variance D L/3, and
         // the walk between the stretches adds D (Δ − L): in all D (Δ − L/3).
         let duration_s = single_steps.time_s
-            - single_steps.count * self.each_s.min(single_steps.time_s / single_steps.count) / 3.0;
+            - single_steps.count * self.stretch_s.min(single_steps.time_s / single_steps.count)
+                / 3.0;
         single_steps.squares / duration_s * single_steps.count / (single_steps.count - 1.0)
             * speedup
     }
@@ -60,7 +61,7 @@ impl Means<'_> {
         for (index, window) in self.times_s.windows(steps + 1).enumerate() {
             if window
                 .windows(2)
-                .any(|pair| pair[1] - pair[0] > self.apart_s)
+                .any(|pair| pair[1] - pair[0] > self.max_gap_s)
             {
                 continue;
             }
@@ -109,11 +110,11 @@ mod tests {
 
     use super::*;
 
-    fn diffusivity_per_s(times_s: &[f64], each_s: f64, values: &[(f64, f64)], rate: f64) -> f64 {
+    fn diffusivity_per_s(times_s: &[f64], stretch_s: f64, values: &[(f64, f64)], rate: f64) -> f64 {
         let means = Means {
             times_s,
-            each_s,
-            apart_s: 0.7,
+            stretch_s,
+            max_gap_s: 0.7,
             values,
             per_s: &vec![rate; times_s.len()],
         };
@@ -121,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn the_diffusivity_of_a_walk_is_found_beside_its_rate_and_noise() {
+    fn the_diffusivity_of_a_walk_is_found_with_its_rate_and_noise() {
         let mut random = ChaCha8Rng::seed_from_u64(3);
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
         let times_s: Vec<f64> = (0..4000).map(|n| 0.2 * f64::from(n)).collect();

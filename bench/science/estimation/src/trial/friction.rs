@@ -136,8 +136,8 @@ pub(super) fn fit(instances: &[RatioSamples<'_>], interval_s: f64) -> Option<Tri
     let stretch_s = interval_s * samples as f64 / instances.len() as f64;
     let means = Means {
         times_s: &times_s,
-        each_s: stretch_s,
-        apart_s: NEIGHBOURS_S,
+        stretch_s,
+        max_gap_s: NEIGHBOURS_S,
         values: &mu0,
         per_s: &per_s,
     };

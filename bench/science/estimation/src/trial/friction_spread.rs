@@ -65,7 +65,7 @@ impl FrictionSpread {
         // With δθ_i = O_i δo_i + S_i δs, row k of δp is the combination Σ_i T_ik O_i δo_i + (Σ_i T_ik S_i) δs.
         let mut combination_covariances = Vec::with_capacity(FRICTION_PARAMETERS);
         for combination in &combinations {
-            combination_covariances.push(minimum.covariance_with(covariance, combination)?);
+            combination_covariances.push(minimum.combination_covariance(covariance, combination)?);
         }
         let noise_covariance =
             Matrix2::from_fn(|row, column| combinations[row].dot(&combination_covariances[column]));

@@ -204,7 +204,7 @@ impl ParameterSlopes {
         // E Eᵀ, of which R Rᵀ is in A C_oo Aᵀ + B C_ss Bᵀ + A C_os Bᵀ + B C_osᵀ Aᵀ already.
         let Self { by_own, by_shared } = self;
         let block = &covariance.blocks[instance];
-        let cross = by_own * block.with_shared * by_shared.transpose();
+        let cross = by_own * block.cross * by_shared.transpose();
         let response = self.response(covariance, instance, by_error) - by_error;
         let error_cross = response * by_error.transpose();
         by_own * block.own * by_own.transpose()

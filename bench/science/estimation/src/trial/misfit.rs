@@ -19,7 +19,7 @@ pub enum Misfit {
     /// The plate under the finger appears to differ from the readings before and after it.
     Plate {
         /// RMS deviation of its reactance over the instances from the course between the readings, N·s/m.
-        apart_n_s_per_m: f64,
+        deviation_n_s_per_m: f64,
     },
     /// The friction estimated from the impedance differs from the measured one, which the fit does not use.
     Friction {
@@ -43,9 +43,11 @@ impl fmt::Display for Misfit {
                 deviations.abs(),
                 if *deviations > 0.0 { "above" } else { "below" }
             ),
-            Self::Plate { apart_n_s_per_m } => write!(
+            Self::Plate {
+                deviation_n_s_per_m,
+            } => write!(
                 f,
-                "the plate's reactance under the finger would be {apart_n_s_per_m:.2} N·s/m from what was read without it"
+                "the plate's reactance under the finger would be {deviation_n_s_per_m:.2} N·s/m from what was read without it"
             ),
             Self::Friction { rms_mu } => write!(
                 f,
@@ -88,7 +90,7 @@ pub(super) fn signs(
         plate
             .filter(PlateDeviation::is_misfit)
             .map(|plate| Misfit::Plate {
-                apart_n_s_per_m: plate.deviation_n_s_per_m,
+                deviation_n_s_per_m: plate.deviation_n_s_per_m,
             }),
     );
     let rms_mu = known_rms(instances.iter().map(|instance| instance.agreement.rms_mu));

@@ -57,7 +57,7 @@ use super::lagged_model::LaggedModel;
 use super::least_squares::{ImpedanceModel, Minimum};
 use super::series::{InstanceSeries, mean};
 use contact::CalibrationErrors;
-use contact::calibration_errors::OF_OTHER_MODES;
+use contact::calibration_errors::OTHER_MODES;
 use contact::parameters::FILM_MOBILITY;
 use contact::residual_noise::ResidualNoise;
 use contact::uncertain::{LogUncertain, Uncertain};
@@ -82,7 +82,7 @@ impl Default for TrialOptions {
 
 /// An instance and its position on the plate.
 #[derive(Debug, Clone, Copy)]
-pub struct Placed<'a> {
+pub struct PlacedInstance<'a> {
     /// The instance.
     pub series: InstanceSeries<'a>,
     /// Position of its middle along the plate, from the plate's centre, m.
@@ -130,7 +130,7 @@ pub struct TrialFit {
 /// # Errors
 /// If there is no instance, a lead-in is too short, or the model allows no such contacts.
 pub fn fit(
-    places: &[Placed<'_>],
+    places: &[PlacedInstance<'_>],
     conditions: &FitConditions,
     readings: &PlateReadings,
     options: &TrialOptions,
@@ -173,7 +173,7 @@ fn report(
 ) -> Result<TrialFit, FitError> {
     let mut by_error = calibration.by_parameter();
     // The component common to all places and that of each place add in quadrature.
-    by_error[(FILM_MOBILITY, OF_OTHER_MODES)] =
+    by_error[(FILM_MOBILITY, OTHER_MODES)] =
         std::f64::consts::SQRT_2 * search.priors.residual_mobility_std_m_per_n_s;
     search
         .follow_other_modes(&minimum)
@@ -221,7 +221,7 @@ fn report(
             covariance: covariance
                 .as_ref()
                 .map(|covariance| parameter_slopes[index].covariance(covariance, index, &by_error)),
-            noise: ResidualNoise::of(residuals, &shapes, OWN),
+            noise: ResidualNoise::from_residuals(residuals, &shapes, OWN),
         };
         let (model, samples) = (&mut member.model, instance.instance());
         let contact = model.follow(&parameters).ok_or(FitError::NoStart)?;

@@ -15,7 +15,7 @@
 //! the fraction by which such a course may be wrong: 0.03, and more if the fitted reactances scatter more.
 
 use super::prior::TrialPriors;
-use crate::plate_course::{CourseStds, Part, Predicted, Reading};
+use crate::plate_course::{CourseStds, Part, Prediction, Reading};
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 
@@ -145,8 +145,8 @@ pub(super) fn offsets(
             .collect()
     };
     let (dampings, reactances) = (part_readings(|z| z.re), part_readings(|z| z.im));
-    let part = |free, size, per_s| Part {
-        free,
+    let part = |readings, size, per_s| Part {
+        readings,
         stds: CourseStds { size, per_s },
     };
     let line: Vec<Complex64> = known_times_s
@@ -165,7 +165,7 @@ pub(super) fn offsets(
             REACTANCE_PER_S,
         ),
     ];
-    let course = crate::plate_course::predicted(&parts, &readings.touches_s, &known_times_s);
+    let course = crate::plate_course::predict(&parts, &readings.touches_s, &known_times_s);
     let (reactance_std, deviation_fraction) = match estimates {
         None => (INITIAL_STD_N_S_PER_M, COURSE_DEVIATION),
         Some(estimates) => {
@@ -208,7 +208,7 @@ pub(super) fn offsets(
 }
 
 /// Returns the RMS scatter of reactances about the course fitted to them; `deviation` is that from the likely course.
-fn scatter_about(course: &Predicted, deviation: DVector<f64>) -> f64 {
+fn scatter_about(course: &Prediction, deviation: DVector<f64>) -> f64 {
     let n = deviation.len();
     let course_factor = course.factor.rows(n, n);
     let variance = MIN_REACTANCE_STD_N_S_PER_M.powi(2);
@@ -225,7 +225,7 @@ fn scatter_about(course: &Predicted, deviation: DVector<f64>) -> f64 {
 }
 
 /// Returns the [`COURSES`] in which the plate is least certain, as their effect on each instance.
-fn directions(course: &Predicted) -> Vec<[Complex64; COURSES]> {
+fn directions(course: &Prediction) -> Vec<[Complex64; COURSES]> {
     let n = course.mean.len() / 2;
     let weight = |row: usize| if row < n { DAMPING_WEIGHT } else { 1.0 };
     let mut weighted_factor = course.factor.clone();

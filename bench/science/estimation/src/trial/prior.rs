@@ -14,7 +14,7 @@ pub struct LogNormal {
 impl LogNormal {
     /// Returns the distribution with 95 % between two values.
     #[must_use]
-    pub fn between(low: f64, high: f64) -> Self {
+    pub fn from_interval_95(low: f64, high: f64) -> Self {
         Self {
             // ln low and ln high lie 1.96 standard deviations on either side of their middle.
             median: (low * high).sqrt(),
@@ -72,7 +72,7 @@ pub struct TrialPriors {
 impl TrialPriors {
     /// Returns the priors for a plate with a measured amplitude along its length, for which the data are corrected.
     #[must_use]
-    pub fn on_a_measured_plate(self) -> Self {
+    pub fn with_mode_shape(self) -> Self {
         let residual_prior = |prior: Normal| Normal {
             mean: 0.0,
             std: prior.std.min(3e-3),
@@ -88,15 +88,15 @@ impl TrialPriors {
 impl Default for TrialPriors {
     fn default() -> Self {
         Self {
-            contact_area_m2: LogNormal::between(60e-6, 450e-6),
-            q0_rad_per_m: LogNormal::between(5e3, 5e4),
-            loss_factor: LogNormal::between(0.1, 0.6),
-            tau_s: LogNormal::between(1e-4, 1e-2),
+            contact_area_m2: LogNormal::from_interval_95(60e-6, 450e-6),
+            q0_rad_per_m: LogNormal::from_interval_95(5e3, 5e4),
+            loss_factor: LogNormal::from_interval_95(0.1, 0.6),
+            tau_s: LogNormal::from_interval_95(1e-4, 1e-2),
             area_exponent: Normal {
                 mean: 0.3,
                 std: 0.3,
             },
-            film_mean_s: LogNormal::between(3e-5, 3e-4),
+            film_mean_s: LogNormal::from_interval_95(3e-5, 3e-4),
             lag_exponent: Normal {
                 mean: 0.25,
                 std: 0.15,

@@ -15,7 +15,7 @@
 //! v_c + v_n/|x̃_p|² + v_f (G K_f Gᵀ)_jj; its three variances follow from the squared residuals of the last minimum, for the
 //! whole trial.
 
-use crate::arrowhead::{Whitening, lasting, variance_components};
+use crate::arrowhead::{Whitening, exponential_correlation, variance_components};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 
@@ -150,7 +150,7 @@ impl Kinds {
                 components.map(|std| std * widening).collect(),
             ));
         };
-        let correlation = lasting(n, correlation_samples);
+        let correlation = exponential_correlation(n, correlation_samples);
         let mut covariance = by_force * force.max(MIN_FORCE_ERROR * MIN_FORCE_ERROR);
         for row in 0..n {
             for column in 0..n {
@@ -159,14 +159,14 @@ impl Kinds {
                 covariance[(n + row, n + column)] += noise_covariance;
             }
         }
-        Whitening::of(&covariance).map(Scatter::Correlated)
+        Whitening::from_covariance(&covariance).map(Scatter::Correlated)
     }
 }
 
-/// Multiplies a response to each sample by the lower factor of [`lasting`]: an error is the decayed previous error plus an
-/// innovation, so the innovation of a sample acts on all later ones. For e_n = ρ e_(n−1) + √(1 − ρ²) ε_n, e_0 = ε_0 and
-/// ρ = e^(−1/c), Cov e has the factor L_nm = ρ^(n−m) √(1 − ρ²) for n ≥ m > 0, and L_n0 = ρ^n. Column m of G L is
-/// √(1 − ρ²) Σ_(n≥m) ρ^(n−m) G_n, summed from the last column backwards.
+/// Multiplies a response to each sample by the lower factor of [`exponential_correlation`]: an error is the decayed
+/// previous error plus an innovation, so the innovation of a sample acts on all later ones. For
+/// e_n = ρ e_(n−1) + √(1 − ρ²) ε_n, e_0 = ε_0 and ρ = e^(−1/c), Cov e has the factor L_nm = ρ^(n−m) √(1 − ρ²) for
+/// n ≥ m > 0, and L_n0 = ρ^n. Column m of G L is √(1 − ρ²) Σ_(n≥m) ρ^(n−m) G_n, summed from the last column backwards.
 fn accumulate_errors(response: &mut DMatrix<f64>, intervals: f64) {
     let decay = (-intervals.recip()).exp();
     for sample in (1..response.ncols()).rev() {
@@ -195,7 +195,7 @@ mod tests {
     fn accumulated_errors_have_the_covariance_of_their_decay() {
         let mut factor = DMatrix::identity(30, 30);
         accumulate_errors(&mut factor, 4.0);
-        let difference = &factor * factor.transpose() - lasting(30, 4.0);
+        let difference = &factor * factor.transpose() - exponential_correlation(30, 4.0);
         assert!(difference.amax() < 1e-12);
     }
 }

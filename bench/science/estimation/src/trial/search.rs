@@ -1,6 +1,6 @@
 //! Search for the parameters that best fit all instances of a trial.
 
-use crate::arrowhead::{ArrowProblem, BlockNormal, Prior, Until, minimise};
+use crate::arrowhead::{ArrowProblem, BlockNormal, Prior, Termination, minimise};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use num_complex::Complex64;
 
@@ -46,17 +46,17 @@ const LAWS: [usize; 7] = [
 ];
 /// Factor on the prior standard deviations of the extensions of the published laws in a search from afar.
 const START_FACTOR: f64 = 0.05;
-const FINAL_TERMINATION: Until = Until {
+const FINAL_TERMINATION: Termination = Termination {
     tolerance: 1e-7,
     iterations: 500,
 };
 /// Termination for a minimum that will be refined.
-const COARSE_TERMINATION: Until = Until {
+const COARSE_TERMINATION: Termination = Termination {
     tolerance: 1e-4,
     iterations: 500,
 };
 /// Limit for one start: poor starts rarely converge, and another gets there sooner.
-const START_TERMINATION: Until = Until {
+const START_TERMINATION: Termination = Termination {
     tolerance: 1e-4,
     iterations: 60,
 };
@@ -502,15 +502,15 @@ impl<'a> Search<'a> {
             .iter()
             .enumerate()
             .map(|(instance, rows)| {
-                let mut block = BlockNormal::of(rows);
+                let mut block = BlockNormal::from_rows(rows);
                 block.own *= excess;
                 block.coupling *= excess;
                 block.shared *= excess;
-                block.own += SMatrix::from_diagonal(&self.prior_of_own(instance).precision);
+                block.own += SMatrix::from_diagonal(&self.own_prior(instance).precision);
                 block
             })
             .collect();
-        let prior = self.prior_of_shared().precision;
+        let prior = self.shared_prior().precision;
         let response = minimum.response(&rows)?;
         Some(minimum.covariance(blocks, prior)?.with_response(response))
     }
@@ -539,7 +539,7 @@ impl ArrowProblem<OWN, SHARED> for Search<'_> {
         Some(blocks)
     }
 
-    fn prior_of_own(&self, instance: usize) -> Prior<OWN> {
+    fn own_prior(&self, instance: usize) -> Prior<OWN> {
         let offset = self.members[instance].offset;
         let factor = if self.is_start_search {
             START_FACTOR
@@ -564,7 +564,7 @@ impl ArrowProblem<OWN, SHARED> for Search<'_> {
         }
     }
 
-    fn prior_of_shared(&self) -> Prior<SHARED> {
+    fn shared_prior(&self) -> Prior<SHARED> {
         let mut priors = self.shared_priors();
         if self.is_start_search {
             for law in LAWS {

@@ -3,7 +3,7 @@
 use approx::assert_relative_eq;
 use estimation::dynamic::{self, DynamicOptions};
 use estimation::trial::{
-    self, Misfit, Placed, PlateReadings, PlateReference, TrialFit, TrialOptions,
+    self, Misfit, PlacedInstance, PlateReadings, PlateReference, TrialFit, TrialOptions,
 };
 use estimation::{FitError, FitParameter, FitVerdict, InstanceSeries};
 use num_complex::Complex64;
@@ -77,15 +77,15 @@ fn fit_records(records: &[Record]) -> TrialFit {
 }
 
 fn fit_with_readings(records: &[Record], readings: &PlateReadings) -> TrialFit {
-    let places: Vec<Placed<'_>> = records
+    let places: Vec<PlacedInstance<'_>> = records
         .iter()
         .map(|record| place(record.series()))
         .collect();
     trial::fit(&places, &conditions(), readings, &TrialOptions::default()).unwrap()
 }
 
-pub fn place(series: InstanceSeries<'_>) -> Placed<'_> {
-    Placed {
+pub fn place(series: InstanceSeries<'_>) -> PlacedInstance<'_> {
+    PlacedInstance {
         series,
         off_centre_m: 0.0,
     }
@@ -290,7 +290,7 @@ fn long_instances_are_weighed_sample_by_sample() {
         .iter()
         .map(|record| record.resample(factor))
         .collect();
-    let places: Vec<Placed<'_>> = records
+    let places: Vec<PlacedInstance<'_>> = records
         .iter()
         .map(|record| place(InstanceSeries::new(record.samples(), factor * LEAD).unwrap()))
         .collect();

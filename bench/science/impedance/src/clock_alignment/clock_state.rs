@@ -54,7 +54,7 @@ impl ClockState {
     /// Returns the excess rate of the clock over that of `reference`, parts per million, if it surely exceeds [`TOLERANCE`] in
     /// either direction: after 10 s, if it has gained or lost 250 ms more than allowed; after 30 s, 50 ms more.
     #[must_use]
-    pub fn beyond(&self, reference: &Self) -> Option<f64> {
+    pub fn excess_ppm(&self, reference: &Self) -> Option<f64> {
         let fast = self.fast_by(reference);
         let span_s = self.shortest_span_s().min(reference.shortest_span_s());
         let limit_s = if span_s < FIRST_S {
@@ -98,11 +98,11 @@ mod tests {
             residual_s: None,
         };
         let (card, late) = (clock_at(80.0, 60.0), clock_at(8e6, 0.02));
-        assert_eq!(clock_at(0.0, 60.0).beyond(&late), None);
+        assert_eq!(clock_at(0.0, 60.0).excess_ppm(&late), None);
         // Forty seconds of queued readings, read in 0.6 s.
-        assert_eq!(clock_at(-985e3, 40.0).beyond(&card), None);
-        assert_eq!(clock_at(-3e4, 11.0).beyond(&card), None, "0.23 s");
-        assert!(clock_at(-4e4, 11.0).beyond(&card).is_some());
-        assert!(clock_at(-15e3, 31.0).beyond(&card).is_some());
+        assert_eq!(clock_at(-985e3, 40.0).excess_ppm(&card), None);
+        assert_eq!(clock_at(-3e4, 11.0).excess_ppm(&card), None, "0.23 s");
+        assert!(clock_at(-4e4, 11.0).excess_ppm(&card).is_some());
+        assert!(clock_at(-15e3, 31.0).excess_ppm(&card).is_some());
     }
 }

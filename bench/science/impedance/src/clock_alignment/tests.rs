@@ -123,7 +123,7 @@ fn a_drift_is_followed_from_the_first_second_on() {
 }
 
 #[test]
-fn a_clock_beyond_its_tolerance_is_told_from_one_within() {
+fn a_clock_beyond_its_tolerance_is_distinguished_from_one_within() {
     let card = ClockState {
         drift_ppm: 80.0,
         span_s: 60.0,
@@ -146,7 +146,7 @@ fn a_clock_beyond_its_tolerance_is_told_from_one_within() {
         let (mut clock, mut first) = (LowerEnvelope::new(), None);
         link.run(40.0, 3, |source_s, arrival_s| {
             clock.observe(source_s, arrival_s).unwrap();
-            first = first.or(clock.state().beyond(&card).map(|ppm| (source_s, ppm)));
+            first = first.or(clock.state().excess_ppm(&card).map(|ppm| (source_s, ppm)));
         });
         assert_eq!(first.is_some(), is_fault, "{fast}: {first:?}");
         if let Some((at_s, ppm)) = first {

@@ -341,12 +341,8 @@ fn a_session_is_drawn_once_within_its_ranges() {
     let ranges = &unkind.session;
     let (mut above_count, mut below_count) = (0, 0);
     for seed in 0..100 {
-        let real = unkind.realised(seed);
-        assert_eq!(
-            real.realised(seed + 1),
-            real,
-            "a second call changes nothing"
-        );
+        let real = unkind.draw(seed);
+        assert_eq!(real.draw(seed + 1), real, "a second call changes nothing");
         let (plate, sensor) = (&real.plate, &real.force_sensor);
         let off_hz = plate.second_mode.resonance_hz - plate.resonance_hz;
         if off_hz > 0.0 {
@@ -388,7 +384,7 @@ fn a_session_is_drawn_once_within_its_ranges() {
     );
     let mut partial = unkind.clone();
     partial.session.warmth_hz = None;
-    let (complete, partial) = (unkind.realised(3).plate, partial.realised(3).plate);
+    let (complete, partial) = (unkind.draw(3).plate, partial.draw(3).plate);
     assert_eq!(partial.drift.warmth_hz, 0.0);
     assert_eq!(
         (partial.end_drop, partial.second_mode),

@@ -75,7 +75,7 @@ fn chip(bus: &Mock<u8>) -> Ads131m02<Mock<u8>> {
 }
 
 #[test]
-fn it_is_set_read_back_and_locked() {
+fn the_converter_is_set_read_back_and_locked() {
     let mut bus = bus(configuration(0x0077));
     assert_eq!(chip(&bus).configure(), Ok(()));
     bus.done();

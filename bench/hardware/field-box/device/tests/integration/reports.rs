@@ -37,7 +37,7 @@ fn a_conversion_is_of_the_moment_a_conversion_and_a_half_ago() {
     for k in 1..100 {
         let ready_us = 512 * k;
         if k >= 3 {
-            assert_eq!(moments.of_conversion(), moment(ready_us - 768));
+            assert_eq!(moments.conversion_moment(), moment(ready_us - 768));
         }
         moments.latch(moment(ready_us + 256));
     }
@@ -85,7 +85,7 @@ fn a_report_says_what_the_guard_did_and_which_word_it_heard() {
     let mut amplifier = Amplifier::default();
     let summary = |amplifier: &Amplifier| {
         let state = amplifier.state();
-        (state.outputs.enable, state.stop, state.heard)
+        (state.outputs.enable, state.stop, state.word_number)
     };
     amplifier.hear(0, word(1, true), true);
     assert_eq!(
@@ -106,6 +106,9 @@ fn a_report_says_what_the_guard_did_and_which_word_it_heard() {
     amplifier.look(202_000, false);
     assert_eq!(summary(&amplifier), (false, Some(StopReason::Estop), 5));
     let report = Reports::default().next(Moment::default(), None, CLOSED, amplifier.state());
-    assert_eq!((report.stop, report.heard), (Some(StopReason::Estop), 5));
+    assert_eq!(
+        (report.stop, report.word_number),
+        (Some(StopReason::Estop), 5)
+    );
     assert!(!report.levels.enable);
 }

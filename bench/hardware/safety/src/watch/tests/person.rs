@@ -16,8 +16,8 @@ fn allow(rig: &Rig, limit_s: f64, spans: &[(i64, i64)]) {
         });
     }
     let allowance = Allowance {
-        before: hour,
-        ..Allowance::of(limit_s)
+        earlier_driving: hour,
+        ..Allowance::per_hour(limit_s)
     };
     rig.ask.send(SafetyCommand::Allow(allowance));
 }
@@ -99,12 +99,12 @@ fn the_faint_tone_costs_nothing_and_each_drive_that_is_felt_does() {
 }
 
 #[test]
-fn whoever_keeps_the_account_is_sent_each_span_from_its_first_moment() {
+fn each_span_is_reported_from_its_first_moment() {
     let mut rig = Rig::armed(SafetyLines::default());
     let (spans, reports) = crossbeam_channel::unbounded();
     let allowance = Allowance {
         spans: Some(spans),
-        ..Allowance::of(100.0)
+        ..Allowance::per_hour(100.0)
     };
     sound(&mut rig, 0.0, 2 * S);
     rig.ask.send(SafetyCommand::Allow(allowance));
@@ -132,7 +132,7 @@ fn a_drive_whose_time_nobody_keeps_stops_and_all_of_it_is_kept_once_the_disk_is_
     let (spans, reports) = crate::span_reports();
     let allowance = Allowance {
         spans: Some(spans),
-        ..Allowance::of(100.0)
+        ..Allowance::per_hour(100.0)
     };
     sound(&mut rig, 0.0, 2 * S);
     rig.ask.send(SafetyCommand::Allow(allowance));

@@ -15,7 +15,7 @@ use std::process::Command;
 use std::sync::OnceLock;
 
 use analysis::Settings;
-use analysis::analysed::RecordingFindings;
+use analysis::findings::RecordingFindings;
 use analysis::method::Method;
 use analysis::recording_analysis::analyse;
 use contact::uncertain::{LogUncertain, Uncertain};
@@ -210,7 +210,9 @@ fn record_and_analyse(world: &World) -> (RecordingFindings, Truth) {
         .status()
         .unwrap();
     assert!(status.success());
-    let findings = analyse(folder.path(), &Settings::default()).found.unwrap();
+    let findings = analyse(folder.path(), &Settings::default())
+        .findings
+        .unwrap();
     assert_eq!(findings.instances.len(), 7, "{:?}", findings.rejected);
     (findings, Truth::read(folder.path()))
 }
@@ -263,7 +265,7 @@ fn dynamic_tolerates_a_drifting_plate() {
     for drift_hz in [-10.0, 10.0] {
         let (findings, truth) = record_and_analyse(&vec![("drift_hz", drift_hz)]);
         for instance in &findings.instances {
-            let estimate = instance.estimated(Method::Dynamic).unwrap();
+            let estimate = instance.estimate(Method::Dynamic).unwrap();
             let sigma_t_m = truth.mean("sigma_t_m", instance.start_s, instance.end_s);
             let error = (estimate.sigma_t_m / sigma_t_m - 1.0).abs();
             assert!(

@@ -1,19 +1,19 @@
 //! Choice of methods and instances for the figures.
 
-use analysis::analysed::Analysed;
 use analysis::estimate::InstanceAnalysis;
+use analysis::findings::Analysis;
 use analysis::method::Method;
 
 /// Methods and instances that the figures show.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Drawn {
+pub struct FigureSelection {
     /// Methods in drawing order: the last lies on top.
     pub methods: Vec<Method>,
     /// Whether Fig. 13 shows all instances of the typical trial, instead of those of one exploration.
     pub whole_trial: bool,
 }
 
-impl Default for Drawn {
+impl Default for FigureSelection {
     fn default() -> Self {
         Self {
             methods: vec![Method::Dynamic, Method::Trial, Method::Paper],
@@ -22,9 +22,9 @@ impl Default for Drawn {
     }
 }
 
-impl Drawn {
+impl FigureSelection {
     /// Omits `trial` if no recording has an estimate by it.
-    pub(crate) fn available_in(&self, analysed: &Analysed) -> Self {
+    pub(crate) fn available_in(&self, analysed: &Analysis) -> Self {
         let is_available = |method: &Method| {
             let mut instances = analysed.instances();
             *method != Method::Trial || instances.any(|(_, instance)| instance.trial.is_some())

@@ -41,5 +41,5 @@ pub(super) fn require_range(
     high: f64,
     unit: &str,
 ) -> Result<(), Refused> {
-    Ok(strict_toml::within(key, value, low, high, unit)?)
+    Ok(strict_toml::require_range(key, value, low, high, unit)?)
 }

@@ -13,7 +13,7 @@ use crate::stop_times::StopTimes;
 /// time by which the watch detects an old value, except for the amplitude, which the same task publishes as the
 /// read-back.
 #[derive(Default)]
-pub(super) struct Seen {
+pub(super) struct LatestReadings {
     pub(super) readback: Option<DriveReading>,
     pub(super) amplitude_m: Option<f64>,
     pub(super) force_polled_ns: Option<u64>,
@@ -23,7 +23,7 @@ pub(super) struct Seen {
     pub(super) kept_rise_k: Option<f64>,
 }
 
-impl Seen {
+impl LatestReadings {
     /// Updates the values from `signals`.
     pub(super) fn look(&mut self, signals: &Signals) {
         signals.readback.look(&mut self.readback);

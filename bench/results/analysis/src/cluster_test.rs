@@ -36,7 +36,7 @@ pub fn test(coefficient: Coefficient, x: &[f64], y: &[f64], people: &[usize]) ->
     let pairs: Vec<usize> = (0..people.len()).filter(is_finite_pair).collect();
     let scores = |values: &[f64]| coefficient.scores(pairs.iter().map(|&i| values[i]).collect());
     let (x, y) = (scores(x), scores(y));
-    coefficient.of(&x, &y)?;
+    coefficient.correlate(&x, &y)?;
     let mut sums = std::collections::BTreeMap::<usize, f64>::new();
     for (&pair, (x, y)) in pairs.iter().zip(deviations(&x).zip(deviations(&y))) {
         *sums.entry(people[pair]).or_default() += x * y;
@@ -118,7 +118,7 @@ mod tests {
             let (x, y) = (values(&mut rng, people, icc), values(&mut rng, people, icc));
             let p = test(coefficient, &x, &y, &pair_people).unwrap().p.unwrap();
             clustered += usize::from(p <= 0.05);
-            pooled += usize::from(coefficient.of(&x, &y).unwrap().p <= 0.05);
+            pooled += usize::from(coefficient.correlate(&x, &y).unwrap().p <= 0.05);
         }
         (
             clustered as f64 / studies as f64,

@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 use contact::Contact;
 use estimation::{FitConditions, FitError, ModelledSeries, dynamic, paper};
 
-use crate::analysed::{Analysed, RecordingFindings};
 use crate::analysis_settings::Settings;
-use crate::estimate::{Averaged, Estimated, InstanceAnalysis};
+use crate::estimate::{Averaged, InstanceAnalysis, InstanceEstimate};
+use crate::findings::{Analysis, RecordingFindings};
 use crate::instance::PreparedInstance;
 use crate::method::Method;
 use crate::statistics::r_squared_complex;
@@ -22,7 +22,7 @@ enum Subject {
 }
 
 /// Adds to each estimate of an analysis the model with its participant's average σ_t by the same method.
-pub fn fill(analysed: &mut Analysed) {
+pub fn fill(analysed: &mut Analysis) {
     let settings = analysed.settings;
     let mut sigmas_m = BTreeMap::<(Subject, &str), Vec<f64>>::new();
     for (number, findings) in analysed.findings().enumerate() {
@@ -34,7 +34,7 @@ pub fn fill(analysed: &mut Analysed) {
             sigmas_m
                 .entry((subject(number, findings), estimate.method.name()))
                 .or_default()
-                .push(estimate.estimated.sigma_t_m);
+                .push(estimate.estimate.sigma_t_m);
         }
     }
     for (number, findings) in analysed.findings_mut().enumerate() {
@@ -102,20 +102,20 @@ fn subject(number: usize, findings: &RecordingFindings) -> Subject {
 fn model_series(
     samples: &PreparedInstance,
     method: Method,
-    estimated: &Estimated,
+    estimated: &InstanceEstimate,
     conditions: &FitConditions,
     settings: &Settings,
     sigma_t_m: f64,
 ) -> Result<ModelledSeries, FitError> {
     let series = samples.series(method)?;
     match method {
-        Method::Paper => paper::modelled(&series, conditions, &settings.paper(), sigma_t_m),
+        Method::Paper => paper::model_series(&series, conditions, &settings.paper(), sigma_t_m),
         Method::Dynamic | Method::Trial => {
-            let parameters = dynamic::AlongWith {
+            let parameters = dynamic::DynamicConstants {
                 tau_s: estimated.tau_s.map_or(0.0, |(tau_s, _)| tau_s),
                 z_p_n_s_per_m: estimated.z_p_n_s_per_m,
             };
-            dynamic::modelled(
+            dynamic::model_series(
                 &series,
                 conditions,
                 &settings.dynamic(),
@@ -129,7 +129,7 @@ fn model_series(
 /// Returns the model's friction with the floor of the recording's friction.
 fn mu_with_floor(
     model: &ModelledSeries,
-    estimated: &Estimated,
+    estimated: &InstanceEstimate,
     sigma_t_m: f64,
     normal_n: &[f64],
     floor: f64,

@@ -13,7 +13,7 @@ const SECONDS: NumberFormat = NumberFormat {
     decimals: 2,
 };
 
-pub(crate) fn left_out(results: &Results, recordings: &[RecordingEntry<'_>]) -> Markup {
+pub(crate) fn omissions(results: &Results, recordings: &[RecordingEntry<'_>]) -> Markup {
     let mut reasons: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
     for recording in recordings {
         let mut recording_reasons: Vec<&str> = Vec::new();

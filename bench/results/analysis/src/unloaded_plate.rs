@@ -18,7 +18,7 @@ pub struct UnloadedReading {
     /// RMS of the corrected impedance about Z_p, if it exceeds that of a free plate.
     pub scatter_n_s_per_m: Option<f64>,
     /// Frames from which Z_p was read.
-    pub free: Vec<ZmFrame>,
+    pub free_frames: Vec<ZmFrame>,
 }
 
 /// Reasons why Z_p cannot be read.
@@ -106,7 +106,7 @@ pub fn read(
         plate,
         touched_s: f64::from(touched_frames) * interval_s,
         scatter_n_s_per_m: (scatter > GREATEST_SCATTER_N_S_PER_M).then_some(scatter),
-        free: free_frames,
+        free_frames,
     })
 }
 

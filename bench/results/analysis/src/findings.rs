@@ -8,26 +8,26 @@ use estimation::trial::SharedFit;
 use protocols::{Direction, SelectionRules};
 
 use crate::analysis_settings::Settings;
-pub use crate::estimate::{Deltas, Estimated, InstanceAnalysis, Method};
+pub use crate::estimate::{Deltas, InstanceAnalysis, InstanceEstimate, Method};
 pub use crate::exploration_findings::ExplorationFindings;
 use crate::flaw::Flaw;
 pub use crate::instance::PlateReading;
 pub use crate::model_check::Band;
 use recording::manifest::{Manifest, RecordedPlate};
+use recording::pipeline::DemodulationError;
 use recording::pipeline::PickupOffset;
-use recording::pipeline::RecordedError;
 use recording::reader::ReadError;
 
 /// All recordings of one analysis.
 #[derive(Debug)]
-pub struct Analysed {
+pub struct Analysis {
     /// Assumed numbers.
     pub settings: Settings,
     /// Recordings, in the order given.
     pub recordings: Vec<RecordingAnalysis>,
 }
 
-impl Analysed {
+impl Analysis {
     /// Returns every estimated instance with its recording.
     pub fn instances(&self) -> impl Iterator<Item = (&RecordingFindings, &InstanceAnalysis)> {
         self.findings().flat_map(|findings| {
@@ -41,12 +41,14 @@ impl Analysed {
     pub(crate) fn findings_mut(&mut self) -> impl Iterator<Item = &mut RecordingFindings> {
         self.recordings
             .iter_mut()
-            .filter_map(|r| r.found.as_mut().ok())
+            .filter_map(|r| r.findings.as_mut().ok())
     }
 
     /// Returns the recordings that could be read.
     pub fn findings(&self) -> impl Iterator<Item = &RecordingFindings> {
-        self.recordings.iter().filter_map(|r| r.found.as_ref().ok())
+        self.recordings
+            .iter()
+            .filter_map(|r| r.findings.as_ref().ok())
     }
 }
 
@@ -58,7 +60,7 @@ pub struct RecordingAnalysis {
     /// Participant, as in [`RecordingFindings::participant`], also if the recording cannot be read.
     pub participant: Option<String>,
     /// Findings, or the reason why the recording cannot be read.
-    pub found: Result<RecordingFindings, RecordingError>,
+    pub findings: Result<RecordingFindings, RecordingError>,
 }
 
 /// Reasons why a recording cannot be analysed at all.
@@ -78,7 +80,7 @@ pub enum RecordingError {
     },
     /// The audio cannot be demodulated with the stated constants.
     #[error(transparent)]
-    Demodulation(#[from] RecordedError),
+    Demodulation(#[from] DemodulationError),
 }
 
 /// Findings in a recording.
@@ -137,7 +139,7 @@ impl RecordingFindings {
     /// Returns the first instance usable by `dynamic`.
     pub(crate) fn first_dynamic_instance(&self) -> Option<&InstanceAnalysis> {
         let mut instances = self.instances.iter();
-        instances.find(|instance| instance.estimated(Method::Dynamic).is_some())
+        instances.find(|instance| instance.estimate(Method::Dynamic).is_some())
     }
 }
 

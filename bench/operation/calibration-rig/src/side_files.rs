@@ -11,7 +11,7 @@ use crate::broken_off::EndedEarly;
 ///
 /// # Errors
 /// If a file cannot be written.
-pub fn write_beside(
+pub fn write_files(
     path: &Path,
     part: &str,
     points: &str,
@@ -23,7 +23,7 @@ pub fn write_beside(
     std::fs::write(&table, points).with_context(|| format!("cannot write {}", table.display()))?;
     let mut written = vec![table];
     if let Some(figure) = figure {
-        written.extend(plotting::write_one(figure, &figure_path)?);
+        written.extend(plotting::write_figure(figure, &figure_path)?);
     }
     Ok(written)
 }
@@ -39,7 +39,7 @@ pub fn ended_early(error: anyhow::Error, path: &Path, part: &str) -> anyhow::Err
         0 => "nothing was measured yet".to_owned(),
         points => match early
             .table()
-            .and_then(|table| write_beside(path, part, &table, None))
+            .and_then(|table| write_files(path, part, &table, None))
         {
             Ok(written) => format!("points so far: {points}, kept in {}", written[0].display()),
             Err(why) => format!("points so far: {points}, lost: {why:#}"),
@@ -66,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn points_of_a_calibration_that_ended_early_are_kept_and_it_says_how_to_go_on() {
+    fn points_of_a_calibration_that_ended_early_are_kept_with_advice() {
         let temp = tempfile::tempdir().unwrap();
         let path = temp.path().join("mine.toml");
         let table = temp.path().join("mine-pickup-unfinished.csv");

@@ -5,15 +5,15 @@ use std::path::Path;
 
 use impedance::ZmFrame;
 
-use crate::analysed::RecordingError;
 use crate::clipping::Extremes;
+use crate::findings::RecordingError;
 use crate::flaw::{Channel, Flaw};
 use crate::levels::Levels;
 use crate::measurements::Measurements;
 use crate::row_times;
 use crate::spans::Spans;
 use recording::manifest::Manifest;
-use recording::pipeline::{FoundProperties, PickupOffset, Pipeline, RecordedError};
+use recording::pipeline::{DemodulationError, PickupOffset, Pipeline, SignalProperties};
 use recording::reader::RecordingReader;
 use recording::{FORCE_FILE, ForceRow, POSITION_FILE, PositionRow};
 
@@ -64,9 +64,9 @@ pub fn read(folder: &Path, pickup: PickupOffset) -> Result<DemodulatedRecording,
         }
     }
     let mut flaws: Vec<Flaw> = reader.warnings().iter().cloned().map(Flaw::from).collect();
-    let mut properties = FoundProperties {
+    let mut properties = SignalProperties {
         pickup,
-        ..FoundProperties::default()
+        ..SignalProperties::default()
     };
     let levels = extremes.iter().zip(&mut properties.clip_levels);
     for ((extremes, level), (channel, _)) in levels.zip(indices) {
@@ -87,16 +87,16 @@ pub fn read(folder: &Path, pickup: PickupOffset) -> Result<DemodulatedRecording,
     }
 
     let mut reader = RecordingReader::open(folder)?;
-    let mut pipeline = Pipeline::of_recording_with(&manifest, reader.format(), &properties)?;
+    let mut pipeline = Pipeline::from_recording_with(&manifest, reader.format(), &properties)?;
     let mut levels = Levels::new(&manifest, reader.format().sample_rate_hz);
-    let mut record = Measurements::faults_of(&manifest, reader.format().sample_rate_hz);
+    let mut record = Measurements::from_faults(&manifest, reader.format().sample_rate_hz);
     let spans = Spans::with_surroundings(&manifest);
     let mut frames: Vec<ZmFrame> = Vec::new();
     while reader.read_block(BLOCK_FRAMES, &mut block)? > 0 {
         levels.take(pipeline.account().frames, &block, channels, [drive, piezo]);
         pipeline
-            .take(&block, &mut frames)
-            .map_err(RecordedError::from)?;
+            .process(&block, &mut frames)
+            .map_err(DemodulationError::from)?;
         for frame in frames.drain(..) {
             levels.take_frame(&frame);
             if spans.contain(frame.time_s, 0.0) {

@@ -59,9 +59,9 @@ stage() {
     completion bash bash-completion/completions friction-bench
     completion zsh zsh/vendor-completions _friction-bench
     completion fish fish/vendor_completions.d friction-bench.fish
-    mkdir -p "$doc/bench"
+    mkdir -p "$doc/bench/hardware/config/rigs"
     cp -r docs README.md LICENSE-MIT LICENSE-APACHE bench/results/plotting/fonts/LICENSE-DejaVu.txt package/debian/README.Debian "$doc"
-    cp bench/hardware/config/rigs/bench-template.toml bench/mock-bench*.toml "$doc/bench"
+    cp bench/hardware/config/rigs/*.toml "$doc/bench/hardware/config/rigs"
     gzip -9n <CHANGELOG.md >"$doc/changelog.gz"
     mdbook build --dest-dir "$doc/handbook" docs/handbook >&2
     licences() {
@@ -94,9 +94,9 @@ package() {
     target=${1:-$host}
     version=$(cargo pkgid --locked -p friction-bench)
     version=${version##*[#@]}
+    mkdir -p "$packaged"
     need_packager
     if [ "$target" != "$host" ]; then need_arm64; strip=aarch64-linux-gnu-strip; fi
-    mkdir -p "$packaged"
     say "building for $target"
     built=$(built_for "$target")
     say "staging"

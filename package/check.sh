@@ -94,7 +94,7 @@ expect "verify finds the study whole" 0 '' 'friction-bench verify demo/study'
 expect "init, unattended, writes a bench" 0 'bench.toml' \
     'friction-bench init --mock --rig raspberry-pi --card custom:sim --force-port /dev/ttyUSB0 --force-line frames --plate P1 </dev/null'
 expect "a simulated NI card is found by its library" 0 'passed|ok' \
-    "friction-bench check --mock --config $doc/bench/mock-bench-nidaqmx.toml"
+    "friction-bench check --mock --config $doc/bench/hardware/config/rigs/mock-bench-nidaqmx.toml"
 expect "participant without a display says what to do" 2 'DISPLAY is not set' 'friction-bench participant'
 expect "messages explains one" 0 'display was lost' 'friction-bench messages display lost'
 if command -v Xvfb >/dev/null; then

@@ -15,13 +15,13 @@ use analysis::published::{TableFormat, statistics};
 use analysis::results::Results;
 use analysis::whole_trial;
 use analysis::{Analysed, RecordingAnalysis, Settings, analyse, find, tables};
+use escaping::{escaped, escaped_line};
 use plotting::Figure;
 use population::skin::Skin;
 use published_figures::measured::{measured_figures, write_figures};
 use report::{Content, Recorded};
 use study::exclusions::{EXCLUSIONS_FILE, Selection};
 use study::sessions::Sessions;
-use tui::{escaped, escaped_line};
 
 /// Runs the command. Returns true if every accepted trial was analysed and every recording could be read; defects are
 /// reported on standard error.

@@ -12,7 +12,7 @@ use crate::cli;
 use crate::displays::Displays;
 
 /// Observer of the participant's view, button and tones: a simulated person.
-pub type Watcher = Box<dyn FnMut(&tui::ParticipantView, bool, Option<Tone>) + Send>;
+pub type Watcher = Box<dyn FnMut(&tui::ScreenView, bool, Option<Tone>) + Send>;
 
 /// The hardware of a bench, real or simulated, with the observers and hands around it.
 pub struct Apparatus {

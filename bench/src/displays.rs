@@ -22,7 +22,7 @@ pub trait ParticipantDisplay: Send {
     fn name(&self) -> String;
 
     /// Shows `view` as soon as possible; an older view not yet shown is dropped.
-    fn show(&mut self, view: &tui::ParticipantView);
+    fn show(&mut self, view: &tui::ScreenView);
 
     /// Takes the current time on the bench's clock, and the finger's position along the plate.
     fn beat(&mut self, _audio_s: f64, _position_m: Option<f64>) {}
@@ -54,7 +54,7 @@ pub trait ParticipantDisplay: Send {
 pub struct Displays {
     displays: Vec<Box<dyn ParticipantDisplay>>,
     /// The current view.
-    view: Option<tui::ParticipantView>,
+    view: Option<tui::ScreenView>,
     /// The display that was lost at the last look, and why.
     last_loss: Option<String>,
 }
@@ -66,7 +66,7 @@ impl Displays {
     }
 
     /// Shows `view` on each display.
-    pub fn show(&mut self, view: &tui::ParticipantView) {
+    pub fn show(&mut self, view: &tui::ScreenView) {
         for display in &mut self.displays {
             display.show(view);
         }
@@ -156,7 +156,7 @@ impl ParticipantDisplay for TerminalDisplay {
         format!("participant's terminal {}", self.path.display())
     }
 
-    fn show(&mut self, view: &tui::ParticipantView) {
+    fn show(&mut self, view: &tui::ScreenView) {
         if let Some(terminal) = &self.terminal {
             terminal.show(view.clone());
         }
@@ -211,7 +211,7 @@ mod tests {
             "the window".to_owned()
         }
 
-        fn show(&mut self, _: &tui::ParticipantView) {
+        fn show(&mut self, _: &tui::ScreenView) {
             self.0.lock().unwrap().views += 1;
         }
 
@@ -248,7 +248,7 @@ mod tests {
         assert_eq!(state.lock().unwrap().views, 2);
     }
 
-    fn view() -> tui::ParticipantView {
-        tui::ParticipantView::default()
+    fn view() -> tui::ScreenView {
+        tui::ScreenView::default()
     }
 }

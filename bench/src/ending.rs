@@ -5,7 +5,7 @@ use std::io::Write;
 use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind};
 use std::process::ExitCode;
 
-use tui::{escaped, escaped_line};
+use escaping::{escaped, escaped_line};
 
 /// Runs the program and prints its error, with the terminal restored. A panic in any thread is reported in one line
 /// without a backtrace; an open bench silences its drive before that.

@@ -3,10 +3,10 @@
 use std::io::Write;
 
 use anyhow::bail;
+use escaping::escaped_line;
 use recording::storage::FileSystem;
 use recording::study::Study;
 use study::exclusions::{EXCLUSIONS_FILE, Exclusion, Part};
-use tui::escaped_line;
 
 use crate::cli::Exclude;
 use crate::dates;

@@ -90,7 +90,7 @@ fn describe(
         lines.extend(files.map(|file| format!("  {}", file.display())));
     }
     for line in lines {
-        writeln!(out, "{}", tui::escaped_line(&line))?;
+        writeln!(out, "{}", escaping::escaped_line(&line))?;
     }
     Ok(())
 }

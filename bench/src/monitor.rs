@@ -8,10 +8,11 @@ use std::time::Duration;
 use anyhow::{Context, bail};
 use contact::plate_tracker::PlateTracking;
 use crossbeam_channel::{Receiver, Sender};
+use protocols::Instruction;
 use protocols::ParticipantId;
 use signalgen::{Program, Waveform};
+use tui::ScreenView;
 use tui::event::{LogLevel, PhaseKind, PhaseView};
-use tui::{Instruction, ParticipantView};
 
 use analysis::live_contact::LiveContact;
 use config::Effective;
@@ -293,11 +294,11 @@ impl HoldPrompt {
                 "press the dead-man switch and hold it",
             ),
         };
-        let view = ParticipantView {
+        let view = ScreenView {
             instruction,
             plate_m: self.plate_m,
             end_m: self.plate_m,
-            ..ParticipantView::default()
+            ..ScreenView::default()
         };
         for watcher in &mut self.watchers {
             watcher(&view, false, None);
@@ -538,7 +539,7 @@ mod tests {
         let requests = Arc::new(Mutex::new(Vec::new()));
         let watcher = {
             let requests = Arc::clone(&requests);
-            Box::new(move |view: &ParticipantView, _, _| {
+            Box::new(move |view: &ScreenView, _, _| {
                 requests.lock().unwrap().push(view.instruction);
             })
         };

@@ -71,7 +71,7 @@ fn is_stream(path: &Path) -> bool {
 /// When the system refuses.
 pub(crate) fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
     if path == Path::new("-") {
-        io::stdout().write_all(tui::escaped(text).as_bytes())?;
+        io::stdout().write_all(escaping::escaped(text).as_bytes())?;
         return Ok(());
     }
     if is_stream(path) {

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::io::Write;
 
-use tui::escaped_line;
+use escaping::escaped_line;
 
 use crate::cli::Printing;
 

@@ -23,7 +23,7 @@ mod trial;
 pub mod verdict;
 
 pub use analysis::{ExplorationAnalysis, TrialAnalysis};
-pub use participant_texts::{Language, OwnTexts, Texts};
+pub use participant_texts::{Instruction, Language, OwnTexts, RepeatCause, Texts};
 pub use participants::{
     AskedOfParticipant, Handedness, MAX_AGE_YEARS, MIN_AGE_YEARS, NOT_STATED, ParticipantId,
     ParticipantIdError, Person, PersonDetail, PersonError, Sex,
@@ -38,9 +38,9 @@ pub use redo_reason::RedoReason;
 pub use rules::{ForceBand, Quality, SelectionRules, VerdictRules};
 pub use selection::{ExplorationSeries, Validity};
 pub use session::{
-    Action, Cue, DriveRequest, Hold, Instruction, Observation, OperatorCommand, ParticipantView,
-    Phase, Progress, RecordMismatch, RecordingOutcome, RepeatCause, Safety, Session, SessionError,
-    SessionEvent, SessionEventKind, SessionOutcome, records_from_events,
+    Action, Cue, DriveRequest, Hold, Observation, OperatorCommand, ParticipantView, Phase,
+    Progress, RecordMismatch, RecordingOutcome, Safety, Session, SessionError, SessionEvent,
+    SessionEventKind, SessionOutcome, records_from_events, repeat_cause,
 };
 pub use stretch::{Instance, Rejection, Stretch, StretchOutcome};
 pub use summary::SessionSummary;

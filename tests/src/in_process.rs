@@ -7,23 +7,20 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use calibration_rig::operator::{ForceAxis, Hands, Request};
 use config::Config;
 use devices::Hardware;
-use devices::loudspeaker::Tone;
 use friction_bench::apparatus::{Apparatus as Bench, Watcher};
 use friction_bench::cli;
 use jiff::{SignedDuration, Timestamp};
-use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig, FaultPanel, MassSet, Senses};
+use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig, FaultPanel};
 use mock_hw::world_clock::Pace;
-use mock_world::person::{Cue, Instruction, Percept};
-use mock_world::plant::Axis;
 use mock_world::scenario::Scenario;
 use safety::{InputLine, input, output};
 use sources::Lines;
 use tasks::{Clock, Schedule, later};
 
 use crate::program::protocol;
+use crate::simulated_person;
 
 /// Clock of the apparatus, with a date that is set back and forth by hours.
 struct SetClock {
@@ -48,52 +45,6 @@ impl Clock for SetClock {
         let offset = SignedDuration::from_hours(error.map_or(0, |(_, hours)| *hours));
         later(date, self.now_ns()).checked_add(offset).unwrap()
     }
-}
-
-/// Returns a watcher that shows the session's instructions to the simulated person.
-fn participant(senses: Senses) -> Watcher {
-    Box::new(move |view, button, tone| {
-        let instruction = match view.instruction {
-            tui::Instruction::Welcome | tui::Instruction::Rest if button => {
-                Instruction::PressButton
-            }
-            tui::Instruction::LiftFinger => Instruction::LiftFinger,
-            tui::Instruction::PlaceFinger => Instruction::PlaceFinger,
-            tui::Instruction::GetReady => Instruction::GetReady,
-            tui::Instruction::FollowSlider => Instruction::FollowSlider,
-            tui::Instruction::Feedback => Instruction::Feedback,
-            _ => Instruction::Wait,
-        };
-        senses.show(Percept {
-            instruction,
-            slider_m: view.slider_m,
-            countdown: view.countdown,
-            mean_force_n: view.mean_force_n,
-            force_band_n: view.force_band_n,
-            cue: tone.map(|tone| match tone {
-                Tone::Start => Cue::Start,
-                Tone::End => Cue::End,
-            }),
-        });
-    })
-}
-
-/// Returns simulated hands that put masses on the plate and take them off, as a calibration asks its operator to.
-fn hands(masses: MassSet, senses: Senses) -> Hands {
-    Box::new(move |request| match *request {
-        Request::Load { axis, mass_kg } => {
-            let axis = match axis {
-                ForceAxis::Normal => Axis::Normal,
-                ForceAxis::Lateral => Axis::Lateral,
-            };
-            masses.place(axis, mass_kg);
-        }
-        Request::Unload => {
-            masses.remove();
-            senses.show(Percept::default());
-        }
-        _ => {}
-    })
 }
 
 /// Parts of a session's bench.
@@ -133,9 +84,14 @@ pub fn apparatus_with_faults(setup: Setup) -> (Bench, FaultPanel) {
         clock: apparatus.clock(),
         date_errors,
     };
-    let mut watchers = vec![participant(apparatus.senses())];
+    let mut watchers = vec![simulated_person::participant(apparatus.senses())];
     watchers.extend(holder);
-    let hands = hands(apparatus.masses(), apparatus.senses());
+    let hands = simulated_person::hands(
+        apparatus.masses(),
+        apparatus.patchbay(),
+        apparatus.senses(),
+        apparatus.vibrometer_aim(),
+    );
     let vibrometer_port = apparatus.vibrometer_port().unwrap().to_owned();
     let faults = apparatus.faults();
     let hardware = Hardware {

@@ -14,5 +14,7 @@ pub mod running;
 pub mod screen;
 pub mod session;
 pub mod shared;
+#[path = "../../bench/src/bin/friction-bench/simulated_person.rs"]
+mod simulated_person;
 pub mod thread_hold;
 pub mod truth;

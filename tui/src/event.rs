@@ -12,7 +12,7 @@ pub use crate::outlook::Outlook;
 
 use crate::calibration_page::{CalibrationPage, CalibrationReadings};
 use crate::drill_view::DrillView;
-use crate::participant_screen::ParticipantView;
+use crate::participant_screen::ScreenView;
 
 /// One message from the bench to the screen.
 ///
@@ -76,7 +76,7 @@ pub enum Event {
         text: String,
     },
     /// Contents of the participant's screen.
-    Participant(ParticipantView),
+    Participant(ScreenView),
     /// Whether the participant can see the screen.
     ParticipantDisplay {
         /// The lost display and the cause; `None` if all displays are seen.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use participant_texts::{Language, Texts};
+use participant_texts::{Instruction, RepeatCause, Texts};
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Flex, Layout, Rect};
 use ratatui::style::{Modifier, Style};
@@ -15,105 +15,15 @@ use drawing::digits;
 use drawing::plot::put;
 use drawing::theme::Theme;
 
-/// The instruction to the participant.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Instruction {
-    /// Wait.
-    Wait,
-    /// Press the button to begin.
-    Welcome,
-    /// Release the dead-man switch.
-    ReleaseSwitch,
-    /// Press the dead-man switch and hold it.
-    HoldSwitch,
-    /// Lift the finger: the dead-man switch was released.
-    SwitchReleased,
-    /// Take the finger off the plate.
-    LiftFinger,
-    /// Put the finger on the start mark.
-    PlaceFinger,
-    /// Get ready: the countdown runs.
-    GetReady,
-    /// Follow the slider.
-    FollowSlider,
-    /// Read the mean force of the exploration.
-    Feedback,
-    /// Take a break.
-    Rest,
-    /// Lift the finger: the session is paused.
-    Paused,
-    /// The session has finished.
-    Finished,
-}
-
-impl Instruction {
-    /// Returns the text of the instruction, in English.
-    #[must_use]
-    pub fn words(self) -> &'static str {
-        self.text(Texts::of(Language::En), true)
-    }
-
-    /// Returns the text of the instruction; `button` says whether the bench has a button.
-    #[must_use]
-    pub fn text(self, texts: &Texts, button: bool) -> &str {
-        match self {
-            Self::Wait => &texts.wait,
-            Self::Welcome if button => &texts.welcome,
-            Self::Welcome => &texts.welcome_without_button,
-            Self::ReleaseSwitch => &texts.release_switch,
-            Self::HoldSwitch => &texts.hold_switch,
-            Self::SwitchReleased => &texts.switch_released,
-            Self::LiftFinger => &texts.lift_finger,
-            Self::PlaceFinger => &texts.place_finger,
-            Self::GetReady => &texts.get_ready,
-            Self::FollowSlider => &texts.follow_slider,
-            Self::Feedback => &texts.feedback,
-            Self::Rest => &texts.rest,
-            Self::Paused => &texts.paused,
-            Self::Finished => &texts.finished,
-        }
-    }
-}
-
-/// Why the trial just made is repeated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Repeat {
-    /// The finger was slower than the slider.
-    TooSlow,
-    /// The finger was faster than the slider.
-    TooFast,
-    /// The finger pressed too little.
-    TooLight,
-    /// The finger pressed too much.
-    TooHard,
-    /// The participant was not the cause.
-    Other,
-}
-
-impl Repeat {
-    /// Returns the text on the screen.
-    #[must_use]
-    pub fn text(self, texts: &Texts) -> &str {
-        match self {
-            Self::TooSlow => &texts.repeat_slow,
-            Self::TooFast => &texts.repeat_fast,
-            Self::TooLight => &texts.repeat_light,
-            Self::TooHard => &texts.repeat_hard,
-            Self::Other => &texts.repeat,
-        }
-    }
-}
-
 /// Contents of the participant's screen.
 ///
 /// ```
 /// use ratatui::{buffer::Buffer, layout::Rect};
 /// use tui::participant_screen::view;
-/// use tui::{Instruction, ParticipantView, Theme};
+/// use participant_texts::Instruction;
+/// use tui::{ScreenView, Theme};
 ///
-/// let shown = ParticipantView {
+/// let shown = ScreenView {
 ///     instruction: Instruction::PlaceFinger,
 ///     slider_m: Some(0.005),
 ///     plate_m: 0.105,
@@ -122,7 +32,7 @@ impl Repeat {
 ///     force_band_n: Some((0.5, 0.8)),
 ///     trial: 1,
 ///     trials: 10,
-///     ..ParticipantView::default()
+///     ..ScreenView::default()
 /// };
 /// let area = Rect::new(0, 0, 60, 20);
 /// let mut buffer = Buffer::empty(area);
@@ -131,7 +41,7 @@ impl Repeat {
 /// assert_eq!(first.trim(), "trial 1 of 10");
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ParticipantView {
+pub struct ScreenView {
     /// The instruction.
     pub instruction: Instruction,
     /// Position of the slider along the plate, m; `None` hides the slider.
@@ -159,7 +69,7 @@ pub struct ParticipantView {
     pub rest_s: Option<f64>,
     /// Why the trial just made is repeated; `None` if it is not.
     #[serde(default)]
-    pub repeat: Option<Repeat>,
+    pub repeat: Option<RepeatCause>,
     /// Whether the session waits for the participant's button.
     #[serde(default)]
     pub button: bool,
@@ -183,7 +93,7 @@ pub struct ParticipantView {
     pub texts: Arc<Texts>,
 }
 
-impl Default for ParticipantView {
+impl Default for ScreenView {
     fn default() -> Self {
         Self {
             instruction: Instruction::Wait,
@@ -210,7 +120,7 @@ impl Default for ParticipantView {
     }
 }
 
-impl ParticipantView {
+impl ScreenView {
     /// Returns the text of the instruction, and the text that follows it.
     #[must_use]
     pub fn sentences(&self) -> (&str, Option<&str>) {
@@ -230,7 +140,7 @@ impl ParticipantView {
 }
 
 /// Draws the participant's screen.
-pub fn view(view: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
+pub fn view(view: &ScreenView, theme: Theme, area: Rect, buf: &mut Buffer) {
     if area.is_empty() {
         return;
     }
@@ -259,7 +169,7 @@ pub fn view(view: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) 
 }
 
 /// Draws the instruction, with the countdown or the feedback below it.
-fn instruction(view: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
+fn instruction(view: &ScreenView, theme: Theme, area: Rect, buf: &mut Buffer) {
     let (first, second) = view.sentences();
     let mut words = wrap(first, area.width);
     let first_rows = words.len();
@@ -312,7 +222,7 @@ fn instruction(view: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffe
 }
 
 /// Returns the countdown below the instruction, if any, s.
-fn seconds(view: &ParticipantView) -> Option<u32> {
+fn seconds(view: &ScreenView) -> Option<u32> {
     match view.instruction {
         Instruction::GetReady => view.countdown,
         // The cast saturates.
@@ -345,7 +255,7 @@ fn number(seconds: u32, theme: Theme, area: Rect, buf: &mut Buffer) {
 }
 
 /// Draws the mean force with its judgement, and a bar with the band if it fits.
-fn feedback(view: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
+fn feedback(view: &ScreenView, theme: Theme, area: Rect, buf: &mut Buffer) {
     let Some(mean_n) = view.mean_force_n.filter(|n| n.is_finite()) else {
         Line::styled(view.texts.not_measured.as_ref(), theme.faint())
             .centered()
@@ -404,7 +314,7 @@ fn feedback(view: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) 
 }
 
 /// Draws the plate with its marks and the slider.
-fn slider(view: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
+fn slider(view: &ScreenView, theme: Theme, area: Rect, buf: &mut Buffer) {
     let moves = matches!(
         view.instruction,
         Instruction::PlaceFinger | Instruction::GetReady | Instruction::FollowSlider

@@ -7,7 +7,6 @@ use serde::{Deserialize, Serialize};
 use crate::action::Action;
 use crate::calibration_page::{CalibrationPage, CalibrationReadings};
 use crate::drill_view::DrillView;
-use crate::escape::escaped_line;
 use crate::event::{
     AskedDetail, BenchFacts, CarrierProposal, ComplexImpedance, Crop, Event, FitView, Live,
     LogLevel, Outlook, PeriodTrace, PhaseKind, PhaseView, SafetyState, SessionHeader, SystemHealth,
@@ -15,10 +14,11 @@ use crate::event::{
 };
 use crate::frozen::Frozen;
 use crate::page::{HISTORY_S, Page, Window};
-use crate::participant_screen::ParticipantView;
+use crate::participant_screen::ScreenView;
 use crate::strip::{STRIPS, Strip};
 use drawing::theme::Theme;
 use drawing::value_axis::ValueAxis;
+use escaping::escaped_line;
 
 /// Maximum number of live values kept: bounds memory at any rate.
 const HISTORY_MAX: usize = 4000;
@@ -99,7 +99,7 @@ pub struct State {
     /// Log lines, oldest first.
     pub log: VecDeque<LogLine>,
     /// Contents of the participant's screen.
-    pub participant: Option<ParticipantView>,
+    pub participant: Option<ScreenView>,
     /// The lost display of the participant and the cause.
     #[serde(default)]
     pub display_lost: Option<String>,

@@ -41,7 +41,7 @@ impl ParticipantDisplay for WindowDisplay {
         match self.0 {}
     }
 
-    fn show(&mut self, _: &tui::ParticipantView) {
+    fn show(&mut self, _: &tui::ScreenView) {
         match self.0 {}
     }
 

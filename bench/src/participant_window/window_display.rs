@@ -113,7 +113,7 @@ impl ParticipantDisplay for WindowDisplay {
         "participant's window".to_owned()
     }
 
-    fn show(&mut self, view: &tui::ParticipantView) {
+    fn show(&mut self, view: &tui::ScreenView) {
         self.show_finger = view.show_finger;
         let content = shown(view, self.last_content.as_ref());
         if self.last_content.as_ref() != Some(&content) {

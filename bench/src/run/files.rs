@@ -22,7 +22,7 @@ use super::recorded_plate::{recorded_errors, recorded_plate};
 use crate::outcome::progress_bar;
 use crate::session::BeginRecording;
 use ::study::verification::LostRecording;
-use bounded_files::quoted;
+use escaping::quoted;
 
 /// Opens the participant's next session, or the session that `--resume` continues; returns its number, its folder, and
 /// whether it is resumed.

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use bounded_files::quoted;
+use escaping::quoted;
 use protocols::{Session, SessionEventKind, TrialRecord};
 use recording::study::event_log::LogContent;
 use study::verification::{LostRecording, ResumeError};

@@ -33,7 +33,7 @@ use tui::event::LogLevel::{self, Info, Warning};
 use crate::apparatus::Apparatus;
 use crate::journal::{Entry, Journal, entry_queue};
 use crate::session::{KeptUp, Questions, Report, SessionTask, Wiring, summary_lines};
-use bounded_files::quoted;
+use escaping::quoted;
 use files::{EarlierPart, begin_recording, earlier_part, machine, open_session, past_crops};
 use live::carrier_decision::CarrierDecision;
 use live::interference::Interference;

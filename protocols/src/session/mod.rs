@@ -28,5 +28,5 @@ pub use error::{RecordMismatch, SessionError};
 pub use event::{SessionEvent, SessionEventKind, SessionOutcome, records_from_events};
 pub use machine::Session;
 pub use observation::{Hold, Observation, OperatorCommand, RecordingOutcome, Safety};
-pub use participant_view::{Instruction, ParticipantView, Progress, RepeatCause};
+pub use participant_view::{ParticipantView, Progress, repeat_cause};
 pub use phase::Phase;

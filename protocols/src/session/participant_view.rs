@@ -3,39 +3,8 @@
 use crate::redo_reason::RedoReason;
 use crate::rules::ForceBand;
 use crate::trial::Direction;
+use participant_texts::{Instruction, RepeatCause};
 use serde::{Deserialize, Serialize};
-
-/// Instruction to the participant.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Instruction {
-    /// Wait.
-    Wait,
-    /// Press the button to begin.
-    Welcome,
-    /// Release the dead-man switch.
-    ReleaseSwitch,
-    /// Press the dead-man switch and hold it.
-    HoldSwitch,
-    /// Lift the finger: the dead-man switch was released.
-    SwitchReleased,
-    /// Take the finger off the plate.
-    LiftFinger,
-    /// Put the finger at the slider and press the button.
-    PlaceFinger,
-    /// The slider is about to move.
-    GetReady,
-    /// Follow the slider.
-    FollowSlider,
-    /// See how hard you pressed.
-    Feedback,
-    /// Have a break.
-    Rest,
-    /// The session is paused.
-    Paused,
-    /// The session is over.
-    Finished,
-}
 
 /// Progress of the participant through the session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -78,45 +47,29 @@ pub struct ParticipantView {
     pub repeat: Option<RepeatCause>,
 }
 
-/// Why a trial is repeated, as far as it concerns the participant.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum RepeatCause {
-    /// The finger was slower than the slider.
-    TooSlow,
-    /// The finger was faster than the slider.
-    TooFast,
-    /// The finger pressed too little.
-    TooLight,
-    /// The finger pressed too much.
-    TooHard,
-    /// The participant was not the cause.
-    Other,
-}
-
-impl From<&[RedoReason]> for RepeatCause {
-    /// Gives speed priority over force: a slider is easier to follow than a force is to keep.
-    fn from(reasons: &[RedoReason]) -> Self {
-        let speed = reasons.iter().find_map(|reason| match reason {
-            RedoReason::SpeedOutOfBand {
-                speed_m_per_s,
-                min_m_per_s,
-                ..
-            } => Some(if speed_m_per_s < min_m_per_s {
-                Self::TooSlow
-            } else {
-                Self::TooFast
-            }),
-            _ => None,
-        });
-        let force = reasons.iter().find_map(|reason| match reason {
-            RedoReason::ForceOutOfBand { mean_n, min_n, .. } => Some(if mean_n < min_n {
-                Self::TooLight
-            } else {
-                Self::TooHard
-            }),
-            _ => None,
-        });
-        speed.or(force).unwrap_or(Self::Other)
-    }
+/// Returns the cause of a repetition that the participant can act on. Speed has priority over force: a slider is easier to follow
+/// than a force is to keep.
+#[must_use]
+pub fn repeat_cause(reasons: &[RedoReason]) -> RepeatCause {
+    let speed = reasons.iter().find_map(|reason| match reason {
+        RedoReason::SpeedOutOfBand {
+            speed_m_per_s,
+            min_m_per_s,
+            ..
+        } => Some(if speed_m_per_s < min_m_per_s {
+            RepeatCause::TooSlow
+        } else {
+            RepeatCause::TooFast
+        }),
+        _ => None,
+    });
+    let force = reasons.iter().find_map(|reason| match reason {
+        RedoReason::ForceOutOfBand { mean_n, min_n, .. } => Some(if mean_n < min_n {
+            RepeatCause::TooLight
+        } else {
+            RepeatCause::TooHard
+        }),
+        _ => None,
+    });
+    speed.or(force).unwrap_or(RepeatCause::Other)
 }

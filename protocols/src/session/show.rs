@@ -2,10 +2,11 @@
 
 use super::machine::Session;
 use super::observation::Hold;
-use super::participant_view::{Instruction, ParticipantView, Progress};
+use super::participant_view::{ParticipantView, Progress, repeat_cause};
 use super::state::{OpenTrial, State, TrialStep};
 use crate::record::TrialOutcome;
 use crate::trial::TrialKey;
+use participant_texts::Instruction;
 
 impl Session {
     /// Returns the participant's view of the present state.
@@ -31,7 +32,7 @@ impl Session {
                 view.progress = Some(self.progress(key, None));
                 let outcome = self.outcome(key, reasons.clone());
                 if matches!(outcome, TrialOutcome::Redo { .. }) {
-                    view.repeat = Some(reasons.as_slice().into());
+                    view.repeat = Some(repeat_cause(reasons));
                 }
             }
             State::Welcome => {

@@ -13,10 +13,12 @@
 //! # Ok::<(), toml::de::Error>(())
 //! ```
 
+mod instruction;
 mod language;
 mod table;
 mod wording;
 
+pub use instruction::{Instruction, RepeatCause};
 pub use language::Language;
 pub use table::{OwnTexts, Texts};
 pub use wording::{LONGEST_TEXT, RefusedText};

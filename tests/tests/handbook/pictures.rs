@@ -1,12 +1,13 @@
 //! The handbook's screenshots, drawn by the program from calibrations and a session on a simulated bench.
 
 use bench_tests::handbook::folder;
+use protocols::Instruction;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use tui::calibration_page::Question;
 use tui::event::{PhaseKind, SafetyState};
 use tui::picture::{Paper, svg};
-use tui::{Instruction, Page, State, Theme, participant_screen};
+use tui::{Page, State, Theme, participant_screen};
 
 use super::simulated::{Captures, Deed, Shot, calibrate_bench, draw, session};
 use super::window_pictures;

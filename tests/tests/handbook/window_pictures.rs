@@ -7,7 +7,7 @@ use participant_window::geometry::Geometry;
 use participant_window::lettering::Typeface;
 use participant_window::page::{GROUND, Moving, Page};
 use participant_window::ruler::Ruler;
-use tui::ParticipantView;
+use tui::ScreenView;
 
 /// Width and height of the pictured monitor, pixels.
 const SIZE: (u32, u32) = (960, 540);
@@ -28,7 +28,7 @@ fn require_picture(name: &str, canvas: &Canvas) {
     super::require_same(&folder().join("src/pictures").join(name), &file);
 }
 
-fn draw(view: &ParticipantView, moving: Moving) -> Canvas {
+fn draw(view: &ScreenView, moving: Moving) -> Canvas {
     let geometry = Geometry {
         width: f64::from(SIZE.0),
         height: f64::from(SIZE.1),
@@ -47,7 +47,7 @@ fn the_ruler_page_is_up_to_date() {
 }
 
 /// Compares the window's pictures of a slider to follow and of the force shown afterwards.
-pub fn require_same_views(slider_view: &ParticipantView, force_view: &ParticipantView) {
+pub fn require_same_views(slider_view: &ScreenView, force_view: &ScreenView) {
     let moving = Moving {
         slider_m: slider_view.slider_m,
         finger_m: None,

@@ -8,7 +8,6 @@
 use std::path::Path;
 
 use analysis::estimate::Method;
-use analysis::model_check::quantile;
 use analysis::{Settings, analyse, find};
 use bench_tests::program::protocol;
 use bench_tests::recorded::Recording;
@@ -17,6 +16,7 @@ use bench_tests::session::{finish, text};
 use bench_tests::truth::{Bench, Skin};
 use config::CalibrationFile;
 use recording::manifest::RecordedProfile;
+use statistics::quantile;
 
 const UNKNOWN_BENCH: &str = "[jitter]\nenabled = true\n";
 /// Greatest additional error from calibrating by the commands, as a share of the true value.

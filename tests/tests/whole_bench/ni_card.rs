@@ -9,7 +9,6 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use analysis::estimate::Method;
-use analysis::model_check::quantile;
 use analysis::{Settings, analyse, find};
 use bench_tests::program::{bench, protocol};
 use bench_tests::recorded::Recording;
@@ -18,6 +17,7 @@ use bench_tests::session::{SessionFolder, finish, replace_parts, text};
 use bench_tests::truth::Skin;
 use config::CalibrationFile;
 use recording::manifest::End;
+use statistics::quantile;
 
 /// The published rig, on a USB-6211.
 const RIG: &str = config::rigs::MOCK_BENCH_NIDAQMX;

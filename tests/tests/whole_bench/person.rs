@@ -17,9 +17,9 @@ use bench_tests::session::{
 use config::{Config, Effective};
 use friction_bench::run::{Plan, on_terminal, run};
 use friction_bench::session::Report;
+use protocols::Instruction;
 use recording::RecordingReader;
 use safety::{GpioError, InputLine};
-use tui::Instruction;
 
 use super::refusals::{assert_early_refusal, room};
 
@@ -119,7 +119,7 @@ fn run_with_switch(study: &Path, release_m: f64) -> Report {
     let switch = Switch::default();
     let hand = switch.clone();
     let holder = Box::new(
-        move |view: &tui::ParticipantView, _: bool, _: Option<devices::loudspeaker::Tone>| {
+        move |view: &tui::ScreenView, _: bool, _: Option<devices::loudspeaker::Tone>| {
             let is_past = view.slider_m.is_some_and(|slider_m| slider_m > release_m);
             let is_following = view.instruction == Instruction::FollowSlider;
             match view.instruction {

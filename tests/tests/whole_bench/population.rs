@@ -4,12 +4,12 @@
 use std::path::Path;
 
 use analysis::estimate::{Estimated, Method};
-use analysis::model_check::quantile;
 use analysis::{Analysed, Settings, analyse, find};
 use bench_tests::campaign;
 use bench_tests::session::{ALL_COMPLETED, VirtualParticipant, text};
 use bench_tests::truth::Skin;
 use rayon::prelude::*;
+use statistics::quantile;
 
 /// Number of participants in every test run; `FRICTION_BENCH_PARTICIPANTS` asks for more.
 const PARTICIPANTS: usize = 24;

@@ -6,7 +6,6 @@ use std::path::Path;
 
 use analysis::analysed::RecordingFindings;
 use analysis::estimate::{Estimated, InstanceAnalysis, Method};
-use analysis::model_check::quantile;
 use analysis::{Settings, analyse, find};
 use bench_tests::campaign;
 use bench_tests::session::{ALL_COMPLETED, VirtualParticipant};
@@ -14,6 +13,7 @@ use bench_tests::truth::{Course, Skin, recording_began_s};
 use mock_world::scenario::built_in_names;
 use num_complex::Complex64;
 use rayon::prelude::*;
+use statistics::quantile;
 
 /// Number of sessions of each world in every test run; `FRICTION_BENCH_WORLDS` asks for more.
 const SESSIONS: usize = 1;

@@ -2,12 +2,13 @@
 
 use std::f64::consts::TAU;
 
+use participant_texts::Instruction;
+use tui::ScreenView;
 use tui::event::{
     BenchFacts, BenchLine, CalibrationFact, ComplexImpedance, ContactCurves, Crop, CropStretch,
     Event, FitView, LineStates, Live, LogLevel, NoEstimate, Outlook, PartFact, PeriodTrace,
     PhaseKind, PhaseView, SafetyState, SessionHeader, SystemHealth, TrialVerdict, ValueAndStd,
 };
-use tui::{Instruction, ParticipantView};
 
 const PLATE_M: f64 = 0.105;
 const SPEED_M_PER_S: f64 = 0.05;
@@ -237,7 +238,7 @@ impl Script {
         countdown: Option<u32>,
         mean_force_n: Option<f64>,
     ) {
-        self.say(Event::Participant(ParticipantView {
+        self.say(Event::Participant(ScreenView {
             instruction,
             slider_m: Some(0.0),
             plate_m: PLATE_M,
@@ -248,7 +249,7 @@ impl Script {
             force_band_n: Some((0.5, 0.8)),
             trial,
             trials,
-            ..ParticipantView::default()
+            ..ScreenView::default()
         }));
     }
 
@@ -280,7 +281,7 @@ impl Script {
             _ => None,
         });
         if let Some(view) = last {
-            self.say(Event::Participant(ParticipantView {
+            self.say(Event::Participant(ScreenView {
                 slider_m: Some(slider_m),
                 ..view
             }));

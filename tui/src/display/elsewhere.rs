@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::error::DisplayError;
 use super::loss::DisplayLoss;
-use crate::participant_screen::ParticipantView;
+use crate::participant_screen::ScreenView;
 use drawing::theme::Theme;
 
 /// The participant's screen on a separate terminal; on this system none can be opened.
@@ -24,7 +24,7 @@ impl ParticipantDisplay {
     }
 
     /// Shows `view`.
-    pub fn show(&self, _: ParticipantView) {
+    pub fn show(&self, _: ScreenView) {
         match self.0 {}
     }
 

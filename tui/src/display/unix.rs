@@ -19,7 +19,7 @@ use rustix::fs::OFlags;
 use super::error::DisplayError;
 use super::loss::DisplayLoss;
 use crate::escape::clean;
-use crate::participant_screen::{self, ParticipantView};
+use crate::participant_screen::{self, ScreenView};
 use drawing::theme::Theme;
 
 /// Minimum time between two frames.
@@ -51,7 +51,7 @@ struct LatestView {
 
 #[derive(Debug, Default)]
 struct Pending {
-    view: Option<ParticipantView>,
+    view: Option<ScreenView>,
     is_closed: bool,
     /// Start of the drawing in progress.
     drawing_since: Option<Instant>,
@@ -108,7 +108,7 @@ impl ParticipantDisplay {
     }
 
     /// Shows `view` as soon as the terminal accepts it; an older view not yet drawn is dropped.
-    pub fn show(&self, view: ParticipantView) {
+    pub fn show(&self, view: ScreenView) {
         self.latest.update(|pending| pending.view = Some(view));
     }
 
@@ -148,7 +148,7 @@ impl LatestView {
     }
 
     /// Waits up to `timeout` for a change. Returns the newest view if it has not been taken, and whether to close.
-    fn take(&self, timeout: Duration) -> (Option<ParticipantView>, bool) {
+    fn take(&self, timeout: Duration) -> (Option<ScreenView>, bool) {
         let (mut pending, _) = self
             .change
             .wait_timeout_while(self.lock(), timeout, |p| p.view.is_none() && !p.is_closed)
@@ -166,7 +166,7 @@ fn draw_until_closed(device: File, latest: &LatestView, theme: Theme) -> io::Res
     let mut guard = RestoreOnDrop(device.try_clone()?);
     execute!(guard.0, terminal::EnterAlternateScreen, cursor::Hide)?;
     let mut screen = Screen::new(&device)?;
-    let mut current: Option<ParticipantView> = None;
+    let mut current: Option<ScreenView> = None;
     loop {
         let (new, is_closed) = latest.take(SIZE_CHECK);
         if is_closed {
@@ -211,7 +211,7 @@ impl Screen {
     }
 
     /// Writes the changes as one update of the screen.
-    fn draw(&mut self, view: &ParticipantView, theme: Theme) -> io::Result<()> {
+    fn draw(&mut self, view: &ScreenView, theme: Theme) -> io::Result<()> {
         let mut next = Buffer::empty(self.buffer.area);
         participant_screen::view(view, theme, next.area, &mut next);
         clean(&mut next);

@@ -2,10 +2,10 @@
 
 use ratatui::text::Line;
 
-use crate::escape::escaped_line;
 use crate::event::AskedDetail;
 use crate::state::State;
 use crate::words::wrap;
+use escaping::escaped_line;
 
 /// Returns the lines of the question and the typed text, broken at `columns`.
 pub(crate) fn question<'a>(state: &State, detail: &AskedDetail, columns: u16) -> Vec<Line<'a>> {

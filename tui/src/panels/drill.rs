@@ -6,9 +6,9 @@ use ratatui::text::{Line, Span};
 
 use super::panel::{note, rows, titled};
 use crate::drill_view::{DrillResult, DrillStep, DrillView};
-use crate::escape::escaped_line;
 use crate::state::State;
 use crate::words::wrap;
+use escaping::escaped_line;
 
 /// Returns the lines of the instruction and its note, broken at `columns`.
 pub(crate) fn instruction<'a>(state: &State, drill: &DrillView, columns: u16) -> Vec<Line<'a>> {

@@ -7,8 +7,9 @@ use ratatui::text::{Line, Span};
 use super::panel::rows;
 use super::session_phase;
 use crate::event::{PhaseKind, SafetyState};
-use crate::participant_screen::{Instruction, ParticipantView};
+use crate::participant_screen::ScreenView;
 use crate::state::State;
+use participant_texts::Instruction;
 
 /// Height of the block with little room and with more, rows.
 pub(crate) const ROWS: (u16, u16) = (3, 4);
@@ -107,7 +108,7 @@ fn waiting_text(state: &State) -> String {
     }
 }
 
-fn feedback(view: &ParticipantView) -> String {
+fn feedback(view: &ScreenView) -> String {
     let (Some(mean_n), Some((min_n, max_n))) = (view.mean_force_n, view.force_band_n) else {
         return "“Thank you.”".to_owned();
     };

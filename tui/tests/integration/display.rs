@@ -9,11 +9,12 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::pty::{PATIENCE, Screen};
+use participant_texts::Instruction;
 use tui::display::{DisplayError, DisplayLoss};
-use tui::{Instruction, ParticipantDisplay, ParticipantView, Theme};
+use tui::{ParticipantDisplay, ScreenView, Theme};
 
-fn view(instruction: Instruction) -> ParticipantView {
-    ParticipantView {
+fn view(instruction: Instruction) -> ScreenView {
+    ScreenView {
         instruction,
         slider_m: None,
         plate_m: 0.105,
@@ -24,7 +25,7 @@ fn view(instruction: Instruction) -> ParticipantView {
         force_band_n: None,
         trial: 0,
         trials: 0,
-        ..ParticipantView::default()
+        ..ScreenView::default()
     }
 }
 

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use participant_texts::{Language, Texts};
+use participant_texts::{Instruction, Language, RepeatCause, Texts};
 use proptest::prelude::*;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier};
 use tui::participant_screen::view;
-use tui::{Instruction, ParticipantView, Repeat, Theme};
+use tui::{ScreenView, Theme};
 
 const ALL: [Instruction; 10] = [
     Instruction::Wait,
@@ -23,8 +23,8 @@ const ALL: [Instruction; 10] = [
     Instruction::Finished,
 ];
 
-fn view_with(instruction: Instruction) -> ParticipantView {
-    ParticipantView {
+fn view_with(instruction: Instruction) -> ScreenView {
+    ScreenView {
         instruction,
         slider_m: Some(0.042),
         plate_m: 0.105,
@@ -36,11 +36,11 @@ fn view_with(instruction: Instruction) -> ParticipantView {
         trial: 3,
         trials: 10,
         rest_s: Some(41.2),
-        ..ParticipantView::default()
+        ..ScreenView::default()
     }
 }
 
-fn draw(participant_view: &ParticipantView, columns: u16, rows: u16) -> Buffer {
+fn draw(participant_view: &ScreenView, columns: u16, rows: u16) -> Buffer {
     let area = Rect::new(0, 0, columns, rows);
     let mut buffer = Buffer::empty(area);
     view(participant_view, Theme::Colour, area, &mut buffer);
@@ -95,7 +95,7 @@ fn every_small_size_shows_the_instruction() {
 fn the_force_shows_under_feedback_alone() {
     for instruction in ALL {
         let measured_view = view_with(instruction);
-        let unmeasured_view = ParticipantView {
+        let unmeasured_view = ScreenView {
             mean_force_n: None,
             force_band_n: None,
             ..measured_view.clone()
@@ -118,7 +118,7 @@ fn feedback_judges_the_force_in_words_and_colour() {
         (0.81, "0.81 N  too hard", Color::Magenta),
     ] {
         let screen = draw(
-            &ParticipantView {
+            &ScreenView {
                 mean_force_n: Some(mean_n),
                 ..view_with(Instruction::Feedback)
             },
@@ -141,7 +141,7 @@ fn feedback_judges_the_force_in_words_and_colour() {
 fn the_slider_keeps_to_its_place() {
     let left_edge = |slider_m| {
         let screen = draw(
-            &ParticipantView {
+            &ScreenView {
                 slider_m: Some(slider_m),
                 ..view_with(Instruction::FollowSlider)
             },
@@ -171,7 +171,7 @@ fn the_slider_moves_by_eighths_of_a_column_in_the_terminals_own_foreground() {
     let eighths = " ▏▎▍▌▋▊▉█";
     // Left edge of the slider in its first row, in eighths of a column.
     let edge = |slider_m: f64| {
-        let view = ParticipantView {
+        let view = ScreenView {
             slider_m: Some(slider_m),
             ..view_with(Instruction::FollowSlider)
         };
@@ -210,15 +210,15 @@ fn the_words_are_those_of_the_language() {
         (Instruction::Feedback, "0,87 N  zu fest"),
         (Instruction::FollowSlider, "Durchgang 3 von 10"),
     ] {
-        let view = ParticipantView {
+        let view = ScreenView {
             texts: texts.clone(),
             ..view_with(instruction)
         };
         let screen = text(&draw(&view, 80, 24));
         assert!(screen.contains(words), "{screen}");
     }
-    let repeat_view = ParticipantView {
-        repeat: Some(Repeat::TooSlow),
+    let repeat_view = ScreenView {
+        repeat: Some(RepeatCause::TooSlow),
         practice: true,
         texts,
         ..view_with(Instruction::Wait)
@@ -238,7 +238,7 @@ proptest! {
         other in prop_oneof![Just(f64::NAN), Just(0.0), Just(f64::MAX), 0.0..1.0f64],
         count in any::<u32>(),
     ) {
-        let view = ParticipantView {
+        let view = ScreenView {
             slider_m: Some(value),
             plate_m: other,
             start_m: value,

@@ -57,7 +57,7 @@ impl<W: Write> Unattended<W> {
 
     fn line(&mut self, text: std::fmt::Arguments<'_>) {
         // A closed output does not end a calibration.
-        let _ = writeln!(self.output, "{}", tui::escaped(&text.to_string()));
+        let _ = writeln!(self.output, "{}", escaping::escaped(&text.to_string()));
     }
 
     fn mean_n(readings: impl Iterator<Item = [f64; 2]>) -> [f64; 2] {

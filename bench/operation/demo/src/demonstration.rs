@@ -5,8 +5,8 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use bounded_files::quoted;
 use clap::Args;
+use escaping::quoted;
 
 use crate::error::DemoError;
 use crate::signals::Signals;

@@ -3,11 +3,11 @@
 //! The curves are quasi-static: at each amplitude the gap balances the forces. In a real period the gap lags by τ, which opens
 //! the trace around the curve.
 
-use analysis::model_check::quantile;
 use analysis::trial_fit::{FitRequest, TrialFit};
 use contact::harmonic;
 use num_complex::Complex64;
 use protocols::Stretch;
+use statistics::median;
 use tui::event::{ComplexImpedance, ContactCurves};
 
 /// Number of points of the curves.
@@ -72,12 +72,6 @@ pub fn contact_curves(request: &FitRequest, fit: &TrialFit) -> Option<ContactCur
         friction,
         measured: measured.collect(),
     })
-}
-
-fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    quantile(&values, 0.5)
 }
 
 fn impedance(z: Complex64) -> ComplexImpedance {

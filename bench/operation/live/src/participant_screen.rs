@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use protocols::{Direction, ParticipantView, Protocol, Slider, Texts};
+use protocols::{Direction, Instruction, ParticipantView, Protocol, Slider, Texts};
 
 use crate::screen_words::whole_seconds;
 
@@ -36,40 +36,24 @@ impl ParticipantScreen {
     }
 
     /// Returns the participant's view at `audio_s` on the bench's clock.
-    pub fn view(&self, view: &ParticipantView, audio_s: f64) -> tui::ParticipantView {
-        use protocols::Instruction as From;
-        use tui::Instruction as To;
+    pub fn view(&self, view: &ParticipantView, audio_s: f64) -> tui::ScreenView {
         let [rightward, leftward] = self.sliders;
         let slider = match view.direction {
             Some(Direction::RightToLeft) => leftward,
             Some(Direction::LeftToRight) | None => rightward,
         };
-        let resting = view.instruction == From::Rest;
+        let resting = view.instruction == Instruction::Rest;
         let moves_at_s = match (view.instruction, view.slider_m, view.countdown_s) {
-            (From::GetReady, _, Some(left_s)) => Some(audio_s + left_s),
-            (From::FollowSlider, Some(slider_m), _) => {
+            (Instruction::GetReady, _, Some(left_s)) => Some(audio_s + left_s),
+            (Instruction::FollowSlider, Some(slider_m), _) => {
                 Some(audio_s - (slider_m - slider.from_m).abs() / slider.speed_m_per_s)
             }
             _ => None,
         };
         let practice = view.progress.is_some_and(|progress| progress.practice);
         let offset = if practice { 0 } else { self.practices };
-        tui::ParticipantView {
-            instruction: match view.instruction {
-                From::Wait => To::Wait,
-                From::Welcome => To::Welcome,
-                From::ReleaseSwitch => To::ReleaseSwitch,
-                From::HoldSwitch => To::HoldSwitch,
-                From::SwitchReleased => To::SwitchReleased,
-                From::LiftFinger => To::LiftFinger,
-                From::PlaceFinger => To::PlaceFinger,
-                From::GetReady => To::GetReady,
-                From::FollowSlider => To::FollowSlider,
-                From::Feedback => To::Feedback,
-                From::Rest => To::Rest,
-                From::Paused => To::Paused,
-                From::Finished => To::Finished,
-            },
+        tui::ScreenView {
+            instruction: view.instruction,
             slider_m: view.slider_m,
             plate_m: self.plate_m,
             start_m: slider.from_m,
@@ -87,13 +71,7 @@ impl ParticipantScreen {
             },
             practice,
             rest_s: view.countdown_s.filter(|_| resting),
-            repeat: view.repeat.map(|cause| match cause {
-                protocols::RepeatCause::TooSlow => tui::Repeat::TooSlow,
-                protocols::RepeatCause::TooFast => tui::Repeat::TooFast,
-                protocols::RepeatCause::TooLight => tui::Repeat::TooLight,
-                protocols::RepeatCause::TooHard => tui::Repeat::TooHard,
-                protocols::RepeatCause::Other => tui::Repeat::Other,
-            }),
+            repeat: view.repeat,
             button: view.button,
             touch: self.touch,
             audio_s,
@@ -107,7 +85,7 @@ impl ParticipantScreen {
 
 #[cfg(test)]
 mod tests {
-    use protocols::{ForceBand, Instruction, Progress, built_in};
+    use protocols::{ForceBand, Progress, built_in};
 
     use super::*;
 

@@ -1,6 +1,7 @@
 //! Schedule of a finger that touches the plate now and then while `monitor` runs, shown on the participant's screen.
 
-use tui::{Instruction, ParticipantView};
+use protocols::Instruction;
+use tui::ScreenView;
 
 /// Time between two visits, s.
 const EVERY_S: f64 = 14.0;
@@ -13,7 +14,7 @@ const SPEED_M_PER_S: f64 = 0.05;
 const FORCE_N: (f64, f64) = (0.5, 0.8);
 
 /// Returns the view at `now_s` for following a slider on a plate of `plate_m`: there and back, then off the plate.
-pub fn visit(now_s: f64, plate_m: f64) -> ParticipantView {
+pub fn visit(now_s: f64, plate_m: f64) -> ScreenView {
     let since_s = now_s.rem_euclid(EVERY_S);
     let (from_m, to_m) = (0.1 * plate_m, 0.9 * plate_m);
     let length_m = to_m - from_m;
@@ -26,14 +27,14 @@ pub fn visit(now_s: f64, plate_m: f64) -> ParticipantView {
         let back_m = (travel_m - length_m).abs();
         (Instruction::FollowSlider, Some(to_m - back_m))
     };
-    ParticipantView {
+    ScreenView {
         instruction,
         slider_m,
         plate_m,
         start_m: from_m,
         end_m: to_m,
         force_band_n: Some(FORCE_N),
-        ..ParticipantView::default()
+        ..ScreenView::default()
     }
 }
 

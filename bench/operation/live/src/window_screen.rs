@@ -2,13 +2,14 @@
 
 use participant_window::message::{Feedback, Shown, Track};
 use participant_window::motion::Motion;
-use tui::{Instruction, ParticipantView};
+use protocols::Instruction;
+use tui::ScreenView;
 
 /// Smallest change of a time that is shown, s; smaller changes come from its recomputation.
 const SAME_S: f64 = 1e-3;
 
 /// Returns the window's content for a view; `previous` is the content shown until now.
-pub fn shown(view: &ParticipantView, previous: Option<&Shown>) -> Shown {
+pub fn shown(view: &ScreenView, previous: Option<&Shown>) -> Shown {
     let (title, then) = view.sentences();
     let texts = &view.texts;
     let until_s = match view.instruction {
@@ -61,7 +62,7 @@ fn steady(before_s: Option<f64>, now_s: Option<f64>) -> Option<f64> {
     }
 }
 
-fn feedback(view: &ParticipantView) -> Feedback {
+fn feedback(view: &ScreenView) -> Feedback {
     let texts = &view.texts;
     let mean_n = view.mean_force_n.filter(|n| n.is_finite());
     let band_n = view.force_band_n;
@@ -99,8 +100,8 @@ mod tests {
 
     use super::*;
 
-    fn view(instruction: Instruction) -> ParticipantView {
-        ParticipantView {
+    fn view(instruction: Instruction) -> ScreenView {
+        ScreenView {
             instruction,
             plate_m: 0.105,
             start_m: 0.095,
@@ -111,13 +112,13 @@ mod tests {
             practice: true,
             force_band_n: Some((0.5, 0.8)),
             texts: Arc::new(protocols::Texts::of(Language::Fr).clone()),
-            ..ParticipantView::default()
+            ..ScreenView::default()
         }
     }
 
     #[test]
     fn the_slider_is_known_before_it_moves_and_its_time_stays() {
-        let ready = ParticipantView {
+        let ready = ScreenView {
             audio_s: 10.0,
             moves_at_s: Some(12.0),
             ..view(Instruction::GetReady)
@@ -129,7 +130,7 @@ mod tests {
             (motion.from_m, motion.to_m, motion.starts_s),
             (0.095, 0.01, Some(12.0))
         );
-        let follow = ParticipantView {
+        let follow = ScreenView {
             audio_s: 12.004,
             moves_at_s: Some(12.000_3),
             ..view(Instruction::FollowSlider)
@@ -137,7 +138,7 @@ mod tests {
         let second = shown(&follow, Some(&first));
         assert_eq!(second.track.unwrap().motion.starts_s, Some(12.0));
         assert_eq!(second.until_s, None);
-        let late = ParticipantView {
+        let late = ScreenView {
             moves_at_s: Some(12.2),
             ..follow
         };
@@ -161,7 +162,7 @@ mod tests {
             (None, "non mesurée"),
             (Some(f64::NAN), "non mesurée"),
         ] {
-            let view = ParticipantView {
+            let view = ScreenView {
                 mean_force_n: mean_n,
                 ..view(Instruction::Feedback)
             };
@@ -173,14 +174,14 @@ mod tests {
 
     #[test]
     fn a_break_counts_down_to_its_end_and_then_asks_for_the_button() {
-        let rest = ParticipantView {
+        let rest = ScreenView {
             audio_s: 100.0,
             rest_s: Some(60.0),
             ..view(Instruction::Rest)
         };
         let first = shown(&rest, None);
         assert_eq!((first.until_s, first.then.as_deref()), (Some(160.0), None));
-        let finished_rest = ParticipantView {
+        let finished_rest = ScreenView {
             audio_s: 160.0,
             rest_s: Some(0.0),
             button: true,

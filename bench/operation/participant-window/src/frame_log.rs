@@ -65,23 +65,16 @@ impl FrameLog {
         Some(FrameReport {
             start_s,
             frames: u32::try_from(self.frames.len()).unwrap_or(u32::MAX),
-            interval_p50_s: quantile(&intervals_s, 0.5),
-            interval_p99_s: quantile(&intervals_s, 0.99),
-            interval_max_s: quantile(&intervals_s, 1.0),
+            interval_p50_s: statistics::quantile(&intervals_s, 0.5).unwrap_or_default(),
+            interval_p99_s: statistics::quantile(&intervals_s, 0.99).unwrap_or_default(),
+            interval_max_s: statistics::quantile(&intervals_s, 1.0).unwrap_or_default(),
             // The cast saturates.
             dropped: dropped as u32,
-            slider_error_p50_m: quantile(&errors_m, 0.5),
-            slider_error_max_m: quantile(&errors_m, 1.0),
+            slider_error_p50_m: statistics::quantile(&errors_m, 0.5).unwrap_or_default(),
+            slider_error_max_m: statistics::quantile(&errors_m, 1.0).unwrap_or_default(),
             frame_m: self.motion.speed_m_per_s * self.refresh_s,
         })
     }
-}
-
-/// Returns a quantile of sorted values, by the nearest rank.
-fn quantile(sorted: &[f64], part: f64) -> f64 {
-    let last = sorted.len().saturating_sub(1);
-    let rank = (part * last as f64).ceil() as usize;
-    sorted.get(rank.min(last)).copied().unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use bounded_files::quoted;
+use escaping::quoted;
 
 /// Returns the calibration commands to run, in order.
 pub fn next(config: &Path, mock: Option<&str>) -> String {

@@ -110,7 +110,8 @@ impl AmplitudeProfile {
     }
 }
 
-/// Returns the slope at `x` of the parabola through three points, or of the line through two.
+/// Returns the slope at `x` of the parabola through three points, or of the line through two. In Newton's form the parabola is
+/// y_a + r (x − x_a) + c (x − x_a)(x − x_b), r the rise from a to b and c the bend, and its slope r + c (2x − x_a − x_b).
 fn slope(points: &[(f64, f64)], x: f64) -> f64 {
     let rise = |a: (f64, f64), b: (f64, f64)| (b.1 - a.1) / (b.0 - a.0);
     match *points {
@@ -129,6 +130,8 @@ fn cubic_ratio(previous: &MeasuredPlace, next: &MeasuredPlace, position_m: f64) 
     let rise = (next.ratio - previous.ratio) / step_m;
     let (s0, s1) = (previous.slope, next.slope);
     let t = (position_m - previous.position_m) / step_m;
+    // φ(t) = φ₀ + h t [s₀ + t (3Δ − 2s₀ − s₁) + t² (s₀ + s₁ − 2Δ)] with t from 0 to 1, h the distance and Δ = (φ₁ − φ₀)/h
+    // has φ(0) = φ₀, φ(1) = φ₁, φ′(0) = h s₀ and φ′(1) = h s₁ (Hermite).
     let cubic = s0 + t * (3.0 * rise - 2.0 * s0 - s1 + t * (s0 + s1 - 2.0 * rise));
     let [least, greatest] = PROFILE_RATIOS;
     (previous.ratio + step_m * t * cubic).clamp(least, greatest)

@@ -215,6 +215,7 @@ pub fn plate<'a>(unloaded_frames: impl IntoIterator<Item = &'a ZmFrame>) -> Opti
         let terms = frames.iter().map(|(frame, weight)| value(frame) * weight);
         terms.sum::<Complex64>() / weights
     };
+    // Z(t) = Z̄ + b (t − t̄) with b = Σw (t − t̄)(Z − Z̄)/Σw (t − t̄)² and w = 1/σ², read at the plain mean of the times.
     let mean = weighted_mean(&|frame| frame.corrected_n_s_per_m);
     let mean_s = weighted_mean(&|frame| frame.time_s.into()).re;
     let covariance =

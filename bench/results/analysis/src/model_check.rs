@@ -58,8 +58,8 @@ pub fn bands(
                 amplitude_from_m: from_m,
                 amplitude_to_m: to_m.unwrap_or(greatest_m),
                 n: band_differences.len(),
-                median: quantile(&band_differences, 0.5)?,
-                p90: quantile(&band_differences, 0.9)?,
+                median: statistics::quantile(&band_differences, 0.5)?,
+                p90: statistics::quantile(&band_differences, 0.9)?,
             })
         })
         .collect()
@@ -114,24 +114,4 @@ fn exploration_differences(
             (exploration.under_finger.amplitude_m[i], difference)
         })
         .collect()
-}
-
-/// Returns a quantile, linear between order statistics like numpy's default; `None` without values.
-pub fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
-    let rank = share * sorted.len().checked_sub(1)? as f64;
-    let (lower, upper) = (rank.floor() as usize, rank.ceil() as usize);
-    Some(sorted[lower] + (sorted[upper] - sorted[lower]) * rank.fract())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn quantiles_lie_linearly_between_order_statistics() {
-        assert_eq!(quantile(&[], 0.5), None);
-        assert_eq!(quantile(&[3.0], 0.9), Some(3.0));
-        assert_eq!(quantile(&[1.0, 2.0, 4.0, 8.0], 0.5), Some(3.0));
-        assert_eq!(quantile(&[0.0, 10.0], 0.9), Some(9.0));
-    }
 }

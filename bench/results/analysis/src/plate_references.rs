@@ -91,6 +91,8 @@ fn reference(series: &FrameSeries, start: usize, end: usize) -> Option<PlateRefe
         rate += residual * (weight * offset_s);
         spread += weight * offset_s * offset_s;
     }
+    // Σw|r|² about the line: Σw|Z − Z̄|² − |Σw (t − t̄)(Z − Z̄)|²/Σw (t − t̄)², w = |x̃_p|². Divided by Σw it is the variance
+    // of a frame, both parts together; the mean has that over n/20, its number of independent frames.
     let residual_squares = (squares - rate.norm_sqr() / spread).max(0.0);
     let scatter = (residual_squares / weights * CORRELATED_FRAMES / frames as f64).sqrt();
     Some(PlateReference {

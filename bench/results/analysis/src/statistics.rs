@@ -57,6 +57,7 @@ pub const EXACT_PAIRS: usize = 8;
 /// Returns the fraction of all orders of `y` with a correlation to `x` at least as far from zero as the observed one: the
 /// exact two-sided p-value of Spearman's coefficient, also with ties (Kendall and Gibbons 1990, section 4).
 fn exact_p(x: &[f64], y: &[f64]) -> f64 {
+    // The ranks' means and variances are the same for all orders, so |ρ| is in proportion to |Σxy − n x̄ȳ|.
     let centre = x.len() as f64 * x.iter().mean() * y.iter().mean();
     let departure = |y: &[f64]| (x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>() - centre).abs();
     // Sums of products of half-integers: their differences are far above rounding.
@@ -87,7 +88,8 @@ fn exact_p(x: &[f64], y: &[f64]) -> f64 {
 }
 
 /// Returns the smallest p-value that the ranks allow: that of a perfect order, rising or falling, among n! equally likely ones;
-/// larger if ties make several orders equal.
+/// larger if ties on both sides make several orders equal. With the sizes a of the ties of x and b of those of y it returns
+/// 2 min(Πa!, Πb!)/n!: exact without ties, a lower bound with them, since at least 2 max(Πa!, Πb!) orders are perfect then.
 fn perfect_p(x: &[f64], y: &[f64]) -> f64 {
     let orders = |ranks: &[f64]| {
         let mut sorted = ranks.to_vec();
@@ -129,6 +131,7 @@ pub fn slope(x: &[f64], y: &[f64]) -> Option<Slope> {
     let (x, y) = finite_pairs(x, y);
     let n = x.len();
     let variance = x.iter().variance();
+    // b = s_xy/s_x². The sum of squared residuals is (n − 1)(s_y² − b² s_x²), and var b is it/(n − 2)/((n − 1) s_x²).
     let slope = x.iter().covariance(y.iter()) / variance;
     let residual_variance = (y.iter().variance() - slope * slope * variance).max(0.0);
     slope.is_finite().then(|| Slope {
@@ -195,6 +198,7 @@ fn correlate(x: &[f64], y: &[f64]) -> Option<Correlation> {
     }
     let rho = rho.clamp(-1.0, 1.0);
     let freedom = (n - 2) as f64;
+    // t = |ρ| √(ν/(1 − ρ²)) has Student's distribution with ν = n − 2 if there is no correlation (exactly for normal values).
     let t = rho.abs() * (freedom / (1.0 - rho * rho)).sqrt();
     let p = if t.is_finite() {
         2.0 * StudentsT::new(0.0, 1.0, freedom).ok()?.sf(t)

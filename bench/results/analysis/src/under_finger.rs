@@ -1,10 +1,11 @@
 //! Amplitude and impedance under the finger, for a plate with a motion that varies along its length.
 //!
 //! The pickup reads the mode's amplitude x̃_p; under a finger at x the plate moves with φ(x) x̃_p. The finger's force
-//! f̃ acts on the mode with φ f̃, so that Z_m − Z_p is φ² times the finger's own impedance. Hence Z_p + (Z_m − Z_p)/φ² and φ
-//! x̃_p are the impedance and amplitude of a plate that moves everywhere as this one does under the finger. With these two,
-//! Eqs. 9 to 12 and 21 of Huloux 2021 hold unchanged, and f̃ = (Z_m − Z_p) ṽ_p (Eq. 10) is the force on the finger. A drift of
-//! the plate itself is divided by φ² too: if it adds y to Z_m, it adds y/φ² here.
+//! f̃ acts on the mode with φ f̃, so that Z_m − Z_p is φ² times the finger's own impedance Z_F: f̃_a = Z_p ṽ_p + φ f̃ and
+//! f̃ = Z_F φ ṽ_p give Z_m = f̃_a/ṽ_p = Z_p + φ² Z_F. Hence Z_p + (Z_m − Z_p)/φ² and φ x̃_p are the impedance and amplitude of
+//! a plate that moves everywhere as this one does under the finger. With these two, Eqs. 9 to 12 and 21 of Huloux 2021 hold
+//! unchanged, and f̃ = (Z_m − Z_p) ṽ_p (Eq. 10) is the force on the finger. A drift of the plate itself is divided by φ² too:
+//! if it adds y to Z_m, it adds y/φ² here.
 
 use std::ops::Range;
 

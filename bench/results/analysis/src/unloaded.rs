@@ -46,7 +46,8 @@ pub enum UnloadedError {
 }
 
 /// Reads Z_p over the unloaded intervals. The plain ratio is averaged over whole periods of the modulation, over which its
-/// transient cancels. Frames under a finger (`off_n` or more) are left out.
+/// transient cancels: to first order it is M d ln ṽ/dt with M = m_p + k_p/ω², and the integral over a period in which ṽ returns
+/// to its value, without a turn about 0, is 0. Frames under a finger (`off_n` or more) are left out.
 ///
 /// # Errors
 /// [`UnloadedError`], which names the reason.
@@ -91,7 +92,7 @@ pub fn read(
         plain_n_s_per_m: whole_period_reading.plain_n_s_per_m,
         ..full_reading
     };
-    // Weighted by |ṽ|², the optimum for white noise of the force.
+    // Weighted by |ṽ|², the optimum for white noise of the force: δZ_m = δf̃/ṽ has a variance in proportion to 1/|ṽ|².
     let weight = |frame: &ZmFrame| frame.amplitude_m.powi(2);
     let weights: f64 = free_frames.iter().map(weight).sum();
     let squares: f64 = free_frames

@@ -16,7 +16,7 @@ impl Figure {
         let _ = rows.write_record(["panel", "series", "x", "y", "low", "high"]);
         for (panel, letter) in self.panels.iter().zip('a'..) {
             for series in &panel.series {
-                let name = &bounded_files::to_cell(series.name.as_deref().unwrap_or_default());
+                let name = &escaping::to_cell(series.name.as_deref().unwrap_or_default());
                 let letter = letter.to_string();
                 let mut row = |cells: [String; 4]| {
                     let _ = rows.write_record(

@@ -70,8 +70,8 @@ impl Figure {
              <style>polyline{{stroke-linejoin:round;stroke-linecap:round}}</style>\n{body}",
             self.width.mm(),
             f64::from(height) / UNITS_PER_MM,
-            escape(&self.title),
-            escape(&self.caption),
+            escaping::xml_text(&self.title),
+            escaping::xml_text(&self.caption),
         );
         Ok(text)
     }
@@ -138,10 +138,4 @@ fn average(fine_pixels: &[u8], columns: usize, rows: usize) -> Vec<u8> {
         }
     }
     dots
-}
-
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
 }

@@ -257,8 +257,16 @@ pub(crate) fn dependencies(recordings: &[RecordingEntry<'_>]) -> Markup {
             .filter_map(|(_, estimate): (_, &Estimate)| estimate.sensitivity.as_ref().map(constant))
             .collect();
         [
-            median(rows.iter().filter_map(|row| row.ln_sigma_t)),
-            median(rows.iter().filter_map(|row| row.ln_abs_z_t)),
+            statistics::median(
+                rows.iter()
+                    .filter_map(|row| row.ln_sigma_t)
+                    .filter(|value| value.is_finite()),
+            ),
+            statistics::median(
+                rows.iter()
+                    .filter_map(|row| row.ln_abs_z_t)
+                    .filter(|value| value.is_finite()),
+            ),
         ]
     };
     let profiles = recordings
@@ -304,13 +312,6 @@ pub(crate) fn dependencies(recordings: &[RecordingEntry<'_>]) -> Markup {
             } } }
         } }
     }
-}
-
-fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
-    values.sort_by(f64::total_cmp);
-    let last = values.len().checked_sub(1)?;
-    Some(0.5 * (values[last / 2] + values[last.div_ceil(2)]))
 }
 
 pub(crate) fn methods(content: &Content<'_>) -> Markup {

@@ -104,7 +104,7 @@ pub(crate) fn table(priors: &Map<String, Value>) -> (Markup, Map<String, Value>)
 
 /// Returns the 95 % range of a prior: log-normal, normal, or normal about zero.
 fn range(prior: &Value) -> Option<[f64; 2]> {
-    const NORMAL_95: f64 = 1.96;
+    use statistics::NORMAL_95;
     let number = |key: &str| prior.get(key).and_then(Value::as_f64);
     let interval =
         |mean: f64, std: f64| [-NORMAL_95, NORMAL_95].map(|deviations| mean + deviations * std);

@@ -37,7 +37,8 @@ impl CalibrationErrors {
     pub fn by_parameter(&self) -> ByError<PARAMETERS> {
         let mut effect = ByError::zeros();
         effect[(LN_RATIO, 0)] = self.amplitude_relative;
-        // The amplitude ratio also scales the finger's part of Z_m, unlike an error of the amplitude alone.
+        // The finger's part of Z_m goes with e^(2 ln φ + ε), φ the ratio of amplitudes and ε the error LN_FINGER. An error δ of
+        // the amplitude alone leaves it as it is: δ ln φ = δ, ε = −2δ.
         effect[(LN_FINGER, 0)] = -2.0 * self.amplitude_relative;
         effect[(LN_FINGER, 1)] = self.impedance_relative;
         effect[(FINGER_ANGLE, 2)] = self.phase_rad;

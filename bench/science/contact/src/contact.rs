@@ -233,7 +233,8 @@ impl Contact {
     ) -> Result<f64, ModelError> {
         not_negative("amplitude", "m", amplitude_m)?;
         let rest = self.rest_gap_m(normal_n)? / self.sigma_t_m;
-        // In units of σ_t: (1 − e^(rest − u)) u² = load.
+        // Eq. 17 with u = x/σ_t, r = x_t⁰/σ_t and the load Λ = (5/4) p0 S |x̃_p|²/(⟨f_c⟩ σ_t²).
+        // It reads (1 − e^(r − u)) u² = Λ: e^(r − u) is the asperities' part of the force, Λ/u² the film's.
         let load = self.squeeze_n / normal_n * (amplitude_m / self.sigma_t_m).powi(2);
         if load.is_infinite() {
             return Err(ModelError::OutOfRange {
@@ -244,15 +245,19 @@ impl Contact {
             });
         }
         let free = load.sqrt();
+        // Bracket: 1 − e^(r − u) ≤ 1 gives u ≥ √Λ. For u ≥ r + 1 it is at least 1 − 1/e, so u ≤ √Λ/√(1 − 1/e) or u ≤ r + 1.
         let lo = rest.max(free);
         // One σ_t above rest the asperities carry 1/e of the force.
         let hi = (rest + 1.0).max(free * GAP_FACTOR);
         let extrapolated = start_m / self.sigma_t_m;
         let start = if extrapolated.is_nan() {
+            // u → r without film and u → √Λ without asperities: (r⁴ + Λ²)^(1/4) has both limits.
             (rest.powi(4) + load * load).sqrt().sqrt()
         } else {
             extrapolated
         };
+        // g(u) = (1 − e) u² − Λ with e = e^(r − u), e′ = −e:
+        // g′ = u [2 (1 − e) + e u] > 0 for u ≥ r,    g″ = 2 (1 − e) + e u (4 − u).
         let u = increasing_root(lo, hi, start, |u| {
             let asperity_share = (rest - u).exp();
             let film_share = 1.0 - asperity_share;
@@ -268,6 +273,9 @@ impl Contact {
 
     /// Returns the derivatives of [`equilibrium_gap_m`](Self::equilibrium_gap_m) by the contact at its solution `gap_m`, m.
     pub fn equilibrium_gap_slopes_m(&self, gap_m: f64, normal_n: f64) -> ContactSlopes {
+        // Implicit derivative of F(x, p) = f_r + f_s − ⟨f_c⟩ = 0: dx/dp = −F_p/F_x with −F_x = f_r/σ_t + 2 f_s/x. With
+        // u = x/σ_t, e = f_r/⟨f_c⟩ and 1 − e = f_s/⟨f_c⟩:  dx/dp = (F_p/⟨f_c⟩) σ_t u/(e u + 2 (1 − e)).
+        // F_p/⟨f_c⟩ is e (1 + u) for ln σ_t (p_c ∝ σ_t), 1 for ln S, e for ln q0, 1 − e for ln |x̃_p|², −1 for ln ⟨f_c⟩.
         let u = gap_m / self.sigma_t_m;
         let asperity_share = self.asperity_force_n(gap_m) / normal_n;
         let by_ln_area = self.sigma_t_m * u / (asperity_share * u + 2.0 * (1.0 - asperity_share));
@@ -281,7 +289,7 @@ impl Contact {
     }
 
     /// Returns k_c = p_c S e^(−x/σ_t)/σ_t + 2 · (5/4) p0 S |x̃_p|²/x³, N/m (Huloux 2021, Eqs. 14, 15, 18), whether or
-    /// not the forces balance.
+    /// not the forces balance: k_c = −∂(f_r + f_s)/∂x at constant amplitude.
     pub fn stiffness_n_per_m(&self, gap_m: f64, amplitude_m: f64) -> f64 {
         self.asperity_n_per_m * (-gap_m / self.sigma_t_m).exp()
             + 2.0 * self.squeeze_force_n(gap_m, amplitude_m) / gap_m
@@ -289,6 +297,7 @@ impl Contact {
 
     /// Returns ∂k_c/∂x of [`stiffness_n_per_m`](Self::stiffness_n_per_m), N/m², negative at every gap.
     pub fn stiffness_slope_n_per_m2(&self, gap_m: f64, amplitude_m: f64) -> f64 {
+        // ∂k_c/∂x = −f_r/σ_t² − 6 f_s/x².
         let asperity = self.asperity_n_per_m * (-gap_m / self.sigma_t_m).exp();
         -asperity / self.sigma_t_m - 6.0 * self.squeeze_force_n(gap_m, amplitude_m) / gap_m.powi(2)
     }
@@ -302,6 +311,7 @@ impl Contact {
     /// Returns ∂k_c/∂x of [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m), N/m².
     pub fn balance_stiffness_slope_n_per_m2(&self, gap_m: f64, normal_n: f64) -> f64 {
         let asperity_n = self.asperity_force_n(gap_m);
+        // ∂f_r/∂x = −f_r/σ_t, so ∂k_c/∂x = −f_r/σ_t² + 2 f_r/(σ_t x) − 2 (⟨f_c⟩ − f_r)/x².
         asperity_n / self.sigma_t_m * (2.0 / gap_m - 1.0 / self.sigma_t_m)
             - 2.0 * (normal_n - asperity_n) / gap_m.powi(2)
     }
@@ -309,6 +319,7 @@ impl Contact {
     /// Returns the derivatives of [`stiffness_n_per_m`](Self::stiffness_n_per_m) by the contact at constant gap and amplitude,
     /// N/m.
     pub fn stiffness_slopes_n_per_m(&self, gap_m: f64, amplitude_m: f64) -> ContactSlopes {
+        // k_c = a e^(−u) + 2 f_s/x; a = p_c S/σ_t does not depend on σ_t, and ∂e^(−u)/∂ln σ_t = u e^(−u).
         let u = gap_m / self.sigma_t_m;
         let asperity = self.asperity_n_per_m * (-u).exp();
         let squeeze = 2.0 * self.squeeze_force_n(gap_m, amplitude_m) / gap_m;
@@ -324,6 +335,8 @@ impl Contact {
     /// Returns the derivatives of [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m) by the contact at constant
     /// gap and normal force, N/m.
     pub fn balance_stiffness_slopes_n_per_m(&self, gap_m: f64) -> ContactSlopes {
+        // k_c = f_r/σ_t + 2 (⟨f_c⟩ − f_r)/x with f_r = a σ_t e^(−u), a = p_c S/σ_t:
+        // ∂/∂ln a = a e^(−u) (1 − 2/u), with a ∝ S q0;    ∂/∂ln σ_t = a e^(−u) u − 2 f_r (1 + u)/x, f_r/x = a e^(−u)/u.
         let u = gap_m / self.sigma_t_m;
         let asperity = self.asperity_n_per_m * (-u).exp();
         let by_asperity = asperity * (1.0 - 2.0 / u);
@@ -354,6 +367,8 @@ impl Contact {
                 limit_n_per_m: self.rest_stiffness_n_per_m(normal_n),
             });
         }
+        // With κ = k_c σ_t/⟨f_c⟩, u = x/σ_t, r = x_t⁰/σ_t and e = e^(r − u), Eq. 18 in force balance is
+        // κ(u) = e + 2 (1 − e)/u,    κ′ = e (2/u − 1) − 2 (1 − e)/u²,    κ″ = e (1 − 2/u − 4/u²) + 4 (1 − e)/u³.
         let excess = |u: f64| -> Jet {
             let asperity_share = (rest - u).exp();
             let film_share = 1.0 - asperity_share;
@@ -387,12 +402,14 @@ impl Contact {
             };
             return inverted(peak, branch);
         }
-        // Beyond its own bound, each of the two terms is below half the target.
+        // Beyond its own bound, each of the two terms is below half the target κ: 2 (1 − e)/u ≤ 2/u ≤ κ/2 for u ≥ 4/κ, and
+        // e ≤ κ/2 for u ≥ r − ln(κ/2). The start is the root without asperities, κ = 2/u.
         let hi = (4.0 / relative)
             .min(f64::MAX)
             .max(rest - (0.5 * relative).ln())
             .max(peak);
         let u = increasing_root(peak, hi, (2.0 / relative).max(rest), falling);
+        // κ(r) = 1: a stiffness between that at rest and the greatest one occurs on the rising branch too.
         if relative > 1.0 - rounding {
             let smaller = increasing_root(rest, peak, rest, excess);
             return inverted(
@@ -446,6 +463,7 @@ impl Contact {
         amplitude_m: f64,
     ) -> Result<f64, ModelError> {
         not_negative("amplitude", "m", amplitude_m)?;
+        // k_c = a e^(−u) + q/u³ with u = x/σ_t, a = p_c S/σ_t and q = 2 · (5/4) p0 S |x̃_p|²/σ_t³.
         let squeeze = 2.0 * self.squeeze_n * amplitude_m.powi(2) / self.sigma_t_m.powi(3);
         let possible = k_c_n_per_m.is_finite()
             && k_c_n_per_m > 0.0
@@ -457,13 +475,15 @@ impl Contact {
                 limit_n_per_m: self.asperity_n_per_m,
             });
         }
-        // Either term alone gives a lower bound; each term at half the target gives an upper bound.
+        // Either term alone gives a lower bound, u ≥ ln(a/k_c) and u ≥ ∛(q/k_c); each term at half the target gives an upper
+        // bound.
         let single_term = |target: f64| {
             (self.asperity_n_per_m / target)
                 .ln()
                 .max((squeeze / target).cbrt())
         };
         let (lo, hi) = (single_term(k_c_n_per_m), single_term(0.5 * k_c_n_per_m));
+        // f(u) = k_c − a e^(−u) − q/u³,    f′ = a e^(−u) + 3 q/u⁴ > 0,    f″ = −a e^(−u) − 12 q/u⁵.
         let u = increasing_root(lo, hi, lo, |u| {
             let asperity = self.asperity_n_per_m * (-u).exp();
             let film = squeeze / (u * u * u);
@@ -476,13 +496,15 @@ impl Contact {
         Ok(u * self.sigma_t_m)
     }
 
-    /// Returns μ/μ0 = exp((x_t⁰ − x)/σ_t), the fraction of the normal force carried by the asperities (Huloux 2021, Eq. 19).
+    /// Returns μ/μ0 = exp((x_t⁰ − x)/σ_t) = f_r/⟨f_c⟩, the fraction of the normal force carried by the asperities (Huloux
+    /// 2021, Eqs. 16 and 19).
     pub fn friction_ratio(&self, gap_m: f64, normal_n: f64) -> f64 {
         self.asperity_force_n(gap_m) / normal_n
     }
 
     /// Returns the derivatives of [`friction_ratio`](Self::friction_ratio) by the contact at a given gap.
     pub fn friction_ratio_slopes(&self, gap_m: f64, normal_n: f64) -> ContactSlopes {
+        // μ/μ0 = p_c S e^(−x/σ_t)/⟨f_c⟩ with p_c ∝ q0 σ_t: ∂ln(μ/μ0)/∂ln σ_t = 1 + x/σ_t.
         let ratio = self.friction_ratio(gap_m, normal_n);
         ContactSlopes {
             by_ln_sigma_t: ratio * (1.0 + gap_m / self.sigma_t_m),
@@ -504,7 +526,9 @@ fn stiffest_gap(rest: f64) -> f64 {
     if rest >= 2.0 {
         return rest;
     }
-    // −dk/du · u², increasing: 2 (1 − e) + e u (u − 2).
+    // The maximum of κ(u) = e + 2 (1 − e)/u, e = e^(r − u), is the root of h = −u² κ′ = 2 (1 − e) + e u (u − 2). Between r < 2
+    // and 2 it increases from r (r − 2) < 0 to 2 (1 − e) > 0:  h′ = e u (4 − u),  h″ = e (4 + u (u − 6)). For r ≥ 2, h(r) ≥ 0,
+    // and κ falls from rest on.
     increasing_root(rest, 2.0, 0.5 * (rest + 2.0), |u| {
         let asperity_share = (rest - u).exp();
         (

@@ -117,6 +117,8 @@ impl FittedFinger {
         now: usize,
         amplitude_m: f64,
     ) -> Dependent<PARAMETERS> {
+        // x_eq = x + τ dx/dt = Σ_j s_j x_j with s_j = δ_j,now + (τ/Δt) w_j, and the weights w_j give dx/dt = Σ w_j x_j/Δt. The
+        // noise of the gaps is independent: σ²(x_eq) = Σ s_j² σ_j².
         let lag = self.tau_s / interval_s;
         let (mut gap_m, mut slopes, mut variance, mut steps_m) = (0.0, SVector::zeros(), 0.0, 0.0);
         for (index, (gap, weight)) in history.iter().zip(slope_weights).enumerate() {
@@ -126,6 +128,7 @@ impl FittedFinger {
             variance += (share * gap.noise).powi(2);
             steps_m += weight * gap.value;
         }
+        // ∂x_eq/∂τ = dx/dt.
         slopes[TAU_MS] += steps_m / interval_s * MS;
         let contact = self.contact();
         let sigma = contact.sigma_t_m();
@@ -133,6 +136,7 @@ impl FittedFinger {
             contact.asperity_force_n(gap_m),
             contact.squeeze_force_n(gap_m, amplitude_m),
         );
+        // f_c(x_eq) = f_r + f_s: ∂f_c/∂x = −f_r/σ_t − 2 f_s/x; at a given gap ∂f_r/∂ln σ_t = f_r (1 + x/σ_t), as p_c ∝ σ_t.
         let gap_slope = -asperity_n / sigma - 2.0 * squeeze_n / gap_m;
         let contact_slopes = ContactSlopes {
             by_ln_sigma_t: asperity_n * (1.0 + gap_m / sigma),

@@ -5,6 +5,13 @@
 //!               v_p  │                 │  v_t
 //! ```
 //! Complex envelopes with exp(+iωt) throughout; impedances in N·s/m.
+//!
+//! The actuators move the plate, and the plate moves the tissue through the contact. Contact and tissue carry the same
+//! force f̃_c, so their mobilities add to that of the finger, Z_F = Z_m − Z_p:
+//! ```text
+//!  f̃_a = Z_p ṽ_p + f̃_c,    f̃_c = Z_c (ṽ_p − ṽ_t) = Z_t ṽ_t = Z_F ṽ_p
+//!  1/Z_F = 1/Z_t + 1/Z_c    ⇒    Z_F = Z_t Z_c/(Z_t + Z_c),    Z_c = Z_F Z_t/(Z_t − Z_F)
+//! ```
 
 use num_complex::Complex64;
 
@@ -28,7 +35,7 @@ impl Resonator {
     }
 }
 
-/// Returns Z_c = k_c/(iω) + η k_c/ω, N·s/m (Huloux 2021, Eq. 6; η is a loss factor).
+/// Returns Z_c = k_c/(iω) + η k_c/ω = (η − i) k_c/ω, N·s/m (Huloux 2021, Eq. 6; η is a loss factor).
 pub fn contact_impedance(k_c_n_per_m: f64, loss_factor: f64, carrier_rad_per_s: f64) -> Complex64 {
     Complex64::new(loss_factor, -1.0) * (k_c_n_per_m / carrier_rad_per_s)
 }
@@ -96,8 +103,9 @@ pub struct HarmonicMotion {
 
 impl HarmonicMotion {
     /// Solves the two degrees of freedom (Z_p + Z_c) ṽ_p − Z_c ṽ_t = f̃_a, (Z_t + Z_c) ṽ_t = Z_c ṽ_p (Huloux 2021, Eqs.
-    /// 7, 8) under the actuator force `f_a_n`.
+    /// 7, 8) under the actuator force `f_a_n`, by Cramer's rule.
     pub fn under_force(f_a_n: Complex64, z_p: Complex64, z_t: Complex64, z_c: Complex64) -> Self {
+        // D = (Z_p + Z_c)(Z_t + Z_c) − Z_c²,  ṽ_p = f̃_a (Z_t + Z_c)/D,  ṽ_t = f̃_a Z_c/D; f̃_a/ṽ_p = D/(Z_t + Z_c) is Eq. 9.
         let determinant = (z_p + z_c) * (z_t + z_c) - z_c * z_c;
         Self {
             plate_m_per_s: f_a_n * (z_t + z_c) / determinant,

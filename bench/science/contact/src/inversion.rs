@@ -1,4 +1,15 @@
 //! Inversion of a sample's impedance to stiffness, gap and friction, with standard errors by the delta method.
+//!
+//! The pickup reads Z_m = Z_p + s G. The scale ln s = 2 ln φ + iα + ε has the ratio φ of the amplitude under the finger to that
+//! at the pickup, a rotation α by another mode, and a calibration error ε. Other modes add a mobility Y to the finger's 1/Z_F:
+//! ```text
+//!  1/G = 1/Z_F + Y      ⇒    Z_F = G/(1 − Y G),    G = (Z_m − Z_p)/s
+//!  1/Z_F = 1/Z_c + 1/Z_t ⇒   Z_c = Z_F Z_t/(Z_t − Z_F)                      Huloux 2021, Eq. 12
+//!  k_c = −ω Im Z_c,          k_c = K(x, θ) (Eq. 18) gives x, μ/μ0 = f_r(x)/⟨f_c⟩ (Eq. 19)
+//! ```
+//! Each quantity y carries its slopes ∂y/∂θ by the parameters θ and the deviation n due to the sample's own noise. Its
+//! variance is, to first order, (∂y/∂θ)ᵀ C (∂y/∂θ) + n², with C the covariance of θ; both parts are independent if the sample
+//! had no part in the fit, and nearly so if it was one of many.
 
 use nalgebra::{SMatrix, SVector};
 use num_complex::Complex64;
@@ -74,6 +85,7 @@ impl<const N: usize> Inversion<N> {
         let correction = (1.0 - self.residual_mobility * z_observed).inv();
         let finger = z_observed * correction;
         let rest = self.z_t - finger;
+        // From 1/Z_c = 1/Z_F − 1/Z_t: ∂Z_c/∂Z_F = (Z_c/Z_F)² = (Z_t/(Z_t − Z_F))² and ∂Z_c/∂Z_t = −(Z_F/(Z_t − Z_F))².
         let by_z_t = -(finger / rest).powi(2);
         let by_z_m = (self.z_t / rest).powi(2);
         Dependent {
@@ -82,6 +94,8 @@ impl<const N: usize> Inversion<N> {
                 self.carrier_rad_per_s,
             ),
             slopes: SVector::from_fn(|i, _| {
+                // ∂G/∂θ = −(∂Z_p/∂θ)/s − G ∂ln s/∂θ, and 1/Z_F = 1/G − Y gives ∂Z_F/∂θ = (Z_F/G)² ∂G/∂θ + Z_F² ∂Y/∂θ. With the
+                // sign turned: −∂G/∂θ here, −∂Z_F/∂θ in the next line.
                 let by_observed =
                     self.z_p_slopes[i] / self.finger_scale + z_observed * self.finger_slopes[i];
                 let by_finger = by_observed * correction * correction
@@ -89,6 +103,7 @@ impl<const N: usize> Inversion<N> {
                 let slope = by_z_t * self.z_t_slopes[i] - by_z_m * by_finger;
                 -self.carrier_rad_per_s * slope.im
             }),
+            // Noise of independent parts with deviation σ stays so under a complex factor c, with |c| σ.
             noise: self.carrier_rad_per_s * (by_z_m * correction * correction).norm() * z_m_std
                 / self.finger_scale.norm(),
         }
@@ -130,6 +145,7 @@ impl<const N: usize> Inversion<N> {
         let contact_slopes = self.contact.friction_ratio_slopes(gap.value, normal_n);
         Dependent {
             value,
+            // d(μ/μ0)/dθ = −(μ/μ0)/σ_t · dx/dθ + ∂(μ/μ0)/∂θ at a given gap.
             slopes: gap.slopes * (-value / sigma)
                 + SVector::from_fn(|i, _| contact_slopes.by(i, &self.load)),
             noise: value / sigma * gap.noise,
@@ -144,6 +160,7 @@ impl<const N: usize> Inversion<N> {
         by_gap: f64,
         contact_slopes: &ContactSlopes,
     ) -> Dependent<N> {
+        // k_c(θ) = K(x, θ)  ⇒  dx/dθ = (dk_c/dθ − ∂K/∂θ)/(∂K/∂x).
         let by_parameters = SVector::from_fn(|i, _| contact_slopes.by(i, &self.load));
         Dependent {
             value: gap_m,

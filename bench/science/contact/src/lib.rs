@@ -10,6 +10,15 @@
 //! ```
 //! The squeeze film carries the force that the asperities no longer carry. [`Contact::equilibrium_gap_m`] solves the equation.
 //!
+//! # From a sample of Z_m to friction, and back
+//! ```text
+//!  |x̃_p|, ⟨f_c⟩ ──17──▸ x_eq ──τ dx/dt = x_eq − x──▸ x ──18──▸ k_c ──b_c = η k_c/ω──▸ Z_c ──9──▸ Z_m
+//!  Z_m ──12──▸ Z_c ──k_c = −ω Im Z_c──▸ k_c ──18──▸ x ──19──▸ μ/μ0;   x + τ dx/dt ──13, 14, 15──▸ ⟨f_c⟩
+//! ```
+//! The unknowns are σ_t, Z_t, τ and the constants of [`AssumedConstants`]; `estimation` fits the first line to Z_m. This
+//! package evaluates both lines for known parameters. An error of each result follows from the parameters' covariance
+//! and the sample's noise to first order ([`inversion`]).
+//!
 //! | topic | equation | item |
 //! | --- | --- | --- |
 //! | plate, contact, tissue at the carrier; Z_m ↔ Z_c; Z_t at rest | 4–12, 21 | [`harmonic`] |

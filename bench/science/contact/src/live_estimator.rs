@@ -8,7 +8,8 @@ use crate::inversion::Dependent;
 use crate::parameters::{IM_OFFSET, PARAMETERS, RE_OFFSET};
 pub use crate::uncertain::Uncertain;
 
-/// Weights for the slope per interval at the last of five samples, oldest first, by a least-squares parabola: no delay.
+/// Weights for the slope per interval at the last of five samples, oldest first, by a least-squares parabola: no delay. They
+/// are the second row of (VᵀV)⁻¹Vᵀ, where V has the rows (1, j, j²) for j = −4 … 0 (Savitzky & Golay 1964).
 const CAUSAL_SLOPE: [f64; FRAMES] = [
     26.0 / 70.0,
     -27.0 / 70.0,
@@ -112,6 +113,7 @@ impl LiveEstimator {
     }
 
     fn know(&mut self, parameter: usize, std: f64) {
+        // C_ij = 0 for j ≠ i, C_ii = σ².
         if let Some(covariance) = &mut self.finger.inversion.covariance {
             covariance.row_mut(parameter).fill(0.0);
             covariance.column_mut(parameter).fill(0.0);
@@ -178,6 +180,8 @@ impl LiveEstimator {
         force: &Dependent<PARAMETERS>,
     ) -> Dependent<PARAMETERS> {
         let ratio = self.finger.inversion.friction_ratio(gap, force.value);
+        // r = f_r(x)/f with f self-sensed: dr/dθ = ∂r/∂θ at constant f − (r/f) df/dθ. The noise of gap and force is added as if
+        // it were independent, although this frame's gap is part of both.
         let share = ratio.value / force.value;
         Dependent {
             value: ratio.value,

@@ -1,4 +1,14 @@
 //! Noise and model error in the residuals of an impedance.
+//!
+//! Real and imaginary part of residual i are independent and normal with variance v_i = a + b q_i, where q_i = s_i²/⟨s²⟩ is the
+//! squared shape and a = floor², b = scale² ⟨s²⟩ are unknown. With y_i = |r_i|²/2 the likelihood and its score are
+//! ```text
+//!  −ln L = Σ (ln v_i + y_i/v_i),    −∂ln L/∂a = Σ (v_i − y_i)/v_i²,    −∂ln L/∂b = Σ q_i (v_i − y_i)/v_i²
+//! ```
+//! so the maximum is the weighted least-squares line of y on q with the weights 1/v_i² at the maximum. Iterating the
+//! weights is Fisher scoring, because ⟨y_i⟩ = v_i. A fit of p real parameters takes up p of the 2n degrees of freedom;
+//! y_i = |r_i|² n/(2n − p) corrects for it. Neither a nor b may be negative: one that would be is 0, and the other is fitted
+//! alone.
 
 use num_complex::Complex64;
 
@@ -53,6 +63,7 @@ impl ResidualNoise {
                 wy += weight * y;
                 wqy += weight * q * y;
             }
+            // Normal equations with weights w = 1/v²: a Σw + b Σwq = Σwy, a Σwq + b Σwq² = Σwqy.
             let determinant = w * wqq - wq * wq;
             (floor2, scale2) = if determinant < LEAST_SPREAD * w * wqq {
                 (wy / w, 0.0)

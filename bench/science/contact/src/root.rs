@@ -27,6 +27,8 @@ pub(crate) fn increasing_root(mut lo: f64, mut hi: f64, start: f64, f: impl Fn(f
         } else {
             hi = u;
         }
+        // Halley's method (1694): u₊ = u − (f/f′)/(1 − f f″/(2 f′²)). The lower limit of the denominator bounds the step to
+        // twice Newton's, also where f″ is large and f far from 0.
         let newton = value / slope;
         let bend = 0.5 * newton * curvature / slope;
         let step = newton / (1.0 - bend).max(0.5);

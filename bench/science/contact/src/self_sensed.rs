@@ -1,9 +1,15 @@
 //! Normal force without a force sensor.
 //!
 //! Z_m alone gives k_c (Eq. 12), k_c and amplitude give the gap x (Eqs. 14, 15, 18), and x gives the force that its
-//! equilibrium x_eq = x + τ dx/dt would balance. Comparing it with the measured force tests the model on every
-//! recording: where the two differ, the model is wrong. On two independent time-domain simulations, with the parameters
-//! of the first instance alone, 90 % of all samples of the exploration were within 0.5 % of the simulated sensor.
+//! equilibrium x_eq = x + τ dx/dt would balance:
+//! ```text
+//!  k_c = p_c S e^(−x/σ_t)/σ_t + 2 · (5/4) p0 S |x̃_p|²/x³    →  x, one root
+//!  f_c = p_c S e^(−x_eq/σ_t) + (5/4) p0 S |x̃_p|²/x_eq²
+//! ```
+//! x_eq undoes the lag τ dx/dt = x_eq − x with which the gap follows its equilibrium. Comparing f_c with the measured force
+//! tests the model on every recording: where the two differ, the model is wrong. On two independent time-domain
+//! simulations, with the parameters of the first instance alone, 90 % of all samples of the exploration were within 0.5 % of
+//! the simulated sensor.
 
 use num_complex::Complex64;
 
@@ -12,7 +18,8 @@ use crate::finger::FittedFinger;
 use crate::inversion::Dependent;
 use crate::parameters::PARAMETERS;
 
-/// Weights for the slope per interval at the middle of five samples, by a least-squares parabola.
+/// Weights for the slope per interval at the middle of five samples, by a least-squares parabola: j/Σj² for j = −2 … 2
+/// (Savitzky & Golay 1964).
 const CENTRAL_SLOPE: [f64; 5] = [-0.2, -0.1, 0.0, 0.1, 0.2];
 const MIDDLE: usize = 2;
 

@@ -1,7 +1,6 @@
 //! Values with their standard errors.
 
-/// Number of standard errors on either side of a value that include 95 % of a normal distribution.
-pub const WITHIN_95: f64 = 1.959_964;
+use statistics::NORMAL_95;
 
 /// A value and its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,7 +15,7 @@ impl Uncertain {
     /// Returns the ends of the 95 % interval.
     #[must_use]
     pub fn interval95(&self) -> [f64; 2] {
-        [-WITHIN_95, WITHIN_95].map(|deviations| self.value + deviations * self.std)
+        [-NORMAL_95, NORMAL_95].map(|deviations| self.value + deviations * self.std)
     }
 }
 
@@ -33,7 +32,7 @@ impl LogUncertain {
     /// Returns the ends of the 95 % interval, both positive.
     #[must_use]
     pub fn interval95(&self) -> [f64; 2] {
-        [-WITHIN_95, WITHIN_95].map(|deviations| self.value * (deviations * self.ln_std).exp())
+        [-NORMAL_95, NORMAL_95].map(|deviations| self.value * (deviations * self.ln_std).exp())
     }
 }
 

@@ -24,6 +24,10 @@ impl LaggedModel<'_> {
     ///
     /// Z_t and the plate's reactance are found in turn, each given the other: samples where the finger holds the plate
     /// determine Z_t, samples where the plate is nearly free determine its reactance.
+    ///
+    /// Noise of Z_m goes as 1/|ṽ_p|, so residuals r = Z_m − Z_p − iy − Z_t Z_c/(Z_t + Z_c) have the weight a², with the
+    /// amplitude a at the film. A change δy of the reactance y turns Σ a²|r|² into Σ a²|r − i δy|², least at
+    /// δy = Σ a² Im r/Σ a². `CandidateFit::square` is Σ a²|r|²/Σ a² before the last δy.
     pub(super) fn fit_candidate(&mut self, candidate: &[f64; PARAMETERS]) -> Option<CandidateFit> {
         let contact = self.follow_gap(candidate)?;
         let offset = Complex64::new(candidate[RE_OFFSET], candidate[IM_OFFSET]);

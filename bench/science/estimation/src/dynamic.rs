@@ -1,6 +1,7 @@
 //! The joint fit of σ_t, Re Z_t, Im Z_t, τ and the plate's offset, with the effects that the published method neglects.
 //!
-//! - The impedance is the envelope-corrected one.
+//! - The impedance is the envelope-corrected one. For slowly varying envelopes f̃_a = Z(ω) ṽ_p − i Z′(ω) dṽ_p/dt, and near the
+//!   resonance Z′ = i (m_p + k_p/ω²) ≈ 2i m_p, so Z_m = (f̃_a − 2 m_p dṽ_p/dt)/ṽ_p.
 //! - The gap follows its equilibrium (Huloux 2021, Eq. 17, with the momentary amplitude and normal force) as a
 //!   first-order lag, τ dx/dt = x_eq − x, from 20 ms before the instance.
 //! - k_c is Eq. 18 with the lagged gap and the momentary amplitude, so that the forces on the skin need not balance.
@@ -8,10 +9,18 @@
 //!   the sensor. The caller separates the two.
 //! - Σ|Z_m,model − Z_m|² over the instance, complex, is minimised over all parameters; τ ≥ 0.
 //! - The plate's impedance may have changed since the unloaded reading: i·y is added to Z_p and y is fitted. The crest of the
-//!   modulation, where the finger is nearly released, determines y. A resonance shifted by δf adds −i·4π m_p δf.
+//!   modulation, where the finger is nearly released, determines y. A resonance shifted by δf adds −i·4π m_p δf: with
+//!   k_p = (2π f0)² m_p, ∂(k_p/(iω))/∂f0 = −i·8π² f0 m_p/ω, and ω ≈ 2π f0.
 //! - μ0 is the least-squares ratio of measured friction to the modelled μ/μ0 (Eq. 19) over the instance.
 //!
 //! Then follow k_c(t) by Eq. 12 from the measured impedance, the gap from k_c and amplitude, and μ by Eq. 19.
+//!
+//! Unknowns are θ = (ln σ_t, Re Z_t, Im Z_t, τ, y); S, q0, E, ν and η are assumed. Data are the n complex values Z_m of the
+//! instance; amplitude and force are taken as exact. If both parts of every residual r = Z_m,model(θ) − Z_m are independent and
+//! normal with one variance σ², −2 ln L = Σ|r|²/σ² + 4n ln σ + const, and least squares is maximum likelihood; standard errors
+//! do not assume it (`least_squares.rs`). For τ = 0.5 and 2 ms a grid of σ_t, each with its best Z_t in closed form, gives two
+//! starts, y = 0 and y fitted; Levenberg–Marquardt descends from each. Where it ends at τ < 0 it is repeated with τ = 0. The
+//! smallest Σ|r|² of those that converged is the estimate.
 
 use num_complex::Complex64;
 
@@ -230,6 +239,7 @@ impl JointSolution {
             };
         }
         let z_t = Complex64::new(minimum.parameters[RE_Z_T], minimum.parameters[IM_Z_T]);
+        // E|δZ_t|² = Var Re Z_t + Var Im Z_t.
         let z_t_std = minimum.std(RE_Z_T).hypot(minimum.std(IM_Z_T));
         let errors = [
             (

@@ -127,6 +127,8 @@ pub(super) fn estimate<const N: usize>(
         let ratio = inversion.friction_ratio(&gap, normal_n);
         let course = friction.course.ratio_at(measurement.time_s[index]);
         let relative_mu = course * friction.relative_mu(ratio.value);
+        // μ = c μ0 (φ + (1 − φ) m), with m the ratio of Eq. 19 and c the change of μ0 within the instance:
+        // dμ = c μ0 (1 − φ) dm + c (φ + (1 − φ) m) dμ0 + c μ0 (1 − m) dφ.
         let by_ratio = course * friction.mu0 * (1.0 - friction.floor);
         let by_law = Vector2::new(relative_mu, course * friction.mu0 * (1.0 - ratio.value));
         let scatter = by_law.dot(&(friction.scatter * by_law)).sqrt();

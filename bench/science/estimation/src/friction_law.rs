@@ -73,7 +73,8 @@ impl<const N: usize> FrictionLaw<N> {
 const MIN_SAMPLES: usize = 4;
 
 /// Returns a friction as a lateral force sensor with a lag would read it. Each stretch of samples with friction is filtered
-/// separately; a stretch too short to filter is returned unchanged.
+/// separately; a stretch too short to filter is returned unchanged. The lateral force μ f_n passes the lag, and the reading is
+/// divided by f_n.
 pub(super) fn sensor_friction(
     mu: &[f64],
     normal_n: &[f64],

@@ -95,6 +95,7 @@ impl InstanceFit {
             tau_s,
             z_m_noise: minimum.noise,
         };
+        // τ at the mean gap x̄ is τ (x̄/10 µm)^p: ∂/∂τ = (x̄/10 µm)^p, ∂/∂p = τ (x̄/10 µm)^p ln(x̄/10 µm), for x̄ held fixed.
         let mut by_tau = SVector::zeros();
         by_tau[TAU_MS] = MS * (parameters[LAG_EXPONENT] * ln_gap).exp();
         by_tau[LAG_EXPONENT] = tau_s * ln_gap;
@@ -182,6 +183,7 @@ pub(super) fn friction_at_rest(
         .zip(mu)
         .map(|(ratio, mu)| (mu - mu0 * ratio).powi(2))
         .sum();
+    // Var μ0 = s²/Σ m², s² the residuals' variance.
     let freedom = (ratios.len() - 1) as f64;
     FrictionLaw::paper(
         mu0,
@@ -206,6 +208,7 @@ pub(super) fn modelled_ratio_slopes(
         let gap_slopes = model.gap_slopes_m(sample).into_iter().zip(GAP_PARAMETERS);
         for (slopes, (gap_slope, parameter)) in slopes.iter_mut().zip(gap_slopes) {
             let direct_slope = fixed_gap_slopes.by(parameter, &model.loads.slopes[sample]);
+            // m = e^((x_t⁰ − x)/σ_t): dm/dθ = ∂m/∂θ − (m/σ_t) ∂x/∂θ.
             slopes.push(direct_slope - ratio / sigma * gap_slope);
         }
     }
@@ -229,6 +232,7 @@ fn friction_slopes(
             .iter()
             .zip(mu)
             .zip(&ratio_slope[model.lead..]);
+        // ∂μ0/∂θ = (Σ μ m′ − μ0 · 2 Σ m m′)/Σ m², m′ = ∂m/∂θ.
         let weighted_slope: f64 = samples
             .map(|((ratio, mu), slope)| (mu - 2.0 * mu0 * ratio) * slope)
             .sum();

@@ -1,4 +1,23 @@
 //! Model fitted by `dynamic` and `trial`: the impedance of one instance with a gap that lags behind its equilibrium.
+//!
+//! For the measured amplitude |x̃_p| and normal force f_n of each sample, in the order of the code:
+//!
+//! ```text
+//! S_f = S (f_n/f̄)^ν                                           contact area under the load
+//! T d(a²)/dt = |x̃_p|² − a²,  then a times r                    amplitude at the film
+//! F f_n = p_c S_f e^(−x_eq/σ_t) + (5/4) p0 S_f a²/x_eq²        equilibrium (Huloux 2021, Eqs. 13–17)
+//! τ (x/10 µm)^p dx/dt = x_eq − x                               levitation lag
+//! k_c = p_c S_f e^(−x/σ_t)/σ_t + 2 · (5/4) p0 S_f a²/x³        stiffness (Eq. 18); the forces need not balance
+//! Z_c = (η − i) k_c/ω,  Z_f = Z_t Z_c/(Z_t + Z_c)              contact and finger (Eqs. 6, 9)
+//! Z_m = Z_p + Δ + s Z_f/(1 + Y Z_f) + transient                s = L r² e^(iφ), Y = i y_r
+//! ```
+//!
+//! Parameters are ln σ_t, Z_t, τ, Δ, ln S, ln q0, ln η, ν, T, p, ln r, φ and y_r; ln L and ln F are 0 except in the effect of
+//! calibration errors. p_c = 0.375 q0 σ_t E/(1 − ν_P²) with Poisson's ratio ν_P. A finger where the mode shape is r times that
+//! at the pickup is driven at r ṽ_p, and its force acts on the mode as r f̃_c: hence r². Other modes, of mobility Y at the
+//! finger, slow the plate under it: from ṽ_f = ṽ_p − Y f̃_c and f̃_c = Z_f ṽ_f follow f̃_c/ṽ_p = Z_f/(1 + Y Z_f) and
+//! ṽ_f/ṽ_p = 1/(1 + Y Z_f). `dynamic` has ν = T = p = ln r = φ = y_r = 0. Within an instance ln σ_t, Z_t, Z_p and φ may be
+//! linear in time (`trend.rs`).
 
 use crate::first_order_lag::{GrowingLag, GrowthLaw};
 use nalgebra::DMatrix;
@@ -161,6 +180,8 @@ impl<'a> LaggedModel<'a> {
                 slope[sample] = equilibrium_slopes.by(parameter, &loads.slopes[sample]);
             }
         }
+        // For p = 0 the lag is linear in its input, and ∂x/∂θ is the lag of ∂x_eq/∂θ; for p ≠ 0 it also carries ∂τ/∂x ∂x/∂θ
+        // (`GrowingLag`).
         slopes.follow(&self.equilibrium, &self.gap, MS / self.interval_s);
         Some(contact)
     }
@@ -199,7 +220,9 @@ impl<'a> LaggedModel<'a> {
     /// each sample, lead-in included, after [`evaluate`](ImpedanceModel::evaluate).
     pub(super) fn response_to_force(&self) -> DMatrix<f64> {
         let (samples, total) = (self.z_m.len(), self.gap.len());
-        // A larger force is equivalent to a smaller area, apart from the growth of the area.
+        // x_eq depends on f_n/S_f alone, and S_f goes with f_n^ν: ∂x_eq/∂ ln f_n = (ν − 1) ∂x_eq/∂ ln S at the same sample. The
+        // lag spreads it over the neighbours and all later samples. k_c at a fixed gap goes with S_f:
+        // ∂Z_m(t)/∂ ln f_n(t′) = (∂Z_m/∂x)(t) ∂x(t)/∂ ln f_n(t′) + δ(t, t′) ν ∂Z_m/∂ ln S.
         let area_slope = self.area_exponent - 1.0;
         let mut response = DMatrix::zeros(2 * samples, total);
         let (mut impulse, mut gap) = (vec![0.0; total], vec![0.0; total]);
@@ -232,6 +255,8 @@ impl<'a> LaggedModel<'a> {
                     .contact_at(&contact, sample)
                     .stiffness_n_per_m(self.gap[sample], self.loads.amplitude_m[sample]);
                 let z = self.sample_impedance(&finger_parameters, z_c_per_stiffness * k_c, sample);
+                // A mass has m_t = Im Z_t/ω. For a spring, k_t/ω² = |Im Z_t|/ω takes its place, as k_c/ω² does for the contact.
+                // ∂Z_m/∂Z_f = s/(1 + Y Z_f)² carries the finger's transient over to Z_m.
                 Row {
                     contact_fraction: z.z_t / z.z_sum,
                     skin_fraction: z.z_c / z.z_sum,
@@ -256,6 +281,7 @@ impl<'a> LaggedModel<'a> {
                 .contact_at(&contact, sample)
                 .stiffness_n_per_m(self.gap[sample], self.loads.amplitude_m[sample]);
             let z = self.sample_impedance(&finger_parameters, z_c_per_stiffness * k_c, sample);
+            // |1 − i y_f Z|² ≈ 1 + 2 y_f Im Z, so ∂ ln a²/∂y_f = 2 Im Z.
             self.loads.slopes[sample].ln_film_by_mobility = 2.0 * z.z_finger.im;
         }
         Some(())
@@ -337,7 +363,7 @@ impl<'a> LaggedModel<'a> {
     /// Returns the best-fitting candidate with its best Z_t; `None` where the model allows none of the candidates.
     ///
     /// Given the gap, 1/(Z_m − Z_p) = 1/Z_t + 1/Z_c is linear in 1/Z_t; its estimate is the mean weighted like the impedance
-    /// residuals. The plate is taken as unloaded.
+    /// residuals. The plate is taken as unloaded, and s = 1, Y = 0.
     pub(super) fn best_start(
         &mut self,
         candidates: impl IntoIterator<Item = [f64; PARAMETERS]>,
@@ -369,6 +395,9 @@ impl<'a> LaggedModel<'a> {
                 contact.stiffness_n_per_m(gap, amplitude),
                 self.carrier_rad_per_s,
             );
+            // m = 1/(Z_m − Z_p) − 1/Z_c is one reading of 1/Z_t. An error δm is one of −(Z_m − Z_p)² δm in Z_m, so
+            // Σ|Z_m − Ẑ_m|² ≈ Σ w |m − 1/Z_t|² with w = |Z_m − Z_p|⁴. Minimum: 1/Z_t = Σ w m/Σ w, and there
+            // Σ w |m|² − |Σ w m|²/Σ w.
             let weight = finger.norm_sqr().powi(2);
             if weight > 0.0 {
                 let tissue_mobility = finger.inv() - z_c.inv();
@@ -410,6 +439,10 @@ impl ImpedanceModel<PARAMETERS> for LaggedModel<'_> {
             let fixed_gap_slopes = contact.stiffness_slopes_n_per_m(gap, amplitude);
             let k_c = contact.stiffness_n_per_m(gap, amplitude);
             let z = self.sample_impedance(&finger_parameters, z_c_per_stiffness * k_c, sample);
+            // From 1/Z_f = 1/Z_t + 1/Z_c: ∂Z_f/∂Z_c = (Z_t/(Z_t + Z_c))², ∂Z_f/∂Z_t = (Z_c/(Z_t + Z_c))². With Y = i y_r,
+            // d(s Z_f/(1 + Y Z_f)) = s (dZ_f − Z_f² dY)/(1 + Y Z_f)² + (s Z_f/(1 + Y Z_f)) d ln s.
+            // A parameter of contact or load acts on k_c at a fixed gap and through the lagged gap:
+            // dk_c/dθ = ∂k_c/∂θ + (∂k_c/∂x) ∂x/∂θ. Z_c = (η − i) k_c/ω gives ∂Z_c/∂k_c = (η − i)/ω, ∂Z_c/∂ ln η = η k_c/ω.
             let by_z_finger = z.mobility_factor * z.mobility_factor * z.finger_scale;
             let by_z_c = (z.z_t / z.z_sum).powi(2) * by_z_finger;
             let by_stiffness = by_z_c * z_c_per_stiffness;

@@ -1,8 +1,30 @@
 //! Least squares on the complex impedance of an instance, and the standard errors of its parameters.
+//!
+//! For residuals r_k = Ẑ_m(θ) − Z_m of sample k and slopes s_k = ∂r_k/∂θ, a vector over the free parameters,
+//! Levenberg–Marquardt minimises Σ|r_k|² over the 2n real and imaginary parts. In complex form the real normal equations of a
+//! step δ are
+//!
+//! ```text
+//! N δ = −g,   N = Σ Re(s_k* s_kᵀ),   g = Σ Re(s_k* r_k)
+//! Σ|r_k|² falls by −2 gᵀδ − δᵀN δ = gᵀN⁻¹g
+//! ```
+//!
+//! Standard errors do not assume equal variances: with σ_k² that of one part of r_k, floor² + (scale · shape_k)²
+//! ([`ResidualNoise`]), the gradient has the covariance Σ σ_k² Re(s_k* s_kᵀ), and so (Huber 1967; White 1980)
+//!
+//! ```text
+//! Cov θ = c N⁻¹ (Σ σ_k² Re(s_k* s_kᵀ)) N⁻¹ + (B − N⁻¹E)(B − N⁻¹E)ᵀ,   E = Σ Re(s_k* (S_kᵀB))
+//! ```
+//!
+//! c is the factor by which correlated r_k/σ_k lose information ([`correlation`]). Column j of B is the effect of one standard
+//! deviation of calibration error j on all parameters, S_k the slopes by all of them: the error moves the residuals by S_kᵀB,
+//! and the free parameters respond by −N⁻¹E (Schmidt 1966). A parameter held fixed has only its row of B.
 
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationReason};
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn, SMatrix, SVector};
+
+use crate::normal_matrix::inverse_of_normal;
 use num_complex::Complex64;
 
 use contact::calibration_errors::{ByError, ERRORS};
@@ -32,8 +54,6 @@ const PATIENCE: usize = 60;
 /// parameters' units, that is attributed to rounding.
 const MAX_RELATIVE_FALL: f64 = 1e-4;
 const MAX_ROUNDING_STEP: f64 = 1e-6;
-/// Pivot of the scaled normal matrix below which it is rounding, not information.
-const MIN_PIVOT: f64 = 1e-12;
 
 pub(crate) struct Minimum<const N: usize> {
     pub(crate) parameters: [f64; N],
@@ -226,15 +246,17 @@ fn summarise<M: ImpedanceModel<N>, const N: usize>(
         error_gradient += DMatrix::from_fn(size, ERRORS, |row, error| {
             (slope[problem.free[row]].conj() * errors[error]).re
         });
+        // Re(a* b) = Re a Re b + Im a Im b: both parts of the residual in one product.
         let product = DMatrix::from_fn(size, size, |row, column| {
             (slope[problem.free[row]].conj() * slope[problem.free[column]]).re
         });
         scatter += &product * deviation.powi(2);
         normal += product;
     }
-    let inverse = invert_scaled(&normal);
+    let inverse = inverse_of_normal(&normal);
     let step = inverse.as_ref().map(|inverse| inverse * &gradient);
     // Rejected steps out of the domain shorten the steps that follow, and a short step can be mistaken for convergence.
+    // `step` is N⁻¹g, so `step.dot(&gradient)` is the fall gᵀN⁻¹g that the Gauss–Newton step −N⁻¹g would bring.
     let is_unfinished = step.is_some_and(|step| {
         step.amax() > MAX_ROUNDING_STEP && step.dot(&gradient) > MAX_RELATIVE_FALL * squares
     });
@@ -265,32 +287,11 @@ fn summarise<M: ImpedanceModel<N>, const N: usize>(
     }
 }
 
-/// Inverts a normal matrix, scaled to unit diagonal first so that units do not decide which pivots count as singular.
-fn invert_scaled(normal: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let scale = normal.diagonal().map(|entry| entry.sqrt().recip());
-    if !scale.iter().all(|s| s.is_finite()) {
-        return None;
-    }
-    let scaled_matrix = DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| {
-        normal[(i, j)] * scale[i] * scale[j]
-    });
-    let factor = scaled_matrix.cholesky()?;
-    if factor
-        .l_dirty()
-        .diagonal()
-        .iter()
-        .any(|pivot| pivot.powi(2) < MIN_PIVOT)
-    {
-        return None;
-    }
-    let inverse = factor.inverse();
-    Some(DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| {
-        inverse[(i, j)] * scale[i] * scale[j]
-    }))
-}
-
 /// Returns 1 + 2 Σ ρ_k over the lags before the autocorrelation first vanishes. Neighbouring residuals share the demodulator's
 /// window and the model's error, so n samples carry less information than n independent values.
+///
+/// ρ_k = Σ_j Re(r_j* r_(j+k))/Σ_j |r_j|². For slopes that change little while the correlation lasts,
+/// Var Σ s_j r_j = Σ_jk s_j s_k ρ_|j−k| σ² ≈ (1 + 2 Σ ρ_k) σ² Σ s_j² (Bayley & Hammersley 1946).
 pub(crate) fn correlation(residuals: &[Complex64]) -> f64 {
     let autocovariance = |lag: usize| {
         residuals

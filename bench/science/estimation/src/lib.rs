@@ -22,6 +22,18 @@
 //! On records of the model's own equations `dynamic` recovers every parameter to 2e-6, and its standard errors match the
 //! scatter of repeated fits (`tests/fits/`). σ_t, Z_t and τ are conditional on the assumed constants: on the first
 //! simulation with S wrong by 20 % σ_t moves by up to 4.4 % and τ by up to 0.7 ms, while μ stays within 0.005 RMS.
+//!
+//! # Order of reading
+//! | topic | module |
+//! | --- | --- |
+//! | published method: one unknown, σ_t | [`paper`] |
+//! | model with a lagging gap, and its slopes | `lagged_model`, on `loads`, `trend`, `transient`, [`first_order_lag`] |
+//! | fit of one instance, standard errors | [`dynamic`], `candidate_fit`, `least_squares` |
+//! | fit of a trial: cost, priors, order of the search | [`trial`], `trial/members`, `trial/search` |
+//! | covariance of the residuals | `trial/scatter` |
+//! | plate between readings | [`plate_course`], `trial/plate` |
+//! | friction | `trial/friction`, `trial/friction_spread`, [`random_walk`] |
+//! | least squares in blocks, its minimum and covariance | [`arrowhead`] |
 
 pub mod arrowhead;
 mod candidate_fit;
@@ -38,6 +50,7 @@ mod lagged_model;
 mod least_squares;
 mod loads;
 mod modelled_series;
+mod normal_matrix;
 pub mod paper;
 pub mod plate_course;
 pub mod random_walk;

@@ -3,6 +3,11 @@
 //! The contact area grows with the normal force as S (f_n/f̄)^ν; for finger pads ν is 0.3 to 0.6, less than Hertz's 2/3
 //! (Adams et al. 2013). The film responds to the squared amplitude of a moment earlier, because its pressure needs some cycles
 //! of the carrier to build up. The published model has neither effect.
+//!
+//! ```text
+//! T d(a²)/dt = |x̃_p|² − a²                                    mean of the squared amplitude over T
+//! amplitude at the film = r a e^(y_f g/2),  g = ∂ ln a²/∂y_f    amplitude ratio r, residual mobility y_f of other modes
+//! ```
 
 use crate::first_order_lag::Lag;
 
@@ -68,6 +73,7 @@ impl Loads {
             }
             let slopes = &mut self.slopes[sample];
             if film_m2 > 0.0 {
+                // ∂ ln a²/∂T = (∂a²/∂T)/a², with T in ms rather than in sampling intervals.
                 slopes.ln_film_by_mean_ms = self.by_mean_m2[sample] * intervals_per_ms / film_m2;
             }
             if film_mean_intervals != 0.0 {

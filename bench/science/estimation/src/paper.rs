@@ -7,6 +7,18 @@
 //! σ_t minimises Σ|Z_m,model − Z_m|² over the instance, complex. Then follow k_c(t) by Eq. 12, the gap by Eq. 18 and μ by
 //! Eq. 19. The method treats every instant as a steady state, and the amplitude where Z_t is read as rest. This biases σ_t
 //! upwards and Z_t downwards; the bias is part of the method.
+//!
+//! The unknown is ln σ_t alone; the data are the n plain impedances. All of these are functions of ln σ_t, with x the root of
+//! Eq. 17:
+//!
+//! ```text
+//! Z_t = F Z_c⁰/(Z_c⁰ − F),  F = Z_m⁰ − Z_p,  Z_c⁰ = (η − i) ⟨f_c⟩/(ω σ_t)                   (21)
+//! k_c = f_r/σ_t + 2 (⟨f_c⟩ − f_r)/x,  f_r = p_c S e^(−x/σ_t),  Z_c = (η − i) k_c/ω          (18)
+//! Z_m = Z_p + Z_t Z_c/(Z_t + Z_c)                                                          (9)
+//! ```
+//!
+//! Least squares is maximum likelihood for independent normal errors of one variance. Levenberg–Marquardt starts from the best
+//! σ_t of a grid.
 
 use num_complex::Complex64;
 
@@ -243,6 +255,7 @@ impl<'a> PaperModel<'a> {
             self.carrier_rad_per_s,
         );
         let finger = self.finger_at_rest;
+        // ∂Z_t/∂Z_c⁰ = ((Z_c⁰ − F) F − F Z_c⁰)/(Z_c⁰ − F)² = −F²/(Z_c⁰ − F)², and k_c⁰ = ⟨f_c⟩/σ_t: ∂Z_c⁰/∂ ln σ_t = −Z_c⁰.
         let by_z_c0 = -(finger / (z_c0 - finger)).powi(2);
         (
             tissue_from_observed(finger, Complex64::ZERO, z_c0),
@@ -344,6 +357,8 @@ impl ImpedanceModel<1> for PaperModel<'_> {
         let normal_n = self.normal_n[0];
         for (index, &gap) in self.gap_m.iter().enumerate() {
             let k_c = contact.balance_stiffness_n_per_m(gap, normal_n);
+            // dk_c/d ln σ_t = ∂k_c/∂ ln σ_t + (∂k_c/∂x) ∂x/∂ ln σ_t, x the root of Eq. 17.
+            // dZ_m/d ln σ_t = (Z_t/(Z_t + Z_c))² (η − i)/ω dk_c/d ln σ_t + (Z_c/(Z_t + Z_c))² dZ_t/d ln σ_t.
             let by_ln_sigma = contact.balance_stiffness_slopes_n_per_m(gap).by_ln_sigma_t
                 + contact.balance_stiffness_slope_n_per_m2(gap, normal_n)
                     * contact

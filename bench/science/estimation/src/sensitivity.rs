@@ -53,6 +53,7 @@ pub(super) fn sensitivities(
     };
     let q0 = central_difference(|assumed, factor| assumed.q0_rad_per_m *= factor)?;
     let contact_area = central_difference(|assumed, factor| assumed.contact_area_m2 *= factor)?;
+    // −d ln(1 − ν²)/d ln ν = 2ν²/(1 − ν²).
     let nu_squared = conditions.assumed.poisson_ratio.powi(2);
     let per_nu = 2.0 * nu_squared / (1.0 - nu_squared);
     let poisson_ratio = Sensitivity {

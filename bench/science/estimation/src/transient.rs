@@ -8,7 +8,10 @@
 //! f̃_c = Z_c ũ + (k_c/ω²) dũ/dt = Z_t w̃ + m_t dw̃/dt,   ũ + w̃ = ṽ
 //! ```
 //!
-//! so that with A = Z_t/(Z_t + Z_c) and B = Z_c/(Z_t + Z_c), the fractions of ṽ on spring and skin,
+//! The first follows from ũ = iω ẽ + dẽ/dt for the elongation ẽ: ẽ = ũ/(iω) + (1/ω²) dũ/dt to first order, and
+//! f̃_c = k_c ẽ + b_c ũ. The rates are those of the steady state, ũ = A ṽ and w̃ = B ṽ, with A = Z_t/(Z_t + Z_c) and
+//! B = Z_c/(Z_t + Z_c), the fractions of ṽ on spring and skin. Eliminating w̃ gives
+//! ũ = A ṽ + (m_t dw̃/dt − (k_c/ω²) dũ/dt)/(Z_t + Z_c), and with it
 //!
 //! ```text
 //! f̃_c/ṽ = Z_t Z_c/(Z_t + Z_c) + (k_c/ω²) A (A d ln ṽ/dt + dA/dt) + m_t B (B d ln ṽ/dt + dB/dt)

@@ -24,6 +24,7 @@ where
     let begin = pause_before.map_or(0, |last| last + 1);
     let end = pause_after.map_or(times_s.len(), |last| index + last + 1);
     let neighbours_s = &times_s[begin..end];
+    // Least-squares slope Σ (t − t̄) v/Σ (t − t̄)².
     let mean_s = neighbours_s.iter().sum::<f64>() / neighbours_s.len() as f64;
     let spread: f64 = neighbours_s
         .iter()

@@ -72,6 +72,7 @@ impl CarrierLevel {
                 .skip(channel)
                 .step_by(stream_channels);
             total_power += samples.map(|&x| f64::from(x).powi(2)).sum::<f64>() / hop as f64;
+            // Re[X̃ e^{iωt}] has the mean square |X̃|²/2.
             band_power += envelope.value.norm_sqr() / 2.0;
             hops += 1;
         })?;

@@ -293,6 +293,9 @@ impl<const N: usize> Demodulator<N> {
             channel.samples.drain(..outputs * first.decimation);
         }
 
+        // The taps turn each window relative to its own centre j·d (d the decimation): Σ g₁(n) x(jd + n) e^{−iωn} is still
+        // turned by e^{+iωjd}. The factor e^{−iωjd} = e^{−iω·hop·⌊j/J⌋} e^{−iωd·(j mod J)}, J outputs per hop, refers it to
+        // sample 0.
         let hop = self.filter.hop();
         let mut j = 0;
         while j < outputs {

@@ -98,6 +98,10 @@ pub enum FilterError {
 /// per frame, then a Kaiser-windowed low-pass that compensates the first one's droop and decimates to the frame rate.
 /// The envelope's time derivatives come from the second stage's analytic derivative.
 ///
+/// The first stage is g₁(n) = w₁(n)/Σw₁ with the real gain G₁(f) = Σ g₁(n) cos(2πfn/rate), w₁ a Kaiser window. The second is
+/// g₂(t) = w₂(t) s(t), the window w₂ times the ideal low-pass s(t) = ∫₀^f_c 2 cos(2πft)/G₁(f) df, which has the gain 1/G₁ up to
+/// the cut-off f_c. Both together have the gain G₁/G₁ = 1 in the pass-band, and w₂ smooths the edge.
+///
 /// Measured at the default 2 kHz by `tests/integration/filter.rs` (96, 100 and 192 kHz):
 ///
 /// | | |
@@ -253,6 +257,7 @@ impl Filter {
     /// Returns the ratio of the standard deviation of one quadrature of the envelope to that of white noise of the samples.
     #[must_use]
     pub fn noise_gain(&self) -> f64 {
+        // Quadrature of 2 Σ h x e^{−iωt}: 2σ² Σh².
         (2.0 * energy(&self.impulse.taps[0])).sqrt()
     }
 
@@ -269,6 +274,7 @@ impl FirstStage {
         let taps: Vec<Complex64> = centred(window)
             .map(|(n, h)| {
                 let turned = phase.rotation_at(n.abs() as u64);
+                // 2 g₁(n) e^{−iωn/rate} for either sign of n.
                 2.0 * h * if n < 0.0 { turned } else { turned.conj() }
             })
             .collect();
@@ -314,6 +320,7 @@ impl SecondStage {
             let scale = 1.0 / (edge * step_s);
             let [w, dw, ddw] = kaiser.at(t * scale);
             let (dw, ddw) = (dw * scale, ddw * scale * scale);
+            // h = s w, h′ = s′ w + s w′, h″ = s″ w + 2 s′ w′ + s w″; t runs against m, so these are the taps at T = 0.
             taps[0].push(s * w);
             taps[1].push(ds * w + s * dw);
             taps[2].push(dds * w + 2.0 * ds * dw + s * ddw);
@@ -325,6 +332,7 @@ impl SecondStage {
             taps: taps.each_ref().map(|taps| at_sample_rate(taps)),
         };
 
+        // Probe at the offset Δ: p(m) = h(m) e^{−iΔm}, the low-pass moved to +Δ; its conjugate is at −Δ.
         let probes = PROBE_OFFSETS.map(|offset| {
             let turn = TAU * offset * f64::from(settings.output_rate_hz) * step_s;
             let part = |f: fn(f64) -> f64| -> Vec<f64> {
@@ -332,6 +340,8 @@ impl SecondStage {
             };
             [part(f64::cos), part(f64::sin)]
         });
+        // White noise of the samples with variance σ² gives a quadrature the variance 2σ² Σh² (X̃ = 2 Σ h x e^{−iωt}: 4σ² Σh²
+        // for both), and a probe the power 4σ² Σ|p|². Their ratio is (Σh²/2)/Σ|p|².
         let quadrature = energy(&impulse.taps[0]) / 2.0;
         let probe_gain = probes.each_ref().map(|[re, im]| {
             quadrature / (energy(&at_sample_rate(re)) + energy(&at_sample_rate(im)))
@@ -395,6 +405,8 @@ fn normalise([value, slope, curvature]: &mut [Vec<f64>; 3], step_s: f64) {
     };
     scale(value, 1.0 / moment(value, 0));
     scale(slope, 1.0 / moment(slope, 1));
+    // Moments M_k(c) = Σ c(m) t_m^k. By symmetry the slope's M₀ and M₂ are 0 and the curvature's M₁ too. The curvature is
+    // a (c − M₀(c) v) with v the value's taps: M₀ = 0, M₂ = 2 (d²t²/dt²) for a = 2/(M₂(c) − M₀(c) M₂(v)).
     let (offset, spread) = (moment(curvature, 0), moment(value, 2));
     scale(curvature, 2.0 / (moment(curvature, 2) - offset * spread));
     let offset = moment(curvature, 0);

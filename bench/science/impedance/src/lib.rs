@@ -12,6 +12,16 @@
 //! | mapping of another device's clock to the host's | [`clock_alignment`] |
 //! | number of samples lost in an overrun | [`sample_loss`] |
 //!
+//! # From samples to Z_m
+//! A channel is x(t) = Re[X̃(t) e^{iωt}] plus noise, ω = 2π · carrier. [`Filter`] is a real, even low-pass h of unit gain, and
+//! [`Demodulator`] computes with it, once per frame, at the frame's time T,
+//! ```text
+//!  X̃(T) = 2 Σ h(T − t_n) x(t_n) e^{−iωt_n},    dX̃/dT with h′,    d²X̃/dT² with h″
+//! ```
+//! The factor 2 is there because half of a real signal's power lies at −ω, where h rejects it. Drive and pickup pass the
+//! same h, so its gain cancels in their ratio. [`Zm`] turns both envelopes and the derivatives into Z_m by the plate's
+//! equation of motion. Every frame carries the standard deviation of one quadrature, from white noise next to the carrier.
+//!
 //! Conventions, for the whole crate: exp(+iωt), peak amplitudes, SI units named in identifiers.
 //! No input or output, no threads: `clippy.toml` next to this crate's `Cargo.toml` disallows them.
 

@@ -50,6 +50,7 @@ impl NoiseFloor {
         {
             let taps = probe.each_ref().map(Vec::as_slice);
             let [[rr, ri], [ir, ii]] = kernel::inner_products([re, im], taps);
+            // z = re + i im, p = p_r + i p_i: |Σ z p|² at +Δ and |Σ z p*|² at −Δ, with rr = Σ re p_r, ri = Σ re p_i, and so on.
             let upper = (rr - ii).powi(2) + (ri + ir).powi(2);
             let lower = (rr + ii).powi(2) + (ir - ri).powi(2);
             for (variance, power) in variance.iter_mut().zip([upper, lower]) {

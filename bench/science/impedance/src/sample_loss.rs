@@ -1,7 +1,8 @@
 //! Number of samples lost in an overrun, from the phase of the drive channel.
 
 use crate::carrier_phase::CarrierPhase;
-use std::f64::consts::{PI, TAU};
+use statistics::wrap_rad;
+use std::f64::consts::PI;
 
 /// Jump of the drive envelope's phase across the loss, when demodulated without accounting for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,8 +77,8 @@ pub enum SampleLossError {
 const MOST_CANDIDATES: u64 = 60 * 192_000;
 
 /// Returns the exact number k of frames lost at the converter's input. k lost frames rotate the envelope's phase by
-/// 2π·k·carrier/rate, which determines k modulo the carrier's period; the timestamps determine the multiple.
-///
+/// 2π·k·carrier/rate, which determines k modulo the carrier's period; the timestamps determine the multiple: after the loss
+/// sample n is that of n + k, and cos(ω(n + k)/rate) demodulated with e^{−iωn/rate} has the phase +ωk/rate.
 ///
 /// ```
 /// use impedance::sample_loss::{PhaseJump, TimestampEstimate, lost_frames};
@@ -134,7 +135,7 @@ pub fn lost_frames(
     let phase = CarrierPhase::new(carrier_hz, sample_rate_hz);
     let mut nearest_rad = PI;
     let mut fitting = (lowest..=highest).filter(|&k| {
-        let residual_rad = wrap(jump_rad - phase.rotation_at(k).arg()).abs();
+        let residual_rad = wrap_rad(jump_rad - phase.rotation_at(k).arg()).abs();
         nearest_rad = nearest_rad.min(residual_rad);
         residual_rad <= tolerance_rad
     });
@@ -156,18 +157,15 @@ pub fn lost_frames(
     }
 }
 
-/// Returns the angle wrapped to −π to π.
-fn wrap(angle_rad: f64) -> f64 {
-    angle_rad - TAU * (angle_rad / TAU).round()
-}
-
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
     use proptest::prelude::*;
 
     fn phase_jump_rad(carrier_hz: f64, rate: u32, k: u64) -> f64 {
-        wrap(TAU * (carrier_hz * k as f64 / f64::from(rate)).fract())
+        wrap_rad(TAU * (carrier_hz * k as f64 / f64::from(rate)).fract())
     }
 
     proptest! {

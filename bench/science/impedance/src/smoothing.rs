@@ -29,6 +29,8 @@ mod sealed {
             impl Section for $value {
                 type State = DirectForm2Transposed<f64, $value>;
                 fn settled(c: Coefficients<f64>, level: Self) -> Self::State {
+                    // y = b₀x + s₁, s₁ ← b₁x − a₁y + s₂, s₂ ← b₂x − a₂y. Steady at x = y = L, as the gain at 0 Hz is 1:
+                    // s₁ = L (1 − b₀), s₂ = L (b₂ − a₂).
                     let mut section = DirectForm2Transposed::new(c);
                     section.s1 = level * (1.0 - c.b0);
                     section.s2 = level * (c.b2 - c.a2);
@@ -80,6 +82,9 @@ pub enum SmoothingError {
 }
 
 /// Second-order Butterworth low-pass, by bilinear transform with the cut-off prewarped.
+///
+/// H(s) = 1/(s² + √2 s + 1) at s = (1/K)(1 − z⁻¹)/(1 + z⁻¹) with K = tan(π f_c/rate): |H|² = 1/(1 + (f′/f_c′)⁴) with the
+/// frequencies f′ = tan(πf/rate). Forward and backward the gain is |H|², real.
 ///
 /// Coefficients and zero-phase results agree with scipy.signal.butter(2) and sosfiltfilt to 1e-12
 /// (`coefficients_agree_with_scipy`, `zero_phase_agrees_with_scipy`).

@@ -67,12 +67,14 @@ impl Transient {
                     w[i].displacement_m * Complex64::cis(-turned_rad)
                 });
                 let step_s = (w[4].time_s - w[0].time_s) / 4.0;
+                // x′ = [8 (x₁ − x₋₁) − (x₂ − x₋₂)]/(12h) + O(h⁴),  x″ = [16 (x₁ + x₋₁) − 30 x₀ − (x₂ + x₋₂)]/(12h²) + O(h⁴).
                 let slope = (8.0 * (x[3] - x[1]) - (x[4] - x[0])) / (12.0 * step_s);
                 let curvature =
                     (16.0 * (x[3] + x[1]) - 30.0 * x[2] - (x[4] + x[0])) / (12.0 * step_s.powi(2));
-                // Both quadratures of the slope.
+                // Both quadratures of dṽ/dt ≈ iω x′: 64 + 64 + 1 + 1 = 130 times σ² ω²/(12h)² in each.
                 noise += 2.0 * 130.0 * (omega * w[2].amplitude_std_m / (12.0 * step_s)).powi(2);
                 let acceleration = i_omega * slope + curvature;
+                // f̃ = Z_p ṽ + M c,  M = m_p + k_p/ω²,  c = [m_p dṽ/dt + i (k_p/ω) dx̃/dt]/M, which is dṽ/dt to first order.
                 Term {
                     time_s: w[2].time_s,
                     velocity: i_omega * x[2] + slope,
@@ -93,6 +95,9 @@ impl Transient {
         if freedom == 0 || velocities == 0.0 || forces == 0.0 {
             return None;
         }
+        // Least squares of f̃ = (Z + Z₁ (t − t̄)) ṽ + M' c over all stretches, Z and Z₁ those of each. Without their parts
+        // along ṽ and (t − t̄) ṽ: M' = Σ c⊥* f̃⊥/Σ|c⊥|² (Frisch & Waugh 1933), then Z = Σ ṽ* (f̃ − M' c)/Σ|ṽ|², the mean
+        // over the stretches, and the residual power is Σ|f̃⊥|² − |M'|² Σ|c⊥|².
         let change_power = sum(|stretch| stretch.change_residual);
         let cross_power: Complex64 = stretches.iter().map(|stretch| stretch.cross_residual).sum();
         let mass = cross_power / change_power;
@@ -106,13 +111,18 @@ impl Transient {
         let mass_error = (residual_power / freedom as f64 / change_power).sqrt();
 
         let ratio_s = mass / impedance;
-        // Re(M/Z_p), by which the errors of M' are divided; it is small off the resonance.
+        // Re(M/Z_p) = √(|M/Z|² − Im²(M'/Z)), positive because Re Z_p is: |Z| = |Z_p|, and d is real. It is small off the
+        // resonance.
         let in_phase_s = ((free_mass_kg / impedance.norm()).powi(2) - ratio_s.im.powi(2)).sqrt();
         let delay_s = ratio_s.re - in_phase_s;
+        // Relative to the drive's own carrier, Δω off, the delayed pickup also lags by Δω d. Z/Z_p = Z (M'/Z − d)/M.
         let turned_rad = turning_rad_per_s * delay_s;
         let phase_rad = (impedance * (ratio_s - delay_s) * Complex64::cis(-turned_rad)).arg();
-        // Noise of dṽ/dt reduces M' in proportion to its power.
+        // Noise of dṽ/dt reduces M' in proportion to its power: to (1 − noise/Σ|c⊥|²) M, where Σ|c⊥|² includes the noise. The
+        // standard error of one part of M' is 1/√2 of that of both.
         let error_kg = (FRAC_1_SQRT_2 * mass_error).hypot(free_mass_kg * noise / change_power);
+        // With β = arg(M/Z_p), sin β = Im(M'/Z)/|M/Z|: δφ = δβ = δ Im(M'/Z)/Re(M/Z_p). From d = Re(M'/Z) − |M/Z| cos β with
+        // equal errors of both parts: δd = |δM'/Z|/cos β = δφ |M/Z|.
         let phase_error_rad = error_kg / (impedance.norm() * in_phase_s);
         (phase_rad.is_finite() && delay_s.is_finite()).then(|| Self {
             phase_rad,
@@ -173,6 +183,7 @@ impl Stretch {
             projections(|term| term.force),
             projections(|term| term.change),
         );
+        // ⟨a⊥, b⊥⟩ = Σ a* b − (Σ ṽ* a)* Σ ṽ* b/Σ|ṽ|² − the same with (t − t̄) ṽ.
         let orthogonal_part =
             |a: (Complex64, Complex64), b: (Complex64, Complex64), total: Complex64| {
                 let growing = if linear_power > 0.0 {
@@ -212,6 +223,7 @@ impl Stretch {
 
 /// Returns the rotation rate of the drive's envelope, rad/s; 0 if no two frames are neighbours.
 fn turning_rad_per_s(frames: &[ZmFrame], step: u64) -> f64 {
+    // arg Σ e^{iΔφ} over neighbouring frames, Δφ = arg(Ũ_n Ũ*_(n−1)), divided by the frame interval.
     let (mut turns, mut step_s) = (Complex64::ZERO, f64::INFINITY);
     for w in frames.windows(2) {
         let drives = w[1].drive_v * w[0].drive_v.conj();

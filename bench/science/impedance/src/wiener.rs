@@ -4,7 +4,12 @@
 //! force taken for noise (τ is read 0.1 ms short). The sensor's noise is estimated from the record: its white noise alone
 //! remains in the upper part of the band. Below, H(f) = 1 − 1.2 N/P(f) (after Wiener 1949), with the record's own
 //! spectrum P.
+//!
+//! The reading is y = f + n with the power P = F + N. The filter H that minimises ⟨|H y − f|²⟩ = (1 − H)² F + H² N at each
+//! frequency is H = F/(F + N) = (P − N)/P = 1 − N/P, and 0 where P < N. P is the median over stretches at each frequency,
+//! averaged over a range of f·1.25^±1; N is the median of P over the upper band.
 
+use statistics::median;
 use std::ops::RangeInclusive;
 
 use realfft::RealFftPlanner;
@@ -88,13 +93,7 @@ impl Spectrum {
             }
         }
         // A touch or a lift-off contains all frequencies at once, and would bias a mean.
-        let power = powers
-            .iter_mut()
-            .map(|bin_powers| {
-                bin_powers.sort_by(f64::total_cmp);
-                0.5 * (bin_powers[(bin_powers.len() - 1) / 2] + bin_powers[bin_powers.len() / 2])
-            })
-            .collect();
+        let power = powers.into_iter().map(median).collect::<Option<_>>()?;
         Some(Self {
             step_hz: rate_hz / stretch as f64,
             power,
@@ -182,6 +181,7 @@ fn multiplied(
         } else {
             passes(bin as f64 * step_hz)
         };
+        // The inverse transform of the planner is not normalised: 1/(2n) for any number of output values.
         *value *= part / (2 * n) as f64;
     }
     // The component at half the old rate would appear twice.

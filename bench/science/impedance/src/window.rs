@@ -18,6 +18,7 @@ impl Kaiser {
     pub fn at(self, u: f64) -> [f64; 3] {
         let b2 = self.beta * self.beta;
         let z2 = b2 * (1.0 - u * u).max(0.0);
+        // w = I₀(z)/I₀(β) with z = β√(1 − u²):  w′ = −β²u (I₁/z)/I₀(β),  w″ = (β⁴u² I₂/z² − β² I₁/z)/I₀(β).
         // With I₀′ = I₁ and (Iₙ/zⁿ)′ = Iₙ₊₁/zⁿ, and dz/du = −β²u/z.
         let i0 = bessel_over_power(0, z2);
         let i1 = bessel_over_power(1, z2);
@@ -33,6 +34,7 @@ impl Kaiser {
 
 /// Returns Iₙ(z)/zⁿ, given z², by the power series, in which all terms are positive (DLMF 10.25.2).
 fn bessel_over_power(order: u32, z_squared: f64) -> f64 {
+    // Iₙ(z)/zⁿ = Σ_k (z²/4)^k/(2ⁿ k! (n + k)!): term k is term k − 1 times (z²/4)/(k (n + k)).
     let factorial: f64 = (1..=order).map(f64::from).product();
     let mut term = 1.0 / (2f64.powi(order as i32) * factorial);
     let mut sum = term;

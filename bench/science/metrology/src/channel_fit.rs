@@ -3,6 +3,7 @@
 use crate::fitted_value::FittedValue;
 use crate::regression::{Line, LineError, LinePoint};
 use num_complex::Complex64;
+use statistics::wrap_rad;
 use std::f64::consts::{PI, TAU};
 
 /// The ratio of the two channels' envelopes at one tone.
@@ -85,18 +86,20 @@ impl ChannelFit {
             (gain, sorted[i].sigma * gain)
         }))?;
         let (gain, delay_s) = (size.offset, -turning.slope / TAU);
-        let unexplained_rad = wrap(turning.offset + TAU * carrier_hz * delay_s);
+        // A pure delay d, of either polarity: arg = −2πf d (+ π) = −2πf_c d (+ π) − 2π(f − f_c) d. The slope of the phase gives
+        // d, and the phase at f_c plus 2πf_c d is 0 or π. The rest, over 2πf_c, is the slope's delay less that of the phase.
+        let unexplained_rad = wrap_rad(turning.offset + TAU * carrier_hz * delay_s);
         // For a pure delay, phase and slope agree; the phase of an inverted channel is off by half a turn.
         let inverted = unexplained_rad.abs() > PI / 2.0;
         let half_turn = if inverted { PI } else { 0.0 };
-        let excess_s = wrap(unexplained_rad - half_turn) / (TAU * carrier_hz);
+        let excess_s = wrap_rad(unexplained_rad - half_turn) / (TAU * carrier_hz);
         let mut fit = Self {
             gain: FittedValue {
                 value: gain,
                 standard_error: size.offset_error,
             },
             phase_rad: FittedValue {
-                value: wrap(turning.offset),
+                value: wrap_rad(turning.offset),
                 standard_error: turning.offset_error,
             },
             delay_s: FittedValue {
@@ -154,6 +157,7 @@ pub fn find_slip(
         .map(|slip| {
             let mut corrected = readings.to_vec();
             for reading in &mut corrected[slip.reading..] {
+                // k samples late: e^{−2πi f k/rate}, undone by its conjugate.
                 let turn = TAU * reading.frequency_hz / sample_rate_hz;
                 reading.ratio *= Complex64::cis(turn * f64::from(slip.samples));
             }
@@ -161,11 +165,6 @@ pub fn find_slip(
         })
         .min_by(|a, b| a.0.total_cmp(&b.0))?;
     (best.0 < EXPLAINED * raggedness).then_some(best.1)
-}
-
-/// Returns the angle between −π and π, rad.
-fn wrap(angle: f64) -> f64 {
-    angle - TAU * ((angle + PI) / TAU).floor()
 }
 
 #[cfg(test)]
@@ -216,7 +215,7 @@ mod tests {
     #[test]
     fn intervals_hold_the_truth() {
         let (gain, delay_s) = (0.97, 2.4 / RATE_HZ);
-        let phase = wrap(-TAU * CARRIER_HZ * delay_s);
+        let phase = wrap_rad(-TAU * CARRIER_HZ * delay_s);
         let mut covered = [0; 3];
         for seed in 0..1000 {
             let fit = ChannelFit::fit(&readings(gain, delay_s, 1e-5, seed), CARRIER_HZ).unwrap();

@@ -4,6 +4,9 @@ use num_complex::Complex64;
 
 /// y = slope · x by least squares, x without error and y with the same error at every point.
 ///
+/// slope = Σ x* y/Σ|x|². Each part of y has the variance s² = Σ|y − slope · x|²/(2n − 2), so each part of the slope has
+/// s²/Σ|x|². Relative to |slope|, the part along the slope is the error of its amplitude, the part across it that of its phase.
+///
 /// ```
 /// use metrology::complex_slope::ComplexSlope;
 /// use num_complex::Complex64;

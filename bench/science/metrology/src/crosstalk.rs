@@ -131,6 +131,8 @@ impl Crosstalk {
             [&first, &second].map(|row| (row.chi_squared / degrees_of_freedom as f64).sqrt());
         let covariances = [&first, &second].map(|row| row.covariance);
         let entry = |i: usize, j: usize| {
+            // δM = −M δA M: δM_ij = −Σ_k M_ik (δa_k · m_j) with a_k row k of A and m_j column j of M. Row k contributes the
+            // variance M_ik² m_jᵀ C_k m_j with C_k the covariance of a_k.
             let column: Vector2<f64> = inverse.column(j).into_owned();
             let part = |row: usize| {
                 let variance = (column.transpose() * covariances[row] * column).x;
@@ -172,6 +174,7 @@ struct AxisResponse {
 
 impl AxisResponse {
     fn fit(loadings: &[Loading], axis: usize) -> Result<Self, CrosstalkError> {
+        // a = (Σ w F Fᵀ)⁻¹ Σ w y F with w = 1/σ², and the inverse is the covariance of a.
         let (mut normal, mut moment) = (Matrix2::zeros(), Vector2::zeros());
         for loading in loadings {
             let force = Vector2::from(loading.force_n);

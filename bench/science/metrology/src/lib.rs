@@ -12,6 +12,9 @@
 //! | the plate's resonance, quality and static response | [`plate_fit`] |
 //! | the matrix of a two-axis force sensor | [`crosstalk`] |
 //!
+//! Each fit is least squares, with equal weights or those of known deviations. Standard errors come from the inverse of the
+//! normal matrix, scaled by the scatter of the residuals; with known deviations, only where the scatter exceeds them.
+//!
 //! Conventions, for the whole crate: exp(+iωt), peak amplitudes, SI units named in identifiers.
 //! No input or output, no threads: `clippy.toml` next to this crate's `Cargo.toml` disallows them.
 

@@ -10,13 +10,19 @@
 //! 2000, section 4.3). The delay is tied to its phase φ at resonance, because an independent delay cannot be separated from A
 //! and C₀ in a narrow band: a pickup with a phase that is not a delay causes an error of φ/(2Q) in A. With x̃ = M
 //! e^{+iφ}·sample and f̃ = γ V·sample the constants follow: k_p = (2πf₀)² m_p, b_p = 2πf₀ m_p/Q, γ = A k_p M/V.
+//!
+//! The first term is the unloaded plate (k_p − ω² m_p + iω b_p) x̃ = f̃ with r = f/f₀ = ω/√(k_p/m_p) and Q = √(k_p m_p)/b_p:
+//! x̃/f̃ = (1/k_p)/(1 − r² + i r/Q), and the ratio of the samples is γV/(M k_p) e^{−iφ}/(1 − r² + i r/Q), so A = γV/(M k_p).
+//! Unknown are f₀, ln Q, ln A, φ and the complex C₀ and C₁: eight real parameters. Σ|H − ratio|² over the tones is minimised by
+//! Levenberg–Marquardt with analytic slopes, from a start read off the peak and its two neighbours.
 
 use crate::fitted_value::FittedValue;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn};
 use num_complex::Complex64;
-use std::f64::consts::{FRAC_PI_2, PI};
+use statistics::wrap_rad;
+use std::f64::consts::FRAC_PI_2;
 
 /// The response at one frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -146,7 +152,7 @@ impl PlateFit {
                 standard_error: static_ratio * error(2, channel_match),
             },
             pickup_phase_rad: FittedValue {
-                value: wrap(p[3]),
+                value: wrap_rad(p[3]),
                 standard_error: error(3, channel_match),
             },
             residual: (squares / responses.len() as f64).sqrt() / largest,
@@ -202,6 +208,8 @@ fn coarse(responses: &[Response]) -> Result<CoarseResonance, PlateFitError> {
         let r = responses[i];
         (r.frequency_hz, r.ratio.norm_sqr().recip())
     };
+    // y = 1/|H|² ∝ (1 − r²)² + r²/Q² ≈ 4 (r − 1)² + 1/Q². Divided differences of y = y₀ + c (f − f₀)²: s₁ = c (f₁ + f₂ − 2f₀)
+    // and (s₂ − s₁)/(f₃ − f₁) = c.
     let ((f1, y1), (f2, y2), (f3, y3)) = (point_at(peak - 1), point_at(peak), point_at(peak + 1));
     let (s1, s2) = ((y2 - y1) / (f2 - f1), (y3 - y2) / (f3 - f2));
     let bend = (s2 - s1) / (f3 - f1);
@@ -210,7 +218,7 @@ fn coarse(responses: &[Response]) -> Result<CoarseResonance, PlateFitError> {
     } else {
         f2
     };
-    // y = y_least (1 + (2Q (f − f₀)/f₀)²)
+    // y = y_least (1 + (2Q (f − f₀)/f₀)²), so c/y_least = (2Q/f₀)².
     let least = y2 - bend * (f2 - resonance_hz).powi(2);
     let quality = 0.5 * resonance_hz * (bend / least).sqrt();
     let quality = if quality.is_finite() && quality > 1.0 {
@@ -249,7 +257,7 @@ fn solve(
         0.0,
         start.quality.ln(),
         (start.peak.norm() / start.quality).ln(),
-        wrap(-start.peak.arg() - FRAC_PI_2),
+        wrap_rad(-start.peak.arg() - FRAC_PI_2),
         0.0,
         0.0,
         0.0,
@@ -272,6 +280,8 @@ fn solve(
         .with_gtol(TOLERANCE)
         .with_patience(200)
         .minimize(problem);
+    // Covariance s² (JᵀJ)⁻¹ with s² = Σ|residual|²/(2n − p); the objective is half the sum of squares. JᵀJ is scaled to a unit
+    // diagonal before its inversion, because the parameters differ by orders of magnitude.
     let jacobian = problem.jacobian_matrix();
     let normal = jacobian.transpose() * &jacobian;
     let freedom = (2 * responses.len() - free).max(1) as f64;
@@ -326,6 +336,8 @@ impl PlateProblem<'_> {
         ] = self.parameters;
         let i = Complex64::I;
         let f0 = self.reference_hz * (1.0 + detuning);
+        // D = 1 − r² + i r/Q, H₁ = A e^{−iφr}/D:  ∂H₁/∂r = H₁ [−iφ + (2r − i/Q)/D],  ∂H₁/∂ln Q = H₁ (i r/Q)/D,  ∂H₁/∂ln A = H₁,
+        // ∂H₁/∂φ = −i r H₁; the slope by the detuning is that by r (with C₁ from C₁ (r − 1)) times ∂r/∂detuning.
         let (r, loss) = (frequency_hz / f0, (-ln_quality).exp());
         let mode = (1.0 - r * r + i * r * loss).inv();
         let main = ln_static.exp() * Complex64::cis(-phase * r) * mode;
@@ -393,12 +405,6 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for PlateProblem<'_> {
     fn jacobian(&self) -> Option<DMatrix<f64>> {
         Some(self.jacobian_matrix())
     }
-}
-
-/// Returns the angle wrapped to −π to π, rad.
-#[must_use]
-pub fn wrap(angle_rad: f64) -> f64 {
-    (angle_rad + PI).rem_euclid(2.0 * PI) - PI
 }
 
 #[cfg(test)]

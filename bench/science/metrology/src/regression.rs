@@ -98,6 +98,8 @@ impl Line {
         let mean = |value: &dyn Fn(&LinePoint) -> f64| {
             points.iter().map(|p| weight(p) * value(p)).sum::<f64>() / total
         };
+        // With w = 1/σ², x̄ = Σwx/Σw and S = Σw (x − x̄)²:  b = Σw (x − x̄)(y − ȳ)/S,  a = ȳ − b x̄,  var b = 1/S,
+        // var a = 1/Σw + x̄²/S (ȳ and b are uncorrelated), all times χ²/(n − 2) where that is above 1.
         let (x_mean, y_mean) = (mean(&|p| p.x), mean(&|p| p.y));
         let spread: f64 = points
             .iter()

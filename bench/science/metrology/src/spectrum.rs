@@ -115,6 +115,8 @@ impl Spectrum {
                 }
             }
         }
+        // One-sided density 2 |Σ w_n x_n e^{−iω_k n}|²/(rate Σ w_n²), averaged over segments: its sum over the bins
+        // times the resolution is the mean square.
         let scale = 2.0 / (power * sample_rate_hz * f64::from(segments));
         density.iter_mut().for_each(|bin| *bin *= scale);
         Ok(Self {
@@ -132,7 +134,7 @@ impl Spectrum {
         let bin =
             |hz: f64| ((hz / self.resolution_hz).round() as usize).min(self.density.len() - 1);
         let bins = &self.density[bin(from_hz)..=bin(to_hz)];
-        let limit = STANDS_OUT * median(bins);
+        let limit = STANDS_OUT * statistics::median(bins.iter().copied()).unwrap_or(f64::INFINITY);
         let tones: Vec<usize> = (0..bins.len()).filter(|&i| bins[i] > limit).collect();
         let is_quiet = |i: &usize| tones.iter().all(|tone| tone.abs_diff(*i) > SIDELOBES);
         let mut quiet: Vec<f64> = (0..bins.len()).filter(is_quiet).map(|i| bins[i]).collect();
@@ -140,6 +142,8 @@ impl Spectrum {
             quiet = bins.to_vec();
         }
         let power = quiet.iter().sum::<f64>() / quiet.len() as f64;
+        // The mean P of B T independent looks, each exponentially distributed, has the relative error 1/√(B T); √P has half of
+        // it.
         let looks = quiet.len() as f64 * self.resolution_hz * self.duration_s;
         NoiseDensity {
             value: power.sqrt(),
@@ -159,6 +163,7 @@ impl Spectrum {
                     && (i - SKIRT..=i + SKIRT).all(|j| density[j] <= density[i])
             })
             .map(|i| {
+                // The power A²/2 of the tone is the density above the floor times the resolution, summed over its skirt.
                 let skirt = i - SKIRT..=i + SKIRT;
                 let excess = |j: usize| (density[j] - floor[j]).max(0.0);
                 let power: f64 = skirt.clone().map(excess).sum();
@@ -181,17 +186,15 @@ impl Spectrum {
 
     /// Returns the median of the bins about each bin, sample units²/Hz.
     fn floor(&self) -> Vec<f64> {
-        let medians: Vec<f64> = self.density.chunks(FLOOR_BINS).map(median).collect();
+        let medians: Vec<f64> = self
+            .density
+            .chunks(FLOOR_BINS)
+            .filter_map(|bins| statistics::median(bins.iter().copied()))
+            .collect();
         (0..self.density.len())
             .map(|i| medians[i / FLOOR_BINS])
             .collect()
     }
-}
-
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted[sorted.len() / 2]
 }
 
 #[cfg(test)]

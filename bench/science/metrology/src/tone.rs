@@ -104,6 +104,8 @@ impl SteadyTone {
         if let Some(frame) = samples().position(|sample| !sample.is_finite()) {
             return Err(ToneError::Lost { frame, channel });
         }
+        // X̃ = 2 Σ w_n (x_n − x̄) e^{−iωn/rate}/Σ w_n with the Hann window w_n = ½ − ½ cos(2π(n + ½)/N): 2, because half of a
+        // real tone's power lies at −ω.
         let mean = samples().sum::<f64>() / frames as f64;
         let turn = TAU * carrier_hz / sample_rate_hz;
         let bell = TAU / frames as f64;
@@ -128,7 +130,8 @@ impl SteadyTone {
         })
     }
 
-    /// Returns the one-sided density of the remainder, assumed white, in sample units per √Hz.
+    /// Returns the one-sided density of the remainder, assumed white, in sample units per √Hz: its mean square is spread over
+    /// half the sample rate.
     #[must_use]
     pub fn noise_density(&self, sample_rate_hz: f64) -> f64 {
         self.rest_rms / (sample_rate_hz / 2.0).sqrt()

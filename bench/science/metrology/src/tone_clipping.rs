@@ -54,6 +54,7 @@ impl Peaks {
         };
         let (upper, lower) = (side(1.0), side(-1.0));
         let (level, scatter, _) = if upper.0 < lower.0 { upper } else { lower };
+        // A sine is above 1 − ε of its peak for 2 arccos(1 − ε) of its 2π: for the fraction arccos(1 − ε)/π of all samples.
         Some(Self {
             level,
             scatter,

@@ -73,7 +73,7 @@ pub fn unchecked_message(options: &Options) -> String {
     format!(
         "check: not run, because it drives a tone and nobody is at a terminal to say that nobody touches the plate: \
          `friction-bench check --config {}` when that is so\n",
-        bounded_files::quoted(&options.config)
+        escaping::quoted(&options.config)
     )
 }
 

@@ -7,6 +7,7 @@ mod printed;
 #[cfg_attr(not(target_os = "linux"), path = "no_gpio.rs")]
 mod real_gpio;
 mod simulated;
+mod simulated_person;
 
 use std::io::{IsTerminal, Write};
 use std::path::Path;
@@ -15,12 +16,13 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use ::calibration::channels::OPENINGS;
-use bounded_files::quoted;
 use clap::Parser;
 use config::{AudioHost, Config, ConfigError, Effective};
 use devices::Hardware;
 use devices::claim::Claim;
 use drill::rehearsed;
+use escaping::quoted;
+use escaping::{escaped, escaped_line};
 use faults::RehearsedFault;
 use friction_bench::apparatus::{Apparatus, pace};
 use friction_bench::cli::{
@@ -36,7 +38,6 @@ use friction_bench::{
 use preflight::Extent;
 use signalgen::audio::{HostChoice, open_host};
 use tasks::{Schedule, SystemClock};
-use tui::{escaped, escaped_line};
 
 fn main() -> ExitCode {
     // Writing beyond the file size limit then fails with an error, which is handled, instead of killing the process.

@@ -3,11 +3,11 @@
 use std::path::Path;
 use std::time::Duration;
 
+use escaping::escaped_line;
 use friction_bench::cli::{Participant, Run, Speed};
 use friction_bench::displays::{self, Displays};
 use friction_bench::participant_window::{WindowDisplay, default_socket};
 use protocols::Texts;
-use tui::escaped_line;
 
 /// Longest time that a session waits for the participant's window before it begins.
 const PATIENCE: Duration = Duration::from_secs(60);

@@ -6,10 +6,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use anyhow::Context;
-use calibration_rig::operator::{self, Cabling, Hands, Request};
 use config::{AudioHost, Config};
 use devices::Hardware;
-use devices::loudspeaker::Tone;
 use drill::rehearsed;
 use drill::{Deed, FaultHand};
 use faults::RehearsedFault;
@@ -19,16 +17,16 @@ use friction_bench::displays::Displays;
 use jiff::Timestamp;
 use mock_hw::apparatus::{
     Apparatus as SimulatedApparatus, ApparatusClock, ApparatusConfig, DeadManHand, FaultPanel,
-    MassSet, Patchbay, RehearsalHand, Senses, VibrometerAim,
+    RehearsalHand,
 };
 use mock_hw::rack;
 use mock_hw::world_clock::Pace;
-use mock_world::person::{Cue, Instruction, Percept};
-use mock_world::plant::{Axis, InputWiring};
 use mock_world::scenario::{ForceInterface, ForceProtocol, Scenario, ScenarioError, built_in};
 use safety::{input, output};
 use sources::{Lines, Place};
 use tasks::{Clock, Schedule, SystemClock, later};
+
+use super::simulated_person;
 
 /// Configuration of a bench with the simulated hardware's usual force sensor. It states the assumptions of the bench; the
 /// truth of a scenario differs from them where that of real hardware would.
@@ -57,15 +55,28 @@ pub fn config(scenario: &Scenario) -> String {
     let force = &scenario.force_sensor;
     match (force.interface, force.protocol) {
         (ForceInterface::Serial, ForceProtocol::Frames) => CONFIG.to_owned(),
-        (ForceInterface::Serial, ForceProtocol::Lines) => CONFIG.replace(FRAMES, LINES),
+        (ForceInterface::Serial, ForceProtocol::Lines) => substituted(CONFIG, FRAMES, LINES),
         (ForceInterface::Netft, _) => with_sensor(NETFT),
         (ForceInterface::FieldBox, _) => BEHIND_BOX
             .iter()
             .fold(with_sensor(FIELD_BOX), |text, [direct, boxed]| {
-                text.replace(direct, boxed)
+                substituted(&text, direct, boxed)
             }),
-        (ForceInterface::Gauges, _) => with_sensor(GAUGES).replace(FOUR, NINE),
+        (ForceInterface::Gauges, _) => substituted(&with_sensor(GAUGES), FOUR, NINE),
     }
+}
+
+/// Returns `text` with `line` in place of its only `old_line`.
+///
+/// # Panics
+/// When the file of a simulated rig has no such line, or several.
+fn substituted(text: &str, old_line: &str, line: &str) -> String {
+    let count = text.matches(old_line).count();
+    assert_eq!(
+        count, 1,
+        "the file of the simulated rig has {count} times {old_line:?}"
+    );
+    text.replace(old_line, line)
 }
 
 /// Returns [`CONFIG`] with another force sensor.
@@ -166,10 +177,10 @@ pub fn apparatus(
         apparatus.clock(),
     );
     let watchers = vec![
-        participant(apparatus.senses()),
+        simulated_person::participant(apparatus.senses()),
         holder(apparatus.dead_man_hand()),
     ];
-    let hands = hands(
+    let hands = simulated_person::hands(
         apparatus.masses(),
         apparatus.patchbay(),
         apparatus.senses(),
@@ -228,7 +239,9 @@ pub fn apparatus(
 /// Returns the hand at the dead-man switch of a person who follows the participant's screen.
 fn holder(hand: DeadManHand) -> Watcher {
     Box::new(move |view, _, _| {
-        use tui::Instruction::{Finished, HoldSwitch, Paused, ReleaseSwitch, Rest, SwitchReleased};
+        use protocols::Instruction::{
+            Finished, HoldSwitch, Paused, ReleaseSwitch, Rest, SwitchReleased,
+        };
         match view.instruction {
             HoldSwitch => hand.hold(),
             ReleaseSwitch | SwitchReleased | Rest | Paused | Finished => hand.let_go(),
@@ -280,73 +293,6 @@ pub fn read(name: &str) -> anyhow::Result<Scenario> {
     }
 }
 
-/// Passes the participant's view, button and tones to the simulated person.
-fn participant(senses: Senses) -> Watcher {
-    Box::new(move |view, button, tone| {
-        let instruction = match view.instruction {
-            tui::Instruction::Welcome | tui::Instruction::Rest if button => {
-                Instruction::PressButton
-            }
-            tui::Instruction::Wait
-            | tui::Instruction::Welcome
-            | tui::Instruction::ReleaseSwitch
-            | tui::Instruction::HoldSwitch => Instruction::Wait,
-            tui::Instruction::LiftFinger => Instruction::LiftFinger,
-            tui::Instruction::PlaceFinger => Instruction::PlaceFinger,
-            tui::Instruction::GetReady => Instruction::GetReady,
-            tui::Instruction::FollowSlider => Instruction::FollowSlider,
-            tui::Instruction::Feedback => Instruction::Feedback,
-            tui::Instruction::Rest => Instruction::Rest,
-            tui::Instruction::Paused | tui::Instruction::SwitchReleased => Instruction::Paused,
-            tui::Instruction::Finished => Instruction::Finished,
-        };
-        senses.show(Percept {
-            instruction,
-            slider_m: view.slider_m,
-            countdown: view.countdown,
-            mean_force_n: view.mean_force_n,
-            force_band_n: view.force_band_n,
-            cue: tone.map(|tone| match tone {
-                Tone::Start => Cue::Start,
-                Tone::End => Cue::End,
-            }),
-        });
-    })
-}
-
-/// Returns the hands that perform a calibration's requests to its operator at the apparatus.
-fn hands(masses: MassSet, patchbay: Patchbay, senses: Senses, aim: VibrometerAim) -> Hands {
-    Box::new(move |request| match *request {
-        Request::Load { axis, mass_kg } => {
-            let axis = match axis {
-                operator::ForceAxis::Normal => Axis::Normal,
-                operator::ForceAxis::Lateral => Axis::Lateral,
-            };
-            masses.place(axis, mass_kg);
-        }
-        Request::Unload => {
-            masses.remove();
-            senses.show(Percept::default());
-        }
-        Request::MoveVibrometer { position_m } => aim.at(position_m),
-        Request::RestFinger { least_n, most_n } => senses.show(Percept {
-            instruction: Instruction::GetReady,
-            force_band_n: Some((least_n, most_n)),
-            ..Percept::default()
-        }),
-        Request::Connect(cabling) => patchbay.wire(match cabling {
-            Cabling::AllInputs => InputWiring::AllInputs,
-            Cabling::DriveOnly => InputWiring::DriveOnly,
-            Cabling::Bench => InputWiring::Bench,
-        }),
-        Request::NameMass { .. }
-        | Request::KnownAmplitude { .. }
-        | Request::MeterReading { .. }
-        | Request::GoOn
-        | Request::Review => {}
-    })
-}
-
 struct FreeClock {
     clock: ApparatusClock,
     date: Timestamp,
@@ -385,10 +331,10 @@ mod tests {
         }
         assert!(switch.is_high().unwrap());
         for (instruction, is_held) in [
-            (tui::Instruction::ReleaseSwitch, false),
-            (tui::Instruction::HoldSwitch, true),
+            (protocols::Instruction::ReleaseSwitch, false),
+            (protocols::Instruction::HoldSwitch, true),
         ] {
-            let view = tui::ParticipantView {
+            let view = tui::ScreenView {
                 instruction,
                 slider_m: None,
                 plate_m: 0.1,
@@ -399,7 +345,7 @@ mod tests {
                 force_band_n: None,
                 trial: 0,
                 trials: 0,
-                ..tui::ParticipantView::default()
+                ..tui::ScreenView::default()
             };
             hand(&view, false, None);
             assert_eq!(switch.is_high().unwrap(), is_held, "{instruction:?}");

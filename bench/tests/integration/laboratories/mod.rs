@@ -22,7 +22,6 @@ use std::path::Path;
 use analysis::analysed::RecordingFindings;
 use analysis::estimate::{Estimated, Method};
 use analysis::flaw::Flaw;
-use analysis::model_check::quantile;
 use analysis::{Settings, recording_analysis};
 use hound::{SampleFormat, WavSpec, WavWriter};
 use mock_world::person::FingerState;
@@ -30,6 +29,7 @@ use mock_world::plant::Plant;
 use mock_world::scenario::Scenario;
 use num_complex::Complex64;
 use protocols::Validity;
+use statistics::quantile;
 
 const SIGMA_T_M: f64 = 1.7e-6;
 const Z_T: Complex64 = Complex64::new(0.47, 3.16);

@@ -2,6 +2,7 @@
 
 use super::rig::*;
 use crate::session::*;
+use participant_texts::Instruction;
 
 fn hold_for(rig: &mut Rig, hold: Hold, steps: usize) {
     for _ in 0..steps {

@@ -5,6 +5,7 @@ use crate::record::TrialOutcome;
 use crate::session::commands::Refusal;
 use crate::session::*;
 use crate::trial::*;
+use participant_texts::Instruction;
 
 #[test]
 fn a_whole_session_runs_as_the_protocol_says() {

@@ -3,6 +3,7 @@
 use super::rig::*;
 use crate::session::*;
 use crate::trial::*;
+use participant_texts::Instruction;
 
 /// Hazard 4.
 #[test]

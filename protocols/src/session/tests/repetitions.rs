@@ -7,6 +7,7 @@ use crate::session::commands::Refusal;
 use crate::session::*;
 use crate::trial::*;
 use crate::verdict::Verdict;
+use participant_texts::RepeatCause;
 
 #[test]
 fn a_pause_keeps_what_the_open_verdict_says() {
@@ -103,7 +104,7 @@ fn speed_is_named_before_force_and_causes_of_the_bench_are_not_named() {
         min_n: 0.5,
         max_n: 0.8,
     };
-    let cause = |reasons: &[RedoReason]| RepeatCause::from(reasons);
+    let cause = |reasons: &[RedoReason]| repeat_cause(reasons);
     assert_eq!(cause(&[light.clone(), slow]), RepeatCause::TooSlow);
     assert_eq!(
         cause(&[RedoReason::NotAnalysed, light]),

@@ -6,6 +6,7 @@ use crate::record::TrialOutcome;
 use crate::session::*;
 use crate::stretch::{Instance, Stretch, StretchOutcome};
 use crate::trial::*;
+use participant_texts::Instruction;
 use participants::ParticipantId;
 use std::collections::HashSet;
 

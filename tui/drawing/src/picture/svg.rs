@@ -31,7 +31,7 @@ const BASELINE: u32 = 12;
 pub fn svg(screen: &Buffer, title: &str, paper: Paper) -> String {
     let width = u32::from(screen.area.width) * CELL.0 + 2 * MARGIN;
     let height = u32::from(screen.area.height) * CELL.1 + 2 * MARGIN;
-    let title = escaped_for_xml(title);
+    let title = escaping::xml_text(title);
     let mut picture = Picture {
         paper,
         tiles: BTreeMap::new(),
@@ -166,7 +166,7 @@ impl Picture {
         }
         if !inner.is_empty() {
             let y = top + BASELINE;
-            let inner = escaped_for_xml(inner);
+            let inner = escaping::xml_text(inner);
             let _ = writeln!(
                 self.words,
                 "<text x=\"{x}\" y=\"{y}\" textLength=\"{length}\" {style}>{inner}</text>"
@@ -206,22 +206,4 @@ fn paths(tiles: &BTreeMap<Ink, Vec<Tile>>, document: &mut String) {
         }
         document.push_str("\"/>\n");
     }
-}
-
-/// Escapes the characters reserved by XML; forbidden characters become U+FFFD.
-fn escaped_for_xml(text: &str) -> String {
-    let mut output = String::with_capacity(text.len());
-    for character in text.chars() {
-        match character {
-            '&' => output.push_str("&amp;"),
-            '<' => output.push_str("&lt;"),
-            '>' => output.push_str("&gt;"),
-            '"' => output.push_str("&quot;"),
-            _ if character.is_control() || matches!(character, '\u{fffe}' | '\u{ffff}') => {
-                output.push('\u{fffd}');
-            }
-            _ => output.push(character),
-        }
-    }
-    output
 }

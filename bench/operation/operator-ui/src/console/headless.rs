@@ -42,7 +42,7 @@ impl<W: Write> Headless<W> {
     fn line(&mut self, text: std::fmt::Arguments<'_>) {
         // A closed output does not end a session; a caller that runs only for this output checks `is_unread`.
         let text = text.to_string();
-        self.unread |= writeln!(self.out, "{}", tui::escaped_line(&text)).is_err();
+        self.unread |= writeln!(self.out, "{}", escaping::escaped_line(&text)).is_err();
     }
 }
 

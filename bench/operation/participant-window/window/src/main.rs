@@ -27,7 +27,7 @@ fn main() -> ExitCode {
         // The panic hook has reported it.
         Err(_) => ExitCode::from(2),
         Ok(Err(message)) => {
-            let message = escaped_line(&message);
+            let message = escaping::escaped_line(&message);
             // An error of standard error itself is ignored.
             let _ = writeln!(std::io::stderr(), "friction-bench-participant: {message}");
             ExitCode::from(2)
@@ -56,7 +56,7 @@ fn open() -> Result<(), String> {
         let _ = writeln!(
             std::io::stderr(),
             "friction-bench-participant: {}",
-            escaped_line(&line.replace('\n', " "))
+            escaping::escaped_line(&line.replace('\n', " "))
         );
     }));
     let folder = |name| std::env::var_os(name).map(std::path::PathBuf::from);
@@ -74,24 +74,4 @@ fn open() -> Result<(), String> {
 #[cfg(not(unix))]
 fn open() -> Result<(), String> {
     Err("the participant's window needs Linux or macOS".to_owned())
-}
-
-/// Returns a line with its control characters escaped.
-fn escaped_line(line: &str) -> String {
-    let escaped = |c: char| match c {
-        c if c.is_control() => c.escape_unicode().to_string(),
-        c => c.to_string(),
-    };
-    line.chars().map(escaped).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::escaped_line;
-
-    #[test]
-    fn a_line_has_no_command_to_the_terminal() {
-        assert_eq!(escaped_line("font\u{1b}[2J.ttf"), "font\\u{1b}[2J.ttf");
-        assert_eq!(escaped_line("no monitor ß"), "no monitor ß");
-    }
 }

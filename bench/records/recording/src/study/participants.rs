@@ -133,7 +133,7 @@ pub(super) fn register(
     }
     let mut row = vec![NOT_STATED.to_owned(); table.columns.len()];
     row[0] = participant.as_str().to_owned();
-    (row[date_column], row[protocol_column]) = (date.to_owned(), bounded_files::to_cell(protocol));
+    (row[date_column], row[protocol_column]) = (date.to_owned(), escaping::to_cell(protocol));
     table.rows.push(row);
     table.pad();
     Ok(table.write(storage, path)?)

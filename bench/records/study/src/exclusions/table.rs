@@ -152,7 +152,7 @@ fn exclusion<'a>(cell: impl Fn(usize) -> &'a str) -> Result<Exclusion, (usize, S
         ),
     };
     let optional_text = |column: usize| {
-        let text = unescape(bounded_files::from_cell(cell(column)));
+        let text = unescape(escaping::from_cell(cell(column)));
         (!text.is_empty() && text != NOT_STATED).then_some(text)
     };
     let required_text = |column: usize, what: &str| {
@@ -235,7 +235,7 @@ pub fn add(
 
 /// Returns a text as one cell that a spreadsheet does not read as a formula.
 fn cell(text: &str) -> String {
-    bounded_files::to_cell(&escape(text))
+    escaping::to_cell(&escape(text))
 }
 
 /// Escapes the characters that would end a cell.

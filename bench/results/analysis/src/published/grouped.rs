@@ -121,7 +121,7 @@ impl<'a> Pool<'a> {
         values.sort_by(f64::total_cmp);
         MethodStatistic {
             main: Statistic {
-                value: crate::model_check::quantile(&values, 0.5),
+                value: statistics::quantile(&values, 0.5),
                 n: values.len(),
                 ..Statistic::empty(Level::Trials)
             },

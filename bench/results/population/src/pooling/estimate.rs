@@ -35,7 +35,8 @@ impl Estimate {
     /// information. For pooling: a prior that is used in every trial would otherwise be counted once for each.
     ///
     /// Exact for a normal posterior, also among other parameters: removing one parameter's prior from the joint precision
-    /// subtracts its precision from that of the marginal.
+    /// subtracts its precision from that of the marginal. With precisions p = 1/σ²: p = p_post − p_prior and
+    /// p y = p_post y_post − p_prior y_prior.
     #[must_use]
     pub fn without_prior(self, prior: Self) -> Option<Self> {
         let (posterior_precision, prior_precision) =

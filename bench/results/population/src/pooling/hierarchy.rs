@@ -7,10 +7,11 @@
 //! Members that agree better than their errors allow share a part of these errors: a law that no trial constrains is
 //! marginalised in each trial, and its error is the same in all. Averaging does not reduce the shared part.
 
+use statistics::NORMAL_95;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use crate::pooling::estimate::Estimate;
-use crate::pooling::mean::{NORMAL_95, Weighted, between_variance, student95};
+use crate::pooling::mean::{Weighted, between_variance, student95};
 use crate::pooling::scatter::{Scatter, bisect};
 
 /// Pooled estimates of groups.
@@ -152,7 +153,8 @@ fn overall(groups: &[Estimate], member_freedom: usize) -> Overall {
     let between = between_variance(&[groups]).unwrap_or(0.0);
     let weighted = Weighted::new(&[groups], between);
     let mean = weighted.groups[0].map_or((f64::NAN, f64::NAN), |mean| (mean.value, mean.weights));
-    // Hartung and Knapp (2001), but never less than the errors alone give.
+    // Hartung and Knapp (2001): var M = Σw (m − M)²/((k − 1) Σw), with w = 1/(var m + T²) and k − 1 degrees of freedom for
+    // Student's t, but never less than the errors alone give, 1/Σw.
     let std = (weighted.scatter().max(1.0) / mean.1).sqrt();
     Overall {
         mean: Mean::with_interval(mean.0, std, student95(weighted.freedom), groups.len()),
@@ -174,7 +176,8 @@ fn quantile(part: f64, freedom: usize, member_freedom: usize) -> f64 {
 }
 
 /// Returns the variance between groups at which their weighted squares equal `scatter`; 0 if they are smaller even
-/// without variance.
+/// without variance: T² with Q(T²) = Σ (m_i − M)²/(var m_i + T²) = `scatter`. At the true T², Q is distributed like χ² (or F
+/// times its degrees of freedom), so its quantiles 0.975 and 0.025 give the lower and the upper end of the interval of T².
 fn profile(groups: &[Estimate], scatter: f64) -> f64 {
     let squares_at = |between: f64| Weighted::new(&[groups], between).squares;
     if squares_at(0.0) <= scatter {
@@ -204,6 +207,12 @@ impl ShrinkageTarget {
     /// The estimate moves by a fraction B of its distance to the mean, where B is the error's fraction of the variance.
     /// Because B is estimated, it is reduced by two degrees of freedom, and a variance of 2 B²/(freedom − 2) times the
     /// squared distance is added (Morris 1983).
+    ///
+    /// With V the error's variance, A that of true values, ν the degrees of freedom and μ ± s the mean:
+    /// ```text
+    /// B = (ν − 2)/ν · V/(V + A),    θ = y + B (μ − y),    var θ = (1 − B) V + B² s² + 2/(ν − 2) · B² (μ − y)²
+    /// ```
+    /// for a known B and μ, for the error of μ, and for that of B.
     fn shrink(&self, estimate: Estimate) -> Option<(f64, f64)> {
         let reduced_freedom = self
             .freedom

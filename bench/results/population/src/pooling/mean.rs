@@ -1,11 +1,9 @@
 //! Mean of estimates at one level.
 
+use statistics::NORMAL_95;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::pooling::estimate::Estimate;
-
-/// Half-width of the 95 % interval of a normal distribution, in standard deviations.
-pub(crate) const NORMAL_95: f64 = 1.959_964;
 
 /// Groups of estimates, weighted within each group by precision.
 pub(crate) struct Weighted {
@@ -58,6 +56,7 @@ impl Weighted {
             if group.len() > 1 {
                 let square =
                     |estimate: &Estimate| weight(estimate) * (estimate.value() - value).powi(2);
+                // Q = Σw (y − ȳ)² with w = 1/σ²: if the values scatter by τ² in addition, ⟨Q⟩ = n − 1 + τ² (Σw − Σw²/Σw).
                 let squared_weights: f64 =
                     group.iter().map(|estimate| weight(estimate).powi(2)).sum();
                 weighted.squares += group.iter().map(square).sum::<f64>();
@@ -88,6 +87,7 @@ pub(crate) fn student95(freedom: usize) -> f64 {
 pub(crate) fn between_variance<G: AsRef<[Estimate]>>(groups: &[G]) -> Option<f64> {
     let weighted = Weighted::new(groups, 0.0);
     let surplus = weighted.squares - weighted.freedom as f64;
+    // τ² = (Q − ν)/Σ(Σw − Σw²/Σw), the value with ⟨Q⟩ = Q; 0 instead of a negative one.
     (weighted.freedom > 0).then(|| (surplus / weighted.growth).max(0.0))
 }
 

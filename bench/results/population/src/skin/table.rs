@@ -54,8 +54,8 @@ impl Row<'_> {
         let [shrunken, shrunken_low, shrunken_high] = range_cells(self.shrunken);
         [
             self.level.to_owned(),
-            bounded_files::to_cell(self.participant),
-            bounded_files::to_cell(&self.recording),
+            escaping::to_cell(self.participant),
+            escaping::to_cell(&self.recording),
             self.parameter.to_owned(),
             value,
             low,
@@ -65,7 +65,7 @@ impl Row<'_> {
             shrunken,
             shrunken_low,
             shrunken_high,
-            bounded_files::to_cell(&self.left_out),
+            escaping::to_cell(&self.left_out),
         ]
     }
 }

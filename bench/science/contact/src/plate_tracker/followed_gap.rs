@@ -62,6 +62,7 @@ impl Followed {
         if !(tau_s > 0.0 && step_s > 0.0) {
             return equilibrium_m;
         }
+        // x_eq(t) = x_eq⁰ + b t over the step h: x(t) = x_eq(t) − τ b + (x⁰ − x_eq⁰ + τ b) e^(−t/τ), exactly.
         let behind_m = tau_s * (equilibrium_m - self.equilibrium_m) / step_s;
         let forgotten = (self.gap_m - self.equilibrium_m + behind_m) * (-step_s / tau_s).exp();
         equilibrium_m - behind_m + forgotten

@@ -56,6 +56,7 @@ impl Sums {
     fn add(&mut self, value: Complex64, weight: f64) {
         self.count += 1;
         self.weight += weight;
+        // m_n = m_(n−1) + (w/W)(z − m_(n−1)) and Q_n = Q_(n−1) + w (z − m_(n−1))(z − m_n) (West 1979).
         let prior = value - self.mean;
         self.mean += prior * (weight / self.weight);
         let posterior = value - self.mean;
@@ -64,7 +65,8 @@ impl Sums {
     }
 
     /// Returns the variances of the mean's real and imaginary part: noise, plus all of the scatter, because noise alone
-    /// does not explain it.
+    /// does not explain it. With weights w of 1/variance, W = Σw and Q = Σw (z − m)² these are 4/W, as if four neighbours
+    /// shared their noise, and the samples' own variance Q/W.
     fn variances(&self) -> (f64, f64) {
         let variance = |squares: f64| (SHARED_NOISE + squares) / self.weight + FLOOR * FLOOR;
         (variance(self.squares.0), variance(self.squares.1))
@@ -172,6 +174,7 @@ impl CrestReading {
             *self = Self::default();
             return None;
         }
+        // Z_m = Z_p + φ² Z_F: the mode moves the finger with φ ṽ_p, and the finger's force acts on it with φ f̃_c.
         let modelled = FingerModel::new(finger).impedance_at(gap_m, load.amplitude_m);
         let share = load.amplitude_ratio.powi(2);
         let residual = sample.z_m_corrected_n_s_per_m - modelled * share;
@@ -188,6 +191,7 @@ impl CrestReading {
             period.crest.add(residual, weight);
             let part = weight / period.crest.weight;
             period.time_s += part * (sample.time_s - period.time_s);
+            // Weighted means of the samples' derivatives: the parameters' errors are common to the samples of a crest.
             period.by_parameter += (by_parameter * share - period.by_parameter) * part;
             period.by_force += (by_force * share - period.by_force) * part;
         }
@@ -215,6 +219,7 @@ impl Period {
             };
             inversion.std(&by_finger).powi(2)
         });
+        // σ² = g_σ² δ² + |Z_t|² (g_re² + g_im²) δ² with δ the relative change, g the derivatives by ln σ_t, Re Z_t and Im Z_t.
         let slopes = &self.by_parameter;
         let z_t = MOISTURE * finger.z_t_n_s_per_m().norm();
         let moisture = (MOISTURE * slopes[LN_SIGMA_T]).powi(2)
@@ -287,6 +292,7 @@ const STEP: f64 = 1e-4;
 fn slopes(finger: &FittedFinger, load: &FingerLoad) -> Option<(SVector<f64, PARAMETERS>, f64)> {
     let model = FingerModel::new(finger);
     let (amplitude_m, normal_n) = (load.amplitude_m, load.normal_n);
+    // Forward differences, at the equilibrium gap instead of the lagging one.
     let reactance = model.reactance(amplitude_m, normal_n)?;
     let mut by_parameter = SVector::zeros();
     for parameter in [LN_SIGMA_T, RE_Z_T, IM_Z_T, LN_AREA, LN_Q0, LN_LOSS_FACTOR] {

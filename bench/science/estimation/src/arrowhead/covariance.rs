@@ -1,6 +1,23 @@
 //! Covariance of a minimum, from the scatter of its residuals and from errors that no residual shows.
+//!
+//! In the notation of `normal.rs`, to first order an error of the gradient g moves the minimum by −N⁻¹g, so gradients with the
+//! covariance M give Cov θ = N⁻¹M N⁻¹. With R_b = o_b⁻¹c_b and the Schur complement Q = s − Σ c_bᵀR_b, the errors of the
+//! shared and of a block's parameters, and their covariances, are
+//!
+//! ```text
+//! e_s = −Q⁻¹ Σ (g_s,b − R_bᵀg_b),   e_b = −o_b⁻¹g_b − R_b e_s
+//! Cov e_s       = Q⁻¹ [Σ (M_ss − M_osᵀR_b − R_bᵀ(M_os − M_oo R_b)) + prior] Q⁻¹
+//! Cov(e_b, e_s) = D_b − R_b Cov e_s,   D_b = o_b⁻¹ (M_os − M_oo R_b) Q⁻¹
+//! Cov e_b       = o_b⁻¹M_oo o_b⁻¹ + R_b Cov e_s R_bᵀ − D_b R_bᵀ − R_b D_bᵀ
+//! ```
+//!
+//! where M_oo, M_os and M_ss are the blocks of M of one block's gradient; gradients of different blocks are independent.
+//! `prior` is diagonal, with `prior_scatter` on it: a prior of precision p adds p to M as it does to N. In the code
+//! `shared_response` is R_b, `coupling_scatter` M_os − M_oo R_b and `direct_term` D_b.
 
 use nalgebra::{DMatrix, SMatrix, SVector};
+
+use crate::normal_matrix::inverse_of_normal;
 
 use crate::arrowhead::minimise::ArrowMinimum;
 use crate::arrowhead::normal::{BlockNormal, Place};
@@ -23,6 +40,7 @@ impl<const OWN: usize, const SHARED: usize, const ERRORS: usize>
     /// Returns the covariance with a response to unfitted errors added.
     #[must_use]
     pub fn with_response(mut self, response: ArrowResponse<OWN, SHARED, ERRORS>) -> Self {
+        // Independent errors of unit variance with the responses ρ add ρρᵀ.
         self.shared += response.shared * response.shared.transpose();
         for (block, own_response) in self.blocks.iter_mut().zip(&response.own) {
             block.own += own_response * own_response.transpose();
@@ -74,7 +92,7 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
         let mut shared_scatter = SMatrix::from_diagonal(&prior_scatter);
         let mut terms = Vec::with_capacity(scatter.len());
         for (block, scatter) in self.arrow.blocks.iter().zip(&scatter) {
-            let inverse = invert(&block.own)?;
+            let inverse = inverse_of_normal(&block.own)?;
             let shared_response = inverse * block.coupling;
             schur -= block.coupling.transpose() * shared_response;
             // Contribution of a block's gradient to the shared one, after its own parameters are eliminated.
@@ -84,7 +102,7 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
                 - shared_response.transpose() * coupling_scatter;
             terms.push((inverse, shared_response, coupling_scatter));
         }
-        let schur_inverse = invert(&schur)?;
+        let schur_inverse = inverse_of_normal(&schur)?;
         let shared = schur_inverse * shared_scatter * schur_inverse;
         let blocks = terms
             .into_iter()
@@ -118,6 +136,7 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
         combination: &Place<OWN, SHARED>,
     ) -> Option<Place<OWN, SHARED>> {
         let (blocks, prior) = &covariance.scatter;
+        // For a combination k, Cov(θ, kᵀθ) = N⁻¹M N⁻¹k. A step is −N⁻¹ times its argument: two of them leave the sign.
         let step = self.arrow.step(0.0, combination)?;
         let mut gradient = Place {
             shared: step.shared.component_mul(prior),
@@ -144,6 +163,7 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
                 shared: SVector::zeros(),
                 own: Vec::with_capacity(rows.len()),
             };
+            // An error that moves the residuals by u moves the minimum by −N⁻¹Jᵀu.
             for rows in rows {
                 let by_error = rows.column(1 + OWN + SHARED + error);
                 let (own_slopes, shared_slopes) = (
@@ -161,20 +181,6 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
         }
         Some(response)
     }
-}
-
-/// Pivot of a matrix scaled to unit diagonal below which it is rounding, not information.
-const MIN_PIVOT: f64 = 1e-12;
-
-fn invert<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
-    let scale =
-        SMatrix::<f64, N, N>::from_diagonal(&matrix.diagonal().map(|entry| entry.sqrt().recip()));
-    let factor = (scale * matrix * scale).cholesky()?;
-    let pivots = factor.l_dirty().diagonal();
-    if !pivots.iter().all(|pivot| pivot.powi(2) >= MIN_PIVOT) {
-        return None;
-    }
-    Some(scale * factor.inverse() * scale)
 }
 
 #[cfg(test)]
@@ -324,7 +330,7 @@ mod tests {
     #[test]
     fn a_matrix_that_leaves_a_combination_open_has_no_inverse() {
         let singular = SMatrix::<f64, 2, 2>::new(1.0, 1.0, 1.0, 1.0);
-        assert_eq!(invert(&singular), None);
-        assert_eq!(invert(&SMatrix::<f64, 2, 2>::zeros()), None);
+        assert_eq!(inverse_of_normal(&singular), None);
+        assert_eq!(inverse_of_normal(&SMatrix::<f64, 2, 2>::zeros()), None);
     }
 }

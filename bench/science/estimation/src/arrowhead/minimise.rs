@@ -1,6 +1,22 @@
 //! Levenberg–Marquardt search for the least squares, with steps that follow the bend of the valley (geodesic acceleration:
 //! Transtrum & Sethna 2012). Parameters that the data hardly separate make narrow, bent valleys, in which straight steps are
 //! short.
+//!
+//! Minimised is C(θ) = Σ r² + Σ p (θ − m)², with prior means m and precisions p; N is half its Gauss–Newton Hessian and g
+//! half its gradient. One iteration:
+//!
+//! ```text
+//! v = −(N + λ diag N)⁻¹ g                       Levenberg–Marquardt
+//! a = −(N + λ diag N)⁻¹ Jᵀr″                    geodesic acceleration, r″ = d²r(θ + h v)/dh² at h = 0
+//! θ ← θ + v + a/2                               if C falls
+//! ```
+//!
+//! The term a/2 is left out where 2|a| ≥ 0.75 |v|, or where v is predicted to lower C by less than 10⁻⁴ C.
+//!
+//! λ follows Nielsen (1999): with the gain ρ, the fall of C relative to the −2 gᵀv − vᵀN v that was predicted, λ is
+//! multiplied by max(1/3, 1 − (2ρ − 1)³) after a step that is taken, and by 2, 4, 8 … after steps in a row that are not.
+//! Without damping the predicted fall is gᵀN⁻¹g, the square of the distance to the minimum in standard errors where residuals
+//! have unit variance.
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
@@ -212,6 +228,8 @@ impl<const OWN: usize, const SHARED: usize> Valley<OWN, SHARED> {
         for ((rows, residuals), own) in self.rows.iter().zip(&probe_residuals).zip(&step.own) {
             let by_own = rows.fixed_columns::<OWN>(1);
             let by_shared = rows.fixed_columns::<SHARED>(1 + OWN);
+            // r(θ + h v) = r + h J v + (h²/2) r″ + …, so r″ ≈ (2/h) ((r(θ + h v) − r)/h − J v). The residuals of the priors are
+            // linear and have no r″.
             let linear = by_own * own + by_shared * step.shared;
             let curvature =
                 ((residuals - rows.column(0)) / BEND_FRACTION - linear) * (2.0 / BEND_FRACTION);
@@ -219,6 +237,7 @@ impl<const OWN: usize, const SHARED: usize> Valley<OWN, SHARED> {
             gradient.shared += by_shared.tr_mul(&curvature);
         }
         let acceleration = self.arrow.step(damping, &gradient)?;
+        // 2 |a|/|v| in the metric of diag N (Transtrum & Sethna 2012).
         let ratio = 2.0 * (self.arrow.length2(&acceleration) / self.arrow.length2(step)).sqrt();
         let half = |values: &SVector<f64, OWN>| values * 0.5;
         (ratio < MAX_BEND).then(|| Place {

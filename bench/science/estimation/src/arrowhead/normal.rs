@@ -1,4 +1,15 @@
 //! Normal matrix in the shape of an arrow: one block per block of residuals, and one for the shared parameters.
+//!
+//! With the Jacobians J_b and K_b of the residuals r_b of block b by its own and by the shared parameters, and o_b = J_bᵀJ_b,
+//! c_b = J_bᵀK_b, s = Σ K_bᵀK_b (priors add their precisions to the diagonals), a Gauss–Newton step (δ_b, ε) solves
+//!
+//! ```text
+//! o_b δ_b + c_b ε = −J_bᵀr_b       for each b
+//! Σ c_bᵀδ_b + s ε = −Σ K_bᵀr_b
+//! ```
+//!
+//! The first line gives δ_b = −o_b⁻¹J_bᵀr_b − o_b⁻¹c_b ε. In the second line that leaves only the shared parameters:
+//! (s − Σ c_bᵀo_b⁻¹c_b) ε = −Σ K_bᵀr_b + Σ c_bᵀo_b⁻¹J_bᵀr_b. The matrix on the left is the Schur complement.
 
 use nalgebra::{DMatrix, SMatrix, SVector};
 
@@ -23,6 +34,7 @@ impl<const OWN: usize, const SHARED: usize> BlockNormal<OWN, SHARED> {
     /// Sums over rows, each of a residual, its slopes by the block's own parameters, and its slopes by the shared ones.
     #[must_use]
     pub fn of(rows: &DMatrix<f64>) -> Self {
+        // (r, J, K)ᵀ(r, J, K) has the parts rᵀr, Jᵀr, Kᵀr, JᵀJ, JᵀK and KᵀK.
         let products = rows.transpose() * rows;
         let (own_start, shared_start) = (1, 1 + OWN);
         Self {
@@ -92,7 +104,8 @@ impl<const OWN: usize, const SHARED: usize> Arrow<OWN, SHARED> {
         }
     }
 
-    /// Returns the damped Gauss–Newton step down a gradient, by eliminating each block's own parameters.
+    /// Returns the damped Gauss–Newton step down a gradient, by eliminating each block's own parameters. Damping λ multiplies
+    /// the diagonals of o_b and s by 1 + λ (Marquardt 1963).
     pub(crate) fn step(
         &self,
         damping: f64,
@@ -127,6 +140,7 @@ impl<const OWN: usize, const SHARED: usize> Arrow<OWN, SHARED> {
 
     /// Returns the predicted decrease of the squares for a step.
     pub(crate) fn expected_fall(&self, step: &Place<OWN, SHARED>) -> f64 {
+        // Of |r + J δ|² = |r|² + 2 gᵀδ + δᵀN δ: the fall is −2 gᵀδ − δᵀN δ, with N undamped.
         let shared = &step.shared;
         let mut fall =
             -2.0 * self.shared_gradient.dot(shared) - shared.dot(&(self.shared * shared));

@@ -22,6 +22,9 @@ pub fn variance_components<const N: usize>(
             0.0
         }
     });
+    // A normal residual with the variance V = Σ v_k q_k has E r² = V and Var r² = 2 V². Weighted least squares of r² on the q_k
+    // with the weights 1/V² of the last variances solves the likelihood equations Σ (r² − V) q_k/V² = 0. Each v_k in turn:
+    // v_k = Σ q_k (r² − Σ_(l≠k) v_l q_l)/V² / Σ q_k²/V², not below 0.
     for _ in 0..ITERATIONS {
         let sum = |variances: &[f64; N], kind: &[f64; N]| -> f64 {
             variances.iter().zip(kind).map(|(v, k)| v * k).sum()
@@ -45,7 +48,8 @@ pub fn variance_components<const N: usize>(
     variances
 }
 
-/// Returns the correlation of samples with errors that decay over `intervals` sampling intervals.
+/// Returns the correlation of samples with errors that decay over `intervals` sampling intervals c: exp(−|j − k|/c), that of an
+/// Ornstein–Uhlenbeck process.
 #[must_use]
 pub fn lasting(samples: usize, intervals: f64) -> DMatrix<f64> {
     let correlations: Vec<f64> = (0..samples)

@@ -1,4 +1,5 @@
-//! Whitening of correlated residuals.
+//! Whitening of correlated residuals: for a covariance V = L Lᵀ with L lower triangular, W = L⁻¹ has WᵀW = V⁻¹, so
+//! |W r|² = rᵀV⁻¹r, and W r has the unit covariance W V Wᵀ.
 
 use nalgebra::DMatrix;
 
@@ -47,7 +48,9 @@ fn inverse_factor(covariance: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let block =
         |start: (usize, usize), size: (usize, usize)| covariance.view(start, size).into_owned();
     let first = inverse_factor(&block((0, 0), (half, half)))?;
-    // Coupling of the second half to the whitened first half.
+    // For V with the blocks A, Bᵀ; B, D: W_A A W_Aᵀ = 1 and K = B W_Aᵀ couples the second half to the whitened first. The
+    // second half given the first has the covariance D − B A⁻¹Bᵀ = D − K Kᵀ, with the whitening W_S. The inverse factor is
+    // W_A, 0; −W_S K W_A, W_S.
     let coupling = block((half, 0), (n - half, half)) * first.transpose();
     let complement = block((half, half), (n - half, n - half)) - &coupling * coupling.transpose();
     let second = inverse_factor(&complement)?;

@@ -15,6 +15,17 @@ pub struct GrowthLaw {
 
 /// First-order lag τ(x) dx/dt = x_eq − x with a τ that grows with x by a [`GrowthLaw`], and derivatives. Over each step τ is
 /// that of the step's middle, extrapolated from the two samples before.
+///
+/// With m_n = x_(n−1) + (x_(n−1) − x_(n−2))/2, τ_n = τ (m_n/x_ref)^p and the weights D = e^(−1/τ_n) and w_j of a step,
+///
+/// ```text
+/// x_n = D x_(n−1) + Σ_j w_j x_eq,j
+/// ∂x_n/∂θ = D ∂x_(n−1)/∂θ + Σ_j w_j ∂x_eq,j/∂θ + T_n (∂τ_n/∂θ + (p τ_n/m_n) ∂m_n/∂θ)
+/// T_n = (dD/dτ_n) x_(n−1) + Σ_j (dw_j/dτ_n) x_eq,j
+/// ```
+///
+/// where ∂τ_n/∂θ at a fixed m_n is (m_n/x_ref)^p for θ = τ, τ_n ln(m_n/x_ref) for θ = p, and 0 for a parameter of x_eq alone.
+/// `tau_slopes` is T_n, `feedback` T_n p τ_n/m_n. The first sample has m_0 = x_eq,0 and x_0 = x_eq,0 − τ_0 x_eq′.
 #[derive(Debug, Clone)]
 pub struct GrowingLag {
     law: GrowthLaw,

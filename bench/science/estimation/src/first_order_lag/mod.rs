@@ -21,7 +21,8 @@ impl Lag {
         Self(Step::new(tau / interval))
     }
 
-    /// Writes the lagged input, starting with the lag of a ramp of its first slope. Needs at least four samples.
+    /// Writes the lagged input, starting with the lag of a ramp of its first slope, x = x_eq − τ dx_eq/dt. Needs at least four
+    /// samples.
     pub fn apply(&self, input: &[f64], output: &mut [f64]) {
         let Self(step) = self;
         output[0] = input[0] - step.tau * first_slope(input);

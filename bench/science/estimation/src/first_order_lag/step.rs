@@ -1,4 +1,15 @@
 //! The lag over one step of the grid.
+//!
+//! With time s in sampling intervals since the last sample, τ dx/dt = x_eq − x has the solution
+//!
+//! ```text
+//! x(1) = e^(−1/τ) x(0) + ∫₀¹ e^(−(1−s)/τ)/τ x_eq(s) ds
+//! ```
+//!
+//! For x_eq the cubic through four samples, Σ_j L_j(s) x_eq,j with L_j = Σ_k c_jk s^k, the integral is Σ_j w_j x_eq,j with the
+//! weights w_j = Σ_k c_jk I_k and the moments I_k = ∫₀¹ e^(−(1−s)/τ)/τ s^k ds. As τ → 0 from above, e^(−1/τ) vanishes with all
+//! its derivatives, and the rest of every weight is a polynomial in τ. For τ ≤ 0 that polynomial alone is the weight, so
+//! weights are smooth across 0: x = x_eq − τ x_eq′ + τ² x_eq″ − τ³ x_eq‴ of the cubic.
 
 /// The lag over one step, exact for an input that is cubic between samples.
 #[derive(Debug, Clone)]
@@ -36,12 +47,14 @@ const LAST_CUBICS: [[f64; 4]; 4] = [
 impl Step {
     /// Makes the step for a τ in sampling intervals.
     pub(crate) fn new(tau: f64) -> Self {
+        // d e^(−1/τ)/dτ = e^(−1/τ)/τ².
         let decay = if tau > 0.0 {
             ((-1.0 / tau).exp(), (-1.0 / tau).exp() / (tau * tau))
         } else {
             (0.0, 0.0)
         };
         // Moments ∫₀¹ e^(−(1−s)/τ)/τ s^k ds by parts: I₀ = 1 − decay, I_k = 1 − k τ I_(k−1).
+        // Derivatives by τ: I_k′ = −k (I_(k−1) + τ I_(k−1)′).
         let mut moments = [(1.0 - decay.0, -decay.1); 4];
         for k in 1..4 {
             let (previous, slope) = moments[k - 1];
@@ -58,6 +71,7 @@ impl Step {
                     (sum.0 + c * moment.0, sum.1 + c * moment.1)
                 })
         };
+        // The line x_eq,0 (1 − s) + x_eq,1 s has the weights I₀ − I₁ and I₁.
         let [constant, ramp, ..] = moments;
         Self {
             tau,

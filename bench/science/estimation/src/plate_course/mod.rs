@@ -5,6 +5,21 @@
 //! before the recording. Then Z_p = z0 + ż t + w W(t; T) + h exp(−t/T), linear except in T. The prediction sums over T, each
 //! weighted by how well it explains the readings (Bayes). Both parts of Z_p share the warmth, but not exactly T: stiffness and
 //! losses respond at different depths of the plate and its glue. The damping's T may thus differ, and is summed over too.
+//!
+//! Unknowns of a part are β = (z0, ż, w, h) and T; data are its readings y_j ± s_j at t_j, with t counted from the first and
+//! rows φ = (1, t, W, e^(−t/T)):
+//!
+//! ```text
+//! dW/dt = (1 − W)/T under a finger, −W/T without
+//! y_j = φ_jᵀβ + ε_j,  ε_j ~ N(0, s_j²),  β ~ N(0, Π⁻¹),  Π = diag(1/size², 1/per_s², 1/warmth², 1/warmth²)
+//! P = Σ φ_j φ_jᵀ/s_j² + Π,  b = Σ φ_j y_j/s_j²,  β̂ = P⁻¹b,  Cov β = P⁻¹
+//! ln p(y | T) = −½ ln|P| + ½ ln|Π| − ½ [Σ (y_j − φ_jᵀβ̂)²/s_j² + β̂ᵀΠβ̂] + const
+//! ```
+//!
+//! The last line, linear regression with a normal prior (Bishop 2006, Eq. 3.86), is summed over the candidate sizes of the
+//! warmth (β̂ and P are those of the likeliest) and multiplied by the priors ln T ~ N(ln 8 s, 1.1²) of the reactance and
+//! ln T_damping − ln T ~ N(0, 0.3²). Grids even in ln T narrow around the likely T. The prediction is the mixture over all
+//! pairs of T: its mean Σ w m and, by the law of total covariance, Σ w (C + (m − Σ w m)(m − Σ w m)ᵀ).
 
 use nalgebra::{Const, DMatrix, DVector, Dyn, Matrix4, OMatrix, SMatrix, Vector4};
 
@@ -123,6 +138,7 @@ impl NormalEquations {
         };
         let covariance = scaling * factor.inverse() * scaling;
         let parameters = covariance * self.right_side;
+        // Σ (y − φᵀβ̂)²/s² = Σ y²/s² − 2 β̂ᵀb + β̂ᵀ(Σ φφᵀ/s²)β̂.
         let squares = self.squares - 2.0 * parameters.dot(&self.right_side)
             + parameters.dot(&(self.precision * parameters));
         let cost = squares + parameters.component_mul(&parameters).dot(&prior);
@@ -130,6 +146,7 @@ impl NormalEquations {
         PartFit {
             parameters,
             covariance,
+            // P = D⁻¹L LᵀD⁻¹ with the scaling D: −½ ln|P| = Σ ln D_ii − Σ ln L_ii, and ½ ln|Π| = −Σ ln std.
             ln_evidence: ln_product(&scale)
                 - ln_product(&factor.l_dirty().diagonal())
                 - ln_product(&stds)
@@ -310,7 +327,8 @@ impl Course<'_> {
                 self.row(times_s[index])[part]
             });
         let fit = self.explain(readings, stds);
-        // Scale the errors up if the readings scatter about the course by more than their own errors.
+        // Scale the errors up if the readings scatter about the course by more than their own errors: χ² per degree of freedom
+        // above 1 multiplies the covariance (Birge 1932).
         let freedom = readings.len().saturating_sub(PART_PARAMETERS).max(1) as f64;
         let excess = (fit.squares / freedom).max(1.0);
         PartPrediction {
@@ -344,6 +362,7 @@ fn warmth(time_s: f64, t_s: f64, touches: Touches<'_>) -> f64 {
         }
         share *= ((last_s - begin_s) / t_s).exp();
         let stop_s = end_s.min(time_s);
+        // Under a finger 1 − W decays with T, without one W does.
         share = 1.0 + (share - 1.0) * ((begin_s - stop_s) / t_s).exp();
         last_s = stop_s;
     }

@@ -24,7 +24,9 @@ impl Means<'_> {
     /// Returns the variance of the logarithm that the walk adds per second within a stretch, 1/s.
     ///
     /// A quantity that returns to its mean moves faster within a stretch than between stretches: the variance over two steps is
-    /// then less than twice that over one (Uhlenbeck & Ornstein 1930).
+    /// then less than twice that over one (Uhlenbeck & Ornstein 1930). If a fraction ρ of a deviation of variance s² remains
+    /// after a step Δ, k steps have the variance 2 s² (1 − ρ^k): the ratio of two steps to one is 1 + ρ. Within a stretch the
+    /// variance grows by 2 s² (−ln ρ)/Δ per second, −ln ρ/(1 − ρ) times the 2 s² (1 − ρ)/Δ of one step.
     #[must_use]
     pub fn diffusivity_per_s(&self) -> f64 {
         let (single_steps, double_steps) = (self.steps(1), self.steps(2));
@@ -43,7 +45,9 @@ impl Means<'_> {
         } else {
             1.0
         };
-        // Means over two stretches of a walk differ less than the points at their middles.
+        // Means over two stretches of a walk differ less than the points at their middles. For stretches of length L with
+        // middles Δ ≥ L apart, a mean differs from the walk at an end of its stretch by ∫₀ᴸ (s/L) dw, of variance D L/3, and
+        // the walk between the stretches adds D (Δ − L): in all D (Δ − L/3).
         let duration_s = single_steps.time_s
             - single_steps.count * self.each_s.min(single_steps.time_s / single_steps.count) / 3.0;
         single_steps.squares / duration_s * single_steps.count / (single_steps.count - 1.0)
@@ -63,6 +67,7 @@ impl Means<'_> {
             let (last, duration_s) = (index + steps, window[steps] - window[0]);
             let ((a, var_a), (b, var_b)) = (self.values[index], self.values[last]);
             let drift = 0.5 * (self.per_s[index] + self.per_s[last]) * duration_s;
+            // Var ln a ≈ Var a/a²; independent errors of both ends add to the squared increment.
             let noise = var_a / (a * a) + var_b / (b * b);
             sums.squares += ((b / a).ln() - drift).powi(2) - noise;
             sums.time_s += duration_s;
@@ -85,7 +90,8 @@ struct Steps {
 /// `single`, and two with the weights `pair`.
 #[must_use]
 pub fn spread(single: &[f64], pair: &[Vector2<f64>]) -> Matrix3<f64> {
-    // An increment at a sample persists in all later samples.
+    // A walk w_n = Σ_(m≤n) e_m with Var e_m = 1 has Σ_n c_n w_n = Σ_m e_m Σ_(n≥m) c_n: an increment persists in all later
+    // samples. With the tail sums t_m = Σ_(n≥m) c_n of all three weights, the covariance is Σ_m t_m t_mᵀ.
     let (mut tail, mut sum) = (Vector3::zeros(), Matrix3::zeros());
     for (weight, pair) in single.iter().zip(pair).rev() {
         tail += Vector3::new(*weight, pair[0], pair[1]);

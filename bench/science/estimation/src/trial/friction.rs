@@ -4,6 +4,20 @@
 //! The lateral force μ f_n is read through the first-order lag of its sensor. φ and the lag are shared by a trial, μ0 belongs
 //! to an instance. All three are fitted to the measured friction after the impedance and do not affect its fit. Given φ and
 //! the lag, the problem is linear in the instance's μ0, which is projected out (Golub & Pereyra 1973, with Kaufman's slopes).
+//!
+//! With the modelled ratio m of Eq. 19, the change c(t) of μ0 within the instance and the lag L of time λ, the friction read
+//! for μ0 = 1 is u:
+//!
+//! ```text
+//! u = L[(φ + (1 − φ) m) f_n c]/f_n
+//! r = μ0 u − μ,   μ0 = uᵀμ/uᵀu
+//! ∂r/∂p = μ0 (1 − u uᵀ/uᵀu) ∂u/∂p,   ∂μ0/∂p = −μ0 uᵀ(∂u/∂p)/uᵀu        p = φ, λ (Kaufman 1975)
+//! ```
+//!
+//! The slopes leave out the terms −u rᵀ(∂u/∂p)/uᵀu and −rᵀ(∂u/∂p)/uᵀu, which vanish with the residuals. The sum
+//! Σ r² + s² ((φ/0.3)² + (λ/5 ms)²), with s² the residuals' variance, is minimised over φ and λ: s² times −2 ln of the
+//! posterior for normal residuals and normal priors about 0. A random walk of μ0 within the instance (`random_walk`) widens the
+//! errors and does not change the fit.
 
 use crate::first_order_lag::Lag;
 use crate::random_walk::{Means, spread};
@@ -175,7 +189,9 @@ fn fit_with_courses(
         fits.iter()
             .zip(samples_and_walks)
             .map(|(fit, ((samples, course), walk))| {
-                // The variance of μ0 combines its own scatter with that of φ and the lag.
+                // The variance of μ0 combines its own scatter with that of φ and the lag. For δμ0 = e + dᵀδp with d = ∂μ0/∂p
+                // and k = Cov(e, δp), which only the walk has: Var μ0 = Var e + 2 dᵀk + dᵀCov(p) d and
+                // Cov(μ0, p) = Cov(p) d + k.
                 let mu0_slopes = Vector2::from(fit.mu0_slopes);
                 let walk_cross = walk.fixed_view::<2, 1>(1, 0);
                 let mu0_variance = variance / fit.power;
@@ -246,6 +262,9 @@ impl InstanceFriction {
     /// excludes its dependence on the other two.
     fn walk_covariance(&self, inverse: &Matrix2<f64>) -> Matrix3<f64> {
         let mean_weight = 1.0 / self.unit.len() as f64;
+        // A walk w of ln μ0 changes the measured friction by μ0 u w, and with it μ0 = uᵀμ/uᵀu by μ0 Σ u² w/uᵀu, of which the
+        // walk's mean, μ0 Σ w/n, is the true change of the instance's μ0 and no error. φ and λ change by
+        // (JᵀJ)⁻¹ Σ (∂r/∂p) μ0 u w; J includes the rows of the priors.
         let mu0_weights = self.unit.iter().map(|u| u * u / self.power - mean_weight);
         let mu0_weights: Vec<f64> = mu0_weights.map(|weight| weight * self.mu0).collect();
         let [by_floor, by_lag] = &self.slopes;
@@ -352,6 +371,8 @@ impl FrictionProblem<'_> {
                     .zip(samples.mu)
                     .for_each(|(slope, mu)| *slope += mu);
             }
+            // With v = ∂r/∂θ at fixed μ0, φ and λ: ∂μ0/∂θ = −uᵀv/uᵀu. The gradient Jᵀr of φ and λ changes by Jᵀv, and they
+            // respond by −(JᵀJ)⁻¹Jᵀv.
             by_contact[parameter] = -dot(&fit.unit, &mu_slopes) / fit.power;
             for (row, slopes) in fit.slopes.iter().enumerate() {
                 gradient[(row, parameter)] = dot(slopes, &mu_slopes);

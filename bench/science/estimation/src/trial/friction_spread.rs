@@ -2,6 +2,20 @@
 //!
 //! φ and the lag are fitted to all instances, so they depend on every contact of the trial; μ0 of an instance depends on its
 //! own contact and on those two. Where a modelled ratio that is too high would lower μ0, φ changes first.
+//!
+//! With θ_i the model's parameters at instance i, p = (φ, lag), T_i = ∂p/∂θ_i and R_i the response of θ_i to calibration
+//! errors,
+//!
+//! ```text
+//! δp = Σ_i T_i δθ_i,   Cov p = Σ_ij T_i Cov(θ_i, θ_j) T_jᵀ,   Cov(θ_i, p) = Σ_j Cov(θ_i, θ_j) T_jᵀ
+//! ```
+//!
+//! where Cov(θ_i, θ_j) = (noise of the fit) + R_i R_jᵀ. δp splits into its regression on one instance, B_iᵀδθ_i with
+//! B_i = Cov(θ_i)⁺Cov(θ_i, p), and a remainder uncorrelated with it, of covariance Cov p − Cov(p, θ_i) B_i. So
+//!
+//! ```text
+//! δφ = (B_iᵀδθ_i)_φ + remainder,   δμ0 = (∂μ0/∂θ_i) δθ_i + (∂μ0/∂p)(B_iᵀδθ_i + remainder)
+//! ```
 
 use nalgebra::{Matrix2, SMatrix, SVector};
 
@@ -48,6 +62,7 @@ impl FrictionSpread {
             }
             combination
         });
+        // With δθ_i = O_i δo_i + S_i δs, row k of δp is the combination Σ_i T_ik O_i δo_i + (Σ_i T_ik S_i) δs.
         let mut combination_covariances = Vec::with_capacity(FRICTION_PARAMETERS);
         for combination in &combinations {
             combination_covariances.push(minimum.covariance_with(covariance, combination)?);
@@ -112,6 +127,7 @@ fn regression(
     covariance: &ParameterCovariance,
     cross: &SMatrix<f64, PARAMETERS, FRICTION_PARAMETERS>,
 ) -> SMatrix<f64, PARAMETERS, FRICTION_PARAMETERS> {
+    // C⁺ = D Q Λ⁺ Qᵀ D with D C D = Q Λ Qᵀ, D = diag(1/√C_jj): parameters without variance or dependent on others drop out.
     let scale: SVector<f64, PARAMETERS> = covariance.diagonal().map(|variance| {
         if variance > 0.0 {
             variance.sqrt().recip()

@@ -1,4 +1,13 @@
 //! Parameters of an instance, parameters shared by a trial's instances, and the model's parameters as a function of both.
+//!
+//! With an instance's own parameters o, the shared s, and its place u in units of 30 mm, the model's parameters θ are
+//!
+//! ```text
+//! τ = e^(s_τ),  T = e^(s_T)                        the other parameters as they are
+//! Δ = o_Δ + mean + Σ_k s_k by_course_k             plate: its predicted course, and deviations from it (`plate.rs`)
+//! φ = o_φ + s_φ,  y_r = o_y + s_y                  other modes, at this place and at all
+//! ln r = s_tilt u + s_bow u²                       amplitude along the plate
+//! ```
 
 use std::ops::{Add, Mul};
 
@@ -112,6 +121,7 @@ impl Member<'_> {
         slopes: &[T; PARAMETERS],
         parameters: &[f64; PARAMETERS],
     ) -> [T; SHARED] {
+        // ∂/∂s = Σ (∂/∂θ)(∂θ/∂s); of a time, ∂θ/∂ ln θ = θ.
         std::array::from_fn(|index| match TRIAL_PARAMETERS.get(index) {
             Some(&parameter) if is_time(parameter) => slopes[parameter] * parameters[parameter],
             Some(&parameter) => slopes[parameter],
@@ -189,6 +199,9 @@ impl ParameterSlopes {
         instance: usize,
         by_error: &ByError<PARAMETERS>,
     ) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
+        // θ = A o + B s + E c to first order, with calibration errors c of unit variance. The covariances of o and s include
+        // their responses R_o, R_s to c. With R = A R_o + B R_s the terms with c are (R + E)(R + E)ᵀ = R Rᵀ + R Eᵀ + E Rᵀ +
+        // E Eᵀ, of which R Rᵀ is in A C_oo Aᵀ + B C_ss Bᵀ + A C_os Bᵀ + B C_osᵀ Aᵀ already.
         let Self { by_own, by_shared } = self;
         let block = &covariance.blocks[instance];
         let cross = by_own * block.with_shared * by_shared.transpose();

@@ -6,8 +6,26 @@
 //! S enter, so q0 is the value for the assumed E and ν.
 //!
 //! The impedance, the gap's lag and the normal force are those of [`dynamic`](super::dynamic); in addition the skin has inertia
-//! while the amplitude changes (`transient.rs`). Σ|Z_m,model − Z_m|² over all instances is minimised with wide log-normal
-//! [priors](TrialPriors), from several starts, in the logarithms of the positive parameters.
+//! while the amplitude changes (`transient.rs`). With r_i the 2n real and imaginary parts of Z_m,model − Z_m of instance i and
+//! V_i their covariance (`scatter.rs`), the sum
+//!
+//! ```text
+//! C = Σ_i r_iᵀV_i⁻¹ r_i + Σ_j ((θ_j − m_j)/s_j)²
+//! ```
+//!
+//! is minimised: −2 ln of the posterior for normal residuals and normal [priors](TrialPriors) m_j ± s_j, up to a constant while
+//! the V_i are fixed. Unknowns of an instance are ln σ_t, Re Z_t, Im Z_t, the plate's offset Δ (two parts), and the angle φ and
+//! residual mobility y_r of other modes; σ_t and Z_t have no prior. Shared are ln S, ln q0, ln η, ln τ, ν, ln T, p
+//! (`lagged_model.rs`), five deviations of the plate from its predicted course (`plate.rs`), tilt and bow of the amplitude
+//! along the plate, and common parts of φ and y_r.
+//!
+//! 1. Each of up to four pairs of S and τ starts from the best q0 and σ_t of a grid and descends with V = (0.01 N·s/m)² and
+//!    narrowed priors of the extensions (`search.rs`).
+//! 2. The best minimum is refined three times: trends within instances, the plate's course, the skin's transients and V are
+//!    computed at it and held fixed, and C is minimised again (`arrowhead`).
+//! 3. Without later readings of the plate, its damping is freed where the Bayesian information criterion favours that.
+//! 4. The covariance follows from residuals, priors and the errors of the calibration; the friction is fitted to the contact
+//!    found (`friction.rs`).
 
 mod friction;
 mod friction_spread;
@@ -268,6 +286,7 @@ fn tau_at_mean_gap(
             ln_gap += member.model.ln_mean_gap() / minimum.own.len() as f64;
         }
     }
+    // ln τ at the mean ln x̄ of the instances is ln τ + p ln(x̄/10 µm), for x̄ held fixed.
     let mut slopes = Shared::zeros();
     (slopes[TAU], slopes[LAG_GROWTH]) = (1.0, ln_gap);
     LogUncertain {
@@ -323,6 +342,7 @@ fn verdict(minimum: &TrialMinimum, covariance: Option<&Covariance>) -> FitVerdic
     };
     let instance_errors = minimum.own.iter().enumerate().flat_map(|(index, own)| {
         let own_covariance = &covariance.blocks[index].own;
+        // Relative error of |Z_t|: √(E|δZ_t|²)/|Z_t|.
         let variance = |k: usize| own_covariance[(k, k)];
         let tissue_variance: f64 = TISSUE.map(variance).iter().sum();
         let tissue_square: f64 = TISSUE.map(|k| own[k] * own[k]).iter().sum();

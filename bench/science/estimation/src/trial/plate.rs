@@ -1,4 +1,18 @@
 //! Prior of the plate's impedance at the instances, from readings without a finger.
+//!
+//! `plate_course` predicts the offset Δ = Z_p − Z_p(unloaded interval) at the n instances, 2n numbers with mean m and
+//! covariance K = F Fᵀ. The largest five principal components of K are shared parameters of the trial, of unit variance; the
+//! remainder is each instance's own. With W = diag(10 for damping, 1 for reactance) and the singular value decomposition
+//! W F = U Λ Rᵀ,
+//!
+//! ```text
+//! Δ = m + Σ_(k≤5) s_k W⁻¹ u_k λ_k + own,   s_k ~ N(0, 1)
+//! own damping:    variance K_jj − Σ_k (W⁻¹ u_k λ_k)_j² + (q c_j)² + (10⁻⁴ N·s/m)²
+//! own reactance:  the scatter of the fitted reactances about the course
+//! ```
+//!
+//! where c_j is the distance of the predicted damping from the straight line between the two readings around instance j, and q
+//! the fraction by which such a course may be wrong: 0.03, and more if the fitted reactances scatter more.
 
 use super::prior::TrialPriors;
 use crate::plate_course::{CourseStds, Part, Predicted, Reading};
@@ -28,8 +42,8 @@ pub struct PlateReadings {
 /// Number of joint deviations of all offsets from their likely course.
 pub(super) const COURSES: usize = 5;
 
-/// Prior standard deviation of the change per second, N·s/m²: three hertz for a plate of 8 g, and 2.5 % of the published
-/// plate's damping per minute.
+/// Prior standard deviation of the change, N·s/m per second: three hertz per second for a plate of 8 g, and 2.5 % of the
+/// published plate's damping per minute.
 const REACTANCE_PER_S: f64 = 0.3;
 const DAMPING_PER_S: f64 = 0.003;
 /// Deviation of a single instance from the course, as a fraction of the course's deviation from the straight line between two
@@ -165,6 +179,7 @@ pub(super) fn offsets(
             let curvature = (curvature / n as f64)
                 .sqrt()
                 .max(MIN_REACTANCE_STD_N_S_PER_M);
+            // q = 0.03 + √(std² − min²)/(RMS distance of the predicted reactance from the straight line).
             let excess = (std * std - MIN_REACTANCE_STD_N_S_PER_M.powi(2)).sqrt();
             (std, COURSE_DEVIATION + excess / curvature)
         }
@@ -197,6 +212,7 @@ fn scatter_about(course: &Predicted, deviation: DVector<f64>) -> f64 {
     let n = deviation.len();
     let course_factor = course.factor.rows(n, n);
     let variance = MIN_REACTANCE_STD_N_S_PER_M.powi(2);
+    // Deviations d = k + e with Cov k = K and Cov e = v: the estimate of k is K (K + v)⁻¹d, its residual v (K + v)⁻¹d.
     let residuals = (course_factor * course_factor.transpose()
         + DMatrix::identity(n, n) * variance)
         .cholesky()

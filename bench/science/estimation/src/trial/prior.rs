@@ -1,6 +1,6 @@
 //! Priors of the skin and the plate for the fit of a trial.
 
-use contact::uncertain::WITHIN_95;
+use statistics::NORMAL_95;
 
 /// A log-normal distribution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,8 +16,9 @@ impl LogNormal {
     #[must_use]
     pub fn between(low: f64, high: f64) -> Self {
         Self {
+            // ln low and ln high lie 1.96 standard deviations on either side of their middle.
             median: (low * high).sqrt(),
-            ln_std: (high / low).ln() / (2.0 * WITHIN_95),
+            ln_std: (high / low).ln() / (2.0 * NORMAL_95),
         }
     }
 }

@@ -4,6 +4,16 @@
 //! for all samples; and the error of the force sensor's filter, which leaves some noise and removes some of the finger's force.
 //! The last one moves the gap for as long as it lasts plus the lag, so that many samples share it. Least squares without this
 //! correlation would attribute it to the skin.
+//!
+//! ```text
+//! V = v_f G K_f Gᵀ + D K_n D (real parts) + D K_n D (imaginary parts)
+//! K(t, t′) = e^(−|t − t′|/c),  c = 0.8 ms for K_f and 1.5 ms for K_n
+//! D² = v_c + v_n/|x̃_p|²
+//! ```
+//!
+//! with G = ∂Z_m/∂ ln f_n of all samples of the force, lead-in included. The diagonal of V is
+//! v_c + v_n/|x̃_p|² + v_f (G K_f Gᵀ)_jj; its three variances follow from the squared residuals of the last minimum, for the
+//! whole trial.
 
 use crate::arrowhead::{Whitening, lasting, variance_components};
 use nalgebra::DMatrix;
@@ -53,6 +63,7 @@ impl Scatter {
             return None;
         }
         let rows: Vec<[f64; 3]> = kinds.iter().flat_map(Kinds::rows).collect();
+        // A fit of P parameters to N residuals leaves (N − P)/N of their variance.
         let freedom = squares
             .len()
             .saturating_sub(SHARED + OWN * kinds.len())
@@ -130,7 +141,9 @@ impl Kinds {
             .collect();
         let correlation_samples = NOISE_CORRELATION_S / self.interval_s;
         let Some(by_force) = &self.by_force else {
-            // Samples that share a noise carry the information of only one.
+            // Samples that share a noise carry the information of only one. Slopes that change little within the correlation
+            // time of c samples have 1 + 2 Σ_k e^(−k/c) = coth(1/(2c)) times the variance of independent noise; 1 + 2c bounds
+            // it from above, by at most 1.
             let widening = (1.0 + 2.0 * correlation_samples).sqrt();
             let components = stds.iter().chain(&stds);
             return Some(Scatter::Independent(
@@ -151,7 +164,9 @@ impl Kinds {
 }
 
 /// Multiplies a response to each sample by the lower factor of [`lasting`]: an error is the decayed previous error plus an
-/// innovation, so the innovation of a sample acts on all later ones.
+/// innovation, so the innovation of a sample acts on all later ones. For e_n = ρ e_(n−1) + √(1 − ρ²) ε_n, e_0 = ε_0 and
+/// ρ = e^(−1/c), Cov e has the factor L_nm = ρ^(n−m) √(1 − ρ²) for n ≥ m > 0, and L_n0 = ρ^n. Column m of G L is
+/// √(1 − ρ²) Σ_(n≥m) ρ^(n−m) G_n, summed from the last column backwards.
 fn accumulate_errors(response: &mut DMatrix<f64>, intervals: f64) {
     let decay = (-intervals.recip()).exp();
     for sample in (1..response.ncols()).rev() {

@@ -114,7 +114,9 @@ impl<'a> Search<'a> {
 
     /// Searches with the plate's damping held fixed and, where references do not determine it, also with it fitted. The second
     /// result is accepted if the Bayesian information criterion (Schwarz 1978) favours a separate damping for each instance:
-    /// if the damping is constant, fitting it lets the model's own error into σ_t (decision 21).
+    /// if the damping is constant, fitting it lets the model's own error into σ_t (decision 21). The criterion is C + k ln N
+    /// for k parameters and N residuals; k dampings are worth it if they lower C by more than k ln N, both C with the V of
+    /// the free fit.
     pub(super) fn solve(&mut self) -> Result<TrialMinimum, FitError> {
         let start = self.search_starts().ok_or(FitError::NoStart)?;
         self.is_start_search = false;
@@ -312,7 +314,8 @@ impl<'a> Search<'a> {
         minimum.shared.as_mut_slice()[COURSE..TILT].fill(0.0);
         for (index, (member, offset)) in self.members.iter_mut().zip(offsets).enumerate() {
             member.offset = offset;
-            // Keep the plate's impedance unchanged, so that the search continues from the same point.
+            // Keep the plate's impedance unchanged, so that the search continues from the same point: own + mean + Σ_k s_k
+            // by_course_k is the same with the old course and with the new one, there with all s_k = 0.
             let change = previous[index] - offset.value(&[]);
             minimum.own[index][REACTANCE] += change.im;
             minimum.own[index][DAMPING] += change.re;
@@ -405,6 +408,7 @@ impl<'a> Search<'a> {
             member.model.evaluate(&parameters, z_m, slopes)?;
             let by_error = by_error.map(|slopes| slopes.map(Complex64::from));
             let errors = by_error.map_or(0, |_| ERRORS);
+            // Columns r, ∂r/∂own, ∂r/∂shared and (∂r/∂θ) E for the calibration errors, all times W with WᵀW = V⁻¹.
             let mut rows = DMatrix::zeros(2 * n, 1 + OWN + SHARED + errors);
             for (index, (z, slope)) in z_m.iter().zip(slopes.iter()).enumerate() {
                 let by_own = INSTANCE_PARAMETERS.map(|parameter| slope[parameter]);
@@ -467,7 +471,8 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Returns the ratio of the residuals' variance to that of their weights, at least 1.
+    /// Returns the ratio of the residuals' variance to that of their weights, at least 1: Σ rᵀV⁻¹r/(N − P) for N residuals
+    /// and P parameters (Birge 1932).
     fn excess(&mut self, minimum: &TrialMinimum) -> f64 {
         let squares = self
             .residuals(&minimum.shared, &minimum.own)
@@ -491,6 +496,8 @@ impl<'a> Search<'a> {
     ) -> Option<Covariance> {
         let excess = self.excess(minimum);
         let rows = self.whitened_rows(&minimum.shared, &minimum.own, Some(by_error))?;
+        // Covariance of the gradient: f JᵀV⁻¹J from residuals with the excess f, and the precision Π from the priors. Then
+        // Cov = N⁻¹(f JᵀV⁻¹J + Π)N⁻¹ with N = JᵀV⁻¹J + Π, which is N⁻¹ for f = 1.
         let blocks: Vec<BlockNormal<OWN, SHARED>> = rows
             .iter()
             .enumerate()

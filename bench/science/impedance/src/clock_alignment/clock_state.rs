@@ -73,6 +73,7 @@ impl ClockState {
     }
 
     fn fast_by(&self, reference: &Self) -> f64 {
+        // The host's clock runs 1 + d times as fast as this one and 1 + d_r times as fast as the reference.
         (1.0 + 1e-6 * reference.drift_ppm) / (1.0 + 1e-6 * self.drift_ppm) - 1.0
     }
 

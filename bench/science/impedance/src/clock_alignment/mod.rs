@@ -49,9 +49,11 @@ pub enum ClockError {
 ///
 /// Arrivals are late by a delay that varies (USB bursts, scheduling) but has a floor. The map is the closest line below all
 /// observations of the last minute: an edge of the lower convex hull of the delays
-/// (Moon, Skelly & Towsley, INFOCOM 1999). A least-squares line would follow the bursts instead. The minimum delay
-/// cannot be observed and remains in the offset, as does the time that the newest sample of every burst waits for it:
-/// up to one sampling period of the source, if its samples are locked to the bursts.
+/// (Moon, Skelly & Towsley, INFOCOM 1999). With delays δ_i at the source's times s_i it is the line a + b s ≤ δ_i that
+/// minimises Σ (δ_i − a − b s_i) = n (δ̄ − a − b s̄), and so is highest at the mean time s̄: the hull's edge there. A
+/// least-squares line would follow the bursts instead. The minimum delay cannot be observed and remains in the offset, as
+/// does the time that the newest sample of every burst waits for it: up to one sampling period of the source, if its
+/// samples are locked to the bursts.
 ///
 /// Once [`settled`](Self::settled) the drift is fitted without bounds; until then it is limited to [`TOLERANCE`].
 /// The settled map is continuous and monotone and never changes for times already passed: a new estimate is approached
@@ -290,6 +292,7 @@ impl LowerEnvelope {
     fn fit(&mut self) {
         let mut hull: Vec<Observation> = vec![];
         for &c in &self.closed {
+            // Monotone chain (Andrew 1979): b is dropped if it lies on or above the line from a to c.
             while let [.., a, b] = hull[..]
                 && (b.delay_s - a.delay_s) * (c.source_s - a.source_s)
                     >= (c.delay_s - a.delay_s) * (b.source_s - a.source_s)
@@ -307,6 +310,7 @@ impl LowerEnvelope {
         let edge = hull.windows(2).find(|edge| edge[1].source_s >= middle);
         // After a long silence the few new observations determine the offset, but not yet another drift.
         if let Some(&[a, b]) = edge.filter(|_| !self.settled || span_s >= SETTLING_S) {
+            // host = source + δ and δ = a + b s: the host's clock runs 1 + b times as fast as the source's.
             let slope = (b.delay_s - a.delay_s) / (b.source_s - a.source_s);
             self.edge = (slope, span_s);
             self.settled |= span_s >= SETTLING_S;

@@ -9,7 +9,7 @@ const MARK: char = '\'';
 /// are unchanged. [`from_cell`] restores the text.
 ///
 /// ```
-/// use bounded_files::{from_cell, to_cell};
+/// use escaping::{from_cell, to_cell};
 ///
 /// assert_eq!(to_cell("=HYPERLINK(\"http://x\")"), "'=HYPERLINK(\"http://x\")");
 /// assert_eq!(to_cell("-1.5e-3"), "-1.5e-3");

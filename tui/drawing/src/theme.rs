@@ -44,12 +44,6 @@ impl std::str::FromStr for Theme {
 }
 
 impl Theme {
-    /// Returns the theme that suits the value of the environment variable `NO_COLOR` (<https://no-color.org>).
-    #[must_use]
-    pub fn from_no_color(value: Option<&std::ffi::OsStr>) -> Self {
-        Self::Colour.under_no_color(value)
-    }
-
     /// Returns this theme, or the theme without colours if `NO_COLOR` asks for it.
     #[must_use]
     pub fn under_no_color(self, value: Option<&std::ffi::OsStr>) -> Self {

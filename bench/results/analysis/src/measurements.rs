@@ -118,43 +118,6 @@ impl Measurements {
         self.position.drain(..position);
     }
 
-    /// Returns the data from `start_s` to `end_s`.
-    pub fn window(&self, start_s: f64, end_s: f64) -> Self {
-        let is_inside = |time_s: f64| (start_s..=end_s).contains(&time_s);
-        Self {
-            frames: self
-                .frames
-                .iter()
-                .filter(|f| is_inside(f.time_s))
-                .copied()
-                .collect(),
-            force: self
-                .force
-                .iter()
-                .filter(|r| is_inside(r.time_s))
-                .copied()
-                .collect(),
-            position: self
-                .position
-                .iter()
-                .filter(|r| is_inside(r.time_s))
-                .copied()
-                .collect(),
-            saturated: self
-                .saturated
-                .iter()
-                .filter(|(from_s, to_s)| *from_s <= end_s && *to_s >= start_s)
-                .copied()
-                .collect(),
-            drive_gaps: self
-                .drive_gaps
-                .iter()
-                .filter(|gap| gap.from_s <= end_s && gap.to_s >= start_s)
-                .copied()
-                .collect(),
-        }
-    }
-
     /// Returns the amplitude, m, of the frame nearest to `time_s`; `None` where samples were lost.
     pub fn amplitude_m(&self, time_s: f64) -> Option<f64> {
         let index = self.frames.partition_point(|frame| frame.time_s < time_s);

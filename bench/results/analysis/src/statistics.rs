@@ -278,7 +278,10 @@ mod tests {
     fn constant_or_missing_values_have_no_statistics() {
         let [pearson, spearman] = [Coefficient::Pearson, Coefficient::Spearman];
         assert_eq!(pearson.correlate(&[1.0, 1.0, 1.0], &[1.0, 2.0, 3.0]), None);
-        assert_eq!(spearman.correlate(&[1.0, f64::NAN, 3.0], &[1.0, 2.0, 3.0]), None);
+        assert_eq!(
+            spearman.correlate(&[1.0, f64::NAN, 3.0], &[1.0, 2.0, 3.0]),
+            None
+        );
         assert_eq!(spread([f64::NAN]), None);
         assert_eq!(spread([2.0]).unwrap().std, None);
     }

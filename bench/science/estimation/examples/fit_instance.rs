@@ -1,9 +1,9 @@
 //! Both methods on one instance: σ_t, Z_t, τ and μ0 with their standard errors.
 //!
 //! ```text
-//! cargo run --release -p contact --example fit_instance
-//! cargo run --release -p contact --example fit_instance -- --write instance.csv
-//! cargo run --release -p contact --example fit_instance -- instance.csv --start-s 0 --z-p 7.01
+//! cargo run --release -p estimation --example fit_instance
+//! cargo run --release -p estimation --example fit_instance -- --write instance.csv
+//! cargo run --release -p estimation --example fit_instance -- instance.csv --start-s 0 --z-p 7.01
 //! ```
 //!
 //! Without a file, an instance is synthesised from the model and the estimates are printed next to the truth. A file has

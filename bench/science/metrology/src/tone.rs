@@ -129,13 +129,6 @@ impl SteadyTone {
             rest_rms: (squares / frames as f64).sqrt(),
         })
     }
-
-    /// Returns the one-sided density of the remainder, assumed white, in sample units per √Hz: its mean square is spread over
-    /// half the sample rate.
-    #[must_use]
-    pub fn noise_density(&self, sample_rate_hz: f64) -> f64 {
-        self.rest_rms / (sample_rate_hz / 2.0).sqrt()
-    }
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use protocols::{Interval, IntervalKind, Protocol, SelectionRules, TrialAnalysis,
 use recording::manifest::StandardErrors;
 use recording::pipeline::Account;
 use recording::study::TrialLabel;
+use tui::action::AttemptName;
 
 use crate::run::recorded_plate::recorded_errors;
 
@@ -28,8 +29,8 @@ pub(super) struct DueTrial {
 pub(super) struct AnalysedTrial {
     /// Analysis for its verdict.
     pub(super) analysis: TrialAnalysis,
-    /// Its number, whether it is practice, and its attempt.
-    pub(super) trial: (u32, bool, u32),
+    /// Its name on the screen.
+    pub(super) attempt: AttemptName,
     /// Request for its fit.
     pub(super) request: FitRequest,
 }
@@ -52,7 +53,11 @@ impl DueTrial {
         request.calibration = recorded_errors(bench).unwrap_or_default();
         AnalysedTrial {
             analysis,
-            trial: (number, key.practice, key.attempt),
+            attempt: AttemptName {
+                trial: number,
+                practice: key.practice,
+                attempt: key.attempt,
+            },
             request,
         }
     }

@@ -272,7 +272,7 @@ impl SessionTask {
             std::mem::take(&mut self.record),
             (&self.account, &self.account_at_begin),
         );
-        self.wiring.live.ask(analysed.request, analysed.trial);
+        self.wiring.live.ask(analysed.request, analysed.attempt);
         self.analysed = Some(analysed.analysis);
     }
 

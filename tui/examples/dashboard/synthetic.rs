@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use participant_texts::Instruction;
 use tui::ScreenView;
+use tui::action::AttemptName;
 use tui::event::{
     BenchFacts, BenchLine, CalibrationFact, ComplexImpedance, ContactCurves, Crop, CropStretch,
     Event, FitView, LineStates, Live, LogLevel, NoEstimate, Outlook, PartFact, PeriodTrace,
@@ -173,6 +174,11 @@ impl Script {
                 ..phase(kind, trial, attempt, practice)
             })
         };
+        let name = AttemptName {
+            trial,
+            practice,
+            attempt,
+        };
         let place = (trial, if practice { 1 } else { TRIALS });
         let remaining = if practice {
             TRIALS + 1
@@ -200,7 +206,7 @@ impl Script {
             self.tell(Instruction::FollowSlider, place, None, None);
             let began_s = self.now_s;
             self.run(PLATE_M / SPEED_M_PER_S, Finger::Moving, force_n);
-            let crop = crop((trial, practice, attempt), (exploration, began_s), force_n);
+            let crop = crop(name, (exploration, began_s), force_n);
             self.say(Event::Crop(crop));
             self.say(phase_event(PhaseKind::Feedback, exploration, None));
             self.tell(Instruction::Feedback, place, None, Some(force_n));
@@ -224,7 +230,7 @@ impl Script {
             settled: None,
             condition: None,
         }));
-        self.say(Event::Fit(fit((trial, practice, attempt), force_n)));
+        self.say(Event::Fit(fit(name, force_n)));
         if !accepted {
             self.log(LogLevel::Warning, "1 input xrun, 1 024 frames lost");
             self.health(1024);
@@ -353,13 +359,13 @@ fn period(t_s: f64, finger: Finger, force_n: f64) -> PeriodTrace {
     }
 }
 
-fn fit((trial, practice, attempt): (u32, bool, u32), force_n: f64) -> FitView {
+fn fit(attempt: AttemptName, force_n: f64) -> FitView {
     let amplitudes = || (0..40).map(|i| f64::from(i) * 0.08e-6);
     let mu_at = |amplitude_m: f64| 0.25 + 0.6 * (-amplitude_m / 1.0e-6).exp();
     FitView {
-        trial,
-        practice,
-        attempt,
+        trial: attempt.trial,
+        practice: attempt.practice,
+        attempt: attempt.attempt,
         sigma_t_m: Some(ValueAndStd {
             value: 1.72e-6,
             std: 0.04e-6,
@@ -439,11 +445,7 @@ fn facts() -> BenchFacts {
     }
 }
 
-fn crop(
-    (trial, practice, attempt): (u32, bool, u32),
-    (exploration, start_s): (u32, f64),
-    force_n: f64,
-) -> Crop {
+fn crop(attempt: AttemptName, (exploration, start_s): (u32, f64), force_n: f64) -> Crop {
     let duration_s = PLATE_M / SPEED_M_PER_S;
     let time_at = |i: u32| f64::from(i) * duration_s / 199.0;
     let stretches = (0..12u32).map(|i| {
@@ -475,9 +477,9 @@ fn crop(
             .collect::<Vec<_>>()
     };
     Crop {
-        trial,
-        practice,
-        attempt,
+        trial: attempt.trial,
+        practice: attempt.practice,
+        attempt: attempt.attempt,
         exploration,
         leftwards: exploration == 2,
         start_s,

@@ -4,6 +4,7 @@ use analysis::trial_fit::{NoFit, TrialFit};
 
 use contact::uncertain::Uncertain;
 use serde_json::{Map, Value, json};
+use tui::action::AttemptName;
 use tui::event::{ContactCurves, FitView, ValueAndStd};
 
 use crate::participant_skin::{SkinUsed, TrialSkin};
@@ -58,21 +59,17 @@ impl FitReport {
         data
     }
 
-    /// Returns the view for the screen, labelled with the trial's number, whether it is practice, and its attempt.
-    pub fn view(
-        &self,
-        (trial, practice, attempt): (u32, bool, u32),
-        drift_hz: Option<Uncertain>,
-    ) -> FitView {
+    /// Returns the view of the attempt's fit for the screen.
+    pub fn view(&self, attempt: AttemptName, drift_hz: Option<Uncertain>) -> FitView {
         let estimate = |uncertain: Uncertain| ValueAndStd {
             value: uncertain.value,
             std: uncertain.std,
         };
         let fit = self.fit.as_ref();
         FitView {
-            trial,
-            practice,
-            attempt,
+            trial: attempt.trial,
+            practice: attempt.practice,
+            attempt: attempt.attempt,
             sigma_t_m: fit.ok().map(|fit| estimate(fit.sigma_t_m)),
             mu0: fit.ok().map(|fit| estimate(fit.mu0)),
             drift_hz: drift_hz.map(estimate),

@@ -10,6 +10,8 @@ use crossbeam_channel::{Receiver, Sender};
 use recording::pipeline::Batch;
 use serde_json::{Map, Value};
 
+use tui::action::AttemptName;
+
 use crate::fit_report::FitReport;
 use crate::live_meter::LiveMeter;
 use crate::screen_words;
@@ -26,7 +28,7 @@ pub struct LiveSide {
     refits: Sender<FitRequest>,
     fits: Receiver<FitReport>,
     /// Number of each trial with a requested fit, whether it is practice, and its attempt.
-    requested_trials: VecDeque<(u32, bool, u32)>,
+    requested_attempts: VecDeque<AttemptName>,
 }
 
 /// Outcome of a fit.
@@ -53,7 +55,7 @@ impl LiveSide {
             screen_due_ns: 0,
             refits,
             fits,
-            requested_trials: VecDeque::new(),
+            requested_attempts: VecDeque::new(),
         }
     }
 
@@ -79,11 +81,11 @@ impl LiveSide {
         self.contact.retune(shift_hz);
     }
 
-    /// Requests the fit of a trial, given by number, whether it is practice, and attempt. A fit takes longer than a step may;
+    /// Requests the fit of an attempt. A fit takes longer than a step may;
     /// [`take_fit`](Self::take_fit) returns it later. The fitting task ends before the session only if it failed, and that
     /// stops the bench.
-    pub fn ask(&mut self, request: FitRequest, trial: (u32, bool, u32)) {
-        self.requested_trials.push_back(trial);
+    pub fn ask(&mut self, request: FitRequest, attempt: AttemptName) {
+        self.requested_attempts.push_back(attempt);
         let _ = self.refits.send(request);
     }
 
@@ -100,11 +102,11 @@ impl LiveSide {
             screen_words::drift(drift_hz)
         ));
         // Each report answers one request, in order.
-        let trial = self.requested_trials.pop_front().unwrap_or_default();
+        let attempt = self.requested_attempts.pop_front().unwrap_or_default();
         Some(FitNews {
             lines,
             data: report.record(drift_hz),
-            view: report.view(trial, drift_hz),
+            view: report.view(attempt, drift_hz),
         })
     }
 

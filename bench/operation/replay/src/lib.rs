@@ -23,6 +23,7 @@ use contact::AssumedConstants;
 use crossbeam_channel::{Receiver, Sender};
 use protocols::selection::analyse_exploration;
 use protocols::{Direction, SelectionRules, Stretch};
+use tui::action::AttemptName;
 use tui::event::{LogLevel, PhaseKind, PhaseView, SafetyState, SystemHealth};
 
 use analysis::Settings;
@@ -394,7 +395,12 @@ impl Replay {
                 attempt,
                 ..
             } = self.name();
-            let view = report.view((trial, practice, attempt), self.contact.drift_hz());
+            let attempt = AttemptName {
+                trial,
+                practice,
+                attempt,
+            };
+            let view = report.view(attempt, self.contact.drift_hz());
             self.front.show(tui::Event::Fit(view));
             let drift = screen_words::drift(self.contact.drift_hz());
             self.log(LogLevel::Info, format!("  plate's resonance {drift}"));

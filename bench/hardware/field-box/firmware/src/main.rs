@@ -114,7 +114,7 @@ fn main() -> ! {
     static THREAD: StaticCell<Executor> = StaticCell::new();
     THREAD
         .init(Executor::new())
-        .run(|spawner| usb::start(spawner, board.usb, serial))
+        .run(|spawner| usb::start(spawner, board.usb, serial, conversions::REPORT_HZ))
 }
 
 /// Returns the input for a contact to 3.3 V: high while closed; a broken wire reads as open.

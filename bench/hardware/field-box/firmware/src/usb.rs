@@ -12,7 +12,6 @@ use embassy_usb::{Builder, Config};
 use field_box_wire::{Encoded, FromBox, Identity, LONGEST_BYTES, Listener, ToBox};
 use static_cell::StaticCell;
 
-use crate::conversions::REPORT_HZ;
 use crate::guard::WORDS;
 
 bind_interrupts!(struct Irqs {
@@ -36,13 +35,13 @@ pub fn say(message: FromBox) {
     let _ = OUTBOX.try_send(message.encode());
 }
 
-/// Starts the port of the box with this serial number.
-pub fn start(spawner: Spawner, usb: Peri<'static, USB>, serial: [u8; 8]) {
-    spawner.spawn(run(usb, serial).unwrap());
+/// Starts the port of the box with this serial number, which sends `report_hz` readings a second.
+pub fn start(spawner: Spawner, usb: Peri<'static, USB>, serial: [u8; 8], report_hz: u16) {
+    spawner.spawn(run(usb, serial, report_hz).unwrap());
 }
 
 #[embassy_executor::task]
-async fn run(usb: Peri<'static, USB>, serial: [u8; 8]) {
+async fn run(usb: Peri<'static, USB>, serial: [u8; 8], report_hz: u16) {
     static DIGITS: StaticCell<[u8; 16]> = StaticCell::new();
     static CONFIGURATION: StaticCell<[u8; 256]> = StaticCell::new();
     static BOS: StaticCell<[u8; 256]> = StaticCell::new();
@@ -67,7 +66,7 @@ async fn run(usb: Peri<'static, USB>, serial: [u8; 8]) {
     let identity = FromBox::Identity(Identity {
         firmware: version(),
         serial,
-        report_hz: REPORT_HZ,
+        report_hz,
         converter_bits: CONVERTER_BITS,
     });
     let mut device = builder.build();

@@ -1,6 +1,6 @@
 //! Quantiles, angles and constants that several packages use.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Quantile of the normal distribution at 97.5 %: 95 % lie within this many standard deviations.
 pub const NORMAL_95: f64 = 1.959_964;
@@ -39,13 +39,11 @@ pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
 /// ```
 #[must_use]
 pub fn wrap_rad(angle_rad: f64) -> f64 {
-    angle_rad - TAU * (angle_rad / TAU).round()
+    (angle_rad + PI).rem_euclid(TAU) - PI
 }
 
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::PI;
-
     use super::*;
 
     #[test]

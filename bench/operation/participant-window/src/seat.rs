@@ -193,9 +193,7 @@ impl Window {
                 }
                 FromWindow::Unfit { why } if self.ready => events.push(SeatEvent::Unfit { why }),
                 _ => {
-                    return Err(Ended::Garbage(
-                        "not what a window says at this point".to_owned(),
-                    ));
+                    return Err(Ended::Garbage("unexpected at this point".to_owned()));
                 }
             }
         }

@@ -128,12 +128,12 @@ fn require_apart(
         return Ok(());
     }
     let (contents, occasion) = if was_rehearsed {
-        ("a rehearsal", "no rehearsal")
+        ("a rehearsal", "not a rehearsal")
     } else {
-        ("what was measured", "a rehearsal (faults are injected)")
+        ("measurements", "a rehearsal (faults are injected)")
     };
     bail!(
-        "{} holds {contents}, and this is {occasion}: name another file with --calibration",
+        "{} contains {contents}, but this is {occasion}: name another file with --calibration",
         path.display()
     )
 }
@@ -166,7 +166,7 @@ impl<'a> CalibrationRun<'a> {
         new_sensor: bool,
     ) -> anyhow::Result<Self> {
         if measure.operator.trim().is_empty() {
-            bail!("who measures? --operator NAME; it is kept in the calibration");
+            bail!("missing operator: pass --operator NAME (stored in the calibration)");
         }
         let path = path(&measure.hardware);
         require_writable(&path)?;
@@ -274,7 +274,7 @@ impl<'a> CalibrationRun<'a> {
         if outcome.xruns > 0 {
             let xruns = outcome.xruns;
             remarks.push(format!(
-                "xruns            {xruns}, none in what was measured"
+                "xruns            {xruns}, none during a measurement"
             ));
         }
         let mut written = write_files(&self.path, &file_stem(stem), &table, figure.as_ref())?;

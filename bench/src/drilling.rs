@@ -21,7 +21,7 @@ use crate::cli;
 /// Names the fault that cannot be drilled on this bench, or the error in its limits.
 pub fn plan(bench: Effective, options: &cli::Drill) -> anyhow::Result<Course> {
     if options.speed == cli::Speed::Max && !options.headless {
-        anyhow::bail!("--speed max leaves nobody time to act: add --headless");
+        anyhow::bail!("--speed max leaves the operator no time to act: add --headless");
     }
     if options.operator.trim().is_empty() {
         anyhow::bail!("--operator is empty: name who is drilled");

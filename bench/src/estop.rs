@@ -70,7 +70,7 @@ pub fn press(config: &Config, options: &cli::Hardware, apparatus: Apparatus) -> 
                 PressStep::Release => say("Seen. Release it."),
                 PressStep::Done => break,
                 PressStep::TimedOut => bail!(
-                    "nobody pressed and released the e-stop in time, or its line is not the one that [gpio] names"
+                    "the e-stop was not pressed and released in time, or its line is not the one that [gpio] names"
                 ),
             }
         }

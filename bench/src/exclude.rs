@@ -19,7 +19,7 @@ use crate::dates;
 pub fn run(options: &Exclude) -> anyhow::Result<()> {
     for (flag, text) in [("--because", &options.because), ("--by", &options.by)] {
         if ["", "n/a"].contains(&text.trim()) {
-            bail!("{flag} is empty: whoever reads the results must learn why, and by whom");
+            bail!("{flag} is empty: the results must state the reason and the person");
         }
     }
     let exclusion = Exclusion {

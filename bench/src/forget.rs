@@ -29,8 +29,7 @@ pub fn run(options: &Forget) -> anyhow::Result<bool> {
             ask(&participant, std::io::stdin().lock(), &mut out)?
         }
         None => bail!(
-            "nothing was removed: without a terminal nobody can be asked; \
-             --confirm {participant} answers both questions"
+            "nothing was removed: there is no terminal for the two questions; --confirm {participant} answers both"
         ),
     };
     if !agreed {
@@ -41,9 +40,9 @@ pub fn run(options: &Forget) -> anyhow::Result<bool> {
     study.remove(&traces, &date)?;
     writeln!(
         out,
-        "{participant} is removed; {REMOVALS_FILE} says that somebody was, and when\n\
-         what is left to do: results and figures that used these recordings, copies and backups, and the list of names \
-         (docs/PRIVACY.md)"
+        "{participant} is removed; {REMOVALS_FILE} records the removal and its date\n\
+         still to be removed by hand: results and figures that used these recordings, copies and backups, and the list \
+         of names (docs/PRIVACY.md)"
     )?;
     Ok(true)
 }
@@ -70,7 +69,7 @@ fn describe(
         ));
         if *links > 0 {
             lines.push(format!(
-                "  {links} symbolic links in it; what they lead to stays"
+                "  {links} symbolic links in it; their targets stay"
             ));
         }
     }

@@ -73,8 +73,8 @@ const RESERVED: usize = 1;
 /// Number of entries that did not fit in the queue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{0} entries of the session's log are lost, because the study's disk took none for minutes: the session cannot go on; \
-     trials whose end is not in the log are repeated by --resume"
+    "{0} entries of the session's log are lost, because the study's disk accepted none for minutes: the session cannot \
+     go on; trials whose end is not in the log are repeated by --resume"
 )]
 pub struct EntriesLost(u64);
 
@@ -302,7 +302,7 @@ impl Journal {
         shared.looked_ms.store(shared.now_ms(), Ordering::Release);
         while let Ok(entry) = self.entries.entries.try_recv() {
             self.write(entry).context(
-                "cannot write the session's log: the drive was stopped, what is on disk is kept",
+                "cannot write the session's log: the drive was stopped; files on disk are kept",
             )?;
         }
         self.entries

@@ -119,7 +119,7 @@ fn participant_folder(options: &crate::cli::Monitor) -> anyhow::Result<Option<Pa
     let folder = study.join(participant.as_str());
     if !folder.is_dir() {
         bail!(
-            "{} does not exist: {participant} has no session yet; without --participant the time counts for whoever comes \
+            "{} does not exist: {participant} has no session yet; without --participant the time counts for everyone \
              within the hour",
             folder.display()
         );

@@ -22,7 +22,7 @@ const COMMAND_RING: usize = 64;
 pub enum CommandError {
     /// The ring is full: the output callback has not run for a while.
     #[error(
-        "{COMMAND_RING} commands are waiting and the output does not take them: the stream is not running"
+        "{COMMAND_RING} commands are waiting and the output does not read them: the stream is not running"
     )]
     RingFull,
     /// The output stream is closed.

@@ -17,7 +17,7 @@ pub const MAX_TONES: usize = 128;
 
 /// A list with no tones, or with more than [`MAX_TONES`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("{count} tones: a stepped program holds 1 to {MAX_TONES}")]
+#[error("{count} tones: a stepped program has 1 to {MAX_TONES}")]
 pub struct ToneCountError {
     /// Number of tones in the list.
     pub count: usize,

@@ -76,8 +76,8 @@ impl WindowDisplay {
         });
         let Some(events) = events else {
             anyhow::bail!(
-                "no participant's window came to {} within {} s: start `friction-bench participant` in another terminal \
-                 first, with the same --socket if one is given here",
+                "no participant's window connected to {} within {} s: start `friction-bench participant` in another \
+                 terminal first, with the same --socket if one is given here",
                 socket.display(),
                 patience.as_secs()
             );

@@ -82,8 +82,8 @@ pub(super) fn earlier_part(plan: &Plan) -> anyhow::Result<EarlierPart> {
     };
     let distrust = |because: String| {
         anyhow::anyhow!(
-            "the log of {} cannot be trusted, so nobody can tell which trials are still to be done: {because}; put back \
-             its events.jsonl from a copy, or begin another session with --new-session; `friction-bench verify {}` says \
+            "the log of {} cannot be trusted, so the trials still to be done are unknown: {because}; put back its \
+             events.jsonl from a copy, or begin another session with --new-session; `friction-bench verify {}` says \
              more",
             folder.display(),
             quoted(&folder)

@@ -256,10 +256,13 @@ pub fn run(
     for detail in PersonDetail::ALL {
         let (typed, recorded) = (plan.person.text(detail), recorded_person.text(detail));
         if typed != NOT_STATED && typed != recorded {
-            front.show(log(Warning, format!(
-                "participants.tsv says {detail} {recorded} of {}, and keeps it: {typed} was not taken",
-                plan.participant
-            )));
+            front.show(log(
+                Warning,
+                format!(
+                    "participants.tsv already has {detail} {recorded} for {}: {typed} is ignored",
+                    plan.participant
+                ),
+            ));
         }
     }
     let questions = Questions::new(ask);

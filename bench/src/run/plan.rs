@@ -134,13 +134,13 @@ impl Plan {
     /// Names the option or setting to change.
     pub fn new(bench: Effective, options: &crate::cli::Run) -> anyhow::Result<Self> {
         let Some(participant) = &options.participant else {
-            bail!("who takes part? name the participant, such as --participant sub-01");
+            bail!("missing participant: pass --participant ID, such as --participant sub-01");
         };
         let participant: ParticipantId = participant.parse()?;
         if options.headless && options.consent_by.is_none() {
             bail!(
-                "no consent: nothing is driven before it is recorded that {participant} has consented; \
-                 name the operator who holds the signed form: --consent-by NAME"
+                "no consent: the consent of {participant} must be recorded before anything is driven; name the \
+                 operator who has the signed form: --consent-by NAME"
             );
         }
         if options
@@ -148,7 +148,7 @@ impl Plan {
             .as_ref()
             .is_some_and(|name| name.trim().is_empty())
         {
-            bail!("--consent-by is empty: name the operator who holds the signed form");
+            bail!("--consent-by is empty: name the operator who has the signed form");
         }
         let file = ProtocolFile::read(&options.protocol)?;
         let protocol = &file.protocol;
@@ -163,13 +163,13 @@ impl Plan {
         file.require_on_plate(config)?;
         if let Some(profile) = recorded_profile(&bench) {
             profile.validate().context(
-                "the amplitude along the plate in the calibration cannot be used: measure it anew with `friction-bench \
-                 calibrate plate --along N`, or take it out with a new `calibrate pickup`",
+                "the amplitude along the plate in the calibration cannot be used: measure it again with \
+                 `friction-bench calibrate plate --along N`, or take it out with a new `calibrate pickup`",
             )?;
         }
         if let Some(errors) = recorded_errors(&bench) {
             errors.validate().context(
-                "the calibration is too uncertain to be recorded: calibrate anew, pickup, plate and force; \
+                "the calibration is too uncertain to be recorded: calibrate pickup, plate and force again; \
                  plate.modal_mass_relative_error in bench.toml is part of standard_errors.impedance_relative",
             )?;
         }
@@ -267,7 +267,7 @@ fn person(
         let Some(text) = answer else { continue };
         if !ask.contains(&detail) {
             bail!(
-                "protocol {} does not ask for the participant's {detail}, and what is not needed is not kept: leave out \
+                "protocol {} does not ask for the participant's {detail}, so it must not be stored: leave out \
                  --{detail}, or add {detail} to participant.ask in the protocol",
                 protocol.name
             );

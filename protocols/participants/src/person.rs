@@ -73,15 +73,18 @@ pub struct Person {
 pub enum PersonError {
     /// The text is not a whole number of years in the range.
     #[error(
-        "{text:?} is no age; it is {MIN_AGE_YEARS} to {MAX_AGE_YEARS} whole years, or `{NOT_STATED}` for not stated \
-         (the bench is not for children)"
+        "{text:?} is not an age; give {MIN_AGE_YEARS} to {MAX_AGE_YEARS} whole years, or `{NOT_STATED}` for not \
+         stated (the bench is not for children)"
     )]
     Age {
         /// The text as given, shortened.
         text: String,
     },
     /// The text is not one of the allowed words.
-    #[error("{text:?} is no {}; it is {}, or `{NOT_STATED}` for not stated", .detail.column(), .detail.words().join(", "))]
+    #[error(
+        "{text:?} is not a valid {}; give {}, or `{NOT_STATED}` for not stated",
+        .detail.column(), .detail.words().join(", ")
+    )]
     Word {
         /// Detail asked for.
         detail: PersonDetail,
@@ -197,7 +200,7 @@ impl FromStr for PersonDetail {
 
     fn from_str(name: &str) -> Result<Self, Self::Err> {
         let detail = Self::ALL.into_iter().find(|detail| detail.column() == name);
-        detail.ok_or_else(|| format!("{name:?} is none of age, sex, handedness"))
+        detail.ok_or_else(|| format!("{name:?} is not age, sex or handedness"))
     }
 }
 

@@ -34,8 +34,8 @@ pub enum BrokenRule {
     },
     /// A name reserved for another file of a session.
     #[error(
-        "{key} = {name:?} is not allowed: a session's folder keeps the protocol as {name}.toml, which is the name of a file of \
-         the bench; give it another name"
+        "{key} = {name:?} is not allowed: a session's folder keeps the protocol as {name}.toml, the name of one of the \
+         bench's own files; give it another name"
     )]
     ReservedName {
         /// The key.

@@ -28,7 +28,7 @@ pub(super) enum Refusal {
     AlreadyPaused,
     #[error("the session is not paused")]
     NotPaused,
-    #[error("the attempt that it was asked of is over: ask again")]
+    #[error("that attempt has ended: press the key again")]
     OtherAttempt,
     #[error("the participant's display is lost: bring it back, then resume")]
     DisplayLost,

@@ -15,7 +15,7 @@ pub(super) fn words(id: &str, direction: StreamDirection) -> String {
             "the sound server {program} holds it; set the card's profile to \"off\" there, or stop the server"
         ),
         Some(program) => format!("{program} holds it; end that one first"),
-        None => "another program holds it: a sound server (PipeWire, PulseAudio, JACK) that must let go of the card, or \
+        None => "another program holds it: a sound server (PipeWire, PulseAudio, JACK) that must release the card, or \
                  another session; `fuser -v /dev/snd/*` lists them"
             .to_owned(),
     }

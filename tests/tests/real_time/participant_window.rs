@@ -462,7 +462,7 @@ fn a_missing_window_is_named_and_one_on_the_path_is_found() {
     );
     assert_eq!(code, Some(2));
     for words in [
-        "friction-bench: the participant's window is a program of its own, friction-bench-participant",
+        "friction-bench: the participant's window is a separate program, friction-bench-participant",
         &format!("neither in {} nor on the PATH", programs.path().display()),
         "cargo build --release -p friction-bench-participant",
     ] {

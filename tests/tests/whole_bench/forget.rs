@@ -100,7 +100,7 @@ fn one_participant_is_removed_with_every_trace() {
 
     // Nothing is left to remove; removing another participant adds a line.
     let output = forget(&study, &["sub-07", "--confirm", "sub-07"]);
-    assert_refusal(&output, &["holds nothing of sub-07"]);
+    assert_refusal(&output, &["has no data of sub-07"]);
     assert!(
         forget(&study, &["sub-06", "--confirm", "sub-06"])
             .status
@@ -121,10 +121,7 @@ fn nothing_is_removed_without_both_answers() {
     for (words, message) in [
         (&["sub-07"][..], "--confirm sub-07 answers both"),
         (&["sub-07", "--confirm", "sub-06"], "--confirm names sub-06"),
-        (
-            &["sub-99", "--confirm", "sub-99"],
-            "holds nothing of sub-99",
-        ),
+        (&["sub-99", "--confirm", "sub-99"], "has no data of sub-99"),
         (&["../sub-07", "--confirm", "../sub-07"], "is not allowed"),
     ] {
         assert_refusal(&forget(&study, words), &[message]);

@@ -127,7 +127,7 @@ fn a_carrier_change_without_an_operator_is_not_made() {
     assert_eq!(events[0].data["because"], "nobody to ask");
     assert_eq!(session.named("carrier_changed").count(), 0);
     assert!(
-        transcript.contains("nobody is here to confirm"),
+        transcript.contains("no operator can confirm"),
         "{transcript}"
     );
     let manifests = manifests(&session);

@@ -303,7 +303,7 @@ fn what_a_card_cannot_do_is_refused_with_the_line_to_change() {
         (
             "USB-6366",
             &[],
-            &["takes its inputs at one instant: remove nidaqmx.convert_hz from bench.toml"],
+            &["samples all inputs at the same instant: remove nidaqmx.convert_hz from bench.toml"],
         ),
         (
             "USB-6211",

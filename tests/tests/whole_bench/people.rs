@@ -72,7 +72,7 @@ fn a_stated_detail_is_kept_and_a_different_answer_reported() {
         let output = finish(run.args(["--age", age]).args(option));
         let transcript = text(&output);
         assert!(output.status.success(), "{transcript}");
-        let has_note = transcript.contains("says age 31 of sub-01, and keeps it: 32 was not taken");
+        let has_note = transcript.contains("already has age 31 for sub-01: 32 is ignored");
         assert_eq!(has_note, age == "32", "{transcript}");
     }
     let table = fs::read_to_string(study.join("participants.tsv")).unwrap();

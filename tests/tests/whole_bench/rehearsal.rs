@@ -247,7 +247,7 @@ fn a_calibration_with_faults_says_so_and_is_in_force_nowhere() {
     let content = std::fs::read(&calibration).unwrap();
     assert_refusal(
         &calibrate(&["--fault", "button-held@1s"]),
-        &["holds what was measured"],
+        &["contains measurements"],
     );
     assert_eq!(std::fs::read(&calibration).unwrap(), content);
 }

@@ -180,7 +180,7 @@ fn a_flipped_byte_is_found() {
     fs::write(path, bytes).unwrap();
     study.require_damage(&[
         "trial-001_attempt-1        accepted              DAMAGED",
-        "signals.wav is not as it was recorded",
+        "signals.wav has changed since it was recorded",
     ]);
 }
 
@@ -247,7 +247,7 @@ fn an_edited_description_has_another_sum_and_a_broken_one_is_named() {
     let second_trial = study.session().join("trial-002_attempt-1");
     study.edit(&second_trial.join(MANIFEST_FILE), "carrier_hz", "carier_hz");
     study.require_damage(&[
-        "recording.toml is not as it was recorded",
+        "recording.toml has changed since it was recorded",
         "unknown key `carier_hz`",
     ]);
 }
@@ -364,9 +364,9 @@ fn foreign_files_are_named() {
     fs::create_dir(study.study().join("sub-09")).unwrap();
     study.require_damage(&[
         "trial-009_attempt-1        unknown               DAMAGED",
-        "the log does not know it",
-        "a copy is a recording that is no trial of this session",
-        "note: figures is no part of the session",
+        "it is not in the log",
+        "a copy is a recording, but not a trial of this session",
+        "note: figures is not part of the session",
         "note: sub-09 is not in participants.tsv",
     ]);
 }

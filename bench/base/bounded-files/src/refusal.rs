@@ -74,7 +74,7 @@ pub enum Refusal {
     #[error("it is a symbolic link, which is not followed here")]
     Link,
     /// The file is longer than the limit.
-    #[error("it is longer than {limit_bytes} bytes, the most that is read of such a file")]
+    #[error("it is longer than {limit_bytes} bytes, the size limit of such a file")]
     TooLong {
         /// Limit, bytes.
         limit_bytes: u64,

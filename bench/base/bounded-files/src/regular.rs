@@ -79,7 +79,7 @@ pub fn read_text(path: &Path, limit_bytes: u64) -> io::Result<String> {
         let offset = error.utf8_error().valid_up_to();
         io::Error::new(
             io::ErrorKind::InvalidData,
-            format!("it is no text in UTF-8: byte {offset} is none"),
+            format!("it is not UTF-8 text: byte {offset} is invalid"),
         )
     })
 }

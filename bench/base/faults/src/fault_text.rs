@@ -12,14 +12,14 @@ pub enum FaultTextError {
     #[error(transparent)]
     Unknown(#[from] UnknownFault),
     /// No time follows the name.
-    #[error("when? write {}, with the time in s or ms, such as {fault}@12s", .fault.form())]
+    #[error("missing time: write {}, with the time in s or ms, such as {fault}@12s", .fault.form())]
     NoTime {
         /// The fault.
         fault: FaultKind,
     },
     /// A time that is not a number with a unit.
     #[error(
-        "`{text}` is no time: write a number with s or ms, such as {fault}@12s or {fault}@500ms"
+        "`{text}` is not a time: write a number with s or ms, such as {fault}@12s or {fault}@500ms"
     )]
     Time {
         /// The fault.
@@ -28,7 +28,7 @@ pub enum FaultTextError {
         text: String,
     },
     /// An argument that is not a number.
-    #[error("`{text}` is no number: write {}", .fault.form())]
+    #[error("`{text}` is not a number: write {}", .fault.form())]
     Argument {
         /// The fault.
         fault: FaultKind,

@@ -55,7 +55,7 @@ pub enum RehearsedFaultError {
         until_s: f64,
     },
     /// An end for a fault that ends on its own or never.
-    #[error("{fault} has no end to be given: it is over by itself, or lasts: write {}", .fault.form())]
+    #[error("{fault} ends by itself or lasts, so it takes no end time: write {}", .fault.form())]
     NoEnd {
         /// The fault.
         fault: FaultKind,

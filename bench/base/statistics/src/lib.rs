@@ -29,7 +29,8 @@ pub fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
 pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.into_iter().collect();
     values.sort_by(f64::total_cmp);
-    quantile(&values, 0.5)
+    let last = values.len().checked_sub(1)?;
+    Some(0.5 * (values[last / 2] + values[last.div_ceil(2)]))
 }
 
 /// Returns the angle between −π and π, rad.

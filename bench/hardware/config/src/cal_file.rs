@@ -26,7 +26,7 @@ pub(crate) enum CalFileError {
     NotXml(#[from] roxmltree::Error),
     #[error("it has no row <UserAxis Name=\"{0}\" values=\"…\">")]
     NoRow(&'static str),
-    #[error("\"{value}\" in the row of {axis} is no number")]
+    #[error("\"{value}\" in the row of {axis} is not a number")]
     NotANumber { axis: &'static str, value: String },
     #[error("its ForceUnits are {0}: N and lbf are known; type newtons_per_v instead")]
     Unit(String),

@@ -33,8 +33,9 @@ impl FieldBox {
         match &self.serial {
             Some(serial) if !digits(serial) => {
                 let why = format!(
-                    "field_box.serial = \"{serial}\" is no serial number of a box, {SERIAL_DIGITS} hexadecimal digits such as \
-                     \"E661410403002A21\": `friction-bench check` names that of the box that is there"
+                    "field_box.serial = \"{serial}\" is not a serial number of a box, {SERIAL_DIGITS} hexadecimal \
+                     digits such as \"E661410403002A21\": `friction-bench check` shows the serial number of the box \
+                     that is plugged in"
                 );
                 Err(Refused::new("field_box.serial", why))
             }

@@ -404,7 +404,7 @@ mod tests {
             ),
             (
                 "source = \"netft\"\nnetft = { normal = \"tz\" }",
-                "no force axis",
+                "is not a force axis",
             ),
             (
                 "source = \"netft\"\nnetft = { lateral = \"fz\" }",

@@ -81,7 +81,10 @@ impl Gauges {
             return refusal("cal_file", why);
         }
         let Some(folder) = folder else {
-            let why = format!("= \"{}\" is read beside a bench.toml only", path.display());
+            let why = format!(
+                "= \"{}\" is found only next to a bench.toml file",
+                path.display()
+            );
             return refusal("cal_file", why);
         };
         match MakersMatrix::read(&folder.join(&path)) {
@@ -150,7 +153,7 @@ impl Gauges {
         let frames = f64::from(audio.rate_hz) / self.rate_hz;
         if (frames - frames.round()).abs() > 1e-9 * frames {
             let why = format!(
-                "= {} is no whole part of audio.rate_hz = {}: {} / {} = {frames:.3}; take {:.3} or {:.3}",
+                "= {} does not divide audio.rate_hz = {}: {} / {} = {frames:.3}; take {:.3} or {:.3}",
                 self.rate_hz,
                 audio.rate_hz,
                 audio.rate_hz,
@@ -330,7 +333,7 @@ mod tests {
             ),
             (
                 "inputs = [2, 3]\ncal_file = \"FT1.cal\"".to_owned(),
-                "beside a bench.toml only",
+                "only next to a bench.toml file",
             ),
         ] {
             let message = parsed(&lines).unwrap_err().to_string();

@@ -194,8 +194,8 @@ impl Config {
     /// Returns a text on the abilities and limits of a bench without a force sensor; `None` with a force sensor.
     #[must_use]
     pub fn forceless_in_words(&self) -> Option<String> {
-        let text = "no force sensor ([force] in bench.toml): nothing watches how hard a finger presses, and nothing but you \
-                    tells whether the plate is clear; Z_m, amplitude and resonance are measured, gap, friction and \
+        let text = "no force sensor ([force] in bench.toml): no force limit protects the finger, and only you can see \
+                    whether the plate is clear; Z_m, amplitude and resonance can be measured; gap, friction and \
                     participants' sessions need one";
         self.force.is_none().then(|| text.to_owned())
     }
@@ -296,8 +296,8 @@ impl Config {
             ),
             (None, Some(Some(_))) => (
                 "gpio.dead_man",
-                "gpio.dead_man names a dead-man switch that nobody would watch: add dead_man = \"button\" to [safety], or \
-                 remove it",
+                "gpio.dead_man names a dead-man switch, but [safety] does not use it: add dead_man = \"button\" to \
+                 [safety], or remove it",
             ),
             _ => return Ok(()),
         };
@@ -336,8 +336,8 @@ impl Config {
             (Some(field_box), _) => field_box.check(),
             (None, Some(key)) => {
                 let why = format!(
-                    "{key} = \"field-box\" needs to know where the box is: add the table [field_box] with its port, such as \
-                     port = \"/dev/ttyACM0\""
+                    "{key} = \"field-box\" needs the box's port: add the table [field_box], such as port = \
+                     \"/dev/ttyACM0\""
                 );
                 Err(Refused::new(key, why))
             }
@@ -364,8 +364,8 @@ impl Config {
             }
             (Some(_), Some((key, _))) if !host => {
                 let why = format!(
-                    "{key} = \"nidaqmx\" needs audio.host = \"nidaqmx\": the card whose lines and counter are read is the \
-                     one that drives the plate"
+                    "{key} = \"nidaqmx\" needs audio.host = \"nidaqmx\": lines and counter are those of the card that \
+                     drives the plate"
                 );
                 Err(Refused::new(key, why))
             }

@@ -45,7 +45,8 @@ impl Netft {
     pub(super) fn check(&self) -> Result<(), Refused> {
         if self.socket().is_none() {
             let why = format!(
-                "force.netft.address = \"{}\" is no IP address, such as \"192.168.1.1\" or \"192.168.1.1:{RDT_PORT}\"",
+                "force.netft.address = \"{}\" is not an IP address, such as \"192.168.1.1\" or \
+                 \"192.168.1.1:{RDT_PORT}\"",
                 self.address
             );
             return Err(Refused::new("force.netft.address", why));

@@ -167,8 +167,8 @@ impl Nidaqmx {
         let needed_hz = f64::from(audio.rate_hz) * self.inputs.len() as f64;
         if needed_hz > convert_hz {
             let why = format!(
-                "{} inputs × {} Hz = {needed_hz} Hz is over nidaqmx.convert_hz = {convert_hz} Hz, all that the card's one \
-                 converter does: {} Hz at most with these inputs; lower audio.rate_hz, or take inputs out",
+                "{} inputs × {} Hz = {needed_hz} Hz is over nidaqmx.convert_hz = {convert_hz} Hz, the limit of the \
+                 card's one converter: {} Hz at most with these inputs; lower audio.rate_hz, or take inputs out",
                 self.inputs.len(),
                 audio.rate_hz,
                 (convert_hz / self.inputs.len() as f64).floor()

@@ -21,7 +21,9 @@ pub struct SixAxis {
 
 /// A name that does not denote a force axis.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is no force axis: fx, fy, fz, or one of them with - before it for its opposite")]
+#[error(
+    "`{0}` is not a force axis: write fx, fy or fz, with - before it for the opposite direction"
+)]
 pub struct NoForceAxis(String);
 
 const NAMES: [&str; 3] = ["fx", "fy", "fz"];

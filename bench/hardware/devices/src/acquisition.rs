@@ -281,7 +281,7 @@ impl Acquisition {
         if input > account.input_xruns {
             self.event(EventKind::InputXrun, None, None);
             self.warnings.push(format!(
-                "input xrun at {:.3} s: the card or the computer was too slow; what was lost is marked in the recording",
+                "input xrun at {:.3} s: the card or the computer was too slow; the recording marks the lost samples",
                 self.pipeline.audio_s()
             ));
         }

@@ -13,8 +13,8 @@ const MOST_WARNINGS: usize = 100;
 /// Number of batches that were not taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{0} ms of forces, positions and impedances did not reach the session, which took nothing for seconds: what it shows and \
-     judges has a gap; the recording has none"
+    "{0} ms of forces, positions and impedances did not reach the session, which read none for seconds: its displays \
+     and verdicts have a gap, the recording does not"
 )]
 pub struct BatchesDropped(pub u64);
 

@@ -36,7 +36,9 @@ impl CardPace {
         let delivered_s = header.first_frame.saturating_sub(frame) as f64 / self.rate_hz;
         if delivered_s > FACTOR * passed_s + BACKLOG_S {
             bail!(
-                "the sound card delivered {delivered_s:.0} s of samples within {passed_s:.1} s: it is no sound card (alsa:null discards and invents them), or its rate is another; name another as audio.input_device and audio.output_device in bench.toml, see `friction-bench devices`"
+                "the sound card delivered {delivered_s:.0} s of samples within {passed_s:.1} s: it is not a sound card \
+                 (alsa:null discards and invents samples), or it runs at another rate; name another device as \
+                 audio.input_device and audio.output_device in bench.toml, see `friction-bench devices`"
             );
         }
         Ok(())

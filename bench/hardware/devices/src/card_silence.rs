@@ -24,7 +24,8 @@ impl CardSilence {
         self.lasts_ns += now_ns.saturating_sub(previous_ns).min(LONGEST_LOOK_NS);
         if self.lasts_ns >= CARD_TIMEOUT_NS {
             bail!(
-                "the sound card has delivered nothing for {} s: is it still plugged in and switched on? `friction-bench devices` lists those that are there; what was recorded is kept",
+                "the sound card has delivered nothing for {} s: is it still plugged in and switched on? \
+                 `friction-bench devices` lists the connected devices; the recording up to then is kept",
                 CARD_TIMEOUT_NS / 1_000_000_000
             );
         }

@@ -30,8 +30,8 @@ const GREETING_NS: u64 = 5_000_000_000;
 /// Source with a clock that disagrees with the arrival of its readings.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "the {0} restarted, or its clock jumped: look at its supply and its cable, and re-arm; what it reads from now on is \
-     placed rightly"
+    "the {0} restarted, or its clock jumped: look at its supply and its cable, and re-arm; readings from now on are \
+     placed correctly"
 )]
 struct SensorRestarted(&'static str);
 
@@ -415,7 +415,7 @@ mod tests {
         assert!(
             trip.contains("the clock of the force sensor runs 1.1")
                 && trip.contains("(+11")
-                && trip.contains("more than the 1 % that is followed")
+                && trip.contains("over the limit of 1 %")
                 && trip.contains("(the card itself: -200 ppm"),
             "{trip}"
         );

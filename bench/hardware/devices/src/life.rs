@@ -134,8 +134,9 @@ impl Life {
 /// An error of the program ended a bench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "an error in the program itself ended the bench: the drive was stopped first, and what was recorded until then is kept; \
-     look at the plate and at the amplifier, then run the command again (`run` with --resume), and report the line above"
+    "an error in the program itself ended the bench: the drive was stopped first, and the recording up to then is \
+     kept; look at the plate and at the amplifier, then run the command again (`run` with --resume), and report the \
+     line above"
 )]
 pub struct EndedByPanic;
 

@@ -228,7 +228,7 @@ mod ending {
             parts => parts.join(", "),
         };
         format!(
-            "ended without waiting any longer for {parts}: a disk, a network share or a terminal hangs; what had been saved is \
+            "ended without waiting any longer for {parts}: a disk, a network share or a terminal hangs; saved data are \
              kept: look at the disk, then `friction-bench verify`, and `run` with --resume"
         )
     }

@@ -20,7 +20,8 @@ const REPORT_NS: i64 = 250_000_000;
 /// Most reports that wait for the task that keeps the account: those of 4 s, the longest lag of an account on a disk.
 const WAITING_REPORTS: usize = 16;
 
-const UNKEPT: &str = "the driving time is not kept: the disk of the study or of the calibration has not answered for 4 s";
+const UNKEPT: &str = "the driving time cannot be saved: the disk of the study or of the calibration has not answered \
+                      for 4 s";
 
 /// Returns the two ends of the queue by which driven spans reach the task that keeps the account on a disk. A drive
 /// stops if its time has not been kept for 4 s, as when the disk hangs.

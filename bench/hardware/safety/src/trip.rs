@@ -280,7 +280,7 @@ impl fmt::Display for Trip {
                 "the operator's keys have not been read for {for_s:.1} s, the stop key included: look whether the terminal or its \
                  connection hangs, then re-arm"
             ),
-            Self::ReadbackMissing => f.write_str("the drive is not read back any more"),
+            Self::ReadbackMissing => f.write_str("the drive is no longer read back"),
             Self::Fault { message } => f.write_str(message),
         }
     }

@@ -27,9 +27,9 @@ pub enum SourceGone {
     },
     /// The source's clock deviates by more than the alignment can follow.
     #[error(
-        "the clock of the {source_name} runs {} against the sound card's ({fast_ppm:+.0} ppm), more than the {:.0} % that is \
-         followed: its readings would be placed wrongly; give it a crystal, or correct the microseconds that it sends, and \
-         start again (the card itself: {card_ppm:+.0} ppm against this computer)",
+        "the clock of the {source_name} runs {} against the sound card's ({fast_ppm:+.0} ppm), over the limit of {:.0} %: its \
+         readings would get wrong times; give it a crystal, or correct the microseconds that it sends, and start again \
+         (the card itself: {card_ppm:+.0} ppm against this computer)",
         fast_or_slow(*fast_ppm), 100.0 * TOLERANCE
     )]
     Clock {
@@ -42,8 +42,8 @@ pub enum SourceGone {
     },
     /// The source sends faster than the bench reads.
     #[error(
-        "the {source_name} sends faster than it can be read: for {for_s:.1} s something was always left, and its readings \
-         come late or are lost; lower its rate, or look whether another program sends to it, and start again"
+        "the {source_name} sends faster than it can be read: for {for_s:.1} s data were always waiting, and its readings come \
+         late or are lost; lower its rate, or look whether another program sends to it, and start again"
     )]
     Flood {
         /// Name of the source.

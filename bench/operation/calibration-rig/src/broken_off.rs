@@ -23,7 +23,8 @@ impl BrokenOff {
                 "the carrier does not come back: {high_v:.2} V were played and {measured_v:.3} V read; a sound layer of 48 kHz or less resamples it away (use a raw device such as hw:…), the amplifier is off, or a cable is out"
             ),
             Trip::ReadbackMissing => format!(
-                "the safety watch stopped the calibration: {trip}: this computer was too busy to look at the samples in time, or the sound card stalled; close what else runs"
+                "the safety watch stopped the calibration: {trip}: this computer was too busy to look at the samples \
+                 in time, or the sound card stalled; close other programs"
             ),
             _ => format!("the safety watch stopped the calibration: {trip}"),
         })

@@ -49,7 +49,8 @@ impl DropOuts {
         self.step = (self.step.0 + new.0, self.step.1 + new.1);
         if lost > 0 {
             return Err(BrokenOff(format!(
-                "{lost} frames lost, {} input and {} output xruns: a calibration needs every sample, and this computer was too busy; give the sound card longer buffers (audio.buffer_frames) and close what else runs",
+                "{lost} frames lost, {} input and {} output xruns: a calibration needs every sample, and this computer \
+                 was too busy; give the sound card longer buffers (audio.buffer_frames) and close other programs",
                 xruns.0, xruns.1
             ))
             .into());
@@ -73,7 +74,8 @@ impl DropOuts {
         }
         let (input, output) = self.step;
         Err(BrokenOff(format!(
-            "{input} input and {output} output xruns broke off a tone, or may have: a calibration needs every sample; give the sound card longer buffers (audio.buffer_frames) and close what else runs"
+            "{input} input and {output} output xruns broke off a tone, or may have: a calibration needs every sample; \
+             give the sound card longer buffers (audio.buffer_frames) and close other programs"
         ))
         .into())
     }
@@ -87,7 +89,8 @@ impl DropOuts {
         if self.silences > SILENCES {
             let (input, output) = self.xruns;
             return Err(BrokenOff(format!(
-                "{input} input and {output} output xruns, {SILENCES} of them in one silence: give the sound card longer buffers (audio.buffer_frames), and close what else uses the sound server"
+                "{input} input and {output} output xruns, {SILENCES} of them in one silence: give the sound card \
+                 longer buffers (audio.buffer_frames), and close other programs that use the sound server"
             ))
             .into());
         }

@@ -169,8 +169,8 @@ impl Reference {
             .delay
             .ok_or("the instrument's delay is not given (--reference-delay-us)")?;
         let (_, error, at_hz) = self.input.ok_or(
-            "nobody knows how the instrument's input lags the drive's: run `friction-bench calibrate channels` first, with \
-             that input",
+            "the delay between the instrument's input and the drive's is not calibrated: run `friction-bench calibrate \
+             channels` first, with that input",
         )?;
         Ok((TAU * carrier_hz * delay.error_s).hypot(error * carrier_hz / at_hz))
     }

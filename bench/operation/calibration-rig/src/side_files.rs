@@ -41,13 +41,13 @@ pub fn ended_early(error: anyhow::Error, path: &Path, part: &str) -> anyhow::Err
             .table()
             .and_then(|table| write_files(path, part, &table, None))
         {
-            Ok(written) => format!("points so far: {points}, kept in {}", written[0].display()),
+            Ok(written) => format!("points so far: {points}, saved in {}", written[0].display()),
             Err(why) => format!("points so far: {points}, lost: {why:#}"),
         },
     };
     anyhow::anyhow!(
-        "{early}; {summary}; nothing was put in force. Remove the cause and run the command again: without an operator it \
-         measures from the beginning, on a terminal it can be re-armed and goes on where it was stopped"
+        "{early}; {summary}; nothing was put in force. Remove the cause and run the command again; unattended, it \
+         measures from the beginning; on a terminal you can re-arm and continue from the stop"
     )
 }
 

@@ -33,7 +33,7 @@ fn obstacle(fault: FaultKind, config: &Config, simulated: bool) -> Option<String
     let row = fault.row();
     if matches!(row.required, Required::Refuse | Required::GoOn) {
         return Some(format!(
-            "while the bench drives: see what `friction-bench check --mock --fault {fault}@0s` makes of it"
+            "while the bench drives: run `friction-bench check --mock --fault {fault}@0s` to see its effect"
         ));
     }
     if simulated {

@@ -321,7 +321,9 @@ impl Exercise {
                     }
                 }
                 if waited_s > PATIENCE_S {
-                    self.end(Outcome::Missed("nobody did what was right".to_owned()));
+                    self.end(Outcome::Missed(
+                        "the right action was not taken in time".to_owned(),
+                    ));
                 }
                 None
             }
@@ -458,7 +460,7 @@ impl Exercise {
                 None
             }
             (Stage::Acknowledged { .. } | Stage::Rearmed, _) => {
-                self.note = Some("That is not what is asked for now.");
+                self.note = Some("This key does not help here.");
                 None
             }
             (Stage::Resuming { .. } | Stage::Over(_), _) => None,

@@ -117,7 +117,8 @@ impl CarrierDecision {
             Err(reason) => {
                 self.next_effects = vec![
                     warn(format!(
-                        "this session had changed its carrier to {to_hz} Hz, and goes on at {from_hz} Hz: {reason}"
+                        "the carrier of this session was changed to {to_hz} Hz, but the session goes on at {from_hz} \
+                         Hz: {reason}"
                     )),
                     proposal.record("carrier_out_of_reach", [("because", json!(reason))]),
                 ];
@@ -179,8 +180,8 @@ impl CarrierDecision {
             NewCarrier::Ask => {
                 let drift = drift_text(drift_hz);
                 let text = format!(
-                    "the plate's resonance {drift}: {to_hz:.0} Hz would be back at it, which nobody is here to confirm; \
-                     resonance_drift.new_carrier = \"auto\" in the protocol takes it without a question"
+                    "the plate's resonance {drift}: {to_hz:.0} Hz would follow it, but no operator can confirm the \
+                     change; resonance_drift.new_carrier = \"auto\" in the protocol changes the carrier without asking"
                 );
                 let mut effects = vec![record, warn(text)];
                 effects.extend(self.keep(&proposal, "nobody to ask"));
@@ -193,8 +194,8 @@ impl CarrierDecision {
         let shift_hz = to_hz - self.calibrated_hz;
         if shift_hz.abs() > REACH_HZ {
             return Err(format!(
-                "{to_hz:.0} Hz is {shift_hz:+.0} Hz from the calibrated resonance, more than {REACH_HZ:.0} Hz; calibrate the plate \
-                 anew: friction-bench calibrate plate"
+                "{to_hz:.0} Hz is {shift_hz:+.0} Hz from the calibrated resonance, more than {REACH_HZ:.0} Hz; \
+                 calibrate the plate again: friction-bench calibrate plate"
             ));
         }
         (self.require)(&bench.with_resonance(to_hz)).map_err(|error| format!("{error:#}"))

@@ -115,7 +115,7 @@ impl Refit {
             return report(skin, fit);
         };
         // A contact fitted with an assumed skin is better than no contact.
-        let because = format!("with those of the trials so far: {error}");
+        let because = format!("with the earlier trials: {error}");
         let skin = ParticipantSkin::default().used(&self.assumed, Some(because));
         let fit = cut.contact(skin.constants(&self.assumed));
         report(skin, fit)

@@ -15,7 +15,7 @@ pub const PROGRAM: &str = "friction-bench-participant";
 pub enum LaunchError {
     /// The program was not found.
     #[error(
-        "the participant's window is a program of its own, friction-bench-participant, which is neither in {folder} nor on \
+        "the participant's window is a separate program, friction-bench-participant, and is neither in {folder} nor on \
          the PATH: install it there, or build it with `cargo build --release -p friction-bench-participant`"
     )]
     Missing {

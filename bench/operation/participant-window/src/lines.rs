@@ -20,10 +20,10 @@ pub enum Ended {
     #[error("it was closed")]
     Closed,
     /// The other end no longer reads.
-    #[error("it takes nothing any more")]
+    #[error("it no longer reads")]
     Stuck,
     /// The other end sent an invalid message.
-    #[error("what it sent is no message: {0}")]
+    #[error("it sent an invalid message: {0}")]
     Garbage(String),
     /// The socket failed.
     #[error("{0}")]

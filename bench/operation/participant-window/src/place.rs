@@ -28,14 +28,14 @@ pub enum PlaceError {
     },
     /// The socket is in use by another session.
     #[error(
-        "another session has the participant's window at {path}: end it, or give this one a socket of its own"
+        "another session has the participant's window at {path}: end it, or give this one another socket"
     )]
     Taken {
         /// The socket.
         path: PathBuf,
     },
     /// The path exists and is not a socket.
-    #[error("{path} is no socket: give another path")]
+    #[error("{path} is not a socket: give another path")]
     NoSocket {
         /// The path.
         path: PathBuf,

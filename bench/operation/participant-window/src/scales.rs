@@ -34,11 +34,12 @@ struct Monitors {
 #[derive(Debug, thiserror::Error)]
 pub enum ScalesError {
     /// The file is not a file of scales.
-    #[error("{0}; delete the file, and match the ruler page anew")]
+    #[error("{0}; delete the file, and redo the ruler page")]
     Toml(#[from] TomlError),
     /// A pixel is wider or narrower than any monitor's.
     #[error(
-        "{file}: pixel_m = {pixel_m} m of monitor {monitor} is none; delete the file, and match the ruler page anew"
+        "{file}: pixel_m = {pixel_m} m of monitor {monitor} is not a valid scale; delete the file, and redo the ruler \
+         page"
     )]
     Pixel {
         /// The file.
@@ -59,7 +60,7 @@ pub enum ScalesError {
     },
     /// The user has no configuration directory.
     #[error(
-        "neither XDG_CONFIG_HOME nor HOME is set: there is no place to keep a monitor's scale; set one"
+        "neither XDG_CONFIG_HOME nor HOME is set: a monitor's scale cannot be stored; set one of them"
     )]
     NoHome,
 }

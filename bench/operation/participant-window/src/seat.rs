@@ -195,9 +195,7 @@ impl Window {
                     events.push(SeatEvent::Unfit { reason })
                 }
                 _ => {
-                    return Err(Ended::Garbage(
-                        "not what a window says at this point".to_owned(),
-                    ));
+                    return Err(Ended::Garbage("unexpected at this point".to_owned()));
                 }
             }
         }

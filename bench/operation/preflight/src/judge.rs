@@ -47,7 +47,7 @@ pub(super) fn judge(
         let finding = measured.field_box.clone().unwrap_or_else(|| {
             let port = box_table.port.display();
             format!(
-                "none answers at {port}, field_box.port in bench.toml: see `friction-bench devices`"
+                "no answer at {port}, field_box.port in bench.toml: see `friction-bench devices`"
             )
         });
         table.row("field box", measured.field_box.is_some(), finding);
@@ -234,7 +234,7 @@ fn judge_calibration(
         return table.row(
             "calibration",
             true,
-            "none: runs as uncalibrated, and every file says so",
+            "none: the bench runs uncalibrated, and every file says so",
         );
     };
     let calibration = in_force.calibration();
@@ -324,7 +324,7 @@ fn judge_force(table: &mut Table, force: &config::Force, zero_n: f64, measured: 
         let remedy = if zero {
             ""
         } else {
-            ": take everything off the plate; what is left is drift: `friction-bench calibrate force --tare`"
+            ": take everything off the plate; any rest is drift: run `friction-bench calibrate force --tare`"
         };
         table.row(
             "force at zero",

@@ -35,7 +35,7 @@ fn judgement(
     }
     let in_words = |thread: Option<Scheduling>| {
         thread.map_or_else(
-            || "normal priority: not asked for, because the device is no hw: device".to_owned(),
+            || "normal priority: real time is not requested, because the device is not a hw: device".to_owned(),
             |thread| thread.to_string(),
         )
     };
@@ -59,9 +59,8 @@ fn judgement(
     }
     let is_refused =
         |thread: &Option<Scheduling>| matches!(thread, Some(Scheduling::Refused { .. }));
-    let mut text = format!(
-        "{summary}: other work of the computer can hold them up, which loses samples or stops the drive"
-    );
+    let mut text =
+        format!("{summary}: other programs can delay them, which loses samples or stops the drive");
     if threads.iter().any(is_refused) {
         text += &format!(
             "; add the line `{user} - rtprio {HINTED}` to /etc/security/limits.conf and log in again (a systemd service: \
@@ -120,13 +119,13 @@ mod tests {
             ("native", GRANTED, REFUSED, Some(line)),
             ("jack", REFUSED, SERVED, Some(line)),
             ("jack", GRANTED, NORMAL, Some("start it with -R")),
-            ("native", GRANTED, None, Some("no hw: device")),
+            ("native", GRANTED, None, Some("not a hw: device")),
             ("native", None, None, None),
         ];
         for (host, watch, stream, hint) in cases {
             let (verdict, text) = judge_on(host, watch, stream);
             assert_eq!(verdict, Verdict::Warning, "{text}");
-            assert!(text.contains("can hold them up"), "{text}");
+            assert!(text.contains("can delay them"), "{text}");
             assert!(hint.is_none_or(|hint| text.contains(hint)), "{text}");
         }
     }

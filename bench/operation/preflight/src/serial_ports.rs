@@ -41,8 +41,8 @@ fn port_warning(key: &str, port: &Path, devices: &Path) -> Option<String> {
     let count = namesakes.count();
     (count > 1).then(|| {
         format!(
-            "{key} = \"{}\" is one of {count} ports whose numbers may change at a restart: name the one meant by its link in \
-             /dev/serial/by-id or /dev/serial/by-path, as `friction-bench devices` lists it",
+            "{key} = \"{}\" is one of {count} ports whose numbers may change at a restart: name the right one by its \
+             link in /dev/serial/by-id or /dev/serial/by-path, as listed by `friction-bench devices`",
             port.display()
         )
     })

@@ -110,7 +110,7 @@ impl Ask for Unattended {
         match choices {
             [_] => Ok(0),
             _ => bail!(
-                "{} Nobody is at a terminal to say: give {}. There is:\n  {}",
+                "{} No terminal to ask on: give {}. Choices:\n  {}",
                 question.text,
                 question.option,
                 choices.join("\n  ")

@@ -72,7 +72,8 @@ pub fn choose(
         Streams::Fit(layout) => Some(layout),
         Streams::Unreported => None,
         Streams::Unfit => bail!(
-            "{} does not do: it must take {} Hz or more for a carrier of 35 kHz, as {}, with {inputs} inputs. It takes{}",
+            "{} is not suitable: it must take {} Hz or more for a carrier of 35 kHz, as {}, with {inputs} inputs. It \
+             takes{}",
             device.name,
             RATES_HZ[RATES_HZ.len() - 1],
             FORMATS.join(", "),
@@ -134,7 +135,7 @@ fn line(device: &DeviceInfo, inputs: u16) -> String {
             layout.rate_hz, layout.format, layout.outputs, layout.inputs
         ),
         Streams::Unfit => "too slow, or too few inputs".to_owned(),
-        Streams::Unreported => "does not say what it takes".to_owned(),
+        Streams::Unreported => "does not report its formats".to_owned(),
     };
     format!("{} ({}): {streams}", device.name, device.id)
 }

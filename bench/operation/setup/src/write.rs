@@ -79,7 +79,7 @@ pub fn write(options: &Options, listing: &Listing, ask: &mut dyn Ask) -> anyhow:
         Some(plate) => plate.clone(),
         None => ask.text(
             &Question {
-                text: "A name for the plate, which its calibration will hold for:",
+                text: "A name for the plate, which ties its calibration to it:",
                 option: "--plate",
             },
             "plate-1",
@@ -328,7 +328,7 @@ fn put_lines(
 fn in_toml(path: &Path) -> anyhow::Result<&str> {
     path.to_str().with_context(|| {
         format!(
-            "the name of {} is not Unicode, and bench.toml cannot hold it: rename the file, or use a link",
+            "the name of {} is not Unicode and cannot be written into bench.toml: rename the file, or use a link",
             path.display()
         )
     })
@@ -340,8 +340,8 @@ fn in_words(card: &Card) -> String {
         return name.clone();
     }
     format!(
-        "{name}, which does not say what it takes (another program may hold it): see rate_hz, sample_format and the channels in \
-         [audio]"
+        "{name}, which does not report its formats (another program may use it): see rate_hz, sample_format and the \
+         channels in [audio]"
     )
 }
 
@@ -351,8 +351,9 @@ fn summary(path: &Path, rig: Rig, converter: &str, gauges: bool) -> String {
         path.display(),
         rig.in_words()
     );
-    text += "before the bench drives, look at what only you know: output.volts_per_unit and channels.drive.volts_per_unit \
-             (amplifier and divider), the channels' indices, [plate], encoder.metres_per_count";
+    text += "before the bench drives, check the values that only you know: output.volts_per_unit and \
+             channels.drive.volts_per_unit (amplifier and divider), the channels' indices, [plate], \
+             encoder.metres_per_count";
     if matches!(rig, Rig::RaspberryPi | Rig::Published) {
         text += ", the numbers of the lines in [gpio]";
     }

@@ -182,7 +182,7 @@ pub enum WavWarning {
         present_bytes: u64,
     },
     /// The last frame is incomplete.
-    #[error("the last {bytes} bytes are no whole frame and are left out")]
+    #[error("the last {bytes} bytes are not a whole frame and are left out")]
     PartialFrame {
         /// Omitted bytes.
         bytes: u64,

@@ -54,7 +54,7 @@ pub enum WriteError {
         limit_s: f64,
     },
     /// The length of a block is not a multiple of the number of channels.
-    #[error("a block of {samples} samples is no whole number of frames of {channels} channels")]
+    #[error("a block of {samples} samples is not a whole number of frames of {channels} channels")]
     PartialFrame {
         /// Samples in the block.
         samples: usize,
@@ -62,7 +62,7 @@ pub enum WriteError {
         channels: u16,
     },
     /// The time of a row is not finite.
-    #[error("{file}: time {time_s} is no finite number")]
+    #[error("{file}: time {time_s} is not finite")]
     Time {
         /// The file.
         file: &'static str,

@@ -146,7 +146,7 @@ impl Attempts {
 
 fn log_message((path, reason): &(PathBuf, String)) -> String {
     format!(
-        "{}: nothing tells which attempts were accepted, so the last completed one of each trial is analysed: {reason}",
+        "{}: the accepted attempts are unknown, so the last completed one of each trial is analysed: {reason}",
         path.display()
     )
 }

@@ -30,7 +30,8 @@ pub enum FindError {
     },
     /// The folder is neither a recording nor contains any.
     #[error(
-        "{} is no recording (it has no {MANIFEST_FILE}), and no study with accepted trials that can be analysed{}{}",
+        "{} is neither a recording (it has no {MANIFEST_FILE}) nor a study with accepted trials that can be \
+         analysed{}{}",
         path.display(),
         if *.practice { "" } else { "; practice trials are left out unless --practice is given" },
         omissions.first().map(|attempt| format!("; left out: {attempt}")).unwrap_or_default()
@@ -215,7 +216,7 @@ impl Search {
                     Standing::Repeated => "it was to be repeated",
                     Standing::GivenUp => "its trial was given up",
                     Standing::Interrupted => "it was interrupted",
-                    Standing::Unknown => "the log does not know it",
+                    Standing::Unknown => "it is not in the log",
                 };
                 self.leave_out(path.clone(), standing, reason);
             }

@@ -60,7 +60,7 @@ pub enum Flaw {
         followed: String,
     },
     /// Samples are NaN or infinite.
-    #[error("{channel}: {samples} samples are NaN or infinite; what they touch is left out")]
+    #[error("{channel}: {samples} samples are NaN or infinite; affected results are left out")]
     LostSamples {
         /// Channel of the samples.
         channel: Channel,
@@ -69,7 +69,7 @@ pub enum Flaw {
     },
     /// The converter's limit was reached.
     #[error(
-        "{channel} clipped: {samples} samples at ±{level} of full scale; what they touch is left out"
+        "{channel} clipped: {samples} samples at ±{level} of full scale; affected results are left out"
     )]
     Clipped {
         /// Channel that clipped.
@@ -155,7 +155,8 @@ pub enum Flaw {
     },
     /// The pickup's phase differs from the stated one.
     #[error(
-        "pickup: the unloaded plate answers to the modulation as with phase_rad = {found_rad:.3}, but recording.toml states {stated_rad:.3}; analysed with what was found: state it, or look for a swapped or delayed channel"
+        "pickup: the unloaded plate answers to the modulation as with phase_rad = {found_rad:.3}, but recording.toml \
+         states {stated_rad:.3}; analysed with the value found: state it, or look for a swapped or delayed channel"
     )]
     PickupPhase {
         /// Stated phase, rad.
@@ -165,7 +166,8 @@ pub enum Flaw {
     },
     /// The pickup's envelope is late relative to the drive's.
     #[error(
-        "pickup: the unloaded plate answers to the modulation as if the pickup were {:+.0} µs late; analysed with that: look for a filter or a delay in its channel, and whether modal_mass_kg and the scales of both channels hold",
+        "pickup: the unloaded plate answers to the modulation as if the pickup were {:+.0} µs late; analysed with that \
+         delay: look for a filter or a delay in its channel, and check modal_mass_kg and the scales of both channels",
         delay_s * 1e6
     )]
     PickupLate {
@@ -205,7 +207,9 @@ pub enum Flaw {
     },
     /// The model with the assumed skin does not describe the measurement.
     #[error(
-        "with what dynamic finds in the first instance, the self-sensed normal force is {:.0} % off the measured one (90th percentile) at amplitudes of {:.1} to {:.1} µm: the skin is not as dynamic assumes it, or something changed on the way",
+        "with the parameters that dynamic fits to the first instance, the self-sensed normal force is {:.0} % off the \
+         measured one (90th percentile) at amplitudes of {:.1} to {:.1} µm: the skin differs from the one that dynamic \
+         assumes, or it changed during the trial",
         difference * 100.0, amplitude_from_m * 1e6, amplitude_to_m * 1e6
     )]
     ModelParts {

@@ -20,7 +20,7 @@ pub enum CarrierError {
     #[error(transparent)]
     Block(#[from] DemodulatorError),
     /// No frame's window fits into the block without lost samples.
-    #[error("{frames} samples hold no stretch of {needed} samples without losses")]
+    #[error("{frames} samples contain no stretch of {needed} samples without losses")]
     NothingSound {
         /// Samples per channel in the block.
         frames: usize,

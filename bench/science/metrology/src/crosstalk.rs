@@ -82,7 +82,7 @@ pub enum CrosstalkError {
     OneDirection,
     /// The readings of both axes are the same up to a factor.
     #[error(
-        "both axes read the same, but for a factor: one of them is not connected, or both read one sensor"
+        "both axes read the same up to a factor: one of them is not connected, or both read one sensor"
     )]
     Singular,
     /// A value is not finite, or a deviation not positive.

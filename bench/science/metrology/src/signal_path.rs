@@ -21,7 +21,8 @@ pub struct ToneAnswer {
 pub enum PathFault {
     /// The tone does not come back at any frequency.
     #[error(
-        "nothing comes back: of what was played {share:.1e} was read; is the amplifier on, its heartbeat wired, and the cable in the input that [channels.drive] names?"
+        "nothing comes back: {share:.1e} of the played tone was read; is the amplifier on, its heartbeat wired, and \
+         the cable in the input that [channels.drive] names?"
     )]
     Silent {
         /// Largest fraction of the played amplitude that came back.

@@ -39,7 +39,7 @@ pub struct NoiseDensity {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SpectrumError {
     /// Shorter than one segment.
-    #[error("{frames} frames hold no segment of {segment} frames")]
+    #[error("{frames} frames contain no segment of {segment} frames")]
     TooShort {
         /// Frames in the stretch.
         frames: usize,

@@ -129,7 +129,7 @@ impl fmt::Display for UnitSlip {
         };
         write!(
             f,
-            "a factor of {:.3} is that of {typed} where {requested} was asked",
+            "a factor of {:.3} suggests {typed} where {requested} was asked for",
             self.factor()
         )
     }

@@ -71,8 +71,8 @@ pub fn dialogue(attended: bool) -> anyhow::Result<Box<dyn Ask>> {
 /// Returns the message about a configuration that was written without a person to permit a tone.
 pub fn unchecked_message(options: &Options) -> String {
     format!(
-        "check: not run, because it drives a tone and nobody is at a terminal to say that nobody touches the plate: \
-         `friction-bench check --config {}` when that is so\n",
+        "check: not run, because it drives a tone, and without a terminal nobody can confirm that the plate is clear; \
+         once it is clear, run `friction-bench check --config {}`\n",
         escaping::quoted(&options.config)
     )
 }

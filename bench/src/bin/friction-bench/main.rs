@@ -158,8 +158,8 @@ fn absent_configuration(path: &Path, named: bool) -> anyhow::Error {
         return anyhow::anyhow!("{name} does not exist: check the spelling after --config");
     }
     anyhow::anyhow!(
-        "{name} does not exist in this folder: `friction-bench init` asks what the bench is made of and writes it, --config \
-         FILE names another file, and --mock uses simulated hardware"
+        "{name} does not exist in this folder: `friction-bench init` asks for the parts of the bench and writes it, \
+         --config FILE names another file, and --mock uses simulated hardware"
     )
 }
 
@@ -435,7 +435,7 @@ fn rehearse(options: &Drill, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
         && !scenario.faults.is_empty()
     {
         anyhow::bail!(
-            "the scenario injects faults of its own ([[faults]]), and a drill brings its own: name another"
+            "the scenario injects faults ([[faults]]), but a drill injects its own: name another scenario"
         );
     }
     let bench = effective(config.clone(), hardware, options.uncalibrated, verbosity)?;
@@ -572,8 +572,7 @@ fn init(options: &setup::Options, verbosity: Verbosity) -> anyhow::Result<ExitCo
     let mut ask = discovery::dialogue(attended)?;
     let outcome = setup::write(options, &listing, &mut *ask)?;
     print(&outcome.text)?;
-    let faint =
-        "Check it now? By these numbers it drives a tone of 2 V at most: nobody touches the plate.";
+    let faint = "Check it now? The check drives a tone of at most 2 V: nobody may touch the plate.";
     // An uncalibrated bench is never ready; the check shows any other faults.
     let simulated = options.mock.is_some();
     let checks = !attended && simulated || ask.confirm(faint)?;

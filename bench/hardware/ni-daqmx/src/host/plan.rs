@@ -56,7 +56,7 @@ pub(super) fn obstacle(card: &Card, plan: &Plan) -> Option<String> {
     if card.simultaneous || inputs == 1 {
         if plan.table.convert_hz.is_some() {
             return Some(format!(
-                "the {product} {name} takes its inputs at one instant: remove nidaqmx.convert_hz from bench.toml"
+                "the {product} {name} samples all inputs at the same instant: remove nidaqmx.convert_hz from bench.toml"
             ));
         }
         return (rate_hz > card.single_hz).then(|| {
@@ -101,8 +101,8 @@ pub(super) fn advice(error: &DaqError, plan: &Plan) -> String {
             "another program holds the card: end it (NI MAX, LabVIEW, another bench)"
         }
         DaqFault::Gone => {
-            "plug the card in, or name another as audio.output_device and audio.input_device in bench.toml: `friction-bench \
-             devices` lists those that are there"
+            "plug the card in, or name another as audio.output_device and audio.input_device in bench.toml: \
+             `friction-bench devices` lists the connected ones"
         }
         DaqFault::NoTerminal => "look at nidaqmx.inputs and nidaqmx.outputs in bench.toml",
         DaqFault::Rate => "look at audio.rate_hz and nidaqmx.convert_hz in bench.toml",

@@ -216,7 +216,7 @@ impl Daqmx {
             (self.functions().extended_error)(text.as_mut_ptr().cast(), text.len() as u32)
         };
         let text = if code < 0 {
-            "NI-DAQmx has no words for it".to_owned()
+            "NI-DAQmx gives no description".to_owned()
         } else {
             one_line(&text)
         };

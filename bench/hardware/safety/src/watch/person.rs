@@ -9,7 +9,8 @@ use crate::trip::Trip;
 
 /// Temperature by which a plate may be warmer than its record states, K: as much as the record otherwise leads it.
 const UNKEPT_K: f64 = 0.5;
-const WARMTH_UNKEPT: &str = "the plate's warmth is not kept: the disk of the calibration has not answered since it rose by 1 K";
+const WARMTH_UNKEPT: &str = "the plate's temperature cannot be saved: the disk of the calibration has not answered \
+                             since it rose by 1 K";
 
 impl Watch {
     /// Counts the driving time; returns the trip once it is used up.

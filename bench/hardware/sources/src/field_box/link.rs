@@ -245,11 +245,9 @@ pub(super) fn serial_number(identity: &Identity) -> String {
 fn in_words(stop: StopReason) -> &'static str {
     match stop {
         StopReason::BenchSilent => {
-            "it heard no word from this program for 80 ms; the computer was held up, or its cable is loose"
+            "it received nothing from this program for 80 ms: the computer was delayed, or its cable is loose"
         }
         StopReason::Estop => "the loop of its e-stop was open for a moment",
-        StopReason::NotReleased => {
-            "it was asked for the enable before it was asked to let go of it; re-arm"
-        }
+        StopReason::NotReleased => "the enable was requested before it was released; re-arm",
     }
 }

@@ -62,8 +62,8 @@ pub enum FieldBoxGone {
     },
     /// The box sends faster than the bench reads.
     #[error(
-        "the field box at {}, field_box.port in bench.toml, sends faster than it can be read: for {for_ms} ms something was \
-         always left; is it another device, or is its firmware of another version?",
+        "the field box at {}, field_box.port in bench.toml, sends faster than it can be read: for {for_ms} ms data \
+         were always waiting; is it another device, or is its firmware of another version?",
         port.display()
     )]
     Flood {
@@ -74,8 +74,8 @@ pub enum FieldBoxGone {
     },
     /// The box does not act on the bench's command words.
     #[error(
-        "the field box at {}, field_box.port in bench.toml, has heard no word for {unheard_ms} ms: it takes the enable off by \
-         itself; look at its cable",
+        "the field box at {}, field_box.port in bench.toml, has received nothing from this program for {unheard_ms} \
+         ms: it takes the enable off by itself; look at its cable",
         port.display()
     )]
     Deaf {

@@ -63,8 +63,8 @@ pub enum LineError {
     },
     /// The chip does not exist.
     #[error(
-        "there is no GPIO chip {chip} for the {name}: `friction-bench devices` lists those that are there; name one as \
-         gpio.chip"
+        "there is no GPIO chip {chip} for the {name}: `friction-bench devices` lists the chips of this computer; name \
+         one as gpio.chip"
     )]
     NoChip {
         /// Purpose of the line.
@@ -74,7 +74,7 @@ pub enum LineError {
     },
     /// The chip does not have the line.
     #[error(
-        "{chip} has no GPIO line {line} for the {name}, or none that can be used so: look at [gpio]"
+        "{chip} has no GPIO line {line} for the {name}, or it cannot be used for this: check [gpio]"
     )]
     NoLine {
         /// Purpose of the line.

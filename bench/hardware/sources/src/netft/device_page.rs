@@ -20,7 +20,7 @@ pub struct DevicePage {
 #[derive(Debug, thiserror::Error)]
 pub enum PageError {
     /// The device did not answer in time.
-    #[error("nobody answers at http://{address}{PAGE}")]
+    #[error("no answer from http://{address}{PAGE}")]
     Unreachable {
         /// Address of the request.
         address: SocketAddr,

@@ -79,7 +79,7 @@ pub fn open_net(
 ) -> anyhow::Result<NetForce> {
     let address = address.or_else(|| netft.socket()).with_context(|| {
         format!(
-            "force.netft.address = \"{}\" is no IP address",
+            "force.netft.address = \"{}\" is not an IP address",
             netft.address
         )
     })?;

@@ -32,8 +32,8 @@ impl std::fmt::Display for LockRefused {
                 mapped_bytes,
             } => write!(
                 f,
-                "{} MiB may be locked (`ulimit -l`), the program has {} MiB and will ask for more, and what is over the \
-                 limit would end it while the plate is driven",
+                "{} MiB may be locked (`ulimit -l`), the program has {} MiB and will need more; going over the limit \
+                 would end it while the plate is driven",
                 limit_bytes >> 20,
                 megabytes(mapped_bytes)
             ),

@@ -51,8 +51,8 @@ impl PickupSetup {
         };
         let stated_hz = |row_hz: Option<f64>| {
             row_hz.or(known_at_hz).context(
-                "at which frequency do the known amplitudes hold? --known-at-hz HZ, or a column known_at_hz in the table: beside \
-                 the resonance a plate moves less",
+                "missing frequency of the known amplitudes: give --known-at-hz HZ, or a column known_at_hz in the \
+                 table; off its resonance a plate moves less",
             )
         };
         let known_at_hz: Vec<f64> = match &known {
@@ -128,7 +128,10 @@ impl PickupSetup {
             let distance = (known_hz - carrier_hz).abs() / half_width_hz;
             if distance.is_nan() || distance > MOST_BESIDE {
                 bail!(
-                    "the amplitudes are known at {known_hz:.1} Hz (--known-at-hz), and the plate's resonance is at {carrier_hz:.1} Hz: {:.1} Hz apart, and {:.1} Hz change what the plate moves by half a per cent (a tenth of the half-bandwidth at Q = {quality:.0}); measure them again at the resonance, or let an instrument read while the plate is driven (--reference-channel, --instrument)",
+                    "the amplitudes are known at {known_hz:.1} Hz (--known-at-hz), and the plate's resonance is at \
+                     {carrier_hz:.1} Hz: {:.1} Hz apart, and {:.1} Hz change the plate's motion by half a per cent (a \
+                     tenth of the half-bandwidth at Q = {quality:.0}); measure them again at the resonance, or let an \
+                     instrument read while the plate is driven (--reference-channel, --instrument)",
                     (known_hz - carrier_hz).abs(),
                     MOST_BESIDE * half_width_hz
                 );

@@ -68,8 +68,8 @@ impl FingerProcedure {
         }
         if config.safety.dead_man.is_some() {
             bail!(
-                "safety.dead_man is in use, and a calibration does not wait for a switch that is held: without it nobody's \
-                 finger is driven, so leave --finger out on this bench"
+                "safety.dead_man is in use, but a calibration cannot watch the switch; no finger may be on a driven \
+                 plate without it, so leave --finger out on this bench"
             );
         }
         Ok(Self {

@@ -187,8 +187,8 @@ fn one_wrong_constant_alone_is_named() {
 #[test]
 fn another_unit_than_the_one_asked_is_queried_and_named() {
     for (reads, types, words) in [
-        (MeterReads::Peak, RMS, "0.707 is that of RMS where peak"),
-        (MeterReads::Rms, PEAK, "1.414 is that of peak where RMS"),
+        (MeterReads::Peak, RMS, "0.707 suggests RMS where peak"),
+        (MeterReads::Rms, PEAK, "1.414 suggests peak where RMS"),
     ] {
         let (judged, queried) = check_volts(RIGHT, reads, types);
         assert_eq!(queried, 5);

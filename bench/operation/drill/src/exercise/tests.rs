@@ -348,7 +348,10 @@ fn an_operator_who_does_nothing_misses() {
     let mut bench = Bench::stopped();
     bench.act(Action::Ready);
     bench.pass(PATIENCE_S + 1.0);
-    assert_eq!(bench.miss_reason(), "nobody did what was right");
+    assert_eq!(
+        bench.miss_reason(),
+        "the right action was not taken in time"
+    );
 }
 
 /// Returns a trip caused by the fault.

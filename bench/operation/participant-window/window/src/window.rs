@@ -43,7 +43,7 @@ pub fn run(options: Options) -> Result<(), WindowError> {
         // The library's message names a line of its source code.
         let is_set = std::env::var_os("DISPLAY").is_some_and(|name| !name.is_empty());
         WindowError::NoScreen(if is_set || cfg!(target_os = "macos") {
-            "the display does not answer, or lets nobody in"
+            "the display does not answer, or refuses connections"
         } else {
             "DISPLAY is not set"
         })

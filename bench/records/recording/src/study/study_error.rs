@@ -25,7 +25,7 @@ pub enum StudyError {
     Log(#[from] EventLogError),
     /// The folder is neither empty nor a study.
     #[error(
-        "{} is not a study: it holds files but no {DESCRIPTION_FILE}; name an empty or a new folder with `--study`",
+        "{} is not a study: it has files but no {DESCRIPTION_FILE}; name an empty or a new folder with `--study`",
         path.display()
     )]
     NotAStudy {
@@ -39,7 +39,7 @@ pub enum StudyError {
         path: PathBuf,
     },
     /// The study has no data of a participant.
-    #[error("{} holds nothing of {participant}; check the spelling", path.display())]
+    #[error("{} has no data of {participant}; check the spelling", path.display())]
     NoParticipant {
         /// The study's folder.
         path: PathBuf,
@@ -62,7 +62,7 @@ pub enum StudyError {
     },
     /// A folder of the study is a symbolic link.
     #[error(
-        "{} is a symbolic link, which is not followed out of the study; remove it, and what it leads to, by hand",
+        "{} is a symbolic link, which is not followed out of the study; remove it and its target by hand",
         path.display()
     )]
     Link {

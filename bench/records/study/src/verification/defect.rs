@@ -18,7 +18,7 @@ pub enum RecordingDefect {
         file: String,
     },
     /// The SHA-256 of a file differs from the one in the log.
-    #[error("{file} is not as it was recorded: its SHA-256 is another than the log's")]
+    #[error("{file} has changed since it was recorded: its SHA-256 differs from the log's")]
     SumDiffers {
         /// The file.
         file: String,
@@ -96,7 +96,7 @@ pub enum RecordingDefect {
         frames: u64,
     },
     /// The log does not mention the recording.
-    #[error("the log does not know it: it was put here, or lines of the log are missing")]
+    #[error("it is not in the log: it was put here later, or lines of the log are missing")]
     NotInLog,
 }
 
@@ -202,7 +202,7 @@ pub enum SessionDefect {
         reason: String,
     },
     /// A folder contains a recording that is not a trial of this session.
-    #[error("{name} is a recording that is no trial of this session; it was put here")]
+    #[error("{name} is a recording, but not a trial of this session; it was put here later")]
     ForeignRecording {
         /// Name of the folder.
         name: String,
@@ -239,7 +239,7 @@ pub enum StudyDefect {
         reason: String,
     },
     /// A participant of `participants.tsv` has no folder.
-    #[error("participants.tsv lists {participant}, and there is no folder of that name")]
+    #[error("participants.tsv lists {participant}, but there is no folder of that name")]
     NoParticipant {
         /// The participant.
         participant: String,

@@ -231,7 +231,7 @@ fn trial(
                 findings.defects.push(RecordingDefect::NotInLog);
             } else {
                 findings.standing = Standing::Interrupted;
-                let text = "the program was killed before the log told of it";
+                let text = "the program was killed before it reached the log";
                 findings.notes.push(text.to_owned());
             }
         }
@@ -307,7 +307,7 @@ fn report_foreign_folders(folder: &Path, findings: &mut SessionFindings) -> Resu
         } else {
             findings
                 .notes
-                .push(format!("{name} is no part of the session"));
+                .push(format!("{name} is not part of the session"));
         }
     }
     Ok(())

@@ -38,7 +38,7 @@ pub enum VerifyError {
         path: PathBuf,
     },
     /// The folder contains no session.
-    #[error("{} is no study, participant or session: there is no {EVENTS_FILE} in it", path.display())]
+    #[error("{} is not a study, participant or session: it contains no {EVENTS_FILE}", path.display())]
     NoSession {
         /// The folder.
         path: PathBuf,

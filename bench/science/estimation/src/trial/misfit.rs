@@ -39,7 +39,7 @@ impl fmt::Display for Misfit {
         match self {
             Self::Unlikely { name, deviations } => write!(
                 f,
-                "{name} would be {:.1} standard deviations {} what is likely of a finger",
+                "{name} would be {:.1} standard deviations {} the range of fingers",
                 deviations.abs(),
                 if *deviations > 0.0 { "above" } else { "below" }
             ),
@@ -47,7 +47,8 @@ impl fmt::Display for Misfit {
                 deviation_n_s_per_m,
             } => write!(
                 f,
-                "the plate's reactance under the finger would be {deviation_n_s_per_m:.2} N·s/m from what was read without it"
+                "the plate's reactance under the finger would be {deviation_n_s_per_m:.2} N·s/m away from the one measured \
+                 without it"
             ),
             Self::Friction { rms_mu } => write!(
                 f,

@@ -11,7 +11,7 @@ use anyhow::{Context, bail};
 use tasks::Task;
 use tui::event::LogLevel;
 
-use crate::journal::EntrySender;
+use journal::EntrySender;
 
 /// Timeout for opening a participant's terminal, including the wait for the lost one. The drive is off meanwhile.
 const OPENS_WITHIN: Duration = Duration::from_millis(500);

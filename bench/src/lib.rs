@@ -15,7 +15,6 @@ pub mod estop;
 pub mod exclude;
 pub mod fault_option;
 pub mod forget;
-pub mod journal;
 pub mod monitor;
 mod outcome;
 pub mod participant_window;

@@ -8,7 +8,7 @@ use protocols::Texts;
 use tasks::Task;
 
 use crate::displays::ParticipantDisplay;
-use crate::journal::EntrySender;
+use journal::EntrySender;
 
 /// The participant's window, which does not exist on this system.
 pub struct WindowDisplay(Infallible);

@@ -18,7 +18,7 @@ use tasks::{Slot, Task};
 use tui::event::LogLevel;
 
 use crate::displays::ParticipantDisplay;
-use crate::journal::{Entry, EntrySender};
+use journal::{Entry, EntrySender};
 
 /// Maximum number of queued notices for the operator; further ones are dropped.
 const MOST_NOTICES: usize = 64;

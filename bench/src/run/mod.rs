@@ -31,10 +31,10 @@ use tasks::Slot;
 use tui::event::LogLevel::{self, Info, Warning};
 
 use crate::apparatus::Apparatus;
-use crate::journal::{Entry, Journal, entry_queue};
 use crate::session::{KeptUp, Questions, Report, SessionTask, Wiring, summary_lines};
 use escaping::quoted;
 use files::{EarlierPart, begin_recording, earlier_part, machine, open_session, past_crops};
+use journal::{Entry, Journal, entry_queue};
 use live::carrier_decision::CarrierDecision;
 use live::interference::Interference;
 use live::live_side::LiveSide;

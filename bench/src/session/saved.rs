@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use protocols::{Interruption, RecordingOutcome, TrialKey, TrialOutcome, TrialRecord};
 use recording::recorder::{RecorderGauge, RecorderNotice};
 
-use crate::journal::{Entry, EntrySender, SavedRecording};
+use journal::{Entry, EntrySender, SavedRecording};
 
 /// The latest recording, and the outcomes of recordings.
 #[derive(Default)]

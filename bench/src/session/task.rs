@@ -32,7 +32,7 @@ use super::report::{Report, summary_lines};
 use super::saved::{self, Recordings};
 use super::stop_kind::{cue_tone, interruption_kind, protocol_safety, stop_kind};
 use super::wiring::{Admit, BeginRecording, Wiring};
-use crate::journal::Entry;
+use journal::Entry;
 use live::carrier_decision::CarrierEffect;
 use live::live_side::FitNews;
 use live::{past_trials, screen_words};

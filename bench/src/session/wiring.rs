@@ -23,7 +23,7 @@ use tui::event::LogLevel;
 
 use crate::apparatus::Watcher;
 use crate::displays::Displays;
-use crate::journal::EntrySender;
+use journal::EntrySender;
 use live::readiness::Readiness;
 
 /// Creates the manifest and the folder of an attempt's recording on the bench in its current state.

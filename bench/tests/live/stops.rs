@@ -3,7 +3,7 @@
 
 use std::sync::atomic::Ordering;
 
-use friction_bench::journal::Entry;
+use journal::Entry;
 use mock_hw::serial::ForceFault;
 use mock_world::plant::Axis;
 use protocols::{SessionEventKind, TrialKey, TrialOutcome, TrialRecord};

@@ -349,7 +349,7 @@ fn the_wall_clock_is_read_in_one_place_and_used_only_for_dates() {
         "src/dates.rs",
         "src/estop.rs",
         "src/forget.rs",
-        "src/journal.rs",
+        "operation/journal/src/lib.rs",
         "src/run/mod.rs",
     ];
     for file in program_files() {

@@ -89,19 +89,10 @@ pub(super) fn open_sound(
     })
 }
 
-/// Shows the participant's details that are not stated or not taken, and the skin of earlier trials. Nobody is asked in a
-/// session without an operator.
-pub(super) fn show_participant(
-    front: &mut dyn Front,
-    plan: &Plan,
-    session: &mut ParticipantSession,
-) {
+/// Shows the participant's details that are not stated or not taken, and the skin of earlier trials.
+pub(super) fn show_participant(front: &mut dyn Front, plan: &Plan, session: &ParticipantSession) {
     if plan.headless && !session.ask.is_empty() {
-        let unstated: Vec<_> = session
-            .ask
-            .drain(..)
-            .map(|detail| detail.to_string())
-            .collect();
+        let unstated: Vec<_> = session.ask.iter().map(ToString::to_string).collect();
         show(front, Info, format!("not stated: {}", unstated.join(", ")));
     }
     for detail in PersonDetail::ALL {

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use analysis::amplitude_profile::AmplitudeProfile;
 use anyhow::Context;
-use config::Effective;
 use contact::AssumedConstants;
 use crossbeam_channel::Receiver;
 use devices::drive_control::waveform;
@@ -16,22 +15,23 @@ use live::carrier_decision::CarrierDecision;
 use live::interference::Interference;
 use live::live_side::LiveSide;
 use live::participant_screen::ParticipantScreen;
+use live::participant_skin::ParticipantSkin;
 use live::readiness::Readiness;
 use live::refit::Refit;
 use operator_ui::console::{DashboardThread, Front};
-use protocols::SessionEvent;
+use protocols::{SessionEvent, SessionEventKind};
 use recording::recorder::RecorderGauge;
 use safety::Signals;
+use signalgen::DriveSettings;
 use tasks::{Slot, Task};
 
 use super::files::begin_recording;
-use super::lost_recordings;
 use super::participant_session::ParticipantSession;
 use super::plan::{Plan, session_bytes};
 use crate::apparatus::Watcher;
 use crate::displays::Displays;
 use crate::journal::{Entry, Journal, entry_queue};
-use crate::session::{KeptUp, Questions, Report, SessionTask, Wiring};
+use crate::session::{Admit, KeptUp, Questions, Report, SessionTask, Wiring};
 
 /// Everything around the bench that a session shows itself on.
 pub(super) struct Surroundings {
@@ -93,27 +93,13 @@ impl ComposedSession {
             let file = (session.number, protocol_file);
             begin_recording(plan, file, folder, (&life, field_box), priorities)
         };
-        let admit = {
-            let settings = plan.settings;
-            Box::new(move |drive: &protocols::Drive, bench: &Effective| {
-                Ok(settings.admit(waveform(drive, bench.config()))?)
-            })
-        };
         let (entries, journal_entries) = entry_queue();
-        for kind in session.withdrawn.into_iter().map(lost_recordings::event) {
+        for record in session.withdrawn {
+            let kind = SessionEventKind::TrialSettled { record };
             entries.send(Entry::Event(SessionEvent { t_s: 0.0, kind }));
         }
         let (reports, report) = crossbeam_channel::bounded(1);
-        let (refits, fits, refit) = {
-            let profile = recorded_profile(&effective);
-            let profile = profile.as_ref().map(AmplitudeProfile::new);
-            let skin = session.resumed.skin;
-            Refit::new(
-                AssumedConstants::ESTIMATION,
-                profile.unwrap_or_default(),
-                skin,
-            )
-        };
+        let (live, refit) = live_side(plan, session.resumed.skin);
         let carrier_hz: Arc<Slot<f64>> = Arc::default();
         let interference = Interference::new(recording.clone(), config, plan.carrier_hz)
             .following(carrier_hz.clone());
@@ -121,7 +107,7 @@ impl ComposedSession {
         let (room, look_for_room) = RoomTask::new(plan.study.clone());
         let wiring = Wiring {
             begin,
-            admit,
+            admit: admission(plan.settings),
             batches,
             recording,
             notices: notices.clone(),
@@ -136,27 +122,32 @@ impl ComposedSession {
             displays,
             sound,
             journal: entries,
-            live: {
-                let contact_n = protocol.force.contact_n;
-                LiveSide::new(contact_n, config.plate.modal_mass_kg, (refits, fits))
-            },
-            carrier: {
-                let require = plan.require_drivable();
-                CarrierDecision::new(protocol, &effective, require, !plan.headless)
-                    .going_on_with(session.resumed.carrier, &effective)
-            },
+            live,
+            carrier: CarrierDecision::new(
+                protocol,
+                &effective,
+                plan.require_drivable(),
+                !plan.headless,
+            )
+            .going_on_with(session.resumed.carrier, &effective),
             carrier_hz,
             signals: signals.clone(),
             gauges: gauges.clone(),
             stop: life.stop().clone(),
             report: reports,
         };
+        // A session without an operator asks nobody.
+        let ask = if plan.headless {
+            Vec::new()
+        } else {
+            session.ask
+        };
         let task = SessionTask::new(
             session.machine,
             plan.bench.clone(),
             wiring,
             plan.consent_by.clone(),
-            Questions::new(session.ask),
+            Questions::new(ask),
             plan.headless,
         );
         let journal = Journal::new(
@@ -201,4 +192,23 @@ impl ComposedSession {
         let kept_up = KeptUp::read(&self.signals, &self.gauges, &self.recorder);
         Ok((report, kept_up))
     }
+}
+
+/// Returns the check and conversion of the protocol's drives for the bench in its current state.
+fn admission(settings: DriveSettings) -> Admit {
+    Box::new(move |drive, bench| Ok(settings.admit(waveform(drive, bench.config()))?))
+}
+
+/// Returns the live side, and the task of its fits; both continue from the participant's skin so far.
+fn live_side(plan: &Plan, skin: ParticipantSkin) -> (LiveSide, Refit) {
+    let profile = recorded_profile(&plan.bench);
+    let profile = profile.as_ref().map(AmplitudeProfile::new);
+    let assumed = AssumedConstants::ESTIMATION;
+    let (refits, fits, refit) = Refit::new(assumed, profile.unwrap_or_default(), skin);
+    let contact_n = plan.protocol.protocol.force.contact_n;
+    let modal_mass_kg = plan.bench.config().plate.modal_mass_kg;
+    (
+        LiveSide::new(contact_n, modal_mass_kg, (refits, fits)),
+        refit,
+    )
 }

@@ -56,7 +56,7 @@ pub fn run(
     let on_bench = (&bench, facts, simulated);
     announcement::show_bench(screen, &plan, &session, on_bench, (earlier, left));
     let sound = announcement::open_sound(screen, &bench.life, config);
-    announcement::show_participant(screen, &plan, &mut session);
+    announcement::show_participant(screen, &plan, &session);
 
     let surroundings = Surroundings {
         front,

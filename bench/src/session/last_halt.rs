@@ -50,3 +50,26 @@ impl LastHalt {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_trial_follows_the_last_halt_once() {
+        for (phase, event) in [
+            (Phase::Paused, "after a pause"),
+            (Phase::Fault, "after a fault"),
+        ] {
+            let mut halt = LastHalt::Paused("why".to_owned());
+            halt.step(phase, phase);
+            halt.step(Phase::Paused, Phase::Fault);
+            assert_eq!(halt.take_event(), None);
+            assert_eq!(halt.pause(), Some("why"));
+            halt.step(phase, Phase::Baseline);
+            assert_eq!(halt.pause(), None);
+            assert_eq!(halt.take_event(), Some(event));
+            assert_eq!(halt.take_event(), None);
+        }
+    }
+}

@@ -1,16 +1,23 @@
 //! The task that steps the protocol.
 //!
-//! The protocol's state machine decides; the task observes for it and carries out its actions. Its own state is in parts,
-//! each with its events and transitions in its module: the [attempt](live::attempt_state) whose data are collected, the
-//! [last halt](super::last_halt), the [recordings](super::saved) and the [safety watch](super::last_safety).
+//! The protocol's state machine decides; the task observes for it and carries out its actions. Two parts are state
+//! machines of their own, each with a table of its states: the [attempt](live::attempt_state), with the data that each
+//! state has, and the [last halt](super::last_halt).
 //!
 //! ```text
-//!  batches, notices, fits        operator's requests            protocol
-//!            │                            │                        │
-//!  acquired, attempt, recordings   command queue, carrier ── observation → actions ── attempt, drive, last halt
-//!                                                                  │
-//!                                                          display, log, outcome
+//! batches ─── acquired ─┬─ attempt ───┐
+//! notices ─── recordings ─────────────┤
+//! operator ── command queue, carrier ─┼─ observation ── protocol ── actions ─┬─ attempt, last halt
+//! watch ───── last safety ────────────┘                                      ├─ drive, sound, recorder
+//!                                                                            └─ display, log, outcome
 //! ```
+//!
+//! | session | event | next |
+//! | --- | --- | --- |
+//! | runs | the protocol finishes | outcome known: the drive is disarmed |
+//! | runs, unattended | a fault, a pause, or no consent | the bench ends |
+//! | outcome known, unattended | the recorder has saved the last recording | the bench ends |
+//! | any | the bench ends | an open recording is interrupted, and the report is sent |
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -224,7 +231,7 @@ impl SessionTask {
         Ok(())
     }
 
-    /// Shows the crops of completed explorations, and analyses a completed trial as soon as all of its data have arrived.
+    /// Shows the crops of completed explorations; analyses a completed trial once all of its data have arrived.
     fn analyse(&mut self) {
         let (now_s, context) = (
             self.acquired.audio_s,

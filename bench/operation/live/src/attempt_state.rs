@@ -8,8 +8,8 @@
 //! | `Due` | all data have arrived | `Analysed` |
 //! | `Analysed` | the verdict is announced | `Idle` |
 //!
-//! Batches are collected in `Recorded` and `Due`; the carrier changes in the other two. Any other event leaves the state: a
-//! verdict without an analysis in time leaves `Due`, and the late analysis stays unused.
+//! Batches are collected in `Recorded` and `Due`; the carrier changes in the other two. No other event changes the
+//! state: after a verdict without an analysis in time, the late analysis stays unused.
 
 use protocols::TrialAnalysis;
 
@@ -77,5 +77,74 @@ impl AttemptState {
                 None
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use protocols::{Protocol, TrialKey};
+    use recording::pipeline::Account;
+
+    fn key() -> TrialKey {
+        TrialKey {
+            number: 1,
+            attempt: 1,
+            practice: false,
+            condition: "c".to_owned(),
+        }
+    }
+
+    fn begun() -> AttemptState {
+        let text = protocols::built_in("demo").unwrap();
+        let protocol = Protocol::parse(text, "demo.toml").unwrap();
+        let record = AttemptRecord::new(&key(), &protocol, 29_000.0, Account::default());
+        AttemptState::Recorded(record)
+    }
+
+    fn due_trial() -> DueTrial {
+        DueTrial {
+            key: key(),
+            intervals: Vec::new(),
+            at_s: 10.0,
+        }
+    }
+
+    #[test]
+    fn a_completed_attempt_takes_data_until_all_have_arrived() {
+        let mut state = begun();
+        assert!(state.take_due(20.0).is_none(), "not completed");
+        state.complete(due_trial());
+        assert!(state.take_due(10.0 + 0.9 * DATA_DELAY_S).is_none());
+        assert!(state.record().is_some());
+        let (record, due_trial) = state.take_due(10.0 + 1.1 * DATA_DELAY_S).unwrap();
+        assert_eq!((record.carrier_hz, due_trial.at_s), (29_000.0, 10.0));
+        assert!(matches!(state, AttemptState::Idle));
+    }
+
+    #[test]
+    fn a_verdict_takes_the_analysis_once_and_no_open_attempt() {
+        let mut state = begun();
+        state.complete(due_trial());
+        assert!(state.take_analysis().is_none());
+        assert!(state.record().is_some(), "the data are still due");
+        let (record, _) = state.take_due(11.0).unwrap();
+        let rules = Protocol::parse(protocols::built_in("demo").unwrap(), "demo.toml")
+            .unwrap()
+            .selection_rules(0.0);
+        let data = record.measurements;
+        let analysis = analysis::trial_selection::analyse(&key(), &[], &data, &rules);
+        state = AttemptState::Analysed(analysis);
+        assert!(state.record().is_none());
+        assert!(state.analysis().is_some());
+        assert!(state.take_analysis().is_some());
+        assert!(matches!(state, AttemptState::Idle));
+    }
+
+    #[test]
+    fn without_an_attempt_in_progress_nothing_is_completed() {
+        let mut state = AttemptState::Idle;
+        state.complete(due_trial());
+        assert!(matches!(state, AttemptState::Idle));
     }
 }

@@ -1,10 +1,11 @@
 //! Files of a session: its folder, the log that it is resumed from, and the manifest of each recording.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use config::{Config, Effective, Sensor};
+use config::Effective;
 use devices::drive_control::carrier_hz;
+use devices::recorded_bench as recorded;
 use devices::{Life, ThreadPriorities};
 use protocols::{Session, SessionEventKind, TrialKey, records_from_events};
 use recording::AudioFormat;
@@ -12,13 +13,11 @@ use recording::manifest::{self, Manifest};
 use recording::recorder::Begin;
 use recording::study::event_log::{self, Document, ExitStatus};
 use recording::study::{self, EVENTS_FILE, EventLogError, Study, TrialLabel};
-use signalgen::StreamDirection;
 use sources::field_box::FieldBox;
 use tui::event::Crop;
 
 use super::lost_recordings;
 use super::plan::{NAME, Plan, VERSION};
-use super::recorded_plate::{recorded_errors, recorded_plate};
 use crate::outcome::progress_bar;
 use crate::session::BeginRecording;
 use ::study::verification::LostRecording;
@@ -69,66 +68,79 @@ pub(super) struct EarlierPart {
     pub(super) last_trial: Option<(String, bool)>,
     /// Accepted trials to repeat because their recordings are lost.
     pub(super) losses: Vec<LostRecording>,
+    /// The crops recorded so far, for the operator's screen.
+    pub(super) crops: Vec<Crop>,
 }
 
-/// Compares the log and the recordings of the session to be resumed; the result is empty without such a session.
-///
-/// # Errors
-/// The log has gaps, so that the remaining trials are unknown; or recordings of accepted trials are lost and the operator
-/// has not asked to repeat those trials.
-pub(super) fn earlier_part(plan: &Plan) -> anyhow::Result<EarlierPart> {
-    let Some(folder) = last_session(plan)? else {
-        return Ok(EarlierPart::default());
-    };
-    let distrust = |because: String| {
-        anyhow::anyhow!(
-            "the log of {} cannot be trusted, so the trials still to be done are unknown: {because}; put back its \
-             events.jsonl from a copy, or begin another session with --new-session; `friction-bench verify {}` says \
-             more",
-            folder.display(),
-            quoted(&folder)
-        )
-    };
-    let log = match event_log::read(&folder.join(EVENTS_FILE)) {
-        Ok(log) => log,
-        Err(error @ EventLogError::Line { .. }) => return Err(distrust(error.to_string())),
-        // The session was killed before it had a log, or the log cannot be read: opening the session reports that.
-        Err(_) => return Ok(EarlierPart::default()),
-    };
-    let holes = ::study::verification::log_defects(&folder, &log);
-    if let Some(hole) = holes.iter().find(|defect| defect.hides_trials()) {
-        return Err(distrust(hole.to_string()));
-    }
-    // Opening a complete session refuses to resume it.
-    let is_complete = log
-        .stop()
-        .is_some_and(|stop| stop.exit_status == ExitStatus::Success);
-    let losses = if is_complete {
-        Vec::new()
-    } else {
-        lost_recordings::to_repeat(plan, &folder, &log)?
-    };
-    let last_trial = match ::study::verification::last_trial(&folder, &log)? {
-        None => ("no trial was recorded before this".to_owned(), true),
-        Some(trial) => {
-            let words = ::study::verification::trial_words(&trial);
-            let words = format!("the last trial before this: {words}");
-            (words, trial.defects.is_empty())
+impl EarlierPart {
+    /// Reads the log and the recordings of the session to be resumed; the result is empty without such a session.
+    ///
+    /// # Errors
+    /// The log has gaps, so that the remaining trials are unknown; or recordings of accepted trials are lost and the
+    /// operator has not asked to repeat those trials.
+    pub(super) fn read(plan: &Plan) -> anyhow::Result<Self> {
+        if !plan.resume {
+            return Ok(Self::default());
         }
-    };
-    Ok(EarlierPart {
-        last_trial: Some(last_trial),
-        losses,
-    })
+        let Some(folder) = last_session(plan)? else {
+            return Ok(Self::default());
+        };
+        let mut earlier = Self::compare(plan, &folder)?;
+        if !plan.headless {
+            earlier.crops = past_crops(plan, &folder);
+        }
+        Ok(earlier)
+    }
+
+    /// Compares the log with the recordings.
+    fn compare(plan: &Plan, folder: &Path) -> anyhow::Result<Self> {
+        let distrust = |because: String| {
+            anyhow::anyhow!(
+                "the log of {} cannot be trusted, so the trials still to be done are unknown: {because}; put back its \
+                 events.jsonl from a copy, or begin another session with --new-session; `friction-bench verify {}` says \
+                 more",
+                folder.display(),
+                quoted(folder)
+            )
+        };
+        let log = match event_log::read(&folder.join(EVENTS_FILE)) {
+            Ok(log) => log,
+            Err(error @ EventLogError::Line { .. }) => return Err(distrust(error.to_string())),
+            // The session was killed before it had a log, or the log cannot be read: opening the session reports that.
+            Err(_) => return Ok(Self::default()),
+        };
+        let holes = ::study::verification::log_defects(folder, &log);
+        if let Some(hole) = holes.iter().find(|defect| defect.hides_trials()) {
+            return Err(distrust(hole.to_string()));
+        }
+        // Opening a complete session refuses to resume it.
+        let is_complete = log
+            .stop()
+            .is_some_and(|stop| stop.exit_status == ExitStatus::Success);
+        let losses = if is_complete {
+            Vec::new()
+        } else {
+            lost_recordings::to_repeat(plan, folder, &log)?
+        };
+        let last_trial = match ::study::verification::last_trial(folder, &log)? {
+            None => ("no trial was recorded before this".to_owned(), true),
+            Some(trial) => {
+                let words = ::study::verification::trial_words(&trial);
+                let words = format!("the last trial before this: {words}");
+                (words, trial.defects.is_empty())
+            }
+        };
+        Ok(Self {
+            last_trial: Some(last_trial),
+            losses,
+            crops: Vec::new(),
+        })
+    }
 }
 
-/// Returns the crops recorded so far in the session to be resumed, except from unreadable recordings, which are reported
-/// elsewhere.
-pub(super) fn past_crops(plan: &Plan) -> anyhow::Result<Vec<Crop>> {
-    let Some(folder) = last_session(plan)? else {
-        return Ok(Vec::new());
-    };
-    let labels = ::study::verification::recordings(&folder).unwrap_or_default();
+/// Returns the crops recorded so far, except from unreadable recordings, which are reported elsewhere.
+fn past_crops(plan: &Plan, folder: &Path) -> Vec<Crop> {
+    let labels = ::study::verification::recordings(folder).unwrap_or_default();
     let bar = progress_bar(labels.len() as u64, plan.verbosity);
     let crops = labels.iter().flat_map(|label| {
         bar.inc(1);
@@ -136,7 +148,7 @@ pub(super) fn past_crops(plan: &Plan) -> anyhow::Result<Vec<Crop>> {
     });
     let crops = crops.collect();
     bar.finish_and_clear();
-    Ok(crops)
+    crops
 }
 
 /// Returns the folder of the participant's last session.
@@ -227,13 +239,12 @@ pub(super) fn begin_recording(
         sample_rate_hz: bench.config().audio.rate_hz,
         channels: bench.config().audio.input_channels,
     };
-    let hardware = manifest::RecordedHardware {
-        rehearsed: plan.rehearsed.clone(),
-        ..recorded_hardware(&bench, &plan.unverified, life)
-    };
+    let hardware = recorded::recorded_hardware(&bench, life, &plan.unverified, &plan.rehearsed);
     Box::new(
         move |key: &TrialKey, drive: &protocols::Drive, bench: &Effective| {
-            let (config, scheduling) = (bench.config(), recorded_scheduling(priorities()));
+            let config = bench.config();
+            let hardware =
+                recorded::present_hardware(&hardware, config, priorities(), field_box.as_ref());
             Ok(Begin {
                 folder: folder.join(TrialLabel::new(key, practice_trials).to_string()),
                 format,
@@ -242,9 +253,9 @@ pub(super) fn begin_recording(
                     carrier_hz: carrier_hz(drive.carrier, config),
                     modulation_hz: drive.modulation_hz,
                     modulation_index: drive.modulation_index,
-                    channels: recorded_channels(config),
-                    plate: recorded_plate(bench),
-                    standard_errors: recorded_errors(bench),
+                    channels: recorded::recorded_channels(config),
+                    plate: recorded::recorded_plate(bench),
+                    standard_errors: recorded::recorded_errors(bench),
                     intervals: Vec::new(),
                     participant: Some(manifest::Participant {
                         id: participant.clone(),
@@ -261,14 +272,7 @@ pub(super) fn begin_recording(
                         end: None,
                         interruption: None,
                     }),
-                    hardware: Some(manifest::RecordedHardware {
-                        // Known once the threads have started.
-                        memory_locked: config.audio.lock_memory && scheduling.is_some(),
-                        scheduling,
-                        // Known once it has answered.
-                        force_sensor: force_sensor(config, field_box.as_ref()),
-                        ..hardware.clone()
-                    }),
+                    hardware: Some(hardware),
                     software: Some(manifest::Software {
                         name: NAME.to_owned(),
                         version: VERSION.to_owned(),
@@ -279,90 +283,4 @@ pub(super) fn begin_recording(
             })
         },
     )
-}
-
-fn recorded_channels(config: &Config) -> manifest::RecordedChannels {
-    let (drive, pickup) = (&config.channels.drive, &config.channels.pickup);
-    manifest::RecordedChannels {
-        drive: manifest::RecordedDrive {
-            index: drive.index,
-            volts_per_unit: drive.volts_per_unit,
-            clip_units: Some(drive.clip_units),
-        },
-        pickup: manifest::RecordedPickup {
-            index: pickup.index,
-            metres_per_unit: pickup.metres_per_unit,
-            phase_rad: pickup.phase_rad,
-            clip_units: Some(pickup.clip_units),
-        },
-    }
-}
-
-fn recorded_scheduling(priorities: ThreadPriorities) -> Option<manifest::RecordedScheduling> {
-    Some(manifest::RecordedScheduling {
-        watch: priorities.watch?.to_string(),
-        output: priorities.output.map(|thread| thread.to_string()),
-        input: priorities.input.map(|thread| thread.to_string()),
-    })
-}
-
-/// Returns the source of the forces, and its field box if there is one.
-fn force_sensor(config: &Config, field_box: Option<&FieldBox>) -> Option<String> {
-    let force = config.force.as_ref()?;
-    let box_text = field_box
-        .filter(|_| matches!(force.sensor, Sensor::FieldBox(_)))
-        .and_then(FieldBox::in_words);
-    let words = [Some(force.in_words()), box_text];
-    Some(words.into_iter().flatten().collect::<Vec<_>>().join(", "))
-}
-
-fn recorded_hardware(
-    bench: &Effective,
-    unverified: &[String],
-    life: &Life,
-) -> manifest::RecordedHardware {
-    let config = bench.config();
-    let mut channel_names: Vec<String> = (0..config.audio.input_channels)
-        .map(|index| format!("input {index}"))
-        .collect();
-    channel_names[usize::from(config.channels.drive.index)] = "drive".to_owned();
-    channel_names[usize::from(config.channels.pickup.index)] = "pickup".to_owned();
-    manifest::RecordedHardware {
-        input_device: life.device(StreamDirection::Input),
-        output_device: life.device(StreamDirection::Output),
-        sound_card: devices::sound_card(config),
-        sample_rate_hz: config.audio.rate_hz,
-        sample_format: format!("{:?}", config.audio.sample_format).to_lowercase(),
-        channel_names,
-        force_sensor: force_sensor(config, None),
-        position_sensor: config
-            .encoder
-            .as_ref()
-            .map(|_| "quadrature encoder".to_owned()),
-        uncalibrated: bench.calibration().is_none(),
-        waived: config
-            .safety
-            .waived
-            .iter()
-            .map(ToString::to_string)
-            .collect(),
-        waived_by: config
-            .safety
-            .waived_by
-            .clone()
-            .filter(|_| !config.safety.waived.is_empty()),
-        dead_man: Some(config.safety.dead_man.is_some()),
-        loosened: config.loosened(),
-        memory_locked: false,
-        scheduling: None,
-        rehearsed: Vec::new(),
-        unverified: unverified.to_vec(),
-        calibration: bench
-            .calibration()
-            .map(|calibration| manifest::CalibrationReference {
-                label: calibration.label().to_owned(),
-                hash: calibration.hash().to_owned(),
-                force: calibration.force_label(),
-            }),
-    }
 }

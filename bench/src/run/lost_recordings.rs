@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use escaping::quoted;
-use protocols::{Session, SessionEventKind, TrialRecord};
+use protocols::{Session, TrialRecord};
 use recording::study::event_log::LogContent;
 use study::verification::{LostRecording, ResumeError};
 
@@ -54,11 +54,6 @@ pub(super) fn warning(recording: &LostRecording) -> String {
         "{}: it was accepted, but counts as interrupted and is repeated",
         in_words(recording)
     )
-}
-
-/// Returns the log's event for an attempt that now counts as interrupted.
-pub(super) fn event(record: TrialRecord) -> SessionEventKind {
-    SessionEventKind::TrialSettled { record }
 }
 
 fn in_words(loss: &LostRecording) -> String {

@@ -7,6 +7,7 @@ use anyhow::{Context, bail};
 use config::{Config, Effective};
 use devices::drive_control::{carrier_hz, settings, waveform};
 use devices::driving_time;
+use devices::recorded_bench::{recorded_errors, recorded_profile};
 use devices::{require_armable, require_watched};
 use protocols::{OffPlateError, ParticipantId, Person, PersonDetail, Protocol};
 use recording::AudioFormat;
@@ -15,7 +16,6 @@ use safety::Pace;
 use signalgen::DriveSettings;
 use strict_toml::InFile;
 
-use super::recorded_plate::{recorded_errors, recorded_profile};
 use crate::apparatus::pace;
 use crate::verbosity::Verbosity;
 use crate::{calibrate, dates};

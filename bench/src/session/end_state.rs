@@ -1,30 +1,8 @@
 //! The end of a session, for its log and its operator.
 
-use live::screen_words::recorder_behind;
-use protocols::{Phase, SessionEventKind, SessionOutcome};
+use protocols::{Phase, SessionOutcome};
 use recording::study::event_log::ExitStatus;
-use safety::{SafetyState, at_least};
-
-/// Returns why a session paused automatically before a trial; `None` for any other event.
-pub(super) fn pause(event: &SessionEventKind) -> Option<String> {
-    match event {
-        SessionEventKind::DrivingTimeSpent { wait_s } => Some(format!(
-            "the hour's driving time does not allow another trial: go on in {}",
-            at_least(*wait_s)
-        )),
-        SessionEventKind::RecorderBehind {
-            lag_s,
-            paused: true,
-        } => Some(recorder_behind(*lag_s)),
-        SessionEventKind::DeadManNotHeld => {
-            Some("the dead-man switch was not released and held in time".to_owned())
-        }
-        SessionEventKind::DisplayLost { reason } => {
-            Some(format!("the participant's display is lost: {reason}"))
-        }
-        _ => None,
-    }
-}
+use safety::SafetyState;
 
 /// State of a session at its end.
 pub(super) struct EndState<'a> {

@@ -1,9 +1,11 @@
 //! The session task: passes acquired data to the protocol's state machine, and the machine's requests to the devices.
 
+mod acquired;
 mod at_a_glance;
-mod consent;
-mod due_trial;
+mod command_queue;
 mod end_state;
+mod last_halt;
+mod last_safety;
 mod operator_request;
 mod questions;
 mod report;

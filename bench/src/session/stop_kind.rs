@@ -1,7 +1,7 @@
 //! Marks of drive stops in a recording, and tones of cues.
 
 use devices::loudspeaker::Tone;
-use protocols::{Cue, Interruption, Safety};
+use protocols::{Cue, Interruption};
 use recording::manifest::EventKind;
 use safety::{SafetyState, Trip};
 
@@ -19,14 +19,6 @@ pub(super) fn stop_kind(safety: &SafetyState) -> EventKind {
                 | Trip::AliveWhileDisarmed { .. },
         } => EventKind::ReadbackMismatch,
         _ => EventKind::Safe,
-    }
-}
-
-/// Returns the watch's state as the protocol's state machine observes it.
-pub(super) fn protocol_safety(safety: &SafetyState) -> Safety {
-    match safety {
-        SafetyState::Tripped { trip } => Safety::Tripped(trip.to_string()),
-        SafetyState::Armed | SafetyState::Disarmed => Safety::Ok,
     }
 }
 

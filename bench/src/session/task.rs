@@ -1,155 +1,124 @@
 //! The task that steps the protocol.
+//!
+//! The protocol's state machine decides; the task observes for it and carries out its actions. Two parts are state
+//! machines of their own, each with a table of its states: the [attempt](live::attempt_state), with the data that each
+//! state has, and the [last halt](super::last_halt).
+//!
+//! ```text
+//! batches ─── acquired ─┬─ attempt ───┐
+//! notices ─── recordings ─────────────┤
+//! operator ── command queue, carrier ─┼─ observation ── protocol ── actions ─┬─ attempt, last halt
+//! watch ───── last safety ────────────┘                                      ├─ drive, sound, recorder
+//!                                                                            └─ display, log, outcome
+//! ```
+//!
+//! | session | event | next |
+//! | --- | --- | --- |
+//! | runs | the protocol finishes | outcome known: the drive is disarmed |
+//! | runs, unattended | a fault, a pause, or no consent | the bench ends |
+//! | outcome known, unattended | the recorder has saved the last recording | the bench ends |
+//! | any | the bench ends | an open recording is interrupted, and the report is sent |
 
-use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
-use analysis::measurements::Measurements;
 use config::Effective;
-use crossbeam_channel::Sender;
 use devices::acquisition::RecordingCommand;
 use devices::loudspeaker::Tone;
 use devices::{BatchesDropped, Tuning};
 use operator_ui::console::safety_event;
 use protocols::{
-    Action, DriveRequest, Observation, OperatorCommand, ParticipantView, Phase, SessionEvent,
-    SessionEventKind, SessionOutcome, TrialAnalysis, TrialEnd, TrialKey, Verdict,
+    Action, DriveRequest, Observation, OperatorCommand, Phase, SessionEvent, SessionEventKind,
+    SessionOutcome, TrialEnd, TrialKey, Verdict,
 };
 use recording::manifest::EventKind;
-use recording::pipeline::Account;
 use recording::writer::Ending;
 use safety::{SafetyState, Trip};
 use tasks::Task;
-use tui::event::LogLevel;
+use tui::event::LogLevel::{Error, Info, Warning};
 
+use super::acquired::Acquired;
 use super::at_a_glance::AtAGlance;
-use super::consent::{AnswerEffects, Consent};
-use super::due_trial::{DATA_DELAY_S, DueTrial};
-use super::end_state::{EndState, pause};
+use super::command_queue::CommandQueue;
+use super::end_state::EndState;
+use super::last_halt::LastHalt;
+use super::last_safety::LastSafety;
 use super::operator_request::OperatorRequest;
 use super::questions::Questions;
 use super::report::{Report, summary_lines};
 use super::saved::{self, Recordings};
-use super::stop_kind::{cue_tone, interruption_kind, protocol_safety, stop_kind};
-use super::wiring::{Admit, BeginRecording, Wiring};
+use super::stop_kind::{cue_tone, interruption_kind, stop_kind};
+use super::wiring::Wiring;
 use journal::Entry;
+use live::attempt_record::AttemptRecord;
+use live::attempt_state::AttemptState;
 use live::carrier_decision::CarrierEffect;
+use live::due_trial::DueTrial;
 use live::live_side::FitNews;
 use live::{past_trials, screen_words};
 
 /// Task that steps the protocol.
 pub struct SessionTask {
     machine: protocols::Session,
+    /// The bench with its present carrier.
     bench: Arc<Effective>,
-    admit: Admit,
-    begin: BeginRecording,
     wiring: Wiring,
     /// Whether the session runs without an operator to ask.
     unattended: bool,
-    commands: VecDeque<OperatorCommand>,
-    consent: Consent,
-    record: Measurements,
-    collecting: bool,
-    /// Carrier of the latest recording, Hz.
-    carrier_hz: f64,
-    account: Account,
-    account_at_begin: Account,
-    due_trial: Option<DueTrial>,
-    analysed: Option<TrialAnalysis>,
-    audio_s: f64,
-    normal_n: Option<f64>,
-    view: Option<ParticipantView>,
-    phase: Option<tui::event::PhaseView>,
-    safety: SafetyState,
-    /// The event that the next trial follows, if it does not follow another trial.
-    resumed: Option<&'static str>,
+    queue: CommandQueue,
+    acquired: Acquired,
+    attempt: AttemptState,
     recordings: Recordings,
-    /// Whether a trip requested by this task is still to come.
-    tripping: bool,
+    safety: LastSafety,
+    halt: LastHalt,
     outcome: Option<SessionOutcome>,
-    /// Reason for the last automatic pause.
-    paused: Option<String>,
-    report: Sender<Report>,
     glance: AtAGlance,
 }
 
 impl SessionTask {
     /// Returns a session about to take its first step. `consent_by` is the operator who holds the signed consent, if
     /// there is one yet.
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "the composition root names each once"
-    )]
     pub fn new(
         machine: protocols::Session,
         bench: Arc<Effective>,
-        admit: Admit,
-        begin: BeginRecording,
-        wiring: Wiring,
+        mut wiring: Wiring,
         consent_by: Option<String>,
         questions: Questions,
         unattended: bool,
-        report: Sender<Report>,
     ) -> Self {
-        let mut task = Self {
+        let mut queue = CommandQueue::new(questions);
+        if let Some(question) = consent_by.and_then(|operator| queue.consent(operator)) {
+            wiring.front.show(question);
+        }
+        Self {
             machine,
             bench,
-            admit,
-            begin,
             wiring,
             unattended,
-            commands: VecDeque::new(),
-            consent: Consent::new(questions),
-            record: Measurements::default(),
-            collecting: false,
-            carrier_hz: f64::NAN,
-            account: Account::default(),
-            account_at_begin: Account::default(),
-            due_trial: None,
-            analysed: None,
-            audio_s: 0.0,
-            normal_n: None,
-            view: None,
-            phase: None,
-            safety: SafetyState::Disarmed,
-            resumed: None,
+            queue,
+            acquired: Acquired::default(),
+            attempt: AttemptState::default(),
             recordings: Recordings::default(),
-            tripping: false,
+            safety: LastSafety::default(),
+            halt: LastHalt::default(),
             outcome: None,
-            paused: None,
-            report,
             glance: AtAGlance::default(),
-        };
-        if let Some(operator) = consent_by {
-            let effects = task.consent.give(operator);
-            task.take_answer(effects);
         }
-        task
-    }
-
-    fn log(&mut self, level: LogLevel, text: impl Into<String>) {
-        self.wiring.front.show(tui::Event::Log {
-            level,
-            text: text.into(),
-        });
     }
 
     fn take_batches(&mut self) {
         let mut dropped = None;
-        for mut batch in self.wiring.batches.try_iter() {
+        while let Ok(mut batch) = self.wiring.batches.try_recv() {
             dropped = dropped.or_else(|| BatchesDropped::dropped_before(&batch));
-            self.audio_s = batch.audio_s;
-            self.account = batch.account;
-            self.normal_n = batch.force.last().map(|row| row.normal_n).or(self.normal_n);
+            self.acquired.take(&batch);
             let position_m = batch.position.last().map(|row| row.position_m);
             self.wiring.displays.beat(batch.audio_s, position_m);
             self.wiring.live.take(&batch);
             for text in std::mem::take(&mut batch.warnings) {
-                let level = LogLevel::Warning;
-                self.wiring.front.show(tui::Event::Log { level, text });
+                self.wiring.log(Warning, text);
             }
-            if self.collecting {
-                self.record.take(batch);
+            if let Some(record) = self.attempt.record() {
+                record.measurements.take(batch);
             }
         }
         if let Some(dropped) = dropped {
@@ -160,14 +129,14 @@ impl SessionTask {
     fn take_notices(&mut self) {
         let rate_hz = self.bench.config().audio.rate_hz;
         while let Ok(notice) = self.wiring.notices.try_recv() {
-            let Some(end) = saved::ending(notice, self.audio_s, rate_hz) else {
+            let Some(end) = saved::ending(notice, self.acquired.audio_s, rate_hz) else {
                 continue;
             };
             let news = self.recordings.end(&end);
             match end.outcome {
                 Ok(entry) => self.wiring.journal.send(entry),
                 Err(message) if news => self.fail(message),
-                Err(message) => self.log(LogLevel::Warning, message),
+                Err(message) => self.wiring.log(Warning, message),
             }
         }
         let overflow = self.recordings.overflow(&self.wiring.gauge);
@@ -177,14 +146,25 @@ impl SessionTask {
         }
     }
 
-    /// Stops the drive because its data cannot be kept.
-    fn fail(&mut self, message: String) {
-        self.log(LogLevel::Error, &message);
-        self.wiring.drive.trip(Trip::Fault { message });
-        self.tripping = true;
+    fn take_fits(&mut self) {
+        while let Some(FitNews { lines, data, view }) = self.wiring.live.take_fit() {
+            let t_s = self.acquired.audio_s;
+            self.wiring.journal.send(Entry::Live { t_s, data });
+            self.wiring.front.show(tui::Event::Fit(view));
+            for line in lines {
+                self.wiring.log(Info, line);
+            }
+        }
     }
 
-    fn take_actions(&mut self) -> anyhow::Result<()> {
+    /// Stops the drive because its data cannot be kept.
+    fn fail(&mut self, message: String) {
+        self.wiring.log(Error, &message);
+        self.wiring.drive.trip(Trip::Fault { message });
+        self.safety.is_tripping = true;
+    }
+
+    fn take_requests(&mut self) -> anyhow::Result<()> {
         while let Some(action) = self.wiring.front.action() {
             let practices = self.machine.protocol().trials.practice;
             match OperatorRequest::from_action(action, practices) {
@@ -192,19 +172,25 @@ impl SessionTask {
                     if command == OperatorCommand::Resume {
                         self.wiring.reconnect_displays();
                     }
-                    self.commands.push_back(command);
+                    self.queue.push(command);
                 }
                 OperatorRequest::Consent => {
-                    let effects = self.consent.give("operator at the dashboard".to_owned());
-                    self.take_answer(effects);
+                    let operator = "operator at the dashboard".to_owned();
+                    if let Some(question) = self.queue.consent(operator) {
+                        self.wiring.front.show(question);
+                    }
                 }
                 OperatorRequest::Reply(reply) => {
-                    let effects = self.consent.reply(reply);
-                    self.take_answer(effects);
+                    if let Some((question, person)) = self.queue.reply(reply) {
+                        if let Some(person) = person {
+                            self.wiring.journal.send(Entry::Person(person));
+                        }
+                        self.wiring.front.show(question);
+                    }
                 }
                 OperatorRequest::Carrier(take) => {
                     let effects = self.wiring.carrier.answer(take);
-                    self.carry_out(effects)?;
+                    self.apply(effects)?;
                 }
                 OperatorRequest::Stop => self.wiring.drive.trip(Trip::Operator),
                 OperatorRequest::Rearm => self.wiring.drive.rearm(),
@@ -217,23 +203,25 @@ impl SessionTask {
 
     /// Changes the carrier of later trials once that is decided, while nothing is driven or recorded.
     fn change_carrier(&mut self) -> anyhow::Result<()> {
-        let at_rest = !self.collecting && !self.wiring.drive.sounds();
-        let effects = self.wiring.carrier.poll(&self.bench, at_rest, self.audio_s);
-        self.carry_out(effects)
+        let at_rest = self.attempt.record().is_none() && !self.wiring.drive.sounds();
+        let now_s = self.acquired.audio_s;
+        let effects = self.wiring.carrier.poll(&self.bench, at_rest, now_s);
+        self.apply(effects)
     }
 
-    fn carry_out(&mut self, effects: Vec<CarrierEffect>) -> anyhow::Result<()> {
+    /// Applies the effects of the decision on the carrier.
+    fn apply(&mut self, effects: Vec<CarrierEffect>) -> anyhow::Result<()> {
         for effect in effects {
             match effect {
                 CarrierEffect::Show(event) => self.wiring.front.show(*event),
                 CarrierEffect::Record(data) => {
-                    let t_s = self.audio_s;
+                    let t_s = self.acquired.audio_s;
                     self.wiring.journal.send(Entry::Live { t_s, data });
                 }
                 CarrierEffect::Change(by_hz, bench) => {
                     let carrier_hz = bench.config().plate.resonance_hz;
                     let tuning = Tuning::new(bench.config(), carrier_hz)?;
-                    self.send(RecordingCommand::Retune(Box::new(tuning)));
+                    self.wiring.send(RecordingCommand::Retune(Box::new(tuning)));
                     self.wiring.carrier_hz.set(carrier_hz);
                     self.wiring.live.retune(by_hz);
                     self.bench = Arc::from(bench);
@@ -243,202 +231,163 @@ impl SessionTask {
         Ok(())
     }
 
-    fn take_answer(&mut self, effects: AnswerEffects) {
-        if let Some(person) = effects.person {
-            self.wiring.journal.send(Entry::Person(person));
-        }
-        if let Some(event) = effects.event {
-            self.wiring.front.show(event);
-        }
-        self.commands.extend(effects.command);
-    }
-
-    /// Analyses a completed trial as soon as all of its data have arrived.
+    /// Shows the crops of completed explorations; analyses a completed trial once all of its data have arrived.
     fn analyse(&mut self) {
-        let context = (self.machine.protocol(), &*self.bench);
-        for crop in self.glance.crops(self.audio_s, &self.record, context) {
-            self.wiring.front.show(tui::Event::Crop(crop));
-        }
-        let Some(due_trial) = self
-            .due_trial
-            .take_if(|due_trial| self.audio_s >= due_trial.at_s + DATA_DELAY_S)
-        else {
-            return;
-        };
-        self.collecting = false;
-        self.send(RecordingCommand::End(Ending::Completed));
-        let analysed = due_trial.analyse(
-            (self.machine.protocol(), &self.bench, self.carrier_hz),
-            std::mem::take(&mut self.record),
-            (&self.account, &self.account_at_begin),
+        let (now_s, context) = (
+            self.acquired.audio_s,
+            (self.machine.protocol(), &*self.bench),
         );
-        self.wiring.live.ask(analysed.request, analysed.attempt);
-        self.analysed = Some(analysed.analysis);
-    }
-
-    fn take_fits(&mut self) {
-        while let Some(FitNews { lines, data, view }) = self.wiring.live.take_fit() {
-            let t_s = self.audio_s;
-            self.wiring.journal.send(Entry::Live { t_s, data });
-            self.wiring.front.show(tui::Event::Fit(view));
-            for line in lines {
-                self.log(LogLevel::Info, line);
+        if let Some(record) = self.attempt.record() {
+            for crop in record.crops(now_s, context) {
+                self.wiring.front.show(tui::Event::Crop(crop));
             }
         }
+        let Some((record, due_trial)) = self.attempt.take_due(now_s) else {
+            return;
+        };
+        self.wiring.send(RecordingCommand::End(Ending::Completed));
+        let analysed = due_trial.analyse(record, context, &self.acquired.account);
+        self.wiring.live.ask(analysed.request, analysed.attempt);
+        self.attempt = AttemptState::Analysed(analysed.analysis);
     }
 
     fn step(&mut self) -> anyhow::Result<()> {
-        let observation = Observation {
-            t_s: self.audio_s,
-            normal_n: self.normal_n,
-            button_pressed: self.wiring.readiness.is_confirmed(
-                self.audio_s,
-                self.view.as_ref(),
-                self.normal_n,
-            ),
-            command: self.commands.pop_front(),
-            safety: protocol_safety(&self.safety),
+        let observation = self.observation();
+        let before = self.machine.phase();
+        let actions = self.machine.step(&observation);
+        self.halt.step(before, self.machine.phase());
+        let mut tone = None;
+        for action in actions {
+            self.carry_out(action, &mut tone)?;
+        }
+        Ok(())
+    }
+
+    fn observation(&mut self) -> Observation {
+        let Acquired {
+            audio_s, normal_n, ..
+        } = self.acquired;
+        let view = self.glance.view.as_ref();
+        Observation {
+            t_s: audio_s,
+            normal_n,
+            button_pressed: self.wiring.readiness.is_confirmed(audio_s, view, normal_n),
+            command: self.queue.pop(),
+            safety: self.safety.observed(),
             hold: self.wiring.signals.hold.get().map(screen_words::hold),
             drive_wait_s: self.wiring.drive_wait_s(),
             asking: self.wiring.carrier.is_open(),
             display_lost: self.wiring.displays.loss().map(str::to_owned),
             attended: !self.unattended,
-            analysis: self.analysed.clone(),
+            analysis: self.attempt.analysis().cloned(),
             recording: self.recordings.outcome(),
             recorder_lag_s: self.wiring.behind_s(),
-        };
-        let mut tone = None;
-        let halted = |phase| matches!(phase, Phase::Paused | Phase::Fault);
-        let before = self.machine.phase();
-        let actions = self.machine.step(&observation);
-        if halted(before) && !halted(self.machine.phase()) {
-            self.paused = None;
-            self.resumed = Some(match before {
-                Phase::Fault => "after a fault",
-                _ => "after a pause",
-            });
         }
-        for action in actions {
-            match action {
-                Action::BeginTrial { key, drive, .. } => self.begin_trial(&key, &drive)?,
-                Action::Drive(DriveRequest::On(drive)) => {
-                    let program = (self.admit)(&drive, &self.bench)?;
-                    self.wiring.drive.start(program);
-                    self.mask(true);
+    }
+
+    /// Carries out an action; `tone` is a cue of this step that its view has yet to go with.
+    fn carry_out(&mut self, action: Action, tone: &mut Option<Tone>) -> anyhow::Result<()> {
+        let at_s = self.acquired.audio_s;
+        match action {
+            Action::BeginTrial { key, drive, .. } => self.begin_trial(&key, &drive)?,
+            Action::Drive(DriveRequest::On(drive)) => {
+                let program = (self.wiring.admit)(&drive, &self.bench)?;
+                self.wiring.drive.start(program);
+                self.wiring.mask(true);
+            }
+            Action::Drive(DriveRequest::Off) => {
+                self.wiring.drive.stop();
+                self.wiring.mask(false);
+            }
+            Action::Mark(interval) => self.wiring.send(RecordingCommand::Interval(interval)),
+            Action::EndTrial { end, .. } => self.end_trial(&end),
+            Action::AnalyseTrial { key, intervals } => self.attempt.complete(DueTrial {
+                key,
+                intervals,
+                at_s,
+            }),
+            Action::Verdict { key, verdict } => self.take_verdict(&key, &verdict)?,
+            Action::Cue(cue) => {
+                let cue = cue_tone(cue);
+                if let Some(sound) = &self.wiring.sound {
+                    sound.play(cue);
                 }
-                Action::Drive(DriveRequest::Off) => {
-                    self.wiring.drive.stop();
-                    self.mask(false);
-                }
-                Action::Mark(interval) => self.send(RecordingCommand::Interval(interval)),
-                Action::EndTrial { end, .. } => self.end_trial(&end),
-                Action::AnalyseTrial { key, intervals } => {
-                    self.due_trial = Some(DueTrial {
-                        key,
-                        intervals,
-                        at_s: self.audio_s,
-                    });
-                }
-                Action::Verdict { key, verdict } => self.take_verdict(&key, &verdict)?,
-                Action::Cue(cue) => {
-                    let cue = cue_tone(cue);
-                    if let Some(sound) = &self.wiring.sound {
-                        sound.play(cue);
-                    }
-                    tone = Some(cue);
-                }
-                Action::Log(event) => self.tell(event),
-                Action::Show(view) => self.show(view, tone.take()),
-                Action::Finished(outcome) => {
-                    let withdrawn = self.wiring.carrier.withdraw("the session ended");
-                    self.carry_out(withdrawn)?;
-                    self.wiring.drive.disarm();
-                    self.wiring.front.show(tui::Event::Finished {
-                        summary: summary_lines(&self.machine.summary(), &self.account),
-                    });
-                    self.outcome = Some(outcome);
-                }
+                *tone = Some(cue);
+            }
+            Action::Log(event) => self.tell(event),
+            Action::Show(view) => {
+                let cue = (tone.take(), at_s);
+                self.glance.show(&mut self.wiring, &self.machine, view, cue);
+            }
+            Action::Finished(outcome) => {
+                let withdrawn = self.wiring.carrier.withdraw("the session ended");
+                self.apply(withdrawn)?;
+                self.wiring.drive.disarm();
+                let summary = summary_lines(&self.machine.summary(), &self.acquired.account);
+                self.wiring.front.show(tui::Event::Finished { summary });
+                self.outcome = Some(outcome);
             }
         }
         Ok(())
     }
 
-    fn send(&self, command: RecordingCommand) {
-        // The acquisition ends before the session only if it failed, which stops the bench.
-        let _ = self.wiring.recording.send(command);
-    }
-
-    /// Adds an event to the open recording, if there is one.
-    fn mark(&self, kind: EventKind, text: impl Into<String>) {
-        self.send(RecordingCommand::Event(kind, Some(text.into())));
-    }
-
-    fn mask(&self, is_masked: bool) {
-        if let Some(sound) = &self.wiring.sound {
-            sound.mask(is_masked);
-        }
-    }
-
     fn begin_trial(&mut self, key: &TrialKey, drive: &protocols::Drive) -> anyhow::Result<()> {
         let withdrawn = self.wiring.carrier.withdraw("a trial began");
-        self.carry_out(withdrawn)?;
-        let begin = (self.begin)(key, drive, &self.bench)?;
-        self.carrier_hz = begin.manifest.carrier_hz;
+        self.apply(withdrawn)?;
+        let begin = (self.wiring.begin)(key, drive, &self.bench)?;
+        let carrier_hz = begin.manifest.carrier_hz;
         self.wiring.live.modulate(drive.modulation_hz);
         self.recordings.begin(key.clone(), begin.folder.clone());
-        self.send(RecordingCommand::Begin(Box::new(begin)));
-        if let Some(text) = self.resumed.take() {
-            self.mark(EventKind::Resume, text);
+        self.wiring.send(RecordingCommand::Begin(Box::new(begin)));
+        if let Some(text) = self.halt.take_event() {
+            self.wiring.mark(EventKind::Resume, text);
         }
         if key.attempt > 1 {
-            self.mark(EventKind::Redo, format!("attempt {}", key.attempt));
+            let text = format!("attempt {}", key.attempt);
+            self.wiring.mark(EventKind::Redo, text);
         }
-        self.glance
-            .begin(key, self.machine.protocol(), self.audio_s);
-        self.record = Measurements::default();
-        self.collecting = true;
-        self.account_at_begin = self.account;
-        self.analysed = None;
+        self.glance.outlook.begin(self.acquired.audio_s);
+        let (protocol, account) = (self.machine.protocol(), self.acquired.account);
+        let record = AttemptRecord::new(key, protocol, carrier_hz, account);
+        self.attempt = AttemptState::Recorded(record);
         Ok(())
     }
 
     fn end_trial(&mut self, end: &TrialEnd) {
         // The recording of a completed trial continues until its last data are in.
         if let TrialEnd::Interrupted { interruption } = end {
-            self.collecting = false;
-            self.due_trial = None;
-            self.glance.broken_off();
-            self.mark(interruption_kind(interruption), interruption.to_string());
-            self.send(RecordingCommand::End(end.into()));
+            self.attempt = AttemptState::Idle;
+            self.glance.outlook.broken_off();
+            let text = interruption.to_string();
+            self.wiring.mark(interruption_kind(interruption), text);
+            self.wiring.send(RecordingCommand::End(end.into()));
         }
     }
 
     fn take_verdict(&mut self, key: &TrialKey, verdict: &Verdict) -> anyhow::Result<()> {
-        self.glance.judged(self.audio_s);
-        let analysis = self.analysed.take();
+        let now_s = self.acquired.audio_s;
+        self.glance.outlook.judged(now_s);
+        let analysis = self.attempt.take_analysis();
         let entry = screen_words::verdict(key, self.machine.protocol(), verdict, analysis.as_ref());
         self.wiring.front.show(tui::Event::Verdict(entry));
         if self.machine.trials_left() <= 1 && *verdict == Verdict::Accepted {
             return Ok(());
         }
         let drift_hz = self.wiring.live.drift_hz();
-        let effects = self
-            .wiring
-            .carrier
-            .judge(drift_hz, &self.bench, self.audio_s);
-        self.carry_out(effects)
+        let effects = self.wiring.carrier.judge(drift_hz, &self.bench, now_s);
+        self.apply(effects)
     }
 
     fn tell(&mut self, event: SessionEvent) {
-        if let Some(reason) = pause(&event.kind) {
-            self.log(LogLevel::Warning, &reason);
-            self.paused = Some(reason);
+        if let Some(reason) = screen_words::automatic_pause(&event.kind) {
+            self.wiring.log(Warning, &reason);
+            self.halt = LastHalt::Paused(reason);
         }
         match &event.kind {
             SessionEventKind::SessionStarted {
                 resumed_attempts: 1..,
                 ..
-            } => self.resumed = Some("after the program's end"),
+            } => self.halt = LastHalt::Over("after the program's end"),
             SessionEventKind::TrialSettled { record } => {
                 let protocol = self.machine.protocol();
                 let (verdict, overruled) = (
@@ -449,60 +398,48 @@ impl SessionTask {
                     self.wiring.front.show(tui::Event::Verdict(verdict));
                 }
                 if let Some(text) = overruled {
-                    self.log(LogLevel::Warning, text);
+                    self.wiring.log(Warning, text);
                 }
-                if let Some(reason) = saved::not_saved(record).filter(|_| !self.tripping) {
+                let not_saved = saved::not_saved(record);
+                if let Some(reason) = not_saved.filter(|_| !self.safety.is_tripping) {
                     self.fail(reason);
                 }
             }
-            SessionEventKind::Marked { interval } => self.glance.mark(interval),
+            SessionEventKind::Marked { interval } => {
+                if let Some(record) = self.attempt.record() {
+                    record.mark(interval);
+                }
+            }
             SessionEventKind::SafetyTripped { reason } => {
-                self.mark(stop_kind(&self.safety), reason);
+                self.wiring.mark(stop_kind(&self.safety.state), reason);
             }
             _ => {}
         }
         if let Some((level, text)) = screen_words::notice(&event.kind) {
-            self.log(level, text);
+            self.wiring.log(level, text);
         }
         self.wiring.journal.send(Entry::Event(event));
     }
 
-    fn show(&mut self, view: ParticipantView, tone: Option<Tone>) {
-        let phase = screen_words::phase(&self.machine, &view);
-        if self.phase.as_ref() != Some(&phase) {
-            self.wiring.front.show(tui::Event::Phase(phase.clone()));
-            self.phase = Some(phase);
-        }
-        if tone.is_some() || self.view.as_ref() != Some(&view) {
-            let screen_view = self.wiring.screen.view(&view, self.audio_s);
-            self.wiring.displays.show(&screen_view);
-            for watcher in &mut self.wiring.watchers {
-                watcher(&screen_view, view.button, tone);
-            }
-            self.wiring.front.show(tui::Event::Participant(screen_view));
-            self.view = Some(view);
-        }
-    }
-
-    fn feed_screen(&mut self, now_ns: u64) {
-        let session = (&self.machine, self.view.as_ref());
-        let audio = (&self.account, self.bench.config().audio.rate_hz);
-        let times = (now_ns, self.audio_s);
-        if self.glance.feed(&mut self.wiring, session, audio, times) {
+    fn watch_safety(&mut self) {
+        let state = self.wiring.signals.state.get().unwrap_or_default();
+        if let Some(before) = self.safety.renew(state) {
+            self.alarm(&before);
             self.show_safety();
         }
+        self.wiring.drive.poll(&self.safety.state);
     }
 
     /// Reports a stop that the protocol's state machine does not: a stop with a new reason, such as a plate that is alive
     /// after it, or a stop after the session's end.
     fn alarm(&mut self, before: &SafetyState) {
-        let SafetyState::Tripped { trip } = &self.safety else {
+        let SafetyState::Tripped { trip } = &self.safety.state else {
             return;
         };
         if matches!(before, SafetyState::Tripped { .. }) || self.outcome.is_some() {
             let reason = trip.to_string();
             self.tell(SessionEvent {
-                t_s: self.audio_s,
+                t_s: self.acquired.audio_s,
                 kind: SessionEventKind::SafetyTripped { reason },
             });
         }
@@ -510,29 +447,22 @@ impl SessionTask {
 
     fn show_safety(&mut self) {
         let left = self.wiring.signals.dose.get();
-        let event = safety_event(&self.safety, self.wiring.drive.sounds(), left.as_ref());
+        let sounds = self.wiring.drive.sounds();
+        let event = safety_event(&self.safety.state, sounds, left.as_ref());
         self.wiring.front.show(event);
     }
 
-    /// Ends a session without an operator where one would be needed.
-    fn nobody_to_ask(&mut self) {
-        if !self.unattended || self.outcome.is_some() || self.tripping {
-            return;
-        }
-        match self.machine.phase() {
-            Phase::Fault | Phase::Paused => self.wiring.stop.raise(),
-            Phase::Consent if self.commands.is_empty() => self.wiring.stop.raise(),
-            _ => {}
-        }
-    }
-
-    fn end_state(&self) -> EndState<'_> {
-        EndState {
-            paused: self.paused.as_deref(),
-            failure: self.wiring.stop.failure(),
-            safety: &self.safety,
-            outcome: self.outcome.as_ref(),
-            phase: self.machine.phase(),
+    /// Ends an unattended session where an operator would be needed, and once its last recording is saved.
+    fn end_unattended(&self) {
+        let ends = match self.machine.phase() {
+            _ if !self.unattended => false,
+            _ if self.outcome.is_some() => !self.recordings.is_open(),
+            _ if self.safety.is_tripping => false,
+            Phase::Consent => self.queue.is_empty(),
+            phase => matches!(phase, Phase::Fault | Phase::Paused),
+        };
+        if ends {
+            self.wiring.stop.raise();
         }
     }
 }
@@ -547,27 +477,21 @@ impl Task for SessionTask {
     }
 
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
-        let safety = self.wiring.signals.state.get().unwrap_or_default();
-        self.tripping &= !matches!(safety, SafetyState::Tripped { .. });
-        if safety != self.safety {
-            let before = std::mem::replace(&mut self.safety, safety);
-            self.alarm(&before);
-            self.show_safety();
-        }
-        self.wiring.drive.poll(&self.safety);
+        self.watch_safety();
         self.take_batches();
         self.take_notices();
         self.take_fits();
         self.wiring.look_at_displays();
-        self.take_actions()?;
+        self.take_requests()?;
         self.change_carrier()?;
         self.analyse();
         self.step()?;
-        self.feed_screen(now_ns);
-        self.nobody_to_ask();
-        if self.outcome.is_some() && self.unattended && !self.recordings.is_open() {
-            self.wiring.stop.raise();
+        let times = (self.bench.config().audio.rate_hz, now_ns);
+        let (wiring, acquired) = (&mut self.wiring, &self.acquired);
+        if self.glance.feed(wiring, &self.machine, acquired, times) {
+            self.show_safety();
         }
+        self.end_unattended();
         Ok(())
     }
 
@@ -575,23 +499,28 @@ impl Task for SessionTask {
         self.wiring.drive.stop();
         // The last batches contain the count of the last losses.
         self.take_batches();
-        let reason = self.end_state().reason();
+        let end = EndState {
+            paused: self.halt.pause(),
+            failure: self.wiring.stop.failure(),
+            safety: &self.safety.state,
+            outcome: self.outcome.as_ref(),
+            phase: self.machine.phase(),
+        };
+        let (reason, status) = (end.reason(), end.status());
         if self.recordings.is_open() {
             let reason = reason.clone().unwrap_or_default();
-            self.send(RecordingCommand::End(Ending::Interrupted { reason }));
+            self.wiring
+                .send(RecordingCommand::End(Ending::Interrupted { reason }));
         }
-        let completed = matches!(self.outcome, Some(SessionOutcome::Completed { .. }));
-        let status = self.end_state().status();
         self.wiring.journal.send(Entry::Stop {
-            t_s: self.audio_s,
+            t_s: self.acquired.audio_s,
             status,
             reason: reason.clone(),
         });
-        let summary = self.machine.summary();
-        let _ = self.report.send(Report {
-            summary,
-            account: self.account,
-            completed,
+        let _ = self.wiring.report.send(Report {
+            summary: self.machine.summary(),
+            account: self.acquired.account,
+            completed: matches!(self.outcome, Some(SessionOutcome::Completed { .. })),
             reason,
         });
         Ok(())

@@ -14,6 +14,7 @@ use live::live_side::LiveSide;
 use live::participant_screen::ParticipantScreen;
 use operator_ui::console::Front;
 use protocols::TrialKey;
+use recording::manifest::EventKind;
 use recording::pipeline::Batch;
 use recording::recorder::{Begin, RecorderGauge, RecorderNotice};
 use safety::Signals;
@@ -21,6 +22,7 @@ use signalgen::Program;
 use tasks::{Slot, StopFlag};
 use tui::event::LogLevel;
 
+use super::report::Report;
 use crate::apparatus::Watcher;
 use crate::displays::Displays;
 use journal::EntrySender;
@@ -35,6 +37,10 @@ pub type Admit = Box<dyn Fn(&protocols::Drive, &Effective) -> anyhow::Result<Pro
 
 /// Connections of a session.
 pub struct Wiring {
+    /// Manifest and folder of each recording.
+    pub begin: BeginRecording,
+    /// Programs of the protocol's drives.
+    pub admit: Admit,
     /// Batches from the acquisition.
     pub batches: Receiver<Batch>,
     /// Commands to the acquisition.
@@ -75,9 +81,34 @@ pub struct Wiring {
     pub gauges: Arc<Gauges>,
     /// Ends the bench.
     pub stop: StopFlag,
+    /// Receives the report at the end.
+    pub report: Sender<Report>,
 }
 
 impl Wiring {
+    /// Shows a line to the operator.
+    pub(super) fn log(&mut self, level: LogLevel, text: impl Into<String>) {
+        let text = text.into();
+        self.front.show(tui::Event::Log { level, text });
+    }
+
+    /// Sends a command to the acquisition, which ends before the session only if it failed, and that stops the bench.
+    pub(super) fn send(&self, command: RecordingCommand) {
+        let _ = self.recording.send(command);
+    }
+
+    /// Adds an event to the open recording, if there is one.
+    pub(super) fn mark(&self, kind: EventKind, text: impl Into<String>) {
+        self.send(RecordingCommand::Event(kind, Some(text.into())));
+    }
+
+    /// Turns the masking noise for the participant on or off.
+    pub(super) fn mask(&self, is_masked: bool) {
+        if let Some(sound) = &self.sound {
+            sound.mask(is_masked);
+        }
+    }
+
     /// Returns how far the recorder or the log is behind the session, s, the greater of the two.
     pub(super) fn behind_s(&self) -> f64 {
         self.gauge.behind_s().max(self.journal.behind_s())
@@ -86,8 +117,7 @@ impl Wiring {
     /// Reconnects the participant's display if it is lost and does not reconnect automatically.
     pub(super) fn reconnect_displays(&mut self) {
         for text in self.displays.reconnect() {
-            let level = LogLevel::Error;
-            self.front.show(tui::Event::Log { level, text });
+            self.log(LogLevel::Error, text);
         }
         self.look_at_displays();
     }
@@ -95,7 +125,7 @@ impl Wiring {
     /// Reports notices and losses of the displays to the operator.
     pub(super) fn look_at_displays(&mut self) {
         for (level, text) in self.displays.notices() {
-            self.front.show(tui::Event::Log { level, text });
+            self.log(level, text);
         }
         if self.displays.look() {
             let lost = self.displays.loss().map(str::to_owned);

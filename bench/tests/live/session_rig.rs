@@ -143,6 +143,8 @@ impl Rig {
         );
         let protocol = ProtocolFile::read("demo").unwrap().protocol;
         let wiring = Wiring {
+            begin,
+            admit,
             batches,
             recording,
             notices,
@@ -171,18 +173,16 @@ impl Rig {
             signals,
             gauges,
             stop: life.stop().clone(),
+            report: crossbeam_channel::unbounded().0,
         };
         let machine = Session::resume(protocol, "sub-01".parse().unwrap(), 1, records).unwrap();
         let session = SessionTask::new(
             machine,
             Arc::new(Effective::uncalibrated(config)),
-            admit,
-            begin,
             wiring,
             Some("A. Tester".to_owned()),
             Questions::default(),
             false,
-            crossbeam_channel::unbounded().0,
         );
         let mut tasks = first_tasks;
         tasks.push(Box::new(session));

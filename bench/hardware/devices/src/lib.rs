@@ -34,6 +34,7 @@ mod machine;
 mod output_gap;
 pub mod plate_warmth;
 mod reading_queue;
+pub mod recorded_bench;
 mod recorded_clocks;
 pub mod room;
 mod signals;

@@ -1,8 +1,11 @@
 //! Live processing of the samples for the operator: readings and texts for the dashboard, the fit of the participant's contact
 //! after each trial, and detection of interference.
 
+pub mod attempt_record;
+pub mod attempt_state;
 pub mod carrier_decision;
 pub mod contact_curves;
+pub mod due_trial;
 pub mod exploration_crop;
 pub mod fit_report;
 pub mod interference;

@@ -11,6 +11,7 @@ use tui::event::{ComplexImpedance, Live, LogLevel, Masked, NoEstimate, PhaseKind
 use analysis::live_contact::{LiveContact, NoReading};
 use contact::live_estimator::Uncertain;
 use recording::study::TrialLabel;
+use safety::at_least;
 
 /// Returns the kind of phase for the operator's screen.
 pub fn phase_kind(phase: Phase) -> PhaseKind {
@@ -80,6 +81,27 @@ pub fn recorder_behind(lag_s: f64) -> String {
     format!(
         "the recorder is {lag_s:.1} s behind: no trial begins before it has caught up; look at the study's disk"
     )
+}
+
+/// Returns why a session paused automatically before a trial; `None` for any other event.
+pub fn automatic_pause(event: &SessionEventKind) -> Option<String> {
+    match event {
+        SessionEventKind::DrivingTimeSpent { wait_s } => Some(format!(
+            "the hour's driving time does not allow another trial: go on in {}",
+            at_least(*wait_s)
+        )),
+        SessionEventKind::RecorderBehind {
+            lag_s,
+            paused: true,
+        } => Some(recorder_behind(*lag_s)),
+        SessionEventKind::DeadManNotHeld => {
+            Some("the dead-man switch was not released and held in time".to_owned())
+        }
+        SessionEventKind::DisplayLost { reason } => {
+            Some(format!("the participant's display is lost: {reason}"))
+        }
+        _ => None,
+    }
 }
 
 /// Returns the operator's advice for a phase.

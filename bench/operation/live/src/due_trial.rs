@@ -5,51 +5,51 @@ use analysis::trial_fit::{FitRequest, SelectedExploration};
 use analysis::trial_selection;
 use analysis::unloaded_plate;
 use config::Effective;
+use devices::recorded_bench::recorded_errors;
 use protocols::{Interval, IntervalKind, Protocol, SelectionRules, TrialAnalysis, TrialKey};
 use recording::manifest::StandardErrors;
 use recording::pipeline::Account;
 use recording::study::TrialLabel;
 use tui::action::AttemptName;
 
-use crate::run::recorded_plate::recorded_errors;
-
-/// Time within which the data of the last exploration arrive after its end, s: a force sensor's burst, the demodulator's
-/// delay.
-pub(super) const DATA_DELAY_S: f64 = 0.06;
+use crate::attempt_record::AttemptRecord;
 
 /// A completed trial with data still on their way.
-pub(super) struct DueTrial {
-    pub(super) key: TrialKey,
-    pub(super) intervals: Vec<Interval>,
+pub struct DueTrial {
+    /// The attempt.
+    pub key: TrialKey,
+    /// Its marked intervals.
+    pub intervals: Vec<Interval>,
     /// End of the trial on the audio clock, s.
-    pub(super) at_s: f64,
+    pub at_s: f64,
 }
 
 /// A completed trial.
-pub(super) struct AnalysedTrial {
+pub struct AnalysedTrial {
     /// Analysis for its verdict.
-    pub(super) analysis: TrialAnalysis,
+    pub analysis: TrialAnalysis,
     /// Its name on the screen.
-    pub(super) attempt: AttemptName,
+    pub attempt: AttemptName,
     /// Request for its fit.
-    pub(super) request: FitRequest,
+    pub request: FitRequest,
 }
 
 impl DueTrial {
-    /// Analyses the trial from its `record`, with the frame accounts of now and of its beginning.
-    pub(super) fn analyse(
+    /// Analyses the trial from its `record`, with the frame account of now.
+    pub fn analyse(
         self,
-        (protocol, bench, carrier_hz): (&Protocol, &Effective, f64),
-        record: Measurements,
-        (end, start): (&Account, &Account),
+        record: AttemptRecord,
+        (protocol, bench): (&Protocol, &Effective),
+        account: &Account,
     ) -> AnalysedTrial {
         let key = self.key;
         let rules = protocol.selection_rules(bench.config().plate.centre_m);
-        let mut analysis = trial_selection::analyse(&key, &self.intervals, &record, &rules);
-        count_losses(&mut analysis, end, start);
+        let data = record.measurements;
+        let mut analysis = trial_selection::analyse(&key, &self.intervals, &data, &rules);
+        count_losses(&mut analysis, account, &record.account);
         let number = TrialLabel::new(&key, protocol.trials.practice).number;
-        let carrier = (number, carrier_hz);
-        let mut request = fit_request(&key, carrier, &self.intervals, record, &analysis, rules);
+        let carrier = (number, record.carrier_hz);
+        let mut request = fit_request(&key, carrier, &self.intervals, data, &analysis, rules);
         request.calibration = recorded_errors(bench).unwrap_or_default();
         AnalysedTrial {
             analysis,

@@ -1,0 +1,77 @@
+//! Data of an attempt in progress.
+
+use std::collections::VecDeque;
+
+use analysis::measurements::Measurements;
+use config::Effective;
+use protocols::selection::analyse_exploration;
+use protocols::{Direction, Interval, IntervalKind, Protocol, TrialKey};
+use recording::pipeline::Account;
+use recording::study::TrialLabel;
+use tui::event::Crop;
+
+use crate::exploration_crop::{ExplorationName, crop};
+
+/// Time within which the data of the last exploration arrive after its end, s: a force sensor's burst, the demodulator's
+/// delay.
+pub const DATA_DELAY_S: f64 = 0.06;
+
+/// Data of an attempt, and its explorations.
+pub struct AttemptRecord {
+    /// Data so far.
+    pub measurements: Measurements,
+    /// Carrier of the recording, Hz.
+    pub carrier_hz: f64,
+    /// Account of the audio frames at the beginning.
+    pub account: Account,
+    /// Attempt, and its number of explorations so far.
+    name: ExplorationName,
+    /// Completed explorations that are not decided yet.
+    waiting: VecDeque<(ExplorationName, Direction, (f64, f64))>,
+}
+
+impl AttemptRecord {
+    /// Creates the empty record of an attempt at its carrier.
+    pub fn new(key: &TrialKey, protocol: &Protocol, carrier_hz: f64, account: Account) -> Self {
+        Self {
+            measurements: Measurements::default(),
+            carrier_hz,
+            account,
+            name: ExplorationName {
+                trial: TrialLabel::new(key, protocol.trials.practice).number,
+                practice: key.practice,
+                attempt: key.attempt,
+                exploration: 0,
+            },
+            waiting: VecDeque::new(),
+        }
+    }
+
+    /// Takes a completed interval.
+    pub fn mark(&mut self, interval: &Interval) {
+        if let IntervalKind::Exploration { direction } = interval.kind {
+            self.name.exploration += 1;
+            let span_s = (interval.start_s, interval.end_s);
+            self.waiting.push_back((self.name, direction, span_s));
+        }
+    }
+
+    /// Returns the crops of the explorations with all their data at `now_s`.
+    pub fn crops(&mut self, now_s: f64, (protocol, bench): (&Protocol, &Effective)) -> Vec<Crop> {
+        let rules = protocol.selection_rules(bench.config().plate.centre_m);
+        let is_complete = |span_s: (f64, f64)| span_s.1 + DATA_DELAY_S <= now_s;
+        let complete = self
+            .waiting
+            .iter()
+            .take_while(|(.., span_s)| is_complete(*span_s));
+        let count = complete.count();
+        let complete = self.waiting.drain(..count);
+        let crops = complete.map(|(name, direction, span_s)| {
+            let series = self.measurements.series(span_s.0, span_s.1);
+            let analysis = analyse_exploration(&series.exploration(direction), &rules);
+            let stretches = analysis.map_or_else(|_| Vec::new(), |analysis| analysis.stretches);
+            crop(name, direction, span_s, &series, &stretches)
+        });
+        crops.collect()
+    }
+}

@@ -1,0 +1,132 @@
+//! The operator's screen before the first step of a session: bench, earlier trials, notices.
+
+use config::Config;
+use contact::AssumedConstants;
+use devices::loudspeaker::Loudspeaker;
+use devices::{Bench, Life};
+use drill::rehearsed;
+use live::past_trials::past_trials;
+use operator_ui::console::Front;
+use protocols::{NOT_STATED, PersonDetail, Protocol};
+use tui::Event;
+use tui::event::LogLevel::{self, Info, Warning};
+use tui::event::{BenchFacts, SessionHeader};
+
+use super::files::EarlierPart;
+use super::lost_recordings;
+use super::participant_session::ParticipantSession;
+use super::plan::Plan;
+
+/// Shows the bench and the session; `left` is the driving time left, in words.
+pub(super) fn show_bench(
+    front: &mut dyn Front,
+    plan: &Plan,
+    session: &ParticipantSession,
+    (bench, facts, simulated): (&Bench, BenchFacts, bool),
+    (earlier, left): (EarlierPart, String),
+) {
+    let (config, protocol) = (plan.bench.config(), &plan.protocol.protocol);
+    let calibration = plan.bench.calibration();
+    front.show(Event::Session(SessionHeader {
+        replayed: false,
+        participant: Some(plan.participant.to_string()),
+        protocol: Some(protocol.name.clone()),
+        study: Some(plan.study.display().to_string()),
+        calibration_label: calibration.map(|calibration| calibration.label().to_owned()),
+        uncalibrated: calibration.is_none(),
+        simulated,
+        plate_length_m: config.plate.length_m,
+        kept_m: Some(central_section_m(config, protocol)),
+    }));
+    let documents = &session.folder.earlier_log().documents;
+    let past_trials = past_trials(session.machine.records(), documents, protocol);
+    let crops = earlier.crops.into_iter().map(Event::Crop);
+    for event in past_trials.into_iter().chain(crops) {
+        front.show(event);
+    }
+    front.show(Event::Bench(facts));
+    front.show(Event::ForceBand {
+        min_n: protocol.force.min_n,
+        max_n: protocol.force.max_n,
+    });
+    let mut log = |level, text: String| front.show(Event::Log { level, text });
+    if let Some((text, is_intact)) = earlier.last_trial {
+        log(if is_intact { Info } else { Warning }, text);
+    }
+    for recording in &earlier.losses {
+        log(Warning, lost_recordings::warning(recording));
+    }
+    for text in config.safety.dead_man_in_words().into_iter().chain([left]) {
+        log(Info, text);
+    }
+    let warnings = rehearsed::notice(&plan.rehearsed)
+        .into_iter()
+        .chain(config.safety_notices(plan.carrier_hz))
+        .chain(plan.unverified.clone());
+    for notice in warnings {
+        log(Warning, notice);
+    }
+    if !bench.has_position {
+        let text = "no encoder: positions are not recorded, and no stretch can be selected live";
+        log(Warning, text.to_owned());
+    }
+    if bench.button.is_none() {
+        let text = "no button: a finger at rest on the plate for a second counts as ready";
+        log(Warning, text.to_owned());
+    }
+}
+
+/// Opens the participant's loudspeaker; a session without it goes on, with a warning.
+pub(super) fn open_sound(
+    front: &mut dyn Front,
+    life: &Life,
+    config: &Config,
+) -> Option<Loudspeaker> {
+    Loudspeaker::open(life.host(), &config.sound).unwrap_or_else(|error| {
+        let text = format!("no sound for the participant: {error:#}; the session goes on without");
+        show(front, Warning, text);
+        None
+    })
+}
+
+/// Shows the participant's details that are not stated or not taken, and the skin of earlier trials.
+pub(super) fn show_participant(front: &mut dyn Front, plan: &Plan, session: &ParticipantSession) {
+    if plan.headless && !session.ask.is_empty() {
+        let unstated: Vec<_> = session.ask.iter().map(ToString::to_string).collect();
+        show(front, Info, format!("not stated: {}", unstated.join(", ")));
+    }
+    for detail in PersonDetail::ALL {
+        let (typed, recorded) = (plan.person.text(detail), session.person.text(detail));
+        if typed != NOT_STATED && typed != recorded {
+            show(
+                front,
+                Warning,
+                format!(
+                    "participants.tsv already has {detail} {recorded} for {}: {typed} is ignored",
+                    plan.participant
+                ),
+            );
+        }
+    }
+    let skin = session
+        .resumed
+        .skin
+        .used(&AssumedConstants::ESTIMATION, None);
+    if skin.trials > 0 {
+        for line in skin.lines() {
+            show(front, Info, line);
+        }
+    }
+}
+
+fn show(front: &mut dyn Front, level: LogLevel, text: String) {
+    front.show(Event::Log { level, text });
+}
+
+fn central_section_m(config: &Config, protocol: &Protocol) -> (f64, f64) {
+    let half_m = protocol.selection.central_m / 2.0;
+    (
+        config.plate.centre_m - half_m,
+        config.plate.centre_m + half_m,
+    )
+}

@@ -1,6 +1,6 @@
 //! Finds recordings: recording folders themselves, or the accepted trials of a study, a participant or a session.
 //!
-//! The session's log states which attempts were accepted, as read by [`sessions`]; for a session without a log, as made
+//! The session's log states which attempts were accepted, as read by [`study::sessions`]; for a session without a log, as made
 //! elsewhere, the recordings alone decide.
 
 use std::collections::{BTreeMap, HashSet};

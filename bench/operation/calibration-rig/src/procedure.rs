@@ -39,8 +39,8 @@ pub enum StepOutcome {
 /// A measurement as a sequence of steps, free of side effects: it decides the next step from the outcome of the last one.
 ///
 /// ```
-/// use calibration::operator::CalibrationProgress;
-/// use calibration::procedure::{NextStep, Procedure, StepOutcome};
+/// use calibration_rig::operator::CalibrationProgress;
+/// use calibration_rig::procedure::{NextStep, Procedure, StepOutcome};
 ///
 /// /// Reads the mean normal force once.
 /// struct Tare(Option<f64>);

@@ -76,7 +76,7 @@ pub use findings::{Analysis, RecordingAnalysis};
 ///
 /// let analysed = analysis::analyse(&[folder], &analysis::Settings::default(), |_| ());
 /// let findings = analysed.recordings[0].findings.as_ref().unwrap();
-/// assert!(found.flaws.contains(&Flaw::NoExploration));
+/// assert!(findings.flaws.contains(&Flaw::NoExploration));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn analyse(

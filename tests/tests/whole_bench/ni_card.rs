@@ -332,7 +332,7 @@ fn what_a_card_cannot_do_is_refused_with_the_line_to_change() {
         (
             "USB-6211",
             &[("heartbeat = 1", "heartbeat = 9")],
-            &["has no GPIO line 9 for the heartbeat", "look at [gpio]"],
+            &["has no GPIO line 9 for the heartbeat", "check [gpio]"],
         ),
     ] {
         let folder = tempfile::tempdir().unwrap();

@@ -233,7 +233,7 @@ fn a_calibration_with_faults_says_so_and_is_in_force_nowhere() {
         assert!(path.is_file(), "{transcript}");
     }
     // No measurement is added to it, and no session uses it.
-    assert_refusal(&calibrate(&[]), &["holds a rehearsal"]);
+    assert_refusal(&calibrate(&[]), &["contains a rehearsal"]);
     let mut run = headless_run(&study, "sub-01", "demo");
     run.arg("--calibration").arg(&calibration);
     assert_early_refusal(

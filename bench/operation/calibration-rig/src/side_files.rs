@@ -76,7 +76,7 @@ mod tests {
             "{message}"
         );
         let message = ended_message(2, &path);
-        let summary = format!("points so far: 2, kept in {}", table.display());
+        let summary = format!("points so far: 2, saved in {}", table.display());
         let phrases = ["it was pressed", &summary, "run the command again"];
         assert!(
             phrases.iter().all(|words| message.contains(words)),

@@ -380,7 +380,7 @@ mod tests {
     /// Calibration file in the form ATI delivers with a sensor.
     const CAL_FILE: &str = concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/../config/tests/data/FT09999.cal"
+        "/../../hardware/config/tests/data/FT09999.cal"
     );
 
     /// Returns a computer with one sound card of ten inputs, and two serial ports.

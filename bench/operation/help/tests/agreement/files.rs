@@ -11,7 +11,7 @@ use strict_toml::TomlError;
 use toml::Table;
 
 fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../..")
 }
 
 fn table(text: &str) -> Table {
@@ -43,8 +43,7 @@ pub fn shipped_files(name: &str) -> Vec<(String, Table)> {
     let seed = |name: &str| name.starts_with("sound");
     match name {
         "bench" => {
-            let read = |file: &str| fs::read_to_string(root().join("bench").join(file)).unwrap();
-            let mock = table(&read("mock-bench.toml"));
+            let mock = table(config::rigs::MOCK_BENCH);
             let mut files = vec![
                 ("mock-bench.toml".to_owned(), mock.clone()),
                 ("template".to_owned(), table(config::TEMPLATE)),
@@ -54,11 +53,14 @@ pub fn shipped_files(name: &str) -> Vec<(String, Table)> {
                 ),
             ];
             // Changes of the simulated bench for other sensors.
-            for sensor in ["channels", "netft", "field-box"] {
-                let file = format!("mock-bench-{sensor}.toml");
+            for (sensor, force) in [
+                ("channels", config::rigs::MOCK_BENCH_CHANNELS),
+                ("netft", config::rigs::MOCK_BENCH_NETFT),
+                ("field-box", config::rigs::MOCK_BENCH_FIELD_BOX),
+            ] {
                 let mut variant = mock.clone();
-                variant.extend(table(&format!("[force]\n{}", read(&file))));
-                files.push((file, variant));
+                variant.extend(table(&format!("[force]\n{force}")));
+                files.push((format!("mock-bench-{sensor}.toml"), variant));
             }
             files.extend(files_below("fuzz/seeds/config", seed));
             files

@@ -58,7 +58,7 @@ impl Drop for Validator {
 
 fn python() -> PathBuf {
     let path = env::var_os("FRICTION_BENCH_PYTHON").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/python/bin/python"),
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../target/python/bin/python"),
         PathBuf::from,
     );
     assert!(

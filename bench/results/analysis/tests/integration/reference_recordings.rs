@@ -38,7 +38,7 @@ const RECORDING_C: PublishedResult = PublishedResult {
 
 /// Two recordings of an independent simulation, with their truth (bench/tests/data/reference/README.md).
 fn reference() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/reference")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/reference")
 }
 
 /// Analyses `folder`, the reference recording `name` or a modified copy of it, and asserts the results.

@@ -186,7 +186,7 @@ fn a_plate_that_is_warmer_than_its_record_tells_stops_and_is_not_armed() {
     let Some(Trip::Fault { message }) = rig.trip() else {
         panic!("{:?}", rig.trip())
     };
-    assert!(message.contains("warmth"), "{message}");
+    assert!(message.contains("temperature cannot be saved"), "{message}");
     rig.ask.send(SafetyCommand::Rearm);
     rig.ask.send(SafetyCommand::Arm);
     rig.pass(10, |_| ());

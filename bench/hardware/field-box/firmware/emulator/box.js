@@ -12,7 +12,7 @@ export const WORD_NS = 2 * MS;
 
 /** The table of docs/field-box.md, which whoever wires a box goes by: number of the GPIO by the line's name. */
 function wiring() {
-  const page = readFileSync(new URL("../../../docs/field-box.md", import.meta.url), "utf8");
+  const page = readFileSync(new URL("../../../../../docs/field-box.md", import.meta.url), "utf8");
   const rows = page.matchAll(/^\| GP(\d+) \| ([\w -]+) \|/gm);
   return Object.fromEntries([...rows].map(([, number, line]) => [line, Number(number)]));
 }

@@ -324,7 +324,7 @@ test("a firmware that hangs is reset while the enable is on", (context) => {
 });
 
 test("the drawing of the wiring shows the pins of the table", () => {
-  const drawing = readFileSync(new URL("../../../docs/field-box-wiring.svg", import.meta.url), "utf8");
+  const drawing = readFileSync(new URL("../../../../../docs/field-box-wiring.svg", import.meta.url), "utf8");
   const drawn = [...drawing.matchAll(/>[^<]*GP(\d+)</g)].map(([, pin]) => Number(pin));
   assert.deepEqual(drawn.sort(), Object.values(new Box().pins).sort());
 });

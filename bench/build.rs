@@ -8,14 +8,12 @@ use std::process::Command;
 
 /// Variable that names the commit.
 const VARIABLE: &str = "FRICTION_BENCH_COMMIT";
-/// What the program is made of, from the workspace's folder: changes there are told beside the commit.
-const SOURCES: [&str; 9] = [
+/// Sources of the program, from the workspace's folder: `--version` reports changes there after the commit.
+const SOURCES: [&str; 7] = [
     "Cargo.toml",
     "Cargo.lock",
     "bench",
-    "field-box",
     "mock-hw",
-    "participant-window",
     "protocols",
     "signalgen",
     "tui",
@@ -38,7 +36,7 @@ fn main() {
     println!("cargo::rustc-env=FRICTION_BENCH_VERSION={version} ({commit})");
 }
 
-/// Returns the commit of the workspace, and whether its sources have changed since; `None` where it is no repository of its own.
+/// Returns the commit of the workspace, and whether its sources have changed since; `None` outside the workspace's repository.
 fn git_version() -> Option<String> {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).parent()?;
     let top = PathBuf::from(git(workspace, &["rev-parse", "--show-toplevel"])?);
@@ -57,10 +55,15 @@ fn git_version() -> Option<String> {
         }
     }
     for source in SOURCES {
-        println!(
-            "cargo::rerun-if-changed={}",
-            workspace.join(source).display()
+        let path = workspace.join(source);
+        // Cargo takes a missing path for a changed one, and would compile the program anew each time.
+        assert!(
+            path.exists(),
+            "{} is missing: mend SOURCES of {}",
+            path.display(),
+            file!()
         );
+        println!("cargo::rerun-if-changed={}", path.display());
     }
     let commit = git(workspace, &["rev-parse", "--short=12", "HEAD"])?;
     let mut status = vec!["status", "--porcelain", "--"];

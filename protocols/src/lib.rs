@@ -38,8 +38,8 @@ pub use redo_reason::RedoReason;
 pub use rules::{ForceBand, Quality, SelectionRules, VerdictRules};
 pub use selection::{ExplorationSeries, Validity};
 pub use session::{
-    Action, Cue, DriveRequest, Hold, Observation, OperatorCommand, ParticipantView, Phase,
-    Progress, RecordMismatch, RecordingOutcome, Safety, Session, SessionError, SessionEvent,
+    Action, AttemptRecords, Cue, DriveRequest, Hold, Observation, OperatorCommand, ParticipantView,
+    Phase, Progress, RecordMismatch, RecordingOutcome, Safety, Session, SessionError, SessionEvent,
     SessionEventKind, SessionOutcome, records_from_events, repeat_cause,
 };
 pub use stretch::{Instance, Rejection, Stretch, StretchOutcome};

@@ -20,6 +20,7 @@ mod session;
 mod stretch;
 mod summary;
 mod trial;
+mod trial_label;
 pub mod verdict;
 
 pub use analysis::{ExplorationAnalysis, TrialAnalysis};
@@ -45,6 +46,7 @@ pub use session::{
 pub use stretch::{Instance, Rejection, Stretch, StretchOutcome};
 pub use summary::SessionSummary;
 pub use trial::{Direction, Interruption, Interval, IntervalKind, TrialEnd, TrialKey};
+pub use trial_label::{NoTrialLabel, TrialBlock, TrialLabel};
 pub use verdict::Verdict;
 
 #[cfg(doctest)]

@@ -240,8 +240,9 @@ pub(super) fn begin_recording(
             let config = bench.config();
             let hardware =
                 recorded::present_hardware(&hardware, config, priorities(), field_box.as_ref());
+            let label = TrialLabel::new(key, practice_trials);
             Ok(Begin {
-                folder: folder.join(TrialLabel::new(key, practice_trials).to_string()),
+                folder: folder.join(label.to_string()),
                 format,
                 manifest: Manifest {
                     format: manifest::FORMAT,
@@ -257,9 +258,9 @@ pub(super) fn begin_recording(
                         session,
                     }),
                     trial: Some(manifest::Trial {
-                        number: TrialLabel::new(key, practice_trials).number,
-                        attempt: key.attempt,
-                        practice: key.practice,
+                        number: label.number,
+                        attempt: label.attempt,
+                        practice: label.is_practice(),
                         condition: key.condition.clone(),
                         protocol: protocol.clone(),
                         protocol_file: Some(protocol_file.clone()),

@@ -1,7 +1,6 @@
 //! Trials of a session's earlier parts, by its history.
 
-use protocols::{Protocol, TrialKey, TrialOutcome, TrialRecord};
-use recording::study::TrialLabel;
+use protocols::{Protocol, TrialLabel, TrialOutcome, TrialRecord};
 use serde_json::Value;
 use study::sessions::LoggedFit;
 use tui::event::{FitView, TrialVerdict, ValueAndStd};
@@ -14,18 +13,16 @@ pub fn past_trials(
     fits: &[LoggedFit],
     protocol: &Protocol,
 ) -> Vec<tui::Event> {
-    let practice = protocol.trials.practice;
     let verdicts = records
         .iter()
         .map(|record| tui::Event::Verdict(settled(record, protocol)));
-    let fits = fits.iter().filter_map(|logged_fit| {
-        let key = logged_fit.key.as_ref()?;
-        Some(tui::Event::Fit(fit(logged_fit, key, practice)))
-    });
+    let fits = fits
+        .iter()
+        .filter_map(|logged_fit| Some(tui::Event::Fit(fit(logged_fit, logged_fit.attempt?))));
     verdicts.chain(fits).collect()
 }
 
-fn fit(event: &LoggedFit, key: &TrialKey, practice: u32) -> FitView {
+fn fit(event: &LoggedFit, attempt: TrialLabel) -> FitView {
     let number = |name: &str| event.data.get(name).and_then(Value::as_f64);
     let estimate = |value: &str, std: &str| {
         Some(ValueAndStd {
@@ -34,9 +31,9 @@ fn fit(event: &LoggedFit, key: &TrialKey, practice: u32) -> FitView {
         })
     };
     FitView {
-        trial: TrialLabel::new(key, practice).number,
-        practice: key.practice,
-        attempt: key.attempt,
+        trial: attempt.number,
+        practice: attempt.is_practice(),
+        attempt: attempt.attempt,
         sigma_t_m: estimate("sigma_t_m", "sigma_t_std_m"),
         mu0: estimate("mu0", "mu0_std"),
         drift_hz: estimate("plate_drift_hz", "plate_drift_std_hz"),
@@ -83,7 +80,7 @@ pub fn settled(record: &TrialRecord, protocol: &Protocol) -> TrialVerdict {
 
 #[cfg(test)]
 mod tests {
-    use protocols::{Interruption, RedoReason, SessionEventKind, built_in};
+    use protocols::{Interruption, RedoReason, SessionEventKind, TrialKey, built_in};
     use recording::study::event_log::{Document, LogContent, LogEvent};
     use serde_json::json;
 

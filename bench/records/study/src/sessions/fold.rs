@@ -64,7 +64,7 @@ struct Fold {
     /// Whether the current part changed the carrier.
     is_carrier_changed: bool,
     /// Attempt at each trial that began last, by the name of the trial in a fit.
-    last_attempts: BTreeMap<String, TrialKey>,
+    last_attempts: BTreeMap<String, TrialLabel>,
 }
 
 impl Fold {
@@ -132,7 +132,7 @@ impl Fold {
                 let practice = self.practice_trials as usize;
                 self.session.planned = Some(order.len().saturating_sub(practice));
             }
-            Some(SessionEventKind::TrialBegan { key }) => self.trial_began(event, key),
+            Some(SessionEventKind::TrialBegan { key }) => self.trial_began(event, &key),
             Some(SessionEventKind::Marked { interval }) => {
                 if let Some(label) = self.order.open_trial() {
                     self.attempt(label, "").intervals.push(interval);
@@ -147,12 +147,12 @@ impl Fold {
         }
     }
 
-    fn trial_began(&mut self, event: &LogEvent, key: TrialKey) {
+    fn trial_began(&mut self, event: &LogEvent, key: &TrialKey) {
         let start_s = self.part_s + event.audio_s;
-        let label = TrialLabel::new(&key, self.practice_trials);
+        let label = TrialLabel::new(key, self.practice_trials);
         self.order.began(label);
         self.attempt(label, &key.condition).start_s = Some(start_s);
-        self.last_attempts.insert(fit_name(label), key);
+        self.last_attempts.insert(label.trial_name(), label);
     }
 
     fn trial_settled(&mut self, record: TrialRecord) {
@@ -177,9 +177,9 @@ impl Fold {
     fn fit(&mut self, event: &LogEvent) {
         if text(event, "event") == Some("fit") {
             // A fit names only its trial; it belongs to the attempt that began last.
-            let key = text(event, "of").and_then(|name| self.last_attempts.get(name));
+            let attempt = text(event, "of").and_then(|name| self.last_attempts.get(name));
             self.session.fits.push(LoggedFit {
-                key: key.cloned(),
+                attempt: attempt.copied(),
                 data: event.data.clone(),
             });
         }
@@ -249,15 +249,6 @@ fn unsettled_trials(session: &Session) -> Option<LogDefect> {
         planned,
         settled: settled_numbers.len(),
     })
-}
-
-/// Returns the name of an attempt's trial in a fit.
-fn fit_name(label: TrialLabel) -> String {
-    let block = match label.block {
-        TrialBlock::Practice => "practice",
-        TrialBlock::Main => "trial",
-    };
-    format!("{block} {}", label.number)
 }
 
 fn text<'a>(event: &'a LogEvent, key: &str) -> Option<&'a str> {

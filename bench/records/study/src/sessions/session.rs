@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use protocols::{Interval, TrialKey, TrialOutcome, TrialRecord};
+use protocols::{Interval, TrialOutcome, TrialRecord};
+use recording::study::TrialLabel;
 use recording::study::event_log::{ExitStatus, Start};
-use recording::study::{TrialBlock, TrialLabel};
 use recording::sums::Sums;
 use serde_json::{Map, Value};
 
@@ -60,7 +60,7 @@ pub enum SessionEnd {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoggedFit {
     /// Attempt at the trial that had begun last; `None` if there was none.
-    pub key: Option<TrialKey>,
+    pub attempt: Option<TrialLabel>,
     /// Values of the event.
     pub data: Map<String, Value>,
 }
@@ -144,7 +144,7 @@ impl Attempt {
     /// Returns whether the attempt is at a practice trial.
     #[must_use]
     pub fn is_practice(&self) -> bool {
-        self.label.block == TrialBlock::Practice
+        self.label.is_practice()
     }
 }
 

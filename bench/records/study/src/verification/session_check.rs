@@ -13,7 +13,7 @@ use crate::verification::recording_check;
 use recording::disk::entries;
 use recording::manifest::{End, Manifest};
 use recording::study::event_log::{self, LogContent};
-use recording::study::{EVENTS_FILE, TrialBlock, TrialLabel};
+use recording::study::{EVENTS_FILE, TrialLabel};
 use recording::{DiskError, MANIFEST_FILE};
 
 /// Returns the recordings that have a folder in the session.
@@ -263,15 +263,7 @@ fn acceptance_defect(attempt: &Attempt, manifest: &Manifest) -> Option<Recording
 /// Compares the description with the names of the folders.
 fn label_defect(session: &Path, label: TrialLabel, manifest: &Manifest) -> Option<RecordingDefect> {
     let trial = manifest.trial.as_ref()?;
-    let description_label = TrialLabel {
-        block: if trial.practice {
-            TrialBlock::Practice
-        } else {
-            TrialBlock::Main
-        },
-        number: trial.number,
-        attempt: trial.attempt,
-    };
+    let description_label = trial.label();
     let description_session = manifest
         .participant
         .as_ref()

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use recording::reader;
 use recording::study::{DESCRIPTION_FILE, EXCLUSIONS_FILE, TrialLabel};
 
-use crate::exclusions::exclusion::{Exclusion, Trial};
+use crate::exclusions::exclusion::Exclusion;
 use crate::exclusions::exclusions_error::ExclusionsError;
 use crate::exclusions::table::{self, Exclusions};
 

@@ -59,7 +59,7 @@ pub enum SessionEnd {
 /// Fit of a trial.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoggedFit {
-    /// Attempt at the trial that had begun last; `None` if there was none.
+    /// Attempt at the trial that had begun last; `None` if the log has no start of one.
     pub attempt: Option<TrialLabel>,
     /// Values of the event.
     pub data: Map<String, Value>,

@@ -187,12 +187,7 @@ pub(crate) fn rearm() -> Option<Meaning> {
 
 /// Returns the attempt of the present phase.
 fn attempt_name(state: &State) -> AttemptName {
-    let phase = &state.phase;
-    AttemptName {
-        trial: phase.trial,
-        practice: phase.practice,
-        attempt: phase.attempt,
-    }
+    state.phase.name()
 }
 
 /// Whether an attempt runs that a pause would discard.
@@ -211,11 +206,8 @@ fn attempt_runs(state: &State) -> bool {
 /// Whether the open verdict accepts its attempt.
 fn is_accepted(state: &State) -> bool {
     let name = attempt_name(state);
-    state.verdict.as_ref().is_some_and(|verdict| {
-        (verdict.trial, verdict.practice, verdict.attempt)
-            == (name.trial, name.practice, name.attempt)
-            && verdict.accepted
-    })
+    let verdict = state.verdict.as_ref();
+    verdict.is_some_and(|verdict| verdict.name() == name && verdict.accepted)
 }
 
 fn go_on(state: &State) -> Option<Meaning> {

@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use bench_tests::running::wait_until;
 use bench_tests::session::{SessionFolder, write_demo_protocol};
-use protocols::{Interruption, SessionEventKind, TrialOutcome, TrialRecord, records_from_events};
+use protocols::{Interruption, TrialOutcome, TrialRecord};
 use recording::study::LOCK_FILE;
 use rustix::process::{Pid, Signal, kill_process};
 
@@ -54,12 +54,10 @@ fn session(min_instances: u32, options: &str) -> Terminal {
 
 fn outcomes(terminal: &Terminal) -> Vec<(u32, u32, TrialOutcome)> {
     let session = SessionFolder::read(&terminal.folder.path().join("study"), "sub-01").unwrap();
-    let data = session.events().map(|event| event.data.clone());
-    let kinds: Vec<SessionEventKind> = data
-        .filter_map(|data| serde_json::from_value(data.into()).ok())
-        .collect();
     let outcome_of = |record: TrialRecord| (record.key.number, record.key.attempt, record.outcome);
-    records_from_events(&kinds)
+    session
+        .history()
+        .records
         .into_iter()
         .map(outcome_of)
         .collect()

@@ -100,8 +100,8 @@ fn session_section(folder: &Path, session: &Session, recordings: &[RecordingEntr
 
 fn session_end(end: &SessionEnd) -> String {
     match end {
-        SessionEnd::Unfinished => "its log does not end".to_owned(),
-        SessionEnd::Stopped(status, reason) => {
+        SessionEnd::NotBegun | SessionEnd::Unfinished => "its log does not end".to_owned(),
+        SessionEnd::Stopped { status, reason } => {
             let ending = match status {
                 ExitStatus::Success => "completed",
                 ExitStatus::Abort => "broken off by the operator",

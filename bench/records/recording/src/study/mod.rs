@@ -12,7 +12,6 @@
 //! ```
 
 pub mod event_log;
-mod label;
 mod participants;
 mod removal;
 mod room;
@@ -28,7 +27,7 @@ use protocols::{ParticipantId, Person};
 use serde::{Deserialize, Serialize};
 
 pub use event_log::{Document, EventLog, EventLogError};
-pub use label::{TrialBlock, TrialLabel};
+pub use protocols::{TrialBlock, TrialLabel};
 pub use removal::{REMOVALS_FILE, Traces};
 pub use room::{DataRates, free_bytes, require_room};
 pub use session_folder::{EVENTS_FILE, RecordedTrial, SessionFolder};

@@ -50,7 +50,7 @@ impl Exercise {
             && self.is_noticed()
             && !self.must_stop()
         {
-            self.miss_by_needless_stop(trip);
+            self.reject_needless_stop(trip);
             return None;
         }
         match self.stage {
@@ -58,12 +58,12 @@ impl Exercise {
             Stage::Settling { sounding_s, paused } => {
                 return self.settle(moment, sounding_s, paused);
             }
-            Stage::Asked => self.watch_for_the_act(moment),
-            Stage::Begun => self.watch_for_the_sign(moment),
+            Stage::Asked => self.await_act(moment),
+            Stage::Begun => self.await_sign(moment),
             Stage::Noticed => self.limit_wait(moment, PATIENCE_S, "nobody acknowledged it"),
-            Stage::Acknowledged { rearming_s } => self.watch_for_the_remedy(moment, rearming_s),
+            Stage::Acknowledged { rearming_s } => self.await_remedy(moment, rearming_s),
             Stage::Rearmed => self.limit_wait(moment, PATIENCE_S, "nobody resumed"),
-            Stage::Resuming { sounding_s } => self.watch_for_the_drive(moment, sounding_s),
+            Stage::Resuming { sounding_s } => self.await_drive(moment, sounding_s),
             Stage::Over(_) => {}
         }
         None
@@ -113,7 +113,7 @@ impl Exercise {
     }
 
     /// Waits until the bench stops because of the operator's act.
-    fn watch_for_the_act(&mut self, moment: Moment<'_>) {
+    fn await_act(&mut self, moment: Moment<'_>) {
         match moment.trip {
             Some(Trip::Operator) => self.miss(STOPPED_BY_KEY),
             Some(trip) if is_sign(self.fault, trip) => {
@@ -121,7 +121,7 @@ impl Exercise {
                 self.begun_s = moment.now_s;
                 self.notice(moment, trip.to_string());
             }
-            Some(trip) => self.miss_by_other_stop(trip),
+            Some(trip) => self.reject_other_stop(trip),
             None => {
                 let reason = "nothing was done, or the bench did not see it";
                 self.limit_wait(moment, PATIENCE_S, reason);
@@ -130,13 +130,13 @@ impl Exercise {
     }
 
     /// Waits until the bench stops or flags the fault.
-    fn watch_for_the_sign(&mut self, moment: Moment<'_>) {
+    fn await_sign(&mut self, moment: Moment<'_>) {
         let must_stop = self.must_stop();
         match (moment.trip, moment.sight.flag) {
             (Some(Trip::Operator), _) => self.miss(STOPPED_BY_KEY),
-            (Some(trip), _) if !must_stop => self.miss_by_needless_stop(trip),
+            (Some(trip), _) if !must_stop => self.reject_needless_stop(trip),
             (Some(trip), _) if is_sign(self.fault, trip) => self.notice(moment, trip.to_string()),
-            (Some(trip), _) => self.miss_by_other_stop(trip),
+            (Some(trip), _) => self.reject_other_stop(trip),
             (None, Some(flag)) if !must_stop => self.notice(moment, flag.to_owned()),
             (None, _) => {
                 let reason = if must_stop {
@@ -150,7 +150,7 @@ impl Exercise {
     }
 
     /// Waits until the latch is released, if the operator has tried to re-arm, or the remedy is complete.
-    fn watch_for_the_remedy(&mut self, moment: Moment<'_>, rearming_s: Option<f64>) {
+    fn await_remedy(&mut self, moment: Moment<'_>, rearming_s: Option<f64>) {
         if let Some(asked_s) = rearming_s {
             if *moment.sight.safety == SafetyState::Disarmed {
                 self.times.rearmed_s = self.since_fault_s(moment.now_s);
@@ -167,7 +167,7 @@ impl Exercise {
     }
 
     /// Waits until the drive has resumed.
-    fn watch_for_the_drive(&mut self, moment: Moment<'_>, sounding_s: Option<f64>) {
+    fn await_drive(&mut self, moment: Moment<'_>, sounding_s: Option<f64>) {
         if moment.trip.is_some() {
             self.note = Some("Stopped again: the cause is still there.");
             self.enter(Stage::Acknowledged { rearming_s: None }, moment.now_s);
@@ -214,11 +214,11 @@ impl Exercise {
         }
     }
 
-    fn miss_by_other_stop(&mut self, trip: &Trip) {
+    fn reject_other_stop(&mut self, trip: &Trip) {
         self.miss(format!("the bench stopped for another reason: {trip}"));
     }
 
-    fn miss_by_needless_stop(&mut self, trip: &Trip) {
+    fn reject_needless_stop(&mut self, trip: &Trip) {
         self.miss(format!(
             "the bench stopped, and should have gone on: {trip}"
         ));

@@ -1,3 +1,4 @@
+use crate::is_sign;
 use super::observation::PATIENCE_S;
 use super::*;
 use safety::{SafetyState, Trip};

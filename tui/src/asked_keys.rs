@@ -42,7 +42,9 @@ pub(crate) const ANSWER: &[KeyRow] = &[
             Press::character('c'),
         ],
         label: "space",
-        meaning: |_| Meaning::explanation("answer the question first; enter without an answer: not stated"),
+        meaning: |_| {
+            Meaning::explanation("answer the question first; enter without an answer: not stated")
+        },
     },
 ];
 

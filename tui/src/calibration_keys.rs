@@ -31,8 +31,9 @@ pub(crate) const CALIBRATION: &[KeyRow] = &[
         ],
         label: ". -",
         meaning: |state| {
-            is_typing(state)
-                .then(|| Meaning::view(type_character, "type a decimal point or a minus sign", None))?
+            is_typing(state).then(|| {
+                Meaning::view(type_character, "type a decimal point or a minus sign", None)
+            })?
         },
     },
     KeyRow {

@@ -179,7 +179,7 @@ fn values(health: &SystemHealth) -> [HealthValue; VALUES as usize] {
     let deviation =
         residual_s.map_or_else(String::new, |off_s| format!(", {:.2} ms off", 1e3 * off_s));
     [
-        entry("audio", format!("{:.3} of nominal rate", health.speed), false),
+        entry("audio", format!("{:.3} of nominal", health.speed), false),
         entry(
             "frames lost",
             thousands(health.lost_frames),

@@ -238,8 +238,8 @@ fn errors_note(recordings: &[RecordingEntry<'_>]) -> String {
             .to_owned(),
         (k, n) if k == n => "Every interval includes its standard errors, as the recordings state them.".to_owned(),
         (k, n) => format!(
-            "The intervals of the {k} of {n} recordings that state its standard errors include them; the constants of the other \
-             recordings are taken as exact."
+            "Its standard errors are stated by {k} of {n} recordings and included in their intervals; the constants of the others \
+             are taken as exact."
         ),
     }
 }

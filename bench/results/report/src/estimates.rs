@@ -83,7 +83,7 @@ pub(crate) fn estimates(results: &Results, recordings: &[RecordingEntry<'_>]) ->
     html! {
         p {
             "Each recording begins with the parameters common to its instances, fitted together by " b { "trial" }
-            ", with 95 % intervals and the value shrunk towards the participant's mean (" a href="#skin" { "shrunken" }
+            ", with 95 % intervals and the value pulled towards the participant's mean (" a href="#skin" { "shrunken" }
             "); a table of the instances follows. Values by " b { "trial" } " have 95 % intervals below them, those by "
             b { "paper" } " and " b { "dynamic" } " standard errors; "
             a href="#conditional" { "Dependence on assumptions" } " lists the errors that they include."

@@ -21,12 +21,7 @@ const PRIORS: [(&str, &str, &str, NumberFormat); 13] = [
     ("q0_rad_per_m", "q₀, for the E and ν above", "10⁴ rad/m", Q0),
     ("loss_factor", "loss factor η", "", PLAIN),
     ("tau_s", "levitation lag τ", "ms", MILLI),
-    (
-        "film_mean_s",
-        "averaging time of the film",
-        "ms",
-        MILLI,
-    ),
+    ("film_mean_s", "averaging time of the film", "ms", MILLI),
     (
         "area_force_exponent",
         "exponent of S with the force",

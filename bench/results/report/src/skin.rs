@@ -54,14 +54,14 @@ pub(crate) fn skin(results: &Results) -> Markup {
         p {
             "S, q₀, η and τ by " b { "trial" } ", over each participant's recordings. The first value is the mean of this participant's \
              data alone; its 95 % interval includes the errors of the trials and the variation between them. "
-            i { "Shrunken" } ", if given, is that mean shrunk towards the other participants', a better estimate of one person's skin if \
+            i { "Shrunken" } ", if given, is that mean pulled towards the other participants', a better estimate of one person's skin if \
              all come from one population; use the mean to compare groups of people. The study's mean counts every participant once."
         }
         @if !skin.left_out.is_empty() {
             p.alert {
                 (count_text(skin.left_out.len(), "recording is", "recordings are"))
-                " not in this table, because they cannot be read, the fit of all \
-                 instances together cannot be used, the model does not fit, or no participant is stated."
+                " not in this table: unreadable, without a usable fit of all instances together, \
+                 outside the model, or without a stated participant."
             }
         }
         @if people.is_empty() { p { "No recording states its participant." } } @else {

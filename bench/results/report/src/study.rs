@@ -82,10 +82,10 @@ pub(crate) fn summary(
     let phrases: Vec<String> = phrases.into_iter().flatten().flatten().collect();
     html! {
         p.lead {
-            (count_text(recordings.len() - n_unreadable, "recording", "recordings"))
+            "Analysed: " (count_text(recordings.len() - n_unreadable, "recording", "recordings"))
             @if !people.is_empty() { " of " (count_text(people.len(), "participant", "participants")) }
             @if sessions > 0 { " in " (count_text(sessions, "session", "sessions")) }
-            " were analysed and gave "
+            ", with "
             (count_text(instances, "estimated instance", "estimated instances")) "; "
             (count_text(n_rejected, "stretch was", "stretches were")) " rejected. "
             @if n_unreadable > 0 {

@@ -229,7 +229,11 @@ fn go_on(state: &State) -> Option<Meaning> {
         };
     }
     if state.drill.is_some() && state.is_running() {
-        return Meaning::action(Action::Ready, "acknowledge the fault", "acknowledge");
+        return Meaning::action(
+            Action::Ready,
+            "confirm that you have seen the fault",
+            "seen",
+        );
     }
     match kind {
         _ if is_tripped => Meaning::explanation("tripped: remove the cause, then re-arm with x"),

@@ -54,11 +54,7 @@ pub(crate) const VIEW: &[KeyRow] = &[
         label: "z",
         meaning: |state| match state.ui.page.panels() {
             0 => Meaning::explanation("nothing to enlarge on this page"),
-            _ => Meaning::view(
-                enlarge,
-                "enlarge the next panel; after the last, show the page",
-                Some("enlarge"),
-            ),
+            _ => Meaning::view(enlarge, "enlarge the panels one by one", Some("enlarge")),
         },
     },
 ];

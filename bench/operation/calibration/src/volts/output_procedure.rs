@@ -3,6 +3,7 @@
 use crate::instrument_mean::{LEAST_LINES, WINDOW_S, instrument_mean};
 use anyhow::{Context, anyhow, bail};
 use calibration_rig::capture::{Capture, Dwell};
+use calibration_rig::clear::LISTEN_S;
 use calibration_rig::known::{INSTRUMENT_LAG_S, Known};
 use calibration_rig::operator::{Answer, CalibrationProgress, PointRead, Request};
 use calibration_rig::procedure::{NextStep, Procedure, StepOutcome};
@@ -10,8 +11,6 @@ use config::{Config, MeterReads};
 use metrology::volts::{UnitSlip, VoltsFit, VoltsPoint};
 use signalgen::{ToneList, Waveform};
 
-/// Length of the silence at the beginning, s.
-const LISTEN_S: f64 = 0.3;
 /// Levels of the ladder, as shares of the highest.
 const LADDER: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 1.0];
 /// Default highest level, V peak: low, but enough for any meter.

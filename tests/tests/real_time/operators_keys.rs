@@ -98,7 +98,7 @@ fn a_judged_trial_is_repeated_and_a_running_one_by_its_name() {
     terminal.press(&["r"]);
     terminal.expect_text(&["attempt 2", "DRIVING"]);
     terminal.press(&["r"]);
-    terminal.expect_text(&["Throw away trial 1, attempt 2, which runs"]);
+    terminal.expect_text(&["Discard trial 1, attempt 2, now running"]);
     terminal.press(&["y"]);
     terminal.expect_text(&["attempt 3", "DRIVING"]);
     // A pause waits for the attempt's end.

@@ -1,6 +1,6 @@
-use crate::is_sign;
 use super::observation::PATIENCE_S;
 use super::*;
+use crate::is_sign;
 use safety::{SafetyState, Trip};
 use tui::Action;
 use tui::action::AttemptName;

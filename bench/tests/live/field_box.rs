@@ -1,8 +1,6 @@
 //! A bench with forces, position and stops behind a field box: every report is accounted for, and under any fault of box,
 //! line or bench, the drive is silent in time and the recording remains readable (FAULTS.md, row 41).
 
-use std::path::Path;
-
 use config::Config;
 use mock_hw::apparatus::{Apparatus, ApparatusConfig};
 use mock_hw::host::Direction;
@@ -17,7 +15,7 @@ use safety::{SafetyState, Trip};
 use sources::LineFaults;
 
 use crate::campaign;
-use crate::rig::{Rig, config};
+use crate::rig::{Rig, amplitudes, config};
 use crate::safe::quantiles_ms;
 
 fn scenario() -> Scenario {
@@ -45,10 +43,6 @@ fn bench() -> Config {
     box_config("0.05", "")
 }
 
-fn force(rig: &Rig, fault: ForceFault) {
-    rig.apparatus.faults().force(fault);
-}
-
 /// Fault 41.
 #[test]
 fn lost_repeated_and_torn_reports_are_counted_exactly_and_each_other_one_is_there() {
@@ -62,15 +56,15 @@ fn lost_repeated_and_torn_reports_are_counted_exactly_and_each_other_one_is_ther
         // An injected fault acts on the next report; a tick has more than one report.
         match rng.random_range(0..60) {
             0 => {
-                force(&rig, ForceFault::Drop(1));
+                rig.apparatus.faults().force(ForceFault::Drop(1));
                 injected.lost += 1;
             }
             1 => {
-                force(&rig, ForceFault::Repeat(1));
+                rig.apparatus.faults().force(ForceFault::Repeat(1));
                 injected.repeated += 1;
             }
             2 => {
-                force(&rig, ForceFault::Corrupt(1));
+                rig.apparatus.faults().force(ForceFault::Corrupt(1));
                 injected.corrupt += 1;
             }
             _ => {}
@@ -123,7 +117,7 @@ fn names_the_port(trip: &Trip) -> bool {
 const CASES: [Case; 13] = [
     (
         "converter silent",
-        |rig| force(rig, ForceFault::Silent(true)),
+        |rig| rig.apparatus.faults().force(ForceFault::Silent(true)),
         |trip| *trip == Trip::ForceSilent,
     ),
     (
@@ -133,17 +127,17 @@ const CASES: [Case; 13] = [
     ),
     (
         "another device on its port",
-        |rig| force(rig, ForceFault::OtherDevice(true)),
+        |rig| rig.apparatus.faults().force(ForceFault::OtherDevice(true)),
         |trip| names_the_port(trip) || matches!(trip, Trip::ForceNonsense { .. }),
     ),
     (
         "every report torn",
-        |rig| force(rig, ForceFault::Corrupt(100_000)),
+        |rig| rig.apparatus.faults().force(ForceFault::Corrupt(100_000)),
         |trip| names_the_port(trip) || matches!(trip, Trip::ForceNonsense { .. }),
     ),
     (
         "a channel at its end",
-        |rig| force(rig, ForceFault::Saturated(true)),
+        |rig| rig.apparatus.faults().force(ForceFault::Saturated(true)),
         |trip| matches!(trip, Trip::ForceSaturated | Trip::ForceLimit { .. }),
     ),
     (
@@ -169,7 +163,7 @@ const CASES: [Case; 13] = [
     (
         "converter silent, and the e-stop pressed",
         |rig| {
-            force(rig, ForceFault::Silent(true));
+            rig.apparatus.faults().force(ForceFault::Silent(true));
             rig.apparatus.faults().press_estop(true);
         },
         |trip| *trip == Trip::EmergencyStop,
@@ -178,8 +172,8 @@ const CASES: [Case; 13] = [
         "4 N while most reports are lost or torn",
         |rig| {
             for _ in 0..20 {
-                force(rig, ForceFault::Drop(1));
-                force(rig, ForceFault::Corrupt(1));
+                rig.apparatus.faults().force(ForceFault::Drop(1));
+                rig.apparatus.faults().force(ForceFault::Corrupt(1));
             }
             rig.apparatus.masses().place(Axis::Normal, 0.4);
         },
@@ -231,12 +225,12 @@ fn a_box_that_cannot_be_used_from_the_start_arms_nothing_and_says_which_line_to_
     let cases: [Unusable; 3] = [
         (
             "",
-            |rig| force(rig, ForceFault::OtherDevice(true)),
+            |rig| rig.apparatus.faults().force(ForceFault::OtherDevice(true)),
             "field_box.port",
         ),
         (
             "",
-            |rig| force(rig, ForceFault::Corrupt(1_000_000)),
+            |rig| rig.apparatus.faults().force(ForceFault::Corrupt(1_000_000)),
             "field_box.port",
         ),
         (
@@ -270,9 +264,9 @@ fn a_box_that_cannot_be_used_from_the_start_arms_nothing_and_says_which_line_to_
 #[test]
 fn a_box_that_answers_late_is_waited_for() {
     let mut rig = Rig::new(scenario(), bench(), None);
-    force(&rig, ForceFault::OtherDevice(true));
+    rig.apparatus.faults().force(ForceFault::OtherDevice(true));
     rig.pass(1.0);
-    force(&rig, ForceFault::OtherDevice(false));
+    rig.apparatus.faults().force(ForceFault::OtherDevice(false));
     rig.pass(0.5);
     rig.drive();
     rig.pass(0.3);
@@ -285,16 +279,6 @@ fn a_box_that_answers_late_is_waited_for() {
 struct Freeze {
     at_s: f64,
     for_s: f64,
-}
-
-/// Returns true times and amplitudes.
-fn amplitudes(folder: &Path) -> Vec<(f64, f64)> {
-    let series = std::fs::read_to_string(folder.join("truth.csv")).unwrap();
-    let rows = series.lines().skip(1).map(|line| {
-        let cell = |column| line.split(',').nth(column).unwrap().parse().unwrap();
-        (cell(0), cell(13))
-    });
-    rows.collect()
 }
 
 /// The amplifier's one-shot waits for ten seconds and the card repeats its buffer: only the box stops the plate.

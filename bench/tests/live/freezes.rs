@@ -1,8 +1,6 @@
 //! The program is frozen while the plate is driven: the one-shot at the amplifier takes the enable off, regardless of how
 //! the sound card treats its last buffer (FAULTS.md, row 7).
 
-use std::path::Path;
-
 use mock_hw::apparatus::{Apparatus, ApparatusConfig};
 use mock_hw::host::Direction;
 use mock_hw::world_clock::Pace;
@@ -12,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use safety::SafetyState;
 
 use crate::campaign;
-use crate::rig::{Rig, config};
+use crate::rig::{Rig, amplitudes, config};
 use crate::safe::quantiles_ms;
 
 const FROZEN_S: f64 = 0.5;
@@ -26,16 +24,6 @@ const RING_DOWN_S: f64 = 0.012;
 struct Freeze {
     at_s: f64,
     card_plays_on: bool,
-}
-
-/// Returns true times and amplitudes.
-fn amplitudes(folder: &Path) -> Vec<(f64, f64)> {
-    let series = std::fs::read_to_string(folder.join("truth.csv")).unwrap();
-    let rows = series.lines().skip(1).map(|line| {
-        let cell = |column| line.split(',').nth(column).unwrap().parse().unwrap();
-        (cell(0), cell(13))
-    });
-    rows.collect()
 }
 
 /// Fault 7.

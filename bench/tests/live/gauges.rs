@@ -115,10 +115,6 @@ fn forces_stay_at_the_sample_at_which_they_acted_after_lost_input() {
 /// A fault, a check of the bench's report on it, and the time limit, s.
 type Case = (&'static str, fn(&Rig), fn(&Trip) -> bool, f64);
 
-fn force(rig: &Rig, fault: ForceFault) {
-    rig.apparatus.faults().force(fault);
-}
-
 fn at_its_end(trip: &Trip) -> bool {
     matches!(
         trip,
@@ -132,7 +128,7 @@ fn at_its_end(trip: &Trip) -> bool {
 const CASES: [Case; 9] = [
     (
         "a gauge at its end",
-        |rig| force(rig, ForceFault::Saturated(true)),
+        |rig| rig.apparatus.faults().force(ForceFault::Saturated(true)),
         at_its_end,
         0.01,
     ),
@@ -144,13 +140,13 @@ const CASES: [Case; 9] = [
     ),
     (
         "inputs muted",
-        |rig| force(rig, ForceFault::Silent(true)),
+        |rig| rig.apparatus.faults().force(ForceFault::Silent(true)),
         |trip| matches!(trip, Trip::ForceNonsense { .. } | Trip::ForceSilent),
         0.12,
     ),
     (
         "samples that are no numbers",
-        |rig| force(rig, ForceFault::Corrupt(1_000_000)),
+        |rig| rig.apparatus.faults().force(ForceFault::Corrupt(1_000_000)),
         |trip| matches!(trip, Trip::ForceNonsense { .. } | Trip::ForceSilent),
         0.06,
     ),
@@ -180,7 +176,7 @@ const CASES: [Case; 9] = [
     (
         "a gauge at its end, and frames that are swallowed",
         |rig| {
-            force(rig, ForceFault::Saturated(true));
+            rig.apparatus.faults().force(ForceFault::Saturated(true));
             rig.apparatus.faults().xrun(Direction::Input, 500);
         },
         at_its_end,
@@ -189,7 +185,7 @@ const CASES: [Case; 9] = [
     (
         "inputs muted, and the e-stop pressed",
         |rig| {
-            force(rig, ForceFault::Silent(true));
+            rig.apparatus.faults().force(ForceFault::Silent(true));
             rig.apparatus.faults().press_estop(true);
         },
         |trip| *trip == Trip::EmergencyStop,
@@ -227,7 +223,7 @@ fn a_sample_that_is_no_number_is_flagged_and_costs_the_forces_about_it() {
     let mut rig = Rig::new(scenario(), config, None);
     rig.pass(0.5);
     let rows = rig.record.force.len();
-    force(&rig, ForceFault::Corrupt(1));
+    rig.apparatus.faults().force(ForceFault::Corrupt(1));
     rig.pass(0.5);
     let faults = rig.bench.gauges.field.get().unwrap().force;
     assert_eq!(faults.corrupt, 1);
@@ -243,7 +239,7 @@ fn a_sample_that_is_no_number_is_flagged_and_costs_the_forces_about_it() {
 #[test]
 fn muted_inputs_arm_nothing_for_longer_than_a_second() {
     let mut rig = Rig::new(scenario(), bench("0.05"), None);
-    force(&rig, ForceFault::Silent(true));
+    rig.apparatus.faults().force(ForceFault::Silent(true));
     rig.drive();
     let trip = loop {
         if let SafetyState::Tripped { trip } = rig.tick() {

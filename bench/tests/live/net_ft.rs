@@ -29,10 +29,6 @@ fn bench(silence_s: &str) -> Config {
     ])
 }
 
-fn force(rig: &Rig, fault: ForceFault) {
-    rig.apparatus.faults().force(fault);
-}
-
 /// Fault 40.
 #[test]
 fn lost_late_repeated_and_torn_datagrams_at_7_khz_are_counted_exactly() {
@@ -47,19 +43,19 @@ fn lost_late_repeated_and_torn_datagrams_at_7_khz_are_counted_exactly() {
     while rig.apparatus.now_ns() < began_ns + 10_000_000_000 {
         match rng.random_range(0..43) {
             0 => {
-                force(&rig, ForceFault::Drop(1));
+                rig.apparatus.faults().force(ForceFault::Drop(1));
                 injected.lost += 1;
             }
             1 => {
-                force(&rig, ForceFault::Reorder(1));
+                rig.apparatus.faults().force(ForceFault::Reorder(1));
                 injected.reordered += 1;
             }
             2 => {
-                force(&rig, ForceFault::Repeat(1));
+                rig.apparatus.faults().force(ForceFault::Repeat(1));
                 injected.repeated += 1;
             }
             3 => {
-                force(&rig, ForceFault::Corrupt(1));
+                rig.apparatus.faults().force(ForceFault::Corrupt(1));
                 injected.corrupt += 1;
             }
             _ => {}
@@ -122,7 +118,7 @@ type Case = (&'static str, fn(&Rig), fn(&Trip) -> bool);
 const CASES: [Case; 9] = [
     (
         "silent",
-        |rig| force(rig, ForceFault::Silent(true)),
+        |rig| rig.apparatus.faults().force(ForceFault::Silent(true)),
         |trip| *trip == Trip::ForceSilent,
     ),
     (
@@ -132,17 +128,21 @@ const CASES: [Case; 9] = [
     ),
     (
         "gauge at its end",
-        |rig| force(rig, ForceFault::Saturated(true)),
+        |rig| rig.apparatus.faults().force(ForceFault::Saturated(true)),
         |trip| matches!(trip, Trip::ForceSaturated | Trip::ForceLimit { .. }),
     ),
     (
         "a failure that the sensor reports",
-        |rig| force(rig, ForceFault::Status(1 << 31 | 1 << 28)),
+        |rig| {
+            rig.apparatus
+                .faults()
+                .force(ForceFault::Status(1 << 31 | 1 << 28))
+        },
         |trip| matches!(trip, Trip::ForceNonsense { .. }),
     ),
     (
         "another device at its address",
-        |rig| force(rig, ForceFault::OtherDevice(true)),
+        |rig| rig.apparatus.faults().force(ForceFault::OtherDevice(true)),
         |trip| matches!(trip, Trip::ForceNonsense { .. }),
     ),
     (
@@ -159,9 +159,9 @@ const CASES: [Case; 9] = [
         "4 N while half of the datagrams are lost, late or torn",
         |rig| {
             for _ in 0..100 {
-                force(rig, ForceFault::Drop(1));
-                force(rig, ForceFault::Corrupt(1));
-                force(rig, ForceFault::Reorder(1));
+                rig.apparatus.faults().force(ForceFault::Drop(1));
+                rig.apparatus.faults().force(ForceFault::Corrupt(1));
+                rig.apparatus.faults().force(ForceFault::Reorder(1));
             }
             rig.apparatus.masses().place(Axis::Normal, 0.4);
         },
@@ -170,7 +170,7 @@ const CASES: [Case; 9] = [
     (
         "silent, and the e-stop pressed",
         |rig| {
-            force(rig, ForceFault::Silent(true));
+            rig.apparatus.faults().force(ForceFault::Silent(true));
             rig.apparatus.faults().press_estop(true);
         },
         |trip| *trip == Trip::EmergencyStop,
@@ -203,14 +203,14 @@ fn a_network_that_comes_back_is_used_again_once_the_operator_has_rearmed() {
     let mut rig = Rig::new(scenario(), bench("0.05"), None);
     rig.drive();
     rig.pass(0.5);
-    force(&rig, ForceFault::Silent(true));
+    rig.apparatus.faults().force(ForceFault::Silent(true));
     while !matches!(rig.tick(), SafetyState::Tripped { .. }) {}
     let rows = rig.record.force.len();
     for _ in 0..6000 {
         rig.tick();
     }
     assert_eq!(rig.record.force.len(), rows, "silent");
-    force(&rig, ForceFault::Silent(false));
+    rig.apparatus.faults().force(ForceFault::Silent(false));
     for _ in 0..3000 {
         assert!(matches!(rig.tick(), SafetyState::Tripped { .. }));
     }
@@ -232,7 +232,7 @@ fn what_sends_no_reading_from_the_start_arms_nothing_for_longer_than_a_second() 
         ForceFault::Silent(true),
     ] {
         let mut rig = Rig::new(scenario(), bench("0.05"), None);
-        force(&rig, fault);
+        rig.apparatus.faults().force(fault);
         rig.drive();
         let trip = loop {
             if let SafetyState::Tripped { trip } = rig.tick() {

@@ -140,6 +140,16 @@ pub fn samples(folder: &Path) -> Vec<f32> {
     wav.into_samples().map(Result::unwrap).collect()
 }
 
+/// Returns true times and amplitudes.
+pub fn amplitudes(folder: &Path) -> Vec<(f64, f64)> {
+    let series = std::fs::read_to_string(folder.join("truth.csv")).unwrap();
+    let rows = series.lines().skip(1).map(|line| {
+        let cell = |column| line.split(',').nth(column).unwrap().parse().unwrap();
+        (cell(0), cell(13))
+    });
+    rows.collect()
+}
+
 /// Returns a tone of 10 V.
 pub fn tone() -> Program {
     let settings = devices::drive_control::settings(&config(&[])).unwrap();

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use field_box_logic::{Guard, Order, Stop};
 
 use super::codec::{Ear, Reading, Request, put_identity, put_report};
+use crate::fault_count::take_one;
 use crate::pins::PinBoard;
 use crate::serial::{DeviceStart, ForceFault, SerialLine};
 use mock_world::plant::SensorSample;
@@ -218,11 +219,4 @@ impl FieldBox {
 fn counts(force_n: f64) -> i32 {
     let counts = (force_n / FULL_SCALE_N * FULL_SCALE).round();
     counts.clamp(-FULL_SCALE, FULL_SCALE - 1.0) as i32
-}
-
-/// Decrements `count`; returns whether it was above 0.
-fn take_one(count: &mut u32) -> bool {
-    let is_due = *count > 0;
-    *count = count.saturating_sub(1);
-    is_due
 }

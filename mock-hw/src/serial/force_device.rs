@@ -1,5 +1,6 @@
 //! Firmware of the force sensor, which stamps, numbers and encodes samples and sends them in bursts (`docs/force-protocol.md`).
 
+use crate::fault_count::take_one;
 use std::io::Write;
 
 use crc::{CRC_16_IBM_3740, Crc};
@@ -212,11 +213,4 @@ fn status(sample: &SensorSample) -> u8 {
 
 fn micronewtons(force_n: f64) -> i32 {
     (1e6 * force_n).round() as i32
-}
-
-/// Decrements `count`; returns whether it was above 0.
-fn take_one(count: &mut u32) -> bool {
-    let is_due = *count > 0;
-    *count = count.saturating_sub(1);
-    is_due
 }

@@ -1,14 +1,12 @@
 //! A calibration's page: its contents at two sizes and in every kind of state, and its keys.
 
+use crate::rig::{draw, press};
 use proptest::prelude::*;
-use ratatui::Terminal;
-use ratatui::backend::TestBackend;
-use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use tui::calibration_page::{
     CalibrationPage, CalibrationReadings, Chart, MainReading, PointLine, Question, Reply,
 };
 use tui::event::{LogLevel, SafetyState, SessionHeader, SystemHealth};
-use tui::{Action, Event, Page, State, Theme, key, view};
+use tui::{Action, Event, Page, State, Theme};
 
 /// Levels, V, known amplitudes, μm, and their residuals from the fitted line, nm, of a ladder of six.
 const LADDER: [(f64, f64, f64); 6] = [
@@ -210,12 +208,6 @@ fn states() -> Vec<(&'static str, State)> {
     ]
 }
 
-fn draw(state: &State, columns: u16, rows: u16) -> Terminal<TestBackend> {
-    let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
-    terminal.draw(|frame| view(state, frame)).unwrap();
-    terminal
-}
-
 fn row(state: &State, columns: u16, rows: u16, y: u16) -> String {
     let terminal = draw(state, columns, rows);
     let buffer = terminal.backend().buffer();
@@ -325,28 +317,6 @@ proptest! {
 
 thread_local! {
     static STATES: Vec<(&'static str, State)> = states();
-}
-
-fn code(letter: char) -> KeyCode {
-    match letter {
-        '\n' => KeyCode::Enter,
-        '\u{8}' => KeyCode::Backspace,
-        '↑' => KeyCode::Up,
-        '↓' => KeyCode::Down,
-        '\t' => KeyCode::Tab,
-        letter => KeyCode::Char(letter),
-    }
-}
-
-/// Presses the keys one after the other; returns the requested actions.
-fn press(state: &mut State, keys: &str) -> Vec<Action> {
-    let mut actions = Vec::new();
-    for letter in keys.chars() {
-        let reaction = key(state, KeyEvent::new(code(letter), KeyModifiers::NONE));
-        state.ui = reaction.ui;
-        actions.extend(reaction.action);
-    }
-    actions
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! The effect of each key in each phase.
 
+use crate::rig::{key_event, press};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use tui::action::AttemptName;
 use tui::calibration_page::Reply;
@@ -44,21 +45,6 @@ fn second() -> AttemptName {
         practice: false,
         attempt: 1,
     }
-}
-
-fn key_event(code: KeyCode) -> KeyEvent {
-    KeyEvent::new(code, KeyModifiers::NONE)
-}
-
-/// Presses the keys one after the other; returns the requested actions.
-fn press(state: &mut State, keys: &str) -> Vec<Action> {
-    let mut actions = Vec::new();
-    for code in keys.chars() {
-        let reaction = key(state, key_event(KeyCode::Char(code)));
-        state.ui = reaction.ui;
-        actions.extend(reaction.action);
-    }
-    actions
 }
 
 #[test]

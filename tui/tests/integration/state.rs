@@ -1,13 +1,11 @@
 //! The state is the fold of the events, and both can be stored.
 
-use crate::synthetic;
-use ratatui::Terminal;
-use ratatui::backend::TestBackend;
+use crate::{rig, synthetic};
 use ratatui::buffer::Buffer;
 use tui::event::{
     ComplexImpedance, Event, FitView, Live, LogLevel, SafetyState, SessionHeader, TrialVerdict,
 };
-use tui::{HISTORY_S, State, Theme, view};
+use tui::{HISTORY_S, State, Theme};
 
 fn live(t_s: f64) -> Event {
     Event::Live(Live {
@@ -45,9 +43,7 @@ fn a_stored_session_replays_to_the_same_state() {
 }
 
 fn draw(state: &State) -> Buffer {
-    let mut terminal = Terminal::new(TestBackend::new(140, 45)).unwrap();
-    terminal.draw(|frame| view(state, frame)).unwrap();
-    terminal.backend().buffer().clone()
+    rig::draw(state, 140, 45).backend().buffer().clone()
 }
 
 /// A replay that is moved back and played again.

@@ -336,36 +336,12 @@ impl Task for DoseKeeper {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::Ordering;
+
     use crossbeam_channel::Sender;
 
     use super::*;
-
-    /// Clock set by the test, with the time for which the computer was suspended, s; its date is its time.
-    #[derive(Default)]
-    struct Hands(std::sync::atomic::AtomicU64, std::sync::atomic::AtomicU64);
-
-    impl Clock for Hands {
-        fn now_ns(&self) -> u64 {
-            self.0.load(std::sync::atomic::Ordering::Relaxed)
-        }
-
-        fn suspended_ns(&self) -> u64 {
-            1_000_000_000 * self.1.load(std::sync::atomic::Ordering::Relaxed)
-        }
-
-        fn utc(&self) -> Timestamp {
-            let passed_ns = self.now_ns() + self.suspended_ns();
-            Timestamp::from_nanosecond(i128::from(passed_ns)).unwrap()
-        }
-    }
-
-    fn boot(up_s: f64) -> Boot {
-        Boot {
-            id: Some("abc".to_owned()),
-            up_s,
-            machine: Some("1".to_owned()),
-        }
-    }
+    use crate::testing::{Hands, boot};
 
     fn span(start_s: f64, end_s: f64) -> Span {
         Span {
@@ -416,9 +392,7 @@ mod tests {
 
         fn advance(&mut self, now_s: f64) {
             let now_ns = (now_s * 1e9) as u64;
-            self.clock
-                .0
-                .store(now_ns, std::sync::atomic::Ordering::Relaxed);
+            self.clock.0.store(now_ns, Ordering::Relaxed);
             self.task.poll(now_ns).unwrap();
         }
 
@@ -477,9 +451,7 @@ mod tests {
         let mut rig = Rig::new();
         rig.drive(1.0, 2.0);
         rig.advance(10.0);
-        rig.clock
-            .1
-            .store(3600, std::sync::atomic::Ordering::Relaxed);
+        rig.clock.1.store(3600, Ordering::Relaxed);
         rig.drive(20.0, 500.0);
         rig.task.finish().unwrap();
         let book = read(&participant_path(rig.folder.path())).unwrap();
@@ -518,9 +490,7 @@ mod tests {
             allowance.spans.unwrap().send(driven_span).unwrap();
             task.unwrap().finish().unwrap();
         };
-        clock
-            .0
-            .store(100_000_000_000, std::sync::atomic::Ordering::Relaxed);
+        clock.0.store(100_000_000_000, Ordering::Relaxed);
         let remaining_s = || {
             [
                 AccountOwner::Nobody,

@@ -39,6 +39,8 @@ mod recorded_clocks;
 pub mod room;
 mod signals;
 mod stream_threads;
+#[cfg(test)]
+mod testing;
 mod thread_priority;
 mod tuning;
 

@@ -188,22 +188,10 @@ impl Reader {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::{Arc, Mutex};
-
     use field_box_wire::Levels;
 
     use super::*;
-
-    /// Bytes that have arrived.
-    #[derive(Clone, Default)]
-    struct Line(Arc<Mutex<Vec<u8>>>);
-
-    impl ForcePort for Line {
-        fn read_waiting(&mut self, bytes: &mut Vec<u8>) -> io::Result<()> {
-            bytes.append(&mut self.0.lock().unwrap());
-            Ok(())
-        }
-    }
+    use crate::serial::serial_force::tests::Line;
 
     /// Fault 48.
     #[test]

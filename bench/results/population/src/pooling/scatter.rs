@@ -3,7 +3,7 @@
 use statistics::NORMAL_95;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use crate::pooling::estimate::Estimate;
+use super::super::estimate::Estimate;
 use crate::pooling::mean::{Weighted, between_variance, student95};
 
 /// Quantile of the common scatter's distribution above which a group has a separate scatter.
@@ -140,13 +140,9 @@ pub(crate) fn bisect(mut low: f64, mut high: f64, is_below: impl Fn(f64) -> bool
 
 #[cfg(test)]
 mod tests {
+    use super::super::estimate::tests::estimates;
     use super::*;
     use approx::assert_relative_eq;
-
-    fn estimates(values: &[f64], std: f64) -> Vec<Estimate> {
-        let estimates = values.iter().map(|&value| Estimate::new(value, std));
-        estimates.map(Option::unwrap).collect()
-    }
 
     #[test]
     fn one_group_scatters_by_the_median_of_its_distribution() {

@@ -252,6 +252,11 @@ impl<const OWN: usize, const SHARED: usize> Valley<OWN, SHARED> {
 mod tests {
     use super::*;
 
+    const FLAT: Prior<1> = Prior {
+        mean: SVector::<f64, 1>::new(0.0),
+        precision: SVector::<f64, 1>::new(0.0),
+    };
+
     /// Rosenbrock's valley in each block: y of the block follows the shared x², and x tends to 1.
     struct RosenbrockValley {
         narrowness: f64,
@@ -284,14 +289,11 @@ mod tests {
         }
 
         fn own_prior(&self, _: usize) -> Prior<1> {
-            Prior {
-                mean: SVector::zeros(),
-                precision: SVector::zeros(),
-            }
+            FLAT
         }
 
         fn shared_prior(&self) -> Prior<1> {
-            self.own_prior(0)
+            FLAT
         }
     }
 
@@ -359,14 +361,11 @@ mod tests {
         }
 
         fn own_prior(&self, _: usize) -> Prior<1> {
-            Prior {
-                mean: SVector::zeros(),
-                precision: SVector::zeros(),
-            }
+            FLAT
         }
 
         fn shared_prior(&self) -> Prior<1> {
-            self.own_prior(0)
+            FLAT
         }
     }
 

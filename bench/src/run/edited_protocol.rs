@@ -8,14 +8,17 @@ use recording::study::SessionFolder;
 use recording::study::event_log::Document;
 use study::verification::{ResumeError, protocol_edits};
 
-use super::plan::{Plan, read_text};
+use super::plan::{SessionPlan, read_text};
 
 /// Returns the edits of the protocol since the last part of the resumed session, each key with its values; empty for a
 /// new session.
 ///
 /// # Errors
 /// The protocol was edited and the operator does not accept that, or the previous protocol cannot be read.
-pub(super) fn accepted_edits(plan: &Plan, session: &SessionFolder) -> anyhow::Result<Vec<String>> {
+pub(super) fn accepted_edits(
+    plan: &SessionPlan,
+    session: &SessionFolder,
+) -> anyhow::Result<Vec<String>> {
     let Some(file) = last_followed(session, &plan.protocol.protocol.name) else {
         return Ok(Vec::new());
     };

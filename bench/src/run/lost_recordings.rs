@@ -8,7 +8,7 @@ use protocols::{Session, TrialRecord};
 use recording::study::event_log::LogContent;
 use study::verification::{LostRecording, ResumeError};
 
-use super::plan::Plan;
+use super::plan::SessionPlan;
 
 /// Returns the accepted trials of the session in `folder` to repeat because the disk does not have their recordings as
 /// its log states.
@@ -17,7 +17,7 @@ use super::plan::Plan;
 /// More than the last accepted trial is lost, for example because recordings were moved, and the operator did not ask to
 /// repeat them; or the folder cannot be listed.
 pub(super) fn to_repeat(
-    plan: &Plan,
+    plan: &SessionPlan,
     folder: &Path,
     log: &LogContent,
 ) -> anyhow::Result<Vec<LostRecording>> {

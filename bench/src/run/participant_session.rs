@@ -15,7 +15,7 @@ use tasks::Clock;
 use super::edited_protocol::{accepted_edits, file_name};
 use super::files::{EarlierPart, machine, open_session};
 use super::lost_recordings;
-use super::plan::{NAME, Plan, VERSION, session_bytes};
+use super::plan::{NAME, SessionPlan, VERSION, session_bytes};
 
 /// A session with its folder, locked for this program.
 pub(super) struct ParticipantSession {
@@ -40,7 +40,7 @@ impl ParticipantSession {
     /// # Errors
     /// The study cannot be opened or has too little space, or the session cannot begin or be resumed.
     pub(super) fn open(
-        plan: &Plan,
+        plan: &SessionPlan,
         earlier: &EarlierPart,
         clock: Arc<dyn Clock>,
     ) -> anyhow::Result<Self> {
@@ -81,7 +81,7 @@ impl ParticipantSession {
     /// The protocol was edited, or a file cannot be written.
     pub(super) fn start(
         &mut self,
-        plan: &Plan,
+        plan: &SessionPlan,
         life: &Life,
         simulated: bool,
     ) -> anyhow::Result<String> {

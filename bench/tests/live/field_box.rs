@@ -3,10 +3,10 @@
 
 use config::Config;
 use mock_hw::apparatus::{Apparatus, ApparatusConfig};
-use mock_hw::host::Direction;
+use mock_hw::host::ConverterDirection;
 use mock_hw::serial::ForceFault;
-use mock_hw::world_clock::Pace;
-use mock_world::plant::Axis;
+use mock_hw::world_clock::WorldPace;
+use mock_world::plant::LoadedAxis;
 use mock_world::scenario::{Scenario, built_in};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -142,12 +142,12 @@ const CASES: [Case; 13] = [
     ),
     (
         "4 N on the plate",
-        |rig| rig.apparatus.masses().place(Axis::Normal, 0.4),
+        |rig| rig.apparatus.masses().place(LoadedAxis::Normal, 0.4),
         |trip| matches!(trip, Trip::ForceLimit { .. }),
     ),
     (
         "4 N back along the plate",
-        |rig| rig.apparatus.masses().place(Axis::Lateral, -0.4),
+        |rig| rig.apparatus.masses().place(LoadedAxis::Lateral, -0.4),
         |trip| matches!(trip, Trip::LateralForceLimit { .. }),
     ),
     (
@@ -175,7 +175,7 @@ const CASES: [Case; 13] = [
                 rig.apparatus.faults().force(ForceFault::Drop(1));
                 rig.apparatus.faults().force(ForceFault::Corrupt(1));
             }
-            rig.apparatus.masses().place(Axis::Normal, 0.4);
+            rig.apparatus.masses().place(LoadedAxis::Normal, 0.4);
         },
         |trip| matches!(trip, Trip::ForceLimit { .. }),
     ),
@@ -183,7 +183,7 @@ const CASES: [Case; 13] = [
         "cable out, and 4 N on the plate",
         |rig| {
             rig.apparatus.faults().unplug_force();
-            rig.apparatus.masses().place(Axis::Normal, 0.4);
+            rig.apparatus.masses().place(LoadedAxis::Normal, 0.4);
         },
         names_the_port,
     ),
@@ -293,7 +293,7 @@ fn a_bench_frozen_at_random_moments_is_stopped_by_the_box_alone_within_a_tenth_o
     scenario.amplifier.one_shot_s = 10.0;
     let apparatus = Apparatus::new(ApparatusConfig {
         truth_path: Some(folder.path().to_owned()),
-        ..ApparatusConfig::new(scenario, 1, Pace::Stepped)
+        ..ApparatusConfig::new(scenario, 1, WorldPace::Stepped)
     });
     let mut rig = Rig::with_apparatus(apparatus.unwrap(), bench(), None);
     rig.pass(0.1);
@@ -352,7 +352,7 @@ fn a_cable_that_comes_out_while_the_watch_hangs_is_stopped_by_the_box_alone() {
     scenario.amplifier.one_shot_s = 10.0;
     let apparatus = Apparatus::new(ApparatusConfig {
         truth_path: Some(folder.path().to_owned()),
-        ..ApparatusConfig::new(scenario, 1, Pace::Stepped)
+        ..ApparatusConfig::new(scenario, 1, WorldPace::Stepped)
     });
     let mut rig = Rig::with_apparatus(apparatus.unwrap(), bench(), None);
     rig.pass(0.1);
@@ -360,7 +360,9 @@ fn a_cable_that_comes_out_while_the_watch_hangs_is_stopped_by_the_box_alone() {
     rig.pass(0.5);
     let at_s = rig.apparatus.now_ns() as f64 * 1e-9;
     rig.apparatus.faults().unplug_force();
-    rig.apparatus.faults().halt_audio(Direction::Input, true);
+    rig.apparatus
+        .faults()
+        .halt_audio(ConverterDirection::Input, true);
     rig.freeze(0.3);
     let Rig { apparatus, .. } = rig;
     apparatus.finish().unwrap();

@@ -2,8 +2,8 @@
 //! the sound card treats its last buffer (FAULTS.md, row 7).
 
 use mock_hw::apparatus::{Apparatus, ApparatusConfig};
-use mock_hw::host::Direction;
-use mock_hw::world_clock::Pace;
+use mock_hw::host::ConverterDirection;
+use mock_hw::world_clock::WorldPace;
 use mock_world::scenario::Scenario;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -34,14 +34,14 @@ fn a_program_frozen_at_random_moments_leaves_the_plate_at_rest_within_a_tenth_of
     let folder = tempfile::tempdir().unwrap();
     let apparatus = Apparatus::new(ApparatusConfig {
         truth_path: Some(folder.path().to_owned()),
-        ..ApparatusConfig::new(Scenario::default(), 1, Pace::Stepped)
+        ..ApparatusConfig::new(Scenario::default(), 1, WorldPace::Stepped)
     });
     let config = config(&[("silence_s = 0.25", "silence_s = 0.05")]);
     let mut rig = Rig::with_apparatus(apparatus.unwrap(), config, None);
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let mut freezes = Vec::new();
     let halt = |rig: &Rig, halted| {
-        for side in [Direction::Input, Direction::Output] {
+        for side in [ConverterDirection::Input, ConverterDirection::Output] {
             rig.apparatus.faults().halt_audio(side, halted);
         }
     };

@@ -7,9 +7,9 @@ use calibration_rig::judged::{Calibrates, Part};
 use calibration_rig::operator::{Answer, ForceAxis, GRAVITY_M_PER_S2, Request};
 use calibration_rig::procedure::{NextStep, Procedure, StepOutcome};
 use config::{Config, Gauges, MeasuredForce, Quantity, Sensor};
-use mock_hw::host::Direction;
+use mock_hw::host::ConverterDirection;
 use mock_hw::serial::ForceFault;
-use mock_world::plant::{Axis, MAKERS_MATRIX};
+use mock_world::plant::{LoadedAxis, MAKERS_MATRIX};
 use mock_world::scenario::{Scenario, built_in};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -56,9 +56,11 @@ fn placed_mass_rig(scenario: Scenario, config: Config) -> Rig {
     let mut rig = Rig::new(quiet(scenario), config, None);
     rig.drive();
     rig.pass(2.0);
-    rig.apparatus.faults().xrun(Direction::Input, 1_037);
+    rig.apparatus
+        .faults()
+        .xrun(ConverterDirection::Input, 1_037);
     rig.pass(0.2);
-    rig.apparatus.masses().place(Axis::Normal, 0.1);
+    rig.apparatus.masses().place(LoadedAxis::Normal, 0.1);
     rig.pass(1.0);
     rig
 }
@@ -152,7 +154,11 @@ const CASES: [Case; 9] = [
     ),
     (
         "the card's input halted",
-        |rig| rig.apparatus.faults().halt_audio(Direction::Input, true),
+        |rig| {
+            rig.apparatus
+                .faults()
+                .halt_audio(ConverterDirection::Input, true)
+        },
         |trip| {
             matches!(
                 trip,
@@ -163,13 +169,13 @@ const CASES: [Case; 9] = [
     ),
     (
         "4 N on the plate",
-        |rig| rig.apparatus.masses().place(Axis::Normal, 0.4),
+        |rig| rig.apparatus.masses().place(LoadedAxis::Normal, 0.4),
         |trip| matches!(trip, Trip::ForceLimit { .. }),
         0.1,
     ),
     (
         "4 N back along the plate",
-        |rig| rig.apparatus.masses().place(Axis::Lateral, -0.4),
+        |rig| rig.apparatus.masses().place(LoadedAxis::Lateral, -0.4),
         |trip| matches!(trip, Trip::LateralForceLimit { .. }),
         0.1,
     ),
@@ -177,7 +183,7 @@ const CASES: [Case; 9] = [
         "a gauge at its end, and frames that are swallowed",
         |rig| {
             rig.apparatus.faults().force(ForceFault::Saturated(true));
-            rig.apparatus.faults().xrun(Direction::Input, 500);
+            rig.apparatus.faults().xrun(ConverterDirection::Input, 500);
         },
         at_its_end,
         0.01,

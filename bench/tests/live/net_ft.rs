@@ -3,7 +3,7 @@
 
 use config::Config;
 use mock_hw::serial::ForceFault;
-use mock_world::plant::Axis;
+use mock_world::plant::LoadedAxis;
 use mock_world::scenario::{Scenario, built_in};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -147,12 +147,12 @@ const CASES: [Case; 9] = [
     ),
     (
         "4 N on the plate",
-        |rig| rig.apparatus.masses().place(Axis::Normal, 0.4),
+        |rig| rig.apparatus.masses().place(LoadedAxis::Normal, 0.4),
         |trip| matches!(trip, Trip::ForceLimit { .. }),
     ),
     (
         "4 N back along the plate",
-        |rig| rig.apparatus.masses().place(Axis::Lateral, -0.4),
+        |rig| rig.apparatus.masses().place(LoadedAxis::Lateral, -0.4),
         |trip| matches!(trip, Trip::LateralForceLimit { .. }),
     ),
     (
@@ -163,7 +163,7 @@ const CASES: [Case; 9] = [
                 rig.apparatus.faults().force(ForceFault::Corrupt(1));
                 rig.apparatus.faults().force(ForceFault::Reorder(1));
             }
-            rig.apparatus.masses().place(Axis::Normal, 0.4);
+            rig.apparatus.masses().place(LoadedAxis::Normal, 0.4);
         },
         |trip| matches!(trip, Trip::ForceLimit { .. }),
     ),

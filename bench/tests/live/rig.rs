@@ -11,7 +11,7 @@ use devices::{Bench, Hardware};
 use faults::RehearsedFault;
 use jiff::Timestamp;
 use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig};
-use mock_hw::world_clock::Pace;
+use mock_hw::world_clock::WorldPace;
 use mock_world::scenario::Scenario;
 use recording::manifest::{EventKind, Manifest, RecordingEvent};
 use recording::pipeline::Account;
@@ -44,7 +44,7 @@ pub fn apparatus(scenario: Scenario) -> Apparatus {
 
 /// Returns an apparatus with `faults` injected.
 pub fn rehearsing(scenario: Scenario, faults: &[RehearsedFault]) -> Apparatus {
-    let mut config = ApparatusConfig::new(scenario, 1, Pace::Stepped);
+    let mut config = ApparatusConfig::new(scenario, 1, WorldPace::Stepped);
     config.faults = faults.to_vec();
     Apparatus::new(config).unwrap()
 }

@@ -4,7 +4,7 @@ use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
-use field_box_logic::{Guard, Order, Stop};
+use field_box_logic::{Guard, LineRequest, StopCause};
 
 use super::codec::{Ear, Reading, Request, put_identity, put_report};
 use crate::fault_count::take_one;
@@ -130,7 +130,8 @@ impl FieldBox {
                     heartbeat,
                 }) => {
                     self.last_word = number;
-                    self.guard.hear(now_us, Order { enable, heartbeat }, closed);
+                    self.guard
+                        .hear(now_us, LineRequest { enable, heartbeat }, closed);
                 }
                 None => {}
             }
@@ -197,9 +198,9 @@ impl FieldBox {
             levels: bits.fold(0, |bits, (place, &high)| bits | u8::from(high) << place),
             stop: match self.guard.stop() {
                 None => 0,
-                Some(Stop::BenchSilent) => 1,
-                Some(Stop::Estop) => 2,
-                Some(Stop::NotReleased) => 3,
+                Some(StopCause::BenchSilent) => 1,
+                Some(StopCause::Estop) => 2,
+                Some(StopCause::NotReleased) => 3,
             },
             last_word: self.last_word,
         };

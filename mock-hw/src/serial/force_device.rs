@@ -7,7 +7,7 @@ use crc::{CRC_16_IBM_3740, Crc};
 use rand::RngExt;
 
 use mock_world::plant::SensorSample;
-use mock_world::scenario::{ForceProtocol, ForceSensorTable};
+use mock_world::scenario::{ForceLineFormat, ForceSensorTable};
 use mock_world::seed;
 
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
@@ -30,7 +30,7 @@ pub struct DeviceStart {
 impl DeviceStart {
     /// Draws the counters from `seed`.
     pub(crate) fn draw(seed: u64) -> Self {
-        let mut rng = seed::stream(seed, seed::Stream::ForceCounters);
+        let mut rng = seed::stream(seed, seed::RandomStream::ForceCounters);
         Self {
             clock_us: rng.random(),
             sequence: rng.random(),
@@ -79,7 +79,7 @@ struct Faults {
 /// The device between the force sensor and its serial line.
 #[derive(Debug)]
 pub(crate) struct ForceDevice {
-    protocol: ForceProtocol,
+    protocol: ForceLineFormat,
     start_us: u32,
     sequence: u16,
     burst_period_s: f64,
@@ -94,8 +94,8 @@ impl ForceDevice {
     /// Powers the device up.
     pub(crate) fn new(sensor: &ForceSensorTable, start: DeviceStart) -> Self {
         let longest = match sensor.protocol {
-            ForceProtocol::Frames => FRAME_BYTES + 2,
-            ForceProtocol::Lines => 48,
+            ForceLineFormat::Frames => FRAME_BYTES + 2,
+            ForceLineFormat::Lines => 48,
         };
         let per_burst = (sensor.rate_hz * sensor.burst_period_s).ceil() as usize + 2;
         Self {
@@ -177,7 +177,7 @@ impl ForceDevice {
     fn encode(&mut self, device_us: u32, sequence: u16, sample: &SensorSample) {
         self.frame.clear();
         match self.protocol {
-            ForceProtocol::Frames => {
+            ForceLineFormat::Frames => {
                 let mut raw = [0; FRAME_BYTES];
                 raw[0] = VERSION;
                 raw[1..3].copy_from_slice(&sequence.to_le_bytes());
@@ -192,7 +192,7 @@ impl ForceDevice {
                 self.frame.extend_from_slice(&stuffing[..length]);
                 self.frame.push(0);
             }
-            ForceProtocol::Lines => {
+            ForceLineFormat::Lines => {
                 // Writing to a vector cannot fail.
                 let _ = writeln!(
                     self.frame,

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use bench_tests::running::wait_until;
 use participant_window::message::{Display, FORMAT, FromWindow, ToWindow};
-use participant_window::{Lines, place};
+use participant_window::{LineConnection, place};
 
 /// Time between two looks at the socket.
 const PERIOD: Duration = Duration::from_millis(100);
@@ -44,7 +44,7 @@ fn run(socket: &Path, messages: &Receiver<FromWindow>) {
     let Some(stream) = wait_until(Duration::from_secs(60), || place::connect(socket).ok()?) else {
         return;
     };
-    let Ok(mut lines) = Lines::new(stream) else {
+    let Ok(mut lines) = LineConnection::new(stream) else {
         return;
     };
     let display = Display {

@@ -7,7 +7,7 @@ use ratatui::buffer::{Buffer, Cell};
 use ratatui::style::{Color, Modifier};
 use tui::drill_view::{DrillResult, DrillStep, DrillView};
 use tui::event::{
-    AskedDetail, CarrierProposal, Live, PhaseKind, PhaseView, SafetyState, ValueAndStd,
+    AskedDetail, CarrierProposal, Live, PhaseKind, PhaseView, SafetyView, ValueAndStd,
 };
 use tui::{Action, Event, Page, State, Theme};
 
@@ -92,7 +92,7 @@ fn words_that_are_no_alarm_give_way_to_the_flags() {
     state.session.simulated = true;
     state.session.uncalibrated = true;
     state.apply(&Event::Safety {
-        state: SafetyState::Driving,
+        state: SafetyView::Driving,
         reason: Some("11 min of driving left this hour".to_owned()),
     });
     let line = |columns| row(&buffer(&state, columns, 24), 0);
@@ -141,7 +141,7 @@ fn drill_state(step: DrillStep, instruction: &str) -> State {
             ..PhaseView::new(PhaseKind::Monitoring)
         }),
         Event::Safety {
-            state: SafetyState::Tripped,
+            state: SafetyView::Tripped,
             reason: Some("drive reads back 0.0 V, commanded 1.0 to 39.0 V".to_owned()),
         },
         Event::Live(Live {
@@ -364,10 +364,10 @@ fn every_small_size_in_every_state_is_drawn_with_the_safety_word_first() {
             let case = format!("{name} {columns}x{rows}");
             let word = match state.safety {
                 None => " UNKNOWN",
-                Some(SafetyState::Disarmed) => " DISARMED",
-                Some(SafetyState::Armed) => " ARMED",
-                Some(SafetyState::Driving) => " DRIVING",
-                Some(SafetyState::Tripped) => " TRIPPED",
+                Some(SafetyView::Disarmed) => " DISARMED",
+                Some(SafetyView::Armed) => " ARMED",
+                Some(SafetyView::Driving) => " DRIVING",
+                Some(SafetyView::Tripped) => " TRIPPED",
             };
             if let Some(text_columns) = columns.checked_sub(1).filter(|_| rows > 0) {
                 let visible_word = &word[..word.len().min(text_columns.into())];
@@ -413,7 +413,7 @@ proptest! {
         help in any::<bool>(),
         page in any::<bool>(),
     ) {
-        let safety_states = [SafetyState::Disarmed, SafetyState::Armed, SafetyState::Driving, SafetyState::Tripped];
+        let safety_states = [SafetyView::Disarmed, SafetyView::Armed, SafetyView::Driving, SafetyView::Tripped];
         let words = ["DISARMED", "ARMED", "DRIVING", "TRIPPED"];
         let mut state = STATES.with(|states| states[state_index].1.clone());
         state.safety = safety.map(|i| safety_states[i]);

@@ -8,7 +8,7 @@ use crate::rig::{draw, key_event, play_until};
 use crate::synthetic;
 use proptest::prelude::*;
 use ratatui::crossterm::event::KeyCode;
-use tui::event::{BenchLine, LineStates, Live, PhaseKind, SafetyState, TrialVerdict, ValueAndStd};
+use tui::event::{BenchLine, LineStates, Live, PhaseKind, SafetyView, TrialVerdict, ValueAndStd};
 use tui::{Event, Page, State, Theme, key};
 
 const PAGES: [(Page, &str); 5] = [
@@ -41,7 +41,7 @@ fn states() -> Vec<(&'static str, State)> {
         .for_each(|event| fault.apply(event));
     let mut stop = normal();
     stop.apply(&Event::Safety {
-        state: SafetyState::Tripped,
+        state: SafetyView::Tripped,
         reason: Some("emergency stop pressed".to_owned()),
     });
     let mut health = stop.health.unwrap();
@@ -97,7 +97,7 @@ fn a_stop_is_to_be_re_armed_first_until_it_is() {
     let first = |state: &State| lines(state, 120, 40).contains("next x re-arms, then");
     assert!(first(&state));
     state.apply(&Event::Safety {
-        state: SafetyState::Disarmed,
+        state: SafetyView::Disarmed,
         reason: None,
     });
     assert!(!first(&state));

@@ -3,7 +3,7 @@
 use crate::{rig, synthetic};
 use ratatui::buffer::Buffer;
 use tui::event::{
-    ComplexImpedance, Event, FitView, Live, LogLevel, SafetyState, SessionHeader, TrialVerdict,
+    ComplexImpedance, Event, FitView, Live, LogLevel, SafetyView, SessionHeader, TrialVerdict,
 };
 use tui::{HISTORY_S, State, Theme};
 
@@ -181,10 +181,10 @@ fn the_reason_of_a_trip_goes_when_it_is_rearmed() {
         reason: reason.map(str::to_owned),
     };
     let state = state_after([
-        safety(SafetyState::Tripped, Some("e-stop")),
-        safety(SafetyState::Armed, None),
+        safety(SafetyView::Tripped, Some("e-stop")),
+        safety(SafetyView::Armed, None),
     ]);
-    assert_eq!(state.safety, Some(SafetyState::Armed));
+    assert_eq!(state.safety, Some(SafetyView::Armed));
     assert_eq!(state.safety_reason, None);
 }
 
@@ -201,7 +201,7 @@ fn control_characters_reach_no_cell_and_the_log_shows_them() {
             ..SessionHeader::default()
         }),
         Event::Safety {
-            state: SafetyState::Tripped,
+            state: SafetyView::Tripped,
             reason: evil(),
         },
         Event::Log {

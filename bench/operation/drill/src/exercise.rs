@@ -7,7 +7,7 @@ use tui::Action;
 use tui::drill_view::DrillStep;
 
 use crate::signs::is_sign;
-use crate::times::{Outcome, Times};
+use crate::times::{ExerciseOutcome, Times};
 
 /// Longest wait for the drive to sound, s.
 const START_S: f64 = 10.0;
@@ -79,7 +79,7 @@ enum Stage {
     Resuming {
         sounding_s: Option<f64>,
     },
-    Over(Outcome),
+    Over(ExerciseOutcome),
 }
 
 /// One exercise.
@@ -131,7 +131,7 @@ impl Exercise {
     }
 
     /// Returns the outcome; `None` while the exercise lasts.
-    pub fn outcome(&self) -> Option<&Outcome> {
+    pub fn outcome(&self) -> Option<&ExerciseOutcome> {
         match &self.stage {
             Stage::Over(outcome) => Some(outcome),
             _ => None,
@@ -212,8 +212,8 @@ impl Exercise {
             ),
             (Stage::Rearmed, _) => "Resume: p.".to_owned(),
             (Stage::Resuming { .. }, _) => "The drive resumes.".to_owned(),
-            (Stage::Over(Outcome::Met), _) => "Met.".to_owned(),
-            (Stage::Over(Outcome::Missed(reason)), _) => format!("Missed: {reason}."),
+            (Stage::Over(ExerciseOutcome::Met), _) => "Met.".to_owned(),
+            (Stage::Over(ExerciseOutcome::Missed(reason)), _) => format!("Missed: {reason}."),
         }
     }
 
@@ -240,7 +240,7 @@ impl Exercise {
                 }
                 if let Some(trip) = trip.filter(|trip| **trip != Trip::Operator) {
                     let reason = format!("the bench stopped before the fault: {trip}");
-                    self.end(Outcome::Missed(reason));
+                    self.end(ExerciseOutcome::Missed(reason));
                     return None;
                 }
                 if trip.is_some() || !sight.sounds || *paused {
@@ -251,7 +251,9 @@ impl Exercise {
                         START_S
                     };
                     if waited_s > limit_s {
-                        self.end(Outcome::Missed("the drive did not begin".to_owned()));
+                        self.end(ExerciseOutcome::Missed(
+                            "the drive did not begin".to_owned(),
+                        ));
                     }
                     return None;
                 }
@@ -273,7 +275,7 @@ impl Exercise {
             Stage::Asked => {
                 match trip {
                     Some(Trip::Operator) => {
-                        self.end(Outcome::Missed(
+                        self.end(ExerciseOutcome::Missed(
                             "the operator's key stopped the drive first".to_owned(),
                         ));
                     }
@@ -291,7 +293,7 @@ impl Exercise {
                     }
                     None if waited_s > PATIENCE_S => {
                         let reason = "nothing was done, or the bench did not see it";
-                        self.end(Outcome::Missed(reason.to_owned()));
+                        self.end(ExerciseOutcome::Missed(reason.to_owned()));
                     }
                     None => {}
                 }
@@ -303,7 +305,7 @@ impl Exercise {
             }
             Stage::Noticed => {
                 if waited_s > PATIENCE_S {
-                    self.end(Outcome::Missed("nobody acknowledged it".to_owned()));
+                    self.end(ExerciseOutcome::Missed("nobody acknowledged it".to_owned()));
                 }
                 None
             }
@@ -321,7 +323,7 @@ impl Exercise {
                     }
                 }
                 if waited_s > PATIENCE_S {
-                    self.end(Outcome::Missed(
+                    self.end(ExerciseOutcome::Missed(
                         "the right action was not taken in time".to_owned(),
                     ));
                 }
@@ -329,7 +331,7 @@ impl Exercise {
             }
             Stage::Rearmed => {
                 if waited_s > PATIENCE_S {
-                    self.end(Outcome::Missed("nobody resumed".to_owned()));
+                    self.end(ExerciseOutcome::Missed("nobody resumed".to_owned()));
                 }
                 None
             }
@@ -340,7 +342,9 @@ impl Exercise {
                 } else if !sight.sounds {
                     *sounding_s = None;
                     if waited_s > START_S {
-                        self.end(Outcome::Missed("the drive did not resume".to_owned()));
+                        self.end(ExerciseOutcome::Missed(
+                            "the drive did not resume".to_owned(),
+                        ));
                     }
                 } else if now_s - *sounding_s.get_or_insert(now_s) >= RESUMED_S {
                     self.times.done_s = self.since_fault_s(now_s);
@@ -357,7 +361,7 @@ impl Exercise {
         let stops = self.fault.row().required != Required::Flag;
         let sign = match (trip, sight.flag) {
             (Some(Trip::Operator), _) => {
-                self.end(Outcome::Missed(
+                self.end(ExerciseOutcome::Missed(
                     "the operator's key stopped the drive first".to_owned(),
                 ));
                 return;
@@ -379,7 +383,7 @@ impl Exercise {
                     } else {
                         "flagged nothing"
                     };
-                    self.end(Outcome::Missed(format!("the bench {failure}")));
+                    self.end(ExerciseOutcome::Missed(format!("the bench {failure}")));
                 }
                 return;
             }
@@ -492,7 +496,9 @@ impl Exercise {
         let is_noticed = matches!(self.stage, Stage::Noticed | Stage::Acknowledged { .. });
         let ends_anyway = matches!(self.fault.row().remedy, Remedy::Restart(_));
         if self.outcome().is_none() && !(is_noticed && ends_anyway) {
-            self.end(Outcome::Missed(format!("the bench ended: {reason}")));
+            self.end(ExerciseOutcome::Missed(format!(
+                "the bench ended: {reason}"
+            )));
         }
     }
 
@@ -514,29 +520,29 @@ impl Exercise {
             .silent_s
             .filter(|silent_s| *silent_s > self.within_s);
         let outcome = match (stops, self.times.silent_s, late_s) {
-            (true, None, _) => Outcome::Missed("the drive was never silent".to_owned()),
-            (true, _, Some(late_s)) => Outcome::Missed(format!(
+            (true, None, _) => ExerciseOutcome::Missed("the drive was never silent".to_owned()),
+            (true, _, Some(late_s)) => ExerciseOutcome::Missed(format!(
                 "the drive was silent only after {:.0} ms, more than {:.0} ms",
                 1e3 * late_s,
                 1e3 * self.within_s
             )),
-            _ => Outcome::Met,
+            _ => ExerciseOutcome::Met,
         };
         self.end(outcome);
     }
 
-    fn end(&mut self, outcome: Outcome) {
+    fn end(&mut self, outcome: ExerciseOutcome) {
         self.note = None;
         self.stage = Stage::Over(outcome);
     }
 }
 
-fn stopped_by_another(trip: &Trip) -> Outcome {
-    Outcome::Missed(format!("the bench stopped for another reason: {trip}"))
+fn stopped_by_another(trip: &Trip) -> ExerciseOutcome {
+    ExerciseOutcome::Missed(format!("the bench stopped for another reason: {trip}"))
 }
 
-fn should_have_gone_on(trip: &Trip) -> Outcome {
-    Outcome::Missed(format!(
+fn should_have_gone_on(trip: &Trip) -> ExerciseOutcome {
+    ExerciseOutcome::Missed(format!(
         "the bench stopped, and should have gone on: {trip}"
     ))
 }

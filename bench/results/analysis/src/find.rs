@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use recording::manifest::End;
 use recording::study::{EVENTS_FILE, TrialBlock, TrialLabel};
 use recording::{MANIFEST_FILE, reader};
-use study::sessions::{Session, Standing};
+use study::sessions::{LoggedSession, Standing};
 
 use crate::attempts::{Attempts, OmittedAttempt, SelectedAttempt};
 
@@ -167,7 +167,7 @@ impl Search {
     fn select_from_log(
         &mut self,
         folder: &Path,
-        session: &Session,
+        session: &LoggedSession,
         labels: &BTreeMap<TrialLabel, PathBuf>,
     ) {
         let accepted_labels = session.accepted().into_iter().map(|attempt| attempt.label);

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use bench_tests::hung::{HungSession, Rig, Stop, StopEffect};
 use bench_tests::running::wait_until;
 use participant_window::message::{Display, FORMAT, FromWindow, ToWindow};
-use participant_window::{Lines, place};
+use participant_window::{LineConnection, place};
 
 const MINUTE: Duration = Duration::from_secs(60);
 /// Time without output after which a terminal counts as full.
@@ -49,7 +49,7 @@ fn window(socket: PathBuf, hangs: Arc<AtomicBool>) {
     let Some(stream) = wait_until(MINUTE, || place::connect(&socket).ok()?) else {
         return;
     };
-    let mut lines = Lines::new(stream).unwrap();
+    let mut lines = LineConnection::new(stream).unwrap();
     let display = Display {
         format: FORMAT,
         monitor: "HDMI-1".to_owned(),

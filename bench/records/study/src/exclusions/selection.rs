@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use recording::reader;
 use recording::study::{DESCRIPTION_FILE, EXCLUSIONS_FILE, TrialBlock, TrialLabel};
 
-use crate::exclusions::exclusion::{Exclusion, Trial};
+use crate::exclusions::exclusion::{Exclusion, SessionTrial};
 use crate::exclusions::exclusions_error::ExclusionsError;
 use crate::exclusions::table::{self, Exclusions};
 
@@ -15,7 +15,7 @@ const DEPTH: usize = 3;
 
 /// Recordings split into analysed and excluded ones.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Selection {
+pub struct RecordingSelection {
     /// Folders to analyse, in the given order.
     pub recordings: Vec<PathBuf>,
     /// Exclusions that apply.
@@ -35,7 +35,7 @@ pub struct Excluded {
     pub recordings: Vec<PathBuf>,
 }
 
-impl Selection {
+impl RecordingSelection {
     /// Returns the number of excluded recordings.
     #[must_use]
     pub fn left_out(&self) -> usize {
@@ -60,9 +60,9 @@ impl Selection {
 ///
 /// # Errors
 /// The table of a study cannot be read, or names a participant, session or trial that the study does not have.
-pub fn select(folders: Vec<PathBuf>) -> Result<Selection, ExclusionsError> {
+pub fn select(folders: Vec<PathBuf>) -> Result<RecordingSelection, ExclusionsError> {
     let mut studies: BTreeMap<PathBuf, Exclusions> = BTreeMap::new();
-    let mut selection = Selection::default();
+    let mut selection = RecordingSelection::default();
     for folder in folders {
         let Some(study) = study_of(&folder) else {
             selection.recordings.push(folder);
@@ -143,7 +143,7 @@ fn covering_exclusion<'a>(exclusions: &'a Exclusions, folder: &Path) -> Option<&
     let description_identity = || {
         let manifest = reader::read_manifest(&folder).ok()?;
         let participant = manifest.participant?;
-        let trial = manifest.trial.map(|trial| Trial {
+        let trial = manifest.trial.map(|trial| SessionTrial {
             block: if trial.practice {
                 TrialBlock::Practice
             } else {

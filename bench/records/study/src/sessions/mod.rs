@@ -9,14 +9,14 @@ use protocols::Protocol;
 use recording::study::EVENTS_FILE;
 use recording::study::event_log::{self, Document, LogContent};
 
-pub use session::{Attempt, Session, SessionEnd, practice_trials, session_event};
+pub use session::{Attempt, LoggedSession, SessionEnd, practice_trials, session_event};
 pub use standing::Standing;
 
 /// Sessions that a list of recordings belongs to.
 #[derive(Debug, Default)]
 pub struct Sessions {
     /// Folder of each session with its history, or why its log cannot be read; in the order of the recordings.
-    pub list: Vec<(PathBuf, Result<Session, String>)>,
+    pub list: Vec<(PathBuf, Result<LoggedSession, String>)>,
 }
 
 impl Sessions {
@@ -38,7 +38,7 @@ impl Sessions {
 
     /// Returns the session that contains a recording; `None` without a readable log.
     #[must_use]
-    pub fn session_of(&self, recording: &Path) -> Option<(&Path, &Session)> {
+    pub fn session_of(&self, recording: &Path) -> Option<(&Path, &LoggedSession)> {
         let folder = folder_of(recording)?;
         let mut list = self.list.iter();
         let (folder, session) = list.find(|(path, _)| *path == folder)?;
@@ -60,9 +60,9 @@ impl Sessions {
 ///
 /// # Errors
 /// The log cannot be read; returns the reason as text.
-pub fn read(folder: &Path) -> Result<Session, String> {
+pub fn read(folder: &Path) -> Result<LoggedSession, String> {
     let content = event_log::read(&folder.join(EVENTS_FILE)).map_err(|error| error.to_string())?;
-    Ok(Session::after_practice(
+    Ok(LoggedSession::after_practice(
         &content,
         practice(folder, &content),
     ))

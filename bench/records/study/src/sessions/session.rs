@@ -16,7 +16,7 @@ const LONGEST_S: f64 = 31.0 * 86_400.0;
 
 /// History of a session by its log.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Session {
+pub struct LoggedSession {
     /// First start; `None` if it is missing.
     pub start: Option<Start>,
     /// Number of resumptions.
@@ -113,7 +113,7 @@ impl Attempt {
     }
 }
 
-impl Session {
+impl LoggedSession {
     /// Reads the history from a log.
     #[must_use]
     pub fn from_log(content: &LogContent) -> Self {
@@ -176,7 +176,7 @@ impl Session {
 
 /// State while reading a log.
 struct Reading {
-    session: Session,
+    session: LoggedSession,
     practice: u32,
     /// Current part of the session, from 1.
     part: usize,
@@ -318,8 +318,8 @@ mod tests {
         )
     }
 
-    fn session(lines: &[String]) -> Session {
-        Session::from_log(&LogContent {
+    fn session(lines: &[String]) -> LoggedSession {
+        LoggedSession::from_log(&LogContent {
             documents: lines
                 .iter()
                 .map(|line| serde_json::from_str(line).unwrap())
@@ -385,7 +385,7 @@ mod tests {
 
     #[test]
     fn a_log_without_a_start_gives_no_start() {
-        assert_eq!(session(&[]), Session::default());
+        assert_eq!(session(&[]), LoggedSession::default());
         let session = session(&[begin_line(5.0, &key(2, 1))]);
         assert_eq!((session.start, session.attempts.len()), (None, 1));
     }

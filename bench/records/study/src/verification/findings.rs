@@ -53,7 +53,7 @@ pub struct TrialFindings {
 
 /// How a session ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum SessionEnd {
+pub enum SessionEndFinding {
     /// The session ended as its log says.
     Stopped {
         /// Exit status.
@@ -73,7 +73,7 @@ pub struct SessionFindings {
     /// Folder of the session.
     pub folder: PathBuf,
     /// End of the session.
-    pub end: SessionEnd,
+    pub end: SessionEndFinding,
     /// Planned trials, without practice; `None` if the log does not say.
     pub planned: Option<usize>,
     /// Attempts, in order.

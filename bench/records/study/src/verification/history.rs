@@ -2,12 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::sessions::{Attempt, Session, session_event};
+use crate::sessions::{Attempt, LoggedSession, session_event};
 use protocols::{Interruption, SessionEventKind, TrialOutcome, TrialRecord};
 use serde_json::Value;
 
 use crate::verification::defect::SessionDefect;
-use crate::verification::findings::SessionEnd;
+use crate::verification::findings::SessionEndFinding;
 use recording::study::event_log::{Document, ExitStatus, LogContent, LogEvent, Start};
 use recording::study::{TrialBlock, TrialLabel};
 
@@ -27,7 +27,7 @@ pub struct SessionHistory {
     /// Trials planned for the session, without practice.
     pub planned: Option<usize>,
     /// End of the session.
-    pub end: SessionEnd,
+    pub end: SessionEndFinding,
     /// Last start.
     pub start: Option<Start>,
     /// Events out of order.
@@ -55,13 +55,13 @@ impl SessionHistory {
     /// Reads the history from a log.
     #[must_use]
     pub fn from_log(content: &LogContent, practice_trials: u32) -> Self {
-        let session = Session::after_practice(content, practice_trials);
+        let session = LoggedSession::after_practice(content, practice_trials);
         let attempts = session.attempts.into_iter();
         let mut reading = Reading {
             history: Self {
                 attempts: attempts.map(|attempt| (attempt.label, attempt)).collect(),
                 planned: session.planned,
-                end: SessionEnd::NotBegun,
+                end: SessionEndFinding::NotBegun,
                 start: None,
                 defects: Vec::new(),
                 stopped_parts: BTreeSet::new(),
@@ -104,7 +104,7 @@ impl SessionHistory {
     fn require_all_settled(&mut self) {
         let is_complete = matches!(
             self.end,
-            SessionEnd::Stopped {
+            SessionEndFinding::Stopped {
                 status: ExitStatus::Success,
                 ..
             }
@@ -142,7 +142,7 @@ impl Reading {
                 self.audio_s = f64::NEG_INFINITY;
                 self.open_trial = None;
                 self.history.start = Some((**start).clone());
-                self.history.end = SessionEnd::Unfinished;
+                self.history.end = SessionEndFinding::Unfinished;
             }
             Document::Descriptor(descriptor) => {
                 self.streams.insert(descriptor.stream.clone());
@@ -157,7 +157,7 @@ impl Reading {
                         found: self.n_events,
                     });
                 }
-                self.history.end = SessionEnd::Stopped {
+                self.history.end = SessionEndFinding::Stopped {
                     status: stop.exit_status,
                     reason: stop.reason.clone(),
                 };
@@ -335,7 +335,7 @@ mod tests {
         assert_eq!(attempt.standing(), Standing::Accepted);
         assert!(attempt.is_saved);
         assert_eq!(attempt.sums.as_ref().unwrap()["force.csv"], "ab");
-        assert!(matches!(history.end, SessionEnd::Stopped { .. }));
+        assert!(matches!(history.end, SessionEndFinding::Stopped { .. }));
         assert!(!attempt.is_interrupted);
     }
 

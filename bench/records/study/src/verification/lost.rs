@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use crate::sessions::{Session, practice};
+use crate::sessions::{LoggedSession, practice};
 use recording::manifest::End;
 use recording::reader::Warning;
 use recording::study::event_log::LogContent;
@@ -35,7 +35,7 @@ pub fn lost_recordings(
     content: &LogContent,
 ) -> Result<Vec<LostRecording>, DiskError> {
     let folder_labels: BTreeSet<TrialLabel> = recordings(folder)?.into_iter().collect();
-    let session = Session::after_practice(content, practice(folder, content));
+    let session = LoggedSession::after_practice(content, practice(folder, content));
     let accepted_attempts = session.accepted();
     let accepted_labels: Vec<TrialLabel> = session
         .attempts

@@ -13,7 +13,7 @@ mod table;
 
 pub use crate::sessions::Standing;
 pub use defect::{RecordingDefect, SessionDefect, StudyDefect};
-pub use findings::{Integrity, SessionEnd, SessionFindings, StudyFindings, TrialFindings};
+pub use findings::{Integrity, SessionEndFinding, SessionFindings, StudyFindings, TrialFindings};
 pub use lost::{LostRecording, lost_recordings};
 pub use protocol_edits::protocol_edits;
 pub use resume_error::ResumeError;

@@ -8,7 +8,7 @@ use std::path::Path;
 use crate::sessions::{Attempt, Standing, practice};
 
 use crate::verification::defect::{RecordingDefect, SessionDefect};
-use crate::verification::findings::{Integrity, SessionEnd, SessionFindings, TrialFindings};
+use crate::verification::findings::{Integrity, SessionEndFinding, SessionFindings, TrialFindings};
 use crate::verification::history::SessionHistory;
 use crate::verification::recording_check;
 use recording::disk::entries;
@@ -40,7 +40,7 @@ pub fn session(
 ) -> Result<SessionFindings, DiskError> {
     let mut findings = SessionFindings {
         folder: folder.to_owned(),
-        end: SessionEnd::NotBegun,
+        end: SessionEndFinding::NotBegun,
         planned: None,
         trials: Vec::new(),
         defects: Vec::new(),

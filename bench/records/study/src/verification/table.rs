@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use crate::sessions::Standing;
 
 use crate::verification::findings::{
-    Integrity, SessionEnd, SessionFindings, StudyFindings, TrialFindings,
+    Integrity, SessionEndFinding, SessionFindings, StudyFindings, TrialFindings,
 };
 
 /// Version of the JSON.
@@ -75,16 +75,18 @@ fn session_words(session: &SessionFindings) -> String {
         |planned| format!("{} of {planned} trials accepted", session.accepted()),
     );
     let end = match &session.end {
-        SessionEnd::Stopped {
+        SessionEndFinding::Stopped {
             status: ExitStatus::Success,
             ..
         } => "complete".to_owned(),
-        SessionEnd::Stopped { reason, .. } => {
+        SessionEndFinding::Stopped { reason, .. } => {
             let reason = reason.as_deref().unwrap_or("no reason given");
             format!("ended early ({reason})")
         }
-        SessionEnd::Unfinished => "unfinished: the program was killed, or still runs".to_owned(),
-        SessionEnd::NotBegun => return "nothing was begun".to_owned(),
+        SessionEndFinding::Unfinished => {
+            "unfinished: the program was killed, or still runs".to_owned()
+        }
+        SessionEndFinding::NotBegun => return "nothing was begun".to_owned(),
     };
     format!("{end}, {trials}")
 }
@@ -162,9 +164,9 @@ fn session_json(session: &SessionFindings) -> Value {
         })
     });
     let (end, reason) = match &session.end {
-        SessionEnd::Stopped { status, reason } => (json!(status), reason.clone()),
-        SessionEnd::Unfinished => (json!("unfinished"), None),
-        SessionEnd::NotBegun => (json!("not_begun"), None),
+        SessionEndFinding::Stopped { status, reason } => (json!(status), reason.clone()),
+        SessionEndFinding::Unfinished => (json!("unfinished"), None),
+        SessionEndFinding::NotBegun => (json!("not_begun"), None),
     };
     json!({
         "path": session.folder.display().to_string(),

@@ -5,8 +5,8 @@ mod table;
 mod words;
 
 pub use parameters::{
-    LeftOut, Parameters, Person, PersonParameter, Ranged, Skin, StudyParameter, Trial,
-    TrialParameter,
+    LeftOut, Parameters, PersonParameter, PersonSkin, Ranged, Skin, StudyParameter, TrialParameter,
+    RecordingSkin,
 };
 pub use table::{SKIN_FILE, write};
 

@@ -1,6 +1,8 @@
 //! A bench with forces, position and stops behind a field box: every report is accounted for, and under any fault of box,
 //! line or bench, the drive is silent in time and the recording remains readable (FAULTS.md, row 41).
 
+use std::path::Path;
+
 use config::Config;
 use mock_hw::apparatus::{Apparatus, ApparatusConfig};
 use mock_hw::host::ConverterDirection;
@@ -10,12 +12,11 @@ use mock_world::plant::LoadedAxis;
 use mock_world::scenario::{Scenario, built_in};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use recording::RecordingReader;
 use safety::{SafetyState, Trip};
 use sources::LineFaults;
 
 use crate::campaign;
-use crate::rig::{Rig, amplitudes, config};
+use crate::rig::{Rig, amplitudes, config, rest_s};
 use crate::safe::quantiles_ms;
 
 fn scenario() -> Scenario {
@@ -204,17 +205,7 @@ fn whatever_the_box_does_the_drive_is_silent_in_time_and_what_was_recorded_is_ke
     for (name, inject, is_expected) in CASES {
         let mut rig = Rig::new(scenario(), bench(), None);
         rig.pass(0.1);
-        rig.drive();
-        rig.pass(0.5);
-        let folder = rig.begin("kept");
-        rig.pass(0.3);
-        assert!(rig.bench.drive.sounds(), "{name}");
-        inject(&rig);
-        rig.stops(name, is_expected, 0.1, 0.3);
-        rig.end();
-        let reader = RecordingReader::open(&folder).unwrap();
-        let kept_s = reader.frames() as f64 / f64::from(reader.format().sample_rate_hz);
-        assert!(kept_s > 0.29, "{name}: {kept_s} s kept");
+        rig.stops_recorded(name, inject, is_expected);
     }
 }
 
@@ -275,6 +266,19 @@ fn a_box_that_answers_late_is_waited_for() {
     assert!(identity.contains("513D0073696D756C"), "{identity}");
 }
 
+/// Returns a rig whose amplifier's one-shot waits for ten seconds, with the truth in `folder`.
+fn slow_one_shot_rig(folder: &Path) -> Rig {
+    let mut scenario = scenario();
+    scenario.amplifier.one_shot_s = 10.0;
+    let apparatus = Apparatus::new(ApparatusConfig {
+        truth_path: Some(folder.to_owned()),
+        ..ApparatusConfig::new(scenario, 1, WorldPace::Stepped)
+    });
+    let mut rig = Rig::with_apparatus(apparatus.unwrap(), bench(), None);
+    rig.pass(0.1);
+    rig
+}
+
 /// A freeze of the program, in true time, s.
 struct Freeze {
     at_s: f64,
@@ -289,14 +293,7 @@ struct Freeze {
 fn a_bench_frozen_at_random_moments_is_stopped_by_the_box_alone_within_a_tenth_of_a_second() {
     let count = campaign::repeats("FRICTION_BENCH_BOX_FREEZES", 12);
     let folder = tempfile::tempdir().unwrap();
-    let mut scenario = scenario();
-    scenario.amplifier.one_shot_s = 10.0;
-    let apparatus = Apparatus::new(ApparatusConfig {
-        truth_path: Some(folder.path().to_owned()),
-        ..ApparatusConfig::new(scenario, 1, WorldPace::Stepped)
-    });
-    let mut rig = Rig::with_apparatus(apparatus.unwrap(), bench(), None);
-    rig.pass(0.1);
+    let mut rig = slow_one_shot_rig(folder.path());
     let mut rng = ChaCha8Rng::seed_from_u64(41);
     let mut freezes = Vec::new();
     for number in 0..count {
@@ -322,13 +319,7 @@ fn a_bench_frozen_at_random_moments_is_stopped_by_the_box_alone_within_a_tenth_o
     apparatus.finish().unwrap();
     let truth = amplitudes(folder.path());
     let to_rest = freezes.iter().map(|freeze| {
-        let during =
-            |&&(t_s, _): &&(f64, f64)| (freeze.at_s..freeze.at_s + freeze.for_s).contains(&t_s);
-        let driven = truth.iter().rfind(|(t_s, _)| *t_s < freeze.at_s).unwrap().1;
-        assert!(driven > 0.5e-6, "{driven} m");
-        let moving = |&&(_, amplitude): &&(f64, f64)| amplitude > 0.01 * driven;
-        let last = truth.iter().filter(during).rfind(moving);
-        let rest_s = last.map_or(0.0, |(t_s, _)| t_s - freeze.at_s);
+        let rest_s = rest_s(&truth, freeze.at_s, freeze.for_s);
         assert!((0.07..0.1).contains(&rest_s), "moves for {rest_s} s");
         rest_s
     });
@@ -348,14 +339,7 @@ fn a_bench_frozen_at_random_moments_is_stopped_by_the_box_alone_within_a_tenth_o
 #[test]
 fn a_cable_that_comes_out_while_the_watch_hangs_is_stopped_by_the_box_alone() {
     let folder = tempfile::tempdir().unwrap();
-    let mut scenario = scenario();
-    scenario.amplifier.one_shot_s = 10.0;
-    let apparatus = Apparatus::new(ApparatusConfig {
-        truth_path: Some(folder.path().to_owned()),
-        ..ApparatusConfig::new(scenario, 1, WorldPace::Stepped)
-    });
-    let mut rig = Rig::with_apparatus(apparatus.unwrap(), bench(), None);
-    rig.pass(0.1);
+    let mut rig = slow_one_shot_rig(folder.path());
     rig.drive();
     rig.pass(0.5);
     let at_s = rig.apparatus.now_ns() as f64 * 1e-9;
@@ -367,11 +351,6 @@ fn a_cable_that_comes_out_while_the_watch_hangs_is_stopped_by_the_box_alone() {
     let Rig { apparatus, .. } = rig;
     apparatus.finish().unwrap();
     let truth = amplitudes(folder.path());
-    let driven = truth.iter().rfind(|(t_s, _)| *t_s < at_s).unwrap().1;
-    assert!(driven > 0.5e-6);
-    let moving = truth
-        .iter()
-        .rfind(|(_, amplitude)| *amplitude > 0.01 * driven);
-    let rest_s = moving.unwrap().0 - at_s;
+    let rest_s = rest_s(&truth, at_s, f64::INFINITY);
     assert!((0.07..0.1).contains(&rest_s), "moves for {rest_s} s");
 }

@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use safety::SafetyState;
 
 use crate::campaign;
-use crate::rig::{Rig, amplitudes, config};
+use crate::rig::{Rig, amplitudes, config, rest_s};
 use crate::safe::quantiles_ms;
 
 const FROZEN_S: f64 = 0.5;
@@ -73,13 +73,7 @@ fn a_program_frozen_at_random_moments_leaves_the_plate_at_rest_within_a_tenth_of
     apparatus.finish().unwrap();
     let truth = amplitudes(folder.path());
     let to_rest = freezes.iter().map(|freeze| {
-        let during =
-            |&&(t_s, _): &&(f64, f64)| (freeze.at_s..freeze.at_s + FROZEN_S).contains(&t_s);
-        let driven = truth.iter().rfind(|(t_s, _)| *t_s < freeze.at_s).unwrap().1;
-        assert!(driven > 0.5e-6, "{driven} m");
-        let moving = |&&(_, amplitude): &&(f64, f64)| amplitude > 0.01 * driven;
-        let last = truth.iter().filter(during).rfind(moving);
-        let rest_s = last.map_or(0.0, |(t_s, _)| t_s - freeze.at_s);
+        let rest_s = rest_s(&truth, freeze.at_s, FROZEN_S);
         assert!(rest_s < ENABLE_S + RING_DOWN_S, "moves for {rest_s} s");
         assert!(
             rest_s > 0.02 || !freeze.card_plays_on,

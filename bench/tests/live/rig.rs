@@ -150,6 +150,16 @@ pub fn amplitudes(folder: &Path) -> Vec<(f64, f64)> {
     rows.collect()
 }
 
+/// Returns the time to rest, s, of a plate that is driven until `start_s`, in the `length_s` after it.
+pub fn rest_s(truth: &[(f64, f64)], start_s: f64, length_s: f64) -> f64 {
+    let driven = truth.iter().rfind(|(t_s, _)| *t_s < start_s).unwrap().1;
+    assert!(driven > 0.5e-6, "{driven} m");
+    let during = |&&(t_s, _): &&(f64, f64)| (start_s..start_s + length_s).contains(&t_s);
+    let moving = |&&(_, amplitude): &&(f64, f64)| amplitude > 0.01 * driven;
+    let last = truth.iter().filter(during).rfind(moving);
+    last.map_or(0.0, |(t_s, _)| t_s - start_s)
+}
+
 /// Returns a tone of 10 V.
 pub fn tone() -> Program {
     let settings = devices::drive_control::settings(&config(&[])).unwrap();
@@ -352,6 +362,26 @@ impl Rig {
         while since_s(self) < tripped_s + latched_s {
             assert!(matches!(self.tick(), SafetyState::Tripped { .. }), "{name}");
         }
+    }
+
+    /// Requires a driven plate to stop within 0.1 s of a fault, and what was recorded until then to be kept.
+    pub fn stops_recorded(
+        &mut self,
+        name: &str,
+        inject: fn(&Self),
+        is_expected: fn(&Trip) -> bool,
+    ) {
+        self.drive();
+        self.pass(0.5);
+        let folder = self.begin("kept");
+        self.pass(0.3);
+        assert!(self.bench.drive.sounds(), "{name}");
+        inject(self);
+        self.stops(name, is_expected, 0.1, 0.3);
+        self.end();
+        let reader = RecordingReader::open(&folder).unwrap();
+        let kept_s = reader.frames() as f64 / f64::from(reader.format().sample_rate_hz);
+        assert!(kept_s > 0.29, "{name}: {kept_s} s kept");
     }
 
     /// Lets time pass for the apparatus only: the program is frozen.

@@ -222,17 +222,9 @@ mod tests {
         fs::create_dir_all(study.path().join("sub-07/ses-01/trial-005_attempt-1")).unwrap();
         let folder = study.path().join("monday-third");
         fs::create_dir(&folder).unwrap();
-        let text = r#"
-format = 1
-carrier_hz = 35000.0
-modulation_hz = 6.0
-modulation_index = 0.95
-channels.drive = { index = 0, volts_per_unit = 20.0 }
-channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
-plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
-participant = { id = "sub-07", session = 1 }
-trial = { number = 5, attempt = 1, practice = false, condition = "am", protocol = "p", seed = 1 }
-"#;
+        let text = recording::manifest::MINIMAL.to_owned()
+            + r#"participant = { id = "sub-07", session = 1 }
+trial = { number = 5, attempt = 1, practice = false, condition = "am", protocol = "p", seed = 1 }"#;
         fs::write(folder.join(recording::MANIFEST_FILE), text).unwrap();
         let selection = select(vec![folder.clone()]).unwrap();
         assert_eq!(selection.excluded[0].recordings, [folder]);

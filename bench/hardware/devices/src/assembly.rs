@@ -132,7 +132,7 @@ impl OpenHardware {
         let signals = Arc::new(Signals::default());
         let gauges = Arc::new(DeviceReadings {
             lines: Arc::clone(&signals.lines),
-            ..Gauges::default()
+            ..DeviceReadings::default()
         });
         let start = thread_start(config, simulated, &gauges);
         let generator = Generator::new(drive_settings);

@@ -10,7 +10,7 @@
 use statistics::NORMAL_95;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
-use super::super::estimate::Estimate;
+use crate::pooling::estimate::Estimate;
 use crate::pooling::mean::{Weighted, between_variance, student95};
 use crate::pooling::scatter::{Scatter, bisect};
 

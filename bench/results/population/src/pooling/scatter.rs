@@ -3,7 +3,7 @@
 use statistics::NORMAL_95;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::super::estimate::Estimate;
+use crate::pooling::estimate::Estimate;
 use crate::pooling::mean::{Weighted, between_variance, student95};
 
 /// Quantile of the common scatter's distribution above which a group has a separate scatter.

@@ -364,7 +364,7 @@ impl Rig {
         }
     }
 
-    /// Requires a driven plate to stop within 0.1 s of a fault, and what was recorded until then to be kept.
+    /// Requires a driven plate to stop within 0.1 s of a fault, and the recording up to then to be kept.
     pub fn stops_recorded(
         &mut self,
         name: &str,

@@ -55,7 +55,7 @@ use source::Source;
 pub use listing::list_recordings;
 pub use options::{ReplayOptions, Speed};
 pub use past_crops::past_crops;
-pub use report::Report;
+pub use report::ReplayReport;
 
 /// Period of screen updates, s of the recording.
 const SCREEN_PERIOD_S: f64 = 0.016;
@@ -105,7 +105,7 @@ impl ReplayPlan {
 ///
 /// # Errors
 /// If a file cannot be read, or the terminal fails.
-pub fn run(plan: ReplayPlan, out: impl Write + Send + 'static) -> anyhow::Result<Report> {
+pub fn run(plan: ReplayPlan, out: impl Write + Send + 'static) -> anyhow::Result<ReplayReport> {
     let stop = StopFlag::default();
     let _listening = devices::stop_on_signals(&stop)?;
     if plan.headless {
@@ -126,7 +126,7 @@ pub fn replay(
     plan: ReplayPlan,
     mut front: Box<dyn Front>,
     stop: &StopFlag,
-) -> anyhow::Result<Report> {
+) -> anyhow::Result<ReplayReport> {
     let (refits, fits, refit) = {
         let manifest = plan.source.manifest();
         let profile = AmplitudeProfile::from(&manifest.plate);
@@ -158,7 +158,7 @@ struct Replay {
     refits: Sender<FitRequest>,
     fits: Receiver<FitReport>,
     stop: StopFlag,
-    report: Sender<Report>,
+    report: Sender<ReplayReport>,
     rules: SelectionRules,
     protocol_flaw: Option<Flaw>,
     unattended: bool,
@@ -202,7 +202,7 @@ impl Replay {
         refits: Sender<FitRequest>,
         fits: Receiver<FitReport>,
         stop: StopFlag,
-        report: Sender<Report>,
+        report: Sender<ReplayReport>,
     ) -> Self {
         let intervals = in_order(plan.source.manifest());
         let record = Measurements::from_faults(plan.source.manifest(), plan.source.rate_hz());
@@ -540,9 +540,9 @@ impl Replay {
         }
     }
 
-    fn summary(&self) -> Report {
+    fn summary(&self) -> ReplayReport {
         let (squares, count) = self.friction;
-        Report {
+        ReplayReport {
             audio_s: self.audio_s,
             read_s: self.pace.read_s,
             took_s: self.pace.took_s(),

@@ -1,6 +1,5 @@
 //! Firmware of the force sensor, which stamps, numbers and encodes samples and sends them in bursts (`docs/force-protocol.md`).
 
-use crate::fault_count::take_one;
 use std::io::Write;
 
 use crc::{CRC_16_IBM_3740, Crc};
@@ -9,6 +8,8 @@ use rand::RngExt;
 use mock_world::plant::SensorSample;
 use mock_world::scenario::{ForceLineFormat, ForceSensorTable};
 use mock_world::seed;
+
+use crate::fault_count::take_one;
 
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 /// Version of the frame format.

@@ -25,7 +25,9 @@ mod trial_steps;
 
 pub use action::{Cue, DriveRequest, SessionAction};
 pub use error::{RecordMismatch, SessionError};
-pub use event::{SessionEvent, SessionEventKind, SessionOutcome, records_from_events};
+pub use event::{
+    AttemptRecords, SessionEvent, SessionEventKind, SessionOutcome, records_from_events,
+};
 pub use machine::Session;
 pub use observation::{DeadManAction, Observation, OperatorCommand, RecordingOutcome, SafetyChain};
 pub use participant_view::{ParticipantView, Progress, repeat_cause};

@@ -45,7 +45,7 @@ pub enum ReportError {
     #[error("the results cannot be read back: {0}")]
     Results(#[from] serde_json::Error),
     /// The numbers of recordings and of results differ.
-    #[error("{recordings} recordings beside results of {results}")]
+    #[error("{recordings} recordings, but results of {results}")]
     Recordings {
         /// Recordings given.
         recordings: usize,

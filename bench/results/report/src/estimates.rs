@@ -54,13 +54,13 @@ const SHARED: [SharedParameter; 9] = [
     },
     SharedParameter {
         key: "film_mean_s",
-        name: "time that the film averages over",
+        name: "averaging time of the film",
         unit: "ms",
         format: MILLI,
     },
     SharedParameter {
         key: "friction_floor",
-        name: "floor of friction, of μ₀",
+        name: "friction floor, relative to μ₀",
         unit: "",
         format: PLAIN,
     },
@@ -82,11 +82,11 @@ pub(crate) fn estimates(results: &Results, recordings: &[RecordingEntry<'_>]) ->
     };
     html! {
         p {
-            "Of each recording first what its instances share, fitted together by " b { "trial" }
-            ", with 95 % intervals, and beside it the value drawn towards the participant's mean (" a href="#skin" { "shrunken" }
-            "); then each instance. Below values by " b { "trial" } " stand 95 % intervals, below those by "
-            b { "paper" } " and " b { "dynamic" } " standard errors. What they hold is said under "
-            a href="#conditional" { "What depends on what" } "."
+            "Each recording begins with the parameters common to its instances, fitted together by " b { "trial" }
+            ", with 95 % intervals and the value pulled towards the participant's mean (" a href="#skin" { "shrunken" }
+            "); a table of the instances follows. Values by " b { "trial" } " have 95 % intervals below them, those by "
+            b { "paper" } " and " b { "dynamic" } " standard errors; "
+            a href="#conditional" { "Dependence on assumptions" } " lists the errors that they include."
         }
         @for recording in recordings {
             article id=(recording.anchor()) {
@@ -119,10 +119,10 @@ fn shared_table(trial: &Trial, pooled_trial: Option<&PooledTrial>) -> Markup {
     html! {
         p.note {
             "trial: " (trial.verdict)
-            @if let Some(n) = trial.n_instances { ", of " (n) " instances" }
+            @if let Some(n) = trial.n_instances { ", from " (n) " instances" }
             @match trial.misfit() {
                 Some(true) => {
-                    "; " span.bad { "the model does not fit" } ", so that no interval is given"
+                    "; " span.bad { "the model does not fit" } ", so no interval is given"
                 },
                 Some(false) => "; the model fits",
                 None => {},
@@ -130,7 +130,7 @@ fn shared_table(trial: &Trial, pooled_trial: Option<&PooledTrial>) -> Markup {
         }
         div.wide { table {
             thead { tr {
-                th { "Shared by the instances" } th.n { "Value" } th.n { "95 % interval" }
+                th { "Common to the instances" } th.n { "Value" } th.n { "95 % interval" }
                 @if has_shrunken { th.n { "Shrunken, 95 % interval" } }
                 th { "Unit" }
             } }
@@ -170,12 +170,12 @@ fn instance_table(recording: &Recording) -> Markup {
     let instances = &recording.instances;
     let misfit = recording.trial.as_ref().and_then(Trial::misfit) == Some(true);
     if instances.is_empty() {
-        return html! { p.note { "No instance." } };
+        return html! { p.note { "No instances." } };
     }
     html! {
         div.wide { table {
             thead { tr {
-                th.n { "#" } th.n { "Time (s)" } th { "Slide" } th.n { "Force (N)" } th.n { "Fall of μ" }
+                th.n { "#" } th.n { "Time (s)" } th { "Slide" } th.n { "Force (N)" } th.n { "Drop of μ" }
                 th { "Method" } th.n { "σ" sub { "t" } " (µm)" } th.n { "Re Z" sub { "t" } " (N·s/m)" }
                 th.n { "Im Z" sub { "t" } " (N·s/m)" } th.n { "μ" sub { "0" } } th.n { "Resonance shift (Hz)" }
                 th.n { "τ (ms)" } th.n { "R² of Z" sub { "m" } } th.n { "RMS of μ" }
@@ -189,7 +189,7 @@ fn instance_table(recording: &Recording) -> Markup {
                         td { (slide(&instance.direction)) }
                         td.n { (HUNDREDTHS.value(instance.normal_n)) }
                         td.n { (HUNDREDTHS.value(instance.delta_mu)) }
-                        td colspan="9" { "no method could fit it" }
+                        td colspan="9" { "no method could fit this instance" }
                     }
                 }
                 @for (row, (method, estimate)) in estimates.iter().enumerate() {
@@ -285,7 +285,7 @@ mod tests {
         let table = instance_table(&recording).into_string();
         assert!(table.contains("1.25–2.00"), "{table}");
         assert_eq!(
-            table.matches("no method could fit it").count(),
+            table.matches("no method could fit this instance").count(),
             1,
             "{table}"
         );

@@ -47,7 +47,7 @@ pub fn html(content: &ReportContent<'_>) -> Result<String, ReportError> {
         ),
         section(
             "left-out",
-            "What is left out",
+            "Omitted data",
             omissions::omissions(&results, &recordings),
         ),
         section("skin", "Skin of the participants", skin::skin(&results)),
@@ -60,7 +60,7 @@ pub fn html(content: &ReportContent<'_>) -> Result<String, ReportError> {
         section("flags", "Flags and warnings", flags::flags(&recordings)),
         section(
             "published",
-            "Statistics beside the published ones",
+            "Comparison with the published statistics",
             statistics::table(&results),
         ),
         section("figures", "Figures", figures(content)?),
@@ -76,12 +76,12 @@ pub fn html(content: &ReportContent<'_>) -> Result<String, ReportError> {
         ),
         section(
             "conditional",
-            "What depends on what",
+            "Dependence on assumptions",
             assumptions::dependencies(&recordings),
         ),
         section(
             "method",
-            "Methods, and how to cite them",
+            "Methods and citation",
             assumptions::methods(content),
         ),
     ];
@@ -130,7 +130,7 @@ fn figures(content: &ReportContent<'_>) -> Result<Markup, ReportError> {
         drawings.push((figure, PreEscaped(svg)));
     }
     Ok(markup! {
-        @if drawings.is_empty() { p { "Nothing could be drawn of these recordings." } }
+        @if drawings.is_empty() { p { "No figure could be drawn from these recordings." } }
         @for ((figure, svg), number) in drawings.iter().zip(1..) {
             figure id={ "figure-" (number) } {
                 (svg)

@@ -21,12 +21,7 @@ const PRIORS: [(&str, &str, &str, NumberFormat); 13] = [
     ("q0_rad_per_m", "q₀, for the E and ν above", "10⁴ rad/m", Q0),
     ("loss_factor", "loss factor η", "", PLAIN),
     ("tau_s", "levitation lag τ", "ms", MILLI),
-    (
-        "film_mean_s",
-        "time that the film averages over",
-        "ms",
-        MILLI,
-    ),
+    ("film_mean_s", "averaging time of the film", "ms", MILLI),
     (
         "area_force_exponent",
         "exponent of S with the force",
@@ -36,37 +31,37 @@ const PRIORS: [(&str, &str, &str, NumberFormat); 13] = [
     ("lag_gap_exponent", "exponent of τ with the gap", "", PLAIN),
     (
         "amplitude_tilt_per_30_mm",
-        "growth of the amplitude over 30 mm of the plate, unmeasured",
+        "increase of the amplitude over 30 mm of an unmeasured plate",
         "%",
         PERCENT,
     ),
     (
         "amplitude_bow_per_30_mm",
-        "by how much it is more 30 mm from the centre, unmeasured",
+        "excess of the amplitude 30 mm from the centre of an unmeasured plate",
         "%",
         PERCENT,
     ),
     (
         "finger_angle_std_rad",
-        "angle of the finger’s part of Zₘ, of an instance",
+        "rotation of the finger’s part of Zₘ, per instance",
         "rad",
         PLAIN,
     ),
     (
         "residual_mobility_std_m_per_n_s",
-        "mobility that the plate’s other modes add",
+        "added mobility of the plate’s other modes",
         "mm/(N·s)",
         MILLI,
     ),
     (
         "plate_reactance_std_n_s_per_m",
-        "Im of what is added to Zₚ, of an instance",
+        "change of Im Zₚ, per instance",
         "N·s/m",
         HERTZ,
     ),
     (
         "plate_damping_std_n_s_per_m",
-        "Re of what is added to Zₚ, of an instance",
+        "change of Re Zₚ, per instance",
         "N·s/m",
         HERTZ,
     ),
@@ -85,11 +80,11 @@ pub(crate) fn table(priors: &Map<String, Value>) -> (Markup, Map<String, Value>)
     }
     let table = html! {
         @if !rows.is_empty() {
-            h3 { "What trial holds likely beforehand" }
+            h3 { "Priors of trial" }
             p {
-                "Ranges that hold 95 % of each prior. Those of S, q₀, η and τ are so wide that they matter only to a recording of one or \
-                 two instances. The others are of laws beside the published ones: what a recording does not tell of them stays as \
-                 open as here, and is in every interval."
+                "Range with 95 % of each prior. The priors of S, q₀, η and τ are so wide that they affect only a recording of one or \
+                 two instances. The others describe effects beyond the published model: where a recording does not determine \
+                 them, their uncertainty stays as given here, and every interval includes it."
             }
             div.wide { table {
                 thead { tr { th { "Prior" } th.n { "95 %" } th { "Unit" } } }

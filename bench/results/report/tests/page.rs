@@ -201,11 +201,11 @@ fn the_page_of_a_small_study() {
 #[test]
 fn the_misfit_of_the_model_is_reported() {
     let untested = page("sub-01", &[], "").unwrap();
-    assert!(untested.contains("The results do not say"));
+    assert!(untested.contains("did not test the fit"));
     let fits = page("sub-01", &[], r#", "model_misfit": false"#).unwrap();
     assert!(
-        fits.contains("held to fit in all 1 recording ")
-            && fits.contains("not to fit in 0 of the 1 recording"),
+        fits.contains("in which the fit was tested (1 recording)")
+            && fits.contains("does not fit 0 of the 1 recording "),
         "{fits}"
     );
     let extra = r#", "model_misfit": true, "misfit_ratio": 3.5, "area_exponent": 0.25"#;
@@ -235,7 +235,7 @@ fn a_recording_without_intervals_is_shown_with_the_signs_of_misfit() {
     }
     let page = page_of("sub-01", &misfit_results.to_string(), &[]).unwrap();
     assert!(page.contains("; friction is off by 0.05; &lt;script&gt;"));
-    assert!(page.contains("so that no interval is given"));
+    assert!(page.contains("so no interval is given"));
     let (_, by_trial) = page.split_once("<td>trial</td>").unwrap();
     let (row, _) = by_trial.split_once("</tr>").unwrap();
     assert!(
@@ -399,7 +399,7 @@ fn overridden_decisions_and_missed_trials_are_reported() {
     let page = page_of("sub-01", &results, &[]).unwrap();
     for part in [
         "These decisions were overridden",
-        "1 of the recordings is excluded by decision, and analysed all the same",
+        "1 of the recordings is excluded by decision, but analysed",
         "3 trials were accepted",
         "1 of which could not be analysed",
         "sub-01/ses-01/trial-003_attempt-1",

@@ -3,10 +3,9 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use crate::sessions::Standing;
+use crate::sessions::{SessionEnd, Standing};
 
 use crate::verification::defect::{RecordingDefect, SessionDefect, StudyDefect};
-use recording::study::event_log::ExitStatus;
 use recording::study::{TrialBlock, TrialLabel};
 
 /// Integrity of a recording.
@@ -51,29 +50,13 @@ pub struct TrialFindings {
     pub notes: Vec<String>,
 }
 
-/// How a session ended.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum SessionEndFinding {
-    /// The session ended as its log says.
-    Stopped {
-        /// Exit status.
-        status: ExitStatus,
-        /// Reason, unless it succeeded.
-        reason: Option<String>,
-    },
-    /// The program was killed, or is still running.
-    Unfinished,
-    /// No trial was begun.
-    NotBegun,
-}
-
 /// Findings of a session.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SessionFindings {
     /// Folder of the session.
     pub folder: PathBuf,
     /// End of the session.
-    pub end: SessionEndFinding,
+    pub end: SessionEnd,
     /// Planned trials, without practice; `None` if the log does not say.
     pub planned: Option<usize>,
     /// Attempts, in order.

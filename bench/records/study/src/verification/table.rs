@@ -6,11 +6,9 @@ use recording::study::TrialBlock;
 use recording::study::event_log::ExitStatus;
 use serde_json::{Value, json};
 
-use crate::sessions::Standing;
+use crate::sessions::{SessionEnd, Standing};
 
-use crate::verification::findings::{
-    Integrity, SessionEndFinding, SessionFindings, StudyFindings, TrialFindings,
-};
+use crate::verification::findings::{Integrity, SessionFindings, StudyFindings, TrialFindings};
 
 /// Version of the JSON.
 const FORMAT: u32 = 1;
@@ -75,18 +73,16 @@ fn session_words(session: &SessionFindings) -> String {
         |planned| format!("{} of {planned} trials accepted", session.accepted()),
     );
     let end = match &session.end {
-        SessionEndFinding::Stopped {
+        SessionEnd::Stopped {
             status: ExitStatus::Success,
             ..
         } => "complete".to_owned(),
-        SessionEndFinding::Stopped { reason, .. } => {
+        SessionEnd::Stopped { reason, .. } => {
             let reason = reason.as_deref().unwrap_or("no reason given");
             format!("ended early ({reason})")
         }
-        SessionEndFinding::Unfinished => {
-            "unfinished: the program was killed, or still runs".to_owned()
-        }
-        SessionEndFinding::NotBegun => return "nothing was begun".to_owned(),
+        SessionEnd::Unfinished => "unfinished: the program was killed, or still runs".to_owned(),
+        SessionEnd::NotBegun => return "nothing was begun".to_owned(),
     };
     format!("{end}, {trials}")
 }
@@ -164,9 +160,9 @@ fn session_json(session: &SessionFindings) -> Value {
         })
     });
     let (end, reason) = match &session.end {
-        SessionEndFinding::Stopped { status, reason } => (json!(status), reason.clone()),
-        SessionEndFinding::Unfinished => (json!("unfinished"), None),
-        SessionEndFinding::NotBegun => (json!("not_begun"), None),
+        SessionEnd::Stopped { status, reason } => (json!(status), reason.clone()),
+        SessionEnd::Unfinished => (json!("unfinished"), None),
+        SessionEnd::NotBegun => (json!("not_begun"), None),
     };
     json!({
         "path": session.folder.display().to_string(),

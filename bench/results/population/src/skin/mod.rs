@@ -5,8 +5,8 @@ mod table;
 mod words;
 
 pub use parameters::{
-    LeftOut, Parameters, PersonParameter, PersonSkin, Ranged, Skin, StudyParameter, TrialParameter,
-    RecordingSkin,
+    LeftOut, Parameters, PersonParameter, PersonSkin, Ranged, RecordingSkin, Skin, StudyParameter,
+    TrialParameter,
 };
 pub use table::{SKIN_FILE, write};
 

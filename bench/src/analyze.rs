@@ -9,7 +9,7 @@ use crate::cli::Analyze;
 use crate::dates;
 use crate::outcome::{progress_bar, require_writable, write_text};
 use crate::verbosity::Verbosity;
-use analysis::attempts::{Account, Attempts};
+use analysis::attempts::{AttemptAccount, Attempts};
 use analysis::find::TrialFilter;
 use analysis::published::{TableFormat, statistics};
 use analysis::results::Results;
@@ -19,8 +19,8 @@ use escaping::{escaped, escaped_line};
 use plotting::Figure;
 use population::skin::Skin;
 use published_figures::measured::{measured_figures, write_figures};
-use report::{Content, Recorded};
-use study::exclusions::{EXCLUSIONS_FILE, Selection};
+use report::{Recorded, ReportContent};
+use study::exclusions::{EXCLUSIONS_FILE, RecordingSelection};
 use study::sessions::Sessions;
 
 /// Runs the command. Returns true if every accepted trial was analysed and every recording could be read; defects are
@@ -124,7 +124,10 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
 }
 
 /// Returns the attempts that were excluded by decision, including those that could not be analysed anyway.
-fn excluded_recordings(attempts: &Attempts, selection: &Selection) -> anyhow::Result<Vec<PathBuf>> {
+fn excluded_recordings(
+    attempts: &Attempts,
+    selection: &RecordingSelection,
+) -> anyhow::Result<Vec<PathBuf>> {
     let excluded = selection.excluded.iter();
     let mut recordings: Vec<PathBuf> = excluded.flat_map(|row| row.recordings.clone()).collect();
     if selection.overridden.is_empty() {
@@ -136,7 +139,7 @@ fn excluded_recordings(attempts: &Attempts, selection: &Selection) -> anyhow::Re
 }
 
 /// Warns of the accepted trials that are not in the analysis, except unreadable ones, which were reported already.
-fn warn(account: &Account) {
+fn warn(account: &AttemptAccount) {
     let mut stderr = std::io::stderr().lock();
     for trial in account.missed() {
         let _ = writeln!(stderr, "warning: left out: {}", escaped(&trial.to_string()));
@@ -157,7 +160,7 @@ fn page(
         path: &recording.path,
         manifest: recording.findings.as_ref().ok().map(|f| &f.manifest),
     });
-    let content = Content {
+    let content = ReportContent {
         name: &name(&options.recordings),
         results,
         recordings: &recordings.collect::<Vec<_>>(),
@@ -180,7 +183,7 @@ fn name(folders: &[PathBuf]) -> String {
 }
 
 /// Splits the recordings by the exclusions of their studies; `everything` analyses them all.
-fn select(folders: Vec<PathBuf>, include_excluded: bool) -> anyhow::Result<Selection> {
+fn select(folders: Vec<PathBuf>, include_excluded: bool) -> anyhow::Result<RecordingSelection> {
     let all_folders = folders.clone();
     let selection = study::exclusions::select(folders)?;
     if include_excluded {

@@ -18,7 +18,7 @@ use embedded_hal::digital::{InputPin, OutputPin, PinState};
 
 use crate::host::{SoundCards, cpal_host};
 use crate::pins::{PinBoard, Pins};
-use crate::world_clock::Pace;
+use crate::world_clock::WorldPace;
 
 /// Functions of the library, called in each period: first to play and then to record.
 #[repr(C)]
@@ -129,7 +129,7 @@ impl Rack {
             streams: Mutex::new(None),
         });
         Board {
-            stepped: u32::from(self.cards.pace() == Pace::Stepped),
+            stepped: u32::from(self.cards.pace() == WorldPace::Stepped),
             inputs: self.cards.inputs.into(),
             context: Arc::into_raw(desk).cast(),
             open,

@@ -254,7 +254,7 @@ impl SessionFolder {
     ///
     /// # Panics
     /// When the log cannot be read.
-    pub fn history(&self) -> study::sessions::Session {
+    pub fn history(&self) -> study::sessions::LoggedSession {
         study::sessions::read(&self.path).expect("a readable log")
     }
 

@@ -5,7 +5,7 @@ use ratatui::crossterm::event::KeyCode;
 use crate::action::Action;
 use crate::asked_keys::DIGITS;
 use crate::calibration_page::{Question, Reply};
-use crate::event::SafetyState;
+use crate::event::SafetyView;
 use crate::key_table::{Effect, KeyRow, Meaning, Press};
 use crate::page::Page;
 use crate::session_keys::rearm;
@@ -95,7 +95,7 @@ pub(crate) const CALIBRATION: &[KeyRow] = &[
         label: "x",
         meaning: |state| match state.safety {
             _ if state.calibration.as_ref()?.failed => None,
-            Some(SafetyState::Tripped) => rearm(),
+            Some(SafetyView::Tripped) => rearm(),
             _ => Meaning::explanation("not tripped: nothing to re-arm"),
         },
     },

@@ -65,7 +65,7 @@ pub enum Event {
     /// State of the safety watch, on every change and at least once a second.
     Safety {
         /// State of the safety watch.
-        state: SafetyState,
+        state: SafetyView,
         /// Cause of the state, if any.
         reason: Option<String>,
     },
@@ -512,7 +512,7 @@ fn ago(s: f64) -> String {
 /// State of the safety watch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum SafetyState {
+pub enum SafetyView {
     /// The amplifier is off.
     Disarmed,
     /// The amplifier is on; the plate is not driven.

@@ -3,7 +3,7 @@
 use ratatui::crossterm::event::KeyCode;
 
 use crate::action::{Action, AttemptName};
-use crate::event::{PhaseKind, SafetyState};
+use crate::event::{PhaseKind, SafetyView};
 use crate::key_table::{Effect, KeyRow, Meaning, Press};
 use crate::page::Page;
 use crate::state::State;
@@ -119,7 +119,7 @@ pub(crate) const DASHBOARD: &[KeyRow] = &[
         presses: &[Press::character('x')],
         label: "x",
         meaning: |state| match state.safety {
-            Some(SafetyState::Tripped) if !state.session.replayed => rearm(),
+            Some(SafetyView::Tripped) if !state.session.replayed => rearm(),
             _ => Meaning::explanation("not tripped: nothing to re-arm"),
         },
     },
@@ -211,7 +211,7 @@ fn is_accepted(state: &State) -> bool {
 }
 
 fn go_on(state: &State) -> Option<Meaning> {
-    let is_tripped = state.safety == Some(SafetyState::Tripped);
+    let is_tripped = state.safety == Some(SafetyView::Tripped);
     let kind = state.phase.kind;
     if state.session.replayed {
         return match kind {
@@ -243,7 +243,7 @@ fn go_on(state: &State) -> Option<Meaning> {
 }
 
 fn pause(state: &State) -> Option<Meaning> {
-    let is_tripped = state.safety == Some(SafetyState::Tripped);
+    let is_tripped = state.safety == Some(SafetyView::Tripped);
     match state.phase.kind {
         PhaseKind::Paused if state.session.replayed => {
             Meaning::action(Action::Resume, "resume", "resume")

@@ -22,7 +22,7 @@ use ratatui::{Frame, Terminal, TerminalOptions, Viewport};
 
 use crate::action::Action;
 use crate::dashboard::view;
-use crate::event::{Event, SafetyState};
+use crate::event::{Event, SafetyView};
 use crate::keyboard::{at_once, key};
 use crate::page_files;
 use crate::state::State;
@@ -344,7 +344,7 @@ struct Bell {
 
 impl Bell {
     fn rings(&mut self, state: &State) -> bool {
-        if state.safety != Some(SafetyState::Tripped) {
+        if state.safety != Some(SafetyView::Tripped) {
             *self = Self::default();
             return false;
         }
@@ -514,13 +514,13 @@ mod tests {
         let (operator, _actions) = mpsc::channel();
         bench
             .send(Event::Safety {
-                state: SafetyState::Disarmed,
+                state: SafetyView::Disarmed,
                 reason: None,
             })
             .unwrap();
         drop(bench);
         let end = final_state(typed_keys(""), &events, operator, |_| ()).unwrap();
-        assert_eq!(end.safety, Some(SafetyState::Disarmed));
+        assert_eq!(end.safety, Some(SafetyView::Disarmed));
     }
 
     #[test]
@@ -591,7 +591,7 @@ mod tests {
             }
             bell.rings(&state)
         };
-        use SafetyState::{Armed, Tripped};
+        use SafetyView::{Armed, Tripped};
         assert!(!at(0.0, Armed, true));
         assert!(at(1.0, Tripped, false));
         assert!(!at(2.0, Tripped, false));

@@ -9,7 +9,7 @@ use crate::calibration_page::{CalibrationPage, CalibrationReadings};
 use crate::drill_view::DrillView;
 use crate::event::{
     AskedDetail, BenchFacts, CarrierProposal, ComplexImpedance, Crop, Event, FitView, Live,
-    LogLevel, Outlook, PeriodTrace, PhaseKind, PhaseView, SafetyState, SessionHeader, SystemHealth,
+    LogLevel, Outlook, PeriodTrace, PhaseKind, PhaseView, SafetyView, SessionHeader, SystemHealth,
     TrialVerdict, ValueAndStd,
 };
 use crate::frozen::Frozen;
@@ -34,14 +34,14 @@ pub const STALE_AFTER_S: f64 = 1.0;
 /// The state of the screen: the fold of the events, and the operator's view settings.
 ///
 /// ```
-/// use tui::event::{Live, SafetyState};
+/// use tui::event::{Live, SafetyView};
 /// use tui::{Event, State, Theme};
 ///
 /// let mut state = State::new(Theme::Mono);
 /// state.apply(&Event::Tick { now_s: 10.0 });
-/// state.apply(&Event::Safety { state: SafetyState::Armed, reason: None });
+/// state.apply(&Event::Safety { state: SafetyView::Armed, reason: None });
 /// state.apply(&Event::Live(Live { t_s: 0.2, normal_n: Some(0.65), ..Live::default() }));
-/// assert_eq!(state.safety, Some(SafetyState::Armed));
+/// assert_eq!(state.safety, Some(SafetyView::Armed));
 /// assert_eq!(state.live().and_then(|live| live.normal_n), Some(0.65));
 ///
 /// // Nothing for 2.5 s: the values are stale.
@@ -93,7 +93,7 @@ pub struct State {
     /// Health of the system.
     pub health: Option<SystemHealth>,
     /// State of the safety watch; `None` until its first event.
-    pub safety: Option<SafetyState>,
+    pub safety: Option<SafetyView>,
     /// Cause of the safety state.
     pub safety_reason: Option<String>,
     /// Log lines, oldest first.
@@ -299,7 +299,7 @@ impl State {
             Event::Verdict(verdict) => self.judge(verdict),
             Event::Health(health) => self.health = Some(*health),
             Event::Safety { state, reason } => {
-                let trips = *state == SafetyState::Tripped && self.safety != Some(*state);
+                let trips = *state == SafetyView::Tripped && self.safety != Some(*state);
                 if trips && self.calibration.is_some() {
                     self.ui.uncover();
                 }

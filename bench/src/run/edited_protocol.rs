@@ -8,7 +8,7 @@ use recording::study::SessionFolder;
 use recording::study::event_log::Start;
 use study::verification::{ResumeError, protocol_edits};
 
-use super::plan::{Plan, read_text};
+use super::plan::{SessionPlan, read_text};
 
 /// Returns the edits of the protocol since the last part of the resumed session, which began with `last_start`, each key with its values; empty for a
 /// new session.
@@ -16,7 +16,7 @@ use super::plan::{Plan, read_text};
 /// # Errors
 /// The protocol was edited and the operator does not accept that, or the previous protocol cannot be read.
 pub(super) fn accepted_edits(
-    plan: &Plan,
+    plan: &SessionPlan,
     session: &SessionFolder,
     last_start: Option<&Start>,
 ) -> anyhow::Result<Vec<String>> {

@@ -13,11 +13,11 @@ use recording::manifest::{self, Manifest};
 use recording::recorder::Begin;
 use recording::study::event_log::{self, ExitStatus};
 use recording::study::{self, EVENTS_FILE, EventLogError, Study, TrialLabel};
-use sources::field_box::FieldBox;
+use sources::field_box::FieldBoxDevice;
 use tui::event::Crop;
 
 use super::lost_recordings;
-use super::plan::{NAME, Plan, VERSION};
+use super::plan::{NAME, SessionPlan, VERSION};
 use crate::outcome::progress_bar;
 use crate::session::BeginRecording;
 use ::study::sessions;
@@ -31,7 +31,7 @@ use escaping::quoted;
 /// Names the session that already exists or does not, and the remedy.
 pub(super) fn open_session(
     study: &Study,
-    plan: &Plan,
+    plan: &SessionPlan,
     date: &str,
 ) -> anyhow::Result<(u32, study::SessionFolder, bool)> {
     let participant = &plan.participant;
@@ -79,7 +79,7 @@ impl EarlierPart {
     /// # Errors
     /// The log has gaps, so that the remaining trials are unknown; or recordings of accepted trials are lost and the
     /// operator has not asked to repeat those trials.
-    pub(super) fn read(plan: &Plan) -> anyhow::Result<Self> {
+    pub(super) fn read(plan: &SessionPlan) -> anyhow::Result<Self> {
         if !plan.resume {
             return Ok(Self::default());
         }
@@ -94,7 +94,7 @@ impl EarlierPart {
     }
 
     /// Compares the log with the recordings.
-    fn compare(plan: &Plan, folder: &Path) -> anyhow::Result<Self> {
+    fn compare(plan: &SessionPlan, folder: &Path) -> anyhow::Result<Self> {
         let distrust = |because: String| {
             anyhow::anyhow!(
                 "the log of {} cannot be trusted, so the trials still to be done are unknown: {because}; put back its \
@@ -141,7 +141,7 @@ impl EarlierPart {
 }
 
 /// Returns the crops recorded so far, except from unreadable recordings, which are reported elsewhere.
-fn past_crops(plan: &Plan, folder: &Path) -> Vec<Crop> {
+fn past_crops(plan: &SessionPlan, folder: &Path) -> Vec<Crop> {
     let labels = ::study::verification::recordings(folder).unwrap_or_default();
     let bar = progress_bar(labels.len() as u64, plan.verbosity);
     let crops = labels.iter().flat_map(|label| {
@@ -154,14 +154,14 @@ fn past_crops(plan: &Plan, folder: &Path) -> Vec<Crop> {
 }
 
 /// Returns the folder of the participant's last session.
-fn last_session(plan: &Plan) -> anyhow::Result<Option<PathBuf>> {
+fn last_session(plan: &SessionPlan) -> anyhow::Result<Option<PathBuf>> {
     let participant = plan.study.join(plan.participant.as_str());
     let number = study::last_session(&participant)?;
     Ok(number.map(|number| participant.join(study::session_name(number))))
 }
 
 /// Requires a resumed session to keep the protocol and the seed that it began with.
-fn require_same_order(plan: &Plan, session: &study::SessionFolder) -> anyhow::Result<()> {
+fn require_same_order(plan: &SessionPlan, session: &study::SessionFolder) -> anyhow::Result<()> {
     let history = earlier_history(plan, session);
     let Some(began) = history.start else {
         return Ok(());
@@ -187,16 +187,19 @@ fn require_same_order(plan: &Plan, session: &study::SessionFolder) -> anyhow::Re
 }
 
 /// Returns the history of the session by its log before this part, counted by the protocol of this part.
-pub(super) fn earlier_history(plan: &Plan, session: &study::SessionFolder) -> sessions::Session {
+pub(super) fn earlier_history(
+    plan: &SessionPlan,
+    session: &study::SessionFolder,
+) -> sessions::LoggedSession {
     let practice_trials = plan.protocol.protocol.trials.practice;
     sessions::history(session.earlier_log(), practice_trials)
 }
 
 /// Returns the state machine after the `history` of an interrupted session.
 pub(super) fn machine(
-    plan: &Plan,
+    plan: &SessionPlan,
     session: &study::SessionFolder,
-    history: &sessions::Session,
+    history: &sessions::LoggedSession,
 ) -> anyhow::Result<Session> {
     let mut machine = Session::resume(
         plan.protocol.protocol.clone(),
@@ -217,10 +220,10 @@ pub(super) fn machine(
 /// Returns the function that creates the manifest and the folder of each attempt's recording, for the session with this
 /// number and the protocol in this file. The provenance is that of the effective bench.
 pub(super) fn begin_recording(
-    plan: &Plan,
+    plan: &SessionPlan,
     (session, protocol_file): (u32, String),
     folder: PathBuf,
-    (life, field_box): (&Life, Option<FieldBox>),
+    (life, field_box): (&Life, Option<FieldBoxDevice>),
     priorities: impl Fn() -> ThreadPriorities + Send + 'static,
 ) -> BeginRecording {
     let bench = plan.bench.clone();

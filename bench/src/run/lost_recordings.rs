@@ -8,7 +8,7 @@ use protocols::{Session, TrialRecord};
 use study::sessions;
 use study::verification::{LostRecording, ResumeError};
 
-use super::plan::Plan;
+use super::plan::SessionPlan;
 
 /// Returns the accepted trials of the session in `folder` to repeat because the disk does not have their recordings as
 /// its `history` states.
@@ -17,9 +17,9 @@ use super::plan::Plan;
 /// More than the last accepted trial is lost, for example because recordings were moved, and the operator did not ask to
 /// repeat them; or the folder cannot be listed.
 pub(super) fn to_repeat(
-    plan: &Plan,
+    plan: &SessionPlan,
     folder: &Path,
-    history: &sessions::Session,
+    history: &sessions::LoggedSession,
 ) -> anyhow::Result<Vec<LostRecording>> {
     let recordings = study::verification::lost_recordings(folder, history)?;
     if plan.repeat_lost || recordings.iter().all(|recording| recording.is_last) {

@@ -16,7 +16,7 @@ use tasks::Clock;
 use super::edited_protocol::{accepted_edits, file_name};
 use super::files::{EarlierPart, earlier_history, machine, open_session};
 use super::lost_recordings;
-use super::plan::{NAME, Plan, VERSION, session_bytes};
+use super::plan::{NAME, SessionPlan, VERSION, session_bytes};
 
 /// A session with its folder, locked for this program.
 pub(super) struct ParticipantSession {
@@ -29,7 +29,7 @@ pub(super) struct ParticipantSession {
     pub(super) withdrawn: Vec<TrialRecord>,
     pub(super) resumed: Resumed,
     /// History of the earlier parts.
-    pub(super) history: sessions::Session,
+    pub(super) history: sessions::LoggedSession,
     /// Details of the participant in the study's table.
     pub(super) person: Person,
     /// Details to ask for.
@@ -43,7 +43,7 @@ impl ParticipantSession {
     /// # Errors
     /// The study cannot be opened or has too little space, or the session cannot begin or be resumed.
     pub(super) fn open(
-        plan: &Plan,
+        plan: &SessionPlan,
         earlier: &EarlierPart,
         clock: Arc<dyn Clock>,
     ) -> anyhow::Result<Self> {
@@ -86,7 +86,7 @@ impl ParticipantSession {
     /// The protocol was edited, or a file cannot be written.
     pub(super) fn start(
         &mut self,
-        plan: &Plan,
+        plan: &SessionPlan,
         life: &Life,
         simulated: bool,
     ) -> anyhow::Result<String> {

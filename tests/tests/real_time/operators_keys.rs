@@ -279,12 +279,7 @@ fn a_stopped_calibration_continues_with_its_points() {
     terminal.type_amplitude(30.0, 1.0);
     terminal.expect_text(&["Keep them", "30.00 V"]);
     terminal.press(&["Enter"]);
-    assert_eq!(
-        terminal.expect_file("status").trim(),
-        "0",
-        "{}",
-        terminal.screen()
-    );
+    terminal.require_success();
     assert!(terminal.folder.path().join("calibration.toml").exists());
 }
 

@@ -29,7 +29,7 @@ const SLIP_S: f64 = 5.0;
 
 /// Readings that no delay explains.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Misfit {
+pub struct ReadbackMisfit {
     /// The latest reading, V peak.
     pub measured_v: f64,
     /// Least and greatest command within the loop's latency, V peak.
@@ -142,7 +142,7 @@ impl Readback {
 
     /// Takes the envelope read back at `sample`, V peak, with the number of frames rendered less those captured,
     /// `ahead`, when it arrived; returns a misfit if the latest readings do not agree with the commands.
-    pub fn reading(&mut self, sample: u64, ahead: i64, volts: f64) -> Option<Misfit> {
+    pub fn reading(&mut self, sample: u64, ahead: i64, volts: f64) -> Option<ReadbackMisfit> {
         let sample = sample as i64;
         if self.readings.back().is_some_and(|last| last.0 >= sample) {
             return None;
@@ -164,7 +164,7 @@ impl Readback {
         }
         let late = |&&(frame, _): &&(i64, f64)| frame >= rendered - self.latency;
         let commands = self.commands.iter().filter(late).map(|&(_, volts)| volts);
-        Some(Misfit {
+        Some(ReadbackMisfit {
             measured_v: volts,
             commanded_v: (
                 commands.clone().fold(f64::INFINITY, f64::min),

@@ -8,7 +8,7 @@ mod sight;
 
 use faults::{FaultKind, Remedy, Required};
 
-use crate::times::{Outcome, Times};
+use crate::times::{ExerciseOutcome, Times};
 
 pub(crate) use sight::{Order, Sight};
 
@@ -39,7 +39,7 @@ enum Stage {
     Resuming {
         sounding_s: Option<f64>,
     },
-    Over(Outcome),
+    Over(ExerciseOutcome),
 }
 
 /// One exercise.
@@ -91,7 +91,7 @@ impl Exercise {
     }
 
     /// Returns the outcome; `None` while the exercise lasts.
-    pub fn outcome(&self) -> Option<&Outcome> {
+    pub fn outcome(&self) -> Option<&ExerciseOutcome> {
         match &self.stage {
             Stage::Over(outcome) => Some(outcome),
             _ => None,
@@ -157,15 +157,15 @@ impl Exercise {
                 1e3 * late_s,
                 1e3 * self.within_s
             )),
-            _ => self.end(Outcome::Met),
+            _ => self.end(ExerciseOutcome::Met),
         }
     }
 
     fn miss(&mut self, reason: impl Into<String>) {
-        self.end(Outcome::Missed(reason.into()));
+        self.end(ExerciseOutcome::Missed(reason.into()));
     }
 
-    fn end(&mut self, outcome: Outcome) {
+    fn end(&mut self, outcome: ExerciseOutcome) {
         self.note = None;
         self.stage = Stage::Over(outcome);
     }

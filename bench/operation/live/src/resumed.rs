@@ -2,7 +2,7 @@
 
 use contact::uncertain::Uncertain;
 use serde_json::Value;
-use study::sessions::{CarrierChange, Session};
+use study::sessions::{CarrierChange, LoggedSession};
 
 use crate::carrier_decision::DecidedCarrier;
 use crate::participant_skin::{ParticipantSkin, TrialSkin};
@@ -18,7 +18,7 @@ pub struct Resumed {
 
 impl Resumed {
     /// Reads the history of the earlier parts; empty for a new session.
-    pub fn from_history(history: &Session) -> Self {
+    pub fn from_history(history: &LoggedSession) -> Self {
         let mut trials = Vec::new();
         let mut pooled = None;
         for fit in &history.fits {

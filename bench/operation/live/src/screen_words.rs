@@ -32,11 +32,11 @@ pub fn phase_kind(phase: Phase) -> PhaseKind {
 }
 
 /// Returns the participant's instruction for the dead-man switch.
-pub fn hold(hold: safety::Hold) -> protocols::Hold {
+pub fn hold(hold: safety::Hold) -> protocols::DeadManAction {
     match hold {
-        safety::Hold::Release => protocols::Hold::Release,
-        safety::Hold::Press => protocols::Hold::Press,
-        safety::Hold::Held => protocols::Hold::Held,
+        safety::Hold::Release => protocols::DeadManAction::Release,
+        safety::Hold::Press => protocols::DeadManAction::Press,
+        safety::Hold::Held => protocols::DeadManAction::Held,
     }
 }
 

@@ -302,18 +302,12 @@ impl RecordingFindings {
 #[cfg(test)]
 mod tests {
     use protocols::built_in;
+    use recording::manifest::MINIMAL;
     use recording::{AudioFormat, RecordingWriter};
 
     use super::*;
 
-    const MANIFEST: &str = r#"format = 1
-carrier_hz = 35000.0
-modulation_hz = 6.0
-modulation_index = 0.95
-channels.drive = { index = 0, volts_per_unit = 20.0 }
-channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
-plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
-
+    const TRIAL: &str = r#"
 [trial]
 number = 1
 attempt = 1
@@ -322,6 +316,10 @@ condition = "6 Hz"
 protocol = "own"
 seed = 1
 "#;
+
+    fn manifest() -> Manifest {
+        Manifest::parse(&format!("{MINIMAL}{TRIAL}"), "recording.toml").unwrap()
+    }
 
     fn settings() -> Settings {
         Settings {
@@ -334,7 +332,7 @@ seed = 1
     fn the_rules_come_from_the_recordings_protocol_or_else_the_settings() {
         let session = tempfile::tempdir().unwrap();
         let folder = session.path().join("trial-001_attempt-1");
-        let manifest = Manifest::parse(MANIFEST, "recording.toml").unwrap();
+        let manifest = manifest();
         let copy = session.path().join("own.toml");
         let rules = || selection_rules(&folder, &manifest, &settings());
         let settings_rules = settings().selection_rules(0.05);
@@ -399,7 +397,7 @@ seed = 1
     fn an_analysis_lists_a_damaged_protocol_copy_among_the_flaws() {
         let session = tempfile::tempdir().unwrap();
         let folder = session.path().join("trial-001_attempt-1");
-        let manifest = Manifest::parse(MANIFEST, "recording.toml").unwrap();
+        let manifest = manifest();
         let format = AudioFormat {
             sample_rate_hz: 96_000,
             channels: 2,

@@ -8,7 +8,7 @@ use protocols::Direction;
 use recording::manifest::StandardErrors;
 use serde::Serialize;
 
-use crate::attempts::Account;
+use crate::attempts::AttemptAccount;
 use crate::estimate::{InstanceAnalysis, InstanceEstimate};
 use crate::findings::{Analysis, RecordingAnalysis};
 use crate::model_check::Band;
@@ -28,7 +28,7 @@ pub struct Results {
     skin: Option<serde_json::Value>,
     statistics: Statistics,
     #[serde(skip_serializing_if = "Option::is_none")]
-    attempts: Option<Account>,
+    attempts: Option<AttemptAccount>,
     #[serde(skip_serializing_if = "Option::is_none")]
     excluded: Option<serde_json::Value>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -248,7 +248,7 @@ impl Results {
 
     /// Adds the account of the attempts.
     #[must_use]
-    pub fn with_attempts(self, account: &Account) -> Self {
+    pub fn with_attempts(self, account: &AttemptAccount) -> Self {
         Self {
             attempts: Some(account.clone()),
             ..self

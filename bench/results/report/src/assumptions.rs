@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 use serde_json::Value;
 
-use crate::content::{Content, RecordingEntry};
+use crate::content::{RecordingEntry, ReportContent};
 use crate::number::{PLAIN, significant};
 use crate::priors;
 use crate::results::{Estimate, Results, Sensitivity, SensitivityRow};
@@ -314,7 +314,7 @@ pub(crate) fn dependencies(recordings: &[RecordingEntry<'_>]) -> Markup {
     }
 }
 
-pub(crate) fn methods(content: &Content<'_>) -> Markup {
+pub(crate) fn methods(content: &ReportContent<'_>) -> Markup {
     html! {
         ul {
             li { b { "paper" } ": as published. Each instant is treated as a steady state; Z" sub { "t" } " is read where the plate \

@@ -7,7 +7,7 @@ use jiff::Timestamp;
 use maud::{Markup, html};
 use recording::Manifest;
 
-use crate::content::{Content, RecordingEntry};
+use crate::content::{RecordingEntry, ReportContent};
 use crate::number::{NumberFormat, count_text, date, significant};
 
 /// Copy of the calibration in a session's folder.
@@ -27,7 +27,10 @@ struct CalibrationUse {
     sessions: usize,
 }
 
-pub(crate) fn calibration(content: &Content<'_>, recordings: &[RecordingEntry<'_>]) -> Markup {
+pub(crate) fn calibration(
+    content: &ReportContent<'_>,
+    recordings: &[RecordingEntry<'_>],
+) -> Markup {
     let (uses, errors) = calibration_uses(content);
     let n_uncalibrated = recordings
         .iter()
@@ -46,7 +49,7 @@ pub(crate) fn calibration(content: &Content<'_>, recordings: &[RecordingEntry<'_
     }
 }
 
-fn calibration_uses(content: &Content<'_>) -> (Vec<CalibrationUse>, Vec<String>) {
+fn calibration_uses(content: &ReportContent<'_>) -> (Vec<CalibrationUse>, Vec<String>) {
     let (mut uses, mut errors) = (Vec::<CalibrationUse>::new(), Vec::new());
     for (folder, session) in &content.sessions.list {
         let Ok(session) = session else { continue };

@@ -11,7 +11,7 @@ use crate::results::{Recording, Results};
 
 /// Content of a report.
 #[derive(Debug, Clone, Copy)]
-pub struct Content<'a> {
+pub struct ReportContent<'a> {
     /// Name of the analysed study.
     pub name: &'a str,
     /// Results as `analyze --json` writes them.
@@ -70,7 +70,7 @@ pub(crate) struct RecordingEntry<'a> {
 
 /// Returns the recordings, each with its results, description and attempt.
 pub(crate) fn recording_entries<'a>(
-    content: &Content<'a>,
+    content: &ReportContent<'a>,
     results: &'a Results,
 ) -> Result<Vec<RecordingEntry<'a>>, ReportError> {
     if content.recordings.len() != results.recordings.len() {

@@ -19,7 +19,7 @@ mod statistics;
 mod study;
 mod trials;
 
-pub use content::{Content, Recorded, ReportError};
+pub use content::{Recorded, ReportContent, ReportError};
 pub use page::html;
 
 /// Compiles and runs the example in the README.

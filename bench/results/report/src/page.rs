@@ -2,7 +2,7 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html as markup};
 
-use crate::content::{Content, ReportError, recording_entries};
+use crate::content::{ReportContent, ReportError, recording_entries};
 use crate::number::date;
 use crate::results::Results;
 use crate::{
@@ -24,7 +24,7 @@ struct Section {
 ///
 /// # Errors
 /// The results violate their schema, or a figure cannot be drawn.
-pub fn html(content: &Content<'_>) -> Result<String, ReportError> {
+pub fn html(content: &ReportContent<'_>) -> Result<String, ReportError> {
     let results: Results = serde_json::from_str(content.results)?;
     let recordings = recording_entries(content, &results)?;
     let section = |id, title, body| Section { id, title, body };
@@ -122,7 +122,7 @@ fn is_control(c: char) -> bool {
     is_mark || (c.is_control() && c != '\n' && c != '\t')
 }
 
-fn figures(content: &Content<'_>) -> Result<Markup, ReportError> {
+fn figures(content: &ReportContent<'_>) -> Result<Markup, ReportError> {
     let mut drawings = Vec::new();
     for figure in content.figures {
         // Drawn by this program, which escapes its text.

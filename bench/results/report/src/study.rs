@@ -5,12 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use jiff::Timestamp;
 use maud::{Markup, html};
 
-use crate::content::{Content, RecordingEntry};
+use crate::content::{RecordingEntry, ReportContent};
 use crate::number::{MICRO, count_text, date};
 use crate::results::{Results, Statistic};
 
 pub(crate) fn summary(
-    content: &Content<'_>,
+    content: &ReportContent<'_>,
     results: &Results,
     recordings: &[RecordingEntry<'_>],
 ) -> Markup {
@@ -143,7 +143,7 @@ fn is_rehearsed(recording: &RecordingEntry<'_>) -> bool {
 }
 
 /// Returns the number of sessions recorded on a simulated bench.
-fn simulated_sessions(content: &Content<'_>) -> usize {
+fn simulated_sessions(content: &ReportContent<'_>) -> usize {
     let starts = content.sessions.list.iter();
     let starts = starts.filter_map(|(_, session)| session.as_ref().ok()?.start.as_ref());
     let is_simulated = |flag: &String| flag == "true";
@@ -180,7 +180,7 @@ fn distinct_values<'a>(
     counts.into_iter().collect()
 }
 
-pub(crate) fn study(content: &Content<'_>, recordings: &[RecordingEntry<'_>]) -> Markup {
+pub(crate) fn study(content: &ReportContent<'_>, recordings: &[RecordingEntry<'_>]) -> Markup {
     let hardware = |recording: &RecordingEntry<'_>| recording.manifest?.hardware.clone();
     let trial = |recording: &RecordingEntry<'_>| recording.manifest?.trial.clone();
     let rows: Vec<(&str, Vec<(String, usize)>)> = vec![
@@ -275,7 +275,7 @@ pub(crate) fn study(content: &Content<'_>, recordings: &[RecordingEntry<'_>]) ->
 }
 
 /// Returns the dates of the first and last session.
-fn session_dates(content: &Content<'_>) -> Vec<(String, usize)> {
+fn session_dates(content: &ReportContent<'_>) -> Vec<(String, usize)> {
     let sessions = content.sessions.list.iter();
     let starts = sessions.filter_map(|(_, session)| session.as_ref().ok()?.start.as_ref());
     let mut dates: Vec<Timestamp> = starts.filter_map(|start| start.time.parse().ok()).collect();

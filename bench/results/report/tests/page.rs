@@ -8,7 +8,7 @@ use config::{CalibrationFile, Identity, MeasuredPickup, Provenance, Quantity};
 use jiff::Timestamp;
 use plotting::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};
 use recording::Manifest;
-use report::{Content, Recorded, ReportError, html};
+use report::{Recorded, ReportContent, ReportError, html};
 use study::sessions::Sessions;
 
 const HOSTILE: &str =
@@ -127,7 +127,7 @@ fn page_of(participant: &str, results: &str, figures: &[Figure]) -> Result<Strin
             manifest: None,
         },
     ];
-    html(&Content {
+    html(&ReportContent {
         name: participant,
         results,
         recordings: &recordings,
@@ -255,7 +255,7 @@ fn results_without_skin_are_shown_with_a_note() {
 #[test]
 fn invalid_results_and_results_of_other_recordings_are_refused() {
     let sessions = Sessions::default();
-    let content = |results| Content {
+    let content = |results| ReportContent {
         name: "x",
         results,
         recordings: &[],
@@ -360,7 +360,7 @@ fn a_session_shows_verdicts_and_its_calibration_without_names() {
             manifest: None,
         },
     ];
-    let page = html(&Content {
+    let page = html(&ReportContent {
         name: "study",
         results: &results("sub-01", ""),
         recordings: &recordings,

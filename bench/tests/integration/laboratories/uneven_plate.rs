@@ -7,7 +7,7 @@ use analysis::amplitude_profile::AmplitudeProfile;
 use analysis::estimate::Method;
 use analysis::findings::RecordingFindings;
 use analysis::results::Results;
-use analysis::trial_fit::{FitRequest, SelectedExploration, TrialFit, fit};
+use analysis::trial_fit::{FitRequest, SelectedExploration, TrialContact, fit};
 use analysis::{Settings, demodulation};
 use protocols::Direction;
 use protocols::selection::select;
@@ -101,7 +101,7 @@ pub(super) fn fit_request(folder: &Path) -> FitRequest {
 }
 
 /// Fits a recording's exploration as a session does after a trial.
-pub(super) fn trial_fit(folder: &Path, profile: &AmplitudeProfile) -> TrialFit {
+pub(super) fn trial_fit(folder: &Path, profile: &AmplitudeProfile) -> TrialContact {
     let request = fit_request(folder);
     fit(&request, Settings::default().assumed(), profile).unwrap()
 }
@@ -120,7 +120,7 @@ fn the_fit_of_a_session_knows_the_profile_too_and_hands_it_on() {
     let uniform = AmplitudeProfile::default();
     let even = trial_fit(even_folder.path(), &uniform);
     let [known, unknown] = [&profile, &uniform].map(|profile| trial_fit(folder.path(), profile));
-    let off = |fit: &TrialFit| (fit.z_t_n_s_per_m - even.z_t_n_s_per_m).norm() / Z_T.norm();
+    let off = |fit: &TrialContact| (fit.z_t_n_s_per_m - even.z_t_n_s_per_m).norm() / Z_T.norm();
     println!(
         "half at the ends: Z_t off by {:.4}, with the profile {:.4}",
         off(&unknown),

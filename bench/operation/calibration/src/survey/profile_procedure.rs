@@ -23,7 +23,7 @@ const TYPED: f64 = 2e-3;
 
 /// Amplitude at one place relative to the pickup's.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct ProfilePoint {
     /// Position along the plate, m.
     pub position_m: f64,
     /// Amplitude relative to the pickup's.
@@ -40,7 +40,7 @@ pub struct ProfileProcedure {
     /// Whether an instrument is read; otherwise the operator types.
     instrument: bool,
     places_m: Vec<f64>,
-    pub(crate) places: Vec<Place>,
+    pub(crate) places: Vec<ProfilePoint>,
     /// Index of the place being measured, from 0.
     place_index: usize,
     stage: Stage,
@@ -181,7 +181,7 @@ impl ProfileProcedure {
 
     /// Stores the ratio, with this relative error, at the present place.
     fn keep(&mut self, ratio: f64, relative: f64) {
-        let place = Place {
+        let place = ProfilePoint {
             position_m: self.places_m[self.place_index],
             ratio,
             error: relative * ratio,
@@ -296,7 +296,7 @@ impl Procedure for ProfileProcedure {
     }
 }
 
-fn read(place: &Place) -> PointRead {
+fn read(place: &ProfilePoint) -> PointRead {
     PointRead {
         place: format!("{:.1} mm", 1e3 * place.position_m),
         value: format!("{:.5} ± {:.5}", place.ratio, place.error),

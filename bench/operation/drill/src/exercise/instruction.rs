@@ -4,7 +4,7 @@ use faults::{Remedy, Required};
 use tui::drill_view::DrillStep;
 
 use super::{Exercise, Stage};
-use crate::times::Outcome;
+use crate::times::ExerciseOutcome;
 
 impl Exercise {
     /// Whether the operator is shown a paused bench.
@@ -61,8 +61,8 @@ impl Exercise {
             ),
             (Stage::Rearmed, _) => "Resume: p.".to_owned(),
             (Stage::Resuming { .. }, _) => "The drive resumes.".to_owned(),
-            (Stage::Over(Outcome::Met), _) => "Met.".to_owned(),
-            (Stage::Over(Outcome::Missed(reason)), _) => format!("Missed: {reason}."),
+            (Stage::Over(ExerciseOutcome::Met), _) => "Met.".to_owned(),
+            (Stage::Over(ExerciseOutcome::Missed(reason)), _) => format!("Missed: {reason}."),
         }
     }
 }

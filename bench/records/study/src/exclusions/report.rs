@@ -6,13 +6,13 @@ use recording::DiskError;
 use recording::disk;
 use serde_json::{Value, json};
 
-use crate::exclusions::selection::{Excluded, Selection};
+use crate::exclusions::selection::{Excluded, RecordingSelection};
 use crate::exclusions::table::to_tsv;
 
 /// File of the exclusions, in the folder of tables and figures; without exclusions it has only a header.
 const FILE_NAME: &str = "excluded.tsv";
 
-impl Selection {
+impl RecordingSelection {
     /// Returns a line for each exclusion, with the number of recordings.
     #[must_use]
     pub fn lines(&self) -> Vec<String> {

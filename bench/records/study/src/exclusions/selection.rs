@@ -15,7 +15,7 @@ const DEPTH: usize = 3;
 
 /// Recordings split into analysed and excluded ones.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Selection {
+pub struct RecordingSelection {
     /// Folders to analyse, in the given order.
     pub recordings: Vec<PathBuf>,
     /// Exclusions that apply.
@@ -35,7 +35,7 @@ pub struct Excluded {
     pub recordings: Vec<PathBuf>,
 }
 
-impl Selection {
+impl RecordingSelection {
     /// Returns the number of excluded recordings.
     #[must_use]
     pub fn left_out(&self) -> usize {
@@ -60,9 +60,9 @@ impl Selection {
 ///
 /// # Errors
 /// The table of a study cannot be read, or names a participant, session or trial that the study does not have.
-pub fn select(folders: Vec<PathBuf>) -> Result<Selection, ExclusionsError> {
+pub fn select(folders: Vec<PathBuf>) -> Result<RecordingSelection, ExclusionsError> {
     let mut studies: BTreeMap<PathBuf, Exclusions> = BTreeMap::new();
-    let mut selection = Selection::default();
+    let mut selection = RecordingSelection::default();
     for folder in folders {
         let Some(study) = study_of(&folder) else {
             selection.recordings.push(folder);
@@ -215,17 +215,9 @@ mod tests {
         fs::create_dir_all(study.path().join("sub-07/ses-01/trial-005_attempt-1")).unwrap();
         let folder = study.path().join("monday-third");
         fs::create_dir(&folder).unwrap();
-        let text = r#"
-format = 1
-carrier_hz = 35000.0
-modulation_hz = 6.0
-modulation_index = 0.95
-channels.drive = { index = 0, volts_per_unit = 20.0 }
-channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
-plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
-participant = { id = "sub-07", session = 1 }
-trial = { number = 5, attempt = 1, practice = false, condition = "am", protocol = "p", seed = 1 }
-"#;
+        let text = recording::manifest::MINIMAL.to_owned()
+            + r#"participant = { id = "sub-07", session = 1 }
+trial = { number = 5, attempt = 1, practice = false, condition = "am", protocol = "p", seed = 1 }"#;
         fs::write(folder.join(recording::MANIFEST_FILE), text).unwrap();
         let selection = select(vec![folder.clone()]).unwrap();
         assert_eq!(selection.excluded[0].recordings, [folder]);

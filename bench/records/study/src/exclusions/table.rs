@@ -8,7 +8,7 @@ use recording::disk::{self, OnPath};
 use recording::storage::Storage;
 use recording::study::{EXCLUSIONS_FILE, TableLine, table_lines};
 
-use crate::exclusions::exclusion::{ALL, Exclusion, Part, number};
+use crate::exclusions::exclusion::{ALL, AllOrOne, Exclusion, number};
 use crate::exclusions::exclusions_error::ExclusionsError;
 use crate::exclusions::known;
 
@@ -137,15 +137,15 @@ fn exclusion<'a>(cell: impl Fn(usize) -> &'a str) -> Result<Exclusion, (usize, S
         .parse()
         .map_err(|error: protocols::ParticipantIdError| (0, error.to_string()))?;
     let session = match cell(1) {
-        "" | ALL | NOT_STATED => Part::All,
-        text => Part::One(number(text).ok_or_else(|| {
+        "" | ALL | NOT_STATED => AllOrOne::All,
+        text => AllOrOne::One(number(text).ok_or_else(|| {
             let why = format!("a session is its number from 1, or `{ALL}`");
             (1, why)
         })?),
     };
     let trial = match cell(2) {
-        ALL => Part::All,
-        text => Part::One(
+        ALL => AllOrOne::All,
+        text => AllOrOne::One(
             text.parse()
                 .map_err(|why| (2, format!("{why}, or `{ALL}`")))?,
         ),
@@ -285,7 +285,7 @@ fn unescape(cell: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::exclusions::exclusion::Trial;
+    use crate::exclusions::exclusion::SessionTrial;
     use crate::exclusions::exclusions_error::Unknown;
     use proptest::prelude::*;
     use recording::storage::FileSystem;
@@ -295,10 +295,10 @@ mod tests {
         parse(text.as_bytes(), Path::new("study"))
     }
 
-    fn exclusion_of(participant: &str, trial: Part<Trial>) -> Exclusion {
+    fn exclusion_of(participant: &str, trial: AllOrOne<SessionTrial>) -> Exclusion {
         Exclusion {
             participant: participant.parse().unwrap(),
-            session: Part::All,
+            session: AllOrOne::All,
             trial,
             reason: "why".to_owned(),
             by: "N. H.".to_owned(),
@@ -306,8 +306,8 @@ mod tests {
         }
     }
 
-    fn main(number: u32) -> Part<Trial> {
-        Part::One(Trial {
+    fn main(number: u32) -> AllOrOne<SessionTrial> {
+        AllOrOne::One(SessionTrial {
             block: TrialBlock::Main,
             number,
         })
@@ -317,13 +317,13 @@ mod tests {
     fn a_handwritten_table_needs_four_columns_in_any_order() {
         let text = "\u{feff}trial\tby\tparticipant_id\treason\r\nall\tN. H.\tsub-07\tbroken\r\n\r\npractice-2\tN. H.\tsub-08\tx\r\n";
         let exclusions = parse_text(text).unwrap();
-        assert_eq!(exclusions.list[0].trial, Part::All);
+        assert_eq!(exclusions.list[0].trial, AllOrOne::All);
         assert_eq!(exclusions.list[0].to_string(), "sub-07: broken (N. H.)");
-        let practice = Trial {
+        let practice = SessionTrial {
             block: TrialBlock::Practice,
             number: 2,
         };
-        assert_eq!(exclusions.list[1].trial, Part::One(practice));
+        assert_eq!(exclusions.list[1].trial, AllOrOne::One(practice));
         assert_eq!(exclusions.lines, [2, 4]);
         assert!(parse_text("").unwrap().list.is_empty());
         assert!(parse_text("\n\n").unwrap().list.is_empty());
@@ -398,11 +398,11 @@ mod tests {
             other => panic!("{other}"),
         };
         assert!(matches!(
-            missing_part(&exclusion_of("sub-70", Part::All)),
+            missing_part(&exclusion_of("sub-70", AllOrOne::All)),
             Unknown::Participant { nearest: Some(name), .. } if name == "sub-07"
         ));
-        let mut second_session = exclusion_of("sub-07", Part::All);
-        second_session.session = Part::One(2);
+        let mut second_session = exclusion_of("sub-07", AllOrOne::All);
+        second_session.session = AllOrOne::One(2);
         assert!(
             matches!(missing_part(&second_session), Unknown::Session { existing, .. } if existing == [1])
         );
@@ -414,7 +414,7 @@ mod tests {
         add(&exclusion_of("sub-07", main(3))).unwrap();
         let error = add(&exclusion_of("sub-07", main(3))).unwrap_err();
         assert!(matches!(error, ExclusionsError::Already { .. }), "{error}");
-        let mut whole_participant = exclusion_of("sub-07", Part::All);
+        let mut whole_participant = exclusion_of("sub-07", AllOrOne::All);
         whole_participant.reason = "a tab\tand\nlines, C:\\temp".to_owned();
         add(&whole_participant).unwrap();
         let exclusions = read(study.path()).unwrap();
@@ -440,7 +440,7 @@ mod tests {
             "- he coughed",
             "'=1",
         ] {
-            let mut exclusion = exclusion_of("sub-07", Part::All);
+            let mut exclusion = exclusion_of("sub-07", AllOrOne::All);
             (exclusion.reason, exclusion.by) = (text.to_owned(), text.to_owned());
             let table = to_tsv([&exclusion]);
             let line = table.lines().nth(1).unwrap();
@@ -461,7 +461,7 @@ mod tests {
         #[test]
         fn every_reason_reads_back(reason in "[^\\p{Cc}\\u{2028}\\u{2029}\\s][\\PC\\t\\n\\r\\\\]*") {
             prop_assume!(reason.trim() != NOT_STATED);
-            let mut exclusion = exclusion_of("sub-07", Part::All);
+            let mut exclusion = exclusion_of("sub-07", AllOrOne::All);
             exclusion.reason = reason.trim().replace(['\u{2028}', '\u{2029}'], " ");
             let exclusions = parse_text(&to_tsv([&exclusion])).unwrap();
             prop_assert_eq!(exclusions.list, [exclusion]);

@@ -10,14 +10,14 @@ use serde_json::Value;
 
 use crate::sessions::log_defect::LogDefect;
 use crate::sessions::order::Order;
-use crate::sessions::session::{Attempt, CarrierChange, LoggedFit, Session, SessionEnd};
+use crate::sessions::session::{Attempt, CarrierChange, LoggedFit, LoggedSession, SessionEnd};
 
 /// Longest time between two recordings of a session, resumed ones included, s: a month.
 const LONGEST_S: f64 = 31.0 * 86_400.0;
 
 /// Returns the history of a session that begins with `practice_trials` practice trials.
 #[must_use]
-pub fn history(content: &LogContent, practice_trials: u32) -> Session {
+pub fn history(content: &LogContent, practice_trials: u32) -> LoggedSession {
     let mut fold = Fold::new(practice_trials);
     for document in &content.documents {
         fold.document(document);
@@ -49,7 +49,7 @@ pub(super) fn logged_practice(content: &LogContent) -> u32 {
 
 /// State of the pass.
 struct Fold {
-    session: Session,
+    session: LoggedSession,
     order: Order,
     records: AttemptRecords,
     practice_trials: u32,
@@ -70,7 +70,7 @@ struct Fold {
 impl Fold {
     fn new(practice_trials: u32) -> Self {
         Self {
-            session: Session::default(),
+            session: LoggedSession::default(),
             order: Order::new(),
             records: AttemptRecords::default(),
             practice_trials,
@@ -210,7 +210,7 @@ impl Fold {
         &mut attempts[index]
     }
 
-    fn end(self) -> Session {
+    fn end(self) -> LoggedSession {
         let mut session = self.session;
         let origin_s = session.attempts.first().and_then(|first| first.start_s);
         for attempt in &mut session.attempts {
@@ -228,7 +228,7 @@ impl Fold {
 }
 
 /// Returns the defect of a log that calls the session complete without all of its trials.
-fn unsettled_trials(session: &Session) -> Option<LogDefect> {
+fn unsettled_trials(session: &LoggedSession) -> Option<LogDefect> {
     let is_complete = matches!(
         session.end,
         SessionEnd::Stopped {

@@ -14,14 +14,14 @@ use recording::study::event_log::{self, Document, LogContent};
 
 pub use fold::history;
 pub use log_defect::LogDefect;
-pub use session::{Attempt, CarrierChange, LoggedFit, Session, SessionEnd};
+pub use session::{Attempt, CarrierChange, LoggedFit, LoggedSession, SessionEnd};
 pub use standing::Standing;
 
 /// Sessions that a list of recordings belongs to.
 #[derive(Debug, Default)]
 pub struct Sessions {
     /// Folder of each session with its history, or why its log cannot be read; in the order of the recordings.
-    pub list: Vec<(PathBuf, Result<Session, String>)>,
+    pub list: Vec<(PathBuf, Result<LoggedSession, String>)>,
 }
 
 impl Sessions {
@@ -43,7 +43,7 @@ impl Sessions {
 
     /// Returns the session that contains a recording; `None` without a readable log.
     #[must_use]
-    pub fn session_of(&self, recording: &Path) -> Option<(&Path, &Session)> {
+    pub fn session_of(&self, recording: &Path) -> Option<(&Path, &LoggedSession)> {
         let folder = folder_of(recording)?;
         let mut list = self.list.iter();
         let (folder, session) = list.find(|(path, _)| *path == folder)?;
@@ -64,14 +64,14 @@ impl Sessions {
 ///
 /// # Errors
 /// The log cannot be read; returns the reason as text.
-pub fn read(folder: &Path) -> Result<Session, String> {
+pub fn read(folder: &Path) -> Result<LoggedSession, String> {
     let content = event_log::read(&folder.join(EVENTS_FILE)).map_err(|error| error.to_string())?;
     Ok(history_in(folder, &content))
 }
 
 /// Returns the history of the session in `folder` by its log `content`.
 #[must_use]
-pub fn history_in(folder: &Path, content: &LogContent) -> Session {
+pub fn history_in(folder: &Path, content: &LogContent) -> LoggedSession {
     history(content, practice(folder, content))
 }
 

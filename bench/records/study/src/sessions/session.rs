@@ -13,7 +13,7 @@ use crate::sessions::standing::Standing;
 
 /// History of a session.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Session {
+pub struct LoggedSession {
     /// First start; `None` if it is missing.
     pub start: Option<Start>,
     /// Last start: the first one, unless the session was resumed.
@@ -148,7 +148,7 @@ impl Attempt {
     }
 }
 
-impl Session {
+impl LoggedSession {
     /// Returns the attempt with a label.
     #[must_use]
     pub fn attempt(&self, label: TrialLabel) -> Option<&Attempt> {

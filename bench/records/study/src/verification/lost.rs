@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use crate::sessions::Session;
+use crate::sessions::LoggedSession;
 use recording::manifest::End;
 use recording::reader::Warning;
 use recording::study::{TrialBlock, TrialLabel};
@@ -29,7 +29,10 @@ pub struct LostRecording {
 ///
 /// # Errors
 /// The folder cannot be listed.
-pub fn lost_recordings(folder: &Path, session: &Session) -> Result<Vec<LostRecording>, DiskError> {
+pub fn lost_recordings(
+    folder: &Path,
+    session: &LoggedSession,
+) -> Result<Vec<LostRecording>, DiskError> {
     let folder_labels: BTreeSet<TrialLabel> = recordings(folder)?.into_iter().collect();
     let accepted_attempts = session.accepted();
     let accepted_labels: Vec<TrialLabel> = session

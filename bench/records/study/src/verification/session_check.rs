@@ -5,7 +5,7 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use crate::sessions::{Attempt, Session, SessionEnd, Standing, history_in};
+use crate::sessions::{Attempt, LoggedSession, SessionEnd, Standing, history_in};
 
 use crate::verification::defect::{RecordingDefect, SessionDefect};
 use crate::verification::findings::{Integrity, SessionFindings, TrialFindings};
@@ -92,7 +92,10 @@ pub fn session(
 ///
 /// # Errors
 /// The folder cannot be listed.
-pub fn last_trial(folder: &Path, history: &Session) -> Result<Option<TrialFindings>, DiskError> {
+pub fn last_trial(
+    folder: &Path,
+    history: &LoggedSession,
+) -> Result<Option<TrialFindings>, DiskError> {
     let folder_labels: BTreeSet<TrialLabel> = recordings(folder)?.into_iter().collect();
     let logged_labels = history.attempts.iter().map(|attempt| attempt.label);
     let last_label = logged_labels.chain(folder_labels.iter().copied()).max();
@@ -130,7 +133,7 @@ fn copy(folder: &Path, file: &str) -> Result<String, SessionDefect> {
 }
 
 /// Checks the session's copies of files, and its folder, against the last start.
-fn check_copies(folder: &Path, history: &Session, findings: &mut SessionFindings) {
+fn check_copies(folder: &Path, history: &LoggedSession, findings: &mut SessionFindings) {
     if let Some(start) = &history.last_start {
         let protocol = format!("{}.toml", start.protocol);
         findings.defects.extend(copy(folder, &protocol).err());

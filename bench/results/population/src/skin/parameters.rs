@@ -88,7 +88,7 @@ pub struct TrialParameter {
 
 /// Pooled recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Trial {
+pub struct RecordingSkin {
     /// Folder.
     pub path: PathBuf,
     /// Parameters.
@@ -114,14 +114,14 @@ pub struct PersonParameter {
 
 /// Skin of a participant.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Person {
+pub struct PersonSkin {
     /// Pseudonym.
     pub participant: String,
     /// Parameters; `None` if no trial constrains them.
     #[serde(flatten)]
     pub parameters: Parameters<Option<PersonParameter>>,
     /// Pooled recordings.
-    pub trials: Vec<Trial>,
+    pub trials: Vec<RecordingSkin>,
     /// Number of excluded recordings.
     pub n_left_out: usize,
 }
@@ -163,7 +163,7 @@ pub struct Skin {
     /// All participants together.
     pub study: Parameters<StudyParameter>,
     /// Participants by name.
-    pub participants: Vec<Person>,
+    pub participants: Vec<PersonSkin>,
     /// Excluded recordings.
     pub left_out: Vec<LeftOut>,
 }
@@ -204,14 +204,14 @@ impl Skin {
         let pooled_parameters = pool(&people, &analysed.settings.trial().priors);
         let participants = people.iter().enumerate().map(|(person, (name, fits))| {
             let trials = fits.recordings.iter().enumerate();
-            let trials = trials.map(|(trial, (findings, fit))| Trial {
+            let trials = trials.map(|(trial, (findings, fit))| RecordingSkin {
                 path: findings.path.clone(),
                 parameters: Parameters::from_fn(|index| TrialParameter {
                     raw: range(FIT_PARAMETERS[index](fit)),
                     shrunken: pooled_parameters[index].member(person, trial),
                 }),
             });
-            Person {
+            PersonSkin {
                 participant: (*name).to_owned(),
                 parameters: Parameters::from_fn(|index| pooled_parameters[index].person(person)),
                 trials: trials.collect(),

@@ -11,7 +11,7 @@
 
 use std::ops::{Add, Mul};
 
-use crate::arrowhead::{ArrowCovariance, ArrowMinimum, Place};
+use crate::arrowhead::{ArrowCovariance, ArrowMinimum, ParameterPoint};
 use nalgebra::{SMatrix, SVector};
 
 use super::plate::{COURSES, OffsetPrior};
@@ -31,7 +31,7 @@ pub(super) const SHARED: usize = 16;
 pub(super) type Own = SVector<f64, OWN>;
 pub(super) type Shared = SVector<f64, SHARED>;
 pub(super) type TrialMinimum = ArrowMinimum<OWN, SHARED>;
-pub(super) type Step = Place<OWN, SHARED>;
+pub(super) type Step = ParameterPoint<OWN, SHARED>;
 pub(super) type Covariance = ArrowCovariance<OWN, SHARED, ERRORS>;
 
 /// Model parameters of one instance, in the order of a block.

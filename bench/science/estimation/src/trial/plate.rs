@@ -15,7 +15,7 @@
 //! the fraction by which such a course may be wrong: 0.03, and more if the fitted reactances scatter more.
 
 use super::prior::TrialPriors;
-use crate::plate_course::{CourseStds, Part, Prediction, Reading};
+use crate::plate_course::{CourseStds, ImpedancePart, Prediction, Reading};
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 
@@ -145,7 +145,7 @@ pub(super) fn offsets(
             .collect()
     };
     let (dampings, reactances) = (part_readings(|z| z.re), part_readings(|z| z.im));
-    let part = |readings, size, per_s| Part {
+    let part = |readings, size, per_s| ImpedancePart {
         readings,
         stds: CourseStds { size, per_s },
     };

@@ -4,7 +4,7 @@ use super::*;
 use crate::sessions::standing::Standing;
 
 /// Returns the history by a log of one trial with `events` as the trial's events.
-fn log_history(events: &[&str]) -> Session {
+fn log_history(events: &[&str]) -> LoggedSession {
     let start = r#"{"document":"start","time":"","resumed":false,"participant":"sub-01","session":1,"protocol":"p",
         "seed":1,"software":"s","version":"1","devices":{},"calibration":null,"configuration":null}"#;
     let descriptor = r#"{"document":"descriptor","stream":"session","data_keys":{}}"#;
@@ -201,7 +201,8 @@ fn a_later_part_takes_back_that_a_trial_was_accepted() {
     assert_eq!(history.defects, []);
     let attempt = history.attempt(label(FIRST)).unwrap();
     assert_eq!(attempt.standing(), Standing::Interrupted);
-    let is_order = |history: Session| matches!(history.defects[..], [LogDefect::Order { .. }]);
+    let is_order =
+        |history: LoggedSession| matches!(history.defects[..], [LogDefect::Order { .. }]);
     assert!(
         is_order(log(&[start, &loss_line(4), &loss_line(5)])),
         "once"

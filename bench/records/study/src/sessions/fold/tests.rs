@@ -38,7 +38,7 @@ fn settle_line(key: &str, outcome: &str) -> String {
     )
 }
 
-fn session(lines: &[String]) -> Session {
+fn session(lines: &[String]) -> LoggedSession {
     let content = LogContent {
         documents: lines
             .iter()
@@ -104,7 +104,7 @@ fn a_wall_clock_set_back_does_not_decrease_times() {
 
 #[test]
 fn a_log_without_a_start_gives_no_start() {
-    assert_eq!(session(&[]), Session::default());
+    assert_eq!(session(&[]), LoggedSession::default());
     let session = session(&[begin_line(5.0, &key(2, 1))]);
     assert_eq!((session.start, session.attempts.len()), (None, 1));
 }

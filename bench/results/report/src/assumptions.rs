@@ -251,8 +251,8 @@ pub(crate) fn dependencies(recordings: &[RecordingEntry<'_>]) -> Markup {
             .flat_map(|recording| &recording.result.instances)
             .flat_map(instance::estimates);
         let rows: Vec<&SensitivityRow> = estimates
-            .filter(|by| by.method == method)
-            .filter_map(|by| by.estimate.sensitivity.as_ref().map(constant))
+            .filter(|estimated| estimated.method == method)
+            .filter_map(|estimated| estimated.estimate.sensitivity.as_ref().map(constant))
             .collect();
         let values: [fn(&SensitivityRow) -> f64; 2] = [|row| row.ln_sigma_t, |row| row.ln_abs_z_t];
         values.map(|value| {

@@ -247,12 +247,12 @@ fn slide(direction: Direction) -> &'static str {
 }
 
 /// Returns the cells of an estimate, without errors if the model does not fit.
-fn cells(by: &MethodEstimate<'_>, misfit: bool) -> Markup {
+fn cells(estimated: &MethodEstimate<'_>, misfit: bool) -> Markup {
     let MethodEstimate {
         method,
         estimate,
         interval95,
-    } = by;
+    } = estimated;
     let std = (!misfit).then_some(&estimate.std);
     let cell =
         |format: NumberFormat, value: Option<f64>, interval: Option<Interval>, std: Option<f64>| {

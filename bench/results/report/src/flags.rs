@@ -87,8 +87,9 @@ fn verdicts(recordings: &[RecordingEntry<'_>]) -> Vec<Verdict> {
         }
         let mut groups: Vec<(Method, &str, Vec<String>)> = Vec::new();
         for (instance, number) in recording.result.instances.iter().zip(1..) {
-            let separate_estimates = instance::estimates(instance)
-                .filter(|by| by.method != Method::Trial && by.estimate.verdict != CONVERGED);
+            let separate_estimates = instance::estimates(instance).filter(|estimated| {
+                estimated.method != Method::Trial && estimated.estimate.verdict != CONVERGED
+            });
             for MethodEstimate {
                 method, estimate, ..
             } in separate_estimates

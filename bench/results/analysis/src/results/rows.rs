@@ -247,24 +247,24 @@ pub struct Std {
 /// Sensitivities ∂ln value/∂ln constant; for τ ∂τ/∂ln constant, s.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SensitivityRows {
-    /// To q0 of the asperity law.
+    /// Sensitivities to q0 of the asperity law.
     pub sigma_q0_rad_per_m: SensitivityRow,
-    /// To E.
+    /// Sensitivities to E.
     pub young_modulus_pa: SensitivityRow,
-    /// To ν.
+    /// Sensitivities to ν.
     pub poisson_ratio: SensitivityRow,
-    /// To S.
+    /// Sensitivities to S.
     pub contact_area_m2: SensitivityRow,
 }
 
 /// Sensitivities to one constant.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SensitivityRow {
-    /// Of σ_t.
+    /// Sensitivity of σ_t.
     pub ln_sigma_t: f64,
-    /// Of |Z_t|.
+    /// Sensitivity of |Z_t|.
     pub ln_abs_z_t: f64,
-    /// Of τ, s.
+    /// Sensitivity of τ, s.
     pub tau_s: f64,
 }
 

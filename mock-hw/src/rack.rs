@@ -130,7 +130,7 @@ impl Rack {
         });
         Board {
             stepped: u32::from(self.cards.pace() == Pace::Stepped),
-            inputs: self.cards.inputs().into(),
+            inputs: self.cards.inputs.into(),
             context: Arc::into_raw(desk).cast(),
             open,
             close,
@@ -201,7 +201,7 @@ impl Desk {
             None,
         )?;
         let input = device.build_input_stream_raw(
-            config(self.cards.inputs()),
+            config(self.cards.inputs),
             SampleFormat::F32,
             move |data: &cpal::Data, _: &cpal::InputCallbackInfo| {
                 if let Some(samples) = data.as_slice::<f32>() {

@@ -20,6 +20,7 @@ mod session;
 mod stretch;
 mod summary;
 mod trial;
+mod trial_label;
 pub mod verdict;
 
 pub use analysis::{ExplorationAnalysis, TrialAnalysis};
@@ -38,13 +39,14 @@ pub use redo_reason::RedoReason;
 pub use rules::{ForceBand, Quality, SelectionRules, VerdictRules};
 pub use selection::{ExplorationSeries, Validity};
 pub use session::{
-    Action, Cue, DriveRequest, Hold, Observation, OperatorCommand, ParticipantView, Phase,
-    Progress, RecordMismatch, RecordingOutcome, Safety, Session, SessionError, SessionEvent,
+    Action, AttemptRecords, Cue, DriveRequest, Hold, Observation, OperatorCommand, ParticipantView,
+    Phase, Progress, RecordMismatch, RecordingOutcome, Safety, Session, SessionError, SessionEvent,
     SessionEventKind, SessionOutcome, records_from_events, repeat_cause,
 };
 pub use stretch::{Instance, Rejection, Stretch, StretchOutcome};
 pub use summary::SessionSummary;
 pub use trial::{Direction, Interruption, Interval, IntervalKind, TrialEnd, TrialKey};
+pub use trial_label::{NoTrialLabel, TrialBlock, TrialLabel};
 pub use verdict::Verdict;
 
 #[cfg(doctest)]

@@ -38,8 +38,8 @@ pub(super) fn show_bench(
         plate_length_m: config.plate.length_m,
         kept_m: Some(central_section_m(config, protocol)),
     }));
-    let documents = &session.folder.earlier_log().documents;
-    let past_trials = past_trials(session.machine.records(), documents, protocol);
+    let (records, fits) = (session.machine.records(), &session.history.fits);
+    let past_trials = past_trials(records, fits, protocol);
     let crops = earlier.crops.into_iter().map(Event::Crop);
     for event in past_trials.into_iter().chain(crops) {
         front.show(event);

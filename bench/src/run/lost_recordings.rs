@@ -5,13 +5,13 @@ use std::path::Path;
 
 use escaping::quoted;
 use protocols::{Session, TrialRecord};
-use recording::study::event_log::LogContent;
+use study::sessions;
 use study::verification::{LostRecording, ResumeError};
 
 use super::plan::Plan;
 
 /// Returns the accepted trials of the session in `folder` to repeat because the disk does not have their recordings as
-/// its log states.
+/// its `history` states.
 ///
 /// # Errors
 /// More than the last accepted trial is lost, for example because recordings were moved, and the operator did not ask to
@@ -19,9 +19,9 @@ use super::plan::Plan;
 pub(super) fn to_repeat(
     plan: &Plan,
     folder: &Path,
-    log: &LogContent,
+    history: &sessions::Session,
 ) -> anyhow::Result<Vec<LostRecording>> {
-    let recordings = study::verification::lost_recordings(folder, log)?;
+    let recordings = study::verification::lost_recordings(folder, history)?;
     if plan.repeat_lost || recordings.iter().all(|recording| recording.is_last) {
         return Ok(recordings);
     }

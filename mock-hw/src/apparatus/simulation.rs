@@ -299,12 +299,6 @@ impl Apparatus {
         self.cards.speaker_frames()
     }
 
-    /// Returns the number of the force sensor's bytes that were lost because they were not read in time.
-    #[must_use]
-    pub fn force_bytes_dropped(&self) -> u64 {
-        self.force.dropped_bytes()
-    }
-
     /// Advances a stepped apparatus by one period.
     ///
     /// # Errors

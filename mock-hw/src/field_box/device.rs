@@ -86,11 +86,6 @@ impl FieldBox {
         self.line.path()
     }
 
-    /// Returns the number of bytes lost because they were not read in time.
-    pub(crate) fn dropped_bytes(&self) -> u64 {
-        self.line.dropped_bytes()
-    }
-
     /// Pulls the cable to the bench permanently; the box continues to run.
     pub(crate) fn unplug(&mut self) {
         self.line.unplug();

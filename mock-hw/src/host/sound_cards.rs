@@ -35,7 +35,7 @@ pub enum Direction {
 pub(crate) struct SoundCards {
     pub(super) clock: Arc<WorldClock>,
     /// Number of input channels of the bench's converter.
-    pub(super) inputs: u16,
+    pub(crate) inputs: u16,
     /// Sample rates of the bench's converter, Hz.
     pub(super) rates_hz: &'static [u32],
     /// Bits of the time from one input's sample to the next input's, s.
@@ -100,11 +100,6 @@ impl SoundCards {
     /// Returns the pace of the simulation.
     pub(crate) fn pace(&self) -> Pace {
         self.clock.pace()
-    }
-
-    /// Returns the number of inputs of the bench's converter.
-    pub(crate) fn inputs(&self) -> u16 {
-        self.inputs
     }
 
     /// Returns the present rate of the bench's converter, Hz.

@@ -25,7 +25,9 @@ mod trial_steps;
 
 pub use action::{Action, Cue, DriveRequest};
 pub use error::{RecordMismatch, SessionError};
-pub use event::{SessionEvent, SessionEventKind, SessionOutcome, records_from_events};
+pub use event::{
+    AttemptRecords, SessionEvent, SessionEventKind, SessionOutcome, records_from_events,
+};
 pub use machine::Session;
 pub use observation::{Hold, Observation, OperatorCommand, RecordingOutcome, Safety};
 pub use participant_view::{ParticipantView, Progress, repeat_cause};

@@ -261,6 +261,13 @@ fn a_drill_on_a_card_skips_faults_that_disable_it() {
     require_refusal(drill("xrun"), &["audio.host = \"nidaqmx\" in bench.toml"]);
 }
 
+/// Returns the program with its locks in `folder`, so that tests at the same time may each claim a card `Dev1`.
+fn bench_with_own_locks(folder: &Path) -> Command {
+    let mut bench = bench();
+    bench.env("XDG_RUNTIME_DIR", folder);
+    bench
+}
+
 /// Fault 47.
 #[test]
 fn what_a_card_cannot_do_is_refused_with_the_line_to_change() {
@@ -357,7 +364,7 @@ fn what_a_card_cannot_do_is_refused_with_the_line_to_change() {
         ],
     );
     let config = write_config(folder.path(), &config_text);
-    let mut check = bench();
+    let mut check = bench_with_own_locks(folder.path());
     check.args(["check", "--quick", "--config"]).arg(&config);
     require_refusal(
         check,
@@ -386,7 +393,7 @@ fn the_program_runs_on_the_simulated_library_alone() {
         ],
     );
     let config = write_config(folder.path(), &config_text);
-    let mut check = bench();
+    let mut check = bench_with_own_locks(folder.path());
     check
         .env("MOCK_NIDAQMX_FORCE_LINK", &force)
         .args(["check", "--quick", "--config"])

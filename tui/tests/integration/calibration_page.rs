@@ -453,10 +453,10 @@ fn the_bench_and_the_log_are_looked_at_and_nothing_is_answered_there() {
             assert_eq!(state.ui.page, page);
         }
         let screen: String = (0..24).map(|y| row(&state, 80, 24, y)).collect();
-        assert!(screen.contains("1 turns back"), "{screen}");
+        assert!(screen.contains("press 1 to return"), "{screen}");
         // The points and the typed text are not shown here.
         assert_eq!(press(&mut state, "\n"), []);
-        assert!(row(&state, 80, 24, 23).contains("turn back"));
+        assert!(row(&state, 80, 24, 23).contains("return to the calibration"));
         assert_eq!(press(&mut state, "r.\n7\n"), []);
         assert_eq!((state.ui.page, state.ui.typed.as_str()), (Page::Bench, ""));
         assert_eq!(

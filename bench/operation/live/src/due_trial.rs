@@ -6,12 +6,14 @@ use analysis::trial_selection;
 use analysis::unloaded_plate;
 use config::Effective;
 use devices::recorded_bench::recorded_errors;
-use protocols::{Interval, IntervalKind, Protocol, SelectionRules, TrialAnalysis, TrialKey};
+use protocols::{
+    Interval, IntervalKind, Protocol, SelectionRules, TrialAnalysis, TrialKey, TrialLabel,
+};
 use recording::manifest::StandardErrors;
 use recording::pipeline::Account;
-use recording::study::TrialLabel;
 use tui::action::AttemptName;
 
+use crate::attempt_name::attempt_name;
 use crate::attempt_record::AttemptRecord;
 
 /// A completed trial with data still on their way.
@@ -47,17 +49,13 @@ impl DueTrial {
         let data = record.measurements;
         let mut analysis = trial_selection::analyse(&key, &self.intervals, &data, &rules);
         count_losses(&mut analysis, account, &record.account);
-        let number = TrialLabel::new(&key, protocol.trials.practice).number;
-        let carrier = (number, record.carrier_hz);
-        let mut request = fit_request(&key, carrier, &self.intervals, data, &analysis, rules);
+        let label = TrialLabel::new(&key, protocol.trials.practice);
+        let carrier_hz = record.carrier_hz;
+        let mut request = fit_request((label, carrier_hz), &self.intervals, data, &analysis, rules);
         request.calibration = recorded_errors(bench).unwrap_or_default();
         AnalysedTrial {
             analysis,
-            attempt: AttemptName {
-                trial: number,
-                practice: key.practice,
-                attempt: key.attempt,
-            },
+            attempt: attempt_name(label),
             request,
         }
     }
@@ -70,16 +68,14 @@ fn count_losses(analysis: &mut TrialAnalysis, end: &Account, start: &Account) {
     (analysis.input_xruns, analysis.output_xruns) = end.costly_xruns_since(start);
 }
 
-/// Returns the request to fit a completed trial at `carrier_hz`; `number` is its number within its part of the session.
+/// Returns the request to fit a completed trial at `carrier_hz`.
 fn fit_request(
-    key: &TrialKey,
-    (number, carrier_hz): (u32, f64),
+    (label, carrier_hz): (TrialLabel, f64),
     intervals: &[Interval],
     record: Measurements,
     analysis: &TrialAnalysis,
     rules: SelectionRules,
 ) -> FitRequest {
-    let sort = if key.practice { "practice" } else { "trial" };
     let unloaded: Vec<(f64, f64)> = intervals
         .iter()
         .filter(|interval| interval.kind == IntervalKind::Unloaded)
@@ -88,7 +84,7 @@ fn fit_request(
     // Live estimates use only the corrected impedance, which averages over any span.
     let plate = unloaded_plate::read(&record, &unloaded, 0.0, rules.contact_n / 2.0);
     FitRequest {
-        label: format!("{sort} {number}"),
+        label: label.trial_name(),
         carrier_hz,
         calibration: StandardErrors::default(),
         plate: plate.map(|reading| reading.plate),

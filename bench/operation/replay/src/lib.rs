@@ -22,8 +22,7 @@ use anyhow::Context;
 use contact::AssumedConstants;
 use crossbeam_channel::{Receiver, Sender};
 use protocols::selection::analyse_exploration;
-use protocols::{Direction, SelectionRules, Stretch};
-use tui::action::AttemptName;
+use protocols::{Direction, SelectionRules, Stretch, TrialLabel};
 use tui::event::{LogLevel, PhaseKind, PhaseView, SafetyState, SystemHealth};
 
 use analysis::Settings;
@@ -36,10 +35,11 @@ use analysis::recording_analysis::selection_rules;
 use analysis::trial_fit::FitRequest;
 use analysis::unloaded_plate::{self, UnloadedError};
 use devices::Gauges;
+use live::attempt_name::attempt_name;
 use live::exploration_crop::{ExplorationName, crop};
 use live::fit_report::FitReport;
 use operator_ui::console::{Dashboard, Front, Headless, StopKeys};
-use recording::manifest::{Manifest, RecordedInterval, RecordedIntervalKind};
+use recording::manifest::{self, Manifest, RecordedInterval, RecordedIntervalKind};
 use recording::pipeline::{Account, Batch};
 use tasks::{Clock, Schedule, StopFlag, SystemClock, Task};
 
@@ -368,9 +368,7 @@ impl Replay {
     fn name(&self) -> ExplorationName {
         let trial = self.source.manifest().trial.as_ref();
         ExplorationName {
-            trial: trial.map_or(1, |trial| trial.number),
-            practice: trial.is_some_and(|trial| trial.practice),
-            attempt: trial.map_or(1, |trial| trial.attempt),
+            attempt: trial.map_or(TrialLabel::of_block(false, 1, 1), manifest::Trial::label),
             exploration: self.explored.count(),
         }
     }
@@ -389,17 +387,7 @@ impl Replay {
             for line in report.lines() {
                 self.log(LogLevel::Info, line);
             }
-            let ExplorationName {
-                trial,
-                practice,
-                attempt,
-                ..
-            } = self.name();
-            let attempt = AttemptName {
-                trial,
-                practice,
-                attempt,
-            };
+            let attempt = attempt_name(self.name().attempt);
             let view = report.view(attempt, self.contact.drift_hz());
             self.front.show(tui::Event::Fit(view));
             let drift = screen_words::drift(self.contact.drift_hz());

@@ -104,8 +104,7 @@ fn standing(recording: &Path) -> Option<Standing> {
     let folder = recording.canonicalize().ok()?;
     let label: TrialLabel = folder.file_name()?.to_str()?.parse().ok()?;
     let session = study::sessions::read(folder.parent()?).ok()?;
-    let mut attempts = session.attempts.iter();
-    let attempt = attempts.find(|attempt| attempt.label == label);
+    let attempt = session.attempt(label);
     Some(attempt.map_or(Standing::Unknown, |attempt| attempt.standing()))
 }
 

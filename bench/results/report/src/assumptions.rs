@@ -100,13 +100,13 @@ const SETTINGS: [Setting; 17] = [
         ("rest_amplitude_m", |settings| {
             Number(settings.rest_amplitude_m)
         }),
-        "amplitudes below this count as rest (paper)",
+        "amplitude below which the plate counts as at rest (paper)",
         (1e6, "µm"),
         PUBLICATION,
     ),
     setting(
         ("rest_lowest_s", |settings| Number(settings.rest_lowest_s)),
-        "length of the lowest amplitudes that counts as rest in an instance that never goes below (paper)",
+        "duration of the lowest amplitudes, which count as rest in an instance that never goes below (paper)",
         (1e3, "ms"),
         PROGRAM_CHOICE,
     ),
@@ -118,13 +118,13 @@ const SETTINGS: [Setting; 17] = [
     ),
     setting(
         ("plate_offset", |settings| Choice(settings.plate_offset)),
-        "the plate's offset since it was unloaded is fitted (dynamic)",
+        "whether the plate's offset since it was unloaded is fitted (dynamic)",
         (1.0, ""),
         PROGRAM_CHOICE,
     ),
     setting(
         ("central_m", |settings| Number(settings.central_m)),
-        "length about the plate's centre that is kept",
+        "length of the central part of the plate that is analysed",
         (1e3, "mm"),
         PUBLICATION,
     ),
@@ -138,7 +138,7 @@ const SETTINGS: [Setting; 17] = [
         ("speed_tolerance", |settings| {
             Number(settings.speed_tolerance)
         }),
-        "allowed departure from it, as a part of it",
+        "allowed relative deviation from that speed",
         (1.0, ""),
         PROGRAM_CHOICE,
     ),
@@ -150,7 +150,7 @@ const SETTINGS: [Setting; 17] = [
     ),
     setting(
         ("contact_n", |settings| Number(settings.contact_n)),
-        "normal force from which on the finger is on the plate",
+        "lowest normal force that counts as contact",
         (1.0, "N"),
         PROGRAM_CHOICE,
     ),
@@ -162,7 +162,7 @@ const SETTINGS: [Setting; 17] = [
     ),
     setting(
         ("null_sigmas", |settings| Number(settings.null_sigmas)),
-        "amplitudes under this many standard deviations of their noise have no impedance",
+        "lowest amplitude with an impedance, in standard deviations of its noise",
         (1.0, ""),
         PROGRAM_CHOICE,
     ),
@@ -182,9 +182,9 @@ pub(crate) fn assumptions(printed: &PrintedSettings) -> Markup {
     ];
     html! {
         p {
-            "These numbers were not measured here. The column of sources says where their defaults come from; " code { "--assume" }
-            " replaces them, and this table shows what was in force. " b { "trial" }
-            " assumes E, ν and p₀ alone, and fits S, q₀ and η. Only q₀·E/(1 − ν²) is measured, so its q₀ is that for this E and ν."
+            "These values were assumed, not measured. The table shows the values used and the sources of the defaults; " code { "--assume" }
+            " overrides them. " b { "trial" } " assumes only E, ν and p₀, and fits S, q₀ and η. Only q₀·E/(1 − ν²) is measured, so \
+             its q₀ is valid for this E and ν."
         }
         div.wide { table {
             thead { tr { th { "Assumed" } th.n { "Value" } th { "Unit" } th { "Source of the default" } th { "Name" } } }
@@ -199,7 +199,7 @@ pub(crate) fn assumptions(printed: &PrintedSettings) -> Markup {
             }
         } }
         (priors::table(settings))
-        h3 { "How amplitude and force are taken" }
+        h3 { "Conventions of amplitude and force" }
         div.wide { table { tbody { @for (key, source) in sources {
             tr { th scope="row" { code { (key) } } td { (source) } }
         } } } }
@@ -233,13 +233,13 @@ fn errors_note(recordings: &[RecordingEntry<'_>]) -> String {
         .filter(|manifest| manifest.standard_errors.is_some())
         .count();
     match (n_stated, recordings.len()) {
-        (0, _) => "No recording states the errors of its constants: they are taken as exact, and no interval here holds an error \
-                   of theirs."
+        (0, _) => "No recording states the errors of its constants: they are taken as exact, and no interval here includes \
+                   their errors."
             .to_owned(),
-        (k, n) if k == n => "Its standard errors, as the recordings state them, are in every interval.".to_owned(),
+        (k, n) if k == n => "Every interval includes its standard errors, as the recordings state them.".to_owned(),
         (k, n) => format!(
-            "Its standard errors are in the intervals of {k} of {n} recordings, which state them; the others' constants are \
-             taken as exact."
+            "Its standard errors are stated by {k} of {n} recordings and included in their intervals; the constants of the others \
+             are taken as exact."
         ),
     }
 }
@@ -266,27 +266,27 @@ pub(crate) fn dependencies(recordings: &[RecordingEntry<'_>]) -> Markup {
         .count();
     html! {
         ul {
-            li { "Everything rests on the " a href="#calibration" { "calibration" } ". " (errors_note(recordings)) }
+            li { "All results depend on the " a href="#calibration" { "calibration" } ". " (errors_note(recordings)) }
             li { b { "paper" } " and " b { "dynamic" } ": σ" sub { "t" } ", Z" sub { "t" } " and τ are conditional on the assumed S, \
-                  q₀, E, ν, η and p₀; friction hardly is. The table gives by how much." }
-            li { b { "trial" } ": nothing of the skin is assumed but E and ν, which its q₀ absorbs; p₀ is assumed. σ" sub { "t" }
-                  ", Z" sub { "t" } " and the plate's shift belong to an instance; S, q₀, η, τ, the exponents of S and τ, the film's mean, the floor and the lag to a recording, \
-                  and are taken not to change within it." }
-            li { "Friction is fitted after the contact, and has no say in it: μ" sub { "0" } ", the floor and the lag are conditional \
-                  on the contact; the contact is not conditional on them." }
-            li { "The 95 % intervals hold the noise, what neighbouring residuals share, the priors of " b { "trial" } " and the stated \
-                  errors of the calibration; not a law that is not the model's. Standard errors of " b { "dynamic" } " hold the \
-                  scatter of its residuals and the calibration's errors, for the assumed skin; those of " b { "paper" } " the \
-                  scatter alone." }
+                  q₀, E, ν, η and p₀; friction hardly depends on them. The table below gives the sensitivities." }
+            li { b { "trial" } ": of the skin, only E and ν are assumed, and its q₀ absorbs them; p₀ is also assumed. σ" sub { "t" }
+                  ", Z" sub { "t" } " and the plate's shift are fitted for each instance; S, q₀, η, τ, the exponents of S and τ, the \
+                  film's averaging time, the friction floor and the lag for each recording, constant within it." }
+            li { "Friction is fitted after the contact: μ" sub { "0" } ", the friction floor and the lag of the lateral force are \
+                  conditional on the contact, and the contact is independent of them." }
+            li { "The 95 % intervals include the noise, the correlation of neighbouring residuals, the priors of " b { "trial" }
+                  " and the stated errors of the calibration, but no errors of the model. Standard errors of " b { "dynamic" }
+                  " include the scatter of its residuals and the calibration's errors, for the assumed skin; those of " b { "paper" }
+                  " include only the scatter." }
             li { "Where the model does not fit (" a href="#flags" { "Flags and warnings" } "), " b { "trial" } " gives no interval." }
             @if profiles > 0 {
                 li { "In " (profiles) " of " (recordings.len()) " recordings the amplitude under the finger follows the measured \
-                      profile of the plate (dynamic, trial); in the others the plate is taken for uniform." }
+                      profile of the plate (dynamic, trial); in the others the plate is assumed uniform." }
             } @else {
-                li { "The plate is taken for uniform along its length: no recording has a measured profile." }
+                li { "The plate is assumed uniform along its length: no recording has a measured profile." }
             }
         }
-        h3 { "Sensitivity to what is assumed" }
+        h3 { "Sensitivity to the assumed values" }
         p { "Relative change of σ" sub { "t" } " and |Z" sub { "t" } "| for a relative change of each constant, median over the \
              instances: −0.2 means that 10 % more of the constant gives 2 % less." }
         div.wide { table {
@@ -308,18 +308,18 @@ pub(crate) fn dependencies(recordings: &[RecordingEntry<'_>]) -> Markup {
 pub(crate) fn methods(content: &Content<'_>) -> Markup {
     html! {
         ul {
-            li { b { "paper" } ": as published. Each instant is taken for a steady state; Z" sub { "t" } " is read where the plate \
-                  hardly moves, σ" sub { "t" } " is fitted to each instance." }
-            li { b { "dynamic" } ": frees the impedance of the modulation's own dynamics, lets the gap lag behind its equilibrium, and \
+            li { b { "paper" } ": as published. Each instant is treated as a steady state; Z" sub { "t" } " is read where the plate \
+                  hardly moves, and σ" sub { "t" } " is fitted to each instance." }
+            li { b { "dynamic" } ": removes the dynamics of the modulation from the impedance, lets the gap lag behind its equilibrium, and \
                   follows the plate's resonance; fitted to each instance." }
             li { b { "trial" } ": the same model, fitted to all instances of a recording together, with S, q₀ and η measured instead of \
-                  assumed, and a floor of friction." }
+                  assumed, and with a friction floor." }
         }
         p {
             "The method is that of N. Huloux, C. Bernard and M. Wiertlewski, " em {
                 "Estimating Friction Modulation From the Ultrasonic Mechanical Impedance"
             } ", IEEE Transactions on Haptics 14(2), 2021, doi 10.1109/TOH.2020.3038937. Please cite it for " b { "paper" }
-            "; where a number is by " b { "dynamic" } " or " b { "trial" } ", say so, and name the program and its version: "
+            "; for a number by " b { "dynamic" } " or " b { "trial" } ", state the method, the program and its version: "
             (content.program) "."
         }
     }

@@ -114,7 +114,7 @@ fn calibration_table(calibration_use: &CalibrationUse) -> Markup {
     }
     if let Some(profile) = &file.profile {
         let values = vec![(
-            "largest departure along the plate",
+            "largest deviation along the plate",
             &profile.largest_departure,
         )];
         parts.push(("amplitude along the plate", profile.measured.date, values));
@@ -144,7 +144,7 @@ fn calibration_table(calibration_use: &CalibrationUse) -> Markup {
     html! {
         h3 { "Calibration " code { (calibration_use.hash.chars().take(12).collect::<String>()) } }
         p.note {
-            "Used in " (count_text(calibration_use.sessions, "session", "sessions")) ". Age: days before the first of them."
+            "Used in " (count_text(calibration_use.sessions, "session", "sessions")) ". Age: days before the first session."
         }
         div.wide { table {
             thead { tr {

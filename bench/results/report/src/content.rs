@@ -43,7 +43,7 @@ pub struct Recorded<'a> {
 #[non_exhaustive]
 pub enum ReportError {
     /// The numbers of recordings and of results differ.
-    #[error("{recordings} recordings beside results of {results}")]
+    #[error("{recordings} recordings, but results of {results}")]
     Recordings {
         /// Recordings given.
         recordings: usize,

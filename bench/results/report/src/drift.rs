@@ -40,13 +40,14 @@ pub(crate) fn drift(recordings: &[RecordingEntry<'_>]) -> Markup {
     };
     html! {
         p {
-            "From the first to the last instance of each recording: the plate's resonance less that of the unloaded plate, and the \
-             skin. Beside it the unloaded plate's impedance, and how far the pickup was from what its calibration states, which is \
-             corrected before anything else. The figure of the resonance shows every instance."
+            "First and last instance of each recording: shift of the plate's resonance from that of the unloaded plate, and \
+             parameters of the skin. Z" sub { "p" } " is the impedance of the unloaded plate; the last two columns are the pickup's \
+             deviation from its calibration, which is corrected before all estimates. The figure of the resonance shows every \
+             instance."
         }
         div.wide { table {
             thead { tr {
-                th { "Recording" } th.n { "Z" sub { "p" } " (N·s/m)" } th { "By" } th.n { "Resonance shift (Hz)" }
+                th { "Recording" } th.n { "Z" sub { "p" } " (N·s/m)" } th { "Method" } th.n { "Resonance shift (Hz)" }
                 th.n { "σ" sub { "t" } " (µm)" } th.n { "Im Z" sub { "t" } " (N·s/m)" }
                 th.n { "Pickup’s phase (rad)" } th.n { "Pickup’s delay (µs)" }
             } }
@@ -94,11 +95,11 @@ fn model_check(recordings: &[RecordingEntry<'_>]) -> Markup {
         .collect();
     html! {
         @if !checked_recordings.is_empty() {
-            h3 { "The normal force, sensed from impedance and amplitude" }
+            h3 { "Normal force from impedance and amplitude" }
             p {
-                "With the parameters that " b { "dynamic" } " finds in the first instance, over the whole recording; its difference \
-                 from the measured force, median and 90th percentile. Where it grows the model does not hold with the assumed \
-                 skin, or something changed on the way."
+                "Normal force computed over the whole recording with the parameters of the first instance by " b { "dynamic" }
+                "; difference from the measured force, median and 90th percentile. If it grows, the model does not fit with the \
+                 assumed skin, or something changed during the recording."
             }
             div.wide { table {
                 thead { tr {

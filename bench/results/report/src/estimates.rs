@@ -94,7 +94,7 @@ const SHARED: [SharedParameter; 9] = [
         pooled: None,
     },
     SharedParameter {
-        name: "time that the film averages over",
+        name: "averaging time of the film",
         unit: "ms",
         format: MILLI,
         value: |trial| {
@@ -106,7 +106,7 @@ const SHARED: [SharedParameter; 9] = [
         pooled: None,
     },
     SharedParameter {
-        name: "floor of friction, of μ₀",
+        name: "friction floor, relative to μ₀",
         unit: "",
         format: PLAIN,
         value: |trial| {
@@ -139,11 +139,11 @@ pub(crate) fn estimates(skin: &Skin, recordings: &[RecordingEntry<'_>]) -> Marku
     };
     html! {
         p {
-            "Of each recording first what its instances share, fitted together by " b { "trial" }
-            ", with 95 % intervals, and beside it the value drawn towards the participant's mean (" a href="#skin" { "shrunken" }
-            "); then each instance. Below values by " b { "trial" } " stand 95 % intervals, below those by "
-            b { "paper" } " and " b { "dynamic" } " standard errors. What they hold is said under "
-            a href="#conditional" { "What depends on what" } "."
+            "Each recording begins with the parameters common to its instances, fitted together by " b { "trial" }
+            ", with 95 % intervals and the value pulled towards the participant's mean (" a href="#skin" { "shrunken" }
+            "); a table of the instances follows. Values by " b { "trial" } " have 95 % intervals below them, those by "
+            b { "paper" } " and " b { "dynamic" } " standard errors; "
+            a href="#conditional" { "Dependence on assumptions" } " lists the errors that they include."
         }
         @for recording in recordings {
             article id=(recording.anchor()) {
@@ -167,14 +167,14 @@ fn shared_table(trial: &Trial, pooled: Option<&Parameters<TrialParameter>>) -> M
     };
     html! {
         p.note {
-            "trial: " (trial.verdict) ", of " (trial.n_instances) " instances"
+            "trial: " (trial.verdict) ", from " (trial.n_instances) " instances"
             @if trial.model_misfit {
-                "; " span.bad { "the model does not fit" } ", so that no interval is given"
+                "; " span.bad { "the model does not fit" } ", so no interval is given"
             } @else { "; the model fits" }
         }
         div.wide { table {
             thead { tr {
-                th { "Shared by the instances" } th.n { "Value" } th.n { "95 % interval" }
+                th { "Common to the instances" } th.n { "Value" } th.n { "95 % interval" }
                 @if has_shrunken { th.n { "Shrunken, 95 % interval" } }
                 th { "Unit" }
             } }
@@ -204,12 +204,12 @@ fn instance_table(recording: &Recording) -> Markup {
         .as_ref()
         .is_some_and(|trial| trial.model_misfit);
     if instances.is_empty() {
-        return html! { p.note { "No instance." } };
+        return html! { p.note { "No instances." } };
     }
     html! {
         div.wide { table {
             thead { tr {
-                th.n { "#" } th.n { "Time (s)" } th { "Slide" } th.n { "Force (N)" } th.n { "Fall of μ" }
+                th.n { "#" } th.n { "Time (s)" } th { "Slide" } th.n { "Force (N)" } th.n { "Drop of μ" }
                 th { "Method" } th.n { "σ" sub { "t" } " (µm)" } th.n { "Re Z" sub { "t" } " (N·s/m)" }
                 th.n { "Im Z" sub { "t" } " (N·s/m)" } th.n { "μ" sub { "0" } } th.n { "Resonance shift (Hz)" }
                 th.n { "τ (ms)" } th.n { "R² of Z" sub { "m" } } th.n { "RMS of μ" }

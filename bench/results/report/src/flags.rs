@@ -24,16 +24,16 @@ pub(crate) fn flags(recordings: &[RecordingEntry<'_>]) -> Markup {
         .collect();
     let verdicts = verdicts(recordings);
     html! {
-        h3 { "Does the model fit?" }
+        h3 { "Fit of the model" }
         @if n_judged == 0 {
-            p { "The results do not say: the version of the program that analysed these recordings did not judge it." }
+            p { "The version of the program that analysed these recordings did not test the fit." }
         } @else if misfits.is_empty() {
-            p { "It was held to fit in all " (count_text(n_judged, "recording", "recordings")) " where that was judged." }
+            p { "The model fits every recording in which the fit was tested (" (count_text(n_judged, "recording", "recordings")) ")." }
         } @else {
             p.alert {
-                "It was held " b { "not" } " to fit in these recordings, of " (n_judged)
-                " judged. Their values by " b { "trial" } " are not to be relied on, no interval is given for them, and they are left \
-                 out of the " a href="#skin" { "participants' skin" } "."
+                "The model does " b { "not" } " fit these recordings, of " (n_judged)
+                " tested. Their values by " b { "trial" } " are unreliable: they have no intervals, and the "
+                a href="#skin" { "skin of the participants" } " omits them."
             }
             ul { @for (recording, trial) in &misfits { li {
                 a href={ "#" (recording.anchor()) } { (recording.name()) }
@@ -47,7 +47,7 @@ pub(crate) fn flags(recordings: &[RecordingEntry<'_>]) -> Markup {
                 ul { @for warning in &recording.result.warnings { li { (warning) } } }
             }
         }
-        h3 { "Fits that are not simply converged" }
+        h3 { "Fits with a verdict other than converged" }
         @if verdicts.is_empty() { p { "None." } } @else {
             div.wide { table {
                 thead { tr { th { "Recording" } th { "Method" } th { "Verdict" } th { "Instances" } } }

@@ -35,17 +35,17 @@ pub(crate) fn omissions(results: &Results<'_>, recordings: &[RecordingEntry<'_>]
         h3 { "Excluded by decision" }
         @if !results.exclusions_overridden.is_empty() {
             p.alert {
-                "These decisions were overridden (" code { "--include-excluded" } "): the recordings were analysed all the same."
+                "These decisions were overridden (" code { "--include-excluded" } "): the recordings were analysed nevertheless."
             }
             (decisions(results.exclusions_overridden))
         } @else if results.excluded.is_empty() {
-            p { "Nothing." }
+            p { "None." }
         } @else {
             (decisions(results.excluded))
         }
         h3 { "Rejected by rule" }
         @if reasons.is_empty() {
-            p { "No stretch was rejected." }
+            p { "None." }
         } @else {
             div.wide { table {
                 thead { tr { th { "Reason" } th.n { "Stretches" } th.n { "In recordings" } } }
@@ -53,7 +53,7 @@ pub(crate) fn omissions(results: &Results<'_>, recordings: &[RecordingEntry<'_>]
                     th scope="row" { (reason) } td.n { (stretches) } td.n { (n_recordings) }
                 } } }
             } }
-            p { "Where, s from the recording's beginning:" }
+            p { "Times of the stretches, s from the beginning of the recording:" }
             ul { @for recording in recordings.iter().filter(|recording| !recording.result.rejected.is_empty()) {
                 li {
                     a href={ "#" (recording.anchor()) } { (recording.name()) } ", "
@@ -73,18 +73,18 @@ fn attempt_table(attempts: &Account) -> Markup {
     html! {
         h3 { "Attempts" }
         p {
-            (count_text(attempts.accepted, "trial was", "trials were")) " accepted by the logs, "
-            (count_text(attempts.analysed, "recording", "recordings")) " analysed"
-            @if attempts.not_accepted > 0 { ", " (attempts.not_accepted) " of them of trials that were not accepted" }
+            "According to the logs, " (count_text(attempts.accepted, "trial was", "trials were")) " accepted; "
+            (count_text(attempts.analysed, "recording was", "recordings were")) " analysed"
+            @if attempts.not_accepted > 0 { ", " (attempts.not_accepted) " of them from trials that were not accepted" }
             "."
         }
         @for log in &attempts.unread_logs { p.alert { "A log cannot be read. " (log) } }
         @if attempts.missed().next().is_some() {
-            p.alert { "Accepted trials are missed: they could not be analysed." }
+            p.alert { "Accepted trials are missing: they could not be analysed." }
         }
         @if !attempts.left_out.is_empty() {
             div.wide { table {
-                thead { tr { th { "Attempt" } th { "Standing" } th { "Not analysed because" } } }
+                thead { tr { th { "Attempt" } th { "Verdict" } th { "Not analysed because" } } }
                 tbody { @for attempt in &attempts.left_out { tr {
                     th scope="row" { (name(attempt)) }
                     td { @match attempt.standing { Some(standing) => (standing), None => "not known" } }
@@ -106,7 +106,7 @@ fn decisions(exclusions: &[Excluded]) -> Markup {
     html! {
         div.wide { table {
             thead { tr {
-                th { "Participant" } th { "Session" } th { "Trial" } th { "Why" } th { "Decided by" } th { "On" }
+                th { "Participant" } th { "Session" } th { "Trial" } th { "Reason" } th { "Decided by" } th { "Date" }
                 th.n { "Recordings" }
             } }
             tbody { @for Excluded { exclusion, recordings, .. } in exclusions { tr {

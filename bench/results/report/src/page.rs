@@ -42,7 +42,7 @@ pub fn html(content: &Content<'_>) -> Result<String, ReportError> {
         ),
         section(
             "left-out",
-            "What is left out",
+            "Omitted data",
             omissions::omissions(results, &recordings),
         ),
         section("skin", "Skin of the participants", skin::skin(results.skin)),
@@ -55,7 +55,7 @@ pub fn html(content: &Content<'_>) -> Result<String, ReportError> {
         section("flags", "Flags and warnings", flags::flags(&recordings)),
         section(
             "published",
-            "Statistics beside the published ones",
+            "Comparison with the published statistics",
             statistics::table(&results.statistics),
         ),
         section("figures", "Figures", figures(content)?),
@@ -71,12 +71,12 @@ pub fn html(content: &Content<'_>) -> Result<String, ReportError> {
         ),
         section(
             "conditional",
-            "What depends on what",
+            "Dependence on assumptions",
             assumptions::dependencies(&recordings),
         ),
         section(
             "method",
-            "Methods, and how to cite them",
+            "Methods and citation",
             assumptions::methods(content),
         ),
     ];
@@ -125,7 +125,7 @@ fn figures(content: &Content<'_>) -> Result<Markup, ReportError> {
         drawings.push((figure, PreEscaped(svg)));
     }
     Ok(markup! {
-        @if drawings.is_empty() { p { "Nothing could be drawn of these recordings." } }
+        @if drawings.is_empty() { p { "No figure could be drawn from these recordings." } }
         @for ((figure, svg), number) in drawings.iter().zip(1..) {
             figure id={ "figure-" (number) } {
                 (svg)

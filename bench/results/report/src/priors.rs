@@ -34,12 +34,9 @@ const PRIORS: [(&str, &str, NumberFormat, Range); 13] = [
     ("levitation lag τ", "ms", MILLI, |settings| {
         log_normal(settings.trial_priors.tau_s)
     }),
-    (
-        "time that the film averages over",
-        "ms",
-        MILLI,
-        |settings| log_normal(settings.trial_priors.film_mean_s),
-    ),
+    ("averaging time of the film", "ms", MILLI, |settings| {
+        log_normal(settings.trial_priors.film_mean_s)
+    }),
     ("exponent of S with the force", "", PLAIN, |settings| {
         normal(settings.trial_priors.area_exponent)
     }),
@@ -47,37 +44,37 @@ const PRIORS: [(&str, &str, NumberFormat, Range); 13] = [
         normal(settings.trial_priors.lag_exponent)
     }),
     (
-        "growth of the amplitude over 30 mm of the plate, unmeasured",
+        "increase of the amplitude over 30 mm of an unmeasured plate",
         "%",
         PERCENT,
         |settings| normal(settings.trial_priors.amplitude_tilt),
     ),
     (
-        "by how much it is more 30 mm from the centre, unmeasured",
+        "excess of the amplitude 30 mm from the centre of an unmeasured plate",
         "%",
         PERCENT,
         |settings| normal(settings.trial_priors.amplitude_bow),
     ),
     (
-        "angle of the finger’s part of Zₘ, of an instance",
+        "rotation of the finger’s part of Zₘ, per instance",
         "rad",
         PLAIN,
         |settings| about_zero(settings.trial_priors.finger_angle_std_rad),
     ),
     (
-        "mobility that the plate’s other modes add",
+        "added mobility of the plate’s other modes",
         "mm/(N·s)",
         MILLI,
         |settings| about_zero(settings.trial_priors.residual_mobility_std_m_per_n_s),
     ),
     (
-        "Im of what is added to Zₚ, of an instance",
+        "change of Im Zₚ, per instance",
         "N·s/m",
         HERTZ,
         |settings| about_zero(settings.trial_priors.plate_reactance_std_n_s_per_m),
     ),
     (
-        "Re of what is added to Zₚ, of an instance",
+        "change of Re Zₚ, per instance",
         "N·s/m",
         HERTZ,
         |settings| about_zero(settings.trial_priors.plate_damping_std_n_s_per_m),
@@ -87,11 +84,11 @@ const PRIORS: [(&str, &str, NumberFormat, Range); 13] = [
 /// Returns the table of the priors.
 pub(crate) fn table(settings: &Settings) -> Markup {
     html! {
-        h3 { "What trial holds likely beforehand" }
+        h3 { "Priors of trial" }
         p {
-            "Ranges that hold 95 % of each prior. Those of S, q₀, η and τ are so wide that they matter only to a recording of one or \
-             two instances. The others are of laws beside the published ones: what a recording does not tell of them stays as \
-             open as here, and is in every interval."
+            "Range with 95 % of each prior. The priors of S, q₀, η and τ are so wide that they affect only a recording of one or \
+             two instances. The others describe effects beyond the published model: where a recording does not determine \
+             them, their uncertainty stays as given here, and every interval includes it."
         }
         div.wide { table {
             thead { tr { th { "Prior" } th.n { "95 %" } th { "Unit" } } }

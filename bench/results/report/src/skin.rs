@@ -33,17 +33,16 @@ pub(crate) fn skin(skin: &Skin) -> Markup {
     };
     html! {
         p {
-            "S, q₀, η and τ by " b { "trial" } ", over each participant's recordings. First the mean, with a 95 % interval that holds \
-             the errors of the trials and what is between them: what this participant's data say by themselves. Where it stands, "
-            i { "shrunken" } " is that mean drawn towards the other participants', the better guess of one person's skin if all are \
-             drawn from one population; comparisons between groups of people take the mean. The study's mean counts every \
-             participant once."
+            "S, q₀, η and τ by " b { "trial" } ", over each participant's recordings. The first value is the mean of this participant's \
+             data alone; its 95 % interval includes the errors of the trials and the variation between them. "
+            i { "Shrunken" } ", if given, is that mean pulled towards the other participants', a better estimate of one person's skin if \
+             all come from one population; use the mean to compare groups of people. The study's mean counts every participant once."
         }
         @if !skin.left_out.is_empty() {
             p.alert {
                 (count_text(skin.left_out.len(), "recording is", "recordings are"))
-                " left out of this table, because they cannot be read, the fit of all \
-                 instances together cannot be used, the model does not hold, or no participant is stated."
+                " not in this table: unreadable, without a usable fit of all instances together, \
+                 outside the model, or without a stated participant."
             }
         }
         @if people.is_empty() { p { "No recording states its participant." } } @else {
@@ -70,26 +69,27 @@ pub(crate) fn skin(skin: &Skin) -> Markup {
                         @for parameter in study { (people_spread(parameter)) }
                     }
                     tr {
-                        th scope="row" { "Between trials of one (%)" } td.n {} td.n {}
+                        th scope="row" { "Between trials of a participant (%)" } td.n {} td.n {}
                         @for parameter in study { td.n { (PERCENT.value(parameter.between_trials_ln_std)) } }
                     }
                     tr {
-                        th scope="row" { "Errors that trials share (%)" } td.n {} td.n {}
+                        th scope="row" { "Errors common to all trials (%)" } td.n {} td.n {}
                         @for parameter in study { td.n { (PERCENT.value(Some(parameter.shared_error_part))) } }
                     }
                 }
             } }
         }
         p.note {
-            "Pooled in logarithms, each parameter by itself: means are geometric, and standard deviations those of natural logarithms, \
-             beyond what the errors explain; a participant whose trials differ by more than the others' can has an interval by their own \
-             scatter. S is under each trial's own mean force, which is therefore part of what is between \
-             trials. Only q₀·E/(1 − ν²) is measured: q₀ is for the E and ν of the settings. The variance between participants is by DerSimonian and Laird \
-             (1986). Trials that agree better than their errors allow share a part of these, by variance the last line, and the mean of \
-             many has that part as one has it. Intervals by Hartung and Knapp (2001) and, of the spread, by the Q profile (Viechtbauer 2007); shrinkage by \
-             empirical Bayes (Morris 1983), of a participant's mean from four participants on. The prior of each trial's fit is \
-             taken off before. The calibration's errors, which all trials share, are in each trial's interval, and above it as errors that trials \
-             share. No interval holds what the model leaves out of all trials alike."
+            "Each parameter is pooled separately, in logarithms: means are geometric, and standard deviations are those of natural \
+             logarithms beyond the errors; a participant with more scatter between trials than the pooled scatter explains has an \
+             interval from that scatter. S applies to the mean force of each trial, so the variation between trials includes that \
+             of the force. Only q₀·E/(1 − ν²) is measured: q₀ is valid for the E and ν of the settings. Variance between \
+             participants after DerSimonian and Laird (1986). If trials agree better than their errors allow, they have a part of \
+             these errors in common: the last line, by variance, which averaging over trials does not reduce. Intervals of means \
+             after Hartung and Knapp (2001), of standard deviations by the Q profile (Viechtbauer 2007); shrinkage by empirical \
+             Bayes (Morris 1983), for at least four participants. The prior of each trial's fit is removed first. All trials have \
+             the calibration's errors in common; each trial's interval includes them, and so does the last line. No interval \
+             includes an error of the model that is the same in all trials."
         }
     }
 }

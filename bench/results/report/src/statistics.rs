@@ -8,9 +8,9 @@ use crate::number::{finite, significant};
 pub(crate) fn table(statistics: &Statistics) -> Markup {
     html! {
         p {
-            "Published: Huloux, Bernard and Wiertlewski (2021). Means stand with their standard deviation, a slope with its standard \
-             error. The first p-value takes all pairs as independent, as the publication does; the clustered one is at the level of \
-             participants, of whom it needs six. Lines that are set in are the same statistic over another level."
+            "Published: Huloux, Bernard and Wiertlewski (2021). Means are given with their standard deviation, slopes with their \
+             standard error. The first p-value treats all pairs as independent, as in the publication; the clustered one treats \
+             participants as the unit, and needs at least six. Indented lines are the same statistic over another level."
         }
         div.wide { table {
             thead { tr { th { "Statistic" } th { "Published" } th { "paper" } th { "dynamic" } th { "trial" } } }

@@ -67,10 +67,10 @@ pub(crate) fn summary(content: &Content<'_>, recordings: &[RecordingEntry<'_>]) 
     let phrases: Vec<String> = phrases.into_iter().flatten().flatten().collect();
     html! {
         p.lead {
-            (count_text(recordings.len() - n_unreadable, "recording", "recordings"))
+            "Analysed: " (count_text(recordings.len() - n_unreadable, "recording", "recordings"))
             @if !people.is_empty() { " of " (count_text(people.len(), "participant", "participants")) }
             @if sessions > 0 { " in " (count_text(sessions, "session", "sessions")) }
-            " were analysed and gave "
+            ", with "
             (count_text(instances, "estimated instance", "estimated instances")) "; "
             (count_text(n_rejected, "stretch was", "stretches were")) " rejected. "
             @if n_unreadable > 0 {
@@ -81,21 +81,21 @@ pub(crate) fn summary(content: &Content<'_>, recordings: &[RecordingEntry<'_>]) 
             } @else if n_overridden > 0 {
                 b {
                     (count_text(n_overridden, "of the recordings is", "of the recordings are"))
-                    " excluded by decision, and analysed all the same"
+                    " excluded by decision, but analysed"
                 }
                 " (" a href="#left-out" { "decisions overridden" } "). "
             } @else { "No recording is excluded by decision. " }
-            "By the logs " (count_text(results.attempts.accepted, "trial was", "trials were")) " accepted"
+            "According to the logs, " (count_text(results.attempts.accepted, "trial was", "trials were")) " accepted"
             @if n_missed > 0 { ", " b { (n_missed) " of which could not be analysed" } }
-            " (" a href="#left-out" { "what is left out" } "). "
+            " (" a href="#left-out" { "omitted data" } "). "
             @if warnings > 0 {
                 "The analysis gave " a href="#flags" { (count_text(warnings, "warning", "warnings")) } ". "
             } @else { "The analysis gave no warning. " }
             @if !trials.is_empty() {
-                "The model was held not to fit in " (misfits) " of the "
+                "The model does not fit " (misfits) " of the "
                 (count_text(trials.len(), "recording", "recordings"))
-                " where that was judged"
-                @if misfits > 0 { ", whose values by trial are in all statistics here" }
+                " in which the fit was tested"
+                @if misfits > 0 { "; all statistics here include their values by trial" }
                 ". "
             }
             @if !phrases.is_empty() {
@@ -300,11 +300,11 @@ pub(crate) fn participants(recordings: &[RecordingEntry<'_>]) -> Markup {
             .count()
     };
     html! {
-        p { "Known by pseudonym alone. What participants stated of themselves is not in this report." }
+        p { "Participants are identified only by pseudonym; the personal details that they stated are not in this report." }
         div.wide { table {
             thead { tr {
                 th { "Participant" } th.n { "Sessions" } th.n { "Recordings" } th.n { "Instances" }
-                th.n { "of them by trial" }
+                th.n { "By trial" }
             } }
             tbody { @for (person, recordings) in &people { tr {
                 th scope="row" { (person.unwrap_or("not stated")) }

@@ -75,7 +75,7 @@ fn session_section(folder: &Path, session: &Session, recordings: &[RecordingEntr
         }
         div.wide { table {
             thead { tr {
-                th { "Attempt" } th { "Condition" } th.n { "Begun (s)" } th { "Verdict" } th { "Reasons" }
+                th { "Attempt" } th { "Condition" } th.n { "Start (s)" } th { "Verdict" } th { "Reasons" }
                 th { "Analysed" }
             } }
             tbody { @for attempt in &session.attempts {
@@ -100,12 +100,12 @@ fn session_section(folder: &Path, session: &Session, recordings: &[RecordingEntr
 
 fn session_end(end: &SessionEnd) -> String {
     match end {
-        SessionEnd::Unfinished => "its log does not end".to_owned(),
-        SessionEnd::Stopped(status, reason) => {
+        SessionEnd::NotBegun | SessionEnd::Unfinished => "its log has no end".to_owned(),
+        SessionEnd::Stopped { status, reason } => {
             let ending = match status {
                 ExitStatus::Success => "completed",
-                ExitStatus::Abort => "broken off by the operator",
-                ExitStatus::Fail => "broken off by a fault",
+                ExitStatus::Abort => "aborted by the operator",
+                ExitStatus::Fail => "aborted by a fault",
             };
             reason
                 .as_ref()

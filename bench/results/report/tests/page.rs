@@ -151,8 +151,8 @@ fn the_page_of_a_small_study() {
 fn the_fit_of_the_model_is_reported() {
     let page = page("sub-01", &[]).unwrap();
     assert!(
-        page.contains("held to fit in all 1 recording ")
-            && page.contains("not to fit in 0 of the 1 recording"),
+        page.contains("in which the fit was tested (1 recording)")
+            && page.contains("does not fit 0 of the 1 recording "),
         "{page}"
     );
 }
@@ -173,7 +173,7 @@ fn a_recording_without_intervals_is_shown_with_the_signs_of_misfit() {
     let page = page_of("sub-01", &study, &[]).unwrap();
     assert!(page.contains("the model does not fit"));
     assert!(page.contains("; friction is off by 0.05; &lt;script&gt;"));
-    assert!(page.contains("so that no interval is given"));
+    assert!(page.contains("so no interval is given"));
     let (_, by_trial) = page.split_once("<td>trial</td>").unwrap();
     let (row, _) = by_trial.split_once("</tr>").unwrap();
     assert!(
@@ -369,7 +369,7 @@ fn overridden_decisions_and_missed_trials_are_reported() {
     let page = page_of("sub-01", &study, &[]).unwrap();
     for part in [
         "These decisions were overridden",
-        "1 of the recordings is excluded by decision, and analysed all the same",
+        "1 of the recordings is excluded by decision, but analysed",
         "3 trials were accepted",
         "1 of which could not be analysed",
         "sub-01/ses-01/trial-003_attempt-1",

@@ -1,5 +1,10 @@
+use crate::is_sign;
+use super::observation::PATIENCE_S;
 use super::*;
+use safety::{SafetyState, Trip};
+use tui::Action;
 use tui::action::AttemptName;
+use tui::drill_view::DrillStep;
 
 /// A bench and its clock, for exercises with the fault after 1 s of driving and a `silence_s` of 0.05 s.
 struct Bench {

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use recording::reader;
-use recording::study::{DESCRIPTION_FILE, EXCLUSIONS_FILE, TrialBlock, TrialLabel};
+use recording::study::{DESCRIPTION_FILE, EXCLUSIONS_FILE, TrialLabel};
 use serde::{Serialize, Serializer};
 
-use crate::exclusions::exclusion::{Exclusion, Trial};
+use crate::exclusions::exclusion::Exclusion;
 use crate::exclusions::exclusions_error::ExclusionsError;
 use crate::exclusions::table::{self, Exclusions};
 
@@ -151,14 +151,7 @@ fn covering_exclusion<'a>(exclusions: &'a Exclusions, folder: &Path) -> Option<&
     let description_identity = || {
         let manifest = reader::read_manifest(&folder).ok()?;
         let participant = manifest.participant?;
-        let trial = manifest.trial.map(|trial| Trial {
-            block: if trial.practice {
-                TrialBlock::Practice
-            } else {
-                TrialBlock::Main
-            },
-            number: trial.number,
-        });
+        let trial = manifest.trial.map(|trial| trial.label().into());
         Some((participant.id, Some(participant.session), trial))
     };
     let (participant, session, trial) = names_identity().or_else(description_identity)?;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use recording::disk::{self, OnPath};
 use recording::storage::Storage;
-use recording::study::EXCLUSIONS_FILE;
+use recording::study::{EXCLUSIONS_FILE, TableLine, table_lines};
 
 use crate::exclusions::exclusion::{ALL, Exclusion, Part, number};
 use crate::exclusions::exclusions_error::ExclusionsError;
@@ -63,23 +63,22 @@ pub fn read(folder: &Path) -> Result<Exclusions, ExclusionsError> {
 fn parse(bytes: &[u8], folder: &Path) -> Result<Exclusions, ExclusionsError> {
     let path = || folder.join(EXCLUSIONS_FILE);
     let text = std::str::from_utf8(bytes).map_err(|_| ExclusionsError::NoText { path: path() })?;
-    // Spreadsheets begin UTF-8 files with this mark.
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut exclusions = Exclusions {
         study: folder.to_owned(),
         list: Vec::new(),
         lines: Vec::new(),
     };
-    let mut lines = (1..)
-        .zip(text.lines())
-        .filter(|(_, line)| !line.trim().is_empty());
-    let Some((_, header)) = lines.next() else {
+    let mut lines = table_lines(text).into_iter();
+    let Some(TableLine { cells: columns, .. }) = lines.next() else {
         return Ok(exclusions);
     };
-    let columns: Vec<&str> = header.split('\t').map(str::trim).collect();
     let places = places(&columns, &path)?;
-    for (line, text) in lines {
-        let cells: Vec<&str> = text.split('\t').map(str::trim).collect();
+    for TableLine {
+        number: line,
+        cells,
+        ..
+    } in lines
+    {
         if cells.len() != columns.len() {
             return Err(ExclusionsError::Cells {
                 path: path(),
@@ -88,7 +87,7 @@ fn parse(bytes: &[u8], folder: &Path) -> Result<Exclusions, ExclusionsError> {
                 columns: columns.len(),
             });
         }
-        let cell = |column: usize| places[column].map_or("", |index| cells[index]);
+        let cell = |column: usize| places[column].map_or("", |index| cells[index].as_str());
         let exclusion = exclusion(cell).map_err(|(column, why)| ExclusionsError::Cell {
             path: path(),
             line,
@@ -104,7 +103,7 @@ fn parse(bytes: &[u8], folder: &Path) -> Result<Exclusions, ExclusionsError> {
 
 /// Returns the index of each of [`COLUMNS`] in the header.
 fn places(
-    columns: &[&str],
+    columns: &[String],
     path: &impl Fn() -> PathBuf,
 ) -> Result<[Option<usize>; 6], ExclusionsError> {
     let mut places = [None; 6];
@@ -115,7 +114,7 @@ fn places(
             _ => {
                 return Err(ExclusionsError::UnknownColumn {
                     path: path(),
-                    column: (*name).to_owned(),
+                    column: name.clone(),
                     nearest: strict_toml::nearest(name, &COLUMNS).filter(|nearest| nearest != name),
                 });
             }

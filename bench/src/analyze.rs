@@ -12,14 +12,13 @@ use crate::verbosity::Verbosity;
 use analysis::attempts::{AttemptAccount, Attempts};
 use analysis::find::TrialFilter;
 use analysis::published::{TableFormat, statistics};
-use analysis::results::Results;
 use analysis::whole_trial;
 use analysis::{Analysis, RecordingAnalysis, Settings, analyse, find, tables};
 use escaping::{escaped, escaped_line};
 use plotting::Figure;
 use population::skin::Skin;
 use published_figures::measured::{measured_figures, write_figures};
-use report::{Recorded, ReportContent};
+use report::{ReportContent, Recorded, Results};
 use study::exclusions::{EXCLUSIONS_FILE, RecordingSelection};
 use study::sessions::Sessions;
 
@@ -66,16 +65,9 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     let skin = Skin::from_analysis(&analysed);
     let sessions = Sessions::from_recordings(folders.iter().map(PathBuf::as_path));
     if options.json.is_some() || options.report.is_some() {
-        let mut results = Results::new(&analysed)
-            .with_skin(serde_json::to_value(&skin)?)
-            .with_attempts(&account)
-            .with_excluded(selection.to_json()?);
-        if let Some(overridden) = selection.overridden_to_json()? {
-            results = results.with_overridden(overridden);
-        }
-        let results = results.to_json()?;
+        let results = Results::new(&analysed, &skin, &account, &selection);
         if let Some(path) = &options.json {
-            write_text(path, &results)?;
+            write_text(path, &results.to_json()?)?;
         }
         if let Some(path) = &options.report {
             let figures = measured_figures(&analysed, &sessions, &options.figure_selection());
@@ -149,11 +141,11 @@ fn warn(account: &AttemptAccount) {
     }
 }
 
-/// Returns the report on the analysis, with the numbers of `results`.
+/// Returns the report on the analysis.
 fn page(
     options: &Analyze,
     analysed: &Analysis,
-    results: &str,
+    results: &Results<'_>,
     (sessions, figures): (&Sessions, &[Figure]),
 ) -> anyhow::Result<String> {
     let recordings = analysed.recordings.iter().map(|recording| Recorded {

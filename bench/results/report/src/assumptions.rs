@@ -1,16 +1,30 @@
 //! Assumptions, the results that depend on them, and the sources of the methods.
 
+use analysis::Settings;
+use analysis::method::Method;
+use analysis::printed_settings::PrintedSettings;
+use analysis::results::{SensitivityRow, SensitivityRows};
 use maud::{Markup, html};
-use serde_json::Value;
 
-use crate::content::{RecordingEntry, ReportContent};
-use crate::number::{PLAIN, significant};
+use crate::content::{ReportContent, RecordingEntry};
+use crate::instance;
+use crate::number::PLAIN;
 use crate::priors;
-use crate::results::{Estimate, Results, Sensitivity, SensitivityRow};
+
+/// Value of a setting.
+enum SettingValue {
+    Number(f64),
+    Choice(bool),
+}
+
+use SettingValue::{Choice, Number};
+
+type Value = fn(&Settings) -> SettingValue;
 
 /// Setting in words.
 struct Setting {
     key: &'static str,
+    value: Value,
     words: &'static str,
     unit: &'static str,
     /// Factor from the SI unit.
@@ -19,13 +33,14 @@ struct Setting {
 }
 
 const fn setting(
-    key: &'static str,
+    (key, value): (&'static str, Value),
     words: &'static str,
     (factor, unit): (f64, &'static str),
     source: &'static str,
 ) -> Setting {
     Setting {
         key,
+        value,
         words,
         unit,
         factor,
@@ -38,127 +53,133 @@ const PROGRAM_CHOICE: &str = "choice of this program";
 
 const SETTINGS: [Setting; 17] = [
     setting(
-        "sigma_q0_rad_per_m",
+        ("sigma_q0_rad_per_m", |settings| {
+            Number(settings.sigma_q0_rad_per_m)
+        }),
         "q₀: wave number of the skin's ridges in the law of asperities (paper, dynamic)",
         (1.0, "rad/m"),
         "not published; 2π over ridges 0.45 mm apart",
     ),
     setting(
-        "poisson_ratio",
+        ("poisson_ratio", |settings| Number(settings.poisson_ratio)),
         "ν: Poisson's ratio of the skin",
         (1.0, ""),
         "not published; incompressible",
     ),
     setting(
-        "young_modulus_pa",
+        ("young_modulus_pa", |settings| {
+            Number(settings.young_modulus_pa)
+        }),
         "E: Young's modulus of the skin",
         (1e-6, "MPa"),
         "Huloux 2021, stratum corneum",
     ),
     setting(
-        "contact_area_m2",
+        ("contact_area_m2", |settings| {
+            Number(settings.contact_area_m2)
+        }),
         "S: apparent contact area (paper, dynamic)",
         (1e6, "mm²"),
         "Huloux 2021, the value of the fits",
     ),
     setting(
-        "ambient_pressure_pa",
+        ("ambient_pressure_pa", |settings| {
+            Number(settings.ambient_pressure_pa)
+        }),
         "p₀: pressure of the air",
         (1e-3, "kPa"),
         "standard atmosphere",
     ),
     setting(
-        "loss_factor",
+        ("loss_factor", |settings| Number(settings.loss_factor)),
         "η: loss factor of the contact (paper, dynamic)",
         (1.0, ""),
         "Huloux 2021, “damping factor 0.3”",
     ),
     setting(
-        "rest_amplitude_m",
+        ("rest_amplitude_m", |settings| {
+            Number(settings.rest_amplitude_m)
+        }),
         "amplitude below which the plate counts as at rest (paper)",
         (1e6, "µm"),
         PUBLICATION,
     ),
     setting(
-        "rest_lowest_s",
+        ("rest_lowest_s", |settings| Number(settings.rest_lowest_s)),
         "duration of the lowest amplitudes, which count as rest in an instance that never goes below (paper)",
         (1e3, "ms"),
         PROGRAM_CHOICE,
     ),
     setting(
-        "lead_in_s",
+        ("lead_in_s", |settings| Number(settings.lead_in_s)),
         "time before an instance over which the gap is integrated (dynamic, trial)",
         (1e3, "ms"),
         PROGRAM_CHOICE,
     ),
     setting(
-        "plate_offset",
+        ("plate_offset", |settings| Choice(settings.plate_offset)),
         "whether the plate's offset since it was unloaded is fitted (dynamic)",
         (1.0, ""),
         PROGRAM_CHOICE,
     ),
     setting(
-        "central_m",
+        ("central_m", |settings| Number(settings.central_m)),
         "length of the central part of the plate that is analysed",
         (1e3, "mm"),
         PUBLICATION,
     ),
     setting(
-        "speed_m_per_s",
+        ("speed_m_per_s", |settings| Number(settings.speed_m_per_s)),
         "speed of the slider, unless the protocol states another",
         (1e3, "mm/s"),
         PUBLICATION,
     ),
     setting(
-        "speed_tolerance",
+        ("speed_tolerance", |settings| {
+            Number(settings.speed_tolerance)
+        }),
         "allowed relative deviation from that speed",
         (1.0, ""),
         PROGRAM_CHOICE,
     ),
     setting(
-        "instance_s",
+        ("instance_s", |settings| Number(settings.instance_s)),
         "length of an instance",
         (1e3, "ms"),
         PUBLICATION,
     ),
     setting(
-        "contact_n",
+        ("contact_n", |settings| Number(settings.contact_n)),
         "lowest normal force that counts as contact",
         (1.0, "N"),
         PROGRAM_CHOICE,
     ),
     setting(
-        "smoothing_hz",
+        ("smoothing_hz", |settings| Number(settings.smoothing_hz)),
         "cut-off of the zero-phase second-order Butterworth filter on forces, position and paper's impedance",
         (1.0, "Hz"),
         PUBLICATION,
     ),
     setting(
-        "null_sigmas",
+        ("null_sigmas", |settings| Number(settings.null_sigmas)),
         "lowest amplitude with an impedance, in standard deviations of its noise",
         (1.0, ""),
         PROGRAM_CHOICE,
     ),
 ];
 
-pub(crate) fn assumptions(results: &Results) -> Markup {
-    let settings = &results.settings;
-    let is_known = |key: &str| SETTINGS.iter().any(|setting| setting.key == key);
-    let mut other_settings = Vec::new();
-    let trial_priors = settings.get(priors::KEY).and_then(Value::as_object);
-    let trial_priors = trial_priors.map(priors::table);
-    for (key, value) in settings.iter().filter(|(key, _)| !is_known(key)) {
-        match &trial_priors {
-            Some((_, other_priors)) if key == priors::KEY => {
-                flatten(
-                    key,
-                    &Value::Object(other_priors.clone()),
-                    &mut other_settings,
-                );
-            }
-            _ => flatten(key, value, &mut other_settings),
-        }
-    }
+pub(crate) fn assumptions(printed: &PrintedSettings) -> Markup {
+    let PrintedSettings {
+        settings,
+        amplitude_along_plate: amplitude,
+        normal_force: force,
+    } = printed;
+    let sources = [
+        ("amplitude_along_plate.dynamic", amplitude.dynamic.as_str()),
+        ("amplitude_along_plate.paper", amplitude.paper),
+        ("normal_force.dynamic", force.dynamic),
+        ("normal_force.paper", force.paper),
+    ];
     html! {
         p {
             "These values were assumed, not measured. The table shows the values used and the sources of the defaults; " code { "--assume" }
@@ -169,56 +190,35 @@ pub(crate) fn assumptions(results: &Results) -> Markup {
             thead { tr { th { "Assumed" } th.n { "Value" } th { "Unit" } th { "Source of the default" } th { "Name" } } }
             tbody {
                 @for setting in &SETTINGS {
-                    @if let Some(value) = settings.get(setting.key) { tr {
+                    tr {
                         th scope="row" { (setting.words) }
-                        td.n { (setting_text(value, setting.factor)) }
+                        td.n { (setting_text((setting.value)(settings), setting.factor)) }
                         td { (setting.unit) } td { (setting.source) } td { code { (setting.key) } }
-                    } }
+                    }
                 }
             }
         } }
-        @if let Some((table, _)) = &trial_priors { (table) }
-        @if !other_settings.is_empty() {
-            h3 { "Conventions of amplitude and force" }
-            div.wide { table { tbody { @for (key, value) in &other_settings {
-                tr { th scope="row" { code { (key) } } td { (value) } }
-            } } } }
-        }
+        (priors::table(settings))
+        h3 { "Conventions of amplitude and force" }
+        div.wide { table { tbody { @for (key, source) in sources {
+            tr { th scope="row" { code { (key) } } td { (source) } }
+        } } } }
     }
 }
 
-fn setting_text(value: &Value, factor: f64) -> String {
+fn setting_text(value: SettingValue, factor: f64) -> String {
     match value {
-        Value::Bool(true) => "yes".to_owned(),
-        Value::Bool(false) => "no".to_owned(),
-        Value::Number(number) => match number.as_f64() {
+        Choice(true) => "yes".to_owned(),
+        Choice(false) => "no".to_owned(),
+        Number(value) => {
             // The value as given, without the rounding error of a change of unit.
-            Some(value) => {
-                let product = (value * factor * 1e9).round() / 1e9;
-                product.to_string().replace('-', "−")
-            }
-            None => number.to_string(),
-        },
-        Value::String(text) => text.clone(),
-        Value::Null => "–".to_owned(),
-        other => other.to_string(),
-    }
-}
-
-/// Adds all values of a nested setting, each under its dotted path.
-fn flatten(key: &str, value: &Value, rows: &mut Vec<(String, String)>) {
-    match value {
-        Value::Object(parts) => {
-            for (name, part) in parts {
-                flatten(&format!("{key}.{name}"), part, rows);
-            }
+            let product = (value * factor * 1e9).round() / 1e9;
+            product.to_string().replace('-', "−")
         }
-        Value::Number(number) => rows.push((key.to_owned(), significant(number.as_f64()))),
-        other => rows.push((key.to_owned(), setting_text(other, 1.0))),
     }
 }
 
-type ConstantSensitivity = fn(&Sensitivity) -> &SensitivityRow;
+type ConstantSensitivity = fn(&SensitivityRows) -> &SensitivityRow;
 const CONSTANTS: [(&str, ConstantSensitivity); 4] = [
     ("q₀", |sensitivity| &sensitivity.sigma_q0_rad_per_m),
     ("E", |sensitivity| &sensitivity.young_modulus_pa),
@@ -245,29 +245,20 @@ fn errors_note(recordings: &[RecordingEntry<'_>]) -> String {
 }
 
 pub(crate) fn dependencies(recordings: &[RecordingEntry<'_>]) -> Markup {
-    let median_sensitivities = |method: &'static str,
-                                constant: ConstantSensitivity|
-     -> [Option<f64>; 2] {
+    let median_sensitivities = |method: Method, constant: ConstantSensitivity| {
         let estimates = recordings
             .iter()
-            .flat_map(|recording| &recording.result.instances);
-        let estimates = estimates.flat_map(|instance| instance.estimates());
-        let method_estimates = estimates.filter(|(name, _)| *name == method);
-        let rows: Vec<&SensitivityRow> = method_estimates
-            .filter_map(|(_, estimate): (_, &Estimate)| estimate.sensitivity.as_ref().map(constant))
+            .flat_map(|recording| &recording.result.instances)
+            .flat_map(instance::estimates);
+        let rows: Vec<&SensitivityRow> = estimates
+            .filter(|estimated| estimated.method == method)
+            .filter_map(|estimated| estimated.estimate.sensitivity.as_ref().map(constant))
             .collect();
-        [
-            statistics::median(
-                rows.iter()
-                    .filter_map(|row| row.ln_sigma_t)
-                    .filter(|value| value.is_finite()),
-            ),
-            statistics::median(
-                rows.iter()
-                    .filter_map(|row| row.ln_abs_z_t)
-                    .filter(|value| value.is_finite()),
-            ),
-        ]
+        let values: [fn(&SensitivityRow) -> f64; 2] = [|row| row.ln_sigma_t, |row| row.ln_abs_z_t];
+        values.map(|value| {
+            let values = rows.iter().map(|row| value(row));
+            statistics::median(values.filter(|value| value.is_finite()))
+        })
     };
     let profiles = recordings
         .iter()
@@ -306,7 +297,7 @@ pub(crate) fn dependencies(recordings: &[RecordingEntry<'_>]) -> Markup {
             } }
             tbody { @for (name, constant) in CONSTANTS { tr {
                 th scope="row" { (name) }
-                @for method in ["paper", "dynamic"] {
+                @for method in Method::BOTH {
                     @for value in median_sensitivities(method, constant) { td.n { (PLAIN.value(value)) } }
                 }
             } } }

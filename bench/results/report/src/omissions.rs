@@ -2,18 +2,20 @@
 
 use std::collections::BTreeMap;
 
+use analysis::attempts::{AttemptAccount, OmittedAttempt};
 use maud::{Markup, html};
+use study::exclusions::Excluded;
 
 use crate::content::RecordingEntry;
 use crate::number::{NumberFormat, count_text};
-use crate::results::{Excluded, Results};
+use crate::results::Results;
 
 const SECONDS: NumberFormat = NumberFormat {
     factor: 1.0,
     decimals: 2,
 };
 
-pub(crate) fn omissions(results: &Results, recordings: &[RecordingEntry<'_>]) -> Markup {
+pub(crate) fn omissions(results: &Results<'_>, recordings: &[RecordingEntry<'_>]) -> Markup {
     let mut reasons: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
     for recording in recordings {
         let mut recording_reasons: Vec<&str> = Vec::new();
@@ -29,17 +31,17 @@ pub(crate) fn omissions(results: &Results, recordings: &[RecordingEntry<'_>]) ->
     let mut reasons: Vec<_> = reasons.into_iter().collect();
     reasons.sort_by_key(|(_, (stretches, _))| std::cmp::Reverse(*stretches));
     html! {
-        (attempt_table(results))
+        (attempt_table(results.attempts))
         h3 { "Excluded by decision" }
         @if !results.exclusions_overridden.is_empty() {
             p.alert {
                 "These decisions were overridden (" code { "--include-excluded" } "): the recordings were analysed nevertheless."
             }
-            (decisions(&results.exclusions_overridden))
+            (decisions(results.exclusions_overridden))
         } @else if results.excluded.is_empty() {
             p { "None." }
         } @else {
-            (decisions(&results.excluded))
+            (decisions(results.excluded))
         }
         h3 { "Rejected by rule" }
         @if reasons.is_empty() {
@@ -67,10 +69,7 @@ pub(crate) fn omissions(results: &Results, recordings: &[RecordingEntry<'_>]) ->
 }
 
 /// Returns the attempts that were not analysed because of their standing in the sessions' logs.
-fn attempt_table(results: &Results) -> Markup {
-    let Some(attempts) = &results.attempts else {
-        return html! {};
-    };
+fn attempt_table(attempts: &AttemptAccount) -> Markup {
     html! {
         h3 { "Attempts" }
         p {
@@ -80,19 +79,27 @@ fn attempt_table(results: &Results) -> Markup {
             "."
         }
         @for log in &attempts.unread_logs { p.alert { "A log cannot be read. " (log) } }
-        @if attempts.left_out.iter().any(|attempt| attempt.is_missed()) {
+        @if attempts.missed().next().is_some() {
             p.alert { "Accepted trials are missing: they could not be analysed." }
         }
         @if !attempts.left_out.is_empty() {
             div.wide { table {
                 thead { tr { th { "Attempt" } th { "Verdict" } th { "Not analysed because" } } }
                 tbody { @for attempt in &attempts.left_out { tr {
-                    th scope="row" { (attempt.name()) } td { (attempt.standing.as_deref().unwrap_or("not known")) }
+                    th scope="row" { (name(attempt)) }
+                    td { @match attempt.standing { Some(standing) => (standing), None => "not known" } }
                     td { (attempt.because) }
                 } } }
             } }
         }
     }
+}
+
+/// Returns the last names of the path of an attempt's folder.
+fn name(attempt: &OmittedAttempt) -> String {
+    let path = attempt.path.display().to_string();
+    let names: Vec<&str> = path.rsplit('/').take(3).collect();
+    names.into_iter().rev().collect::<Vec<_>>().join("/")
 }
 
 fn decisions(exclusions: &[Excluded]) -> Markup {
@@ -102,10 +109,10 @@ fn decisions(exclusions: &[Excluded]) -> Markup {
                 th { "Participant" } th { "Session" } th { "Trial" } th { "Reason" } th { "Decided by" } th { "Date" }
                 th.n { "Recordings" }
             } }
-            tbody { @for exclusion in exclusions { tr {
+            tbody { @for Excluded { exclusion, recordings, .. } in exclusions { tr {
                 th scope="row" { (exclusion.participant) } td { (exclusion.session) } td { (exclusion.trial) }
                 td { (exclusion.reason) } td { (exclusion.by) } td { (exclusion.date.as_deref().unwrap_or("not stated")) }
-                td.n { (exclusion.recordings.len()) }
+                td.n { (recordings.len()) }
             } } }
         } }
     }

@@ -4,7 +4,6 @@ use maud::{DOCTYPE, Markup, PreEscaped, html as markup};
 
 use crate::content::{ReportContent, ReportError, recording_entries};
 use crate::number::date;
-use crate::results::Results;
 use crate::{
     assumptions, calibration, drift, estimates, flags, omissions, skin, statistics, study, trials,
 };
@@ -23,17 +22,13 @@ struct Section {
 /// Returns the page.
 ///
 /// # Errors
-/// The results violate their schema, or a figure cannot be drawn.
+/// The results are of other recordings, or a figure cannot be drawn.
 pub fn html(content: &ReportContent<'_>) -> Result<String, ReportError> {
-    let results: Results = serde_json::from_str(content.results)?;
-    let recordings = recording_entries(content, &results)?;
+    let results = content.results;
+    let recordings = recording_entries(content)?;
     let section = |id, title, body| Section { id, title, body };
     let sections = [
-        section(
-            "summary",
-            "Summary",
-            study::summary(content, &results, &recordings),
-        ),
+        section("summary", "Summary", study::summary(content, &recordings)),
         section("study", "The study", study::study(content, &recordings)),
         section(
             "participants",
@@ -48,26 +43,26 @@ pub fn html(content: &ReportContent<'_>) -> Result<String, ReportError> {
         section(
             "left-out",
             "Omitted data",
-            omissions::omissions(&results, &recordings),
+            omissions::omissions(results, &recordings),
         ),
-        section("skin", "Skin of the participants", skin::skin(&results)),
+        section("skin", "Skin of the participants", skin::skin(results.skin)),
         section(
             "estimates",
             "Estimates",
-            estimates::estimates(&results, &recordings),
+            estimates::estimates(results.skin, &recordings),
         ),
         section("drift", "Drift", drift::drift(&recordings)),
         section("flags", "Flags and warnings", flags::flags(&recordings)),
         section(
             "published",
             "Comparison with the published statistics",
-            statistics::table(&results),
+            statistics::table(&results.statistics),
         ),
         section("figures", "Figures", figures(content)?),
         section(
             "assumptions",
             "Assumptions",
-            assumptions::assumptions(&results),
+            assumptions::assumptions(&results.settings),
         ),
         section(
             "calibration",

@@ -1,9 +1,10 @@
 //! Skin of the participants and of the study, pooled over their trials.
 
+use analysis::results::Interval;
 use maud::{Markup, html};
+use population::skin::{PersonParameter, Ranged, Skin, StudyParameter};
 
-use crate::number::{MILLI, NumberFormat, PLAIN, count_text};
-use crate::results::{Interval, PersonParameter, Ranged, Results, StudyParameter};
+use crate::number::{MILLI, NumberFormat, PLAIN, count_text, finite};
 
 pub(crate) const AREA: NumberFormat = NumberFormat {
     factor: 1e6,
@@ -19,36 +20,16 @@ const PERCENT: NumberFormat = NumberFormat {
     decimals: 0,
 };
 
-/// Key in the results and form of each parameter, in the order of the columns.
-const COLUMNS: [(&str, NumberFormat); 4] = [
-    ("contact_area_m2", AREA),
-    ("q0_rad_per_m", Q0),
-    ("loss_factor", PLAIN),
-    ("tau_s", MILLI),
-];
+/// Form of each parameter, in order.
+const FORMATS: [NumberFormat; 4] = [AREA, Q0, PLAIN, MILLI];
 
-pub(crate) fn skin(results: &Results) -> Markup {
-    let Some(skin) = &results.skin else {
-        return html! { p { "Not in these results: they were made by an earlier version of the program." } };
-    };
+pub(crate) fn skin(skin: &Skin) -> Markup {
     let people = &skin.participants;
-    let study_parameter = |key: &str| skin.study.get(key);
-    let mean = |parameter: Option<&StudyParameter>, format: NumberFormat| {
-        let parameter = parameter.and_then(|parameter| parameter.mean.as_ref());
-        html! { td.n { (range_cell(parameter, format)) } }
-    };
-    let people_spread = |parameter: Option<&StudyParameter>| {
-        let std = parameter.and_then(|parameter| parameter.between_participants_ln_std);
-        let ends = parameter.and_then(|parameter| parameter.between_participants_ln_std_interval95);
+    let study = skin.study.as_array();
+    let people_spread = |parameter: &StudyParameter| {
+        let std = finite(parameter.between_participants_ln_std);
+        let ends = parameter.between_participants_ln_std_interval95;
         html! { td.n { (PERCENT.value(std)) @if std.is_some() { (interval_cell(ends, PERCENT)) } } }
-    };
-    let trial_spread = |parameter: Option<&StudyParameter>| {
-        let std = parameter.and_then(|parameter| parameter.between_trials_ln_std);
-        html! { td.n { (PERCENT.value(std)) } }
-    };
-    let shared_part = |parameter: Option<&StudyParameter>| {
-        let part = parameter.and_then(|parameter| parameter.shared_error_part);
-        html! { td.n { (PERCENT.value(part)) } }
     };
     html! {
         p {
@@ -75,23 +56,25 @@ pub(crate) fn skin(results: &Results) -> Markup {
                         th scope="row" { (person.participant) }
                         td.n { (person.trials.len()) }
                         td.n { (person.n_left_out) }
-                        @for (key, format) in COLUMNS { td.n { (parameter_cell(person.parameter(key).as_ref(), format)) } }
+                        @for (parameter, format) in person.parameters.as_array().into_iter().zip(FORMATS) {
+                            td.n { (parameter_cell(*parameter, format)) }
+                        }
                     } }
                     tr.first {
                         th scope="row" { "Mean of participants" } td.n {} td.n {}
-                        @for (key, format) in COLUMNS { (mean(study_parameter(key), format)) }
+                        @for (parameter, format) in study.into_iter().zip(FORMATS) { td.n { (range_cell(parameter.mean, format)) } }
                     }
                     tr {
                         th scope="row" { "Between participants (%)" } td.n {} td.n {}
-                        @for (key, _) in COLUMNS { (people_spread(study_parameter(key))) }
+                        @for parameter in study { (people_spread(parameter)) }
                     }
                     tr {
                         th scope="row" { "Between trials of a participant (%)" } td.n {} td.n {}
-                        @for (key, _) in COLUMNS { (trial_spread(study_parameter(key))) }
+                        @for parameter in study { td.n { (PERCENT.value(parameter.between_trials_ln_std)) } }
                     }
                     tr {
                         th scope="row" { "Errors common to all trials (%)" } td.n {} td.n {}
-                        @for (key, _) in COLUMNS { (shared_part(study_parameter(key))) }
+                        @for parameter in study { td.n { (PERCENT.value(Some(parameter.shared_error_part))) } }
                     }
                 }
             } }
@@ -111,21 +94,22 @@ pub(crate) fn skin(results: &Results) -> Markup {
     }
 }
 
-fn parameter_cell(parameter: Option<&PersonParameter>, format: NumberFormat) -> Markup {
+fn parameter_cell(parameter: Option<PersonParameter>, format: NumberFormat) -> Markup {
     html! {
-        (range_cell(parameter.map(|parameter| &parameter.mean), format))
-        @if let Some(parameter) = parameter.and_then(|parameter| parameter.shrunken.as_ref()) {
+        (range_cell(parameter.map(|parameter| parameter.mean), format))
+        @if let Some(shrunken) = parameter.and_then(|parameter| parameter.shrunken) {
             span.also {
-                i { "shrunken " } (format.value(parameter.value)) " (" (interval_text(parameter.interval95, format)) ")"
+                i { "shrunken " } (format.value(Some(shrunken.value)))
+                " (" (interval_text(Some(shrunken.interval95), format)) ")"
             }
         }
     }
 }
 
-fn range_cell(range: Option<&Ranged>, format: NumberFormat) -> Markup {
+fn range_cell(range: Option<Ranged>, format: NumberFormat) -> Markup {
     html! {
-        (format.value(range.and_then(|range| range.value)))
-        @if let Some(range) = range { (interval_cell(range.interval95, format)) }
+        (format.value(range.map(|range| range.value)))
+        @if let Some(range) = range { (interval_cell(Some(range.interval95), format)) }
     }
 }
 
@@ -134,6 +118,6 @@ fn interval_cell(interval: Option<Interval>, format: NumberFormat) -> Markup {
 }
 
 fn interval_text(interval: Option<Interval>, format: NumberFormat) -> String {
-    let [low, high] = interval.unwrap_or_default();
+    let [low, high] = interval.map_or([None; 2], |ends| ends.map(Some));
     format!("{} to {}", format.value(low), format.value(high))
 }

@@ -2,18 +2,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use analysis::published::{MethodStatistic, Statistic};
 use jiff::Timestamp;
 use maud::{Markup, html};
 
-use crate::content::{RecordingEntry, ReportContent};
-use crate::number::{MICRO, count_text, date};
-use crate::results::{Results, Statistic};
+use crate::content::{ReportContent, RecordingEntry};
+use crate::number::{MICRO, count_text, date, finite};
 
-pub(crate) fn summary(
-    content: &ReportContent<'_>,
-    results: &Results,
-    recordings: &[RecordingEntry<'_>],
-) -> Markup {
+pub(crate) fn summary(content: &ReportContent<'_>, recordings: &[RecordingEntry<'_>]) -> Markup {
+    let results = content.results;
     let instances: usize = recordings
         .iter()
         .map(|recording| recording.result.instances.len())
@@ -29,11 +26,7 @@ pub(crate) fn summary(
         .sum();
     let exclusions = results.exclusions_overridden.iter();
     let n_overridden: usize = exclusions.map(|exclusion| exclusion.recordings.len()).sum();
-    let attempts = results
-        .attempts
-        .iter()
-        .flat_map(|attempts| &attempts.left_out);
-    let n_missed = attempts.filter(|attempt| attempt.is_missed()).count();
+    let n_missed = results.attempts.missed().count();
     let warnings: usize = recordings
         .iter()
         .map(|recording| recording.result.warnings.len())
@@ -46,37 +39,29 @@ pub(crate) fn summary(
         .iter()
         .filter_map(|recording| recording.result.trial.as_ref())
         .collect();
-    let misfit_verdicts: Vec<bool> = trials.iter().filter_map(|trial| trial.misfit()).collect();
-    let misfits = misfit_verdicts.iter().filter(|misfit| **misfit).count();
+    let misfits = trials.iter().filter(|trial| trial.model_misfit).count();
     let n_unreadable = recordings
         .iter()
         .filter(|recording| recording.manifest.is_none())
         .count();
     let sessions = content.sessions.list.len();
-    let is_sigma_t = |(name, _): &&(String, _)| name == "sigma_t_m";
-    let sigma_t = results
-        .statistics
-        .iter()
-        .find(is_sigma_t)
-        .map(|(_, row)| row);
+    let mut rows = results.statistics.rows.iter();
+    let sigma_t = rows.find(|row| row.name == "sigma_t_m");
     let spread = |statistic: &Statistic| {
         format!(
             "{} µm ({})",
             MICRO.with_std(statistic.value, statistic.std),
-            count_text(statistic.n as usize, "instance", "instances")
+            count_text(statistic.n, "instance", "instances")
         )
     };
-    let sigma_t_by = |statistic: Option<&crate::results::MethodStatistic>, name: &str| {
-        let main = statistic
-            .map(|statistic| &statistic.main)
-            .filter(|main| main.value.is_some())?;
-        Some(format!("{} by {name}", spread(main)))
+    let sigma_t_by = |MethodStatistic { main, .. }: &MethodStatistic, name: &str| {
+        finite(main.value).map(|_| format!("{} by {name}", spread(main)))
     };
     let phrases = sigma_t.map(|row| {
         [
-            sigma_t_by(row.trial.as_ref(), "trial"),
-            sigma_t_by(row.dynamic.as_ref(), "dynamic"),
-            sigma_t_by(row.paper.as_ref(), "paper"),
+            sigma_t_by(&row.trial, "trial"),
+            sigma_t_by(&row.dynamic, "dynamic"),
+            sigma_t_by(&row.paper, "paper"),
         ]
     });
     let phrases: Vec<String> = phrases.into_iter().flatten().flatten().collect();
@@ -100,17 +85,15 @@ pub(crate) fn summary(
                 }
                 " (" a href="#left-out" { "decisions overridden" } "). "
             } @else { "No recording is excluded by decision. " }
-            @if let Some(attempts) = &results.attempts {
-                "According to the logs, " (count_text(attempts.accepted, "trial was", "trials were")) " accepted"
-                @if n_missed > 0 { ", " b { (n_missed) " of which could not be analysed" } }
-                " (" a href="#left-out" { "omitted data" } "). "
-            }
+            "According to the logs, " (count_text(results.attempts.accepted, "trial was", "trials were")) " accepted"
+            @if n_missed > 0 { ", " b { (n_missed) " of which could not be analysed" } }
+            " (" a href="#left-out" { "omitted data" } "). "
             @if warnings > 0 {
                 "The analysis gave " a href="#flags" { (count_text(warnings, "warning", "warnings")) } ". "
             } @else { "The analysis gave no warning. " }
-            @if !misfit_verdicts.is_empty() {
+            @if !trials.is_empty() {
                 "The model does not fit " (misfits) " of the "
-                (count_text(misfit_verdicts.len(), "recording", "recordings"))
+                (count_text(trials.len(), "recording", "recordings"))
                 " in which the fit was tested"
                 @if misfits > 0 { "; all statistics here include their values by trial" }
                 ". "

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use recording::reader;
 use recording::study::{DESCRIPTION_FILE, EXCLUSIONS_FILE, TrialLabel};
+use serde::{Serialize, Serializer};
 
 use crate::exclusions::exclusion::Exclusion;
 use crate::exclusions::exclusions_error::ExclusionsError;
@@ -24,15 +25,22 @@ pub struct RecordingSelection {
     pub overridden: Vec<Excluded>,
 }
 
-/// Exclusion with the recordings that it covers.
-#[derive(Debug, Clone, PartialEq)]
+/// Exclusion with the recordings that it covers, as in `excluded` of the results.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Excluded {
     /// Study that the exclusion belongs to.
+    #[serde(skip)]
     pub study: PathBuf,
     /// The exclusion.
+    #[serde(flatten)]
     pub exclusion: Exclusion,
     /// Folders of the recordings, at least one.
+    #[serde(serialize_with = "serialize_paths")]
     pub recordings: Vec<PathBuf>,
+}
+
+fn serialize_paths<S: Serializer>(paths: &[PathBuf], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(paths.iter().map(|path| path.display().to_string()))
 }
 
 impl RecordingSelection {

@@ -47,7 +47,8 @@ impl<T> Parameters<T> {
         }
     }
 
-    pub(crate) fn as_array(&self) -> [&T; 4] {
+    /// Returns the values in order.
+    pub fn as_array(&self) -> [&T; 4] {
         [
             &self.contact_area_m2,
             &self.q0_rad_per_m,

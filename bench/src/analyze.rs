@@ -18,7 +18,7 @@ use escaping::{escaped, escaped_line};
 use plotting::Figure;
 use population::skin::Skin;
 use published_figures::measured::{measured_figures, write_figures};
-use report::{ReportContent, Recorded, Results};
+use report::{Recorded, ReportContent, Results};
 use study::exclusions::{EXCLUSIONS_FILE, RecordingSelection};
 use study::sessions::Sessions;
 

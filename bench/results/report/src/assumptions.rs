@@ -6,7 +6,7 @@ use analysis::printed_settings::PrintedSettings;
 use analysis::results::{SensitivityRow, SensitivityRows};
 use maud::{Markup, html};
 
-use crate::content::{ReportContent, RecordingEntry};
+use crate::content::{RecordingEntry, ReportContent};
 use crate::instance;
 use crate::number::PLAIN;
 use crate::priors;

@@ -6,7 +6,7 @@ use analysis::published::{MethodStatistic, Statistic};
 use jiff::Timestamp;
 use maud::{Markup, html};
 
-use crate::content::{ReportContent, RecordingEntry};
+use crate::content::{RecordingEntry, ReportContent};
 use crate::number::{MICRO, count_text, date, finite};
 
 pub(crate) fn summary(content: &ReportContent<'_>, recordings: &[RecordingEntry<'_>]) -> Markup {

@@ -11,7 +11,7 @@ use config::{CalibrationFile, Identity, MeasuredPickup, Provenance, Quantity};
 use jiff::Timestamp;
 use plotting::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};
 use recording::Manifest;
-use report::{ReportContent, Recorded, ReportError, html};
+use report::{Recorded, ReportContent, ReportError, html};
 use small_study::{HOSTILE, SmallStudy};
 use study::sessions::{Sessions, Standing};
 

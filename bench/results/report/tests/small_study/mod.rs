@@ -12,12 +12,12 @@ use analysis::results::{
 };
 use analysis::{Analysis, Settings};
 use population::skin::{
-    LeftOut, Parameters, Person, PersonParameter, Ranged, Skin, StudyParameter, TrialParameter,
+    LeftOut, Parameters, PersonParameter, PersonSkin, Ranged, Skin, StudyParameter, TrialParameter,
 };
 use protocols::Direction;
 use recording::study::TrialBlock;
 use report::Results;
-use study::exclusions::{Excluded, Exclusion, Part, RecordingSelection};
+use study::exclusions::{AllOrOne, Excluded, Exclusion, RecordingSelection};
 
 pub const HOSTILE: &str =
     "<script>alert('x')</script><img src=http://evil.test/a onerror=\"b\">&\u{202e}\u{1b}[2J";
@@ -251,7 +251,7 @@ fn skin(participant: &str) -> Skin {
         loss_factor: unknown,
         tau_s: unknown,
     };
-    skin.participants = vec![Person {
+    skin.participants = vec![PersonSkin {
         participant: participant.to_owned(),
         parameters: Parameters {
             contact_area_m2: Some(PersonParameter {
@@ -262,7 +262,7 @@ fn skin(participant: &str) -> Skin {
             }),
             ..Parameters::default()
         },
-        trials: vec![population::skin::Trial {
+        trials: vec![population::skin::RecordingSkin {
             path: PathBuf::from("/home/somebody/study/a"),
             parameters: Parameters {
                 contact_area_m2: TrialParameter { raw, shrunken },
@@ -286,8 +286,8 @@ fn excluded() -> Excluded {
         study: PathBuf::from("/home/somebody/study"),
         exclusion: Exclusion {
             participant: "sub-07".parse().unwrap(),
-            session: Part::All,
-            trial: Part::One(study::exclusions::Trial {
+            session: AllOrOne::All,
+            trial: AllOrOne::One(study::exclusions::SessionTrial {
                 block: TrialBlock::Main,
                 number: 3,
             }),

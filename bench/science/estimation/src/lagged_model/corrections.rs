@@ -3,8 +3,8 @@
 
 use num_complex::Complex64;
 
-use super::LaggedModel;
 use super::impedance::Finger;
+use super::model::LaggedModel;
 use crate::transient::Row;
 use contact::parameters::PARAMETERS;
 

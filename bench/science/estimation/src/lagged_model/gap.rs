@@ -1,44 +1,18 @@
 //! Gap that lags behind its equilibrium, and its derivatives.
 
-use crate::first_order_lag::{GrowingLag, GrowthLaw};
+use crate::first_order_lag::GrowthLaw;
 use contact::parameters::{
-    AREA_EXPONENT, FILM_MEAN_MS, FILM_MOBILITY, LAG_EXPONENT, LN_AREA, LN_FORCE, LN_Q0, LN_RATIO,
-    LN_SIGMA_T, MS, PARAMETERS, TAU_MS,
+    AREA_EXPONENT, FILM_MEAN_MS, FILM_MOBILITY, LAG_EXPONENT, LN_FORCE, LN_RATIO, MS, PARAMETERS,
+    TAU_MS,
 };
 use contact::{Contact, equilibrium_gaps};
 
-use super::LaggedModel;
+use super::gap_slopes::GAP_PARAMETERS;
+use super::model::LaggedModel;
 use crate::loads::LoadLaw;
 
 /// Gap at which τ has its parameter value if it grows with the gap, m.
 const LAG_REFERENCE_GAP_M: f64 = 10e-6;
-
-/// Parameters that the lagged gap depends on, those of its equilibrium first.
-pub(crate) const GAP_PARAMETERS: [usize; 10] = [
-    LN_SIGMA_T,
-    LN_AREA,
-    LN_Q0,
-    AREA_EXPONENT,
-    FILM_MEAN_MS,
-    LN_RATIO,
-    FILM_MOBILITY,
-    TAU_MS,
-    LAG_EXPONENT,
-    LN_FORCE,
-];
-/// Number of parameters that the equilibrium depends on.
-const EQUILIBRIUM_COUNT: usize = 7;
-/// Index of ln S in [`GAP_PARAMETERS`].
-const AREA: usize = 1;
-
-/// Derivatives of the lagged gap by the parameters, m.
-pub(super) struct GapSlopes {
-    equilibrium: [Vec<f64>; EQUILIBRIUM_COUNT],
-    /// Slopes of the lagged gap, except by the force: a larger force is equivalent to a smaller area.
-    gap: [Vec<f64>; GAP_PARAMETERS.len() - 1],
-    /// Lag last applied to the gap.
-    lag: GrowingLag,
-}
 
 impl LaggedModel<'_> {
     /// Computes the gap and its slopes; `None` where the model allows no such contact.
@@ -94,58 +68,12 @@ impl LaggedModel<'_> {
 
     /// Returns the derivatives of the gap at a sample by the parameters in [`GAP_PARAMETERS`], m.
     pub(crate) fn gap_slopes_m(&self, sample: usize) -> [f64; GAP_PARAMETERS.len()] {
-        let gap_slopes = &self.gap_slopes.gap;
-        std::array::from_fn(|index| {
-            gap_slopes
-                .get(index)
-                .map_or(-gap_slopes[AREA][sample], |slopes| slopes[sample])
-        })
+        self.gap_slopes.slopes_m(sample)
     }
 
     /// Returns the logarithm of the ratio of the instance's mean gap to the gap at which τ has its parameter value.
     pub(crate) fn ln_mean_gap(&self) -> f64 {
         let instance_gap = &self.gap[self.lead..];
         (instance_gap.iter().sum::<f64>() / instance_gap.len() as f64 / LAG_REFERENCE_GAP_M).ln()
-    }
-
-    /// Writes the response of the lagged gap at all samples to the logarithm of the contact area at one of them, times `factor`,
-    /// after [`follow`](Self::follow). `impulse` is a buffer of zeros.
-    pub(super) fn respond_to_area(
-        &self,
-        sample: usize,
-        factor: f64,
-        impulse: &mut [f64],
-        gap: &mut [f64],
-    ) {
-        impulse[sample] = factor * self.gap_slopes.equilibrium[AREA][sample];
-        self.gap_slopes.lag.slope_by_input(impulse, gap);
-        impulse[sample] = 0.0;
-    }
-}
-
-impl GapSlopes {
-    pub(super) fn new(samples: usize) -> Self {
-        Self {
-            equilibrium: std::array::from_fn(|_| vec![0.0; samples]),
-            gap: std::array::from_fn(|_| vec![0.0; samples]),
-            lag: GrowingLag::new(samples),
-        }
-    }
-
-    /// Computes the slopes of the gap that lags behind its equilibrium.
-    fn follow(&mut self, equilibrium: &[f64], gap: &[f64], intervals_per_ms: f64) {
-        self.lag.differentiate(equilibrium, gap);
-        let (equilibrium_slopes, lag_slopes) = self.gap.split_at_mut(EQUILIBRIUM_COUNT);
-        for (equilibrium_slope, gap_slope) in self.equilibrium.iter().zip(equilibrium_slopes) {
-            self.lag.slope_by_input(equilibrium_slope, gap_slope);
-        }
-        let [by_tau_ms, by_exponent] = lag_slopes else {
-            unreachable!("the slopes by the lag's two parameters come last")
-        };
-        self.lag.slope_by_tau(by_tau_ms);
-        by_tau_ms
-            .iter_mut()
-            .for_each(|slope| *slope *= intervals_per_ms);
-        self.lag.slope_by_exponent(by_exponent);
     }
 }

@@ -3,23 +3,15 @@
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 
-use super::LaggedModel;
-use super::gap::GAP_PARAMETERS;
+use super::force_slopes::ForceSlopes;
+use super::gap_slopes::GAP_PARAMETERS;
+use super::model::LaggedModel;
 use crate::least_squares::ImpedanceModel;
 use contact::Contact;
 use contact::parameters::{
     AREA_EXPONENT, FINGER_ANGLE, FINGER_SLOPES, IM_OFFSET, IM_Z_T, LN_FINGER, LN_LOSS_FACTOR,
     LN_RATIO, PARAMETERS, RE_OFFSET, RE_Z_T, RESIDUAL_MOBILITY,
 };
-
-/// Derivatives of Z_m at a sample that determine its response to the normal force.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct ForceSlopes {
-    /// ∂Z_m/∂gap, N·s/m².
-    by_gap: Complex64,
-    /// ∂Z_m/∂ ln S at a fixed gap, N·s/m.
-    by_ln_area: Complex64,
-}
 
 /// Finger of given parameters, before trends and loads act on it.
 pub(super) struct Finger {
@@ -125,7 +117,8 @@ impl LaggedModel<'_> {
         let mut response = DMatrix::zeros(2 * samples, total);
         let (mut impulse, mut gap) = (vec![0.0; total], vec![0.0; total]);
         for sample in 0..total {
-            self.respond_to_area(sample, area_slope, &mut impulse, &mut gap);
+            self.gap_slopes
+                .respond_to_area(sample, area_slope, &mut impulse, &mut gap);
             for (index, slopes) in self.force_slopes.iter().enumerate() {
                 let mut by_force = slopes.by_gap * gap[self.lead + index];
                 if self.lead + index == sample {

@@ -7,13 +7,14 @@ use std::ops::{Index, IndexMut};
 
 use nalgebra::SVector;
 
-use super::plate::COURSES;
 use contact::parameters::{
     FINGER_ANGLE, IM_OFFSET, IM_Z_T, LN_SIGMA_T, RE_OFFSET, RE_Z_T, RESIDUAL_MOBILITY,
 };
 
 /// Number of parameters per instance.
 pub(super) const OWN: usize = 7;
+/// Number of joint deviations of the plate's offsets from their likely course.
+pub(super) const COURSES: usize = 5;
 /// Number of parameters that all instances share.
 pub(super) const SHARED: usize = 11 + COURSES;
 

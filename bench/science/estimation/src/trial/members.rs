@@ -14,7 +14,7 @@ use num_complex::Complex64;
 
 use super::layout::{InstanceParameter, OWN, Own, SHARED, Shared, SharedParameter, courses};
 use super::plate::{self, OffsetPrior, PlateReadings};
-use super::{PlacedInstance, TrialOptions};
+use super::request::{PlacedInstance, TrialOptions};
 use crate::arrowhead::{ArrowCovariance, ArrowMinimum, ParameterPoint};
 use crate::conditions::FitConditions;
 use crate::fit_error::FitError;

@@ -35,76 +35,24 @@ mod members;
 mod misfit;
 mod plate;
 mod prior;
+mod request;
 mod scatter;
 mod search;
+mod shared_fit;
 mod solution;
 
 pub use misfit::Misfit;
 pub use plate::{PlateReadings, PlateReference};
 pub use prior::{LogNormal, Normal, TrialPriors};
+pub use request::{PlacedInstance, TrialOptions};
+pub use shared_fit::SharedFit;
+
 use search::Search;
 use solution::Solution;
 
 use super::conditions::FitConditions;
 use super::fit_error::FitError;
-use super::fit_verdict::FitVerdict;
 use super::instance_fit::InstanceFit;
-use super::series::InstanceSeries;
-use contact::uncertain::{LogUncertain, Uncertain};
-
-/// Options of a trial's fit.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TrialOptions {
-    /// Time before each instance from which its gap is integrated, s. Default 20 ms, some ten τ.
-    pub lead_in_s: f64,
-    /// Priors of the parameters.
-    pub priors: TrialPriors,
-}
-
-impl Default for TrialOptions {
-    fn default() -> Self {
-        Self {
-            lead_in_s: 0.02,
-            priors: TrialPriors::default(),
-        }
-    }
-}
-
-/// An instance and its position on the plate.
-#[derive(Debug, Clone, Copy)]
-pub struct PlacedInstance<'a> {
-    /// The instance.
-    pub series: InstanceSeries<'a>,
-    /// Position of its middle along the plate, from the plate's centre, m.
-    pub off_centre_m: f64,
-}
-
-/// Parameters that the instances of a trial share.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SharedFit {
-    /// Whether the parameters, including those of the instances, may be used.
-    pub verdict: FitVerdict,
-    /// Apparent contact area S under the mean normal force of all instances, m².
-    pub contact_area_m2: LogUncertain,
-    /// q0 for the assumed E and ν, rad/m.
-    pub q0_rad_per_m: LogUncertain,
-    /// Loss factor η.
-    pub loss_factor: LogUncertain,
-    /// Levitation lag τ at the mean gap of all instances, s.
-    pub tau_s: LogUncertain,
-    /// Exponent ν of the area's growth with the normal force.
-    pub area_exponent: Uncertain,
-    /// Time over which the film averages the squared amplitude, s.
-    pub film_mean_s: LogUncertain,
-    /// Exponent of the lag's growth with the gap.
-    pub lag_exponent: Uncertain,
-    /// Signs that the model does not hold; if there are any, the standard errors cannot be trusted.
-    pub misfit: Vec<Misfit>,
-    /// Floor φ of friction as a fraction of μ0; `None` if the measured friction could not be fitted.
-    pub friction_floor: Option<Uncertain>,
-    /// Lag of the lateral force, s; `None` if the measured friction could not be fitted.
-    pub lateral_lag_s: Option<Uncertain>,
-}
 
 /// Result of a trial's fit.
 #[derive(Debug, Clone, PartialEq)]

@@ -14,6 +14,7 @@
 //! where c_j is the distance of the predicted damping from the straight line between the two readings around instance j, and q
 //! the fraction by which such a course may be wrong: 0.03, and more if the fitted reactances scatter more.
 
+use super::layout::COURSES;
 use super::prior::TrialPriors;
 use crate::plate_course::{self, CourseStds, ImpedancePart, Prediction, Reading};
 use nalgebra::{DMatrix, DVector};
@@ -38,9 +39,6 @@ pub struct PlateReadings {
     /// Begin and end of each touch, in order, s.
     pub touches_s: Vec<(f64, f64)>,
 }
-
-/// Number of joint deviations of all offsets from their likely course.
-pub(super) const COURSES: usize = 5;
 
 /// Prior standard deviation of the change, N·s/m per second: three hertz per second for a plate of 8 g, and 2.5 % of the
 /// published plate's damping per minute.

@@ -4,9 +4,11 @@ use crate::arrowhead::{ArrowProblem, BlockNormal, Prior, Termination, minimise};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use num_complex::Complex64;
 
-use super::layout::{InstanceParameter, OWN, Own, SHARED, Shared, SharedParameter, courses};
+use super::layout::{
+    COURSES, InstanceParameter, OWN, Own, SHARED, Shared, SharedParameter, courses,
+};
 use super::members::{Covariance, Member, TrialMinimum};
-use super::plate::{self, COURSES, OffsetPrior, PlateDeviation, PlateReadings};
+use super::plate::{self, OffsetPrior, PlateDeviation, PlateReadings};
 use super::prior::TrialPriors;
 use super::scatter::{Kinds, Scatter};
 use crate::candidate_fit::CandidateFit;

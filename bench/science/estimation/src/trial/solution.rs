@@ -2,7 +2,6 @@
 
 use num_complex::Complex64;
 
-use super::SharedFit;
 use super::friction::{self, RatioSamples, SharedFriction, TrialFriction, TrialSamples};
 use super::friction_spread::{FrictionSpread, ParameterCovariance};
 use super::identifiability;
@@ -10,6 +9,7 @@ use super::layout::{OWN, Shared, SharedParameter};
 use super::members::{Covariance, ParameterSlopes, TrialMinimum};
 use super::misfit;
 use super::search::Search;
+use super::shared_fit::SharedFit;
 use crate::fit_error::FitError;
 use crate::fit_verdict::FitVerdict;
 use crate::friction_law::FrictionLaw;

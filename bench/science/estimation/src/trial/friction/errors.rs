@@ -12,8 +12,9 @@ use nalgebra::{Matrix2, Matrix3};
 use num_complex::Complex64;
 
 use super::instance::InstanceFriction;
+use super::parameters::FrictionParameter;
 use super::problem::FrictionProblem;
-use super::{FrictionParameter, RestFriction, SharedFriction};
+use super::trial_friction::{RestFriction, SharedFriction};
 use crate::least_squares::correlation;
 use contact::parameters::MS;
 use contact::uncertain::Uncertain;

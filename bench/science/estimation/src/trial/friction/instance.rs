@@ -14,7 +14,8 @@
 
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2};
 
-use super::{FRICTION_PARAMETERS, FrictionParameter, RatioSamples};
+use super::parameters::{FRICTION_PARAMETERS, FrictionParameter};
+use super::samples::RatioSamples;
 use crate::first_order_lag::Lag;
 use crate::friction_law::Course;
 use crate::lagged_model::GAP_PARAMETERS;

@@ -11,118 +11,23 @@
 
 mod errors;
 mod instance;
+mod parameters;
 mod problem;
+mod samples;
+mod trial_friction;
 
-use std::ops::Index;
-
+use crate::friction_law::Course;
 use crate::random_walk::{Mean, Means};
-use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
-
-use crate::friction_law::{Course, FrictionLaw};
-use crate::lagged_model::GAP_PARAMETERS;
 use crate::trend::{NEIGHBOURS_S, rate_about};
-use contact::parameters::PARAMETERS;
-use contact::uncertain::Uncertain;
 
 use errors::Errors;
 use instance::Instance;
 use problem::FrictionProblem;
+use trial_friction::RestFriction;
 
-/// Samples of a trial for the fit of its friction.
-pub(super) struct TrialSamples<'a> {
-    pub(super) instances: Vec<RatioSamples<'a>>,
-    /// Sampling interval of every instance, s.
-    pub(super) interval_s: f64,
-}
-
-/// Samples of one instance for the fit of a trial's friction.
-pub(super) struct RatioSamples<'a> {
-    /// Modelled friction ratio, with the lead-in.
-    pub(super) ratio: Vec<f64>,
-    /// Normal force, with the lead-in, N.
-    pub(super) normal_n: &'a [f64],
-    /// Number of samples of lead-in.
-    pub(super) lead: usize,
-    /// Measured friction of the instance, without the lead-in.
-    pub(super) mu: &'a [f64],
-    /// ∂`ratio`/∂parameter, for the parameters in [`GAP_PARAMETERS`].
-    pub(super) ratio_slopes: [Vec<f64>; GAP_PARAMETERS.len()],
-    /// Time, with the lead-in, s.
-    pub(super) time_s: &'a [f64],
-    /// Time at the middle of the instance, s.
-    pub(super) middle_s: f64,
-}
-
-/// Number of parameters shared by a trial.
-pub(super) const FRICTION_PARAMETERS: usize = 2;
-
-/// Parameter of friction that the instances of a trial share, in the order of vectors and matrices.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum FrictionParameter {
-    /// φ.
-    Floor,
-    /// Lag of the lateral force, ms.
-    LagMs,
-}
-
-impl Index<FrictionParameter> for Vector2<f64> {
-    type Output = f64;
-
-    fn index(&self, parameter: FrictionParameter) -> &f64 {
-        &self[parameter as usize]
-    }
-}
-
-/// Friction of a trial.
-pub(super) struct TrialFriction {
-    /// Parameters that all instances share.
-    pub(super) shared: SharedFriction,
-    /// Friction at rest of each instance.
-    pub(super) instances: Vec<RestFriction>,
-}
-
-/// Parameters of friction that all instances of a trial share.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct SharedFriction {
-    /// φ.
-    pub(super) floor: Uncertain,
-    /// Lag of the lateral force, s.
-    pub(super) lag_s: Uncertain,
-}
-
-/// μ0 of an instance, with its variances and derivatives.
-pub(super) struct RestFriction {
-    /// μ0 at the middle of the instance.
-    pub(super) mu0: f64,
-    /// Change of μ0 within the instance.
-    pub(super) course: Course,
-    /// Variance of μ0 from the scatter of the measured friction, with φ and the lag held fixed and no random walk of μ0.
-    mu0_variance: f64,
-    /// Covariance of μ0 and φ from the scatter of the measured friction.
-    pub(super) scatter: Matrix2<f64>,
-    /// Derivatives of μ0 by φ and the lag.
-    pub(super) by_trial: SVector<f64, FRICTION_PARAMETERS>,
-    /// Derivatives of μ0 by the instance's contact, with φ and the lag held fixed.
-    pub(super) by_contact: SVector<f64, PARAMETERS>,
-    /// Derivatives of φ and the lag by the instance's contact.
-    pub(super) trial_by_contact: SMatrix<f64, FRICTION_PARAMETERS, PARAMETERS>,
-}
-
-impl TrialFriction {
-    /// Returns an instance's friction law for an exactly known contact.
-    pub(super) fn law(&self, index: usize) -> FrictionLaw<PARAMETERS> {
-        let instance = &self.instances[index];
-        FrictionLaw {
-            mu0: instance.mu0,
-            course: instance.course,
-            floor: self.shared.floor.value,
-            lag_s: self.shared.lag_s.value,
-            slopes: instance.by_contact.into(),
-            floor_slopes: [0.0; PARAMETERS],
-            scatter: instance.scatter,
-        }
-    }
-}
+pub(super) use parameters::{FRICTION_PARAMETERS, FrictionParameter};
+pub(super) use samples::{RatioSamples, TrialSamples};
+pub(super) use trial_friction::{SharedFriction, TrialFriction};
 
 /// Ratio of the diffusivity of μ0 within an instance to that between instances. Friction depends on the finger's speed; the
 /// hand's tremor of 8 to 12 Hz changes speed within 60 ms, but hardly its mean over an instance.
@@ -205,9 +110,11 @@ fn fit_with_courses(
 #[cfg(test)]
 mod tests {
     use approx::assert_relative_eq;
+    use nalgebra::Vector2;
 
     use super::*;
     use crate::first_order_lag::Lag;
+    use crate::lagged_model::GAP_PARAMETERS;
     use contact::parameters::MS;
 
     const INTERVAL_S: f64 = 5e-4;

@@ -8,7 +8,7 @@ use nalgebra::storage::Owned;
 use nalgebra::{DVector, Dyn, OMatrix, U2, Vector2};
 
 use super::instance::{Instance, InstanceFriction};
-use super::{FRICTION_PARAMETERS, FrictionParameter};
+use super::parameters::{FRICTION_PARAMETERS, FrictionParameter};
 
 /// Prior standard deviations of φ and of the lag, ms, about 0: a finger that hardly lifts determines neither.
 const PRIOR_STD: [f64; FRICTION_PARAMETERS] = [0.3, 5.0];

@@ -1,5 +1,6 @@
 //! A completed trial, and the data for its verdict and its fit.
 
+use analysis::force_zero::ForceZero;
 use analysis::measurements::Measurements;
 use analysis::trial_fit::{FitRequest, SelectedExploration};
 use analysis::trial_selection;
@@ -44,8 +45,15 @@ impl DueTrial {
     ) -> AnalysedTrial {
         let key = self.key;
         let rules = protocol.selection_rules(bench.config().plate.centre_m);
-        let data = record.measurements;
+        let mut data = record.measurements;
+        let unloaded_s = unloaded_s(&self.intervals);
+        // Whether a finger rested on the plate is seen in the sensor's own readings.
+        let unloaded_n = unloaded_s.last();
+        let unloaded_n =
+            unloaded_n.and_then(|&(start_s, end_s)| data.mean_normal_n(start_s, end_s));
+        ForceZero::read(&data, &unloaded_s).subtract(&mut data.force);
         let mut analysis = trial_selection::analyse(&key, &self.intervals, &data, &rules);
+        analysis.unloaded_mean_normal_n = unloaded_n;
         count_losses(&mut analysis, account, &record.account);
         let number = TrialLabel::new(&key, protocol.trials.practice).number;
         let carrier = (number, record.carrier_hz);
@@ -61,6 +69,15 @@ impl DueTrial {
             request,
         }
     }
+}
+
+/// Returns start and end of each interval without a finger, s.
+fn unloaded_s(intervals: &[Interval]) -> Vec<(f64, f64)> {
+    intervals
+        .iter()
+        .filter(|interval| interval.kind == IntervalKind::Unloaded)
+        .map(|interval| (interval.start_s, interval.end_s))
+        .collect()
 }
 
 /// Adds the frames lost or clipped between two accounts to the analysis of the trial.
@@ -80,13 +97,8 @@ fn fit_request(
     rules: SelectionRules,
 ) -> FitRequest {
     let sort = if key.practice { "practice" } else { "trial" };
-    let unloaded: Vec<(f64, f64)> = intervals
-        .iter()
-        .filter(|interval| interval.kind == IntervalKind::Unloaded)
-        .map(|interval| (interval.start_s, interval.end_s))
-        .collect();
     // Live estimates use only the corrected impedance, which averages over any span.
-    let plate = unloaded_plate::read(&record, &unloaded, 0.0, rules.contact_n / 2.0);
+    let plate = unloaded_plate::read(&record, &unloaded_s(intervals), 0.0, rules.contact_n / 2.0);
     FitRequest {
         label: format!("{sort} {number}"),
         carrier_hz,

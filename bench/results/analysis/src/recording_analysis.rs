@@ -15,15 +15,23 @@ use estimation::trial::PlateReadings;
 use crate::estimate::{InstanceAnalysis, estimate};
 use crate::exploration_findings::ExplorationFindings;
 use crate::flaw::Flaw;
+use crate::force_zero::{Axes, ForceZero};
 use crate::free_plate::{FreePlate, pickup_flaws};
 use crate::measurements::Measurements;
 use crate::model_check;
 use crate::plate_references;
 use crate::under_finger::UnderFinger;
 use crate::whole_trial;
-use recording::Manifest;
-use recording::manifest::RecordedIntervalKind;
+use recording::manifest::{RecordedInterval, RecordedIntervalKind};
 use recording::pipeline::PickupOffset;
+use recording::{ForceRow, Manifest};
+
+/// Zero of the force sensor beyond which a warning states it, N.
+const REPORTED_ZERO_N: f64 = 0.010;
+/// Change of the zero within a recording beyond which it is a flaw, N: a drift of 5 mN/min makes 1 mN in the longest trial.
+const GREATEST_ZERO_CHANGE_N: f64 = 0.005;
+/// Number of standard errors beyond which a change of the zero is certain.
+const CERTAIN_ERRORS: f64 = 4.0;
 
 /// Analyses the recording in `folder`.
 pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
@@ -42,6 +50,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     let mut reading = demodulation::read(folder, PickupOffset::default())?;
     let (rules, protocol_flaw) = selection_rules(folder, &reading.manifest, settings);
     let is_carrier_missing = reading.is_carrier_missing();
+    let mut zero = subtract_zero(&mut reading);
     let mut plate = FreePlate::read(&reading, rules.contact_n / 2.0);
     let pickup = plate.pickup_offset().unwrap_or_default();
     if pickup != PickupOffset::default() {
@@ -49,6 +58,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
         reading
             .flaws
             .extend(pickup_flaws(pickup, &reading.manifest));
+        zero = subtract_zero(&mut reading);
         plate = FreePlate::read(&reading, rules.contact_n / 2.0);
     }
     let DemodulatedRecording {
@@ -58,6 +68,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     } = reading;
     flaws.extend(protocol_flaw);
     flaws.extend(rehearsal_flaw(&manifest));
+    flaws.extend(zero_flaws(&zero));
     let mut findings = RecordingFindings {
         path: folder.to_owned(),
         participant: manifest
@@ -66,6 +77,11 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
             .map(|participant| participant.id.clone()),
         rules,
         pickup,
+        standard_errors: zero.standard_errors(
+            manifest.standard_errors.unwrap_or_default(),
+            touch_forces(&record, &manifest, rules.contact_n),
+        ),
+        zero,
         z_p: None,
         explorations: Vec::new(),
         instances: Vec::new(),
@@ -110,6 +126,49 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
             .extend(model_check::flaw(&findings.model_check));
     }
     Ok(findings)
+}
+
+/// Takes the forces of a recording against its own zero, and returns the zero.
+fn subtract_zero(reading: &mut DemodulatedRecording) -> ForceZero {
+    let unloaded = |interval: &&RecordedInterval| interval.kind == RecordedIntervalKind::Unloaded;
+    let intervals = reading.manifest.intervals.iter().filter(unloaded);
+    let unloaded_s: Vec<(f64, f64)> = intervals
+        .map(|interval| (interval.start_s, interval.end_s))
+        .collect();
+    let zero = ForceZero::read(&reading.record, &unloaded_s);
+    zero.subtract(&mut reading.record.force);
+    zero
+}
+
+/// Returns times and forces of the readings under a finger in the explorations.
+fn touch_forces(record: &Measurements, manifest: &Manifest, contact_n: f64) -> Vec<ForceRow> {
+    let spans = explorations(manifest);
+    let is_explored = |row: &&ForceRow| {
+        let mut spans = spans.iter();
+        spans.any(|(_, start_s, end_s)| (*start_s..=*end_s).contains(&row.time_s))
+    };
+    let rows = record.force.iter().filter(is_explored);
+    rows.filter(|row| row.normal_n >= contact_n)
+        .copied()
+        .collect()
+}
+
+/// Returns the flaw of a force zero that is large, and of one that moves by more than its errors during the recording.
+fn zero_flaws(zero: &ForceZero) -> impl Iterator<Item = Flaw> {
+    let Axes {
+        normal_n,
+        lateral_n,
+    } = zero.largest();
+    let is_large = normal_n.abs().max(lateral_n.abs()) > REPORTED_ZERO_N;
+    let size_flaw = is_large.then_some(Flaw::ForceZero {
+        normal_n,
+        lateral_n,
+    });
+    let change = zero.largest_change_n().filter(|(change_n, std_n)| {
+        change_n.abs() > GREATEST_ZERO_CHANGE_N && change_n.abs() > CERTAIN_ERRORS * std_n
+    });
+    let change_flaw = change.map(|(change_n, _)| Flaw::ForceZeroMoves { change_n });
+    size_flaw.into_iter().chain(change_flaw)
 }
 
 /// Returns the flaw of a recording during which faults were injected on purpose.

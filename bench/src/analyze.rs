@@ -9,18 +9,17 @@ use crate::cli::Analyze;
 use crate::dates;
 use crate::outcome::{progress_bar, require_writable, write_text};
 use crate::verbosity::Verbosity;
-use analysis::attempts::{Account, Attempts};
+use analysis::attempts::{AttemptAccount, Attempts};
 use analysis::find::TrialFilter;
 use analysis::published::{TableFormat, statistics};
-use analysis::results::Results;
 use analysis::whole_trial;
 use analysis::{Analysis, RecordingAnalysis, Settings, analyse, find, tables};
 use escaping::{escaped, escaped_line};
 use plotting::Figure;
 use population::skin::Skin;
 use published_figures::measured::{measured_figures, write_figures};
-use report::{Content, Recorded};
-use study::exclusions::{EXCLUSIONS_FILE, Selection};
+use report::{Recorded, ReportContent, Results};
+use study::exclusions::{EXCLUSIONS_FILE, RecordingSelection};
 use study::sessions::Sessions;
 
 /// Runs the command. Returns true if every accepted trial was analysed and every recording could be read; defects are
@@ -66,16 +65,9 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     let skin = Skin::from_analysis(&analysed);
     let sessions = Sessions::from_recordings(folders.iter().map(PathBuf::as_path));
     if options.json.is_some() || options.report.is_some() {
-        let mut results = Results::new(&analysed)
-            .with_skin(serde_json::to_value(&skin)?)
-            .with_attempts(&account)
-            .with_excluded(selection.to_json()?);
-        if let Some(overridden) = selection.overridden_to_json()? {
-            results = results.with_overridden(overridden);
-        }
-        let results = results.to_json()?;
+        let results = Results::new(&analysed, &skin, &account, &selection);
         if let Some(path) = &options.json {
-            write_text(path, &results)?;
+            write_text(path, &results.to_json()?)?;
         }
         if let Some(path) = &options.report {
             let figures = measured_figures(&analysed, &sessions, &options.figure_selection());
@@ -124,7 +116,10 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
 }
 
 /// Returns the attempts that were excluded by decision, including those that could not be analysed anyway.
-fn excluded_recordings(attempts: &Attempts, selection: &Selection) -> anyhow::Result<Vec<PathBuf>> {
+fn excluded_recordings(
+    attempts: &Attempts,
+    selection: &RecordingSelection,
+) -> anyhow::Result<Vec<PathBuf>> {
     let excluded = selection.excluded.iter();
     let mut recordings: Vec<PathBuf> = excluded.flat_map(|row| row.recordings.clone()).collect();
     if selection.overridden.is_empty() {
@@ -136,7 +131,7 @@ fn excluded_recordings(attempts: &Attempts, selection: &Selection) -> anyhow::Re
 }
 
 /// Warns of the accepted trials that are not in the analysis, except unreadable ones, which were reported already.
-fn warn(account: &Account) {
+fn warn(account: &AttemptAccount) {
     let mut stderr = std::io::stderr().lock();
     for trial in account.missed() {
         let _ = writeln!(stderr, "warning: left out: {}", escaped(&trial.to_string()));
@@ -146,18 +141,18 @@ fn warn(account: &Account) {
     }
 }
 
-/// Returns the report on the analysis, with the numbers of `results`.
+/// Returns the report on the analysis.
 fn page(
     options: &Analyze,
     analysed: &Analysis,
-    results: &str,
+    results: &Results<'_>,
     (sessions, figures): (&Sessions, &[Figure]),
 ) -> anyhow::Result<String> {
     let recordings = analysed.recordings.iter().map(|recording| Recorded {
         path: &recording.path,
         manifest: recording.findings.as_ref().ok().map(|f| &f.manifest),
     });
-    let content = Content {
+    let content = ReportContent {
         name: &name(&options.recordings),
         results,
         recordings: &recordings.collect::<Vec<_>>(),
@@ -180,7 +175,7 @@ fn name(folders: &[PathBuf]) -> String {
 }
 
 /// Splits the recordings by the exclusions of their studies; `everything` analyses them all.
-fn select(folders: Vec<PathBuf>, include_excluded: bool) -> anyhow::Result<Selection> {
+fn select(folders: Vec<PathBuf>, include_excluded: bool) -> anyhow::Result<RecordingSelection> {
     let all_folders = folders.clone();
     let selection = study::exclusions::select(folders)?;
     if include_excluded {

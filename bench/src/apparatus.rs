@@ -15,7 +15,7 @@ use crate::displays::Displays;
 pub type Watcher = Box<dyn FnMut(&tui::ScreenView, bool, Option<Tone>) + Send>;
 
 /// The hardware of a bench, real or simulated, with the observers and hands around it.
-pub struct Apparatus {
+pub struct BenchHardware {
     /// The bench itself.
     pub hardware: Hardware,
     /// Observers of the participant's view and tones.
@@ -41,7 +41,7 @@ const TEST_SERVER: &str = "friction-bench-test";
 
 /// Returns the pace of the sound card of these options.
 #[must_use]
-pub fn pace(config: &Config, options: &cli::Hardware) -> Pace {
+pub fn pace(config: &Config, options: &cli::HardwareOptions) -> Pace {
     let is_test_server = || {
         let server = std::env::var("JACK_DEFAULT_SERVER").unwrap_or_default();
         config.audio.host == AudioHost::Jack && server.starts_with(TEST_SERVER)

@@ -16,18 +16,18 @@ use calibration_rig::guided::Guided;
 use calibration_rig::judged::{Calibrates, Judged, SideFile};
 use calibration_rig::known::{self, Instrument, Known};
 use calibration_rig::operator::ForceAxis;
-use calibration_rig::rig::{self, Attendance};
+use calibration_rig::rig::{self, AttendingOperator};
 use calibration_rig::side_files::{ended_early, write_files};
 use calibration_rig::unattended::Unattended;
 use config::{
     CalibrationError, CalibrationFile, CalibrationFileError, Config, Effective, Identity,
 };
 use devices::{Life, driving_time};
-use operator_ui::console::Lines;
+use operator_ui::console::LineQueue;
 use recording::disk;
 
-use crate::apparatus::Apparatus;
-use crate::calibration_report::Report;
+use crate::apparatus::BenchHardware;
+use crate::calibration_report::CalibrationReport;
 use crate::calibration_report::require_writable;
 use crate::cli;
 use crate::verbosity::Verbosity;
@@ -37,7 +37,7 @@ pub const DEFAULT_PATH: &str = "calibration.toml";
 
 /// Returns the path of the calibration of these options.
 #[must_use]
-pub fn path(options: &cli::Hardware) -> PathBuf {
+pub fn path(options: &cli::HardwareOptions) -> PathBuf {
     options
         .calibration
         .clone()
@@ -51,7 +51,7 @@ pub fn path(options: &cli::Hardware) -> PathBuf {
 /// When the calibration cannot be put in force.
 pub fn effective(
     config: Config,
-    options: &cli::Hardware,
+    options: &cli::HardwareOptions,
     uncalibrated: bool,
 ) -> Result<Effective, CalibrationError> {
     let none_named = options.mock.is_some() && options.calibration.is_none();
@@ -188,11 +188,11 @@ impl<'a> CalibrationRun<'a> {
     /// Measures, judges, and writes the values that pass.
     fn run<C: Calibrates>(
         mut self,
-        apparatus: Apparatus,
+        apparatus: BenchHardware,
         instrument: Option<Instrument>,
         procedure: C,
-    ) -> anyhow::Result<Report> {
-        let Apparatus {
+    ) -> anyhow::Result<CalibrationReport> {
+        let BenchHardware {
             hardware,
             hands,
             rehearsed,
@@ -219,10 +219,10 @@ impl<'a> CalibrationRun<'a> {
         let facts =
             operator_ui::bench_page::facts(clear.config(), Some(&self.calibration), &hardware);
         let (attended, verbosity) = (self.attended, self.verbosity);
-        let attend = |life: &Life| -> anyhow::Result<Attendance> {
+        let attend = |life: &Life| -> anyhow::Result<AttendingOperator> {
             if !attended {
                 return Ok((
-                    Box::new(Unattended::new(Lines::start(verbosity.progress())?)),
+                    Box::new(Unattended::new(LineQueue::start(verbosity.progress())?)),
                     None,
                 ));
             }
@@ -305,7 +305,7 @@ impl<'a> CalibrationRun<'a> {
                 .context("cannot write the calibration")?;
             written.push(self.path);
         }
-        Ok(Report {
+        Ok(CalibrationReport {
             calibrated: C::NAME,
             passed,
             values,
@@ -319,13 +319,13 @@ impl<'a> CalibrationRun<'a> {
 /// `calibrate plate`
 ///
 /// # Errors
-/// When the bench cannot measure; a measurement that does not pass is a [`Report`].
+/// When the bench cannot measure; a measurement that does not pass is a [`CalibrationReport`].
 pub fn plate(
     config: Config,
     options: &cli::CalibratePlate,
     verbosity: Verbosity,
-    open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
-) -> anyhow::Result<Report> {
+    open: impl FnOnce(&Config) -> anyhow::Result<BenchHardware>,
+) -> anyhow::Result<CalibrationReport> {
     let run = CalibrationRun::new(config, &options.measure, verbosity)?;
     let mut setup = PlateSetup::new(run.bench.config(), &run.calibration, options.drive_v)?;
     if let Some(about_hz) = options.about_hz {
@@ -352,8 +352,8 @@ fn plate_profile(
     options: &cli::CalibratePlate,
     plate: PlateProcedure,
     places: u32,
-    open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
-) -> anyhow::Result<Report> {
+    open: impl FnOnce(&Config) -> anyhow::Result<BenchHardware>,
+) -> anyhow::Result<CalibrationReport> {
     let pickup = run.calibration.pickup.as_ref().context(
         "--along compares with the pickup's amplitude: run `friction-bench calibrate pickup` first",
     )?;
@@ -383,14 +383,14 @@ fn plate_profile(
 /// `calibrate channels`; `delays_s` opens the streams a few times and returns the loop's delay at each.
 ///
 /// # Errors
-/// When the bench cannot measure; a measurement that does not pass is a [`Report`].
+/// When the bench cannot measure; a measurement that does not pass is a [`CalibrationReport`].
 pub fn channels(
     config: Config,
     options: &cli::CalibrateChannels,
     verbosity: Verbosity,
     delays_s: impl FnOnce(&Effective) -> anyhow::Result<Vec<f64>>,
-    open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
-) -> anyhow::Result<Report> {
+    open: impl FnOnce(&Config) -> anyhow::Result<BenchHardware>,
+) -> anyhow::Result<CalibrationReport> {
     let mut run = CalibrationRun::new(config, &options.measure, verbosity)?;
     // The delay is measured anew, regardless of its previous value.
     run.bench = run.bench.with_unknown_delay();
@@ -403,13 +403,13 @@ pub fn channels(
 /// `calibrate output`
 ///
 /// # Errors
-/// When the bench cannot measure; a measurement that does not pass is a [`Report`].
+/// When the bench cannot measure; a measurement that does not pass is a [`CalibrationReport`].
 pub fn output(
     mut config: Config,
     options: &cli::CalibrateOutput,
     verbosity: Verbosity,
-    open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
-) -> anyhow::Result<Report> {
+    open: impl FnOnce(&Config) -> anyhow::Result<BenchHardware>,
+) -> anyhow::Result<CalibrationReport> {
     if let Some(hz) = options.meter_up_to_hz {
         // The meter's frequency limit is the reason for an audible tone.
         let reason = || format!("the meter reads up to {hz} Hz");
@@ -457,13 +457,13 @@ pub fn output(
 /// `calibrate pickup`
 ///
 /// # Errors
-/// When the bench cannot measure; a measurement that does not pass is a [`Report`].
+/// When the bench cannot measure; a measurement that does not pass is a [`CalibrationReport`].
 pub fn pickup(
     config: Config,
     options: &cli::CalibratePickup,
     verbosity: Verbosity,
-    open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
-) -> anyhow::Result<Report> {
+    open: impl FnOnce(&Config) -> anyhow::Result<BenchHardware>,
+) -> anyhow::Result<CalibrationReport> {
     let run = CalibrationRun::new(config, &options.measure, verbosity)?;
     let reference = options
         .reference
@@ -517,13 +517,13 @@ pub fn pickup(
 /// `calibrate force`
 ///
 /// # Errors
-/// When the bench cannot measure; a measurement that does not pass is a [`Report`].
+/// When the bench cannot measure; a measurement that does not pass is a [`CalibrationReport`].
 pub fn force(
     config: Config,
     options: &cli::CalibrateForce,
     verbosity: Verbosity,
-    open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
-) -> anyhow::Result<Report> {
+    open: impl FnOnce(&Config) -> anyhow::Result<BenchHardware>,
+) -> anyhow::Result<CalibrationReport> {
     let mut run = CalibrationRun::on_sensor(config, &options.measure, verbosity, !options.tare)?;
     let setup = if options.tare {
         let force = run.calibration.force.clone().context(

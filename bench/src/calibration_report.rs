@@ -10,7 +10,7 @@ use serde::Serialize;
 
 /// Result of a calibration, for people and for scripts.
 #[derive(Debug, Serialize)]
-pub struct Report {
+pub struct CalibrationReport {
     /// Name of the calibration.
     pub calibrated: &'static str,
     /// Whether the calibration passed and was written.
@@ -25,7 +25,7 @@ pub struct Report {
     pub written: Vec<PathBuf>,
 }
 
-impl Report {
+impl CalibrationReport {
     /// Returns the report for a person.
     #[must_use]
     pub fn to_text(&self) -> String {

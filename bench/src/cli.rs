@@ -5,12 +5,12 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use faults::{FaultKind, RehearsedFault};
-use study::exclusions::Trial;
+use study::exclusions::SessionTrial;
 
 pub use crate::analyze_options::Analyze;
 use crate::fault_option::NamedFault;
 use calibration_rig::reference_options::ReferenceOptions;
-pub use participant_window::participant_options::Participant;
+pub use participant_window::participant_options::ParticipantOptions;
 pub use replay::Speed;
 
 /// Test bench controller for ultrasonic friction modulation.
@@ -57,7 +57,7 @@ pub enum Command {
     /// Run a participant's session according to a protocol.
     Run(Run),
     /// Open the participant's window on a monitor, for sessions that run with --participant-window.
-    Participant(Participant),
+    Participant(ParticipantOptions),
     /// Show live data without a participant or a protocol.
     Monitor(Monitor),
     /// Measure the bench's constants and write them to the calibration file.
@@ -66,13 +66,13 @@ pub enum Command {
     /// Rehearse faults: the operator responds to one after another, and the times are recorded.
     Drill(Drill),
     /// Replay a recording on the dashboard, or list the recordings of a study.
-    Replay(replay::Options),
+    Replay(replay::ReplayOptions),
     /// Check that the bench is connected, works and matches its calibration.
     Check(Check),
     /// Ask about the bench's hardware, write its configuration, and check it.
-    Init(setup::Options),
+    Init(setup::InitOptions),
     /// Calibrate a simulated bench, run a session of a virtual participant on it, and analyse it.
-    Demo(demo::Options),
+    Demo(demo::DemoOptions),
     /// List the audio devices, serial ports and GPIO chips of this computer.
     Devices(Devices),
     /// Analyse recordings: impedance, gap and friction by each method.
@@ -84,7 +84,7 @@ pub enum Command {
     /// Remove a participant from a study permanently.
     Forget(Forget),
     /// Compute the published model: curves as CSV, figures as SVG and PNG.
-    Model(published_figures::model::Options),
+    Model(published_figures::model::ModelOptions),
     /// Print the JSON Schema of a file, for completion and validation in editors; without a name, list the schemas.
     Schema {
         /// Schema to print.
@@ -104,12 +104,12 @@ pub enum Command {
     },
     /// Look up a message of the program: its meaning and the remedy.
     #[command(after_long_help = help::messages::text(&[]).unwrap_or_default())]
-    Messages(help::messages::Options),
+    Messages(help::messages::MessagesOptions),
 }
 
 /// Options of every command that uses the bench.
 #[derive(Debug, Clone, Args)]
-pub struct Hardware {
+pub struct HardwareOptions {
     /// Configuration of the bench [default: bench.toml, or that of the simulated bench with --mock].
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
@@ -142,7 +142,7 @@ pub struct Rehearsal {
 pub struct Run {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
-    pub hardware: Hardware,
+    pub hardware: HardwareOptions,
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub rehearsal: Rehearsal,
@@ -208,7 +208,7 @@ pub struct Run {
 pub struct Monitor {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
-    pub hardware: Hardware,
+    pub hardware: HardwareOptions,
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub rehearsal: Rehearsal,
@@ -259,7 +259,7 @@ pub enum Calibrate {
 pub struct Measure {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
-    pub hardware: Hardware,
+    pub hardware: HardwareOptions,
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub rehearsal: Rehearsal,
@@ -467,7 +467,7 @@ pub struct CalibrateForce {
 pub struct Drill {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
-    pub hardware: Hardware,
+    pub hardware: HardwareOptions,
     /// Name of the operator, stored with the times.
     #[arg(long, value_name = "NAME")]
     pub operator: String,
@@ -496,7 +496,7 @@ pub struct Drill {
 pub struct Check {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
-    pub hardware: Hardware,
+    pub hardware: HardwareOptions,
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub rehearsal: Rehearsal,
@@ -539,7 +539,7 @@ pub struct Exclude {
     pub session: Option<u32>,
     /// Trial with all its attempts: its number, or practice-1 for practice [default: all].
     #[arg(long, value_name = "TRIAL")]
-    pub trial: Option<Trial>,
+    pub trial: Option<SessionTrial>,
     /// Reason, printed with every result.
     #[arg(long, value_name = "REASON")]
     pub because: String,

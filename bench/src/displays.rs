@@ -135,7 +135,7 @@ impl Displays {
 /// Once its window is closed, another window may get its device name, so it is reopened only when the operator resumes.
 struct TerminalDisplay {
     path: PathBuf,
-    terminal: Option<tui::ParticipantDisplay>,
+    terminal: Option<tui::ParticipantTerminal>,
 }
 
 /// Opens the participant's own terminal.
@@ -180,7 +180,7 @@ impl ParticipantDisplay for TerminalDisplay {
                 // Drop the lost terminal first, so that it is not restored over the new one.
                 drop(terminal);
                 let theme = tui::chosen_theme();
-                let _ = sender.send(tui::ParticipantDisplay::open(&path, theme));
+                let _ = sender.send(tui::ParticipantTerminal::open(&path, theme));
             })
             .context("cannot start the thread that opens the participant's terminal")?;
         let Ok(result) = receiver.recv_timeout(OPENS_WITHIN) else {

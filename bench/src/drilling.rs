@@ -6,7 +6,7 @@ use config::{Config, Effective};
 use devices::stop_on_signals;
 pub use drill::WatchedHardware;
 use drill::{Course, DrillRecord, Scripted};
-use operator_ui::console::{Dashboard, DashboardThread, Front, Lines, StopKeys};
+use operator_ui::console::{Dashboard, DashboardThread, Front, LineQueue, StopKeys};
 use safety::DriveStop;
 use tasks::StopFlag;
 use tui::Event;
@@ -54,7 +54,7 @@ pub fn run(
     let _listening = stop_on_signals(&quit)?;
     let drive = DriveStop::default();
     let (mut front, dashboard): (Box<dyn Front>, Option<DashboardThread>) = if options.headless {
-        (Box::new(Scripted::new(Lines::start(out)?)), None)
+        (Box::new(Scripted::new(LineQueue::start(out)?)), None)
     } else {
         let (dashboard, thread) = Dashboard::open(quit.clone(), StopKeys::new(drive.clone()))?;
         (Box::new(dashboard), Some(thread))

@@ -9,13 +9,13 @@ use devices::estop_press::{EstopPress, PressStep, PressTest, line_name, record_p
 use safety::Pace;
 use tasks::{Clock, SystemClock};
 
-use crate::apparatus::{Apparatus, pace};
+use crate::apparatus::{BenchHardware, pace};
 use crate::calibrate;
 use crate::cli;
 
 /// Returns the line of the e-stop that must have been pressed before this bench drives; `None` without a real card (then
 /// no finger lies on the plate), or if the e-stop is waived.
-fn required_line(config: &Config, options: &cli::Hardware) -> Option<String> {
+fn required_line(config: &Config, options: &cli::HardwareOptions) -> Option<String> {
     let real = pace(config, options) == Pace::Card;
     let waived = config.safety.waiver_of(HardwareStop::Estop).is_some();
     line_name(config).filter(|_| real && !waived)
@@ -27,9 +27,9 @@ fn required_line(config: &Config, options: &cli::Hardware) -> Option<String> {
 /// Says that a press is missing and how to make it, or that it was not made.
 pub fn require(
     config: &Config,
-    options: &cli::Hardware,
+    options: &cli::HardwareOptions,
     ask: bool,
-    open: impl FnOnce() -> anyhow::Result<Apparatus>,
+    open: impl FnOnce() -> anyhow::Result<BenchHardware>,
 ) -> anyhow::Result<()> {
     let Some(line) = required_line(config, options) else {
         return Ok(());
@@ -50,7 +50,11 @@ pub fn require(
 ///
 /// # Errors
 /// When there is no e-stop, it cannot be read, or it was not pressed and released in time.
-pub fn press(config: &Config, options: &cli::Hardware, apparatus: Apparatus) -> anyhow::Result<()> {
+pub fn press(
+    config: &Config,
+    options: &cli::HardwareOptions,
+    apparatus: BenchHardware,
+) -> anyhow::Result<()> {
     let mut lines = apparatus.hardware.lines;
     let Some(estop) = &mut lines.estop else {
         bail!("no e-stop is wired: name estop in [gpio]");

@@ -6,7 +6,7 @@ use anyhow::bail;
 use escaping::escaped_line;
 use recording::storage::FileSystem;
 use recording::study::Study;
-use study::exclusions::{EXCLUSIONS_FILE, Exclusion, Part};
+use study::exclusions::{AllOrOne, EXCLUSIONS_FILE, Exclusion};
 
 use crate::cli::Exclude;
 use crate::dates;
@@ -24,8 +24,8 @@ pub fn run(options: &Exclude) -> anyhow::Result<()> {
     }
     let exclusion = Exclusion {
         participant: options.participant.parse()?,
-        session: options.session.map_or(Part::All, Part::One),
-        trial: options.trial.map_or(Part::All, Part::One),
+        session: options.session.map_or(AllOrOne::All, AllOrOne::One),
+        trial: options.trial.map_or(AllOrOne::All, AllOrOne::One),
         reason: options.because.trim().to_owned(),
         by: options.by.trim().to_owned(),
         date: Some(dates::now().strftime("%Y-%m-%d").to_string()),

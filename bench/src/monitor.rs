@@ -18,15 +18,15 @@ use analysis::live_contact::LiveContact;
 use config::Effective;
 use devices::drive_control::{DriveControl, settings};
 use devices::driving_time;
-use devices::{Bench, Boot, Gauges, require_armable, require_watched};
+use devices::{Bench, Boot, DeviceReadings, require_armable, require_watched};
 use operator_ui::console::{
-    Dashboard, DashboardThread, Front, Headless, Lines, StopKeys, safety_event,
+    Dashboard, DashboardThread, Front, Headless, LineQueue, StopKeys, safety_event,
 };
 use recording::pipeline::{Account, Batch};
 use safety::{Hold, SafetyState, Signals, Trip};
 use tasks::{StopFlag, Task};
 
-use crate::apparatus::{Apparatus, Watcher, pace};
+use crate::apparatus::{BenchHardware, Watcher, pace};
 use crate::calibrate;
 use crate::dates;
 use drill::rehearsed;
@@ -46,7 +46,7 @@ const SCREEN_PERIOD_NS: u64 = 16_000_000;
 const PERIOD_EVERY_NS: u64 = 250_000_000;
 
 /// Options of the monitor, checked.
-pub struct Plan {
+pub struct MonitorPlan {
     /// The bench.
     pub bench: Effective,
     /// Safety-relevant measurements that are missing or outdated, a line each.
@@ -64,7 +64,7 @@ pub struct Plan {
     pub rehearsed: Vec<String>,
 }
 
-impl Plan {
+impl MonitorPlan {
     /// Checks the options.
     ///
     /// # Errors
@@ -132,11 +132,11 @@ fn participant_folder(options: &crate::cli::Monitor) -> anyhow::Result<Option<Pa
 /// # Errors
 /// When a part of the bench is missing or fails.
 pub fn run(
-    plan: Plan,
-    apparatus: Apparatus,
+    plan: MonitorPlan,
+    apparatus: BenchHardware,
     out: impl Write + Send + 'static,
 ) -> anyhow::Result<bool> {
-    let Plan {
+    let MonitorPlan {
         bench: effective,
         unverified,
         program,
@@ -173,7 +173,7 @@ pub fn run(
     bench.require_calibration_holds(&effective)?;
     let stop = bench.stop().clone();
     let (mut front, dashboard): (Box<dyn Front>, Option<DashboardThread>) = if headless {
-        (Box::new(Headless::new(Lines::start(out)?)), None)
+        (Box::new(Headless::new(LineQueue::start(out)?)), None)
     } else {
         let keys = StopKeys::new(bench.life.drive_stop().clone()).with_end(stop.clone());
         let (dashboard, thread) = Dashboard::open(stop.clone(), keys)?;
@@ -312,7 +312,7 @@ struct MonitorTask {
     drive: DriveControl,
     front: Box<dyn Front>,
     signals: Arc<Signals>,
-    gauges: Arc<Gauges>,
+    gauges: Arc<DeviceReadings>,
     stop: StopFlag,
     program: Option<Program>,
     duration_s: Option<f64>,

@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 pub mod apparatus;
+mod fault_count;
 mod field_box;
 pub mod host;
 mod network;

@@ -22,7 +22,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use embedded_hal::digital::{Error, ErrorKind, ErrorType, InputPin, OutputPin};
 
 use crate::oscilloscope::AmplifierLines;
-use crate::world_clock::{Pace, WorldClock};
+use crate::world_clock::{WorldClock, WorldPace};
 use mock_world::scenario::Scenario;
 
 /// Latency of the encoder in real time, ns: the simulation advances in bursts, but a faster reader must see every state.
@@ -288,7 +288,7 @@ impl PinBoard {
             let Some(newest) = position_count.checked_sub(1) else {
                 return 0.0;
             };
-            if self.clock.pace() == Pace::Stepped {
+            if self.clock.pace() == WorldPace::Stepped {
                 return self.stored_m(newest);
             }
             // Slot k stores the end of step k, which is the start of step k + 1.
@@ -427,7 +427,7 @@ mod tests {
     use super::*;
 
     fn board() -> (Arc<WorldClock>, Arc<PinBoard>) {
-        let clock = Arc::new(WorldClock::new(Pace::Stepped, 64, 0.0));
+        let clock = Arc::new(WorldClock::new(WorldPace::Stepped, 64, 0.0));
         let board = PinBoard::new(&Scenario::default(), Arc::clone(&clock));
         (clock, board)
     }
@@ -532,7 +532,7 @@ mod tests {
 
     #[test]
     fn a_poller_at_5_khz_sees_each_state_of_a_world_that_comes_in_bursts() {
-        let clock = Arc::new(WorldClock::new(Pace::RealTime, 64, 0.0));
+        let clock = Arc::new(WorldClock::new(WorldPace::RealTime, 64, 0.0));
         let board = PinBoard::new(&Scenario::default(), Arc::clone(&clock));
         let speed_m_per_s = 0.06;
         let (mut simulated, mut previous_m) = (0, 0.0);

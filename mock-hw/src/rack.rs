@@ -18,7 +18,7 @@ use embedded_hal::digital::{InputPin, OutputPin, PinState};
 
 use crate::host::{SoundCards, cpal_host};
 use crate::pins::{PinBoard, Pins};
-use crate::world_clock::Pace;
+use crate::world_clock::WorldPace;
 
 /// Functions of the library, called in each period: first to play and then to record.
 #[repr(C)]
@@ -129,8 +129,8 @@ impl Rack {
             streams: Mutex::new(None),
         });
         Board {
-            stepped: u32::from(self.cards.pace() == Pace::Stepped),
-            inputs: self.cards.inputs().into(),
+            stepped: u32::from(self.cards.pace() == WorldPace::Stepped),
+            inputs: self.cards.inputs.into(),
             context: Arc::into_raw(desk).cast(),
             open,
             close,
@@ -201,7 +201,7 @@ impl Desk {
             None,
         )?;
         let input = device.build_input_stream_raw(
-            config(self.cards.inputs()),
+            config(self.cards.inputs),
             SampleFormat::F32,
             move |data: &cpal::Data, _: &cpal::InputCallbackInfo| {
                 if let Some(samples) = data.as_slice::<f32>() {

@@ -55,7 +55,7 @@ impl Vibrometer {
     ///
     /// On a `synchronous` line every byte sent is readable before the simulation continues.
     pub(crate) fn open(seed: u64, synchronous: bool) -> io::Result<Self> {
-        let mut rng = seed::stream(seed, seed::Stream::Vibrometer);
+        let mut rng = seed::stream(seed, seed::RandomStream::Vibrometer);
         let score: f64 = StandardNormal.sample(&mut rng);
         Ok(Self {
             line: SerialLine::open(synchronous)?,

@@ -31,7 +31,7 @@ pub(crate) struct Voltmeter {
 impl Voltmeter {
     /// Draws the instrument from `seed`. On a `synchronous` line every byte is readable before the simulation continues.
     pub(crate) fn open(table: &MeterTable, seed: u64, synchronous: bool) -> io::Result<Self> {
-        let mut rng = seed::stream(seed, seed::Stream::Voltmeter);
+        let mut rng = seed::stream(seed, seed::RandomStream::Voltmeter);
         let score: f64 = StandardNormal.sample(&mut rng);
         Ok(Self {
             line: SerialLine::open(synchronous)?,

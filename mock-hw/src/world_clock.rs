@@ -8,7 +8,7 @@ pub const BASE_RATE_HZ: u32 = 192_000;
 
 /// Pace of the simulated world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Pace {
+pub enum WorldPace {
     /// A thread of the apparatus keeps the simulation in step with the machine's monotonic clock.
     RealTime,
     /// Time advances only in `Apparatus::step`; the same seed and the same calls give bit-identical results.
@@ -45,23 +45,23 @@ pub(crate) struct WorldClock {
 
 impl WorldClock {
     /// Starts a clock with a sample clock that is fast by `clock_ppm`.
-    pub(crate) fn new(pace: Pace, period_frames: u32, clock_ppm: f64) -> Self {
+    pub(crate) fn new(pace: WorldPace, period_frames: u32, clock_ppm: f64) -> Self {
         let base_rate_hz = f64::from(BASE_RATE_HZ) * (1.0 + 1e-6 * clock_ppm);
         Self {
             period_frames,
             base_rate_uhz: (1e6 * base_rate_hz).round() as u128,
             steps: AtomicU64::new(0),
-            epoch: (pace == Pace::RealTime).then(Instant::now),
+            epoch: (pace == WorldPace::RealTime).then(Instant::now),
             late_steps: AtomicU64::new(0),
             worst_ns: AtomicU64::new(0),
         }
     }
 
     /// Returns the pace of the simulation.
-    pub(crate) fn pace(&self) -> Pace {
+    pub(crate) fn pace(&self) -> WorldPace {
         match self.epoch {
-            Some(_) => Pace::RealTime,
-            None => Pace::Stepped,
+            Some(_) => WorldPace::RealTime,
+            None => WorldPace::Stepped,
         }
     }
 
@@ -137,7 +137,7 @@ mod tests {
 
     #[test]
     fn a_stepped_clock_counts_whole_periods_without_drift() {
-        let clock = WorldClock::new(Pace::Stepped, 64, 0.0);
+        let clock = WorldClock::new(WorldPace::Stepped, 64, 0.0);
         for _ in 0..3_000 {
             clock.advance();
         }
@@ -148,14 +148,14 @@ mod tests {
 
     #[test]
     fn a_fast_sample_clock_has_shorter_periods() {
-        let clock = WorldClock::new(Pace::Stepped, 64, 100.0);
+        let clock = WorldClock::new(WorldPace::Stepped, 64, 100.0);
         assert_eq!(clock.ns_of(30_003), 10_000_000_000);
         assert!((clock.period_s() * 3_000.3 - 1.0).abs() < 1e-12);
     }
 
     #[test]
     fn step_number_and_time_agree() {
-        let clock = WorldClock::new(Pace::Stepped, 64, 0.0);
+        let clock = WorldClock::new(WorldPace::Stepped, 64, 0.0);
         for step in [0, 1, 2, 3, 2_999, 3_000, 1_800_000] {
             // The start of a step is rounded down to whole nanoseconds, so the next nanosecond is inside it.
             assert_eq!(clock.step_at(clock.ns_of(step) + 1), step);

@@ -18,9 +18,9 @@ use std::process::ExitCode;
 
 use protocols::selection::{SelectionError, analyse_exploration};
 use protocols::{
-    Action, Drive, DriveRequest, ExplorationSeries, Instruction, Interval, IntervalKind,
-    Observation, OperatorCommand, ParticipantId, ParticipantIdError, ParticipantView, Phase,
-    Protocol, ProtocolError, RecordingOutcome, Session, SessionError, SessionEvent,
+    Drive, DriveRequest, ExplorationSeries, Instruction, Interval, IntervalKind, Observation,
+    OperatorCommand, ParticipantId, ParticipantIdError, ParticipantView, Phase, Protocol,
+    ProtocolError, RecordingOutcome, Session, SessionAction, SessionError, SessionEvent,
     SessionEventKind, SessionOutcome, TrialAnalysis, TrialKey, Validity, Verdict,
 };
 
@@ -164,7 +164,7 @@ impl DryRun {
             let observation = self.observe();
             let actions = self.session.step(&observation);
             // The view comes last; each line is printed with the instruction that applies from this step on.
-            if let Some(Action::Show(view)) = actions.last() {
+            if let Some(SessionAction::Show(view)) = actions.last() {
                 self.show(view.clone());
             }
             for action in actions {
@@ -224,13 +224,13 @@ impl DryRun {
     }
 
     /// Carries out an action and prints it.
-    fn act(&mut self, action: Action, out: &mut impl Write) -> Result<(), DryRunError> {
+    fn act(&mut self, action: SessionAction, out: &mut impl Write) -> Result<(), DryRunError> {
         match action {
-            Action::BeginTrial { key, drive, .. } => {
+            SessionAction::BeginTrial { key, drive, .. } => {
                 self.drive = Some(drive);
                 self.print(out, &format!("begin {}", Trial(&key)))?;
             }
-            Action::Drive(DriveRequest::On(drive)) => self.print(
+            SessionAction::Drive(DriveRequest::On(drive)) => self.print(
                 out,
                 &format!(
                     "drive on: mean {} V, modulated {} % at {} Hz",
@@ -239,8 +239,8 @@ impl DryRun {
                     drive.modulation_hz
                 ),
             )?,
-            Action::Drive(DriveRequest::Off) => self.print(out, "drive off")?,
-            Action::Mark(interval) => {
+            SessionAction::Drive(DriveRequest::Off) => self.print(out, "drive off")?,
+            SessionAction::Mark(interval) => {
                 let interval_name = match interval.kind {
                     IntervalKind::Unloaded => "baseline".to_owned(),
                     IntervalKind::Exploration { direction } => format!("exploration {direction}"),
@@ -253,11 +253,11 @@ impl DryRun {
                     ),
                 )?;
             }
-            Action::AnalyseTrial { key, intervals } => {
+            SessionAction::AnalyseTrial { key, intervals } => {
                 self.recording = Some((key.clone(), RecordingOutcome::Saved));
                 self.analysis = Some(self.analyse(key, &intervals)?);
             }
-            Action::Verdict { verdict, .. } => match verdict {
+            SessionAction::Verdict { verdict, .. } => match verdict {
                 Verdict::Accepted => self.print(out, "verdict: accepted")?,
                 Verdict::Redo { reasons } => {
                     for reason in reasons {
@@ -265,12 +265,12 @@ impl DryRun {
                     }
                 }
             },
-            Action::Show(view) => {
+            SessionAction::Show(view) => {
                 if self.last_print != Some((self.session.phase(), view.instruction)) {
                     self.print(out, "")?;
                 }
             }
-            Action::Finished(outcome) => {
+            SessionAction::Finished(outcome) => {
                 let (ending, summary) = match outcome {
                     SessionOutcome::Completed { summary } => ("completed", summary),
                     SessionOutcome::Aborted { summary } => ("aborted", summary),
@@ -287,11 +287,11 @@ impl DryRun {
                     ),
                 )?;
             }
-            Action::Log(SessionEvent {
+            SessionAction::Log(SessionEvent {
                 kind: SessionEventKind::SessionStarted { order, .. },
                 ..
             }) => self.print(out, &format!("order of trials: {}", order.join(", ")))?,
-            Action::EndTrial { .. } | Action::Cue(_) | Action::Log(_) => {}
+            SessionAction::EndTrial { .. } | SessionAction::Cue(_) | SessionAction::Log(_) => {}
         }
         Ok(())
     }

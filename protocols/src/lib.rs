@@ -5,7 +5,7 @@
 //! when the finger presses), amplitudes peak metres, drive amplitudes peak volts across the actuators.
 //!
 //! - [`Protocol`] is a validated protocol file.
-//! - [`Session`] turns [`Observation`]s into [`Action`]s.
+//! - [`Session`] turns [`Observation`]s into [`SessionAction`]s.
 //! - [`selection`] finds the rising stretches of an exploration and the instances in them.
 //! - [`verdict`] accepts a trial, or gives the reasons to repeat it.
 
@@ -20,6 +20,7 @@ mod session;
 mod stretch;
 mod summary;
 mod trial;
+mod trial_label;
 pub mod verdict;
 
 pub use analysis::{ExplorationAnalysis, TrialAnalysis};
@@ -38,13 +39,15 @@ pub use redo_reason::RedoReason;
 pub use rules::{ForceBand, Quality, SelectionRules, VerdictRules};
 pub use selection::{ExplorationSeries, Validity};
 pub use session::{
-    Action, Cue, DriveRequest, Hold, Observation, OperatorCommand, ParticipantView, Phase,
-    Progress, RecordMismatch, RecordingOutcome, Safety, Session, SessionError, SessionEvent,
-    SessionEventKind, SessionOutcome, records_from_events, repeat_cause,
+    AttemptRecords, Cue, DeadManAction, DriveRequest, Observation, OperatorCommand,
+    ParticipantView, Phase, Progress, RecordMismatch, RecordingOutcome, SafetyChain, Session,
+    SessionAction, SessionError, SessionEvent, SessionEventKind, SessionOutcome,
+    records_from_events, repeat_cause,
 };
 pub use stretch::{Instance, Rejection, Stretch, StretchOutcome};
 pub use summary::SessionSummary;
 pub use trial::{Direction, Interruption, Interval, IntervalKind, TrialEnd, TrialKey};
+pub use trial_label::{NoTrialLabel, TrialBlock, TrialLabel};
 pub use verdict::Verdict;
 
 #[cfg(doctest)]

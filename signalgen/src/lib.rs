@@ -50,7 +50,7 @@ pub use oscillator::CarrierOscillator;
 pub use phase_accumulator::{PhaseAccumulator, PhaseStep};
 pub use ramp::Ramp;
 pub use renderer::DriveRenderer;
-pub use sample::{ConverterSample, I24, SampleFormat, UnknownFormat};
+pub use sample::{ConverterSample, I24, StreamFormat, UnknownFormat};
 pub use sine_table::SineTable;
 pub use stream_health::{DirectionHealth, StreamDirection, StreamFault, StreamHealth};
 pub use stream_layout::LayoutError;

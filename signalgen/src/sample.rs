@@ -7,13 +7,13 @@ use thiserror::Error;
 /// Sample format of a stream.
 ///
 /// ```
-/// use signalgen::SampleFormat;
+/// use signalgen::StreamFormat;
 ///
-/// assert_eq!("i24".parse(), Ok(SampleFormat::I24));
-/// assert!("s24_3le".parse::<SampleFormat>().is_err());
+/// assert_eq!("i24".parse(), Ok(StreamFormat::I24));
+/// assert!("s24_3le".parse::<StreamFormat>().is_err());
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum SampleFormat {
+pub enum StreamFormat {
     /// 32-bit float.
     F32,
     /// 32-bit integer.
@@ -24,12 +24,12 @@ pub enum SampleFormat {
     I16,
 }
 
-impl SampleFormat {
+impl StreamFormat {
     /// Every sample format.
     pub const ALL: [Self; 4] = [Self::F32, Self::I32, Self::I24, Self::I16];
 }
 
-impl fmt::Display for SampleFormat {
+impl fmt::Display for StreamFormat {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::F32 => "f32",
@@ -48,7 +48,7 @@ pub struct UnknownFormat {
     pub name: String,
 }
 
-impl FromStr for SampleFormat {
+impl FromStr for StreamFormat {
     type Err = UnknownFormat;
 
     fn from_str(name: &str) -> Result<Self, Self::Err> {
@@ -162,11 +162,11 @@ mod tests {
 
     #[test]
     fn format_names_parse_back_and_others_are_refused() {
-        for format in SampleFormat::ALL {
+        for format in StreamFormat::ALL {
             assert_eq!(format.to_string().parse(), Ok(format));
         }
         let name = "u8".to_owned();
-        assert_eq!(name.parse::<SampleFormat>(), Err(UnknownFormat { name }));
+        assert_eq!(name.parse::<StreamFormat>(), Err(UnknownFormat { name }));
     }
 
     #[test]

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use mock_hw::oscilloscope::{Readings, monotonic_ns, press_estop};
-use protocols::{SessionEventKind, TrialOutcome, records_from_events};
+use protocols::TrialOutcome;
 use rustix::process::Signal;
 use tempfile::TempDir;
 
@@ -396,17 +396,13 @@ fn short_debug(checks: &impl fmt::Debug) -> String {
 
 /// Returns the folders of the attempts that the log records as accepted, in order. The protocol has no practice trials.
 fn accepted_trials(session: &SessionFolder) -> Vec<String> {
-    let data = session.events().map(|event| event.data.clone());
-    let kinds: Vec<SessionEventKind> = data
-        .filter_map(|data| serde_json::from_value(data.into()).ok())
-        .collect();
     let is_accepted = |outcome: &TrialOutcome| {
         matches!(
             outcome,
             TrialOutcome::Accepted | TrialOutcome::AcceptedAnyway { .. }
         )
     };
-    let records = records_from_events(&kinds).into_iter();
+    let records = session.history().records.into_iter();
     let records = records.filter(|record| is_accepted(&record.outcome));
     let mut names: Vec<String> = records
         .map(|record| {

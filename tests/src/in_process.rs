@@ -9,11 +9,11 @@ use std::sync::Arc;
 
 use config::Config;
 use devices::Hardware;
-use friction_bench::apparatus::{Apparatus as Bench, Watcher};
+use friction_bench::apparatus::{BenchHardware as Bench, Watcher};
 use friction_bench::cli;
 use jiff::{SignedDuration, Timestamp};
 use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig, FaultPanel};
-use mock_hw::world_clock::Pace;
+use mock_hw::world_clock::WorldPace;
 use mock_world::scenario::Scenario;
 use safety::{InputLine, input, output};
 use sources::Lines;
@@ -77,7 +77,7 @@ pub fn apparatus_with_faults(setup: Setup) -> (Bench, FaultPanel) {
         dead_man,
     } = setup;
     let (dead_man, holder) = dead_man.unzip();
-    let config = ApparatusConfig::new(scenario, 1, Pace::Stepped);
+    let config = ApparatusConfig::new(scenario, 1, WorldPace::Stepped);
     let mut apparatus = Apparatus::new(config).unwrap();
     let pins = apparatus.pins().unwrap();
     let clock = SetClock {
@@ -152,7 +152,7 @@ pub fn config(changes: &[(&str, &str)]) -> Config {
 pub fn options(study: &Path) -> cli::Run {
     cli::Run {
         rehearsal: cli::Rehearsal::default(),
-        hardware: cli::Hardware {
+        hardware: cli::HardwareOptions {
             config: None,
             mock: Some("nominal".to_owned()),
             seed: None,

@@ -138,3 +138,10 @@ impl Screen {
         end.expect("the terminal's other end")
     }
 }
+
+/// Returns the end of a terminal's output.
+#[must_use]
+pub fn last_characters(transcript: &str) -> String {
+    let tail: Vec<char> = transcript.chars().rev().take(2000).collect();
+    tail.into_iter().rev().collect()
+}

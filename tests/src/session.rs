@@ -250,6 +250,14 @@ impl SessionFolder {
         })
     }
 
+    /// Returns the history of the session by its log.
+    ///
+    /// # Panics
+    /// When the log cannot be read.
+    pub fn history(&self) -> study::sessions::LoggedSession {
+        study::sessions::read(&self.path).expect("a readable log")
+    }
+
     /// Requires the session to verify without damage or missing parts.
     ///
     /// # Panics

@@ -26,14 +26,14 @@ pub(crate) const ANSWER: &[KeyRow] = &[
         presses: &[Press::key(KeyCode::Enter)],
         label: "enter",
         meaning: |_| {
-            let help = "confirm; alone: not stated";
+            let help = "confirm; empty: not stated";
             Meaning::view(enter, help, Some(help))
         },
     },
     KeyRow {
         presses: &[Press::key(KeyCode::Up)],
         label: "↑",
-        meaning: |_| Meaning::view(back, "back to the question before", Some("back")),
+        meaning: |_| Meaning::view(back, "back to the previous question", Some("back")),
     },
     KeyRow {
         presses: &[
@@ -42,7 +42,9 @@ pub(crate) const ANSWER: &[KeyRow] = &[
             Press::character('c'),
         ],
         label: "space",
-        meaning: |_| Meaning::explanation("answer the question first; enter alone: not stated"),
+        meaning: |_| {
+            Meaning::explanation("answer the question first; enter without an answer: not stated")
+        },
     },
 ];
 

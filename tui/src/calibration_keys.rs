@@ -5,7 +5,7 @@ use ratatui::crossterm::event::KeyCode;
 use crate::action::Action;
 use crate::asked_keys::DIGITS;
 use crate::calibration_page::{Question, Reply};
-use crate::event::SafetyState;
+use crate::event::SafetyView;
 use crate::key_table::{Effect, KeyRow, Meaning, Press};
 use crate::page::Page;
 use crate::session_keys::rearm;
@@ -31,8 +31,9 @@ pub(crate) const CALIBRATION: &[KeyRow] = &[
         ],
         label: ". -",
         meaning: |state| {
-            is_typing(state)
-                .then(|| Meaning::view(type_character, "type a decimal point or a minus", None))?
+            is_typing(state).then(|| {
+                Meaning::view(type_character, "type a decimal point or a minus sign", None)
+            })?
         },
     },
     KeyRow {
@@ -49,7 +50,7 @@ pub(crate) const CALIBRATION: &[KeyRow] = &[
             let calibration = state.calibration.as_ref()?;
             let waits = calibration.asked.is_some() || calibration.failed;
             if waits && state.shown_calibration().is_none() {
-                return Meaning::explanation("turn back to the calibration first: 1");
+                return Meaning::explanation("return to the calibration first: 1");
             }
             let (help, hint) = match &calibration.asked {
                 None if calibration.failed => {
@@ -94,7 +95,7 @@ pub(crate) const CALIBRATION: &[KeyRow] = &[
         label: "x",
         meaning: |state| match state.safety {
             _ if state.calibration.as_ref()?.failed => None,
-            Some(SafetyState::Tripped) => rearm(),
+            Some(SafetyView::Tripped) => rearm(),
             _ => Meaning::explanation("not tripped: nothing to re-arm"),
         },
     },
@@ -121,9 +122,9 @@ pub(crate) const CALIBRATION_PAGES: &[KeyRow] = &[
         label: "tab",
         meaning: |state| {
             let (help, hint) = match state.ui.page {
-                Page::Bench => ("turn to the log", "log"),
-                Page::Log => ("turn back to the calibration", "calibration"),
-                _ => ("turn to the bench, the log, and back", "bench"),
+                Page::Bench => ("show the log", "log"),
+                Page::Log => ("return to the calibration", "calibration"),
+                _ => ("bench, log and calibration in turn", "bench"),
             };
             Meaning::view(turn, help, Some(hint))
         },

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::action::AttemptName;
 use crate::impedance_value::{ComplexImpedance, ValueAndStd};
 
 /// Result of a trial's fit.
@@ -23,6 +24,18 @@ pub struct FitView {
     pub no_fit: Option<String>,
     /// The fitted contact as curves.
     pub curves: Option<ContactCurves>,
+}
+
+impl FitView {
+    /// Returns the name of the attempt.
+    #[must_use]
+    pub fn name(&self) -> AttemptName {
+        AttemptName {
+            trial: self.trial,
+            practice: self.practice,
+            attempt: self.attempt,
+        }
+    }
 }
 
 /// A fitted contact as curves over the vibration amplitude.

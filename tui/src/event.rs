@@ -10,6 +10,7 @@ pub use crate::contact_view::{ContactCurves, FitView, NoEstimate, PeriodTrace};
 pub use crate::impedance_value::{ComplexImpedance, ValueAndStd};
 pub use crate::outlook::Outlook;
 
+use crate::action::AttemptName;
 use crate::calibration_page::{CalibrationPage, CalibrationReadings};
 use crate::drill_view::DrillView;
 use crate::participant_screen::ScreenView;
@@ -64,7 +65,7 @@ pub enum Event {
     /// State of the safety watch, on every change and at least once a second.
     Safety {
         /// State of the safety watch.
-        state: SafetyState,
+        state: SafetyView,
         /// Cause of the state, if any.
         reason: Option<String>,
     },
@@ -185,6 +186,16 @@ pub struct PhaseView {
 }
 
 impl PhaseView {
+    /// Returns the name of the attempt.
+    #[must_use]
+    pub fn name(&self) -> AttemptName {
+        AttemptName {
+            trial: self.trial,
+            practice: self.practice,
+            attempt: self.attempt,
+        }
+    }
+
     /// Returns a phase of `kind` outside any trial.
     #[must_use]
     pub fn new(kind: PhaseKind) -> Self {
@@ -326,6 +337,18 @@ pub struct Crop {
     pub stretches: Vec<CropStretch>,
 }
 
+impl Crop {
+    /// Returns the name of the attempt.
+    #[must_use]
+    pub fn name(&self) -> AttemptName {
+        AttemptName {
+            trial: self.trial,
+            practice: self.practice,
+            attempt: self.attempt,
+        }
+    }
+}
+
 /// One stretch of an exploration, kept or rejected by the selection.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CropStretch {
@@ -371,6 +394,18 @@ pub struct TrialVerdict {
     /// Condition under test.
     #[serde(default)]
     pub condition: Option<String>,
+}
+
+impl TrialVerdict {
+    /// Returns the name of the attempt.
+    #[must_use]
+    pub fn name(&self) -> AttemptName {
+        AttemptName {
+            trial: self.trial,
+            practice: self.practice,
+            attempt: self.attempt,
+        }
+    }
 }
 
 /// Health of the system: audio, clocks, recorder and disk.
@@ -477,7 +512,7 @@ fn ago(s: f64) -> String {
 /// State of the safety watch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum SafetyState {
+pub enum SafetyView {
     /// The amplifier is off.
     Disarmed,
     /// The amplifier is on; the plate is not driven.

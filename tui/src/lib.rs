@@ -33,7 +33,7 @@ mod words;
 
 pub use action::Action;
 pub use dashboard::{TWO_COLUMNS, view};
-pub use display::ParticipantDisplay;
+pub use display::ParticipantTerminal;
 pub use drawing::picture;
 pub use drawing::theme::{NoSuchTheme, Theme};
 pub use event::Event;

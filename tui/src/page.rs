@@ -63,6 +63,8 @@ pub enum Window {
 }
 
 impl Window {
+    const ALL: [Self; 4] = [Self::One, Self::Two, Self::Five, Self::Ten];
+
     /// Returns the span in seconds.
     #[must_use]
     pub fn seconds(self) -> f64 {
@@ -77,20 +79,12 @@ impl Window {
     /// Returns the next wider window.
     #[must_use]
     pub fn wider(self) -> Self {
-        match self {
-            Self::One => Self::Two,
-            Self::Two => Self::Five,
-            Self::Five | Self::Ten => Self::Ten,
-        }
+        Self::ALL[(self as usize + 1).min(Self::ALL.len() - 1)]
     }
 
     /// Returns the next narrower window.
     #[must_use]
     pub fn narrower(self) -> Self {
-        match self {
-            Self::One | Self::Two => Self::One,
-            Self::Five => Self::Two,
-            Self::Ten => Self::Five,
-        }
+        Self::ALL[(self as usize).saturating_sub(1)]
     }
 }

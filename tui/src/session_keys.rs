@@ -3,7 +3,7 @@
 use ratatui::crossterm::event::KeyCode;
 
 use crate::action::{Action, AttemptName};
-use crate::event::{PhaseKind, SafetyState};
+use crate::event::{PhaseKind, SafetyView};
 use crate::key_table::{Effect, KeyRow, Meaning, Press};
 use crate::page::Page;
 use crate::state::State;
@@ -38,7 +38,7 @@ pub(crate) const ALL_PAGES: &[KeyRow] = &[
     KeyRow {
         presses: &[Press::control('l')],
         label: "Ctrl-L",
-        meaning: |_| Meaning::new(Effect::Redraw, "draw the screen anew", None),
+        meaning: |_| Meaning::new(Effect::Redraw, "redraw the screen", None),
     },
 ];
 
@@ -119,7 +119,7 @@ pub(crate) const DASHBOARD: &[KeyRow] = &[
         presses: &[Press::character('x')],
         label: "x",
         meaning: |state| match state.safety {
-            Some(SafetyState::Tripped) if !state.session.replayed => rearm(),
+            Some(SafetyView::Tripped) if !state.session.replayed => rearm(),
             _ => Meaning::explanation("not tripped: nothing to re-arm"),
         },
     },
@@ -168,7 +168,7 @@ pub(crate) const DASHBOARD: &[KeyRow] = &[
         label: "q",
         meaning: |state| {
             let help = match state.drill {
-                Some(_) => "end the program; leaves the drill if not asked for",
+                Some(_) => "quit; leaves the drill unless the drill requests it",
                 None => "quit",
             };
             if state.is_running() && !state.session.replayed {
@@ -187,12 +187,7 @@ pub(crate) fn rearm() -> Option<Meaning> {
 
 /// Returns the attempt of the present phase.
 fn attempt_name(state: &State) -> AttemptName {
-    let phase = &state.phase;
-    AttemptName {
-        trial: phase.trial,
-        practice: phase.practice,
-        attempt: phase.attempt,
-    }
+    state.phase.name()
 }
 
 /// Whether an attempt runs that a pause would discard.
@@ -211,25 +206,26 @@ fn attempt_runs(state: &State) -> bool {
 /// Whether the open verdict accepts its attempt.
 fn is_accepted(state: &State) -> bool {
     let name = attempt_name(state);
-    state.verdict.as_ref().is_some_and(|verdict| {
-        (verdict.trial, verdict.practice, verdict.attempt)
-            == (name.trial, name.practice, name.attempt)
-            && verdict.accepted
-    })
+    let verdict = state.verdict.as_ref();
+    verdict.is_some_and(|verdict| verdict.name() == name && verdict.accepted)
 }
 
 fn go_on(state: &State) -> Option<Meaning> {
-    let is_tripped = state.safety == Some(SafetyState::Tripped);
+    let is_tripped = state.safety == Some(SafetyView::Tripped);
     let kind = state.phase.kind;
     if state.session.replayed {
         return match kind {
             PhaseKind::Paused => Meaning::action(Action::Resume, "go on", "go on"),
-            PhaseKind::Finished => Meaning::explanation("the recording is at its end"),
+            PhaseKind::Finished => Meaning::explanation("the recording has ended"),
             _ => Meaning::action(Action::Pause, "pause", "pause"),
         };
     }
     if state.drill.is_some() && state.is_running() {
-        return Meaning::action(Action::Ready, "you have seen the fault", "seen");
+        return Meaning::action(
+            Action::Ready,
+            "confirm that you have seen the fault",
+            "seen",
+        );
     }
     match kind {
         _ if is_tripped => Meaning::explanation("tripped: remove the cause, then re-arm with x"),
@@ -237,7 +233,7 @@ fn go_on(state: &State) -> Option<Meaning> {
         PhaseKind::Ready => Meaning::action(Action::Ready, "the participant is ready", "ready"),
         PhaseKind::Rest => Meaning::action(Action::Ready, "end the rest", "go on"),
         PhaseKind::Verdict => {
-            Meaning::action(Action::Ready, "let the verdict stand and go on", "go on")
+            Meaning::action(Action::Ready, "accept the verdict and go on", "go on")
         }
         PhaseKind::Consent => Meaning::explanation("record the consent first: c"),
         PhaseKind::Paused => Meaning::explanation("paused: resume with p"),
@@ -247,7 +243,7 @@ fn go_on(state: &State) -> Option<Meaning> {
 }
 
 fn pause(state: &State) -> Option<Meaning> {
-    let is_tripped = state.safety == Some(SafetyState::Tripped);
+    let is_tripped = state.safety == Some(SafetyView::Tripped);
     match state.phase.kind {
         PhaseKind::Paused if state.session.replayed => {
             Meaning::action(Action::Resume, "resume", "resume")
@@ -284,7 +280,7 @@ fn repeat(state: &State) -> Option<Meaning> {
     if state.phase.overrulable {
         // The time to overrule the verdict already serves as the question.
         let help = if is_accepted(state) {
-            "repeat the trial although it is accepted"
+            "repeat the accepted trial"
         } else {
             "repeat the rejected trial now"
         };
@@ -293,7 +289,7 @@ fn repeat(state: &State) -> Option<Meaning> {
     let runs = state.phase.trial > 0 && state.is_running();
     match state.phase.kind {
         PhaseKind::Paused if state.drill.is_none() => Meaning::explanation("no trial to repeat"),
-        _ if runs => Meaning::question(redo, "repeat the trial that runs", "repeat"),
+        _ if runs => Meaning::question(redo, "repeat the running trial", "repeat"),
         _ => Meaning::explanation("no trial to repeat"),
     }
 }
@@ -308,7 +304,7 @@ fn accept_anyway(state: &State) -> Option<Meaning> {
     }
     Meaning::action(
         Action::AcceptAnyway(attempt_name(state)),
-        "keep the trial although it is rejected",
+        "keep the rejected trial",
         "keep anyway",
     )
 }

@@ -22,7 +22,7 @@ use ratatui::{Frame, Terminal, TerminalOptions, Viewport};
 
 use crate::action::Action;
 use crate::dashboard::view;
-use crate::event::{Event, SafetyState};
+use crate::event::{Event, SafetyView};
 use crate::keyboard::{at_once, key};
 use crate::page_files;
 use crate::state::State;
@@ -35,7 +35,7 @@ const KEY_POLL: Duration = Duration::from_millis(33);
 /// Longest wait for the key reader at the end: it may be blocked by the terminal.
 const LAST_KEY: Duration = Duration::from_millis(100);
 /// Remark shown after the key that ends the bench.
-const ENDING: &str = "ending: waits until everything is on the disk; Ctrl-C again ends at once";
+const ENDING: &str = "ending: waiting until all data are on the disk; Ctrl-C again ends at once";
 /// Time between two rings of the bell while the bench is tripped and no key was pressed, s.
 const BELL_S: f64 = 5.0;
 
@@ -315,14 +315,14 @@ fn draw<B: Backend<Error = io::Error>>(
 fn write_page(desk: &Arc<Desk>, name: &'static str, theme: Theme, screen: Buffer) {
     let note = |desk: &Desk, text| desk.state().ui.note = Some(text);
     if desk.is_writing.swap(true, Ordering::AcqRel) {
-        return note(desk, "the page before it is still being written".to_owned());
+        return note(desk, "the previous page is still being written".to_owned());
     }
     let writer = Arc::clone(desk);
     let result = thread::Builder::new()
         .name("page".to_owned())
         .spawn(move || {
             let text = match page_files::write(Path::new("."), name, theme, &screen) {
-                Ok(name) => format!("wrote {name}, and its text beside it"),
+                Ok(name) => format!("wrote {name} and its text file"),
                 Err(error) => format!("the page is not written: {error}"),
             };
             writer.is_writing.store(false, Ordering::Release);
@@ -344,7 +344,7 @@ struct Bell {
 
 impl Bell {
     fn rings(&mut self, state: &State) -> bool {
-        if state.safety != Some(SafetyState::Tripped) {
+        if state.safety != Some(SafetyView::Tripped) {
             *self = Self::default();
             return false;
         }
@@ -514,13 +514,13 @@ mod tests {
         let (operator, _actions) = mpsc::channel();
         bench
             .send(Event::Safety {
-                state: SafetyState::Disarmed,
+                state: SafetyView::Disarmed,
                 reason: None,
             })
             .unwrap();
         drop(bench);
         let end = final_state(typed_keys(""), &events, operator, |_| ()).unwrap();
-        assert_eq!(end.safety, Some(SafetyState::Disarmed));
+        assert_eq!(end.safety, Some(SafetyView::Disarmed));
     }
 
     #[test]
@@ -591,7 +591,7 @@ mod tests {
             }
             bell.rings(&state)
         };
-        use SafetyState::{Armed, Tripped};
+        use SafetyView::{Armed, Tripped};
         assert!(!at(0.0, Armed, true));
         assert!(at(1.0, Tripped, false));
         assert!(!at(2.0, Tripped, false));

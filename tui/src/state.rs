@@ -4,12 +4,12 @@ use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 
-use crate::action::Action;
+use crate::action::{Action, AttemptName};
 use crate::calibration_page::{CalibrationPage, CalibrationReadings};
 use crate::drill_view::DrillView;
 use crate::event::{
     AskedDetail, BenchFacts, CarrierProposal, ComplexImpedance, Crop, Event, FitView, Live,
-    LogLevel, Outlook, PeriodTrace, PhaseKind, PhaseView, SafetyState, SessionHeader, SystemHealth,
+    LogLevel, Outlook, PeriodTrace, PhaseKind, PhaseView, SafetyView, SessionHeader, SystemHealth,
     TrialVerdict, ValueAndStd,
 };
 use crate::frozen::Frozen;
@@ -34,14 +34,14 @@ pub const STALE_AFTER_S: f64 = 1.0;
 /// The state of the screen: the fold of the events, and the operator's view settings.
 ///
 /// ```
-/// use tui::event::{Live, SafetyState};
+/// use tui::event::{Live, SafetyView};
 /// use tui::{Event, State, Theme};
 ///
 /// let mut state = State::new(Theme::Mono);
 /// state.apply(&Event::Tick { now_s: 10.0 });
-/// state.apply(&Event::Safety { state: SafetyState::Armed, reason: None });
+/// state.apply(&Event::Safety { state: SafetyView::Armed, reason: None });
 /// state.apply(&Event::Live(Live { t_s: 0.2, normal_n: Some(0.65), ..Live::default() }));
-/// assert_eq!(state.safety, Some(SafetyState::Armed));
+/// assert_eq!(state.safety, Some(SafetyView::Armed));
 /// assert_eq!(state.live().and_then(|live| live.normal_n), Some(0.65));
 ///
 /// // Nothing for 2.5 s: the values are stale.
@@ -93,7 +93,7 @@ pub struct State {
     /// Health of the system.
     pub health: Option<SystemHealth>,
     /// State of the safety watch; `None` until its first event.
-    pub safety: Option<SafetyState>,
+    pub safety: Option<SafetyView>,
     /// Cause of the safety state.
     pub safety_reason: Option<String>,
     /// Log lines, oldest first.
@@ -137,6 +137,18 @@ pub struct TrialLine {
     pub condition: Option<String>,
     /// Verdict; `None` until the trial is judged.
     pub verdict: Option<TrialVerdict>,
+}
+
+impl TrialLine {
+    /// Returns the name of the attempt.
+    #[must_use]
+    pub fn name(&self) -> AttemptName {
+        AttemptName {
+            trial: self.trial,
+            practice: self.practice,
+            attempt: self.attempt,
+        }
+    }
 }
 
 /// A line of the log.
@@ -279,8 +291,7 @@ impl State {
             Event::Outlook(outlook) => self.outlook = Some(outlook.clone()),
             Event::Fit(fit) => {
                 // A replay that was moved back fits an attempt again.
-                let key = |fit: &FitView| (fit.trial, fit.practice, fit.attempt);
-                self.fits.retain(|old| key(old) != key(fit));
+                self.fits.retain(|old| old.name() != fit.name());
                 self.fits.push(fit.clone());
             }
             Event::Period(period) => self.period = Some(period.clone()),
@@ -288,7 +299,7 @@ impl State {
             Event::Verdict(verdict) => self.judge(verdict),
             Event::Health(health) => self.health = Some(*health),
             Event::Safety { state, reason } => {
-                let trips = *state == SafetyState::Tripped && self.safety != Some(*state);
+                let trips = *state == SafetyView::Tripped && self.safety != Some(*state);
                 if trips && self.calibration.is_some() {
                     self.ui.uncover();
                 }
@@ -388,21 +399,18 @@ impl State {
         }
         if phase.trial > 0 {
             let condition = phase.condition.clone();
-            self.list(phase.trial, phase.practice, phase.attempt, condition);
+            self.list(phase.name(), condition);
         }
     }
 
     /// Adds an attempt to the list unless it is there.
-    fn list(&mut self, trial: u32, practice: bool, attempt: u32, condition: Option<String>) {
-        let is_listed =
-            self.trials.iter().rev().any(|line| {
-                (line.trial, line.practice, line.attempt) == (trial, practice, attempt)
-            });
+    fn list(&mut self, name: AttemptName, condition: Option<String>) {
+        let is_listed = self.trials.iter().rev().any(|line| line.name() == name);
         if !is_listed {
             self.trials.push(TrialLine {
-                trial,
-                practice,
-                attempt,
+                trial: name.trial,
+                practice: name.practice,
+                attempt: name.attempt,
                 condition,
                 verdict: None,
             });
@@ -411,10 +419,7 @@ impl State {
 
     /// Attaches a verdict to its attempt, which is listed if it was never announced.
     fn judge(&mut self, verdict: &TrialVerdict) {
-        let is_line = |line: &&mut TrialLine| {
-            (line.trial, line.practice, line.attempt)
-                == (verdict.trial, verdict.practice, verdict.attempt)
-        };
+        let is_line = |line: &&mut TrialLine| line.name() == verdict.name();
         match self.trials.iter_mut().rev().find(is_line) {
             Some(line) => {
                 line.verdict = Some(verdict.clone());
@@ -467,7 +472,7 @@ impl State {
 
     /// Stores a crop; replaces an earlier one of the same exploration.
     fn push_crop(&mut self, crop: &Crop) {
-        let key = |crop: &Crop| (crop.trial, crop.practice, crop.attempt, crop.exploration);
+        let key = |crop: &Crop| (crop.name(), crop.exploration);
         match self
             .crops
             .iter_mut()
@@ -477,7 +482,7 @@ impl State {
             Some(old) => *old = crop.clone(),
             None => self.crops.push_back(crop.clone()),
         }
-        self.list(crop.trial, crop.practice, crop.attempt, None);
+        self.list(crop.name(), None);
         while self.crops.len() > CROPS_MAX {
             self.crops.pop_front();
         }
@@ -506,20 +511,15 @@ impl State {
 
     /// Returns the crops of an attempt.
     pub fn crops_of(&self, line: &TrialLine) -> impl Iterator<Item = &Crop> {
-        let key = (line.trial, line.practice, line.attempt);
-        self.crops
-            .iter()
-            .filter(move |crop| (crop.trial, crop.practice, crop.attempt) == key)
+        let name = line.name();
+        self.crops.iter().filter(move |crop| crop.name() == name)
     }
 
     /// Returns the fit of an attempt.
     #[must_use]
     pub fn fit_of(&self, line: &TrialLine) -> Option<&FitView> {
-        let key = (line.trial, line.practice, line.attempt);
-        self.fits
-            .iter()
-            .rev()
-            .find(|fit| (fit.trial, fit.practice, fit.attempt) == key)
+        let name = line.name();
+        self.fits.iter().rev().find(|fit| fit.name() == name)
     }
 
     fn push_log(&mut self, level: LogLevel, text: &str) {

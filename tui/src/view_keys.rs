@@ -42,7 +42,7 @@ pub(crate) const VIEW: &[KeyRow] = &[
         presses: &[Press::character('f')],
         label: "f",
         meaning: |state| match state.ui.frozen {
-            Some(_) => Meaning::view(hold, "let the strips go on", Some("go on")),
+            Some(_) => Meaning::view(hold, "resume the strips", Some("resume")),
             None if state.history.is_empty() => {
                 Meaning::explanation("nothing to hold: no values yet")
             }
@@ -54,11 +54,7 @@ pub(crate) const VIEW: &[KeyRow] = &[
         label: "z",
         meaning: |state| match state.ui.page.panels() {
             0 => Meaning::explanation("nothing to enlarge on this page"),
-            _ => Meaning::view(
-                enlarge,
-                "enlarge the next panel; after the last, the page",
-                Some("enlarge"),
-            ),
+            _ => Meaning::view(enlarge, "enlarge the panels one by one", Some("enlarge")),
         },
     },
 ];
@@ -113,7 +109,7 @@ pub(crate) const SCROLL: &[KeyRow] = &[KeyRow {
     label: "j k",
     meaning: |state| match state.ui.page {
         Page::Trials | Page::Bench | Page::Log => {
-            Meaning::view(scroll, "scroll, as the mouse's wheel does", Some("scroll"))
+            Meaning::view(scroll, "scroll, like the mouse wheel", Some("scroll"))
         }
         _ => None,
     },

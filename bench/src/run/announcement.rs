@@ -15,12 +15,12 @@ use tui::event::{BenchFacts, SessionHeader};
 use super::files::EarlierPart;
 use super::lost_recordings;
 use super::participant_session::ParticipantSession;
-use super::plan::Plan;
+use super::plan::SessionPlan;
 
 /// Shows the bench and the session; `left` is the driving time left, in words.
 pub(super) fn show_bench(
     front: &mut dyn Front,
-    plan: &Plan,
+    plan: &SessionPlan,
     session: &ParticipantSession,
     (bench, facts, simulated): (&Bench, BenchFacts, bool),
     (earlier, left): (EarlierPart, String),
@@ -38,8 +38,8 @@ pub(super) fn show_bench(
         plate_length_m: config.plate.length_m,
         kept_m: Some(central_section_m(config, protocol)),
     }));
-    let documents = &session.folder.earlier_log().documents;
-    let past_trials = past_trials(session.machine.records(), documents, protocol);
+    let (records, fits) = (session.machine.records(), &session.history.fits);
+    let past_trials = past_trials(records, fits, protocol);
     let crops = earlier.crops.into_iter().map(Event::Crop);
     for event in past_trials.into_iter().chain(crops) {
         front.show(event);
@@ -90,7 +90,11 @@ pub(super) fn open_sound(
 }
 
 /// Shows the participant's details that are not stated or not taken, and the skin of earlier trials.
-pub(super) fn show_participant(front: &mut dyn Front, plan: &Plan, session: &ParticipantSession) {
+pub(super) fn show_participant(
+    front: &mut dyn Front,
+    plan: &SessionPlan,
+    session: &ParticipantSession,
+) {
     if plan.headless && !session.ask.is_empty() {
         let unstated: Vec<_> = session.ask.iter().map(ToString::to_string).collect();
         show(front, Info, format!("not stated: {}", unstated.join(", ")));

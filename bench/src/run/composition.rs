@@ -10,7 +10,7 @@ use devices::drive_control::waveform;
 use devices::loudspeaker::Loudspeaker;
 use devices::recorded_bench::recorded_profile;
 use devices::room::RoomTask;
-use devices::{Bench, Gauges, Life, ThreadPriorities};
+use devices::{Bench, DeviceReadings, Life, ThreadPriorities};
 use live::carrier_decision::CarrierDecision;
 use live::interference::Interference;
 use live::live_side::LiveSide;
@@ -27,10 +27,10 @@ use tasks::{Slot, Task};
 
 use super::files::begin_recording;
 use super::participant_session::ParticipantSession;
-use super::plan::{Plan, session_bytes};
+use super::plan::{SessionPlan, session_bytes};
 use crate::apparatus::Watcher;
 use crate::displays::Displays;
-use crate::session::{Admit, KeptUp, Questions, Report, SessionTask, Wiring};
+use crate::session::{Admit, KeptUp, Questions, SessionReport, SessionTask, Wiring};
 use journal::{Entry, Journal, entry_queue};
 
 /// Everything around the bench that a session shows itself on.
@@ -45,9 +45,9 @@ pub(super) struct Surroundings {
 pub(super) struct ComposedSession {
     life: Life,
     tasks: Vec<Box<dyn Task>>,
-    report: Receiver<Report>,
+    report: Receiver<SessionReport>,
     signals: Arc<Signals>,
-    gauges: Arc<Gauges>,
+    gauges: Arc<DeviceReadings>,
     recorder: RecorderGauge,
 }
 
@@ -57,7 +57,7 @@ impl ComposedSession {
     /// # Errors
     /// The session's log cannot be written.
     pub(super) fn new(
-        plan: &Plan,
+        plan: &SessionPlan,
         session: ParticipantSession,
         protocol_file: String,
         bench: Bench,
@@ -182,7 +182,7 @@ impl ComposedSession {
     pub(super) fn run(
         self,
         dashboard: Option<DashboardThread>,
-    ) -> anyhow::Result<(Report, KeptUp)> {
+    ) -> anyhow::Result<(SessionReport, KeptUp)> {
         let close_screen = || dashboard.map_or(Ok(()), DashboardThread::join);
         self.life.run(self.tasks, close_screen)?;
         let report = self
@@ -200,7 +200,7 @@ fn admission(settings: DriveSettings) -> Admit {
 }
 
 /// Returns the live side, and the task of its fits; both continue from the participant's skin so far.
-fn live_side(plan: &Plan, skin: ParticipantSkin) -> (LiveSide, Refit) {
+fn live_side(plan: &SessionPlan, skin: ParticipantSkin) -> (LiveSide, Refit) {
     let profile = recorded_profile(&plan.bench);
     let profile = profile.as_ref().map(AmplitudeProfile::new);
     let assumed = AssumedConstants::ESTIMATION;

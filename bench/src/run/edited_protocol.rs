@@ -5,18 +5,22 @@ use std::path::Path;
 use anyhow::Context;
 use protocols::Protocol;
 use recording::study::SessionFolder;
-use recording::study::event_log::Document;
+use recording::study::event_log::Start;
 use study::verification::{ResumeError, protocol_edits};
 
-use super::plan::{Plan, read_text};
+use super::plan::{SessionPlan, read_text};
 
-/// Returns the edits of the protocol since the last part of the resumed session, each key with its values; empty for a
+/// Returns the edits of the protocol since the last part of the resumed session, which began with `last_start`, each key with its values; empty for a
 /// new session.
 ///
 /// # Errors
 /// The protocol was edited and the operator does not accept that, or the previous protocol cannot be read.
-pub(super) fn accepted_edits(plan: &Plan, session: &SessionFolder) -> anyhow::Result<Vec<String>> {
-    let Some(file) = last_followed(session, &plan.protocol.protocol.name) else {
+pub(super) fn accepted_edits(
+    plan: &SessionPlan,
+    session: &SessionFolder,
+    last_start: Option<&Start>,
+) -> anyhow::Result<Vec<String>> {
+    let Some(file) = last_followed(session, last_start, &plan.protocol.protocol.name) else {
         return Ok(Vec::new());
     };
     let path = session.folder().join(&file);
@@ -46,15 +50,12 @@ pub(super) fn file_name(path: &Path) -> String {
 
 /// Returns the file with the protocol that the last part of a session followed: the file named in its log, or the newest
 /// copy if an earlier version wrote the log; `None` if there is no copy.
-fn last_followed(session: &SessionFolder, protocol: &str) -> Option<String> {
-    let documents = session.earlier_log().documents.iter().rev();
-    let logged_name = documents
-        .filter_map(|document| match document {
-            Document::Start(start) => Some(start.protocol_file.clone()),
-            _ => None,
-        })
-        .next()
-        .flatten();
+fn last_followed(
+    session: &SessionFolder,
+    last_start: Option<&Start>,
+    protocol: &str,
+) -> Option<String> {
+    let logged_name = last_start.and_then(|start| start.protocol_file.clone());
     let later_copies = (2..).map(|number| format!("{protocol}.{number}.toml"));
     let copies = std::iter::once(format!("{protocol}.toml")).chain(later_copies);
     logged_name.or_else(|| {

@@ -7,19 +7,20 @@ use config::Effective;
 use devices::drive_control::carrier_hz;
 use devices::recorded_bench as recorded;
 use devices::{Life, ThreadPriorities};
-use protocols::{Session, SessionEventKind, TrialKey, records_from_events};
+use protocols::{Session, TrialKey};
 use recording::AudioFormat;
 use recording::manifest::{self, Manifest};
 use recording::recorder::Begin;
-use recording::study::event_log::{self, Document, ExitStatus};
+use recording::study::event_log::{self, ExitStatus};
 use recording::study::{self, EVENTS_FILE, EventLogError, Study, TrialLabel};
-use sources::field_box::FieldBox;
+use sources::field_box::FieldBoxDevice;
 use tui::event::Crop;
 
 use super::lost_recordings;
-use super::plan::{NAME, Plan, VERSION};
+use super::plan::{NAME, SessionPlan, VERSION};
 use crate::outcome::progress_bar;
 use crate::session::BeginRecording;
+use ::study::sessions;
 use ::study::verification::LostRecording;
 use escaping::quoted;
 
@@ -30,7 +31,7 @@ use escaping::quoted;
 /// Names the session that already exists or does not, and the remedy.
 pub(super) fn open_session(
     study: &Study,
-    plan: &Plan,
+    plan: &SessionPlan,
     date: &str,
 ) -> anyhow::Result<(u32, study::SessionFolder, bool)> {
     let participant = &plan.participant;
@@ -78,7 +79,7 @@ impl EarlierPart {
     /// # Errors
     /// The log has gaps, so that the remaining trials are unknown; or recordings of accepted trials are lost and the
     /// operator has not asked to repeat those trials.
-    pub(super) fn read(plan: &Plan) -> anyhow::Result<Self> {
+    pub(super) fn read(plan: &SessionPlan) -> anyhow::Result<Self> {
         if !plan.resume {
             return Ok(Self::default());
         }
@@ -93,7 +94,7 @@ impl EarlierPart {
     }
 
     /// Compares the log with the recordings.
-    fn compare(plan: &Plan, folder: &Path) -> anyhow::Result<Self> {
+    fn compare(plan: &SessionPlan, folder: &Path) -> anyhow::Result<Self> {
         let distrust = |because: String| {
             anyhow::anyhow!(
                 "the log of {} cannot be trusted, so the trials still to be done are unknown: {because}; put back its \
@@ -109,8 +110,9 @@ impl EarlierPart {
             // The session was killed before it had a log, or the log cannot be read: opening the session reports that.
             Err(_) => return Ok(Self::default()),
         };
-        let holes = ::study::verification::log_defects(folder, &log);
-        if let Some(hole) = holes.iter().find(|defect| defect.hides_trials()) {
+        let history = sessions::history_in(folder, &log);
+        let mut defects = history.defects.iter();
+        if let Some(hole) = defects.find(|defect| defect.hides_trials()) {
             return Err(distrust(hole.to_string()));
         }
         // Opening a complete session refuses to resume it.
@@ -120,9 +122,9 @@ impl EarlierPart {
         let losses = if is_complete {
             Vec::new()
         } else {
-            lost_recordings::to_repeat(plan, folder, &log)?
+            lost_recordings::to_repeat(plan, folder, &history)?
         };
-        let last_trial = match ::study::verification::last_trial(folder, &log)? {
+        let last_trial = match ::study::verification::last_trial(folder, &history)? {
             None => ("no trial was recorded before this".to_owned(), true),
             Some(trial) => {
                 let words = ::study::verification::trial_words(&trial);
@@ -139,7 +141,7 @@ impl EarlierPart {
 }
 
 /// Returns the crops recorded so far, except from unreadable recordings, which are reported elsewhere.
-fn past_crops(plan: &Plan, folder: &Path) -> Vec<Crop> {
+fn past_crops(plan: &SessionPlan, folder: &Path) -> Vec<Crop> {
     let labels = ::study::verification::recordings(folder).unwrap_or_default();
     let bar = progress_bar(labels.len() as u64, plan.verbosity);
     let crops = labels.iter().flat_map(|label| {
@@ -152,23 +154,18 @@ fn past_crops(plan: &Plan, folder: &Path) -> Vec<Crop> {
 }
 
 /// Returns the folder of the participant's last session.
-fn last_session(plan: &Plan) -> anyhow::Result<Option<PathBuf>> {
+fn last_session(plan: &SessionPlan) -> anyhow::Result<Option<PathBuf>> {
     let participant = plan.study.join(plan.participant.as_str());
     let number = study::last_session(&participant)?;
     Ok(number.map(|number| participant.join(study::session_name(number))))
 }
 
 /// Requires a resumed session to keep the protocol and the seed that it began with.
-fn require_same_order(plan: &Plan, session: &study::SessionFolder) -> anyhow::Result<()> {
-    let began = session
-        .earlier_log()
-        .documents
-        .iter()
-        .find_map(|document| match document {
-            Document::Start(start) => Some(start),
-            _ => None,
-        });
-    let Some(began) = began else { return Ok(()) };
+fn require_same_order(plan: &SessionPlan, session: &study::SessionFolder) -> anyhow::Result<()> {
+    let history = earlier_history(plan, session);
+    let Some(began) = history.start else {
+        return Ok(());
+    };
     if began.protocol != plan.protocol.protocol.name {
         bail!(
             "{} was begun with the protocol {}, not with {}: name it with --protocol, or begin another session with --new-session",
@@ -189,25 +186,26 @@ fn require_same_order(plan: &Plan, session: &study::SessionFolder) -> anyhow::Re
     Ok(())
 }
 
-/// Returns the state machine after the events in an interrupted session's log.
-pub(super) fn machine(plan: &Plan, session: &study::SessionFolder) -> anyhow::Result<Session> {
-    let events: Vec<SessionEventKind> = session
-        .earlier_log()
-        .documents
-        .iter()
-        .filter_map(|document| match document {
-            Document::Event(event) => {
-                serde_json::from_value(serde_json::Value::Object(event.data.clone())).ok()
-            }
-            _ => None,
-        })
-        .collect();
-    let records = records_from_events(&events);
+/// Returns the history of the session by its log before this part, counted by the protocol of this part.
+pub(super) fn earlier_history(
+    plan: &SessionPlan,
+    session: &study::SessionFolder,
+) -> sessions::LoggedSession {
+    let practice_trials = plan.protocol.protocol.trials.practice;
+    sessions::history(session.earlier_log(), practice_trials)
+}
+
+/// Returns the state machine after the `history` of an interrupted session.
+pub(super) fn machine(
+    plan: &SessionPlan,
+    session: &study::SessionFolder,
+    history: &sessions::LoggedSession,
+) -> anyhow::Result<Session> {
     let mut machine = Session::resume(
         plan.protocol.protocol.clone(),
         plan.participant.clone(),
         plan.seed,
-        &records,
+        &history.records,
     )?;
     if plan.resume {
         // A recording may have begun without an entry in the log.
@@ -222,10 +220,10 @@ pub(super) fn machine(plan: &Plan, session: &study::SessionFolder) -> anyhow::Re
 /// Returns the function that creates the manifest and the folder of each attempt's recording, for the session with this
 /// number and the protocol in this file. The provenance is that of the effective bench.
 pub(super) fn begin_recording(
-    plan: &Plan,
+    plan: &SessionPlan,
     (session, protocol_file): (u32, String),
     folder: PathBuf,
-    (life, field_box): (&Life, Option<FieldBox>),
+    (life, field_box): (&Life, Option<FieldBoxDevice>),
     priorities: impl Fn() -> ThreadPriorities + Send + 'static,
 ) -> BeginRecording {
     let bench = plan.bench.clone();
@@ -245,8 +243,9 @@ pub(super) fn begin_recording(
             let config = bench.config();
             let hardware =
                 recorded::present_hardware(&hardware, config, priorities(), field_box.as_ref());
+            let label = TrialLabel::new(key, practice_trials);
             Ok(Begin {
-                folder: folder.join(TrialLabel::new(key, practice_trials).to_string()),
+                folder: folder.join(label.to_string()),
                 format,
                 manifest: Manifest {
                     format: manifest::FORMAT,
@@ -262,9 +261,9 @@ pub(super) fn begin_recording(
                         session,
                     }),
                     trial: Some(manifest::Trial {
-                        number: TrialLabel::new(key, practice_trials).number,
-                        attempt: key.attempt,
-                        practice: key.practice,
+                        number: label.number,
+                        attempt: label.attempt,
+                        practice: label.is_practice(),
                         condition: key.condition.clone(),
                         protocol: protocol.clone(),
                         protocol_file: Some(protocol_file.clone()),

@@ -5,23 +5,23 @@ use std::path::Path;
 
 use escaping::quoted;
 use protocols::{Session, TrialRecord};
-use recording::study::event_log::LogContent;
+use study::sessions;
 use study::verification::{LostRecording, ResumeError};
 
-use super::plan::Plan;
+use super::plan::SessionPlan;
 
 /// Returns the accepted trials of the session in `folder` to repeat because the disk does not have their recordings as
-/// its log states.
+/// its `history` states.
 ///
 /// # Errors
 /// More than the last accepted trial is lost, for example because recordings were moved, and the operator did not ask to
 /// repeat them; or the folder cannot be listed.
 pub(super) fn to_repeat(
-    plan: &Plan,
+    plan: &SessionPlan,
     folder: &Path,
-    log: &LogContent,
+    history: &sessions::LoggedSession,
 ) -> anyhow::Result<Vec<LostRecording>> {
-    let recordings = study::verification::lost_recordings(folder, log)?;
+    let recordings = study::verification::lost_recordings(folder, history)?;
     if plan.repeat_lost || recordings.iter().all(|recording| recording.is_last) {
         return Ok(recordings);
     }

@@ -14,27 +14,27 @@ use std::path::Path;
 
 use devices::Life;
 use escaping::quoted;
-use operator_ui::console::{Dashboard, DashboardThread, Front, Headless, Lines, StopKeys};
+use operator_ui::console::{Dashboard, DashboardThread, Front, Headless, LineQueue, StopKeys};
 use protocols::ParticipantId;
 
-use crate::apparatus::Apparatus;
-use crate::session::{KeptUp, Report, summary_lines};
+use crate::apparatus::BenchHardware;
+use crate::session::{KeptUp, SessionReport, summary_lines};
 use composition::{ComposedSession, Surroundings};
 use files::EarlierPart;
 use participant_session::ParticipantSession;
 
-pub use plan::{Plan, ProtocolFile, session_bytes};
+pub use plan::{ProtocolFile, SessionPlan, session_bytes};
 
 /// Runs the session to its end. `open_front` opens the operator's screen; quitting that screen ends the bench.
 ///
 /// # Errors
-/// When a part of the bench is missing or fails; a session that ends early for other reasons is a [`Report`].
+/// When a part of the bench is missing or fails; a session that ends early for other reasons is a [`SessionReport`].
 pub fn run(
-    plan: Plan,
-    apparatus: Apparatus,
-    open_front: impl FnOnce(&Plan, &Life) -> anyhow::Result<SessionFront>,
-) -> anyhow::Result<(Report, KeptUp)> {
-    let Apparatus {
+    plan: SessionPlan,
+    apparatus: BenchHardware,
+    open_front: impl FnOnce(&SessionPlan, &Life) -> anyhow::Result<SessionFront>,
+) -> anyhow::Result<(SessionReport, KeptUp)> {
+    let BenchHardware {
         hardware,
         watchers,
         displays,
@@ -74,10 +74,10 @@ pub type SessionFront = (Box<dyn Front>, Option<DashboardThread>);
 /// Returns the dashboard on this process's terminal; a headless session writes lines to `out` instead.
 pub fn terminal_front(
     out: impl Write + Send + 'static,
-) -> impl FnOnce(&Plan, &Life) -> anyhow::Result<SessionFront> {
+) -> impl FnOnce(&SessionPlan, &Life) -> anyhow::Result<SessionFront> {
     move |plan, life| {
         if plan.headless {
-            return Ok((Box::new(Headless::new(Lines::start(out)?)), None));
+            return Ok((Box::new(Headless::new(LineQueue::start(out)?)), None));
         }
         let stop = life.stop().clone();
         let keys = StopKeys::new(life.drive_stop().clone()).with_end(stop.clone());
@@ -88,7 +88,7 @@ pub fn terminal_front(
 
 /// Returns the lines printed at the end.
 pub fn report_lines(
-    report: &Report,
+    report: &SessionReport,
     kept_up: &KeptUp,
     study: &Path,
     participant: &ParticipantId,

@@ -3,13 +3,13 @@
 use devices::driving_time;
 use devices::{Bench, Boot, DriveLedger, Hardware};
 
-use super::plan::Plan;
+use super::plan::SessionPlan;
 
 /// Opens the bench, with the ledger of the participant's driving time.
 ///
 /// # Errors
 /// No driving time is left for a new session, a part of the bench is missing, or the calibration does not hold.
-pub(super) fn open(plan: &Plan, hardware: Hardware) -> anyhow::Result<(Bench, DriveLedger)> {
+pub(super) fn open(plan: &SessionPlan, hardware: Hardware) -> anyhow::Result<(Bench, DriveLedger)> {
     let config = plan.bench.config();
     let driving = plan.protocol.protocol.driving_time();
     let folder = plan.study.join(plan.participant.as_str());
@@ -28,7 +28,7 @@ pub(super) fn open(plan: &Plan, hardware: Hardware) -> anyhow::Result<(Bench, Dr
 /// # Errors
 /// The time left is too short for `trials`, or the ledger cannot be written.
 pub(super) fn charge(
-    plan: &Plan,
+    plan: &SessionPlan,
     bench: &mut Bench,
     ledger: DriveLedger,
     trials: u32,

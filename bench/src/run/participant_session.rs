@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use ::study::sessions;
 use devices::Life;
 use jiff::tz::TimeZone;
 use live::resumed::Resumed;
@@ -13,9 +14,9 @@ use signalgen::StreamDirection;
 use tasks::Clock;
 
 use super::edited_protocol::{accepted_edits, file_name};
-use super::files::{EarlierPart, machine, open_session};
+use super::files::{EarlierPart, earlier_history, machine, open_session};
 use super::lost_recordings;
-use super::plan::{NAME, Plan, VERSION, session_bytes};
+use super::plan::{NAME, SessionPlan, VERSION, session_bytes};
 
 /// A session with its folder, locked for this program.
 pub(super) struct ParticipantSession {
@@ -27,6 +28,8 @@ pub(super) struct ParticipantSession {
     /// Attempts that no longer count as accepted, because their recordings are lost.
     pub(super) withdrawn: Vec<TrialRecord>,
     pub(super) resumed: Resumed,
+    /// History of the earlier parts.
+    pub(super) history: sessions::LoggedSession,
     /// Details of the participant in the study's table.
     pub(super) person: Person,
     /// Details to ask for.
@@ -40,7 +43,7 @@ impl ParticipantSession {
     /// # Errors
     /// The study cannot be opened or has too little space, or the session cannot begin or be resumed.
     pub(super) fn open(
-        plan: &Plan,
+        plan: &SessionPlan,
         earlier: &EarlierPart,
         clock: Arc<dyn Clock>,
     ) -> anyhow::Result<Self> {
@@ -53,10 +56,11 @@ impl ParticipantSession {
         study::require_room(&plan.study, session_bytes(plan.bench.config(), protocol))?;
         let date = clock.utc().to_zoned(TimeZone::UTC).date().to_string();
         let (number, folder, is_resumed) = open_session(&study, plan, &date)?;
-        let mut machine = machine(plan, &folder)?;
+        let history = earlier_history(plan, &folder);
+        let mut machine = machine(plan, &folder, &history)?;
         let practice_trials = protocol.trials.practice;
         let withdrawn = lost_recordings::withdrawn(&mut machine, &earlier.losses, practice_trials);
-        let resumed = Resumed::from_documents(&folder.earlier_log().documents);
+        let resumed = Resumed::from_history(&history);
         study.describe(&plan.participant, &plan.person)?;
         let person = study.person(&plan.participant)?;
         let mut ask = plan.ask.clone();
@@ -69,6 +73,7 @@ impl ParticipantSession {
             machine,
             withdrawn,
             resumed,
+            history,
             person,
             ask,
             clock,
@@ -81,14 +86,14 @@ impl ParticipantSession {
     /// The protocol was edited, or a file cannot be written.
     pub(super) fn start(
         &mut self,
-        plan: &Plan,
+        plan: &SessionPlan,
         life: &Life,
         simulated: bool,
     ) -> anyhow::Result<String> {
         let (config, protocol) = (plan.bench.config(), &plan.protocol);
         let calibration = plan.bench.calibration();
         let name = &protocol.protocol.name;
-        let protocol_edits = accepted_edits(plan, &self.folder)?;
+        let protocol_edits = accepted_edits(plan, &self.folder, self.history.last_start.as_ref())?;
         let copy = self
             .folder
             .snapshot(&format!("{name}.toml"), &protocol.text)?;

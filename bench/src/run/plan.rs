@@ -26,7 +26,7 @@ pub(super) const NAME: &str = "friction-bench";
 pub(super) const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// The plan of a session, checked as far as it can be without hardware.
-pub struct Plan {
+pub struct SessionPlan {
     /// The bench.
     pub bench: Arc<Effective>,
     /// The protocol and its file.
@@ -127,7 +127,7 @@ pub(super) fn read_text(name: &str) -> anyhow::Result<String> {
     })
 }
 
-impl Plan {
+impl SessionPlan {
     /// Checks the protocol against hardware, participant and consent, without opening, creating or driving anything.
     ///
     /// # Errors
@@ -225,7 +225,7 @@ impl Plan {
     }
 }
 
-impl Plan {
+impl SessionPlan {
     /// Returns the check that a bench passes before its plate is driven at a shifted resonance.
     pub(super) fn require_drivable(&self) -> RequireDrivable {
         let (protocol, settings) = (self.protocol.protocol.clone(), self.settings);

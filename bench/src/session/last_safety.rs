@@ -1,6 +1,6 @@
 //! The safety watch as the session last saw it.
 
-use protocols::Safety;
+use protocols::SafetyChain;
 use safety::SafetyState;
 
 /// State of the safety watch at the session's last look.
@@ -20,10 +20,10 @@ impl LastSafety {
     }
 
     /// Returns the state as the protocol's state machine observes it.
-    pub(super) fn observed(&self) -> Safety {
+    pub(super) fn observed(&self) -> SafetyChain {
         match &self.state {
-            SafetyState::Tripped { trip } => Safety::Tripped(trip.to_string()),
-            SafetyState::Armed | SafetyState::Disarmed => Safety::Ok,
+            SafetyState::Tripped { trip } => SafetyChain::Tripped(trip.to_string()),
+            SafetyState::Armed | SafetyState::Disarmed => SafetyChain::Ok,
         }
     }
 }

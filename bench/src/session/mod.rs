@@ -15,6 +15,6 @@ mod task;
 mod wiring;
 
 pub use questions::Questions;
-pub use report::{KeptUp, Report, summary_lines};
+pub use report::{KeptUp, SessionReport, summary_lines};
 pub use task::SessionTask;
 pub use wiring::{Admit, BeginRecording, Wiring};

@@ -1,5 +1,6 @@
 //! Requests from keys of the dashboard to a session.
 
+use live::attempt_name::label;
 use protocols::OperatorCommand;
 use tui::Action;
 use tui::action::AttemptName;
@@ -29,8 +30,8 @@ impl OperatorRequest {
     /// Returns the request of `action` to a session that begins with `practices` practice trials.
     pub fn from_action(action: Action, practices: u32) -> Self {
         let numbers = |name: AttemptName| {
-            let offset = if name.practice { 0 } else { practices };
-            (offset + name.trial, name.attempt)
+            let number = label(name).number_in_session(practices);
+            (number, name.attempt)
         };
         Self::Command(match action {
             Action::Start | Action::Ready => OperatorCommand::Continue,

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
-use devices::Gauges;
+use devices::DeviceReadings;
 use protocols::SessionSummary;
 use recording::pipeline::Account;
 use recording::recorder::RecorderGauge;
@@ -10,7 +10,7 @@ use safety::Signals;
 
 /// Report on the end of a session.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Report {
+pub struct SessionReport {
     /// The session in numbers.
     pub summary: SessionSummary,
     /// Account of the audio frames.
@@ -34,7 +34,7 @@ pub struct KeptUp {
 
 impl KeptUp {
     /// Reads the gauges of a bench up to now.
-    pub fn read(signals: &Signals, gauges: &Gauges, recorder: &RecorderGauge) -> Self {
+    pub fn read(signals: &Signals, gauges: &DeviceReadings, recorder: &RecorderGauge) -> Self {
         Self {
             watch_away_s: signals.longest_away_ns.load(Ordering::Relaxed) as f64 * 1e-9,
             ring_fill: gauges.fullest_ring.get().unwrap_or_default(),

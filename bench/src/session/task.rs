@@ -28,8 +28,8 @@ use devices::loudspeaker::Tone;
 use devices::{BatchesDropped, Tuning};
 use operator_ui::console::safety_event;
 use protocols::{
-    Action, DriveRequest, Observation, OperatorCommand, Phase, SessionEvent, SessionEventKind,
-    SessionOutcome, TrialEnd, TrialKey, Verdict,
+    DriveRequest, Observation, OperatorCommand, Phase, SessionAction, SessionEvent,
+    SessionEventKind, SessionOutcome, TrialEnd, TrialKey, Verdict,
 };
 use recording::manifest::EventKind;
 use recording::writer::Ending;
@@ -45,7 +45,7 @@ use super::last_halt::LastHalt;
 use super::last_safety::LastSafety;
 use super::operator_request::OperatorRequest;
 use super::questions::Questions;
-use super::report::{Report, summary_lines};
+use super::report::{SessionReport, summary_lines};
 use super::saved::{self, Recordings};
 use super::stop_kind::{cue_tone, interruption_kind, stop_kind};
 use super::wiring::Wiring;
@@ -286,40 +286,40 @@ impl SessionTask {
     }
 
     /// Carries out an action; `tone` is a cue of this step that its view has yet to go with.
-    fn carry_out(&mut self, action: Action, tone: &mut Option<Tone>) -> anyhow::Result<()> {
+    fn carry_out(&mut self, action: SessionAction, tone: &mut Option<Tone>) -> anyhow::Result<()> {
         let at_s = self.acquired.audio_s;
         match action {
-            Action::BeginTrial { key, drive, .. } => self.begin_trial(&key, &drive)?,
-            Action::Drive(DriveRequest::On(drive)) => {
+            SessionAction::BeginTrial { key, drive, .. } => self.begin_trial(&key, &drive)?,
+            SessionAction::Drive(DriveRequest::On(drive)) => {
                 let program = (self.wiring.admit)(&drive, &self.bench)?;
                 self.wiring.drive.start(program);
                 self.wiring.mask(true);
             }
-            Action::Drive(DriveRequest::Off) => {
+            SessionAction::Drive(DriveRequest::Off) => {
                 self.wiring.drive.stop();
                 self.wiring.mask(false);
             }
-            Action::Mark(interval) => self.wiring.send(RecordingCommand::Interval(interval)),
-            Action::EndTrial { end, .. } => self.end_trial(&end),
-            Action::AnalyseTrial { key, intervals } => self.attempt.complete(DueTrial {
+            SessionAction::Mark(interval) => self.wiring.send(RecordingCommand::Interval(interval)),
+            SessionAction::EndTrial { end, .. } => self.end_trial(&end),
+            SessionAction::AnalyseTrial { key, intervals } => self.attempt.complete(DueTrial {
                 key,
                 intervals,
                 at_s,
             }),
-            Action::Verdict { key, verdict } => self.take_verdict(&key, &verdict)?,
-            Action::Cue(cue) => {
+            SessionAction::Verdict { key, verdict } => self.take_verdict(&key, &verdict)?,
+            SessionAction::Cue(cue) => {
                 let cue = cue_tone(cue);
                 if let Some(sound) = &self.wiring.sound {
                     sound.play(cue);
                 }
                 *tone = Some(cue);
             }
-            Action::Log(event) => self.tell(event),
-            Action::Show(view) => {
+            SessionAction::Log(event) => self.tell(event),
+            SessionAction::Show(view) => {
                 let cue = (tone.take(), at_s);
                 self.glance.show(&mut self.wiring, &self.machine, view, cue);
             }
-            Action::Finished(outcome) => {
+            SessionAction::Finished(outcome) => {
                 let withdrawn = self.wiring.carrier.withdraw("the session ended");
                 self.apply(withdrawn)?;
                 self.wiring.drive.disarm();
@@ -517,7 +517,7 @@ impl Task for SessionTask {
             status,
             reason: reason.clone(),
         });
-        let _ = self.wiring.report.send(Report {
+        let _ = self.wiring.report.send(SessionReport {
             summary: self.machine.summary(),
             account: self.acquired.account,
             completed: matches!(self.outcome, Some(SessionOutcome::Completed { .. })),

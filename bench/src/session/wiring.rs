@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use config::Effective;
 use crossbeam_channel::{Receiver, Sender};
-use devices::Gauges;
+use devices::DeviceReadings;
 use devices::acquisition::RecordingCommand;
 use devices::drive_control::DriveControl;
 use devices::loudspeaker::Loudspeaker;
@@ -22,7 +22,7 @@ use signalgen::Program;
 use tasks::{Slot, StopFlag};
 use tui::event::LogLevel;
 
-use super::report::Report;
+use super::report::SessionReport;
 use crate::apparatus::Watcher;
 use crate::displays::Displays;
 use journal::EntrySender;
@@ -78,11 +78,11 @@ pub struct Wiring {
     /// Signals that the safety watch judges.
     pub signals: Arc<Signals>,
     /// Gauges for the screen.
-    pub gauges: Arc<Gauges>,
+    pub gauges: Arc<DeviceReadings>,
     /// Ends the bench.
     pub stop: StopFlag,
     /// Receives the report at the end.
-    pub report: Sender<Report>,
+    pub report: Sender<SessionReport>,
 }
 
 impl Wiring {

@@ -14,7 +14,7 @@ use drill::{Course, Deed, DrillFolder, DrillRecord, Scripted, WatchedHardware};
 use faults::FaultKind;
 use jiff::Timestamp;
 use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig, RehearsalHand};
-use mock_hw::world_clock::Pace;
+use mock_hw::world_clock::WorldPace;
 use mock_world::scenario::Scenario;
 use operator_ui::console::Front;
 use safety::{DriveStop, input, output};
@@ -47,7 +47,7 @@ fn config() -> Config {
 
 /// Returns the hardware of a new apparatus, and the hand that injects faults into it.
 fn hardware() -> (Hardware, RehearsalHand) {
-    let config = ApparatusConfig::new(Scenario::default(), 1, Pace::Stepped);
+    let config = ApparatusConfig::new(Scenario::default(), 1, WorldPace::Stepped);
     let mut apparatus = Apparatus::new(config).unwrap();
     let pins = apparatus.pins().unwrap();
     let hand = apparatus.rehearsal();

@@ -23,7 +23,7 @@ use num_complex::Complex64;
 use plotting::{Figure, Mark};
 use protocols::{Direction, Instance, Validity};
 use published_figures::measured::{FigureSelection, measured_figures};
-use published_figures::model::{Curves, Parameters};
+use published_figures::model::{Curves, ModelParameters};
 use recording::Manifest;
 use study::sessions::Sessions;
 
@@ -109,7 +109,7 @@ const MEASURED: [Expected; 5] = [
     ),
 ];
 
-fn options(arguments: &[&str]) -> published_figures::model::Options {
+fn options(arguments: &[&str]) -> published_figures::model::ModelOptions {
     let line = ["friction-bench", "model"].iter().chain(arguments);
     match Cli::parse_from(line).command {
         Command::Model(options) => options,
@@ -118,7 +118,7 @@ fn options(arguments: &[&str]) -> published_figures::model::Options {
 }
 
 fn model_figures() -> Vec<Figure> {
-    let parameters = Parameters::from(&options(&[]).assume);
+    let parameters = ModelParameters::from(&options(&[]).assume);
     published_figures::model::draw(&parameters, &Curves::compute(&parameters).unwrap())
 }
 

@@ -13,7 +13,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use operator_ui::console::Front;
 use recording::RecordingReader;
 use recording::pipeline::Pipeline;
-use replay::{Options, Plan, Report, Speed, replay};
+use replay::{ReplayOptions, ReplayPlan, ReplayReport, Speed, replay};
 use serde_json::Value;
 use tasks::StopFlag;
 use tui::Event;
@@ -73,8 +73,8 @@ fn recorded() -> Recorded {
     Recorded { folder, trial }
 }
 
-fn replayed(trial: &Path) -> (Report, Vec<Event>) {
-    let plan = Plan::new(&Options {
+fn replayed(trial: &Path) -> (ReplayReport, Vec<Event>) {
+    let plan = ReplayPlan::new(&ReplayOptions {
         recording: trial.to_owned(),
         speed: Speed::Max,
         headless: true,

@@ -8,13 +8,13 @@ use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use field_box_logic::{Guard, Order, SILENCE_US, Stop};
-use field_box_wire::{FromBox, Identity, Levels, Listener, Report, StopReason, ToBox};
+use field_box_logic::{Guard, LineRequest, SILENCE_US, StopCause};
+use field_box_wire::{BoxIdentity, FromBox, Levels, Listener, Report, StopReason, ToBox};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rustix::process::{Pid, Signal, kill_process};
 use serialport::{SerialPort, TTYPort};
-use sources::field_box::FieldBox;
+use sources::field_box::FieldBoxDevice;
 use tasks::SystemClock;
 
 use crate::campaign;
@@ -30,13 +30,13 @@ fn what_is_no_box_is_refused_as_it_is_opened_with_the_line_to_change() {
     let (mut line, far_end) = TTYPort::pair().unwrap();
     let port = far_end.name().unwrap();
     drop(far_end);
-    let result = FieldBox::open(&config, Some(Path::new(&port)), clock.clone());
+    let result = FieldBoxDevice::open(&config, Some(Path::new(&port)), clock.clone());
     let field_box = result.unwrap().unwrap();
     line.write_all(b"another device\0").unwrap();
     let error = field_box.require_known().unwrap_err().to_string();
     assert!(error.contains("field_box.port in bench.toml"), "{error}");
     drop((field_box, line));
-    let absent = FieldBox::open(&config, Some(Path::new("/dev/ttyACM-absent")), clock);
+    let absent = FieldBoxDevice::open(&config, Some(Path::new("/dev/ttyACM-absent")), clock);
     let absent = format!("{:#}", absent.err().unwrap());
     assert!(absent.contains("field_box.port in bench.toml"), "{absent}");
 }
@@ -50,7 +50,7 @@ const STARVED_US: u64 = 10_000;
 fn hold_the_enable(port: &str) -> ! {
     let config = box_config("0.05", "");
     let clock = Arc::new(SystemClock::start());
-    let field_box = FieldBox::open(&config, Some(Path::new(port)), clock);
+    let field_box = FieldBoxDevice::open(&config, Some(Path::new(port)), clock);
     let field_box = field_box.unwrap().unwrap();
     field_box.require_known().unwrap();
     let mut lines = field_box.lines();
@@ -127,7 +127,7 @@ impl SimulatedBox {
         for &byte in &bytes[..count] {
             match self.listener.hear(byte) {
                 Some(Ok(ToBox::Word(word))) => {
-                    let order = Order {
+                    let order = LineRequest {
                         enable: word.enable,
                         heartbeat: word.heartbeat,
                     };
@@ -136,7 +136,7 @@ impl SimulatedBox {
                         (word.sequence, now_us, 0);
                 }
                 Some(Ok(ToBox::Ask)) => {
-                    let identity = FromBox::Identity(Identity {
+                    let identity = FromBox::Identity(BoxIdentity {
                         firmware: [0, 0, 0],
                         serial: [1; 8],
                         report_hz: 1000,
@@ -160,9 +160,9 @@ impl SimulatedBox {
                 ..Levels::default()
             },
             stop: self.guard.stop().map(|stop| match stop {
-                Stop::BenchSilent => StopReason::BenchSilent,
-                Stop::Estop => StopReason::Estop,
-                Stop::NotReleased => StopReason::NotReleased,
+                StopCause::BenchSilent => StopReason::BenchSilent,
+                StopCause::Estop => StopReason::Estop,
+                StopCause::NotReleased => StopReason::NotReleased,
             }),
             word_number: self.last_sequence,
         });

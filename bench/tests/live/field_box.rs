@@ -5,19 +5,18 @@ use std::path::Path;
 
 use config::Config;
 use mock_hw::apparatus::{Apparatus, ApparatusConfig};
-use mock_hw::host::Direction;
+use mock_hw::host::ConverterDirection;
 use mock_hw::serial::ForceFault;
-use mock_hw::world_clock::Pace;
-use mock_world::plant::Axis;
+use mock_hw::world_clock::WorldPace;
+use mock_world::plant::LoadedAxis;
 use mock_world::scenario::{Scenario, built_in};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use recording::RecordingReader;
 use safety::{SafetyState, Trip};
 use sources::LineFaults;
 
 use crate::campaign;
-use crate::rig::{Rig, config};
+use crate::rig::{Rig, amplitudes, config, rest_s};
 use crate::safe::quantiles_ms;
 
 fn scenario() -> Scenario {
@@ -45,10 +44,6 @@ fn bench() -> Config {
     box_config("0.05", "")
 }
 
-fn force(rig: &Rig, fault: ForceFault) {
-    rig.apparatus.faults().force(fault);
-}
-
 /// Fault 41.
 #[test]
 fn lost_repeated_and_torn_reports_are_counted_exactly_and_each_other_one_is_there() {
@@ -62,15 +57,15 @@ fn lost_repeated_and_torn_reports_are_counted_exactly_and_each_other_one_is_ther
         // An injected fault acts on the next report; a tick has more than one report.
         match rng.random_range(0..60) {
             0 => {
-                force(&rig, ForceFault::Drop(1));
+                rig.apparatus.faults().force(ForceFault::Drop(1));
                 injected.lost += 1;
             }
             1 => {
-                force(&rig, ForceFault::Repeat(1));
+                rig.apparatus.faults().force(ForceFault::Repeat(1));
                 injected.repeated += 1;
             }
             2 => {
-                force(&rig, ForceFault::Corrupt(1));
+                rig.apparatus.faults().force(ForceFault::Corrupt(1));
                 injected.corrupt += 1;
             }
             _ => {}
@@ -123,7 +118,7 @@ fn names_the_port(trip: &Trip) -> bool {
 const CASES: [Case; 13] = [
     (
         "converter silent",
-        |rig| force(rig, ForceFault::Silent(true)),
+        |rig| rig.apparatus.faults().force(ForceFault::Silent(true)),
         |trip| *trip == Trip::ForceSilent,
     ),
     (
@@ -133,27 +128,27 @@ const CASES: [Case; 13] = [
     ),
     (
         "another device on its port",
-        |rig| force(rig, ForceFault::OtherDevice(true)),
+        |rig| rig.apparatus.faults().force(ForceFault::OtherDevice(true)),
         |trip| names_the_port(trip) || matches!(trip, Trip::ForceNonsense { .. }),
     ),
     (
         "every report torn",
-        |rig| force(rig, ForceFault::Corrupt(100_000)),
+        |rig| rig.apparatus.faults().force(ForceFault::Corrupt(100_000)),
         |trip| names_the_port(trip) || matches!(trip, Trip::ForceNonsense { .. }),
     ),
     (
         "a channel at its end",
-        |rig| force(rig, ForceFault::Saturated(true)),
+        |rig| rig.apparatus.faults().force(ForceFault::Saturated(true)),
         |trip| matches!(trip, Trip::ForceSaturated | Trip::ForceLimit { .. }),
     ),
     (
         "4 N on the plate",
-        |rig| rig.apparatus.masses().place(Axis::Normal, 0.4),
+        |rig| rig.apparatus.masses().place(LoadedAxis::Normal, 0.4),
         |trip| matches!(trip, Trip::ForceLimit { .. }),
     ),
     (
         "4 N back along the plate",
-        |rig| rig.apparatus.masses().place(Axis::Lateral, -0.4),
+        |rig| rig.apparatus.masses().place(LoadedAxis::Lateral, -0.4),
         |trip| matches!(trip, Trip::LateralForceLimit { .. }),
     ),
     (
@@ -169,7 +164,7 @@ const CASES: [Case; 13] = [
     (
         "converter silent, and the e-stop pressed",
         |rig| {
-            force(rig, ForceFault::Silent(true));
+            rig.apparatus.faults().force(ForceFault::Silent(true));
             rig.apparatus.faults().press_estop(true);
         },
         |trip| *trip == Trip::EmergencyStop,
@@ -178,10 +173,10 @@ const CASES: [Case; 13] = [
         "4 N while most reports are lost or torn",
         |rig| {
             for _ in 0..20 {
-                force(rig, ForceFault::Drop(1));
-                force(rig, ForceFault::Corrupt(1));
+                rig.apparatus.faults().force(ForceFault::Drop(1));
+                rig.apparatus.faults().force(ForceFault::Corrupt(1));
             }
-            rig.apparatus.masses().place(Axis::Normal, 0.4);
+            rig.apparatus.masses().place(LoadedAxis::Normal, 0.4);
         },
         |trip| matches!(trip, Trip::ForceLimit { .. }),
     ),
@@ -189,7 +184,7 @@ const CASES: [Case; 13] = [
         "cable out, and 4 N on the plate",
         |rig| {
             rig.apparatus.faults().unplug_force();
-            rig.apparatus.masses().place(Axis::Normal, 0.4);
+            rig.apparatus.masses().place(LoadedAxis::Normal, 0.4);
         },
         names_the_port,
     ),
@@ -210,17 +205,7 @@ fn whatever_the_box_does_the_drive_is_silent_in_time_and_what_was_recorded_is_ke
     for (name, inject, is_expected) in CASES {
         let mut rig = Rig::new(scenario(), bench(), None);
         rig.pass(0.1);
-        rig.drive();
-        rig.pass(0.5);
-        let folder = rig.begin("kept");
-        rig.pass(0.3);
-        assert!(rig.bench.drive.sounds(), "{name}");
-        inject(&rig);
-        rig.stops(name, is_expected, 0.1, 0.3);
-        rig.end();
-        let reader = RecordingReader::open(&folder).unwrap();
-        let kept_s = reader.frames() as f64 / f64::from(reader.format().sample_rate_hz);
-        assert!(kept_s > 0.29, "{name}: {kept_s} s kept");
+        rig.stops_recorded(name, inject, is_expected);
     }
 }
 
@@ -231,12 +216,12 @@ fn a_box_that_cannot_be_used_from_the_start_arms_nothing_and_says_which_line_to_
     let cases: [Unusable; 3] = [
         (
             "",
-            |rig| force(rig, ForceFault::OtherDevice(true)),
+            |rig| rig.apparatus.faults().force(ForceFault::OtherDevice(true)),
             "field_box.port",
         ),
         (
             "",
-            |rig| force(rig, ForceFault::Corrupt(1_000_000)),
+            |rig| rig.apparatus.faults().force(ForceFault::Corrupt(1_000_000)),
             "field_box.port",
         ),
         (
@@ -270,9 +255,9 @@ fn a_box_that_cannot_be_used_from_the_start_arms_nothing_and_says_which_line_to_
 #[test]
 fn a_box_that_answers_late_is_waited_for() {
     let mut rig = Rig::new(scenario(), bench(), None);
-    force(&rig, ForceFault::OtherDevice(true));
+    rig.apparatus.faults().force(ForceFault::OtherDevice(true));
     rig.pass(1.0);
-    force(&rig, ForceFault::OtherDevice(false));
+    rig.apparatus.faults().force(ForceFault::OtherDevice(false));
     rig.pass(0.5);
     rig.drive();
     rig.pass(0.3);
@@ -281,20 +266,23 @@ fn a_box_that_answers_late_is_waited_for() {
     assert!(identity.contains("513D0073696D756C"), "{identity}");
 }
 
+/// Returns a rig whose amplifier's one-shot waits for ten seconds, with the truth in `folder`.
+fn slow_one_shot_rig(folder: &Path) -> Rig {
+    let mut scenario = scenario();
+    scenario.amplifier.one_shot_s = 10.0;
+    let apparatus = Apparatus::new(ApparatusConfig {
+        truth_path: Some(folder.to_owned()),
+        ..ApparatusConfig::new(scenario, 1, WorldPace::Stepped)
+    });
+    let mut rig = Rig::with_apparatus(apparatus.unwrap(), bench(), None);
+    rig.pass(0.1);
+    rig
+}
+
 /// A freeze of the program, in true time, s.
 struct Freeze {
     at_s: f64,
     for_s: f64,
-}
-
-/// Returns true times and amplitudes.
-fn amplitudes(folder: &Path) -> Vec<(f64, f64)> {
-    let series = std::fs::read_to_string(folder.join("truth.csv")).unwrap();
-    let rows = series.lines().skip(1).map(|line| {
-        let cell = |column| line.split(',').nth(column).unwrap().parse().unwrap();
-        (cell(0), cell(13))
-    });
-    rows.collect()
 }
 
 /// The amplifier's one-shot waits for ten seconds and the card repeats its buffer: only the box stops the plate.
@@ -305,14 +293,7 @@ fn amplitudes(folder: &Path) -> Vec<(f64, f64)> {
 fn a_bench_frozen_at_random_moments_is_stopped_by_the_box_alone_within_a_tenth_of_a_second() {
     let count = campaign::repeats("FRICTION_BENCH_BOX_FREEZES", 12);
     let folder = tempfile::tempdir().unwrap();
-    let mut scenario = scenario();
-    scenario.amplifier.one_shot_s = 10.0;
-    let apparatus = Apparatus::new(ApparatusConfig {
-        truth_path: Some(folder.path().to_owned()),
-        ..ApparatusConfig::new(scenario, 1, Pace::Stepped)
-    });
-    let mut rig = Rig::with_apparatus(apparatus.unwrap(), bench(), None);
-    rig.pass(0.1);
+    let mut rig = slow_one_shot_rig(folder.path());
     let mut rng = ChaCha8Rng::seed_from_u64(41);
     let mut freezes = Vec::new();
     for number in 0..count {
@@ -338,13 +319,7 @@ fn a_bench_frozen_at_random_moments_is_stopped_by_the_box_alone_within_a_tenth_o
     apparatus.finish().unwrap();
     let truth = amplitudes(folder.path());
     let to_rest = freezes.iter().map(|freeze| {
-        let during =
-            |&&(t_s, _): &&(f64, f64)| (freeze.at_s..freeze.at_s + freeze.for_s).contains(&t_s);
-        let driven = truth.iter().rfind(|(t_s, _)| *t_s < freeze.at_s).unwrap().1;
-        assert!(driven > 0.5e-6, "{driven} m");
-        let moving = |&&(_, amplitude): &&(f64, f64)| amplitude > 0.01 * driven;
-        let last = truth.iter().filter(during).rfind(moving);
-        let rest_s = last.map_or(0.0, |(t_s, _)| t_s - freeze.at_s);
+        let rest_s = rest_s(&truth, freeze.at_s, freeze.for_s);
         assert!((0.07..0.1).contains(&rest_s), "moves for {rest_s} s");
         rest_s
     });
@@ -364,28 +339,18 @@ fn a_bench_frozen_at_random_moments_is_stopped_by_the_box_alone_within_a_tenth_o
 #[test]
 fn a_cable_that_comes_out_while_the_watch_hangs_is_stopped_by_the_box_alone() {
     let folder = tempfile::tempdir().unwrap();
-    let mut scenario = scenario();
-    scenario.amplifier.one_shot_s = 10.0;
-    let apparatus = Apparatus::new(ApparatusConfig {
-        truth_path: Some(folder.path().to_owned()),
-        ..ApparatusConfig::new(scenario, 1, Pace::Stepped)
-    });
-    let mut rig = Rig::with_apparatus(apparatus.unwrap(), bench(), None);
-    rig.pass(0.1);
+    let mut rig = slow_one_shot_rig(folder.path());
     rig.drive();
     rig.pass(0.5);
     let at_s = rig.apparatus.now_ns() as f64 * 1e-9;
     rig.apparatus.faults().unplug_force();
-    rig.apparatus.faults().halt_audio(Direction::Input, true);
+    rig.apparatus
+        .faults()
+        .halt_audio(ConverterDirection::Input, true);
     rig.freeze(0.3);
     let Rig { apparatus, .. } = rig;
     apparatus.finish().unwrap();
     let truth = amplitudes(folder.path());
-    let driven = truth.iter().rfind(|(t_s, _)| *t_s < at_s).unwrap().1;
-    assert!(driven > 0.5e-6);
-    let moving = truth
-        .iter()
-        .rfind(|(_, amplitude)| *amplitude > 0.01 * driven);
-    let rest_s = moving.unwrap().0 - at_s;
+    let rest_s = rest_s(&truth, at_s, f64::INFINITY);
     assert!((0.07..0.1).contains(&rest_s), "moves for {rest_s} s");
 }

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use impedance::Mask;
 use mock_hw::serial::ForceFault;
-use mock_world::plant::Axis;
+use mock_world::plant::LoadedAxis;
 use mock_world::scenario::Scenario;
 use protocols::Validity;
 use recording::RecordingReader;
@@ -218,7 +218,7 @@ fn a_saturated_axis_is_one_flag_for_as_long_as_it_lasts() {
     let folder = rig.begin("r");
     rig.pass(0.2);
     let at_ns = rig.apparatus.now_ns();
-    rig.apparatus.masses().place(Axis::Lateral, 0.3);
+    rig.apparatus.masses().place(LoadedAxis::Lateral, 0.3);
     rig.pass(1.5);
     rig.apparatus.masses().remove();
     rig.pass(0.8);

@@ -1,18 +1,16 @@
 //! The program is frozen while the plate is driven: the one-shot at the amplifier takes the enable off, regardless of how
 //! the sound card treats its last buffer (FAULTS.md, row 7).
 
-use std::path::Path;
-
 use mock_hw::apparatus::{Apparatus, ApparatusConfig};
-use mock_hw::host::Direction;
-use mock_hw::world_clock::Pace;
+use mock_hw::host::ConverterDirection;
+use mock_hw::world_clock::WorldPace;
 use mock_world::scenario::Scenario;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use safety::SafetyState;
 
 use crate::campaign;
-use crate::rig::{Rig, config};
+use crate::rig::{Rig, amplitudes, config, rest_s};
 use crate::safe::quantiles_ms;
 
 const FROZEN_S: f64 = 0.5;
@@ -28,16 +26,6 @@ struct Freeze {
     card_plays_on: bool,
 }
 
-/// Returns true times and amplitudes.
-fn amplitudes(folder: &Path) -> Vec<(f64, f64)> {
-    let series = std::fs::read_to_string(folder.join("truth.csv")).unwrap();
-    let rows = series.lines().skip(1).map(|line| {
-        let cell = |column| line.split(',').nth(column).unwrap().parse().unwrap();
-        (cell(0), cell(13))
-    });
-    rows.collect()
-}
-
 /// Fault 7.
 /// Hazard 15.
 #[test]
@@ -46,14 +34,14 @@ fn a_program_frozen_at_random_moments_leaves_the_plate_at_rest_within_a_tenth_of
     let folder = tempfile::tempdir().unwrap();
     let apparatus = Apparatus::new(ApparatusConfig {
         truth_path: Some(folder.path().to_owned()),
-        ..ApparatusConfig::new(Scenario::default(), 1, Pace::Stepped)
+        ..ApparatusConfig::new(Scenario::default(), 1, WorldPace::Stepped)
     });
     let config = config(&[("silence_s = 0.25", "silence_s = 0.05")]);
     let mut rig = Rig::with_apparatus(apparatus.unwrap(), config, None);
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let mut freezes = Vec::new();
     let halt = |rig: &Rig, halted| {
-        for side in [Direction::Input, Direction::Output] {
+        for side in [ConverterDirection::Input, ConverterDirection::Output] {
             rig.apparatus.faults().halt_audio(side, halted);
         }
     };
@@ -85,13 +73,7 @@ fn a_program_frozen_at_random_moments_leaves_the_plate_at_rest_within_a_tenth_of
     apparatus.finish().unwrap();
     let truth = amplitudes(folder.path());
     let to_rest = freezes.iter().map(|freeze| {
-        let during =
-            |&&(t_s, _): &&(f64, f64)| (freeze.at_s..freeze.at_s + FROZEN_S).contains(&t_s);
-        let driven = truth.iter().rfind(|(t_s, _)| *t_s < freeze.at_s).unwrap().1;
-        assert!(driven > 0.5e-6, "{driven} m");
-        let moving = |&&(_, amplitude): &&(f64, f64)| amplitude > 0.01 * driven;
-        let last = truth.iter().filter(during).rfind(moving);
-        let rest_s = last.map_or(0.0, |(t_s, _)| t_s - freeze.at_s);
+        let rest_s = rest_s(&truth, freeze.at_s, FROZEN_S);
         assert!(rest_s < ENABLE_S + RING_DOWN_S, "moves for {rest_s} s");
         assert!(
             rest_s > 0.02 || !freeze.card_plays_on,

@@ -7,9 +7,9 @@ use calibration_rig::judged::{Calibrates, Part};
 use calibration_rig::operator::{Answer, ForceAxis, GRAVITY_M_PER_S2, Request};
 use calibration_rig::procedure::{NextStep, Procedure, StepOutcome};
 use config::{Config, Gauges, MeasuredForce, Quantity, Sensor};
-use mock_hw::host::Direction;
+use mock_hw::host::ConverterDirection;
 use mock_hw::serial::ForceFault;
-use mock_world::plant::{Axis, MAKERS_MATRIX};
+use mock_world::plant::{LoadedAxis, MAKERS_MATRIX};
 use mock_world::scenario::{Scenario, built_in};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -56,9 +56,11 @@ fn placed_mass_rig(scenario: Scenario, config: Config) -> Rig {
     let mut rig = Rig::new(quiet(scenario), config, None);
     rig.drive();
     rig.pass(2.0);
-    rig.apparatus.faults().xrun(Direction::Input, 1_037);
+    rig.apparatus
+        .faults()
+        .xrun(ConverterDirection::Input, 1_037);
     rig.pass(0.2);
-    rig.apparatus.masses().place(Axis::Normal, 0.1);
+    rig.apparatus.masses().place(LoadedAxis::Normal, 0.1);
     rig.pass(1.0);
     rig
 }
@@ -115,10 +117,6 @@ fn forces_stay_at_the_sample_at_which_they_acted_after_lost_input() {
 /// A fault, a check of the bench's report on it, and the time limit, s.
 type Case = (&'static str, fn(&Rig), fn(&Trip) -> bool, f64);
 
-fn force(rig: &Rig, fault: ForceFault) {
-    rig.apparatus.faults().force(fault);
-}
-
 fn at_its_end(trip: &Trip) -> bool {
     matches!(
         trip,
@@ -132,7 +130,7 @@ fn at_its_end(trip: &Trip) -> bool {
 const CASES: [Case; 9] = [
     (
         "a gauge at its end",
-        |rig| force(rig, ForceFault::Saturated(true)),
+        |rig| rig.apparatus.faults().force(ForceFault::Saturated(true)),
         at_its_end,
         0.01,
     ),
@@ -144,19 +142,23 @@ const CASES: [Case; 9] = [
     ),
     (
         "inputs muted",
-        |rig| force(rig, ForceFault::Silent(true)),
+        |rig| rig.apparatus.faults().force(ForceFault::Silent(true)),
         |trip| matches!(trip, Trip::ForceNonsense { .. } | Trip::ForceSilent),
         0.12,
     ),
     (
         "samples that are no numbers",
-        |rig| force(rig, ForceFault::Corrupt(1_000_000)),
+        |rig| rig.apparatus.faults().force(ForceFault::Corrupt(1_000_000)),
         |trip| matches!(trip, Trip::ForceNonsense { .. } | Trip::ForceSilent),
         0.06,
     ),
     (
         "the card's input halted",
-        |rig| rig.apparatus.faults().halt_audio(Direction::Input, true),
+        |rig| {
+            rig.apparatus
+                .faults()
+                .halt_audio(ConverterDirection::Input, true)
+        },
         |trip| {
             matches!(
                 trip,
@@ -167,21 +169,21 @@ const CASES: [Case; 9] = [
     ),
     (
         "4 N on the plate",
-        |rig| rig.apparatus.masses().place(Axis::Normal, 0.4),
+        |rig| rig.apparatus.masses().place(LoadedAxis::Normal, 0.4),
         |trip| matches!(trip, Trip::ForceLimit { .. }),
         0.1,
     ),
     (
         "4 N back along the plate",
-        |rig| rig.apparatus.masses().place(Axis::Lateral, -0.4),
+        |rig| rig.apparatus.masses().place(LoadedAxis::Lateral, -0.4),
         |trip| matches!(trip, Trip::LateralForceLimit { .. }),
         0.1,
     ),
     (
         "a gauge at its end, and frames that are swallowed",
         |rig| {
-            force(rig, ForceFault::Saturated(true));
-            rig.apparatus.faults().xrun(Direction::Input, 500);
+            rig.apparatus.faults().force(ForceFault::Saturated(true));
+            rig.apparatus.faults().xrun(ConverterDirection::Input, 500);
         },
         at_its_end,
         0.01,
@@ -189,7 +191,7 @@ const CASES: [Case; 9] = [
     (
         "inputs muted, and the e-stop pressed",
         |rig| {
-            force(rig, ForceFault::Silent(true));
+            rig.apparatus.faults().force(ForceFault::Silent(true));
             rig.apparatus.faults().press_estop(true);
         },
         |trip| *trip == Trip::EmergencyStop,
@@ -227,7 +229,7 @@ fn a_sample_that_is_no_number_is_flagged_and_costs_the_forces_about_it() {
     let mut rig = Rig::new(scenario(), config, None);
     rig.pass(0.5);
     let rows = rig.record.force.len();
-    force(&rig, ForceFault::Corrupt(1));
+    rig.apparatus.faults().force(ForceFault::Corrupt(1));
     rig.pass(0.5);
     let faults = rig.bench.gauges.field.get().unwrap().force;
     assert_eq!(faults.corrupt, 1);
@@ -243,7 +245,7 @@ fn a_sample_that_is_no_number_is_flagged_and_costs_the_forces_about_it() {
 #[test]
 fn muted_inputs_arm_nothing_for_longer_than_a_second() {
     let mut rig = Rig::new(scenario(), bench("0.05"), None);
-    force(&rig, ForceFault::Silent(true));
+    rig.apparatus.faults().force(ForceFault::Silent(true));
     rig.drive();
     let trip = loop {
         if let SafetyState::Tripped { trip } = rig.tick() {

@@ -3,11 +3,10 @@
 
 use config::Config;
 use mock_hw::serial::ForceFault;
-use mock_world::plant::Axis;
+use mock_world::plant::LoadedAxis;
 use mock_world::scenario::{Scenario, built_in};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use recording::RecordingReader;
 use recording::manifest::EventKind;
 use safety::{SafetyState, Trip};
 use sources::LineFaults;
@@ -29,10 +28,6 @@ fn bench(silence_s: &str) -> Config {
     ])
 }
 
-fn force(rig: &Rig, fault: ForceFault) {
-    rig.apparatus.faults().force(fault);
-}
-
 /// Fault 40.
 #[test]
 fn lost_late_repeated_and_torn_datagrams_at_7_khz_are_counted_exactly() {
@@ -47,19 +42,19 @@ fn lost_late_repeated_and_torn_datagrams_at_7_khz_are_counted_exactly() {
     while rig.apparatus.now_ns() < began_ns + 10_000_000_000 {
         match rng.random_range(0..43) {
             0 => {
-                force(&rig, ForceFault::Drop(1));
+                rig.apparatus.faults().force(ForceFault::Drop(1));
                 injected.lost += 1;
             }
             1 => {
-                force(&rig, ForceFault::Reorder(1));
+                rig.apparatus.faults().force(ForceFault::Reorder(1));
                 injected.reordered += 1;
             }
             2 => {
-                force(&rig, ForceFault::Repeat(1));
+                rig.apparatus.faults().force(ForceFault::Repeat(1));
                 injected.repeated += 1;
             }
             3 => {
-                force(&rig, ForceFault::Corrupt(1));
+                rig.apparatus.faults().force(ForceFault::Corrupt(1));
                 injected.corrupt += 1;
             }
             _ => {}
@@ -122,7 +117,7 @@ type Case = (&'static str, fn(&Rig), fn(&Trip) -> bool);
 const CASES: [Case; 9] = [
     (
         "silent",
-        |rig| force(rig, ForceFault::Silent(true)),
+        |rig| rig.apparatus.faults().force(ForceFault::Silent(true)),
         |trip| *trip == Trip::ForceSilent,
     ),
     (
@@ -132,45 +127,49 @@ const CASES: [Case; 9] = [
     ),
     (
         "gauge at its end",
-        |rig| force(rig, ForceFault::Saturated(true)),
+        |rig| rig.apparatus.faults().force(ForceFault::Saturated(true)),
         |trip| matches!(trip, Trip::ForceSaturated | Trip::ForceLimit { .. }),
     ),
     (
         "a failure that the sensor reports",
-        |rig| force(rig, ForceFault::Status(1 << 31 | 1 << 28)),
+        |rig| {
+            rig.apparatus
+                .faults()
+                .force(ForceFault::Status(1 << 31 | 1 << 28))
+        },
         |trip| matches!(trip, Trip::ForceNonsense { .. }),
     ),
     (
         "another device at its address",
-        |rig| force(rig, ForceFault::OtherDevice(true)),
+        |rig| rig.apparatus.faults().force(ForceFault::OtherDevice(true)),
         |trip| matches!(trip, Trip::ForceNonsense { .. }),
     ),
     (
         "4 N on the plate",
-        |rig| rig.apparatus.masses().place(Axis::Normal, 0.4),
+        |rig| rig.apparatus.masses().place(LoadedAxis::Normal, 0.4),
         |trip| matches!(trip, Trip::ForceLimit { .. }),
     ),
     (
         "4 N back along the plate",
-        |rig| rig.apparatus.masses().place(Axis::Lateral, -0.4),
+        |rig| rig.apparatus.masses().place(LoadedAxis::Lateral, -0.4),
         |trip| matches!(trip, Trip::LateralForceLimit { .. }),
     ),
     (
         "4 N while half of the datagrams are lost, late or torn",
         |rig| {
             for _ in 0..100 {
-                force(rig, ForceFault::Drop(1));
-                force(rig, ForceFault::Corrupt(1));
-                force(rig, ForceFault::Reorder(1));
+                rig.apparatus.faults().force(ForceFault::Drop(1));
+                rig.apparatus.faults().force(ForceFault::Corrupt(1));
+                rig.apparatus.faults().force(ForceFault::Reorder(1));
             }
-            rig.apparatus.masses().place(Axis::Normal, 0.4);
+            rig.apparatus.masses().place(LoadedAxis::Normal, 0.4);
         },
         |trip| matches!(trip, Trip::ForceLimit { .. }),
     ),
     (
         "silent, and the e-stop pressed",
         |rig| {
-            force(rig, ForceFault::Silent(true));
+            rig.apparatus.faults().force(ForceFault::Silent(true));
             rig.apparatus.faults().press_estop(true);
         },
         |trip| *trip == Trip::EmergencyStop,
@@ -183,17 +182,7 @@ const CASES: [Case; 9] = [
 fn whatever_the_network_does_the_drive_is_silent_in_time_and_what_was_recorded_is_kept() {
     for (name, inject, is_expected) in CASES {
         let mut rig = Rig::new(scenario(), bench("0.05"), None);
-        rig.drive();
-        rig.pass(0.5);
-        let folder = rig.begin("kept");
-        rig.pass(0.3);
-        assert!(rig.bench.drive.sounds(), "{name}");
-        inject(&rig);
-        rig.stops(name, is_expected, 0.1, 0.3);
-        rig.end();
-        let reader = RecordingReader::open(&folder).unwrap();
-        let kept_s = reader.frames() as f64 / f64::from(reader.format().sample_rate_hz);
-        assert!(kept_s > 0.29, "{name}: {kept_s} s kept");
+        rig.stops_recorded(name, inject, is_expected);
     }
 }
 
@@ -203,14 +192,14 @@ fn a_network_that_comes_back_is_used_again_once_the_operator_has_rearmed() {
     let mut rig = Rig::new(scenario(), bench("0.05"), None);
     rig.drive();
     rig.pass(0.5);
-    force(&rig, ForceFault::Silent(true));
+    rig.apparatus.faults().force(ForceFault::Silent(true));
     while !matches!(rig.tick(), SafetyState::Tripped { .. }) {}
     let rows = rig.record.force.len();
     for _ in 0..6000 {
         rig.tick();
     }
     assert_eq!(rig.record.force.len(), rows, "silent");
-    force(&rig, ForceFault::Silent(false));
+    rig.apparatus.faults().force(ForceFault::Silent(false));
     for _ in 0..3000 {
         assert!(matches!(rig.tick(), SafetyState::Tripped { .. }));
     }
@@ -232,7 +221,7 @@ fn what_sends_no_reading_from_the_start_arms_nothing_for_longer_than_a_second() 
         ForceFault::Silent(true),
     ] {
         let mut rig = Rig::new(scenario(), bench("0.05"), None);
-        force(&rig, fault);
+        rig.apparatus.faults().force(fault);
         rig.drive();
         let trip = loop {
             if let SafetyState::Tripped { trip } = rig.tick() {

@@ -11,7 +11,7 @@ use devices::{Bench, Hardware};
 use faults::RehearsedFault;
 use jiff::Timestamp;
 use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig};
-use mock_hw::world_clock::Pace;
+use mock_hw::world_clock::WorldPace;
 use mock_world::scenario::Scenario;
 use recording::manifest::{EventKind, Manifest, RecordingEvent};
 use recording::pipeline::Account;
@@ -44,7 +44,7 @@ pub fn apparatus(scenario: Scenario) -> Apparatus {
 
 /// Returns an apparatus with `faults` injected.
 pub fn rehearsing(scenario: Scenario, faults: &[RehearsedFault]) -> Apparatus {
-    let mut config = ApparatusConfig::new(scenario, 1, Pace::Stepped);
+    let mut config = ApparatusConfig::new(scenario, 1, WorldPace::Stepped);
     config.faults = faults.to_vec();
     Apparatus::new(config).unwrap()
 }
@@ -138,6 +138,26 @@ pub fn events(folder: &Path) -> Vec<Read> {
 pub fn samples(folder: &Path) -> Vec<f32> {
     let wav = hound::WavReader::open(folder.join("signals.wav")).unwrap();
     wav.into_samples().map(Result::unwrap).collect()
+}
+
+/// Returns true times and amplitudes.
+pub fn amplitudes(folder: &Path) -> Vec<(f64, f64)> {
+    let series = std::fs::read_to_string(folder.join("truth.csv")).unwrap();
+    let rows = series.lines().skip(1).map(|line| {
+        let cell = |column| line.split(',').nth(column).unwrap().parse().unwrap();
+        (cell(0), cell(13))
+    });
+    rows.collect()
+}
+
+/// Returns the time to rest, s, of a plate that is driven until `start_s`, in the `length_s` after it.
+pub fn rest_s(truth: &[(f64, f64)], start_s: f64, length_s: f64) -> f64 {
+    let driven = truth.iter().rfind(|(t_s, _)| *t_s < start_s).unwrap().1;
+    assert!(driven > 0.5e-6, "{driven} m");
+    let during = |&&(t_s, _): &&(f64, f64)| (start_s..start_s + length_s).contains(&t_s);
+    let moving = |&&(_, amplitude): &&(f64, f64)| amplitude > 0.01 * driven;
+    let last = truth.iter().filter(during).rfind(moving);
+    last.map_or(0.0, |(t_s, _)| t_s - start_s)
 }
 
 /// Returns a tone of 10 V.
@@ -342,6 +362,26 @@ impl Rig {
         while since_s(self) < tripped_s + latched_s {
             assert!(matches!(self.tick(), SafetyState::Tripped { .. }), "{name}");
         }
+    }
+
+    /// Requires a driven plate to stop within 0.1 s of a fault, and the recording up to then to be kept.
+    pub fn stops_recorded(
+        &mut self,
+        name: &str,
+        inject: fn(&Self),
+        is_expected: fn(&Trip) -> bool,
+    ) {
+        self.drive();
+        self.pass(0.5);
+        let folder = self.begin("kept");
+        self.pass(0.3);
+        assert!(self.bench.drive.sounds(), "{name}");
+        inject(self);
+        self.stops(name, is_expected, 0.1, 0.3);
+        self.end();
+        let reader = RecordingReader::open(&folder).unwrap();
+        let kept_s = reader.frames() as f64 / f64::from(reader.format().sample_rate_hz);
+        assert!(kept_s > 0.29, "{name}: {kept_s} s kept");
     }
 
     /// Lets time pass for the apparatus only: the program is frozen.

@@ -2,10 +2,10 @@
 //! (FAULTS.md, rows 5, 17, 18, 21 and 23).
 
 use mock_hw::apparatus::FaultPanel;
-use mock_hw::host::Direction;
+use mock_hw::host::ConverterDirection;
 use mock_hw::serial::ForceFault;
-use mock_world::plant::Axis;
-use mock_world::scenario::{ForceProtocol, Scenario};
+use mock_world::plant::LoadedAxis;
+use mock_world::scenario::{ForceLineFormat, Scenario};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use recording::RecordingReader;
@@ -44,7 +44,7 @@ const CASES: [Case; 14] = [
     },
     Case {
         name: "4 N pulling at the plate",
-        inject: |rig| rig.apparatus.masses().place(Axis::Normal, -0.4),
+        inject: |rig| rig.apparatus.masses().place(LoadedAxis::Normal, -0.4),
         is_expected: |trip| matches!(trip, Trip::ForceLimit { normal_n, .. } if *normal_n < -3.0),
         within_s: 0.1,
         audio_goes_on: true,
@@ -72,28 +72,28 @@ const CASES: [Case; 14] = [
     },
     Case {
         name: "output halted",
-        inject: |rig| faults(rig).halt_audio(Direction::Output, true),
+        inject: |rig| faults(rig).halt_audio(ConverterDirection::Output, true),
         is_expected: |trip| matches!(trip, Trip::AudioSilent | Trip::Readback { .. }),
         within_s: SILENCE_S,
         audio_goes_on: false,
     },
     Case {
         name: "input halted",
-        inject: |rig| faults(rig).halt_audio(Direction::Input, true),
+        inject: |rig| faults(rig).halt_audio(ConverterDirection::Input, true),
         is_expected: |trip| matches!(trip, Trip::AudioSilent | Trip::ReadbackMissing),
         within_s: SILENCE_S,
         audio_goes_on: true,
     },
     Case {
         name: "card lost by the output",
-        inject: |rig| faults(rig).lose_card(Direction::Output),
+        inject: |rig| faults(rig).lose_card(ConverterDirection::Output),
         is_expected: |trip| matches!(trip, Trip::AudioLost),
         within_s: 0.02,
         audio_goes_on: false,
     },
     Case {
         name: "card lost by the input",
-        inject: |rig| faults(rig).lose_card(Direction::Input),
+        inject: |rig| faults(rig).lose_card(ConverterDirection::Input),
         is_expected: |trip| matches!(trip, Trip::AudioLost),
         within_s: 0.02,
         audio_goes_on: false,
@@ -114,21 +114,21 @@ const CASES: [Case; 14] = [
     },
     Case {
         name: "4 N on the plate",
-        inject: |rig| rig.apparatus.masses().place(Axis::Normal, 0.4),
+        inject: |rig| rig.apparatus.masses().place(LoadedAxis::Normal, 0.4),
         is_expected: |trip| matches!(trip, Trip::ForceLimit { .. }),
         within_s: 0.1,
         audio_goes_on: true,
     },
     Case {
         name: "4 N along the plate",
-        inject: |rig| rig.apparatus.masses().place(Axis::Lateral, 0.4),
+        inject: |rig| rig.apparatus.masses().place(LoadedAxis::Lateral, 0.4),
         is_expected: |trip| matches!(trip, Trip::LateralForceLimit { lateral_n, .. } if *lateral_n > 3.0),
         within_s: 0.1,
         audio_goes_on: true,
     },
     Case {
         name: "4 N back along the plate",
-        inject: |rig| rig.apparatus.masses().place(Axis::Lateral, -0.4),
+        inject: |rig| rig.apparatus.masses().place(LoadedAxis::Lateral, -0.4),
         is_expected: |trip| matches!(trip, Trip::LateralForceLimit { lateral_n, .. } if *lateral_n < -3.0),
         within_s: 0.1,
         audio_goes_on: true,
@@ -188,7 +188,7 @@ fn a_plate_that_moves_or_warms_too_much_stops_the_whole_bench() {
 #[test]
 fn an_axis_beyond_its_stated_range_stops_the_whole_bench() {
     let range = [("latency_s = 0.0", "latency_s = 0.0\nrange_n = 2.0")];
-    let press = |rig: &mut Rig| rig.apparatus.masses().place(Axis::Normal, 0.25);
+    let press = |rig: &mut Rig| rig.apparatus.masses().place(LoadedAxis::Normal, 0.25);
     assert_eq!(trips_on(&range, press, 0.5), Trip::ForceSaturated);
 }
 
@@ -241,7 +241,7 @@ fn what_the_generator_must_not_play_is_refused_clamped_to_zero_and_stops_the_ben
 fn another_device_on_the_force_sensors_port_is_refused_after_a_second_of_nonsense() {
     let mut scenario = Scenario::default();
     // The device does not send frames of the protocol that the bench expects.
-    scenario.force_sensor.protocol = ForceProtocol::Lines;
+    scenario.force_sensor.protocol = ForceLineFormat::Lines;
     let mut rig = Rig::new(scenario, config(&[]), None);
     // Watching is permitted, so that the operator can identify the device.
     rig.pass(1.1);
@@ -266,7 +266,7 @@ fn another_device_on_the_force_sensors_port_is_refused_after_a_second_of_nonsens
 
     // Armed before the device is identified: the drive lasts no longer than the wait for the first reading.
     let mut scenario = Scenario::default();
-    scenario.force_sensor.protocol = ForceProtocol::Lines;
+    scenario.force_sensor.protocol = ForceLineFormat::Lines;
     let mut rig = Rig::new(scenario, config(&[]), None);
     rig.drive();
     let trip = loop {
@@ -475,7 +475,7 @@ fn a_card_that_stays_silent_ends_the_program_and_the_recording_reads() {
     rig.pass(0.3);
     let folder = rig.begin("silent");
     rig.pass(0.5);
-    for direction in [Direction::Input, Direction::Output] {
+    for direction in [ConverterDirection::Input, ConverterDirection::Output] {
         faults(&rig).halt_audio(direction, true);
     }
     let halted_ns = rig.apparatus.now_ns();

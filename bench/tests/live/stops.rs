@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 
 use journal::Entry;
 use mock_hw::serial::ForceFault;
-use mock_world::plant::Axis;
+use mock_world::plant::LoadedAxis;
 use protocols::{SessionEventKind, TrialKey, TrialOutcome, TrialRecord};
 use recording::manifest::EventKind;
 use safety::{SafetyState, Trip};
@@ -158,7 +158,7 @@ fn a_session_that_goes_on_after_the_programs_end_says_so() {
 }
 
 /// Puts 4 N on an axis of the force sensor, or removes them.
-fn weigh(rig: &Rig, axis: Axis, is_on: bool) {
+fn weigh(rig: &Rig, axis: LoadedAxis, is_on: bool) {
     let masses = rig.apparatus.masses();
     if is_on {
         masses.place(axis, 0.4);
@@ -182,9 +182,12 @@ fn a_stop_is_marked_by_its_reason() {
             |rig, is_on| rig.heartbeat_cut.store(is_on, Ordering::Relaxed),
             "reads back",
         ),
-        (|rig, is_on| weigh(rig, Axis::Normal, is_on), "normal force"),
         (
-            |rig, is_on| weigh(rig, Axis::Lateral, is_on),
+            |rig, is_on| weigh(rig, LoadedAxis::Normal, is_on),
+            "normal force",
+        ),
+        (
+            |rig, is_on| weigh(rig, LoadedAxis::Lateral, is_on),
             "lateral force",
         ),
     ];

@@ -1,6 +1,6 @@
 //! An input xrun swallows frames: the bench determines their number, and time stays correct (FAULTS.md, row 6).
 
-use mock_hw::host::Direction;
+use mock_hw::host::ConverterDirection;
 use protocols::Validity;
 use recording::RecordingReader;
 use recording::manifest::EventKind;
@@ -16,7 +16,9 @@ fn the_frames_that_an_xrun_swallows_are_counted_exactly_and_time_stays_true() {
     rig.pass(0.5);
     let mut lost_frames = 0;
     for frames in [1, 191, 192, 1000, 4807] {
-        rig.apparatus.faults().xrun(Direction::Input, frames);
+        rig.apparatus
+            .faults()
+            .xrun(ConverterDirection::Input, frames);
         rig.pass(0.1);
         lost_frames += frames;
         assert_eq!(
@@ -56,7 +58,7 @@ fn the_frames_that_an_xrun_swallows_are_counted_exactly_and_time_stays_true() {
 fn an_xrun_without_a_loss_leaves_no_gap() {
     let mut rig = Rig::driven();
     rig.pass(0.5);
-    rig.apparatus.faults().xrun(Direction::Input, 0);
+    rig.apparatus.faults().xrun(ConverterDirection::Input, 0);
     rig.pass(0.1);
     assert_eq!((rig.account.input_xruns, rig.account.lost_frames), (1, 0));
     // The xrun is counted and shown, but repeats no trial.
@@ -64,7 +66,7 @@ fn an_xrun_without_a_loss_leaves_no_gap() {
     assert_eq!(costly, (0, 0));
     let words = rig.account.drop_outs();
     assert!(words.ends_with("; 1 of them cost no frame"), "{words}");
-    rig.apparatus.faults().xrun(Direction::Input, 1);
+    rig.apparatus.faults().xrun(ConverterDirection::Input, 1);
     rig.pass(0.1);
     let costly = rig.account.costly_xruns_since(&Account::default());
     assert_eq!((costly, rig.account.lost_frames), ((1, 0), 1));
@@ -81,7 +83,9 @@ fn frames_that_the_output_alone_lost_are_counted_exactly_and_cost_the_frames_abo
         rig.pass(0.3);
         let before = rig.account;
         let now_s = rig.apparatus.now_ns() as f64 * 1e-9;
-        rig.apparatus.faults().xrun(Direction::Output, gap_frames);
+        rig.apparatus
+            .faults()
+            .xrun(ConverterDirection::Output, gap_frames);
         rig.pass(0.4);
         rig.end();
         assert_eq!(rig.account.output_xruns, before.output_xruns + 1);
@@ -127,10 +131,10 @@ fn an_output_xrun_that_cost_nothing_costs_no_frame() {
     rig.pass(0.3);
     let folder = rig.begin("r");
     rig.pass(0.2);
-    rig.apparatus.faults().xrun(Direction::Output, 0);
+    rig.apparatus.faults().xrun(ConverterDirection::Output, 0);
     rig.pass(0.4);
     // The gap of this xrun is still sought when the recording ends.
-    rig.apparatus.faults().xrun(Direction::Output, 0);
+    rig.apparatus.faults().xrun(ConverterDirection::Output, 0);
     rig.pass(0.1);
     rig.end();
     let events = events(&folder);

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 
 use mock_hw::apparatus::{Apparatus, ApparatusConfig};
 use mock_hw::rack::Board;
-use mock_hw::world_clock::Pace;
+use mock_hw::world_clock::WorldPace;
 use mock_world::scenario::Scenario;
 
 /// Exists as long as the process.
@@ -19,7 +19,7 @@ pub(crate) fn board() -> Option<Board> {
         None => Scenario::default(),
     };
     let seed = variable("MOCK_NIDAQMX_SEED").and_then(|seed| seed.parse().ok());
-    let config = ApparatusConfig::new(scenario, seed.unwrap_or(1), Pace::RealTime);
+    let config = ApparatusConfig::new(scenario, seed.unwrap_or(1), WorldPace::RealTime);
     let apparatus = Apparatus::new(config.with_acquisition_card()).ok()?;
     if let Some(target) = variable("MOCK_NIDAQMX_FORCE_LINK").map(PathBuf::from) {
         link(apparatus.force_port().ok()?, &target).ok()?;

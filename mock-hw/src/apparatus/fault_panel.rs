@@ -5,7 +5,7 @@ use std::sync::Arc;
 use cpal::ErrorKind;
 
 use super::force_side::ForceSide;
-use crate::host::{Direction, SoundCards};
+use crate::host::{ConverterDirection, SoundCards};
 use crate::pins::PinBoard;
 use crate::serial::ForceFault;
 
@@ -27,18 +27,18 @@ impl FaultPanel {
     }
 
     /// Makes the converter report an error to the stream of one direction.
-    pub fn inject(&self, direction: Direction, kind: ErrorKind) {
+    pub fn inject(&self, direction: ConverterDirection, kind: ErrorKind) {
         self.cards.inject(direction, kind);
     }
 
     /// Makes the converter lose frames without reporting it, from the end of the buffer in progress: the output is silent for
     /// that time, or the input samples never arrive and the next buffer's time is later.
-    pub fn skip_frames(&self, direction: Direction, frames: u64) {
+    pub fn skip_frames(&self, direction: ConverterDirection, frames: u64) {
         self.cards.skip_frames(direction, frames);
     }
 
     /// Makes the converter lose `frames` at the next buffer and report an xrun, as a real card does.
-    pub fn xrun(&self, direction: Direction, frames: u64) {
+    pub fn xrun(&self, direction: ConverterDirection, frames: u64) {
         self.skip_frames(direction, frames);
         self.inject(direction, ErrorKind::Xrun);
     }
@@ -49,12 +49,12 @@ impl FaultPanel {
     }
 
     /// Reports to the stream of one direction that the card is no longer available.
-    pub fn lose_card(&self, direction: Direction) {
+    pub fn lose_card(&self, direction: ConverterDirection) {
         self.inject(direction, ErrorKind::DeviceNotAvailable);
     }
 
     /// Stops the callbacks of one direction, or resumes them.
-    pub fn halt_audio(&self, direction: Direction, halted: bool) {
+    pub fn halt_audio(&self, direction: ConverterDirection, halted: bool) {
         self.cards.halt(direction, halted);
     }
 

@@ -208,15 +208,6 @@ impl ForceSide {
         }
     }
 
-    /// Returns the number of bytes lost because they were not read in time.
-    pub(super) fn dropped_bytes(&self) -> u64 {
-        match &self.lock().sensor {
-            Device::Serial(_, line) => line.dropped_bytes(),
-            Device::FieldBox(device) => device.dropped_bytes(),
-            Device::Netft(_) | Device::Gauges(_) => 0,
-        }
-    }
-
     /// Makes the device show a fault.
     pub(super) fn inject(&self, fault: ForceFault) {
         match &mut self.lock().sensor {

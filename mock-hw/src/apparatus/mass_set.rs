@@ -2,12 +2,12 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use mock_world::plant::{Axis, Plant};
+use mock_world::plant::{LoadedAxis, Plant};
 
 /// A requested change of the masses.
 #[derive(Debug, Clone, Copy)]
 enum Placement {
-    Place(Axis, f64),
+    Place(LoadedAxis, f64),
     Remove,
 }
 
@@ -17,7 +17,7 @@ pub struct MassSet(Arc<Mutex<Vec<Placement>>>);
 
 impl MassSet {
     /// Puts the mass marked `mass_kg` on the plate or over the pulley, replacing the present one.
-    pub fn place(&self, axis: Axis, mass_kg: f64) {
+    pub fn place(&self, axis: LoadedAxis, mass_kg: f64) {
         self.ask(Placement::Place(axis, mass_kg));
     }
 

@@ -1,10 +1,11 @@
 //! Complete simulated apparatus: plate, person and sensors behind a sound card, two serial ports and GPIO pins.
 //!
-//! In [`Pace::Stepped`](crate::world_clock::Pace::Stepped) one [`Apparatus::step`] advances the simulation by one period,
-//! synchronously and in this order: the person acts on the latest percept, the output callback provides the drive, the plant
-//! responds, the input callback receives the samples, force samples that are due become readable on the serial port, the pins
-//! take their new levels. The same seed, scenario and calls give bit-identical results. In
-//! [`Pace::RealTime`](crate::world_clock::Pace::RealTime) a thread does the same, in step with the machine's clock.
+//! In [`WorldPace::Stepped`](crate::world_clock::WorldPace::Stepped) one [`Apparatus::step`] advances the simulation by
+//! one period, synchronously and in this order: the person acts on the latest percept, the output callback provides the
+//! drive, the plant responds, the input callback receives the samples, force samples that are due become readable on
+//! the serial port, the pins take their new levels. The same seed, scenario and calls give bit-identical results. In
+//! [`WorldPace::RealTime`](crate::world_clock::WorldPace::RealTime) a thread does the same, in step with the machine's
+//! clock.
 
 mod apparatus_error;
 mod dead_man_hand;

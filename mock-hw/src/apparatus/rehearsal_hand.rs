@@ -3,11 +3,11 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use faults::{FaultKind, RehearsedFault};
-use mock_world::plant::Axis;
+use mock_world::plant::LoadedAxis;
 
 use super::fault_panel::FaultPanel;
 use super::mass_set::MassSet;
-use crate::host::Direction;
+use crate::host::ConverterDirection;
 use crate::serial::ForceFault;
 
 /// Standard gravity, m/s² (ISO 80000-3), for loads given in newtons and placed as masses.
@@ -128,18 +128,22 @@ impl Timetable {
         let count = amount as u32;
         match fault {
             FaultKind::EstopBounce => self.bounce(1e-3 * amount, now_s.max(0.0)),
-            FaultKind::Xrun => panel.xrun(Direction::Input, count.into()),
-            FaultKind::XrunOutput => panel.xrun(Direction::Output, count.into()),
+            FaultKind::Xrun => panel.xrun(ConverterDirection::Input, count.into()),
+            FaultKind::XrunOutput => panel.xrun(ConverterDirection::Output, count.into()),
             FaultKind::Nan => panel.spoil_frames(count.into()),
-            FaultKind::CardLostInput => panel.lose_card(Direction::Input),
-            FaultKind::CardLostOutput => panel.lose_card(Direction::Output),
+            FaultKind::CardLostInput => panel.lose_card(ConverterDirection::Input),
+            FaultKind::CardLostOutput => panel.lose_card(ConverterDirection::Output),
             FaultKind::ForceUnplugged => panel.unplug_force(),
             FaultKind::ForceDropped => panel.force(ForceFault::Drop(count)),
             FaultKind::ForceCorrupted => panel.force(ForceFault::Corrupt(count)),
             FaultKind::ForceRepeated => panel.force(ForceFault::Repeat(count)),
             FaultKind::AmplifierGain => panel.set_amplifier_gain(0.01 * amount),
-            FaultKind::Press => self.masses.place(Axis::Normal, amount / GRAVITY_M_PER_S2),
-            FaultKind::Drag => self.masses.place(Axis::Lateral, amount / GRAVITY_M_PER_S2),
+            FaultKind::Press => self
+                .masses
+                .place(LoadedAxis::Normal, amount / GRAVITY_M_PER_S2),
+            FaultKind::Drag => self
+                .masses
+                .place(LoadedAxis::Lateral, amount / GRAVITY_M_PER_S2),
             FaultKind::Estop
             | FaultKind::EstopCut
             | FaultKind::AmplifierOff
@@ -176,8 +180,8 @@ impl Timetable {
             FaultKind::AmplifierOff => panel.switch_off_amplifier(is_present),
             FaultKind::RelayWelded => panel.weld_relay(is_present),
             FaultKind::GpioRemoved => panel.remove_gpio(is_present),
-            FaultKind::InputStops => panel.halt_audio(Direction::Input, is_present),
-            FaultKind::OutputStops => panel.halt_audio(Direction::Output, is_present),
+            FaultKind::InputStops => panel.halt_audio(ConverterDirection::Input, is_present),
+            FaultKind::OutputStops => panel.halt_audio(ConverterDirection::Output, is_present),
             FaultKind::ForceSilent => panel.force(ForceFault::Silent(is_present)),
             FaultKind::ForceOtherDevice => panel.force(ForceFault::OtherDevice(is_present)),
             FaultKind::ForceSaturated => panel.force(ForceFault::Saturated(is_present)),

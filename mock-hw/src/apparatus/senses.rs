@@ -31,13 +31,13 @@ impl Senses {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mock_world::person::Cue;
+    use mock_world::person::HeardCue;
 
     #[test]
     fn a_cue_is_heard_once_and_never_overwritten_by_silence() {
         let senses = Senses::default();
         senses.show(Percept {
-            cue: Some(Cue::Start),
+            cue: Some(HeardCue::Start),
             ..Percept::default()
         });
         senses.show(Percept {
@@ -45,7 +45,10 @@ mod tests {
             ..Percept::default()
         });
         let first = senses.perceive();
-        assert_eq!((first.cue, first.countdown), (Some(Cue::Start), Some(2)));
+        assert_eq!(
+            (first.cue, first.countdown),
+            (Some(HeardCue::Start), Some(2))
+        );
         let second = senses.perceive();
         assert_eq!((second.cue, second.countdown), (None, Some(2)));
     }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::serial::DeviceStart;
-use crate::world_clock::Pace;
+use crate::world_clock::WorldPace;
 use faults::RehearsedFault;
 use mock_world::scenario::Scenario;
 
@@ -19,7 +19,7 @@ pub struct ApparatusConfig {
     /// Number of earlier openings of the streams; the sound layer draws a new delay for each.
     pub opening: u64,
     /// Pace of the simulation.
-    pub pace: Pace,
+    pub pace: WorldPace,
     /// Whether the converter is a data acquisition card, which runs at other rates than a sound card.
     pub acquisition_card: bool,
     /// Length of a period, frames at 192 kHz: a multiple of 4 from 16 to 1920.
@@ -39,7 +39,7 @@ pub struct ApparatusConfig {
 impl ApparatusConfig {
     /// Returns the settings of an apparatus with the default period and without truth files.
     #[must_use]
-    pub fn new(scenario: Scenario, seed: u64, pace: Pace) -> Self {
+    pub fn new(scenario: Scenario, seed: u64, pace: WorldPace) -> Self {
         Self {
             scenario,
             seed,

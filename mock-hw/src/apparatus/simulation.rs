@@ -24,7 +24,7 @@ use crate::rack::Rack;
 use crate::serial::DeviceStart;
 use crate::vibrometer::{Vibrometer, VibrometerAim};
 use crate::voltmeter::Voltmeter;
-use crate::world_clock::{Lateness, Pace, WorldClock};
+use crate::world_clock::{Lateness, WorldClock, WorldPace};
 
 /// Longest sleep of the real-time thread; it then catches up over several periods at once.
 const LONGEST_SLEEP: Duration = Duration::from_millis(1);
@@ -45,10 +45,10 @@ enum Driver {
 /// use cpal::traits::{DeviceTrait, HostTrait};
 /// use mock_hw::apparatus::{Apparatus, ApparatusConfig, ApparatusError};
 /// use mock_world::scenario::built_in;
-/// use mock_hw::world_clock::Pace;
+/// use mock_hw::world_clock::WorldPace;
 ///
 /// let scenario = built_in("nominal").expect("a built-in scenario");
-/// let mut apparatus = Apparatus::new(ApparatusConfig::new(scenario, 1, Pace::Stepped))?;
+/// let mut apparatus = Apparatus::new(ApparatusConfig::new(scenario, 1, WorldPace::Stepped))?;
 /// let cards: Vec<_> = apparatus.host().devices().expect("devices").collect();
 /// assert_eq!(cards.len(), 2);
 /// assert!(cards[0].default_input_config().is_ok());
@@ -117,15 +117,15 @@ impl Apparatus {
             config
                 .force_start
                 .unwrap_or_else(|| DeviceStart::draw(config.seed)),
-            config.pace == Pace::Stepped,
+            config.pace == WorldPace::Stepped,
             Some(&board),
         )?;
         let (force_port, box_port) = (force.path(), force.box_path());
-        let vibrometer = Vibrometer::open(config.seed, config.pace == Pace::Stepped)
+        let vibrometer = Vibrometer::open(config.seed, config.pace == WorldPace::Stepped)
             .map_err(ApparatusError::Serial)?;
         let (vibrometer_port, vibrometer_aim) =
             (vibrometer.path().map(Path::to_owned), vibrometer.aim());
-        let is_stepped = config.pace == Pace::Stepped;
+        let is_stepped = config.pace == WorldPace::Stepped;
         let voltmeter = Voltmeter::open(&scenario.meter, config.seed, is_stepped)
             .map_err(ApparatusError::Serial)?;
         let voltmeter_port = voltmeter.path().map(Path::to_owned);
@@ -144,8 +144,8 @@ impl Apparatus {
         let rehearsal = world.rehearsal();
         let stop = Arc::new(AtomicBool::new(false));
         let driver = match config.pace {
-            Pace::Stepped => Driver::Stepped(world),
-            Pace::RealTime => Driver::RealTime(Some(keep_pace(world, &clock, &stop)?)),
+            WorldPace::Stepped => Driver::Stepped(world),
+            WorldPace::RealTime => Driver::RealTime(Some(keep_pace(world, &clock, &stop)?)),
         };
         Ok(Self {
             pins: Some(board.pins()),
@@ -297,12 +297,6 @@ impl Apparatus {
     #[must_use]
     pub fn speaker_frames(&self) -> u64 {
         self.cards.speaker_frames()
-    }
-
-    /// Returns the number of the force sensor's bytes that were lost because they were not read in time.
-    #[must_use]
-    pub fn force_bytes_dropped(&self) -> u64 {
-        self.force.dropped_bytes()
     }
 
     /// Advances a stepped apparatus by one period.

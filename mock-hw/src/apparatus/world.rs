@@ -21,7 +21,7 @@ use crate::vibrometer::Vibrometer;
 use crate::voltmeter::Voltmeter;
 use crate::world_clock::{BASE_RATE_HZ, WorldClock};
 use mock_world::fingertip::Fingertip;
-use mock_world::person::Person;
+use mock_world::person::VirtualPerson;
 use mock_world::plant::Plant;
 use mock_world::run_truth::TruthWriter;
 use mock_world::scenario::{PlateTable, SoundLayerTable};
@@ -39,7 +39,7 @@ pub(super) struct World {
     senses: Senses,
     masses: MassSet,
     timetable: Timetable,
-    person: Person,
+    person: VirtualPerson,
     plant: Plant,
     patchbay: Patchbay,
     layer: SoundLayer,
@@ -73,7 +73,8 @@ impl World {
         (vibrometer, voltmeter, oscilloscope): (Vibrometer, Voltmeter, Option<Oscilloscope>),
     ) -> Self {
         let opening_seed = config.seed.wrapping_add(config.opening.rotate_left(32));
-        let delay_share = seed::stream(opening_seed, seed::Stream::SoundLayer).random::<f64>();
+        let delay_share =
+            seed::stream(opening_seed, seed::RandomStream::SoundLayer).random::<f64>();
         let participant_seed = config.participant_seed.unwrap_or(config.seed);
         let scenario = &config.scenario;
         let skin = Fingertip::draw(scenario, participant_seed);
@@ -89,7 +90,7 @@ impl World {
             force: force.clone(),
             senses: senses.clone(),
             masses,
-            person: Person::draw(&scenario.participant, participant_seed),
+            person: VirtualPerson::draw(&scenario.participant, participant_seed),
             plant: Plant::with_fingertip(scenario, skin, config.seed, rate_hz),
             patchbay: Patchbay::default(),
             layer: SoundLayer::new(

@@ -4,9 +4,10 @@ use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
-use field_box_logic::{Guard, Order, Stop};
+use field_box_logic::{Guard, LineRequest, StopCause};
 
 use super::codec::{Ear, Reading, Request, put_identity, put_report};
+use crate::fault_count::take_one;
 use crate::pins::PinBoard;
 use crate::serial::{DeviceStart, ForceFault, SerialLine};
 use mock_world::plant::SensorSample;
@@ -86,11 +87,6 @@ impl FieldBox {
         self.line.path()
     }
 
-    /// Returns the number of bytes lost because they were not read in time.
-    pub(crate) fn dropped_bytes(&self) -> u64 {
-        self.line.dropped_bytes()
-    }
-
     /// Pulls the cable to the bench permanently; the box continues to run.
     pub(crate) fn unplug(&mut self) {
         self.line.unplug();
@@ -129,7 +125,8 @@ impl FieldBox {
                     heartbeat,
                 }) => {
                     self.last_word = number;
-                    self.guard.hear(now_us, Order { enable, heartbeat }, closed);
+                    self.guard
+                        .hear(now_us, LineRequest { enable, heartbeat }, closed);
                 }
                 None => {}
             }
@@ -196,9 +193,9 @@ impl FieldBox {
             levels: bits.fold(0, |bits, (place, &high)| bits | u8::from(high) << place),
             stop: match self.guard.stop() {
                 None => 0,
-                Some(Stop::BenchSilent) => 1,
-                Some(Stop::Estop) => 2,
-                Some(Stop::NotReleased) => 3,
+                Some(StopCause::BenchSilent) => 1,
+                Some(StopCause::Estop) => 2,
+                Some(StopCause::NotReleased) => 3,
             },
             last_word: self.last_word,
         };
@@ -218,11 +215,4 @@ impl FieldBox {
 fn counts(force_n: f64) -> i32 {
     let counts = (force_n / FULL_SCALE_N * FULL_SCALE).round();
     counts.clamp(-FULL_SCALE, FULL_SCALE - 1.0) as i32
-}
-
-/// Decrements `count`; returns whether it was above 0.
-fn take_one(count: &mut u32) -> bool {
-    let is_due = *count > 0;
-    *count = count.saturating_sub(1);
-    is_due
 }

@@ -13,5 +13,5 @@ pub(crate) use cpal_device::cpal_host;
 pub use cpal_device::{Device, Host, Stream};
 pub(crate) use sound_cards::SoundCards;
 pub use sound_cards::{
-    BENCH_ID, BENCH_OUTPUTS, BENCH_RATES_HZ, Direction, SPEAKERS_ID, SPEAKERS_RATE_HZ,
+    BENCH_ID, BENCH_OUTPUTS, BENCH_RATES_HZ, ConverterDirection, SPEAKERS_ID, SPEAKERS_RATE_HZ,
 };

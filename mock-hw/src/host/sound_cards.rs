@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use cpal::{ErrorKind, SampleFormat};
 
 use super::stream::{InputStream, OutputStream, Track};
-use crate::world_clock::{BASE_RATE_HZ, Pace, WorldClock};
+use crate::world_clock::{BASE_RATE_HZ, WorldClock, WorldPace};
 use mock_world::scenario::{self, ConverterTable};
 
 /// Id of the bench's converter.
@@ -24,7 +24,7 @@ pub const SPEAKERS_RATE_HZ: u32 = 48_000;
 
 /// Direction of the bench's converter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Direction {
+pub enum ConverterDirection {
     /// Output, from the bench to the plate.
     Output,
     /// Input, from the sensors to the bench.
@@ -35,7 +35,7 @@ pub enum Direction {
 pub(crate) struct SoundCards {
     pub(super) clock: Arc<WorldClock>,
     /// Number of input channels of the bench's converter.
-    pub(super) inputs: u16,
+    pub(crate) inputs: u16,
     /// Sample rates of the bench's converter, Hz.
     pub(super) rates_hz: &'static [u32],
     /// Bits of the time from one input's sample to the next input's, s.
@@ -48,13 +48,13 @@ pub(crate) struct SoundCards {
 }
 
 /// Returns cpal's sample format.
-fn cpal_format(format: scenario::SampleFormat) -> SampleFormat {
+fn cpal_format(format: scenario::OfferedFormat) -> SampleFormat {
     match format {
-        scenario::SampleFormat::F32 => SampleFormat::F32,
-        scenario::SampleFormat::I32 => SampleFormat::I32,
-        scenario::SampleFormat::I16 => SampleFormat::I16,
-        scenario::SampleFormat::U8 => SampleFormat::U8,
-        scenario::SampleFormat::I64 => SampleFormat::I64,
+        scenario::OfferedFormat::F32 => SampleFormat::F32,
+        scenario::OfferedFormat::I32 => SampleFormat::I32,
+        scenario::OfferedFormat::I16 => SampleFormat::I16,
+        scenario::OfferedFormat::U8 => SampleFormat::U8,
+        scenario::OfferedFormat::I64 => SampleFormat::I64,
     }
 }
 
@@ -98,13 +98,8 @@ impl SoundCards {
     }
 
     /// Returns the pace of the simulation.
-    pub(crate) fn pace(&self) -> Pace {
+    pub(crate) fn pace(&self) -> WorldPace {
         self.clock.pace()
-    }
-
-    /// Returns the number of inputs of the bench's converter.
-    pub(crate) fn inputs(&self) -> u16 {
-        self.inputs
     }
 
     /// Returns the present rate of the bench's converter, Hz.
@@ -166,18 +161,18 @@ impl SoundCards {
     }
 
     /// Reports `kind` to the stream of a direction in the next period.
-    pub(crate) fn inject(&self, direction: Direction, kind: ErrorKind) {
+    pub(crate) fn inject(&self, direction: ConverterDirection, kind: ErrorKind) {
         match direction {
-            Direction::Output => lock(&self.bench).output.inject(kind),
-            Direction::Input => lock(&self.bench).input.inject(kind),
+            ConverterDirection::Output => lock(&self.bench).output.inject(kind),
+            ConverterDirection::Input => lock(&self.bench).input.inject(kind),
         }
     }
 
     /// Loses `frames` frames from the next buffer on: the output plays silence instead, or the input never delivers them.
-    pub(crate) fn skip_frames(&self, direction: Direction, frames: u64) {
+    pub(crate) fn skip_frames(&self, direction: ConverterDirection, frames: u64) {
         match direction {
-            Direction::Output => lock(&self.bench).output.skip(frames),
-            Direction::Input => lock(&self.bench).input.skip(frames),
+            ConverterDirection::Output => lock(&self.bench).output.skip(frames),
+            ConverterDirection::Input => lock(&self.bench).input.skip(frames),
         }
     }
 
@@ -187,10 +182,10 @@ impl SoundCards {
     }
 
     /// Stops or resumes the callbacks of a direction.
-    pub(crate) fn halt(&self, direction: Direction, halted: bool) {
+    pub(crate) fn halt(&self, direction: ConverterDirection, halted: bool) {
         match direction {
-            Direction::Output => lock(&self.bench).output.halt(halted),
-            Direction::Input => lock(&self.bench).input.halt(halted),
+            ConverterDirection::Output => lock(&self.bench).output.halt(halted),
+            ConverterDirection::Input => lock(&self.bench).input.halt(halted),
         }
     }
 }

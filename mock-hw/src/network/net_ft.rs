@@ -6,6 +6,7 @@ use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
 use mock_world::plant::SensorSample;
 use mock_world::scenario::ForceSensorTable;
 
+use crate::fault_count::take_one;
 use crate::serial::ForceFault;
 
 /// Length of a request and of a record, bytes.
@@ -194,11 +195,4 @@ impl NetFt {
             result => result.map(|_| ()),
         }
     }
-}
-
-/// Decrements `count`; returns whether it was above 0.
-fn take_one(count: &mut u32) -> bool {
-    let is_due = *count > 0;
-    *count = count.saturating_sub(1);
-    is_due
 }

@@ -6,8 +6,10 @@ use crc::{CRC_16_IBM_3740, Crc};
 use rand::RngExt;
 
 use mock_world::plant::SensorSample;
-use mock_world::scenario::{ForceProtocol, ForceSensorTable};
+use mock_world::scenario::{ForceLineFormat, ForceSensorTable};
 use mock_world::seed;
+
+use crate::fault_count::take_one;
 
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 /// Version of the frame format.
@@ -29,7 +31,7 @@ pub struct DeviceStart {
 impl DeviceStart {
     /// Draws the counters from `seed`.
     pub(crate) fn draw(seed: u64) -> Self {
-        let mut rng = seed::stream(seed, seed::Stream::ForceCounters);
+        let mut rng = seed::stream(seed, seed::RandomStream::ForceCounters);
         Self {
             clock_us: rng.random(),
             sequence: rng.random(),
@@ -78,7 +80,7 @@ struct Faults {
 /// The device between the force sensor and its serial line.
 #[derive(Debug)]
 pub(crate) struct ForceDevice {
-    protocol: ForceProtocol,
+    protocol: ForceLineFormat,
     start_us: u32,
     sequence: u16,
     burst_period_s: f64,
@@ -93,8 +95,8 @@ impl ForceDevice {
     /// Powers the device up.
     pub(crate) fn new(sensor: &ForceSensorTable, start: DeviceStart) -> Self {
         let longest = match sensor.protocol {
-            ForceProtocol::Frames => FRAME_BYTES + 2,
-            ForceProtocol::Lines => 48,
+            ForceLineFormat::Frames => FRAME_BYTES + 2,
+            ForceLineFormat::Lines => 48,
         };
         let per_burst = (sensor.rate_hz * sensor.burst_period_s).ceil() as usize + 2;
         Self {
@@ -176,7 +178,7 @@ impl ForceDevice {
     fn encode(&mut self, device_us: u32, sequence: u16, sample: &SensorSample) {
         self.frame.clear();
         match self.protocol {
-            ForceProtocol::Frames => {
+            ForceLineFormat::Frames => {
                 let mut raw = [0; FRAME_BYTES];
                 raw[0] = VERSION;
                 raw[1..3].copy_from_slice(&sequence.to_le_bytes());
@@ -191,7 +193,7 @@ impl ForceDevice {
                 self.frame.extend_from_slice(&stuffing[..length]);
                 self.frame.push(0);
             }
-            ForceProtocol::Lines => {
+            ForceLineFormat::Lines => {
                 // Writing to a vector cannot fail.
                 let _ = writeln!(
                     self.frame,
@@ -212,11 +214,4 @@ fn status(sample: &SensorSample) -> u8 {
 
 fn micronewtons(force_n: f64) -> i32 {
     (1e6 * force_n).round() as i32
-}
-
-/// Decrements `count`; returns whether it was above 0.
-fn take_one(count: &mut u32) -> bool {
-    let is_due = *count > 0;
-    *count = count.saturating_sub(1);
-    is_due
 }

@@ -21,11 +21,6 @@ impl SerialLine {
         None
     }
 
-    /// Returns 0: bytes that cannot be read do not count as lost.
-    pub(crate) fn dropped_bytes(&self) -> u64 {
-        0
-    }
-
     /// Does nothing: the line is never connected.
     pub(crate) fn unplug(&mut self) {}
 

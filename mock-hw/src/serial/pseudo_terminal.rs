@@ -27,7 +27,6 @@ pub(crate) struct SerialLine {
     /// Number of bytes readable if nothing has been read since the last burst.
     untouched_bytes: u64,
     last_read_s: f64,
-    dropped_bytes: u64,
     /// Whether every written byte must be readable before the simulation continues.
     synchronous: bool,
 }
@@ -70,7 +69,6 @@ impl SerialLine {
             }),
             untouched_bytes: 0,
             last_read_s: f64::NEG_INFINITY,
-            dropped_bytes: 0,
             synchronous,
         })
     }
@@ -80,17 +78,12 @@ impl SerialLine {
         Some(&self.path)
     }
 
-    /// Returns the number of bytes lost because they were not read in time, as in a UART.
-    pub(crate) fn dropped_bytes(&self) -> u64 {
-        self.dropped_bytes
-    }
-
     /// Disconnects the line permanently: the bench's reads end with a hang-up.
     pub(crate) fn unplug(&mut self) {
         self.ends = None;
     }
 
-    /// Sends a burst at true time `now_s` without blocking; bytes that do not fit are lost.
+    /// Sends a burst at true time `now_s` without blocking; bytes that do not fit are lost, as in a UART.
     ///
     /// # Errors
     /// Errors of the pseudo-terminal, and `TimedOut` if a synchronous line does not deliver the burst.
@@ -112,7 +105,6 @@ impl SerialLine {
             Err(e) if e.kind() == io::ErrorKind::WouldBlock => 0,
             Err(e) => return Err(e),
         };
-        self.dropped_bytes += (burst.len() - sent_bytes) as u64;
         self.untouched_bytes = (unread_bytes + sent_bytes as u64).min(READABLE_BYTES);
         if self.synchronous {
             wait_for(&ends.bench, self.untouched_bytes)?;

@@ -5,8 +5,8 @@ use cpal::traits::{DeviceTrait, HostTrait, StreamTrait};
 use cpal::{BufferSize, Data, DeviceId, HostId, SampleFormat, StreamConfig};
 use mock_hw::apparatus::{Apparatus, ApparatusConfig};
 use mock_hw::host::{BENCH_ID, SPEAKERS_ID};
-use mock_hw::world_clock::Pace;
-use mock_world::person::{Instruction, Percept};
+use mock_hw::world_clock::WorldPace;
+use mock_world::person::{PerceivedInstruction, Percept};
 use mock_world::scenario::Scenario;
 
 #[global_allocator]
@@ -14,7 +14,7 @@ static ALLOCATOR: AllocDisabler = AllocDisabler;
 
 #[test]
 fn a_step_of_a_running_world_allocates_nothing() {
-    let config = ApparatusConfig::new(Scenario::default(), 1, Pace::Stepped);
+    let config = ApparatusConfig::new(Scenario::default(), 1, WorldPace::Stepped);
     let mut apparatus = Apparatus::new(config).unwrap();
     let open = |id, channels, rate_hz| {
         let config = StreamConfig {
@@ -40,7 +40,7 @@ fn a_step_of_a_running_world_allocates_nothing() {
         stream.play().unwrap();
     }
     apparatus.senses().show(Percept {
-        instruction: Instruction::FollowSlider,
+        instruction: PerceivedInstruction::FollowSlider,
         slider_m: Some(0.03),
         ..Percept::default()
     });

@@ -67,7 +67,7 @@ impl Pad {
     #[must_use]
     pub fn draw(scenario: &Scenario, seed: u64) -> Self {
         let (film, friction) = (&scenario.film, &scenario.friction);
-        let mut rng = seed::stream(seed, seed::Stream::Pad);
+        let mut rng = seed::stream(seed, seed::RandomStream::Pad);
         let values = scenario.participant.spread.draw_values(&mut rng);
         Self {
             contact_area_m2: values.contact_area_m2.unwrap_or(film.contact_area_m2),
@@ -118,7 +118,7 @@ impl Fingertip {
     #[must_use]
     pub fn draw(scenario: &Scenario, seed: u64) -> Self {
         let participant = &scenario.participant;
-        let mut rng = seed::stream(seed, seed::Stream::Fingertip);
+        let mut rng = seed::stream(seed, seed::RandomStream::Fingertip);
         let PopulationTable {
             sigma_t_m,
             re_z_t_n_s_per_m,

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 ///
 /// The stream numbers affect every seeded result: append new ones at the end.
 #[derive(Debug, Clone, Copy)]
-pub enum Stream {
+pub enum RandomStream {
     /// Constants of a scenario's jitter.
     Jitter = 1,
     /// Skin of a person.
@@ -44,7 +44,7 @@ pub enum Stream {
 
 /// Returns the generator of one stream of `seed`.
 #[must_use]
-pub fn stream(seed: u64, stream: Stream) -> ChaCha8Rng {
+pub fn stream(seed: u64, stream: RandomStream) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(stream as u64);
     rng

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 /// Request of the session to the bench. The actions of a step are carried out in order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Action {
+pub enum SessionAction {
     /// Open a recording.
     BeginTrial {
         /// The attempt.
@@ -79,20 +79,20 @@ pub enum Cue {
 
 /// The actions of one step so far.
 pub(super) struct StepActions {
-    pub(super) actions: Vec<Action>,
+    pub(super) actions: Vec<SessionAction>,
     /// Time of the step on the audio clock, s.
     pub(super) t_s: f64,
 }
 
 impl StepActions {
     /// Adds an action.
-    pub(super) fn push(&mut self, action: Action) {
+    pub(super) fn push(&mut self, action: SessionAction) {
         self.actions.push(action);
     }
 
     /// Adds an event for the log.
     pub(super) fn log(&mut self, kind: SessionEventKind) {
-        self.push(Action::Log(SessionEvent {
+        self.push(SessionAction::Log(SessionEvent {
             t_s: self.t_s,
             kind,
         }));

@@ -1,9 +1,9 @@
 //! Commands of the operator, safety trips and loss of the participant's display.
 
-use super::action::{Action, DriveRequest, StepActions};
+use super::action::{DriveRequest, SessionAction, StepActions};
 use super::event::SessionEventKind;
 use super::machine::Session;
-use super::observation::{Hold, Observation, OperatorCommand, Safety};
+use super::observation::{DeadManAction, Observation, OperatorCommand, SafetyChain};
 use super::phase::Phase;
 use super::state::{AfterHalt, State};
 use crate::analysis::TrialAnalysis;
@@ -51,7 +51,7 @@ pub(super) enum Refusal {
 impl Session {
     /// Halts on a tripped safety chain; returns whether that completed the step.
     pub(super) fn safety(&mut self, observation: &Observation, out: &mut StepActions) -> bool {
-        let Safety::Tripped(reason) = &observation.safety else {
+        let SafetyChain::Tripped(reason) = &observation.safety else {
             return false;
         };
         if matches!(
@@ -63,7 +63,7 @@ impl Session {
         out.log(SessionEventKind::SafetyTripped {
             reason: reason.clone(),
         });
-        self.let_go = self.hold == Some(Hold::Press);
+        self.let_go = self.hold == Some(DeadManAction::Press);
         self.halt(
             true,
             Interruption::Safety {
@@ -116,7 +116,7 @@ impl Session {
     fn execute(
         &mut self,
         command: &OperatorCommand,
-        safety: &Safety,
+        safety: &SafetyChain,
         out: &mut StepActions,
     ) -> Result<(), Refusal> {
         match command {
@@ -194,7 +194,7 @@ impl Session {
     fn halt(&mut self, fault: bool, interruption: Interruption, out: &mut StepActions) {
         self.is_pause_due = false;
         if fault {
-            out.push(Action::Drive(DriveRequest::Off));
+            out.push(SessionAction::Drive(DriveRequest::Off));
         }
         let sequel = match self.take_state() {
             State::Trial { open, .. } => {
@@ -208,7 +208,7 @@ impl Session {
         self.state = State::Halted { fault, sequel };
     }
 
-    fn leave_halt(&mut self, safety: &Safety, out: &mut StepActions) -> Result<(), Refusal> {
+    fn leave_halt(&mut self, safety: &SafetyChain, out: &mut StepActions) -> Result<(), Refusal> {
         if std::mem::take(&mut self.is_pause_due) {
             return Ok(());
         }
@@ -218,7 +218,7 @@ impl Session {
         if self.display_lost.is_some() {
             return Err(Refusal::DisplayLost);
         }
-        if *fault && *safety != Safety::Ok {
+        if *fault && *safety != SafetyChain::Ok {
             return Err(Refusal::NotArmed);
         }
         if matches!(sequel, AfterHalt::Trial) && self.drive_wait_s > 0.0 {

@@ -125,32 +125,48 @@ pub enum SessionOutcome {
     },
 }
 
-/// Returns the attempts in an event log, from which to resume the session. An attempt that was never settled, because
-/// the program ended, becomes an interrupted one; an attempt with a withdrawn outcome occurs twice.
-pub fn records_from_events<'a>(
-    events: impl IntoIterator<Item = &'a SessionEventKind>,
-) -> Vec<TrialRecord> {
-    let mut records: Vec<TrialRecord> = Vec::new();
-    let mut open: Option<TrialKey> = None;
-    for event in events {
+/// Attempts of a session, read event by event.
+#[derive(Clone, Debug, Default)]
+pub struct AttemptRecords {
+    records: Vec<TrialRecord>,
+    open: Option<TrialKey>,
+}
+
+impl AttemptRecords {
+    /// Reads the next event.
+    pub fn read(&mut self, event: &SessionEventKind) {
         match event {
             SessionEventKind::TrialBegan { key } => {
-                records.extend(open.replace(key.clone()).map(crash_record));
+                let unsettled = self.open.replace(key.clone());
+                self.records.extend(unsettled.map(crash_record));
             }
             SessionEventKind::TrialSettled { record } => {
                 // A later part withdraws an outcome after the previous part was cut off.
-                records.extend(
-                    open.take()
-                        .filter(|key| *key != record.key)
-                        .map(crash_record),
-                );
-                records.push(record.clone());
+                let unsettled = self.open.take().filter(|key| *key != record.key);
+                self.records.extend(unsettled.map(crash_record));
+                self.records.push(record.clone());
             }
             _ => {}
         }
     }
-    records.extend(open.map(crash_record));
-    records
+
+    /// Returns the attempts, from which to resume the session. An attempt that was never settled, because the program
+    /// ended, becomes an interrupted one; an attempt with a withdrawn outcome occurs twice.
+    pub fn records(mut self) -> Vec<TrialRecord> {
+        self.records.extend(self.open.map(crash_record));
+        self.records
+    }
+}
+
+/// Returns the attempts in the events of a session: [`AttemptRecords::records`].
+pub fn records_from_events<'a>(
+    events: impl IntoIterator<Item = &'a SessionEventKind>,
+) -> Vec<TrialRecord> {
+    let mut records = AttemptRecords::default();
+    for event in events {
+        records.read(event);
+    }
+    records.records()
 }
 
 fn crash_record(key: TrialKey) -> TrialRecord {

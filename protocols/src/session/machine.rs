@@ -2,7 +2,7 @@
 
 use super::attempts::Attempts;
 use super::error::SessionError;
-use super::observation::{Hold, RecordingOutcome};
+use super::observation::{DeadManAction, RecordingOutcome};
 use super::phase::Phase;
 use super::plan;
 use super::state::State;
@@ -55,7 +55,7 @@ pub struct Session {
     /// Whether the finger is on the plate; `None` if the force is not known.
     pub(super) finger: Option<bool>,
     /// The dead-man switch; `None` on a bench without one.
-    pub(super) hold: Option<Hold>,
+    pub(super) hold: Option<DeadManAction>,
     /// Whether the safety chain tripped while the dead-man switch was open.
     pub(super) let_go: bool,
     /// Why the participant cannot see the screen.

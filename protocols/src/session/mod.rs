@@ -23,10 +23,12 @@ mod step;
 mod tests;
 mod trial_steps;
 
-pub use action::{Action, Cue, DriveRequest};
+pub use action::{Cue, DriveRequest, SessionAction};
 pub use error::{RecordMismatch, SessionError};
-pub use event::{SessionEvent, SessionEventKind, SessionOutcome, records_from_events};
+pub use event::{
+    AttemptRecords, SessionEvent, SessionEventKind, SessionOutcome, records_from_events,
+};
 pub use machine::Session;
-pub use observation::{Hold, Observation, OperatorCommand, RecordingOutcome, Safety};
+pub use observation::{DeadManAction, Observation, OperatorCommand, RecordingOutcome, SafetyChain};
 pub use participant_view::{ParticipantView, Progress, repeat_cause};
 pub use phase::Phase;

@@ -17,10 +17,10 @@ pub struct Observation {
     /// Command that the operator gave since the last observation.
     pub command: Option<OperatorCommand>,
     /// State of the safety chain.
-    pub safety: Safety,
+    pub safety: SafetyChain,
     /// The dead-man switch; `None` on a bench without one.
     #[serde(default)]
-    pub hold: Option<Hold>,
+    pub hold: Option<DeadManAction>,
     /// Time without driving after which the hour's driving time allows another trial, s; 0 if it allows one now.
     #[serde(default)]
     pub drive_wait_s: f64,
@@ -33,7 +33,7 @@ pub struct Observation {
     /// Whether an operator watches: a verdict then stays open long enough to be overruled.
     #[serde(default)]
     pub attended: bool,
-    /// The answer to [`Action::AnalyseTrial`](crate::Action::AnalyseTrial).
+    /// The answer to [`SessionAction::AnalyseTrial`](crate::SessionAction::AnalyseTrial).
     pub analysis: Option<TrialAnalysis>,
     /// Outcome of an attempt's recording, if known. No attempt is accepted before its recording is saved.
     #[serde(default)]
@@ -56,7 +56,7 @@ pub enum RecordingOutcome {
 /// Action required at the dead-man switch before a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Hold {
+pub enum DeadManAction {
     /// Release it: it has not been released since the last drive.
     Release,
     /// Press and hold it.
@@ -68,7 +68,7 @@ pub enum Hold {
 /// State of the safety chain.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Safety {
+pub enum SafetyChain {
     /// Armed, or ready to be armed.
     #[default]
     Ok,

@@ -1,6 +1,6 @@
 //! Steps from a recorded trial to the next: analysis, verdict, break.
 
-use super::action::{Action, StepActions};
+use super::action::{SessionAction, StepActions};
 use super::machine::Session;
 use super::observation::RecordingOutcome;
 use super::state::{AfterHalt, State};
@@ -31,7 +31,7 @@ impl Session {
             None => return State::Analysing { key, since_s },
         };
         self.analysis_key = None;
-        out.push(Action::Verdict {
+        out.push(SessionAction::Verdict {
             key: key.clone(),
             verdict: verdict.clone(),
         });

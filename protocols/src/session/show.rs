@@ -1,7 +1,7 @@
 //! The participant's view in each state.
 
 use super::machine::Session;
-use super::observation::Hold;
+use super::observation::DeadManAction;
 use super::participant_view::{ParticipantView, Progress, repeat_cause};
 use super::state::{OpenTrial, State, TrialStep};
 use crate::record::TrialOutcome;
@@ -41,9 +41,9 @@ impl Session {
             }
             State::Hold { .. } => {
                 view.instruction = match self.hold {
-                    Some(Hold::Release) => Instruction::ReleaseSwitch,
-                    Some(Hold::Press) => Instruction::HoldSwitch,
-                    Some(Hold::Held) | None => Instruction::Wait,
+                    Some(DeadManAction::Release) => Instruction::ReleaseSwitch,
+                    Some(DeadManAction::Press) => Instruction::HoldSwitch,
+                    Some(DeadManAction::Held) | None => Instruction::Wait,
                 }
             }
             State::Trial {

@@ -1,6 +1,6 @@
 //! One step of a session: observe, obey safety and operator, advance, show.
 
-use super::action::{Action, StepActions};
+use super::action::{SessionAction, StepActions};
 use super::event::{SessionEventKind, SessionOutcome};
 use super::machine::Session;
 use super::observation::{Observation, OperatorCommand, RecordingOutcome};
@@ -10,7 +10,7 @@ use super::state::State;
 
 impl Session {
     /// Takes an observation and returns the actions for the bench, in order.
-    pub fn step(&mut self, observation: &Observation) -> Vec<Action> {
+    pub fn step(&mut self, observation: &Observation) -> Vec<SessionAction> {
         let mut out = StepActions {
             actions: Vec::new(),
             t_s: self.observe(observation),
@@ -38,7 +38,7 @@ impl Session {
         {
             self.finish(aborted, &mut out);
         }
-        out.push(Action::Show(self.view()));
+        out.push(SessionAction::Show(self.view()));
         out.actions
     }
 
@@ -128,7 +128,7 @@ impl Session {
         out.log(SessionEventKind::SessionEnded {
             outcome: outcome.clone(),
         });
-        out.push(Action::Finished(outcome));
+        out.push(SessionAction::Finished(outcome));
     }
 
     fn start_event(&self) -> SessionEventKind {

@@ -1,9 +1,9 @@
 //! Steps of a trial: baseline, then ready, countdown, exploration, lift and feedback for each exploration.
 
-use super::action::{Action, Cue, DriveRequest, StepActions};
+use super::action::{Cue, DriveRequest, SessionAction, StepActions};
 use super::event::SessionEventKind;
 use super::machine::Session;
-use super::observation::Hold;
+use super::observation::DeadManAction;
 use super::settling::LONGEST_SAVE_S;
 use super::state::{AfterHalt, Mean, OpenTrial, State, TrialStep};
 use crate::analysis::TrialAnalysis;
@@ -45,7 +45,7 @@ impl Session {
                 is_reported: false,
             };
         }
-        if self.hold.is_some_and(|hold| hold != Hold::Held) {
+        if self.hold.is_some_and(|hold| hold != DeadManAction::Held) {
             return State::Hold {
                 since_s: self.now_s,
             };
@@ -55,7 +55,7 @@ impl Session {
 
     /// Waits for the dead-man switch, with the timeout of the finger.
     pub(super) fn advance_hold(&mut self, since_s: f64, out: &mut StepActions) -> State {
-        if self.hold.is_none_or(|hold| hold == Hold::Held) {
+        if self.hold.is_none_or(|hold| hold == DeadManAction::Held) {
             return self.enter_trial(out);
         }
         if self.elapsed_s(since_s) > self.protocol.timeouts.place_finger_s {
@@ -106,13 +106,13 @@ impl Session {
         let key = self.attempts.next_key();
         let drive = self.attempts.condition().drive;
         self.recording_outcome = None;
-        out.push(Action::BeginTrial {
+        out.push(SessionAction::BeginTrial {
             key: key.clone(),
             drive,
             at_s: self.now_s,
         });
         out.log(SessionEventKind::TrialBegan { key: key.clone() });
-        out.push(Action::Drive(DriveRequest::On(drive)));
+        out.push(SessionAction::Drive(DriveRequest::On(drive)));
         State::Trial {
             open: OpenTrial {
                 key,
@@ -318,7 +318,7 @@ impl Session {
 
     fn complete(&mut self, open: OpenTrial, out: &mut StepActions) -> State {
         self.end_trial(&open.key, TrialEnd::Completed, out);
-        out.push(Action::AnalyseTrial {
+        out.push(SessionAction::AnalyseTrial {
             key: open.key.clone(),
             intervals: open.intervals,
         });
@@ -330,8 +330,8 @@ impl Session {
     }
 
     fn end_trial(&self, key: &TrialKey, end: TrialEnd, out: &mut StepActions) {
-        out.push(Action::Drive(DriveRequest::Off));
-        out.push(Action::EndTrial {
+        out.push(SessionAction::Drive(DriveRequest::Off));
+        out.push(SessionAction::EndTrial {
             key: key.clone(),
             end,
             at_s: self.now_s,
@@ -353,13 +353,13 @@ impl Session {
             end_s: end_s.min(self.now_s),
         };
         open.intervals.push(interval);
-        out.push(Action::Mark(interval));
+        out.push(SessionAction::Mark(interval));
         out.log(SessionEventKind::Marked { interval });
     }
 
     fn cue(&self, cue: Cue, out: &mut StepActions) {
         if self.protocol.exploration.cues {
-            out.push(Action::Cue(cue));
+            out.push(SessionAction::Cue(cue));
         }
     }
 }

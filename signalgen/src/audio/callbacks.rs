@@ -11,7 +11,7 @@ use cpal::{
 use crate::{
     capture::{BlockTime, InputWriter},
     renderer::DriveRenderer,
-    sample::{ConverterSample, SampleFormat},
+    sample::{ConverterSample, StreamFormat},
     stream_health::{StreamDirection, StreamFault, StreamHealth},
 };
 
@@ -48,16 +48,16 @@ const BACKEND_TIMEOUT: Duration = Duration::from_secs(2);
 pub(super) fn open_output(
     device: &Device,
     config: StreamConfig,
-    format: SampleFormat,
+    format: StreamFormat,
     renderer: DriveRenderer,
     health: &StreamHealth,
     start: Option<&ThreadStart>,
 ) -> Result<Stream, cpal::Error> {
     match format {
-        SampleFormat::F32 => output_of::<f32>(device, config, renderer, health, start),
-        SampleFormat::I32 => output_of::<i32>(device, config, renderer, health, start),
-        SampleFormat::I24 => output_of::<cpal::I24>(device, config, renderer, health, start),
-        SampleFormat::I16 => output_of::<i16>(device, config, renderer, health, start),
+        StreamFormat::F32 => output_of::<f32>(device, config, renderer, health, start),
+        StreamFormat::I32 => output_of::<i32>(device, config, renderer, health, start),
+        StreamFormat::I24 => output_of::<cpal::I24>(device, config, renderer, health, start),
+        StreamFormat::I16 => output_of::<i16>(device, config, renderer, health, start),
     }
 }
 
@@ -65,16 +65,16 @@ pub(super) fn open_output(
 pub(super) fn open_input(
     device: &Device,
     config: StreamConfig,
-    format: SampleFormat,
+    format: StreamFormat,
     writer: InputWriter,
     health: &StreamHealth,
     start: Option<&ThreadStart>,
 ) -> Result<Stream, cpal::Error> {
     match format {
-        SampleFormat::F32 => input_of::<f32>(device, config, writer, health, start),
-        SampleFormat::I32 => input_of::<i32>(device, config, writer, health, start),
-        SampleFormat::I24 => input_of::<cpal::I24>(device, config, writer, health, start),
-        SampleFormat::I16 => input_of::<i16>(device, config, writer, health, start),
+        StreamFormat::F32 => input_of::<f32>(device, config, writer, health, start),
+        StreamFormat::I32 => input_of::<i32>(device, config, writer, health, start),
+        StreamFormat::I24 => input_of::<cpal::I24>(device, config, writer, health, start),
+        StreamFormat::I16 => input_of::<i16>(device, config, writer, health, start),
     }
 }
 

@@ -16,7 +16,7 @@ use crate::{
     generator::Generator,
     input_tap::InputTap,
     renderer::DriveRenderer,
-    sample::SampleFormat,
+    sample::StreamFormat,
     stream_health::{StreamDirection, StreamHealth},
 };
 
@@ -37,7 +37,7 @@ pub struct StreamChoice {
     /// Number of channels to open.
     pub channels: u16,
     /// Sample format.
-    pub format: SampleFormat,
+    pub format: StreamFormat,
 }
 
 /// The two streams to open.

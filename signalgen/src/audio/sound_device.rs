@@ -66,7 +66,7 @@ pub struct Capability {
     pub channels: u16,
     /// Sample rates.
     pub rates: RateRange,
-    /// Sample format, by the backend's name: one of [`crate::SampleFormat`], or another that this crate does not use.
+    /// Sample format, by the backend's name: one of [`crate::StreamFormat`], or another that this crate does not use.
     pub format: String,
 }
 

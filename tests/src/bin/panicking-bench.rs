@@ -18,15 +18,15 @@ use bench_tests::panicking::{Edge, HAND, OTHER_THREAD, Report};
 use clap::Parser;
 use config::{Config, Effective};
 use devices::Hardware;
-use friction_bench::apparatus::Apparatus;
+use friction_bench::apparatus::BenchHardware;
 use friction_bench::cli::{Calibrate, Cli, Command};
 use friction_bench::drilling::WatchedHardware;
-use friction_bench::run::Plan;
+use friction_bench::run::SessionPlan;
 use friction_bench::verbosity::Verbosity;
 use friction_bench::{calibrate, drilling, ending, monitor, run};
 use jiff::Timestamp;
 use mock_hw::apparatus::{Apparatus as Simulated, ApparatusClock, ApparatusConfig};
-use mock_hw::world_clock::Pace;
+use mock_hw::world_clock::WorldPace;
 use mock_world::scenario::Scenario;
 use preflight::Extent;
 use safety::{GpioError, OutputLine, input, output};
@@ -148,8 +148,8 @@ fn panic_while_driven(observations: &Observations) {
     observations.panics.store(true, Ordering::Release);
 }
 
-fn apparatus(part: &str, folder: &Path) -> anyhow::Result<(Apparatus, Arc<Observations>)> {
-    let mut config = ApparatusConfig::new(Scenario::default(), 1, Pace::RealTime);
+fn apparatus(part: &str, folder: &Path) -> anyhow::Result<(BenchHardware, Arc<Observations>)> {
+    let mut config = ApparatusConfig::new(Scenario::default(), 1, WorldPace::RealTime);
     config.truth_path = Some(folder.to_owned());
     let mut simulated = Simulated::new(config)?;
     let observations = Arc::new(Observations {
@@ -210,7 +210,7 @@ fn apparatus(part: &str, folder: &Path) -> anyhow::Result<(Apparatus, Arc<Observ
         // Each bench has its own folder.
         keeps_accounts: true,
     };
-    let apparatus = Apparatus {
+    let apparatus = BenchHardware {
         hardware,
         watchers: Vec::new(),
         displays: friction_bench::displays::Displays::default(),
@@ -229,12 +229,12 @@ fn read_config(path: &Option<PathBuf>) -> anyhow::Result<Config> {
 }
 
 /// Runs the command on that apparatus; returns whether it completed.
-fn command(command: Command, apparatus: Apparatus) -> anyhow::Result<bool> {
+fn command(command: Command, apparatus: BenchHardware) -> anyhow::Result<bool> {
     match command {
         Command::Run(options) => {
             let bench = Effective::uncalibrated(read_config(&options.hardware.config)?);
             let (report, _) = run::run(
-                Plan::new(bench, &options)?,
+                SessionPlan::new(bench, &options)?,
                 apparatus,
                 run::terminal_front(std::io::stdout()),
             )?;
@@ -242,7 +242,7 @@ fn command(command: Command, apparatus: Apparatus) -> anyhow::Result<bool> {
         }
         Command::Monitor(options) => {
             let bench = Effective::uncalibrated(read_config(&options.hardware.config)?);
-            let plan = monitor::Plan::new(bench, &options)?;
+            let plan = monitor::MonitorPlan::new(bench, &options)?;
             monitor::run(plan, apparatus, std::io::stdout())
         }
         Command::Calibrate(Calibrate::Plate(options)) => {

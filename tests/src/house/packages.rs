@@ -20,8 +20,6 @@ pub struct Package {
     pub uses: BTreeSet<String>,
     /// Packages of the workspace that only its tests, benchmarks and examples use.
     pub tests_use: BTreeSet<String>,
-    /// All its dependencies, in any kind of target.
-    pub dependencies: BTreeSet<String>,
 }
 
 impl Package {
@@ -51,29 +49,25 @@ pub fn packages(folder: &Path) -> Result<Vec<Package>, cargo_metadata::Error> {
             let targets = package.targets.iter().filter(move |target| is_kind(target));
             targets.map(|target| target.src_path.clone().into_std_path_buf())
         };
-        let dependencies = |is_test: bool, is_workspace_only: bool| {
+        let dependencies = |is_test: bool| {
             package
                 .dependencies
                 .iter()
                 .filter(|dependency| (dependency.kind == DependencyKind::Development) == is_test)
-                .filter(|dependency| !is_workspace_only || dependency.path.is_some())
+                .filter(|dependency| dependency.path.is_some())
                 .map(|dependency| dependency.name.clone())
                 .collect::<BTreeSet<_>>()
         };
         let manifest = package.manifest_path.as_std_path();
-        let uses = dependencies(false, true);
+        let uses = dependencies(false);
         Package {
             name: package.name.to_string(),
             folder: manifest.parent().unwrap_or(Path::new("")).to_owned(),
             // A dynamically loaded library (cdylib) counts as a library too.
             library: roots(|target| target.is_lib() || target.is_cdylib()).next(),
             binaries: roots(cargo_metadata::Target::is_bin).collect(),
-            tests_use: dependencies(true, true)
-                .difference(&uses)
-                .cloned()
-                .collect(),
+            tests_use: dependencies(true).difference(&uses).cloned().collect(),
             uses,
-            dependencies: dependencies(false, false),
         }
     };
     Ok(metadata.packages.iter().map(package).collect())
@@ -229,7 +223,6 @@ pub fn folders(
             binaries: Vec::new(),
             tests_use: tests_use.difference(&uses).cloned().collect(),
             uses,
-            dependencies: BTreeSet::new(),
         }
     };
     Ok(rows.iter().map(folder).collect())
@@ -282,50 +275,4 @@ pub fn faults(rows: &[Row], packages: &[Package]) -> Vec<Fault> {
         }
     }
     faults
-}
-
-/// Dependencies of each package in Cargo.lock, on any system: name → names; versions of a package are merged.
-#[derive(Debug)]
-pub struct Lock(BTreeMap<String, BTreeSet<String>>);
-
-impl Lock {
-    /// Reads the text of Cargo.lock.
-    ///
-    /// # Errors
-    /// When the text is not TOML.
-    pub fn parse(text: &str) -> Result<Self, toml::de::Error> {
-        let document: toml::Table = toml::from_str(text)?;
-        let mut lock = BTreeMap::<_, BTreeSet<_>>::new();
-        let packages = document.get("package").and_then(toml::Value::as_array);
-        for package in packages.into_iter().flatten() {
-            let Some(name) = package.get("name").and_then(toml::Value::as_str) else {
-                continue;
-            };
-            let entries = package.get("dependencies").and_then(toml::Value::as_array);
-            // Written as "name", or as "name version" if there are several versions.
-            let names = entries.into_iter().flatten();
-            let names = names.filter_map(|name| name.as_str()?.split(' ').next());
-            let dependencies = lock.entry(name.to_owned()).or_default();
-            dependencies.extend(names.map(str::to_owned));
-        }
-        Ok(Self(lock))
-    }
-
-    /// Returns all dependencies of `package`, direct and indirect, without those of its tests; each with the package using it.
-    pub fn tree(&self, package: &str, packages: &[Package]) -> BTreeMap<String, String> {
-        let (mut tree, mut queue) = (BTreeMap::new(), vec![package.to_owned()]);
-        while let Some(name) = queue.pop() {
-            // Cargo.lock also includes the dependencies of the workspace's tests.
-            let member = packages.iter().find(|package| package.name == name);
-            let dependencies =
-                member.map_or_else(|| self.0.get(&name), |member| Some(&member.dependencies));
-            for used in dependencies.into_iter().flatten() {
-                if !tree.contains_key(used) {
-                    tree.insert(used.clone(), name.clone());
-                    queue.push(used.clone());
-                }
-            }
-        }
-        tree
-    }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use bench_tests::house::circles::{Survey, survey};
 use bench_tests::house::modules::Unreadable;
 use bench_tests::house::packages::{
-    FOLDERS, Fault, Lock, PACKAGES, Package, faults, folders, packages, pure_packages, rows,
+    FOLDERS, Fault, PACKAGES, Package, faults, folders, packages, pure_packages, rows,
 };
 use bench_tests::house::sizes::{TooLong, large_package, long_files};
 use tempfile::TempDir;
@@ -410,19 +410,6 @@ fn an_upward_dependency_is_found() {
     let (package, used) = package_names("lower", "upper");
     let problems = faults(&rows, &make_workspace(""));
     assert_eq!(problems, [Fault::Upward { package, used }]);
-}
-
-#[test]
-fn indirect_dependencies_are_found_without_those_of_tests() {
-    let lock = "[[package]]\nname = \"upper\"\ndependencies = [\"lower\", \"middle\", \"only-tests\"]\n\
-        [[package]]\nname = \"lower\"\ndependencies = [\"sound 1.0.0\"]\n\
-        [[package]]\nname = \"sound\"\ndependencies = [\"sound-sys\"]\n[[package]]\nname = \"sound-sys\"\n\
-        [[package]]\nname = \"only-tests\"\n";
-    let mut packages = make_workspace("[dependencies]\nlower = { path = \"../lower\" }");
-    packages[0].dependencies.insert("sound".to_owned());
-    let tree = Lock::parse(lock).unwrap().tree("upper", &packages);
-    assert_eq!(tree["sound-sys"], "sound");
-    assert_eq!(tree.len(), 3, "{tree:?}");
 }
 
 #[test]

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use bench_tests::house::circles::survey;
 use bench_tests::house::packages::{
-    FOLDERS, Fault, Lock, PACKAGES, Package, Row, faults, folders, packages, pure_packages, rows,
+    FOLDERS, Fault, PACKAGES, Package, Row, faults, folders, packages, pure_packages, rows,
 };
 use bench_tests::house::sizes::{large_package, long_files, rust_files};
 use bench_tests::program::workspace;
@@ -25,29 +25,6 @@ const FILE_LINES: usize = 700;
 /// Workspace of the field box's firmware.
 const FIRMWARE: &str = "bench/hardware/field-box/firmware";
 
-/// Packages that build on any machine, without sound, serial port or GPIO; `./dev portable` builds them.
-const PORTABLE: [&str; 11] = [
-    "strict-toml",
-    "bounded-files",
-    "plotting",
-    "impedance",
-    "metrology",
-    "contact",
-    "estimation",
-    "protocols",
-    "recording",
-    "analysis",
-    "published-figures",
-];
-/// Libraries that access the hardware.
-const HARDWARE: [&str; 6] = [
-    "alsa-sys",
-    "jack-sys",
-    "cpal",
-    "serialport",
-    "gpiocdev",
-    "rppal",
-];
 /// Packages that simulate hardware and people, or test the whole.
 const SIMULATORS: [&str; 4] = ["mock-world", "mock-hw", "mock-nidaqmx", "bench-tests"];
 
@@ -142,54 +119,12 @@ fn no_package_has_a_circle_of_files() {
 }
 
 #[test]
-fn every_source_file_belongs_to_a_module() {
-    let mut problems = Vec::new();
-    for package in workspace_packages() {
-        let mut module_files = BTreeSet::new();
-        for root in package.roots() {
-            module_files.extend(survey(root).unwrap().files);
-        }
-        let files = rust_files(&package.source()).unwrap();
-        let strays = files.iter().filter(|file| !module_files.contains(*file));
-        problems.extend(strays.map(|file| format!("{}: no `mod` names it", relative_path(file))));
-    }
-    require_none(problems);
-}
-
-#[test]
 fn no_package_and_no_file_is_too_long() {
     let mut oversized = long_files(workspace(), FILE_LINES).unwrap();
     for package in workspace_packages() {
         oversized.extend(large_package(&package.source(), PACKAGE_LINES).unwrap());
     }
     require_none(oversized.iter().map(ToString::to_string).collect());
-}
-
-#[test]
-fn the_safety_watch_uses_tasks_alone() {
-    let safety = package("safety");
-    assert_eq!(safety.uses, ["tasks".to_owned()].into());
-    let is_allowed = |row: &Row| row.package == "safety" && row.uses == safety.uses;
-    assert!(rows(&architecture(), PACKAGES).iter().any(is_allowed));
-}
-
-#[test]
-fn portable_packages_are_built_without_hardware() {
-    let lock = std::fs::read_to_string(workspace().join("Cargo.lock")).unwrap();
-    let (lock, packages) = (Lock::parse(&lock).unwrap(), workspace_packages());
-    let program = lock.tree("friction-bench", &packages);
-    let mut problems = Vec::new();
-    for library in HARDWARE {
-        assert!(program.contains_key(library), "nothing uses {library}");
-        for name in PORTABLE.map(package).map(|package| package.name) {
-            if let Some(dependent) = lock.tree(&name, &packages).get(library) {
-                problems.push(format!(
-                    "`{name}` is built of {library}, through {dependent}"
-                ));
-            }
-        }
-    }
-    require_none(problems);
 }
 
 #[test]
@@ -253,15 +188,6 @@ fn find_files(files: Vec<PathBuf>, words: &[&str]) -> Vec<String> {
     files.map(|file| relative_path(&file)).collect()
 }
 
-/// Packages that may use the simulated apparatus.
-const SIMULATOR_USERS: [&str; 5] = [
-    "mock-hw",
-    "mock-nidaqmx",
-    "help",
-    "friction-bench",
-    "bench-tests",
-];
-
 /// Returns whether a file belongs to the schemas and uses only the scenario files of the simulated world, which it describes.
 fn uses_only_scenarios(file: &str) -> bool {
     let text = std::fs::read_to_string(workspace().join(file)).unwrap();
@@ -294,13 +220,6 @@ fn the_simulated_apparatus_and_the_gpio_libraries_are_named_by_the_binary_alone(
             let is_description = name == "mock_world" && uses_only_scenarios(&file);
             assert!(is_binary_only || is_description, "{file} names {name}");
         }
-    }
-    for Package { name, uses, .. } in workspace_packages() {
-        let is_simulator_user = uses.contains("mock-hw") || uses.contains("mock-world");
-        assert!(
-            !is_simulator_user || SIMULATOR_USERS.contains(&name.as_str()),
-            "{name} uses the simulated apparatus"
-        );
     }
 }
 

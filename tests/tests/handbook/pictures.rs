@@ -5,7 +5,7 @@ use protocols::Instruction;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use tui::calibration_page::Question;
-use tui::event::{PhaseKind, SafetyState};
+use tui::event::{PhaseKind, SafetyView};
 use tui::picture::{Paper, svg};
 use tui::{Page, State, Theme, participant_screen};
 
@@ -95,7 +95,7 @@ impl States {
                 name: "stopped",
                 settling: 4 * SETTLING,
                 condition: |state| {
-                    state.safety == Some(SafetyState::Tripped)
+                    state.safety == Some(SafetyView::Tripped)
                         && state.phase.kind == PhaseKind::Paused
                 },
                 deed: Some(Deed::Leave),

@@ -18,7 +18,7 @@ use calibration_rig::rig;
 use config::{CalibrationFile, Effective, Identity};
 use devices::driving_time;
 use friction_bench::cli;
-use friction_bench::run::{Plan, run};
+use friction_bench::run::{SessionPlan, run};
 use mock_world::scenario::{Scenario, built_in};
 use operator_ui::console::Front;
 use ratatui::Terminal;
@@ -280,7 +280,7 @@ pub fn session(folder: &Path, calibration: &Path, shots: Vec<Shot>, captures: &C
     options.uncalibrated = false;
     options.speed = cli::Speed::Max;
     let bench = Effective::calibrated(config(&[]), calibration).unwrap();
-    let plan = Plan::new(bench, &options).unwrap();
+    let plan = SessionPlan::new(bench, &options).unwrap();
     let (apparatus, faults) = apparatus_with_faults(setup());
     let operator = Operator::new(shots, captures, move |deed| match deed {
         Deed::PressEstop => {

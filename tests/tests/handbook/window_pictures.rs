@@ -5,7 +5,7 @@ use live::window_screen;
 use participant_window::canvas::Canvas;
 use participant_window::geometry::Geometry;
 use participant_window::lettering::Typeface;
-use participant_window::page::{GROUND, Moving, Page};
+use participant_window::page::{GROUND, Moving, ParticipantPage};
 use participant_window::ruler::Ruler;
 use tui::ScreenView;
 
@@ -34,7 +34,7 @@ fn draw(view: &ScreenView, moving: Moving) -> Canvas {
         height: f64::from(SIZE.1),
         pixel_m: PIXEL_M,
     };
-    let mut page = Page::new(Typeface::default_face().unwrap(), geometry);
+    let mut page = ParticipantPage::new(Typeface::default_face().unwrap(), geometry);
     let content = window_screen::page_content(view, None);
     page.draw(&content, Some(view.audio_s), moving).0.clone()
 }

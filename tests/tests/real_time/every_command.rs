@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use bench_tests::program::bench;
 use bench_tests::running::{Running, wait_until};
-use bench_tests::screen::Screen;
+use bench_tests::screen::{Screen, last_characters};
 use bench_tests::session::{SessionFolder, VirtualParticipant, patient_config};
 use rustix::process::Signal;
 
@@ -23,11 +23,6 @@ const END: Duration = Duration::from_secs(1);
 const EARLY: Duration = Duration::from_millis(700);
 /// Time from a command's start to a signal during its work.
 const LATE: Duration = Duration::from_millis(1800);
-
-fn last_characters(transcript: &str) -> String {
-    let tail: Vec<char> = transcript.chars().rev().take(2000).collect();
-    tail.into_iter().rev().collect()
-}
 
 /// Runs `command` and sends `signal` some time after its start; returns the time to its end.
 fn time_to_end(signal: Signal, delay: Duration, command: &str) -> Result<Duration, String> {

@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use bench_tests::running::wait_until;
 use bench_tests::session::{SessionFolder, write_demo_protocol};
-use protocols::{Interruption, SessionEventKind, TrialOutcome, TrialRecord, records_from_events};
+use protocols::{Interruption, TrialOutcome, TrialRecord};
 use recording::study::LOCK_FILE;
 use rustix::process::{Pid, Signal, kill_process};
 
@@ -54,12 +54,10 @@ fn session(min_instances: u32, options: &str) -> Terminal {
 
 fn outcomes(terminal: &Terminal) -> Vec<(u32, u32, TrialOutcome)> {
     let session = SessionFolder::read(&terminal.folder.path().join("study"), "sub-01").unwrap();
-    let data = session.events().map(|event| event.data.clone());
-    let kinds: Vec<SessionEventKind> = data
-        .filter_map(|data| serde_json::from_value(data.into()).ok())
-        .collect();
     let outcome_of = |record: TrialRecord| (record.key.number, record.key.attempt, record.outcome);
-    records_from_events(&kinds)
+    session
+        .history()
+        .records
         .into_iter()
         .map(outcome_of)
         .collect()
@@ -100,7 +98,7 @@ fn a_judged_trial_is_repeated_and_a_running_one_by_its_name() {
     terminal.press(&["r"]);
     terminal.expect_text(&["attempt 2", "DRIVING"]);
     terminal.press(&["r"]);
-    terminal.expect_text(&["Throw away trial 1, attempt 2, which runs"]);
+    terminal.expect_text(&["Discard trial 1, attempt 2, now running"]);
     terminal.press(&["y"]);
     terminal.expect_text(&["attempt 3", "DRIVING"]);
     // A pause waits for the attempt's end.
@@ -281,12 +279,7 @@ fn a_stopped_calibration_continues_with_its_points() {
     terminal.type_amplitude(30.0, 1.0);
     terminal.expect_text(&["Keep them", "30.00 V"]);
     terminal.press(&["Enter"]);
-    assert_eq!(
-        terminal.expect_file("status").trim(),
-        "0",
-        "{}",
-        terminal.screen()
-    );
+    terminal.require_success();
     assert!(terminal.folder.path().join("calibration.toml").exists());
 }
 

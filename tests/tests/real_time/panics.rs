@@ -13,7 +13,7 @@ use std::time::Duration;
 use bench_tests::panicking::{HAND, OTHER_THREAD, Report};
 use bench_tests::program::workspace;
 use bench_tests::running::wait_until;
-use bench_tests::screen::Screen;
+use bench_tests::screen::{Screen, last_characters};
 use bench_tests::session::{SessionFolder, patient_config};
 use recording::RecordingReader;
 use recording::manifest::End;
@@ -36,12 +36,6 @@ struct PanicRun {
     /// Whether the terminal was restored.
     is_restored: bool,
     report: Report,
-}
-
-/// Returns the end of the output.
-fn last_characters(transcript: &str) -> String {
-    let tail: Vec<char> = transcript.chars().rev().take(2000).collect();
-    tail.into_iter().rev().collect()
 }
 
 impl PanicRun {

@@ -22,6 +22,7 @@ use participant_window::page::{GROUND, SLIDER};
 use participant_window::place::shared_s;
 use participant_window::seat::{Seat, SeatEvent};
 use rustix::process::Signal;
+use statistics::median;
 use tempfile::TempDir;
 
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -232,11 +233,6 @@ fn explore(display: &VirtualDisplay, seat: &mut Seat) -> Exploration {
     exploration
 }
 
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
-}
-
 /// Takes five minutes with `FRICTION_BENCH_WINDOW_S=300`, and prints with --nocapture.
 #[test]
 fn a_finger_that_follows_the_pixels_follows_the_slider_within_a_frame() {
@@ -264,11 +260,10 @@ fn a_finger_that_follows_the_pixels_follows_the_slider_within_a_frame() {
         .iter()
         .flat_map(|exploration| exploration.errors_m.iter().copied())
         .collect();
-    let error_m = median(&mut errors_m);
+    errors_m.sort_by(f64::total_cmp);
+    let error_m = median(errors_m.iter().copied()).unwrap();
     let p99_m = errors_m[errors_m.len() * 99 / 100];
-    let median_of = |value: fn(&FrameReport) -> f64| {
-        median(&mut reports.iter().map(value).collect::<Vec<f64>>())
-    };
+    let median_of = |value: fn(&FrameReport) -> f64| median(reports.iter().map(value)).unwrap();
     let frames: u32 = reports.iter().map(|report| report.frames).sum();
     let dropped: u32 = reports.iter().map(|report| report.dropped).sum();
     let longest_s = reports

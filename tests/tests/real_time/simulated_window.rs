@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use bench_tests::running::wait_until;
 use participant_window::message::{Display, FORMAT, FromWindow, ToWindow};
-use participant_window::{Lines, place};
+use participant_window::{LineConnection, place};
 
 /// Time between two looks at the socket.
 const PERIOD: Duration = Duration::from_millis(100);
@@ -40,14 +40,9 @@ impl Window {
     }
 }
 
-fn run(socket: &Path, messages: &Receiver<FromWindow>) {
-    let Some(stream) = wait_until(Duration::from_secs(60), || place::connect(socket).ok()?) else {
-        return;
-    };
-    let Ok(mut lines) = Lines::new(stream) else {
-        return;
-    };
-    let display = Display {
+/// Returns the display of a simulated window.
+pub(super) fn display() -> Display {
+    Display {
         format: FORMAT,
         monitor: "HDMI-1".to_owned(),
         width_px: 1920,
@@ -55,8 +50,17 @@ fn run(socket: &Path, messages: &Receiver<FromWindow>) {
         pixel_m: 2.5e-4,
         refresh_s: 1.0 / 60.0,
         virtual_display: false,
+    }
+}
+
+fn run(socket: &Path, messages: &Receiver<FromWindow>) {
+    let Some(stream) = wait_until(Duration::from_secs(60), || place::connect(socket).ok()?) else {
+        return;
     };
-    let mut message = FromWindow::Ready(display);
+    let Ok(mut lines) = LineConnection::new(stream) else {
+        return;
+    };
+    let mut message = FromWindow::Ready(display());
     while lines.send(&message).is_ok() && lines.receive::<ToWindow>(1000).is_ok() {
         message = match messages.recv_timeout(PERIOD) {
             Ok(message) => message,

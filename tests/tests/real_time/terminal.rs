@@ -102,6 +102,12 @@ impl Terminal {
         screen
     }
 
+    /// Requires the command to succeed.
+    pub(super) fn require_success(&self) {
+        let status = self.expect_file("status");
+        assert_eq!(status.trim(), "0", "{}", self.screen());
+    }
+
     /// Returns the script's output in `file`, once it exists.
     pub(super) fn expect_file(&self, file: &str) -> String {
         let path = self.folder.path().join(file);
@@ -403,12 +409,7 @@ fn an_operator_is_guided_through_the_pickups_calibration_and_measures_a_point_ag
     let folder = terminal.folder.path();
     assert!(!folder.join("calibration.toml").exists(), "not yet kept");
     terminal.press(&["Enter"]);
-    assert_eq!(
-        terminal.expect_file("status").trim(),
-        "0",
-        "{}",
-        terminal.screen()
-    );
+    terminal.require_success();
     terminal.require_restored();
     terminal.expect_text(&["calibrate pickup", "passed", "wrote calibration.toml"]);
     let (calibration, _) = CalibrationFile::read(&folder.join("calibration.toml")).unwrap();
@@ -523,12 +524,7 @@ fn an_operator_names_the_masses_and_is_guided_through_the_force_sensors_calibrat
         "{screen}"
     );
     terminal.press(&["Enter"]);
-    assert_eq!(
-        terminal.expect_file("status").trim(),
-        "0",
-        "{}",
-        terminal.screen()
-    );
+    terminal.require_success();
     terminal.require_restored();
     let path = terminal.folder.path().join("calibration.toml");
     let (calibration, _) = CalibrationFile::read(&path).unwrap();

@@ -19,6 +19,8 @@ use config::MeasuredForce;
 use mock_world::scenario::Scenario;
 use rayon::prelude::*;
 
+use super::refusals::ONE_EXPLORATION;
+
 /// An unknown sensor: gains ± 20 %, crosstalk ± 5 %, offsets ± 0.3 N, drift ± 5 mN/min, wander, a loss of up to 0.3 % in the
 /// pulley; every third sensor is noisy, every third one creeps.
 fn unknown_sensor(seed: u64) -> String {
@@ -87,7 +89,7 @@ const REQUIREMENTS: [f64; 4] = [5e-4, 1e-3, 5e-4, 6e-3];
 
 #[test]
 fn unknown_sensors_are_known_within_their_intervals() {
-    let sensors = campaign::repeats("FRICTION_BENCH_BENCHES", 12);
+    let sensors = campaign::repeats("FRICTION_BENCH_BENCHES", 8);
     let seeds = (1..=sensors as u64).into_par_iter();
     let sensor_misses: Vec<_> = seeds.map(misses).collect();
     let mut lines = Vec::new();
@@ -281,18 +283,7 @@ fn a_calibrated_session_records_the_forces_that_acted() {
     room.succeed(&["pickup"]);
     room.succeed(&["plate"]);
     let folder = room.folder.path();
-    let protocol = write_demo_protocol(
-        folder,
-        &[
-            ("practice = 1", "practice = 0"),
-            ("per_condition = 4", "per_condition = 1"),
-            (
-                "[\"left_to_right\", \"right_to_left\"]",
-                "[\"left_to_right\"]",
-            ),
-            ("min_instances = 5", "min_instances = 1"),
-        ],
-    );
+    let protocol = write_demo_protocol(folder, ONE_EXPLORATION);
     let run = |name: &str, is_calibrated: bool| {
         let (study, truth) = (
             folder.join(format!("study-{name}")),

@@ -10,6 +10,7 @@ use std::process::Output;
 
 use bench_tests::program::{bench, protocol};
 use bench_tests::session::{finish, headless_run, text};
+use recording::manifest::MINIMAL;
 use recording::writer::Ending;
 use recording::{AudioFormat, Manifest, RecordingWriter};
 use serde_json::Value;
@@ -81,21 +82,12 @@ fn a_stated_detail_is_kept_and_a_different_answer_reported() {
 
 /// Writes a silent recording.
 fn silence(folder: &Path) {
-    let text = r#"
-format = 1
-carrier_hz = 35000.0
-modulation_hz = 6.0
-modulation_index = 0.95
-channels.drive = { index = 0, volts_per_unit = 20.0 }
-channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
-plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
-"#;
     let format = AudioFormat {
         sample_rate_hz: 96_000,
         channels: 2,
     };
     fs::create_dir_all(folder.parent().unwrap()).unwrap();
-    let manifest = Manifest::parse(text, "recording.toml").unwrap();
+    let manifest = Manifest::parse(MINIMAL, "recording.toml").unwrap();
     let mut writer = RecordingWriter::create(folder, manifest, format).unwrap();
     writer.write_audio(&[0.0; 19_200]).unwrap();
     writer.finish(Ending::Completed).unwrap();

@@ -15,8 +15,8 @@ use bench_tests::session::{
     SessionFolder, finish, headless_run, require_consistent, text, write_bench_config,
 };
 use config::{Config, Effective};
-use friction_bench::run::{Plan, run, terminal_front};
-use friction_bench::session::Report;
+use friction_bench::run::{SessionPlan, run, terminal_front};
+use friction_bench::session::SessionReport;
 use protocols::Instruction;
 use recording::RecordingReader;
 use safety::{GpioError, InputLine};
@@ -36,12 +36,12 @@ fn hold_session(
     participant: &str,
     config: Config,
     setup: Setup,
-) -> anyhow::Result<Report> {
+) -> anyhow::Result<SessionReport> {
     let mut options = options(study);
     options.participant = Some(participant.to_owned());
     options.new_session = true;
     options.hardware.calibration = Some(study.with_file_name("calibration.toml"));
-    let plan = Plan::new(Effective::uncalibrated(config), &options)?;
+    let plan = SessionPlan::new(Effective::uncalibrated(config), &options)?;
     let result = run(plan, apparatus(setup), terminal_front(std::io::sink()));
     require_consistent(study);
     result.map(|(report, _)| report)
@@ -115,7 +115,7 @@ impl InputLine for Switch {
 }
 
 /// Runs a session with a dead-man switch that is released once the slider is past `release_m`.
-fn run_with_switch(study: &Path, release_m: f64) -> Report {
+fn run_with_switch(study: &Path, release_m: f64) -> SessionReport {
     let switch = Switch::default();
     let hand = switch.clone();
     let holder = Box::new(

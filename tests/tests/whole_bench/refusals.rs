@@ -258,7 +258,7 @@ fn unknown_keys_are_named_with_their_line_and_the_nearest_known_one() {
 #[test]
 fn an_unknown_key_of_a_recording_is_named_with_its_line_and_the_nearest_known_one() {
     let (folder, study) = room();
-    let protocol = write_demo_protocol(folder.path(), ONE_TRIAL);
+    let protocol = write_demo_protocol(folder.path(), ONE_EXPLORATION);
     let output = finish(&mut headless_run(&study, "sub-01", &protocol));
     assert!(output.status.success(), "{}", text(&output));
     let recording = &SessionFolder::read(&study, "sub-01").unwrap().recordings()[0];
@@ -280,8 +280,14 @@ fn an_unknown_key_of_a_recording_is_named_with_its_line_and_the_nearest_known_on
     }
 }
 
-/// Changes that shorten the demo to one trial of one exploration.
+/// Changes that shorten the demo to one trial.
 pub(super) const ONE_TRIAL: &[(&str, &str)] = &[
+    ("practice = 1", "practice = 0"),
+    ("per_condition = 4", "per_condition = 1"),
+];
+
+/// Changes that shorten the demo to one trial of one exploration.
+pub(super) const ONE_EXPLORATION: &[(&str, &str)] = &[
     ("practice = 1", "practice = 0"),
     ("per_condition = 4", "per_condition = 1"),
     (
@@ -432,7 +438,7 @@ fn without_gpio() {
 #[test]
 fn a_session_or_a_trial_that_exists_is_never_overwritten() {
     let (folder, study) = room();
-    let protocol = write_demo_protocol(folder.path(), ONE_TRIAL);
+    let protocol = write_demo_protocol(folder.path(), ONE_EXPLORATION);
     let output = finish(&mut headless_run(&study, "sub-01", &protocol));
     assert!(output.status.success(), "{}", text(&output));
     let session_before = SessionFolder::read(&study, "sub-01").unwrap();

@@ -4,6 +4,9 @@
     reason = "what cannot be unwrapped fails the test"
 )]
 
+use std::path::Path;
+use std::process::Command;
+
 use bench_tests::program::{bench, protocol};
 use bench_tests::session::{
     SOUND_CARD, SessionFolder, finish, headless_run, text, write_bench_config, write_demo_protocol,
@@ -11,18 +14,22 @@ use bench_tests::session::{
 use config::CalibrationFile;
 use recording::RecordingReader;
 
-use super::refusals::{assert_early_refusal, assert_refusal, room, uncalibrated};
+use super::refusals::{ONE_TRIAL, assert_early_refusal, assert_refusal, room, uncalibrated};
+
+/// Returns a drill of one fault in `folder`.
+fn drill(folder: &Path, fault: &str) -> Command {
+    let mut command = bench();
+    command
+        .current_dir(folder)
+        .args(["drill", "--mock", "--headless", "--speed", "max"])
+        .args(["--operator", "ME", "--only", fault]);
+    command
+}
 
 #[test]
 fn rehearsed_faults_are_declared_everywhere() {
     let (folder, study) = room();
-    let protocol = write_demo_protocol(
-        folder.path(),
-        &[
-            ("practice = 1", "practice = 0"),
-            ("per_condition = 4", "per_condition = 1"),
-        ],
-    );
+    let protocol = write_demo_protocol(folder.path(), ONE_TRIAL);
     let mut run = headless_run(&study, "sub-01", protocol);
     run.args(["--fault", "xrun@3s:96", "--fault", "force-dropped@3500ms"]);
     let output = finish(&mut run);
@@ -74,18 +81,8 @@ fn faults_are_refused_where_they_cannot_be_injected() {
         ]);
         assert_refusal(&finish(&mut monitor), &[words]);
     }
-    let mut drill = bench();
-    drill.current_dir(folder.path()).args([
-        "drill",
-        "--mock",
-        "--headless",
-        "--speed",
-        "max",
-        "--operator",
-        "ME",
-    ]);
     assert_refusal(
-        &finish(drill.args(["--only", "relay-welded"])),
+        &finish(&mut drill(folder.path(), "relay-welded")),
         &["check --mock --fault relay-welded@0s"],
     );
     assert!(!folder.path().join("drills").exists());
@@ -136,19 +133,7 @@ fn a_fault_comes_at_its_time_in_a_monitor_and_a_drill_ends_with_its_times() {
     // One line for the first second, one for the second as it stops, and no later ones.
     assert_eq!(transcript.matches("Z_m").count(), 2, "{transcript}");
 
-    let mut drill = bench();
-    drill.current_dir(folder.path()).args([
-        "drill",
-        "--mock",
-        "--headless",
-        "--speed",
-        "max",
-        "--operator",
-        "ME",
-        "--only",
-        "estop",
-    ]);
-    let output = finish(&mut drill);
+    let output = finish(&mut drill(folder.path(), "estop"));
     let transcript = text(&output);
     assert!(output.status.success(), "{transcript}");
     for words in ["1 of 1 met", "drill.toml", "row 17"] {

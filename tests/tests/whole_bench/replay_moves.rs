@@ -9,7 +9,7 @@ use std::path::Path;
 use bench_tests::session::{SessionFolder, VirtualParticipant};
 use operator_ui::console::Front;
 use recording::study::{TrialBlock, TrialLabel};
-use replay::{Options, Plan, Report, Speed};
+use replay::{ReplayOptions, ReplayPlan, ReplayReport, Speed};
 use tasks::StopFlag;
 use tui::{Action, Event};
 
@@ -51,8 +51,8 @@ impl Front for Operator {
     }
 }
 
-fn replay_with(recording: &Path, plan: Vec<(ActionTime, Action)>) -> (Report, Vec<Event>) {
-    let options = Options {
+fn replay_with(recording: &Path, plan: Vec<(ActionTime, Action)>) -> (ReplayReport, Vec<Event>) {
+    let options = ReplayOptions {
         recording: recording.to_owned(),
         speed: Speed::Max,
         headless: false,
@@ -66,7 +66,7 @@ fn replay_with(recording: &Path, plan: Vec<(ActionTime, Action)>) -> (Report, Ve
         is_finished: false,
         events: sender,
     };
-    let plan = Plan::new(&options).unwrap();
+    let plan = ReplayPlan::new(&options).unwrap();
     let report = replay::replay(plan, Box::new(operator), &StopFlag::default()).unwrap();
     (report, events.iter().collect())
 }
@@ -112,7 +112,7 @@ fn estimates_of_a_replay_do_not_depend_on_its_moves() {
             (Finished, Action::Quit),
         ],
     );
-    let summary = |report: &Report| {
+    let summary = |report: &ReplayReport| {
         let account = report.account;
         (
             report.audio_s,

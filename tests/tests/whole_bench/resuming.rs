@@ -6,13 +6,13 @@ use bench_tests::running::Running;
 use bench_tests::session::{SessionFolder, finish, headless_run, text, write_demo_protocol};
 use rustix::process::Signal;
 
-use super::refusals::{MINUTE, ONE_TRIAL, assert_refusal, room};
+use super::refusals::{MINUTE, ONE_EXPLORATION, assert_refusal, room};
 
 /// Fault 35.
 #[test]
 fn a_session_goes_on_in_its_own_order_or_not_at_all() {
     let (folder, study) = room();
-    let protocol = write_demo_protocol(folder.path(), ONE_TRIAL);
+    let protocol = write_demo_protocol(folder.path(), ONE_EXPLORATION);
     let mut run = Running::start(
         &mut headless_run(&study, "sub-01", &protocol),
         &folder.path().join("output"),
@@ -37,7 +37,8 @@ fn a_session_goes_on_in_its_own_order_or_not_at_all() {
         finish(headless_run(&study, "sub-01", &protocol).args(["--resume", "--seed", "99"]));
     assert_refusal(&output, &["begun with the seed", "another order", "--seed"]);
     let edit = [("max_n = 0.8", "max_n = 0.9")];
-    let edited_protocol = write_demo_protocol(folder.path(), &[ONE_TRIAL, &edit[..]].concat());
+    let edited_protocol =
+        write_demo_protocol(folder.path(), &[ONE_EXPLORATION, &edit[..]].concat());
     let output = finish(headless_run(&study, "sub-01", &edited_protocol).arg("--resume"));
     let words = [
         "force.max_n was 0.8, is 0.9",

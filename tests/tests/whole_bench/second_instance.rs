@@ -12,7 +12,7 @@ use config::Config;
 use devices::claim::Claim;
 use rustix::process::Signal;
 
-use super::refusals::{assert_early_refusal, assert_refusal, room, uncalibrated};
+use super::refusals::{ONE_TRIAL, assert_early_refusal, assert_refusal, room, uncalibrated};
 
 const MINUTE: Duration = Duration::from_secs(60);
 
@@ -20,13 +20,7 @@ const MINUTE: Duration = Duration::from_secs(60);
 #[test]
 fn a_second_instance_on_the_same_study() {
     let (folder, study) = room();
-    let protocol = write_demo_protocol(
-        folder.path(),
-        &[
-            ("practice = 1", "practice = 0"),
-            ("per_condition = 4", "per_condition = 1"),
-        ],
-    );
+    let protocol = write_demo_protocol(folder.path(), ONE_TRIAL);
     let mut first_run = headless_run(&study, "sub-01", protocol);
     let mut first_run = Running::start(&mut first_run, &folder.path().join("output"));
     let log = study.join("sub-01/ses-01/events.jsonl");

@@ -12,7 +12,7 @@ use bench_tests::session::{
 };
 use devices::estop_press::{EstopPress, record_path};
 
-use super::refusals::{assert_early_refusal, assert_refusal, room, uncalibrated};
+use super::refusals::{ONE_TRIAL, assert_early_refusal, assert_refusal, room, uncalibrated};
 
 fn scenario(folder: &Path, text: &str) -> PathBuf {
     let path = folder.join("scenario.toml");
@@ -81,13 +81,7 @@ fn a_bench_that_its_stops_do_not_stop_is_not_driven() {
 #[test]
 fn a_session_logs_how_long_its_stops_took() {
     let (folder, study) = room();
-    let protocol = write_demo_protocol(
-        folder.path(),
-        &[
-            ("practice = 1", "practice = 0"),
-            ("per_condition = 4", "per_condition = 1"),
-        ],
-    );
+    let protocol = write_demo_protocol(folder.path(), ONE_TRIAL);
     let output = finish(&mut headless_run(&study, "sub-01", protocol));
     assert!(output.status.success(), "{}", text(&output));
     let session = SessionFolder::read(&study, "sub-01").unwrap();

@@ -10,13 +10,13 @@ use std::path::{Path, PathBuf};
 use bench_tests::in_process::{Setup, apparatus, config, options};
 use bench_tests::session::{SessionFolder, require_whole};
 use config::Effective;
-use friction_bench::run::{Plan, run, terminal_front};
+use friction_bench::run::{SessionPlan, run, terminal_front};
 use jiff::{SignedDuration, Timestamp};
 use serde_json::Value;
 
 /// Runs a session and returns its folder.
 fn session(study: &Path, date_errors: &'static [(f64, i64)]) -> PathBuf {
-    let plan = Plan::new(Effective::uncalibrated(config(&[])), &options(study)).unwrap();
+    let plan = SessionPlan::new(Effective::uncalibrated(config(&[])), &options(study)).unwrap();
     let setup = Setup {
         date_errors,
         ..Setup::default()

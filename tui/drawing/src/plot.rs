@@ -111,7 +111,7 @@ impl Plot {
             return;
         };
         let (symbol, style) = if span.is_accepted {
-            ("▒", theme.accepted_stretch())
+            ("▒", theme.band())
         } else {
             ("╱", theme.rejected_stretch())
         };

@@ -120,11 +120,6 @@ impl Theme {
         self.paint(Color::Green, Color::Green, Modifier::DIM)
     }
 
-    /// Returns the style of a kept span behind a curve.
-    pub fn accepted_stretch(self) -> Style {
-        self.band()
-    }
-
     /// Returns the style of a rejected span behind a curve.
     pub fn rejected_stretch(self) -> Style {
         self.paint(Color::Red, Color::Red, Modifier::DIM)

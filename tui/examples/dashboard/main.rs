@@ -6,7 +6,7 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use tui::{Action, Event, ParticipantDisplay, Theme};
+use tui::{Action, Event, ParticipantTerminal, Theme};
 
 mod synthetic;
 
@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (to_screen, events) = mpsc::sync_channel(1024);
     let (from_operator, actions) = mpsc::channel();
     let display = match std::env::args_os().nth(1) {
-        Some(path) => Some(ParticipantDisplay::open(path.as_ref(), Theme::Colour)?),
+        Some(path) => Some(ParticipantTerminal::open(path.as_ref(), Theme::Colour)?),
         None => None,
     };
     let player = thread::spawn(move || play(&to_screen, &actions, display.as_ref()));
@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 fn play(
     screen: &mpsc::SyncSender<Event>,
     actions: &mpsc::Receiver<Action>,
-    display: Option<&ParticipantDisplay>,
+    display: Option<&ParticipantTerminal>,
 ) {
     let began = Instant::now();
     let end = synthetic::finish().into_iter().map(|event| (60.0, event));

@@ -8,7 +8,7 @@ use tui::action::AttemptName;
 use tui::event::{
     BenchFacts, BenchLine, CalibrationFact, ComplexImpedance, ContactCurves, Crop, CropStretch,
     Event, FitView, LineStates, Live, LogLevel, NoEstimate, Outlook, PartFact, PeriodTrace,
-    PhaseKind, PhaseView, SafetyState, SessionHeader, SystemHealth, TrialVerdict, ValueAndStd,
+    PhaseKind, PhaseView, SafetyView, SessionHeader, SystemHealth, TrialVerdict, ValueAndStd,
 };
 
 const PLATE_M: f64 = 0.105;
@@ -39,7 +39,7 @@ pub fn session() -> Vec<(f64, Event)> {
     });
     script.say(Event::Bench(facts()));
     script.health(0);
-    script.safety(SafetyState::Armed, None);
+    script.safety(SafetyView::Armed, None);
     script.log(LogLevel::Info, "carrier 35.000 kHz, Q 251");
     script.baseline();
     script.trial(1, 1, true, 0.66);
@@ -59,7 +59,7 @@ pub fn session() -> Vec<(f64, Event)> {
 pub fn trip() -> Vec<Event> {
     vec![
         Event::Safety {
-            state: SafetyState::Tripped,
+            state: SafetyView::Tripped,
             reason: Some("normal force 5.3 N over the limit of 5.0 N".to_owned()),
         },
         Event::Phase(phase(PhaseKind::Paused, 2, 1, false)),
@@ -74,7 +74,7 @@ pub fn trip() -> Vec<Event> {
 pub fn finish() -> Vec<Event> {
     vec![
         Event::Safety {
-            state: SafetyState::Disarmed,
+            state: SafetyView::Disarmed,
             reason: None,
         },
         Event::Phase(PhaseView::new(PhaseKind::Finished)),
@@ -124,7 +124,7 @@ impl Script {
         });
     }
 
-    fn safety(&mut self, state: SafetyState, reason: Option<&str>) {
+    fn safety(&mut self, state: SafetyView, reason: Option<&str>) {
         self.say(Event::Safety {
             state,
             reason: reason.map(str::to_owned),
@@ -159,7 +159,7 @@ impl Script {
     }
 
     fn baseline(&mut self) {
-        self.safety(SafetyState::Driving, None);
+        self.safety(SafetyView::Driving, None);
         self.say(Event::Phase(PhaseView::new(PhaseKind::Baseline)));
         self.tell(Instruction::LiftFinger, (0, 0), None, None);
         self.run(2.0, Finger::Away, 0.0);

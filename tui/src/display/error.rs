@@ -27,8 +27,8 @@ pub enum DisplayError {
     },
     /// The device is the operator's own terminal.
     #[error(
-        "participant screen {path} is the operator's own terminal; give another, such as that which `tty` names in the \
-         participant's window"
+        "participant screen {path} is the operator's own terminal; give another, such as the one that `tty` prints in the \
+         participant's terminal"
     )]
     Own {
         /// The device.

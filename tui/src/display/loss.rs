@@ -4,9 +4,9 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DisplayLoss {
     /// The terminal was closed.
-    #[error("the terminal has gone")]
+    #[error("the terminal is gone")]
     Gone,
     /// The terminal no longer accepts output, for example after Ctrl-S.
-    #[error("the terminal stands still (Ctrl-Q lets it go on)")]
+    #[error("the terminal is stopped (Ctrl-Q resumes it)")]
     Stuck,
 }

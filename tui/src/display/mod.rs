@@ -1,6 +1,6 @@
 //! The participant's screen on a separate terminal, for example a second monitor's `/dev/tty2`.
 //!
-//! It needs a Unix terminal device. Elsewhere the crate compiles, and [`ParticipantDisplay::open`] returns
+//! It needs a Unix terminal device. Elsewhere the crate compiles, and [`ParticipantTerminal::open`] returns
 //! [`DisplayError::NeedsUnix`].
 
 mod error;
@@ -13,6 +13,6 @@ mod unsupported;
 pub use error::DisplayError;
 pub use loss::DisplayLoss;
 #[cfg(unix)]
-pub use unix::ParticipantDisplay;
+pub use unix::ParticipantTerminal;
 #[cfg(not(unix))]
-pub use unsupported::ParticipantDisplay;
+pub use unsupported::ParticipantTerminal;

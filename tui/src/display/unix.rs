@@ -36,7 +36,7 @@ const STUCK: Duration = Duration::from_secs(2);
 /// A separate thread draws the latest view; [`show`](Self::show) hands the view over and never blocks. When the
 /// terminal is closed the thread ends, and [`lost`](Self::lost) reports it. Dropping the display restores the terminal.
 #[derive(Debug)]
-pub struct ParticipantDisplay {
+pub struct ParticipantTerminal {
     latest: Arc<LatestView>,
     end: Receiver<()>,
     alive: Cell<bool>,
@@ -57,7 +57,7 @@ struct Pending {
     drawing_since: Option<Instant>,
 }
 
-impl ParticipantDisplay {
+impl ParticipantTerminal {
     /// Opens the terminal device at `path` and starts drawing on it.
     ///
     /// # Errors
@@ -127,7 +127,7 @@ impl ParticipantDisplay {
     }
 }
 
-impl Drop for ParticipantDisplay {
+impl Drop for ParticipantTerminal {
     fn drop(&mut self) {
         self.latest.update(|pending| pending.is_closed = true);
         if self.alive.get() {

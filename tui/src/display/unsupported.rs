@@ -10,9 +10,9 @@ use drawing::theme::Theme;
 
 /// The participant's screen on a separate terminal; on this system none can be opened.
 #[derive(Debug)]
-pub struct ParticipantDisplay(Infallible);
+pub struct ParticipantTerminal(Infallible);
 
-impl ParticipantDisplay {
+impl ParticipantTerminal {
     /// Always fails: a second terminal needs Unix.
     ///
     /// # Errors
@@ -41,7 +41,7 @@ mod tests {
 
     #[test]
     fn no_terminal_can_be_opened_and_the_error_names_it() {
-        let result = ParticipantDisplay::open(Path::new("COM7"), Theme::Mono);
+        let result = ParticipantTerminal::open(Path::new("COM7"), Theme::Mono);
         assert!(
             matches!(&result, Err(DisplayError::NeedsUnix { path }) if path == Path::new("COM7"))
         );

@@ -4,7 +4,7 @@ use ratatui::crossterm::event::{KeyEvent, KeyModifiers};
 
 use super::*;
 use crate::calibration_page::{CalibrationPage, PointLine, Question};
-use crate::event::{AskedDetail, Event, PhaseKind, PhaseView, SafetyState, SessionHeader};
+use crate::event::{AskedDetail, Event, PhaseKind, PhaseView, SafetyView, SessionHeader};
 use crate::page::Page;
 use drawing::theme::Theme;
 
@@ -43,7 +43,7 @@ fn states() -> Vec<State> {
     ];
     let (mut trial, mut flag) = (0, false);
     for kind in kinds {
-        for safety in [SafetyState::Disarmed, SafetyState::Tripped] {
+        for safety in [SafetyView::Disarmed, SafetyView::Tripped] {
             for replayed in [false, true] {
                 (trial, flag) = (2 - trial, !flag);
                 let mut state = State::new(Theme::Mono);

@@ -106,7 +106,7 @@ pub(crate) fn parts(state: &State, area: Rect, buf: &mut Buffer) {
 /// Draws limits looser than their defaults, and properties that have not been measured.
 pub(crate) fn limits(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
-    let title = Line::styled("looser than default, and unverified", theme.strong());
+    let title = Line::styled("looser than default, or unverified", theme.strong());
     let body = titled(state, title, &[], area, buf);
     let Some(bench) = &state.bench else {
         note("no data yet", theme.faint(), body, buf);
@@ -179,7 +179,7 @@ fn values(health: &SystemHealth) -> [HealthValue; VALUES as usize] {
     let deviation =
         residual_s.map_or_else(String::new, |off_s| format!(", {:.2} ms off", 1e3 * off_s));
     [
-        entry("audio", format!("{:.3} of its rate", health.speed), false),
+        entry("audio", format!("{:.3} of nominal", health.speed), false),
         entry(
             "frames lost",
             thousands(health.lost_frames),
@@ -221,7 +221,7 @@ fn values(health: &SystemHealth) -> [HealthValue; VALUES as usize] {
             health.ring_fill > RING_FULL,
         ),
         entry(
-            "recorder behind",
+            "recorder lag",
             format!("{:.2} s", health.recorder_lag_s),
             health.recorder_lag_s > RECORDER_LAG_S,
         ),

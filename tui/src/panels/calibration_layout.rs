@@ -107,8 +107,8 @@ pub(crate) fn request<'a>(
 ) -> Vec<Line<'a>> {
     let theme = state.ui.theme;
     let (head, style) = match (calibration.failed, &calibration.asked) {
-        (true, _) => (Some("▸ failed: 1 turns back"), theme.bad()),
-        (false, Some(_)) => (Some("▸ it waits for you: 1 turns back"), theme.driving()),
+        (true, _) => (Some("▸ failed: press 1 to return"), theme.bad()),
+        (false, Some(_)) => (Some("▸ input needed: press 1 to return"), theme.driving()),
         (false, None) => (None, theme.strong()),
     };
     let words = wrap(&calibration.instruction, columns);

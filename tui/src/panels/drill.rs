@@ -45,7 +45,7 @@ pub(crate) fn render(state: &State, drill: &DrillView, area: Rect, buf: &mut Buf
     let title = Line::styled("drill", theme.strong());
     let body = titled(state, title, &[count], area, buf);
     if drill.results.is_empty() {
-        note("no exercise is over yet", theme.faint(), body, buf);
+        note("no exercise completed yet", theme.faint(), body, buf);
         return;
     }
     let first = drill.results.len().saturating_sub(body.height.into());

@@ -58,12 +58,12 @@ fn question(state: &State, action: Action) -> String {
         }
         Action::Consent => "Has the participant given consent?",
         Action::Redo(_) if state.drill.is_some() => "Repeat this trial?",
-        Action::Redo(name) => return format!("Throw away {name}, which runs, and repeat it?"),
-        Action::PauseNow(name) => return format!("Throw away {name}, which runs, and pause now?"),
+        Action::Redo(name) => return format!("Discard {name}, now running, and repeat it?"),
+        Action::PauseNow(name) => return format!("Discard {name}, now running, and pause?"),
         Action::Resume => {
             let lost = state.display_lost.as_deref().unwrap_or_default();
             let name = lost.split_once(": ").map_or(lost, |(name, _)| name);
-            return format!("Show again on the {name}, and go on?");
+            return format!("Show again on the {name} and resume?");
         }
         Action::Abort => "Abort the session?",
         Action::Rearm => "Cause removed, finger off the plate? Re-arm?",

@@ -6,7 +6,7 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Widget;
 
-use crate::event::SafetyState;
+use crate::event::SafetyView;
 use crate::state::State;
 use crate::words::render_line;
 
@@ -21,10 +21,10 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     let (word, style) = match state.safety {
         None => ("UNKNOWN", theme.warning()),
-        Some(SafetyState::Disarmed) => ("DISARMED", theme.strong()),
-        Some(SafetyState::Armed) => ("ARMED", theme.warning()),
-        Some(SafetyState::Driving) => ("DRIVING", theme.driving()),
-        Some(SafetyState::Tripped) => ("TRIPPED", theme.alarm()),
+        Some(SafetyView::Disarmed) => ("DISARMED", theme.strong()),
+        Some(SafetyView::Armed) => ("ARMED", theme.warning()),
+        Some(SafetyView::Driving) => ("DRIVING", theme.driving()),
+        Some(SafetyView::Tripped) => ("TRIPPED", theme.alarm()),
     };
     let mut spans = vec![Span::styled(format!(" {word} "), style)];
     let faint = theme.faint();
@@ -37,7 +37,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
             theme.bad(),
         ));
     } else if let Some(reason) = &state.safety_reason {
-        let is_tripped = state.safety == Some(SafetyState::Tripped);
+        let is_tripped = state.safety == Some(SafetyView::Tripped);
         let style = if is_tripped { theme.bad() } else { faint };
         let words = Span::styled(format!(" {reason}"), style);
         // Text other than an alarm gives way to the flags.
@@ -46,7 +46,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
             spans.push(words);
         }
     }
-    if state.safety == Some(SafetyState::Tripped) && state.calibration.is_none() {
+    if state.safety == Some(SafetyView::Tripped) && state.calibration.is_none() {
         spans.push(Span::styled(" · x to re-arm", faint));
     }
     let line = Line::from(spans);
@@ -60,7 +60,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         };
         flags.render(end, buf);
     }
-    if state.safety == Some(SafetyState::Tripped) {
+    if state.safety == Some(SafetyView::Tripped) {
         // Visible across the room.
         buf.set_style(row, Style::reset().patch(theme.alarm()));
     }

@@ -6,7 +6,7 @@ use ratatui::text::{Line, Span};
 
 use super::panel::rows;
 use super::session_phase;
-use crate::event::{PhaseKind, SafetyState};
+use crate::event::{PhaseKind, SafetyView};
 use crate::participant_screen::ScreenView;
 use crate::state::State;
 use participant_texts::Instruction;
@@ -60,7 +60,7 @@ fn say(state: &State) -> Option<String> {
     if state.phase.kind == PhaseKind::Finished {
         return Some("“That was all. Thank you!”".to_owned());
     }
-    if state.safety == Some(SafetyState::Tripped) {
+    if state.safety == Some(SafetyView::Tripped) {
         return Some(
             "“Lift your finger off the plate, please. We have to stop for a moment.”".to_owned(),
         );
@@ -127,7 +127,7 @@ fn next(state: &State) -> Option<String> {
     let is_finished = state.phase.kind == PhaseKind::Finished;
     let outlook = state.outlook.as_ref().filter(|_| !is_finished)?;
     let is_paused = state.phase.kind == PhaseKind::Paused;
-    let is_tripped = is_paused && state.safety == Some(SafetyState::Tripped);
+    let is_tripped = is_paused && state.safety == Some(SafetyView::Tripped);
     let steps = [
         is_tripped.then_some("x re-arms"),
         outlook.next.as_deref(),

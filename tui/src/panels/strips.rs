@@ -314,7 +314,7 @@ pub(crate) fn missing_estimate(state: &State) -> Option<String> {
         NoEstimate::NoFit => match state.fits.iter().rev().find_map(|fit| {
             let cause = fit.no_fit.as_ref()?;
             let sort = if fit.practice { "practice" } else { "trial" };
-            Some(format!("{sort} {} had no fit: {cause}", fit.trial))
+            Some(format!("no fit of {sort} {}: {cause}", fit.trial))
         }) {
             Some(words) => words,
             None if state.session.protocol.is_none() => "needs the fit of a trial".to_owned(),

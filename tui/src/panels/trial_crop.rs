@@ -52,9 +52,9 @@ pub(crate) fn explorations(state: &State, line: &TrialLine, area: Rect, buf: &mu
     let crops: Vec<&Crop> = state.crops_of(line).collect();
     if crops.is_empty() {
         let reason = if line.verdict.is_some() {
-            "no exploration came to its end; friction-bench replay shows the recording"
+            "no exploration was completed; friction-bench replay shows the recording"
         } else {
-            "no exploration is over yet"
+            "no exploration completed yet"
         };
         note(reason, state.ui.theme.faint(), area, buf);
         return;
@@ -96,7 +96,7 @@ pub(crate) fn exploration(state: &State, crop: &Crop, area: Rect, buf: &mut Buff
     if reasons.len() > max_reasons {
         let hidden = reasons.len() - (max_reasons - 1);
         reasons.truncate(max_reasons - 1);
-        let words = format!("and {hidden} more kinds of rejection");
+        let words = format!("and {hidden} more reasons for rejection");
         reasons.push(Line::styled(words, theme.faint()));
     }
     let reason_rows = u16::try_from(reasons.len()).unwrap_or(0);

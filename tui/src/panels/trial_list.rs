@@ -62,8 +62,7 @@ pub(crate) fn render(state: &State, is_choosable: bool, area: Rect, buf: &mut Bu
 
 /// Whether the attempt is running.
 fn runs(state: &State, line: &TrialLine) -> bool {
-    let phase = &state.phase;
-    (line.trial, line.practice, line.attempt) == (phase.trial, phase.practice, phase.attempt)
+    line.name() == state.phase.name()
 }
 
 /// Returns the name of an attempt.

@@ -1,14 +1,12 @@
 //! A calibration's page: its contents at two sizes and in every kind of state, and its keys.
 
+use crate::rig::{draw, press};
 use proptest::prelude::*;
-use ratatui::Terminal;
-use ratatui::backend::TestBackend;
-use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use tui::calibration_page::{
     CalibrationPage, CalibrationReadings, Chart, MainReading, PointLine, Question, Reply,
 };
-use tui::event::{LogLevel, SafetyState, SessionHeader, SystemHealth};
-use tui::{Action, Event, Page, State, Theme, key, view};
+use tui::event::{LogLevel, SafetyView, SessionHeader, SystemHealth};
+use tui::{Action, Event, Page, State, Theme};
 
 /// Levels, V, known amplitudes, μm, and their residuals from the fitted line, nm, of a ladder of six.
 const LADDER: [(f64, f64, f64); 6] = [
@@ -130,9 +128,9 @@ fn state(calibration: CalibrationPage) -> State {
         }),
         Event::Safety {
             state: if is_driven {
-                SafetyState::Driving
+                SafetyView::Driving
             } else {
-                SafetyState::Armed
+                SafetyView::Armed
             },
             reason: None,
         },
@@ -162,7 +160,7 @@ fn states() -> Vec<(&'static str, State)> {
         ..typing_page()
     });
     failed.apply(&Event::Safety {
-        state: SafetyState::Tripped,
+        state: SafetyView::Tripped,
         reason: Some("normal force 5.30 N over the limit of 3.00 N".to_owned()),
     });
     let mut leaving = state(review());
@@ -208,12 +206,6 @@ fn states() -> Vec<(&'static str, State)> {
         ("bench", bench),
         ("log", log),
     ]
-}
-
-fn draw(state: &State, columns: u16, rows: u16) -> Terminal<TestBackend> {
-    let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
-    terminal.draw(|frame| view(state, frame)).unwrap();
-    terminal
 }
 
 fn row(state: &State, columns: u16, rows: u16, y: u16) -> String {
@@ -279,10 +271,10 @@ proptest! {
         if columns >= 10 && rows >= 1 {
             let word = match state.safety {
                 None => "UNKNOWN",
-                Some(SafetyState::Disarmed) => "DISARMED",
-                Some(SafetyState::Armed) => "ARMED",
-                Some(SafetyState::Driving) => "DRIVING",
-                Some(SafetyState::Tripped) => "TRIPPED",
+                Some(SafetyView::Disarmed) => "DISARMED",
+                Some(SafetyView::Armed) => "ARMED",
+                Some(SafetyView::Driving) => "DRIVING",
+                Some(SafetyView::Tripped) => "TRIPPED",
             };
             let buffer = terminal.backend().buffer();
             let first: String = (0..columns).map(|x| buffer[(x, 0)].symbol()).collect();
@@ -325,28 +317,6 @@ proptest! {
 
 thread_local! {
     static STATES: Vec<(&'static str, State)> = states();
-}
-
-fn code(letter: char) -> KeyCode {
-    match letter {
-        '\n' => KeyCode::Enter,
-        '\u{8}' => KeyCode::Backspace,
-        '↑' => KeyCode::Up,
-        '↓' => KeyCode::Down,
-        '\t' => KeyCode::Tab,
-        letter => KeyCode::Char(letter),
-    }
-}
-
-/// Presses the keys one after the other; returns the requested actions.
-fn press(state: &mut State, keys: &str) -> Vec<Action> {
-    let mut actions = Vec::new();
-    for letter in keys.chars() {
-        let reaction = key(state, KeyEvent::new(code(letter), KeyModifiers::NONE));
-        state.ui = reaction.ui;
-        actions.extend(reaction.action);
-    }
-    actions
 }
 
 #[test]
@@ -453,10 +423,10 @@ fn the_bench_and_the_log_are_looked_at_and_nothing_is_answered_there() {
             assert_eq!(state.ui.page, page);
         }
         let screen: String = (0..24).map(|y| row(&state, 80, 24, y)).collect();
-        assert!(screen.contains("1 turns back"), "{screen}");
+        assert!(screen.contains("press 1 to return"), "{screen}");
         // The points and the typed text are not shown here.
         assert_eq!(press(&mut state, "\n"), []);
-        assert!(row(&state, 80, 24, 23).contains("turn back"));
+        assert!(row(&state, 80, 24, 23).contains("return to the calibration"));
         assert_eq!(press(&mut state, "r.\n7\n"), []);
         assert_eq!((state.ui.page, state.ui.typed.as_str()), (Page::Bench, ""));
         assert_eq!(
@@ -504,12 +474,8 @@ fn a_calibration_that_calls_for_its_operator_brings_its_page_back() {
         state,
         reason: None,
     };
-    assert!(is_called(&[safety(SafetyState::Tripped)]));
-    for state in [
-        SafetyState::Disarmed,
-        SafetyState::Armed,
-        SafetyState::Driving,
-    ] {
+    assert!(is_called(&[safety(SafetyView::Tripped)]));
+    for state in [SafetyView::Disarmed, SafetyView::Armed, SafetyView::Driving] {
         assert!(!is_called(&[safety(state)]));
     }
     let next = CalibrationPage {
@@ -526,9 +492,9 @@ fn a_calibration_that_calls_for_its_operator_brings_its_page_back() {
         findings: vec!["off a line by 0.1 %".to_owned()],
         ..typing_page()
     }));
-    state.apply(&safety(SafetyState::Tripped));
+    state.apply(&safety(SafetyView::Tripped));
     press(&mut state, "\t\t\t\t");
-    state.apply(&safety(SafetyState::Tripped));
+    state.apply(&safety(SafetyView::Tripped));
     assert_eq!(state.ui.page, Page::Bench);
     state.apply(&page(CalibrationPage {
         note: Some("again, please".to_owned()),

@@ -1,38 +1,15 @@
 //! The operator's screen at two sizes and in every kind of state; colours are asserted on the buffer.
 
+use crate::rig::{draw, play_until, press};
 use crate::synthetic;
-use crossterm_key::press;
 use proptest::prelude::*;
-use ratatui::Terminal;
-use ratatui::backend::TestBackend;
 use ratatui::buffer::{Buffer, Cell};
 use ratatui::style::{Color, Modifier};
 use tui::drill_view::{DrillResult, DrillStep, DrillView};
 use tui::event::{
-    AskedDetail, CarrierProposal, Live, PhaseKind, PhaseView, SafetyState, ValueAndStd,
+    AskedDetail, CarrierProposal, Live, PhaseKind, PhaseView, SafetyView, ValueAndStd,
 };
-use tui::{Action, Event, Page, State, Theme, key, view};
-
-mod crossterm_key {
-    use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
-
-    pub fn press(code: char) -> KeyEvent {
-        KeyEvent::new(KeyCode::Char(code), KeyModifiers::NONE)
-    }
-}
-
-/// Plays the synthetic session until `is_reached` is true for the first time.
-fn play_until(is_reached: impl Fn(&State) -> bool) -> State {
-    let mut state = State::new(Theme::Colour);
-    for (at_s, event) in synthetic::session() {
-        state.apply(&Event::Tick { now_s: at_s });
-        state.apply(&event);
-        if is_reached(&state) {
-            return state;
-        }
-    }
-    panic!("the session never gets there");
-}
+use tui::{Action, Event, Page, State, Theme};
 
 fn exploring_state() -> State {
     play_until(|state| {
@@ -43,8 +20,8 @@ fn exploring_state() -> State {
     })
 }
 
-fn press_key(mut state: State, code: char) -> State {
-    state.ui = key(&state, press(code)).ui;
+fn press_key(mut state: State, keys: &str) -> State {
+    press(&mut state, keys);
     state
 }
 
@@ -77,16 +54,10 @@ fn states() -> Vec<(&'static str, State)> {
         ("stale", stale),
         ("tripped", tripped),
         ("paused", on_pause),
-        ("help", press_key(exploring_state(), '?')),
-        ("confirm", press_key(exploring_state(), 'a')),
+        ("help", press_key(exploring_state(), "?")),
+        ("confirm", press_key(exploring_state(), "a")),
         ("finished", finished),
     ]
-}
-
-fn draw(state: &State, columns: u16, rows: u16) -> Terminal<TestBackend> {
-    let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
-    terminal.draw(|frame| view(state, frame)).unwrap();
-    terminal
 }
 
 fn buffer(state: &State, columns: u16, rows: u16) -> Buffer {
@@ -121,7 +92,7 @@ fn words_that_are_no_alarm_give_way_to_the_flags() {
     state.session.simulated = true;
     state.session.uncalibrated = true;
     state.apply(&Event::Safety {
-        state: SafetyState::Driving,
+        state: SafetyView::Driving,
         reason: Some("11 min of driving left this hour".to_owned()),
     });
     let line = |columns| row(&buffer(&state, columns, 24), 0);
@@ -170,7 +141,7 @@ fn drill_state(step: DrillStep, instruction: &str) -> State {
             ..PhaseView::new(PhaseKind::Monitoring)
         }),
         Event::Safety {
-            state: SafetyState::Tripped,
+            state: SafetyView::Tripped,
             reason: Some("drive reads back 0.0 V, commanded 1.0 to 39.0 V".to_owned()),
         },
         Event::Live(Live {
@@ -219,7 +190,7 @@ fn a_question_about_the_participant_is_read_at_every_size_and_on_every_page() {
             note: Some("a number from 1 to 3".to_owned()),
         }),
     });
-    let mut state = press_key(press_key(state, '2'), 'h');
+    let mut state = press_key(state, "2h");
     state.ui.help = false;
     for (columns, rows) in [(120, 40), (80, 24), (40, 10), (20, 5)] {
         let screen = draw(&state, columns, rows);
@@ -393,10 +364,10 @@ fn every_small_size_in_every_state_is_drawn_with_the_safety_word_first() {
             let case = format!("{name} {columns}x{rows}");
             let word = match state.safety {
                 None => " UNKNOWN",
-                Some(SafetyState::Disarmed) => " DISARMED",
-                Some(SafetyState::Armed) => " ARMED",
-                Some(SafetyState::Driving) => " DRIVING",
-                Some(SafetyState::Tripped) => " TRIPPED",
+                Some(SafetyView::Disarmed) => " DISARMED",
+                Some(SafetyView::Armed) => " ARMED",
+                Some(SafetyView::Driving) => " DRIVING",
+                Some(SafetyView::Tripped) => " TRIPPED",
             };
             if let Some(text_columns) = columns.checked_sub(1).filter(|_| rows > 0) {
                 let visible_word = &word[..word.len().min(text_columns.into())];
@@ -442,7 +413,7 @@ proptest! {
         help in any::<bool>(),
         page in any::<bool>(),
     ) {
-        let safety_states = [SafetyState::Disarmed, SafetyState::Armed, SafetyState::Driving, SafetyState::Tripped];
+        let safety_states = [SafetyView::Disarmed, SafetyView::Armed, SafetyView::Driving, SafetyView::Tripped];
         let words = ["DISARMED", "ARMED", "DRIVING", "TRIPPED"];
         let mut state = STATES.with(|states| states[state_index].1.clone());
         state.safety = safety.map(|i| safety_states[i]);

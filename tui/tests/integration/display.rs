@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use crate::pty::{PATIENCE, Screen};
 use participant_texts::Instruction;
 use tui::display::{DisplayError, DisplayLoss};
-use tui::{ParticipantDisplay, ScreenView, Theme};
+use tui::{ParticipantTerminal, ScreenView, Theme};
 
 fn view(instruction: Instruction) -> ScreenView {
     ScreenView {
@@ -33,7 +33,7 @@ fn view(instruction: Instruction) -> ScreenView {
 #[test]
 fn it_draws_on_its_terminal_follows_its_size_and_puts_it_back() {
     let mut screen = Screen::new(60, 20);
-    let display = ParticipantDisplay::open(&screen.path, Theme::Mono).unwrap();
+    let display = ParticipantTerminal::open(&screen.path, Theme::Mono).unwrap();
     screen.wait_for("\x1b[?1049h");
     display.show(view(Instruction::Wait));
     // Centred in 60 columns, then in 100.
@@ -48,7 +48,7 @@ fn it_draws_on_its_terminal_follows_its_size_and_puts_it_back() {
 #[test]
 fn a_terminal_that_stands_still_never_holds_the_caller() {
     let screen = Screen::new(200, 60);
-    let display = ParticipantDisplay::open(&screen.path, Theme::Colour).unwrap();
+    let display = ParticipantTerminal::open(&screen.path, Theme::Colour).unwrap();
     rustix::termios::tcflow(
         File::options().write(true).open(&screen.path).unwrap(),
         rustix::termios::Action::OOff,
@@ -71,7 +71,7 @@ fn a_terminal_that_stands_still_never_holds_the_caller() {
 #[test]
 fn a_terminal_that_goes_away_is_noticed() {
     let mut screen = Screen::new(60, 20);
-    let display = ParticipantDisplay::open(&screen.path, Theme::Colour).unwrap();
+    let display = ParticipantTerminal::open(&screen.path, Theme::Colour).unwrap();
     display.show(view(Instruction::Wait));
     screen.wait_for("Please wait");
     let Screen {
@@ -90,13 +90,13 @@ fn a_terminal_that_goes_away_is_noticed() {
 #[test]
 fn a_file_without_a_terminal_is_rejected_by_name() {
     let missing_path = Path::new("/dev/no-such-terminal");
-    let result = ParticipantDisplay::open(missing_path, Theme::Colour);
+    let result = ParticipantTerminal::open(missing_path, Theme::Colour);
     assert!(
         matches!(&result, Err(DisplayError::Open { path, source })
             if path == missing_path && source.kind() == ErrorKind::NotFound),
         "{result:?}"
     );
-    let file = ParticipantDisplay::open(Path::new("/dev/null"), Theme::Colour);
+    let file = ParticipantTerminal::open(Path::new("/dev/null"), Theme::Colour);
     assert!(matches!(file, Err(DisplayError::NotATerminal { .. })));
 }
 
@@ -110,7 +110,7 @@ fn a_pipe_is_rejected_at_once() {
     mknodat(CWD, &pipe, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).unwrap();
     let (sender, outcome) = std::sync::mpsc::channel();
     thread::spawn(move || {
-        let result = ParticipantDisplay::open(&pipe, Theme::Mono);
+        let result = ParticipantTerminal::open(&pipe, Theme::Mono);
         let _ = sender.send(result.is_err());
     });
     assert_eq!(outcome.recv_timeout(PATIENCE), Ok(true));

@@ -1,10 +1,11 @@
 //! The effect of each key in each phase.
 
+use crate::rig::{key_event, press};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use tui::action::AttemptName;
 use tui::calibration_page::Reply;
 use tui::event::{
-    AskedDetail, CarrierProposal, Event, PhaseKind, PhaseView, SafetyState, SessionHeader,
+    AskedDetail, CarrierProposal, Event, PhaseKind, PhaseView, SafetyView, SessionHeader,
     TrialVerdict, ValueAndStd,
 };
 use tui::{Action, Page, State, Theme, Window, key};
@@ -24,7 +25,7 @@ const PHASES: [PhaseKind; 12] = [
     PhaseKind::Finished,
 ];
 
-fn state(kind: PhaseKind, safety: SafetyState, trial: u32) -> State {
+fn state(kind: PhaseKind, safety: SafetyView, trial: u32) -> State {
     let mut state = State::new(Theme::Colour);
     state.apply(&Event::Phase(PhaseView {
         trial,
@@ -46,24 +47,9 @@ fn second() -> AttemptName {
     }
 }
 
-fn key_event(code: KeyCode) -> KeyEvent {
-    KeyEvent::new(code, KeyModifiers::NONE)
-}
-
-/// Presses the keys one after the other; returns the requested actions.
-fn press(state: &mut State, keys: &str) -> Vec<Action> {
-    let mut actions = Vec::new();
-    for code in keys.chars() {
-        let reaction = key(state, key_event(KeyCode::Char(code)));
-        state.ui = reaction.ui;
-        actions.extend(reaction.action);
-    }
-    actions
-}
-
 #[test]
 fn a_question_about_the_participant_takes_digits_and_leaves_the_rest_to_the_dashboard() {
-    let mut state = state(PhaseKind::Consent, SafetyState::Disarmed, 0);
+    let mut state = state(PhaseKind::Consent, SafetyView::Disarmed, 0);
     state.apply(&Event::Asked {
         detail: Some(AskedDetail::default()),
     });
@@ -94,7 +80,7 @@ fn a_question_about_the_participant_takes_digits_and_leaves_the_rest_to_the_dash
 
 #[test]
 fn a_new_carrier_is_taken_or_kept_while_it_is_proposed() {
-    let mut state = state(PhaseKind::Feedback, SafetyState::Armed, 1);
+    let mut state = state(PhaseKind::Feedback, SafetyView::Armed, 1);
     assert_eq!(press(&mut state, "tn"), []);
     assert!(state.ui.note.is_some());
     let proposal = CarrierProposal {
@@ -158,14 +144,14 @@ fn keys_by_phase() {
         (P::Finished, "q", &[Quit]),
     ];
     for (kind, keys, expected) in table {
-        let mut state = state(*kind, SafetyState::Armed, 2);
+        let mut state = state(*kind, SafetyView::Armed, 2);
         assert_eq!(press(&mut state, keys), *expected, "{kind:?} {keys:?}");
     }
 }
 
 #[test]
 fn redo_needs_a_trial() {
-    let mut state = state(PhaseKind::Baseline, SafetyState::Driving, 0);
+    let mut state = state(PhaseKind::Baseline, SafetyView::Driving, 0);
     assert_eq!(press(&mut state, "ry"), []);
     assert_eq!(state.ui.confirm, None);
 }
@@ -173,13 +159,13 @@ fn redo_needs_a_trial() {
 #[test]
 fn nothing_starts_while_tripped_and_only_then_is_there_something_to_rearm() {
     for kind in PHASES {
-        let mut tripped = state(kind, SafetyState::Tripped, 2);
+        let mut tripped = state(kind, SafetyView::Tripped, 2);
         let actions = press(&mut tripped, " s");
         assert_eq!(actions, [], "{kind:?}");
         assert_eq!(press(&mut tripped, "xy"), [Action::Rearm], "{kind:?}");
-        let actions = press(&mut state(PhaseKind::Paused, SafetyState::Tripped, 2), "p");
+        let actions = press(&mut state(PhaseKind::Paused, SafetyView::Tripped, 2), "p");
         assert_eq!(actions, []);
-        assert_eq!(press(&mut state(kind, SafetyState::Armed, 2), "xy"), []);
+        assert_eq!(press(&mut state(kind, SafetyView::Armed, 2), "xy"), []);
     }
 }
 
@@ -188,7 +174,7 @@ fn the_emergency_stop_works_everywhere_at_once() {
     for kind in PHASES {
         for opening in ["", "?", "a", "x", "c", "q"] {
             for stop in ["e", "E"] {
-                let mut state = state(kind, SafetyState::Driving, 2);
+                let mut state = state(kind, SafetyView::Driving, 2);
                 press(&mut state, opening);
                 let actions = press(&mut state, stop);
                 assert_eq!(actions, [Action::EmergencyStop], "{kind:?} {opening:?}");
@@ -201,7 +187,7 @@ fn the_emergency_stop_works_everywhere_at_once() {
 #[test]
 fn control_c_interrupts_and_other_chords_do_nothing() {
     for kind in PHASES {
-        let mut state = state(kind, SafetyState::Driving, 2);
+        let mut state = state(kind, SafetyView::Driving, 2);
         press(&mut state, "a");
         let chord = |code| {
             key(
@@ -218,7 +204,7 @@ fn control_c_interrupts_and_other_chords_do_nothing() {
 
 #[test]
 fn escape_closes_only_the_topmost_layer() {
-    let mut state = state(PhaseKind::Exploration, SafetyState::Driving, 2);
+    let mut state = state(PhaseKind::Exploration, SafetyView::Driving, 2);
     for opening in ["", "?", "a"] {
         press(&mut state, opening);
         let reaction = key(&state, key_event(KeyCode::Esc));
@@ -231,7 +217,7 @@ fn escape_closes_only_the_topmost_layer() {
 
 #[test]
 fn a_key_without_effect_says_why_until_the_next_one() {
-    let mut state = state(PhaseKind::Idle, SafetyState::Armed, 0);
+    let mut state = state(PhaseKind::Idle, SafetyView::Armed, 0);
     press(&mut state, "p");
     assert!(state.ui.note.is_some());
     press(&mut state, "+");
@@ -240,7 +226,7 @@ fn a_key_without_effect_says_why_until_the_next_one() {
 
 #[test]
 fn the_view_is_the_operators() {
-    let mut state = state(PhaseKind::Exploration, SafetyState::Driving, 2);
+    let mut state = state(PhaseKind::Exploration, SafetyView::Driving, 2);
     state.ui = key(&state, key_event(KeyCode::Tab)).ui;
     assert_eq!(state.ui.page, Page::Participant);
     state.ui = key(&state, key_event(KeyCode::Tab)).ui;
@@ -261,31 +247,31 @@ fn a_drill_takes_the_keys_of_a_session_and_says_seen_with_space() {
     for (kind, safety, keys, expected) in [
         (
             PhaseKind::Monitoring,
-            SafetyState::Driving,
+            SafetyView::Driving,
             " ",
             &[Ready][..],
         ),
-        (PhaseKind::Monitoring, SafetyState::Tripped, " ", &[Ready]),
-        (PhaseKind::Monitoring, SafetyState::Tripped, "xy", &[Rearm]),
-        (PhaseKind::Monitoring, SafetyState::Tripped, "xn", &[]),
-        (PhaseKind::Monitoring, SafetyState::Driving, "x", &[]),
-        (PhaseKind::Monitoring, SafetyState::Driving, "p", &[Pause]),
-        (PhaseKind::Paused, SafetyState::Disarmed, "p", &[Resume]),
+        (PhaseKind::Monitoring, SafetyView::Tripped, " ", &[Ready]),
+        (PhaseKind::Monitoring, SafetyView::Tripped, "xy", &[Rearm]),
+        (PhaseKind::Monitoring, SafetyView::Tripped, "xn", &[]),
+        (PhaseKind::Monitoring, SafetyView::Driving, "x", &[]),
+        (PhaseKind::Monitoring, SafetyView::Driving, "p", &[Pause]),
+        (PhaseKind::Paused, SafetyView::Disarmed, "p", &[Resume]),
         (
             PhaseKind::Monitoring,
-            SafetyState::Driving,
+            SafetyView::Driving,
             "ry",
             &[Redo(first)],
         ),
-        (PhaseKind::Monitoring, SafetyState::Tripped, "qy", &[Quit]),
-        (PhaseKind::Monitoring, SafetyState::Tripped, "ay", &[]),
+        (PhaseKind::Monitoring, SafetyView::Tripped, "qy", &[Quit]),
+        (PhaseKind::Monitoring, SafetyView::Tripped, "ay", &[]),
         (
             PhaseKind::Monitoring,
-            SafetyState::Driving,
+            SafetyView::Driving,
             "e",
             &[EmergencyStop],
         ),
-        (PhaseKind::Finished, SafetyState::Disarmed, "q", &[Quit]),
+        (PhaseKind::Finished, SafetyView::Disarmed, "q", &[Quit]),
     ] {
         let mut state = state(kind, safety, 1);
         state.apply(&Event::Drill(tui::drill_view::DrillView::default()));
@@ -307,7 +293,7 @@ fn an_open_verdict_is_overruled_both_ways_without_a_question_while_its_time_runs
         (false, " ", &[Action::Ready]),
     ] {
         for kind in [PhaseKind::Verdict, PhaseKind::Paused] {
-            let mut state = state(kind, SafetyState::Armed, 2);
+            let mut state = state(kind, SafetyView::Armed, 2);
             state.phase.overrulable = true;
             state.apply(&Event::Verdict(TrialVerdict {
                 trial: 2,
@@ -333,7 +319,7 @@ fn an_open_verdict_is_overruled_both_ways_without_a_question_while_its_time_runs
 /// The question belongs to the trial in which it was asked.
 #[test]
 fn a_question_answered_in_the_next_trial_is_about_the_trial_before() {
-    let mut state = state(PhaseKind::Exploration, SafetyState::Driving, 2);
+    let mut state = state(PhaseKind::Exploration, SafetyView::Driving, 2);
     press(&mut state, "r");
     state.apply(&Event::Phase(PhaseView {
         trial: 3,
@@ -344,7 +330,7 @@ fn a_question_answered_in_the_next_trial_is_about_the_trial_before() {
 
 #[test]
 fn a_pause_waits_and_throws_nothing_away_before_it_is_confirmed() {
-    let mut state = state(PhaseKind::Exploration, SafetyState::Driving, 2);
+    let mut state = state(PhaseKind::Exploration, SafetyView::Driving, 2);
     assert_eq!(press(&mut state, "p"), [Action::Pause]);
     state.phase.pausing = true;
     assert_eq!(press(&mut state, "p"), []);
@@ -355,7 +341,7 @@ fn a_pause_waits_and_throws_nothing_away_before_it_is_confirmed() {
 /// The name may belong to another window by now.
 #[test]
 fn a_lost_terminal_is_opened_again_only_when_confirmed() {
-    let mut state = state(PhaseKind::Paused, SafetyState::Armed, 0);
+    let mut state = state(PhaseKind::Paused, SafetyView::Armed, 0);
     state.apply(&Event::ParticipantDisplay {
         lost: Some("participant's terminal /dev/pts/7: it has gone".to_owned()),
     });
@@ -367,7 +353,7 @@ fn a_lost_terminal_is_opened_again_only_when_confirmed() {
 
 #[test]
 fn a_replay_takes_the_keys_of_a_player_and_asks_nothing() {
-    let mut state = state(PhaseKind::Exploration, SafetyState::Disarmed, 0);
+    let mut state = state(PhaseKind::Exploration, SafetyView::Disarmed, 0);
     state.apply(&Event::Session(SessionHeader {
         replayed: true,
         ..SessionHeader::default()
@@ -387,7 +373,7 @@ fn a_replay_takes_the_keys_of_a_player_and_asks_nothing() {
 
 #[test]
 fn control_l_redraws_everything() {
-    let state = state(PhaseKind::Exploration, SafetyState::Driving, 2);
+    let state = state(PhaseKind::Exploration, SafetyView::Driving, 2);
     let control_l = KeyEvent::new(KeyCode::Char('l'), KeyModifiers::CONTROL);
     let reaction = key(&state, control_l);
     assert!(reaction.redraw);
@@ -400,7 +386,7 @@ fn tap(state: &mut State, code: KeyCode) {
 
 #[test]
 fn digits_turn_pages_unless_a_number_is_asked_for() {
-    let mut state = state(PhaseKind::Exploration, SafetyState::Driving, 2);
+    let mut state = state(PhaseKind::Exploration, SafetyView::Driving, 2);
     for (digit, page) in [
         ("2", Page::Impedance),
         ("3", Page::Trials),
@@ -420,7 +406,7 @@ fn digits_turn_pages_unless_a_number_is_asked_for() {
 
 #[test]
 fn held_strips_stay_while_values_come_and_have_two_cursors() {
-    let mut state = state(PhaseKind::Exploration, SafetyState::Driving, 2);
+    let mut state = state(PhaseKind::Exploration, SafetyView::Driving, 2);
     press(&mut state, "f");
     assert!(state.ui.frozen.is_none() && state.ui.note.is_some());
     let live = |t_s| {
@@ -469,7 +455,7 @@ fn arrows_choose_a_trial_and_follow_the_newest_after_the_last() {
 
 #[test]
 fn panels_are_enlarged_one_after_the_other() {
-    let mut state = state(PhaseKind::Exploration, SafetyState::Driving, 2);
+    let mut state = state(PhaseKind::Exploration, SafetyView::Driving, 2);
     let panels = Page::Run.panels();
     for panel in (1..=panels).chain([0]) {
         press(&mut state, "z");

@@ -11,6 +11,7 @@ mod picture;
 #[cfg(unix)]
 mod pty;
 mod redraw;
+mod rig;
 mod state;
 #[path = "../../examples/dashboard/synthetic.rs"]
 mod synthetic;

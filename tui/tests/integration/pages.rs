@@ -4,13 +4,12 @@
     reason = "what cannot be unwrapped fails the test"
 )]
 
+use crate::rig::{draw, key_event, play_until};
 use crate::synthetic;
 use proptest::prelude::*;
-use ratatui::Terminal;
-use ratatui::backend::TestBackend;
-use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
-use tui::event::{BenchLine, LineStates, Live, PhaseKind, SafetyState, TrialVerdict, ValueAndStd};
-use tui::{Event, Page, State, Theme, key, view};
+use ratatui::crossterm::event::KeyCode;
+use tui::event::{BenchLine, LineStates, Live, PhaseKind, SafetyView, TrialVerdict, ValueAndStd};
+use tui::{Event, Page, State, Theme, key};
 
 const PAGES: [(Page, &str); 5] = [
     (Page::Run, "run"),
@@ -20,18 +19,6 @@ const PAGES: [(Page, &str); 5] = [
     (Page::Log, "log"),
 ];
 const SIZES: [(u16, u16); 3] = [(80, 24), (120, 40), (200, 60)];
-
-fn play_until(is_reached: impl Fn(&State) -> bool) -> State {
-    let mut state = State::new(Theme::Colour);
-    for (at_s, event) in synthetic::session() {
-        state.apply(&Event::Tick { now_s: at_s });
-        state.apply(&event);
-        if is_reached(&state) {
-            return state;
-        }
-    }
-    panic!("the session never gets there");
-}
 
 /// Returns the second exploration of a trial that was rejected once.
 fn normal() -> State {
@@ -54,7 +41,7 @@ fn states() -> Vec<(&'static str, State)> {
         .for_each(|event| fault.apply(event));
     let mut stop = normal();
     stop.apply(&Event::Safety {
-        state: SafetyState::Tripped,
+        state: SafetyView::Tripped,
         reason: Some("emergency stop pressed".to_owned()),
     });
     let mut health = stop.health.unwrap();
@@ -81,12 +68,6 @@ fn states() -> Vec<(&'static str, State)> {
         ("estop", stop),
         ("finished", finished),
     ]
-}
-
-fn draw(state: &State, columns: u16, rows: u16) -> Terminal<TestBackend> {
-    let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
-    terminal.draw(|frame| view(state, frame)).unwrap();
-    terminal
 }
 
 fn lines(state: &State, columns: u16, rows: u16) -> String {
@@ -116,7 +97,7 @@ fn a_stop_is_to_be_re_armed_first_until_it_is() {
     let first = |state: &State| lines(state, 120, 40).contains("next x re-arms, then");
     assert!(first(&state));
     state.apply(&Event::Safety {
-        state: SafetyState::Disarmed,
+        state: SafetyView::Disarmed,
         reason: None,
     });
     assert!(!first(&state));
@@ -152,7 +133,7 @@ fn an_attempt_that_was_broken_off_is_neither_accepted_nor_rejected() {
 fn a_panel_is_enlarged_and_held_strips_have_their_values() {
     let mut state = normal();
     let press = |state: &mut State, code| {
-        state.ui = key(state, KeyEvent::new(code, KeyModifiers::NONE)).ui;
+        state.ui = key(state, key_event(code)).ui;
     };
     for _ in 0..4 {
         press(&mut state, KeyCode::Char('z'));
@@ -289,7 +270,7 @@ proptest! {
         state.ui.ascii = ascii;
         for (event, code) in steps {
             state.apply(&event);
-            state.ui = key(&state, KeyEvent::new(code, KeyModifiers::NONE)).ui;
+            state.ui = key(&state, key_event(code)).ui;
         }
         for (columns, rows) in sizes {
             let _ = draw(&state, columns, rows);

@@ -5,16 +5,14 @@
     reason = "what cannot be unwrapped fails the test"
 )]
 
-use crate::synthetic;
+use crate::{rig, synthetic};
 use proptest::prelude::*;
-use ratatui::Terminal;
-use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
 use roxmltree::Document;
 use tui::picture::{Paper, svg, text};
-use tui::{Event, State, Theme, view};
+use tui::{Event, State, Theme};
 
 fn draw(columns: u16, rows: u16) -> Buffer {
     let mut state = State::new(Theme::Colour);
@@ -22,9 +20,7 @@ fn draw(columns: u16, rows: u16) -> Buffer {
         state.apply(&Event::Tick { now_s: at_s });
         state.apply(&event);
     }
-    let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
-    terminal.draw(|frame| view(&state, frame)).unwrap();
-    terminal.backend().buffer().clone()
+    rig::draw(&state, columns, rows).backend().buffer().clone()
 }
 
 fn one_row(text: &str, style: Style) -> Buffer {

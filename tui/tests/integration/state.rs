@@ -1,13 +1,11 @@
 //! The state is the fold of the events, and both can be stored.
 
-use crate::synthetic;
-use ratatui::Terminal;
-use ratatui::backend::TestBackend;
+use crate::{rig, synthetic};
 use ratatui::buffer::Buffer;
 use tui::event::{
-    ComplexImpedance, Event, FitView, Live, LogLevel, SafetyState, SessionHeader, TrialVerdict,
+    ComplexImpedance, Event, FitView, Live, LogLevel, SafetyView, SessionHeader, TrialVerdict,
 };
-use tui::{HISTORY_S, State, Theme, view};
+use tui::{HISTORY_S, State, Theme};
 
 fn live(t_s: f64) -> Event {
     Event::Live(Live {
@@ -45,9 +43,7 @@ fn a_stored_session_replays_to_the_same_state() {
 }
 
 fn draw(state: &State) -> Buffer {
-    let mut terminal = Terminal::new(TestBackend::new(140, 45)).unwrap();
-    terminal.draw(|frame| view(state, frame)).unwrap();
-    terminal.backend().buffer().clone()
+    rig::draw(state, 140, 45).backend().buffer().clone()
 }
 
 /// A replay that is moved back and played again.
@@ -185,10 +181,10 @@ fn the_reason_of_a_trip_goes_when_it_is_rearmed() {
         reason: reason.map(str::to_owned),
     };
     let state = state_after([
-        safety(SafetyState::Tripped, Some("e-stop")),
-        safety(SafetyState::Armed, None),
+        safety(SafetyView::Tripped, Some("e-stop")),
+        safety(SafetyView::Armed, None),
     ]);
-    assert_eq!(state.safety, Some(SafetyState::Armed));
+    assert_eq!(state.safety, Some(SafetyView::Armed));
     assert_eq!(state.safety_reason, None);
 }
 
@@ -205,7 +201,7 @@ fn control_characters_reach_no_cell_and_the_log_shows_them() {
             ..SessionHeader::default()
         }),
         Event::Safety {
-            state: SafetyState::Tripped,
+            state: SafetyView::Tripped,
             reason: evil(),
         },
         Event::Log {

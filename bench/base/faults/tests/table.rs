@@ -38,7 +38,7 @@ fn line(fault: FaultKind) -> String {
 
 #[test]
 fn the_documentation_has_the_table_as_it_is() {
-    let head = "| fault | what happens | row | the bench | the operator | by hand |\n| --- | --- | --- | --- | --- | --- |";
+    let head = "| fault | effect | row | the bench | the operator | by hand |\n| --- | --- | --- | --- | --- | --- |";
     let lines: Vec<_> = FaultKind::ALL.iter().map(|fault| line(*fault)).collect();
     let table = format!("{head}\n{}\n", lines.join("\n"));
     assert!(

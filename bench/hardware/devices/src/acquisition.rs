@@ -15,7 +15,7 @@ use crate::card_silence::CardSilence;
 use crate::excerpt::Excerpt;
 use crate::field_task::FieldReading;
 use crate::flags::{FlagUpdate, Flags, InputFault};
-use crate::gauges::Gauges;
+use crate::gauges::DeviceReadings;
 use crate::lost_frames::{LossWatch, Lost, Piece, SampleBlock};
 use crate::output_gap::{Gap, OutputGapWatch, OutputXrun};
 use crate::recorded_clocks::RecordedClocks;
@@ -61,7 +61,7 @@ pub struct Acquisition {
     recorder: RecorderSender,
     batches: BatchSender,
     signals: Arc<Signals>,
-    gauges: Arc<Gauges>,
+    gauges: Arc<DeviceReadings>,
     block: Vec<f32>,
     waiting: Vec<FieldReading>,
     /// First frame of the next block by the card's count, which leaves out the frames lost in an xrun.
@@ -108,7 +108,7 @@ impl Acquisition {
         (loss, output_gaps): (LossWatch, OutputGapWatch),
         wiring: AcquisitionQueues,
         signals: Arc<Signals>,
-        gauges: Arc<Gauges>,
+        gauges: Arc<DeviceReadings>,
         host: Arc<dyn Clock>,
     ) -> Self {
         Self {

@@ -12,7 +12,7 @@ use recording::recorder::{RecorderGauge, RecorderNotice, RecorderTask, recorder}
 use safety::{Pace, SafetyLines, Signals, Watch};
 use signalgen::audio::{Duplex, DuplexConfig, Host, StreamChoice};
 use signalgen::{Generator, InputReader, StreamDirection};
-use sources::field_box::FieldBox;
+use sources::field_box::FieldBoxDevice;
 use sources::position::LineEncoder;
 use sources::{Lines, Place};
 use tasks::{Clock, Mailbox, Schedule, StopFlag, Task};
@@ -26,7 +26,7 @@ use crate::drive_control::{DriveControl, WatchedDrive, settings};
 use crate::drive_ledger::DriveLedger;
 use crate::encoder::PositionEncoder;
 use crate::field_task::{Field, FieldReading};
-use crate::gauges::Gauges;
+use crate::gauges::DeviceReadings;
 use crate::life::Life;
 use crate::lost_frames::LossWatch;
 use crate::output_gap::OutputGapWatch;
@@ -46,7 +46,7 @@ pub struct Hardware {
     /// Place of the force sensor; `None` for the configured place.
     pub force_place: Option<Place>,
     /// The field box; `None` if no source of the bench is behind one.
-    pub field_box: Option<FieldBox>,
+    pub field_box: Option<FieldBoxDevice>,
     /// Clock of the host.
     pub clock: Arc<dyn Clock>,
     /// Schedule of the tasks.
@@ -72,7 +72,7 @@ impl Hardware {
         config: &Config,
         simulated_port: Option<&Path>,
     ) -> anyhow::Result<Self> {
-        self.field_box = FieldBox::open(config, simulated_port, Arc::clone(&self.clock))?;
+        self.field_box = FieldBoxDevice::open(config, simulated_port, Arc::clone(&self.clock))?;
         if let Some(field_box) = self.field_box.as_ref().filter(|_| !self.simulated) {
             field_box.require_known()?;
         }
@@ -98,11 +98,11 @@ pub struct OpenHardware {
     /// Whether an encoder is wired.
     pub has_position: bool,
     /// The field box, if there is one.
-    pub field_box: Option<FieldBox>,
+    pub field_box: Option<FieldBoxDevice>,
     /// Values that the safety watch judges; the reader of the samples publishes the drive's read-back there.
     pub signals: Arc<Signals>,
     /// Gauges for screens.
-    pub gauges: Arc<Gauges>,
+    pub gauges: Arc<DeviceReadings>,
     /// Safety watch and slow inputs: they run before the tasks that decide.
     pub tasks: Vec<Box<dyn Task>>,
 }
@@ -130,9 +130,9 @@ impl OpenHardware {
         let drive_settings = settings(config)?;
         lock_memory(config, &schedule)?;
         let signals = Arc::new(Signals::default());
-        let gauges = Arc::new(Gauges {
+        let gauges = Arc::new(DeviceReadings {
             lines: Arc::clone(&signals.lines),
-            ..Gauges::default()
+            ..DeviceReadings::default()
         });
         let start = thread_start(config, simulated, &gauges);
         let generator = Generator::new(drive_settings);
@@ -243,11 +243,11 @@ pub struct Bench {
     /// Whether an encoder is wired.
     pub has_position: bool,
     /// The field box, if there is one.
-    pub field_box: Option<FieldBox>,
+    pub field_box: Option<FieldBoxDevice>,
     /// Values that the safety watch judges.
     pub signals: Arc<Signals>,
     /// Gauges for screens.
-    pub gauges: Arc<Gauges>,
+    pub gauges: Arc<DeviceReadings>,
     /// Safety watch and slow inputs: they run before the tasks that decide.
     pub first_tasks: Vec<Box<dyn Task>>,
     /// Acquisition and recorder: they run after the tasks that decide.
@@ -371,10 +371,10 @@ const FEWEST_BLOCK_FRAMES: u32 = 32;
 fn duplex(config: &Config) -> DuplexConfig {
     let audio = &config.audio;
     let format = match audio.sample_format {
-        SampleFormat::F32 => signalgen::SampleFormat::F32,
-        SampleFormat::I32 => signalgen::SampleFormat::I32,
-        SampleFormat::I24 => signalgen::SampleFormat::I24,
-        SampleFormat::I16 => signalgen::SampleFormat::I16,
+        SampleFormat::F32 => signalgen::StreamFormat::F32,
+        SampleFormat::I32 => signalgen::StreamFormat::I32,
+        SampleFormat::I24 => signalgen::StreamFormat::I24,
+        SampleFormat::I16 => signalgen::StreamFormat::I16,
     };
     let stream = |device: &str, channels| StreamChoice {
         device: device.to_owned(),

@@ -10,7 +10,7 @@ use crossbeam_channel::Receiver;
 use jiff::{SignedDuration, Timestamp};
 use recording::DiskError;
 use recording::disk::replace_file;
-use safety::{Allowance, SlidingHour, Span};
+use safety::{Allowance, DrivenSpan, SlidingHour};
 use tasks::{Clock, Task};
 
 use crate::boot::Boot;
@@ -136,7 +136,7 @@ impl DoseAccount {
             let spans: Vec<Driven> = book.spans.iter().filter(counts).cloned().collect();
             for (start_s, end_s) in dose_record::on_this_run(&spans, boot, now) {
                 let ns = |up_s: f64| ((up_s - origin_s) * 1e9) as i64;
-                hour.add(Span {
+                hour.add(DrivenSpan {
                     start_ns: ns(start_s),
                     end_ns: ns(end_s),
                 });
@@ -232,18 +232,18 @@ struct DoseKeeper {
     boot: Boot,
     /// Origin of the bench's clock, in seconds of this run of the computer, suspensions included.
     origin_s: f64,
-    spans: Receiver<Span>,
-    open: Option<Span>,
+    spans: Receiver<DrivenSpan>,
+    open: Option<DrivenSpan>,
     /// Length of the open span on the disk, s.
     written_s: f64,
 }
 
-fn length_s(span: Span) -> f64 {
+fn length_s(span: DrivenSpan) -> f64 {
     (span.end_ns - span.start_ns) as f64 * 1e-9
 }
 
 impl DoseKeeper {
-    fn take(&mut self, span: Span) -> Result<(), DiskError> {
+    fn take(&mut self, span: DrivenSpan) -> Result<(), DiskError> {
         if self.open.is_some_and(|open| open.start_ns != span.start_ns) {
             self.end()?;
         }
@@ -256,7 +256,7 @@ impl DoseKeeper {
 
     /// Returns `span` as a record. A suspension of the computer during or after the span places it later by the same
     /// time: the age of a span counts from its end.
-    fn driven_span(&self, span: Span, driven_s: f64) -> Driven {
+    fn driven_span(&self, span: DrivenSpan, driven_s: f64) -> Driven {
         let start_s = span.start_ns as f64 * 1e-9;
         let ago_s = self.clock.now_ns() as f64 * 1e-9 - start_s;
         let elapsed = SignedDuration::try_from_secs_f64(ago_s).unwrap_or_default();
@@ -336,39 +336,15 @@ impl Task for DoseKeeper {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::Ordering;
+
     use crossbeam_channel::Sender;
 
     use super::*;
+    use crate::testing::{Hands, boot};
 
-    /// Clock set by the test, with the time for which the computer was suspended, s; its date is its time.
-    #[derive(Default)]
-    struct Hands(std::sync::atomic::AtomicU64, std::sync::atomic::AtomicU64);
-
-    impl Clock for Hands {
-        fn now_ns(&self) -> u64 {
-            self.0.load(std::sync::atomic::Ordering::Relaxed)
-        }
-
-        fn suspended_ns(&self) -> u64 {
-            1_000_000_000 * self.1.load(std::sync::atomic::Ordering::Relaxed)
-        }
-
-        fn utc(&self) -> Timestamp {
-            let passed_ns = self.now_ns() + self.suspended_ns();
-            Timestamp::from_nanosecond(i128::from(passed_ns)).unwrap()
-        }
-    }
-
-    fn boot(up_s: f64) -> Boot {
-        Boot {
-            id: Some("abc".to_owned()),
-            up_s,
-            machine: Some("1".to_owned()),
-        }
-    }
-
-    fn span(start_s: f64, end_s: f64) -> Span {
-        Span {
+    fn span(start_s: f64, end_s: f64) -> DrivenSpan {
+        DrivenSpan {
             start_ns: (start_s * 1e9) as i64,
             end_ns: (end_s * 1e9) as i64,
         }
@@ -378,7 +354,7 @@ mod tests {
         folder: tempfile::TempDir,
         clock: Arc<Hands>,
         task: Box<dyn Task>,
-        spans: Sender<Span>,
+        spans: Sender<DrivenSpan>,
     }
 
     impl Rig {
@@ -416,9 +392,7 @@ mod tests {
 
         fn advance(&mut self, now_s: f64) {
             let now_ns = (now_s * 1e9) as u64;
-            self.clock
-                .0
-                .store(now_ns, std::sync::atomic::Ordering::Relaxed);
+            self.clock.0.store(now_ns, Ordering::Relaxed);
             self.task.poll(now_ns).unwrap();
         }
 
@@ -477,9 +451,7 @@ mod tests {
         let mut rig = Rig::new();
         rig.drive(1.0, 2.0);
         rig.advance(10.0);
-        rig.clock
-            .1
-            .store(3600, std::sync::atomic::Ordering::Relaxed);
+        rig.clock.1.store(3600, Ordering::Relaxed);
         rig.drive(20.0, 500.0);
         rig.task.finish().unwrap();
         let book = read(&participant_path(rig.folder.path())).unwrap();
@@ -518,9 +490,7 @@ mod tests {
             allowance.spans.unwrap().send(driven_span).unwrap();
             task.unwrap().finish().unwrap();
         };
-        clock
-            .0
-            .store(100_000_000_000, std::sync::atomic::Ordering::Relaxed);
+        clock.0.store(100_000_000_000, Ordering::Relaxed);
         let remaining_s = || {
             [
                 AccountOwner::Nobody,

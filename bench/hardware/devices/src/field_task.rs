@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use crate::encoder::{Placed, PositionEncoder, Watched};
 pub use crate::field_reading::FieldReading;
-use crate::gauges::Gauges;
+use crate::gauges::DeviceReadings;
 use crate::reading_queue::ReadingSender;
 use safety::InputLine;
 use safety::{Press, SafetyCommand, Signals, Trip};
@@ -45,7 +45,7 @@ pub struct Field {
     readings: ReadingSender,
     pressed: Arc<AtomicBool>,
     signals: Arc<Signals>,
-    gauges: Arc<Gauges>,
+    gauges: Arc<DeviceReadings>,
     safety: Mailbox<SafetyCommand>,
     clock: Arc<dyn Clock>,
     /// Time of the last poll, ns.
@@ -73,7 +73,7 @@ impl Field {
         readings: ReadingSender,
         pressed: Arc<AtomicBool>,
         signals: Arc<Signals>,
-        gauges: Arc<Gauges>,
+        gauges: Arc<DeviceReadings>,
         safety: Mailbox<SafetyCommand>,
         clock: Arc<dyn Clock>,
     ) -> Self {
@@ -370,7 +370,7 @@ mod tests {
             settled: true,
             residual_s: Some(residual_s),
         };
-        let (gauges, safety) = <(Arc<Gauges>, Mailbox<SafetyCommand>)>::default();
+        let (gauges, safety) = <(Arc<DeviceReadings>, Mailbox<SafetyCommand>)>::default();
         gauges.card_clock.set(clock(-200.0, 0.0));
         let (readings, received) = reading_queue();
         let mut field = Field::new(
@@ -451,7 +451,7 @@ mod tests {
     #[test]
     fn a_short_press_stays_counted_with_its_time() {
         let (level, pressed) = <(Arc<AtomicBool>, Arc<AtomicBool>)>::default();
-        let gauges: Arc<Gauges> = Arc::default();
+        let gauges: Arc<DeviceReadings> = Arc::default();
         let mut field = Field::new(
             None,
             None,

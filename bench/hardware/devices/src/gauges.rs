@@ -32,7 +32,7 @@ pub struct FieldHealth {
 
 /// Latest values that the devices' tasks publish.
 #[derive(Debug, Default)]
-pub struct Gauges {
+pub struct DeviceReadings {
     /// Fill of the audio ring, 0 to 1.
     pub ring_fill: Slot<f64>,
     /// Greatest fill of the audio ring so far, 0 to 1.
@@ -47,7 +47,7 @@ pub struct Gauges {
     pub stream_threads: StreamThreads,
 }
 
-impl Gauges {
+impl DeviceReadings {
     /// Returns the relative excess of the force sensor's clock rate over the sound card's, ppm; `None` until it is
     /// known.
     #[must_use]

@@ -223,9 +223,10 @@ impl Task for WarmthKeeper {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::atomic::{AtomicU64, Ordering};
+    use std::sync::atomic::Ordering;
 
     use super::*;
+    use crate::testing::{Hands, boot};
 
     const HEAT: PlateHeat = PlateHeat {
         force_factor_n_per_v: 0.13,
@@ -236,35 +237,8 @@ mod tests {
         limit_c: 40.0,
     };
 
-    /// Clock set by the test, with the time for which the computer was suspended, s; its date is its time.
-    #[derive(Default)]
-    struct Hands(AtomicU64, AtomicU64);
-
-    impl Clock for Hands {
-        fn now_ns(&self) -> u64 {
-            self.0.load(Ordering::Relaxed)
-        }
-
-        fn suspended_ns(&self) -> u64 {
-            1_000_000_000 * self.1.load(Ordering::Relaxed)
-        }
-
-        fn utc(&self) -> Timestamp {
-            let passed_ns = self.now_ns() + self.suspended_ns();
-            Timestamp::from_nanosecond(i128::from(passed_ns)).unwrap()
-        }
-    }
-
     /// Time since the computer's start when the program's clock was at zero, s.
     const UP_S: f64 = 1000.0;
-
-    fn boot(up_s: f64) -> Boot {
-        Boot {
-            id: Some("abc".to_owned()),
-            up_s,
-            machine: Some("1".to_owned()),
-        }
-    }
 
     struct Rig {
         folder: tempfile::TempDir,

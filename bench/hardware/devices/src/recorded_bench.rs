@@ -3,7 +3,7 @@
 use config::{Config, Effective, MeasuredForce, Quantity, Sensor};
 use recording::manifest;
 use signalgen::StreamDirection;
-use sources::field_box::FieldBox;
+use sources::field_box::FieldBoxDevice;
 
 use crate::device_nodes::sound_card;
 use crate::life::Life;
@@ -91,11 +91,11 @@ fn recorded_scheduling(priorities: ThreadPriorities) -> Option<manifest::Recorde
 }
 
 /// Returns the source of the forces, and its field box if there is one.
-fn force_sensor(config: &Config, field_box: Option<&FieldBox>) -> Option<String> {
+fn force_sensor(config: &Config, field_box: Option<&FieldBoxDevice>) -> Option<String> {
     let force = config.force.as_ref()?;
     let box_text = field_box
         .filter(|_| matches!(force.sensor, Sensor::FieldBox(_)))
-        .and_then(FieldBox::in_words);
+        .and_then(FieldBoxDevice::in_words);
     let words = [Some(force.in_words()), box_text];
     Some(words.into_iter().flatten().collect::<Vec<_>>().join(", "))
 }
@@ -159,7 +159,7 @@ pub fn present_hardware(
     hardware: &manifest::RecordedHardware,
     config: &Config,
     priorities: ThreadPriorities,
-    field_box: Option<&FieldBox>,
+    field_box: Option<&FieldBoxDevice>,
 ) -> manifest::RecordedHardware {
     let scheduling = recorded_scheduling(priorities);
     manifest::RecordedHardware {

@@ -3,7 +3,7 @@
 use impedance::clock_alignment::ClockState;
 use recording::manifest::{ClockDevice, RecordedClock};
 
-use crate::gauges::Gauges;
+use crate::gauges::DeviceReadings;
 
 /// State of the clocks during a recording: the latest drift of each, and the greatest residual.
 #[derive(Debug, Default)]
@@ -11,7 +11,7 @@ pub(crate) struct RecordedClocks([Option<RecordedClock>; 3]);
 
 impl RecordedClocks {
     /// Takes the present state of the clocks.
-    pub(crate) fn look(&mut self, gauges: &Gauges) {
+    pub(crate) fn look(&mut self, gauges: &DeviceReadings) {
         let Some(card) = gauges.card_clock.get() else {
             return;
         };

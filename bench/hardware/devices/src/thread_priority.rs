@@ -10,7 +10,7 @@ use signalgen::audio::ThreadStart;
 use tasks::Schedule;
 use tasks::scheduling::{self, Scheduling};
 
-use crate::gauges::Gauges;
+use crate::gauges::DeviceReadings;
 
 /// Real-time priority of the sound card's callbacks: above the safety watch, far under the kernel's threads for
 /// interrupts (50), and no more than sound servers commonly have.
@@ -30,7 +30,7 @@ pub struct ThreadPriorities {
 impl ThreadPriorities {
     /// Returns the scheduling known now.
     #[must_use]
-    pub fn now(signals: &Signals, gauges: &Gauges) -> Self {
+    pub fn now(signals: &Signals, gauges: &DeviceReadings) -> Self {
         Self {
             watch: signals.scheduling.get(),
             output: gauges.stream_threads.get(StreamDirection::Output),
@@ -44,7 +44,7 @@ impl ThreadPriorities {
 pub(crate) fn thread_start(
     config: &Config,
     simulated: bool,
-    gauges: &Arc<Gauges>,
+    gauges: &Arc<DeviceReadings>,
 ) -> Option<ThreadStart> {
     let ask: fn() -> Scheduling = match config.audio.host {
         _ if simulated => return None,
@@ -82,7 +82,7 @@ mod tests {
 
     /// Returns the scheduling of the threads of both streams after they have started.
     fn started(host: &str, simulated: bool) -> ThreadPriorities {
-        let gauges = Arc::new(Gauges::default());
+        let gauges = Arc::new(DeviceReadings::default());
         let start = thread_start(&config(host), simulated, &gauges);
         for direction in [StreamDirection::Output, StreamDirection::Input] {
             let start = start.clone();

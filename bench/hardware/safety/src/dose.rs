@@ -5,7 +5,7 @@ use crossbeam_channel::{Receiver, Sender, TrySendError};
 use serde::Serialize;
 
 use crate::minutes::{at_least, at_most};
-use crate::sliding_hour::{SlidingHour, Span};
+use crate::sliding_hour::{DrivenSpan, SlidingHour};
 use crate::trip::Trip;
 
 /// Largest drive that does not count, V peak: the preflight's tone, which no finger feels.
@@ -26,7 +26,7 @@ const UNKEPT: &str = "the driving time cannot be saved: the disk of the study or
 /// Returns the two ends of the queue by which driven spans reach the task that keeps the account on a disk. A drive
 /// stops if its time has not been kept for 4 s, as when the disk hangs.
 #[must_use]
-pub fn span_reports() -> (Sender<Span>, Receiver<Span>) {
+pub fn span_reports() -> (Sender<DrivenSpan>, Receiver<DrivenSpan>) {
     crossbeam_channel::bounded(WAITING_REPORTS)
 }
 
@@ -40,7 +40,7 @@ pub struct Allowance {
     /// Earlier driving.
     pub earlier_driving: SlidingHour,
     /// Receives each span as it begins, grows and ends; spans differ by their start. Made by [`span_reports`].
-    pub spans: Option<Sender<Span>>,
+    pub spans: Option<Sender<DrivenSpan>>,
 }
 
 impl Allowance {
@@ -94,11 +94,11 @@ pub(crate) struct Dose {
     need_ns: i64,
     hour: SlidingHour,
     /// The span that may still grow.
-    open: Option<Span>,
+    open: Option<DrivenSpan>,
     /// Whether the plate was driven at the last poll.
     is_driven: bool,
     reported_ns: i64,
-    spans: Option<Sender<Span>>,
+    spans: Option<Sender<DrivenSpan>>,
     /// Whether the last report found no room, because the task that keeps the account hangs.
     is_unrecorded: bool,
 }
@@ -154,7 +154,7 @@ impl Dose {
                     self.hour.forget(now_ns);
                 }
                 if is_driven {
-                    self.open = Some(Span {
+                    self.open = Some(DrivenSpan {
                         start_ns: now_ns,
                         end_ns: now_ns,
                     });

@@ -33,14 +33,14 @@ pub use guard::{Commanded, DriveGuard};
 pub use loop_delay::{DELAY_WITHIN_S, LoopDelay};
 pub use minutes::{at_least, at_most};
 pub use plate_heat::PlateHeat;
-pub use readback::{Misfit, Readback};
+pub use readback::{Readback, ReadbackMisfit};
 pub use safety_limits::{
     BlindLimit, DEAD_MAN_RELEASE_S, FaintDrive, HiddenByDelay, Pace, SENSITIVITY, SafetyLimits,
 };
 pub use safety_lines::{GpioError, InputLine, LineLevels, OutputLine, SafetyLines, input, output};
 pub use safety_state::{SafetyCommand, SafetyState};
 pub use signals::{DriveReading, Nonsense, Press, Signals};
-pub use sliding_hour::{SlidingHour, Span};
+pub use sliding_hour::{DrivenSpan, SlidingHour};
 pub use stop_times::{StopLine, StopTimes};
 pub use trip::Trip;
 pub use watch::Watch;

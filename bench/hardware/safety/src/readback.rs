@@ -29,7 +29,7 @@ const SLIP_S: f64 = 5.0;
 
 /// Readings that no delay explains.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Misfit {
+pub struct ReadbackMisfit {
     /// The latest reading, V peak.
     pub measured_v: f64,
     /// Least and greatest command within the loop's latency, V peak.
@@ -142,7 +142,7 @@ impl Readback {
 
     /// Takes the envelope read back at `sample`, V peak, with the number of frames rendered less those captured,
     /// `ahead`, when it arrived; returns a misfit if the latest readings do not agree with the commands.
-    pub fn reading(&mut self, sample: u64, ahead: i64, volts: f64) -> Option<Misfit> {
+    pub fn reading(&mut self, sample: u64, ahead: i64, volts: f64) -> Option<ReadbackMisfit> {
         let sample = sample as i64;
         if self.readings.back().is_some_and(|last| last.0 >= sample) {
             return None;
@@ -164,7 +164,7 @@ impl Readback {
         }
         let late = |&&(frame, _): &&(i64, f64)| frame >= rendered - self.latency;
         let commands = self.commands.iter().filter(late).map(|&(_, volts)| volts);
-        Some(Misfit {
+        Some(ReadbackMisfit {
             measured_v: volts,
             commanded_v: (
                 commands.clone().fold(f64::INFINITY, f64::min),
@@ -193,8 +193,9 @@ impl Readback {
         let readings = self.readings.len() as u32;
         let has_candidates = !delays.is_empty();
         if let Some(&(reading_sample, volts)) = self.readings.back() {
+            let mut commanded = Commanded::new(&self.commands);
             for delay in &mut delays {
-                delay.vote(self.compare(reading_sample + delay.lead, volts));
+                delay.vote(self.compare(&mut commanded, reading_sample + delay.lead, volts));
             }
         }
         self.widen(&mut delays, sample);
@@ -248,17 +249,19 @@ impl Readback {
     /// Returns the delay of `lead` frames with all readings judged.
     fn voted_delay(&self, lead: i64) -> Delay {
         let mut delay = Delay::new(lead);
+        let mut commanded = Commanded::new(&self.commands);
         for &(reading_sample, volts) in &self.readings {
-            delay.vote(self.compare(reading_sample + lead, volts));
+            delay.vote(self.compare(&mut commanded, reading_sample + lead, volts));
         }
         delay
     }
 
-    fn compare(&self, frame: i64, volts: f64) -> Comparison {
-        let levels_v =
-            [-self.step / 2, 0, self.step / 2].map(|offset| self.commanded_v(frame + offset));
-        let low_v = levels_v.into_iter().fold(f64::INFINITY, f64::min);
-        let high_v = levels_v.into_iter().fold(0.0, f64::max);
+    fn compare(&self, commanded: &mut Commanded<'_>, frame: i64, volts: f64) -> Comparison {
+        let (mut low_v, mut high_v) = (f64::INFINITY, 0.0_f64);
+        for at_frame in [frame - self.step / 2, frame, frame + self.step / 2] {
+            let level_v = commanded.at(at_frame);
+            (low_v, high_v) = (low_v.min(level_v), high_v.max(level_v));
+        }
         let least_v = low_v * (1.0 - self.tolerance) - self.floor_v;
         let most_v = high_v * (1.0 + self.tolerance) + self.floor_v;
         Comparison {
@@ -266,18 +269,37 @@ impl Readback {
             tells: HALF_GAIN * high_v < least_v,
         }
     }
+}
+
+/// Envelope commanded between the rendered frames. Each reading is compared at hundreds of neighbouring frames: the place of
+/// one is where the search for the next begins.
+struct Commanded<'a> {
+    commands: &'a VecDeque<(i64, f64)>,
+    /// Index of the first command that is not before the last frame asked for.
+    next: usize,
+}
+
+impl<'a> Commanded<'a> {
+    fn new(commands: &'a VecDeque<(i64, f64)>) -> Self {
+        Self { commands, next: 0 }
+    }
 
     /// Returns the envelope commanded at `frame`, V peak: linear between two known commands, the nearest command
     /// elsewhere.
-    fn commanded_v(&self, frame: i64) -> f64 {
-        let next = self
-            .commands
-            .partition_point(|&(command_frame, _)| command_frame < frame);
-        match (
-            next.checked_sub(1)
-                .and_then(|previous| self.commands.get(previous)),
-            self.commands.get(next),
-        ) {
+    fn at(&mut self, frame: i64) -> f64 {
+        let is_before = |index: usize| self.commands.get(index).is_some_and(|c| c.0 < frame);
+        let mut next = self.next;
+        while is_before(next) {
+            next += 1;
+        }
+        while next > 0 && !is_before(next - 1) {
+            next -= 1;
+        }
+        self.next = next;
+        let previous = next
+            .checked_sub(1)
+            .and_then(|index| self.commands.get(index));
+        match (previous, self.commands.get(next)) {
             (Some(&(from, low)), Some(&(to, high))) => {
                 low + (high - low) * (frame - from) as f64 / (to - from) as f64
             }

@@ -7,7 +7,7 @@ const HOUR_NS: i64 = 3_600_000_000_000;
 
 /// A span of time in which the plate was driven, on the bench's clock; a time before the clock's origin is negative.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Span {
+pub struct DrivenSpan {
     /// Start of the drive, ns.
     pub start_ns: i64,
     /// Latest moment of the drive, ns; not before `start_ns`.
@@ -17,11 +17,11 @@ pub struct Span {
 /// Spans of driving within the last hour, and their total.
 ///
 /// ```
-/// use safety::{SlidingHour, Span};
+/// use safety::{SlidingHour, DrivenSpan};
 ///
 /// let minutes = |m: i64| m * 60_000_000_000;
 /// let mut hour = SlidingHour::default();
-/// hour.add(Span { start_ns: 0, end_ns: minutes(5) });
+/// hour.add(DrivenSpan { start_ns: 0, end_ns: minutes(5) });
 /// assert_eq!(hour.used_ns(minutes(30)), minutes(5));
 /// // Two minutes of it are over an hour ago.
 /// assert_eq!(hour.used_ns(minutes(62)), minutes(3));
@@ -31,13 +31,13 @@ pub struct Span {
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct SlidingHour {
     /// Spans in order, separate from each other.
-    spans: VecDeque<Span>,
+    spans: VecDeque<DrivenSpan>,
 }
 
 impl SlidingHour {
     /// Adds a span; time that several spans share counts once. A span that ends before it starts counts as empty.
-    pub fn add(&mut self, span: Span) {
-        let mut merged = Span {
+    pub fn add(&mut self, span: DrivenSpan) {
+        let mut merged = DrivenSpan {
             end_ns: span.end_ns.max(span.start_ns),
             ..span
         };

@@ -8,7 +8,7 @@ use config::{Config, Sensor};
 use signalgen::InputTap;
 
 use crate::channels::GaugeForce;
-use crate::field_box::FieldBox;
+use crate::field_box::FieldBoxDevice;
 use crate::force_source::ForceSource;
 use crate::netft::open_net;
 use crate::serial::{SerialForce, open_port};
@@ -45,7 +45,7 @@ pub fn open(
     config: &Config,
     place: Option<Place>,
     tap: Option<InputTap>,
-    field_box: Option<&FieldBox>,
+    field_box: Option<&FieldBoxDevice>,
 ) -> anyhow::Result<Option<Box<dyn ForceSource>>> {
     let Some(force) = &config.force else {
         return Ok(None);

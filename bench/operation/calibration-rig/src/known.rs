@@ -7,11 +7,10 @@ use std::time::Duration;
 use anyhow::{Context, bail};
 use serialport::SerialPort;
 
+use crate::operator::MICROMETRE_M;
 use crate::reference::Reference;
 use crate::typed_table;
 
-/// Length of a micrometre, the unit of typed amplitudes and of instruments, m.
-const MICROMETRE_M: f64 = 1e-6;
 /// Largest length of a line with a number, bytes.
 const LONGEST_LINE: usize = 256;
 /// Number of consecutive lines without a number that indicate another device or another baud rate.

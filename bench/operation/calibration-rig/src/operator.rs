@@ -8,8 +8,8 @@ use tui::event::SystemHealth;
 pub const GRAVITY_M_PER_S2: f64 = 9.806_65;
 /// Mass of a gram, kg: weights are marked in grams.
 pub const GRAM_KG: f64 = 1e-3;
-/// Length of a micrometre, the unit of typed amplitudes, m.
-const MICROMETRE_M: f64 = 1e-6;
+/// Length of a micrometre, the unit of typed amplitudes and of instruments, m.
+pub(crate) const MICROMETRE_M: f64 = 1e-6;
 
 /// A direction of the force sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

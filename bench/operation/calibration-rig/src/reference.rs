@@ -14,7 +14,7 @@ const LEAST_RATIO: f64 = 3.0;
 
 /// Quantity measured by the instrument, with its scale per volt.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Follows {
+pub enum MeasuredQuantity {
     /// Displacement, m/V.
     Displacement(f64),
     /// Velocity, m/s/V.
@@ -35,7 +35,7 @@ pub struct StatedDelay {
 pub struct Reference {
     /// Input channel.
     pub channel: u16,
-    follows: Follows,
+    follows: MeasuredQuantity,
     volts_per_unit: f64,
     delay: Option<StatedDelay>,
     /// Phase of the instrument's input minus that of the drive's, its standard error, and the frequency of the measurement, rad
@@ -61,7 +61,7 @@ impl Reference {
     /// If the input is not spare, or a number is out of its range.
     pub fn new(
         (channel, volts_per_unit): (u16, f64),
-        follows: Follows,
+        follows: MeasuredQuantity,
         delay: Option<StatedDelay>,
         config: &Config,
         calibration: &CalibrationFile,
@@ -90,10 +90,12 @@ impl Reference {
             bail!("{name} = {value} must be over 0 and at most {most}")
         };
         match follows {
-            Follows::Displacement(m_per_v) => {
+            MeasuredQuantity::Displacement(m_per_v) => {
                 positive("--reference-um-per-v", m_per_v * 1e6, 1e3)?;
             }
-            Follows::Velocity(per_v) => positive("--reference-m-per-s-per-v", per_v, 100.0)?,
+            MeasuredQuantity::Velocity(per_v) => {
+                positive("--reference-m-per-s-per-v", per_v, 100.0)?
+            }
         }
         positive("--reference-volts-per-unit", volts_per_unit, 1e3)?;
         if let Some(StatedDelay { delay_s, error_s }) = delay {
@@ -151,8 +153,8 @@ impl Reference {
                 .map_or(0.0, |(phase, _, at_hz)| phase * carrier_hz / at_hz),
         );
         let per_volt = match self.follows {
-            Follows::Displacement(m_per_v) => Complex64::from(m_per_v),
-            Follows::Velocity(m_per_s_per_v) => m_per_s_per_v / Complex64::new(0.0, omega),
+            MeasuredQuantity::Displacement(m_per_v) => Complex64::from(m_per_v),
+            MeasuredQuantity::Velocity(m_per_s_per_v) => m_per_s_per_v / Complex64::new(0.0, omega),
         };
         let per_unit = per_volt * self.volts_per_unit;
         let noise = tone.rest_rms * (3.0 / frames as f64).sqrt();
@@ -178,8 +180,8 @@ impl Reference {
     /// Returns a description of the instrument.
     pub fn in_words(&self) -> String {
         let follows = match self.follows {
-            Follows::Displacement(per_v) => format!("displacement, {} µm/V", per_v * 1e6),
-            Follows::Velocity(per_v) => format!("velocity, {per_v} m/s/V"),
+            MeasuredQuantity::Displacement(per_v) => format!("displacement, {} µm/V", per_v * 1e6),
+            MeasuredQuantity::Velocity(per_v) => format!("velocity, {per_v} m/s/V"),
         };
         let delay = self.delay.map_or_else(
             || "delay unknown".to_owned(),
@@ -208,7 +210,7 @@ mod tests {
 
     fn instrument_on(
         channel: u16,
-        follows: Follows,
+        follows: MeasuredQuantity,
         volts_per_unit: f64,
         delay: Option<StatedDelay>,
     ) -> Result<Reference, String> {
@@ -216,7 +218,7 @@ mod tests {
         Reference::new(input, follows, delay, &config(), &none_held()).map_err(|e| e.to_string())
     }
 
-    const UM: Follows = Follows::Displacement(1e-6);
+    const UM: MeasuredQuantity = MeasuredQuantity::Displacement(1e-6);
 
     #[test]
     fn a_refusal_names_the_option_or_the_line() {
@@ -234,11 +236,11 @@ mod tests {
                 "--reference-volts-per-unit",
             ),
             (
-                instrument_on(3, Follows::Displacement(-1e-6), 1.0, None),
+                instrument_on(3, MeasuredQuantity::Displacement(-1e-6), 1.0, None),
                 "--reference-um-per-v",
             ),
             (
-                instrument_on(3, Follows::Velocity(0.0), 1.0, None),
+                instrument_on(3, MeasuredQuantity::Velocity(0.0), 1.0, None),
                 "--reference-m-per-s-per-v",
             ),
             (
@@ -276,7 +278,7 @@ mod tests {
             error_s: 1e-7,
         });
         let displacement = instrument_on(3, UM, 4.0, late).unwrap();
-        let velocity = instrument_on(3, Follows::Velocity(0.1), 4.0, late).unwrap();
+        let velocity = instrument_on(3, MeasuredQuantity::Velocity(0.1), 4.0, late).unwrap();
         // A displacement of 1 µm with a phase of 0.5 rad.
         let displacement_m = Complex64::from_polar(1e-6, 0.5);
         let reading = displacement_m * Complex64::cis(-omega * 2e-6) / 4.0;

@@ -1,6 +1,6 @@
 //! Options of an instrument with its analog output on a spare input.
 
-use crate::reference::{Follows, Reference, StatedDelay};
+use crate::reference::{MeasuredQuantity, Reference, StatedDelay};
 use clap::Args;
 use config::{CalibrationFile, Config};
 
@@ -70,8 +70,8 @@ impl ReferenceOptions {
             return Ok(None);
         };
         let follows = match (self.um_per_v, self.m_per_s_per_v) {
-            (Some(um_per_v), _) => Follows::Displacement(um_per_v * 1e-6),
-            (None, per_v) => Follows::Velocity(per_v.unwrap_or(f64::NAN)),
+            (Some(um_per_v), _) => MeasuredQuantity::Displacement(um_per_v * 1e-6),
+            (None, per_v) => MeasuredQuantity::Velocity(per_v.unwrap_or(f64::NAN)),
         };
         let delay = self.delay_us.map(|delay_us| StatedDelay {
             delay_s: delay_us * 1e-6,

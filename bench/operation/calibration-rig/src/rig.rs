@@ -9,7 +9,7 @@ use config::{Effective, Force, Identity};
 use crossbeam_channel::{Receiver, Sender};
 use devices::drive_control::DriveControl;
 use devices::field_task::FieldReading;
-use devices::{Boot, DriveLedger, Gauges, Hardware, Life, OpenHardware};
+use devices::{Boot, DeviceReadings, DriveLedger, Hardware, Life, OpenHardware};
 use jiff::Timestamp;
 use operator_ui::bench_page::HealthMeter;
 use operator_ui::console::DashboardThread;
@@ -45,7 +45,7 @@ pub struct Outcome<P> {
 }
 
 /// The operator, and the thread of their screen if there is one.
-pub type Attendance = (Box<dyn Operator>, Option<DashboardThread>);
+pub type AttendingOperator = (Box<dyn Operator>, Option<DashboardThread>);
 
 /// Runs `procedure` on the bench, and adds its driving time and heating to `ledger`. `attend` opens the operator's screen once
 /// the bench is open; quitting the screen ends the bench.
@@ -59,7 +59,7 @@ pub fn run<P: Procedure>(
     ledger: DriveLedger,
     hands: Option<Hands>,
     instrument: Option<Instrument>,
-    attend: impl FnOnce(&Life) -> anyhow::Result<Attendance>,
+    attend: impl FnOnce(&Life) -> anyhow::Result<AttendingOperator>,
     procedure: P,
 ) -> anyhow::Result<Outcome<P>> {
     let config = bench.config();
@@ -152,7 +152,7 @@ struct RigTask<P> {
     readings: Receiver<FieldReading>,
     drive: DriveControl,
     signals: Arc<Signals>,
-    gauges: Arc<Gauges>,
+    gauges: Arc<DeviceReadings>,
     health: HealthMeter,
     instrument: Option<Instrument>,
     operator: Box<dyn Operator>,

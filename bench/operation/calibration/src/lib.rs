@@ -13,6 +13,7 @@
 
 pub mod channel_match;
 pub mod channels;
+mod instrument_mean;
 pub mod masses;
 pub mod pickup;
 pub mod plate_look;

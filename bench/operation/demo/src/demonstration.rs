@@ -15,7 +15,7 @@ use crate::{folder, process};
 
 /// Options of `demo`.
 #[derive(Debug, Args)]
-pub struct Options {
+pub struct DemoOptions {
     /// Folder to create; if it exists, a numbered one is created instead, such as demo-2.
     #[arg(value_name = "FOLDER", default_value = "demo")]
     pub folder: PathBuf,
@@ -23,7 +23,7 @@ pub struct Options {
 
 /// End of a demonstration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ended {
+pub enum DemoEnd {
     /// All steps succeeded.
     Completed,
     /// A step failed and has reported the reason; its exit status.
@@ -41,12 +41,12 @@ const SIGNALLED: i32 = 128;
 /// # Errors
 /// [`DemoError`].
 pub fn run(
-    options: &Options,
+    options: &DemoOptions,
     (program, called): (&Path, &Path),
     more: &[&str],
     mut out: impl Write,
     bold: bool,
-) -> Result<Ended, DemoError> {
+) -> Result<DemoEnd, DemoError> {
     let folder = folder::make(&options.folder)?;
     let calibration = folder.join("calibration");
     fs::create_dir(&calibration).map_err(|source| DemoError::Folder {
@@ -62,10 +62,10 @@ pub fn run(
             DemoError::Program { program, source }
         })?;
         if let Some(signal) = signals.came() {
-            return Ok(Ended::Failed(byte(SIGNALLED + signal)));
+            return Ok(DemoEnd::Failed(byte(SIGNALLED + signal)));
         }
         if !status.success() {
-            return Ok(Ended::Failed(status.code().map_or(NO_STATUS, byte)));
+            return Ok(DemoEnd::Failed(status.code().map_or(NO_STATUS, byte)));
         }
     }
     title(&mut out, "Results", bold)?;
@@ -81,7 +81,7 @@ pub fn run(
         quoted(called),
         quoted(&folder.join("study"))
     )?;
-    Ok(Ended::Completed)
+    Ok(DemoEnd::Completed)
 }
 
 /// Files of the results with their descriptions.
@@ -120,12 +120,12 @@ mod tests {
     use super::*;
 
     /// Runs a demonstration with a script as the program; returns its end, its output, and the file that the script wrote.
-    fn demonstrated(script: &str) -> (Result<Ended, DemoError>, String, String) {
+    fn demonstrated(script: &str) -> (Result<DemoEnd, DemoError>, String, String) {
         let room = tempfile::tempdir().unwrap();
         let program = room.path().join("program");
         fs::write(&program, format!("#!/bin/sh\n{script}\n")).unwrap();
         fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
-        let options = Options {
+        let options = DemoOptions {
             folder: room.path().join("a demo"),
         };
         let mut shown = Vec::new();
@@ -138,7 +138,7 @@ mod tests {
     #[test]
     fn every_step_is_run_and_shown_in_turn() {
         let (ended, shown, kept) = demonstrated(r#"echo "$@" >>"$(dirname "$0")/a demo/kept""#);
-        assert_eq!(ended.unwrap(), Ended::Completed, "{shown}");
+        assert_eq!(ended.unwrap(), DemoEnd::Completed, "{shown}");
         let commands: Vec<&str> = kept.lines().collect();
         let titles: Vec<&str> = shown
             .lines()
@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn a_step_that_fails_ends_the_demonstration_with_its_status() {
         let (ended, shown, _) = demonstrated("[ \"$2\" != plate ] || exit 3");
-        assert_eq!(ended.unwrap(), Ended::Failed(3));
+        assert_eq!(ended.unwrap(), DemoEnd::Failed(3));
         assert!(shown.contains("calibrate plate)"), "{shown}");
         assert!(!shown.contains("calibrate force)"), "{shown}");
     }

@@ -11,5 +11,5 @@ mod process;
 mod signals;
 mod steps;
 
-pub use demonstration::{Ended, Options, run};
+pub use demonstration::{DemoEnd, DemoOptions, run};
 pub use error::DemoError;

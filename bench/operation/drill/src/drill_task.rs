@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crossbeam_channel::{Receiver, Sender};
-use devices::Gauges;
+use devices::DeviceReadings;
 use devices::drive_control::DriveControl;
 use operator_ui::console::{Front, safety_event};
 use recording::pipeline::Batch;
@@ -66,7 +66,7 @@ pub(crate) struct DrillTask {
     pub batches: Receiver<Batch>,
     pub drive: DriveControl,
     pub signals: Arc<Signals>,
-    pub gauges: Arc<Gauges>,
+    pub gauges: Arc<DeviceReadings>,
     pub stop: StopFlag,
     /// Raised when the screen has ended or a signal requests the end.
     pub quit: StopFlag,

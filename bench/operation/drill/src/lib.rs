@@ -21,7 +21,7 @@ pub use draw::NotDrilledError;
 pub use record::{DrillFolder, DrillRecord, ExerciseRecord};
 pub use scripted::Scripted;
 pub use signs::is_sign;
-pub use times::{Outcome, Times};
+pub use times::{ExerciseOutcome, Times};
 
 use faults::FaultKind;
 

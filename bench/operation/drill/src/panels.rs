@@ -1,6 +1,6 @@
 //! The live panels of an exercise.
 
-use devices::Gauges;
+use devices::DeviceReadings;
 use live::live_meter::LiveMeter;
 use recording::pipeline::{Account, Batch};
 use tui::Event;
@@ -29,7 +29,7 @@ impl Panels {
     }
 
     /// Returns the events to show at `now_ns`.
-    pub fn events(&mut self, now_ns: u64, gauges: &Gauges) -> impl Iterator<Item = Event> {
+    pub fn events(&mut self, now_ns: u64, gauges: &DeviceReadings) -> impl Iterator<Item = Event> {
         let live = self.meter.live(None).map(Event::Live);
         let health = &mut self.meter.health;
         let health = health.read(now_ns, &self.account, gauges, self.rate_hz);

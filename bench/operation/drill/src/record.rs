@@ -9,7 +9,7 @@ use recording::disk::replace_file;
 use serde::{Deserialize, Serialize};
 
 use crate::exercise::Exercise;
-use crate::times::{Outcome, Times};
+use crate::times::{ExerciseOutcome, Times};
 
 /// Version of `drill.toml`.
 const FORMAT: u32 = 1;
@@ -76,8 +76,8 @@ impl ExerciseRecord {
         let fault = exercise.fault();
         let row = fault.row();
         let missed = match exercise.outcome() {
-            Some(Outcome::Met) => None,
-            Some(Outcome::Missed(reason)) => Some(reason.clone()),
+            Some(ExerciseOutcome::Met) => None,
+            Some(ExerciseOutcome::Missed(reason)) => Some(reason.clone()),
             None => Some("left".to_owned()),
         };
         Self {

@@ -1,6 +1,6 @@
 //! Flags raised by the bench since a fault began.
 
-use devices::Gauges;
+use devices::DeviceReadings;
 use devices::flags::InputFault;
 use faults::FaultKind;
 use recording::pipeline::{Account, Batch};
@@ -64,7 +64,7 @@ pub(crate) struct Signs {
 
 impl Signs {
     /// Takes an acquired batch.
-    pub fn take(&mut self, batch: &Batch, gauges: &Gauges) {
+    pub fn take(&mut self, batch: &Batch, gauges: &DeviceReadings) {
         self.counts.account = batch.account;
         if let Some(field) = gauges.field.get() {
             self.counts.force = field.force;
@@ -123,7 +123,7 @@ mod tests {
                 ..Batch::default()
             };
             signs.begin(FaultKind::Nan);
-            signs.take(&batch, &Gauges::default());
+            signs.take(&batch, &DeviceReadings::default());
             signs.flag()
         };
         assert_eq!(flag("input xrun at 3.000 s: the card was too slow"), None);

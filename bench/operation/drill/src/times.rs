@@ -44,7 +44,7 @@ impl Times {
 
 /// Outcome of an exercise.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Outcome {
+pub enum ExerciseOutcome {
     /// Bench and operator did all that is required, in time.
     Met,
     /// A requirement was missed; holds the reason.

@@ -5,9 +5,8 @@ use std::collections::VecDeque;
 use analysis::measurements::Measurements;
 use config::Effective;
 use protocols::selection::analyse_exploration;
-use protocols::{Direction, Interval, IntervalKind, Protocol, TrialKey};
+use protocols::{Direction, Interval, IntervalKind, Protocol, TrialKey, TrialLabel};
 use recording::pipeline::Account;
-use recording::study::TrialLabel;
 use tui::event::Crop;
 
 use crate::exploration_crop::{ExplorationName, crop};
@@ -38,9 +37,7 @@ impl AttemptRecord {
             carrier_hz,
             account,
             name: ExplorationName {
-                trial: TrialLabel::new(key, protocol.trials.practice).number,
-                practice: key.practice,
-                attempt: key.attempt,
+                attempt: TrialLabel::new(key, protocol.trials.practice),
                 exploration: 0,
             },
             waiting: VecDeque::new(),

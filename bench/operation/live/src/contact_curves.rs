@@ -3,7 +3,7 @@
 //! The curves are quasi-static: at each amplitude the gap balances the forces. In a real period the gap lags by τ, which opens
 //! the trace around the curve.
 
-use analysis::trial_fit::{FitRequest, TrialFit};
+use analysis::trial_fit::{FitRequest, TrialContact};
 use contact::harmonic;
 use num_complex::Complex64;
 use protocols::Stretch;
@@ -16,7 +16,7 @@ const POINTS: usize = 48;
 const PARTS: usize = 16;
 
 /// Returns the curves of `fit` and the measured friction in the trial's instances; `None` without a valid sample.
-pub fn contact_curves(request: &FitRequest, fit: &TrialFit) -> Option<ContactCurves> {
+pub fn contact_curves(request: &FitRequest, fit: &TrialContact) -> Option<ContactCurves> {
     // Amplitude under the finger, normal force, friction coefficient.
     let mut samples: Vec<(f64, f64, f64)> = Vec::new();
     for exploration in &request.explorations {

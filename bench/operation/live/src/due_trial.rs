@@ -7,12 +7,14 @@ use analysis::trial_selection;
 use analysis::unloaded_plate;
 use config::Effective;
 use devices::recorded_bench::recorded_errors;
-use protocols::{Interval, IntervalKind, Protocol, SelectionRules, TrialAnalysis, TrialKey};
+use protocols::{
+    Interval, IntervalKind, Protocol, SelectionRules, TrialAnalysis, TrialKey, TrialLabel,
+};
 use recording::manifest::StandardErrors;
 use recording::pipeline::Account;
-use recording::study::TrialLabel;
 use tui::action::AttemptName;
 
+use crate::attempt_name::attempt_name;
 use crate::attempt_record::AttemptRecord;
 
 /// A completed trial with data still on their way.
@@ -46,36 +48,44 @@ impl DueTrial {
         let key = self.key;
         let rules = protocol.selection_rules(bench.config().plate.centre_m);
         let mut data = record.measurements;
-        let unloaded_s = unloaded_s(&self.intervals);
+        let unloaded_s = spans_s(&self.intervals, |kind| kind == IntervalKind::Unloaded);
+        let explored_s = spans_s(&self.intervals, |kind| kind != IntervalKind::Unloaded);
         // Whether a finger rested on the plate is seen in the sensor's own readings.
         let unloaded_n = unloaded_s.last();
         let unloaded_n =
             unloaded_n.and_then(|&(start_s, end_s)| data.mean_normal_n(start_s, end_s));
-        ForceZero::read(&data, &unloaded_s).subtract(&mut data.force);
+        let zero = ForceZero::read(&data, &unloaded_s);
+        zero.subtract(&mut data.force);
         let mut analysis = trial_selection::analyse(&key, &self.intervals, &data, &rules);
         analysis.unloaded_mean_normal_n = unloaded_n;
         count_losses(&mut analysis, account, &record.account);
-        let number = TrialLabel::new(&key, protocol.trials.practice).number;
-        let carrier = (number, record.carrier_hz);
-        let mut request = fit_request(&key, carrier, &self.intervals, data, &analysis, rules);
-        request.calibration = recorded_errors(bench).unwrap_or_default();
+        let label = TrialLabel::new(&key, protocol.trials.practice);
+        let carrier_hz = record.carrier_hz;
+        let mut request = fit_request(
+            (label, carrier_hz),
+            (&self.intervals, &unloaded_s),
+            data,
+            &analysis,
+            rules,
+        );
+        let errors = recorded_errors(bench).unwrap_or_default();
+        let touch = request
+            .record
+            .force_under_finger(&explored_s, rules.contact_n);
+        request.calibration = zero.standard_errors(errors, &touch);
         AnalysedTrial {
             analysis,
-            attempt: AttemptName {
-                trial: number,
-                practice: key.practice,
-                attempt: key.attempt,
-            },
+            attempt: attempt_name(label),
             request,
         }
     }
 }
 
-/// Returns start and end of each interval without a finger, s.
-fn unloaded_s(intervals: &[Interval]) -> Vec<(f64, f64)> {
+/// Returns start and end of each interval of a kind, s.
+fn spans_s(intervals: &[Interval], is_of_kind: impl Fn(IntervalKind) -> bool) -> Vec<(f64, f64)> {
     intervals
         .iter()
-        .filter(|interval| interval.kind == IntervalKind::Unloaded)
+        .filter(|interval| is_of_kind(interval.kind))
         .map(|interval| (interval.start_s, interval.end_s))
         .collect()
 }
@@ -87,20 +97,18 @@ fn count_losses(analysis: &mut TrialAnalysis, end: &Account, start: &Account) {
     (analysis.input_xruns, analysis.output_xruns) = end.costly_xruns_since(start);
 }
 
-/// Returns the request to fit a completed trial at `carrier_hz`; `number` is its number within its part of the session.
+/// Returns the request to fit a completed trial at `carrier_hz`.
 fn fit_request(
-    key: &TrialKey,
-    (number, carrier_hz): (u32, f64),
-    intervals: &[Interval],
+    (label, carrier_hz): (TrialLabel, f64),
+    (intervals, unloaded_s): (&[Interval], &[(f64, f64)]),
     record: Measurements,
     analysis: &TrialAnalysis,
     rules: SelectionRules,
 ) -> FitRequest {
-    let sort = if key.practice { "practice" } else { "trial" };
     // Live estimates use only the corrected impedance, which averages over any span.
-    let plate = unloaded_plate::read(&record, &unloaded_s(intervals), 0.0, rules.contact_n / 2.0);
+    let plate = unloaded_plate::read(&record, unloaded_s, 0.0, rules.contact_n / 2.0);
     FitRequest {
-        label: format!("{sort} {number}"),
+        label: label.trial_name(),
         carrier_hz,
         calibration: StandardErrors::default(),
         plate: plate.map(|reading| reading.plate),

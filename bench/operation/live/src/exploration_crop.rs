@@ -1,7 +1,7 @@
 //! Crop of an exploration for the operator's screen.
 
 use analysis::measurements::FrameSeries;
-use protocols::{Direction, Stretch, Validity};
+use protocols::{Direction, Stretch, TrialLabel, Validity};
 use tui::event::{Crop, CropStretch};
 
 /// Number of cells of the crop's curves: more than the dots that a terminal has for one of two explorations side by side.
@@ -10,12 +10,8 @@ const CELLS: usize = 200;
 /// Identification of a cropped exploration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ExplorationName {
-    /// Number of the trial.
-    pub trial: u32,
-    /// Whether the trial is practice.
-    pub practice: bool,
-    /// Number of the attempt, from 1.
-    pub attempt: u32,
+    /// Attempt at its trial.
+    pub attempt: TrialLabel,
     /// Number of the exploration within the trial, from 1.
     pub exploration: u32,
 }
@@ -54,9 +50,9 @@ pub fn crop(
         })
     };
     Crop {
-        trial: name.trial,
-        practice: name.practice,
-        attempt: name.attempt,
+        trial: name.attempt.number,
+        practice: name.attempt.is_practice(),
+        attempt: name.attempt.attempt,
         exploration: name.exploration,
         leftwards: direction == Direction::RightToLeft,
         start_s,

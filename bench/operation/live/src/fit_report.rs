@@ -1,6 +1,6 @@
 //! Report on a trial's fit.
 
-use analysis::trial_fit::{NoFit, TrialFit};
+use analysis::trial_fit::{NoFit, TrialContact};
 
 use contact::uncertain::Uncertain;
 use serde_json::{Map, Value, json};
@@ -19,7 +19,7 @@ pub struct FitReport {
     /// S, q0 and η of the trial itself; `None` if the trial is excluded.
     pub trial_skin: Option<TrialSkin>,
     /// Fit, or the reason why it failed.
-    pub fit: Result<TrialFit, NoFit>,
+    pub fit: Result<TrialContact, NoFit>,
     /// Curves of the fitted contact.
     pub curves: Option<ContactCurves>,
 }

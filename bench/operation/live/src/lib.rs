@@ -1,6 +1,7 @@
 //! Live processing of the samples for the operator: readings and texts for the dashboard, the fit of the participant's contact
 //! after each trial, and detection of interference.
 
+pub mod attempt_name;
 pub mod attempt_record;
 pub mod attempt_state;
 pub mod carrier_decision;

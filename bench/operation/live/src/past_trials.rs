@@ -1,56 +1,28 @@
-//! Trials of a session's earlier parts, read from its log.
+//! Trials of a session's earlier parts, by its history.
 
-use std::collections::BTreeMap;
-
-use protocols::{Protocol, SessionEventKind, TrialKey, TrialOutcome, TrialRecord};
-use recording::study::TrialLabel;
-use recording::study::event_log::{Document, LogEvent};
+use protocols::{Protocol, TrialLabel, TrialOutcome, TrialRecord};
 use serde_json::Value;
+use study::sessions::LoggedFit;
 use tui::event::{FitView, TrialVerdict, ValueAndStd};
 
 use crate::screen_words;
 
-/// Returns the verdicts on the attempts of `records`, and the fits among the log's `documents`.
+/// Returns the verdicts on the attempts of `records`, and the fits of attempts that the log names.
 pub fn past_trials(
     records: &[TrialRecord],
-    documents: &[Document],
+    fits: &[LoggedFit],
     protocol: &Protocol,
 ) -> Vec<tui::Event> {
-    let practice = protocol.trials.practice;
     let verdicts = records
         .iter()
         .map(|record| tui::Event::Verdict(settled(record, protocol)));
-    // A fit names only its trial; it belongs to the attempt that began last.
-    let mut last_attempts: BTreeMap<String, TrialKey> = BTreeMap::new();
-    let mut fits = Vec::new();
-    for event in documents.iter().filter_map(|document| match document {
-        Document::Event(event) => Some(event),
-        _ => None,
-    }) {
-        let kind = serde_json::from_value(Value::Object(event.data.clone()));
-        if let Ok(SessionEventKind::TrialBegan { key }) = kind {
-            last_attempts.insert(label(&key, practice), key);
-        } else if let Some(key) = fitted_trial(event).and_then(|trial| last_attempts.get(trial)) {
-            fits.push(tui::Event::Fit(fit(event, key, practice)));
-        }
-    }
+    let fits = fits
+        .iter()
+        .filter_map(|logged_fit| Some(tui::Event::Fit(fit(logged_fit, logged_fit.attempt?))));
     verdicts.chain(fits).collect()
 }
 
-/// Returns the name by which a fit refers to the trial of `key`.
-fn label(key: &TrialKey, practice: u32) -> String {
-    let number = TrialLabel::new(key, practice).number;
-    let sort = if key.practice { "practice" } else { "trial" };
-    format!("{sort} {number}")
-}
-
-fn fitted_trial(event: &LogEvent) -> Option<&str> {
-    let text = |key: &str| event.data.get(key).and_then(Value::as_str);
-    text("event").filter(|name| *name == "fit")?;
-    text("of")
-}
-
-fn fit(event: &LogEvent, key: &TrialKey, practice: u32) -> FitView {
+fn fit(event: &LoggedFit, attempt: TrialLabel) -> FitView {
     let number = |name: &str| event.data.get(name).and_then(Value::as_f64);
     let estimate = |value: &str, std: &str| {
         Some(ValueAndStd {
@@ -59,9 +31,9 @@ fn fit(event: &LogEvent, key: &TrialKey, practice: u32) -> FitView {
         })
     };
     FitView {
-        trial: TrialLabel::new(key, practice).number,
-        practice: key.practice,
-        attempt: key.attempt,
+        trial: attempt.number,
+        practice: attempt.is_practice(),
+        attempt: attempt.attempt,
         sigma_t_m: estimate("sigma_t_m", "sigma_t_std_m"),
         mu0: estimate("mu0", "mu0_std"),
         drift_hz: estimate("plate_drift_hz", "plate_drift_std_hz"),
@@ -108,7 +80,8 @@ pub fn settled(record: &TrialRecord, protocol: &Protocol) -> TrialVerdict {
 
 #[cfg(test)]
 mod tests {
-    use protocols::{Interruption, RedoReason, built_in};
+    use protocols::{Interruption, RedoReason, SessionEventKind, TrialKey, built_in};
+    use recording::study::event_log::{Document, LogContent, LogEvent};
     use serde_json::json;
 
     use super::*;
@@ -162,7 +135,13 @@ mod tests {
             fit("trial 9", 1.9e-6),
             event(&json!({ "event": "fit", "of": 3 })),
         ];
-        let events = past_trials(&[], &documents, &protocol());
+        let content = LogContent {
+            documents: documents.into(),
+            torn_lines: Vec::new(),
+        };
+        let protocol = protocol();
+        let history = study::sessions::history(&content, protocol.trials.practice);
+        let events = past_trials(&[], &history.fits, &protocol);
         let fits: Vec<_> = events
             .iter()
             .filter_map(|event| match event {

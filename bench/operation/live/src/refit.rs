@@ -6,7 +6,7 @@
 use std::time::Duration;
 
 use analysis::amplitude_profile::AmplitudeProfile;
-use analysis::trial_fit::{CutTrial, FitRequest, NoFit, TrialFit};
+use analysis::trial_fit::{CutTrial, FitRequest, NoFit, TrialContact};
 use contact::AssumedConstants;
 use crossbeam_channel::{Receiver, Sender};
 use tasks::Task;
@@ -124,7 +124,7 @@ impl Refit {
 
 fn curves(
     request: &FitRequest,
-    fit: &Result<TrialFit, NoFit>,
+    fit: &Result<TrialContact, NoFit>,
 ) -> Option<tui::event::ContactCurves> {
     contact_curves(request, fit.as_ref().ok()?)
 }

@@ -1,8 +1,8 @@
-//! Estimates of the participant's skin and the carrier, read from the log of a resumed session.
+//! Estimates of the participant's skin and the carrier, by the history of a resumed session.
 
 use contact::uncertain::Uncertain;
-use recording::study::event_log::{Document, LogEvent};
 use serde_json::Value;
+use study::sessions::{CarrierChange, LoggedSession};
 
 use crate::carrier_decision::DecidedCarrier;
 use crate::participant_skin::{ParticipantSkin, TrialSkin};
@@ -17,39 +17,18 @@ pub struct Resumed {
 }
 
 impl Resumed {
-    /// Reads the documents of a log; empty for a new session.
-    pub fn from_documents(documents: &[Document]) -> Self {
+    /// Reads the history of the earlier parts; empty for a new session.
+    pub fn from_history(history: &LoggedSession) -> Self {
         let mut trials = Vec::new();
         let mut pooled = None;
-        let mut carrier = None;
-        // Calibrated resonance of the part, and whether its carrier was changed.
-        let (mut calibrated_hz, mut changed) = (None, false);
-        for document in documents {
-            match document {
-                Document::Start(start) => {
-                    calibrated_hz = start.configuration["plate"]["resonance_hz"].as_f64();
-                    changed = false;
-                }
-                Document::Event(event) => match name(event) {
-                    "fit" => {
-                        trials.extend(event.data.get("of_trial").and_then(TrialSkin::read));
-                        let used = event.data.get("skin");
-                        let is_measured = |skin: &&Value| skin["trials"].as_u64() > Some(0);
-                        pooled = used
-                            .filter(is_measured)
-                            .and_then(TrialSkin::read)
-                            .or(pooled);
-                    }
-                    "carrier_changed" => {
-                        carrier = calibrated_hz.and_then(|hz| decided_carrier(event, hz));
-                        changed = true;
-                    }
-                    // A part recorded by an earlier version, which returned to the calibrated resonance.
-                    "trial_began" if !changed => carrier = None,
-                    _ => {}
-                },
-                _ => {}
-            }
+        for fit in &history.fits {
+            trials.extend(fit.data.get("of_trial").and_then(TrialSkin::read));
+            let used = fit.data.get("skin");
+            let is_measured = |skin: &&Value| skin["trials"].as_u64() > Some(0);
+            pooled = used
+                .filter(is_measured)
+                .and_then(TrialSkin::read)
+                .or(pooled);
         }
         // Earlier versions recorded only their mean.
         if trials.is_empty() {
@@ -57,26 +36,21 @@ impl Resumed {
         }
         Self {
             skin: ParticipantSkin::from_trials(trials),
-            carrier,
+            carrier: history.carrier_change.as_ref().and_then(decided_carrier),
         }
     }
 }
 
-fn name(event: &LogEvent) -> &str {
-    let name = event.data.get("event").and_then(Value::as_str);
-    name.unwrap_or_default()
-}
-
-fn decided_carrier(event: &LogEvent, calibrated_hz: f64) -> Option<DecidedCarrier> {
+fn decided_carrier(change: &CarrierChange) -> Option<DecidedCarrier> {
     let number = |key: &str| {
-        event
+        change
             .data
             .get(key)?
             .as_f64()
             .filter(|value| value.is_finite())
     };
     Some(DecidedCarrier {
-        calibrated_hz,
+        calibrated_hz: change.calibrated_hz?,
         to_hz: number("to_hz")?,
         drift_hz: Uncertain {
             value: number("drift_hz")?,
@@ -89,7 +63,7 @@ fn decided_carrier(event: &LogEvent, calibrated_hz: f64) -> Option<DecidedCarrie
 mod tests {
     use super::*;
     use contact::AssumedConstants;
-    use recording::study::event_log::Start;
+    use recording::study::event_log::{Document, LogContent, LogEvent, Start};
     use serde_json::json;
 
     fn start(resonance_hz: f64) -> Document {
@@ -129,8 +103,16 @@ mod tests {
         event(&json!({ "event": "trial_began" }))
     }
 
+    fn resumed(documents: &[Document]) -> Resumed {
+        let content = LogContent {
+            documents: documents.to_vec(),
+            torn_lines: Vec::new(),
+        };
+        Resumed::from_history(&study::sessions::history(&content, 0))
+    }
+
     fn area(documents: &[Document]) -> (usize, f64) {
-        let used = Resumed::from_documents(documents)
+        let used = resumed(documents)
             .skin
             .used(&AssumedConstants::ESTIMATION, None);
         (used.trials, used.contact_area_m2)
@@ -176,7 +158,7 @@ mod tests {
     #[test]
     fn the_last_carrier_stays_unless_a_part_ran_without_it() {
         let to_hz = |documents: &[Document]| {
-            let carrier = Resumed::from_documents(documents).carrier;
+            let carrier = resumed(documents).carrier;
             carrier.map(|carrier| (carrier.calibrated_hz, carrier.to_hz))
         };
         let (first, second) = (change_event(34_996.0), change_event(34_991.0));

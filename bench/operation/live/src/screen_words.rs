@@ -4,14 +4,15 @@ use impedance::{Mask, ZmFrame};
 use num_complex::Complex64;
 use protocols::{
     ParticipantView, Phase, Progress, Protocol, SessionEventKind, TrialAnalysis, TrialKey,
-    TrialOutcome, TrialRecord, Verdict,
+    TrialLabel, TrialOutcome, TrialRecord, Verdict,
 };
 use tui::event::{ComplexImpedance, Live, LogLevel, Masked, NoEstimate, PhaseKind, ValueAndStd};
 
 use analysis::live_contact::{LiveContact, NoReading};
 use contact::live_estimator::Uncertain;
-use recording::study::TrialLabel;
 use safety::at_least;
+
+use crate::attempt_name::attempt_name;
 
 /// Returns the kind of phase for the operator's screen.
 pub fn phase_kind(phase: Phase) -> PhaseKind {
@@ -31,11 +32,11 @@ pub fn phase_kind(phase: Phase) -> PhaseKind {
 }
 
 /// Returns the participant's instruction for the dead-man switch.
-pub fn hold(hold: safety::Hold) -> protocols::Hold {
+pub fn hold(hold: safety::Hold) -> protocols::DeadManAction {
     match hold {
-        safety::Hold::Release => protocols::Hold::Release,
-        safety::Hold::Press => protocols::Hold::Press,
-        safety::Hold::Held => protocols::Hold::Held,
+        safety::Hold::Release => protocols::DeadManAction::Release,
+        safety::Hold::Press => protocols::DeadManAction::Press,
+        safety::Hold::Held => protocols::DeadManAction::Held,
     }
 }
 
@@ -259,10 +260,11 @@ pub fn judged(
         })
         .unwrap_or_default();
     let forces: Vec<f64> = normal_n.iter().flatten().copied().collect();
+    let attempt = attempt_name(TrialLabel::new(key, protocol.trials.practice));
     tui::event::TrialVerdict {
-        trial: TrialLabel::new(key, protocol.trials.practice).number,
-        practice: key.practice,
-        attempt: key.attempt,
+        trial: attempt.trial,
+        practice: attempt.practice,
+        attempt: attempt.attempt,
         accepted: reasons.is_empty(),
         interrupted: false,
         reasons,
@@ -277,23 +279,16 @@ pub fn judged(
 
 /// Returns a text on an attempt with a verdict that the operator overruled; `None` for other attempts.
 pub fn overruled(record: &TrialRecord, protocol: &Protocol) -> Option<String> {
-    let sort = if record.key.practice {
-        "practice"
-    } else {
-        "trial"
-    };
-    let number = TrialLabel::new(&record.key, protocol.trials.practice).number;
+    let trial = TrialLabel::new(&record.key, protocol.trials.practice).trial_name();
     match &record.outcome {
         TrialOutcome::AcceptedAnyway { reasons } if !record.key.practice => {
             let reasons: Vec<String> = reasons.iter().map(ToString::to_string).collect();
             let reasons = reasons.join("; ");
-            Some(format!(
-                "{sort} {number} kept by the operator, although: {reasons}"
-            ))
+            Some(format!("{trial} kept by the operator, although: {reasons}"))
         }
-        TrialOutcome::Redo { reasons } if reasons.is_empty() => Some(format!(
-            "{sort} {number} was accepted; the operator repeats it"
-        )),
+        TrialOutcome::Redo { reasons } if reasons.is_empty() => {
+            Some(format!("{trial} was accepted; the operator repeats it"))
+        }
         _ => None,
     }
 }

@@ -5,7 +5,7 @@ use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::participant_options::Participant;
+use crate::participant_options::ParticipantOptions;
 
 /// Name of the window's program.
 pub const PROGRAM: &str = "friction-bench-participant";
@@ -35,7 +35,7 @@ pub enum LaunchError {
 
 /// Replaces this process by the window's program, from the folder of `own` (this process's program) or else from the
 /// PATH. The terminal, signals and the exit status then belong to the window. Returns only on failure.
-pub fn launch(this_program: &Path, options: &Participant) -> LaunchError {
+pub fn launch(this_program: &Path, options: &ParticipantOptions) -> LaunchError {
     let folder = this_program.parent().unwrap_or(Path::new("."));
     let sibling = folder.join(PROGRAM);
     let program = if sibling.exists() {

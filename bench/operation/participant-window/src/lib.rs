@@ -31,7 +31,7 @@ pub mod scales;
 pub mod seat;
 
 #[cfg(unix)]
-pub use lines::{Ended, Lines};
+pub use lines::{ConnectionEnd, LineConnection};
 
 /// Compiles and runs the examples in the README.
 #[cfg(doctest)]

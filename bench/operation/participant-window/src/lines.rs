@@ -15,7 +15,7 @@ const MOST_READ_BYTES: usize = 64 << 10;
 
 /// Why a connection has ended.
 #[derive(Debug, thiserror::Error)]
-pub enum Ended {
+pub enum ConnectionEnd {
     /// The other end closed it.
     #[error("it was closed")]
     Closed,
@@ -32,13 +32,13 @@ pub enum Ended {
 
 /// A connection.
 #[derive(Debug)]
-pub struct Lines {
+pub struct LineConnection {
     stream: UnixStream,
     input: Vec<u8>,
     output: Vec<u8>,
 }
 
-impl Lines {
+impl LineConnection {
     /// Takes over a connected socket.
     ///
     /// # Errors
@@ -55,8 +55,8 @@ impl Lines {
     /// Sends a message, now or as soon as the other end reads.
     ///
     /// # Errors
-    /// [`Ended`].
-    pub fn send(&mut self, message: &impl Serialize) -> Result<(), Ended> {
+    /// [`ConnectionEnd`].
+    pub fn send(&mut self, message: &impl Serialize) -> Result<(), ConnectionEnd> {
         serde_json::to_writer(&mut self.output, message).map_err(std::io::Error::from)?;
         self.output.push(b'\n');
         self.flush()
@@ -65,20 +65,22 @@ impl Lines {
     /// Sends the bytes that still wait.
     ///
     /// # Errors
-    /// [`Ended`].
-    pub fn flush(&mut self) -> Result<(), Ended> {
+    /// [`ConnectionEnd`].
+    pub fn flush(&mut self) -> Result<(), ConnectionEnd> {
         while !self.output.is_empty() {
             match self.stream.write(&self.output) {
-                Ok(0) => return Err(Ended::Closed),
+                Ok(0) => return Err(ConnectionEnd::Closed),
                 Ok(count) => drop(self.output.drain(..count)),
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) if error.kind() == ErrorKind::WouldBlock => break,
-                Err(error) if error.kind() == ErrorKind::BrokenPipe => return Err(Ended::Closed),
+                Err(error) if error.kind() == ErrorKind::BrokenPipe => {
+                    return Err(ConnectionEnd::Closed);
+                }
                 Err(error) => return Err(error.into()),
             }
         }
         if self.output.len() > MOST_WAITING_BYTES {
-            return Err(Ended::Stuck);
+            return Err(ConnectionEnd::Stuck);
         }
         Ok(())
     }
@@ -86,20 +88,23 @@ impl Lines {
     /// Returns at most `most` received messages; the others are left for the next call.
     ///
     /// # Errors
-    /// [`Ended`], once all messages received before it have been returned.
-    pub fn receive<T: DeserializeOwned>(&mut self, max_messages: usize) -> Result<Vec<T>, Ended> {
+    /// [`ConnectionEnd`], once all messages received before it have been returned.
+    pub fn receive<T: DeserializeOwned>(
+        &mut self,
+        max_messages: usize,
+    ) -> Result<Vec<T>, ConnectionEnd> {
         let outcome = self.read();
         let mut messages = Vec::new();
         while messages.len() < max_messages
             && let Some(end) = self.input.iter().position(|byte| *byte == b'\n')
         {
             let line: Vec<u8> = self.input.drain(..=end).collect();
-            let garbage = |error: serde_json::Error| Ended::Garbage(error.to_string());
+            let garbage = |error: serde_json::Error| ConnectionEnd::Garbage(error.to_string());
             messages.push(serde_json::from_slice(&line).map_err(garbage)?);
         }
         let unended = !self.input.contains(&b'\n');
         if unended && self.input.len() > LONGEST_LINE_BYTES {
-            return Err(Ended::Garbage(format!(
+            return Err(ConnectionEnd::Garbage(format!(
                 "a line of more than {LONGEST_LINE_BYTES} bytes"
             )));
         }
@@ -109,16 +114,16 @@ impl Lines {
         }
     }
 
-    fn read(&mut self) -> Result<(), Ended> {
+    fn read(&mut self) -> Result<(), ConnectionEnd> {
         let mut chunk = [0; 4096];
         while self.input.len() < MOST_READ_BYTES {
             match self.stream.read(&mut chunk) {
-                Ok(0) => return Err(Ended::Closed),
+                Ok(0) => return Err(ConnectionEnd::Closed),
                 Ok(count) => self.input.extend(chunk.get(..count).unwrap_or_default()),
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) if error.kind() == ErrorKind::WouldBlock => break,
                 Err(error) if error.kind() == ErrorKind::ConnectionReset => {
-                    return Err(Ended::Closed);
+                    return Err(ConnectionEnd::Closed);
                 }
                 Err(error) => return Err(error.into()),
             }
@@ -138,9 +143,9 @@ mod tests {
     use super::*;
     use crate::message::FromWindow;
 
-    fn pair() -> (Lines, UnixStream) {
+    fn pair() -> (LineConnection, UnixStream) {
         let (near_end, peer) = UnixStream::pair().unwrap();
-        (Lines::new(near_end).unwrap(), peer)
+        (LineConnection::new(near_end).unwrap(), peer)
     }
 
     #[test]
@@ -160,7 +165,10 @@ mod tests {
         peer.write_all(b"ive\"\n").unwrap();
         drop(peer);
         assert_eq!(lines.receive::<FromWindow>(9).unwrap(), [FromWindow::Alive]);
-        assert!(matches!(lines.receive::<FromWindow>(9), Err(Ended::Closed)));
+        assert!(matches!(
+            lines.receive::<FromWindow>(9),
+            Err(ConnectionEnd::Closed)
+        ));
     }
 
     #[test]
@@ -179,7 +187,10 @@ mod tests {
             peer.set_nonblocking(true).unwrap();
             let _as_much_as_fits = peer.write(garbage);
             let result = lines.receive::<FromWindow>(9);
-            assert!(matches!(result, Err(Ended::Garbage(_))), "{result:?}");
+            assert!(
+                matches!(result, Err(ConnectionEnd::Garbage(_))),
+                "{result:?}"
+            );
         }
     }
 
@@ -202,6 +213,6 @@ mod tests {
                 .send(&FromWindow::Trouble { text: text.clone() })
                 .err()
         });
-        assert!(matches!(stuck, Some(Ended::Stuck)), "{stuck:?}");
+        assert!(matches!(stuck, Some(ConnectionEnd::Stuck)), "{stuck:?}");
     }
 }

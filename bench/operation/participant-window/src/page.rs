@@ -30,7 +30,7 @@ struct Still {
 
 /// The participant's page on a screen.
 #[derive(Debug)]
-pub struct Page {
+pub struct ParticipantPage {
     face: Typeface,
     geometry: Geometry,
     still: Option<Still>,
@@ -47,7 +47,7 @@ pub struct Moving {
     pub finger_m: Option<f64>,
 }
 
-impl Page {
+impl ParticipantPage {
     /// Returns an empty page for a screen.
     #[must_use]
     pub fn new(face: Typeface, geometry: Geometry) -> Self {

@@ -7,7 +7,7 @@ use clap::Args;
 
 /// `participant`
 #[derive(Debug, Clone, Default, PartialEq, Eq, Args)]
-pub struct Participant {
+pub struct ParticipantOptions {
     /// Monitor, by its name or its number from 1 [default: the last].
     #[arg(long, value_name = "NAME")]
     pub monitor: Option<String>,
@@ -22,7 +22,7 @@ pub struct Participant {
     pub socket: Option<PathBuf>,
 }
 
-impl Participant {
+impl ParticipantOptions {
     /// Returns the command-line arguments that parse to these options.
     #[must_use]
     pub fn arguments(&self) -> Vec<OsString> {
@@ -57,13 +57,13 @@ mod tests {
     #[command(no_binary_name = true)]
     struct Read {
         #[command(flatten)]
-        options: Participant,
+        options: ParticipantOptions,
     }
 
     #[test]
     fn arguments_parse_back_to_their_options() {
-        let empty = Participant::default();
-        let full = Participant {
+        let empty = ParticipantOptions::default();
+        let full = ParticipantOptions {
             monitor: Some("-HDMI 1".to_owned()),
             ruler: true,
             font: Some("--a font.ttf".into()),

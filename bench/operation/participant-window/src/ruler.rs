@@ -62,7 +62,7 @@ impl Ruler {
                 INK,
             ),
             (
-                "← →  by a pixel     ↑ ↓  by ten     Enter  keeps it     Esc  leaves it as it was",
+                "← →  by a pixel     ↑ ↓  by ten     Enter  saves it     Esc  cancels",
                 0.8,
                 32.0,
                 FAINT,

@@ -3,7 +3,7 @@
 use std::os::unix::net::UnixListener;
 use std::path::{Path, PathBuf};
 
-use crate::lines::{Ended, Lines};
+use crate::lines::{ConnectionEnd, LineConnection};
 use crate::message::{Beat, Content, Display, FORMAT, FrameReport, FromWindow, ToWindow};
 use crate::place::{self, PlaceError};
 
@@ -48,7 +48,7 @@ pub struct Seat {
 /// A connected window.
 #[derive(Debug)]
 struct Window {
-    lines: Lines,
+    lines: LineConnection,
     ready: bool,
     heard_s: f64,
     /// Start of the current second, s, and the messages since.
@@ -140,7 +140,7 @@ impl Seat {
         if !place::is_ours(&stream) {
             return;
         }
-        let Ok(mut lines) = Lines::new(stream) else {
+        let Ok(mut lines) = LineConnection::new(stream) else {
             return;
         };
         if self.window.is_some() {
@@ -171,7 +171,7 @@ impl Window {
     }
 
     /// Reads the window's messages.
-    fn hear(&mut self, now_s: f64, events: &mut Vec<SeatEvent>) -> Result<(), Ended> {
+    fn hear(&mut self, now_s: f64, events: &mut Vec<SeatEvent>) -> Result<(), ConnectionEnd> {
         self.lines.flush()?;
         for message in self.lines.receive::<FromWindow>(16)? {
             self.heard_s = now_s;
@@ -195,23 +195,25 @@ impl Window {
                     events.push(SeatEvent::Unfit { reason })
                 }
                 _ => {
-                    return Err(Ended::Garbage("unexpected at this point".to_owned()));
+                    return Err(ConnectionEnd::Garbage(
+                        "unexpected at this point".to_owned(),
+                    ));
                 }
             }
         }
         if now_s - self.heard_s > LONGEST_SILENCE_S {
-            return Err(Ended::Stuck);
+            return Err(ConnectionEnd::Stuck);
         }
         Ok(())
     }
 
-    fn count(&mut self, now_s: f64) -> Result<(), Ended> {
+    fn count(&mut self, now_s: f64) -> Result<(), ConnectionEnd> {
         if now_s - self.message_count.0 > 1.0 {
             self.message_count = (now_s, 0);
         }
         self.message_count.1 += 1;
         if self.message_count.1 > MOST_A_SECOND {
-            return Err(Ended::Garbage(format!(
+            return Err(ConnectionEnd::Garbage(format!(
                 "more than {MOST_A_SECOND} messages a second"
             )));
         }
@@ -220,7 +222,7 @@ impl Window {
 }
 
 /// Requires plausible properties of a display.
-fn require(display: &Display) -> Result<(), Ended> {
+fn require(display: &Display) -> Result<(), ConnectionEnd> {
     let can_be = display.format == FORMAT
         && display.width_px > 0
         && display.height_px > 0
@@ -231,7 +233,7 @@ fn require(display: &Display) -> Result<(), Ended> {
         return Ok(());
     }
     let format = display.format;
-    Err(Ended::Garbage(format!(
+    Err(ConnectionEnd::Garbage(format!(
         "not a display that this program knows (format {format}, here {FORMAT}): use the same version for both"
     )))
 }
@@ -263,10 +265,10 @@ mod tests {
             }
         }
 
-        fn connect(&mut self) -> Lines {
+        fn connect(&mut self) -> LineConnection {
             let stream = UnixStream::connect(self.seat.path()).unwrap();
             assert!(self.look().is_empty());
-            Lines::new(stream).unwrap()
+            LineConnection::new(stream).unwrap()
         }
 
         fn look(&mut self) -> Vec<SeatEvent> {
@@ -274,7 +276,7 @@ mod tests {
             self.seat.look(self.now_s)
         }
 
-        fn seated(&mut self) -> Lines {
+        fn seated(&mut self) -> LineConnection {
             let mut window = self.connect();
             window.send(&FromWindow::Ready(display())).unwrap();
             assert_eq!(self.look(), [SeatEvent::Arrival(display())]);

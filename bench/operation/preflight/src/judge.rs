@@ -4,7 +4,7 @@ use num_complex::Complex64;
 
 use crate::measure::Measured;
 use crate::real_time;
-use crate::table::{Table, Verdict};
+use crate::table::{RowVerdict, Table};
 use calibration::{channel_match, channels};
 use config::{CalibrationError, Config, Effective, MeasuredChannels};
 use recording::pipeline::Account;
@@ -56,7 +56,7 @@ pub(super) fn judge(
         judge_force(table, force, config.calibration.zero_n, measured);
     }
     if let Some(text) = config.forceless_in_words() {
-        table.verdict_row("force sensor", Verdict::Warning, text);
+        table.verdict_row("force sensor", RowVerdict::Warning, text);
     }
     match &measured.safety {
         SafetyState::Tripped { trip } => table.row("safety", false, trip.to_string()),
@@ -119,11 +119,11 @@ fn judge_delay(table: &mut Table, measured_s: Option<f64>, measured: &Measured) 
     let (verdict, finding) = match (&measured.safety, measured.loop_delay) {
         (SafetyState::Tripped { trip }, None) => {
             let finding = format!("{earlier}; unknown on this opening: {trip}");
-            (Verdict::Warning, finding)
+            (RowVerdict::Warning, finding)
         }
         (_, None) => {
             let finding = format!("{earlier}; the tone did not show it on this opening");
-            (Verdict::Warning, finding)
+            (RowVerdict::Warning, finding)
         }
         (_, Some(present)) => {
             let change_s = measured_s.map_or(0.0, |measured_s| present.seconds - measured_s);
@@ -132,17 +132,17 @@ fn judge_delay(table: &mut Table, measured_s: Option<f64>, measured: &Measured) 
                 let limit = ms(DELAY_WITHIN_S);
                 let remedy = "calibrate channels again, link the streams, or use another device";
                 (
-                    Verdict::Failed,
+                    RowVerdict::Failed,
                     format!("{finding}, more than {limit} off: {remedy}"),
                 )
             } else {
-                (Verdict::Passed, finding)
+                (RowVerdict::Passed, finding)
             }
         }
     };
     table.verdict_row("loop delay", verdict, finding);
     for text in &measured.unverified {
-        table.verdict_row("unverified", Verdict::Warning, text.clone());
+        table.verdict_row("unverified", RowVerdict::Warning, text.clone());
     }
 }
 

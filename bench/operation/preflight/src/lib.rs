@@ -10,7 +10,7 @@ mod table;
 mod wiring;
 
 pub use extent::Extent;
-pub use table::{Row, Table, Verdict};
+pub use table::{Row, RowVerdict, Table};
 
 use std::path::Path;
 
@@ -90,7 +90,11 @@ pub fn stops(
                 // The drive is not read back, so the watch stops it; the calibration reports the cause.
                 SafetyState::Tripped {
                     trip: trip @ (Trip::Readback { .. } | Trip::ReadbackMissing),
-                } => table.verdict_row("stops", Verdict::Warning, format!("not exercised: {trip}")),
+                } => table.verdict_row(
+                    "stops",
+                    RowVerdict::Warning,
+                    format!("not exercised: {trip}"),
+                ),
                 SafetyState::Armed | SafetyState::Disarmed if !measured.tone_is_read_back() => {
                     // A floor of 2 V hides the tone from the watch, and noise would pass for a stop.
                     table.row("stops", false, "not exercised: the tone is not read back");
@@ -128,12 +132,12 @@ pub fn loop_delay(
 fn judge_limits(table: &mut Table, config: &Config, pace: Pace) -> bool {
     let notices = config.safety_notices(config.plate.resonance_hz);
     let (verdict, finding) = match require_armable(config, pace) {
-        Err(error) => (Verdict::Failed, error.to_string()),
-        Ok(()) if notices.is_empty() => (Verdict::Passed, "as by default".to_owned()),
-        Ok(()) => (Verdict::Warning, notices.join("; ")),
+        Err(error) => (RowVerdict::Failed, error.to_string()),
+        Ok(()) if notices.is_empty() => (RowVerdict::Passed, "as by default".to_owned()),
+        Ok(()) => (RowVerdict::Warning, notices.join("; ")),
     };
     table.verdict_row("limits", verdict, finding);
-    verdict != Verdict::Failed
+    verdict != RowVerdict::Failed
 }
 
 /// Compiles and runs the example in the README.

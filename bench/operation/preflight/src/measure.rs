@@ -12,7 +12,7 @@ use config::Effective;
 use devices::acquisition::RecordingCommand;
 use devices::drive_control::{DriveControl, settings};
 use devices::excerpt::Excerpt;
-use devices::{Bench, Gauges, Hardware, ThreadPriorities};
+use devices::{Bench, DeviceReadings, Hardware, ThreadPriorities};
 use recording::pipeline::{Account, Batch};
 use safety::{FAINT_V, LoopDelay, Pace, SafetyState, Signals, StopTimes};
 use tasks::{StopFlag, Task};
@@ -212,7 +212,7 @@ struct CheckTask {
     channels: u16,
     drive: DriveControl,
     signals: Arc<Signals>,
-    gauges: Arc<Gauges>,
+    gauges: Arc<DeviceReadings>,
     stop: StopFlag,
     /// Inaudible tone with the amplifier off, before the silence.
     relay: Option<signalgen::Program>,

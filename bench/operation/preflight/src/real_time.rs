@@ -4,7 +4,7 @@ use config::{AudioHost, Config};
 use devices::ThreadPriorities;
 use tasks::scheduling::Scheduling;
 
-use crate::table::{Table, Verdict};
+use crate::table::{RowVerdict, Table};
 
 /// Priority in the hint for an administrator: the highest that the bench requests.
 const HINTED: u8 = 20;
@@ -26,10 +26,10 @@ fn judgement(
     simulated: bool,
     priorities: ThreadPriorities,
     user: &str,
-) -> (Verdict, String) {
+) -> (RowVerdict, String) {
     if simulated {
         return (
-            Verdict::Passed,
+            RowVerdict::Passed,
             "simulated hardware can wait: nothing was asked of the system".to_owned(),
         );
     }
@@ -55,7 +55,7 @@ fn judgement(
         .iter()
         .all(|thread| thread.is_some_and(Scheduling::is_real_time))
     {
-        return (Verdict::Passed, summary);
+        return (RowVerdict::Passed, summary);
     }
     let is_refused =
         |thread: &Option<Scheduling>| matches!(thread, Some(Scheduling::Refused { .. }));
@@ -72,7 +72,7 @@ fn judgement(
     if config.audio.host == AudioHost::Jack && has_normal_stream {
         text += "; the JACK server gives its clients no real-time priority: start it with -R";
     }
-    (Verdict::Warning, text)
+    (RowVerdict::Warning, text)
 }
 
 /// Returns the name in the hint: the user, or for an unknown user or root, the usual group for sound.
@@ -97,7 +97,7 @@ mod tests {
         host: &str,
         watch: Option<Scheduling>,
         stream: Option<Scheduling>,
-    ) -> (Verdict, String) {
+    ) -> (RowVerdict, String) {
         let text = config::TEMPLATE.replace("host = \"native\"", &format!("host = \"{host}\""));
         let config = Config::parse(&text, "bench.toml").unwrap();
         let priorities = ThreadPriorities {
@@ -111,7 +111,7 @@ mod tests {
     #[test]
     fn a_granted_priority_is_reported_and_a_refused_one_with_the_line_to_add() {
         for stream in [GRANTED, SERVED] {
-            assert_eq!(judge_on("jack", GRANTED, stream).0, Verdict::Passed);
+            assert_eq!(judge_on("jack", GRANTED, stream).0, RowVerdict::Passed);
         }
         let line = "`alice - rtprio 20`";
         let cases = [
@@ -124,7 +124,7 @@ mod tests {
         ];
         for (host, watch, stream, hint) in cases {
             let (verdict, text) = judge_on(host, watch, stream);
-            assert_eq!(verdict, Verdict::Warning, "{text}");
+            assert_eq!(verdict, RowVerdict::Warning, "{text}");
             assert!(text.contains("can delay them"), "{text}");
             assert!(hint.is_none_or(|hint| text.contains(hint)), "{text}");
         }
@@ -134,6 +134,6 @@ mod tests {
     fn simulated_hardware_demands_nothing() {
         let config = Config::parse(config::TEMPLATE, "bench.toml").unwrap();
         let (verdict, _) = judgement(&config, true, ThreadPriorities::default(), "alice");
-        assert_eq!(verdict, Verdict::Passed);
+        assert_eq!(verdict, RowVerdict::Passed);
     }
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use config::{Config, Sensor};
 
-use crate::table::{Table, Verdict};
+use crate::table::{RowVerdict, Table};
 
 /// Prefixes of names that the system numbers in the order of discovery.
 const NUMBERED: [&str; 2] = ["ttyUSB", "ttyACM"];
@@ -23,7 +23,7 @@ pub(super) fn judge(table: &mut Table, config: &Config, devices: &Path) {
         .filter_map(|(key, port)| port_warning(key, port, devices))
         .collect();
     if !warnings.is_empty() {
-        table.verdict_row("serial ports", Verdict::Warning, warnings.join("; "));
+        table.verdict_row("serial ports", RowVerdict::Warning, warnings.join("; "));
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::table::{Table, Verdict};
+use crate::table::{RowVerdict, Table};
 use recording::study::free_bytes;
 
 /// Judges the free space on the disk of `study`.
@@ -46,14 +46,14 @@ pub(super) fn judge_terminal(table: &mut Table, size: Option<(u16, u16)>) {
     let (verdict, finding) = match size {
         // Containers and `script` open terminals without a size.
         None | Some((0, _) | (_, 0)) => (
-            Verdict::Warning,
+            RowVerdict::Warning,
             "its size is unknown: run with --headless if no dashboard appears".to_owned(),
         ),
         Some((width, height)) if width >= columns && height >= rows => {
-            (Verdict::Passed, format!("{width} × {height}"))
+            (RowVerdict::Passed, format!("{width} × {height}"))
         }
         Some((width, height)) => (
-            Verdict::Warning,
+            RowVerdict::Warning,
             format!(
                 "{width} × {height}: the whole dashboard needs {columns} × {rows}; enlarge the window before `run`"
             ),
@@ -80,11 +80,11 @@ mod tests {
     #[test]
     fn a_small_terminal_is_a_warning_and_never_a_failure() {
         for (size, verdict) in [
-            (None, Verdict::Warning),
-            (Some((0, 0)), Verdict::Warning),
-            (Some((80, 24)), Verdict::Passed),
-            (Some((60, 24)), Verdict::Warning),
-            (Some((80, 12)), Verdict::Warning),
+            (None, RowVerdict::Warning),
+            (Some((0, 0)), RowVerdict::Warning),
+            (Some((80, 24)), RowVerdict::Passed),
+            (Some((60, 24)), RowVerdict::Warning),
+            (Some((80, 12)), RowVerdict::Warning),
         ] {
             let mut table = Table::default();
             judge_terminal(&mut table, size);

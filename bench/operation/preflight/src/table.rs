@@ -12,15 +12,15 @@ pub struct Row {
     /// Whether the bench may be used in spite of this row.
     pub passed: bool,
     /// Verdict in one word.
-    pub verdict: Verdict,
+    pub verdict: RowVerdict,
     /// Finding and remedy.
     pub found: String,
 }
 
-/// Verdict of a row. Only [`Verdict::Failed`] prevents the use of the bench.
+/// Verdict of a row. Only [`RowVerdict::Failed`] prevents the use of the bench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Verdict {
+pub enum RowVerdict {
     /// Requirement met.
     Passed,
     /// Worth attention, but no obstacle.
@@ -41,9 +41,9 @@ pub struct Table {
 impl Table {
     pub(super) fn row(&mut self, name: &'static str, passed: bool, finding: impl Into<String>) {
         let verdict = if passed {
-            Verdict::Passed
+            RowVerdict::Passed
         } else {
-            Verdict::Failed
+            RowVerdict::Failed
         };
         self.verdict_row(name, verdict, finding);
     }
@@ -51,12 +51,12 @@ impl Table {
     pub(super) fn verdict_row(
         &mut self,
         name: &'static str,
-        verdict: Verdict,
+        verdict: RowVerdict,
         finding: impl Into<String>,
     ) {
         self.rows.push(Row {
             name,
-            passed: verdict != Verdict::Failed,
+            passed: verdict != RowVerdict::Failed,
             verdict,
             found: finding.into(),
         });
@@ -80,10 +80,10 @@ impl Table {
         let mut text = String::new();
         for row in &self.rows {
             let verdict = match row.verdict {
-                Verdict::Passed => "passed",
-                Verdict::Warning => "warning",
-                Verdict::Waived => "waived",
-                Verdict::Failed => "FAILED",
+                RowVerdict::Passed => "passed",
+                RowVerdict::Warning => "warning",
+                RowVerdict::Waived => "waived",
+                RowVerdict::Failed => "FAILED",
             };
             let _ = writeln!(text, "{verdict:<7} {:<16} {}", row.name, row.found);
         }

@@ -6,7 +6,7 @@ use safety::{StopLine, StopTimes};
 
 use crate::Table;
 use crate::measure::Measured;
-use crate::table::Verdict;
+use crate::table::RowVerdict;
 
 pub(super) fn judge(table: &mut Table, config: &Config, measured: &Measured) {
     if let Some(encoder) = &config.encoder {
@@ -143,20 +143,20 @@ fn judge_stop(table: &mut Table, safety: &Safety, times: &StopTimes, shown_s: f6
         StopLine::Enable => None,
     };
     let verdict = match (passed, waiver) {
-        (true, _) => Verdict::Passed,
-        (false, Some(_)) => Verdict::Waived,
-        (false, None) => Verdict::Failed,
+        (true, _) => RowVerdict::Passed,
+        (false, Some(_)) => RowVerdict::Waived,
+        (false, None) => RowVerdict::Failed,
     };
     table.verdict_row(row_name(times.line), verdict, finding);
 }
 
-fn line_in_words(safety: &Safety, line: HardwareStop, wired: bool) -> (Verdict, String) {
+fn line_in_words(safety: &Safety, line: HardwareStop, wired: bool) -> (RowVerdict, String) {
     match (safety.waiver_of(line), wired) {
-        (None, true) => (Verdict::Passed, "wired".to_owned()),
-        (None, false) => (Verdict::Failed, NotWired { line }.to_string()),
-        (Some(name), false) => (Verdict::Waived, format!("waived by {name}; not wired")),
+        (None, true) => (RowVerdict::Passed, "wired".to_owned()),
+        (None, false) => (RowVerdict::Failed, NotWired { line }.to_string()),
+        (Some(name), false) => (RowVerdict::Waived, format!("waived by {name}; not wired")),
         (Some(name), true) => (
-            Verdict::Waived,
+            RowVerdict::Waived,
             format!("waived by {name}, although it is wired and watched: take it out of `waived`"),
         ),
     }
@@ -185,7 +185,7 @@ mod tests {
         table
     }
 
-    fn verdicts(table: &Table) -> Vec<Verdict> {
+    fn verdicts(table: &Table) -> Vec<RowVerdict> {
         let lines = table
             .rows
             .iter()
@@ -194,7 +194,7 @@ mod tests {
     }
 
     /// Returns the verdict on a heartbeat or enable line with these times, under additional keys of `[safety]`.
-    fn stop(safety: &str, line: StopLine, off_s: Option<f64>, back_s: Option<f64>) -> Verdict {
+    fn stop(safety: &str, line: StopLine, off_s: Option<f64>, back_s: Option<f64>) -> RowVerdict {
         let text = config::rigs::MOCK_BENCH.replace("[safety]\n", &format!("[safety]\n{safety}\n"));
         let config = Config::parse(&text, "test").unwrap();
         let mut table = Table::default();
@@ -213,7 +213,7 @@ mod tests {
 
     #[test]
     fn a_stop_must_stop_in_time_and_let_go() {
-        use Verdict::{Failed, Passed, Waived};
+        use RowVerdict::{Failed, Passed, Waived};
         let heartbeat = |off_s, back_s| stop("", StopLine::Heartbeat, off_s, back_s);
         assert_eq!(heartbeat(Some(0.104), Some(0.003)), Passed);
         assert_eq!(heartbeat(Some(0.12), Some(0.003)), Failed);
@@ -233,14 +233,14 @@ mod tests {
         let text =
             config::rigs::MOCK_BENCH.replace("[safety]\n", "[safety]\ndead_man = \"button\"\n");
         for (text, wired, expected) in [
-            (text.as_str(), true, vec![Verdict::Passed]),
-            (&text, false, vec![Verdict::Failed]),
+            (text.as_str(), true, vec![RowVerdict::Passed]),
+            (&text, false, vec![RowVerdict::Failed]),
             (config::rigs::MOCK_BENCH, false, vec![]),
         ] {
             let config = Config::parse(text, "test").unwrap();
             let mut table = Table::default();
             judge_dead_man(&mut table, &config, wired);
-            let verdicts: Vec<Verdict> = table.rows.iter().map(|row| row.verdict).collect();
+            let verdicts: Vec<RowVerdict> = table.rows.iter().map(|row| row.verdict).collect();
             assert_eq!(verdicts, expected);
         }
     }
@@ -263,7 +263,7 @@ mod tests {
     /// Hazards 15, 16.
     #[test]
     fn a_bench_without_a_hardware_stop_fails() {
-        use Verdict::{Failed, Passed};
+        use RowVerdict::{Failed, Passed};
         for (estop, heartbeat, expected) in [
             (true, true, [Passed, Passed, Passed]),
             (false, true, [Passed, Failed, Passed]),
@@ -275,7 +275,7 @@ mod tests {
 
     #[test]
     fn a_waiver_covers_the_line_that_it_names_and_no_other() {
-        use Verdict::{Failed, Passed, Waived};
+        use RowVerdict::{Failed, Passed, Waived};
         let estop = "waived = [\"estop\"]\nwaived_by = \"A. Tester\"";
         let verdict_table = table(estop, false, false);
         assert_eq!(verdicts(&verdict_table), [Passed, Waived, Failed]);
@@ -292,7 +292,7 @@ mod tests {
         let estop = "waived = [\"estop\"]\nwaived_by = \"A. Tester\"";
         let verdict_table = table(estop, true, true);
         assert!(verdict_table.passed());
-        assert_eq!(verdict_table.rows[1].verdict, Verdict::Waived);
+        assert_eq!(verdict_table.rows[1].verdict, RowVerdict::Waived);
         assert!(verdict_table.rows[1].found.contains("although it is wired"));
     }
 }

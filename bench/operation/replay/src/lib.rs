@@ -22,9 +22,8 @@ use anyhow::Context;
 use contact::AssumedConstants;
 use crossbeam_channel::{Receiver, Sender};
 use protocols::selection::analyse_exploration;
-use protocols::{Direction, SelectionRules, Stretch};
-use tui::action::AttemptName;
-use tui::event::{LogLevel, PhaseKind, PhaseView, SafetyState, SystemHealth};
+use protocols::{Direction, SelectionRules, Stretch, TrialLabel};
+use tui::event::{LogLevel, PhaseKind, PhaseView, SafetyView, SystemHealth};
 
 use analysis::Settings;
 use analysis::amplitude_profile::AmplitudeProfile;
@@ -35,11 +34,12 @@ use analysis::measurements::Measurements;
 use analysis::recording_analysis::selection_rules;
 use analysis::trial_fit::FitRequest;
 use analysis::unloaded_plate::{self, UnloadedError};
-use devices::Gauges;
+use devices::DeviceReadings;
+use live::attempt_name::attempt_name;
 use live::exploration_crop::{ExplorationName, crop};
 use live::fit_report::FitReport;
 use operator_ui::console::{Dashboard, Front, Headless, StopKeys};
-use recording::manifest::{Manifest, RecordedInterval, RecordedIntervalKind};
+use recording::manifest::{self, Manifest, RecordedInterval, RecordedIntervalKind};
 use recording::pipeline::{Account, Batch};
 use tasks::{Clock, Schedule, StopFlag, SystemClock, Task};
 
@@ -53,9 +53,9 @@ use pace::Pace;
 use source::Source;
 
 pub use listing::list_recordings;
-pub use options::{Options, Speed};
+pub use options::{ReplayOptions, Speed};
 pub use past_crops::past_crops;
-pub use report::Report;
+pub use report::ReplayReport;
 
 /// Period of screen updates, s of the recording.
 const SCREEN_PERIOD_S: f64 = 0.016;
@@ -65,7 +65,7 @@ const MARGIN_S: f64 = 0.1;
 const SEEK_CHUNK_S: f64 = 0.1;
 
 /// A recording opened for replay.
-pub struct Plan {
+pub struct ReplayPlan {
     source: Source,
     folder: PathBuf,
     name: String,
@@ -76,12 +76,12 @@ pub struct Plan {
     assumed: AssumedConstants,
 }
 
-impl Plan {
+impl ReplayPlan {
     /// Opens the recording.
     ///
     /// # Errors
     /// If a file is missing or violates the format, or the audio cannot be demodulated.
-    pub fn new(options: &Options) -> anyhow::Result<Self> {
+    pub fn new(options: &ReplayOptions) -> anyhow::Result<Self> {
         let folder: &Path = &options.recording;
         let source = Source::open(folder)?;
         let settings = Settings::default();
@@ -105,7 +105,7 @@ impl Plan {
 ///
 /// # Errors
 /// If a file cannot be read, or the terminal fails.
-pub fn run(plan: Plan, out: impl Write + Send + 'static) -> anyhow::Result<Report> {
+pub fn run(plan: ReplayPlan, out: impl Write + Send + 'static) -> anyhow::Result<ReplayReport> {
     let stop = StopFlag::default();
     let _listening = devices::stop_on_signals(&stop)?;
     if plan.headless {
@@ -122,7 +122,11 @@ pub fn run(plan: Plan, out: impl Write + Send + 'static) -> anyhow::Result<Repor
 ///
 /// # Errors
 /// If a file cannot be read.
-pub fn replay(plan: Plan, mut front: Box<dyn Front>, stop: &StopFlag) -> anyhow::Result<Report> {
+pub fn replay(
+    plan: ReplayPlan,
+    mut front: Box<dyn Front>,
+    stop: &StopFlag,
+) -> anyhow::Result<ReplayReport> {
     let (refits, fits, refit) = {
         let manifest = plan.source.manifest();
         let profile = AmplitudeProfile::from(&manifest.plate);
@@ -154,7 +158,7 @@ struct Replay {
     refits: Sender<FitRequest>,
     fits: Receiver<FitReport>,
     stop: StopFlag,
-    report: Sender<Report>,
+    report: Sender<ReplayReport>,
     rules: SelectionRules,
     protocol_flaw: Option<Flaw>,
     unattended: bool,
@@ -193,12 +197,12 @@ struct Replay {
 
 impl Replay {
     fn new(
-        plan: Plan,
+        plan: ReplayPlan,
         front: Box<dyn Front>,
         refits: Sender<FitRequest>,
         fits: Receiver<FitReport>,
         stop: StopFlag,
-        report: Sender<Report>,
+        report: Sender<ReplayReport>,
     ) -> Self {
         let intervals = in_order(plan.source.manifest());
         let record = Measurements::from_faults(plan.source.manifest(), plan.source.rate_hz());
@@ -368,9 +372,7 @@ impl Replay {
     fn name(&self) -> ExplorationName {
         let trial = self.source.manifest().trial.as_ref();
         ExplorationName {
-            trial: trial.map_or(1, |trial| trial.number),
-            practice: trial.is_some_and(|trial| trial.practice),
-            attempt: trial.map_or(1, |trial| trial.attempt),
+            attempt: trial.map_or(TrialLabel::of_block(false, 1, 1), manifest::Trial::label),
             exploration: self.explored.count(),
         }
     }
@@ -389,17 +391,7 @@ impl Replay {
             for line in report.lines() {
                 self.log(LogLevel::Info, line);
             }
-            let ExplorationName {
-                trial,
-                practice,
-                attempt,
-                ..
-            } = self.name();
-            let attempt = AttemptName {
-                trial,
-                practice,
-                attempt,
-            };
+            let attempt = attempt_name(self.name().attempt);
             let view = report.view(attempt, self.contact.drift_hz());
             self.front.show(tui::Event::Fit(view));
             let drift = screen_words::drift(self.contact.drift_hz());
@@ -508,7 +500,7 @@ impl Replay {
             }
         }
         let wall_ns = u64::try_from(self.began.elapsed().as_nanos()).unwrap_or(u64::MAX);
-        let (gauges, rate_hz) = (Gauges::default(), self.source.rate_hz());
+        let (gauges, rate_hz) = (DeviceReadings::default(), self.source.rate_hz());
         let meter = &mut self.meter.health;
         if let Some(health) = meter.read(wall_ns, &self.account, &gauges, rate_hz) {
             self.front.show(tui::Event::Health(SystemHealth {
@@ -516,7 +508,7 @@ impl Replay {
                 ..health
             }));
             self.front.show(tui::Event::Safety {
-                state: SafetyState::Disarmed,
+                state: SafetyView::Disarmed,
                 reason: Some("replay: nothing is driven".to_owned()),
             });
         }
@@ -536,9 +528,9 @@ impl Replay {
         }
     }
 
-    fn summary(&self) -> Report {
+    fn summary(&self) -> ReplayReport {
         let (squares, count) = self.friction;
-        Report {
+        ReplayReport {
             audio_s: self.audio_s,
             read_s: self.pace.read_s,
             took_s: self.pace.took_s(),

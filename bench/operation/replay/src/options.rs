@@ -15,7 +15,7 @@ pub enum Speed {
 
 /// Options of `replay`.
 #[derive(Debug, Args)]
-pub struct Options {
+pub struct ReplayOptions {
     /// Folder of a recording, or of a study, participant or session to list its recordings.
     #[arg(value_name = "RECORDING|STUDY")]
     pub recording: PathBuf,

@@ -8,7 +8,7 @@ use analysis::recording_analysis::selection_rules;
 use live::exploration_crop::{ExplorationName, crop};
 use protocols::selection::analyse_exploration;
 use recording::manifest::RecordedIntervalKind;
-use recording::study::{TrialBlock, TrialLabel};
+use recording::study::TrialLabel;
 use tui::event::Crop;
 
 use crate::in_order;
@@ -37,9 +37,7 @@ pub fn past_crops(folder: &Path, attempt: TrialLabel) -> anyhow::Result<Vec<Crop
         .zip(explorations)
         .map(|(exploration, (interval, direction))| {
             let name = ExplorationName {
-                trial: attempt.number,
-                practice: attempt.block == TrialBlock::Practice,
-                attempt: attempt.attempt,
+                attempt,
                 exploration,
             };
             let series = record.series(interval.start_s, interval.end_s);

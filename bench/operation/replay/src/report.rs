@@ -4,7 +4,7 @@ use recording::pipeline::Account;
 
 /// Summary of a replay.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Report {
+pub struct ReplayReport {
     /// Length replayed, s.
     pub audio_s: f64,
     /// Total length read, including repeated reading after seeking back, s.
@@ -32,7 +32,7 @@ pub struct Report {
     pub completed: bool,
 }
 
-impl Report {
+impl ReplayReport {
     /// Returns the lines of the summary.
     pub fn lines(&self) -> Vec<String> {
         let friction = self.friction.map_or_else(

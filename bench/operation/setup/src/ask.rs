@@ -103,9 +103,9 @@ impl Ask for Terminal {
 }
 
 /// No operator: a choice with only one entry is taken; options must answer everything else.
-pub struct Unattended;
+pub struct NoOperator;
 
-impl Ask for Unattended {
+impl Ask for NoOperator {
     fn choose(&mut self, question: &Question<'_>, choices: &[String]) -> anyhow::Result<usize> {
         match choices {
             [_] => Ok(0),
@@ -134,6 +134,6 @@ mod tests {
     /// Hazard 1.
     #[test]
     fn where_nobody_is_at_a_terminal_nobody_permits_a_tone() {
-        assert!(!Unattended.confirm("Drive a tone?").unwrap());
+        assert!(!NoOperator.confirm("Drive a tone?").unwrap());
     }
 }

@@ -4,7 +4,7 @@ use anyhow::bail;
 use signalgen::audio::{Capability, DeviceInfo, Offer};
 
 use crate::ask::{Ask, Question};
-use crate::inventory::AudioHost;
+use crate::inventory::HostInventory;
 
 /// Sample formats in order of preference.
 const FORMATS: [&str; 4] = ["i32", "i24", "f32", "i16"];
@@ -31,7 +31,7 @@ pub struct Layout {
 
 /// Finds the card named by the options, or asks; its streams must have at least `inputs` inputs.
 pub fn choose(
-    hosts: &[AudioHost],
+    hosts: &[HostInventory],
     named: Option<&str>,
     inputs: u16,
     ask: &mut dyn Ask,
@@ -165,7 +165,7 @@ mod tests {
     use signalgen::audio::RateRange;
 
     use super::*;
-    use crate::ask::Unattended;
+    use crate::ask::NoOperator;
 
     fn capability(channels: u16, hz: [u32; 2], format: &str) -> Capability {
         Capability {
@@ -215,8 +215,8 @@ mod tests {
         }
     }
 
-    fn hosts(devices: Vec<DeviceInfo>) -> Vec<AudioHost> {
-        vec![AudioHost {
+    fn hosts(devices: Vec<DeviceInfo>) -> Vec<HostInventory> {
+        vec![HostInventory {
             name: "native",
             devices,
             unavailable: None,
@@ -230,23 +230,23 @@ mod tests {
             device("alsa:plughw:0", "Fireface"),
             device("alsa:hw:0", "Fireface"),
         ]);
-        let card = choose(&one_card, None, 2, &mut Unattended).unwrap();
+        let card = choose(&one_card, None, 2, &mut NoOperator).unwrap();
         assert_eq!(card.id, "alsa:hw:0");
         let two_cards = hosts(vec![
             device("alsa:hw:0", "Fireface"),
             device("alsa:hw:1", "HDA"),
         ]);
-        let undecided = choose(&two_cards, None, 2, &mut Unattended)
+        let undecided = choose(&two_cards, None, 2, &mut NoOperator)
             .err()
             .unwrap()
             .to_string();
         for word in ["--card", "Fireface", "HDA"] {
             assert!(undecided.contains(word), "{undecided}");
         }
-        let card = choose(&two_cards, Some("HDA"), 2, &mut Unattended).unwrap();
+        let card = choose(&two_cards, Some("HDA"), 2, &mut NoOperator).unwrap();
         assert_eq!(card.id, "alsa:hw:1");
         for (hosts, named) in [(&two_cards, Some("Babyface")), (&hosts(Vec::new()), None)] {
-            choose(hosts, named, 2, &mut Unattended).err().unwrap();
+            choose(hosts, named, 2, &mut NoOperator).err().unwrap();
         }
     }
 
@@ -256,7 +256,7 @@ mod tests {
             device("alsa:hw:UMC404HD", "UMC404HD 192k"),
             device("alsa:hw:UMC404HD_1", "UMC404HD 192k"),
         ]);
-        let choose = |name| choose(&namesakes, Some(name), 2, &mut Unattended);
+        let choose = |name| choose(&namesakes, Some(name), 2, &mut NoOperator);
         let error = choose("UMC404HD 192k").err().unwrap().to_string();
         assert!(error.ends_with("--card alsa:hw:UMC404HD_1"), "{error}");
         let card = choose("alsa:hw:UMC404HD_1").unwrap();
@@ -267,7 +267,7 @@ mod tests {
     fn a_card_that_another_program_holds_is_taken_without_a_layout() {
         let mut busy = device("alsa:hw:0", "Fireface");
         busy.input = Some(Offer::Unreported);
-        let card = choose(&hosts(vec![busy]), None, 2, &mut Unattended).unwrap();
+        let card = choose(&hosts(vec![busy]), None, 2, &mut NoOperator).unwrap();
         assert_eq!(card.layout, None);
     }
 }

@@ -11,7 +11,7 @@ use signalgen::audio::{AudioError, DeviceInfo, Host, Offer, list_devices};
 #[derive(Debug)]
 pub struct Listing {
     /// Sound layers and NI-DAQmx.
-    pub hosts: Vec<AudioHost>,
+    pub hosts: Vec<HostInventory>,
     /// Cards of National Instruments with their capabilities.
     pub cards: Vec<ni_daqmx::Card>,
     /// Serial ports.
@@ -22,7 +22,7 @@ pub struct Listing {
 
 /// One sound layer.
 #[derive(Debug)]
-pub struct AudioHost {
+pub struct HostInventory {
     /// Name in `bench.toml`.
     pub name: &'static str,
     /// Devices of the layer.
@@ -32,7 +32,7 @@ pub struct AudioHost {
 }
 
 /// Returns the devices of a host, or the reason why it has none.
-pub fn audio(name: &'static str, opened: Result<&Host, &AudioError>) -> AudioHost {
+pub fn audio(name: &'static str, opened: Result<&Host, &AudioError>) -> HostInventory {
     let listed = match opened {
         Ok(opened) => list_devices(opened).map_err(|error| error.to_string()),
         Err(error) => Err(error.to_string()),
@@ -41,7 +41,7 @@ pub fn audio(name: &'static str, opened: Result<&Host, &AudioError>) -> AudioHos
         Ok(devices) => (devices, None),
         Err(error) => (Vec::new(), Some(error)),
     };
-    AudioHost {
+    HostInventory {
         name,
         devices,
         unavailable,
@@ -92,7 +92,7 @@ impl Listing {
                 "input": device.input.as_ref().map(Offer::to_string),
             })
         };
-        let host = |host: &AudioHost| {
+        let host = |host: &HostInventory| {
             json!({
                 "host": host.name,
                 "devices": host.devices.iter().map(device).collect::<Vec<_>>(),

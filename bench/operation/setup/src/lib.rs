@@ -10,7 +10,7 @@ mod sheet;
 mod steps;
 mod write;
 
-pub use ask::{Ask, Terminal, Unattended};
-pub use options::{ForceLine, Options};
+pub use ask::{Ask, NoOperator, Terminal};
+pub use options::{ForceLine, InitOptions};
 pub use rig::Rig;
 pub use write::{Written, write};

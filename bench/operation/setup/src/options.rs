@@ -8,7 +8,7 @@ use crate::rig::Rig;
 
 /// Options of `init`.
 #[derive(Debug, Args)]
-pub struct Options {
+pub struct InitOptions {
     /// File to write; an existing file is not overwritten.
     #[arg(long, value_name = "FILE", default_value = "bench.toml")]
     pub config: PathBuf,
@@ -41,7 +41,7 @@ pub struct Options {
     pub mock: Option<String>,
 }
 
-impl Options {
+impl InitOptions {
     /// Returns the first given option that does not apply to `rig`, if any.
     pub fn unfit_option(&self, rig: Rig) -> Option<&'static str> {
         let six_axis = rig == Rig::SixAxis;

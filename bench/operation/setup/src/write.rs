@@ -10,7 +10,7 @@ use crate::ask::{Ask, Question};
 use crate::card::{self, Card};
 use crate::inventory::Listing;
 use crate::ni_card;
-use crate::options::{ForceLine, Options};
+use crate::options::{ForceLine, InitOptions};
 use crate::rig::Rig;
 use crate::sheet::Sheet;
 use crate::steps;
@@ -33,7 +33,11 @@ pub struct Written {
 ///
 /// # Errors
 /// If the file exists, a required device is missing, or no answer is given.
-pub fn write(options: &Options, listing: &Listing, ask: &mut dyn Ask) -> anyhow::Result<Written> {
+pub fn write(
+    options: &InitOptions,
+    listing: &Listing,
+    ask: &mut dyn Ask,
+) -> anyhow::Result<Written> {
     let path = &options.config;
     if path.exists() {
         bail!(
@@ -96,7 +100,7 @@ pub fn write(options: &Options, listing: &Listing, ask: &mut dyn Ask) -> anyhow:
     })
 }
 
-fn rig(options: &Options, ask: &mut dyn Ask) -> anyhow::Result<Rig> {
+fn rig(options: &InitOptions, ask: &mut dyn Ask) -> anyhow::Result<Rig> {
     use clap::ValueEnum;
 
     if let Some(rig) = options.rig {
@@ -129,7 +133,7 @@ enum ForceSensor {
 
 fn sensor(
     rig: Rig,
-    options: &Options,
+    options: &InitOptions,
     listing: &Listing,
     ask: &mut dyn Ask,
 ) -> anyhow::Result<ForceSensor> {
@@ -286,7 +290,7 @@ fn put_sensor(sheet: &mut Sheet, sensor: &ForceSensor) -> anyhow::Result<()> {
 fn put_lines(
     sheet: &mut Sheet,
     rig: Rig,
-    options: &Options,
+    options: &InitOptions,
     listing: &Listing,
     ask: &mut dyn Ask,
 ) -> anyhow::Result<()> {
@@ -374,8 +378,8 @@ mod tests {
     use signalgen::audio::{Capability, DeviceInfo, Offer, RateRange};
 
     use super::*;
-    use crate::ask::Unattended;
-    use crate::inventory::AudioHost;
+    use crate::ask::NoOperator;
+    use crate::inventory::HostInventory;
 
     /// Calibration file in the form ATI delivers with a sensor.
     const CAL_FILE: &str = concat!(
@@ -391,7 +395,7 @@ mod tests {
             format: "i32".to_owned(),
         }]);
         Listing {
-            hosts: vec![AudioHost {
+            hosts: vec![HostInventory {
                 name: "native",
                 devices: vec![DeviceInfo {
                     id: "alsa:hw:0".to_owned(),
@@ -409,10 +413,10 @@ mod tests {
         }
     }
 
-    fn options(folder: &Path, rig: Rig) -> Options {
+    fn options(folder: &Path, rig: Rig) -> InitOptions {
         let box_port = rig.has_field_box().then(|| "/dev/ttyACM0".into());
         let force_port = rig.has_force_line().then(|| "/dev/ttyUSB0".into());
-        Options {
+        InitOptions {
             config: folder.join("bench.toml"),
             rig: Some(rig),
             card: None,
@@ -426,8 +430,8 @@ mod tests {
         }
     }
 
-    fn written_config(options: &Options) -> Config {
-        write(options, &computer(), &mut Unattended).unwrap();
+    fn written_config(options: &InitOptions) -> Config {
+        write(options, &computer(), &mut NoOperator).unwrap();
         let config = Config::read(&options.config).unwrap();
         assert_eq!(config.audio.input_device, "alsa:hw:0");
         assert_eq!(config.plate.id, "glass 7");
@@ -477,7 +481,7 @@ mod tests {
             gpio_chips: chips.to_vec(),
             ..computer()
         };
-        write(&options, &listing, &mut Unattended).unwrap();
+        write(&options, &listing, &mut NoOperator).unwrap();
         let gpio = Config::read(&options.config).unwrap().gpio;
         assert_eq!(gpio.backend, GpioBackend::Gpiocdev);
         assert_eq!(gpio.chip.as_deref(), Some(chips[0].as_path()));
@@ -490,11 +494,11 @@ mod tests {
         std::fs::write(&options.config, "mine").unwrap();
         let mut missing_folder = self::options(folder.path(), Rig::FieldBox);
         missing_folder.config = folder.path().join("nowhere/bench.toml");
-        let error = write(&missing_folder, &computer(), &mut Unattended)
+        let error = write(&missing_folder, &computer(), &mut NoOperator)
             .err()
             .unwrap();
         assert!(error.to_string().contains("make it first"), "{error}");
-        let error = write(&options, &computer(), &mut Unattended).err().unwrap();
+        let error = write(&options, &computer(), &mut NoOperator).err().unwrap();
         assert!(error.to_string().contains("--config FILE"));
         assert_eq!(std::fs::read_to_string(&options.config).unwrap(), "mine");
     }
@@ -502,10 +506,10 @@ mod tests {
     #[test]
     fn an_unanswered_question_names_its_option() {
         let folder = tempfile::tempdir().unwrap();
-        let refusal = |take: fn(&mut Options)| {
+        let refusal = |take: fn(&mut InitOptions)| {
             let mut options = options(folder.path(), Rig::RaspberryPi);
             take(&mut options);
-            write(&options, &computer(), &mut Unattended)
+            write(&options, &computer(), &mut NoOperator)
                 .err()
                 .unwrap()
                 .to_string()
@@ -518,7 +522,7 @@ mod tests {
             assert!(message.contains(option), "{message}");
         }
         let six_axis = options(folder.path(), Rig::SixAxis);
-        let error = write(&six_axis, &computer(), &mut Unattended).err();
+        let error = write(&six_axis, &computer(), &mut NoOperator).err();
         let error = error.unwrap().to_string();
         assert!(error.contains("--net-ft"), "{error}");
         assert!(!folder.path().join("bench.toml").exists());
@@ -526,7 +530,7 @@ mod tests {
 
     #[test]
     fn an_option_that_says_nothing_of_the_rig_is_refused_by_its_name() {
-        type Give = fn(&mut Options);
+        type Give = fn(&mut InitOptions);
         let cases: [(&str, Give, &[Rig]); 5] = [
             (
                 "--force-port",
@@ -559,7 +563,7 @@ mod tests {
             for &rig in rigs {
                 let mut options = options(folder.path(), rig);
                 give(&mut options);
-                let error = write(&options, &computer(), &mut Unattended).err();
+                let error = write(&options, &computer(), &mut NoOperator).err();
                 let error = error.unwrap().to_string();
                 assert!(error.starts_with(option), "{rig:?}: {error}");
             }

@@ -98,9 +98,9 @@ impl Attempts {
 
     /// Returns the account of all attempts in an analysis; `excluded` are recordings left out on purpose.
     #[must_use]
-    pub fn account(&self, analysed: &Analysis, excluded: &[PathBuf]) -> Account {
+    pub fn account(&self, analysed: &Analysis, excluded: &[PathBuf]) -> AttemptAccount {
         let is_accepted = |standing: Option<Standing>| standing == Some(Standing::Accepted);
-        let mut account = Account {
+        let mut account = AttemptAccount {
             accepted: self
                 .selection
                 .iter()
@@ -160,7 +160,7 @@ fn canonical_path(path: &Path) -> PathBuf {
 
 /// Account of the attempts of an analysis, as in `attempts` of the results.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Account {
+pub struct AttemptAccount {
     /// Number of accepted trials, by the logs of their sessions.
     pub accepted: usize,
     /// Number of recordings analysed.
@@ -175,7 +175,7 @@ pub struct Account {
     pub unread_logs: Vec<String>,
 }
 
-impl Account {
+impl AttemptAccount {
     /// Returns the attempts that should have been analysed but could not be.
     pub fn missed(&self) -> impl Iterator<Item = &OmittedAttempt> {
         self.left_out.iter().filter(|attempt| attempt.is_missed())

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use recording::manifest::End;
 use recording::study::{EVENTS_FILE, TrialBlock, TrialLabel};
 use recording::{MANIFEST_FILE, reader};
-use study::sessions::{Session, Standing};
+use study::sessions::{LoggedSession, Standing};
 
 use crate::attempts::{Attempts, OmittedAttempt, SelectedAttempt};
 
@@ -104,8 +104,7 @@ fn standing(recording: &Path) -> Option<Standing> {
     let folder = recording.canonicalize().ok()?;
     let label: TrialLabel = folder.file_name()?.to_str()?.parse().ok()?;
     let session = study::sessions::read(folder.parent()?).ok()?;
-    let mut attempts = session.attempts.iter();
-    let attempt = attempts.find(|attempt| attempt.label == label);
+    let attempt = session.attempt(label);
     Some(attempt.map_or(Standing::Unknown, |attempt| attempt.standing()))
 }
 
@@ -167,7 +166,7 @@ impl Search {
     fn select_from_log(
         &mut self,
         folder: &Path,
-        session: &Session,
+        session: &LoggedSession,
         labels: &BTreeMap<TrialLabel, PathBuf>,
     ) {
         let accepted_labels = session.accepted().into_iter().map(|attempt| attempt.label);
@@ -273,16 +272,8 @@ fn list(folder: &Path) -> Result<Vec<PathBuf>, FindError> {
 mod tests {
     use super::*;
     use crate::findings::Analysis;
+    use recording::manifest::MINIMAL;
     use std::fs;
-
-    const MANIFEST: &str = r#"format = 1
-carrier_hz = 35000.0
-modulation_hz = 6.0
-modulation_index = 0.95
-channels.drive = { index = 0, volts_per_unit = 20.0 }
-channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
-plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
-"#;
 
     /// Makes a session of these attempts: number, attempt, outcome in the log, and end of the recording, if any.
     fn session(attempts: &[(u32, u32, &str, &str)]) -> tempfile::TempDir {
@@ -316,7 +307,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
                 "trial = {{ number = {number}, attempt = {attempt}, practice = false, condition = \"c\", protocol = \"p\", \
                  seed = 1, end = \"{end}\" }}\n"
             );
-            fs::write(recording.join(MANIFEST_FILE), MANIFEST.to_owned() + &trial).unwrap();
+            fs::write(recording.join(MANIFEST_FILE), MINIMAL.to_owned() + &trial).unwrap();
         }
         fs::write(folder.join(EVENTS_FILE), log).unwrap();
         temp_dir

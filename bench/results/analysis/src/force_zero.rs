@@ -17,6 +17,7 @@ use recording::ForceRow;
 use recording::manifest::StandardErrors;
 use statistics::median;
 
+use crate::flaw::Flaw;
 use crate::measurements::Measurements;
 
 /// Length of a block that is free or not, s: short compared with a touch, and many frames.
@@ -33,6 +34,13 @@ const FREE_N_S_PER_M: f64 = 0.3;
 const STEADY_N: f64 = 0.015;
 /// Largest zero, N, three times what a session may begin with: beyond it, something may rest on the plate.
 const GREATEST_ZERO_N: f64 = 0.15;
+/// Zero of the force sensor beyond which a warning states it, N.
+const REPORTED_ZERO_N: f64 = 0.010;
+/// Change of the zero within a recording beyond which it is a flaw, N: a drift of 5 mN/min makes 1 mN in the longest trial.
+const GREATEST_ZERO_CHANGE_N: f64 = 0.005;
+/// Number of standard errors beyond which a change of the zero is certain.
+const CERTAIN_ERRORS: f64 = 4.0;
+
 /// Number of frames with a common error: a demodulator's filter is some 10 ms long.
 const CORRELATED_FRAMES: f64 = 20.0;
 
@@ -165,6 +173,24 @@ impl ForceZero {
             lateral_force_relative: with_zero(stated.lateral_force_relative, lateral),
             ..stated
         }
+    }
+
+    /// Returns the flaw of a zero that is large, and of one that moves by more than its errors during the recording.
+    pub fn flaws(&self) -> impl Iterator<Item = Flaw> + use<> {
+        let Axes {
+            normal_n,
+            lateral_n,
+        } = self.largest();
+        let is_large = normal_n.abs().max(lateral_n.abs()) > REPORTED_ZERO_N;
+        let size_flaw = is_large.then_some(Flaw::ForceZero {
+            normal_n,
+            lateral_n,
+        });
+        let change = self.largest_change_n().filter(|(change_n, std_n)| {
+            change_n.abs() > GREATEST_ZERO_CHANGE_N.max(CERTAIN_ERRORS * std_n)
+        });
+        let change_flaw = change.map(|(change_n, _)| Flaw::ForceZeroMoves { change_n });
+        size_flaw.into_iter().chain(change_flaw)
     }
 
     /// Returns the largest zero of each axis by magnitude, N.

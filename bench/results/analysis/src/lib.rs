@@ -2,7 +2,7 @@
 //!
 //! [`demodulation`] streams a recording folder through the demodulator of the live bench, [`unloaded_plate`] reads the
 //! plate's own impedance, [`trial_selection`] and the `protocols` crate select the instances, [`estimate`] estimates each
-//! by both methods. [`analyse`] does this for any number of recordings, [`results`] writes the outcome.
+//! by both methods. [`analyse`] does this for any number of recordings, [`results`] lists the outcome.
 
 pub mod amplitude_profile;
 pub mod analysis_settings;

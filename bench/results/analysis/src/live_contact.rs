@@ -17,7 +17,7 @@ use num_complex::Complex64;
 
 use crate::amplitude_profile::AmplitudeProfile;
 use crate::live_zero::LiveZero;
-use crate::trial_fit::TrialFit;
+use crate::trial_fit::TrialContact;
 use crate::under_finger;
 use recording::pipeline::Batch;
 use recording::{ForceRow, PositionRow};
@@ -108,7 +108,7 @@ impl LiveContact {
     }
 
     /// Uses a newer fit from now on.
-    pub fn refit(&mut self, fit: &TrialFit) {
+    pub fn refit(&mut self, fit: &TrialContact) {
         self.latest = Err(NoReading::NoFinger);
         // A fit was made from frames, so their interval is positive.
         self.fit = LiveEstimator::new(fit.finger, fit.interval_s)
@@ -317,7 +317,7 @@ mod tests {
     const MU0: f64 = 0.8;
 
     /// A contact at rest in force balance, with impedance, gap and friction ratio from the forward model.
-    fn contact() -> (TrialFit, Complex64, f64, f64) {
+    fn contact() -> (TrialContact, Complex64, f64, f64) {
         let contact = Contact::new(&AssumedConstants::ESTIMATION, 1.7e-6).unwrap();
         let (z_p, z_t) = (Complex64::new(7.0, 0.0), Complex64::new(0.5, 3.2));
         let omega = std::f64::consts::TAU * CARRIER_HZ;
@@ -325,7 +325,7 @@ mod tests {
         let k_c = contact.stiffness_n_per_m(gap_m, AMPLITUDE_M);
         let z_c = contact.impedance_n_s_per_m(k_c, omega);
         let uncertain = |value| Uncertain { value, std: 0.01 };
-        let fit = TrialFit {
+        let fit = TrialContact {
             sigma_t_m: uncertain(1.7e-6),
             z_t_n_s_per_m: z_t,
             z_t_std_n_s_per_m: Complex64::ZERO,

@@ -9,24 +9,31 @@ use crate::findings::Analysis;
 /// Content of `settings`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PrintedSettings {
+    /// Assumed numbers.
     #[serde(flatten)]
-    settings: Settings,
-    amplitude_along_plate: AmplitudeSource,
-    normal_force: ForceSource,
+    pub settings: Settings,
+    /// Source of the amplitude.
+    pub amplitude_along_plate: AmplitudeSource,
+    /// Normal force.
+    pub normal_force: ForceSource,
 }
 
 /// Normal force used by each method.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-struct ForceSource {
-    paper: &'static str,
-    dynamic: &'static str,
+pub struct ForceSource {
+    /// Force used by `paper`.
+    pub paper: &'static str,
+    /// Force used by `dynamic`.
+    pub dynamic: &'static str,
 }
 
 /// Source of the amplitude under the finger for each method.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-struct AmplitudeSource {
-    paper: &'static str,
-    dynamic: String,
+pub struct AmplitudeSource {
+    /// Amplitude used by `paper`.
+    pub paper: &'static str,
+    /// Amplitude used by `dynamic`.
+    pub dynamic: String,
 }
 
 impl PrintedSettings {

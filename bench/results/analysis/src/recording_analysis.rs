@@ -15,23 +15,16 @@ use estimation::trial::PlateReadings;
 use crate::estimate::{InstanceAnalysis, estimate};
 use crate::exploration_findings::ExplorationFindings;
 use crate::flaw::Flaw;
-use crate::force_zero::{Axes, ForceZero};
+use crate::force_zero::ForceZero;
 use crate::free_plate::{FreePlate, pickup_flaws};
 use crate::measurements::Measurements;
 use crate::model_check;
 use crate::plate_references;
 use crate::under_finger::UnderFinger;
 use crate::whole_trial;
+use recording::Manifest;
 use recording::manifest::{RecordedInterval, RecordedIntervalKind};
 use recording::pipeline::PickupOffset;
-use recording::{ForceRow, Manifest};
-
-/// Zero of the force sensor beyond which a warning states it, N.
-const REPORTED_ZERO_N: f64 = 0.010;
-/// Change of the zero within a recording beyond which it is a flaw, N: a drift of 5 mN/min makes 1 mN in the longest trial.
-const GREATEST_ZERO_CHANGE_N: f64 = 0.005;
-/// Number of standard errors beyond which a change of the zero is certain.
-const CERTAIN_ERRORS: f64 = 4.0;
 
 /// Analyses the recording in `folder`.
 pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
@@ -66,9 +59,14 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
         record,
         mut flaws,
     } = reading;
+    let explorations = explorations(&manifest);
+    let exploration_spans_s: Vec<(f64, f64)> = explorations
+        .iter()
+        .map(|(_, start_s, end_s)| (*start_s, *end_s))
+        .collect();
     flaws.extend(protocol_flaw);
     flaws.extend(rehearsal_flaw(&manifest));
-    flaws.extend(zero_flaws(&zero));
+    flaws.extend(zero.flaws());
     let mut findings = RecordingFindings {
         path: folder.to_owned(),
         participant: manifest
@@ -79,7 +77,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
         pickup,
         standard_errors: zero.standard_errors(
             manifest.standard_errors.unwrap_or_default(),
-            touch_forces(&record, &manifest, rules.contact_n),
+            &record.force_under_finger(&exploration_spans_s, rules.contact_n),
         ),
         zero,
         z_p: None,
@@ -91,7 +89,6 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
         flaws,
         manifest,
     };
-    let explorations = explorations(&findings.manifest);
     if explorations.is_empty() {
         findings.flaws.push(Flaw::NoExploration);
     }
@@ -138,37 +135,6 @@ fn subtract_zero(reading: &mut DemodulatedRecording) -> ForceZero {
     let zero = ForceZero::read(&reading.record, &unloaded_s);
     zero.subtract(&mut reading.record.force);
     zero
-}
-
-/// Returns times and forces of the readings under a finger in the explorations.
-fn touch_forces(record: &Measurements, manifest: &Manifest, contact_n: f64) -> Vec<ForceRow> {
-    let spans = explorations(manifest);
-    let is_explored = |row: &&ForceRow| {
-        let mut spans = spans.iter();
-        spans.any(|(_, start_s, end_s)| (*start_s..=*end_s).contains(&row.time_s))
-    };
-    let rows = record.force.iter().filter(is_explored);
-    rows.filter(|row| row.normal_n >= contact_n)
-        .copied()
-        .collect()
-}
-
-/// Returns the flaw of a force zero that is large, and of one that moves by more than its errors during the recording.
-fn zero_flaws(zero: &ForceZero) -> impl Iterator<Item = Flaw> {
-    let Axes {
-        normal_n,
-        lateral_n,
-    } = zero.largest();
-    let is_large = normal_n.abs().max(lateral_n.abs()) > REPORTED_ZERO_N;
-    let size_flaw = is_large.then_some(Flaw::ForceZero {
-        normal_n,
-        lateral_n,
-    });
-    let change = zero.largest_change_n().filter(|(change_n, std_n)| {
-        change_n.abs() > GREATEST_ZERO_CHANGE_N && change_n.abs() > CERTAIN_ERRORS * std_n
-    });
-    let change_flaw = change.map(|(change_n, _)| Flaw::ForceZeroMoves { change_n });
-    size_flaw.into_iter().chain(change_flaw)
 }
 
 /// Returns the flaw of a recording during which faults were injected on purpose.
@@ -361,18 +327,12 @@ impl RecordingFindings {
 #[cfg(test)]
 mod tests {
     use protocols::built_in;
+    use recording::manifest::MINIMAL;
     use recording::{AudioFormat, RecordingWriter};
 
     use super::*;
 
-    const MANIFEST: &str = r#"format = 1
-carrier_hz = 35000.0
-modulation_hz = 6.0
-modulation_index = 0.95
-channels.drive = { index = 0, volts_per_unit = 20.0 }
-channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
-plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
-
+    const TRIAL: &str = r#"
 [trial]
 number = 1
 attempt = 1
@@ -381,6 +341,10 @@ condition = "6 Hz"
 protocol = "own"
 seed = 1
 "#;
+
+    fn manifest() -> Manifest {
+        Manifest::parse(&format!("{MINIMAL}{TRIAL}"), "recording.toml").unwrap()
+    }
 
     fn settings() -> Settings {
         Settings {
@@ -393,7 +357,7 @@ seed = 1
     fn the_rules_come_from_the_recordings_protocol_or_else_the_settings() {
         let session = tempfile::tempdir().unwrap();
         let folder = session.path().join("trial-001_attempt-1");
-        let manifest = Manifest::parse(MANIFEST, "recording.toml").unwrap();
+        let manifest = manifest();
         let copy = session.path().join("own.toml");
         let rules = || selection_rules(&folder, &manifest, &settings());
         let settings_rules = settings().selection_rules(0.05);
@@ -458,7 +422,7 @@ seed = 1
     fn an_analysis_lists_a_damaged_protocol_copy_among_the_flaws() {
         let session = tempfile::tempdir().unwrap();
         let folder = session.path().join("trial-001_attempt-1");
-        let manifest = Manifest::parse(MANIFEST, "recording.toml").unwrap();
+        let manifest = manifest();
         let format = AudioFormat {
             sample_rate_hz: 96_000,
             channels: 2,

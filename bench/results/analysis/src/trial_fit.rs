@@ -102,7 +102,7 @@ pub enum NoFit {
 /// actual finger, and a mean would follow a bad instance. The standard errors are those of that fit; `sigma_t_spread_m` is the
 /// scatter of the instances.
 #[derive(Debug, Clone, PartialEq)]
-pub struct TrialFit {
+pub struct TrialContact {
     /// σ_t, m.
     pub sigma_t_m: Uncertain,
     /// Z_t, N·s/m.
@@ -196,7 +196,7 @@ impl<'a> CutTrial<'a> {
     ///
     /// # Errors
     /// No instance's fit can be used.
-    pub fn contact(&self, assumed: AssumedConstants) -> Result<TrialFit, NoFit> {
+    pub fn contact(&self, assumed: AssumedConstants) -> Result<TrialContact, NoFit> {
         typical_fit(self, assumed)
     }
 }
@@ -209,11 +209,11 @@ pub fn fit(
     request: &FitRequest,
     assumed: AssumedConstants,
     profile: &AmplitudeProfile,
-) -> Result<TrialFit, NoFit> {
+) -> Result<TrialContact, NoFit> {
     CutTrial::new(request, profile)?.contact(assumed)
 }
 
-fn typical_fit(cut: &CutTrial<'_>, assumed: AssumedConstants) -> Result<TrialFit, NoFit> {
+fn typical_fit(cut: &CutTrial<'_>, assumed: AssumedConstants) -> Result<TrialContact, NoFit> {
     let CutTrial {
         request,
         instances,
@@ -257,7 +257,7 @@ fn typical_fit(cut: &CutTrial<'_>, assumed: AssumedConstants) -> Result<TrialFit
         );
     };
     let spread_m = usable_fits[rank(0.84)].sigma_t_m - usable_fits[rank(0.16)].sigma_t_m;
-    Ok(TrialFit {
+    Ok(TrialContact {
         sigma_t_m: Uncertain {
             value: typical_fit.sigma_t_m,
             std: typical_fit.sigma_t_std_m,

@@ -24,7 +24,7 @@ mod write_files;
 pub use figure_error::FigureError;
 pub use font::DEJAVU_SANS;
 pub use scale::number_text;
-pub use spec::{Axis, Figure, Key, Mark, Panel, Scale, Series, Span};
+pub use spec::{Axis, AxisRange, Figure, Key, Mark, Panel, Scale, Series};
 pub use style::{Dash, Ink, Marker, Width};
 pub use write_files::{write, write_figure};
 

@@ -1,6 +1,6 @@
 //! Maps data to positions along an axis, and places ticks.
 
-use crate::spec::{Axis, Scale, Span};
+use crate::spec::{Axis, AxisRange, Scale};
 
 /// Axis with known ends.
 #[derive(Debug, Clone, Copy)]
@@ -38,12 +38,12 @@ impl AxisExtent {
             (1.0, 1.0)
         };
         let (low, high) = match (axis.span, scale) {
-            (Span::Fixed(low, high), _) => (low, high),
-            (Span::FromZero, Scale::Linear) => (0.0, greatest.max(0.0) * (1.0 + MARGIN)),
+            (AxisRange::Fixed(low, high), _) => (low, high),
+            (AxisRange::FromZero, Scale::Linear) => (0.0, greatest.max(0.0) * (1.0 + MARGIN)),
             (span, scale) => {
                 let headroom = match span {
-                    Span::WithHeadroom(share) => MARGIN + share,
-                    Span::Data | Span::FromZero | Span::Fixed(..) => MARGIN,
+                    AxisRange::WithHeadroom(share) => MARGIN + share,
+                    AxisRange::Data | AxisRange::FromZero | AxisRange::Fixed(..) => MARGIN,
                 };
                 match scale {
                     Scale::Linear => {

@@ -68,7 +68,7 @@ pub struct Axis {
     /// Linear or logarithmic.
     pub scale: Scale,
     /// Range of values.
-    pub span: Span,
+    pub span: AxisRange,
     /// Whether tick labels and label are written; false if the panel below repeats them.
     pub has_labels: bool,
 }
@@ -79,7 +79,7 @@ impl Axis {
         Self {
             label: label.into(),
             scale: Scale::Linear,
-            span: Span::Data,
+            span: AxisRange::Data,
             has_labels: true,
         }
     }
@@ -95,7 +95,7 @@ impl Axis {
     /// Leaves `share` of the data's range free above them.
     pub fn with_headroom(self, share: f64) -> Self {
         Self {
-            span: Span::WithHeadroom(share),
+            span: AxisRange::WithHeadroom(share),
             ..self
         }
     }
@@ -103,7 +103,7 @@ impl Axis {
     /// Spans zero to the greatest value.
     pub fn from_zero(self) -> Self {
         Self {
-            span: Span::FromZero,
+            span: AxisRange::FromZero,
             ..self
         }
     }
@@ -111,7 +111,7 @@ impl Axis {
     /// Spans `low` to `high`, regardless of the data.
     pub fn with_range(self, low: f64, high: f64) -> Self {
         Self {
-            span: Span::Fixed(low, high),
+            span: AxisRange::Fixed(low, high),
             ..self
         }
     }
@@ -136,7 +136,7 @@ pub enum Scale {
 
 /// Range of an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Span {
+pub enum AxisRange {
     /// The data and a margin.
     Data,
     /// The data and a margin, plus this share of their range above them, for text.

@@ -15,16 +15,8 @@ use estimation::{FitParameter, FitVerdict};
 use population::skin::{SKIN_FILE, Skin, write};
 use protocols::SelectionRules;
 use recording::Manifest;
+use recording::manifest::MINIMAL;
 use serde_json::Value;
-
-const MANIFEST: &str = r#"format = 1
-carrier_hz = 35000.0
-modulation_hz = 6.0
-modulation_index = 0.95
-channels.drive = { index = 0, volts_per_unit = 20.0 }
-channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
-plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
-"#;
 
 /// Returns a fit with this area, with a standard error of its logarithm of `ln_std`; 5 % for the other parameters.
 fn fit(area_m2: f64, ln_std: f64) -> SharedFit {
@@ -68,7 +60,7 @@ fn recording(
 ) -> RecordingAnalysis {
     let participant_line =
         participant.map(|id| format!("participant = {{ id = \"{id}\", session = 1 }}"));
-    let text = format!("{MANIFEST}{}", participant_line.unwrap_or_default());
+    let text = format!("{MINIMAL}{}", participant_line.unwrap_or_default());
     let participant = participant.map(str::to_owned);
     let path = PathBuf::from(format!("study/{number}"));
     RecordingAnalysis {

@@ -7,7 +7,7 @@ use jiff::Timestamp;
 use maud::{Markup, html};
 use recording::Manifest;
 
-use crate::content::{Content, RecordingEntry};
+use crate::content::{RecordingEntry, ReportContent};
 use crate::number::{NumberFormat, count_text, date, significant};
 
 /// Copy of the calibration in a session's folder.
@@ -27,7 +27,10 @@ struct CalibrationUse {
     sessions: usize,
 }
 
-pub(crate) fn calibration(content: &Content<'_>, recordings: &[RecordingEntry<'_>]) -> Markup {
+pub(crate) fn calibration(
+    content: &ReportContent<'_>,
+    recordings: &[RecordingEntry<'_>],
+) -> Markup {
     let (uses, errors) = calibration_uses(content);
     let n_uncalibrated = recordings
         .iter()
@@ -46,7 +49,7 @@ pub(crate) fn calibration(content: &Content<'_>, recordings: &[RecordingEntry<'_
     }
 }
 
-fn calibration_uses(content: &Content<'_>) -> (Vec<CalibrationUse>, Vec<String>) {
+fn calibration_uses(content: &ReportContent<'_>) -> (Vec<CalibrationUse>, Vec<String>) {
     let (mut uses, mut errors) = (Vec::<CalibrationUse>::new(), Vec::new());
     for (folder, session) in &content.sessions.list {
         let Ok(session) = session else { continue };
@@ -114,7 +117,7 @@ fn calibration_table(calibration_use: &CalibrationUse) -> Markup {
     }
     if let Some(profile) = &file.profile {
         let values = vec![(
-            "largest departure along the plate",
+            "largest deviation along the plate",
             &profile.largest_departure,
         )];
         parts.push(("amplitude along the plate", profile.measured.date, values));
@@ -144,7 +147,7 @@ fn calibration_table(calibration_use: &CalibrationUse) -> Markup {
     html! {
         h3 { "Calibration " code { (calibration_use.hash.chars().take(12).collect::<String>()) } }
         p.note {
-            "Used in " (count_text(calibration_use.sessions, "session", "sessions")) ". Age: days before the first of them."
+            "Used in " (count_text(calibration_use.sessions, "session", "sessions")) ". Age: days before the first session."
         }
         div.wide { table {
             thead { tr {

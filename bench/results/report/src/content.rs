@@ -2,20 +2,21 @@
 
 use std::path::Path;
 
+use analysis::results::Recording;
 use jiff::Timestamp;
 use plotting::{Figure, FigureError};
 use recording::Manifest;
 use study::sessions::{Attempt, Sessions};
 
-use crate::results::{Recording, Results};
+use crate::results::Results;
 
 /// Content of a report.
 #[derive(Debug, Clone, Copy)]
-pub struct Content<'a> {
+pub struct ReportContent<'a> {
     /// Name of the analysed study.
     pub name: &'a str,
-    /// Results as `analyze --json` writes them.
-    pub results: &'a str,
+    /// Results.
+    pub results: &'a Results<'a>,
     /// Recordings of the results, in the same order.
     pub recordings: &'a [Recorded<'a>],
     /// Sessions of the recordings.
@@ -41,11 +42,8 @@ pub struct Recorded<'a> {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReportError {
-    /// The results violate their schema.
-    #[error("the results cannot be read back: {0}")]
-    Results(#[from] serde_json::Error),
     /// The numbers of recordings and of results differ.
-    #[error("{recordings} recordings beside results of {results}")]
+    #[error("{recordings} recordings, but results of {results}")]
     Recordings {
         /// Recordings given.
         recordings: usize,
@@ -70,9 +68,9 @@ pub(crate) struct RecordingEntry<'a> {
 
 /// Returns the recordings, each with its results, description and attempt.
 pub(crate) fn recording_entries<'a>(
-    content: &Content<'a>,
-    results: &'a Results,
+    content: &ReportContent<'a>,
 ) -> Result<Vec<RecordingEntry<'a>>, ReportError> {
+    let results = content.results;
     if content.recordings.len() != results.recordings.len() {
         return Err(ReportError::Recordings {
             recordings: content.recordings.len(),

@@ -1,51 +1,53 @@
 //! Drift of plate and skin within the recordings.
 
+use analysis::method::Method;
+use analysis::results::{Estimate, Parts};
 use maud::{Markup, html};
 
 use crate::content::RecordingEntry;
 use crate::number::{HERTZ, MICRO, NumberFormat, PLAIN};
-use crate::results::{Estimate, Interval};
 
 const MICRO_S: NumberFormat = NumberFormat {
     factor: 1e6,
     decimals: 1,
 };
 
-/// Returns the best estimates of the first and of the last instance, and the name of their method.
-fn end_estimates<'a>(recording: &RecordingEntry<'a>) -> Option<(&'static str, [&'a Estimate; 2])> {
+/// Returns the best estimates of the first and of the last instance, and their method.
+fn end_estimates<'a>(recording: &RecordingEntry<'a>) -> Option<(Method, [&'a Estimate; 2])> {
     let (first, last) = (
         recording.result.instances.first()?,
         recording.result.instances.last()?,
     );
-    let trial = first.trial.as_ref().zip(last.trial.as_ref());
-    let trial_ends = trial.map(|(first, last)| ("trial", [first, last]));
-    trial_ends.or_else(|| Some(("dynamic", [first.dynamic.as_ref()?, last.dynamic.as_ref()?])))
+    Some(match (&first.trial, &last.trial) {
+        (Some(first), Some(last)) => (Method::Trial, [&first.estimate, &last.estimate]),
+        _ => (
+            Method::Dynamic,
+            [&first.methods.dynamic, &last.methods.dynamic],
+        ),
+    })
 }
 
 pub(crate) fn drift(recordings: &[RecordingEntry<'_>]) -> Markup {
-    let complex = |z: Option<Interval>| {
+    let complex = |z: Option<Parts>| {
         z.map_or_else(
             || "–".to_owned(),
             |[re, im]| {
-                let sign = if im.is_some_and(|im| im < 0.0) {
-                    "−"
-                } else {
-                    "+"
-                };
-                let size = im.map(f64::abs);
-                format!("{} {sign} {}i", PLAIN.value(re), PLAIN.value(size))
+                let sign = if im < 0.0 { "−" } else { "+" };
+                let [re, size] = [re, im.abs()].map(|part| PLAIN.value(Some(part)));
+                format!("{re} {sign} {size}i")
             },
         )
     };
     html! {
         p {
-            "From the first to the last instance of each recording: the plate's resonance less that of the unloaded plate, and the \
-             skin. Beside it the unloaded plate's impedance, and how far the pickup was from what its calibration states, which is \
-             corrected before anything else. The figure of the resonance shows every instance."
+            "First and last instance of each recording: shift of the plate's resonance from that of the unloaded plate, and \
+             parameters of the skin. Z" sub { "p" } " is the impedance of the unloaded plate; the last two columns are the pickup's \
+             deviation from its calibration, which is corrected before all estimates. The figure of the resonance shows every \
+             instance."
         }
         div.wide { table {
             thead { tr {
-                th { "Recording" } th.n { "Z" sub { "p" } " (N·s/m)" } th { "By" } th.n { "Resonance shift (Hz)" }
+                th { "Recording" } th.n { "Z" sub { "p" } " (N·s/m)" } th { "Method" } th.n { "Resonance shift (Hz)" }
                 th.n { "σ" sub { "t" } " (µm)" } th.n { "Im Z" sub { "t" } " (N·s/m)" }
                 th.n { "Pickup’s phase (rad)" } th.n { "Pickup’s delay (µs)" }
             } }
@@ -57,15 +59,15 @@ pub(crate) fn drift(recordings: &[RecordingEntry<'_>]) -> Markup {
                     td.n { (complex(z_p)) }
                     @match end_estimates(recording) {
                         Some((method, ends)) => {
-                            td { (method) }
+                            td { (method.name()) }
                             td.n { (course(HERTZ, ends.map(|estimate| estimate.resonance_shift_hz))) }
-                            td.n { (course(MICRO, ends.map(|estimate| estimate.sigma_t_m))) }
-                            td.n { (course(PLAIN, ends.map(|estimate| estimate.z_t_n_s_per_m.and_then(|z| z[1])))) }
+                            td.n { (course(MICRO, ends.map(|estimate| Some(estimate.sigma_t_m)))) }
+                            td.n { (course(PLAIN, ends.map(|estimate| Some(estimate.z_t_n_s_per_m[1])))) }
                         },
                         None => { td {} td.n { "–" } td.n { "–" } td.n { "–" } },
                     }
-                    td.n { (PLAIN.value(pickup.and_then(|pickup| pickup.phase_rad))) }
-                    td.n { (MICRO_S.value(pickup.and_then(|pickup| pickup.delay_s))) }
+                    td.n { (PLAIN.value(pickup.map(|pickup| pickup.phase_rad))) }
+                    td.n { (MICRO_S.value(pickup.map(|pickup| pickup.delay_s))) }
                 }
             } }
         } }
@@ -93,11 +95,11 @@ fn model_check(recordings: &[RecordingEntry<'_>]) -> Markup {
         .collect();
     html! {
         @if !checked_recordings.is_empty() {
-            h3 { "The normal force, sensed from impedance and amplitude" }
+            h3 { "Normal force from impedance and amplitude" }
             p {
-                "With the parameters that " b { "dynamic" } " finds in the first instance, over the whole recording; its difference \
-                 from the measured force, median and 90th percentile. Where it grows the model does not hold with the assumed \
-                 skin, or something changed on the way."
+                "Normal force computed over the whole recording with the parameters of the first instance by " b { "dynamic" }
+                "; difference from the measured force, median and 90th percentile. If it grows, the model does not fit with the \
+                 assumed skin, or something changed during the recording."
             }
             div.wide { table {
                 thead { tr {
@@ -109,10 +111,10 @@ fn model_check(recordings: &[RecordingEntry<'_>]) -> Markup {
                             @if index == 0 {
                                 th scope="row" rowspan=(recording.result.model_check.len()) { (recording.name()) }
                             }
-                            td.n { (micro.value(band.amplitude_from_m)) " to " (micro.value(band.amplitude_to_m)) }
+                            td.n { (micro.value(Some(band.amplitude_from_m))) " to " (micro.value(Some(band.amplitude_to_m))) }
                             td.n { (band.n) }
-                            td.n { (percent.value(band.force_relative_difference_median)) }
-                            td.n { (percent.value(band.force_relative_difference_p90)) }
+                            td.n { (percent.value(Some(band.force_relative_difference_median))) }
+                            td.n { (percent.value(Some(band.force_relative_difference_p90))) }
                         }
                     }
                 } }

@@ -1,98 +1,155 @@
 //! Estimates: shared parameters of each recording, and every method's estimates of each instance.
 
+use analysis::method::Method;
+use analysis::results::{Interval, Recording, Trial};
 use maud::{Markup, html};
+use population::skin::{Parameters, Skin, TrialParameter};
+use protocols::Direction;
 
 use crate::content::RecordingEntry;
-use crate::number::{HERTZ, MICRO, MILLI, NumberFormat, PLAIN, significant};
-use crate::results::{Estimate, Interval, PooledTrial, Recording, Results, Trial};
+use crate::instance::{self, MethodEstimate};
+use crate::number::{HERTZ, MICRO, MILLI, NumberFormat, PLAIN, finite};
 use crate::skin::{AREA, Q0};
+
+/// Value of a parameter of a recording and its interval.
+type SharedValue = fn(&Trial) -> (Option<f64>, Option<Interval>);
+/// Parameter pooled over the recordings of a participant.
+type Pooled = fn(&Parameters<TrialParameter>) -> &TrialParameter;
 
 /// Parameter that the instances of a recording share.
 struct SharedParameter {
-    key: &'static str,
     name: &'static str,
     unit: &'static str,
     format: NumberFormat,
+    value: SharedValue,
+    pooled: Option<Pooled>,
 }
 
 const SHARED: [SharedParameter; 9] = [
     SharedParameter {
-        key: "contact_area_m2",
         name: "contact area S",
         unit: "mm²",
         format: AREA,
+        value: |trial| {
+            (
+                Some(trial.contact_area_m2),
+                trial.interval95.map(|ends| ends.contact_area_m2),
+            )
+        },
+        pooled: Some(|parameters| &parameters.contact_area_m2),
     },
     SharedParameter {
-        key: "q0_rad_per_m",
         name: "q₀, for the E and ν of the settings",
         unit: "10⁴ rad/m",
         format: Q0,
+        value: |trial| {
+            (
+                Some(trial.q0_rad_per_m),
+                trial.interval95.map(|ends| ends.q0_rad_per_m),
+            )
+        },
+        pooled: Some(|parameters| &parameters.q0_rad_per_m),
     },
     SharedParameter {
-        key: "loss_factor",
         name: "loss factor η",
         unit: "",
         format: PLAIN,
+        value: |trial| {
+            (
+                Some(trial.loss_factor),
+                trial.interval95.map(|ends| ends.loss_factor),
+            )
+        },
+        pooled: Some(|parameters| &parameters.loss_factor),
     },
     SharedParameter {
-        key: "tau_s",
         name: "levitation lag τ",
         unit: "ms",
         format: MILLI,
+        value: |trial| (Some(trial.tau_s), trial.interval95.map(|ends| ends.tau_s)),
+        pooled: Some(|parameters| &parameters.tau_s),
     },
     SharedParameter {
-        key: "lag_gap_exponent",
         name: "exponent of τ with the gap",
         unit: "",
         format: PLAIN,
+        value: |trial| {
+            (
+                Some(trial.lag_gap_exponent),
+                trial.interval95.map(|ends| ends.lag_gap_exponent),
+            )
+        },
+        pooled: None,
     },
     SharedParameter {
-        key: "area_force_exponent",
         name: "exponent of S with the force",
         unit: "",
         format: PLAIN,
+        value: |trial| {
+            (
+                Some(trial.area_force_exponent),
+                trial.interval95.map(|ends| ends.area_force_exponent),
+            )
+        },
+        pooled: None,
     },
     SharedParameter {
-        key: "film_mean_s",
-        name: "time that the film averages over",
+        name: "averaging time of the film",
         unit: "ms",
         format: MILLI,
+        value: |trial| {
+            (
+                Some(trial.film_mean_s),
+                trial.interval95.map(|ends| ends.film_mean_s),
+            )
+        },
+        pooled: None,
     },
     SharedParameter {
-        key: "friction_floor",
-        name: "floor of friction, of μ₀",
+        name: "friction floor, relative to μ₀",
         unit: "",
         format: PLAIN,
+        value: |trial| {
+            (
+                trial.friction_floor,
+                trial.interval95.and_then(|ends| ends.friction_floor),
+            )
+        },
+        pooled: None,
     },
     SharedParameter {
-        key: "lateral_lag_s",
         name: "lag of the lateral force",
         unit: "ms",
         format: MILLI,
+        value: |trial| {
+            (
+                trial.lateral_lag_s,
+                trial.interval95.and_then(|ends| ends.lateral_lag_s),
+            )
+        },
+        pooled: None,
     },
 ];
 
-pub(crate) fn estimates(results: &Results, recordings: &[RecordingEntry<'_>]) -> Markup {
-    let people = results.skin.iter().flat_map(|skin| &skin.participants);
-    let pooled_trials: Vec<&PooledTrial> = people.flat_map(|person| &person.trials).collect();
-    let pooled_trial = |recording: &RecordingEntry<'_>| {
-        pooled_trials
-            .iter()
-            .find(|trial| trial.path == recording.result.path)
+pub(crate) fn estimates(skin: &Skin, recordings: &[RecordingEntry<'_>]) -> Markup {
+    let pooled_parameters = |recording: &RecordingEntry<'_>| {
+        let mut trials = skin.participants.iter().flat_map(|person| &person.trials);
+        let pooled_trial = trials.find(|trial| trial.path == recording.path);
+        pooled_trial.map(|trial| &trial.parameters)
     };
     html! {
         p {
-            "Of each recording first what its instances share, fitted together by " b { "trial" }
-            ", with 95 % intervals, and beside it the value drawn towards the participant's mean (" a href="#skin" { "shrunken" }
-            "); then each instance. Below values by " b { "trial" } " stand 95 % intervals, below those by "
-            b { "paper" } " and " b { "dynamic" } " standard errors. What they hold is said under "
-            a href="#conditional" { "What depends on what" } "."
+            "Each recording begins with the parameters common to its instances, fitted together by " b { "trial" }
+            ", with 95 % intervals and the value pulled towards the participant's mean (" a href="#skin" { "shrunken" }
+            "); a table of the instances follows. Values by " b { "trial" } " have 95 % intervals below them, those by "
+            b { "paper" } " and " b { "dynamic" } " standard errors; "
+            a href="#conditional" { "Dependence on assumptions" } " lists the errors that they include."
         }
         @for recording in recordings {
             article id=(recording.anchor()) {
                 h3 { (recording.name()) }
                 @match &recording.result.trial {
-                    Some(trial) => (shared_table(trial, pooled_trial(recording).copied())),
+                    Some(trial) => (shared_table(trial, pooled_parameters(recording))),
                     None => p.note { "No fit of all instances together." },
                 }
                 (instance_table(recording.result))
@@ -101,64 +158,38 @@ pub(crate) fn estimates(results: &Results, recordings: &[RecordingEntry<'_>]) ->
     }
 }
 
-fn shared_table(trial: &Trial, pooled_trial: Option<&PooledTrial>) -> Markup {
-    let is_known = |key: &str| SHARED.iter().any(|parameter| parameter.key == key);
-    let other_keys = trial.parameters.iter();
-    let other_keys: Vec<&String> = other_keys
-        .filter(|(key, value)| value.is_number() && !is_known(key))
-        .map(|(key, _)| key)
-        .collect();
-    let shrunken = |key: &str| pooled_trial.and_then(|pooled| pooled.shrunken(key));
-    let has_shrunken = SHARED
-        .iter()
-        .any(|parameter| shrunken(parameter.key).is_some());
+fn shared_table(trial: &Trial, pooled: Option<&Parameters<TrialParameter>>) -> Markup {
+    let shrunken = |parameter: &SharedParameter| parameter.pooled?(pooled?).shrunken;
+    let has_shrunken = SHARED.iter().any(|parameter| shrunken(parameter).is_some());
     let interval_text = |interval: Option<Interval>, format: NumberFormat| {
-        let ends = interval.map(|ends| ends.map(|end| format.value(end)));
+        let ends = interval.map(|ends| ends.map(|end| format.value(Some(end))));
         ends.map_or_else(String::new, |[low, high]| format!("{low} to {high}"))
     };
     html! {
         p.note {
-            "trial: " (trial.verdict)
-            @if let Some(n) = trial.n_instances { ", of " (n) " instances" }
-            @match trial.misfit() {
-                Some(true) => {
-                    "; " span.bad { "the model does not fit" } ", so that no interval is given"
-                },
-                Some(false) => "; the model fits",
-                None => {},
-            }
+            "trial: " (trial.verdict) ", from " (trial.n_instances) " instances"
+            @if trial.model_misfit {
+                "; " span.bad { "the model does not fit" } ", so no interval is given"
+            } @else { "; the model fits" }
         }
         div.wide { table {
             thead { tr {
-                th { "Shared by the instances" } th.n { "Value" } th.n { "95 % interval" }
+                th { "Common to the instances" } th.n { "Value" } th.n { "95 % interval" }
                 @if has_shrunken { th.n { "Shrunken, 95 % interval" } }
                 th { "Unit" }
             } }
             tbody {
                 @for parameter in &SHARED {
-                    @let (value, interval) = trial.parameter(parameter.key);
+                    @let (value, interval) = (parameter.value)(trial);
                     tr {
                         th scope="row" { (parameter.name) }
                         td.n { (parameter.format.value(value)) }
                         td.n { (interval_text(interval, parameter.format)) }
-                        @if has_shrunken { td.n { @if let Some(estimate) = shrunken(parameter.key) {
-                            (parameter.format.value(estimate.value))
-                            span.also { (interval_text(estimate.interval95, parameter.format)) }
+                        @if has_shrunken { td.n { @if let Some(estimate) = shrunken(parameter) {
+                            (parameter.format.value(Some(estimate.value)))
+                            span.also { (interval_text(Some(estimate.interval95), parameter.format)) }
                         } } }
                         td { (parameter.unit) }
-                    }
-                }
-                // Parameters of later versions, by name.
-                @for key in other_keys {
-                    @let (value, interval) = trial.parameter(key);
-                    tr {
-                        th scope="row" { code { (key) } }
-                        td.n { (significant(value)) }
-                        td.n { (interval.map_or_else(String::new, |[low, high]| {
-                            format!("{} to {}", significant(low), significant(high))
-                        })) }
-                        @if has_shrunken { td {} }
-                        td {}
                     }
                 }
             }
@@ -168,31 +199,24 @@ fn shared_table(trial: &Trial, pooled_trial: Option<&PooledTrial>) -> Markup {
 
 fn instance_table(recording: &Recording) -> Markup {
     let instances = &recording.instances;
-    let misfit = recording.trial.as_ref().and_then(Trial::misfit) == Some(true);
+    let misfit = recording
+        .trial
+        .as_ref()
+        .is_some_and(|trial| trial.model_misfit);
     if instances.is_empty() {
-        return html! { p.note { "No instance." } };
+        return html! { p.note { "No instances." } };
     }
     html! {
         div.wide { table {
             thead { tr {
-                th.n { "#" } th.n { "Time (s)" } th { "Slide" } th.n { "Force (N)" } th.n { "Fall of μ" }
+                th.n { "#" } th.n { "Time (s)" } th { "Slide" } th.n { "Force (N)" } th.n { "Drop of μ" }
                 th { "Method" } th.n { "σ" sub { "t" } " (µm)" } th.n { "Re Z" sub { "t" } " (N·s/m)" }
                 th.n { "Im Z" sub { "t" } " (N·s/m)" } th.n { "μ" sub { "0" } } th.n { "Resonance shift (Hz)" }
                 th.n { "τ (ms)" } th.n { "R² of Z" sub { "m" } } th.n { "RMS of μ" }
             } }
             tbody { @for (instance, number) in instances.iter().zip(1..) {
-                @let estimates: Vec<_> = instance.estimates().collect();
-                @if estimates.is_empty() {
-                    tr.first {
-                        td.n { (number) }
-                        td.n { (HUNDREDTHS.value(Some(instance.start_s))) "–" (HUNDREDTHS.value(Some(instance.end_s))) }
-                        td { (slide(&instance.direction)) }
-                        td.n { (HUNDREDTHS.value(instance.normal_n)) }
-                        td.n { (HUNDREDTHS.value(instance.delta_mu)) }
-                        td colspan="9" { "no method could fit it" }
-                    }
-                }
-                @for (row, (method, estimate)) in estimates.iter().enumerate() {
+                @let estimates: Vec<_> = instance::estimates(instance).collect();
+                @for (row, estimate) in estimates.iter().enumerate() {
                     tr.first[row == 0] {
                         @if row == 0 {
                             @let rows = estimates.len();
@@ -200,11 +224,11 @@ fn instance_table(recording: &Recording) -> Markup {
                             td.n rowspan=(rows) {
                                 (HUNDREDTHS.value(Some(instance.start_s))) "–" (HUNDREDTHS.value(Some(instance.end_s)))
                             }
-                            td rowspan=(rows) { (slide(&instance.direction)) }
-                            td.n rowspan=(rows) { (HUNDREDTHS.value(instance.normal_n)) }
-                            td.n rowspan=(rows) { (HUNDREDTHS.value(instance.delta_mu)) }
+                            td rowspan=(rows) { (slide(instance.direction)) }
+                            td.n rowspan=(rows) { (HUNDREDTHS.value(Some(instance.normal_n))) }
+                            td.n rowspan=(rows) { (HUNDREDTHS.value(Some(instance.delta_mu))) }
                         }
-                        (cells(method, estimate, misfit && *method == "trial"))
+                        (cells(estimate, misfit && estimate.method == Method::Trial))
                     }
                 }
             } }
@@ -215,79 +239,51 @@ fn instance_table(recording: &Recording) -> Markup {
 /// A time in s or a force in N, to a hundredth.
 const HUNDREDTHS: NumberFormat = HERTZ;
 
-fn slide(direction: &str) -> &str {
+fn slide(direction: Direction) -> &'static str {
     match direction {
-        "left_to_right" => "→",
-        "right_to_left" => "←",
-        other => other,
+        Direction::LeftToRight => "→",
+        Direction::RightToLeft => "←",
     }
 }
 
 /// Returns the cells of an estimate, without errors if the model does not fit.
-fn cells(method: &str, estimate: &Estimate, misfit: bool) -> Markup {
-    let intervals = estimate.interval95.as_ref();
-    let std = estimate.std.as_ref().filter(|_| !misfit);
+fn cells(estimated: &MethodEstimate<'_>, misfit: bool) -> Markup {
+    let MethodEstimate {
+        method,
+        estimate,
+        interval95,
+    } = estimated;
+    let std = (!misfit).then_some(&estimate.std);
     let cell =
         |format: NumberFormat, value: Option<f64>, interval: Option<Interval>, std: Option<f64>| {
-            let spread = match (value, interval, std) {
+            let spread = match (finite(value), interval, finite(std)) {
                 (None, ..) => None,
-                (_, Some([low, high]), _) => {
-                    Some(format!("{} to {}", format.value(low), format.value(high)))
+                (_, Some(ends), _) => {
+                    let [low, high] = ends.map(|end| format.value(Some(end)));
+                    Some(format!("{low} to {high}"))
                 }
                 (_, None, Some(_)) => Some(format.std(std)),
                 _ => None,
             };
             html! { (format.value(value)) @if let Some(spread) = spread { span.also { (spread) } } }
         };
-    let part = |parts: Option<Interval>, index: usize| parts.and_then(|parts| parts[index]);
-    let z_t_std = std.and_then(|std| std.z_t_n_s_per_m);
+    let [re_z_t, im_z_t] = estimate.z_t_n_s_per_m.map(Some);
+    let [re_z_t_std, im_z_t_std] = std.map_or([None; 2], |std| std.z_t_n_s_per_m.map(Some));
     html! {
-        td { (method) }
+        td { (method.name()) }
         td.n { (cell(
-            MICRO, estimate.sigma_t_m, intervals.and_then(|intervals| intervals.sigma_t_m), std.and_then(|std| std.sigma_t_m)
+            MICRO, Some(estimate.sigma_t_m), interval95.map(|ends| ends.sigma_t_m), std.map(|std| std.sigma_t_m)
         )) }
+        td.n { (cell(PLAIN, re_z_t, interval95.map(|ends| ends.z_t_re_n_s_per_m), re_z_t_std)) }
+        td.n { (cell(PLAIN, im_z_t, interval95.map(|ends| ends.z_t_im_n_s_per_m), im_z_t_std)) }
+        td.n { (cell(PLAIN, Some(estimate.mu0), interval95.map(|ends| ends.mu0), std.map(|std| std.mu0))) }
         td.n { (cell(
-            PLAIN, part(estimate.z_t_n_s_per_m, 0), intervals.and_then(|intervals| intervals.z_t_re_n_s_per_m), part(z_t_std, 0)
-        )) }
-        td.n { (cell(
-            PLAIN, part(estimate.z_t_n_s_per_m, 1), intervals.and_then(|intervals| intervals.z_t_im_n_s_per_m), part(z_t_std, 1)
-        )) }
-        td.n { (cell(PLAIN, estimate.mu0, intervals.and_then(|intervals| intervals.mu0), std.and_then(|std| std.mu0))) }
-        td.n { (cell(
-            HERTZ, estimate.resonance_shift_hz, intervals.and_then(|intervals| intervals.resonance_shift_hz),
+            HERTZ, estimate.resonance_shift_hz, interval95.and_then(|ends| ends.resonance_shift_hz),
             std.and_then(|std| std.resonance_shift_hz)
         )) }
         // The τ of `trial` is shown above, with its interval.
-        td.n { (cell(MILLI, estimate.tau_s, None, std.and_then(|std| std.tau_s).filter(|_| method != "trial"))) }
-        td.n { (PLAIN.value(estimate.r2_impedance)) }
-        td.n { (PLAIN.value(estimate.rms_mu)) }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_instance_without_an_estimate_has_a_row() {
-        let estimate = r#"{ "sigma_t_m": 1.9e-6 }"#;
-        let instance = |start_s: f64, method: &str| {
-            format!(
-                r#"{{ "start_s": {start_s}, "end_s": 2.0, "direction": "left_to_right" {method} }}"#
-            )
-        };
-        let text = format!(
-            r#"{{ "instances": [ {}, {} ] }}"#,
-            instance(1.25, ""),
-            instance(1.5, &format!(r#", "paper": {estimate}"#))
-        );
-        let recording: Recording = serde_json::from_str(&text).unwrap();
-        let table = instance_table(&recording).into_string();
-        assert!(table.contains("1.25–2.00"), "{table}");
-        assert_eq!(
-            table.matches("no method could fit it").count(),
-            1,
-            "{table}"
-        );
+        td.n { (cell(MILLI, estimate.tau_s, None, std.and_then(|std| std.tau_s).filter(|_| *method != Method::Trial))) }
+        td.n { (PLAIN.value(Some(estimate.r2_impedance))) }
+        td.n { (PLAIN.value(Some(estimate.rms_mu))) }
     }
 }

@@ -1,51 +1,43 @@
 //! Cautions for the reader: warnings, verdicts of fits, misfit of the model.
 
+use analysis::method::Method;
+use analysis::results::Trial;
 use maud::{Markup, html};
-use serde_json::Value;
 
 use crate::content::RecordingEntry;
+use crate::instance::{self, MethodEstimate};
 use crate::number::count_text;
 
 /// Verdict of a fit without problems.
 const CONVERGED: &str = "converged";
 
 pub(crate) fn flags(recordings: &[RecordingEntry<'_>]) -> Markup {
-    let misfit_of = |recording: &&RecordingEntry<'_>| {
-        recording
-            .result
-            .trial
-            .as_ref()
-            .and_then(|trial| trial.misfit())
-    };
-    let n_judged = recordings
+    let judged = recordings
         .iter()
-        .filter(|recording| misfit_of(recording).is_some())
-        .count();
-    let misfit_recordings: Vec<&RecordingEntry<'_>> = recordings
-        .iter()
-        .filter(|recording| misfit_of(recording) == Some(true))
-        .collect();
+        .filter_map(|recording| Some((recording, recording.result.trial.as_ref()?)));
+    let n_judged = judged.clone().count();
+    let misfits: Vec<(&RecordingEntry<'_>, &Trial)> =
+        judged.filter(|(_, trial)| trial.model_misfit).collect();
     let warned_recordings: Vec<&RecordingEntry<'_>> = recordings
         .iter()
         .filter(|recording| !recording.result.warnings.is_empty())
         .collect();
     let verdicts = verdicts(recordings);
     html! {
-        h3 { "Does the model fit?" }
+        h3 { "Fit of the model" }
         @if n_judged == 0 {
-            p { "The results do not say: the version of the program that analysed these recordings did not judge it." }
-        } @else if misfit_recordings.is_empty() {
-            p { "It was held to fit in all " (count_text(n_judged, "recording", "recordings")) " where that was judged." }
+            p { "The version of the program that analysed these recordings did not test the fit." }
+        } @else if misfits.is_empty() {
+            p { "The model fits every recording in which the fit was tested (" (count_text(n_judged, "recording", "recordings")) ")." }
         } @else {
             p.alert {
-                "It was held " b { "not" } " to fit in these recordings, of " (n_judged)
-                " judged. Their values by " b { "trial" } " are not to be relied on, no interval is given for them, and they are left \
-                 out of the " a href="#skin" { "participants' skin" } "."
+                "The model does " b { "not" } " fit these recordings, of " (n_judged)
+                " tested. Their values by " b { "trial" } " are unreliable: they have no intervals, and the "
+                a href="#skin" { "skin of the participants" } " omits them."
             }
-            ul { @for recording in &misfit_recordings { li {
+            ul { @for (recording, trial) in &misfits { li {
                 a href={ "#" (recording.anchor()) } { (recording.name()) }
-                @for sign in recording.result.trial.iter().flat_map(|trial| trial.signs()) { "; " (sign) }
-                @for (name, value) in evidence(recording) { "; " code { (name) " = " (value) } }
+                @for sign in &trial.misfit { "; " (sign) }
             } } }
         }
         h3 { "Warnings of the analysis" }
@@ -55,12 +47,12 @@ pub(crate) fn flags(recordings: &[RecordingEntry<'_>]) -> Markup {
                 ul { @for warning in &recording.result.warnings { li { (warning) } } }
             }
         }
-        h3 { "Fits that are not simply converged" }
+        h3 { "Fits with a verdict other than converged" }
         @if verdicts.is_empty() { p { "None." } } @else {
             div.wide { table {
                 thead { tr { th { "Recording" } th { "Method" } th { "Verdict" } th { "Instances" } } }
                 tbody { @for verdict in &verdicts { tr {
-                    th scope="row" { (verdict.recording) } td { (verdict.method) } td { (verdict.verdict) }
+                    th scope="row" { (verdict.recording) } td { (verdict.method.name()) } td { (verdict.verdict) }
                     td { (verdict.instances) }
                 } } }
             } }
@@ -68,22 +60,10 @@ pub(crate) fn flags(recordings: &[RecordingEntry<'_>]) -> Markup {
     }
 }
 
-/// Returns the entries of the results about misfit other than its signs, also those of later versions.
-fn evidence<'a>(recording: &RecordingEntry<'a>) -> Vec<(&'a String, &'a Value)> {
-    let parameters = recording
-        .result
-        .trial
-        .iter()
-        .flat_map(|trial| &trial.parameters);
-    parameters
-        .filter(|(name, value)| name.contains("misfit") && !value.is_boolean() && *name != "misfit")
-        .collect()
-}
-
 /// Verdict on some fits of a recording.
 struct Verdict {
     recording: String,
-    method: &'static str,
+    method: Method,
     verdict: String,
     /// Numbers of the instances, or a note that all were fitted together.
     instances: String,
@@ -100,18 +80,19 @@ fn verdicts(recordings: &[RecordingEntry<'_>]) -> Vec<Verdict> {
         {
             verdicts.push(Verdict {
                 recording: recording.name(),
-                method: "trial",
+                method: Method::Trial,
                 verdict: trial.verdict.clone(),
                 instances: "all together".to_owned(),
             });
         }
-        let mut groups: Vec<(&'static str, &str, Vec<String>)> = Vec::new();
+        let mut groups: Vec<(Method, &str, Vec<String>)> = Vec::new();
         for (instance, number) in recording.result.instances.iter().zip(1..) {
-            let separate_estimates = instance
-                .estimates()
-                .filter(|(method, _)| *method != "trial");
-            for (method, estimate) in
-                separate_estimates.filter(|(_, estimate)| estimate.verdict != CONVERGED)
+            let separate_estimates = instance::estimates(instance).filter(|estimated| {
+                estimated.method != Method::Trial && estimated.estimate.verdict != CONVERGED
+            });
+            for MethodEstimate {
+                method, estimate, ..
+            } in separate_estimates
             {
                 // The rest of the verdict differs from instance to instance.
                 let verdict = estimate.verdict.split(';').next().unwrap_or_default();

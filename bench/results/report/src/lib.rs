@@ -1,7 +1,6 @@
-//! Results of an analysis as one self-contained HTML page: no network, no script, no other file.
+//! Results of an analysis: as JSON, and as one self-contained HTML page without network, script or any other file.
 //!
-//! Every number of an estimate or a statistic is read from the text of the results that `analyze --json` writes, so
-//! that the two cannot differ.
+//! [`Results`] is the content of both, so that they cannot differ.
 
 mod assumptions;
 mod calibration;
@@ -9,6 +8,7 @@ mod content;
 mod drift;
 mod estimates;
 mod flags;
+mod instance;
 mod number;
 mod omissions;
 mod page;
@@ -19,8 +19,9 @@ mod statistics;
 mod study;
 mod trials;
 
-pub use content::{Content, Recorded, ReportError};
+pub use content::{Recorded, ReportContent, ReportError};
 pub use page::html;
+pub use results::{FORMAT, Results};
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

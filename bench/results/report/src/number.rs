@@ -4,6 +4,11 @@ use jiff::Timestamp;
 
 const UNKNOWN: &str = "–";
 
+/// Returns a known value.
+pub(crate) fn finite(value: impl Into<Option<f64>>) -> Option<f64> {
+    value.into().filter(|value| value.is_finite())
+}
+
 /// Unit and decimals of a printed quantity.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NumberFormat {
@@ -33,9 +38,7 @@ pub(crate) const HERTZ: NumberFormat = NumberFormat {
 impl NumberFormat {
     /// Returns the value in this unit.
     pub(crate) fn value(self, value: Option<f64>) -> String {
-        value
-            .filter(|value| value.is_finite())
-            .map_or_else(|| UNKNOWN.to_owned(), |value| self.text(value))
+        finite(value).map_or_else(|| UNKNOWN.to_owned(), |value| self.text(value))
     }
 
     /// Returns a standard error, `± 0.010`, or `± < 0.001` if it is below the last decimal.
@@ -51,8 +54,10 @@ impl NumberFormat {
 
     /// Returns the value with its standard error, `1.70 ± 0.10`.
     pub(crate) fn with_std(self, value: Option<f64>, std: Option<f64>) -> String {
-        match std {
-            Some(_) if value.is_some() => format!("{} {}", self.value(value), self.std(std)),
+        match finite(std) {
+            Some(_) if finite(value).is_some() => {
+                format!("{} {}", self.value(value), self.std(std))
+            }
             _ => self.value(value),
         }
     }
@@ -70,7 +75,7 @@ impl NumberFormat {
 
 /// Returns a number of any magnitude with three significant digits.
 pub(crate) fn significant(value: Option<f64>) -> String {
-    let Some(value) = value.filter(|value| value.is_finite()) else {
+    let Some(value) = finite(value) else {
         return UNKNOWN.to_owned();
     };
     let size = value.abs();

@@ -2,18 +2,20 @@
 
 use std::collections::BTreeMap;
 
+use analysis::attempts::{AttemptAccount, OmittedAttempt};
 use maud::{Markup, html};
+use study::exclusions::Excluded;
 
 use crate::content::RecordingEntry;
 use crate::number::{NumberFormat, count_text};
-use crate::results::{Excluded, Results};
+use crate::results::Results;
 
 const SECONDS: NumberFormat = NumberFormat {
     factor: 1.0,
     decimals: 2,
 };
 
-pub(crate) fn omissions(results: &Results, recordings: &[RecordingEntry<'_>]) -> Markup {
+pub(crate) fn omissions(results: &Results<'_>, recordings: &[RecordingEntry<'_>]) -> Markup {
     let mut reasons: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
     for recording in recordings {
         let mut recording_reasons: Vec<&str> = Vec::new();
@@ -29,21 +31,21 @@ pub(crate) fn omissions(results: &Results, recordings: &[RecordingEntry<'_>]) ->
     let mut reasons: Vec<_> = reasons.into_iter().collect();
     reasons.sort_by_key(|(_, (stretches, _))| std::cmp::Reverse(*stretches));
     html! {
-        (attempt_table(results))
+        (attempt_table(results.attempts))
         h3 { "Excluded by decision" }
         @if !results.exclusions_overridden.is_empty() {
             p.alert {
-                "These decisions were overridden (" code { "--include-excluded" } "): the recordings were analysed all the same."
+                "These decisions were overridden (" code { "--include-excluded" } "): the recordings were analysed nevertheless."
             }
-            (decisions(&results.exclusions_overridden))
+            (decisions(results.exclusions_overridden))
         } @else if results.excluded.is_empty() {
-            p { "Nothing." }
+            p { "None." }
         } @else {
-            (decisions(&results.excluded))
+            (decisions(results.excluded))
         }
         h3 { "Rejected by rule" }
         @if reasons.is_empty() {
-            p { "No stretch was rejected." }
+            p { "None." }
         } @else {
             div.wide { table {
                 thead { tr { th { "Reason" } th.n { "Stretches" } th.n { "In recordings" } } }
@@ -51,7 +53,7 @@ pub(crate) fn omissions(results: &Results, recordings: &[RecordingEntry<'_>]) ->
                     th scope="row" { (reason) } td.n { (stretches) } td.n { (n_recordings) }
                 } } }
             } }
-            p { "Where, s from the recording's beginning:" }
+            p { "Times of the stretches, s from the beginning of the recording:" }
             ul { @for recording in recordings.iter().filter(|recording| !recording.result.rejected.is_empty()) {
                 li {
                     a href={ "#" (recording.anchor()) } { (recording.name()) } ", "
@@ -67,27 +69,25 @@ pub(crate) fn omissions(results: &Results, recordings: &[RecordingEntry<'_>]) ->
 }
 
 /// Returns the attempts that were not analysed because of their standing in the sessions' logs.
-fn attempt_table(results: &Results) -> Markup {
-    let Some(attempts) = &results.attempts else {
-        return html! {};
-    };
+fn attempt_table(attempts: &AttemptAccount) -> Markup {
     html! {
         h3 { "Attempts" }
         p {
-            (count_text(attempts.accepted, "trial was", "trials were")) " accepted by the logs, "
-            (count_text(attempts.analysed, "recording", "recordings")) " analysed"
-            @if attempts.not_accepted > 0 { ", " (attempts.not_accepted) " of them of trials that were not accepted" }
+            "According to the logs, " (count_text(attempts.accepted, "trial was", "trials were")) " accepted; "
+            (count_text(attempts.analysed, "recording was", "recordings were")) " analysed"
+            @if attempts.not_accepted > 0 { ", " (attempts.not_accepted) " of them from trials that were not accepted" }
             "."
         }
         @for log in &attempts.unread_logs { p.alert { "A log cannot be read. " (log) } }
-        @if attempts.left_out.iter().any(|attempt| attempt.is_missed()) {
-            p.alert { "Accepted trials are missed: they could not be analysed." }
+        @if attempts.missed().next().is_some() {
+            p.alert { "Accepted trials are missing: they could not be analysed." }
         }
         @if !attempts.left_out.is_empty() {
             div.wide { table {
-                thead { tr { th { "Attempt" } th { "Standing" } th { "Not analysed because" } } }
+                thead { tr { th { "Attempt" } th { "Verdict" } th { "Not analysed because" } } }
                 tbody { @for attempt in &attempts.left_out { tr {
-                    th scope="row" { (attempt.name()) } td { (attempt.standing.as_deref().unwrap_or("not known")) }
+                    th scope="row" { (name(attempt)) }
+                    td { @match attempt.standing { Some(standing) => (standing), None => "not known" } }
                     td { (attempt.because) }
                 } } }
             } }
@@ -95,17 +95,24 @@ fn attempt_table(results: &Results) -> Markup {
     }
 }
 
+/// Returns the last names of the path of an attempt's folder.
+fn name(attempt: &OmittedAttempt) -> String {
+    let path = attempt.path.display().to_string();
+    let names: Vec<&str> = path.rsplit('/').take(3).collect();
+    names.into_iter().rev().collect::<Vec<_>>().join("/")
+}
+
 fn decisions(exclusions: &[Excluded]) -> Markup {
     html! {
         div.wide { table {
             thead { tr {
-                th { "Participant" } th { "Session" } th { "Trial" } th { "Why" } th { "Decided by" } th { "On" }
+                th { "Participant" } th { "Session" } th { "Trial" } th { "Reason" } th { "Decided by" } th { "Date" }
                 th.n { "Recordings" }
             } }
-            tbody { @for exclusion in exclusions { tr {
+            tbody { @for Excluded { exclusion, recordings, .. } in exclusions { tr {
                 th scope="row" { (exclusion.participant) } td { (exclusion.session) } td { (exclusion.trial) }
                 td { (exclusion.reason) } td { (exclusion.by) } td { (exclusion.date.as_deref().unwrap_or("not stated")) }
-                td.n { (exclusion.recordings.len()) }
+                td.n { (recordings.len()) }
             } } }
         } }
     }

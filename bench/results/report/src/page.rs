@@ -2,9 +2,8 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html as markup};
 
-use crate::content::{Content, ReportError, recording_entries};
+use crate::content::{ReportContent, ReportError, recording_entries};
 use crate::number::date;
-use crate::results::Results;
 use crate::{
     assumptions, calibration, drift, estimates, flags, omissions, skin, statistics, study, trials,
 };
@@ -23,17 +22,13 @@ struct Section {
 /// Returns the page.
 ///
 /// # Errors
-/// The results violate their schema, or a figure cannot be drawn.
-pub fn html(content: &Content<'_>) -> Result<String, ReportError> {
-    let results: Results = serde_json::from_str(content.results)?;
-    let recordings = recording_entries(content, &results)?;
+/// The results are of other recordings, or a figure cannot be drawn.
+pub fn html(content: &ReportContent<'_>) -> Result<String, ReportError> {
+    let results = content.results;
+    let recordings = recording_entries(content)?;
     let section = |id, title, body| Section { id, title, body };
     let sections = [
-        section(
-            "summary",
-            "Summary",
-            study::summary(content, &results, &recordings),
-        ),
+        section("summary", "Summary", study::summary(content, &recordings)),
         section("study", "The study", study::study(content, &recordings)),
         section(
             "participants",
@@ -47,27 +42,27 @@ pub fn html(content: &Content<'_>) -> Result<String, ReportError> {
         ),
         section(
             "left-out",
-            "What is left out",
-            omissions::omissions(&results, &recordings),
+            "Omitted data",
+            omissions::omissions(results, &recordings),
         ),
-        section("skin", "Skin of the participants", skin::skin(&results)),
+        section("skin", "Skin of the participants", skin::skin(results.skin)),
         section(
             "estimates",
             "Estimates",
-            estimates::estimates(&results, &recordings),
+            estimates::estimates(results.skin, &recordings),
         ),
         section("drift", "Drift", drift::drift(&recordings)),
         section("flags", "Flags and warnings", flags::flags(&recordings)),
         section(
             "published",
-            "Statistics beside the published ones",
-            statistics::table(&results),
+            "Comparison with the published statistics",
+            statistics::table(&results.statistics),
         ),
         section("figures", "Figures", figures(content)?),
         section(
             "assumptions",
             "Assumptions",
-            assumptions::assumptions(&results),
+            assumptions::assumptions(&results.settings),
         ),
         section(
             "calibration",
@@ -76,12 +71,12 @@ pub fn html(content: &Content<'_>) -> Result<String, ReportError> {
         ),
         section(
             "conditional",
-            "What depends on what",
+            "Dependence on assumptions",
             assumptions::dependencies(&recordings),
         ),
         section(
             "method",
-            "Methods, and how to cite them",
+            "Methods and citation",
             assumptions::methods(content),
         ),
     ];
@@ -122,7 +117,7 @@ fn is_control(c: char) -> bool {
     is_mark || (c.is_control() && c != '\n' && c != '\t')
 }
 
-fn figures(content: &Content<'_>) -> Result<Markup, ReportError> {
+fn figures(content: &ReportContent<'_>) -> Result<Markup, ReportError> {
     let mut drawings = Vec::new();
     for figure in content.figures {
         // Drawn by this program, which escapes its text.
@@ -130,7 +125,7 @@ fn figures(content: &Content<'_>) -> Result<Markup, ReportError> {
         drawings.push((figure, PreEscaped(svg)));
     }
     Ok(markup! {
-        @if drawings.is_empty() { p { "Nothing could be drawn of these recordings." } }
+        @if drawings.is_empty() { p { "No figure could be drawn from these recordings." } }
         @for ((figure, svg), number) in drawings.iter().zip(1..) {
             figure id={ "figure-" (number) } {
                 (svg)

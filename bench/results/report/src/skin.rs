@@ -1,9 +1,10 @@
 //! Skin of the participants and of the study, pooled over their trials.
 
+use analysis::results::Interval;
 use maud::{Markup, html};
+use population::skin::{PersonParameter, Ranged, Skin, StudyParameter};
 
-use crate::number::{MILLI, NumberFormat, PLAIN, count_text};
-use crate::results::{Interval, PersonParameter, Ranged, Results, StudyParameter};
+use crate::number::{MILLI, NumberFormat, PLAIN, count_text, finite};
 
 pub(crate) const AREA: NumberFormat = NumberFormat {
     factor: 1e6,
@@ -19,50 +20,29 @@ const PERCENT: NumberFormat = NumberFormat {
     decimals: 0,
 };
 
-/// Key in the results and form of each parameter, in the order of the columns.
-const COLUMNS: [(&str, NumberFormat); 4] = [
-    ("contact_area_m2", AREA),
-    ("q0_rad_per_m", Q0),
-    ("loss_factor", PLAIN),
-    ("tau_s", MILLI),
-];
+/// Form of each parameter, in order.
+const FORMATS: [NumberFormat; 4] = [AREA, Q0, PLAIN, MILLI];
 
-pub(crate) fn skin(results: &Results) -> Markup {
-    let Some(skin) = &results.skin else {
-        return html! { p { "The results do not have it: they were made by an earlier version of the program." } };
-    };
+pub(crate) fn skin(skin: &Skin) -> Markup {
     let people = &skin.participants;
-    let study_parameter = |key: &str| skin.study.get(key);
-    let mean = |parameter: Option<&StudyParameter>, format: NumberFormat| {
-        let parameter = parameter.and_then(|parameter| parameter.mean.as_ref());
-        html! { td.n { (range_cell(parameter, format)) } }
-    };
-    let people_spread = |parameter: Option<&StudyParameter>| {
-        let std = parameter.and_then(|parameter| parameter.between_participants_ln_std);
-        let ends = parameter.and_then(|parameter| parameter.between_participants_ln_std_interval95);
+    let study = skin.study.as_array();
+    let people_spread = |parameter: &StudyParameter| {
+        let std = finite(parameter.between_participants_ln_std);
+        let ends = parameter.between_participants_ln_std_interval95;
         html! { td.n { (PERCENT.value(std)) @if std.is_some() { (interval_cell(ends, PERCENT)) } } }
-    };
-    let trial_spread = |parameter: Option<&StudyParameter>| {
-        let std = parameter.and_then(|parameter| parameter.between_trials_ln_std);
-        html! { td.n { (PERCENT.value(std)) } }
-    };
-    let shared_part = |parameter: Option<&StudyParameter>| {
-        let part = parameter.and_then(|parameter| parameter.shared_error_part);
-        html! { td.n { (PERCENT.value(part)) } }
     };
     html! {
         p {
-            "S, q₀, η and τ by " b { "trial" } ", over each participant's recordings. First the mean, with a 95 % interval that holds \
-             the errors of the trials and what is between them: what this participant's data say by themselves. Where it stands, "
-            i { "shrunken" } " is that mean drawn towards the other participants', the better guess of one person's skin if all are \
-             drawn from one population; comparisons between groups of people take the mean. The study's mean counts every \
-             participant once."
+            "S, q₀, η and τ by " b { "trial" } ", over each participant's recordings. The first value is the mean of this participant's \
+             data alone; its 95 % interval includes the errors of the trials and the variation between them. "
+            i { "Shrunken" } ", if given, is that mean pulled towards the other participants', a better estimate of one person's skin if \
+             all come from one population; use the mean to compare groups of people. The study's mean counts every participant once."
         }
         @if !skin.left_out.is_empty() {
             p.alert {
                 (count_text(skin.left_out.len(), "recording is", "recordings are"))
-                " left out of this table, because they cannot be read, the fit of all \
-                 instances together cannot be used, the model does not hold, or no participant is stated."
+                " not in this table: unreadable, without a usable fit of all instances together, \
+                 outside the model, or without a stated participant."
             }
         }
         @if people.is_empty() { p { "No recording states its participant." } } @else {
@@ -76,56 +56,60 @@ pub(crate) fn skin(results: &Results) -> Markup {
                         th scope="row" { (person.participant) }
                         td.n { (person.trials.len()) }
                         td.n { (person.n_left_out) }
-                        @for (key, format) in COLUMNS { td.n { (parameter_cell(person.parameter(key).as_ref(), format)) } }
+                        @for (parameter, format) in person.parameters.as_array().into_iter().zip(FORMATS) {
+                            td.n { (parameter_cell(*parameter, format)) }
+                        }
                     } }
                     tr.first {
                         th scope="row" { "Mean of participants" } td.n {} td.n {}
-                        @for (key, format) in COLUMNS { (mean(study_parameter(key), format)) }
+                        @for (parameter, format) in study.into_iter().zip(FORMATS) { td.n { (range_cell(parameter.mean, format)) } }
                     }
                     tr {
                         th scope="row" { "Between participants (%)" } td.n {} td.n {}
-                        @for (key, _) in COLUMNS { (people_spread(study_parameter(key))) }
+                        @for parameter in study { (people_spread(parameter)) }
                     }
                     tr {
-                        th scope="row" { "Between trials of one (%)" } td.n {} td.n {}
-                        @for (key, _) in COLUMNS { (trial_spread(study_parameter(key))) }
+                        th scope="row" { "Between trials of a participant (%)" } td.n {} td.n {}
+                        @for parameter in study { td.n { (PERCENT.value(parameter.between_trials_ln_std)) } }
                     }
                     tr {
-                        th scope="row" { "Errors that trials share (%)" } td.n {} td.n {}
-                        @for (key, _) in COLUMNS { (shared_part(study_parameter(key))) }
+                        th scope="row" { "Errors common to all trials (%)" } td.n {} td.n {}
+                        @for parameter in study { td.n { (PERCENT.value(Some(parameter.shared_error_part))) } }
                     }
                 }
             } }
         }
         p.note {
-            "Pooled in logarithms, each parameter by itself: means are geometric, and standard deviations those of natural logarithms, \
-             beyond what the errors explain; a participant whose trials differ by more than the others' can has an interval by their own \
-             scatter. S is under each trial's own mean force, which is therefore part of what is between \
-             trials. Only q₀·E/(1 − ν²) is measured: q₀ is for the E and ν of the settings. The variance between participants is by DerSimonian and Laird \
-             (1986). Trials that agree better than their errors allow share a part of these, by variance the last line, and the mean of \
-             many has that part as one has it. Intervals by Hartung and Knapp (2001) and, of the spread, by the Q profile (Viechtbauer 2007); shrinkage by \
-             empirical Bayes (Morris 1983), of a participant's mean from four participants on. The prior of each trial's fit is \
-             taken off before. The calibration's errors, which all trials share, are in each trial's interval, and above it as errors that trials \
-             share. No interval holds what the model leaves out of all trials alike."
+            "Each parameter is pooled separately, in logarithms: means are geometric, and standard deviations are those of natural \
+             logarithms beyond the errors; a participant with more scatter between trials than the pooled scatter explains has an \
+             interval from that scatter. S applies to the mean force of each trial, so the variation between trials includes that \
+             of the force. Only q₀·E/(1 − ν²) is measured: q₀ is valid for the E and ν of the settings. Variance between \
+             participants after DerSimonian and Laird (1986). If trials agree better than their errors allow, they have a part of \
+             these errors in common: the last line, by variance, which averaging over trials does not reduce. Intervals of means \
+             after Hartung and Knapp (2001), of standard deviations by the Q profile (Viechtbauer 2007); shrinkage by empirical \
+             Bayes (Morris 1983), for at least four participants. The prior of each trial's fit is removed first. All trials have \
+             the calibration's errors in common; each trial's interval includes them, and so does the last line. No interval \
+             includes an error of the model that is the same in all trials."
         }
     }
 }
 
-fn parameter_cell(parameter: Option<&PersonParameter>, format: NumberFormat) -> Markup {
+fn parameter_cell(parameter: Option<PersonParameter>, format: NumberFormat) -> Markup {
     html! {
-        (range_cell(parameter.map(|parameter| &parameter.mean), format))
-        @if let Some(parameter) = parameter.and_then(|parameter| parameter.shrunken.as_ref()) {
+        (range_cell(parameter.map(|parameter| parameter.mean), format))
+        @if let Some(shrunken) = parameter.and_then(|parameter| parameter.shrunken) {
             span.also {
-                i { "shrunken " } (format.value(parameter.value)) " (" (interval_text(parameter.interval95, format)) ")"
+                i { "shrunken " } (format.value(Some(shrunken.value)))
+                " (" (interval_text(Some(shrunken.interval95), format)) ")"
             }
         }
     }
 }
 
-fn range_cell(range: Option<&Ranged>, format: NumberFormat) -> Markup {
+fn range_cell(range: Option<Ranged>, format: NumberFormat) -> Markup {
     html! {
-        (format.value(range.and_then(|range| range.value)))
-        @if let Some(range) = range { (interval_cell(range.interval95, format)) }
+        (format.value(range.map(|range| range.value)))
+        @if let Some(range) = range { (interval_cell(Some(range.interval95), format)) }
     }
 }
 
@@ -134,6 +118,6 @@ fn interval_cell(interval: Option<Interval>, format: NumberFormat) -> Markup {
 }
 
 fn interval_text(interval: Option<Interval>, format: NumberFormat) -> String {
-    let [low, high] = interval.unwrap_or_default();
+    let [low, high] = interval.map_or([None; 2], |ends| ends.map(Some));
     format!("{} to {}", format.value(low), format.value(high))
 }

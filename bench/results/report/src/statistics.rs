@@ -1,50 +1,45 @@
 //! Published statistics next to those of these recordings.
 
+use analysis::published::{MethodStatistic, Statistic, StatisticRow, Statistics};
 use maud::{Markup, html};
 
-use crate::number::significant;
-use crate::results::{MethodStatistic, Results, Row, Statistic};
+use crate::number::{finite, significant};
 
-pub(crate) fn table(results: &Results) -> Markup {
+pub(crate) fn table(statistics: &Statistics) -> Markup {
     html! {
         p {
-            "Published: Huloux, Bernard and Wiertlewski (2021). Means stand with their standard deviation, a slope with its standard \
-             error. The first p-value takes all pairs as independent, as the publication does; the clustered one is at the level of \
-             participants, of whom it needs six. Lines that are set in are the same statistic over another level."
+            "Published: Huloux, Bernard and Wiertlewski (2021). Means are given with their standard deviation, slopes with their \
+             standard error. The first p-value treats all pairs as independent, as in the publication; the clustered one treats \
+             participants as the unit, and needs at least six. Indented lines are the same statistic over another level."
         }
         div.wide { table {
             thead { tr { th { "Statistic" } th { "Published" } th { "paper" } th { "dynamic" } th { "trial" } } }
-            tbody { @for (_, row) in &results.statistics { (row_lines(row)) } }
+            tbody { @for row in &statistics.rows { (row_lines(row)) } }
         } }
     }
 }
 
-fn row_lines(row: &Row) -> Markup {
-    let methods = [&row.paper, &row.dynamic, &row.trial].map(Option::as_ref);
-    let levels = methods
-        .iter()
-        .flatten()
-        .map(|statistic| statistic.also.len())
-        .max();
-    let level_cell = |statistic: Option<&MethodStatistic>, level: usize| -> Markup {
+fn row_lines(row: &StatisticRow) -> Markup {
+    let methods = [&row.paper, &row.dynamic, &row.trial];
+    let levels = methods.iter().map(|statistic| statistic.also.len()).max();
+    let level_cell = |statistic: &MethodStatistic, level: usize| -> Markup {
         html! {
-            td { @if let Some(statistic) = statistic.and_then(|statistic| statistic.also.get(level)) { (cell(statistic)) } }
+            td { @if let Some(statistic) = statistic.also.get(level) { (cell(statistic)) } }
         }
     };
     let level_name = |level: usize| {
         let mut level_statistics = methods
             .iter()
-            .flatten()
             .filter_map(|statistic| statistic.also.get(level));
         level_statistics
             .next()
-            .map_or("", |statistic| statistic.over.as_str())
+            .map_or("", |statistic| statistic.over.name())
     };
     html! {
         tr.first {
-            th scope="row" { (symbols(&row.meaning)) }
+            th scope="row" { (symbols(row.meaning)) }
             td { (row.published) }
-            @for statistic in methods { td { @if let Some(statistic) = statistic { (cell(&statistic.main)) } } }
+            @for statistic in methods { td { (cell(&statistic.main)) } }
         }
         @for level in 0..levels.unwrap_or(0) {
             tr {
@@ -64,19 +59,19 @@ fn cell(statistic: &Statistic) -> Markup {
             format!("p = {p:.3}")
         }
     };
-    let mut details = vec![format!("n = {} {}", statistic.n, statistic.over)];
-    details.extend(statistic.p.map(p));
+    let mut details = vec![format!("n = {} {}", statistic.n, statistic.over.name())];
+    details.extend(finite(statistic.p).map(p));
     details.extend(
         statistic
             .clustered
             .as_ref()
-            .map(|clustered| match clustered.p {
+            .map(|clustered| match finite(clustered.p) {
                 Some(value) => format!("clustered {} of {} people", p(value), clustered.people),
                 None => format!("clustered: too few people ({})", clustered.people),
             }),
     );
     html! {
-        @match (statistic.value, statistic.std) {
+        @match (finite(statistic.value), finite(statistic.std)) {
             (Some(_), Some(_)) => { (significant(statistic.value)) " ± " (significant(statistic.std)) },
             _ => (significant(statistic.value)),
         }

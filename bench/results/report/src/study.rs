@@ -2,18 +2,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use analysis::published::{MethodStatistic, Statistic};
 use jiff::Timestamp;
 use maud::{Markup, html};
 
-use crate::content::{Content, RecordingEntry};
-use crate::number::{MICRO, count_text, date};
-use crate::results::{Results, Statistic};
+use crate::content::{RecordingEntry, ReportContent};
+use crate::number::{MICRO, count_text, date, finite};
 
-pub(crate) fn summary(
-    content: &Content<'_>,
-    results: &Results,
-    recordings: &[RecordingEntry<'_>],
-) -> Markup {
+pub(crate) fn summary(content: &ReportContent<'_>, recordings: &[RecordingEntry<'_>]) -> Markup {
+    let results = content.results;
     let instances: usize = recordings
         .iter()
         .map(|recording| recording.result.instances.len())
@@ -29,11 +26,7 @@ pub(crate) fn summary(
         .sum();
     let exclusions = results.exclusions_overridden.iter();
     let n_overridden: usize = exclusions.map(|exclusion| exclusion.recordings.len()).sum();
-    let attempts = results
-        .attempts
-        .iter()
-        .flat_map(|attempts| &attempts.left_out);
-    let n_missed = attempts.filter(|attempt| attempt.is_missed()).count();
+    let n_missed = results.attempts.missed().count();
     let warnings: usize = recordings
         .iter()
         .map(|recording| recording.result.warnings.len())
@@ -46,46 +39,38 @@ pub(crate) fn summary(
         .iter()
         .filter_map(|recording| recording.result.trial.as_ref())
         .collect();
-    let misfit_verdicts: Vec<bool> = trials.iter().filter_map(|trial| trial.misfit()).collect();
-    let misfits = misfit_verdicts.iter().filter(|misfit| **misfit).count();
+    let misfits = trials.iter().filter(|trial| trial.model_misfit).count();
     let n_unreadable = recordings
         .iter()
         .filter(|recording| recording.manifest.is_none())
         .count();
     let sessions = content.sessions.list.len();
-    let is_sigma_t = |(name, _): &&(String, _)| name == "sigma_t_m";
-    let sigma_t = results
-        .statistics
-        .iter()
-        .find(is_sigma_t)
-        .map(|(_, row)| row);
+    let mut rows = results.statistics.rows.iter();
+    let sigma_t = rows.find(|row| row.name == "sigma_t_m");
     let spread = |statistic: &Statistic| {
         format!(
             "{} µm ({})",
             MICRO.with_std(statistic.value, statistic.std),
-            count_text(statistic.n as usize, "instance", "instances")
+            count_text(statistic.n, "instance", "instances")
         )
     };
-    let sigma_t_by = |statistic: Option<&crate::results::MethodStatistic>, name: &str| {
-        let main = statistic
-            .map(|statistic| &statistic.main)
-            .filter(|main| main.value.is_some())?;
-        Some(format!("{} by {name}", spread(main)))
+    let sigma_t_by = |MethodStatistic { main, .. }: &MethodStatistic, name: &str| {
+        finite(main.value).map(|_| format!("{} by {name}", spread(main)))
     };
     let phrases = sigma_t.map(|row| {
         [
-            sigma_t_by(row.trial.as_ref(), "trial"),
-            sigma_t_by(row.dynamic.as_ref(), "dynamic"),
-            sigma_t_by(row.paper.as_ref(), "paper"),
+            sigma_t_by(&row.trial, "trial"),
+            sigma_t_by(&row.dynamic, "dynamic"),
+            sigma_t_by(&row.paper, "paper"),
         ]
     });
     let phrases: Vec<String> = phrases.into_iter().flatten().flatten().collect();
     html! {
         p.lead {
-            (count_text(recordings.len() - n_unreadable, "recording", "recordings"))
+            "Analysed: " (count_text(recordings.len() - n_unreadable, "recording", "recordings"))
             @if !people.is_empty() { " of " (count_text(people.len(), "participant", "participants")) }
             @if sessions > 0 { " in " (count_text(sessions, "session", "sessions")) }
-            " were analysed and gave "
+            ", with "
             (count_text(instances, "estimated instance", "estimated instances")) "; "
             (count_text(n_rejected, "stretch was", "stretches were")) " rejected. "
             @if n_unreadable > 0 {
@@ -96,23 +81,21 @@ pub(crate) fn summary(
             } @else if n_overridden > 0 {
                 b {
                     (count_text(n_overridden, "of the recordings is", "of the recordings are"))
-                    " excluded by decision, and analysed all the same"
+                    " excluded by decision, but analysed"
                 }
                 " (" a href="#left-out" { "decisions overridden" } "). "
             } @else { "No recording is excluded by decision. " }
-            @if let Some(attempts) = &results.attempts {
-                "By the logs " (count_text(attempts.accepted, "trial was", "trials were")) " accepted"
-                @if n_missed > 0 { ", " b { (n_missed) " of which could not be analysed" } }
-                " (" a href="#left-out" { "what is left out" } "). "
-            }
+            "According to the logs, " (count_text(results.attempts.accepted, "trial was", "trials were")) " accepted"
+            @if n_missed > 0 { ", " b { (n_missed) " of which could not be analysed" } }
+            " (" a href="#left-out" { "omitted data" } "). "
             @if warnings > 0 {
                 "The analysis gave " a href="#flags" { (count_text(warnings, "warning", "warnings")) } ". "
             } @else { "The analysis gave no warning. " }
-            @if !misfit_verdicts.is_empty() {
-                "The model was held not to fit in " (misfits) " of the "
-                (count_text(misfit_verdicts.len(), "recording", "recordings"))
-                " where that was judged"
-                @if misfits > 0 { ", whose values by trial are in all statistics here" }
+            @if !trials.is_empty() {
+                "The model does not fit " (misfits) " of the "
+                (count_text(trials.len(), "recording", "recordings"))
+                " in which the fit was tested"
+                @if misfits > 0 { "; all statistics here include their values by trial" }
                 ". "
             }
             @if !phrases.is_empty() {
@@ -143,7 +126,7 @@ fn is_rehearsed(recording: &RecordingEntry<'_>) -> bool {
 }
 
 /// Returns the number of sessions recorded on a simulated bench.
-fn simulated_sessions(content: &Content<'_>) -> usize {
+fn simulated_sessions(content: &ReportContent<'_>) -> usize {
     let starts = content.sessions.list.iter();
     let starts = starts.filter_map(|(_, session)| session.as_ref().ok()?.start.as_ref());
     let is_simulated = |flag: &String| flag == "true";
@@ -180,7 +163,7 @@ fn distinct_values<'a>(
     counts.into_iter().collect()
 }
 
-pub(crate) fn study(content: &Content<'_>, recordings: &[RecordingEntry<'_>]) -> Markup {
+pub(crate) fn study(content: &ReportContent<'_>, recordings: &[RecordingEntry<'_>]) -> Markup {
     let hardware = |recording: &RecordingEntry<'_>| recording.manifest?.hardware.clone();
     let trial = |recording: &RecordingEntry<'_>| recording.manifest?.trial.clone();
     let rows: Vec<(&str, Vec<(String, usize)>)> = vec![
@@ -275,7 +258,7 @@ pub(crate) fn study(content: &Content<'_>, recordings: &[RecordingEntry<'_>]) ->
 }
 
 /// Returns the dates of the first and last session.
-fn session_dates(content: &Content<'_>) -> Vec<(String, usize)> {
+fn session_dates(content: &ReportContent<'_>) -> Vec<(String, usize)> {
     let sessions = content.sessions.list.iter();
     let starts = sessions.filter_map(|(_, session)| session.as_ref().ok()?.start.as_ref());
     let mut dates: Vec<Timestamp> = starts.filter_map(|start| start.time.parse().ok()).collect();
@@ -317,11 +300,11 @@ pub(crate) fn participants(recordings: &[RecordingEntry<'_>]) -> Markup {
             .count()
     };
     html! {
-        p { "Known by pseudonym alone. What participants stated of themselves is not in this report." }
+        p { "Participants are identified only by pseudonym; the personal details that they stated are not in this report." }
         div.wide { table {
             thead { tr {
                 th { "Participant" } th.n { "Sessions" } th.n { "Recordings" } th.n { "Instances" }
-                th.n { "of them by trial" }
+                th.n { "By trial" }
             } }
             tbody { @for (person, recordings) in &people { tr {
                 th scope="row" { (person.unwrap_or("not stated")) }

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use maud::{Markup, html};
 use recording::study::event_log::ExitStatus;
-use study::sessions::{Attempt, Session, SessionEnd};
+use study::sessions::{Attempt, LoggedSession, SessionEnd};
 
-use crate::content::{Content, RecordingEntry};
+use crate::content::{RecordingEntry, ReportContent};
 use crate::number::{NumberFormat, count_text};
 
 const SECONDS: NumberFormat = NumberFormat {
@@ -14,7 +14,7 @@ const SECONDS: NumberFormat = NumberFormat {
     decimals: 0,
 };
 
-pub(crate) fn trials(content: &Content<'_>, recordings: &[RecordingEntry<'_>]) -> Markup {
+pub(crate) fn trials(content: &ReportContent<'_>, recordings: &[RecordingEntry<'_>]) -> Markup {
     let unlogged_recordings: Vec<&RecordingEntry<'_>> = recordings
         .iter()
         .filter(|recording| recording.attempt.is_none())
@@ -36,7 +36,11 @@ pub(crate) fn trials(content: &Content<'_>, recordings: &[RecordingEntry<'_>]) -
     }
 }
 
-fn session_section(folder: &Path, session: &Session, recordings: &[RecordingEntry<'_>]) -> Markup {
+fn session_section(
+    folder: &Path,
+    session: &LoggedSession,
+    recordings: &[RecordingEntry<'_>],
+) -> Markup {
     // As in the recordings: if there are two studies, with the study's name.
     let mut session_recordings = recordings.iter().filter(|recording| {
         let path = recording.path.canonicalize();
@@ -75,7 +79,7 @@ fn session_section(folder: &Path, session: &Session, recordings: &[RecordingEntr
         }
         div.wide { table {
             thead { tr {
-                th { "Attempt" } th { "Condition" } th.n { "Begun (s)" } th { "Verdict" } th { "Reasons" }
+                th { "Attempt" } th { "Condition" } th.n { "Start (s)" } th { "Verdict" } th { "Reasons" }
                 th { "Analysed" }
             } }
             tbody { @for attempt in &session.attempts {
@@ -100,12 +104,12 @@ fn session_section(folder: &Path, session: &Session, recordings: &[RecordingEntr
 
 fn session_end(end: &SessionEnd) -> String {
     match end {
-        SessionEnd::Unfinished => "its log does not end".to_owned(),
-        SessionEnd::Stopped(status, reason) => {
+        SessionEnd::NotBegun | SessionEnd::Unfinished => "its log has no end".to_owned(),
+        SessionEnd::Stopped { status, reason } => {
             let ending = match status {
                 ExitStatus::Success => "completed",
-                ExitStatus::Abort => "broken off by the operator",
-                ExitStatus::Fail => "broken off by a fault",
+                ExitStatus::Abort => "aborted by the operator",
+                ExitStatus::Fail => "aborted by a fault",
             };
             reason
                 .as_ref()

@@ -2,17 +2,18 @@
 
 #![expect(clippy::unwrap_used, reason = "a test")]
 
-use std::path::Path;
+mod small_study;
 
+use std::path::{Path, PathBuf};
+
+use analysis::attempts::OmittedAttempt;
 use config::{CalibrationFile, Identity, MeasuredPickup, Provenance, Quantity};
 use jiff::Timestamp;
 use plotting::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};
 use recording::Manifest;
-use report::{Content, Recorded, ReportError, html};
-use study::sessions::Sessions;
-
-const HOSTILE: &str =
-    "<script>alert('x')</script><img src=http://evil.test/a onerror=\"b\">&\u{202e}\u{1b}[2J";
+use report::{Recorded, ReportContent, ReportError, html};
+use small_study::{HOSTILE, SmallStudy};
+use study::sessions::{Sessions, Standing};
 
 fn manifest(participant: &str) -> Manifest {
     // A JSON string is also a TOML string.
@@ -35,62 +36,6 @@ trial = {{ number = 1, attempt = 2, practice = false, condition = {condition}, p
     Manifest::parse(&text, "recording.toml").unwrap()
 }
 
-/// Results of one recording with two instances, of which the first has an estimate by `trial`, and of one recording that
-/// cannot be read.
-fn results(participant: &str, extra: &str) -> String {
-    let estimate = |method: &str| {
-        format!(
-            r#""{method}": {{ "sigma_t_m": 1.9e-6, "z_t_n_s_per_m": [0.47, -3.1], "mu0": 0.8, "r2_impedance": 0.9, "rms_mu": null,
-            "resonance_shift_hz": -1.25, "tau_s": 0.0012, "verdict": "tau held at its bound 0 s; unbounded it would be -1e-3 s",
-            "std": {{ "sigma_t_m": 1e-8, "z_t_n_s_per_m": [0.01, 0.02], "mu0": 0.001 }},
-            "interval95": {{ "sigma_t_m": [1.8e-6, 2.0e-6], "mu0": [0.79, 0.81], "resonance_shift_hz": [-1.5, null] }} }}"#
-        )
-    };
-    let instance = |start_s: f64, methods: &[&str]| {
-        let methods: Vec<String> = methods.iter().map(|method| estimate(method)).collect();
-        format!(
-            r#"{{ "start_s": {start_s}, "end_s": {}, "direction": "left_to_right", "normal_n": 0.64, "delta_mu": 0.7, {} }}"#,
-            start_s + 0.06,
-            methods.join(", ")
-        )
-    };
-    let statistic = r#"{ "value": 1.9e-6, "std": 1e-7, "p": 0.0001, "clustered": { "p": null, "people": 3 }, "n": 2, "over": "instances",
-        "also": [{ "value": null, "n": 1, "over": "trials" }] }"#;
-    let participant = serde_json::to_string(participant).unwrap();
-    let area = r#""contact_area_m2": { "value": 2.2e-4, "interval95": [2.1e-4, 2.3e-4], "n_trials": 1,
-        "shrunken": { "value": 2.25e-4, "interval95": [2.15e-4, 2.35e-4] } }"#;
-    let hostile = serde_json::to_string(HOSTILE).unwrap();
-    format!(
-        r#"{{ "format": 1,
-        "settings": {{ "contact_area_m2": 0.0003, "plate_offset": true, "later": {{ "of": [1, {hostile}], "x": 0.25 }} }},
-        "recordings": [ {{ "path": "/home/somebody/study/a", "participant": {participant},
-            "z_p_n_s_per_m": {{ "paper": [7.0, 0.0], "dynamic": [7.0, -0.1] }},
-            "instances": [ {}, {} ],
-            "trial": {{ "contact_area_m2": 2.2e-4, "q0_rad_per_m": 2.2e4, "loss_factor": 0.42, "tau_s": 8e-4, "friction_floor": null,
-                "lateral_lag_s": null, "interval95": {{ "contact_area_m2": [2.1e-4, 2.3e-4] }}, "n_instances": 2,
-                "verdict": "converged"{extra} }},
-            "model_check": [], "rejected": [ {{ "start_s": 1.4, "end_s": 1.48, "direction": "left_to_right", "reason": {hostile} }} ],
-            "warnings": [ {hostile} ] }},
-          {{ "path": "/home/somebody/study/b", "z_p_n_s_per_m": {{ "paper": null, "dynamic": null }}, "instances": [],
-            "model_check": [], "rejected": [], "warnings": [ "cannot be read: recording.toml" ] }} ],
-        "skin": {{ "pooling": "in words",
-            "study": {{ "contact_area_m2": {{ "mean": {{ "value": 2.3e-4, "interval95": [2.0e-4, 2.6e-4] }}, "n_participants": 4,
-                "between_participants_ln_std": 0.12, "between_participants_ln_std_interval95": [0.05, 0.4],
-                "between_trials_ln_std": 0.04, "shared_error_part": 0.3 }},
-                "tau_s": {{ "mean": null, "n_participants": 0, "between_participants_ln_std": null,
-                "between_participants_ln_std_interval95": null, "between_trials_ln_std": null }} }},
-            "participants": [ {{ "participant": {participant}, {area}, "tau_s": null, "n_left_out": 2,
-                "trials": [ {{ "path": "/home/somebody/study/a", {area} }} ] }} ],
-            "left_out": [ {{ "path": "/home/somebody/study/c", "participant": null, "because": {hostile} }} ] }},
-        "excluded": [ {{ "participant": "sub-07", "session": "all", "trial": "3", "reason": {hostile}, "by": {hostile}, "date": null,
-            "recordings": ["/home/somebody/study/c"] }} ],
-        "statistics": {{ "zeta": {{ "meaning": "sigma_t, m", "published": "(1.7 ± 0.4)e-6", "paper": {statistic}, "dynamic": {statistic} }},
-            "alpha": {{ "meaning": "second of mu0", "published": "0.1", "paper": {statistic}, "dynamic": {statistic}, "trial": {statistic} }} }} }}"#,
-        instance(1.9, &["paper", "dynamic", "trial"]),
-        instance(2.1, &["paper", "dynamic"]),
-    )
-}
-
 fn figure() -> Figure {
     Figure {
         name: "some".to_owned(),
@@ -111,11 +56,15 @@ fn figure() -> Figure {
     }
 }
 
-fn page(participant: &str, figures: &[Figure], extra: &str) -> Result<String, ReportError> {
-    page_of(participant, &results(participant, extra), figures)
+fn page(participant: &str, figures: &[Figure]) -> Result<String, ReportError> {
+    page_of(participant, &SmallStudy::new(participant), figures)
 }
 
-fn page_of(participant: &str, results: &str, figures: &[Figure]) -> Result<String, ReportError> {
+fn page_of(
+    participant: &str,
+    study: &SmallStudy,
+    figures: &[Figure],
+) -> Result<String, ReportError> {
     let manifest = manifest(participant);
     let recordings = [
         Recorded {
@@ -127,9 +76,9 @@ fn page_of(participant: &str, results: &str, figures: &[Figure]) -> Result<Strin
             manifest: None,
         },
     ];
-    html(&Content {
+    html(&ReportContent {
         name: participant,
-        results,
+        results: &study.results(),
         recordings: &recordings,
         sessions: &Sessions::default(),
         figures,
@@ -140,9 +89,9 @@ fn page_of(participant: &str, results: &str, figures: &[Figure]) -> Result<Strin
 
 #[test]
 fn hostile_texts_are_escaped_and_no_resource_is_fetched() {
-    let page = page(HOSTILE, &[figure()], "").unwrap();
+    let page = page(HOSTILE, &[figure()]).unwrap();
     let escaped = "&lt;script&gt;alert(";
-    // Participant, condition, warning, rejection, exclusion's reason and author, setting, and six places of the figure.
+    // Participant, condition, warning, rejection, exclusion's reason and author, and six places of the figure.
     assert!(
         page.matches(escaped).count() >= 12,
         "{}",
@@ -177,7 +126,7 @@ fn hostile_texts_are_escaped_and_no_resource_is_fetched() {
 
 #[test]
 fn every_link_within_the_page_has_an_end() {
-    let page = page("sub-01", &[], "").unwrap();
+    let page = page("sub-01", &[]).unwrap();
     let ends: Vec<&str> = page
         .split("href=\"#")
         .skip(1)
@@ -191,7 +140,7 @@ fn every_link_within_the_page_has_an_end() {
 
 #[test]
 fn the_page_of_a_small_study() {
-    let page = page("sub-01", &[], "").unwrap();
+    let page = page("sub-01", &[]).unwrap();
     let (_, body) = page.split_once("<body>").unwrap();
     // One line for each element, for a readable diff.
     let lines = body.replace("><", ">\n<");
@@ -199,43 +148,32 @@ fn the_page_of_a_small_study() {
 }
 
 #[test]
-fn the_misfit_of_the_model_is_reported() {
-    let untested = page("sub-01", &[], "").unwrap();
-    assert!(untested.contains("The results do not say"));
-    let fits = page("sub-01", &[], r#", "model_misfit": false"#).unwrap();
+fn the_fit_of_the_model_is_reported() {
+    let page = page("sub-01", &[]).unwrap();
     assert!(
-        fits.contains("held to fit in all 1 recording ")
-            && fits.contains("not to fit in 0 of the 1 recording"),
-        "{fits}"
+        page.contains("in which the fit was tested (1 recording)")
+            && page.contains("does not fit 0 of the 1 recording "),
+        "{page}"
     );
-    let extra = r#", "model_misfit": true, "misfit_ratio": 3.5, "area_exponent": 0.25"#;
-    let misfit = page("sub-01", &[], extra).unwrap();
-    assert!(misfit.contains("misfit_ratio = 3.5") && misfit.contains("the model does not fit"));
-    assert!(misfit.contains("<code>area_exponent</code>"));
 }
 
 /// Most studies have a recording that the model does not fit, which has no interval.
 #[test]
 fn a_recording_without_intervals_is_shown_with_the_signs_of_misfit() {
-    let extra = format!(
-        r#", "model_misfit": true, "misfit": ["friction is off by 0.05", {}]"#,
-        serde_json::to_string(HOSTILE).unwrap()
-    );
-    let text = results("sub-01", &extra);
-    let value: serde_json::Value = serde_json::from_str(&text).unwrap();
-    let mut misfit_results = value;
-    misfit_results["recordings"][0]["trial"]["interval95"] = serde_json::Value::Null;
-    for instance in misfit_results["recordings"][0]["instances"]
-        .as_array_mut()
-        .unwrap()
-    {
-        if let Some(trial) = instance.get_mut("trial") {
-            trial["interval95"] = serde_json::Value::Null;
+    let mut study = SmallStudy::new("sub-01");
+    let trial = study.trial_mut();
+    trial.model_misfit = true;
+    trial.misfit = vec!["friction is off by 0.05".to_owned(), HOSTILE.to_owned()];
+    trial.interval95 = None;
+    for instance in &mut study.recordings[0].instances {
+        if let Some(trial) = &mut instance.trial {
+            trial.interval95 = None;
         }
     }
-    let page = page_of("sub-01", &misfit_results.to_string(), &[]).unwrap();
+    let page = page_of("sub-01", &study, &[]).unwrap();
+    assert!(page.contains("the model does not fit"));
     assert!(page.contains("; friction is off by 0.05; &lt;script&gt;"));
-    assert!(page.contains("so that no interval is given"));
+    assert!(page.contains("so no interval is given"));
     let (_, by_trial) = page.split_once("<td>trial</td>").unwrap();
     let (row, _) = by_trial.split_once("</tr>").unwrap();
     assert!(
@@ -244,29 +182,39 @@ fn a_recording_without_intervals_is_shown_with_the_signs_of_misfit() {
     );
 }
 
+/// Unknown values were absent while the page was made from JSON, and are NaN in the results.
 #[test]
-fn results_without_skin_are_shown_with_a_note() {
-    let mut old_results: serde_json::Value = serde_json::from_str(&results("sub-01", "")).unwrap();
-    old_results.as_object_mut().unwrap().remove("skin").unwrap();
-    let page = page_of("sub-01", &old_results.to_string(), &[]).unwrap();
-    assert!(page.contains("made by an earlier version"));
+fn unknown_values_have_neither_digits_nor_errors() {
+    let mut study = SmallStudy::new("sub-01");
+    let instance = &mut study.recordings[0].instances[1];
+    let dynamic = &mut instance.methods.dynamic;
+    dynamic.mu0 = f64::NAN;
+    dynamic.std.sigma_t_m = f64::NAN;
+    study.statistics.rows[0].dynamic.main.std = Some(f64::NAN);
+    study.statistics.rows[0].dynamic.main.p = Some(f64::NAN);
+    let page = page_of("sub-01", &study, &[]).unwrap();
+    let (_, second) = page.split_once("2.10–2.16").unwrap();
+    let (_, by_dynamic) = second.split_once("<td>dynamic</td>").unwrap();
+    let (row, _) = by_dynamic.split_once("</tr>").unwrap();
+    let cells: Vec<&str> = row.split("</td>").collect();
+    assert_eq!(cells[0], r#"<td class="n">1.900"#);
+    assert_eq!(cells[3], r#"<td class="n">–"#);
+    assert!(page.contains(r#"1.90e−6<span class="also">n = 2 instances, clustered"#));
+    assert!(!page.contains("NaN"));
 }
 
 #[test]
-fn invalid_results_and_results_of_other_recordings_are_refused() {
-    let sessions = Sessions::default();
-    let content = |results| Content {
+fn results_of_other_recordings_are_refused() {
+    let study = SmallStudy::new("sub-01");
+    let result = html(&ReportContent {
         name: "x",
-        results,
+        results: &study.results(),
         recordings: &[],
-        sessions: &sessions,
+        sessions: &Sessions::default(),
         figures: &[],
         date: Timestamp::UNIX_EPOCH,
         program: "p",
-    };
-    assert!(matches!(html(&content("{")), Err(ReportError::Results(_))));
-    let text = results("sub-01", "");
-    let result = html(&content(&text));
+    });
     assert!(matches!(
         result,
         Err(ReportError::Recordings {
@@ -274,6 +222,28 @@ fn invalid_results_and_results_of_other_recordings_are_refused() {
             results: 2
         })
     ));
+}
+
+#[test]
+fn the_file_states_unknown_values_as_null() {
+    let study = SmallStudy::new("sub-01");
+    let text = study.results().to_json().unwrap();
+    let file: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let instances = &file["recordings"][0]["instances"];
+    assert!(instances[0]["paper"]["rms_mu"].is_null());
+    assert_eq!(instances[0]["trial"]["interval95"]["mu0"][0], 0.79);
+    assert!(instances[1].get("trial").is_none());
+    assert!(file["recordings"][1].get("trial").is_none());
+    let [zeta, alpha] = ["\"zeta\"", "\"alpha\""].map(|name| text.find(name).unwrap());
+    assert!(zeta < alpha, "in the order of the rows");
+    assert_eq!(
+        file["excluded"][0],
+        serde_json::json!({
+            "participant": "sub-07", "session": "all", "trial": "3", "reason": HOSTILE, "by": HOSTILE, "date": null,
+            "recordings": ["/home/somebody/study/c"],
+        })
+    );
+    assert!(file.get("exclusions_overridden").is_none());
 }
 
 fn calibration() -> String {
@@ -360,9 +330,9 @@ fn a_session_shows_verdicts_and_its_calibration_without_names() {
             manifest: None,
         },
     ];
-    let page = html(&Content {
+    let page = html(&ReportContent {
         name: "study",
-        results: &results("sub-01", ""),
+        results: &SmallStudy::new("sub-01").results(),
         recordings: &recordings,
         sessions: &Sessions::from_recordings(recordings.iter().map(|recording| recording.path)),
         figures: &[],
@@ -388,18 +358,18 @@ fn a_session_shows_verdicts_and_its_calibration_without_names() {
 /// The page said "No recording is excluded by decision" although decisions were overridden.
 #[test]
 fn overridden_decisions_and_missed_trials_are_reported() {
-    let results = results("sub-01", "").replacen(
-        "\"excluded\":",
-        r#""attempts": { "accepted": 3, "analysed": 1, "not_accepted": 0, "excluded": 0, "unread_logs": [], "left_out": [
-            { "path": "/home/somebody/study/sub-01/ses-01/trial-003_attempt-1", "standing": "accepted",
-              "because": "its recording was broken off" } ] },
-        "exclusions_overridden":"#,
-        1,
-    );
-    let page = page_of("sub-01", &results, &[]).unwrap();
+    let mut study = SmallStudy::new("sub-01");
+    study.selection.overridden = std::mem::take(&mut study.selection.excluded);
+    study.account.accepted = 3;
+    study.account.left_out = vec![OmittedAttempt {
+        path: PathBuf::from("/home/somebody/study/sub-01/ses-01/trial-003_attempt-1"),
+        standing: Some(Standing::Accepted),
+        because: "its recording was broken off".to_owned(),
+    }];
+    let page = page_of("sub-01", &study, &[]).unwrap();
     for part in [
         "These decisions were overridden",
-        "1 of the recordings is excluded by decision, and analysed all the same",
+        "1 of the recordings is excluded by decision, but analysed",
         "3 trials were accepted",
         "1 of which could not be analysed",
         "sub-01/ses-01/trial-003_attempt-1",

@@ -24,6 +24,7 @@ use impedance::{
     ChannelScales, Demodulator, Filter, FilterSettings, InputChannel, PlateConstants, Zm, ZmFrame,
 };
 use record::{CARRIER_HZ, Record, fit_trial};
+use statistics::median;
 
 const RATE_HZ: u32 = 192_000;
 const SECONDS: u32 = 60;
@@ -94,11 +95,6 @@ fn signals() -> Vec<f32> {
         .collect()
 }
 
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
-}
-
 fn demodulation(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("demodulate 60 s of 2 x 192 kHz to Z_m");
     group.sample_size(10).sampling_mode(SamplingMode::Flat);
@@ -144,12 +140,12 @@ fn demodulation(criterion: &mut Criterion) {
     let mut plain_n_s_per_m = Vec::new();
     demodulate(&mut |frame| plain_n_s_per_m.push(frame.plain_n_s_per_m.norm()));
     plain_n_s_per_m.retain(|z| z.is_finite());
-    let plain_n_s_per_m = median(&mut plain_n_s_per_m);
+    let plain_n_s_per_m = median(plain_n_s_per_m).expect("frames");
     rival(&mut group, "scipy hilbert", "hilbert", plain_n_s_per_m);
     let mut corrected_n_s_per_m = Vec::new();
     demodulate(&mut |frame| corrected_n_s_per_m.push(frame.corrected_n_s_per_m.norm()));
     corrected_n_s_per_m.retain(|z| z.is_finite());
-    let corrected_n_s_per_m = median(&mut corrected_n_s_per_m);
+    let corrected_n_s_per_m = median(corrected_n_s_per_m).expect("frames");
     rival(&mut group, "numpy lock-in", "lock_in", corrected_n_s_per_m);
     group.finish();
 }

@@ -3,7 +3,8 @@
 use num_complex::Complex64;
 
 use super::lagged_model::LaggedModel;
-use contact::parameters::{IM_OFFSET, PARAMETERS, RE_OFFSET};
+use contact::Contact;
+use contact::parameters::{IM_OFFSET, IM_Z_T, PARAMETERS, RE_OFFSET, RE_Z_T};
 
 /// Number of iterations; each finds first the tissues and then the plate.
 const ITERATIONS: usize = 4;
@@ -60,5 +61,54 @@ impl LaggedModel<'_> {
             fit.reactance += reactance_sum / weights;
         }
         fit.square.is_finite().then_some(fit)
+    }
+
+    /// Returns the best-fitting candidate with its best Z_t; `None` where the model allows none of the candidates.
+    ///
+    /// Given the gap, 1/(Z_m − Z_p) = 1/Z_t + 1/Z_c is linear in 1/Z_t; its estimate is the mean weighted like the impedance
+    /// residuals. The plate is taken as unloaded, and s = 1, Y = 0.
+    pub(super) fn best_start(
+        &mut self,
+        candidates: impl IntoIterator<Item = [f64; PARAMETERS]>,
+    ) -> Option<[f64; PARAMETERS]> {
+        let mut best: Option<(f64, [f64; PARAMETERS])> = None;
+        for mut parameters in candidates {
+            let Some(contact) = self.follow_gap(&parameters) else {
+                continue;
+            };
+            let (z_t, squares) = self.tissue_given_gap(&contact, self.z_p);
+            (parameters[RE_Z_T], parameters[IM_Z_T]) = (z_t.re, z_t.im);
+            if z_t.is_finite() && best.is_none_or(|(min_squares, _)| squares < min_squares) {
+                best = Some((squares, parameters));
+            }
+        }
+        best.map(|(_, parameters)| parameters)
+    }
+
+    /// Returns the best Z_t for the gap computed by [`follow`](Self::follow), and the weighted sum of squared residuals.
+    pub(super) fn tissue_given_gap(&self, contact: &Contact, z_p: Complex64) -> (Complex64, f64) {
+        let (mut sum, mut squares, mut weights) = (Complex64::ZERO, 0.0, 0.0);
+        let film = self.gap[self.lead..]
+            .iter()
+            .zip(&self.loads.amplitude_m[self.lead..]);
+        for (index, (&z_m, (&gap, &amplitude))) in self.z_m.iter().zip(film).enumerate() {
+            let contact = self.contact_at(contact, self.lead + index);
+            let finger = z_m - z_p;
+            let z_c = contact.impedance_n_s_per_m(
+                contact.stiffness_n_per_m(gap, amplitude),
+                self.carrier_rad_per_s,
+            );
+            // m = 1/(Z_m − Z_p) − 1/Z_c is one reading of 1/Z_t. An error δm is one of −(Z_m − Z_p)² δm in Z_m, so
+            // Σ|Z_m − Ẑ_m|² ≈ Σ w |m − 1/Z_t|² with w = |Z_m − Z_p|⁴. Minimum: 1/Z_t = Σ w m/Σ w, and there
+            // Σ w |m|² − |Σ w m|²/Σ w.
+            let weight = finger.norm_sqr().powi(2);
+            if weight > 0.0 {
+                let tissue_mobility = finger.inv() - z_c.inv();
+                sum += weight * tissue_mobility;
+                squares += weight * tissue_mobility.norm_sqr();
+                weights += weight;
+            }
+        }
+        (weights / sum, squares - sum.norm_sqr() / weights)
     }
 }

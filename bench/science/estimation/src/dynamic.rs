@@ -26,12 +26,12 @@ use num_complex::Complex64;
 
 use super::conditions::FitConditions;
 use super::fit_error::FitError;
-use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD, find_unidentified};
+use super::fit_verdict::{FitParameter, FitVerdict, StandardError, find_unidentified};
 use super::instance_fit::{InstanceFit, friction_at_rest};
 use super::lagged_model::LaggedModel;
 use super::least_squares::{Minimum, minimise, model_impedances};
 use super::modelled_series::ModelledSeries;
-use super::sensitivity::{self, Sensitivities};
+use super::sensitivity::{self, Refit, Sensitivities};
 use super::series::{InstanceSeries, mean};
 use super::sigma_search::sigma_starts;
 use contact::parameters::{IM_OFFSET, IM_Z_T, LN_SIGMA_T, MS, PARAMETERS, RE_Z_T, TAU_MS};
@@ -137,11 +137,11 @@ pub fn sensitivities(
     sensitivity::sensitivities(conditions, |conditions| {
         let mut model = lagged_model(instance, conditions, options)?;
         let parameters = solve(&mut model, options)?.minimum.parameters;
-        Ok((
-            parameters[LN_SIGMA_T],
-            Complex64::new(parameters[RE_Z_T], parameters[IM_Z_T]),
-            parameters[TAU_MS] * MS,
-        ))
+        Ok(Refit {
+            ln_sigma_t: parameters[LN_SIGMA_T],
+            z_t: Complex64::new(parameters[RE_Z_T], parameters[IM_Z_T]),
+            tau_s: parameters[TAU_MS] * MS,
+        })
     })
 }
 
@@ -242,21 +242,13 @@ impl JointSolution {
         // E|δZ_t|² = Var Re Z_t + Var Im Z_t.
         let z_t_std = minimum.std(RE_Z_T).hypot(minimum.std(IM_Z_T));
         let errors = [
-            (
-                FitParameter::SigmaT,
-                minimum.std(LN_SIGMA_T),
-                IDENTIFIABLE_RELATIVE_STD,
-            ),
-            (
-                FitParameter::ZT,
-                z_t_std / z_t.norm(),
-                IDENTIFIABLE_RELATIVE_STD,
-            ),
-            (
-                FitParameter::Tau,
-                minimum.std(TAU_MS) * MS,
-                IDENTIFIABLE_TAU_STD_S,
-            ),
+            StandardError::relative(FitParameter::SigmaT, minimum.std(LN_SIGMA_T)),
+            StandardError::relative(FitParameter::ZT, z_t_std / z_t.norm()),
+            StandardError {
+                parameter: FitParameter::Tau,
+                std: minimum.std(TAU_MS) * MS,
+                limit: IDENTIFIABLE_TAU_STD_S,
+            },
         ];
         match (find_unidentified(errors), self.unbounded_tau_s) {
             (Some(verdict), _) => verdict,

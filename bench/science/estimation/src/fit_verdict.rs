@@ -3,25 +3,47 @@
 use std::fmt;
 
 /// Relative standard error above which a parameter is not identified.
-pub(super) const IDENTIFIABLE_RELATIVE_STD: f64 = 0.5;
+const IDENTIFIABLE_RELATIVE_STD: f64 = 0.5;
 
-/// Returns the standard error that exceeds its limit by the largest factor, if any does. NaN ranks above every number, whatever
-/// its sign.
-pub(super) fn find_unidentified(
-    errors: impl IntoIterator<Item = (FitParameter, f64, f64)>,
-) -> Option<FitVerdict> {
-    let size = |&(_, std, limit): &(FitParameter, f64, f64)| {
-        if std.is_nan() {
+/// Standard error of a parameter, and the limit above which the parameter is not identified.
+#[derive(Clone, Copy)]
+pub(super) struct StandardError {
+    pub(super) parameter: FitParameter,
+    pub(super) std: f64,
+    pub(super) limit: f64,
+}
+
+impl StandardError {
+    /// Makes a standard error relative to the parameter's value.
+    pub(super) fn relative(parameter: FitParameter, std: f64) -> Self {
+        Self {
+            parameter,
+            std,
+            limit: IDENTIFIABLE_RELATIVE_STD,
+        }
+    }
+
+    /// Returns the ratio of the error to its limit. NaN of either sign ranks above every number.
+    fn size(&self) -> f64 {
+        if self.std.is_nan() {
             f64::INFINITY
         } else {
-            std / limit
+            self.std / self.limit
         }
-    };
+    }
+}
+
+/// Returns the standard error that exceeds its limit by the largest factor, if any does.
+pub(super) fn find_unidentified(
+    errors: impl IntoIterator<Item = StandardError>,
+) -> Option<FitVerdict> {
     let worst = errors
         .into_iter()
-        .max_by(|a, b| size(a).total_cmp(&size(b)))?;
-    let (parameter, std, _) = worst;
-    (size(&worst) > 1.0).then_some(FitVerdict::NotIdentifiable { parameter, std })
+        .max_by(|a, b| a.size().total_cmp(&b.size()))?;
+    (worst.size() > 1.0).then_some(FitVerdict::NotIdentifiable {
+        parameter: worst.parameter,
+        std: worst.std,
+    })
 }
 
 /// Whether a fit's parameters may be used, and the reason if not.
@@ -118,9 +140,13 @@ mod tests {
     fn a_nan_error_ranks_worst() {
         let verdict_for = |z_t_std: f64| {
             find_unidentified([
-                (FitParameter::SigmaT, 0.1, 0.5),
-                (FitParameter::ZT, z_t_std, 0.5),
-                (FitParameter::Tau, 1e-3, 2e-3),
+                StandardError::relative(FitParameter::SigmaT, 0.1),
+                StandardError::relative(FitParameter::ZT, z_t_std),
+                StandardError {
+                    parameter: FitParameter::Tau,
+                    std: 1e-3,
+                    limit: 2e-3,
+                },
             ])
         };
         assert_eq!(verdict_for(0.2), None);

@@ -66,98 +66,125 @@ impl InstanceFit {
         friction: FrictionLaw<PARAMETERS>,
     ) -> Result<Self, FitError> {
         let friction = friction.with_lateral_error(model.calibration.lateral_force_relative);
-        let parameters = &minimum.parameters;
-        let std = |i: usize| minimum.std(i);
-        let contact = model.follow(parameters).ok_or(FitError::NoStart)?;
-        let z_m_std: Vec<f64> = samples
-            .amplitude_m
-            .iter()
-            .map(|a| minimum.noise.std(a.recip()))
-            .collect();
-        let ln_gap = model.ln_mean_gap();
-        let tau_s = parameters[TAU_MS] * MS * (parameters[LAG_EXPONENT] * ln_gap).exp();
-        let offset = Complex64::new(parameters[RE_OFFSET], parameters[IM_OFFSET]);
-        let finger = FittedFinger {
-            inversion: Inversion {
-                contact,
-                load: LoadSlopes::default(),
-                carrier_rad_per_s: model.carrier_rad_per_s,
-                z_p: model.z_p + offset,
-                z_t: Complex64::new(parameters[RE_Z_T], parameters[IM_Z_T]),
-                z_t_slopes: Z_T_SLOPES,
-                z_p_slopes: Z_P_SLOPES,
-                finger_scale: finger_scale(parameters),
-                finger_slopes: FINGER_SLOPES,
-                residual_mobility: Complex64::I * parameters[RESIDUAL_MOBILITY],
-                residual_slopes: RESIDUAL_SLOPES,
-                covariance: minimum.covariance,
-            },
-            tau_s,
-            z_m_noise: minimum.noise,
-        };
-        // τ at the mean gap x̄ is τ (x̄/10 µm)^p: ∂/∂τ = (x̄/10 µm)^p, ∂/∂p = τ (x̄/10 µm)^p ln(x̄/10 µm), for x̄ held fixed.
-        let mut by_tau = SVector::zeros();
-        by_tau[TAU_MS] = MS * (parameters[LAG_EXPONENT] * ln_gap).exp();
-        by_tau[LAG_EXPONENT] = tau_s * ln_gap;
-        let tau_std_s = finger.inversion.std(&Dependent {
-            value: tau_s,
-            slopes: by_tau,
-            noise: 0.0,
-        });
-        let mu0_std = finger.inversion.std(&Dependent {
-            value: friction.mu0,
-            slopes: friction.slopes.into(),
-            noise: friction.mu0_scatter(),
-        });
-        let z_m = model.z_m_without_inertia();
-        let measurement = MeasuredSamples {
-            time_s: samples.time_s,
-            z_m: &z_m,
-            z_m_std: &z_m_std,
-            amplitude_m: samples.amplitude_m,
-            normal_n: &model.normal_n[model.lead..],
-            load_trend: Some(LoadTrend {
-                loads: &model.loads,
-                trend: &model.trend,
-                first: model.lead,
-            }),
-        };
-        let (sigma_t_std_m, z_t_std, offset_std) = (
-            contact.sigma_t_m() * std(LN_SIGMA_T),
-            Complex64::new(std(RE_Z_T), std(IM_Z_T)),
-            Complex64::new(std(RE_OFFSET), std(IM_OFFSET)),
-        );
-        let series = estimate(
-            &finger.inversion,
-            GapLaw::Amplitude,
-            &friction,
-            &measurement,
-            minimum.z_m,
-        );
+        let contact = model.follow(&minimum.parameters).ok_or(FitError::NoStart)?;
+        let lag = lag_at_mean_gap(model, &minimum.parameters);
+        let finger = fitted_finger(model, contact, &minimum, lag.value);
+        let series = estimated_series(model, samples, &minimum, &finger, &friction);
         let sensor_mu = sensor_friction(
             &series.mu,
-            measurement.normal_n,
+            &model.normal_n[model.lead..],
             friction.lag_s,
             model.interval_s,
         );
+        let mu0 = Dependent {
+            value: friction.mu0,
+            slopes: friction.slopes.into(),
+            noise: friction.mu0_scatter(),
+        };
+        let std = |parameter: usize| minimum.std(parameter);
         Ok(Self {
             verdict,
             sigma_t_m: contact.sigma_t_m(),
-            sigma_t_std_m,
+            sigma_t_std_m: contact.sigma_t_m() * std(LN_SIGMA_T),
             z_t_n_s_per_m: finger.inversion.z_t,
-            z_t_std_n_s_per_m: z_t_std,
-            tau_s: finger.tau_s,
-            tau_std_s,
-            plate_offset_n_s_per_m: offset,
-            plate_offset_std_n_s_per_m: offset_std,
+            z_t_std_n_s_per_m: Complex64::new(std(RE_Z_T), std(IM_Z_T)),
+            tau_s: lag.value,
+            tau_std_s: finger.inversion.std(&lag),
+            plate_offset_n_s_per_m: plate_offset(&minimum.parameters),
+            plate_offset_std_n_s_per_m: Complex64::new(std(RE_OFFSET), std(IM_OFFSET)),
             mu0: friction.mu0,
-            mu0_std,
+            mu0_std: finger.inversion.std(&mu0),
             normal_n: mean(samples.normal_n),
             agreement: agreement(model.z_m, samples.mu, &series, &sensor_mu),
             series,
             finger,
         })
     }
+}
+
+fn plate_offset(parameters: &[f64; PARAMETERS]) -> Complex64 {
+    Complex64::new(parameters[RE_OFFSET], parameters[IM_OFFSET])
+}
+
+/// Returns τ at the instance's mean gap, s, after [`LaggedModel::follow`].
+fn lag_at_mean_gap(
+    model: &LaggedModel<'_>,
+    parameters: &[f64; PARAMETERS],
+) -> Dependent<PARAMETERS> {
+    // τ at the mean gap x̄ is τ (x̄/10 µm)^p: ∂/∂τ = (x̄/10 µm)^p, ∂/∂p = τ (x̄/10 µm)^p ln(x̄/10 µm), for x̄ held fixed.
+    let ln_gap = model.ln_mean_gap();
+    let growth = (parameters[LAG_EXPONENT] * ln_gap).exp();
+    let tau_s = parameters[TAU_MS] * MS * growth;
+    let mut slopes = SVector::zeros();
+    slopes[TAU_MS] = MS * growth;
+    slopes[LAG_EXPONENT] = tau_s * ln_gap;
+    Dependent {
+        value: tau_s,
+        slopes,
+        noise: 0.0,
+    }
+}
+
+/// Returns the parameters of a minimum in the form for further samples.
+fn fitted_finger(
+    model: &LaggedModel<'_>,
+    contact: Contact,
+    minimum: &Minimum<PARAMETERS>,
+    tau_s: f64,
+) -> FittedFinger {
+    let parameters = &minimum.parameters;
+    FittedFinger {
+        inversion: Inversion {
+            contact,
+            load: LoadSlopes::default(),
+            carrier_rad_per_s: model.carrier_rad_per_s,
+            z_p: model.z_p + plate_offset(parameters),
+            z_t: Complex64::new(parameters[RE_Z_T], parameters[IM_Z_T]),
+            z_t_slopes: Z_T_SLOPES,
+            z_p_slopes: Z_P_SLOPES,
+            finger_scale: finger_scale(parameters),
+            finger_slopes: FINGER_SLOPES,
+            residual_mobility: Complex64::I * parameters[RESIDUAL_MOBILITY],
+            residual_slopes: RESIDUAL_SLOPES,
+            covariance: minimum.covariance,
+        },
+        tau_s,
+        z_m_noise: minimum.noise,
+    }
+}
+
+/// Returns stiffness, gap and friction from the measured Z_m without the skin's inertia.
+fn estimated_series(
+    model: &LaggedModel<'_>,
+    samples: &InstanceSamples<'_>,
+    minimum: &Minimum<PARAMETERS>,
+    finger: &FittedFinger,
+    friction: &FrictionLaw<PARAMETERS>,
+) -> EstimatedSeries {
+    let noise_std = |amplitude_m: &f64| minimum.noise.std(amplitude_m.recip());
+    let measurement = MeasuredSamples {
+        time_s: samples.time_s,
+        z_m: &model.z_m_without_inertia(),
+        z_m_std: &samples
+            .amplitude_m
+            .iter()
+            .map(noise_std)
+            .collect::<Vec<_>>(),
+        amplitude_m: samples.amplitude_m,
+        normal_n: &model.normal_n[model.lead..],
+        load_trend: Some(LoadTrend {
+            loads: &model.loads,
+            trend: &model.trend,
+            first: model.lead,
+        }),
+    };
+    estimate(
+        &finger.inversion,
+        GapLaw::Amplitude,
+        friction,
+        &measurement,
+        minimum.z_m.clone(),
+    )
 }
 
 /// Returns μ/μ0 by Eq. 19 after [`LaggedModel::follow`], with the lead-in.

@@ -233,49 +233,20 @@ fn summarise<M: ImpedanceModel<N>, const N: usize>(
         .zip(&deviations)
         .map(|(residual, deviation)| residual / deviation)
         .collect();
-    let size = problem.free.len();
-    let (mut normal, mut scatter) = (DMatrix::zeros(size, size), DMatrix::zeros(size, size));
-    let mut gradient = DVector::zeros(size);
-    let mut error_gradient = DMatrix::zeros(size, ERRORS);
-    let by_error_complex = by_error.map(Complex64::from);
-    for ((slope, deviation), residual) in problem.slopes.iter().zip(&deviations).zip(&residuals) {
-        gradient += DVector::from_fn(size, |row, _| {
-            (slope[problem.free[row]].conj() * residual).re
-        });
-        let errors = SVector::from(*slope).tr_mul(&by_error_complex);
-        error_gradient += DMatrix::from_fn(size, ERRORS, |row, error| {
-            (slope[problem.free[row]].conj() * errors[error]).re
-        });
-        // Re(a* b) = Re a Re b + Im a Im b: both parts of the residual in one product.
-        let product = DMatrix::from_fn(size, size, |row, column| {
-            (slope[problem.free[row]].conj() * slope[problem.free[column]]).re
-        });
-        scatter += &product * deviation.powi(2);
-        normal += product;
-    }
-    let inverse = inverse_of_normal(&normal);
-    let step = inverse.as_ref().map(|inverse| inverse * &gradient);
-    // Rejected steps out of the domain shorten the steps that follow, and a short step can be mistaken for convergence.
-    // `step` is N⁻¹g, so `step.dot(&gradient)` is the fall gᵀN⁻¹g that the Gauss–Newton step −N⁻¹g would bring.
-    let is_unfinished = step.is_some_and(|step| {
-        step.amax() > MAX_ROUNDING_STEP && step.dot(&gradient) > MAX_RELATIVE_FALL * squares
-    });
+    let equations = NormalEquations::new(&problem, &residuals, &deviations, by_error);
+    let inverse = inverse_of_normal(&equations.normal);
+    let is_unfinished = inverse
+        .as_ref()
+        .is_some_and(|inverse| equations.is_unfinished(inverse, squares));
     let edge_failure = || "stopped at the edge of the range in which the model holds".to_owned();
     let failure = failure.or_else(|| is_unfinished.then(edge_failure));
     let covariance = inverse.map(|inverse| {
-        let free_covariance = &inverse * scatter * &inverse * correlation(&white_residuals);
-        let mut by_error = *by_error;
-        for (response, &parameter) in (&inverse * error_gradient).row_iter().zip(problem.free) {
-            let mut row = by_error.row_mut(parameter);
-            row -= response;
-        }
-        let mut covariance = by_error * by_error.transpose();
-        for (row, &i) in problem.free.iter().enumerate() {
-            for (column, &j) in problem.free.iter().enumerate() {
-                covariance[(i, j)] += free_covariance[(row, column)];
-            }
-        }
-        covariance
+        equations.covariance(
+            &inverse,
+            correlation(&white_residuals),
+            problem.free,
+            by_error,
+        )
     });
     Minimum {
         parameters: problem.parameters,
@@ -284,6 +255,83 @@ fn summarise<M: ImpedanceModel<N>, const N: usize>(
         failure,
         covariance,
         noise,
+    }
+}
+
+/// Sums over all samples, for the free parameters.
+struct NormalEquations {
+    /// N = Σ Re(s_k* s_kᵀ).
+    normal: DMatrix<f64>,
+    /// Σ σ_k² Re(s_k* s_kᵀ).
+    scatter: DMatrix<f64>,
+    /// g = Σ Re(s_k* r_k).
+    gradient: DVector<f64>,
+    /// E = Σ Re(s_k* (S_kᵀB)).
+    error_gradient: DMatrix<f64>,
+}
+
+impl NormalEquations {
+    fn new<M: ImpedanceModel<N>, const N: usize>(
+        problem: &ImpedanceProblem<'_, M, N>,
+        residuals: &[Complex64],
+        deviations: &[f64],
+        by_error: &ByError<N>,
+    ) -> Self {
+        let size = problem.free.len();
+        let mut sums = Self {
+            normal: DMatrix::zeros(size, size),
+            scatter: DMatrix::zeros(size, size),
+            gradient: DVector::zeros(size),
+            error_gradient: DMatrix::zeros(size, ERRORS),
+        };
+        let by_error = by_error.map(Complex64::from);
+        let samples = problem.slopes.iter().zip(deviations).zip(residuals);
+        for ((slope, deviation), residual) in samples {
+            let free = |row: usize| slope[problem.free[row]];
+            sums.gradient += DVector::from_fn(size, |row, _| (free(row).conj() * residual).re);
+            let errors = SVector::from(*slope).tr_mul(&by_error);
+            sums.error_gradient += DMatrix::from_fn(size, ERRORS, |row, error| {
+                (free(row).conj() * errors[error]).re
+            });
+            // Re(a* b) = Re a Re b + Im a Im b: both parts of the residual in one product.
+            let product = DMatrix::from_fn(size, size, |row, column| {
+                (free(row).conj() * free(column)).re
+            });
+            sums.scatter += &product * deviation.powi(2);
+            sums.normal += product;
+        }
+        sums
+    }
+
+    /// Returns whether a Gauss–Newton step −N⁻¹g would still lower the squares. Rejected steps out of the domain shorten the
+    /// steps that follow, and a short step can be mistaken for convergence.
+    fn is_unfinished(&self, inverse: &DMatrix<f64>, squares: f64) -> bool {
+        // The fall is gᵀN⁻¹g.
+        let step = inverse * &self.gradient;
+        step.amax() > MAX_ROUNDING_STEP && step.dot(&self.gradient) > MAX_RELATIVE_FALL * squares
+    }
+
+    /// Returns Cov θ for the factor c by which correlation loses information.
+    fn covariance<const N: usize>(
+        &self,
+        inverse: &DMatrix<f64>,
+        information_loss: f64,
+        free: &[usize],
+        by_error: &ByError<N>,
+    ) -> SMatrix<f64, N, N> {
+        let free_covariance = inverse * &self.scatter * inverse * information_loss;
+        let mut by_error = *by_error;
+        for (response, &parameter) in (inverse * &self.error_gradient).row_iter().zip(free) {
+            let mut row = by_error.row_mut(parameter);
+            row -= response;
+        }
+        let mut covariance = by_error * by_error.transpose();
+        for (row, &i) in free.iter().enumerate() {
+            for (column, &j) in free.iter().enumerate() {
+                covariance[(i, j)] += free_covariance[(row, column)];
+            }
+        }
+        covariance
     }
 }
 

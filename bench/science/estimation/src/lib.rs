@@ -29,7 +29,8 @@
 //! | published method: one unknown, σ_t | [`paper`] |
 //! | model with a lagging gap, and its slopes | `lagged_model`, on `loads`, `trend`, `transient`, [`first_order_lag`] |
 //! | fit of one instance, standard errors | [`dynamic`], `candidate_fit`, `least_squares` |
-//! | fit of a trial: cost, priors, order of the search | [`trial`], `trial/members`, `trial/search` |
+//! | fit of a trial: cost, priors, order of the search | [`trial`], `trial/layout`, `trial/members`, `trial/search` |
+//! | results of a trial, standard errors | `trial/solution`, `trial/identifiability` |
 //! | covariance of the residuals | `trial/scatter` |
 //! | plate between readings | [`plate_course`], `trial/plate` |
 //! | friction | `trial/friction`, `trial/friction_spread`, [`random_walk`] |

@@ -28,6 +28,20 @@ pub(super) struct Loads {
     pub(super) slopes: Vec<LoadSlopes>,
 }
 
+/// Parameters of the loads.
+pub(super) struct LoadLaw {
+    /// Exponent ν of the area.
+    pub(super) area_exponent: f64,
+    /// Logarithm of the amplitude ratio r.
+    pub(super) ln_ratio: f64,
+    /// Residual mobility y_f of other modes, m/(N·s).
+    pub(super) film_mobility: f64,
+    /// Time T over which the film averages, sampling intervals.
+    pub(super) film_mean_intervals: f64,
+    /// Sampling intervals per ms.
+    pub(super) intervals_per_ms: f64,
+}
+
 impl Loads {
     /// Takes the samples of an instance; the area is S at a normal force of `reference_n`.
     pub(super) fn new(amplitude_m: &[f64], normal_n: &[f64], reference_n: f64) -> Self {
@@ -51,14 +65,15 @@ impl Loads {
         }
     }
 
-    /// Computes the loads for the parameters; `None` if the film's squared amplitude would not be positive.
-    pub(super) fn follow(
-        &mut self,
-        area_exponent: f64,
-        (ln_ratio, mobility): (f64, f64),
-        film_mean_intervals: f64,
-        intervals_per_ms: f64,
-    ) -> Option<()> {
+    /// Computes the loads; `None` if the film's squared amplitude would not be positive.
+    pub(super) fn follow(&mut self, law: &LoadLaw) -> Option<()> {
+        let &LoadLaw {
+            area_exponent,
+            ln_ratio,
+            film_mobility,
+            film_mean_intervals,
+            intervals_per_ms,
+        } = law;
         let mean = Lag::new(film_mean_intervals, 1.0);
         if film_mean_intervals == 0.0 {
             self.film_m2.copy_from_slice(&self.plate_m2);
@@ -79,7 +94,7 @@ impl Loads {
             if film_mean_intervals != 0.0 {
                 self.amplitude_m[sample] = film_m2.sqrt();
             }
-            let ln_factor = ln_ratio + 0.5 * mobility * slopes.ln_film_by_mobility;
+            let ln_factor = ln_ratio + 0.5 * film_mobility * slopes.ln_film_by_mobility;
             if ln_factor != 0.0 {
                 self.amplitude_m[sample] *= ln_factor.exp();
             }

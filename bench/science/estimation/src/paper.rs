@@ -26,11 +26,11 @@ use super::conditions::FitConditions;
 use super::estimated_series::{EstimatedSeries, GapLaw, MeasuredSamples, estimate};
 use super::fit_agreement::{Agreement, agreement};
 use super::fit_error::FitError;
-use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD, find_unidentified};
+use super::fit_verdict::{FitParameter, FitVerdict, StandardError, find_unidentified};
 use super::friction_law::FrictionLaw;
 use super::least_squares::{ImpedanceModel, Minimum, best_start, minimise, model_impedances};
 use super::modelled_series::ModelledSeries;
-use super::sensitivity::{self, Sensitivities};
+use super::sensitivity::{self, Refit, Sensitivities};
 use super::series::{InstanceSamples, InstanceSeries, mean};
 use super::sigma_search::sigma_starts;
 use contact::Contact;
@@ -159,11 +159,12 @@ pub fn sensitivities(
         let rest = InstanceRest::read(instance, options);
         let mut model = PaperModel::new(&samples, conditions, rest.reading.z_m_plain_n_s_per_m)?;
         let minimum = model.minimise()?;
-        Ok((
-            minimum.parameters[0],
-            model.tissue(minimum.parameters[0]).0,
-            0.0,
-        ))
+        let [ln_sigma_t] = minimum.parameters;
+        Ok(Refit {
+            ln_sigma_t,
+            z_t: model.tissue(ln_sigma_t).0,
+            tau_s: 0.0,
+        })
     })
 }
 
@@ -281,7 +282,7 @@ impl<'a> PaperModel<'a> {
         let verdict = if let Some(reason) = minimum.failure {
             FitVerdict::NotConverged { reason }
         } else {
-            let error = (FitParameter::SigmaT, ln_std, IDENTIFIABLE_RELATIVE_STD);
+            let error = StandardError::relative(FitParameter::SigmaT, ln_std);
             find_unidentified([error]).unwrap_or(FitVerdict::Converged)
         };
         let inversion = Inversion {

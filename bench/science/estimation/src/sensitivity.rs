@@ -30,11 +30,20 @@ pub struct Sensitivities {
     pub contact_area: Sensitivity,
 }
 
-/// Returns central differences of refits; `refit` gives ln σ_t, Z_t and τ. The asperity law depends on q0, E and ν only through
+/// Values of a refit.
+pub(super) struct Refit {
+    pub(super) ln_sigma_t: f64,
+    /// Z_t, N·s/m.
+    pub(super) z_t: Complex64,
+    /// τ, s; 0 for `paper`.
+    pub(super) tau_s: f64,
+}
+
+/// Returns central differences of refits. The asperity law depends on q0, E and ν only through
 /// q0 E/(1 − ν²).
 pub(super) fn sensitivities(
     conditions: &FitConditions,
-    refit: impl Fn(&FitConditions) -> Result<(f64, Complex64, f64), FitError>,
+    refit: impl Fn(&FitConditions) -> Result<Refit, FitError>,
 ) -> Result<Sensitivities, FitError> {
     const STEP: f64 = 0.01;
     let central_difference = |vary: fn(&mut AssumedConstants, f64)| {
@@ -46,9 +55,9 @@ pub(super) fn sensitivities(
         let (above, below) = (fit_at(STEP.exp())?, fit_at((-STEP).exp())?);
         let slope = |a: f64, b: f64| (a - b) / (2.0 * STEP);
         Ok::<_, FitError>(Sensitivity {
-            ln_sigma_t: slope(above.0, below.0),
-            ln_abs_z_t: slope(above.1.norm().ln(), below.1.norm().ln()),
-            tau_s: slope(above.2, below.2),
+            ln_sigma_t: slope(above.ln_sigma_t, below.ln_sigma_t),
+            ln_abs_z_t: slope(above.z_t.norm().ln(), below.z_t.norm().ln()),
+            tau_s: slope(above.tau_s, below.tau_s),
         })
     };
     let q0 = central_difference(|assumed, factor| assumed.q0_rad_per_m *= factor)?;

@@ -12,8 +12,6 @@
 use statistics::median;
 use std::ops::RangeInclusive;
 
-use realfft::RealFftPlanner;
-
 /// Frequency from which on a record shows only its sensor's noise: a quarter of its band and at least this, Hz; for a slow
 /// record, the upper half of the band.
 const FLOOR_HZ: f64 = 200.0;
@@ -72,7 +70,7 @@ struct Spectrum {
 
 impl Spectrum {
     fn estimate(values: &[f64], rate_hz: f64, stretch: usize) -> Option<Self> {
-        let forward = RealFftPlanner::<f64>::new().plan_fft_forward(stretch);
+        let forward = fourier::forward(stretch);
         let mut spectrum = forward.make_output_vec();
         let mut powers = vec![Vec::new(); spectrum.len()];
         for start in (0..=values.len() - stretch).step_by(stretch / 2) {
@@ -166,11 +164,7 @@ fn multiplied(
 ) -> Option<Vec<f64>> {
     let n = values.len();
     let mut mirrored: Vec<f64> = values.iter().chain(values.iter().rev()).copied().collect();
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, inverse) = (
-        planner.plan_fft_forward(2 * n),
-        planner.plan_fft_inverse(2 * n * finer),
-    );
+    let (forward, inverse) = (fourier::forward(2 * n), fourier::inverse(2 * n * finer));
     let mut spectrum = forward.make_output_vec();
     forward.process(&mut mirrored, &mut spectrum).ok()?;
     let step_hz = rate_hz / (2 * n) as f64;

@@ -1,7 +1,7 @@
 //! Comparison of a channel with another that carries the same signal: gain, phase, delay, and slips by whole samples.
 
 use crate::fitted_value::FittedValue;
-use crate::regression::{Line, LineError, LinePoint};
+use crate::regression::{FittedLine, LineFitError, LinePoint};
 use num_complex::Complex64;
 use statistics::wrap_rad;
 use std::f64::consts::{PI, TAU};
@@ -57,7 +57,7 @@ impl ChannelFit {
     ///
     /// # Errors
     /// When the readings determine no line.
-    pub fn fit(readings: &[RatioReading], carrier_hz: f64) -> Result<Self, LineError> {
+    pub fn fit(readings: &[RatioReading], carrier_hz: f64) -> Result<Self, LineFitError> {
         let mut sorted = readings.to_vec();
         sorted.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
         let mut phase = 0.0;
@@ -80,8 +80,8 @@ impl ChannelFit {
                 })
                 .collect()
         };
-        let turning = Line::fit(&points(&|i| (phases[i], sorted[i].sigma)))?;
-        let size = Line::fit(&points(&|i| {
+        let turning = FittedLine::fit(&points(&|i| (phases[i], sorted[i].sigma)))?;
+        let size = FittedLine::fit(&points(&|i| {
             let gain = sorted[i].ratio.norm();
             (gain, sorted[i].sigma * gain)
         }))?;

@@ -15,15 +15,15 @@ pub struct LinePoint {
 /// y = offset + slope · x, by weighted least squares (Bevington & Robinson 2003, chapter 6).
 ///
 /// ```
-/// use metrology::regression::{Line, LinePoint};
+/// use metrology::regression::{FittedLine, LinePoint};
 ///
 /// let points = [(0.0, 1.0), (1.0, 3.1), (2.0, 4.9)].map(|(x, y)| LinePoint { x, y, sigma: 0.1 });
-/// let line = Line::fit(&points)?;
+/// let line = FittedLine::fit(&points)?;
 /// assert!((line.slope - 1.95).abs() < 1e-12);
-/// # Ok::<(), metrology::regression::LineError>(())
+/// # Ok::<(), metrology::regression::LineFitError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Line {
+pub struct FittedLine {
     /// Slope, unit of y per unit of x.
     pub slope: f64,
     /// Standard error of the slope.
@@ -45,7 +45,7 @@ pub struct Line {
 
 /// Reasons why points determine no line.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum LineError {
+pub enum LineFitError {
     /// Fewer than three points.
     #[error("{count} points determine no line with an error: at least 3 are needed")]
     TooFew {
@@ -74,24 +74,24 @@ pub enum LineError {
     },
 }
 
-impl Line {
+impl FittedLine {
     /// Fits the line. Errors come from the points' deviations, or from their scatter where that is larger.
     ///
     /// The 95 % interval includes the true slope in 95 % of noisy draws (`intervals_hold_the_truth`).
     ///
     /// # Errors
     /// When there are fewer than three points, no spread, or a value that is not finite.
-    pub fn fit(points: &[LinePoint]) -> Result<Self, LineError> {
+    pub fn fit(points: &[LinePoint]) -> Result<Self, LineFitError> {
         let is_invalid = |p: &LinePoint| {
             !(p.x.is_finite() && p.y.is_finite() && p.sigma.is_finite() && p.sigma > 0.0)
         };
         if let Some(index) = points.iter().position(is_invalid) {
             let LinePoint { x, y, sigma } = points[index];
-            return Err(LineError::NotFinite { index, x, y, sigma });
+            return Err(LineFitError::NotFinite { index, x, y, sigma });
         }
         let count = points.len();
         if count < 3 {
-            return Err(LineError::TooFew { count });
+            return Err(LineFitError::TooFew { count });
         }
         let weight = |p: &LinePoint| p.sigma.powi(-2);
         let total: f64 = points.iter().map(weight).sum();
@@ -107,7 +107,7 @@ impl Line {
             .sum();
         let largest_x = points.iter().map(|p| p.x.abs()).fold(0.0, f64::max);
         if spread <= total * (1e-9 * largest_x).powi(2) {
-            return Err(LineError::NoSpread { x: x_mean });
+            return Err(LineFitError::NoSpread { x: x_mean });
         }
         let slope = points
             .iter()
@@ -158,7 +158,7 @@ mod tests {
         ]
         .map(|(x, y, sigma)| LinePoint { x, y, sigma })
         .into();
-        let line = Line::fit(&points).unwrap();
+        let line = FittedLine::fit(&points).unwrap();
         assert_relative_eq!(line.slope, 0.999_426_699_426_7, max_relative = 1e-12);
         assert_relative_eq!(line.offset, 0.023_505_323_505_3, max_relative = 1e-9);
         let scale = line.birge_ratio.max(1.0);
@@ -196,7 +196,7 @@ mod tests {
                     }
                 })
                 .collect();
-            let line = Line::fit(&points).unwrap();
+            let line = FittedLine::fit(&points).unwrap();
             covered += u32::from((line.slope - 5.0).abs() < 1.96 * line.slope_error);
         }
         assert!((1880..=1990).contains(&covered), "{covered}");
@@ -206,16 +206,16 @@ mod tests {
     fn data_without_a_line_are_refused() {
         let p = |x, y| LinePoint { x, y, sigma: 1.0 };
         assert_eq!(
-            Line::fit(&[p(0.0, 0.0), p(1.0, 1.0)]),
-            Err(LineError::TooFew { count: 2 })
+            FittedLine::fit(&[p(0.0, 0.0), p(1.0, 1.0)]),
+            Err(LineFitError::TooFew { count: 2 })
         );
         assert_eq!(
-            Line::fit(&[p(2.0, 0.0), p(2.0, 1.0), p(2.0, 3.0)]),
-            Err(LineError::NoSpread { x: 2.0 })
+            FittedLine::fit(&[p(2.0, 0.0), p(2.0, 1.0), p(2.0, 3.0)]),
+            Err(LineFitError::NoSpread { x: 2.0 })
         );
         assert!(matches!(
-            Line::fit(&[p(1.0, 0.0), p(2.0, f64::NAN), p(3.0, 1.0)]),
-            Err(LineError::NotFinite { index: 1, .. })
+            FittedLine::fit(&[p(1.0, 0.0), p(2.0, f64::NAN), p(3.0, 1.0)]),
+            Err(LineFitError::NotFinite { index: 1, .. })
         ));
     }
 }

@@ -1,6 +1,5 @@
 //! Power of a channel over frequency by Welch's method: noise about the carrier, and tones.
 
-use realfft::RealFftPlanner;
 use std::f64::consts::TAU;
 
 /// One-sided power density of a stretch of samples: averaged periodograms of Hann-windowed segments that overlap by
@@ -99,7 +98,7 @@ impl Spectrum {
             .map(|n| 0.5 - 0.5 * (TAU * (n as f64 + 0.5) / segment as f64).cos())
             .collect();
         let power: f64 = window.iter().map(|w| w * w).sum();
-        let transform = RealFftPlanner::<f64>::new().plan_fft_forward(segment);
+        let transform = fourier::forward(segment);
         let (mut input, mut output) = (transform.make_input_vec(), transform.make_output_vec());
         let mut density = vec![0.0; half + 1];
         let mut segments = 0u32;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::regression::{Line, LineError, LinePoint};
+use crate::regression::{FittedLine, LineFitError, LinePoint};
 
 /// One level, V peak.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,22 +31,22 @@ pub struct VoltsPoint {
 /// });
 /// let fit = VoltsFit::fit(&points)?;
 /// assert!((fit.per_commanded.slope - 1.0667).abs() < 1e-4);
-/// # Ok::<(), metrology::regression::LineError>(())
+/// # Ok::<(), metrology::regression::LineFitError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct VoltsFit {
     /// Meter against command.
-    pub per_commanded: Line,
+    pub per_commanded: FittedLine,
     /// Meter against read-back.
-    pub per_read_back: Line,
+    pub per_read_back: FittedLine,
 }
 
 impl VoltsFit {
     /// Fits both lines.
     ///
     /// # Errors
-    /// Same as [`Line::fit`].
-    pub fn fit(points: &[VoltsPoint]) -> Result<Self, LineError> {
+    /// Same as [`FittedLine::fit`].
+    pub fn fit(points: &[VoltsPoint]) -> Result<Self, LineFitError> {
         let line_over = |x: fn(&VoltsPoint) -> f64| {
             let points: Vec<LinePoint> = points
                 .iter()
@@ -56,7 +56,7 @@ impl VoltsFit {
                     sigma: point.sigma_v,
                 })
                 .collect();
-            Line::fit(&points)
+            FittedLine::fit(&points)
         };
         Ok(Self {
             per_commanded: line_over(|point| point.commanded_v)?,

@@ -4,11 +4,11 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use demo::{Ended, Options};
+use demo::{DemoEnd, DemoOptions};
 use friction_bench::verbosity::Verbosity;
 
 /// Runs the demonstration; returns the exit status of the step that failed, if one did.
-pub fn run(options: &Options, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
+pub fn run(options: &DemoOptions, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     let program = std::env::current_exe()?;
     let arg0 = std::env::args_os().next().map(PathBuf::from);
     let arg0 = arg0.as_deref().unwrap_or(&program);
@@ -21,8 +21,8 @@ pub fn run(options: &Options, verbosity: Verbosity) -> anyhow::Result<ExitCode> 
     let bold = stdout.is_terminal();
     Ok(
         match demo::run(options, (&program, arg0), verbosity_flags, stdout, bold)? {
-            Ended::Completed => ExitCode::SUCCESS,
-            Ended::Failed(status) => ExitCode::from(status),
+            DemoEnd::Completed => ExitCode::SUCCESS,
+            DemoEnd::Failed(status) => ExitCode::from(status),
         },
     )
 }

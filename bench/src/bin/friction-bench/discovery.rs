@@ -5,7 +5,7 @@ use std::ffi::OsStr;
 use devices::stop_on_signals;
 use friction_bench::cli::Speed;
 use setup::inventory::{Listing, audio, serial_ports};
-use setup::{Ask, Options, Terminal, Unattended};
+use setup::{Ask, InitOptions, NoOperator, Terminal};
 use signalgen::audio::{HostChoice, open_host};
 use sources::Place;
 use tasks::StopFlag;
@@ -44,7 +44,7 @@ pub fn listing(mock: Option<&str>) -> anyhow::Result<Listing> {
 }
 
 /// Returns the hardware for a new bench configuration.
-pub fn for_rig(options: &Options) -> anyhow::Result<Listing> {
+pub fn for_rig(options: &InitOptions) -> anyhow::Result<Listing> {
     let mut listing = listing(options.mock.as_deref())?;
     if options.mock.is_some() {
         // In a configuration, simulated hardware has the names of real hardware.
@@ -58,7 +58,7 @@ pub fn for_rig(options: &Options) -> anyhow::Result<Listing> {
 /// Returns the source of answers: a person at the terminal until a signal comes, or an unattended default.
 pub fn dialogue(attended: bool) -> anyhow::Result<Box<dyn Ask>> {
     if !attended {
-        return Ok(Box::new(Unattended));
+        return Ok(Box::new(NoOperator));
     }
     let stop = StopFlag::default();
     let signal_guard = stop_on_signals(&stop)?;
@@ -69,7 +69,7 @@ pub fn dialogue(attended: bool) -> anyhow::Result<Box<dyn Ask>> {
 }
 
 /// Returns the message about a configuration that was written without a person to permit a tone.
-pub fn unchecked_message(options: &Options) -> String {
+pub fn unchecked_message(options: &InitOptions) -> String {
     format!(
         "check: not run, because it drives a tone, and without a terminal nobody can confirm that the plate is clear; \
          once it is clear, run `friction-bench check --config {}`\n",
@@ -78,7 +78,7 @@ pub fn unchecked_message(options: &Options) -> String {
 }
 
 /// Returns the command that checks the written configuration.
-pub fn check(options: &Options) -> Vec<&OsStr> {
+pub fn check(options: &InitOptions) -> Vec<&OsStr> {
     let mut words: Vec<&OsStr> = ["friction-bench", "check", "--config"]
         .map(OsStr::new)
         .into();

@@ -24,12 +24,12 @@ use drill::rehearsed;
 use escaping::quoted;
 use escaping::{escaped, escaped_line};
 use faults::RehearsedFault;
-use friction_bench::apparatus::{Apparatus, pace};
+use friction_bench::apparatus::{BenchHardware, pace};
 use friction_bench::cli::{
     self, Calibrate, Check, Cli, Command, Devices, Drill, Monitor, Run, Speed,
 };
 use friction_bench::displays::Displays;
-use friction_bench::run::{self, Plan, ProtocolFile};
+use friction_bench::run::{self, ProtocolFile, SessionPlan};
 use friction_bench::verbosity::Verbosity;
 use friction_bench::{
     analyze, calibrate as calibration, drilling, ending, estop, exclude, forget, monitor, privacy,
@@ -110,7 +110,10 @@ fn dispatch(command: Command, verbosity: Verbosity) -> anyhow::Result<ExitCode> 
 const DEFAULT_CONFIG: &str = "bench.toml";
 
 /// Returns the configuration of these options; `None` if it was only to be printed, and was.
-fn configuration(options: &cli::Hardware, verbosity: Verbosity) -> anyhow::Result<Option<Config>> {
+fn configuration(
+    options: &cli::HardwareOptions,
+    verbosity: Verbosity,
+) -> anyhow::Result<Option<Config>> {
     // A misspelt scenario is reported first.
     let scenario = options.mock.as_deref().map(simulated::read).transpose()?;
     if let (None, Some(scenario)) = (&options.config, &scenario) {
@@ -166,7 +169,7 @@ fn absent_configuration(path: &Path, named: bool) -> anyhow::Error {
 /// Returns the injected faults, from the scenario and the command line, and warns of them.
 fn faults(
     config: &Config,
-    options: &cli::Hardware,
+    options: &cli::HardwareOptions,
     typed: &cli::Rehearsal,
 ) -> anyhow::Result<Vec<RehearsedFault>> {
     let mut faults = match &options.mock {
@@ -189,11 +192,11 @@ fn from_the_start(faults: &[RehearsedFault]) -> Vec<RehearsedFault> {
 
 fn apparatus(
     config: &Config,
-    options: &cli::Hardware,
+    options: &cli::HardwareOptions,
     speed: Speed,
     truth: Option<&Path>,
     faults: &[RehearsedFault],
-) -> anyhow::Result<Apparatus> {
+) -> anyhow::Result<BenchHardware> {
     match &options.mock {
         Some(scenario) => {
             let seed = options.seed.unwrap_or(1);
@@ -204,7 +207,7 @@ fn apparatus(
 }
 
 /// Opens the hardware of this computer.
-fn real(config: &Config, options: &cli::Hardware) -> anyhow::Result<Apparatus> {
+fn real(config: &Config, options: &cli::HardwareOptions) -> anyhow::Result<BenchHardware> {
     let claim = Claim::take(config)?;
     let lines = real_gpio::open(&config.gpio)?;
     let (host, lines, cues) = match config.audio.host {
@@ -215,7 +218,7 @@ fn real(config: &Config, options: &cli::Hardware) -> anyhow::Result<Apparatus> {
             (host, lines, open_host(HostChoice::Default).ok())
         }
     };
-    Ok(Apparatus {
+    Ok(BenchHardware {
         hardware: Hardware {
             host,
             cues,
@@ -244,7 +247,7 @@ fn real(config: &Config, options: &cli::Hardware) -> anyhow::Result<Apparatus> {
 /// Returns the bench of these options, and notes the source of its constants.
 fn effective(
     config: Config,
-    options: &cli::Hardware,
+    options: &cli::HardwareOptions,
     uncalibrated: bool,
     verbosity: Verbosity,
 ) -> Result<Effective, config::CalibrationError> {
@@ -264,7 +267,7 @@ fn effective(
 /// Refuses to drive a bench that fails the quick preflight, and prints its table; returns the table that passed.
 fn require_ready(
     bench: &Effective,
-    options: &cli::Hardware,
+    options: &cli::HardwareOptions,
     speed: Speed,
     faults: &[RehearsedFault],
     verbosity: Verbosity,
@@ -340,7 +343,11 @@ fn loop_delays(
 }
 
 /// Requires a recent press of the e-stop; asks for it unless `headless`.
-fn require_estop(config: &Config, options: &cli::Hardware, headless: bool) -> anyhow::Result<()> {
+fn require_estop(
+    config: &Config,
+    options: &cli::HardwareOptions,
+    headless: bool,
+) -> anyhow::Result<()> {
     let open = || apparatus(config, options, Speed::Real, None, &[]);
     estop::require(config, options, !headless, open)
 }
@@ -361,7 +368,7 @@ fn run(options: &Run, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     };
     let bench = effective(config, &options.hardware, options.uncalibrated, verbosity)?;
     let faults = faults(bench.config(), &options.hardware, &options.rehearsal)?;
-    let mut plan = Plan::new(bench, options)?;
+    let mut plan = SessionPlan::new(bench, options)?;
     (plan.verbosity, plan.rehearsed) = (verbosity, rehearsed::words(&faults));
     verbosity.note(format_args!("protocol: {}", plan.protocol.file));
     let displays = participant::displays(options, &plan.protocol.protocol.texts(), print)?;
@@ -399,7 +406,7 @@ fn watch(options: &Monitor, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     };
     let bench = effective(config, &options.hardware, options.uncalibrated, verbosity)?;
     let faults = faults(bench.config(), &options.hardware, &options.rehearsal)?;
-    let mut plan = monitor::Plan::new(bench, options)?;
+    let mut plan = monitor::MonitorPlan::new(bench, options)?;
     plan.rehearsed = rehearsed::words(&faults);
     require_terminal(options.headless)?;
     if plan.drives() {
@@ -504,7 +511,7 @@ fn calibrate(options: &Calibrate, verbosity: Verbosity) -> anyhow::Result<ExitCo
     Ok(passed_or_failed(report.passed))
 }
 
-fn play(options: &replay::Options, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
+fn play(options: &replay::ReplayOptions, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     let listed = replay::list_recordings(&options.recording)?;
     if let Some(recordings) = listed {
         for recording in recordings {
@@ -512,7 +519,7 @@ fn play(options: &replay::Options, verbosity: Verbosity) -> anyhow::Result<ExitC
         }
         return Ok(ExitCode::SUCCESS);
     }
-    let plan = replay::Plan::new(options)?;
+    let plan = replay::ReplayPlan::new(options)?;
     verbosity.note(format_args!("recording: {}", options.recording.display()));
     require_terminal(options.headless)?;
     let report = replay::run(plan, std::io::stdout())?;
@@ -563,7 +570,7 @@ fn check(options: &Check, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
 }
 
 /// Writes a new bench's configuration, checks it, and prints the next steps.
-fn init(options: &setup::Options, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
+fn init(options: &setup::InitOptions, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     let attended = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
     let listing = discovery::for_rig(options)?;
     if attended {

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use escaping::escaped_line;
-use friction_bench::cli::{Participant, Run, Speed};
+use friction_bench::cli::{ParticipantOptions, Run, Speed};
 use friction_bench::displays::{self, Displays};
 use friction_bench::participant_window::{WindowDisplay, default_socket};
 use protocols::Texts;
@@ -14,14 +14,14 @@ const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Becomes the program of the participant's window; returns if that fails.
 #[cfg(unix)]
-pub fn open(options: &Participant) -> anyhow::Error {
+pub fn open(options: &ParticipantOptions) -> anyhow::Error {
     let program = std::env::current_exe().unwrap_or_default();
     participant_window::launch::launch(&program, options).into()
 }
 
 /// Fails: this system has no participant's window.
 #[cfg(not(unix))]
-pub fn open(_: &Participant) -> anyhow::Error {
+pub fn open(_: &ParticipantOptions) -> anyhow::Error {
     anyhow::anyhow!("the participant's window needs Linux or macOS")
 }
 

@@ -11,7 +11,7 @@ use devices::Hardware;
 use drill::rehearsed;
 use drill::{Deed, FaultHand};
 use faults::RehearsedFault;
-use friction_bench::apparatus::{Apparatus, Watcher};
+use friction_bench::apparatus::{BenchHardware, Watcher};
 use friction_bench::cli::Speed;
 use friction_bench::displays::Displays;
 use jiff::Timestamp;
@@ -20,8 +20,8 @@ use mock_hw::apparatus::{
     RehearsalHand,
 };
 use mock_hw::rack;
-use mock_hw::world_clock::Pace;
-use mock_world::scenario::{ForceInterface, ForceProtocol, Scenario, ScenarioError, built_in};
+use mock_hw::world_clock::WorldPace;
+use mock_world::scenario::{ForceInterface, ForceLineFormat, Scenario, ScenarioError, built_in};
 use safety::{input, output};
 use sources::{Lines, Place};
 use tasks::{Clock, Schedule, SystemClock, later};
@@ -54,8 +54,8 @@ const NINE: &str = "input_channels = 9 ";
 pub fn config(scenario: &Scenario) -> String {
     let force = &scenario.force_sensor;
     match (force.interface, force.protocol) {
-        (ForceInterface::Serial, ForceProtocol::Frames) => CONFIG.to_owned(),
-        (ForceInterface::Serial, ForceProtocol::Lines) => substituted(CONFIG, FRAMES, LINES),
+        (ForceInterface::Serial, ForceLineFormat::Frames) => CONFIG.to_owned(),
+        (ForceInterface::Serial, ForceLineFormat::Lines) => substituted(CONFIG, FRAMES, LINES),
         (ForceInterface::Netft, _) => with_sensor(NETFT),
         (ForceInterface::FieldBox, _) => BEHIND_BOX
             .iter()
@@ -121,12 +121,12 @@ pub fn apparatus(
     truth: Option<&Path>,
     faults: &[RehearsedFault],
     bench: Option<&Config>,
-) -> anyhow::Result<Apparatus> {
+) -> anyhow::Result<BenchHardware> {
     let card = bench.filter(|bench| bench.audio.host == AudioHost::Nidaqmx);
     let scenario = read(scenario)?.draw(seed);
     let pace = match speed {
-        Speed::Real => Pace::RealTime,
-        Speed::Max => Pace::Stepped,
+        Speed::Real => WorldPace::RealTime,
+        Speed::Max => WorldPace::Stepped,
     };
     let mut config = ApparatusConfig::new(scenario, seed, pace);
     config.opening = OPENINGS.fetch_add(1, Ordering::Relaxed);
@@ -223,7 +223,7 @@ pub fn apparatus(
         Some(bench) => hardware.with_field_box(bench, box_port.as_deref())?,
         None => hardware,
     };
-    Ok(Apparatus {
+    Ok(BenchHardware {
         hardware,
         watchers,
         displays: Displays::default(),
@@ -319,7 +319,7 @@ mod tests {
 
     #[test]
     fn the_hand_at_the_switch_releases_and_presses_it_on_request() {
-        let config = ApparatusConfig::new(Scenario::default(), 1, Pace::Stepped);
+        let config = ApparatusConfig::new(Scenario::default(), 1, WorldPace::Stepped);
         let mut apparatus = SimulatedApparatus::new(config).unwrap();
         let mut switch = input("dead-man switch", apparatus.pins().unwrap().dead_man);
         let mut hand = holder(apparatus.dead_man_hand());

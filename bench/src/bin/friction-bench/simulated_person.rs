@@ -6,30 +6,30 @@ use calibration_rig::operator::{self, Cabling, Hands, Request};
 use devices::loudspeaker::Tone;
 use friction_bench::apparatus::Watcher;
 use mock_hw::apparatus::{MassSet, Patchbay, Senses, VibrometerAim};
-use mock_world::person::{Cue, Instruction, Percept};
-use mock_world::plant::{Axis, InputWiring};
+use mock_world::person::{HeardCue, PerceivedInstruction, Percept};
+use mock_world::plant::{InputWiring, LoadedAxis};
 
 /// Passes the participant's view, button and tones to the simulated person.
 pub fn participant(senses: Senses) -> Watcher {
     Box::new(move |view, button, tone| {
         let instruction = match view.instruction {
             protocols::Instruction::Welcome | protocols::Instruction::Rest if button => {
-                Instruction::PressButton
+                PerceivedInstruction::PressButton
             }
             protocols::Instruction::Wait
             | protocols::Instruction::Welcome
             | protocols::Instruction::ReleaseSwitch
-            | protocols::Instruction::HoldSwitch => Instruction::Wait,
-            protocols::Instruction::LiftFinger => Instruction::LiftFinger,
-            protocols::Instruction::PlaceFinger => Instruction::PlaceFinger,
-            protocols::Instruction::GetReady => Instruction::GetReady,
-            protocols::Instruction::FollowSlider => Instruction::FollowSlider,
-            protocols::Instruction::Feedback => Instruction::Feedback,
-            protocols::Instruction::Rest => Instruction::Rest,
+            | protocols::Instruction::HoldSwitch => PerceivedInstruction::Wait,
+            protocols::Instruction::LiftFinger => PerceivedInstruction::LiftFinger,
+            protocols::Instruction::PlaceFinger => PerceivedInstruction::PlaceFinger,
+            protocols::Instruction::GetReady => PerceivedInstruction::GetReady,
+            protocols::Instruction::FollowSlider => PerceivedInstruction::FollowSlider,
+            protocols::Instruction::Feedback => PerceivedInstruction::Feedback,
+            protocols::Instruction::Rest => PerceivedInstruction::Rest,
             protocols::Instruction::Paused | protocols::Instruction::SwitchReleased => {
-                Instruction::Paused
+                PerceivedInstruction::Paused
             }
-            protocols::Instruction::Finished => Instruction::Finished,
+            protocols::Instruction::Finished => PerceivedInstruction::Finished,
         };
         senses.show(Percept {
             instruction,
@@ -38,8 +38,8 @@ pub fn participant(senses: Senses) -> Watcher {
             mean_force_n: view.mean_force_n,
             force_band_n: view.force_band_n,
             cue: tone.map(|tone| match tone {
-                Tone::Start => Cue::Start,
-                Tone::End => Cue::End,
+                Tone::Start => HeardCue::Start,
+                Tone::End => HeardCue::End,
             }),
         });
     })
@@ -50,8 +50,8 @@ pub fn hands(masses: MassSet, patchbay: Patchbay, senses: Senses, aim: Vibromete
     Box::new(move |request| match *request {
         Request::Load { axis, mass_kg } => {
             let axis = match axis {
-                operator::ForceAxis::Normal => Axis::Normal,
-                operator::ForceAxis::Lateral => Axis::Lateral,
+                operator::ForceAxis::Normal => LoadedAxis::Normal,
+                operator::ForceAxis::Lateral => LoadedAxis::Lateral,
             };
             masses.place(axis, mass_kg);
         }
@@ -61,7 +61,7 @@ pub fn hands(masses: MassSet, patchbay: Patchbay, senses: Senses, aim: Vibromete
         }
         Request::MoveVibrometer { position_m } => aim.set_position(position_m),
         Request::RestFinger { least_n, most_n } => senses.show(Percept {
-            instruction: Instruction::GetReady,
+            instruction: PerceivedInstruction::GetReady,
             force_band_n: Some((least_n, most_n)),
             ..Percept::default()
         }),

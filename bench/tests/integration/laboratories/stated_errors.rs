@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::fs;
 
 use analysis::amplitude_profile::AmplitudeProfile;
-use analysis::trial_fit::TrialFit;
+use analysis::trial_fit::TrialContact;
 use contact::harmonic::observed;
 use contact::live_estimator::{LiveEstimate, LiveEstimator, LiveFrame};
 
@@ -12,7 +12,7 @@ use super::PUBLISHED;
 use super::uneven_plate::trial_fit;
 
 /// Returns the estimate for a frame of the fitted finger.
-fn estimate(fit: &TrialFit) -> LiveEstimate {
+fn estimate(fit: &TrialContact) -> LiveEstimate {
     let finger = &fit.finger;
     let mut live = LiveEstimator::new(*finger, fit.interval_s).unwrap();
     let (amplitude_m, normal_n) = (1.5e-6, 0.6);

@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use analysis::amplitude_profile::AmplitudeProfile;
 use analysis::estimate::Method;
 use analysis::findings::RecordingFindings;
-use analysis::results::Results;
-use analysis::trial_fit::{FitRequest, SelectedExploration, TrialFit, fit};
+use analysis::printed_settings::PrintedSettings;
+use analysis::results::Recording;
+use analysis::trial_fit::{FitRequest, SelectedExploration, TrialContact, fit};
 use analysis::{Settings, demodulation};
 use protocols::Direction;
 use protocols::selection::select;
 use recording::pipeline::PickupOffset;
-use serde_json::Value;
 
 use super::{EXPLORATION_S, Laboratory, PUBLISHED, Z_T, findings};
 
@@ -101,7 +101,7 @@ pub(super) fn fit_request(folder: &Path) -> FitRequest {
 }
 
 /// Fits a recording's exploration as a session does after a trial.
-pub(super) fn trial_fit(folder: &Path, profile: &AmplitudeProfile) -> TrialFit {
+pub(super) fn trial_fit(folder: &Path, profile: &AmplitudeProfile) -> TrialContact {
     let request = fit_request(folder);
     fit(&request, Settings::default().assumed(), profile).unwrap()
 }
@@ -120,7 +120,7 @@ fn the_fit_of_a_session_knows_the_profile_too_and_hands_it_on() {
     let uniform = AmplitudeProfile::default();
     let even = trial_fit(even_folder.path(), &uniform);
     let [known, unknown] = [&profile, &uniform].map(|profile| trial_fit(folder.path(), profile));
-    let off = |fit: &TrialFit| (fit.z_t_n_s_per_m - even.z_t_n_s_per_m).norm() / Z_T.norm();
+    let off = |fit: &TrialContact| (fit.z_t_n_s_per_m - even.z_t_n_s_per_m).norm() / Z_T.norm();
     println!(
         "half at the ends: Z_t off by {:.4}, with the profile {:.4}",
         off(&unknown),
@@ -143,10 +143,7 @@ fn results_say_how_each_method_takes_the_amplitude() {
     }
     state_profile(folders[0].path(), |_| 0.97);
     let folders = folders.each_ref().map(|folder| folder.path().to_owned());
-    let results = |folders: &[PathBuf]| -> Value {
-        let analysed = analysis::analyse(folders, &Settings::default(), |_| ());
-        serde_json::from_str(&Results::new(&analysed).to_json().unwrap()).unwrap()
-    };
+    let analyse = |folders: &[PathBuf]| analysis::analyse(folders, &Settings::default(), |_| ());
     for (folders, dynamic) in [
         (&folders[..1], "as measured: plate.profile"),
         (&folders[1..], "uniform: no recording has plate.profile"),
@@ -155,16 +152,18 @@ fn results_say_how_each_method_takes_the_amplitude() {
             "as measured, plate.profile, in 1 of 2 recordings; uniform in the others",
         ),
     ] {
-        let results = results(folders);
-        let amplitude = &results["settings"]["amplitude_along_plate"];
+        let settings = serde_json::to_value(PrintedSettings::new(&analyse(folders))).unwrap();
+        let amplitude = &settings["amplitude_along_plate"];
         let paper = amplitude["paper"].as_str().unwrap();
         assert!(paper.starts_with("uniform, as published"), "{paper}");
         assert_eq!(amplitude["dynamic"], dynamic);
-        assert_eq!(results["settings"]["loss_factor"], 0.3);
+        assert_eq!(settings["loss_factor"], 0.3);
     }
-    let both_results = results(&folders);
-    assert_eq!(both_results["recordings"][0]["plate_profile"], true);
-    assert!(both_results["recordings"][1].get("plate_profile").is_none());
+    let recordings = analyse(&folders).recordings;
+    let [first, second] =
+        [0, 1].map(|number| serde_json::to_value(Recording::from(&recordings[number])).unwrap());
+    assert_eq!(first["plate_profile"], true);
+    assert!(second.get("plate_profile").is_none());
 }
 
 #[test]

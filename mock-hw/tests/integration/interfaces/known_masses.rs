@@ -1,6 +1,6 @@
 //! Known masses, as read from the force sensor's serial line.
 
-use mock_world::plant::Axis;
+use mock_world::plant::LoadedAxis;
 use mock_world::scenario::Scenario;
 
 use super::force_line::frames;
@@ -33,7 +33,7 @@ fn a_mass_is_read_with_gain_crosstalk_and_offset_and_goes_again() {
         assert!(distance_n < 5e-6, "{read:?} {expected:?}");
     };
     close(settled_forces_n(), [0.1, -0.2]);
-    masses.place(Axis::Normal, 0.1);
+    masses.place(LoadedAxis::Normal, 0.1);
     let weight_n = 0.1 * 9.806_65;
     close(
         settled_forces_n(),
@@ -41,7 +41,7 @@ fn a_mass_is_read_with_gain_crosstalk_and_offset_and_goes_again() {
     );
     masses.remove();
     close(settled_forces_n(), [0.1, -0.2]);
-    masses.place(Axis::Lateral, 0.1);
+    masses.place(LoadedAxis::Lateral, 0.1);
     close(
         settled_forces_n(),
         [0.1 + 1.25 * 0.02 * weight_n, -0.2 + 0.8 * weight_n],

@@ -2,7 +2,7 @@ use embedded_hal::digital::{InputPin, OutputPin};
 use mock_hw::apparatus::{Apparatus, ApparatusConfig, FaultPanel};
 use mock_hw::host::BENCH_ID;
 use mock_hw::pins::{FIRST_HELD_NS, PinError};
-use mock_hw::world_clock::Pace;
+use mock_hw::world_clock::WorldPace;
 use mock_world::scenario::Scenario;
 
 use super::streams::{amplitude_at, device, pass, play_sine, record, stepped, stream_config};
@@ -109,7 +109,7 @@ fn the_dead_man_switch_opens_when_a_hand_lets_go() {
 
 #[test]
 fn a_real_time_heartbeat_is_timed_by_the_machines_clock() {
-    let config = ApparatusConfig::new(Scenario::default(), 1, Pace::RealTime);
+    let config = ApparatusConfig::new(Scenario::default(), 1, WorldPace::RealTime);
     let mut apparatus = Apparatus::new(config).unwrap();
     let mut pins = apparatus.pins().unwrap();
     let before_ns = apparatus.now_ns();

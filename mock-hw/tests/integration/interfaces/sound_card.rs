@@ -4,8 +4,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use cpal::traits::{DeviceTrait, HostTrait, StreamTrait};
 use cpal::{BufferSize, Data, ErrorKind, SampleFormat};
 use mock_hw::apparatus::ApparatusConfig;
-use mock_hw::host::{BENCH_ID, Direction, SPEAKERS_ID, SPEAKERS_RATE_HZ};
-use mock_hw::world_clock::Pace;
+use mock_hw::host::{BENCH_ID, ConverterDirection, SPEAKERS_ID, SPEAKERS_RATE_HZ};
+use mock_hw::world_clock::WorldPace;
 use mock_world::scenario::Scenario;
 
 use super::streams::{amplitude_at, device, pass, play_sine, record, stepped, stream_config};
@@ -158,7 +158,9 @@ fn lost_input_frames_never_arrive_and_the_timestamps_say_so() {
     let bench = device(&apparatus, BENCH_ID);
     let (_input, recorded) = record(&bench, stream_config(1, 192_000), SampleFormat::F32);
     pass(&mut apparatus, 0.01);
-    apparatus.faults().skip_frames(Direction::Input, 96);
+    apparatus
+        .faults()
+        .skip_frames(ConverterDirection::Input, 96);
     pass(&mut apparatus, 0.01);
     let recorded = recorded.lock().unwrap();
     // 60 buffers of 64 frames minus 96 frames: the last one is half full.
@@ -189,7 +191,9 @@ fn lost_output_frames_are_silent_and_not_requested() {
     output.play().unwrap();
     let (_input, recorded) = record(&bench, stream_config(4, 192_000), SampleFormat::F32);
     pass(&mut apparatus, 0.01);
-    apparatus.faults().skip_frames(Direction::Output, 128);
+    apparatus
+        .faults()
+        .skip_frames(ConverterDirection::Output, 128);
     pass(&mut apparatus, 0.01);
     assert_eq!(asked_frames.load(Ordering::Relaxed), 3840 - 128);
     let recorded = recorded.lock().unwrap();
@@ -210,11 +214,11 @@ fn an_injected_error_reaches_one_direction_with_the_next_period() {
     let _output = play_sine(&bench, config, SampleFormat::F32, 1e3, 0.1);
     let (_input, recorded) = record(&bench, config, SampleFormat::F32);
     let faults = apparatus.faults();
-    faults.inject(Direction::Input, ErrorKind::Xrun);
+    faults.inject(ConverterDirection::Input, ErrorKind::Xrun);
     assert!(recorded.lock().unwrap().errors.is_empty());
     apparatus.step().unwrap();
     assert_eq!(recorded.lock().unwrap().errors, [ErrorKind::Xrun]);
-    faults.halt_audio(Direction::Input, true);
+    faults.halt_audio(ConverterDirection::Input, true);
     pass(&mut apparatus, 0.01);
     assert_eq!(recorded.lock().unwrap().captured_ns.len(), 1, "halted");
 }
@@ -235,7 +239,7 @@ fn the_speakers_play_on_the_worlds_clock_with_the_bench() {
 
 #[test]
 fn a_real_time_world_keeps_roughly_the_machines_time() {
-    let config = ApparatusConfig::new(Scenario::default(), 1, Pace::RealTime);
+    let config = ApparatusConfig::new(Scenario::default(), 1, WorldPace::RealTime);
     let apparatus = mock_hw::apparatus::Apparatus::new(config).unwrap();
     let bench = device(&apparatus, BENCH_ID);
     let (_input, recorded) = record(&bench, stream_config(1, 192_000), SampleFormat::F32);

@@ -6,12 +6,12 @@ use std::time::Duration;
 use cpal::traits::{DeviceTrait, HostTrait, StreamTrait};
 use cpal::{BufferSize, Data, DeviceId, HostId, SampleFormat, StreamConfig};
 use mock_hw::apparatus::{Apparatus, ApparatusConfig};
-use mock_hw::world_clock::Pace;
+use mock_hw::world_clock::WorldPace;
 use mock_world::scenario::Scenario;
 use serialport::SerialPort;
 
 pub fn stepped(scenario: Scenario, seed: u64) -> Apparatus {
-    Apparatus::new(ApparatusConfig::new(scenario, seed, Pace::Stepped)).unwrap()
+    Apparatus::new(ApparatusConfig::new(scenario, seed, WorldPace::Stepped)).unwrap()
 }
 
 pub fn pass(apparatus: &mut Apparatus, seconds: f64) {

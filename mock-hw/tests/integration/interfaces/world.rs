@@ -1,8 +1,8 @@
 use embedded_hal::digital::InputPin;
 use mock_hw::apparatus::{Apparatus, ApparatusConfig, ApparatusError};
 use mock_hw::host::BENCH_ID;
-use mock_hw::world_clock::Pace;
-use mock_world::person::{Instruction, Percept};
+use mock_hw::world_clock::WorldPace;
+use mock_world::person::{PerceivedInstruction, Percept};
 use mock_world::scenario::Scenario;
 
 use super::force_line::frames;
@@ -24,7 +24,7 @@ fn run(seed: u64) -> (Recorded, Vec<u8>) {
     for step in 0..3_000 {
         if step % 100 == 0 {
             senses.show(Percept {
-                instruction: Instruction::FollowSlider,
+                instruction: PerceivedInstruction::FollowSlider,
                 slider_m: Some(0.02 + 0.05 * f64::from(step) / 3_000.0),
                 ..Percept::default()
             });
@@ -46,7 +46,7 @@ fn the_same_seed_gives_the_same_bits_and_another_gives_others() {
 
 #[test]
 fn a_real_time_world_is_not_stepped_and_periods_must_fit_the_rates() {
-    let mut config = ApparatusConfig::new(Scenario::default(), 1, Pace::RealTime);
+    let mut config = ApparatusConfig::new(Scenario::default(), 1, WorldPace::RealTime);
     let mut apparatus = Apparatus::new(config.clone()).unwrap();
     assert!(matches!(apparatus.step(), Err(ApparatusError::NotStepped)));
     for frames in [0, 12, 18, 4_000] {
@@ -110,14 +110,17 @@ fn the_person_acts_on_the_shown_instructions() {
         }
         has_pressed
     };
-    assert!(!wait(&mut apparatus, Instruction::Wait, 1.0));
-    assert!(wait(&mut apparatus, Instruction::PlaceFinger, 4.0), "ready");
+    assert!(!wait(&mut apparatus, PerceivedInstruction::Wait, 1.0));
+    assert!(
+        wait(&mut apparatus, PerceivedInstruction::PlaceFinger, 4.0),
+        "ready"
+    );
 }
 
 #[test]
 fn the_truth_is_written_from_the_first_open_stream_on() {
     let folder = tempfile::tempdir().unwrap();
-    let mut config = ApparatusConfig::new(Scenario::default(), 1, Pace::Stepped);
+    let mut config = ApparatusConfig::new(Scenario::default(), 1, WorldPace::Stepped);
     config.truth_path = Some(folder.path().to_owned());
     let mut apparatus = Apparatus::new(config.clone()).unwrap();
     pass(&mut apparatus, 0.1);

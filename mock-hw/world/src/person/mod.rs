@@ -11,7 +11,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use gaze::Gaze;
 use hand::Hand;
-pub use percept::{Act, Cue, FingerState, Instruction, Percept};
+pub use percept::{Act, FingerState, HeardCue, PerceivedInstruction, Percept};
 use pressing::Pressing;
 
 use crate::scenario::{BehaviourTable, ParticipantTable};
@@ -35,12 +35,12 @@ const IMPATIENCE_S: f64 = 2.0;
 /// One simulated participant.
 ///
 /// ```
-/// use mock_world::person::{Instruction, Percept, Person};
+/// use mock_world::person::{PerceivedInstruction, Percept, VirtualPerson};
 /// use mock_world::scenario::Scenario;
 ///
-/// let mut person = Person::draw(&Scenario::default().participant, 1);
+/// let mut person = VirtualPerson::draw(&Scenario::default().participant, 1);
 /// let percept = Percept {
-///     instruction: Instruction::PlaceFinger,
+///     instruction: PerceivedInstruction::PlaceFinger,
 ///     slider_m: Some(0.01),
 ///     ..Percept::default()
 /// };
@@ -52,16 +52,16 @@ const IMPATIENCE_S: f64 = 2.0;
 /// assert!(acts.iter().any(|act| act.button_pressed));
 /// ```
 #[derive(Debug, Clone)]
-pub struct Person {
+pub struct VirtualPerson {
     behaviour: BehaviourTable,
     rng: ChaCha8Rng,
     gaze: Gaze,
     hand: Hand,
     press: Pressing,
     /// Instruction being followed.
-    instruction: Instruction,
+    instruction: PerceivedInstruction,
     /// Instruction perceived but not yet reacted to, and the time of the reaction, s.
-    reaction: Option<(Instruction, f64)>,
+    reaction: Option<(PerceivedInstruction, f64)>,
     settled_since_s: Option<f64>,
     button_until_s: f64,
     lift_at_s: Option<f64>,
@@ -70,12 +70,12 @@ pub struct Person {
     heard_end: bool,
 }
 
-impl Person {
+impl VirtualPerson {
     /// Draws the person of `seed`.
     #[must_use]
     pub fn draw(participant: &ParticipantTable, seed: u64) -> Self {
         let behaviour = participant.behaviour.clone();
-        let mut rng = seed::stream(seed, seed::Stream::Person);
+        let mut rng = seed::stream(seed, seed::RandomStream::Person);
         let mut score = || -> f64 { StandardNormal.sample(&mut rng) };
         let press = Pressing::new(&behaviour, score());
         let hand = Hand::new(&behaviour, IDLE_POSITION_M, score());
@@ -85,7 +85,7 @@ impl Person {
             gaze: Gaze::new(),
             hand,
             press,
-            instruction: Instruction::Wait,
+            instruction: PerceivedInstruction::Wait,
             reaction: None,
             settled_since_s: None,
             button_until_s: f64::NEG_INFINITY,
@@ -110,17 +110,17 @@ impl Person {
     /// Perceives a percept and schedules the reaction to a new instruction.
     fn notice(&mut self, t_s: f64, percept: &Percept) {
         // The end cue is perceived before the screen.
-        let is_following = percept.instruction == Instruction::FollowSlider;
-        self.heard_end = is_following && (self.heard_end || percept.cue == Some(Cue::End));
+        let is_following = percept.instruction == PerceivedInstruction::FollowSlider;
+        self.heard_end = is_following && (self.heard_end || percept.cue == Some(HeardCue::End));
         let instruction = if self.heard_end {
-            Instruction::LiftFinger
+            PerceivedInstruction::LiftFinger
         } else {
             percept.instruction
         };
         if let Some((low, high)) = percept.force_band_n {
             self.press.aim_at(0.5 * (low + high));
         }
-        if let (Instruction::Feedback, Some(mean_n)) = (instruction, percept.mean_force_n)
+        if let (PerceivedInstruction::Feedback, Some(mean_n)) = (instruction, percept.mean_force_n)
             && !self.learnt_from_feedback
         {
             self.press.learn(mean_n);
@@ -132,7 +132,7 @@ impl Person {
         if instruction == latest {
             return;
         }
-        if instruction == Instruction::FollowSlider {
+        if instruction == PerceivedInstruction::FollowSlider {
             self.learnt_from_feedback = false;
         }
         let at_s = t_s + self.reaction_s(instruction);
@@ -140,10 +140,10 @@ impl Person {
     }
 
     /// Draws the reaction time to an instruction, s.
-    fn reaction_s(&mut self, to: Instruction) -> f64 {
+    fn reaction_s(&mut self, to: PerceivedInstruction) -> f64 {
         let white: f64 = StandardNormal.sample(&mut self.rng);
         let reaction_s = self.behaviour.reaction_s * (0.2 * white).exp();
-        let is_late = to == Instruction::FollowSlider
+        let is_late = to == PerceivedInstruction::FollowSlider
             && self.rng.random::<f64>() < self.behaviour.late_start_probability;
         reaction_s
             + if is_late {
@@ -154,11 +154,11 @@ impl Person {
     }
 
     /// Begins to follow an instruction.
-    fn begin(&mut self, instruction: Instruction, t_s: f64) {
+    fn begin(&mut self, instruction: PerceivedInstruction, t_s: f64) {
         self.instruction = instruction;
         self.settled_since_s = None;
         self.lift_at_s = None;
-        if instruction == Instruction::FollowSlider {
+        if instruction == PerceivedInstruction::FollowSlider {
             let chance: f64 = self.rng.random();
             let share: f64 = self.rng.random();
             if chance < self.behaviour.lift_off_probability {
@@ -176,30 +176,30 @@ impl Person {
             self.begin(instruction, t_s);
         }
         match self.instruction {
-            Instruction::Wait if self.behaviour.rests_unasked => {
+            PerceivedInstruction::Wait if self.behaviour.rests_unasked => {
                 self.press.press();
                 self.hand.rest(h_s, &mut self.rng);
             }
-            Instruction::Wait
-            | Instruction::LiftFinger
-            | Instruction::Feedback
-            | Instruction::Rest
-            | Instruction::Paused
-            | Instruction::Finished => {
+            PerceivedInstruction::Wait
+            | PerceivedInstruction::LiftFinger
+            | PerceivedInstruction::Feedback
+            | PerceivedInstruction::Rest
+            | PerceivedInstruction::Paused
+            | PerceivedInstruction::Finished => {
                 self.press.lift();
                 self.hand.rest(h_s, &mut self.rng);
             }
-            Instruction::PressButton => {
+            PerceivedInstruction::PressButton => {
                 self.press.lift();
                 self.hand.rest(h_s, &mut self.rng);
                 self.press_button_once_settled(t_s);
             }
-            Instruction::PlaceFinger => self.place(t_s, h_s),
-            Instruction::GetReady => {
+            PerceivedInstruction::PlaceFinger => self.place(t_s, h_s),
+            PerceivedInstruction::GetReady => {
                 self.press.press();
                 self.hand.rest(h_s, &mut self.rng);
             }
-            Instruction::FollowSlider => {
+            PerceivedInstruction::FollowSlider => {
                 let is_lifted = self
                     .lift_at_s
                     .is_some_and(|at_s| (at_s..at_s + self.behaviour.lift_off_s).contains(&t_s));

@@ -4,7 +4,7 @@
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Percept {
     /// Instruction on the screen.
-    pub instruction: Instruction,
+    pub instruction: PerceivedInstruction,
     /// Position of the slider or of the start mark along the plate, m; `None` if neither is shown.
     pub slider_m: Option<f64>,
     /// Number of the countdown on the screen.
@@ -14,12 +14,12 @@ pub struct Percept {
     /// Least and greatest normal force requested on the screen, N.
     pub force_band_n: Option<(f64, f64)>,
     /// Sound that starts now.
-    pub cue: Option<Cue>,
+    pub cue: Option<HeardCue>,
 }
 
 /// Instruction to the participant on the screen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Instruction {
+pub enum PerceivedInstruction {
     /// Wait.
     #[default]
     Wait,
@@ -45,7 +45,7 @@ pub enum Instruction {
 
 /// Cue sound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Cue {
+pub enum HeardCue {
     /// An exploration starts.
     Start,
     /// An exploration ends.

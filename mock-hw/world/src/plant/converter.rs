@@ -82,7 +82,7 @@ impl Converter {
             noise: scenario.noise_units_per_sqrt_hz * (0.5 * rate_hz).sqrt(),
             clip: scenario.clip_units,
             step: 2.0 / f64::from(scenario.bits).exp2(),
-            rng: seed::stream(seed, seed::Stream::ConverterNoise),
+            rng: seed::stream(seed, seed::RandomStream::ConverterNoise),
         }
     }
 

@@ -57,7 +57,7 @@ impl ForceSensor {
             previous_input: [0.0; 2],
             sample_count: 0,
             start_s,
-            rng: seed::stream(seed, seed::Stream::ForceNoise),
+            rng: seed::stream(seed, seed::RandomStream::ForceNoise),
         }
     }
 
@@ -141,7 +141,7 @@ impl Wander {
             now_n: [0.0; 2],
             keep,
             kick_n: scenario.wander_n * (1.0 - keep * keep).sqrt(),
-            rng: seed::stream(seed, seed::Stream::ForceWander),
+            rng: seed::stream(seed, seed::RandomStream::ForceWander),
         }
     }
 

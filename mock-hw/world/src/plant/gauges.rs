@@ -67,7 +67,7 @@ impl GaugeBridge {
                 .ac_hz
                 .map_or(1.0, |hz| (-std::f64::consts::TAU * hz / rate_hz).exp()),
             coupled: [(0.0, 0.0); GAUGES],
-            rng: seed::stream(seed, seed::Stream::Gauges),
+            rng: seed::stream(seed, seed::RandomStream::Gauges),
         }
     }
 

@@ -10,7 +10,7 @@ use crate::seed;
 
 /// Axis of the force sensor that a known mass loads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Axis {
+pub enum LoadedAxis {
     /// The normal axis: the mass lies on the plate.
     Normal,
     /// The lateral axis: the mass hangs over the pulley and pulls towards increasing position. A negative mass hangs over a
@@ -54,12 +54,12 @@ impl KnownMasses {
     }
 
     /// Places the mass marked `mass_kg`, replacing the present one on that axis.
-    pub fn place(&mut self, axis: Axis, mass_kg: f64, time_s: f64) {
+    pub fn place(&mut self, axis: LoadedAxis, mass_kg: f64, time_s: f64) {
         let weight_n = self.true_mass_kg(mass_kg) * self.scenario.gravity_m_per_s2;
         let (on_plate_n, on_pulley_n) = self.weights_n(time_s);
         let (slot, from_n) = match axis {
-            Axis::Normal => (&mut self.on_plate, on_plate_n),
-            Axis::Lateral => (&mut self.on_pulley, on_pulley_n),
+            LoadedAxis::Normal => (&mut self.on_plate, on_plate_n),
+            LoadedAxis::Lateral => (&mut self.on_pulley, on_pulley_n),
         };
         *slot = Settling {
             from_n,
@@ -70,7 +70,7 @@ impl KnownMasses {
 
     /// Removes all masses.
     pub fn remove(&mut self, time_s: f64) {
-        for axis in [Axis::Normal, Axis::Lateral] {
+        for axis in [LoadedAxis::Normal, LoadedAxis::Lateral] {
             self.place(axis, 0.0, time_s);
         }
     }
@@ -95,7 +95,10 @@ impl KnownMasses {
     /// Returns the true mass of the one marked `marked_kg`, kg; the same mark always gives the same mass.
     fn true_mass_kg(&self, marked_kg: f64) -> f64 {
         let milligrams = (1e6 * marked_kg.abs()).round() as u64;
-        let mut rng = seed::stream(self.seed ^ milligrams.rotate_left(32), seed::Stream::Masses);
+        let mut rng = seed::stream(
+            self.seed ^ milligrams.rotate_left(32),
+            seed::RandomStream::Masses,
+        );
         let white: f64 = StandardNormal.sample(&mut rng);
         marked_kg * (1.0 + self.scenario.error * white)
     }
@@ -115,7 +118,7 @@ mod tests {
     #[test]
     fn a_mass_bounces_and_comes_to_rest_at_its_weight() {
         let mut masses = KnownMasses::new(&exact(), 1);
-        masses.place(Axis::Normal, 0.1, 2.0);
+        masses.place(LoadedAxis::Normal, 0.1, 2.0);
         assert_eq!(masses.forces(2.0), [0.0, 0.0]);
         let peak_n = (0..200)
             .map(|i| masses.forces(2.0 + 1e-3 * f64::from(i))[0])
@@ -136,11 +139,11 @@ mod tests {
             ..exact()
         };
         let mut masses = KnownMasses::new(&scenario, 1);
-        masses.place(Axis::Normal, 0.1, 0.0);
+        masses.place(LoadedAxis::Normal, 0.1, 0.0);
         let [normal_n, lateral_n] = masses.forces(10.0);
         assert!((lateral_n / normal_n - 0.02f64.tan()).abs() < 1e-12);
         masses.remove(10.0);
-        masses.place(Axis::Lateral, 0.1, 10.0);
+        masses.place(LoadedAxis::Lateral, 0.1, 10.0);
         let [normal_n, lateral_n] = masses.forces(30.0);
         assert!((normal_n / lateral_n + 0.02f64.tan()).abs() < 1e-12);
         assert!((lateral_n.hypot(normal_n) - 0.9 * 0.980_665).abs() < 1e-12);

@@ -30,8 +30,8 @@ use force_sensor::ForceSensor;
 pub use force_sensor::SensorSample;
 use gauges::GaugeBridge;
 pub use gauges::MAKERS_MATRIX;
-pub use known_masses::Axis;
 use known_masses::KnownMasses;
+pub use known_masses::LoadedAxis;
 use mechanics::{Modes, PlateState, Propagator, SkinContact, Tissue};
 use moisture::Moisture;
 pub use patch::InputWiring;
@@ -333,7 +333,7 @@ impl Plant {
     }
 
     /// Puts the mass marked `mass_kg` on the plate or over the pulley, replacing the present one.
-    pub fn place_mass(&mut self, axis: Axis, mass_kg: f64) {
+    pub fn place_mass(&mut self, axis: LoadedAxis, mass_kg: f64) {
         let now_s = self.end_s();
         self.masses.place(axis, mass_kg, now_s);
     }

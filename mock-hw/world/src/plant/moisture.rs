@@ -30,7 +30,7 @@ impl Moisture {
             time_s: scenario.time_s,
             value: 0.0,
             growth_exposure: Exposure::new(scenario.growth_time_s),
-            rng: seed::stream(seed, seed::Stream::Moisture),
+            rng: seed::stream(seed, seed::RandomStream::Moisture),
         }
     }
 

@@ -49,7 +49,7 @@ impl VibrometerOutput {
             recent: vec![0.0; length].into(),
             weights,
             noise_units: table.noise_v / table.volts_per_unit,
-            rng: seed::stream(seed, seed::Stream::Reference),
+            rng: seed::stream(seed, seed::RandomStream::Reference),
         })
     }
 

@@ -15,7 +15,7 @@ pub struct ConverterTable {
     /// Number of input channels.
     pub channels: usize,
     /// Sample formats that the card offers in either direction.
-    pub formats: Vec<SampleFormat>,
+    pub formats: Vec<OfferedFormat>,
     /// Actuator volts per sample value on channel 0.
     pub readback_volts_per_unit: f64,
     /// Resolution, bits; full scale is ±1.
@@ -40,7 +40,7 @@ impl Default for ConverterTable {
     fn default() -> Self {
         Self {
             channels: 4,
-            formats: vec![SampleFormat::F32, SampleFormat::I32, SampleFormat::I16],
+            formats: vec![OfferedFormat::F32, OfferedFormat::I32, OfferedFormat::I16],
             readback_volts_per_unit: 60.0,
             bits: 24,
             clip_units: 1.0,
@@ -57,9 +57,10 @@ impl Default for ConverterTable {
 /// Sample formats that a sound card may offer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "SampleFormat"))]
 #[serde(rename_all = "lowercase")]
 #[expect(missing_docs, reason = "the names say it")]
-pub enum SampleFormat {
+pub enum OfferedFormat {
     F32,
     I32,
     I16,

@@ -9,8 +9,9 @@ use super::ranges::all_within;
 /// Format of the force sensor's serial line (`docs/force-protocol.md`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "ForceProtocol"))]
 #[serde(rename_all = "lowercase")]
-pub enum ForceProtocol {
+pub enum ForceLineFormat {
     /// Binary COBS frames.
     Frames,
     /// Lines of text.
@@ -80,7 +81,7 @@ pub struct ForceSensorTable {
     /// Period of the bursts in which samples leave the device, s.
     pub burst_period_s: f64,
     /// Format of the serial line.
-    pub protocol: ForceProtocol,
+    pub protocol: ForceLineFormat,
     /// Interface of the sensor.
     pub interface: ForceInterface,
     /// Whether a separate field box without forces provides the encoder and the digital lines.
@@ -113,7 +114,7 @@ impl Default for ForceSensorTable {
             normal_to_lateral: 0.0,
             clock_ppm: 30.0,
             burst_period_s: 0.004,
-            protocol: ForceProtocol::Frames,
+            protocol: ForceLineFormat::Frames,
             interface: ForceInterface::Serial,
             box_beside: false,
             gauges: GaugesTable::default(),

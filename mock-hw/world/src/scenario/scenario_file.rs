@@ -118,7 +118,7 @@ impl Scenario {
     pub fn draw(&self, seed: u64) -> Self {
         let mut out = self.with_jitter(seed);
         let session = std::mem::take(&mut out.session);
-        let mut rng = seed::stream(seed, seed::Stream::Session);
+        let mut rng = seed::stream(seed, seed::RandomStream::Session);
         session.draw(&mut rng, &mut out.plate, &mut out.force_sensor);
         out
     }
@@ -131,7 +131,7 @@ impl Scenario {
             return out;
         }
         out.jitter.enabled = false;
-        let mut rng = seed::stream(seed, seed::Stream::Jitter);
+        let mut rng = seed::stream(seed, seed::RandomStream::Jitter);
         let mut jitter = |half_width: f64| half_width * (2.0 * rng.random::<f64>() - 1.0);
         out.pickup.metres_per_unit *= 1.0 + jitter(j.pickup_sensitivity);
         out.pickup.phase_rad += jitter(j.pickup_phase_rad);

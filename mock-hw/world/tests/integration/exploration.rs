@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use mock_world::person::{Instruction, Percept, Person};
+use mock_world::person::{PerceivedInstruction, Percept, VirtualPerson};
 use mock_world::plant::{Plant, SensorSample};
 use mock_world::run_truth::TruthSample;
 use mock_world::scenario::{Scenario, built_in};
@@ -22,7 +22,7 @@ struct Exploration {
 fn explore(scenario: &Scenario, seed: u64) -> Exploration {
     let mean_level = MEAN_V / scenario.amplifier.volts_per_unit;
     let mut plant = Plant::new(scenario, seed, RATE_HZ);
-    let mut person = Person::draw(&scenario.participant, seed);
+    let mut person = VirtualPerson::draw(&scenario.participant, seed);
     let mut out = Exploration {
         truth: Vec::new(),
         forces: Vec::new(),
@@ -35,9 +35,9 @@ fn explore(scenario: &Scenario, seed: u64) -> Exploration {
         let t_s = period as f64 * dt_s;
         let percept = Percept {
             instruction: if t_s < 4.0 {
-                Instruction::PlaceFinger
+                PerceivedInstruction::PlaceFinger
             } else {
-                Instruction::FollowSlider
+                PerceivedInstruction::FollowSlider
             },
             slider_m: Some(0.01 + 0.05 * (t_s - 4.0).max(0.0)),
             force_band_n: Some((0.5, 0.8)),

@@ -1,6 +1,6 @@
 //! The virtual participant follows the screen like a person: with delay, imprecisely, and learning.
 
-use mock_world::person::{Act, Cue, Instruction, Percept, Person};
+use mock_world::person::{Act, HeardCue, PerceivedInstruction, Percept, VirtualPerson};
 use mock_world::scenario::{BehaviourTable, ParticipantTable};
 
 const DT_S: f64 = 2e-3;
@@ -10,7 +10,7 @@ const SPEED_M_PER_S: f64 = 0.05;
 
 /// A person at a screen.
 struct Session {
-    person: Person,
+    person: VirtualPerson,
     t_s: f64,
 }
 
@@ -21,7 +21,7 @@ impl Session {
             ..ParticipantTable::default()
         };
         Self {
-            person: Person::draw(&participant, seed),
+            person: VirtualPerson::draw(&participant, seed),
             t_s: 0.0,
         }
     }
@@ -37,7 +37,7 @@ impl Session {
             .collect()
     }
 
-    fn follow(&mut self, seconds: f64, instruction: Instruction) -> Vec<Act> {
+    fn follow(&mut self, seconds: f64, instruction: PerceivedInstruction) -> Vec<Act> {
         self.watch(seconds, |_| Percept {
             instruction,
             ..Percept::default()
@@ -46,8 +46,8 @@ impl Session {
 
     /// Places the finger, waits for the button, counts down; returns the time of the button press, s.
     fn get_ready(&mut self) -> Option<f64> {
-        let acts = self.watch(4.0, |_| mark(Instruction::PlaceFinger));
-        self.watch(1.0, |_| mark(Instruction::GetReady));
+        let acts = self.watch(4.0, |_| mark(PerceivedInstruction::PlaceFinger));
+        self.watch(1.0, |_| mark(PerceivedInstruction::GetReady));
         acts.iter()
             .position(|a| a.button_pressed)
             .map(|i| i as f64 * DT_S)
@@ -57,14 +57,14 @@ impl Session {
     fn explore(&mut self) -> Vec<Act> {
         let seconds = (END_M - START_M) / SPEED_M_PER_S;
         self.watch(seconds, |t| Percept {
-            instruction: Instruction::FollowSlider,
+            instruction: PerceivedInstruction::FollowSlider,
             slider_m: Some(START_M + SPEED_M_PER_S * t),
             ..Percept::default()
         })
     }
 }
 
-fn mark(instruction: Instruction) -> Percept {
+fn mark(instruction: PerceivedInstruction) -> Percept {
     Percept {
         instruction,
         slider_m: Some(START_M),
@@ -97,9 +97,9 @@ fn central(acts: &[Act]) -> impl Iterator<Item = &Act> {
 fn no_person_touches_the_plate_before_the_instruction() {
     let mut session = Session::new(attentive(), 1);
     for instruction in [
-        Instruction::Wait,
-        Instruction::LiftFinger,
-        Instruction::Rest,
+        PerceivedInstruction::Wait,
+        PerceivedInstruction::LiftFinger,
+        PerceivedInstruction::Rest,
     ] {
         let acts = session.follow(1.0, instruction);
         assert!(acts.iter().all(|a| !a.finger.touching && !a.button_pressed));
@@ -115,7 +115,7 @@ fn places_the_finger_on_the_mark_then_presses_the_button() {
             (0.5..2.5).contains(&pressed_s),
             "seed {seed}: {pressed_s} s"
         );
-        let now = session.watch(0.1, |_| mark(Instruction::GetReady))[0].finger;
+        let now = session.watch(0.1, |_| mark(PerceivedInstruction::GetReady))[0].finger;
         assert!(
             now.touching && (now.position_m - START_M).abs() < 2e-3,
             "{now:?}"
@@ -126,7 +126,7 @@ fn places_the_finger_on_the_mark_then_presses_the_button() {
 #[test]
 fn presses_the_button_to_go_on_and_again_if_nothing_happens() {
     let mut session = Session::new(attentive(), 1);
-    let acts = session.follow(6.0, Instruction::PressButton);
+    let acts = session.follow(6.0, PerceivedInstruction::PressButton);
     assert!(acts.iter().all(|a| !a.finger.touching));
     let presses = acts
         .windows(2)
@@ -214,7 +214,7 @@ fn learns_the_force_from_the_mean_that_is_shown() {
                 _ => {}
             }
             session.watch(1.0, |_| Percept {
-                instruction: Instruction::Feedback,
+                instruction: PerceivedInstruction::Feedback,
                 mean_force_n: Some(mean_n),
                 force_band_n: Some((0.5, 0.8)),
                 ..Percept::default()
@@ -230,7 +230,7 @@ fn force_is_never_quite_still_and_mostly_in_the_band() {
     let mut session = Session::new(attentive(), 5);
     session.get_ready();
     let forces: Vec<f64> = session
-        .watch(20.0, |_| mark(Instruction::GetReady))
+        .watch(20.0, |_| mark(PerceivedInstruction::GetReady))
         .iter()
         .map(|a| a.finger.normal_n)
         .collect();
@@ -249,15 +249,15 @@ fn hears_the_end_and_lifts() {
     session.get_ready();
     session.explore();
     let end = Percept {
-        instruction: Instruction::FollowSlider,
+        instruction: PerceivedInstruction::FollowSlider,
         slider_m: Some(END_M),
-        cue: Some(Cue::End),
+        cue: Some(HeardCue::End),
         ..Percept::default()
     };
     session.watch(DT_S, |_| end);
     // The screen may lag behind the sound.
     session.watch(10.0 * DT_S, |_| Percept { cue: None, ..end });
-    let acts = session.follow(1.5, Instruction::LiftFinger);
+    let acts = session.follow(1.5, PerceivedInstruction::LiftFinger);
     assert!(
         acts[20].finger.touching,
         "lifts sooner than anyone could react"

@@ -8,14 +8,14 @@ use proptest::prelude::*;
 fn every_action_survives_json() {
     let mut rig = Rig::new(demo()).with_consent();
     rig.run_until_main(Phase::Exploration);
-    rig.step(|o| o.safety = Safety::Tripped("e-stop".to_owned()));
+    rig.step(|o| o.safety = SafetyChain::Tripped("e-stop".to_owned()));
     rig.tell(OperatorCommand::Resume);
     rig.normal_n = 1.2;
     rig.run_until(Phase::Verdict);
     rig.tell(OperatorCommand::Abort);
     for action in rig.actions() {
         let text = serde_json::to_string(action).unwrap();
-        let back: Action = serde_json::from_str(&text).unwrap();
+        let back: SessionAction = serde_json::from_str(&text).unwrap();
         assert_eq!(back, *action, "{text}");
     }
 }
@@ -39,7 +39,7 @@ enum Move {
     /// The dead-man switch is not held, or the hour's driving time is used up, for a while.
     Delay {
         steps: u16,
-        hold: Option<Hold>,
+        hold: Option<DeadManAction>,
         drive_wait_s: f64,
     },
     Analyse {
@@ -73,9 +73,9 @@ fn a_move() -> impl Strategy<Value = Move> {
     // Aborts are rare, or few sessions would get far.
     let command = prop_oneof![100 => command, 1 => Just(OperatorCommand::Abort)];
     let hold = prop::option::of(prop_oneof![
-        Just(Hold::Release),
-        Just(Hold::Press),
-        Just(Hold::Held)
+        Just(DeadManAction::Release),
+        Just(DeadManAction::Press),
+        Just(DeadManAction::Held)
     ]);
     let dt_s = prop_oneof![Just(0.0), -1.0..3.0, Just(40.0), Just(f64::NAN)];
     let normal_n = prop::option::of(prop_oneof![Just(0.0), -0.1..1.5, Just(f64::NAN)]);
@@ -124,7 +124,7 @@ proptest! {
                     }
                 }
                 Move::Trip => {
-                    rig.step(|o| o.safety = Safety::Tripped("any".to_owned()));
+                    rig.step(|o| o.safety = SafetyChain::Tripped("any".to_owned()));
                 }
                 Move::LoseDisplay => {
                     rig.step(|o| o.display_lost = Some("gone".to_owned()));

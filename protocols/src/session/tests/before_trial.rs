@@ -4,7 +4,7 @@ use super::rig::*;
 use crate::session::*;
 use participant_texts::Instruction;
 
-fn hold_for(rig: &mut Rig, hold: Hold, steps: usize) {
+fn hold_for(rig: &mut Rig, hold: DeadManAction, steps: usize) {
     for _ in 0..steps {
         rig.step(|o| o.hold = Some(hold));
     }
@@ -19,13 +19,13 @@ fn instruction(rig: &Rig) -> Instruction {
 #[test]
 fn each_trial_waits_until_the_switch_was_released_and_is_held() {
     let mut rig = Rig::new(demo()).with_consent();
-    hold_for(&mut rig, Hold::Release, 300);
+    hold_for(&mut rig, DeadManAction::Release, 300);
     assert_eq!(rig.session.phase(), Phase::Hold);
     assert_eq!(instruction(&rig), Instruction::ReleaseSwitch);
-    hold_for(&mut rig, Hold::Press, 300);
+    hold_for(&mut rig, DeadManAction::Press, 300);
     assert_eq!(instruction(&rig), Instruction::HoldSwitch);
     assert_eq!(rig.begun_trials().len(), 0, "nothing is driven meanwhile");
-    hold_for(&mut rig, Hold::Held, 1);
+    hold_for(&mut rig, DeadManAction::Held, 1);
     assert_eq!(rig.session.phase(), Phase::Baseline);
     for _ in 0..100_000 {
         if rig.session.phase() == Phase::Hold {
@@ -34,9 +34,9 @@ fn each_trial_waits_until_the_switch_was_released_and_is_held() {
         // After its drive the switch must be released again.
         let has_trial_ended = matches!(rig.session.phase(), Phase::Analysing | Phase::Verdict);
         let hold = if has_trial_ended {
-            Hold::Release
+            DeadManAction::Release
         } else {
-            Hold::Held
+            DeadManAction::Held
         };
         hold_for(&mut rig, hold, 1);
     }
@@ -51,15 +51,15 @@ fn a_switch_that_nobody_holds_pauses_the_session() {
     let mut rig = Rig::new(demo()).with_consent();
     let longest_s = rig.protocol.timeouts.place_finger_s;
     let steps = (longest_s / STEP_S) as usize;
-    hold_for(&mut rig, Hold::Press, steps - 100);
+    hold_for(&mut rig, DeadManAction::Press, steps - 100);
     assert_eq!(rig.session.phase(), Phase::Hold);
-    hold_for(&mut rig, Hold::Press, 300);
+    hold_for(&mut rig, DeadManAction::Press, 300);
     assert_eq!(rig.session.phase(), Phase::Paused);
     assert!(rig.events().contains(&SessionEventKind::DeadManNotHeld));
     assert_eq!(rig.begun_trials().len(), 0);
     // The operator continues, and the session waits again.
     rig.step(|o| {
-        o.hold = Some(Hold::Press);
+        o.hold = Some(DeadManAction::Press);
         o.command = Some(OperatorCommand::Resume);
     });
     assert_eq!(rig.session.phase(), Phase::Hold);
@@ -70,20 +70,20 @@ fn a_switch_that_nobody_holds_pauses_the_session() {
 fn a_participant_who_let_go_is_told_so() {
     let mut rig = Rig::new(demo()).with_consent();
     while rig.session.phase() != Phase::Exploration {
-        hold_for(&mut rig, Hold::Held, 1);
+        hold_for(&mut rig, DeadManAction::Held, 1);
     }
-    rig.safety = Safety::Tripped("the dead-man switch was released".to_owned());
-    hold_for(&mut rig, Hold::Press, 1);
+    rig.safety = SafetyChain::Tripped("the dead-man switch was released".to_owned());
+    hold_for(&mut rig, DeadManAction::Press, 1);
     assert_eq!(instruction(&rig), Instruction::SwitchReleased);
-    rig.safety = Safety::Ok;
-    hold_for(&mut rig, Hold::Held, 500);
+    rig.safety = SafetyChain::Ok;
+    hold_for(&mut rig, DeadManAction::Held, 500);
     assert_eq!(
         rig.session.phase(),
         Phase::Fault,
         "it must not go on by itself"
     );
     rig.step(|o| {
-        o.hold = Some(Hold::Release);
+        o.hold = Some(DeadManAction::Release);
         o.command = Some(OperatorCommand::Resume);
     });
     assert_eq!(rig.session.phase(), Phase::Hold);

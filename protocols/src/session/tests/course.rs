@@ -24,7 +24,7 @@ fn a_whole_session_runs_as_the_protocol_says() {
     approx_eq(summary.mean_normal_n.unwrap(), 0.65);
     let cues = rig
         .actions()
-        .filter(|a| matches!(a, Action::Cue(_)))
+        .filter(|a| matches!(a, SessionAction::Cue(_)))
         .count();
     assert_eq!(cues, 5 * 2 * 2);
     let rests = rig
@@ -35,7 +35,7 @@ fn a_whole_session_runs_as_the_protocol_says() {
     assert_eq!(rests, 1, "after two of four trials, and not after the last");
     assert_eq!(
         rig.actions()
-            .filter(|a| matches!(a, Action::Finished(_)))
+            .filter(|a| matches!(a, SessionAction::Finished(_)))
             .count(),
         1
     );
@@ -75,7 +75,7 @@ fn intervals_have_the_protocols_lengths_and_directions() {
     let intervals: Vec<Interval> = rig
         .actions()
         .find_map(|a| match a {
-            Action::AnalyseTrial { intervals, .. } => Some(intervals.clone()),
+            SessionAction::AnalyseTrial { intervals, .. } => Some(intervals.clone()),
             _ => None,
         })
         .unwrap();
@@ -171,7 +171,7 @@ fn a_finger_on_the_plate_holds_the_baseline_up() {
     let lifted_s = rig.t_s;
     rig.run_until(Phase::Ready);
     let baseline = rig.actions().find_map(|a| match a {
-        Action::Mark(interval) => Some(*interval),
+        SessionAction::Mark(interval) => Some(*interval),
         _ => None,
     });
     assert!(baseline.unwrap().start_s > lifted_s);

@@ -37,16 +37,16 @@ fn a_safety_trip_in_any_phase_stops_the_drive_until_the_operator_goes_on() {
     for phase in RUNNING {
         let mut rig = rig_in(phase);
         let trial_count = rig.begun_trials().len();
-        rig.safety = Safety::Tripped("e-stop".to_owned());
+        rig.safety = SafetyChain::Tripped("e-stop".to_owned());
         let actions = rig.step(|_| {});
         let stop_index = actions
             .iter()
-            .position(|a| *a == Action::Drive(DriveRequest::Off));
+            .position(|a| *a == SessionAction::Drive(DriveRequest::Off));
         assert!(stop_index.is_some(), "{phase:?}");
         assert_eq!(rig.session.phase(), Phase::Fault);
         rig.tell(OperatorCommand::Resume);
         assert_eq!(rig.session.phase(), Phase::Fault, "resumed while tripped");
-        rig.safety = Safety::Ok;
+        rig.safety = SafetyChain::Ok;
         for _ in 0..500 {
             rig.step(|o| o.button_pressed = true);
         }
@@ -76,7 +76,7 @@ fn a_safety_trip_in_any_phase_stops_the_drive_until_the_operator_goes_on() {
 #[test]
 fn a_trip_before_the_consent_leads_back_to_the_consent() {
     let mut rig = Rig::new(demo());
-    rig.safety = Safety::Tripped("e-stop".to_owned());
+    rig.safety = SafetyChain::Tripped("e-stop".to_owned());
     rig.tell(consent());
     assert_eq!(rig.session.phase(), Phase::Fault);
     assert!(
@@ -84,7 +84,7 @@ fn a_trip_before_the_consent_leads_back_to_the_consent() {
             .iter()
             .any(|e| matches!(e, SessionEventKind::CommandRefused { .. }))
     );
-    rig.safety = Safety::Ok;
+    rig.safety = SafetyChain::Ok;
     rig.tell(OperatorCommand::Resume);
     assert_eq!(rig.session.phase(), Phase::Consent);
 }
@@ -96,7 +96,7 @@ fn an_abort_in_any_phase_ends_the_session_once() {
             Phase::Consent => Rig::new(demo()),
             Phase::Fault => {
                 let mut rig = rig_in(Phase::Exploration);
-                rig.step(|o| o.safety = Safety::Tripped("e-stop".to_owned()));
+                rig.step(|o| o.safety = SafetyChain::Tripped("e-stop".to_owned()));
                 rig
             }
             _ => rig_in(phase),
@@ -118,7 +118,7 @@ fn an_abort_in_any_phase_ends_the_session_once() {
         );
         let finish_count = rig
             .actions()
-            .filter(|a| matches!(a, Action::Finished(_)))
+            .filter(|a| matches!(a, SessionAction::Finished(_)))
             .count();
         assert_eq!(finish_count, 1, "{phase:?}");
     }

@@ -218,7 +218,7 @@ fn a_verdict_is_announced_before_it_takes_hold() {
     let mut rig = Rig::new(demo()).with_consent();
     rig.run_until(Phase::Verdict);
     let announcement = rig.actions().find_map(|a| match a {
-        Action::Verdict { key, verdict } => Some((key.clone(), verdict.clone())),
+        SessionAction::Verdict { key, verdict } => Some((key.clone(), verdict.clone())),
         _ => None,
     });
     assert_eq!(

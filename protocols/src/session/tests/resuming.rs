@@ -21,7 +21,7 @@ fn many_conditions(order: &str) -> Protocol {
 fn order_of(protocol: &Protocol, id: &str, seed: u64) -> Vec<String> {
     let mut session = Session::new(protocol.clone(), sub(id), seed).unwrap();
     let actions = session.step(&Observation::default());
-    let Action::Log(SessionEvent {
+    let SessionAction::Log(SessionEvent {
         kind: SessionEventKind::SessionStarted { order, .. },
         ..
     }) = &actions[0]

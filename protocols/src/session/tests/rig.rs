@@ -68,9 +68,9 @@ pub(super) struct Rig {
     pub(super) session: Session,
     pub(super) t_s: f64,
     pub(super) view: Option<ParticipantView>,
-    pub(super) steps: Vec<Vec<Action>>,
+    pub(super) steps: Vec<Vec<SessionAction>>,
     pub(super) to_analyse: Option<TrialKey>,
-    pub(super) safety: Safety,
+    pub(super) safety: SafetyChain,
     pub(super) lifts: bool,
     pub(super) presses: bool,
     pub(super) analyses: bool,
@@ -96,7 +96,7 @@ impl Rig {
             view: None,
             steps: Vec::new(),
             to_analyse: None,
-            safety: Safety::Ok,
+            safety: SafetyChain::Ok,
             lifts: true,
             presses: true,
             analyses: true,
@@ -143,7 +143,7 @@ impl Rig {
         }
     }
 
-    pub(super) fn step(&mut self, change: impl FnOnce(&mut Observation)) -> &[Action] {
+    pub(super) fn step(&mut self, change: impl FnOnce(&mut Observation)) -> &[SessionAction] {
         self.t_s += STEP_S;
         let mut observation = self.observation();
         change(&mut observation);
@@ -154,8 +154,8 @@ impl Rig {
         let actions = self.session.step(&observation);
         for action in &actions {
             match action {
-                Action::Show(view) => self.view = Some(view.clone()),
-                Action::AnalyseTrial { key, .. } => {
+                SessionAction::Show(view) => self.view = Some(view.clone()),
+                SessionAction::AnalyseTrial { key, .. } => {
                     self.to_analyse = Some(key.clone());
                     self.to_save = Some(key.clone());
                 }
@@ -166,7 +166,7 @@ impl Rig {
         self.steps.last().unwrap()
     }
 
-    pub(super) fn tell(&mut self, command: OperatorCommand) -> &[Action] {
+    pub(super) fn tell(&mut self, command: OperatorCommand) -> &[SessionAction] {
         self.step(|o| o.command = Some(command))
     }
 
@@ -204,7 +204,7 @@ impl Rig {
     }
 
     /// Reports that the recording of an attempt failed.
-    pub(super) fn fail(&mut self, key: &TrialKey) -> &[Action] {
+    pub(super) fn fail(&mut self, key: &TrialKey) -> &[SessionAction] {
         let failure = RecordingOutcome::Failed(FULL.to_owned());
         self.step(|o| o.recording = Some((key.clone(), failure)))
     }
@@ -238,14 +238,14 @@ impl Rig {
         }
     }
 
-    pub(super) fn actions(&self) -> impl Iterator<Item = &Action> {
+    pub(super) fn actions(&self) -> impl Iterator<Item = &SessionAction> {
         self.steps.iter().flatten()
     }
 
     pub(super) fn begun_trials(&self) -> Vec<TrialKey> {
         self.actions()
             .filter_map(|a| match a {
-                Action::BeginTrial { key, .. } => Some(key.clone()),
+                SessionAction::BeginTrial { key, .. } => Some(key.clone()),
                 _ => None,
             })
             .collect()
@@ -254,7 +254,7 @@ impl Rig {
     pub(super) fn trial_ends(&self) -> Vec<TrialEnd> {
         self.actions()
             .filter_map(|a| match a {
-                Action::EndTrial { end, .. } => Some(end.clone()),
+                SessionAction::EndTrial { end, .. } => Some(end.clone()),
                 _ => None,
             })
             .collect()
@@ -263,7 +263,7 @@ impl Rig {
     pub(super) fn events(&self) -> Vec<SessionEventKind> {
         self.actions()
             .filter_map(|a| match a {
-                Action::Log(event) => Some(event.kind.clone()),
+                SessionAction::Log(event) => Some(event.kind.clone()),
                 _ => None,
             })
             .collect()
@@ -292,7 +292,7 @@ impl Rig {
 }
 
 /// Checks the invariants, which hold for any observations.
-pub(super) fn check_invariants(steps: &[Vec<Action>], protocol: &Protocol) {
+pub(super) fn check_invariants(steps: &[Vec<SessionAction>], protocol: &Protocol) {
     let mut has_consented = false;
     let mut is_driven = false;
     let mut is_finished = false;
@@ -300,20 +300,22 @@ pub(super) fn check_invariants(steps: &[Vec<Action>], protocol: &Protocol) {
     let mut keys = HashSet::new();
     let mut redone: Vec<u32> = Vec::new();
     for step in steps {
-        assert!(matches!(step.last(), Some(Action::Show(_))));
+        assert!(matches!(step.last(), Some(SessionAction::Show(_))));
         assert_eq!(
-            step.iter().filter(|a| matches!(a, Action::Show(_))).count(),
+            step.iter()
+                .filter(|a| matches!(a, SessionAction::Show(_)))
+                .count(),
             1
         );
         for action in step {
             match action {
-                Action::Log(SessionEvent {
+                SessionAction::Log(SessionEvent {
                     kind: SessionEventKind::ConsentGiven { .. },
                     ..
                 }) => {
                     has_consented = true;
                 }
-                Action::Log(SessionEvent {
+                SessionAction::Log(SessionEvent {
                     kind: SessionEventKind::TrialSettled { record },
                     ..
                 }) if matches!(record.outcome, TrialOutcome::Redo { .. }) => {
@@ -322,18 +324,18 @@ pub(super) fn check_invariants(steps: &[Vec<Action>], protocol: &Protocol) {
                     assert!(of_trial <= protocol.redo.max_per_trial as usize);
                     assert!(redone.len() <= protocol.redo.max_total as usize);
                 }
-                Action::BeginTrial { key, at_s, .. } => {
+                SessionAction::BeginTrial { key, at_s, .. } => {
                     assert!(has_consented, "a trial before the consent");
                     assert!(!is_finished && !is_driven && open.is_none());
                     assert!(keys.insert((key.number, key.attempt)), "{key:?} twice");
                     open = Some((key.clone(), *at_s, Vec::new()));
                 }
-                Action::Drive(DriveRequest::On(_)) => {
+                SessionAction::Drive(DriveRequest::On(_)) => {
                     assert!(open.is_some(), "driven outside a trial");
                     is_driven = true;
                 }
-                Action::Drive(DriveRequest::Off) => is_driven = false,
-                Action::Mark(interval) => {
+                SessionAction::Drive(DriveRequest::Off) => is_driven = false,
+                SessionAction::Mark(interval) => {
                     let (_, begin_s, intervals) = open.as_mut().expect("marked outside a trial");
                     assert!(interval.start_s >= *begin_s && interval.end_s > interval.start_s);
                     if let Some(last) = intervals.last() {
@@ -341,7 +343,7 @@ pub(super) fn check_invariants(steps: &[Vec<Action>], protocol: &Protocol) {
                     }
                     intervals.push(*interval);
                 }
-                Action::EndTrial { key, end, at_s } => {
+                SessionAction::EndTrial { key, end, at_s } => {
                     assert!(!is_driven, "a recording ended while driven");
                     let (begun_key, _, intervals) = open.take().expect("ended twice");
                     assert_eq!(begun_key, *key);
@@ -351,7 +353,7 @@ pub(super) fn check_invariants(steps: &[Vec<Action>], protocol: &Protocol) {
                         assert_eq!(intervals.len(), interval_count);
                     }
                 }
-                Action::Finished(_) => {
+                SessionAction::Finished(_) => {
                     assert!(!is_finished && open.is_none());
                     is_finished = true;
                 }

@@ -24,7 +24,7 @@ fn unsaved_outcome() -> TrialOutcome {
 /// Resumes, saves from now on, and expects every trial to be accepted, the first at its second attempt.
 fn completes(mut rig: Rig) {
     (rig.saves, rig.to_save) = (true, None);
-    rig.safety = Safety::Ok;
+    rig.safety = SafetyChain::Ok;
     rig.tell(OperatorCommand::Resume);
     rig.run_until(Phase::Finished);
     rig.check();
@@ -74,12 +74,14 @@ fn a_trial_whose_recording_fails_in_any_phase_is_interrupted_and_repeated() {
         Phase::Saving,
     ] {
         let (mut rig, key) = unsaved_in(phase);
-        let stops = rig.fail(&key).contains(&Action::Drive(DriveRequest::Off));
+        let stops = rig
+            .fail(&key)
+            .contains(&SessionAction::Drive(DriveRequest::Off));
         assert_eq!(stops, in_trial(phase), "{phase:?}");
         assert_eq!(rig.session.phase(), Phase::Paused, "{phase:?}");
         assert_eq!(rig.outcomes(), [unsaved_outcome()], "{phase:?}");
         // The bench trips the drive, too.
-        rig.step(|o| o.safety = Safety::Tripped("the recording failed".to_owned()));
+        rig.step(|o| o.safety = SafetyChain::Tripped("the recording failed".to_owned()));
         assert_eq!(rig.session.phase(), Phase::Fault, "{phase:?}");
         assert_eq!(rig.outcomes(), [unsaved_outcome()], "{phase:?}");
         completes(rig);
@@ -91,7 +93,7 @@ fn a_trial_whose_recording_fails_in_any_phase_is_interrupted_and_repeated() {
 fn a_recording_that_fails_while_the_session_is_halted_is_not_accepted_after_it() {
     for phase in [Phase::Analysing, Phase::Verdict, Phase::Saving] {
         let (mut rig, key) = unsaved_in(phase);
-        rig.safety = Safety::Tripped("the recording failed".to_owned());
+        rig.safety = SafetyChain::Tripped("the recording failed".to_owned());
         rig.step(|_| {});
         rig.fail(&key);
         assert_eq!(rig.session.phase(), Phase::Fault, "{phase:?}");

@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 use assert_no_alloc::assert_no_alloc;
 use cpal::ErrorKind;
 use signalgen::{
-    DriveCommand, DriveConfig, DriveSettings, SampleFormat, StreamDirection, SweepLaw, ToneList,
+    DriveCommand, DriveConfig, DriveSettings, StreamDirection, StreamFormat, SweepLaw, ToneList,
     Waveform,
 };
 
@@ -54,7 +54,7 @@ fn every_command() -> Vec<DriveCommand> {
 /// Neither callback allocates in any case; the mutex in between belongs to the test's card.
 #[test]
 fn callbacks_do_not_allocate() {
-    for format in SampleFormat::ALL {
+    for format in StreamFormat::ALL {
         let bench = Bench::default();
         let mut duplex = bench.open(&config(format));
         for command in every_command() {

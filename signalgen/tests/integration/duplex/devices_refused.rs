@@ -4,7 +4,7 @@ use std::process;
 
 use cpal::traits::DeviceTrait;
 use signalgen::{
-    Generator, LayoutError, SampleFormat, StreamDirection,
+    Generator, LayoutError, StreamDirection, StreamFormat,
     audio::{
         AudioError, ChoiceError, DuplexConfig, HostChoice, Offer, list_devices, open_duplex,
         open_host, output_device,
@@ -23,7 +23,7 @@ fn a_stream_that_the_device_lacks_is_refused_with_its_capabilities() {
     let bench = Bench::default();
     let devices = list_devices(&bench.host()).unwrap();
     let offer = devices[0].input.clone().unwrap();
-    let mut four = config(SampleFormat::I32);
+    let mut four = config(StreamFormat::I32);
     four.input.channels = 4;
     let error = open_error(&bench, &four);
     assert_eq!(
@@ -38,7 +38,7 @@ fn a_stream_that_the_device_lacks_is_refused_with_its_capabilities() {
     let offer = "2 ch f32 192000 Hz; 2 ch i16 192000 Hz; 2 ch i24 192000 Hz; 2 ch i32 192000 Hz";
     assert!(error.to_string().ends_with(offer), "{error}");
 
-    let mut buffered_config = config(SampleFormat::I32);
+    let mut buffered_config = config(StreamFormat::I32);
     buffered_config.buffer_frames = Some(100);
     match open_error(&bench, &buffered_config) {
         AudioError::Unsupported { request, .. } => {
@@ -53,7 +53,7 @@ fn a_stream_that_the_device_lacks_is_refused_with_its_capabilities() {
 #[test]
 fn a_card_without_a_format_that_cpal_knows_is_refused_with_the_way_round() {
     let bench = Bench::with_formats(&[]);
-    for format in SampleFormat::ALL {
+    for format in StreamFormat::ALL {
         let error = open_error(&bench, &config(format));
         assert_eq!(
             error,
@@ -75,7 +75,7 @@ fn a_card_without_a_format_that_cpal_knows_is_refused_with_the_way_round() {
 #[test]
 fn contradictions_are_refused_by_name() {
     let bench = Bench::default();
-    let good = config(SampleFormat::F32);
+    let good = config(StreamFormat::F32);
     let error_after = |change: fn(&mut DuplexConfig)| {
         let mut bad = good.clone();
         change(&mut bad);
@@ -120,8 +120,8 @@ fn contradictions_are_refused_by_name() {
 #[test]
 fn a_device_in_use_is_busy() {
     let bench = Bench::default();
-    let _held = bench.open(&config(SampleFormat::F32));
-    let error = open_error(&bench, &config(SampleFormat::F32));
+    let _held = bench.open(&config(StreamFormat::F32));
+    let error = open_error(&bench, &config(StreamFormat::F32));
     let AudioError::Busy { device, holder, .. } = &error else {
         panic!("{error}");
     };
@@ -172,7 +172,7 @@ fn a_machine_without_sound_is_refused_without_a_panic_or_a_print() {
         let result = open_host(choice).and_then(|host| {
             open_duplex(
                 &host,
-                &config(SampleFormat::F32),
+                &config(StreamFormat::F32),
                 Generator::new(settings()),
                 None,
             )

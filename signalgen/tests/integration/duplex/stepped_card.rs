@@ -23,7 +23,7 @@ use cpal::{
     traits::{DeviceTrait, HostTrait, StreamTrait},
 };
 use signalgen::{
-    ConverterSample, DriveConfig, DriveSettings, Generator, Program, SampleFormat, StreamDirection,
+    ConverterSample, DriveConfig, DriveSettings, Generator, Program, StreamDirection, StreamFormat,
     Waveform,
     audio::{
         Duplex, DuplexConfig, Host, HostChoice, StreamChoice, ThreadStart, open_duplex, open_host,
@@ -377,7 +377,7 @@ pub fn settings() -> DriveSettings {
     .unwrap()
 }
 
-pub fn config(format: SampleFormat) -> DuplexConfig {
+pub fn config(format: StreamFormat) -> DuplexConfig {
     DuplexConfig {
         sample_rate_hz: RATE_HZ,
         output: StreamChoice {

@@ -2,8 +2,8 @@
 
 use cpal::ErrorKind;
 use signalgen::{
-    BlockHeader, CommandError, DriveCommand, DrivePhase, Generator, SampleFormat, StreamDirection,
-    StreamFault, audio::Duplex,
+    BlockHeader, CommandError, DriveCommand, DrivePhase, Generator, StreamDirection, StreamFault,
+    StreamFormat, audio::Duplex,
 };
 
 use super::stepped_card::*;
@@ -11,10 +11,10 @@ use super::stepped_card::*;
 #[test]
 fn drive_goes_to_its_channel_alone_and_comes_back_exactly() {
     for (format, rounding) in [
-        (SampleFormat::F32, 0.0),
-        (SampleFormat::I32, 1e-7),
-        (SampleFormat::I24, 2.0_f32.powi(-24)),
-        (SampleFormat::I16, 2.0_f32.powi(-16)),
+        (StreamFormat::F32, 0.0),
+        (StreamFormat::I32, 1e-7),
+        (StreamFormat::I24, 2.0_f32.powi(-24)),
+        (StreamFormat::I16, 2.0_f32.powi(-16)),
     ] {
         let bench = Bench::default();
         let mut duplex = bench.open(&config(format));
@@ -56,7 +56,7 @@ fn drain(duplex: &mut Duplex) -> Vec<BlockHeader> {
 #[test]
 fn every_frame_is_accounted_for_when_the_ring_is_full() {
     let bench = Bench::default();
-    let mut duplex = bench.open(&config(SampleFormat::F32));
+    let mut duplex = bench.open(&config(StreamFormat::F32));
     let capacity_blocks = RATE_HZ as usize / BLOCK;
     bench.periods(capacity_blocks + 10);
     let headers = drain(&mut duplex);
@@ -77,7 +77,7 @@ fn every_frame_is_accounted_for_when_the_ring_is_full() {
 #[test]
 fn headers_carry_the_stream_clock() {
     let bench = Bench::default();
-    let mut duplex = bench.open(&config(SampleFormat::F32));
+    let mut duplex = bench.open(&config(StreamFormat::F32));
     bench.periods(3);
     let headers = drain(&mut duplex);
     for (n, header) in (0_u64..).zip(&headers) {
@@ -93,7 +93,7 @@ fn headers_carry_the_stream_clock() {
 #[test]
 fn xruns_and_losses_are_counted_per_direction() {
     let bench = Bench::default();
-    let mut duplex = bench.open(&config(SampleFormat::F32));
+    let mut duplex = bench.open(&config(StreamFormat::F32));
     assert_eq!(
         duplex.health.read(StreamDirection::Input).callback_age,
         None
@@ -124,7 +124,7 @@ fn xruns_and_losses_are_counted_per_direction() {
 #[test]
 fn a_kill_stops_within_the_emergency_ramp_and_no_earlier_rearm_undoes_it() {
     let bench = Bench::default();
-    let mut duplex = bench.open(&config(SampleFormat::F32));
+    let mut duplex = bench.open(&config(StreamFormat::F32));
     let kill_switch = duplex.drive.kill_switch();
     duplex
         .drive
@@ -162,7 +162,7 @@ fn a_kill_stops_within_the_emergency_ramp_and_no_earlier_rearm_undoes_it() {
 #[test]
 fn a_kill_before_the_first_callback_is_not_lost() {
     let bench = Bench::default();
-    let mut duplex = bench.open(&config(SampleFormat::F32));
+    let mut duplex = bench.open(&config(StreamFormat::F32));
     duplex.drive.kill_switch().kill();
     duplex
         .drive
@@ -177,7 +177,7 @@ fn a_kill_before_the_first_callback_is_not_lost() {
 #[test]
 fn the_drive_stops_when_nobody_commands_it_any_more() {
     let bench = Bench::default();
-    let mut duplex = bench.open(&config(SampleFormat::F32));
+    let mut duplex = bench.open(&config(StreamFormat::F32));
     duplex
         .drive
         .send(DriveCommand::Start(modulated_program()))
@@ -192,7 +192,7 @@ fn the_drive_stops_when_nobody_commands_it_any_more() {
 #[test]
 fn commands_to_a_stream_that_does_not_run_are_refused() {
     let bench = Bench::default();
-    let mut duplex = bench.open(&config(SampleFormat::F32));
+    let mut duplex = bench.open(&config(StreamFormat::F32));
     duplex.streams.pause().unwrap();
     let full = (0..1_000).find_map(|_| duplex.drive.send(DriveCommand::Stop).err());
     assert_eq!(full, Some(CommandError::RingFull));
@@ -220,7 +220,7 @@ fn ends_can_live_on_threads_of_their_own() {
 #[test]
 fn tiny_blocks_are_accounted_for_too() {
     let bench = Bench::default();
-    let mut duplex = bench.open(&config(SampleFormat::F32));
+    let mut duplex = bench.open(&config(StreamFormat::F32));
     let blocks = 4_000;
     for _ in 0..blocks {
         bench.card().period(1);

@@ -7,17 +7,13 @@ use bench_tests::program::protocol;
 use bench_tests::running::{Running, wait_until};
 use bench_tests::session::{SessionFolder, finish, headless_run, text};
 use bench_tests::thread_hold::{ThreadHold, numbers};
-use protocols::{SessionEventKind, TrialOutcome, records_from_events};
+use protocols::TrialOutcome;
 
 const MINUTE: Duration = Duration::from_secs(60);
 
 /// Returns the attempts of the session and their outcomes in the log.
 fn outcomes(session: &SessionFolder) -> Vec<(u32, TrialOutcome)> {
-    let data = session.events().map(|event| event.data.clone());
-    let kinds: Vec<SessionEventKind> = data
-        .filter_map(|data| serde_json::from_value(data.into()).ok())
-        .collect();
-    let records = records_from_events(&kinds).into_iter();
+    let records = session.history().records.into_iter();
     records
         .map(|record| (record.key.attempt, record.outcome))
         .collect()

@@ -7,8 +7,10 @@ use std::time::{Duration, Instant};
 
 use bench_tests::hung::{HungSession, Rig, Stop, StopEffect};
 use bench_tests::running::wait_until;
-use participant_window::message::{Display, FORMAT, FromWindow, ToWindow};
-use participant_window::{Lines, place};
+use participant_window::message::{FromWindow, ToWindow};
+use participant_window::{LineConnection, place};
+
+use crate::simulated_window;
 
 const MINUTE: Duration = Duration::from_secs(60);
 /// Time without output after which a terminal counts as full.
@@ -49,17 +51,8 @@ fn window(socket: PathBuf, hangs: Arc<AtomicBool>) {
     let Some(stream) = wait_until(MINUTE, || place::connect(&socket).ok()?) else {
         return;
     };
-    let mut lines = Lines::new(stream).unwrap();
-    let display = Display {
-        format: FORMAT,
-        monitor: "HDMI-1".to_owned(),
-        width_px: 1920,
-        height_px: 1080,
-        pixel_m: 2.5e-4,
-        refresh_s: 1.0 / 60.0,
-        virtual_display: false,
-    };
-    let mut message = FromWindow::Ready(display);
+    let mut lines = LineConnection::new(stream).unwrap();
+    let mut message = FromWindow::Ready(simulated_window::display());
     while lines.send(&message).is_ok() && lines.receive::<ToWindow>(1000).is_ok() {
         message = FromWindow::Alive;
         let hang = wait_until(Duration::from_millis(100), || {

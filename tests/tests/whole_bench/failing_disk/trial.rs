@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use recording::manifest::{End, EventKind, Manifest, RecordingEvent};
+use recording::manifest::{End, EventKind, MINIMAL, Manifest, RecordingEvent};
 use recording::recorder::{
     Begin, RecorderCore, RecorderMessage, RecorderNotice, RecorderState, SYNC_INTERVAL,
 };
@@ -23,16 +23,7 @@ const FORMAT: AudioFormat = AudioFormat {
     sample_rate_hz: 192_000,
     channels: 2,
 };
-const MANIFEST: &str = r#"
-format = 1
-carrier_hz = 35000.0
-modulation_hz = 6.0
-modulation_index = 0.95
-channels.drive = { index = 0, volts_per_unit = 20.0 }
-channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
-plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
-trial = { number = 1, attempt = 1, practice = false, condition = "c", protocol = "p", seed = 1 }
-"#;
+const TRIAL: &str = r#"trial = { number = 1, attempt = 1, practice = false, condition = "c", protocol = "p", seed = 1 }"#;
 
 /// Folder of the session, which exists from the start.
 pub fn folder() -> &'static Path {
@@ -110,7 +101,7 @@ impl Session {
             };
             core.handle(RecorderMessage::Begin(Box::new(Begin {
                 folder: trial.folder.clone(),
-                manifest: Manifest::parse(MANIFEST, "recording.toml").unwrap(),
+                manifest: Manifest::parse(&format!("{MINIMAL}{TRIAL}"), "recording.toml").unwrap(),
                 format: FORMAT,
             })));
             for (block, frames) in (0..).zip(frames) {

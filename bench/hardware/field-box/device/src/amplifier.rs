@@ -1,6 +1,6 @@
 //! Guard over the amplifier, in terms of the protocol's messages.
 
-use field_box_logic::{Guard, Order, Outputs, Stop};
+use field_box_logic::{Guard, LineRequest, Outputs, StopCause};
 use field_box_wire::{StopReason, Word};
 
 /// State of the amplifier in a report.
@@ -25,7 +25,7 @@ impl Amplifier {
     /// Takes a command from the bench at `now_us` of the box's clock.
     pub fn hear(&mut self, now_us: u64, word: Word, estop_closed: bool) {
         self.word_number = word.sequence;
-        let order = Order {
+        let order = LineRequest {
             enable: word.enable,
             heartbeat: word.heartbeat,
         };
@@ -43,9 +43,9 @@ impl Amplifier {
         AmplifierState {
             outputs: self.guard.outputs(),
             stop: self.guard.stop().map(|stop| match stop {
-                Stop::BenchSilent => StopReason::BenchSilent,
-                Stop::Estop => StopReason::Estop,
-                Stop::NotReleased => StopReason::NotReleased,
+                StopCause::BenchSilent => StopReason::BenchSilent,
+                StopCause::Estop => StopReason::Estop,
+                StopCause::NotReleased => StopReason::NotReleased,
             }),
             word_number: self.word_number,
         }

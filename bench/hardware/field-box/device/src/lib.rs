@@ -10,5 +10,5 @@ mod reports;
 pub use ads131m02::{Ads131m02, ChannelGain, ConverterFault, OSR};
 pub use amplifier::{Amplifier, AmplifierState};
 pub use converter::Converter;
-pub use moments::{Moment, Moments};
+pub use moments::{EncoderMoment, Moments};
 pub use reports::{Inputs, Reports};

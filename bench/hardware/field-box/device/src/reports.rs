@@ -3,7 +3,7 @@
 use field_box_wire::{Levels, Report};
 
 use crate::amplifier::AmplifierState;
-use crate::moments::Moment;
+use crate::moments::EncoderMoment;
 
 /// Counts at the ends of the converter's range.
 const ENDS: [i32; 2] = [-(1 << 23), (1 << 23) - 1];
@@ -29,7 +29,7 @@ impl Reports {
     /// Returns the next report; without `counts` it marks the converter as silent.
     pub fn next(
         &mut self,
-        moment: Moment,
+        moment: EncoderMoment,
         counts: Option<[i32; 2]>,
         inputs: Inputs,
         amplifier: AmplifierState,

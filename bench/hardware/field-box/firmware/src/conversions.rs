@@ -5,7 +5,7 @@ use embassy_rp::peripherals::SPI0;
 use embassy_rp::spi::{Blocking, Spi};
 use embassy_time::{Duration, Instant, Timer, with_timeout};
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
-use field_box_device::{Converter, Inputs, Moment, Moments, OSR, Reports};
+use field_box_device::{Converter, EncoderMoment, Inputs, Moments, OSR, Reports};
 use field_box_wire::FromBox;
 
 use crate::encoder::Encoder;
@@ -92,8 +92,8 @@ pub async fn convert(apparatus: Apparatus) {
     }
 }
 
-fn moment(encoder: &mut Encoder) -> Moment {
-    Moment {
+fn moment(encoder: &mut Encoder) -> EncoderMoment {
+    EncoderMoment {
         position: encoder.position(),
         at_us: Instant::now().as_micros(),
     }

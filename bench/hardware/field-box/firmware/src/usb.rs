@@ -9,7 +9,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_usb::class::cdc_acm::{CdcAcmClass, Receiver, Sender, State};
 use embassy_usb::{Builder, Config};
-use field_box_wire::{Encoded, FromBox, Identity, LONGEST_BYTES, Listener, ToBox};
+use field_box_wire::{BoxIdentity, Encoded, FromBox, LONGEST_BYTES, Listener, ToBox};
 use static_cell::StaticCell;
 
 use crate::guard::WORDS;
@@ -63,7 +63,7 @@ async fn run(usb: Peri<'static, USB>, serial: [u8; 8], report_hz: u16) {
     );
     let port = CdcAcmClass::new(&mut builder, STATE.init(State::new()), PACKET_BYTES as u16);
     let (sender, receiver) = port.split();
-    let identity = FromBox::Identity(Identity {
+    let identity = FromBox::Identity(BoxIdentity {
         firmware: version(),
         serial,
         report_hz,

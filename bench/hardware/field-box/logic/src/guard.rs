@@ -6,7 +6,7 @@ pub const SILENCE_US: u64 = 80_000;
 
 /// Line levels requested by a command of the bench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Order {
+pub struct LineRequest {
     /// Whether to enable the amplifier.
     pub enable: bool,
     /// Level of the heartbeat line.
@@ -24,7 +24,7 @@ pub struct Outputs {
 
 /// Reason why the enable is off although the bench had it on or requests it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stop {
+pub enum StopCause {
     /// No command from the bench for [`SILENCE_US`].
     BenchSilent,
     /// The e-stop loop was opened, or is open.
@@ -38,7 +38,7 @@ pub enum Stop {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Guard {
     outputs: Outputs,
-    stop: Option<Stop>,
+    stop: Option<StopCause>,
     /// Whether the bench has requested the enable off since the last stop.
     released: bool,
     heard_us: u64,
@@ -46,7 +46,7 @@ pub struct Guard {
 
 impl Guard {
     /// Takes a command from the bench, received at `now_us` of the box's monotonic clock.
-    pub fn hear(&mut self, now_us: u64, order: Order, estop_closed: bool) {
+    pub fn hear(&mut self, now_us: u64, order: LineRequest, estop_closed: bool) {
         // A command after the timeout must not keep the amplifier enabled.
         self.look(now_us, estop_closed);
         self.heard_us = now_us;
@@ -55,9 +55,9 @@ impl Guard {
             (self.stop, self.released) = (None, true);
         } else if !self.outputs.enable {
             match (estop_closed, self.released) {
-                (false, _) => self.fall(Stop::Estop),
+                (false, _) => self.fall(StopCause::Estop),
                 // The first reason stays.
-                (true, false) => self.stop = self.stop.or(Some(Stop::NotReleased)),
+                (true, false) => self.stop = self.stop.or(Some(StopCause::NotReleased)),
                 (true, true) => {
                     self.outputs.enable = true;
                     self.released = false;
@@ -75,13 +75,13 @@ impl Guard {
             return;
         }
         if !estop_closed {
-            self.fall(Stop::Estop);
+            self.fall(StopCause::Estop);
         } else if now_us.saturating_sub(self.heard_us) >= SILENCE_US {
-            self.fall(Stop::BenchSilent);
+            self.fall(StopCause::BenchSilent);
         }
     }
 
-    fn fall(&mut self, stop: Stop) {
+    fn fall(&mut self, stop: StopCause) {
         self.outputs.enable = false;
         (self.stop, self.released) = (Some(stop), false);
     }
@@ -94,7 +94,7 @@ impl Guard {
 
     /// Returns the reason why the enable is off; `None` if the lines are as the bench requested.
     #[must_use]
-    pub fn stop(&self) -> Option<Stop> {
+    pub fn stop(&self) -> Option<StopCause> {
         self.stop
     }
 }

@@ -3,4 +3,4 @@
 
 mod guard;
 
-pub use guard::{Guard, Order, Outputs, SILENCE_US, Stop};
+pub use guard::{Guard, LineRequest, Outputs, SILENCE_US, StopCause};

@@ -1,13 +1,13 @@
 //! The guard with a bench that fails at any moment.
 
-use field_box_logic::{Guard, Order, SILENCE_US, Stop};
+use field_box_logic::{Guard, LineRequest, SILENCE_US, StopCause};
 use proptest::prelude::*;
 
-const OFF: Order = Order {
+const OFF: LineRequest = LineRequest {
     enable: false,
     heartbeat: false,
 };
-const ON: Order = Order {
+const ON: LineRequest = LineRequest {
     enable: true,
     heartbeat: false,
 };
@@ -21,7 +21,7 @@ fn running() -> Guard {
     guard
 }
 
-fn state(guard: &Guard) -> (bool, Option<Stop>) {
+fn state(guard: &Guard) -> (bool, Option<StopCause>) {
     (guard.outputs().enable, guard.stop())
 }
 
@@ -33,7 +33,7 @@ fn the_enable_falls_at_both_ends_of_the_silence() {
     guard.look(SILENCE_US - 1, true);
     assert_eq!(state(&guard), (true, None));
     guard.look(SILENCE_US, true);
-    assert_eq!(state(&guard), (false, Some(Stop::BenchSilent)));
+    assert_eq!(state(&guard), (false, Some(StopCause::BenchSilent)));
 }
 
 /// Fault 41.
@@ -41,11 +41,11 @@ fn the_enable_falls_at_both_ends_of_the_silence() {
 fn a_word_that_comes_too_late_keeps_nothing_on() {
     let mut guard = running();
     guard.hear(SILENCE_US, ON, true);
-    assert_eq!(state(&guard), (false, Some(Stop::BenchSilent)));
+    assert_eq!(state(&guard), (false, Some(StopCause::BenchSilent)));
     // Neither do the following commands, such as those of a bench that was suspended unawares.
     for k in 1..1000 {
         guard.hear(SILENCE_US + 2_000 * k, ON, true);
-        assert_eq!(state(&guard), (false, Some(Stop::BenchSilent)));
+        assert_eq!(state(&guard), (false, Some(StopCause::BenchSilent)));
     }
     guard.hear(3_000_000, OFF, true);
     assert_eq!(state(&guard), (false, None));
@@ -58,15 +58,19 @@ fn a_word_that_comes_too_late_keeps_nothing_on() {
 fn the_e_stop_latches_until_the_bench_has_let_go() {
     let mut guard = running();
     guard.look(1_000, false);
-    assert_eq!(state(&guard), (false, Some(Stop::Estop)));
+    assert_eq!(state(&guard), (false, Some(StopCause::Estop)));
     guard.look(1_100, true);
     guard.hear(2_000, ON, true);
-    assert_eq!(state(&guard), (false, Some(Stop::Estop)), "a bounce");
+    assert_eq!(state(&guard), (false, Some(StopCause::Estop)), "a bounce");
     guard.hear(3_000, OFF, false);
     guard.hear(4_000, ON, false);
-    assert_eq!(state(&guard), (false, Some(Stop::Estop)), "still open");
+    assert_eq!(state(&guard), (false, Some(StopCause::Estop)), "still open");
     guard.hear(5_000, ON, true);
-    assert_eq!(state(&guard), (false, Some(Stop::Estop)), "asked too early");
+    assert_eq!(
+        state(&guard),
+        (false, Some(StopCause::Estop)),
+        "asked too early"
+    );
     guard.hear(6_000, OFF, true);
     guard.hear(7_000, ON, true);
     assert_eq!(state(&guard), (true, None));
@@ -76,15 +80,15 @@ fn the_e_stop_latches_until_the_bench_has_let_go() {
 fn a_box_that_was_just_powered_waits_for_a_bench_that_begins() {
     let mut guard = Guard::default();
     guard.hear(0, ON, true);
-    assert_eq!(state(&guard), (false, Some(Stop::NotReleased)));
+    assert_eq!(state(&guard), (false, Some(StopCause::NotReleased)));
     guard.look(u64::MAX, true);
-    assert_eq!(state(&guard), (false, Some(Stop::NotReleased)));
+    assert_eq!(state(&guard), (false, Some(StopCause::NotReleased)));
 }
 
 #[test]
 fn the_heartbeat_passes_while_the_enable_is_on_and_stands_still_otherwise() {
     let mut guard = running();
-    let beat = |enable, heartbeat| Order { enable, heartbeat };
+    let beat = |enable, heartbeat| LineRequest { enable, heartbeat };
     for k in 0..100 {
         guard.hear(2_000 * k, beat(true, k % 2 == 0), true);
         assert_eq!(guard.outputs().heartbeat, k % 2 == 0);
@@ -148,7 +152,7 @@ proptest! {
         };
         let after_us = fell_us - last_us;
         prop_assert!((SILENCE_US..=100_000).contains(&after_us), "{after_us} µs");
-        prop_assert_eq!(guard.stop(), Some(Stop::BenchSilent));
+        prop_assert_eq!(guard.stop(), Some(StopCause::BenchSilent));
     }
 
     /// Fault 41.
@@ -168,7 +172,7 @@ proptest! {
                     guard.look(now_us, closed);
                 }
                 Moment::Hear(enable, heartbeat) => {
-                    guard.hear(now_us, Order { enable, heartbeat }, closed);
+                    guard.hear(now_us, LineRequest { enable, heartbeat }, closed);
                     heard_us = now_us;
                     released |= !enable;
                 }

@@ -7,7 +7,7 @@ const REPORT: u8 = 0x02;
 
 /// Identity of the box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Identity {
+pub struct BoxIdentity {
     /// Version of its firmware: major, minor, patch.
     pub firmware: [u8; 3],
     /// Serial number, permanently stored in the box.
@@ -104,7 +104,7 @@ pub struct Report {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FromBox {
     /// Identity, sent when the port is opened, and on request.
-    Identity(Identity),
+    Identity(BoxIdentity),
     /// Readings and state.
     Report(Report),
 }
@@ -143,7 +143,7 @@ impl FromBox {
 
     pub(crate) fn read(kind: u8, fields: &[u8]) -> Option<Self> {
         match kind {
-            IDENTITY => Some(Self::Identity(Identity {
+            IDENTITY => Some(Self::Identity(BoxIdentity {
                 firmware: field(fields, 0)?,
                 serial: field(fields, 3)?,
                 report_hz: u16::from_le_bytes(field(fields, 11)?),

@@ -7,6 +7,6 @@ mod listener;
 mod to_box;
 
 pub use frame::{Encoded, LONGEST_BYTES, Refused, VERSION};
-pub use from_box::{FromBox, Identity, Levels, Report, StopReason};
+pub use from_box::{BoxIdentity, FromBox, Levels, Report, StopReason};
 pub use listener::{Listener, Message};
 pub use to_box::{ToBox, Word};

@@ -5,7 +5,7 @@
 )]
 
 use field_box_wire::{
-    FromBox, Identity, LONGEST_BYTES, Levels, Listener, Refused, Report, StopReason, ToBox, Word,
+    BoxIdentity, FromBox, LONGEST_BYTES, Levels, Listener, Refused, Report, StopReason, ToBox, Word,
 };
 use proptest::prelude::*;
 
@@ -25,8 +25,8 @@ fn golden(name: &str) -> Vec<u8> {
         .collect()
 }
 
-fn identity() -> Identity {
-    Identity {
+fn identity() -> BoxIdentity {
+    BoxIdentity {
         firmware: [1, 2, 3],
         serial: [0xE6, 0x61, 0x41, 0x04, 0x03, 0x00, 0x2A, 0x21],
         report_hz: 4000,

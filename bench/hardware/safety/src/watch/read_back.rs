@@ -3,7 +3,7 @@
 use super::{OFF_AFTER_NS, STALE_NS, Watch};
 use crate::guard::Commanded;
 use crate::loop_delay::DELAY_WITHIN_S;
-use crate::readback::Misfit;
+use crate::readback::ReadbackMisfit;
 use crate::safety_state::SafetyState;
 use crate::signals::DriveReading;
 use crate::trip::Trip;
@@ -26,7 +26,7 @@ impl Watch {
         let misfit = self
             .readback
             .reading(reading.sample, reading.ahead, reading.volts)?;
-        let Misfit {
+        let ReadbackMisfit {
             measured_v,
             commanded_v,
         } = misfit;

@@ -1,7 +1,7 @@
 //! The sliding hour against a count of its seconds.
 
 use proptest::prelude::*;
-use safety::{SlidingHour, Span};
+use safety::{DrivenSpan, SlidingHour};
 
 const S: i64 = 1_000_000_000;
 const HOUR_S: i64 = 3600;
@@ -13,7 +13,7 @@ fn spans() -> impl Strategy<Value = Vec<(i64, i64)>> {
 fn hour(spans: &[(i64, i64)]) -> SlidingHour {
     let mut hour = SlidingHour::default();
     for &(start_s, length_s) in spans {
-        hour.add(Span {
+        hour.add(DrivenSpan {
             start_ns: start_s * S,
             end_ns: (start_s + length_s) * S,
         });
@@ -80,7 +80,7 @@ proptest! {
             let start_s = now_s;
             // One second at a time, while one is free.
             while now_s - start_s < length_s && hour.used_ns(now_s * S) <= (limit_s - 1) * S {
-                hour.add(Span { start_ns: start_s * S, end_ns: (now_s + 1) * S });
+                hour.add(DrivenSpan { start_ns: start_s * S, end_ns: (now_s + 1) * S });
                 now_s += 1;
             }
             drives.push((start_s, now_s - start_s));

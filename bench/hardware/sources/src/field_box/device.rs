@@ -19,9 +19,9 @@ use crate::position::PositionSource;
 
 /// A field box. Clones refer to the same box.
 #[derive(Clone)]
-pub struct FieldBox(Arc<Link>);
+pub struct FieldBoxDevice(Arc<Link>);
 
-impl FieldBox {
+impl FieldBoxDevice {
     /// Opens the box that `config` names, at `port` instead of the configured one if given; `None` if no source uses a box.
     ///
     /// # Errors

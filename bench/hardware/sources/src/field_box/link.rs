@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
 
 use config::FieldBox as FieldBoxTable;
-use field_box_wire::{Identity, Report, StopReason, Word};
+use field_box_wire::{BoxIdentity, Report, StopReason, Word};
 use tasks::{Clock, Slot};
 
 use super::loss::FieldBoxGone;
@@ -34,7 +34,7 @@ pub(super) struct Link {
     /// Newest report with its time of arrival, ns.
     latest: Slot<(Report, u64)>,
     request_ns: Slot<u64>,
-    identity: OnceLock<Identity>,
+    identity: OnceLock<BoxIdentity>,
     gone: OnceLock<FieldBoxGone>,
 }
 
@@ -71,7 +71,7 @@ impl Link {
     }
 
     /// Returns the box's identity, once received.
-    pub(super) fn identity(&self) -> Option<&Identity> {
+    pub(super) fn identity(&self) -> Option<&BoxIdentity> {
         self.identity.get()
     }
 
@@ -186,7 +186,7 @@ impl Link {
         }
     }
 
-    fn introduce(&self, identity: Identity) -> Result<(), FieldBoxGone> {
+    fn introduce(&self, identity: BoxIdentity) -> Result<(), FieldBoxGone> {
         if self.identity.get().is_some() {
             return Ok(());
         }
@@ -237,7 +237,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-pub(super) fn serial_number(identity: &Identity) -> String {
+pub(super) fn serial_number(identity: &BoxIdentity) -> String {
     let digits = identity.serial.iter();
     digits.map(|byte| format!("{byte:02X}")).collect()
 }

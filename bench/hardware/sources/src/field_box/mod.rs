@@ -10,5 +10,5 @@ mod loss;
 mod reader;
 mod writer;
 
-pub use device::FieldBox;
+pub use device::FieldBoxDevice;
 pub use loss::FieldBoxGone;

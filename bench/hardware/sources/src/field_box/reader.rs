@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::io;
 
-use field_box_wire::{FromBox, Identity, Listener, Refused, Report};
+use field_box_wire::{BoxIdentity, FromBox, Listener, Refused, Report};
 use safety::Nonsense;
 
 use crate::backlog::Backlog;
@@ -75,7 +75,7 @@ pub(super) struct Reader {
     of_frame: u64,
     pub(super) forces: Waiting,
     pub(super) positions: Waiting,
-    pub(super) identity: Option<Identity>,
+    pub(super) identity: Option<BoxIdentity>,
     /// Protocol version of a box with another version.
     pub(super) other_version: Option<u8>,
     backlog: Backlog,
@@ -188,22 +188,10 @@ impl Reader {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::{Arc, Mutex};
-
     use field_box_wire::Levels;
 
     use super::*;
-
-    /// Bytes that have arrived.
-    #[derive(Clone, Default)]
-    struct Line(Arc<Mutex<Vec<u8>>>);
-
-    impl ForcePort for Line {
-        fn read_waiting(&mut self, bytes: &mut Vec<u8>) -> io::Result<()> {
-            bytes.append(&mut self.0.lock().unwrap());
-            Ok(())
-        }
-    }
+    use crate::serial::serial_force::tests::Line;
 
     /// Fault 48.
     #[test]

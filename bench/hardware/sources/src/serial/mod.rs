@@ -3,7 +3,7 @@
 mod decoder;
 mod frames;
 mod port;
-mod serial_force;
+pub(crate) mod serial_force;
 mod text_lines;
 
 pub use crate::device_time::ExpectedCount;

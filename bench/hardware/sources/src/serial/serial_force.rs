@@ -117,7 +117,7 @@ pub fn decoder(protocol: ForceProtocol) -> Box<dyn Decoder> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use std::cell::Cell;
     use std::sync::{Arc, Mutex};
 
@@ -126,7 +126,7 @@ mod tests {
 
     /// Bytes that have arrived.
     #[derive(Clone, Default)]
-    struct Line(Arc<Mutex<Vec<u8>>>);
+    pub(crate) struct Line(pub Arc<Mutex<Vec<u8>>>);
 
     impl ForcePort for Line {
         fn read_waiting(&mut self, bytes: &mut Vec<u8>) -> std::io::Result<()> {

@@ -1,6 +1,6 @@
 //! The level ladder: each input is read at rising levels, through its linear range to the level at which its peaks are cut off.
 
-use metrology::regression::{Line, LineError, LinePoint};
+use metrology::regression::{FittedLine, LineFitError, LinePoint};
 use metrology::tone_clipping::Peaks;
 
 /// Reading of one input at one level.
@@ -63,7 +63,7 @@ fn first_cut(rungs: &[Rung]) -> Option<usize> {
 ///
 /// # Errors
 /// If fewer than three levels are free of clipping.
-pub fn straightness(rungs: &[Rung], noise: f64) -> Result<Straightness, LineError> {
+pub fn straightness(rungs: &[Rung], noise: f64) -> Result<Straightness, LineFitError> {
     let cut = first_cut(rungs);
     let clean = &rungs[..cut.unwrap_or(rungs.len())];
     let points: Vec<LinePoint> = clean
@@ -74,7 +74,7 @@ pub fn straightness(rungs: &[Rung], noise: f64) -> Result<Straightness, LineErro
             sigma: noise.max(f64::MIN_POSITIVE),
         })
         .collect();
-    let line = Line::fit(&points)?;
+    let line = FittedLine::fit(&points)?;
     let largest = points
         .iter()
         .map(|point| point.y)
@@ -203,7 +203,7 @@ mod tests {
         let rungs = &ladder(0.02, 0.05)[..4];
         assert!(matches!(
             straightness(rungs, 1e-7),
-            Err(LineError::TooFew { .. })
+            Err(LineFitError::TooFew { .. })
         ));
     }
 }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use anyhow::Context;
 use metrology::crosstalk::Crosstalk;
-use metrology::regression::{Line, LinePoint};
+use metrology::regression::{FittedLine, LinePoint};
 
 use crate::masses::common::{AXES, LEAST_SIGMA_N, TARE_WINDOWS};
 use crate::masses::force_figure::force_figure;
@@ -35,7 +35,7 @@ impl ForceProcedure {
                     .max(LEAST_SIGMA_N),
             })
             .collect();
-        let line = Line::fit(&points)?;
+        let line = FittedLine::fit(&points)?;
         Ok(Drift {
             n_per_min: Quantity::new(
                 line.slope,
@@ -60,7 +60,7 @@ impl ForceProcedure {
                     sigma: zero.error[axis].max(LEAST_SIGMA_N),
                 })
                 .collect();
-            let line = Line::fit(&points)?;
+            let line = FittedLine::fit(&points)?;
             let squares: f64 = line.residuals.iter().map(|r| r * r).sum();
             let freedom = line.degrees_of_freedom;
             ((squares / freedom as f64).sqrt(), freedom)

@@ -6,6 +6,7 @@ use num_complex::Complex64;
 use signalgen::{ToneList, Waveform};
 
 use super::pickup_setup::PickupSetup;
+use crate::instrument_mean::{WINDOW_S, instrument_mean, too_few};
 use crate::plate_look::{
     highest_level_v, look, look_responses, peak_units_per_v, require_unsaturated, settle_s,
 };
@@ -20,14 +21,10 @@ use calibration_rig::procedure::{NextStep, Procedure, StepOutcome};
 const LADDER: [f64; 7] = [0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0];
 /// Factor by which the sensitivity may be wrong before it is measured.
 const UNKNOWN_SENSITIVITY: f64 = 1.5;
-/// Length of the reading at each level, s.
-const WINDOW_S: f64 = 0.5;
 /// Standard deviation of typed amplitudes, assumed until their scatter is known, m.
 const TYPED_SIGMA_M: f64 = 1e-9;
 /// Largest relative difference of a typed amplitude from the prediction by the other points; a larger one is queried.
 const SURPRISE: f64 = 0.25;
-/// Smallest number of readings of an instrument at one level.
-const LEAST_LINES: usize = 5;
 
 /// The procedure of `calibrate pickup`.
 pub struct PickupProcedure {
@@ -244,21 +241,7 @@ impl PickupProcedure {
     /// Returns the mean of the instrument's readings at this level and its standard error, m.
     fn instrument(&self, capture: &Capture, dwell: &Dwell) -> anyhow::Result<(f64, f64)> {
         let window = capture.settled(dwell, self.settle_s);
-        let lines: Vec<f64> = capture
-            .known_m
-            .iter()
-            .filter(|(frame, _)| window.contains(frame))
-            .map(|&(_, amplitude_m)| amplitude_m)
-            .collect();
-        let n = lines.len();
-        if n < LEAST_LINES {
-            bail!(
-                "the instrument sent {n} lines in {WINDOW_S} s, at least {LEAST_LINES} are needed: check that it sends peak amplitudes continuously"
-            );
-        }
-        let mean = lines.iter().sum::<f64>() / n as f64;
-        let squares: f64 = lines.iter().map(|x| (x - mean).powi(2)).sum();
-        let sigma = (squares / (n * (n - 1)) as f64).sqrt();
+        let (mean, sigma) = instrument_mean(capture, &window).map_err(too_few)?;
         // An instrument that rounds its numbers can send the same one throughout.
         Ok((mean, sigma.max(1e-5 * mean.abs()).max(1e-13)))
     }

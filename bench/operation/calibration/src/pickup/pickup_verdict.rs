@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use config::{Provenance, Quantity};
 use metrology::complex_slope::ComplexSlope;
-use metrology::regression::{Line, LineError, LinePoint};
+use metrology::regression::{FittedLine, LineFitError, LinePoint};
 use num_complex::Complex64;
 
 use super::pickup_procedure::PickupProcedure;
@@ -90,7 +90,7 @@ impl Calibrates for PickupProcedure {
 
 impl PickupProcedure {
     /// Returns the results so far, a line each.
-    pub(super) fn findings(line: &Line) -> [String; 2] {
+    pub(super) fn findings(line: &FittedLine) -> [String; 2] {
         [
             format!(
                 "sensitivity {:.4} µm/unit ± {:.2} %",
@@ -102,7 +102,7 @@ impl PickupProcedure {
     }
 
     /// Returns the line through the points.
-    pub(super) fn line(&self) -> Result<Line, LineError> {
+    pub(super) fn line(&self) -> Result<FittedLine, LineFitError> {
         let points: Vec<LinePoint> = self
             .rungs
             .iter()
@@ -112,11 +112,11 @@ impl PickupProcedure {
                 sigma: rung.sigma_m,
             })
             .collect();
-        Line::fit(&points)
+        FittedLine::fit(&points)
     }
 
     /// Returns the relative standard error of the sensitivity.
-    fn relative_error(&self, line: &Line) -> f64 {
+    fn relative_error(&self, line: &FittedLine) -> f64 {
         (line.slope_error / line.slope)
             .hypot(self.setup.accuracy)
             .hypot(self.setup.channel_match)
@@ -153,7 +153,7 @@ impl PickupProcedure {
     }
 
     /// Returns the reasons to reject the line.
-    pub(super) fn faults(&self, line: &Line) -> Vec<String> {
+    pub(super) fn faults(&self, line: &FittedLine) -> Vec<String> {
         let limits = &self.setup.config.calibration;
         let relative = self.relative_error(line);
         let mut faults = Vec::new();
@@ -177,7 +177,7 @@ impl PickupProcedure {
         faults
     }
 
-    pub(super) fn points_read(&self, line: Option<&Line>) -> Vec<PointRead> {
+    pub(super) fn points_read(&self, line: Option<&FittedLine>) -> Vec<PointRead> {
         let worst = line.and_then(|line| {
             let sizes = line.residuals.iter().map(|residual| residual.abs());
             sizes
@@ -200,7 +200,7 @@ impl PickupProcedure {
     }
 
     /// Returns the points, or their residuals if there is a line.
-    pub(super) fn curve(&self, line: Option<&Line>) -> Option<Curve> {
+    pub(super) fn curve(&self, line: Option<&FittedLine>) -> Option<Curve> {
         let last = self
             .rungs
             .iter()
@@ -228,7 +228,7 @@ impl PickupProcedure {
     }
 
     /// Returns the points and their residuals as CSV.
-    fn points_csv(&self, line: &Line) -> String {
+    fn points_csv(&self, line: &FittedLine) -> String {
         let mut text = String::from("drive_v,reading_units,known_m,sigma_m,residual_m,turn_rad\n");
         for (rung, residual) in self.rungs.iter().zip(&line.residuals) {
             let _ = writeln!(

@@ -8,7 +8,7 @@ mod profile_verdict;
 mod tests;
 
 pub use finger_procedure::{FINGER_N, FINGER_V, FingerProcedure};
-pub use profile_procedure::{PLACES, Place, ProfileProcedure};
+pub use profile_procedure::{PLACES, ProfilePoint, ProfileProcedure};
 pub use profile_verdict::UNIFORM;
 
 /// Compiles and runs the example in the README.

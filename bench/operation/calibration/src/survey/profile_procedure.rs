@@ -1,6 +1,7 @@
 //! `calibrate plate --along N`: measures the amplitude at places along the plate, with a movable vibrometer, relative to the
 //! amplitude read by the pickup.
 
+use crate::instrument_mean::{WINDOW_S, instrument_mean, too_few};
 use crate::plate_look;
 use crate::plate_procedure::PlateProcedure;
 use anyhow::{Context, bail};
@@ -17,16 +18,12 @@ pub const PLACES: [u32; 2] = [3, 50];
 const MARGIN_M: f64 = 5e-3;
 /// Level of the tone, V peak; lowered where a limit requires it.
 const LEVEL_V: f64 = 20.0;
-/// Length of the reading at each place, s.
-const WINDOW_S: f64 = 0.5;
-/// Fewest readings of an instrument at one place.
-const LEAST_LINES: usize = 5;
 /// Relative standard error assumed of a typed amplitude: its last digit.
 const TYPED: f64 = 2e-3;
 
 /// Amplitude at one place relative to the pickup's.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct ProfilePoint {
     /// Position along the plate, m.
     pub position_m: f64,
     /// Amplitude relative to the pickup's.
@@ -43,7 +40,7 @@ pub struct ProfileProcedure {
     /// Whether an instrument is read; otherwise the operator types.
     instrument: bool,
     places_m: Vec<f64>,
-    pub(crate) places: Vec<Place>,
+    pub(crate) places: Vec<ProfilePoint>,
     /// Index of the place being measured, from 0.
     place_index: usize,
     stage: Stage,
@@ -184,7 +181,7 @@ impl ProfileProcedure {
 
     /// Stores the ratio, with this relative error, at the present place.
     fn keep(&mut self, ratio: f64, relative: f64) {
-        let place = Place {
+        let place = ProfilePoint {
             position_m: self.places_m[self.place_index],
             ratio,
             error: relative * ratio,
@@ -228,21 +225,7 @@ pub(crate) fn unusable(ratio: f64) -> Option<String> {
 fn instrument(capture: &Capture, settle_s: f64) -> anyhow::Result<(f64, f64)> {
     let dwell = capture.dwells.first().context("no tone was played")?;
     let window = capture.settled(dwell, settle_s);
-    let readings = capture
-        .known_m
-        .iter()
-        .filter(|(frame, _)| window.contains(frame));
-    let lines: Vec<f64> = readings.map(|(_, amplitude_m)| *amplitude_m).collect();
-    let n = lines.len();
-    if n < LEAST_LINES {
-        bail!(
-            "the instrument sent {n} lines in {WINDOW_S} s, at least {LEAST_LINES} are needed: check that it sends peak \
-             amplitudes continuously"
-        );
-    }
-    let mean = lines.iter().sum::<f64>() / n as f64;
-    let squares: f64 = lines.iter().map(|x| (x - mean).powi(2)).sum();
-    let error = (squares / (n * (n - 1)) as f64).sqrt();
+    let (mean, error) = instrument_mean(capture, &window).map_err(too_few)?;
     // An instrument with rounded output can send the same number throughout.
     Ok((mean, (error / mean).abs().max(1e-5)))
 }
@@ -313,7 +296,7 @@ impl Procedure for ProfileProcedure {
     }
 }
 
-fn read(place: &Place) -> PointRead {
+fn read(place: &ProfilePoint) -> PointRead {
     PointRead {
         place: format!("{:.1} mm", 1e3 * place.position_m),
         value: format!("{:.5} ± {:.5}", place.ratio, place.error),

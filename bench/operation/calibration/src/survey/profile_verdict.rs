@@ -10,7 +10,7 @@ use jiff::Timestamp;
 use plotting::{Axis, Dash, Figure, Ink, Key, Marker, Panel, Series, Width};
 use protocols::SelectionRules;
 
-use crate::survey::profile_procedure::{Place, ProfileProcedure};
+use crate::survey::profile_procedure::{ProfilePoint, ProfileProcedure};
 
 /// Largest deviation from the mean along a uniform plate (an assumption of this project; 5 % at the ends of the kept 60 mm bias
 /// σ_t by 3 %).
@@ -23,7 +23,7 @@ const FEWEST_KEPT: usize = 3;
 /// Returns the relative deviation of the decisive place from the mean, with its standard error, and the verdict: uniform if no
 /// deviation can exceed the limit, not uniform if one certainly does. Of the certain deviations the most significant decides;
 /// otherwise the one with the largest upper bound.
-pub(crate) fn judge_places(places: &[Place]) -> (f64, f64, Uniformity) {
+pub(crate) fn judge_places(places: &[ProfilePoint]) -> (f64, f64, Uniformity) {
     let departures = departures(places);
     let lower_bound = |&(departure, error): &(f64, f64)| departure.abs() - SURE * error;
     let upper_bound = |&(departure, error): &(f64, f64)| departure.abs() + SURE * error;
@@ -48,11 +48,11 @@ pub(crate) fn judge_places(places: &[Place]) -> (f64, f64, Uniformity) {
 
 /// Returns each place's deviation from the mean of all, relative to that mean, with its standard error: an uncertain place
 /// makes the mean uncertain, and with it all deviations.
-fn departures(places: &[Place]) -> Vec<(f64, f64)> {
+fn departures(places: &[ProfilePoint]) -> Vec<(f64, f64)> {
     let n = places.len() as f64;
     let mean = places.iter().map(|place| place.ratio).sum::<f64>() / n;
     let variance: f64 = places.iter().map(|place| place.error.powi(2)).sum();
-    let departure = |place: &Place| {
+    let departure = |place: &ProfilePoint| {
         // Weight of another place's error in the deviation, and additional weight of this place's variance.
         let other_weight = place.ratio / mean / n;
         let own_weight = 1.0 - 2.0 * other_weight;
@@ -65,11 +65,12 @@ fn departures(places: &[Place]) -> Vec<(f64, f64)> {
 /// Judges the length about `centre_m` from which the published rules cut instances: the places within it, and its two ends,
 /// interpolated linearly between the places on either side. Returns `None` if there are too few, or the places do not reach its
 /// ends.
-pub(crate) fn judge_length(places: &[Place], centre_m: f64) -> Option<KeptLength> {
+pub(crate) fn judge_length(places: &[ProfilePoint], centre_m: f64) -> Option<KeptLength> {
     let length_m = SelectionRules::published(centre_m).central_m;
     let ends_m = [centre_m - length_m / 2.0, centre_m + length_m / 2.0];
-    let is_within = |place: &&Place| place.position_m > ends_m[0] && place.position_m < ends_m[1];
-    let mut inner: Vec<Place> = places.iter().filter(is_within).copied().collect();
+    let is_within =
+        |place: &&ProfilePoint| place.position_m > ends_m[0] && place.position_m < ends_m[1];
+    let mut inner: Vec<ProfilePoint> = places.iter().filter(is_within).copied().collect();
     inner.extend([
         interpolated(places, ends_m[0])?,
         interpolated(places, ends_m[1])?,
@@ -85,13 +86,13 @@ pub(crate) fn judge_length(places: &[Place], centre_m: f64) -> Option<KeptLength
 }
 
 /// Returns the ratio at a position, interpolated linearly between the places on either side, if there are both.
-fn interpolated(places: &[Place], position_m: f64) -> Option<Place> {
+fn interpolated(places: &[ProfilePoint], position_m: f64) -> Option<ProfilePoint> {
     let encloses =
-        |pair: &&[Place]| (pair[0].position_m..=pair[1].position_m).contains(&position_m);
+        |pair: &&[ProfilePoint]| (pair[0].position_m..=pair[1].position_m).contains(&position_m);
     let pair = places.windows(2).find(encloses)?;
     let share = (position_m - pair[0].position_m) / (pair[1].position_m - pair[0].position_m);
     let [left, right] = [1.0 - share, share];
-    Some(Place {
+    Some(ProfilePoint {
         position_m,
         ratio: left * pair[0].ratio + right * pair[1].ratio,
         error: (left * pair[0].error).hypot(right * pair[1].error),
@@ -189,7 +190,7 @@ fn verdict_words(verdict: Uniformity) -> &'static str {
     }
 }
 
-fn csv(places: &[Place]) -> String {
+fn csv(places: &[ProfilePoint]) -> String {
     let mut text = String::from("position_m,ratio,standard_error\n");
     for place in places {
         let _ = writeln!(
@@ -201,15 +202,15 @@ fn csv(places: &[Place]) -> String {
     text
 }
 
-fn draw(places: &[Place], profile: &MeasuredProfile) -> Figure {
+fn draw(places: &[ProfilePoint], profile: &MeasuredProfile) -> Figure {
     let mean = places.iter().map(|place| place.ratio).sum::<f64>() / places.len() as f64;
-    let curve = |value: &dyn Fn(&Place) -> f64| -> Vec<(f64, f64)> {
+    let curve = |value: &dyn Fn(&ProfilePoint) -> f64| -> Vec<(f64, f64)> {
         let points = places.iter();
         points
             .map(|place| (1e3 * place.position_m, value(place)))
             .collect()
     };
-    let error = |place: &Place| SURE * place.error;
+    let error = |place: &ProfilePoint| SURE * place.error;
     let band = places
         .iter()
         .map(|place| {

@@ -7,7 +7,7 @@ use calibration_rig::procedure::{NextStep, Procedure, StepOutcome};
 use config::{CalibrationFile, Config, Identity, PROFILE_RATIOS, Uniformity};
 
 use crate::survey::finger_procedure::FingerProcedure;
-use crate::survey::profile_procedure::{PLACES, Place, ProfileProcedure, unusable};
+use crate::survey::profile_procedure::{PLACES, ProfilePoint, ProfileProcedure, unusable};
 use crate::survey::profile_verdict::{judge_length, judge_places};
 
 const CONFIG: &str = config::rigs::MOCK_BENCH;
@@ -92,8 +92,8 @@ fn a_bench_that_wants_a_held_switch_or_has_no_force_sensor_drives_no_finger() {
 }
 
 /// Returns places with ratios that deviate from one by `departures`, each with this relative error.
-fn places(departures: &[f64], error: f64) -> Vec<Place> {
-    let place = |departure: &f64| Place {
+fn places(departures: &[f64], error: f64) -> Vec<ProfilePoint> {
+    let place = |departure: &f64| ProfilePoint {
         position_m: 0.0,
         ratio: 1.1 * (1.0 + departure),
         error: 1.1 * error,
@@ -128,7 +128,7 @@ fn a_plate_is_uniform_only_if_its_errors_allow_to_say_so() {
 #[test]
 fn a_plate_is_judged_by_each_of_its_places_with_its_error() {
     let verdict = |ratios: [(f64, f64); 3]| {
-        let place = |(ratio, error)| Place {
+        let place = |(ratio, error)| ProfilePoint {
             position_m: 0.0,
             ratio,
             error,
@@ -151,11 +151,11 @@ fn a_plate_is_judged_by_each_of_its_places_with_its_error() {
 #[test]
 fn the_kept_length_is_judged_by_itself_up_to_its_ends() {
     // From 5 mm to 5 mm before the end of a plate of 105 mm; the kept length is from 22.5 to 82.5 mm.
-    let profile = |count: u32, drop: f64| -> Vec<Place> {
+    let profile = |count: u32, drop: f64| -> Vec<ProfilePoint> {
         let place = |i| {
             let position_m = 0.005 + 0.095 * f64::from(i) / f64::from(count - 1);
             let offset = position_m / 0.0525 - 1.0;
-            Place {
+            ProfilePoint {
                 position_m,
                 ratio: 1.1 * (1.0 - drop * offset * offset),
                 error: 1e-3,
@@ -181,7 +181,7 @@ fn the_kept_length_is_judged_by_itself_up_to_its_ends() {
     assert_eq!(judge_length(&profile(7, 0.0), 10.0), None);
     // The ends deviate most: without a reading at one of them, there is no verdict on the whole.
     for (skipped, count_taken) in [(4, 3), (0, 8), (3, 8)] {
-        let measured: Vec<Place> = profile(11, 0.2)
+        let measured: Vec<ProfilePoint> = profile(11, 0.2)
             .into_iter()
             .skip(skipped)
             .take(count_taken)

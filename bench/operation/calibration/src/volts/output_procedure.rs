@@ -1,7 +1,9 @@
 //! `calibrate output`: compares commanded and read-back volts with an independent meter at a few levels.
 
-use anyhow::{Context, bail};
+use crate::instrument_mean::{LEAST_LINES, WINDOW_S, instrument_mean};
+use anyhow::{Context, anyhow, bail};
 use calibration_rig::capture::{Capture, Dwell};
+use calibration_rig::clear::LISTEN_S;
 use calibration_rig::known::{INSTRUMENT_LAG_S, Known};
 use calibration_rig::operator::{Answer, CalibrationProgress, PointRead, Request};
 use calibration_rig::procedure::{NextStep, Procedure, StepOutcome};
@@ -9,8 +11,6 @@ use config::{Config, MeterReads};
 use metrology::volts::{UnitSlip, VoltsFit, VoltsPoint};
 use signalgen::{ToneList, Waveform};
 
-/// Length of the silence at the beginning, s.
-const LISTEN_S: f64 = 0.3;
 /// Levels of the ladder, as shares of the highest.
 const LADDER: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 1.0];
 /// Default highest level, V peak: low, but enough for any meter.
@@ -21,15 +21,12 @@ const FEWEST_LEVELS: usize = 3;
 const MOST_V: f64 = 500.0;
 /// Lowest frequency of the tone, Hz: the safety watch evaluates the read-back over 1 ms.
 const LOWEST_HZ: f64 = 1e3;
-/// Time skipped at the beginning of each tone, and length of the reading, s.
+/// Time skipped at the beginning of each tone, s.
 const SETTLE_S: f64 = 0.2;
-const WINDOW_S: f64 = 0.5;
 /// Relative standard deviation assumed for a typed reading before the scatter is known: its last digit.
 const TYPED_SIGMA: f64 = 1e-3;
 /// Largest relative difference of a typed reading from the predicted one; a larger one is queried.
 const SURPRISE: f64 = 0.1;
-/// Fewest lines from an instrument at one level.
-const LEAST_LINES: usize = 5;
 
 /// Meter as described by the operator.
 #[derive(Debug, Clone, PartialEq)]
@@ -267,20 +264,11 @@ impl OutputProcedure {
     fn instrument(&self, capture: &Capture) -> anyhow::Result<(f64, f64)> {
         let dwell = capture.dwells.first().context("no tone came back")?;
         let window = capture.settled(dwell, SETTLE_S + INSTRUMENT_LAG_S);
-        let inside = capture
-            .known_m
-            .iter()
-            .filter(|(frame, _)| window.contains(frame));
-        let lines: Vec<f64> = inside.map(|&(_, reading)| reading).collect();
-        let n = lines.len();
-        if n < LEAST_LINES {
-            bail!(
+        let (mean, sigma) = instrument_mean(capture, &window).map_err(|n| {
+            anyhow!(
                 "the meter sent {n} lines in {WINDOW_S} s, at least {LEAST_LINES} are needed: type its readings instead, or let it send faster"
-            );
-        }
-        let mean = lines.iter().sum::<f64>() / n as f64;
-        let squares: f64 = lines.iter().map(|x| (x - mean).powi(2)).sum();
-        let sigma = (squares / (n * (n - 1)) as f64).sqrt();
+            )
+        })?;
         // A meter with rounded output can send the same number throughout.
         Ok((mean, sigma.max(1e-4 * mean.abs()).max(1e-6)))
     }

@@ -5,14 +5,14 @@ use std::fmt::Write as _;
 use calibration_rig::judged::{Calibrates, Judged, Part};
 use calibration_rig::known::Known;
 use config::{MeasuredOutput, Provenance, Quantity};
-use metrology::regression::Line;
+use metrology::regression::FittedLine;
 use metrology::volts::{UnitSlip, VoltsFit};
 
 use crate::volts::output_procedure::OutputProcedure;
 
 impl OutputProcedure {
     /// Returns the meter's volts per volt of the bench at the carrier, from the line at the tone and `transfer`.
-    fn factor(&self, line: &Line, transfer: f64) -> Quantity {
+    fn factor(&self, line: &FittedLine, transfer: f64) -> Quantity {
         let value = line.slope * transfer;
         let observed = line.slope_error * transfer;
         // The change from the tone to the carrier cannot be attributed to either amplifier or read-back.

@@ -1,5 +1,10 @@
+use super::observation::PATIENCE_S;
 use super::*;
+use crate::is_sign;
+use safety::{SafetyState, Trip};
+use tui::Action;
 use tui::action::AttemptName;
+use tui::drill_view::DrillStep;
 
 /// A bench and its clock, for exercises with the fault after 1 s of driving and a `silence_s` of 0.05 s.
 struct Bench {
@@ -55,7 +60,7 @@ impl Bench {
 
     fn miss_reason(&self) -> &str {
         match self.exercise.outcome() {
-            Some(Outcome::Missed(reason)) => reason,
+            Some(ExerciseOutcome::Missed(reason)) => reason,
             outcome => panic!("{outcome:?}"),
         }
     }
@@ -194,7 +199,7 @@ fn a_flag_is_answered_by_repeating_at_once_or_after_a_word() {
         {
             bench.act(action);
         }
-        assert_eq!(bench.exercise.outcome(), Some(&Outcome::Met));
+        assert_eq!(bench.exercise.outcome(), Some(&ExerciseOutcome::Met));
         assert_eq!(bench.exercise.sign(), "input xruns: 1");
         assert!(bench.exercise.times().silent_s.is_none(), "it goes on");
     }
@@ -267,7 +272,7 @@ fn manual_time_counts_from_when_the_bench_saw_it() {
     bench.act(Action::Resume);
     (bench.safety, bench.sounds) = (SafetyState::Armed, true);
     bench.pass(0.5);
-    assert_eq!(bench.exercise.outcome(), Some(&Outcome::Met));
+    assert_eq!(bench.exercise.outcome(), Some(&ExerciseOutcome::Met));
     let times = bench.exercise.times();
     assert!(
         times.silent_s.is_some_and(|silent_s| silent_s < 0.01),

@@ -5,7 +5,7 @@ mod wrap;
 
 use serde::Deserialize;
 
-pub use printed::{Options, chapter, text};
+pub use printed::{MessagesOptions, chapter, text};
 
 /// Group of related messages.
 #[derive(Debug, Clone, Deserialize)]

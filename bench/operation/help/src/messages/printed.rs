@@ -12,7 +12,7 @@ const WIDTH: usize = 96;
 
 /// `messages`
 #[derive(Debug, Clone, Args)]
-pub struct Options {
+pub struct MessagesOptions {
     /// Message to look up, or words of it; numbers are ignored, so that text can be pasted from the screen [default: all].
     #[arg(value_name = "WORDS")]
     pub words: Vec<String>,

@@ -1,6 +1,6 @@
 //! Health of the bench's tasks and devices.
 
-use devices::Gauges;
+use devices::DeviceReadings;
 use recording::pipeline::Account;
 use tui::event::{LineStates, SystemHealth};
 
@@ -24,7 +24,7 @@ impl HealthMeter {
         &mut self,
         now_ns: u64,
         account: &Account,
-        gauges: &Gauges,
+        gauges: &DeviceReadings,
         rate_hz: u32,
     ) -> Option<SystemHealth> {
         if now_ns < self.due_ns {
@@ -84,7 +84,7 @@ mod tests {
 
     #[test]
     fn a_press_between_two_looks_is_shown_with_its_age() {
-        let gauges = Gauges::default();
+        let gauges = DeviceReadings::default();
         let mut meter = HealthMeter::default();
         let mut look = |now_ns| {
             let health = meter.read(now_ns, &Account::default(), &gauges, 192_000);

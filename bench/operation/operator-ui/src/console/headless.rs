@@ -86,7 +86,7 @@ impl<W: Write + Send> Front for Headless<W> {
                 }
             }
             Event::Safety {
-                state: tui::event::SafetyState::Tripped,
+                state: tui::event::SafetyView::Tripped,
                 reason,
             } if self.tripped != reason => {
                 self.tripped = reason;

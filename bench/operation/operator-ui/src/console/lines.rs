@@ -18,13 +18,13 @@ const WAITING_LINES: usize = 1 << 16;
 /// use std::io::Write;
 ///
 /// let (reader, writer) = std::io::pipe()?;
-/// let mut lines = operator_ui::console::Lines::start(writer)?;
+/// let mut lines = operator_ui::console::LineQueue::start(writer)?;
 /// writeln!(lines, "trial 1 of 12")?;
 /// drop(lines);
 /// assert_eq!(std::io::read_to_string(reader)?, "trial 1 of 12\n");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub struct Lines {
+pub struct LineQueue {
     line: Vec<u8>,
     /// `None` only during drop.
     queue: Option<SyncSender<Vec<u8>>>,
@@ -32,7 +32,7 @@ pub struct Lines {
     writer: Option<JoinHandle<()>>,
 }
 
-impl Lines {
+impl LineQueue {
     /// Starts the thread that writes to `out`.
     ///
     /// # Errors
@@ -77,7 +77,7 @@ impl Lines {
     }
 }
 
-impl Write for Lines {
+impl Write for LineQueue {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.line.extend_from_slice(bytes);
         if self.line.ends_with(b"\n") {
@@ -91,7 +91,7 @@ impl Write for Lines {
     }
 }
 
-impl Drop for Lines {
+impl Drop for LineQueue {
     fn drop(&mut self) {
         let _ = self.hand_over();
         self.queue = None;
@@ -127,7 +127,7 @@ mod tests {
     #[test]
     fn a_reader_who_stands_still_keeps_no_writer_waiting() {
         let (goes_on, reader) = mpsc::channel();
-        let mut lines = Lines::start(StandsStill(reader)).unwrap();
+        let mut lines = LineQueue::start(StandsStill(reader)).unwrap();
         for _ in 0..2 * WAITING_LINES {
             writeln!(lines, "not read").unwrap();
         }

@@ -12,7 +12,7 @@ mod stop_keys;
 pub use dashboard_thread::{Dashboard, DashboardThread};
 pub use front::Front;
 pub use headless::Headless;
-pub use lines::Lines;
+pub use lines::LineQueue;
 pub use safety_event::safety_event;
 pub use stop_keys::StopKeys;
 

@@ -8,10 +8,10 @@ use safety::{DoseLeft, SafetyState};
 pub fn safety_event(state: &SafetyState, driving: bool, left: Option<&DoseLeft>) -> tui::Event {
     let left = left.map(DoseLeft::in_words);
     let (state, reason) = match state {
-        SafetyState::Disarmed => (tui::event::SafetyState::Disarmed, left),
-        SafetyState::Armed if driving => (tui::event::SafetyState::Driving, left),
-        SafetyState::Armed => (tui::event::SafetyState::Armed, left),
-        SafetyState::Tripped { trip } => (tui::event::SafetyState::Tripped, Some(trip.to_string())),
+        SafetyState::Disarmed => (tui::event::SafetyView::Disarmed, left),
+        SafetyState::Armed if driving => (tui::event::SafetyView::Driving, left),
+        SafetyState::Armed => (tui::event::SafetyView::Armed, left),
+        SafetyState::Tripped { trip } => (tui::event::SafetyView::Tripped, Some(trip.to_string())),
     };
     tui::Event::Safety { state, reason }
 }

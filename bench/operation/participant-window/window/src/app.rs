@@ -21,7 +21,7 @@ use participant_window::fitness::OnMonitor;
 use participant_window::geometry::Geometry;
 use participant_window::lettering::Typeface;
 use participant_window::message::{Display, FORMAT};
-use participant_window::page::{Moving, Page};
+use participant_window::page::{Moving, ParticipantPage};
 use participant_window::place::shared_s;
 use participant_window::ruler::{ASSUMED_PIXEL_M, Ruler};
 use participant_window::scales::Scales;
@@ -42,7 +42,7 @@ pub struct App {
 /// The window on its monitor.
 struct Screen {
     surface: Surface<Rc<Window>, Rc<Window>>,
-    page: Page,
+    page: ParticipantPage,
     display: Display,
     chosen_monitor: OnMonitor,
     /// Time at which the next frame is due.
@@ -107,7 +107,7 @@ impl App {
             pixel_m,
             refresh_s: monitor::refresh_s(&monitor),
         };
-        let page = Page::new(self.face.clone(), geometry(&display));
+        let page = ParticipantPage::new(self.face.clone(), geometry(&display));
         self.screen = Some(Screen {
             surface,
             page,
@@ -208,7 +208,8 @@ impl App {
                     display.pixel_m = ruler.pixel_m();
                     let size = (display.width_px, display.height_px);
                     self.scales.keep(&display.monitor, size, display.pixel_m)?;
-                    screen.page = Page::new(self.face.clone(), geometry(&screen.display));
+                    screen.page =
+                        ParticipantPage::new(self.face.clone(), geometry(&screen.display));
                     self.ruler = None;
                 }
                 _ => {}
@@ -241,7 +242,7 @@ impl Screen {
             return;
         }
         (self.display.width_px, self.display.height_px) = (width, height);
-        self.page = Page::new(face.clone(), geometry(&self.display));
+        self.page = ParticipantPage::new(face.clone(), geometry(&self.display));
         self.stale = true;
     }
 

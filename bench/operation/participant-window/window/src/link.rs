@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use participant_window::Lines;
+use participant_window::LineConnection;
 use participant_window::message::{Display, FromWindow, ToWindow};
 use participant_window::place;
 
@@ -14,7 +14,7 @@ const ALIVE_S: f64 = 0.4;
 /// The window's end of the socket.
 pub struct Link {
     socket: PathBuf,
-    lines: Option<Lines>,
+    lines: Option<LineConnection>,
     last_try_s: f64,
     last_message_s: f64,
 }
@@ -71,7 +71,7 @@ impl Link {
         let in_words = |error: String| Some(error);
         let stream = place::connect(&self.socket).map_err(|error| in_words(error.to_string()))?;
         let stream = stream.ok_or(None)?;
-        let mut lines = Lines::new(stream).map_err(|error| in_words(error.to_string()))?;
+        let mut lines = LineConnection::new(stream).map_err(|error| in_words(error.to_string()))?;
         let ready = FromWindow::Ready(display.clone());
         lines
             .send(&ready)

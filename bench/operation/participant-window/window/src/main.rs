@@ -39,7 +39,7 @@ fn main() -> ExitCode {
 #[cfg(unix)]
 fn open() -> Result<(), String> {
     use clap::Parser;
-    use participant_window::participant_options::Participant;
+    use participant_window::participant_options::ParticipantOptions;
     use participant_window::{place, scales};
 
     /// The participant's window on a monitor; `friction-bench participant` starts it.
@@ -47,7 +47,7 @@ fn open() -> Result<(), String> {
     #[command(name = "friction-bench-participant", version, max_term_width = 100)]
     struct Cli {
         #[command(flatten)]
-        options: Participant,
+        options: ParticipantOptions,
     }
 
     let options = Cli::parse().options;

@@ -100,6 +100,8 @@ pub struct Manifest {
     pub events: Vec<RecordingEvent>,
 }
 
+/// The required keys of a `recording.toml`.
+pub const MINIMAL: &str = include_str!("minimal.toml");
 /// Time by which a gap in the drive may precede the report of its output xrun, s.
 pub const BEFORE_REPORT_S: f64 = 0.1;
 /// Time by which it may follow the report, s: the loop's delay plus the gap itself.

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use protocols::TrialLabel;
+
 use super::manifest_error::{ManifestError, require_from_one, value_error};
 
 /// Greatest seed: seeds are TOML integers, at most 2⁶³ − 1.
@@ -49,6 +51,12 @@ pub struct Trial {
 }
 
 impl Trial {
+    /// Returns the label of the attempt.
+    #[must_use]
+    pub fn label(&self) -> TrialLabel {
+        TrialLabel::of_block(self.practice, self.number, self.attempt)
+    }
+
     pub(super) fn validate(&self) -> Result<(), ManifestError> {
         require_from_one("trial.number", self.number)?;
         require_from_one("trial.attempt", self.attempt)?;

@@ -252,18 +252,8 @@ impl RecorderCore {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::manifest::Manifest;
+    use crate::manifest::{MINIMAL, Manifest};
     use crate::{AudioFormat, RecordingReader};
-
-    const MANIFEST: &str = r#"
-format = 1
-carrier_hz = 35000.0
-modulation_hz = 6.0
-modulation_index = 0.95
-channels.drive = { index = 0, volts_per_unit = 20.0 }
-channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
-plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
-"#;
 
     #[test]
     fn a_flag_with_an_earlier_sample_replaces_its_event_only() {
@@ -272,7 +262,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         let mut core = RecorderCore::new();
         core.handle(RecorderMessage::Begin(Box::new(Begin {
             folder: folder.clone(),
-            manifest: Manifest::parse(MANIFEST, "recording.toml").unwrap(),
+            manifest: Manifest::parse(MINIMAL, "recording.toml").unwrap(),
             format: AudioFormat {
                 sample_rate_hz: 192_000,
                 channels: 2,

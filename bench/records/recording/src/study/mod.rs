@@ -12,12 +12,12 @@
 //! ```
 
 pub mod event_log;
-mod label;
 mod participants;
 mod removal;
 mod room;
 mod session_folder;
 mod study_error;
+mod table_lines;
 
 use std::fs::{self, File};
 use std::io;
@@ -28,11 +28,12 @@ use protocols::{ParticipantId, Person};
 use serde::{Deserialize, Serialize};
 
 pub use event_log::{Document, EventLog, EventLogError};
-pub use label::{TrialBlock, TrialLabel};
+pub use protocols::{TrialBlock, TrialLabel};
 pub use removal::{REMOVALS_FILE, Traces};
 pub use room::{DataRates, free_bytes, require_room};
 pub use session_folder::{EVENTS_FILE, RecordedTrial, SessionFolder};
 pub use study_error::{DESCRIPTION_FILE, EXCLUSIONS_FILE, PARTICIPANTS_FILE, StudyError};
+pub use table_lines::{TableLine, table_lines};
 
 use crate::disk::{self, DiskError, OnPath};
 use crate::lock::Lock;

@@ -7,6 +7,7 @@ use std::path::Path;
 use protocols::{NOT_STATED, ParticipantId, Person, PersonDetail};
 
 use super::study_error::{PARTICIPANTS_FILE, StudyError};
+use super::table_lines::table_lines;
 use crate::disk::{self, DiskError};
 use crate::storage::Storage;
 
@@ -29,15 +30,12 @@ impl Table {
             reason: reason.to_owned(),
         };
         let text = String::from_utf8(bytes).map_err(|_| table_error("it is not UTF-8 text"))?;
-        // Spreadsheets begin UTF-8 files with this mark.
-        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-        let cells = |line: &str| line.split('\t').map(str::to_owned).collect::<Vec<_>>();
-        let mut lines = text.lines().map(|line| line.trim_end_matches('\r'));
-        let columns = cells(lines.next().unwrap_or_default());
-        if columns[0] != ID {
+        let mut lines = table_lines(&text).into_iter().map(|line| line.cells);
+        let columns = lines.next().unwrap_or_default();
+        if columns.first().is_none_or(|column| column != ID) {
             return Err(table_error("its first column is not participant_id"));
         }
-        let rows = lines.filter(|line| !line.is_empty()).map(cells).collect();
+        let rows = lines.collect();
         Ok(Self { columns, rows })
     }
 

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use protocols::ParticipantId;
 
 use super::study_error::{EXCLUSIONS_FILE, PARTICIPANTS_FILE, StudyError};
+use super::table_lines::{TableLine, table_lines, without_lines};
 use crate::disk::{self, DiskError, OnPath};
 
 /// File with one line for each removed participant: the date, without any personal data.
@@ -65,12 +66,11 @@ impl Traces {
             Err(error) if error.kind() == ErrorKind::NotFound => {}
             Err(error) => return Err(error).with_path("read", &folder)?,
         }
-        traces.is_listed = read_table(study, PARTICIPANTS_FILE)?
-            .lines()
+        traces.is_listed = table_lines(&read_table(study, PARTICIPANTS_FILE)?)
+            .iter()
             .any(|line| traces.is_listed_in(line));
-        let exclusions = read_table(study, EXCLUSIONS_FILE)?;
-        traces.exclusions = exclusions
-            .lines()
+        traces.exclusions = table_lines(&read_table(study, EXCLUSIONS_FILE)?)
+            .iter()
             .filter(|line| traces.is_excluded_by(line))
             .count();
         if traces.folder.is_none() && !traces.is_listed && traces.exclusions == 0 {
@@ -83,13 +83,13 @@ impl Traces {
         Ok(traces)
     }
 
-    fn is_listed_in(&self, line: &str) -> bool {
-        line.split('\t').next() == Some(&self.participant)
+    fn is_listed_in(&self, line: &TableLine) -> bool {
+        line.cells.first() == Some(&self.participant)
     }
 
     /// Returns whether a line of `exclusions.tsv` is about the participant; its columns may be in any order.
-    fn is_excluded_by(&self, line: &str) -> bool {
-        line.split('\t').any(|cell| cell.trim() == self.participant)
+    fn is_excluded_by(&self, line: &TableLine) -> bool {
+        line.cells.contains(&self.participant)
     }
 
     /// Counts the content of a folder; links are counted and not followed.
@@ -134,10 +134,8 @@ impl Traces {
                     return text;
                 }
                 // Lines that will remain after the removal.
-                let lines = text.split_inclusive(|byte| *byte == b'\n');
-                let is_other_line =
-                    |line: &&[u8]| !self.is_excluded_by(&String::from_utf8_lossy(line));
-                lines.filter(is_other_line).collect::<Vec<_>>().concat()
+                let table = String::from_utf8_lossy(&text);
+                without_lines(&table, |line| self.is_excluded_by(line)).into_bytes()
             };
             if self.is_named_in(name.as_bytes()) || file_type.is_file() && self.is_named_in(&text())
             {
@@ -185,11 +183,9 @@ impl Traces {
 fn remove_lines(
     study: &Path,
     name: &str,
-    is_removed: impl Fn(&str) -> bool,
+    is_removed: impl Fn(&TableLine) -> bool,
 ) -> Result<(), DiskError> {
-    let table = read_table(study, name)?;
-    let lines = table.split_inclusive('\n');
-    let rest: String = lines.filter(|line| !is_removed(line.trim_end())).collect();
+    let rest = without_lines(&read_table(study, name)?, is_removed);
     disk::replace_file(&study.join(name), rest.as_bytes())
 }
 

@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::event_log::{EventLog, ExitStatus, LogContent};
-use super::label::TrialLabel;
 use super::study_error::StudyError;
 use crate::Manifest;
 use crate::disk;
 use crate::reader::{self, ReadError};
 use crate::storage::Storage;
+use protocols::TrialLabel;
 
 /// Log of a session.
 pub const EVENTS_FILE: &str = "events.jsonl";

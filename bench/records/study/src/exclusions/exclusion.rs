@@ -9,7 +9,7 @@ use serde::{Serialize, Serializer};
 
 /// All of something, or the one with this number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part<T: Copy + fmt::Display> {
+pub enum AllOrOne<T: Copy + fmt::Display> {
     /// All.
     All,
     /// This one.
@@ -18,7 +18,7 @@ pub enum Part<T: Copy + fmt::Display> {
 
 /// Trial of a session, with all attempts at it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Trial {
+pub struct SessionTrial {
     /// Part of the session.
     pub block: TrialBlock,
     /// Number within its part, from 1.
@@ -31,9 +31,9 @@ pub struct Exclusion {
     /// Participant.
     pub participant: ParticipantId,
     /// Session.
-    pub session: Part<u32>,
+    pub session: AllOrOne<u32>,
     /// Trials.
-    pub trial: Part<Trial>,
+    pub trial: AllOrOne<SessionTrial>,
     /// Reason.
     pub reason: String,
     /// Person who decided it.
@@ -45,14 +45,19 @@ pub struct Exclusion {
 impl Exclusion {
     /// Returns whether the exclusion covers this trial.
     #[must_use]
-    pub fn covers(&self, participant: &str, session: Option<u32>, trial: Option<Trial>) -> bool {
+    pub fn covers(
+        &self,
+        participant: &str,
+        session: Option<u32>,
+        trial: Option<SessionTrial>,
+    ) -> bool {
         let session_matches = match self.session {
-            Part::All => true,
-            Part::One(number) => session == Some(number),
+            AllOrOne::All => true,
+            AllOrOne::One(number) => session == Some(number),
         };
         let trial_matches = match self.trial {
-            Part::All => true,
-            Part::One(number) => trial == Some(number),
+            AllOrOne::All => true,
+            AllOrOne::One(number) => trial == Some(number),
         };
         self.participant.as_str() == participant && session_matches && trial_matches
     }
@@ -61,13 +66,15 @@ impl Exclusion {
 impl fmt::Display for Exclusion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.participant)?;
-        if let Part::One(session) = self.session {
+        if let AllOrOne::One(session) = self.session {
             write!(f, ", session {session}")?;
         }
         match self.trial {
-            Part::One(trial) if trial.block == TrialBlock::Main => write!(f, ", trial {trial}")?,
-            Part::One(trial) => write!(f, ", {trial}")?,
-            Part::All => {}
+            AllOrOne::One(trial) if trial.block == TrialBlock::Main => {
+                write!(f, ", trial {trial}")?
+            }
+            AllOrOne::One(trial) => write!(f, ", {trial}")?,
+            AllOrOne::All => {}
         }
         write!(f, ": {} ({}", self.reason, self.by)?;
         if let Some(date) = &self.date {
@@ -81,7 +88,7 @@ impl fmt::Display for Exclusion {
 pub(crate) const ALL: &str = "all";
 const PRACTICE: &str = "practice-";
 
-impl<T: Copy + fmt::Display> fmt::Display for Part<T> {
+impl<T: Copy + fmt::Display> fmt::Display for AllOrOne<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::All => f.write_str(ALL),
@@ -90,13 +97,13 @@ impl<T: Copy + fmt::Display> fmt::Display for Part<T> {
     }
 }
 
-impl<T: Copy + fmt::Display> Serialize for Part<T> {
+impl<T: Copy + fmt::Display> Serialize for AllOrOne<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_str(self)
     }
 }
 
-impl fmt::Display for Trial {
+impl fmt::Display for SessionTrial {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.block {
             TrialBlock::Main => write!(f, "{}", self.number),
@@ -105,7 +112,7 @@ impl fmt::Display for Trial {
     }
 }
 
-impl From<TrialLabel> for Trial {
+impl From<TrialLabel> for SessionTrial {
     fn from(label: TrialLabel) -> Self {
         Self {
             block: label.block,
@@ -120,7 +127,7 @@ pub(crate) fn number(text: &str) -> Option<u32> {
     text.parse().ok().filter(|number| digits && *number >= 1)
 }
 
-impl FromStr for Trial {
+impl FromStr for SessionTrial {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {

@@ -8,7 +8,7 @@ use recording::DiskError;
 use recording::disk::entries;
 use recording::study::TrialLabel;
 
-use crate::exclusions::exclusion::{Exclusion, Part, Trial};
+use crate::exclusions::exclusion::{AllOrOne, Exclusion, SessionTrial};
 use crate::exclusions::exclusions_error::Unknown;
 
 const PARTICIPANT: &str = "sub-";
@@ -35,7 +35,7 @@ pub(crate) fn missing_part(
         .filter_map(|name| name.strip_prefix(SESSION)?.parse().ok())
         .collect();
     sessions.sort_unstable();
-    if let Part::One(session) = exclusion.session {
+    if let AllOrOne::One(session) = exclusion.session {
         if !sessions.contains(&session) {
             return Ok(Some(Unknown::Session {
                 participant,
@@ -45,7 +45,7 @@ pub(crate) fn missing_part(
         }
         sessions = vec![session];
     }
-    let Part::One(trial) = exclusion.trial else {
+    let AllOrOne::One(trial) = exclusion.trial else {
         return Ok(None);
     };
     let mut trials = BTreeSet::new();
@@ -53,7 +53,7 @@ pub(crate) fn missing_part(
         let folder = participant_folder.join(recording::study::session_name(session));
         let labels = entries(&folder)?;
         let labels = labels.iter().filter_map(|name| name.parse().ok());
-        trials.extend(labels.map(|label: TrialLabel| Trial::from(label)));
+        trials.extend(labels.map(|label: TrialLabel| SessionTrial::from(label)));
     }
     Ok((!trials.contains(&trial)).then(|| Unknown::Trial {
         participant,

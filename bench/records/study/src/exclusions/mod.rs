@@ -10,10 +10,10 @@ mod report;
 mod selection;
 mod table;
 
-pub use exclusion::{Exclusion, Part, Trial};
+pub use exclusion::{AllOrOne, Exclusion, SessionTrial};
 pub use exclusions_error::ExclusionsError;
 pub use recording::study::EXCLUSIONS_FILE;
-pub use selection::{Excluded, Selection, select, study_of};
+pub use selection::{Excluded, RecordingSelection, select, study_of};
 pub use table::{Exclusions, add, read, to_tsv};
 
 /// Compiles and runs the example in the README.

@@ -1,18 +1,17 @@
-//! Report of the exclusions, as text and with the results.
+//! Report of the exclusions, as text and as a table.
 
 use std::path::Path;
 
 use recording::DiskError;
 use recording::disk;
-use serde_json::{Value, json};
 
-use crate::exclusions::selection::{Excluded, Selection};
+use crate::exclusions::selection::{Excluded, RecordingSelection};
 use crate::exclusions::table::to_tsv;
 
 /// File of the exclusions, in the folder of tables and figures; without exclusions it has only a header.
 const FILE_NAME: &str = "excluded.tsv";
 
-impl Selection {
+impl RecordingSelection {
     /// Returns a line for each exclusion, with the number of recordings.
     #[must_use]
     pub fn lines(&self) -> Vec<String> {
@@ -51,24 +50,6 @@ impl Selection {
         text
     }
 
-    /// Returns the exclusions as `excluded` of the results.
-    ///
-    /// # Errors
-    /// Never fails for exclusions.
-    pub fn to_json(&self) -> serde_json::Result<Value> {
-        excluded_json(&self.excluded)
-    }
-
-    /// Returns the overridden exclusions as `exclusions_overridden` of the results; `None` without overridden exclusions.
-    ///
-    /// # Errors
-    /// Never fails for exclusions.
-    pub fn overridden_to_json(&self) -> serde_json::Result<Option<Value>> {
-        let has_overridden = !self.overridden.is_empty();
-        has_overridden
-            .then(|| excluded_json(&self.overridden))
-            .transpose()
-    }
     /// Writes the exclusions into a folder of results.
     ///
     /// # Errors
@@ -95,16 +76,4 @@ fn lines(exclusions: &[Excluded]) -> Vec<String> {
         format!("{}{}, {n}", study.unwrap_or_default(), excluded.exclusion)
     };
     exclusions.iter().map(line).collect()
-}
-
-fn excluded_json(excluded: &[Excluded]) -> serde_json::Result<Value> {
-    let to_entry = |exclusion: &Excluded| {
-        let paths = exclusion.recordings.iter();
-        let recordings: Vec<_> = paths.map(|path| path.display().to_string()).collect();
-        let mut value = serde_json::to_value(&exclusion.exclusion)?;
-        value["recordings"] = json!(recordings);
-        Ok(value)
-    };
-    let list: serde_json::Result<Vec<_>> = excluded.iter().map(to_entry).collect();
-    Ok(Value::Array(list?))
 }

@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use recording::reader;
-use recording::study::{DESCRIPTION_FILE, EXCLUSIONS_FILE, TrialBlock, TrialLabel};
+use recording::study::{DESCRIPTION_FILE, EXCLUSIONS_FILE, TrialLabel};
+use serde::{Serialize, Serializer};
 
-use crate::exclusions::exclusion::{Exclusion, Trial};
+use crate::exclusions::exclusion::Exclusion;
 use crate::exclusions::exclusions_error::ExclusionsError;
 use crate::exclusions::table::{self, Exclusions};
 
@@ -15,7 +16,7 @@ const DEPTH: usize = 3;
 
 /// Recordings split into analysed and excluded ones.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Selection {
+pub struct RecordingSelection {
     /// Folders to analyse, in the given order.
     pub recordings: Vec<PathBuf>,
     /// Exclusions that apply.
@@ -24,18 +25,25 @@ pub struct Selection {
     pub overridden: Vec<Excluded>,
 }
 
-/// Exclusion with the recordings that it covers.
-#[derive(Debug, Clone, PartialEq)]
+/// Exclusion with the recordings that it covers, as in `excluded` of the results.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Excluded {
     /// Study that the exclusion belongs to.
+    #[serde(skip)]
     pub study: PathBuf,
     /// The exclusion.
+    #[serde(flatten)]
     pub exclusion: Exclusion,
     /// Folders of the recordings, at least one.
+    #[serde(serialize_with = "serialize_paths")]
     pub recordings: Vec<PathBuf>,
 }
 
-impl Selection {
+fn serialize_paths<S: Serializer>(paths: &[PathBuf], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(paths.iter().map(|path| path.display().to_string()))
+}
+
+impl RecordingSelection {
     /// Returns the number of excluded recordings.
     #[must_use]
     pub fn left_out(&self) -> usize {
@@ -60,9 +68,9 @@ impl Selection {
 ///
 /// # Errors
 /// The table of a study cannot be read, or names a participant, session or trial that the study does not have.
-pub fn select(folders: Vec<PathBuf>) -> Result<Selection, ExclusionsError> {
+pub fn select(folders: Vec<PathBuf>) -> Result<RecordingSelection, ExclusionsError> {
     let mut studies: BTreeMap<PathBuf, Exclusions> = BTreeMap::new();
-    let mut selection = Selection::default();
+    let mut selection = RecordingSelection::default();
     for folder in folders {
         let Some(study) = study_of(&folder) else {
             selection.recordings.push(folder);
@@ -143,14 +151,7 @@ fn covering_exclusion<'a>(exclusions: &'a Exclusions, folder: &Path) -> Option<&
     let description_identity = || {
         let manifest = reader::read_manifest(&folder).ok()?;
         let participant = manifest.participant?;
-        let trial = manifest.trial.map(|trial| Trial {
-            block: if trial.practice {
-                TrialBlock::Practice
-            } else {
-                TrialBlock::Main
-            },
-            number: trial.number,
-        });
+        let trial = manifest.trial.map(|trial| trial.label().into());
         Some((participant.id, Some(participant.session), trial))
     };
     let (participant, session, trial) = names_identity().or_else(description_identity)?;
@@ -222,17 +223,9 @@ mod tests {
         fs::create_dir_all(study.path().join("sub-07/ses-01/trial-005_attempt-1")).unwrap();
         let folder = study.path().join("monday-third");
         fs::create_dir(&folder).unwrap();
-        let text = r#"
-format = 1
-carrier_hz = 35000.0
-modulation_hz = 6.0
-modulation_index = 0.95
-channels.drive = { index = 0, volts_per_unit = 20.0 }
-channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
-plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
-participant = { id = "sub-07", session = 1 }
-trial = { number = 5, attempt = 1, practice = false, condition = "am", protocol = "p", seed = 1 }
-"#;
+        let text = recording::manifest::MINIMAL.to_owned()
+            + r#"participant = { id = "sub-07", session = 1 }
+trial = { number = 5, attempt = 1, practice = false, condition = "am", protocol = "p", seed = 1 }"#;
         fs::write(folder.join(recording::MANIFEST_FILE), text).unwrap();
         let selection = select(vec![folder.clone()]).unwrap();
         assert_eq!(selection.excluded[0].recordings, [folder]);

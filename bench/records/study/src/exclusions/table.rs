@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use recording::disk::{self, OnPath};
 use recording::storage::Storage;
-use recording::study::EXCLUSIONS_FILE;
+use recording::study::{EXCLUSIONS_FILE, TableLine, table_lines};
 
-use crate::exclusions::exclusion::{ALL, Exclusion, Part, number};
+use crate::exclusions::exclusion::{ALL, AllOrOne, Exclusion, number};
 use crate::exclusions::exclusions_error::ExclusionsError;
 use crate::exclusions::known;
 
@@ -63,23 +63,22 @@ pub fn read(folder: &Path) -> Result<Exclusions, ExclusionsError> {
 fn parse(bytes: &[u8], folder: &Path) -> Result<Exclusions, ExclusionsError> {
     let path = || folder.join(EXCLUSIONS_FILE);
     let text = std::str::from_utf8(bytes).map_err(|_| ExclusionsError::NoText { path: path() })?;
-    // Spreadsheets begin UTF-8 files with this mark.
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut exclusions = Exclusions {
         study: folder.to_owned(),
         list: Vec::new(),
         lines: Vec::new(),
     };
-    let mut lines = (1..)
-        .zip(text.lines())
-        .filter(|(_, line)| !line.trim().is_empty());
-    let Some((_, header)) = lines.next() else {
+    let mut lines = table_lines(text).into_iter();
+    let Some(TableLine { cells: columns, .. }) = lines.next() else {
         return Ok(exclusions);
     };
-    let columns: Vec<&str> = header.split('\t').map(str::trim).collect();
     let places = places(&columns, &path)?;
-    for (line, text) in lines {
-        let cells: Vec<&str> = text.split('\t').map(str::trim).collect();
+    for TableLine {
+        number: line,
+        cells,
+        ..
+    } in lines
+    {
         if cells.len() != columns.len() {
             return Err(ExclusionsError::Cells {
                 path: path(),
@@ -88,7 +87,7 @@ fn parse(bytes: &[u8], folder: &Path) -> Result<Exclusions, ExclusionsError> {
                 columns: columns.len(),
             });
         }
-        let cell = |column: usize| places[column].map_or("", |index| cells[index]);
+        let cell = |column: usize| places[column].map_or("", |index| cells[index].as_str());
         let exclusion = exclusion(cell).map_err(|(column, why)| ExclusionsError::Cell {
             path: path(),
             line,
@@ -104,7 +103,7 @@ fn parse(bytes: &[u8], folder: &Path) -> Result<Exclusions, ExclusionsError> {
 
 /// Returns the index of each of [`COLUMNS`] in the header.
 fn places(
-    columns: &[&str],
+    columns: &[String],
     path: &impl Fn() -> PathBuf,
 ) -> Result<[Option<usize>; 6], ExclusionsError> {
     let mut places = [None; 6];
@@ -115,7 +114,7 @@ fn places(
             _ => {
                 return Err(ExclusionsError::UnknownColumn {
                     path: path(),
-                    column: (*name).to_owned(),
+                    column: name.clone(),
                     nearest: strict_toml::nearest(name, &COLUMNS).filter(|nearest| nearest != name),
                 });
             }
@@ -138,15 +137,15 @@ fn exclusion<'a>(cell: impl Fn(usize) -> &'a str) -> Result<Exclusion, (usize, S
         .parse()
         .map_err(|error: protocols::ParticipantIdError| (0, error.to_string()))?;
     let session = match cell(1) {
-        "" | ALL | NOT_STATED => Part::All,
-        text => Part::One(number(text).ok_or_else(|| {
+        "" | ALL | NOT_STATED => AllOrOne::All,
+        text => AllOrOne::One(number(text).ok_or_else(|| {
             let why = format!("a session is its number from 1, or `{ALL}`");
             (1, why)
         })?),
     };
     let trial = match cell(2) {
-        ALL => Part::All,
-        text => Part::One(
+        ALL => AllOrOne::All,
+        text => AllOrOne::One(
             text.parse()
                 .map_err(|why| (2, format!("{why}, or `{ALL}`")))?,
         ),
@@ -286,7 +285,7 @@ fn unescape(cell: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::exclusions::exclusion::Trial;
+    use crate::exclusions::exclusion::SessionTrial;
     use crate::exclusions::exclusions_error::Unknown;
     use proptest::prelude::*;
     use recording::storage::FileSystem;
@@ -296,10 +295,10 @@ mod tests {
         parse(text.as_bytes(), Path::new("study"))
     }
 
-    fn exclusion_of(participant: &str, trial: Part<Trial>) -> Exclusion {
+    fn exclusion_of(participant: &str, trial: AllOrOne<SessionTrial>) -> Exclusion {
         Exclusion {
             participant: participant.parse().unwrap(),
-            session: Part::All,
+            session: AllOrOne::All,
             trial,
             reason: "why".to_owned(),
             by: "N. H.".to_owned(),
@@ -307,8 +306,8 @@ mod tests {
         }
     }
 
-    fn main(number: u32) -> Part<Trial> {
-        Part::One(Trial {
+    fn main(number: u32) -> AllOrOne<SessionTrial> {
+        AllOrOne::One(SessionTrial {
             block: TrialBlock::Main,
             number,
         })
@@ -318,13 +317,13 @@ mod tests {
     fn a_handwritten_table_needs_four_columns_in_any_order() {
         let text = "\u{feff}trial\tby\tparticipant_id\treason\r\nall\tN. H.\tsub-07\tbroken\r\n\r\npractice-2\tN. H.\tsub-08\tx\r\n";
         let exclusions = parse_text(text).unwrap();
-        assert_eq!(exclusions.list[0].trial, Part::All);
+        assert_eq!(exclusions.list[0].trial, AllOrOne::All);
         assert_eq!(exclusions.list[0].to_string(), "sub-07: broken (N. H.)");
-        let practice = Trial {
+        let practice = SessionTrial {
             block: TrialBlock::Practice,
             number: 2,
         };
-        assert_eq!(exclusions.list[1].trial, Part::One(practice));
+        assert_eq!(exclusions.list[1].trial, AllOrOne::One(practice));
         assert_eq!(exclusions.lines, [2, 4]);
         assert!(parse_text("").unwrap().list.is_empty());
         assert!(parse_text("\n\n").unwrap().list.is_empty());
@@ -399,11 +398,11 @@ mod tests {
             other => panic!("{other}"),
         };
         assert!(matches!(
-            missing_part(&exclusion_of("sub-70", Part::All)),
+            missing_part(&exclusion_of("sub-70", AllOrOne::All)),
             Unknown::Participant { nearest: Some(name), .. } if name == "sub-07"
         ));
-        let mut second_session = exclusion_of("sub-07", Part::All);
-        second_session.session = Part::One(2);
+        let mut second_session = exclusion_of("sub-07", AllOrOne::All);
+        second_session.session = AllOrOne::One(2);
         assert!(
             matches!(missing_part(&second_session), Unknown::Session { existing, .. } if existing == [1])
         );
@@ -415,7 +414,7 @@ mod tests {
         add(&exclusion_of("sub-07", main(3))).unwrap();
         let error = add(&exclusion_of("sub-07", main(3))).unwrap_err();
         assert!(matches!(error, ExclusionsError::Already { .. }), "{error}");
-        let mut whole_participant = exclusion_of("sub-07", Part::All);
+        let mut whole_participant = exclusion_of("sub-07", AllOrOne::All);
         whole_participant.reason = "a tab\tand\nlines, C:\\temp".to_owned();
         add(&whole_participant).unwrap();
         let exclusions = read(study.path()).unwrap();
@@ -441,7 +440,7 @@ mod tests {
             "- he coughed",
             "'=1",
         ] {
-            let mut exclusion = exclusion_of("sub-07", Part::All);
+            let mut exclusion = exclusion_of("sub-07", AllOrOne::All);
             (exclusion.reason, exclusion.by) = (text.to_owned(), text.to_owned());
             let table = to_tsv([&exclusion]);
             let line = table.lines().nth(1).unwrap();
@@ -462,7 +461,7 @@ mod tests {
         #[test]
         fn every_reason_reads_back(reason in "[^\\p{Cc}\\u{2028}\\u{2029}\\s][\\PC\\t\\n\\r\\\\]*") {
             prop_assume!(reason.trim() != NOT_STATED);
-            let mut exclusion = exclusion_of("sub-07", Part::All);
+            let mut exclusion = exclusion_of("sub-07", AllOrOne::All);
             exclusion.reason = reason.trim().replace(['\u{2028}', '\u{2029}'], " ");
             let exclusions = parse_text(&to_tsv([&exclusion])).unwrap();
             prop_assert_eq!(exclusions.list, [exclusion]);

@@ -1,5 +1,8 @@
 //! Sessions of a study by their logs: when each recording began and how each attempt was settled.
 
+mod fold;
+mod log_defect;
+mod order;
 mod session;
 mod standing;
 
@@ -9,14 +12,16 @@ use protocols::Protocol;
 use recording::study::EVENTS_FILE;
 use recording::study::event_log::{self, Document, LogContent};
 
-pub use session::{Attempt, Session, SessionEnd, practice_trials, session_event};
+pub use fold::history;
+pub use log_defect::LogDefect;
+pub use session::{Attempt, CarrierChange, LoggedFit, LoggedSession, SessionEnd};
 pub use standing::Standing;
 
 /// Sessions that a list of recordings belongs to.
 #[derive(Debug, Default)]
 pub struct Sessions {
     /// Folder of each session with its history, or why its log cannot be read; in the order of the recordings.
-    pub list: Vec<(PathBuf, Result<Session, String>)>,
+    pub list: Vec<(PathBuf, Result<LoggedSession, String>)>,
 }
 
 impl Sessions {
@@ -38,7 +43,7 @@ impl Sessions {
 
     /// Returns the session that contains a recording; `None` without a readable log.
     #[must_use]
-    pub fn session_of(&self, recording: &Path) -> Option<(&Path, &Session)> {
+    pub fn session_of(&self, recording: &Path) -> Option<(&Path, &LoggedSession)> {
         let folder = folder_of(recording)?;
         let mut list = self.list.iter();
         let (folder, session) = list.find(|(path, _)| *path == folder)?;
@@ -51,8 +56,7 @@ impl Sessions {
         let name = recording.canonicalize().ok()?;
         let label = name.file_name()?.to_string_lossy().parse().ok()?;
         let (_, session) = self.session_of(recording)?;
-        let mut attempts = session.attempts.iter();
-        attempts.find(|attempt| attempt.label == label)
+        session.attempt(label)
     }
 }
 
@@ -60,17 +64,19 @@ impl Sessions {
 ///
 /// # Errors
 /// The log cannot be read; returns the reason as text.
-pub fn read(folder: &Path) -> Result<Session, String> {
+pub fn read(folder: &Path) -> Result<LoggedSession, String> {
     let content = event_log::read(&folder.join(EVENTS_FILE)).map_err(|error| error.to_string())?;
-    Ok(Session::after_practice(
-        &content,
-        practice(folder, &content),
-    ))
+    Ok(history_in(folder, &content))
+}
+
+/// Returns the history of the session in `folder` by its log `content`.
+#[must_use]
+pub fn history_in(folder: &Path, content: &LogContent) -> LoggedSession {
+    history(content, practice(folder, content))
 }
 
 /// Returns the number of practice trials of the session in `folder`, by its copy of the protocol, or else by its log.
-#[must_use]
-pub fn practice(folder: &Path, content: &LogContent) -> u32 {
+fn practice(folder: &Path, content: &LogContent) -> u32 {
     let start = content
         .documents
         .iter()
@@ -85,7 +91,7 @@ pub fn practice(folder: &Path, content: &LogContent) -> u32 {
         // A later version may have other rules; the log serves as well.
         Some(Protocol::parse(&text, &file).ok()?.trials.practice)
     };
-    copy_practice().unwrap_or_else(|| practice_trials(content))
+    copy_practice().unwrap_or_else(|| fold::logged_practice(content))
 }
 
 /// Returns the folder of a recording's session, if it has a log.

@@ -1,24 +1,23 @@
-//! History of a session by its log.
+//! History of a session, as its log states it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use jiff::Timestamp;
-use protocols::{Interval, SessionEventKind, TrialKey, TrialOutcome};
-use recording::study::event_log::{Document, ExitStatus, LogContent, LogEvent, Start};
-use recording::study::{TrialBlock, TrialLabel};
+use protocols::{Interval, TrialOutcome, TrialRecord};
+use recording::study::TrialLabel;
+use recording::study::event_log::{ExitStatus, Start};
 use recording::sums::Sums;
-use serde_json::Value;
+use serde_json::{Map, Value};
 
+use crate::sessions::log_defect::LogDefect;
 use crate::sessions::standing::Standing;
 
-/// Longest time between two recordings of a session, resumed ones included, s: a month.
-const LONGEST_S: f64 = 31.0 * 86_400.0;
-
-/// History of a session by its log.
+/// History of a session.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Session {
+pub struct LoggedSession {
     /// First start; `None` if it is missing.
     pub start: Option<Start>,
+    /// Last start: the first one, unless the session was resumed.
+    pub last_start: Option<Start>,
     /// Number of resumptions.
     pub n_resumptions: usize,
     /// End of the session.
@@ -27,16 +26,52 @@ pub struct Session {
     pub planned: Option<usize>,
     /// Attempts at trials, in the order of their starts.
     pub attempts: Vec<Attempt>,
+    /// Settled attempts in the order of the log, from which the protocol resumes: an attempt with a withdrawn outcome
+    /// occurs twice, and one that was never settled is interrupted.
+    pub records: Vec<TrialRecord>,
+    /// Fits, in the order of the log.
+    pub fits: Vec<LoggedFit>,
+    /// Last change of the carrier; `None` if a later part returned to the calibrated one.
+    pub carrier_change: Option<CarrierChange>,
+    /// Events out of order.
+    pub defects: Vec<LogDefect>,
+    /// Parts with a stop after the last attempt, which shows that everything was written.
+    pub(super) stopped_parts: BTreeSet<usize>,
 }
 
 /// End of a session.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum SessionEnd {
-    /// The program was killed, or the session is still running.
-    #[default]
+    /// The session ended as its log says.
+    Stopped {
+        /// Exit status.
+        status: ExitStatus,
+        /// Reason, unless it succeeded.
+        reason: Option<String>,
+    },
+    /// The program was killed, or is still running.
     Unfinished,
-    /// The session ended as its log says, with the reason unless all trials are done.
-    Stopped(ExitStatus, Option<String>),
+    /// No trial was begun.
+    #[default]
+    NotBegun,
+}
+
+/// Fit of a trial.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoggedFit {
+    /// Attempt at the trial that had begun last; `None` if the log has no start of one.
+    pub attempt: Option<TrialLabel>,
+    /// Values of the event.
+    pub data: Map<String, Value>,
+}
+
+/// Change of the carrier.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CarrierChange {
+    /// Calibrated resonance of the part with the change, Hz; `None` if its start does not state it.
+    pub calibrated_hz: Option<f64>,
+    /// Values of the event.
+    pub data: Map<String, Value>,
 }
 
 /// Attempt at a trial.
@@ -63,7 +98,7 @@ pub struct Attempt {
 }
 
 impl Attempt {
-    fn new(label: TrialLabel, condition: String, part: usize) -> Self {
+    pub(super) fn new(label: TrialLabel, condition: String, part: usize) -> Self {
         Self {
             label,
             condition,
@@ -109,56 +144,15 @@ impl Attempt {
     /// Returns whether the attempt is at a practice trial.
     #[must_use]
     pub fn is_practice(&self) -> bool {
-        self.label.block == TrialBlock::Practice
+        self.label.is_practice()
     }
 }
 
-impl Session {
-    /// Reads the history from a log.
+impl LoggedSession {
+    /// Returns the attempt with a label.
     #[must_use]
-    pub fn from_log(content: &LogContent) -> Self {
-        Self::after_practice(content, practice_trials(content))
-    }
-
-    /// Reads the history from the log of a session that begins with `practice` practice trials.
-    #[must_use]
-    pub fn after_practice(content: &LogContent, practice: u32) -> Self {
-        let mut reading = Reading {
-            session: Self::default(),
-            practice,
-            part: 0,
-            part_s: 0.0,
-            open_trial: None,
-        };
-        let mut first_time: Option<Timestamp> = None;
-        for document in &content.documents {
-            match document {
-                Document::Start(start) => {
-                    let time: Option<Timestamp> = start.time.parse().ok();
-                    first_time = first_time.or(time);
-                    let offset = first_time
-                        .zip(time)
-                        .map(|(first_time, time)| time.duration_since(first_time));
-                    reading.start(start, offset.map(|offset| offset.as_secs_f64()));
-                }
-                Document::Event(event) => reading.event(event),
-                Document::Stop(stop) => {
-                    reading.session.end =
-                        SessionEnd::Stopped(stop.exit_status, stop.reason.clone());
-                }
-                Document::Descriptor(_) => {}
-            }
-        }
-        let mut session = reading.session;
-        let origin_s = session.attempts.first().and_then(|first| first.start_s);
-        for attempt in &mut session.attempts {
-            let offset_s = attempt
-                .start_s
-                .zip(origin_s)
-                .map(|(start_s, origin_s)| start_s - origin_s);
-            attempt.start_s = offset_s.filter(|offset_s| (0.0..=LONGEST_S).contains(offset_s));
-        }
-        session
+    pub fn attempt(&self, label: TrialLabel) -> Option<&Attempt> {
+        self.attempts.iter().find(|attempt| attempt.label == label)
     }
 
     /// Returns the accepted attempts, one for each trial: the last, if there are several.
@@ -172,221 +166,18 @@ impl Session {
         }
         accepted.into_values().collect()
     }
-}
 
-/// State while reading a log.
-struct Reading {
-    session: Session,
-    practice: u32,
-    /// Current part of the session, from 1.
-    part: usize,
-    /// Start of that part, when its audio clock begins, s after the session's first start.
-    part_s: f64,
-    /// Attempt in progress.
-    open_trial: Option<TrialLabel>,
-}
-
-impl Reading {
-    fn start(&mut self, start: &Start, since_s: Option<f64>) {
-        self.part += 1;
-        self.open_trial = None;
-        // The wall clock may be set back.
-        self.part_s = since_s.unwrap_or(self.part_s).max(self.part_s);
-        self.session.end = SessionEnd::Unfinished;
-        match &self.session.start {
-            None => self.session.start = Some(start.clone()),
-            Some(_) => self.session.n_resumptions += 1,
+    /// Returns whether the log should call an attempt saved: it does so for other attempts of that time, and the program
+    /// continued after this attempt or stopped in good order.
+    #[must_use]
+    pub fn should_be_saved(&self, attempt: &Attempt) -> bool {
+        let mut saved_attempts = self.attempts.iter().filter(|candidate| candidate.is_saved);
+        let is_later =
+            |candidate: &Attempt| candidate.part == attempt.part && candidate.label > attempt.label;
+        if self.stopped_parts.contains(&attempt.part) {
+            saved_attempts.next().is_some()
+        } else {
+            saved_attempts.any(is_later)
         }
-    }
-
-    fn event(&mut self, event: &LogEvent) {
-        match session_event(event) {
-            Some(SessionEventKind::SessionStarted { order, .. }) => {
-                let practice = self.practice as usize;
-                self.session.planned = Some(order.len().saturating_sub(practice));
-            }
-            Some(SessionEventKind::TrialBegan { key }) => {
-                let start_s = self.part_s + event.audio_s;
-                let label = TrialLabel::new(&key, self.practice);
-                self.open_trial = Some(label);
-                self.attempt(label, &key.condition).start_s = Some(start_s);
-            }
-            Some(SessionEventKind::Marked { interval }) => {
-                if let Some(label) = self.open_trial {
-                    self.attempt(label, "").intervals.push(interval);
-                }
-            }
-            Some(SessionEventKind::TrialSettled { record }) => {
-                let label = TrialLabel::new(&record.key, self.practice);
-                self.open_trial = None;
-                self.attempt(label, &record.key.condition).outcome = Some(record.outcome);
-            }
-            _ => self.read_saved(event),
-        }
-    }
-
-    fn read_saved(&mut self, event: &LogEvent) {
-        let name = event.data.get("saved").and_then(Value::as_str);
-        let Some(label) = name.and_then(|name| name.parse().ok()) else {
-            return;
-        };
-        let sums = event.data.get("sha256").cloned();
-        let is_interrupted = event.data.get("interrupted").and_then(Value::as_bool);
-        let attempt = self.attempt(label, "");
-        attempt.is_saved = true;
-        attempt.is_interrupted = is_interrupted.unwrap_or(false);
-        attempt.sums = sums.and_then(|sums| serde_json::from_value(sums).ok());
-    }
-
-    fn attempt(&mut self, label: TrialLabel, condition: &str) -> &mut Attempt {
-        let attempts = &mut self.session.attempts;
-        let index = attempts.iter().position(|attempt| attempt.label == label);
-        let index = index.unwrap_or_else(|| {
-            attempts.push(Attempt::new(label, condition.to_owned(), self.part));
-            attempts.len() - 1
-        });
-        &mut attempts[index]
-    }
-}
-
-/// Returns the number of practice trials by the log's events: the number of the first other trial, less one.
-#[must_use]
-pub fn practice_trials(content: &LogContent) -> u32 {
-    let events = content
-        .documents
-        .iter()
-        .filter_map(|document| match document {
-            Document::Event(event) => session_event(event),
-            _ => None,
-        });
-    let keys = events.filter_map(|event| match event {
-        SessionEventKind::TrialBegan { key } => Some(key),
-        SessionEventKind::TrialSettled { record } => Some(record.key),
-        _ => None,
-    });
-    let main_keys = keys.filter(|key: &TrialKey| !key.practice);
-    main_keys
-        .map(|key| key.number)
-        .min()
-        .unwrap_or(1)
-        .saturating_sub(1)
-}
-
-/// Parses an event of the log as one of the protocol's state machine; `None` if it is another kind of event.
-#[must_use]
-pub fn session_event(event: &LogEvent) -> Option<SessionEventKind> {
-    serde_json::from_value(Value::Object(event.data.clone())).ok()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn start(time: &str) -> String {
-        format!(
-            r#"{{"document":"start","time":"{time}","resumed":false,"participant":"sub-01","session":1,"protocol":"p",
-            "seed":1,"software":"s","version":"1","devices":{{}},"calibration":null,"configuration":null}}"#
-        )
-    }
-
-    fn event(audio_s: f64, data: &str) -> String {
-        format!(
-            r#"{{"document":"event","stream":"session","seq_num":1,"time":"","audio_s":{audio_s},"data":{data}}}"#
-        )
-    }
-
-    fn key(number: u32, attempt: u32) -> String {
-        format!(
-            r#"{{"number":{number},"attempt":{attempt},"practice":{},"condition":"c"}}"#,
-            number == 1
-        )
-    }
-
-    fn begin_line(audio_s: f64, key: &str) -> String {
-        event(
-            audio_s,
-            &format!(r#"{{"event":"trial_began","key":{key}}}"#),
-        )
-    }
-
-    fn settle_line(key: &str, outcome: &str) -> String {
-        event(
-            9.0,
-            &format!(
-                r#"{{"event":"trial_settled","record":{{"key":{key},"outcome":{outcome},"analysis":null}}}}"#
-            ),
-        )
-    }
-
-    fn session(lines: &[String]) -> Session {
-        Session::from_log(&LogContent {
-            documents: lines
-                .iter()
-                .map(|line| serde_json::from_str(line).unwrap())
-                .collect(),
-            torn_lines: Vec::new(),
-        })
-    }
-
-    #[test]
-    fn attempts_have_times_and_verdicts_with_reasons() {
-        let (practice, first, second) = (key(1, 1), key(2, 1), key(2, 2));
-        let reason =
-            r#"{"outcome":"redo","reasons":[{"reason":"lost_samples","frames":3,"limit":0}]}"#;
-        let lines = [
-            start("2026-01-01T09:00:00Z"),
-            begin_line(2.0, &practice),
-            settle_line(&practice, r#"{"outcome":"accepted"}"#),
-            begin_line(12.0, &first),
-            settle_line(&first, reason),
-            // Resumed a minute later, on a new audio clock.
-            start("2026-01-01T09:01:00Z"),
-            begin_line(3.0, &second),
-        ];
-        let session = session(&lines);
-        let times: Vec<f64> = session
-            .attempts
-            .iter()
-            .filter_map(|attempt| attempt.start_s)
-            .collect();
-        assert_eq!(times, [0.0, 10.0, 61.0]);
-        assert_eq!(session.n_resumptions, 1);
-        assert_eq!(session.end, SessionEnd::Unfinished);
-        assert!(session.attempts[0].is_practice());
-        assert_eq!(session.attempts[1].label.to_string(), "trial-001_attempt-1");
-        let verdicts: Vec<_> = session.attempts.iter().map(Attempt::verdict).collect();
-        assert_eq!(verdicts[0], ("accepted", Vec::new()));
-        let reasons = vec!["3 lost frames, 0 allowed".to_owned()];
-        assert_eq!(verdicts[1], ("repeated", reasons));
-        assert_eq!(verdicts[2], ("not settled", Vec::new()));
-    }
-
-    #[test]
-    fn a_wall_clock_set_back_does_not_decrease_times() {
-        let lines = [
-            start("2026-01-01T09:00:00Z"),
-            begin_line(5.0, &key(2, 1)),
-            start("2025-12-31T09:00:00Z"),
-            begin_line(8.0, &key(3, 1)),
-        ];
-        let times = |lines: &[String]| -> Vec<Option<f64>> {
-            let attempts = session(lines).attempts;
-            attempts.iter().map(|attempt| attempt.start_s).collect()
-        };
-        assert_eq!(times(&lines), [Some(0.0), Some(3.0)]);
-
-        // Implausible times of an edited log.
-        let edited_lines = [(1, -1e308), (2, 1e308), (3, 40.0 * 86_400.0)];
-        let edited_lines =
-            edited_lines.map(|(attempt, audio_s)| begin_line(audio_s, &key(3, attempt)));
-        let lines = [&lines[..2], &edited_lines[..]].concat();
-        assert_eq!(times(&lines), [Some(0.0), None, None, None]);
-    }
-
-    #[test]
-    fn a_log_without_a_start_gives_no_start() {
-        assert_eq!(session(&[]), Session::default());
-        let session = session(&[begin_line(5.0, &key(2, 1))]);
-        assert_eq!((session.start, session.attempts.len()), (None, 1));
     }
 }

@@ -3,10 +3,9 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use crate::sessions::Standing;
+use crate::sessions::{SessionEnd, Standing};
 
 use crate::verification::defect::{RecordingDefect, SessionDefect, StudyDefect};
-use recording::study::event_log::ExitStatus;
 use recording::study::{TrialBlock, TrialLabel};
 
 /// Integrity of a recording.
@@ -49,22 +48,6 @@ pub struct TrialFindings {
     pub defects: Vec<RecordingDefect>,
     /// Notes that are not defects.
     pub notes: Vec<String>,
-}
-
-/// How a session ended.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum SessionEnd {
-    /// The session ended as its log says.
-    Stopped {
-        /// Exit status.
-        status: ExitStatus,
-        /// Reason, unless it succeeded.
-        reason: Option<String>,
-    },
-    /// The program was killed, or is still running.
-    Unfinished,
-    /// No trial was begun.
-    NotBegun,
 }
 
 /// Findings of a session.

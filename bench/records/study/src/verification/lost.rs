@@ -3,10 +3,9 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use crate::sessions::{Session, practice};
+use crate::sessions::LoggedSession;
 use recording::manifest::End;
 use recording::reader::Warning;
-use recording::study::event_log::LogContent;
 use recording::study::{TrialBlock, TrialLabel};
 use recording::wav::WavWarning;
 use recording::{DiskError, RecordingReader};
@@ -25,17 +24,16 @@ pub struct LostRecording {
     pub is_last: bool,
 }
 
-/// Returns the accepted trials with lost recordings, in the order of the log `content`. Practice trials are not data and
-/// are not checked.
+/// Returns the accepted trials with lost recordings, in the order of the log. Practice trials are not data and are not
+/// checked.
 ///
 /// # Errors
 /// The folder cannot be listed.
 pub fn lost_recordings(
     folder: &Path,
-    content: &LogContent,
+    session: &LoggedSession,
 ) -> Result<Vec<LostRecording>, DiskError> {
     let folder_labels: BTreeSet<TrialLabel> = recordings(folder)?.into_iter().collect();
-    let session = Session::after_practice(content, practice(folder, content));
     let accepted_attempts = session.accepted();
     let accepted_labels: Vec<TrialLabel> = session
         .attempts

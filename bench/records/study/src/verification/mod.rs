@@ -2,7 +2,6 @@
 
 mod defect;
 mod findings;
-mod history;
 mod lost;
 mod protocol_edits;
 mod recording_check;
@@ -11,13 +10,13 @@ mod session_check;
 mod study_check;
 mod table;
 
-pub use crate::sessions::Standing;
+pub use crate::sessions::{SessionEnd, Standing};
 pub use defect::{RecordingDefect, SessionDefect, StudyDefect};
-pub use findings::{Integrity, SessionEnd, SessionFindings, StudyFindings, TrialFindings};
+pub use findings::{Integrity, SessionFindings, StudyFindings, TrialFindings};
 pub use lost::{LostRecording, lost_recordings};
 pub use protocol_edits::protocol_edits;
 pub use resume_error::ResumeError;
-pub use session_check::{last_trial, log_defects, recordings, session};
+pub use session_check::{last_trial, recordings, session};
 pub use study_check::{VerifyError, sessions, verify_study_files};
 pub use table::{to_json, to_text, trial_words};
 

@@ -5,16 +5,15 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use crate::sessions::{Attempt, Standing, practice};
+use crate::sessions::{Attempt, LoggedSession, SessionEnd, Standing, history_in};
 
 use crate::verification::defect::{RecordingDefect, SessionDefect};
-use crate::verification::findings::{Integrity, SessionEnd, SessionFindings, TrialFindings};
-use crate::verification::history::SessionHistory;
+use crate::verification::findings::{Integrity, SessionFindings, TrialFindings};
 use crate::verification::recording_check;
 use recording::disk::entries;
 use recording::manifest::{End, Manifest};
 use recording::study::event_log::{self, LogContent};
-use recording::study::{EVENTS_FILE, TrialBlock, TrialLabel};
+use recording::study::{EVENTS_FILE, TrialLabel};
 use recording::{DiskError, MANIFEST_FILE};
 
 /// Returns the recordings that have a folder in the session.
@@ -65,15 +64,12 @@ pub fn session(
         let text = format!("{EVENTS_FILE}: line {line} was torn when the program was killed");
         findings.notes.push(text);
     }
-    let history = history(folder, &content, &mut findings);
-    let labels: BTreeSet<TrialLabel> = history
-        .attempts
-        .keys()
-        .chain(&folder_labels)
-        .copied()
-        .collect();
+    let history = history_in(folder, &content);
+    check_copies(folder, &history, &mut findings);
+    let logged_labels = history.attempts.iter().map(|attempt| attempt.label);
+    let labels: BTreeSet<TrialLabel> = logged_labels.chain(folder_labels.iter().copied()).collect();
     for label in labels {
-        let attempt = history.attempts.get(&label);
+        let attempt = history.attempt(label);
         let is_unsaved =
             attempt.is_some_and(|attempt| !attempt.is_saved && history.should_be_saved(attempt));
         let is_present = folder_labels.contains(&label);
@@ -86,29 +82,33 @@ pub fn session(
     report_foreign_folders(folder, &mut findings)?;
     findings.end = history.end;
     findings.planned = history.planned;
-    findings.defects.extend(history.defects);
+    findings
+        .defects
+        .extend(history.defects.into_iter().map(SessionDefect::from));
     Ok(findings)
 }
 
-/// Verifies the last attempt of a session with the log `content`; `None` if there was no attempt.
+/// Verifies the last attempt of a session; `None` if there was no attempt.
 ///
 /// # Errors
 /// The folder cannot be listed.
-pub fn last_trial(folder: &Path, content: &LogContent) -> Result<Option<TrialFindings>, DiskError> {
+pub fn last_trial(
+    folder: &Path,
+    history: &LoggedSession,
+) -> Result<Option<TrialFindings>, DiskError> {
     let folder_labels: BTreeSet<TrialLabel> = recordings(folder)?.into_iter().collect();
-    let history = SessionHistory::from_log(content, practice(folder, content));
-    let labels = history.attempts.keys();
-    Ok(labels.chain(&folder_labels).max().map(|label| {
-        let attempt = history.attempts.get(label);
-        let is_present = folder_labels.contains(label);
-        trial(folder, *label, (attempt, false), is_present, true)
+    let logged_labels = history.attempts.iter().map(|attempt| attempt.label);
+    let last_label = logged_labels.chain(folder_labels.iter().copied()).max();
+    Ok(last_label.map(|label| {
+        let is_present = folder_labels.contains(&label);
+        trial(
+            folder,
+            label,
+            (history.attempt(label), false),
+            is_present,
+            true,
+        )
     }))
-}
-
-/// Returns the defects in the order of a session's log.
-#[must_use]
-pub fn log_defects(folder: &Path, content: &LogContent) -> Vec<SessionDefect> {
-    SessionHistory::from_log(content, practice(folder, content)).defects
 }
 
 /// Returns the session's copy of a file, which must be TOML.
@@ -132,9 +132,9 @@ fn copy(folder: &Path, file: &str) -> Result<String, SessionDefect> {
     }
 }
 
-fn history(folder: &Path, content: &LogContent, findings: &mut SessionFindings) -> SessionHistory {
-    let history = SessionHistory::from_log(content, practice(folder, content));
-    if let Some(start) = &history.start {
+/// Checks the session's copies of files, and its folder, against the last start.
+fn check_copies(folder: &Path, history: &LoggedSession, findings: &mut SessionFindings) {
+    if let Some(start) = &history.last_start {
         let protocol = format!("{}.toml", start.protocol);
         findings.defects.extend(copy(folder, &protocol).err());
         let mut copies = vec!["bench.toml"];
@@ -154,7 +154,6 @@ fn history(folder: &Path, content: &LogContent, findings: &mut SessionFindings) 
             });
         }
     }
-    history
 }
 
 /// Returns participant and session by the names of the folders, if these follow a study's scheme.
@@ -267,15 +266,7 @@ fn acceptance_defect(attempt: &Attempt, manifest: &Manifest) -> Option<Recording
 /// Compares the description with the names of the folders.
 fn label_defect(session: &Path, label: TrialLabel, manifest: &Manifest) -> Option<RecordingDefect> {
     let trial = manifest.trial.as_ref()?;
-    let description_label = TrialLabel {
-        block: if trial.practice {
-            TrialBlock::Practice
-        } else {
-            TrialBlock::Main
-        },
-        number: trial.number,
-        attempt: trial.attempt,
-    };
+    let description_label = trial.label();
     let description_session = manifest
         .participant
         .as_ref()

@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use crate::verification::defect::StudyDefect;
 use crate::verification::findings::StudyFindings;
 use recording::disk::entries;
-use recording::study::{DESCRIPTION_FILE, Description, EVENTS_FILE, PARTICIPANTS_FILE, TrialLabel};
+use recording::study::{
+    DESCRIPTION_FILE, Description, EVENTS_FILE, PARTICIPANTS_FILE, TrialLabel, table_lines,
+};
 use recording::{DiskError, MANIFEST_FILE};
 
 /// Levels of folders below a study: participants, sessions.
@@ -125,7 +127,7 @@ pub fn verify_study_files(folder: &Path, findings: &mut StudyFindings) -> Result
             .push(unreadable_defect(description, reason));
     }
     let table = folder.join(PARTICIPANTS_FILE);
-    let text = match fs::read_to_string(&table) {
+    let text = match bounded_files::read_text(&table, bounded_files::TEXT_LIMIT_BYTES) {
         Ok(text) => text,
         Err(error) => {
             findings
@@ -134,22 +136,22 @@ pub fn verify_study_files(folder: &Path, findings: &mut StudyFindings) -> Result
             return Ok(());
         }
     };
-    let participants: Vec<&str> = text
-        .lines()
+    let participants: Vec<String> = table_lines(&text)
+        .into_iter()
         .skip(1)
-        .filter_map(|line| line.split('\t').next())
+        .filter_map(|line| line.cells.into_iter().next())
         .filter(|name| !name.is_empty())
         .collect();
     for participant in &participants {
         if !folder.join(participant).is_dir() {
-            let participant = (*participant).to_owned();
+            let participant = participant.clone();
             findings
                 .defects
                 .push(StudyDefect::NoParticipant { participant });
         }
     }
     for name in entries(folder)? {
-        if folder.join(&name).is_dir() && !participants.contains(&name.as_str()) {
+        if folder.join(&name).is_dir() && !participants.contains(&name) {
             findings
                 .notes
                 .push(format!("{name} is not in {PARTICIPANTS_FILE}"));

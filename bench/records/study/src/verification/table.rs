@@ -6,11 +6,9 @@ use recording::study::TrialBlock;
 use recording::study::event_log::ExitStatus;
 use serde_json::{Value, json};
 
-use crate::sessions::Standing;
+use crate::sessions::{SessionEnd, Standing};
 
-use crate::verification::findings::{
-    Integrity, SessionEnd, SessionFindings, StudyFindings, TrialFindings,
-};
+use crate::verification::findings::{Integrity, SessionFindings, StudyFindings, TrialFindings};
 
 /// Version of the JSON.
 const FORMAT: u32 = 1;

@@ -14,7 +14,7 @@ use analysis::findings::RecordingFindings;
 use analysis::flaw::Flaw;
 use analysis::method::Method;
 use analysis::recording_analysis::analyse;
-use analysis::results::Results;
+use analysis::results::Recording;
 use analysis::{Analysis, Settings, tables};
 use num_complex::Complex64;
 use parquet::file::reader::{FileReader, SerializedFileReader};
@@ -326,9 +326,7 @@ fn table(file: &Path) -> Vec<Vec<(String, Field)>> {
 fn the_table_of_instances_agrees_with_the_results() {
     let folder = tempfile::tempdir().unwrap();
     tables::write(unknown_skin(), folder.path()).unwrap();
-    let results = Results::new(unknown_skin()).to_json().unwrap();
-    let results: Value = serde_json::from_str(&results).unwrap();
-    let recording = &results["recordings"][0];
+    let recording = serde_json::to_value(Recording::from(&unknown_skin().recordings[0])).unwrap();
     let shared = &recording["trial"];
     let rows = table(&folder.path().join(tables::INSTANCES_FILE));
     let instances = recording["instances"].as_array().unwrap();

@@ -50,9 +50,14 @@ impl Estimate {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use approx::assert_relative_eq;
+
+    pub(crate) fn estimates(values: &[f64], std: f64) -> Vec<Estimate> {
+        let estimates = values.iter().map(|&value| Estimate::new(value, std));
+        estimates.map(Option::unwrap).collect()
+    }
 
     #[test]
     fn only_finite_values_with_an_error_are_estimates() {

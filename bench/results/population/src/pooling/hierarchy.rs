@@ -230,6 +230,7 @@ impl ShrinkageTarget {
 
 #[cfg(test)]
 mod tests {
+    use super::super::estimate::tests::estimates;
     use super::*;
     use approx::assert_relative_eq;
     use rand::SeedableRng;
@@ -237,11 +238,6 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
 
     const DRAWS: usize = 600;
-
-    fn estimates(values: &[f64], std: f64) -> Vec<Estimate> {
-        let estimates = values.iter().map(|&value| Estimate::new(value, std));
-        estimates.map(Option::unwrap).collect()
-    }
 
     /// Population of simulated studies, for example of S in logarithms.
     struct Population {

@@ -140,13 +140,9 @@ pub(crate) fn bisect(mut low: f64, mut high: f64, is_below: impl Fn(f64) -> bool
 
 #[cfg(test)]
 mod tests {
+    use super::super::estimate::tests::estimates;
     use super::*;
     use approx::assert_relative_eq;
-
-    fn estimates(values: &[f64], std: f64) -> Vec<Estimate> {
-        let estimates = values.iter().map(|&value| Estimate::new(value, std));
-        estimates.map(Option::unwrap).collect()
-    }
 
     #[test]
     fn one_group_scatters_by_the_median_of_its_distribution() {

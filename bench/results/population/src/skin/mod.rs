@@ -5,7 +5,7 @@ mod table;
 mod words;
 
 pub use parameters::{
-    LeftOut, Parameters, Person, PersonParameter, Ranged, Skin, StudyParameter, Trial,
+    LeftOut, Parameters, PersonParameter, PersonSkin, Ranged, RecordingSkin, Skin, StudyParameter,
     TrialParameter,
 };
 pub use table::{SKIN_FILE, write};

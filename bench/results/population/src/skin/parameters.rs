@@ -47,7 +47,8 @@ impl<T> Parameters<T> {
         }
     }
 
-    pub(crate) fn as_array(&self) -> [&T; 4] {
+    /// Returns the values in order.
+    pub fn as_array(&self) -> [&T; 4] {
         [
             &self.contact_area_m2,
             &self.q0_rad_per_m,
@@ -88,7 +89,7 @@ pub struct TrialParameter {
 
 /// Pooled recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Trial {
+pub struct RecordingSkin {
     /// Folder.
     pub path: PathBuf,
     /// Parameters.
@@ -114,14 +115,14 @@ pub struct PersonParameter {
 
 /// Skin of a participant.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Person {
+pub struct PersonSkin {
     /// Pseudonym.
     pub participant: String,
     /// Parameters; `None` if no trial constrains them.
     #[serde(flatten)]
     pub parameters: Parameters<Option<PersonParameter>>,
     /// Pooled recordings.
-    pub trials: Vec<Trial>,
+    pub trials: Vec<RecordingSkin>,
     /// Number of excluded recordings.
     pub n_left_out: usize,
 }
@@ -163,7 +164,7 @@ pub struct Skin {
     /// All participants together.
     pub study: Parameters<StudyParameter>,
     /// Participants by name.
-    pub participants: Vec<Person>,
+    pub participants: Vec<PersonSkin>,
     /// Excluded recordings.
     pub left_out: Vec<LeftOut>,
 }
@@ -204,14 +205,14 @@ impl Skin {
         let pooled_parameters = pool(&people, &analysed.settings.trial().priors);
         let participants = people.iter().enumerate().map(|(person, (name, fits))| {
             let trials = fits.recordings.iter().enumerate();
-            let trials = trials.map(|(trial, (findings, fit))| Trial {
+            let trials = trials.map(|(trial, (findings, fit))| RecordingSkin {
                 path: findings.path.clone(),
                 parameters: Parameters::from_fn(|index| TrialParameter {
                     raw: range(FIT_PARAMETERS[index](fit)),
                     shrunken: pooled_parameters[index].member(person, trial),
                 }),
             });
-            Person {
+            PersonSkin {
                 participant: (*name).to_owned(),
                 parameters: Parameters::from_fn(|index| pooled_parameters[index].person(person)),
                 trials: trials.collect(),

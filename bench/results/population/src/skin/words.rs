@@ -1,6 +1,6 @@
 //! Skin of a study as lines for a terminal.
 
-use crate::skin::parameters::{Person, Ranged, Skin, StudyParameter};
+use crate::skin::parameters::{PersonSkin, Ranged, Skin, StudyParameter};
 
 /// Symbol, factor from the SI unit, decimals and unit of each parameter, in order.
 const FORMATS: [(&str, f64, usize, &str); 4] = [
@@ -40,7 +40,7 @@ impl Skin {
     }
 }
 
-fn person_line(person: &Person) -> String {
+fn person_line(person: &PersonSkin) -> String {
     let means = person
         .parameters
         .as_array()

@@ -6,9 +6,10 @@ use anyhow::Context;
 use contact::ModelError;
 use serde::Serialize;
 
-use super::parameters::Parameters;
+use super::parameters::ModelParameters;
 use super::rows::{
-    self, Balance, Friction, Gap, Impedance, ImpedanceByStiffness, Motion, Squeeze, Stiffness,
+    self, Balance, ContactMotion, Friction, Gap, Impedance, ImpedanceByStiffness, Squeeze,
+    Stiffness,
 };
 
 /// Curves of all figures.
@@ -27,7 +28,7 @@ pub struct Curves {
     /// Fig. 7b: Z_m against amplitude and force.
     pub impedance: Vec<Impedance>,
     /// Fig. 8: plate and skin in time.
-    pub motion: Vec<Motion>,
+    pub motion: Vec<ContactMotion>,
     /// Fig. 9: μ against amplitude and force.
     pub friction: Vec<Friction>,
 }
@@ -37,7 +38,7 @@ impl Curves {
     ///
     /// # Errors
     /// A parameter has no physical meaning.
-    pub fn compute(parameters: &Parameters) -> Result<Self, ModelError> {
+    pub fn compute(parameters: &ModelParameters) -> Result<Self, ModelError> {
         Ok(Self {
             impedance_by_stiffness: rows::impedance_by_stiffness(parameters),
             balance: rows::balance(parameters)?,

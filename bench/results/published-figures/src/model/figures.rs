@@ -3,8 +3,8 @@
 use plotting::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};
 
 use super::curves::Curves;
-use super::parameters::Parameters;
-use super::rows::{Impedance, ImpedanceByStiffness, Motion};
+use super::parameters::ModelParameters;
+use super::rows::{ContactMotion, Impedance, ImpedanceByStiffness};
 
 const AMPLITUDE: &str = "Vibration amplitude (µm)";
 const MICRO: f64 = 1e6;
@@ -18,7 +18,7 @@ const STYLES: [(Ink, Dash); 4] = [
 ];
 
 /// Draws the model's figures, in the paper's order.
-pub fn draw(parameters: &Parameters, curves: &Curves) -> Vec<Figure> {
+pub fn draw(parameters: &ModelParameters, curves: &Curves) -> Vec<Figure> {
     vec![
         impedance_by_stiffness(parameters, curves),
         balance(parameters, curves),
@@ -54,7 +54,7 @@ fn micrometres(length_m: f64) -> String {
     format!("{} µm", (length_m * 1e9).round() / 1e3)
 }
 
-fn finger(parameters: &Parameters) -> String {
+fn finger(parameters: &ModelParameters) -> String {
     let constants = &parameters.assumed;
     format!(
         "σₜ = {}, S = {:.0} mm², E = {:.3} MPa, ν = {}, q₀ = {:.3e} rad/m, p₀ = {:.0} Pa",
@@ -67,7 +67,7 @@ fn finger(parameters: &Parameters) -> String {
     )
 }
 
-fn plate_and_tissue(parameters: &Parameters) -> String {
+fn plate_and_tissue(parameters: &ModelParameters) -> String {
     let tissue = &parameters.tissue;
     format!(
         "carrier at the plate's resonance of {} kHz, mₚ = {} g, bₚ = {} N·s/m; skin: mₜ = {} g, kₜ = {} N/m, bₜ = {} N·s/m",
@@ -80,7 +80,7 @@ fn plate_and_tissue(parameters: &Parameters) -> String {
     )
 }
 
-fn impedance_by_stiffness(parameters: &Parameters, curves: &Curves) -> Figure {
+fn impedance_by_stiffness(parameters: &ModelParameters, curves: &Curves) -> Figure {
     let rows = &curves.impedance_by_stiffness;
     let name = |loss_factor: f64| {
         if loss_factor == 0.0 {
@@ -132,7 +132,7 @@ fn impedance_by_stiffness(parameters: &Parameters, curves: &Curves) -> Figure {
     }
 }
 
-fn balance(parameters: &Parameters, curves: &Curves) -> Figure {
+fn balance(parameters: &ModelParameters, curves: &Curves) -> Figure {
     let film = family(
         &curves.squeeze,
         |row| row.amplitude_m,
@@ -200,7 +200,7 @@ fn balance(parameters: &Parameters, curves: &Curves) -> Figure {
     }
 }
 
-fn stiffness(parameters: &Parameters, curves: &Curves) -> Figure {
+fn stiffness(parameters: &ModelParameters, curves: &Curves) -> Figure {
     Figure {
         name: "fig06_stiffness".to_owned(),
         title: "Contact stiffness against vibration amplitude and normal force".to_owned(),
@@ -228,7 +228,7 @@ fn stiffness(parameters: &Parameters, curves: &Curves) -> Figure {
     }
 }
 
-fn impedance(parameters: &Parameters, curves: &Curves) -> Figure {
+fn impedance(parameters: &ModelParameters, curves: &Curves) -> Figure {
     let panel = |x: Axis, y: Axis, value: fn(&Impedance) -> f64| Panel {
         series: family(
             &curves.impedance,
@@ -266,7 +266,7 @@ fn impedance(parameters: &Parameters, curves: &Curves) -> Figure {
     }
 }
 
-fn motion(parameters: &Parameters, curves: &Curves) -> Figure {
+fn motion(parameters: &ModelParameters, curves: &Curves) -> Figure {
     let duration_s = curves
         .motion
         .iter()
@@ -280,7 +280,7 @@ fn motion(parameters: &Parameters, curves: &Curves) -> Figure {
     let panels = conditions
         .enumerate()
         .map(|(index, rows)| {
-            let curve = |ink, dash, position: fn(&Motion) -> f64| {
+            let curve = |ink, dash, position: fn(&ContactMotion) -> f64| {
                 let points = rows
                     .iter()
                     .map(|row| (row.time_s * MICRO, position(row) * MICRO));
@@ -327,7 +327,7 @@ fn motion(parameters: &Parameters, curves: &Curves) -> Figure {
     }
 }
 
-fn friction(parameters: &Parameters, curves: &Curves) -> Figure {
+fn friction(parameters: &ModelParameters, curves: &Curves) -> Figure {
     Figure {
         name: "fig09_friction".to_owned(),
         title: "Friction against vibration amplitude".to_owned(),

@@ -13,18 +13,18 @@ use anyhow::Context;
 
 pub use curves::Curves;
 pub use figures::draw;
-pub use options::{Assumptions, Options, positive};
-pub use parameters::Parameters;
+pub use options::{Assumptions, ModelOptions, positive};
+pub use parameters::ModelParameters;
 pub use rows::{
-    Balance, Friction, Gap, Impedance, ImpedanceByStiffness, Motion, Squeeze, Stiffness,
+    Balance, ContactMotion, Friction, Gap, Impedance, ImpedanceByStiffness, Squeeze, Stiffness,
 };
 
 /// Writes the curves and, unless disabled, the figures with their captions into a folder, which is created if missing.
 ///
 /// # Errors
 /// A parameter has no physical meaning or a file cannot be written.
-pub fn run(options: &Options) -> anyhow::Result<Vec<PathBuf>> {
-    let parameters = Parameters::from(&options.assume);
+pub fn run(options: &ModelOptions) -> anyhow::Result<Vec<PathBuf>> {
+    let parameters = ModelParameters::from(&options.assume);
     let curves = Curves::compute(&parameters)?;
     fs::create_dir_all(&options.out)
         .with_context(|| format!("cannot make the folder {}", options.out.display()))?;

@@ -7,7 +7,7 @@ use contact::AssumedConstants;
 
 /// Options of `model`.
 #[derive(Debug, Args)]
-pub struct Options {
+pub struct ModelOptions {
     /// Folder for the files; created if it does not exist.
     #[arg(long, value_name = "DIR", default_value = "model")]
     pub out: PathBuf,

@@ -8,7 +8,7 @@ use crate::model::options::Assumptions;
 
 /// Parameters of the model's curves.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Parameters {
+pub struct ModelParameters {
     /// Finger and air.
     pub assumed: AssumedConstants,
     /// σ_t, m.
@@ -25,7 +25,7 @@ pub struct Parameters {
     pub mu0: f64,
 }
 
-impl From<&Assumptions> for Parameters {
+impl From<&Assumptions> for ModelParameters {
     fn from(options: &Assumptions) -> Self {
         Self {
             assumed: AssumedConstants {
@@ -50,7 +50,7 @@ impl From<&Assumptions> for Parameters {
     }
 }
 
-impl Parameters {
+impl ModelParameters {
     pub(super) fn carrier_rad_per_s(&self) -> f64 {
         std::f64::consts::TAU * self.carrier_hz
     }

@@ -4,7 +4,7 @@ use contact::{ModelError, harmonic};
 use num_complex::Complex64;
 use serde::Serialize;
 
-use super::parameters::Parameters;
+use super::parameters::ModelParameters;
 
 /// Normal forces of Figs. 5b, 6 and 7b, N.
 const FORCES_N: [f64; 4] = [0.5, 1.0, 2.0, 5.0];
@@ -100,7 +100,7 @@ pub struct Impedance {
 
 /// Fig. 8: positions of plate and skin at an instant, relative to the plate's mean position.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Motion {
+pub struct ContactMotion {
     /// ⟨f_c⟩, N.
     pub normal_n: f64,
     /// Peak plate amplitude, m.
@@ -129,18 +129,18 @@ fn shares() -> impl Iterator<Item = f64> {
     (0..=STEPS).map(|step| step as f64 / STEPS as f64)
 }
 
-fn z_m(parameters: &Parameters, k_c_n_per_m: f64, loss_factor: f64) -> Complex64 {
+fn z_m(parameters: &ModelParameters, k_c_n_per_m: f64, loss_factor: f64) -> Complex64 {
     let z_c = harmonic::contact_impedance(k_c_n_per_m, loss_factor, parameters.carrier_rad_per_s());
     harmonic::observed(parameters.z_p(), parameters.z_t_n_s_per_m(), z_c)
 }
 
 /// Returns ṽ_t/ṽ_p.
-fn transmission(parameters: &Parameters, z_m: Complex64) -> Complex64 {
+fn transmission(parameters: &ModelParameters, z_m: Complex64) -> Complex64 {
     let z_t = parameters.z_t_n_s_per_m();
     harmonic::skin_velocity_m_per_s(z_m, parameters.z_p(), z_t, Complex64::ONE)
 }
 
-pub(super) fn impedance_by_stiffness(parameters: &Parameters) -> Vec<ImpedanceByStiffness> {
+pub(super) fn impedance_by_stiffness(parameters: &ModelParameters) -> Vec<ImpedanceByStiffness> {
     let (low, high) = STIFFNESS_N_PER_M;
     [0.0, parameters.assumed.loss_factor]
         .into_iter()
@@ -159,7 +159,7 @@ pub(super) fn impedance_by_stiffness(parameters: &Parameters) -> Vec<ImpedanceBy
         .collect()
 }
 
-pub(super) fn balance(parameters: &Parameters) -> Result<Vec<Balance>, ModelError> {
+pub(super) fn balance(parameters: &ModelParameters) -> Result<Vec<Balance>, ModelError> {
     let contact = parameters.contact()?;
     let mut rows = Vec::new();
     for normal_n in BALANCE_FORCES_N {
@@ -176,7 +176,7 @@ pub(super) fn balance(parameters: &Parameters) -> Result<Vec<Balance>, ModelErro
     Ok(rows)
 }
 
-pub(super) fn squeeze(parameters: &Parameters) -> Result<Vec<Squeeze>, ModelError> {
+pub(super) fn squeeze(parameters: &ModelParameters) -> Result<Vec<Squeeze>, ModelError> {
     let contact = parameters.contact()?;
     let rows = BALANCE_AMPLITUDES_M.into_iter().flat_map(|amplitude_m| {
         let contact = &contact;
@@ -195,7 +195,7 @@ pub(super) fn squeeze(parameters: &Parameters) -> Result<Vec<Squeeze>, ModelErro
 
 /// Returns a row for each force and amplitude; `row` makes it from normal force, amplitude and equilibrium gap.
 fn amplitude_rows<R>(
-    parameters: &Parameters,
+    parameters: &ModelParameters,
     forces_n: &[f64],
     row: impl Fn(&contact::Contact, f64, f64, f64) -> R,
 ) -> Result<Vec<R>, ModelError> {
@@ -211,7 +211,7 @@ fn amplitude_rows<R>(
     Ok(rows)
 }
 
-pub(super) fn gap(parameters: &Parameters) -> Result<Vec<Gap>, ModelError> {
+pub(super) fn gap(parameters: &ModelParameters) -> Result<Vec<Gap>, ModelError> {
     amplitude_rows(parameters, &FORCES_N, |_, normal_n, amplitude_m, gap_m| {
         Gap {
             normal_n,
@@ -221,7 +221,7 @@ pub(super) fn gap(parameters: &Parameters) -> Result<Vec<Gap>, ModelError> {
     })
 }
 
-pub(super) fn stiffness(parameters: &Parameters) -> Result<Vec<Stiffness>, ModelError> {
+pub(super) fn stiffness(parameters: &ModelParameters) -> Result<Vec<Stiffness>, ModelError> {
     amplitude_rows(
         parameters,
         &FORCES_N,
@@ -233,7 +233,7 @@ pub(super) fn stiffness(parameters: &Parameters) -> Result<Vec<Stiffness>, Model
     )
 }
 
-pub(super) fn impedance(parameters: &Parameters) -> Result<Vec<Impedance>, ModelError> {
+pub(super) fn impedance(parameters: &ModelParameters) -> Result<Vec<Impedance>, ModelError> {
     amplitude_rows(
         parameters,
         &FORCES_N,
@@ -250,7 +250,7 @@ pub(super) fn impedance(parameters: &Parameters) -> Result<Vec<Impedance>, Model
     )
 }
 
-pub(super) fn friction(parameters: &Parameters) -> Result<Vec<Friction>, ModelError> {
+pub(super) fn friction(parameters: &ModelParameters) -> Result<Vec<Friction>, ModelError> {
     amplitude_rows(
         parameters,
         &TWO_FORCES_N,
@@ -262,7 +262,7 @@ pub(super) fn friction(parameters: &Parameters) -> Result<Vec<Friction>, ModelEr
     )
 }
 
-pub(super) fn motion(parameters: &Parameters) -> Result<Vec<Motion>, ModelError> {
+pub(super) fn motion(parameters: &ModelParameters) -> Result<Vec<ContactMotion>, ModelError> {
     let contact = parameters.contact()?;
     let mut rows = Vec::new();
     for normal_n in TWO_FORCES_N {
@@ -274,7 +274,7 @@ pub(super) fn motion(parameters: &Parameters) -> Result<Vec<Motion>, ModelError>
             rows.extend(shares().map(|share| {
                 let time_s = share * MOTION_PERIODS / parameters.carrier_hz;
                 let carrier = Complex64::cis(parameters.carrier_rad_per_s() * time_s);
-                Motion {
+                ContactMotion {
                     normal_n,
                     amplitude_m,
                     time_s,

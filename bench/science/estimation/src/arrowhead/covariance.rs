@@ -20,7 +20,7 @@ use nalgebra::{DMatrix, SMatrix, SVector};
 use crate::normal_matrix::inverse_of_normal;
 
 use crate::arrowhead::minimise::ArrowMinimum;
-use crate::arrowhead::normal::{BlockNormal, Place};
+use crate::arrowhead::normal::{BlockNormal, ParameterPoint};
 
 /// Covariance of the shared parameters, and of each block's own parameters with the shared ones.
 pub struct ArrowCovariance<const OWN: usize, const SHARED: usize, const ERRORS: usize> {
@@ -133,12 +133,12 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
     pub fn combination_covariance<const ERRORS: usize>(
         &self,
         covariance: &ArrowCovariance<OWN, SHARED, ERRORS>,
-        combination: &Place<OWN, SHARED>,
-    ) -> Option<Place<OWN, SHARED>> {
+        combination: &ParameterPoint<OWN, SHARED>,
+    ) -> Option<ParameterPoint<OWN, SHARED>> {
         let (blocks, prior) = &covariance.scatter;
         // For a combination k, Cov(θ, kᵀθ) = N⁻¹M N⁻¹k. A step is −N⁻¹ times its argument: two of them leave the sign.
         let step = self.arrow.step(0.0, combination)?;
-        let mut gradient = Place {
+        let mut gradient = ParameterPoint {
             shared: step.shared.component_mul(prior),
             own: Vec::with_capacity(blocks.len()),
         };
@@ -159,7 +159,7 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
     ) -> Option<ArrowResponse<OWN, SHARED, ERRORS>> {
         let mut response = ArrowResponse::<OWN, SHARED, ERRORS>::zeros(rows.len());
         for error in 0..ERRORS {
-            let mut gradient = Place {
+            let mut gradient = ParameterPoint {
                 shared: SVector::zeros(),
                 own: Vec::with_capacity(rows.len()),
             };
@@ -283,7 +283,7 @@ mod tests {
         let covariance = minimum
             .covariance::<ERRORS>(scatter.clone(), prior)
             .unwrap();
-        let combination = Place {
+        let combination = ParameterPoint {
             shared: SVector::from_fn(|index, _| 1.0 - 0.3 * index as f64),
             own: (0..3)
                 .map(|block| SVector::from_fn(|index, _| (block + index) as f64 - 1.5))
@@ -294,7 +294,7 @@ mod tests {
             .unwrap();
         let covariance = covariance.with_response(response);
         let inverse = dense_matrix(&normal, &prior).try_inverse().unwrap();
-        let flatten = |place: &Place<OWN, SHARED>| {
+        let flatten = |place: &ParameterPoint<OWN, SHARED>| {
             let own_values = place.own.iter().flat_map(|values| values.iter());
             DVector::from_vec(place.shared.iter().chain(own_values).copied().collect())
         };

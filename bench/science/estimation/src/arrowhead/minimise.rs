@@ -20,7 +20,7 @@
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
-use crate::arrowhead::normal::{Arrow, BlockNormal, Place};
+use crate::arrowhead::normal::{Arrow, BlockNormal, ParameterPoint};
 
 /// Independent normal priors of parameters. A precision (1/σ²) of 0 means no prior knowledge.
 #[derive(Debug, Clone, Copy)]
@@ -112,7 +112,7 @@ pub fn minimise<const OWN: usize, const SHARED: usize>(
     own: Vec<SVector<f64, OWN>>,
     termination: Termination,
 ) -> Option<ArrowMinimum<OWN, SHARED>> {
-    let mut point = Place { shared, own };
+    let mut point = ParameterPoint { shared, own };
     let mut valley = Valley::new(problem, &point)?;
     let start_squares = valley.arrow.squares;
     let (mut damping, mut growth, mut converged) = (FIRST_DAMPING, 2.0, false);
@@ -179,7 +179,7 @@ struct Valley<const OWN: usize, const SHARED: usize> {
 impl<const OWN: usize, const SHARED: usize> Valley<OWN, SHARED> {
     fn new(
         problem: &mut impl ArrowProblem<OWN, SHARED>,
-        point: &Place<OWN, SHARED>,
+        point: &ParameterPoint<OWN, SHARED>,
     ) -> Option<Self> {
         let rows = problem.rows(&point.shared, &point.own)?;
         let mut blocks: Vec<BlockNormal<OWN, SHARED>> =
@@ -217,12 +217,12 @@ impl<const OWN: usize, const SHARED: usize> Valley<OWN, SHARED> {
         &self,
         problem: &mut impl ArrowProblem<OWN, SHARED>,
         damping: f64,
-        point: &Place<OWN, SHARED>,
-        step: &Place<OWN, SHARED>,
-    ) -> Option<Place<OWN, SHARED>> {
+        point: &ParameterPoint<OWN, SHARED>,
+        step: &ParameterPoint<OWN, SHARED>,
+    ) -> Option<ParameterPoint<OWN, SHARED>> {
         let probe = point.advance(BEND_FRACTION, step);
         let probe_residuals = problem.residuals(&probe.shared, &probe.own)?;
-        let mut gradient = Place {
+        let mut gradient = ParameterPoint {
             shared: SVector::zeros(),
             own: Vec::with_capacity(probe_residuals.len()),
         };
@@ -241,7 +241,7 @@ impl<const OWN: usize, const SHARED: usize> Valley<OWN, SHARED> {
         // 2 |a|/|v| in the metric of diag N (Transtrum & Sethna 2012).
         let ratio = 2.0 * (self.arrow.length2(&acceleration) / self.arrow.length2(step)).sqrt();
         let half = |values: &SVector<f64, OWN>| values * 0.5;
-        (ratio < MAX_BEND).then(|| Place {
+        (ratio < MAX_BEND).then(|| ParameterPoint {
             shared: acceleration.shared * 0.5,
             own: acceleration.own.iter().map(half).collect(),
         })
@@ -251,6 +251,11 @@ impl<const OWN: usize, const SHARED: usize> Valley<OWN, SHARED> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const FLAT: Prior<1> = Prior {
+        mean: SVector::<f64, 1>::new(0.0),
+        precision: SVector::<f64, 1>::new(0.0),
+    };
 
     /// Rosenbrock's valley in each block: y of the block follows the shared x², and x tends to 1.
     struct RosenbrockValley {
@@ -284,14 +289,11 @@ mod tests {
         }
 
         fn own_prior(&self, _: usize) -> Prior<1> {
-            Prior {
-                mean: SVector::zeros(),
-                precision: SVector::zeros(),
-            }
+            FLAT
         }
 
         fn shared_prior(&self) -> Prior<1> {
-            self.own_prior(0)
+            FLAT
         }
     }
 
@@ -359,14 +361,11 @@ mod tests {
         }
 
         fn own_prior(&self, _: usize) -> Prior<1> {
-            Prior {
-                mean: SVector::zeros(),
-                precision: SVector::zeros(),
-            }
+            FLAT
         }
 
         fn shared_prior(&self) -> Prior<1> {
-            self.own_prior(0)
+            FLAT
         }
     }
 
@@ -393,14 +392,14 @@ mod tests {
     #[test]
     fn a_step_that_bends_stays_on_the_floor() {
         let mut problem = RosenbrockValley { narrowness: 1e3 };
-        let point = Place {
+        let point = ParameterPoint {
             shared: SVector::from([0.7]),
             own: vec![SVector::from([0.49]); 2],
         };
         let valley = Valley::new(&mut problem, &point).unwrap();
         let step = valley.arrow.step(0.0, &valley.arrow.gradient()).unwrap();
         let bend = valley.bend(&mut problem, 0.0, &point, &step).unwrap();
-        let height = |place: &Place<1, 1>| place.own[0][0] - place.shared[0].powi(2);
+        let height = |place: &ParameterPoint<1, 1>| place.own[0][0] - place.shared[0].powi(2);
         let end = point.advance(1.0, &step);
         assert!(height(&end).abs() > 1e-3);
         assert!(height(&end.advance(1.0, &bend)).abs() < 0.05 * height(&end).abs());

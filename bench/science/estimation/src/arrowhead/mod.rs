@@ -8,6 +8,6 @@ mod whitening;
 
 pub use covariance::{ArrowCovariance, ArrowResponse, BlockCovariance};
 pub use minimise::{ArrowMinimum, ArrowProblem, Prior, Termination, minimise};
-pub use normal::{BlockNormal, Place};
+pub use normal::{BlockNormal, ParameterPoint};
 pub use scatter::{exponential_correlation, variance_components};
 pub use whitening::Whitening;

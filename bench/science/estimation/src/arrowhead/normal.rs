@@ -58,14 +58,14 @@ impl<const OWN: usize, const SHARED: usize> BlockNormal<OWN, SHARED> {
 
 /// A point or a step in the space of all parameters.
 #[derive(Debug, Clone)]
-pub struct Place<const OWN: usize, const SHARED: usize> {
+pub struct ParameterPoint<const OWN: usize, const SHARED: usize> {
     /// Values of the shared parameters.
     pub shared: SVector<f64, SHARED>,
     /// Values of each block's own parameters.
     pub own: Vec<SVector<f64, OWN>>,
 }
 
-impl<const OWN: usize, const SHARED: usize> Place<OWN, SHARED> {
+impl<const OWN: usize, const SHARED: usize> ParameterPoint<OWN, SHARED> {
     /// Returns the inner product with a row or a place over all parameters.
     #[must_use]
     pub fn dot(&self, other: &Self) -> f64 {
@@ -97,8 +97,8 @@ pub(crate) struct Arrow<const OWN: usize, const SHARED: usize> {
 
 impl<const OWN: usize, const SHARED: usize> Arrow<OWN, SHARED> {
     /// Returns the gradient, which lies in the space of steps.
-    pub(crate) fn gradient(&self) -> Place<OWN, SHARED> {
-        Place {
+    pub(crate) fn gradient(&self) -> ParameterPoint<OWN, SHARED> {
+        ParameterPoint {
             shared: self.shared_gradient,
             own: self.blocks.iter().map(|block| block.own_gradient).collect(),
         }
@@ -109,8 +109,8 @@ impl<const OWN: usize, const SHARED: usize> Arrow<OWN, SHARED> {
     pub(crate) fn step(
         &self,
         damping: f64,
-        gradient: &Place<OWN, SHARED>,
-    ) -> Option<Place<OWN, SHARED>> {
+        gradient: &ParameterPoint<OWN, SHARED>,
+    ) -> Option<ParameterPoint<OWN, SHARED>> {
         let increment = |diagonal: f64| diagonal * damping;
         let mut schur =
             self.shared + SMatrix::from_diagonal(&self.shared.diagonal().map(increment));
@@ -132,14 +132,14 @@ impl<const OWN: usize, const SHARED: usize> Arrow<OWN, SHARED> {
                 -gradient_response - shared_response * shared
             })
             .collect();
-        Some(Place {
+        Some(ParameterPoint {
             shared,
             own: own_steps,
         })
     }
 
     /// Returns the predicted decrease of the squares for a step.
-    pub(crate) fn expected_fall(&self, step: &Place<OWN, SHARED>) -> f64 {
+    pub(crate) fn expected_fall(&self, step: &ParameterPoint<OWN, SHARED>) -> f64 {
         // Of |r + J δ|² = |r|² + 2 gᵀδ + δᵀN δ: the fall is −2 gᵀδ − δᵀN δ, with N undamped.
         let shared = &step.shared;
         let mut fall =
@@ -159,7 +159,7 @@ impl<const OWN: usize, const SHARED: usize> Arrow<OWN, SHARED> {
     }
 
     /// Returns the squared length of a step, each parameter scaled by the diagonal of the normal matrix.
-    pub(crate) fn length2(&self, step: &Place<OWN, SHARED>) -> f64 {
+    pub(crate) fn length2(&self, step: &ParameterPoint<OWN, SHARED>) -> f64 {
         let blocks = self.blocks.iter().zip(&step.own);
         let own_length2: f64 = blocks
             .map(|(block, own_step)| own_step.component_mul(own_step).dot(&block.own.diagonal()))

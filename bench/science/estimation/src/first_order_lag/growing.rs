@@ -76,7 +76,7 @@ impl GrowingLag {
             let step = self.step(n);
             output[n] = match n {
                 0 => input[0] - step.tau * first_slope(input),
-                n => step.decay.0 * output[n - 1] + step.drive(input, n).0,
+                n => step.decay.value * output[n - 1] + step.drive(input, n).value,
             };
         }
     }
@@ -86,7 +86,7 @@ impl GrowingLag {
         self.tau_slopes[0] = -first_slope(input);
         for n in 1..input.len() {
             let step = self.step(n);
-            self.tau_slopes[n] = step.decay.1 * output[n - 1] + step.drive(input, n).1;
+            self.tau_slopes[n] = step.decay.by_tau * output[n - 1] + step.drive(input, n).by_tau;
         }
         for n in 0..input.len() {
             self.feedback[n] = self.tau_slopes[n] * self.growth(n);
@@ -98,7 +98,7 @@ impl GrowingLag {
     pub fn slope_by_input(&self, input: &[f64], slope: &mut [f64]) {
         slope[0] = input[0] - self.step(0).tau * first_slope(input) + self.feedback[0] * input[0];
         for n in 1..input.len() {
-            slope[n] = self.propagate(slope, n) + self.step(n).drive(input, n).0;
+            slope[n] = self.propagate(slope, n) + self.step(n).drive(input, n).value;
         }
     }
 
@@ -126,7 +126,7 @@ impl GrowingLag {
 
     /// Returns the slope at sample `n` carried over from sample `n - 1`, by the decay and by the change of τ.
     fn propagate(&self, slope: &[f64], n: usize) -> f64 {
-        self.step(n).decay.0 * slope[n - 1] + self.feedback[n] * extrapolate(slope, n)
+        self.step(n).decay.value * slope[n - 1] + self.feedback[n] * extrapolate(slope, n)
     }
 
     /// Returns the derivative of a step's τ by its middle.

@@ -27,7 +27,7 @@ impl Lag {
         let Self(step) = self;
         output[0] = input[0] - step.tau * first_slope(input);
         for n in 1..input.len() {
-            output[n] = step.decay.0 * output[n - 1] + step.drive(input, n).0;
+            output[n] = step.decay.value * output[n - 1] + step.drive(input, n).value;
         }
     }
 
@@ -36,8 +36,9 @@ impl Lag {
         let Self(step) = self;
         slope[0] = -first_slope(input);
         for n in 1..input.len() {
-            slope[n] =
-                step.decay.0 * slope[n - 1] + step.decay.1 * output[n - 1] + step.drive(input, n).1;
+            slope[n] = step.decay.value * slope[n - 1]
+                + step.decay.by_tau * output[n - 1]
+                + step.drive(input, n).by_tau;
         }
     }
 }

@@ -27,7 +27,26 @@ pub(crate) struct Step {
 }
 
 /// A coefficient and its derivative with respect to τ in units of the sampling interval.
-pub(crate) type Weight = (f64, f64);
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Weight {
+    pub(crate) value: f64,
+    pub(crate) by_tau: f64,
+}
+
+impl Weight {
+    const ZERO: Self = Self {
+        value: 0.0,
+        by_tau: 0.0,
+    };
+
+    /// Returns this weight with a multiple of another added.
+    fn add(self, factor: f64, other: Self) -> Self {
+        Self {
+            value: self.value + factor * other.value,
+            by_tau: self.by_tau + factor * other.by_tau,
+        }
+    }
+}
 
 /// Lagrange cubics over the step s ∈ [0, 1] as coefficients of 1, s, s², s³, nodes at −1, 0, 1, 2.
 const INNER_CUBICS: [[f64; 4]; 4] = [
@@ -49,36 +68,39 @@ impl Step {
     pub(crate) fn new(tau: f64) -> Self {
         // d e^(−1/τ)/dτ = e^(−1/τ)/τ².
         let decay = if tau > 0.0 {
-            ((-1.0 / tau).exp(), (-1.0 / tau).exp() / (tau * tau))
+            Weight {
+                value: (-1.0 / tau).exp(),
+                by_tau: (-1.0 / tau).exp() / (tau * tau),
+            }
         } else {
-            (0.0, 0.0)
+            Weight::ZERO
         };
         // Moments ∫₀¹ e^(−(1−s)/τ)/τ s^k ds by parts: I₀ = 1 − decay, I_k = 1 − k τ I_(k−1).
         // Derivatives by τ: I_k′ = −k (I_(k−1) + τ I_(k−1)′).
-        let mut moments = [(1.0 - decay.0, -decay.1); 4];
+        let constant = Weight {
+            value: 1.0 - decay.value,
+            by_tau: -decay.by_tau,
+        };
+        let mut moments = [constant; 4];
         for k in 1..4 {
-            let (previous, slope) = moments[k - 1];
-            moments[k] = (
-                1.0 - k as f64 * tau * previous,
-                -(k as f64) * (previous + tau * slope),
-            );
+            let previous = moments[k - 1];
+            moments[k] = Weight {
+                value: 1.0 - k as f64 * tau * previous.value,
+                by_tau: -(k as f64) * (previous.value + tau * previous.by_tau),
+            };
         }
         let weigh = |cubic: &[f64; 4]| {
-            cubic
-                .iter()
-                .zip(&moments)
-                .fold((0.0, 0.0), |sum, (c, moment)| {
-                    (sum.0 + c * moment.0, sum.1 + c * moment.1)
-                })
+            let terms = cubic.iter().zip(moments);
+            terms.fold(Weight::ZERO, |sum, (&c, moment)| sum.add(c, moment))
         };
         // The line x_eq,0 (1 − s) + x_eq,1 s has the weights I₀ − I₁ and I₁.
-        let [constant, ramp, ..] = moments;
+        let ramp = moments[1];
         Self {
             tau,
             decay,
             inner: INNER_CUBICS.each_ref().map(weigh),
             last: LAST_CUBICS.each_ref().map(weigh),
-            first: [(constant.0 - ramp.0, constant.1 - ramp.1), ramp],
+            first: [constant.add(-1.0, ramp), ramp],
         }
     }
 
@@ -91,12 +113,8 @@ impl Step {
         } else {
             (&self.inner, &input[n - 2..=n + 1])
         };
-        weights
-            .iter()
-            .zip(nodes)
-            .fold((0.0, 0.0), |sum, (weight, x)| {
-                (sum.0 + weight.0 * x, sum.1 + weight.1 * x)
-            })
+        let terms = weights.iter().zip(nodes);
+        terms.fold(Weight::ZERO, |sum, (&weight, &x)| sum.add(x, weight))
     }
 }
 

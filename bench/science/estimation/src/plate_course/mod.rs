@@ -69,7 +69,7 @@ pub struct CourseStds {
 pub type Touches<'a> = &'a [(f64, f64)];
 
 /// A part of Z_p, real or imaginary.
-pub struct Part<'a> {
+pub struct ImpedancePart<'a> {
     /// Readings without a finger.
     pub readings: &'a [Reading],
     /// Prior standard deviations.
@@ -158,7 +158,11 @@ impl NormalEquations {
 
 /// Predicts both parts at `times_s`.
 #[must_use]
-pub fn predict(parts: &[Part<'_>; 2], touches: Touches<'_>, times_s: &[f64]) -> Prediction {
+pub fn predict(
+    parts: &[ImpedancePart<'_>; 2],
+    touches: Touches<'_>,
+    times_s: &[f64],
+) -> Prediction {
     let start_s = parts[0]
         .readings
         .first()
@@ -423,8 +427,8 @@ mod tests {
             .to_vec()
     }
 
-    fn part(readings: &[Reading]) -> Part<'_> {
-        Part {
+    fn part(readings: &[Reading]) -> ImpedancePart<'_> {
+        ImpedancePart {
             readings,
             stds: STDS,
         }

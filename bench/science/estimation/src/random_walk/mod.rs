@@ -5,6 +5,15 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 /// Smallest fraction of a deviation assumed to remain at the next stretch: the rate of a faster decay cannot be determined.
 const MIN_REMAINDER: f64 = 1.0 / std::f64::consts::E;
 
+/// Mean over a stretch.
+#[derive(Debug, Clone, Copy)]
+pub struct Mean {
+    /// Value, in the quantity's unit.
+    pub value: f64,
+    /// Variance of its measurement error, in the square of that unit.
+    pub variance: f64,
+}
+
 /// Means over stretches of a positive quantity; its logarithm performs a random walk.
 #[derive(Debug, Clone, Copy)]
 pub struct Means<'a> {
@@ -14,8 +23,8 @@ pub struct Means<'a> {
     pub stretch_s: f64,
     /// Largest distance between successive stretches of one walk, s.
     pub max_gap_s: f64,
-    /// Each mean, and the variance of its measurement error.
-    pub values: &'a [(f64, f64)],
+    /// Each mean.
+    pub values: &'a [Mean],
     /// Relative rate of the steady trend about each stretch, 1/s; the walk is the deviation from it.
     pub per_s: &'a [f64],
 }
@@ -66,10 +75,11 @@ impl Means<'_> {
                 continue;
             }
             let (last, duration_s) = (index + steps, window[steps] - window[0]);
-            let ((a, var_a), (b, var_b)) = (self.values[index], self.values[last]);
+            let (first, last_mean) = (self.values[index], self.values[last]);
+            let (a, b) = (first.value, last_mean.value);
             let drift = 0.5 * (self.per_s[index] + self.per_s[last]) * duration_s;
             // Var ln a ≈ Var a/a²; independent errors of both ends add to the squared increment.
-            let noise = var_a / (a * a) + var_b / (b * b);
+            let noise = first.variance / (a * a) + last_mean.variance / (b * b);
             sums.squares += ((b / a).ln() - drift).powi(2) - noise;
             sums.time_s += duration_s;
             sums.count += 1.0;
@@ -111,11 +121,12 @@ mod tests {
     use super::*;
 
     fn diffusivity_per_s(times_s: &[f64], stretch_s: f64, values: &[(f64, f64)], rate: f64) -> f64 {
+        let mean = |&(value, variance): &(f64, f64)| Mean { value, variance };
         let means = Means {
             times_s,
             stretch_s,
             max_gap_s: 0.7,
-            values,
+            values: &values.iter().map(mean).collect::<Vec<_>>(),
             per_s: &vec![rate; times_s.len()],
         };
         means.diffusivity_per_s()

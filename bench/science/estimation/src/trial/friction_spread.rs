@@ -19,13 +19,15 @@
 
 use nalgebra::{Matrix2, SMatrix, SVector};
 
-use super::friction::{FLOOR, FRICTION_PARAMETERS, LAG_MS, TrialFriction};
-use super::members::{Covariance, Own, ParameterSlopes, Shared, Step, TrialMinimum};
+use super::friction::{FRICTION_PARAMETERS, FrictionParameter, SharedFriction, TrialFriction};
+use super::layout::{Own, Shared};
+use super::members::{Covariance, ParameterSlopes, Step, TrialMinimum};
 use crate::friction_law::FrictionLaw;
 use contact::calibration_errors::{ByError, ERRORS};
 use contact::parameters::{MS, PARAMETERS};
+use contact::uncertain::Uncertain;
 
-type ParameterCovariance = SMatrix<f64, PARAMETERS, PARAMETERS>;
+pub(super) type ParameterCovariance = SMatrix<f64, PARAMETERS, PARAMETERS>;
 
 /// Covariances of φ and the lag due to the contacts of a trial.
 pub(super) struct FrictionSpread {
@@ -84,13 +86,18 @@ impl FrictionSpread {
         })
     }
 
-    /// Returns the standard deviations of φ and of the lag in s, combined with those from the scatter of the measured friction.
-    pub(super) fn stds(&self, scatter: [f64; FRICTION_PARAMETERS]) -> [f64; FRICTION_PARAMETERS] {
-        let unit = [1.0, MS];
-        std::array::from_fn(|index| {
-            let contact_std = self.trial[(index, index)].max(0.0).sqrt() * unit[index];
-            scatter[index].hypot(contact_std)
-        })
+    /// Returns φ and the lag with errors that combine the scatter of the measured friction with the contacts' errors.
+    pub(super) fn widen(&self, friction: SharedFriction) -> SharedFriction {
+        let contact_std =
+            |parameter: FrictionParameter| self.trial.diagonal()[parameter].max(0.0).sqrt();
+        let widen = |estimate: Uncertain, contact_std: f64| Uncertain {
+            std: estimate.std.hypot(contact_std),
+            ..estimate
+        };
+        SharedFriction {
+            floor: widen(friction.floor, contact_std(FrictionParameter::Floor)),
+            lag_s: widen(friction.lag_s, contact_std(FrictionParameter::LagMs) * MS),
+        }
     }
 
     /// Returns an instance's friction law: the dependence of φ and the lag on its parameters as slopes, and the remaining
@@ -107,13 +114,16 @@ impl FrictionSpread {
         let remainder = self.trial - cross.tr_mul(&slopes);
         let mut law = friction.law(index);
         let by_trial = Matrix2::new(
-            instance.by_trial[FLOOR],
-            instance.by_trial[LAG_MS],
+            instance.by_trial[FrictionParameter::Floor],
+            instance.by_trial[FrictionParameter::LagMs],
             1.0,
             0.0,
         );
         law.slopes = (instance.by_contact + slopes * instance.by_trial).into();
-        law.floor_slopes = slopes.column(FLOOR).into_owned().into();
+        law.floor_slopes = slopes
+            .column(FrictionParameter::Floor as usize)
+            .into_owned()
+            .into();
         law.scatter += by_trial * remainder * by_trial.transpose();
         law
     }

@@ -9,84 +9,45 @@
 //! ln r = s_tilt u + s_bow u²                       amplitude along the plate
 //! ```
 
-use std::ops::{Add, Mul};
+use nalgebra::SMatrix;
+use num_complex::Complex64;
 
-use crate::arrowhead::{ArrowCovariance, ArrowMinimum, Place};
-use nalgebra::{SMatrix, SVector};
-
-use super::plate::{COURSES, OffsetPrior};
+use super::layout::{InstanceParameter, OWN, Own, SHARED, Shared, SharedParameter, courses};
+use super::plate::{self, OffsetPrior, PlateReadings};
+use super::{PlacedInstance, TrialOptions};
+use crate::arrowhead::{ArrowCovariance, ArrowMinimum, ParameterPoint};
+use crate::conditions::FitConditions;
+use crate::fit_error::FitError;
 use crate::lagged_model::LaggedModel;
+use crate::series::{InstanceSamples, mean};
 use contact::calibration_errors::{ByError, ERRORS};
 use contact::parameters::{
-    AREA_EXPONENT, FILM_MEAN_MS, FINGER_ANGLE, IM_OFFSET, IM_Z_T, LAG_EXPONENT, LN_AREA,
-    LN_LOSS_FACTOR, LN_Q0, LN_RATIO, LN_SIGMA_T, MS, PARAMETERS, RE_OFFSET, RE_Z_T,
-    RESIDUAL_MOBILITY, TAU_MS,
+    AREA_EXPONENT, FILM_MEAN_MS, FINGER_ANGLE, IM_OFFSET, LAG_EXPONENT, LN_AREA, LN_LOSS_FACTOR,
+    LN_Q0, LN_RATIO, MS, PARAMETERS, RE_OFFSET, RESIDUAL_MOBILITY, TAU_MS,
 };
 
-/// Number of parameters per instance.
-pub(super) const OWN: usize = 7;
-/// Number of parameters that all instances share.
-pub(super) const SHARED: usize = 16;
-
-pub(super) type Own = SVector<f64, OWN>;
-pub(super) type Shared = SVector<f64, SHARED>;
 pub(super) type TrialMinimum = ArrowMinimum<OWN, SHARED>;
-pub(super) type Step = Place<OWN, SHARED>;
+pub(super) type Step = ParameterPoint<OWN, SHARED>;
 pub(super) type Covariance = ArrowCovariance<OWN, SHARED, ERRORS>;
 
-/// Model parameters of one instance, in the order of a block.
-pub(super) const INSTANCE_PARAMETERS: [usize; OWN] = [
-    LN_SIGMA_T,
-    RE_Z_T,
-    IM_Z_T,
-    IM_OFFSET,
-    RE_OFFSET,
-    FINGER_ANGLE,
-    RESIDUAL_MOBILITY,
-];
-pub(super) const SIGMA_T: usize = 0;
-pub(super) const TISSUE: [usize; 2] = [1, 2];
-pub(super) const REACTANCE: usize = 3;
-pub(super) const DAMPING: usize = 4;
-pub(super) const ANGLE: usize = 5;
-pub(super) const RESIDUAL: usize = 6;
-
-/// Model parameters shared by the trial, in the arrow's order, followed by [`COURSE`] and the two of the amplitude along the
-/// plate. Times are stored as their logarithms.
-pub(super) const TRIAL_PARAMETERS: [usize; SHARED - COURSES - 4] = [
-    LN_AREA,
-    LN_Q0,
-    LN_LOSS_FACTOR,
-    TAU_MS,
-    AREA_EXPONENT,
-    FILM_MEAN_MS,
-    LAG_EXPONENT,
-];
-pub(super) const AREA: usize = 0;
-pub(super) const Q0: usize = 1;
-pub(super) const LOSS_FACTOR: usize = 2;
-pub(super) const TAU: usize = 3;
-pub(super) const GROWTH: usize = 4;
-pub(super) const FILM_MEAN: usize = 5;
-pub(super) const LAG_GROWTH: usize = 6;
-/// Index of the first of the [`COURSES`], deviations of the plate from its likely course in standard deviations.
-pub(super) const COURSE: usize = 7;
-/// Logarithm of the ratio of the amplitude along the plate to that at the pickup: its growth over [`TILT_DISTANCE_M`], and its
-/// increase at that distance on both sides.
-pub(super) const TILT: usize = COURSE + COURSES;
-pub(super) const BOW: usize = TILT + 1;
-/// Effect of other modes that is common to all instances: angle and residual mobility.
-pub(super) const COMMON_ANGLE: usize = BOW + 1;
-pub(super) const COMMON_RESIDUAL: usize = COMMON_ANGLE + 1;
 /// Distance along the plate at which tilt and bow are stated, m: half of the published central part.
 pub(super) const TILT_DISTANCE_M: f64 = 0.03;
 
-/// Times stored as their logarithms, paired with the model's parameters in ms.
-const TIMES_MS: [(usize, usize); 2] = [(TAU, TAU_MS), (FILM_MEAN, FILM_MEAN_MS)];
+/// Effect of a shared parameter on the model's parameters, given by their indices.
+enum Effect {
+    /// It is one of the model's parameters.
+    Identity(usize),
+    /// It is the logarithm of a time in s; the model's is in ms.
+    Time(usize),
+    /// Two of the model's parameters are linear in it, with these slopes.
+    Linear([(usize, f64); 2]),
+}
 
 /// An instance of a trial.
 pub(super) struct Member<'a> {
     pub(super) model: LaggedModel<'a>,
+    /// Samples of the instance, without its lead-in.
+    pub(super) samples: InstanceSamples<'a>,
     /// Prior of the plate's offset.
     pub(super) offset: OffsetPrior,
     /// Distance from the plate's centre, in units of [`TILT_DISTANCE_M`].
@@ -97,80 +58,122 @@ impl Member<'_> {
     /// Returns the model's parameters.
     pub(super) fn parameters(&self, shared: &Shared, own: &Own) -> [f64; PARAMETERS] {
         let mut parameters = [0.0; PARAMETERS];
-        for (value, parameter) in own.iter().zip(INSTANCE_PARAMETERS) {
-            parameters[parameter] = *value;
+        for parameter in InstanceParameter::ALL {
+            parameters[parameter.model_index()] = own[parameter];
         }
-        for (value, parameter) in shared.iter().zip(TRIAL_PARAMETERS) {
-            parameters[parameter] = *value;
-        }
-        for (index, parameter) in TIMES_MS {
-            parameters[parameter] = shared[index].exp() / MS;
+        for parameter in SharedParameter::ALL {
+            match self.effect(parameter) {
+                Effect::Identity(index) => parameters[index] = shared[parameter],
+                Effect::Time(index) => parameters[index] = shared[parameter].exp() / MS,
+                Effect::Linear(_) => {}
+            }
         }
         let offset = self.offset.value(courses(shared));
         parameters[RE_OFFSET] += offset.re;
         parameters[IM_OFFSET] += offset.im;
-        parameters[FINGER_ANGLE] += shared[COMMON_ANGLE];
-        parameters[RESIDUAL_MOBILITY] += shared[COMMON_RESIDUAL];
-        parameters[LN_RATIO] = shared[TILT] * self.position + shared[BOW] * self.position.powi(2);
+        parameters[FINGER_ANGLE] += shared[SharedParameter::Angle];
+        parameters[RESIDUAL_MOBILITY] += shared[SharedParameter::ResidualMobility];
+        parameters[LN_RATIO] = shared[SharedParameter::Tilt] * self.position
+            + shared[SharedParameter::Bow] * self.position.powi(2);
         parameters
     }
 
+    /// Returns the effect of a shared parameter on the model's parameters.
+    fn effect(&self, parameter: SharedParameter) -> Effect {
+        let single = |index, slope| Effect::Linear([(index, slope), (index, 0.0)]);
+        match parameter {
+            SharedParameter::LnArea => Effect::Identity(LN_AREA),
+            SharedParameter::LnQ0 => Effect::Identity(LN_Q0),
+            SharedParameter::LnLossFactor => Effect::Identity(LN_LOSS_FACTOR),
+            SharedParameter::LnTau => Effect::Time(TAU_MS),
+            SharedParameter::AreaExponent => Effect::Identity(AREA_EXPONENT),
+            SharedParameter::LnFilmMean => Effect::Time(FILM_MEAN_MS),
+            SharedParameter::LagExponent => Effect::Identity(LAG_EXPONENT),
+            SharedParameter::Course(course) => {
+                let slope = self.offset.by_course[course];
+                Effect::Linear([(RE_OFFSET, slope.re), (IM_OFFSET, slope.im)])
+            }
+            SharedParameter::Tilt => single(LN_RATIO, self.position),
+            SharedParameter::Bow => single(LN_RATIO, self.position.powi(2)),
+            SharedParameter::Angle => single(FINGER_ANGLE, 1.0),
+            SharedParameter::ResidualMobility => single(RESIDUAL_MOBILITY, 1.0),
+        }
+    }
+
     /// Returns the slopes by the parameters that all instances share, from the slopes by the model's parameters.
-    pub(super) fn by_shared<T: Copy + Default + Add<Output = T> + Mul<f64, Output = T>>(
+    pub(super) fn by_shared(
         &self,
-        slopes: &[T; PARAMETERS],
+        slopes: &[Complex64; PARAMETERS],
         parameters: &[f64; PARAMETERS],
-    ) -> [T; SHARED] {
+    ) -> [Complex64; SHARED] {
         // ∂/∂s = Σ (∂/∂θ)(∂θ/∂s); of a time, ∂θ/∂ ln θ = θ.
-        std::array::from_fn(|index| match TRIAL_PARAMETERS.get(index) {
-            Some(&parameter) if is_time(parameter) => slopes[parameter] * parameters[parameter],
-            Some(&parameter) => slopes[parameter],
-            None => self
-                .dependents(index)
+        SharedParameter::ALL.map(|parameter| match self.effect(parameter) {
+            Effect::Identity(index) => slopes[index],
+            Effect::Time(index) => slopes[index] * parameters[index],
+            Effect::Linear(effects) => effects
                 .into_iter()
-                .fold(T::default(), |sum, (parameter, slope)| {
-                    sum + slopes[parameter] * slope
+                .fold(Complex64::ZERO, |sum, (index, slope)| {
+                    sum + slopes[index] * slope
                 }),
         })
     }
 
-    /// Returns the model's parameters that depend on one of the last shared ones, with the slopes.
-    fn dependents(&self, index: usize) -> [(usize, f64); 2] {
-        let (parameter, slope) = match index {
-            TILT => (LN_RATIO, self.position),
-            BOW => (LN_RATIO, self.position.powi(2)),
-            COMMON_ANGLE => (FINGER_ANGLE, 1.0),
-            COMMON_RESIDUAL => (RESIDUAL_MOBILITY, 1.0),
-            _ => {
-                let slope = self.offset.by_course[index - COURSE];
-                return [(RE_OFFSET, slope.re), (IM_OFFSET, slope.im)];
-            }
-        };
-        [(parameter, slope), (parameter, 0.0)]
-    }
-
     /// Returns the derivatives of the model's parameters by those of the instance and those of the trial.
     pub(super) fn parameter_slopes(&self, parameters: &[f64; PARAMETERS]) -> ParameterSlopes {
-        let mut by_own = SMatrix::zeros();
-        for (column, parameter) in INSTANCE_PARAMETERS.into_iter().enumerate() {
-            by_own[(parameter, column)] = 1.0;
+        let mut by_own = SMatrix::<f64, PARAMETERS, OWN>::zeros();
+        for parameter in InstanceParameter::ALL {
+            by_own[(parameter.model_index(), parameter as usize)] = 1.0;
         }
-        let mut by_shared = SMatrix::zeros();
-        for (column, parameter) in TRIAL_PARAMETERS.into_iter().enumerate() {
-            let unit = if is_time(parameter) {
-                parameters[parameter]
-            } else {
-                1.0
-            };
-            by_shared[(parameter, column)] = unit;
-        }
-        for column in COURSE..SHARED {
-            for (parameter, slope) in self.dependents(column) {
-                by_shared[(parameter, column)] += slope;
+        let mut by_shared = SMatrix::<f64, PARAMETERS, SHARED>::zeros();
+        for parameter in SharedParameter::ALL {
+            let mut column = by_shared.column_mut(parameter.position());
+            match self.effect(parameter) {
+                Effect::Identity(index) => column[index] = 1.0,
+                Effect::Time(index) => column[index] = parameters[index],
+                Effect::Linear(effects) => {
+                    for (index, slope) in effects {
+                        column[index] += slope;
+                    }
+                }
             }
         }
         ParameterSlopes { by_own, by_shared }
     }
+}
+
+/// Returns the instances of a trial with the plate's likely course. The area is S at the mean of their mean normal forces.
+pub(super) fn members<'a>(
+    places: &[PlacedInstance<'a>],
+    conditions: &FitConditions,
+    readings: &PlateReadings,
+    options: &TrialOptions,
+) -> Result<Vec<Member<'a>>, FitError> {
+    let forces = places
+        .iter()
+        .map(|place| mean(place.series.instance().normal_n));
+    let reference_n = forces.sum::<f64>() / places.len() as f64;
+    let mut models = Vec::with_capacity(places.len());
+    for place in places {
+        let lead_in_s = options.lead_in_s;
+        models.push(LaggedModel::new(
+            &place.series,
+            conditions,
+            lead_in_s,
+            reference_n,
+        )?);
+    }
+    let times_s: Vec<f64> = models.iter().map(|model| model.middle_s).collect();
+    let z_p = conditions.z_p_corrected_n_s_per_m;
+    let offsets = plate::offsets(&times_s, readings, z_p, &options.priors, None);
+    let members = places.iter().zip(models).zip(offsets);
+    Ok(members
+        .map(|((place, model), offset)| Member {
+            model,
+            samples: place.series.instance(),
+            offset,
+            position: place.off_centre_m / TILT_DISTANCE_M,
+        })
+        .collect())
 }
 
 /// Derivatives of the model's parameters at an instance by the instance's and the shared ones.
@@ -215,13 +218,4 @@ impl ParameterSlopes {
             + error_cross.transpose()
             + by_error * by_error.transpose()
     }
-}
-
-/// Returns the coefficient of each course.
-pub(super) fn courses(shared: &Shared) -> &[f64] {
-    &shared.as_slice()[COURSE..TILT]
-}
-
-fn is_time(parameter: usize) -> bool {
-    TIMES_MS.iter().any(|(_, time)| *time == parameter)
 }

@@ -2,8 +2,9 @@
 
 use std::fmt;
 
-use super::members::{SHARED, Shared};
+use super::layout::{Shared, SharedParameter};
 use super::plate::PlateDeviation;
+use super::prior::TrialPriors;
 use crate::instance_fit::InstanceFit;
 
 /// A sign that the model does not hold for a trial, so that its parameters and their errors do not describe the finger.
@@ -58,33 +59,37 @@ impl fmt::Display for Misfit {
     }
 }
 
-/// Names of the shared parameters that a misfit is checked for, in their order.
-const NAMES: [&str; 7] = [
-    "the contact area S",
-    "q0",
-    "the loss factor η",
-    "the levitation lag τ",
-    "the growth of the contact area with force",
-    "the time that the film averages over",
-    "the growth of the levitation lag with the gap",
-];
+/// Returns the name of a shared parameter of the skin; `None` for those of the plate, which no misfit is checked for.
+fn name(parameter: SharedParameter) -> Option<&'static str> {
+    match parameter {
+        SharedParameter::LnArea => Some("the contact area S"),
+        SharedParameter::LnQ0 => Some("q0"),
+        SharedParameter::LnLossFactor => Some("the loss factor η"),
+        SharedParameter::LnTau => Some("the levitation lag τ"),
+        SharedParameter::AreaExponent => Some("the growth of the contact area with force"),
+        SharedParameter::LnFilmMean => Some("the time that the film averages over"),
+        SharedParameter::LagExponent => Some("the growth of the levitation lag with the gap"),
+        SharedParameter::Course(_)
+        | SharedParameter::Tilt
+        | SharedParameter::Bow
+        | SharedParameter::Angle
+        | SharedParameter::ResidualMobility => None,
+    }
+}
 
-/// Returns the signs of misfit for parameters, given their priors' middles and standard deviations.
+/// Returns the signs of misfit for parameters, given their priors.
 pub(super) fn signs(
     shared: &Shared,
-    priors: &[(f64, f64); SHARED],
+    priors: &TrialPriors,
     plate: Option<PlateDeviation>,
     instances: &[InstanceFit],
 ) -> Vec<Misfit> {
-    let mut signs: Vec<Misfit> = NAMES
+    let mut signs: Vec<Misfit> = SharedParameter::ALL
         .into_iter()
-        .zip(shared.iter().zip(priors))
-        .map(|(name, (value, (middle, std)))| Misfit::Unlikely {
-            name,
-            deviations: (value - middle) / std,
-        })
-        .filter(|sign| {
-            matches!(sign, Misfit::Unlikely { deviations, .. } if deviations.abs() > MAX_DEVIATIONS)
+        .filter_map(|parameter| {
+            let (name, prior) = (name(parameter)?, priors.shared(parameter));
+            let deviations = (shared[parameter] - prior.mean) / prior.std;
+            (deviations.abs() > MAX_DEVIATIONS).then_some(Misfit::Unlikely { name, deviations })
         })
         .collect();
     signs.extend(

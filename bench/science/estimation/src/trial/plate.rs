@@ -15,7 +15,7 @@
 //! the fraction by which such a course may be wrong: 0.03, and more if the fitted reactances scatter more.
 
 use super::prior::TrialPriors;
-use crate::plate_course::{CourseStds, Part, Prediction, Reading};
+use crate::plate_course::{self, CourseStds, ImpedancePart, Prediction, Reading};
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 
@@ -121,90 +121,125 @@ pub(super) fn offsets(
     estimates: Option<&[f64]>,
 ) -> Vec<OffsetPrior> {
     let mut offsets = vec![OffsetPrior::unknown(priors); times_s.len()];
-    let references = &readings.references;
-    let neighbours = |time_s: f64| {
-        let next = references.partition_point(|reference| reference.time_s < time_s);
-        Some((references.get(next.checked_sub(1)?)?, references.get(next)?))
-    };
-    let known_indices: Vec<usize> = (0..times_s.len())
-        .filter(|&index| neighbours(times_s[index]).is_some())
-        .collect();
-    let n = known_indices.len();
-    if n == 0 {
+    let lines = times_s.iter().map(|&time_s| readings.line(time_s, z_p));
+    let (known_indices, line): (Vec<usize>, Vec<Complex64>) = lines
+        .enumerate()
+        .filter_map(|(index, line)| Some((index, line?)))
+        .unzip();
+    if known_indices.is_empty() {
         return offsets;
     }
     let known_times_s: Vec<f64> = known_indices.iter().map(|&index| times_s[index]).collect();
-    let part_readings = |component: fn(Complex64) -> f64| -> Vec<Reading> {
-        let references = references.iter();
-        references
-            .map(|reference| Reading {
-                time_s: reference.time_s,
-                value: component(reference.z_p_n_s_per_m - z_p),
-                std: reference.std_n_s_per_m,
-            })
-            .collect()
-    };
-    let (dampings, reactances) = (part_readings(|z| z.re), part_readings(|z| z.im));
-    let part = |readings, size, per_s| Part {
-        readings,
-        stds: CourseStds { size, per_s },
-    };
-    let line: Vec<Complex64> = known_times_s
-        .iter()
-        .filter_map(|&time_s| {
-            let (last, next) = neighbours(time_s)?;
-            let share = (time_s - last.time_s) / (next.time_s - last.time_s);
-            Some(last.z_p_n_s_per_m - z_p + (next.z_p_n_s_per_m - last.z_p_n_s_per_m) * share)
-        })
-        .collect();
-    let parts = [
-        part(&dampings, priors.plate_damping_std_n_s_per_m, DAMPING_PER_S),
-        part(
-            &reactances,
-            priors.plate_reactance_std_n_s_per_m,
-            REACTANCE_PER_S,
-        ),
-    ];
-    let course = crate::plate_course::predict(&parts, &readings.touches_s, &known_times_s);
-    let (reactance_std, deviation_fraction) = match estimates {
-        None => (INITIAL_STD_N_S_PER_M, COURSE_DEVIATION),
+    let course = readings.predict(z_p, priors, &known_times_s);
+    let deviations = match estimates {
+        None => Deviations::INITIAL,
         Some(estimates) => {
-            let deviation = DVector::from_fn(n, |row, _| {
-                estimates[known_indices[row]] - course.mean[n + row]
-            });
-            let std = scatter_about(&course, deviation);
-            let curvature: f64 = (0..n)
-                .map(|row| (course.mean[n + row] - line[row].im).powi(2))
-                .sum();
-            let curvature = (curvature / n as f64)
-                .sqrt()
-                .max(MIN_REACTANCE_STD_N_S_PER_M);
-            // q = 0.03 + √(std² − min²)/(RMS distance of the predicted reactance from the straight line).
-            let excess = (std * std - MIN_REACTANCE_STD_N_S_PER_M.powi(2)).sqrt();
-            (std, COURSE_DEVIATION + excess / curvature)
+            let reactances = known_indices.iter().map(|&index| estimates[index]);
+            Deviations::estimate(&course, &line, &reactances.collect::<Vec<f64>>())
         }
     };
     let by_course = directions(&course);
     for (place, &index) in known_indices.iter().enumerate() {
-        let variance = course.variance(place);
-        let common_variance: f64 = by_course[place]
-            .iter()
-            .map(|slope| slope.re * slope.re)
-            .sum();
-        let damping_std = (variance - common_variance).max(0.0).sqrt();
-        let curvature = course.mean[place] - line[place].re;
         offsets[index] = OffsetPrior {
-            mean: Complex64::new(course.mean[place], course.mean[n + place]),
+            mean: Complex64::new(course.mean[place], course.mean[line.len() + place]),
             by_course: by_course[place],
-            reactance_std,
-            damping_std: Some(
-                damping_std
-                    .hypot(deviation_fraction * curvature)
-                    .hypot(MIN_DAMPING_STD_N_S_PER_M),
-            ),
+            reactance_std: deviations.reactance_std,
+            damping_std: Some(deviations.damping_std(
+                course.variance(place),
+                &by_course[place],
+                course.mean[place] - line[place].re,
+            )),
         };
     }
     offsets
+}
+
+impl PlateReadings {
+    /// Returns the offset on the straight line between the readings before and after a time; `None` outside the readings.
+    fn line(&self, time_s: f64, z_p: Complex64) -> Option<Complex64> {
+        let references = &self.references;
+        let next = references.partition_point(|reference| reference.time_s < time_s);
+        let (last, next) = (references.get(next.checked_sub(1)?)?, references.get(next)?);
+        let share = (time_s - last.time_s) / (next.time_s - last.time_s);
+        Some(last.z_p_n_s_per_m - z_p + (next.z_p_n_s_per_m - last.z_p_n_s_per_m) * share)
+    }
+
+    /// Predicts the course of the offset, damping before reactance.
+    fn predict(&self, z_p: Complex64, priors: &TrialPriors, times_s: &[f64]) -> Prediction {
+        let part_readings = |component: fn(Complex64) -> f64| -> Vec<Reading> {
+            let references = self.references.iter();
+            references
+                .map(|reference| Reading {
+                    time_s: reference.time_s,
+                    value: component(reference.z_p_n_s_per_m - z_p),
+                    std: reference.std_n_s_per_m,
+                })
+                .collect()
+        };
+        let (dampings, reactances) = (part_readings(|z| z.re), part_readings(|z| z.im));
+        let parts = [
+            ImpedancePart {
+                readings: &dampings,
+                stds: CourseStds {
+                    size: priors.plate_damping_std_n_s_per_m,
+                    per_s: DAMPING_PER_S,
+                },
+            },
+            ImpedancePart {
+                readings: &reactances,
+                stds: CourseStds {
+                    size: priors.plate_reactance_std_n_s_per_m,
+                    per_s: REACTANCE_PER_S,
+                },
+            },
+        ];
+        plate_course::predict(&parts, &self.touches_s, times_s)
+    }
+}
+
+/// Deviations of single instances from the predicted course.
+struct Deviations {
+    /// Standard deviation of the reactance, N·s/m.
+    reactance_std: f64,
+    /// Fraction q by which the course's distance from the straight line may be wrong.
+    fraction: f64,
+}
+
+impl Deviations {
+    /// Deviations before any reactance is fitted.
+    const INITIAL: Self = Self {
+        reactance_std: INITIAL_STD_N_S_PER_M,
+        fraction: COURSE_DEVIATION,
+    };
+
+    /// Estimates the deviations from fitted reactances.
+    fn estimate(course: &Prediction, line: &[Complex64], reactances: &[f64]) -> Self {
+        let n = line.len();
+        let predicted = |place: usize| course.mean[n + place];
+        let deviation = DVector::from_fn(n, |place, _| reactances[place] - predicted(place));
+        let reactance_std = scatter_about(course, deviation);
+        let curvature: f64 = (0..n)
+            .map(|place| (predicted(place) - line[place].im).powi(2))
+            .sum();
+        let curvature = (curvature / n as f64)
+            .sqrt()
+            .max(MIN_REACTANCE_STD_N_S_PER_M);
+        // q = 0.03 + √(std² − min²)/(RMS distance of the predicted reactance from the straight line).
+        let excess = (reactance_std * reactance_std - MIN_REACTANCE_STD_N_S_PER_M.powi(2)).sqrt();
+        Self {
+            reactance_std,
+            fraction: COURSE_DEVIATION + excess / curvature,
+        }
+    }
+
+    /// Returns the standard deviation of an instance's damping about the common courses, given its predicted variance, and its
+    /// predicted distance `curvature` from the straight line.
+    fn damping_std(&self, variance: f64, by_course: &[Complex64; COURSES], curvature: f64) -> f64 {
+        let common_variance: f64 = by_course.iter().map(|slope| slope.re * slope.re).sum();
+        let std = (variance - common_variance).max(0.0).sqrt();
+        std.hypot(self.fraction * curvature)
+            .hypot(MIN_DAMPING_STD_N_S_PER_M)
+    }
 }
 
 /// Returns the RMS scatter of reactances about the course fitted to them; `deviation` is that from the likely course.

@@ -2,6 +2,8 @@
 
 use statistics::NORMAL_95;
 
+use super::layout::SharedParameter;
+
 /// A log-normal distribution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LogNormal {
@@ -19,6 +21,14 @@ impl LogNormal {
             // ln low and ln high lie 1.96 standard deviations on either side of their middle.
             median: (low * high).sqrt(),
             ln_std: (high / low).ln() / (2.0 * NORMAL_95),
+        }
+    }
+
+    /// Returns the distribution of the natural logarithm.
+    fn ln(self) -> Normal {
+        Normal {
+            mean: self.median.ln(),
+            std: self.ln_std,
         }
     }
 }
@@ -70,6 +80,25 @@ pub struct TrialPriors {
 }
 
 impl TrialPriors {
+    /// Returns the prior of a shared parameter.
+    pub(super) fn shared(&self, parameter: SharedParameter) -> Normal {
+        let about_0 = |std: f64| Normal { mean: 0.0, std };
+        match parameter {
+            SharedParameter::LnArea => self.contact_area_m2.ln(),
+            SharedParameter::LnQ0 => self.q0_rad_per_m.ln(),
+            SharedParameter::LnLossFactor => self.loss_factor.ln(),
+            SharedParameter::LnTau => self.tau_s.ln(),
+            SharedParameter::AreaExponent => self.area_exponent,
+            SharedParameter::LnFilmMean => self.film_mean_s.ln(),
+            SharedParameter::LagExponent => self.lag_exponent,
+            SharedParameter::Course(_) => about_0(1.0),
+            SharedParameter::Tilt => self.amplitude_tilt,
+            SharedParameter::Bow => self.amplitude_bow,
+            SharedParameter::Angle => about_0(self.finger_angle_std_rad),
+            SharedParameter::ResidualMobility => about_0(self.residual_mobility_std_m_per_n_s),
+        }
+    }
+
     /// Returns the priors for a plate with a measured amplitude along its length, for which the data are corrected.
     #[must_use]
     pub fn with_mode_shape(self) -> Self {

@@ -19,7 +19,8 @@ use crate::arrowhead::{Whitening, exponential_correlation, variance_components};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 
-use super::members::{Member, OWN, SHARED};
+use super::layout::{OWN, SHARED};
+use super::members::Member;
 use crate::least_squares::ImpedanceModel;
 
 /// Correlation time of force errors, s. The force's filter has errors about 80 Hz and none far below. A correlation time of

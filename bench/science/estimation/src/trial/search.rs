@@ -4,13 +4,10 @@ use crate::arrowhead::{ArrowProblem, BlockNormal, Prior, Termination, minimise};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use num_complex::Complex64;
 
-use super::members::{
-    ANGLE, BOW, COMMON_ANGLE, COMMON_RESIDUAL, COURSE, Covariance, DAMPING, FILM_MEAN, GROWTH,
-    INSTANCE_PARAMETERS, LAG_GROWTH, Member, OWN, Own, Q0, REACTANCE, RESIDUAL, SHARED, SIGMA_T,
-    Shared, TILT, TISSUE, TrialMinimum, courses,
-};
-use super::plate::{self, OffsetPrior, PlateDeviation, PlateReadings};
-use super::prior::{LogNormal, Normal, TrialPriors};
+use super::layout::{InstanceParameter, OWN, Own, SHARED, Shared, SharedParameter, courses};
+use super::members::{Covariance, Member, TrialMinimum};
+use super::plate::{self, COURSES, OffsetPrior, PlateDeviation, PlateReadings};
+use super::prior::TrialPriors;
 use super::scatter::{Kinds, Scatter};
 use crate::candidate_fit::CandidateFit;
 use crate::fit_error::FitError;
@@ -21,12 +18,30 @@ use crate::trend::{Rates, rate_about};
 use contact::calibration_errors::{ByError, ERRORS};
 use contact::parameters::PARAMETERS;
 
-/// Starting values of S and τ, m² and s; the first two are the furthest apart.
-const STARTS: [(f64, f64); 4] = [
-    (300e-6, 0.7e-3),
-    (150e-6, 2e-3),
-    (300e-6, 2e-3),
-    (150e-6, 0.7e-3),
+/// Starting values of S and τ.
+struct Start {
+    area_m2: f64,
+    tau_s: f64,
+}
+
+/// Starts of the search; the first two are the furthest apart.
+const STARTS: [Start; 4] = [
+    Start {
+        area_m2: 300e-6,
+        tau_s: 0.7e-3,
+    },
+    Start {
+        area_m2: 150e-6,
+        tau_s: 2e-3,
+    },
+    Start {
+        area_m2: 300e-6,
+        tau_s: 2e-3,
+    },
+    Start {
+        area_m2: 150e-6,
+        tau_s: 0.7e-3,
+    },
 ];
 /// Starting values of q0 relative to its median, tried at each start.
 const Q0_STARTS: [f64; 3] = [0.5, 1.0, 2.0];
@@ -34,15 +49,15 @@ const Q0_STARTS: [f64; 3] = [0.5, 1.0, 2.0];
 const SAME_MINIMUM: f64 = 1e-3;
 /// Standard deviation of a residual's component by which the first search weighs the priors, N·s/m.
 const FIRST_STD: f64 = 0.01;
-/// Parameters that extend the published laws.
-const LAWS: [usize; 7] = [
-    GROWTH,
-    FILM_MEAN,
-    LAG_GROWTH,
-    TILT,
-    BOW,
-    COMMON_ANGLE,
-    COMMON_RESIDUAL,
+/// Shared parameters that extend the published laws.
+const EXTENSIONS: [SharedParameter; 7] = [
+    SharedParameter::AreaExponent,
+    SharedParameter::LnFilmMean,
+    SharedParameter::LagExponent,
+    SharedParameter::Tilt,
+    SharedParameter::Bow,
+    SharedParameter::Angle,
+    SharedParameter::ResidualMobility,
 ];
 /// Factor on the prior standard deviations of the extensions of the published laws in a search from afar.
 const START_FACTOR: f64 = 0.05;
@@ -178,8 +193,8 @@ impl<'a> Search<'a> {
     /// Returns the best minimum from all starts, or the first one found twice.
     fn search_starts(&mut self) -> Option<TrialMinimum> {
         let mut best: Option<TrialMinimum> = None;
-        for (area_m2, tau_s) in STARTS {
-            let Some((shared, own)) = self.start(area_m2, tau_s) else {
+        for start in STARTS {
+            let Some((shared, own)) = self.start(&start) else {
                 continue;
             };
             let Some(minimum) = minimise(self, shared, own, START_TERMINATION) else {
@@ -200,27 +215,11 @@ impl<'a> Search<'a> {
 
     /// Returns a start: the q0 and the σ_t, common to all instances, that leave the smallest residuals of Z_m in the first, the
     /// middle and the last one, each with its best Z_t and plate reactance.
-    fn start(&mut self, area_m2: f64, tau_s: f64) -> Option<(Shared, Vec<Own>)> {
-        let priors = &self.priors;
-        let mut shared = Shared::from([
-            area_m2.ln(),
-            priors.q0_rad_per_m.median.ln(),
-            priors.loss_factor.median.ln(),
-            tau_s.ln(),
-            priors.area_exponent.mean,
-            priors.film_mean_s.median.ln(),
-            priors.lag_exponent.mean,
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-            priors.amplitude_tilt.mean,
-            priors.amplitude_bow.mean,
-            0.0,
-            0.0,
-        ]);
-        let ln_q0 = shared[Q0];
+    fn start(&mut self, start: &Start) -> Option<(Shared, Vec<Own>)> {
+        let mut shared = self.shared_prior().mean;
+        shared[SharedParameter::LnArea] = start.area_m2.ln();
+        shared[SharedParameter::LnTau] = start.tau_s.ln();
+        let ln_q0 = shared[SharedParameter::LnQ0];
         let last = self.members.len() - 1;
         let mut probes = vec![0, last / 2, last];
         probes.dedup();
@@ -228,9 +227,9 @@ impl<'a> Search<'a> {
             .iter()
             .flat_map(|ratio| sigma_starts().map(move |sigma_t_m| (ratio.ln(), sigma_t_m.ln())));
         let costs = candidates.filter_map(|(ln_ratio, ln_sigma_t)| {
-            shared[Q0] = ln_q0 + ln_ratio;
+            shared[SharedParameter::LnQ0] = ln_q0 + ln_ratio;
             let mut common = Own::zeros();
-            common[SIGMA_T] = ln_sigma_t;
+            common[InstanceParameter::LnSigmaT] = ln_sigma_t;
             let fits = self.fit_candidates(&probes, &shared, &common)?;
             Some((
                 fits.iter().map(|fit| fit.square).sum::<f64>(),
@@ -243,8 +242,9 @@ impl<'a> Search<'a> {
         let fits = self.fit_candidates(&indices, &shared, &common)?;
         let starts = fits.iter().map(|fit| {
             let mut start = common;
-            (start[TISSUE[0]], start[TISSUE[1]]) = (fit.z_t.re, fit.z_t.im);
-            start[REACTANCE] = fit.reactance;
+            start[InstanceParameter::ReZT] = fit.z_t.re;
+            start[InstanceParameter::ImZT] = fit.z_t.im;
+            start[InstanceParameter::Reactance] = fit.reactance;
             start
         });
         Some((shared, starts.collect()))
@@ -297,7 +297,7 @@ impl<'a> Search<'a> {
             .own
             .iter()
             .zip(&previous)
-            .map(|(own, offset)| own[REACTANCE] + offset.im)
+            .map(|(own, offset)| own[InstanceParameter::Reactance] + offset.im)
             .collect();
         let times_s: Vec<f64> = self
             .members
@@ -311,14 +311,16 @@ impl<'a> Search<'a> {
             &self.priors,
             Some(&reactances),
         );
-        minimum.shared.as_mut_slice()[COURSE..TILT].fill(0.0);
+        for course in 0..COURSES {
+            minimum.shared[SharedParameter::Course(course)] = 0.0;
+        }
         for (index, (member, offset)) in self.members.iter_mut().zip(offsets).enumerate() {
             member.offset = offset;
             // Keep the plate's impedance unchanged, so that the search continues from the same point: own + mean + Σ_k s_k
             // by_course_k is the same with the old course and with the new one, there with all s_k = 0.
             let change = previous[index] - offset.value(&[]);
-            minimum.own[index][REACTANCE] += change.im;
-            minimum.own[index][DAMPING] += change.re;
+            minimum.own[index][InstanceParameter::Reactance] += change.im;
+            minimum.own[index][InstanceParameter::Damping] += change.re;
         }
     }
 
@@ -332,18 +334,24 @@ impl<'a> Search<'a> {
             .map(|(member, own)| {
                 let mut parameters = *own;
                 let offset = member.offset.value(courses);
-                parameters[DAMPING] += offset.re;
-                parameters[REACTANCE] += offset.im;
+                parameters[InstanceParameter::Damping] += offset.re;
+                parameters[InstanceParameter::Reactance] += offset.im;
                 (member.model.middle_s, parameters)
             })
             .unzip();
         for (index, member) in self.members.iter_mut().enumerate() {
             let per_s = rate_about(index, &times_s, |k| values[k]);
             member.model.trend.follow(Rates {
-                ln_sigma_t_per_s: per_s[SIGMA_T],
-                z_t_per_s: Complex64::new(per_s[TISSUE[0]], per_s[TISSUE[1]]),
-                z_p_per_s: Complex64::new(per_s[DAMPING], per_s[REACTANCE]),
-                finger_angle_rad_per_s: per_s[ANGLE],
+                ln_sigma_t_per_s: per_s[InstanceParameter::LnSigmaT],
+                z_t_per_s: Complex64::new(
+                    per_s[InstanceParameter::ReZT],
+                    per_s[InstanceParameter::ImZT],
+                ),
+                z_p_per_s: Complex64::new(
+                    per_s[InstanceParameter::Damping],
+                    per_s[InstanceParameter::Reactance],
+                ),
+                finger_angle_rad_per_s: per_s[InstanceParameter::Angle],
             });
         }
     }
@@ -411,7 +419,7 @@ impl<'a> Search<'a> {
             // Columns r, ∂r/∂own, ∂r/∂shared and (∂r/∂θ) E for the calibration errors, all times W with WᵀW = V⁻¹.
             let mut rows = DMatrix::zeros(2 * n, 1 + OWN + SHARED + errors);
             for (index, (z, slope)) in z_m.iter().zip(slopes.iter()).enumerate() {
-                let by_own = INSTANCE_PARAMETERS.map(|parameter| slope[parameter]);
+                let by_own = InstanceParameter::ALL.map(|parameter| slope[parameter.model_index()]);
                 let by_shared = member.by_shared(slope, &parameters);
                 let residual = z - member.model.z_m[index];
                 let row = [residual].into_iter().chain(by_own).chain(by_shared);
@@ -428,30 +436,13 @@ impl<'a> Search<'a> {
         Some(blocks)
     }
 
-    /// Returns mean and standard deviation of the prior of each shared parameter.
-    pub(super) fn shared_priors(&self) -> [(f64, f64); SHARED] {
-        let priors = &self.priors;
-        let log_normal = |prior: LogNormal| (prior.median.ln(), prior.ln_std);
-        let normal = |prior: Normal| (prior.mean, prior.std);
-        let course = (0.0, 1.0);
-        [
-            log_normal(priors.contact_area_m2),
-            log_normal(priors.q0_rad_per_m),
-            log_normal(priors.loss_factor),
-            log_normal(priors.tau_s),
-            normal(priors.area_exponent),
-            log_normal(priors.film_mean_s),
-            normal(priors.lag_exponent),
-            course,
-            course,
-            course,
-            course,
-            course,
-            normal(priors.amplitude_tilt),
-            normal(priors.amplitude_bow),
-            (0.0, priors.finger_angle_std_rad),
-            (0.0, priors.residual_mobility_std_m_per_n_s),
-        ]
+    /// Returns the factor on the prior standard deviations of the extensions of the published laws.
+    fn extension_factor(&self) -> f64 {
+        if self.is_start_search {
+            START_FACTOR
+        } else {
+            1.0
+        }
     }
 
     /// Returns the plate's deviation from its course; `None` if it was not read before and after.
@@ -460,7 +451,7 @@ impl<'a> Search<'a> {
         let (mut deviation, mut course, mut count) = (0.0, 0.0, 0.0);
         for (member, own) in self.members.iter().zip(&minimum.own) {
             if member.offset.damping_std.is_some() {
-                deviation += own[REACTANCE].powi(2);
+                deviation += own[InstanceParameter::Reactance].powi(2);
                 course += member.offset.value(courses).im.powi(2);
                 count += 1.0;
             }
@@ -540,40 +531,38 @@ impl ArrowProblem<OWN, SHARED> for Search<'_> {
     }
 
     fn own_prior(&self, instance: usize) -> Prior<OWN> {
-        let offset = self.members[instance].offset;
-        let factor = if self.is_start_search {
-            START_FACTOR
-        } else {
-            1.0
-        };
-        let mut precision = Own::zeros();
-        for (parameter, std) in [
-            (REACTANCE, offset.reactance_std),
-            (DAMPING, offset.damping_std.unwrap_or(self.damping_std)),
-            (ANGLE, self.priors.finger_angle_std_rad * factor),
-            (
-                RESIDUAL,
-                self.priors.residual_mobility_std_m_per_n_s * factor,
-            ),
-        ] {
-            precision[parameter] = std.powi(-2);
-        }
+        let (offset, priors) = (self.members[instance].offset, &self.priors);
+        let factor = self.extension_factor();
+        let precision = |std: f64| std.powi(-2);
         Prior {
             mean: Own::zeros(),
-            precision,
+            precision: Own::from(InstanceParameter::ALL.map(|parameter| match parameter {
+                InstanceParameter::LnSigmaT | InstanceParameter::ReZT | InstanceParameter::ImZT => {
+                    0.0
+                }
+                InstanceParameter::Reactance => precision(offset.reactance_std),
+                InstanceParameter::Damping => {
+                    precision(offset.damping_std.unwrap_or(self.damping_std))
+                }
+                InstanceParameter::Angle => precision(priors.finger_angle_std_rad * factor),
+                InstanceParameter::ResidualMobility => {
+                    precision(priors.residual_mobility_std_m_per_n_s * factor)
+                }
+            })),
         }
     }
 
     fn shared_prior(&self) -> Prior<SHARED> {
-        let mut priors = self.shared_priors();
-        if self.is_start_search {
-            for law in LAWS {
-                priors[law].1 *= START_FACTOR;
+        let priors = SharedParameter::ALL.map(|parameter| {
+            let mut prior = self.priors.shared(parameter);
+            if EXTENSIONS.contains(&parameter) {
+                prior.std *= self.extension_factor();
             }
-        }
+            prior
+        });
         Prior {
-            mean: Shared::from(priors.map(|(mean, _)| mean)),
-            precision: Shared::from(priors.map(|(_, std)| std.powi(-2))),
+            mean: Shared::from(priors.map(|prior| prior.mean)),
+            precision: Shared::from(priors.map(|prior| prior.std.powi(-2))),
         }
     }
 }

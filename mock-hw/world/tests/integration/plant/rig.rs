@@ -10,31 +10,7 @@ use nalgebra::{Complex, Matrix3, Vector3};
 
 pub type C = Complex<f64>;
 
-/// Returns a bench without noise, with a given, constant finger.
-pub fn ideal() -> Scenario {
-    let mut s = Scenario::default();
-    s.amplifier.volts_per_unit = 40.0;
-    s.converter.readback_volts_per_unit = 50.0;
-    s.converter.noise_units_per_sqrt_hz = 0.0;
-    s.converter.crosstalk = 0.0;
-    s.converter.bits = 32;
-    s.participant = ParticipantTable {
-        sigma_t_m: Some(1.7e-6),
-        z_t_n_s_per_m: Some([0.47, 3.16]),
-        mu0: Some(0.8),
-        ..ParticipantTable::default()
-    };
-    s.participant.moisture.relative_sd = 0.0;
-    s.force_sensor.noise_n = 0.0;
-    s
-}
-
-pub const SLIDING: FingerState = FingerState {
-    position_m: 0.05,
-    velocity_m_per_s: 0.05,
-    normal_n: 0.65,
-    touching: true,
-};
+include!("../fixture/ideal.rs");
 
 /// Runs `seconds` with `drive(t)`; returns the last `keep` frames of drive read-back, pickup and line loop.
 pub fn run(

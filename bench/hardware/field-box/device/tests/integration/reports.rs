@@ -1,6 +1,6 @@
 //! Reports of the box, and the moments in them.
 
-use field_box_device::{Amplifier, Inputs, Moment, Moments, Reports};
+use field_box_device::{Amplifier, EncoderMoment, Inputs, Moments, Reports};
 use field_box_logic::SILENCE_US;
 use field_box_wire::{Report, StopReason, Word};
 
@@ -19,7 +19,7 @@ fn word(sequence: u16, enable: bool) -> Word {
 }
 
 fn report(counts: Option<[i32; 2]>) -> Report {
-    let moment = Moment {
+    let moment = EncoderMoment {
         at_us: (1 << 32) + 5,
         position: -7,
     };
@@ -28,7 +28,7 @@ fn report(counts: Option<[i32; 2]>) -> Report {
 
 #[test]
 fn a_conversion_is_of_the_moment_a_conversion_and_a_half_ago() {
-    let moment = |at_us| Moment {
+    let moment = |at_us| EncoderMoment {
         at_us,
         position: at_us as i32,
     };
@@ -70,7 +70,7 @@ fn numbers_of_reports_wrap() {
     let mut reports = Reports::default();
     let mut next = || {
         let state = Amplifier::default().state();
-        let report = reports.next(Moment::default(), None, CLOSED, state);
+        let report = reports.next(EncoderMoment::default(), None, CLOSED, state);
         report.sequence
     };
     for number in (0..=u16::MAX).chain(0..10) {
@@ -105,7 +105,7 @@ fn a_report_says_what_the_guard_did_and_which_word_it_heard() {
     amplifier.hear(201_000, word(5, true), true);
     amplifier.look(202_000, false);
     assert_eq!(summary(&amplifier), (false, Some(StopReason::Estop), 5));
-    let report = Reports::default().next(Moment::default(), None, CLOSED, amplifier.state());
+    let report = Reports::default().next(EncoderMoment::default(), None, CLOSED, amplifier.state());
     assert_eq!(
         (report.stop, report.word_number),
         (Some(StopReason::Estop), 5)

@@ -3,14 +3,14 @@
 use super::*;
 use crate::dead_man::Hold;
 use crate::dose::DoseLeft;
-use crate::sliding_hour::{SlidingHour, Span};
+use crate::sliding_hour::{DrivenSpan, SlidingHour};
 
 const S: u64 = 1000;
 
 fn allow(rig: &Rig, limit_s: f64, spans: &[(i64, i64)]) {
     let mut hour = SlidingHour::default();
     for &(start_s, end_s) in spans {
-        hour.add(Span {
+        hour.add(DrivenSpan {
             start_ns: start_s * 1_000_000_000,
             end_ns: end_s * 1_000_000_000,
         });
@@ -115,7 +115,7 @@ fn each_span_is_reported_from_its_first_moment() {
     assert_eq!(first.start_ns, first.end_ns);
     sound(&mut rig, 20.0, 10 * S);
     sound(&mut rig, 0.0, 2 * S);
-    let spans: Vec<Span> = reports.try_iter().collect();
+    let spans: Vec<DrivenSpan> = reports.try_iter().collect();
     assert!(spans.iter().all(|span| span.start_ns == first.start_ns));
     let last = spans.last().unwrap();
     let length_s = (last.end_ns - last.start_ns) as f64 * 1e-9;
@@ -154,7 +154,7 @@ fn a_drive_whose_time_nobody_keeps_stops_and_all_of_it_is_kept_once_the_disk_is_
     rig.pass(10, |_| ());
     assert!(rig.trip().is_some(), "not while it hangs");
     let used_s = 100.0 - dose_left(&rig).left_s;
-    let mut last: Option<Span> = None;
+    let mut last: Option<DrivenSpan> = None;
     for _ in 0..3 {
         last = reports.try_iter().last().or(last);
         rig.pass(10, |_| ());

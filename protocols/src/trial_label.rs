@@ -1,7 +1,9 @@
-//! Labels of trials, which name the recording folders within a session.
+//! Labels of attempts at trials, which name the recording folders within a session.
 
 use std::fmt;
 use std::str::FromStr;
+
+use crate::trial::TrialKey;
 
 /// Part of a session: practice or experiment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -12,7 +14,7 @@ pub enum TrialBlock {
     Main,
 }
 
-/// Attempt at a trial; ordered as recorded: practice first, then by number and attempt.
+/// Identity of an attempt at a trial; ordered as recorded: practice first, then by number and attempt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct TrialLabel {
     /// Part of the session.
@@ -27,21 +29,44 @@ impl TrialLabel {
     /// Creates the label of an attempt in a session that begins with `practice_trials` practice trials; each part of the
     /// session is counted from 1.
     #[must_use]
-    pub fn new(key: &protocols::TrialKey, practice_trials: u32) -> Self {
-        let (block, number) = if key.practice {
-            (TrialBlock::Practice, key.number)
+    pub fn new(key: &TrialKey, practice_trials: u32) -> Self {
+        let earlier_trials = if key.practice { 0 } else { practice_trials };
+        let number = key.number.saturating_sub(earlier_trials);
+        Self::of_block(key.practice, number, key.attempt)
+    }
+
+    /// Creates the label of the trial with this number within its part of the session.
+    #[must_use]
+    pub fn of_block(is_practice: bool, number: u32, attempt: u32) -> Self {
+        let block = if is_practice {
+            TrialBlock::Practice
         } else {
-            (TrialBlock::Main, key.number.saturating_sub(practice_trials))
+            TrialBlock::Main
         };
         Self {
             block,
             number,
-            attempt: key.attempt,
+            attempt,
         }
     }
 
-    /// Returns the number among all trials of the session, practice first:
-    /// [`TrialKey::number`](protocols::TrialKey::number).
+    /// Returns whether the trial is a practice trial.
+    #[must_use]
+    pub fn is_practice(&self) -> bool {
+        self.block == TrialBlock::Practice
+    }
+
+    /// Returns the name of the trial for people, without the attempt: `practice 1` or `trial 3`.
+    #[must_use]
+    pub fn trial_name(&self) -> String {
+        let block = match self.block {
+            TrialBlock::Practice => "practice",
+            TrialBlock::Main => "trial",
+        };
+        format!("{block} {}", self.number)
+    }
+
+    /// Returns the number among all trials of the session, practice first: [`TrialKey::number`].
     #[must_use]
     pub fn number_in_session(&self, practice_trials: u32) -> u32 {
         match self.block {
@@ -138,11 +163,33 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_trial_has_a_name_and_a_number_in_the_session() {
+        let (practice, main) = (
+            TrialLabel::of_block(true, 2, 1),
+            TrialLabel::of_block(false, 3, 2),
+        );
+        assert_eq!(
+            (practice.trial_name(), practice.number_in_session(2)),
+            ("practice 2".to_owned(), 2)
+        );
+        assert_eq!(
+            (main.trial_name(), main.number_in_session(2)),
+            ("trial 3".to_owned(), 5)
+        );
+        let key = TrialKey {
+            number: 5,
+            attempt: 2,
+            practice: false,
+            condition: "c".to_owned(),
+        };
+        assert_eq!(TrialLabel::new(&key, 2), main);
+    }
+
     proptest! {
         #[test]
-        fn a_label_reads_back(practice: bool, number in 1u32.., attempt in 1u32..) {
-            let block = if practice { TrialBlock::Practice } else { TrialBlock::Main };
-            let label = TrialLabel { block, number, attempt };
+        fn a_label_reads_back(is_practice: bool, number in 1u32.., attempt in 1u32..) {
+            let label = TrialLabel::of_block(is_practice, number, attempt);
             prop_assert_eq!(label.to_string().parse(), Ok(label));
         }
 

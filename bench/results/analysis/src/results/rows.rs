@@ -1,0 +1,297 @@
+//! Results of a recording, as in `recordings` of the results file: by the schema in RECORDING.md. Unknown values are null.
+
+use protocols::Direction;
+use recording::manifest::StandardErrors;
+use serde::Serialize;
+
+/// Lower and upper end.
+pub type Interval = [f64; 2];
+
+/// Real and imaginary part.
+pub type Parts = [f64; 2];
+
+/// Results of a recording.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Recording {
+    /// Folder, as given.
+    pub path: String,
+    /// Participant, as in [`crate::RecordingAnalysis::participant`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub participant: Option<String>,
+    /// Whether its constants are those of the configuration instead of measured ones.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub uncalibrated: bool,
+    /// Carrier, Hz; `None` if the recording cannot be read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub carrier_hz: Option<f64>,
+    /// Whether `dynamic` corrects the amplitude under the finger by the recording's profile.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub plate_profile: bool,
+    /// Errors of the calibration as stated in the recording.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub standard_errors: Option<StandardErrors>,
+    /// Corrected deviation of the pickup.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pickup_undone: Option<PickupUndone>,
+    /// Impedance of the unloaded plate, N·s/m.
+    pub z_p_n_s_per_m: Methods<Option<Parts>>,
+    /// Estimated instances, in time order.
+    pub instances: Vec<Instance>,
+    /// Parameters shared by the instances; `None` if their fit failed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub trial: Option<Trial>,
+    /// Self-sensed against measured normal force, by amplitude.
+    pub model_check: Vec<BandRow>,
+    /// Stretches without an estimate.
+    pub rejected: Vec<RejectedRow>,
+    /// Defects of the recording.
+    pub warnings: Vec<String>,
+}
+
+/// Deviation of the pickup from its stated values, from the unloaded plate's response to the modulation.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PickupUndone {
+    /// Phase, rad.
+    pub phase_rad: f64,
+    /// Delay, s.
+    pub delay_s: f64,
+}
+
+/// A value by each method that estimates an instance separately.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Methods<T> {
+    /// Value by the published method.
+    pub paper: T,
+    /// Value by the dynamic method.
+    pub dynamic: T,
+}
+
+/// Instance with its estimates.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Instance {
+    /// Start, s.
+    pub start_s: f64,
+    /// End, s.
+    pub end_s: f64,
+    /// Direction of the exploration.
+    pub direction: Direction,
+    /// Mean normal force, N.
+    pub normal_n: f64,
+    /// Fall of |Z_m|, N·s/m.
+    pub delta_z_m_n_s_per_m: f64,
+    /// Fall of the measured friction.
+    pub delta_mu: f64,
+    /// Estimates of this instance alone.
+    #[serde(flatten)]
+    pub methods: Methods<Estimate>,
+    /// Estimate together with the other instances; `None` if that fit failed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub trial: Option<TrialEstimate>,
+}
+
+/// Parameters shared by the instances of a recording.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Trial {
+    /// Apparent contact area S, m².
+    pub contact_area_m2: f64,
+    /// q0 for the assumed E and ν, rad/m.
+    pub q0_rad_per_m: f64,
+    /// Loss factor η.
+    pub loss_factor: f64,
+    /// Levitation lag τ, s.
+    pub tau_s: f64,
+    /// Exponent of S with the normal force.
+    pub area_force_exponent: f64,
+    /// Time over which the film averages, s.
+    pub film_mean_s: f64,
+    /// Exponent of τ with the gap.
+    pub lag_gap_exponent: f64,
+    /// Floor of friction as a fraction of μ0; `None` if the measured friction could not be fitted.
+    pub friction_floor: Option<f64>,
+    /// Lag of the lateral force, s; `None` if the measured friction could not be fitted.
+    pub lateral_lag_s: Option<f64>,
+    /// 95 % intervals; `None` if the model does not fit.
+    pub interval95: Option<TrialIntervals>,
+    /// Number of instances.
+    pub n_instances: usize,
+    /// Verdict on the fit.
+    pub verdict: String,
+    /// Whether the model does not fit.
+    pub model_misfit: bool,
+    /// Signs of misfit, in words.
+    pub misfit: Vec<String>,
+}
+
+/// 95 % intervals of the shared parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "as in `Trial`")]
+pub struct TrialIntervals {
+    pub contact_area_m2: Interval,
+    pub q0_rad_per_m: Interval,
+    pub loss_factor: Interval,
+    pub tau_s: Interval,
+    pub area_force_exponent: Interval,
+    pub film_mean_s: Interval,
+    pub lag_gap_exponent: Interval,
+    pub friction_floor: Option<Interval>,
+    pub lateral_lag_s: Option<Interval>,
+}
+
+/// Keys of `dynamic`, with intervals.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrialEstimate {
+    /// Estimate.
+    #[serde(flatten)]
+    pub estimate: Estimate,
+    /// 95 % intervals; `None` if the model does not fit.
+    pub interval95: Option<InstanceIntervals>,
+}
+
+/// 95 % intervals of an instance's parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "as in `Estimate`")]
+pub struct InstanceIntervals {
+    pub sigma_t_m: Interval,
+    pub z_t_re_n_s_per_m: Interval,
+    pub z_t_im_n_s_per_m: Interval,
+    pub mu0: Interval,
+    pub resonance_shift_hz: Option<Interval>,
+}
+
+/// Estimate of an instance by a method.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Estimate {
+    /// σ_t, m.
+    pub sigma_t_m: f64,
+    /// Z_t, N·s/m.
+    pub z_t_n_s_per_m: Parts,
+    /// Levitation lag τ, s; `None` for `paper`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tau_s: Option<f64>,
+    /// Offset of the plate's impedance since it was unloaded, N·s/m; `None` if it was not fitted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plate_offset_n_s_per_m: Option<Parts>,
+    /// Shift of the plate's resonance by that offset, Hz.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resonance_shift_hz: Option<f64>,
+    /// μ0.
+    pub mu0: f64,
+    /// R² of the impedance.
+    pub r2_impedance: f64,
+    /// RMS difference of the friction.
+    pub rms_mu: f64,
+    /// Spearman's coefficient of estimated and measured friction; `None` if either is constant.
+    pub spearman_mu: Option<f64>,
+    /// Fall of |Z_m| as used by the method, N·s/m.
+    pub delta_z_m_n_s_per_m: f64,
+    /// Fall of Re Z_m, N·s/m.
+    pub delta_re_z_m_n_s_per_m: f64,
+    /// Fall of |Im Z_m|, N·s/m.
+    pub delta_abs_im_z_m_n_s_per_m: f64,
+    /// Rise of the gap, m.
+    pub delta_gap_m: f64,
+    /// Rise of the reaction force's amplitude, N.
+    pub delta_reaction_force_n: f64,
+    /// Rise of the squeeze film's mean force, N.
+    pub delta_squeeze_n: f64,
+    /// Fall of the estimated friction.
+    pub delta_mu: f64,
+    /// Z_t of a rigid contact, N·s/m.
+    pub rigid_z_t_n_s_per_m: Parts,
+    /// Model with the participant's average σ_t.
+    pub averaged: AveragedModel,
+    /// Verdict on the fit.
+    pub verdict: String,
+    /// Samples from which `paper` reads Z_t.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at_rest: Option<RestSamples>,
+    /// Standard errors.
+    pub std: Std,
+    /// Sensitivities to the assumed constants; `None` if a refit near the assumed values fails.
+    pub sensitivity: Option<SensitivityRows>,
+}
+
+/// Model with the participant's average σ_t.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct AveragedModel {
+    /// Average σ_t, m.
+    pub sigma_t_m: f64,
+    /// R² of the impedance.
+    pub r2_impedance: f64,
+}
+
+/// Samples from which `paper` reads Z_t.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct RestSamples {
+    /// Whether their amplitudes count as rest; otherwise they are the lowest ones.
+    pub below_threshold: bool,
+    /// Number of samples.
+    pub samples: usize,
+    /// Largest amplitude, m.
+    pub up_to_amplitude_m: f64,
+}
+
+/// Standard errors of an estimate.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "as in `Estimate`")]
+pub struct Std {
+    pub sigma_t_m: f64,
+    pub z_t_n_s_per_m: Parts,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tau_s: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resonance_shift_hz: Option<f64>,
+    pub mu0: f64,
+}
+
+/// Sensitivities ∂ln value/∂ln constant; for τ ∂τ/∂ln constant, s.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SensitivityRows {
+    /// Sensitivities to q0 of the asperity law.
+    pub sigma_q0_rad_per_m: SensitivityRow,
+    /// Sensitivities to E.
+    pub young_modulus_pa: SensitivityRow,
+    /// Sensitivities to ν.
+    pub poisson_ratio: SensitivityRow,
+    /// Sensitivities to S.
+    pub contact_area_m2: SensitivityRow,
+}
+
+/// Sensitivities to one constant.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SensitivityRow {
+    /// Sensitivity of σ_t.
+    pub ln_sigma_t: f64,
+    /// Sensitivity of |Z_t|.
+    pub ln_abs_z_t: f64,
+    /// Sensitivity of τ, s.
+    pub tau_s: f64,
+}
+
+/// Difference of self-sensed and measured normal force at the amplitudes of one band.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct BandRow {
+    /// Smallest amplitude, m.
+    pub amplitude_from_m: f64,
+    /// Largest amplitude, m.
+    pub amplitude_to_m: f64,
+    /// Number of samples.
+    pub n: usize,
+    /// Median relative difference.
+    pub force_relative_difference_median: f64,
+    /// 90th percentile of the relative difference.
+    pub force_relative_difference_p90: f64,
+}
+
+/// Stretch without an estimate.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RejectedRow {
+    /// Start, s.
+    pub start_s: f64,
+    /// End, s.
+    pub end_s: f64,
+    /// Direction of the exploration.
+    pub direction: Direction,
+    /// Reason of the rejection.
+    pub reason: String,
+}

@@ -342,3 +342,176 @@ fn mean_force(rows: &[ForceRow], (start_s, end_s): (f64, f64)) -> Option<Axes> {
         lateral_n: finite_rows().map(|row| row.lateral_n).sum::<f64>() / n,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+    use impedance::Mask;
+
+    use super::*;
+
+    const RATE_HZ: f64 = 2000.0;
+
+    /// Six seconds of a plate of 7 N·s/m with a finger from 2 to 4 s that adds `finger`, and the forces that the sensor reads.
+    fn record(finger: Complex64, force: impl Fn(f64) -> Axes) -> Measurements {
+        let times = || (0..12_000).map(|i| f64::from(i) / RATE_HZ);
+        let frames = times().map(|time_s| {
+            let is_touched = (2.0..4.0).contains(&time_s);
+            let noise = Complex64::new(0.02, -0.02) * (1e3 * time_s).sin();
+            let z_m = 7.0 + noise + if is_touched { finger } else { Complex64::ZERO };
+            ZmFrame {
+                time_s,
+                plain_n_s_per_m: z_m,
+                corrected_n_s_per_m: z_m,
+                corrected_std_n_s_per_m: 0.01,
+                amplitude_m: 1e-6,
+                mask: Mask::CLEAR,
+                sample: 0,
+                drive_v: Complex64::ONE,
+                displacement_m: Complex64::new(1e-6, 0.0),
+                amplitude_rate_m_per_s: 0.0,
+                amplitude_std_m: 1e-9,
+                plain_std_n_s_per_m: 0.01,
+            }
+        });
+        let force = times().map(|time_s| {
+            let Axes {
+                normal_n,
+                lateral_n,
+            } = force(time_s);
+            ForceRow {
+                time_s,
+                normal_n,
+                lateral_n,
+            }
+        });
+        Measurements {
+            frames: frames.collect(),
+            force: force.collect(),
+            ..Measurements::default()
+        }
+    }
+
+    const FINGER: Complex64 = Complex64::new(0.5, -1.5);
+
+    /// Zero at `time_s` plus a finger of 0.6 N that lands within 50 ms and lifts off as fast.
+    fn touch(time_s: f64, zero: Axes) -> Axes {
+        let weight = ((time_s - 1.95) / 0.05).min((4.05 - time_s) / 0.05);
+        let finger_n = 0.6 * weight.clamp(0.0, 1.0);
+        Axes {
+            normal_n: zero.normal_n + finger_n,
+            lateral_n: zero.lateral_n - 0.5 * finger_n,
+        }
+    }
+
+    fn drifting(time_s: f64) -> Axes {
+        Axes {
+            normal_n: 0.045 + 0.001 * time_s,
+            lateral_n: -0.01,
+        }
+    }
+
+    #[test]
+    fn forces_are_taken_against_the_zero_before_and_after_the_finger() {
+        let mut record = record(FINGER, |time_s| touch(time_s, drifting(time_s)));
+        let zero = ForceZero::read(&record, &[(0.2, 1.2)]);
+        assert_eq!(zero.readings.len(), 2, "{zero:?}");
+        for time_s in [1.0, 3.0, 5.0] {
+            let (read, truth) = (zero.at(time_s), drifting(time_s));
+            assert_relative_eq!(read.normal_n, truth.normal_n, epsilon = 1e-4);
+            assert_relative_eq!(read.lateral_n, truth.lateral_n, epsilon = 1e-9);
+        }
+        zero.subtract(&mut record.force);
+        assert_relative_eq!(record.normal_n(3.0).unwrap(), 0.6, epsilon = 1e-4);
+        // Beyond the last stretch the zero is constant.
+        assert_eq!(zero.at(5.9), zero.at(7.0));
+    }
+
+    #[test]
+    fn a_large_zero_is_reported_and_a_sudden_change_too() {
+        let moved = |time_s: f64| Axes {
+            normal_n: if time_s < 3.0 { 0.002 } else { 0.03 },
+            lateral_n: 0.0,
+        };
+        let flaws_of = |zero: &dyn Fn(f64) -> Axes| -> Vec<Flaw> {
+            let record = record(FINGER, |time_s| touch(time_s, zero(time_s)));
+            ForceZero::read(&record, &[(0.2, 1.2)]).flaws().collect()
+        };
+        let flaws = flaws_of(&moved);
+        assert!(
+            matches!(
+                flaws[..],
+                [Flaw::ForceZero { .. }, Flaw::ForceZeroMoves { .. }]
+            ),
+            "{flaws:?}"
+        );
+        let still = |normal_n: f64| {
+            move |_: f64| Axes {
+                normal_n,
+                lateral_n: 0.0,
+            }
+        };
+        assert!(matches!(
+            flaws_of(&still(0.045))[..],
+            [Flaw::ForceZero { .. }]
+        ));
+        assert!(flaws_of(&still(0.005)).is_empty());
+    }
+
+    /// Hazard of a tare: a weight on the plate would be taken for the zero.
+    #[test]
+    fn a_finger_that_never_leaves_is_not_taken_for_the_zero() {
+        let resting = |_| Axes {
+            normal_n: 0.4,
+            lateral_n: 0.0,
+        };
+        let record = record(Complex64::ZERO, resting);
+        assert_eq!(
+            ForceZero::read(&record, &[(0.2, 1.2)]),
+            ForceZero::default()
+        );
+    }
+
+    #[test]
+    fn without_an_unloaded_interval_or_readings_there_is_no_zero() {
+        let mut record = record(FINGER, |time_s| touch(time_s, drifting(time_s)));
+        assert_eq!(ForceZero::read(&record, &[]), ForceZero::default());
+        for row in &mut record.force {
+            row.normal_n = f64::NAN;
+        }
+        assert_eq!(
+            ForceZero::read(&record, &[(0.2, 1.2)]),
+            ForceZero::default()
+        );
+        assert_eq!(
+            ForceZero::read(&Measurements::default(), &[(0.2, 1.2)]),
+            ForceZero::default()
+        );
+    }
+
+    #[test]
+    fn the_zeros_error_is_relative_to_the_force_of_the_touch() {
+        let noise_n = |time_s: f64| 0.004 * (917.0 * time_s).sin();
+        let record = record(FINGER, |time_s| {
+            let zero = Axes {
+                normal_n: noise_n(time_s),
+                lateral_n: 0.0,
+            };
+            touch(time_s, zero)
+        });
+        let zero = ForceZero::read(&record, &[(0.2, 1.2)]);
+        let touch = record.force_under_finger(&[(2.0, 4.0)], 0.1);
+        let stated = StandardErrors {
+            normal_zero_n: 0.012,
+            ..StandardErrors::default()
+        };
+        let errors = zero.standard_errors(stated, &touch);
+        assert_relative_eq!(errors.normal_force_relative, 0.02, max_relative = 0.05);
+        let measured = zero.standard_errors(StandardErrors::default(), &touch);
+        assert!(
+            (1e-6..0.002).contains(&measured.normal_force_relative),
+            "{measured:?}"
+        );
+        assert_eq!(zero.standard_errors(stated, &[]), stated);
+    }
+}

@@ -148,7 +148,7 @@ impl ForceZero {
 
     /// Returns the standard errors of the constants with the zero's among those of the forces. An error δ of the zero acts on the
     /// force F of a touch as a relative one of δ/F, with the root mean square of δ and the mean of |F| over the `touch`.
-    pub fn standard_errors(&self, stated: StandardErrors, touch: Vec<ForceRow>) -> StandardErrors {
+    pub fn standard_errors(&self, stated: StandardErrors, touch: &[ForceRow]) -> StandardErrors {
         let n = touch.len() as f64;
         if touch.is_empty() {
             return stated;

@@ -12,6 +12,7 @@ mod earlier_files;
 mod failing_disk;
 mod first_hour;
 mod force_sources;
+mod force_zero;
 mod forceless;
 mod forget;
 mod hostile;

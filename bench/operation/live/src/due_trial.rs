@@ -1,5 +1,6 @@
 //! A completed trial, and the data for its verdict and its fit.
 
+use analysis::force_zero::ForceZero;
 use analysis::measurements::Measurements;
 use analysis::trial_fit::{FitRequest, SelectedExploration};
 use analysis::trial_selection;
@@ -46,19 +47,47 @@ impl DueTrial {
     ) -> AnalysedTrial {
         let key = self.key;
         let rules = protocol.selection_rules(bench.config().plate.centre_m);
-        let data = record.measurements;
+        let mut data = record.measurements;
+        let unloaded_s = spans_s(&self.intervals, |kind| kind == IntervalKind::Unloaded);
+        let explored_s = spans_s(&self.intervals, |kind| kind != IntervalKind::Unloaded);
+        // Whether a finger rested on the plate is seen in the sensor's own readings.
+        let unloaded_n = unloaded_s.last();
+        let unloaded_n =
+            unloaded_n.and_then(|&(start_s, end_s)| data.mean_normal_n(start_s, end_s));
+        let zero = ForceZero::read(&data, &unloaded_s);
+        zero.subtract(&mut data.force);
         let mut analysis = trial_selection::analyse(&key, &self.intervals, &data, &rules);
+        analysis.unloaded_mean_normal_n = unloaded_n;
         count_losses(&mut analysis, account, &record.account);
         let label = TrialLabel::new(&key, protocol.trials.practice);
         let carrier_hz = record.carrier_hz;
-        let mut request = fit_request((label, carrier_hz), &self.intervals, data, &analysis, rules);
-        request.calibration = recorded_errors(bench).unwrap_or_default();
+        let mut request = fit_request(
+            (label, carrier_hz),
+            (&self.intervals, &unloaded_s),
+            data,
+            &analysis,
+            rules,
+        );
+        let errors = recorded_errors(bench).unwrap_or_default();
+        let touch = request
+            .record
+            .force_under_finger(&explored_s, rules.contact_n);
+        request.calibration = zero.standard_errors(errors, &touch);
         AnalysedTrial {
             analysis,
             attempt: attempt_name(label),
             request,
         }
     }
+}
+
+/// Returns start and end of each interval of a kind, s.
+fn spans_s(intervals: &[Interval], is_of_kind: impl Fn(IntervalKind) -> bool) -> Vec<(f64, f64)> {
+    intervals
+        .iter()
+        .filter(|interval| is_of_kind(interval.kind))
+        .map(|interval| (interval.start_s, interval.end_s))
+        .collect()
 }
 
 /// Adds the frames lost or clipped between two accounts to the analysis of the trial.
@@ -71,18 +100,13 @@ fn count_losses(analysis: &mut TrialAnalysis, end: &Account, start: &Account) {
 /// Returns the request to fit a completed trial at `carrier_hz`.
 fn fit_request(
     (label, carrier_hz): (TrialLabel, f64),
-    intervals: &[Interval],
+    (intervals, unloaded_s): (&[Interval], &[(f64, f64)]),
     record: Measurements,
     analysis: &TrialAnalysis,
     rules: SelectionRules,
 ) -> FitRequest {
-    let unloaded: Vec<(f64, f64)> = intervals
-        .iter()
-        .filter(|interval| interval.kind == IntervalKind::Unloaded)
-        .map(|interval| (interval.start_s, interval.end_s))
-        .collect();
     // Live estimates use only the corrected impedance, which averages over any span.
-    let plate = unloaded_plate::read(&record, &unloaded, 0.0, rules.contact_n / 2.0);
+    let plate = unloaded_plate::read(&record, unloaded_s, 0.0, rules.contact_n / 2.0);
     FitRequest {
         label: label.trial_name(),
         carrier_hz,

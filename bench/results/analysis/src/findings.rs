@@ -11,9 +11,10 @@ use crate::analysis_settings::Settings;
 pub use crate::estimate::{Deltas, InstanceAnalysis, InstanceEstimate, Method};
 pub use crate::exploration_findings::ExplorationFindings;
 use crate::flaw::Flaw;
+use crate::force_zero::ForceZero;
 pub use crate::instance::PlateReading;
 pub use crate::model_check::Band;
-use recording::manifest::{Manifest, RecordedPlate};
+use recording::manifest::{Manifest, RecordedPlate, StandardErrors};
 use recording::pipeline::DemodulationError;
 use recording::pipeline::PickupOffset;
 use recording::reader::ReadError;
@@ -96,6 +97,10 @@ pub struct RecordingFindings {
     pub rules: SelectionRules,
     /// Deviation of the pickup from its stated values, read from the unloaded plate; corrected in all other findings.
     pub pickup: PickupOffset,
+    /// Zero of the force sensor, subtracted in all other findings.
+    pub zero: ForceZero,
+    /// Stated standard errors of the constants; those of the forces include the zero's, relative to the mean force of the touch.
+    pub standard_errors: StandardErrors,
     /// Impedance of the unloaded plate; `None` if it could not be read.
     pub z_p: Option<PlateReading>,
     /// Explorations, as time series.
@@ -125,9 +130,8 @@ impl RecordingFindings {
 
     /// Returns the conditions shared by all fits, for the `assumed` skin; `None` if Z_p is not known.
     pub(crate) fn conditions(&self, assumed: AssumedConstants) -> Option<FitConditions> {
-        let standard_errors = self.manifest.standard_errors.unwrap_or_default();
         let z_p = self.z_p?;
-        Some(z_p.conditions(assumed, self.manifest.carrier_hz, &standard_errors))
+        Some(z_p.conditions(assumed, self.manifest.carrier_hz, &self.standard_errors))
     }
 
     /// Returns the finger of the first instance usable by `dynamic`, which the model check extrapolates.

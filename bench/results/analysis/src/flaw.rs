@@ -134,6 +134,28 @@ pub enum Flaw {
         /// Median interval of the rows, s.
         step_s: f64,
     },
+    /// The force sensor's zero is off.
+    #[error(
+        "the force sensor read {:+.0} mN (normal) and {:+.0} mN (lateral) while no finger was on the plate; the estimates are \
+         corrected for it: tare the sensor with `friction-bench calibrate force --tare` before the next session",
+        normal_n * 1e3, lateral_n * 1e3
+    )]
+    ForceZero {
+        /// Largest reading of the normal axis without a finger, N.
+        normal_n: f64,
+        /// Largest reading of the lateral axis without a finger, N.
+        lateral_n: f64,
+    },
+    /// The force sensor's zero changed during the recording by more than its errors.
+    #[error(
+        "the force sensor's zero moved by {:+.0} mN between two stretches without a finger; forces between them are known \
+         no better than that: look for a cable or an arm that rests on the plate, or for a sensor that warms up",
+        change_n * 1e3
+    )]
+    ForceZeroMoves {
+        /// Change of the normal axis, N.
+        change_n: f64,
+    },
     /// Z_p could not be read.
     #[error(transparent)]
     Unloaded(#[from] UnloadedError),

@@ -4,7 +4,7 @@
 //! gap and friction remain valid while the plate warms.
 //!
 //! Forces are not smoothed by the zero-phase filter of the analysis: a frame uses the mean of the force readings since
-//! the previous frame, or the last reading if the sensor's bursts are late. If the amplitude along the plate was
+//! the previous frame, or the last reading if the sensor's bursts are late, against the zero read while no finger is on the plate. If the amplitude along the plate was
 //! measured, amplitude and impedance are those under the finger, at its last known position.
 
 use std::collections::VecDeque;
@@ -16,6 +16,7 @@ use impedance::ZmFrame;
 use num_complex::Complex64;
 
 use crate::amplitude_profile::AmplitudeProfile;
+use crate::live_zero::LiveZero;
 use crate::trial_fit::TrialContact;
 use crate::under_finger;
 use recording::pipeline::Batch;
@@ -34,7 +35,7 @@ pub struct ContactReading {
     pub mu: Uncertain,
     /// Normal force from impedance and amplitude alone, N; `None` in the first five frames of a contact.
     pub self_sensed_normal_n: Option<Uncertain>,
-    /// Measured normal force, N.
+    /// Measured normal force against the sensor's zero, N.
     pub normal_n: f64,
     /// Measured |f_t|/f_n.
     pub measured_mu: f64,
@@ -65,7 +66,9 @@ pub struct LiveContact {
     tracker: Option<PlateTracker>,
     /// Time of the newest frame, s.
     time_s: f64,
+    /// Last mean of the force readings, as the sensor read them.
     force: Option<ForceRow>,
+    zero: LiveZero,
     /// Force readings later than the newest frame.
     pending_force: VecDeque<ForceRow>,
     /// Last known position of the finger, m; NaN before the first.
@@ -96,6 +99,7 @@ impl LiveContact {
             tracker: PlateTracker::new(tracking).ok(),
             time_s: f64::NEG_INFINITY,
             force: None,
+            zero: LiveZero::default(),
             pending_force: VecDeque::new(),
             position_m: f64::NAN,
             pending_positions: VecDeque::new(),
@@ -159,6 +163,18 @@ impl LiveContact {
         let force = self
             .force
             .filter(|force| frame.time_s - force.time_s < MAX_FORCE_AGE_S);
+        match &force {
+            Some(force) if force.normal_n.abs() < self.contact_n / 2.0 => {
+                self.zero.take_free(force);
+            }
+            _ => self.zero.interrupt(),
+        }
+        let zero = self.zero.zero();
+        let force = force.map(|force| ForceRow {
+            normal_n: force.normal_n - zero.normal_n,
+            lateral_n: force.lateral_n - zero.lateral_n,
+            ..force
+        });
         self.track(frame, force.as_ref());
         let (reactance, resistance) = (self.reactance(), self.resistance());
         let reason = match force {

@@ -144,6 +144,16 @@ impl Measurements {
         (!readings.is_empty()).then(|| readings.iter().sum::<f64>() / readings.len() as f64)
     }
 
+    /// Returns the force readings of `contact_n` or more within the spans.
+    pub fn force_under_finger(&self, spans_s: &[(f64, f64)], contact_n: f64) -> Vec<ForceRow> {
+        let is_inside = |row: &&ForceRow| {
+            let mut spans = spans_s.iter();
+            spans.any(|(start_s, end_s)| (*start_s..=*end_s).contains(&row.time_s))
+        };
+        let rows = self.force.iter().filter(is_inside).copied();
+        rows.filter(|row| row.normal_n >= contact_n).collect()
+    }
+
     fn is_saturated(&self, time_s: f64) -> bool {
         let has_ended = |(_, to_s): &(f64, f64)| *to_s + SATURATION_REACH_S < time_s;
         let span = self

@@ -15,6 +15,7 @@ use estimation::trial::PlateReadings;
 use crate::estimate::{InstanceAnalysis, estimate};
 use crate::exploration_findings::ExplorationFindings;
 use crate::flaw::Flaw;
+use crate::force_zero::ForceZero;
 use crate::free_plate::{FreePlate, pickup_flaws};
 use crate::measurements::Measurements;
 use crate::model_check;
@@ -22,7 +23,7 @@ use crate::plate_references;
 use crate::under_finger::UnderFinger;
 use crate::whole_trial;
 use recording::Manifest;
-use recording::manifest::RecordedIntervalKind;
+use recording::manifest::{RecordedInterval, RecordedIntervalKind};
 use recording::pipeline::PickupOffset;
 
 /// Analyses the recording in `folder`.
@@ -42,6 +43,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     let mut reading = demodulation::read(folder, PickupOffset::default())?;
     let (rules, protocol_flaw) = selection_rules(folder, &reading.manifest, settings);
     let is_carrier_missing = reading.is_carrier_missing();
+    let mut zero = subtract_zero(&mut reading);
     let mut plate = FreePlate::read(&reading, rules.contact_n / 2.0);
     let pickup = plate.pickup_offset().unwrap_or_default();
     if pickup != PickupOffset::default() {
@@ -49,6 +51,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
         reading
             .flaws
             .extend(pickup_flaws(pickup, &reading.manifest));
+        zero = subtract_zero(&mut reading);
         plate = FreePlate::read(&reading, rules.contact_n / 2.0);
     }
     let DemodulatedRecording {
@@ -56,8 +59,14 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
         record,
         mut flaws,
     } = reading;
+    let explorations = explorations(&manifest);
+    let exploration_spans_s: Vec<(f64, f64)> = explorations
+        .iter()
+        .map(|(_, start_s, end_s)| (*start_s, *end_s))
+        .collect();
     flaws.extend(protocol_flaw);
     flaws.extend(rehearsal_flaw(&manifest));
+    flaws.extend(zero.flaws());
     let mut findings = RecordingFindings {
         path: folder.to_owned(),
         participant: manifest
@@ -66,6 +75,11 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
             .map(|participant| participant.id.clone()),
         rules,
         pickup,
+        standard_errors: zero.standard_errors(
+            manifest.standard_errors.unwrap_or_default(),
+            &record.force_under_finger(&exploration_spans_s, rules.contact_n),
+        ),
+        zero,
         z_p: None,
         explorations: Vec::new(),
         instances: Vec::new(),
@@ -75,7 +89,6 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
         flaws,
         manifest,
     };
-    let explorations = explorations(&findings.manifest);
     if explorations.is_empty() {
         findings.flaws.push(Flaw::NoExploration);
     }
@@ -110,6 +123,18 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
             .extend(model_check::flaw(&findings.model_check));
     }
     Ok(findings)
+}
+
+/// Takes the forces of a recording against its own zero, and returns the zero.
+fn subtract_zero(reading: &mut DemodulatedRecording) -> ForceZero {
+    let unloaded = |interval: &&RecordedInterval| interval.kind == RecordedIntervalKind::Unloaded;
+    let intervals = reading.manifest.intervals.iter().filter(unloaded);
+    let unloaded_s: Vec<(f64, f64)> = intervals
+        .map(|interval| (interval.start_s, interval.end_s))
+        .collect();
+    let zero = ForceZero::read(&reading.record, &unloaded_s);
+    zero.subtract(&mut reading.record.force);
+    zero
 }
 
 /// Returns the flaw of a recording during which faults were injected on purpose.

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::manifest_error::{ManifestError, require_range};
 
-/// Largest allowed standard error, relative or in rad; beyond it the measurement would be meaningless.
+/// Largest allowed standard error, relative, in rad or in N; beyond it the measurement would be meaningless.
 const MAX_STANDARD_ERROR: f64 = 0.5;
 
 /// Standard errors of the constants, independent of each other; 0 if not stated.
@@ -31,6 +31,10 @@ pub struct StandardErrors {
     pub normal_force_relative: f64,
     /// Relative standard error of the lateral force.
     pub lateral_force_relative: f64,
+    /// Standard error of the normal force's zero, N, in addition to that with which a recording shows its zero.
+    pub normal_zero_n: f64,
+    /// Standard error of the lateral force's zero, N, likewise.
+    pub lateral_zero_n: f64,
 }
 
 impl StandardErrors {
@@ -45,6 +49,8 @@ impl StandardErrors {
             ("pickup_phase_rad", self.pickup_phase_rad),
             ("normal_force_relative", self.normal_force_relative),
             ("lateral_force_relative", self.lateral_force_relative),
+            ("normal_zero_n", self.normal_zero_n),
+            ("lateral_zero_n", self.lateral_zero_n),
         ] {
             require_range(
                 &format!("standard_errors.{key}"),

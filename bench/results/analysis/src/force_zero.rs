@@ -1,0 +1,517 @@
+//! Zero of the force sensor, read from the recording itself.
+//!
+//! A sensor's zero drifts by some mN/min with its temperature, and a session is calibrated once. Where the plate's impedance is
+//! that of the free plate, no finger presses on it, so the forces read there are the zero. It is read in each such stretch,
+//! before, between and after explorations, and is a straight line from one stretch to the next:
+//!
+//! ```text
+//! F(t) = F_read(t) − F_0(t),  F_0(t) = (1 − w) F_0,j + w F_0,j+1,  w = (t − t_j)/(t_j+1 − t_j)
+//! ```
+//!
+//! Only estimates use it. The safety watch, the limits and the recording keep the sensor's own readings, because a zero read
+//! while something rests on the plate would hide its weight (docs/decisions/0039).
+
+use impedance::ZmFrame;
+use num_complex::Complex64;
+use recording::ForceRow;
+use recording::manifest::StandardErrors;
+use statistics::median;
+
+use crate::flaw::Flaw;
+use crate::measurements::Measurements;
+
+/// Length of a block that is free or not, s: short compared with a touch, and many frames.
+const BLOCK_S: f64 = 0.1;
+/// Length of a mean of forces whose error is independent of the next one's, s: a sensor's noise below 50 Hz is small.
+const CELL_S: f64 = 0.02;
+/// Fewest blocks of a stretch.
+const FEWEST_BLOCKS: usize = 2;
+/// Fewest clear frames of a block.
+const FEWEST_FRAMES: usize = 40;
+/// Largest difference of a free plate's impedance from that of the stretch before, N·s/m; a finger adds more from 0.15 N on.
+const FREE_N_S_PER_M: f64 = 0.3;
+/// Largest difference of a block's normal force from its stretch's, N: a light finger's force is not steady.
+const STEADY_N: f64 = 0.015;
+/// Largest zero, N, three times what a session may begin with: beyond it, something may rest on the plate.
+const GREATEST_ZERO_N: f64 = 0.15;
+/// Zero of the force sensor beyond which a warning states it, N.
+const REPORTED_ZERO_N: f64 = 0.010;
+/// Change of the zero within a recording beyond which it is a flaw, N: a drift of 5 mN/min makes 1 mN in the longest trial.
+const GREATEST_ZERO_CHANGE_N: f64 = 0.005;
+/// Number of standard errors beyond which a change of the zero is certain.
+const CERTAIN_ERRORS: f64 = 4.0;
+
+/// Number of frames with a common error: a demodulator's filter is some 10 ms long.
+const CORRELATED_FRAMES: f64 = 20.0;
+
+/// A value of both axes, N.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Axes {
+    /// Normal axis, N.
+    pub normal_n: f64,
+    /// Lateral axis, N.
+    pub lateral_n: f64,
+}
+
+impl Axes {
+    fn combine(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        Self {
+            normal_n: f(self.normal_n, other.normal_n),
+            lateral_n: f(self.lateral_n, other.lateral_n),
+        }
+    }
+}
+
+/// Zero in one stretch without a finger.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ZeroReading {
+    /// Middle of the stretch, s.
+    pub time_s: f64,
+    /// Mean of the readings, N.
+    pub zero: Axes,
+    /// Standard error of the mean, N.
+    pub std: Axes,
+}
+
+/// Zero of the force sensor over a recording; empty if it was read nowhere.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ForceZero {
+    /// Readings in time order.
+    pub readings: Vec<ZeroReading>,
+}
+
+impl ForceZero {
+    /// Reads the zero of a recording with these intervals without a finger, s. A stretch in which either axis reads more than
+    /// 0.15 N is left out.
+    pub fn read(record: &Measurements, unloaded_s: &[(f64, f64)]) -> Self {
+        let Some(z_p) = typical_impedance(record, unloaded_s) else {
+            return Self::default();
+        };
+        let blocks = free_blocks(&record.frames, z_p);
+        let stretches = blocks.chunk_by(|block, next| next.index == block.index + 1);
+        // Next to a touch a finger may already rest on the plate, too lightly for its impedance.
+        let readings = stretches.filter_map(|stretch| {
+            let is_first = stretch.first()?.index == 0;
+            let stretch = &stretch[usize::from(!is_first)..];
+            let is_last = stretch.last()?.is_last;
+            let stretch = &stretch[..stretch.len() - usize::from(!is_last)];
+            read_stretch(&record.force, stretch)
+        });
+        Self {
+            readings: readings.collect(),
+        }
+    }
+
+    /// Returns the zero at `time_s`, on the line between the stretches about it and constant beyond them, N.
+    pub fn at(&self, time_s: f64) -> Axes {
+        self.interpolate(time_s, |reading| reading.zero, |a, b| a + b)
+    }
+
+    /// Returns the standard error of the zero at `time_s`, N: of one stretch, or of the line between two.
+    pub fn std_at(&self, time_s: f64) -> Axes {
+        self.interpolate(time_s, |reading| reading.std, f64::hypot)
+    }
+
+    fn interpolate(
+        &self,
+        time_s: f64,
+        value: impl Fn(&ZeroReading) -> Axes,
+        sum: impl Fn(f64, f64) -> f64,
+    ) -> Axes {
+        let next = self
+            .readings
+            .partition_point(|reading| reading.time_s < time_s);
+        let later = self.readings.get(next);
+        let earlier = next.checked_sub(1).map(|index| &self.readings[index]);
+        match (earlier, later) {
+            (Some(earlier), Some(later)) => {
+                let weight = (time_s - earlier.time_s) / (later.time_s - earlier.time_s);
+                let line = |a: f64, b: f64| sum((1.0 - weight) * a, weight * b);
+                value(earlier).combine(value(later), line)
+            }
+            (Some(reading), None) | (None, Some(reading)) => value(reading),
+            (None, None) => Axes::default(),
+        }
+    }
+
+    /// Subtracts the zero from the readings.
+    pub fn subtract(&self, rows: &mut [ForceRow]) {
+        if self.readings.is_empty() {
+            return;
+        }
+        for row in rows {
+            let zero = self.at(row.time_s);
+            row.normal_n -= zero.normal_n;
+            row.lateral_n -= zero.lateral_n;
+        }
+    }
+
+    /// Returns the standard errors of the constants with the zero's among those of the forces. An error δ of the zero acts on the
+    /// force F of a touch as a relative one of δ/F, with the root mean square of δ and the mean of |F| over the `touch`.
+    pub fn standard_errors(&self, stated: StandardErrors, touch: &[ForceRow]) -> StandardErrors {
+        let n = touch.len() as f64;
+        if touch.is_empty() {
+            return stated;
+        }
+        let relative = |force: fn(&ForceRow) -> f64, std: fn(Axes) -> f64, stated_n: f64| {
+            let squares = touch.iter().map(|row| std(self.std_at(row.time_s)).powi(2));
+            let mean_n = touch.iter().map(|row| force(row).abs()).sum::<f64>() / n;
+            (squares.sum::<f64>() / n).sqrt().hypot(stated_n) / mean_n
+        };
+        let normal = relative(|row| row.normal_n, |std| std.normal_n, stated.normal_zero_n);
+        let lateral = relative(
+            |row| row.lateral_n,
+            |std| std.lateral_n,
+            stated.lateral_zero_n,
+        );
+        let with_zero = |stated: f64, zero: f64| {
+            let sum = stated.hypot(zero);
+            if sum.is_finite() { sum } else { stated }
+        };
+        StandardErrors {
+            normal_force_relative: with_zero(stated.normal_force_relative, normal),
+            lateral_force_relative: with_zero(stated.lateral_force_relative, lateral),
+            ..stated
+        }
+    }
+
+    /// Returns the flaw of a zero that is large, and of one that moves by more than its errors during the recording.
+    pub fn flaws(&self) -> impl Iterator<Item = Flaw> + use<> {
+        let Axes {
+            normal_n,
+            lateral_n,
+        } = self.largest();
+        let is_large = normal_n.abs().max(lateral_n.abs()) > REPORTED_ZERO_N;
+        let size_flaw = is_large.then_some(Flaw::ForceZero {
+            normal_n,
+            lateral_n,
+        });
+        let change = self.largest_change_n().filter(|(change_n, std_n)| {
+            change_n.abs() > GREATEST_ZERO_CHANGE_N.max(CERTAIN_ERRORS * std_n)
+        });
+        let change_flaw = change.map(|(change_n, _)| Flaw::ForceZeroMoves { change_n });
+        size_flaw.into_iter().chain(change_flaw)
+    }
+
+    /// Returns the largest zero of each axis by magnitude, N.
+    pub fn largest(&self) -> Axes {
+        let larger = |a: f64, b: f64| if b.abs() > a.abs() { b } else { a };
+        let zeros = self.readings.iter().map(|reading| reading.zero);
+        zeros.fold(Axes::default(), |a, b| a.combine(b, larger))
+    }
+
+    /// Returns the largest change of the normal axis between two neighbouring stretches, N, and its standard error, N.
+    pub fn largest_change_n(&self) -> Option<(f64, f64)> {
+        let changes = self.readings.windows(2).map(|pair| {
+            let change_n = pair[1].zero.normal_n - pair[0].zero.normal_n;
+            (change_n, pair[0].std.normal_n.hypot(pair[1].std.normal_n))
+        });
+        changes.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))
+    }
+}
+
+/// A block without a finger.
+#[derive(Debug, Clone, Copy)]
+struct FreeBlock {
+    /// Position among all blocks.
+    index: usize,
+    is_last: bool,
+    start_s: f64,
+    end_s: f64,
+}
+
+/// Returns the median impedance of the clear frames in the intervals, N·s/m, which a short touch does not move.
+fn typical_impedance(record: &Measurements, intervals_s: &[(f64, f64)]) -> Option<Complex64> {
+    let is_inside = |frame: &&ZmFrame| {
+        let mut intervals = intervals_s.iter();
+        intervals.any(|(start_s, end_s)| (*start_s..=*end_s).contains(&frame.time_s))
+    };
+    let clear_frames = record.frames.iter().filter(|frame| frame.mask.is_clear());
+    let impedances: Vec<Complex64> = clear_frames
+        .filter(is_inside)
+        .map(|frame| frame.corrected_n_s_per_m)
+        .collect();
+    if impedances.len() < FEWEST_FRAMES {
+        return None;
+    }
+    let middle = |part: fn(&Complex64) -> f64| median(impedances.iter().map(part));
+    Some(Complex64::new(middle(|z| z.re)?, middle(|z| z.im)?))
+}
+
+/// Returns the blocks in which the impedance is the free plate's, which may change slowly from `z_p`, its first value.
+fn free_blocks(frames: &[ZmFrame], mut z_p: Complex64) -> Vec<FreeBlock> {
+    let Some(first) = frames.first() else {
+        return Vec::new();
+    };
+    let index_of = |frame: &ZmFrame| ((frame.time_s - first.time_s) / BLOCK_S) as usize;
+    let last_index = frames.last().map_or(0, index_of);
+    let mut free = Vec::new();
+    for block in frames.chunk_by(|frame, next| index_of(frame) == index_of(next)) {
+        let Some((z_m, std)) = mean_impedance(block) else {
+            continue;
+        };
+        if (z_m - z_p).norm() + std > FREE_N_S_PER_M {
+            continue;
+        }
+        z_p = z_m;
+        let index = index_of(&block[0]);
+        free.push(FreeBlock {
+            index,
+            is_last: index == last_index,
+            start_s: block[0].time_s,
+            end_s: block[block.len() - 1].time_s,
+        });
+    }
+    free
+}
+
+/// Returns the mean impedance of a block's clear frames weighted by |x̃_p|², and its standard error, N·s/m.
+fn mean_impedance(block: &[ZmFrame]) -> Option<(Complex64, f64)> {
+    let clear_frames = || block.iter().filter(|frame| frame.mask.is_clear());
+    let count = clear_frames().count();
+    let weights: f64 = clear_frames().map(|frame| frame.amplitude_m.powi(2)).sum();
+    if count < FEWEST_FRAMES || weights <= 0.0 {
+        return None;
+    }
+    let weighted = clear_frames().map(|f| f.corrected_n_s_per_m * f.amplitude_m.powi(2));
+    let mean = weighted.sum::<Complex64>() / weights;
+    let squares =
+        clear_frames().map(|f| (f.corrected_n_s_per_m - mean).norm_sqr() * f.amplitude_m.powi(2));
+    let variance = squares.sum::<f64>() / weights;
+    let std = (variance * CORRELATED_FRAMES / count as f64).sqrt();
+    mean.is_finite().then_some((mean, std))
+}
+
+/// Reads the zero in consecutive free blocks; `None` if there are too few, or if the forces are not a sensor's zero.
+fn read_stretch(rows: &[ForceRow], blocks: &[FreeBlock]) -> Option<ZeroReading> {
+    let means: Vec<(FreeBlock, Axes)> = blocks
+        .iter()
+        .filter_map(|block| Some((*block, mean_force(rows, (block.start_s, block.end_s))?)))
+        .collect();
+    let typical_n = median(means.iter().map(|(_, mean)| mean.normal_n))?;
+    let is_steady = |(_, mean): &&(FreeBlock, Axes)| (mean.normal_n - typical_n).abs() <= STEADY_N;
+    let steady: Vec<FreeBlock> = means.iter().filter(is_steady).map(|(b, _)| *b).collect();
+    if steady.len() < FEWEST_BLOCKS {
+        return None;
+    }
+    let cells: Vec<(f64, Axes)> = steady
+        .iter()
+        .flat_map(|block| {
+            let cells = ((block.end_s - block.start_s) / CELL_S).round().max(1.0);
+            let length_s = (block.end_s - block.start_s) / cells;
+            (0..cells as u32).filter_map(move |cell| {
+                let start_s = block.start_s + f64::from(cell) * length_s;
+                let mean = mean_force(rows, (start_s, start_s + length_s))?;
+                Some((start_s + length_s / 2.0, mean))
+            })
+        })
+        .collect();
+    let n = cells.len() as f64;
+    if cells.len() < 2 * FEWEST_BLOCKS {
+        return None;
+    }
+    let mean_of = |value: &dyn Fn(&(f64, Axes)) -> f64| cells.iter().map(value).sum::<f64>() / n;
+    let zero = Axes {
+        normal_n: mean_of(&|(_, cell)| cell.normal_n),
+        lateral_n: mean_of(&|(_, cell)| cell.lateral_n),
+    };
+    let std_of = |value: &dyn Fn(&Axes) -> f64| {
+        let squares = mean_of(&|(_, cell)| (value(cell) - value(&zero)).powi(2)) * n / (n - 1.0);
+        (squares / n).sqrt()
+    };
+    let is_plausible = zero.normal_n.abs().max(zero.lateral_n.abs()) <= GREATEST_ZERO_N;
+    is_plausible.then(|| ZeroReading {
+        time_s: mean_of(&|(time_s, _)| *time_s),
+        zero,
+        std: Axes {
+            normal_n: std_of(&|cell| cell.normal_n),
+            lateral_n: std_of(&|cell| cell.lateral_n),
+        },
+    })
+}
+
+/// Returns the mean of the finite readings in a span, N.
+fn mean_force(rows: &[ForceRow], (start_s, end_s): (f64, f64)) -> Option<Axes> {
+    let start = rows.partition_point(|row| row.time_s < start_s);
+    let end = rows.partition_point(|row| row.time_s < end_s).max(start);
+    let is_finite = |row: &&ForceRow| row.normal_n.is_finite() && row.lateral_n.is_finite();
+    let finite_rows = || rows[start..end].iter().filter(is_finite);
+    let n = finite_rows().count() as f64;
+    (n > 0.0).then(|| Axes {
+        normal_n: finite_rows().map(|row| row.normal_n).sum::<f64>() / n,
+        lateral_n: finite_rows().map(|row| row.lateral_n).sum::<f64>() / n,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+    use impedance::Mask;
+
+    use super::*;
+
+    const RATE_HZ: f64 = 2000.0;
+
+    /// Six seconds of a plate of 7 N·s/m with a finger from 2 to 4 s that adds `finger`, and the forces that the sensor reads.
+    fn record(finger: Complex64, force: impl Fn(f64) -> Axes) -> Measurements {
+        let times = || (0..12_000).map(|i| f64::from(i) / RATE_HZ);
+        let frames = times().map(|time_s| {
+            let is_touched = (2.0..4.0).contains(&time_s);
+            let noise = Complex64::new(0.02, -0.02) * (1e3 * time_s).sin();
+            let z_m = 7.0 + noise + if is_touched { finger } else { Complex64::ZERO };
+            ZmFrame {
+                time_s,
+                plain_n_s_per_m: z_m,
+                corrected_n_s_per_m: z_m,
+                corrected_std_n_s_per_m: 0.01,
+                amplitude_m: 1e-6,
+                mask: Mask::CLEAR,
+                sample: 0,
+                drive_v: Complex64::ONE,
+                displacement_m: Complex64::new(1e-6, 0.0),
+                amplitude_rate_m_per_s: 0.0,
+                amplitude_std_m: 1e-9,
+                plain_std_n_s_per_m: 0.01,
+            }
+        });
+        let force = times().map(|time_s| {
+            let Axes {
+                normal_n,
+                lateral_n,
+            } = force(time_s);
+            ForceRow {
+                time_s,
+                normal_n,
+                lateral_n,
+            }
+        });
+        Measurements {
+            frames: frames.collect(),
+            force: force.collect(),
+            ..Measurements::default()
+        }
+    }
+
+    const FINGER: Complex64 = Complex64::new(0.5, -1.5);
+
+    /// Zero at `time_s` plus a finger of 0.6 N that lands within 50 ms and lifts off as fast.
+    fn touch(time_s: f64, zero: Axes) -> Axes {
+        let weight = ((time_s - 1.95) / 0.05).min((4.05 - time_s) / 0.05);
+        let finger_n = 0.6 * weight.clamp(0.0, 1.0);
+        Axes {
+            normal_n: zero.normal_n + finger_n,
+            lateral_n: zero.lateral_n - 0.5 * finger_n,
+        }
+    }
+
+    fn drifting(time_s: f64) -> Axes {
+        Axes {
+            normal_n: 0.045 + 0.001 * time_s,
+            lateral_n: -0.01,
+        }
+    }
+
+    #[test]
+    fn forces_are_taken_against_the_zero_before_and_after_the_finger() {
+        let mut record = record(FINGER, |time_s| touch(time_s, drifting(time_s)));
+        let zero = ForceZero::read(&record, &[(0.2, 1.2)]);
+        assert_eq!(zero.readings.len(), 2, "{zero:?}");
+        for time_s in [1.0, 3.0, 5.0] {
+            let (read, truth) = (zero.at(time_s), drifting(time_s));
+            assert_relative_eq!(read.normal_n, truth.normal_n, epsilon = 1e-4);
+            assert_relative_eq!(read.lateral_n, truth.lateral_n, epsilon = 1e-9);
+        }
+        zero.subtract(&mut record.force);
+        assert_relative_eq!(record.normal_n(3.0).unwrap(), 0.6, epsilon = 1e-4);
+        // Beyond the last stretch the zero is constant.
+        assert_eq!(zero.at(5.9), zero.at(7.0));
+    }
+
+    #[test]
+    fn a_large_zero_is_reported_and_a_sudden_change_too() {
+        let moved = |time_s: f64| Axes {
+            normal_n: if time_s < 3.0 { 0.002 } else { 0.03 },
+            lateral_n: 0.0,
+        };
+        let flaws_of = |zero: &dyn Fn(f64) -> Axes| -> Vec<Flaw> {
+            let record = record(FINGER, |time_s| touch(time_s, zero(time_s)));
+            ForceZero::read(&record, &[(0.2, 1.2)]).flaws().collect()
+        };
+        let flaws = flaws_of(&moved);
+        assert!(
+            matches!(
+                flaws[..],
+                [Flaw::ForceZero { .. }, Flaw::ForceZeroMoves { .. }]
+            ),
+            "{flaws:?}"
+        );
+        let still = |normal_n: f64| {
+            move |_: f64| Axes {
+                normal_n,
+                lateral_n: 0.0,
+            }
+        };
+        assert!(matches!(
+            flaws_of(&still(0.045))[..],
+            [Flaw::ForceZero { .. }]
+        ));
+        assert!(flaws_of(&still(0.005)).is_empty());
+    }
+
+    /// Hazard of a tare: a weight on the plate would be taken for the zero.
+    #[test]
+    fn a_finger_that_never_leaves_is_not_taken_for_the_zero() {
+        let resting = |_| Axes {
+            normal_n: 0.4,
+            lateral_n: 0.0,
+        };
+        let record = record(Complex64::ZERO, resting);
+        assert_eq!(
+            ForceZero::read(&record, &[(0.2, 1.2)]),
+            ForceZero::default()
+        );
+    }
+
+    #[test]
+    fn without_an_unloaded_interval_or_readings_there_is_no_zero() {
+        let mut record = record(FINGER, |time_s| touch(time_s, drifting(time_s)));
+        assert_eq!(ForceZero::read(&record, &[]), ForceZero::default());
+        for row in &mut record.force {
+            row.normal_n = f64::NAN;
+        }
+        assert_eq!(
+            ForceZero::read(&record, &[(0.2, 1.2)]),
+            ForceZero::default()
+        );
+        assert_eq!(
+            ForceZero::read(&Measurements::default(), &[(0.2, 1.2)]),
+            ForceZero::default()
+        );
+    }
+
+    #[test]
+    fn the_zeros_error_is_relative_to_the_force_of_the_touch() {
+        let noise_n = |time_s: f64| 0.004 * (917.0 * time_s).sin();
+        let record = record(FINGER, |time_s| {
+            let zero = Axes {
+                normal_n: noise_n(time_s),
+                lateral_n: 0.0,
+            };
+            touch(time_s, zero)
+        });
+        let zero = ForceZero::read(&record, &[(0.2, 1.2)]);
+        let touch = record.force_under_finger(&[(2.0, 4.0)], 0.1);
+        let stated = StandardErrors {
+            normal_zero_n: 0.012,
+            ..StandardErrors::default()
+        };
+        let errors = zero.standard_errors(stated, &touch);
+        assert_relative_eq!(errors.normal_force_relative, 0.02, max_relative = 0.05);
+        let measured = zero.standard_errors(StandardErrors::default(), &touch);
+        assert!(
+            (1e-6..0.002).contains(&measured.normal_force_relative),
+            "{measured:?}"
+        );
+        assert_eq!(zero.standard_errors(stated, &[]), stated);
+    }
+}

@@ -106,7 +106,8 @@ pub(super) struct Judged<'a> {
 
 /// Number of standard errors by which Re Z_t must be below its limit.
 const TISSUE_DEVIATIONS: f64 = 3.0;
-/// Largest RMS residual relative to its noise. In worlds of the laws of `dynamic` it is 0.7 to 2, in others from 6 on.
+/// Largest RMS residual relative to its noise. Where it is larger in worlds of the laws of `dynamic`, it is because noise is small:
+/// the residual is then under 0.004 of the standard deviation of Z_m.
 const MAX_NOISE_RATIO: f64 = 4.0;
 
 impl Limits {

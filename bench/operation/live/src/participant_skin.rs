@@ -225,7 +225,7 @@ mod tests {
             loss_factor: log_uncertain(0.4),
             tau_s: log_uncertain(1e-3),
             area_exponent: vague,
-            film_mean_s: log_uncertain(1e-4),
+            film_mean_s: 1e-4,
             lag_exponent: vague,
             misfit: Vec::new(),
             friction_floor: None,

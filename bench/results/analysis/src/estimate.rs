@@ -3,8 +3,8 @@
 use contact::{AssumedConstants, Contact, FittedFinger};
 use estimation::paper::RestReading;
 use estimation::{
-    Agreement, EstimatedSeries, FitConditions, FitError, FitVerdict, InstanceFit, ModelledSeries,
-    Sensitivities, dynamic, paper,
+    Agreement, EstimatedSeries, FitConditions, FitError, FitVerdict, InstanceFit, InstanceMisfit,
+    ModelledSeries, Sensitivities, dynamic, paper,
 };
 use num_complex::Complex64;
 use protocols::{Direction, Instance};
@@ -188,6 +188,9 @@ pub struct InstanceEstimate {
     pub rigid_z_t_n_s_per_m: Complex64,
     /// Agreement of fitted and measured values.
     pub agreement: Agreement,
+    /// Signs that the instance does not follow the laws of `paper` or `dynamic`; none for `trial`, which has signs of a whole
+    /// recording.
+    pub misfit: Vec<InstanceMisfit>,
     /// Stiffness, gap and friction over time.
     pub series: EstimatedSeries,
     /// Forces on the skin and its motion over time.
@@ -267,13 +270,19 @@ pub fn estimate(
             mu0: (paper.mu0, paper.mu0_std),
             rest: Some(paper.rest),
             agreement: paper.agreement,
+            misfit: paper.misfit,
             series: paper.series,
             sensitivities: paper::sensitivities(&paper_series, conditions, &paper_options).ok(),
         },
     );
     let finger = dynamic.finger;
+    let misfit = dynamic::misfit(&dynamic_series, &dynamic);
     let sensitivities = dynamic::sensitivities(&dynamic_series, conditions, &dynamic_options).ok();
-    let dynamic = measurement.lagged_estimate(dynamic, rest.z_m_corrected_n_s_per_m, sensitivities);
+    let dynamic = InstanceEstimate {
+        misfit,
+        sensitivities,
+        ..measurement.lagged_estimate(dynamic, rest.z_m_corrected_n_s_per_m)
+    };
     Ok(InstanceAnalysis {
         exploration,
         direction,
@@ -329,6 +338,7 @@ struct FittedValues {
     mu0: (f64, f64),
     rest: Option<RestReading>,
     agreement: Agreement,
+    misfit: Vec<InstanceMisfit>,
     series: EstimatedSeries,
     sensitivities: Option<Sensitivities>,
 }
@@ -355,13 +365,9 @@ impl<'a> MeasuredValues<'a> {
         }
     }
 
-    /// Returns the estimate of `dynamic` or `trial`, with the corrected impedance `z_m0` at rest.
-    pub(crate) fn lagged_estimate(
-        &self,
-        fit: InstanceFit,
-        z_m0: Complex64,
-        sensitivities: Option<Sensitivities>,
-    ) -> InstanceEstimate {
+    /// Returns the estimate of `dynamic` or `trial`, with the corrected impedance `z_m0` at rest, without the signs of misfit and the
+    /// sensitivities that only `dynamic` has.
+    pub(crate) fn lagged_estimate(&self, fit: InstanceFit, z_m0: Complex64) -> InstanceEstimate {
         // With φ times the amplitude, the finger experiences 1/φ² of the plate's offset.
         let n = self.samples.time_s().len();
         let ratio = |k| self.samples.amplitude_ratio(Method::Dynamic, k).powi(2);
@@ -389,8 +395,9 @@ impl<'a> MeasuredValues<'a> {
                 mu0: (fit.mu0, fit.mu0_std),
                 rest: None,
                 agreement: fit.agreement,
+                misfit: Vec::new(),
                 series: fit.series,
-                sensitivities,
+                sensitivities: None,
             },
         )
     }
@@ -447,6 +454,7 @@ impl<'a> MeasuredValues<'a> {
             mu0_std: fit.mu0.1,
             rest: fit.rest,
             agreement: fit.agreement,
+            misfit: fit.misfit,
             series: fit.series,
             sensitivities: fit.sensitivities,
         }

@@ -276,11 +276,9 @@ fn shared_columns(rows: &[Row<'_>]) -> Vec<Column> {
             r.shared(ASSUMED_STD, |shared| shared.area_exponent.std)
         }),
         real("film_mean_s", |r| {
-            r.shared(0.0, |shared| shared.film_mean_s.value)
+            r.shared(0.0, |shared| shared.film_mean_s)
         }),
-        real("film_mean_ln_std", |r| {
-            r.shared(ASSUMED_STD, |shared| shared.film_mean_s.ln_std)
-        }),
+        real("film_mean_ln_std", |_| ASSUMED_STD),
         real("lag_gap_exponent", |r| {
             r.shared(0.0, |shared| shared.lag_exponent.value)
         }),
@@ -298,12 +296,11 @@ fn shared_columns(rows: &[Row<'_>]) -> Vec<Column> {
             })
         }),
         text(rows.iter(), "verdict", |r| r.estimate().verdict.to_string()),
-        Column::Flag("model_misfit", rows.iter().map(Row::is_misfit).collect()),
-        text(rows.iter(), "misfit", |r| {
-            let signs = r.trial().map_or(&[][..], |shared| &shared.misfit);
-            let signs: Vec<String> = signs.iter().map(ToString::to_string).collect();
-            signs.join("; ")
-        }),
+        Column::Flag(
+            "model_misfit",
+            rows.iter().map(|row| !row.misfit().is_empty()).collect(),
+        ),
+        text(rows.iter(), "misfit", |r| r.misfit().join("; ")),
     ]
 }
 
@@ -420,8 +417,17 @@ impl Row<'_> {
         })
     }
 
-    fn is_misfit(&self) -> bool {
-        self.trial().is_some_and(|shared| !shared.misfit.is_empty())
+    /// Returns the signs of misfit: of the instance, or by `trial` of the recording.
+    fn misfit(&self) -> Vec<String> {
+        match self.trial() {
+            Some(shared) => shared.misfit.iter().map(ToString::to_string).collect(),
+            None => self
+                .estimate()
+                .misfit
+                .iter()
+                .map(ToString::to_string)
+                .collect(),
+        }
     }
 
     fn mean_amplitude_ratio(&self) -> f64 {

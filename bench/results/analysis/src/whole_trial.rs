@@ -29,8 +29,7 @@ pub fn fit(
             let measurement =
                 MeasuredValues::new(&instance.samples, conditions, plate.modal_mass_kg);
             let rest_z_m = instance.paper.rest.map(|rest| rest.z_m_corrected_n_s_per_m);
-            let estimated =
-                measurement.lagged_estimate(fit, rest_z_m.unwrap_or(f64::NAN.into()), None);
+            let estimated = measurement.lagged_estimate(fit, rest_z_m.unwrap_or(f64::NAN.into()));
             instance.trial = Some(estimated);
         }
     }

@@ -38,7 +38,7 @@ fn fit(area_m2: f64, ln_std: f64) -> SharedFit {
         loss_factor: log_value(0.4),
         tau_s: log_value(1e-3),
         area_exponent: law,
-        film_mean_s: log_value(1e-4),
+        film_mean_s: 1e-4,
         lag_exponent: law,
         misfit: Vec::new(),
         friction_floor: None,

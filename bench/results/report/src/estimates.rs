@@ -25,7 +25,7 @@ struct SharedParameter {
     pooled: Option<Pooled>,
 }
 
-const SHARED: [SharedParameter; 9] = [
+const SHARED: [SharedParameter; 8] = [
     SharedParameter {
         name: "contact area S",
         unit: "mm²",
@@ -94,18 +94,6 @@ const SHARED: [SharedParameter; 9] = [
         pooled: None,
     },
     SharedParameter {
-        name: "averaging time of the film",
-        unit: "ms",
-        format: MILLI,
-        value: |trial| {
-            (
-                Some(trial.film_mean_s),
-                trial.interval95.map(|ends| ends.film_mean_s),
-            )
-        },
-        pooled: None,
-    },
-    SharedParameter {
         name: "friction floor, relative to μ₀",
         unit: "",
         format: PLAIN,
@@ -142,7 +130,8 @@ pub(crate) fn estimates(skin: &Skin, recordings: &[RecordingEntry<'_>]) -> Marku
             "Each recording begins with the parameters common to its instances, fitted together by " b { "trial" }
             ", with 95 % intervals and the value pulled towards the participant's mean (" a href="#skin" { "shrunken" }
             "); a table of the instances follows. Values by " b { "trial" } " have 95 % intervals below them, those by "
-            b { "paper" } " and " b { "dynamic" } " standard errors; "
+            b { "paper" } " and " b { "dynamic" } " standard errors, except where an instance does not follow the method's "
+            a href="#flags" { "laws" } "; "
             a href="#conditional" { "Dependence on assumptions" } " lists the errors that they include."
         }
         @for recording in recordings {
@@ -199,10 +188,6 @@ fn shared_table(trial: &Trial, pooled: Option<&Parameters<TrialParameter>>) -> M
 
 fn instance_table(recording: &Recording) -> Markup {
     let instances = &recording.instances;
-    let misfit = recording
-        .trial
-        .as_ref()
-        .is_some_and(|trial| trial.model_misfit);
     if instances.is_empty() {
         return html! { p.note { "No instances." } };
     }
@@ -228,7 +213,7 @@ fn instance_table(recording: &Recording) -> Markup {
                             td.n rowspan=(rows) { (HUNDREDTHS.value(Some(instance.normal_n))) }
                             td.n rowspan=(rows) { (HUNDREDTHS.value(Some(instance.delta_mu))) }
                         }
-                        (cells(estimate, misfit && estimate.method == Method::Trial))
+                        (cells(estimate))
                     }
                 }
             } }
@@ -247,13 +232,13 @@ fn slide(direction: Direction) -> &'static str {
 }
 
 /// Returns the cells of an estimate, without errors if the model does not fit.
-fn cells(estimated: &MethodEstimate<'_>, misfit: bool) -> Markup {
+fn cells(estimated: &MethodEstimate<'_>) -> Markup {
     let MethodEstimate {
         method,
         estimate,
         interval95,
     } = estimated;
-    let std = (!misfit).then_some(&estimate.std);
+    let std = (!estimate.model_misfit).then_some(&estimate.std);
     let cell =
         |format: NumberFormat, value: Option<f64>, interval: Option<Interval>, std: Option<f64>| {
             let spread = match (finite(value), interval, finite(std)) {

@@ -22,7 +22,7 @@ pub(crate) fn flags(recordings: &[RecordingEntry<'_>]) -> Markup {
         .iter()
         .filter(|recording| !recording.result.warnings.is_empty())
         .collect();
-    let verdicts = verdicts(recordings);
+    let (misfit_rows, verdicts) = (instance_misfits(recordings), verdicts(recordings));
     html! {
         h3 { "Fit of the model" }
         @if n_judged == 0 {
@@ -39,6 +39,19 @@ pub(crate) fn flags(recordings: &[RecordingEntry<'_>]) -> Markup {
                 a href={ "#" (recording.anchor()) } { (recording.name()) }
                 @for sign in &trial.misfit { "; " (sign) }
             } } }
+        }
+        h3 { "Instances outside the laws of their method" }
+        @if misfit_rows.is_empty() { p { "None." } } @else {
+            p {
+                b { "paper" } " and " b { "dynamic" } " assume the constants of the skin. The values of these instances have no errors."
+            }
+            div.wide { table {
+                thead { tr { th { "Recording" } th { "Method" } th { "Instances" } th { "Signs of the first" } } }
+                tbody { @for row in &misfit_rows { tr {
+                    th scope="row" { (row.recording) } td { (row.method.name()) } td { (row.instances.join(", ")) }
+                    td { (row.signs) }
+                } } }
+            } }
         }
         h3 { "Warnings of the analysis" }
         @if warned_recordings.is_empty() { p { "None." } } @else {
@@ -58,6 +71,44 @@ pub(crate) fn flags(recordings: &[RecordingEntry<'_>]) -> Markup {
             } }
         }
     }
+}
+
+/// Instances of a recording that do not follow the laws of a method.
+struct InstanceMisfits {
+    recording: String,
+    method: Method,
+    /// Numbers of the instances.
+    instances: Vec<String>,
+    /// Signs of the first of them.
+    signs: String,
+}
+
+fn instance_misfits(recordings: &[RecordingEntry<'_>]) -> Vec<InstanceMisfits> {
+    let mut rows: Vec<InstanceMisfits> = Vec::new();
+    for recording in recordings {
+        let mut recording_rows: Vec<InstanceMisfits> = Vec::new();
+        for (instance, number) in recording.result.instances.iter().zip(1..) {
+            let outside = instance::estimates(instance).filter(|estimated| {
+                estimated.method != Method::Trial && estimated.estimate.model_misfit
+            });
+            for MethodEstimate {
+                method, estimate, ..
+            } in outside
+            {
+                match recording_rows.iter_mut().find(|row| row.method == method) {
+                    Some(row) => row.instances.push(number.to_string()),
+                    None => recording_rows.push(InstanceMisfits {
+                        recording: recording.name(),
+                        method,
+                        instances: vec![number.to_string()],
+                        signs: estimate.misfit.join("; "),
+                    }),
+                }
+            }
+        }
+        rows.extend(recording_rows);
+    }
+    rows
 }
 
 /// Verdict on some fits of a recording.

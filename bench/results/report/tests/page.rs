@@ -168,6 +168,7 @@ fn a_recording_without_intervals_is_shown_with_the_signs_of_misfit() {
     for instance in &mut study.recordings[0].instances {
         if let Some(trial) = &mut instance.trial {
             trial.interval95 = None;
+            trial.estimate.model_misfit = true;
         }
     }
     let page = page_of("sub-01", &study, &[]).unwrap();
@@ -180,6 +181,28 @@ fn a_recording_without_intervals_is_shown_with_the_signs_of_misfit() {
         row.contains("1.900") && !row.contains('±') && !row.contains(" to "),
         "{row}"
     );
+}
+
+/// An instance outside the laws of `paper` or `dynamic` is named with its signs, and its values have no errors.
+#[test]
+fn an_instance_outside_the_laws_of_a_method_is_shown_with_its_signs() {
+    let converged_page = page("sub-01", &[]).unwrap();
+    assert!(!converged_page.contains("Signs of the first"));
+    let mut study = SmallStudy::new("sub-01");
+    let dynamic = &mut study.recordings[0].instances[1].methods.dynamic;
+    dynamic.model_misfit = true;
+    dynamic.misfit = vec!["Re Z_t is below 0".to_owned(), HOSTILE.to_owned()];
+    let page = page_of("sub-01", &study, &[]).unwrap();
+    let (_, row) = page.split_once("Signs of the first").unwrap();
+    let (row, _) = row.split_once("</table>").unwrap();
+    assert!(
+        row.contains("<td>dynamic</td><td>2</td><td>Re Z_t is below 0; &lt;script&gt;"),
+        "{row}"
+    );
+    let (_, second) = page.split_once("2.10–2.16").unwrap();
+    let (_, by_dynamic) = second.split_once("<td>dynamic</td>").unwrap();
+    let (row, _) = by_dynamic.split_once("</tr>").unwrap();
+    assert!(row.contains("1.900") && !row.contains('±'), "{row}");
 }
 
 /// Unknown values were absent while the page was made from JSON, and are NaN in the results.

@@ -28,6 +28,7 @@ use super::conditions::FitConditions;
 use super::fit_error::FitError;
 use super::fit_verdict::{FitParameter, FitVerdict, StandardError, find_unidentified};
 use super::instance_fit::{InstanceFit, friction_at_rest};
+use super::instance_misfit::{InstanceMisfit, Judged, Limits};
 use super::lagged_model::LaggedModel;
 use super::least_squares::{Minimum, minimise, model_impedances};
 use super::modelled_series::ModelledSeries;
@@ -76,6 +77,25 @@ pub fn fit(
         .ok_or(FitError::NoStart)?;
     let friction = friction_at_rest(&model, &contact, samples.mu);
     InstanceFit::new(&mut model, &samples, solution.minimum, verdict, friction)
+}
+
+/// Limits of the signs of misfit.
+const LIMITS: Limits = Limits {
+    sigma_t_m: [0.5e-6, 3.5e-6],
+    re_z_t_n_s_per_m: -0.05,
+    residual_part: 0.006,
+    rms_mu: 0.03,
+};
+
+/// Returns the signs that an instance does not follow the laws by which [`fit`] fitted it.
+pub fn misfit(instance: &InstanceSeries<'_>, fit: &InstanceFit) -> Vec<InstanceMisfit> {
+    LIMITS.signs(&Judged {
+        sigma_t_m: fit.sigma_t_m,
+        re_z_t_n_s_per_m: [fit.z_t_n_s_per_m.re, fit.z_t_std_n_s_per_m.re],
+        agreement: &fit.agreement,
+        z_m: instance.instance().z_m_corrected_n_s_per_m,
+        z_m_model: &fit.series.z_m_model_n_s_per_m,
+    })
 }
 
 /// Returns the model with a σ_t that was not fitted to this instance, such as a participant's average, and with τ and Z_p

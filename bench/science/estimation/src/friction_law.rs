@@ -63,81 +63,119 @@ impl<const N: usize> FrictionLaw<N> {
         self.floor + (1.0 - self.floor) * ratio
     }
 
+    /// Returns μ at a time for a ratio by Eq. 19.
+    pub(super) fn mu(&self, ratio: f64, time_s: f64) -> f64 {
+        self.mu0 * self.course.ratio_at(time_s) * self.relative_mu(ratio)
+    }
+
     /// Returns the standard error of μ0 from the scatter of the measured friction.
     pub(super) fn mu0_scatter(&self) -> f64 {
         self.scatter[(0, 0)].sqrt()
     }
 }
 
-/// Fewest samples needed to start a lag.
-const MIN_SAMPLES: usize = 4;
+/// Friction of an instance as estimated and as modelled.
+pub(super) struct SensedFriction<'a> {
+    /// Friction estimated at each sample of the instance; NaN where a sample has none.
+    pub(super) estimated_mu: &'a [f64],
+    /// Friction of the fitted model, with the lead-in.
+    pub(super) modelled_mu: &'a [f64],
+    /// Normal force, with the lead-in, N.
+    pub(super) normal_n: &'a [f64],
+    /// Sampling interval, s.
+    pub(super) interval_s: f64,
+}
 
-/// Returns a friction as a lateral force sensor with a lag would read it. Each stretch of samples with friction is filtered
-/// separately; a stretch too short to filter is returned unchanged. The lateral force μ f_n passes the lag, and the reading is
-/// divided by f_n.
-pub(super) fn sensor_friction(
-    mu: &[f64],
-    normal_n: &[f64],
-    lag_s: f64,
-    interval_s: f64,
-) -> Vec<f64> {
-    let mut reading = mu.to_vec();
-    if lag_s == 0.0 {
-        return reading;
-    }
-    let lag = Lag::new(lag_s, interval_s);
-    let mut start = 0;
-    for stretch in mu.split(|mu| !mu.is_finite()) {
-        let range = start..start + stretch.len();
-        start = range.end + 1;
-        if stretch.len() < MIN_SAMPLES {
-            continue;
+impl SensedFriction<'_> {
+    /// Returns the estimated friction as a lateral force sensor with a lag would read it. The lateral force μ f_n passes the lag,
+    /// and the reading is divided by f_n. The lag starts with the modelled friction of the lead-in, so that its state at the
+    /// first sample is settled, and passes a sample without an estimate with the modelled friction.
+    pub(super) fn read(&self, lag_s: f64) -> Vec<f64> {
+        if lag_s == 0.0 {
+            return self.estimated_mu.to_vec();
         }
-        let normal_n = &normal_n[range.clone()];
-        let lateral: Vec<f64> = stretch.iter().zip(normal_n).map(|(mu, n)| mu * n).collect();
-        let mut output = vec![0.0; lateral.len()];
-        lag.apply(&lateral, &mut output);
-        for ((reading, output), n) in reading[range].iter_mut().zip(output).zip(normal_n) {
-            *reading = output / n;
-        }
+        let lead = self.modelled_mu.len() - self.estimated_mu.len();
+        let unknown_lead = std::iter::repeat_n(&f64::NAN, lead);
+        let estimated_mu = unknown_lead.chain(self.estimated_mu);
+        let rows = estimated_mu.zip(self.modelled_mu).zip(self.normal_n);
+        let lateral_n: Vec<f64> = rows
+            .map(|((estimated, modelled), n)| {
+                let mu = if estimated.is_finite() {
+                    estimated
+                } else {
+                    modelled
+                };
+                mu * n
+            })
+            .collect();
+        let mut output_n = vec![0.0; lateral_n.len()];
+        Lag::new(lag_s, self.interval_s).apply(&lateral_n, &mut output_n);
+        let readings = output_n.iter().zip(self.normal_n).skip(lead);
+        readings
+            .zip(self.estimated_mu)
+            .map(|((output_n, n), mu)| {
+                if mu.is_finite() {
+                    output_n / n
+                } else {
+                    f64::NAN
+                }
+            })
+            .collect()
     }
-    reading
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    const LEAD: usize = 40;
+    const LAG_S: f64 = 2e-3;
+
+    /// A line, which a lag of four samples reads four samples late.
+    fn line() -> Vec<f64> {
+        (0..100).map(|n| 0.8 - 0.002 * f64::from(n)).collect()
+    }
+
+    fn reading(modelled_mu: &[f64], estimated_mu: &[f64], lag_s: f64) -> Vec<f64> {
+        let friction = SensedFriction {
+            estimated_mu,
+            modelled_mu,
+            normal_n: &vec![0.6; modelled_mu.len()],
+            interval_s: 5e-4,
+        };
+        friction.read(lag_s)
+    }
+
     #[test]
     fn a_sample_without_friction_affects_no_other() {
-        let line: Vec<f64> = (0..60).map(|n| 0.8 + 0.002 * f64::from(n)).collect();
-        let normal_n = vec![0.6; line.len()];
-        let reading = |mu: &[f64]| sensor_friction(mu, &normal_n, 2e-3, 5e-4);
-        let mut interrupted_line = line.clone();
+        let line = line();
+        let mut interrupted_mu = line[LEAD..].to_vec();
         for sample in [0, 20, 23, 40] {
-            interrupted_line[sample] = f64::NAN;
+            interrupted_mu[sample] = f64::NAN;
         }
-        // On a straight line each stretch is read alike, four samples late; a stretch of two samples is left unchanged.
-        let (line_reading, interrupted_reading) = (reading(&line), reading(&interrupted_line));
-        for (sample, mu) in interrupted_line.iter().enumerate() {
-            let expected = match sample {
-                21 | 22 => line[sample],
-                _ => line_reading[sample],
-            };
-            assert_eq!(
-                interrupted_reading[sample].is_nan(),
-                mu.is_nan(),
-                "{sample}"
-            );
+        let interrupted_reading = reading(&line, &interrupted_mu, LAG_S);
+        for (sample, mu) in interrupted_mu.iter().enumerate() {
+            let read_mu = interrupted_reading[sample];
+            assert_eq!(read_mu.is_nan(), mu.is_nan(), "{sample}");
             assert!(
-                mu.is_nan() || (interrupted_reading[sample] - expected).abs() < 1e-9,
-                "{sample}"
-            );
-            assert!(
-                (line_reading[sample] - (line[sample] - 0.008)).abs() < 1e-9,
+                mu.is_nan() || (read_mu - (mu + 0.008)).abs() < 1e-9,
                 "{sample}"
             );
         }
-        assert_eq!(sensor_friction(&line, &normal_n, 0.0, 5e-4), line);
+        assert_eq!(reading(&line, &line[LEAD..], 0.0), line[LEAD..]);
+    }
+
+    /// The slope of the first estimated samples, which have noise, does not set the state of the lag.
+    #[test]
+    fn noise_of_the_first_samples_is_not_extrapolated() {
+        let line = line();
+        let mut noisy_mu = line[LEAD..].to_vec();
+        for (mu, noise) in noisy_mu.iter_mut().zip([0.02, -0.02, 0.02]) {
+            *mu += noise;
+        }
+        let noisy_reading = reading(&line, &noisy_mu, LAG_S);
+        for (read_mu, mu) in noisy_reading.iter().zip(&line[LEAD..]) {
+            assert!((read_mu - (mu + 0.008)).abs() < 0.01, "{read_mu} {mu}");
+        }
     }
 }

@@ -7,7 +7,7 @@ use super::estimated_series::{EstimatedSeries, GapLaw, LoadTrend, MeasuredSample
 use super::fit_agreement::{Agreement, agreement};
 use super::fit_error::FitError;
 use super::fit_verdict::FitVerdict;
-use super::friction_law::{FrictionLaw, sensor_friction};
+use super::friction_law::{FrictionLaw, SensedFriction};
 use super::lagged_model::{GAP_PARAMETERS, LaggedModel, finger_scale};
 use super::least_squares::Minimum;
 use super::series::{InstanceSamples, mean};
@@ -70,12 +70,13 @@ impl InstanceFit {
         let lag = lag_at_mean_gap(model, &minimum.parameters);
         let finger = fitted_finger(model, contact, &minimum, lag.value);
         let series = estimated_series(model, samples, &minimum, &finger, &friction);
-        let sensor_mu = sensor_friction(
-            &series.mu,
-            &model.normal_n[model.lead..],
-            friction.lag_s,
-            model.interval_s,
-        );
+        let sensed_friction = SensedFriction {
+            estimated_mu: &series.mu,
+            modelled_mu: &modelled_friction(model, &contact, &friction),
+            normal_n: model.normal_n,
+            interval_s: model.interval_s,
+        };
+        let sensor_mu = sensed_friction.read(friction.lag_s);
         let mu0 = Dependent {
             value: friction.mu0,
             slopes: friction.slopes.into(),
@@ -192,6 +193,19 @@ pub(super) fn modelled_ratio(model: &LaggedModel<'_>, contact: &Contact) -> Vec<
     let samples = model.gap.iter().zip(model.normal_n).enumerate();
     samples
         .map(|(sample, (&x, &n))| model.contact_at(contact, sample).friction_ratio(x, n))
+        .collect()
+}
+
+/// Returns the friction of a law with the modelled μ/μ0, after [`LaggedModel::follow`], with the lead-in.
+fn modelled_friction(
+    model: &LaggedModel<'_>,
+    contact: &Contact,
+    friction: &FrictionLaw<PARAMETERS>,
+) -> Vec<f64> {
+    let ratios = modelled_ratio(model, contact).into_iter();
+    let samples = ratios.zip(model.time_s);
+    samples
+        .map(|(ratio, &time_s)| friction.mu(ratio, time_s))
         .collect()
 }
 

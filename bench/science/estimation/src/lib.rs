@@ -30,6 +30,7 @@
 //! | model with a lagging gap, and its slopes | `lagged_model`, on `loads`, `trend`, `transient`, [`first_order_lag`] |
 //! | fit of one instance, standard errors | [`dynamic`], `candidate_fit`, `least_squares` |
 //! | fit of a trial: cost, priors, order of the search | [`trial`], `trial/layout`, `trial/members`, `trial/search` |
+//! | signs that an instance does not follow the laws | `instance_misfit` |
 //! | results of a trial, standard errors | `trial/solution`, `trial/identifiability` |
 //! | covariance of the residuals | `trial/scatter` |
 //! | plate between readings | [`plate_course`], `trial/plate` |
@@ -47,6 +48,7 @@ mod fit_error;
 mod fit_verdict;
 mod friction_law;
 mod instance_fit;
+mod instance_misfit;
 mod lagged_model;
 mod least_squares;
 mod loads;
@@ -68,6 +70,7 @@ pub use fit_agreement::Agreement;
 pub use fit_error::FitError;
 pub use fit_verdict::{FitParameter, FitVerdict};
 pub use instance_fit::InstanceFit;
+pub use instance_misfit::InstanceMisfit;
 pub use modelled_series::ModelledSeries;
 pub use paper::PaperFit;
 pub use sensitivity::{Sensitivities, Sensitivity};

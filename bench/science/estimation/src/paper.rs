@@ -28,6 +28,7 @@ use super::fit_agreement::{Agreement, agreement};
 use super::fit_error::FitError;
 use super::fit_verdict::{FitParameter, FitVerdict, StandardError, find_unidentified};
 use super::friction_law::FrictionLaw;
+use super::instance_misfit::{InstanceMisfit, Judged, Limits};
 use super::least_squares::{ImpedanceModel, Minimum, best_start, minimise, model_impedances};
 use super::modelled_series::ModelledSeries;
 use super::sensitivity::{self, Refit, Sensitivities};
@@ -97,7 +98,12 @@ pub struct PaperFit {
     pub agreement: Agreement,
     /// Stiffness, gap and friction over time.
     pub series: EstimatedSeries,
+    /// Signs that the instance does not follow the method's laws.
+    pub misfit: Vec<InstanceMisfit>,
 }
+
+/// Largest RMS of estimated − measured friction, relative to μ0.
+const MAX_RMS_PART: f64 = 0.45;
 
 /// Fits σ_t to one instance.
 ///
@@ -314,21 +320,34 @@ impl<'a> PaperModel<'a> {
             &measurement,
             minimum.z_m,
         );
+        let agreement = agreement(self.z_m, samples.mu, &series, &series.mu);
+        let limits = Limits {
+            sigma_t_m: [0.5e-6, 5e-6],
+            re_z_t_n_s_per_m: f64::NEG_INFINITY,
+            residual_part: 0.6,
+            rms_mu: MAX_RMS_PART * rest.friction.mu0,
+        };
+        let re_z_t_std = z_t_slope.re.abs() * ln_std;
+        let misfit = limits.signs(&Judged {
+            sigma_t_m,
+            re_z_t_n_s_per_m: [z_t.re, re_z_t_std],
+            agreement: &agreement,
+            z_m: self.z_m,
+            z_m_model: &series.z_m_model_n_s_per_m,
+        });
         Ok(PaperFit {
             verdict,
             sigma_t_m,
             sigma_t_std_m: sigma_t_m * ln_std,
             z_t_n_s_per_m: z_t,
-            z_t_std_n_s_per_m: Complex64::new(
-                z_t_slope.re.abs() * ln_std,
-                z_t_slope.im.abs() * ln_std,
-            ),
+            z_t_std_n_s_per_m: Complex64::new(re_z_t_std, z_t_slope.im.abs() * ln_std),
             mu0: rest.friction.mu0,
             mu0_std: rest.friction.mu0_scatter(),
             normal_n: self.normal_n[0],
             rest: rest.reading,
-            agreement: agreement(self.z_m, samples.mu, &series, &series.mu),
+            agreement,
             series,
+            misfit,
         })
     }
 }

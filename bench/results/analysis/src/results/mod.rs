@@ -20,6 +20,10 @@ fn pair(z: Complex64) -> Parts {
     [z.re, z.im]
 }
 
+fn texts(signs: &[impl ToString]) -> Vec<String> {
+    signs.iter().map(ToString::to_string).collect()
+}
+
 impl From<&RecordingAnalysis> for Recording {
     fn from(analysis: &RecordingAnalysis) -> Self {
         let path = analysis.path.display().to_string();
@@ -46,7 +50,10 @@ impl From<&RecordingAnalysis> for Recording {
                 };
             }
         };
-        let model_holds = (findings.trial.as_ref()).is_none_or(|shared| shared.misfit.is_empty());
+        let trial_signs = findings
+            .trial
+            .as_ref()
+            .map_or_else(Vec::new, |shared| texts(&shared.misfit));
         Self {
             path,
             participant: findings.participant().map(str::to_owned),
@@ -66,7 +73,7 @@ impl From<&RecordingAnalysis> for Recording {
             instances: findings
                 .instances
                 .iter()
-                .map(|instance| Instance::new(instance, model_holds))
+                .map(|instance| Instance::new(instance, &trial_signs))
                 .collect(),
             trial: (findings.trial.as_ref())
                 .map(|shared| Trial::new(shared, findings.instances.len())),
@@ -87,8 +94,8 @@ impl From<&RecordingAnalysis> for Recording {
 }
 
 impl Instance {
-    /// Describes an instance, with intervals if the model of all instances holds.
-    fn new(instance: &InstanceAnalysis, model_holds: bool) -> Self {
+    /// Describes an instance, given the signs of misfit of all instances' common fit.
+    fn new(instance: &InstanceAnalysis, trial_signs: &[String]) -> Self {
         Self {
             start_s: instance.start_s,
             end_s: instance.end_s,
@@ -101,7 +108,7 @@ impl Instance {
                 dynamic: Estimate::from(&instance.dynamic),
             },
             trial: (instance.trial.as_ref())
-                .map(|estimated| TrialEstimate::new(estimated, model_holds)),
+                .map(|estimated| TrialEstimate::new(estimated, trial_signs)),
         }
     }
 }
@@ -115,7 +122,7 @@ impl Trial {
             loss_factor: shared.loss_factor.value,
             tau_s: shared.tau_s.value,
             area_force_exponent: shared.area_exponent.value,
-            film_mean_s: shared.film_mean_s.value,
+            film_mean_s: shared.film_mean_s,
             lag_gap_exponent: shared.lag_exponent.value,
             friction_floor: shared.friction_floor.map(|floor| floor.value),
             lateral_lag_s: shared.lateral_lag_s.map(|lag| lag.value),
@@ -125,7 +132,7 @@ impl Trial {
                 loss_factor: shared.loss_factor.interval95(),
                 tau_s: shared.tau_s.interval95(),
                 area_force_exponent: shared.area_exponent.interval95(),
-                film_mean_s: shared.film_mean_s.interval95(),
+                film_mean_s: (),
                 lag_gap_exponent: shared.lag_exponent.interval95(),
                 friction_floor: interval(shared.friction_floor),
                 lateral_lag_s: interval(shared.lateral_lag_s),
@@ -133,13 +140,13 @@ impl Trial {
             n_instances: instances,
             verdict: shared.verdict.to_string(),
             model_misfit: !shared.misfit.is_empty(),
-            misfit: shared.misfit.iter().map(ToString::to_string).collect(),
+            misfit: texts(&shared.misfit),
         }
     }
 }
 
 impl TrialEstimate {
-    fn new(estimated: &InstanceEstimate, model_holds: bool) -> Self {
+    fn new(estimated: &InstanceEstimate, signs: &[String]) -> Self {
         let interval = |value: f64, std: f64| Uncertain { value, std }.interval95();
         let (z_t, z_t_std) = (estimated.z_t_n_s_per_m, estimated.z_t_std_n_s_per_m);
         let sigma_t = LogUncertain {
@@ -147,8 +154,12 @@ impl TrialEstimate {
             ln_std: estimated.sigma_t_std_m / estimated.sigma_t_m,
         };
         Self {
-            estimate: Estimate::from(estimated),
-            interval95: model_holds.then(|| InstanceIntervals {
+            estimate: Estimate {
+                model_misfit: !signs.is_empty(),
+                misfit: signs.to_vec(),
+                ..Estimate::from(estimated)
+            },
+            interval95: signs.is_empty().then(|| InstanceIntervals {
                 sigma_t_m: sigma_t.interval95(),
                 z_t_re_n_s_per_m: interval(z_t.re, z_t_std.re),
                 z_t_im_n_s_per_m: interval(z_t.im, z_t_std.im),
@@ -189,6 +200,8 @@ impl From<&InstanceEstimate> for Estimate {
                 r2_impedance: estimated.averaged.r2_impedance,
             },
             verdict: estimated.verdict.to_string(),
+            model_misfit: !estimated.misfit.is_empty(),
+            misfit: texts(&estimated.misfit),
             at_rest: estimated.rest.map(|rest| RestSamples {
                 below_threshold: rest.below_threshold,
                 samples: rest.samples,

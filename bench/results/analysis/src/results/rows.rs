@@ -102,7 +102,7 @@ pub struct Trial {
     pub tau_s: f64,
     /// Exponent of S with the normal force.
     pub area_force_exponent: f64,
-    /// Time over which the film averages, s.
+    /// Time over which the film averages, s; hardly determined.
     pub film_mean_s: f64,
     /// Exponent of τ with the gap.
     pub lag_gap_exponent: f64,
@@ -131,7 +131,8 @@ pub struct TrialIntervals {
     pub loss_factor: Interval,
     pub tau_s: Interval,
     pub area_force_exponent: Interval,
-    pub film_mean_s: Interval,
+    /// Null: a recording does not determine it.
+    pub film_mean_s: (),
     pub lag_gap_exponent: Interval,
     pub friction_floor: Option<Interval>,
     pub lateral_lag_s: Option<Interval>,
@@ -202,6 +203,10 @@ pub struct Estimate {
     pub averaged: AveragedModel,
     /// Verdict on the fit.
     pub verdict: String,
+    /// Whether the instance does not follow the method's laws; for `trial`, whether the model does not fit all instances.
+    pub model_misfit: bool,
+    /// Signs of misfit, in words.
+    pub misfit: Vec<String>,
     /// Samples from which `paper` reads Z_t.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at_rest: Option<RestSamples>,

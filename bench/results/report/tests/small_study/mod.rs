@@ -155,6 +155,8 @@ fn estimate() -> Estimate {
             r2_impedance: 0.9,
         },
         verdict: "tau held at its bound 0 s; unbounded it would be -1e-3 s".to_owned(),
+        model_misfit: false,
+        misfit: Vec::new(),
         at_rest: None,
         std: Std {
             sigma_t_m: 1e-8,
@@ -197,7 +199,7 @@ fn trial() -> Trial {
             loss_factor: [0.4, 0.44],
             tau_s: [7e-4, 9e-4],
             area_force_exponent: [0.2, 0.4],
-            film_mean_s: [0.5e-4, 2e-4],
+            film_mean_s: (),
             lag_gap_exponent: [0.2, 0.3],
             friction_floor: None,
             lateral_lag_s: None,

@@ -19,8 +19,9 @@ pub struct SharedFit {
     pub tau_s: LogUncertain,
     /// Exponent ν of the area's growth with the normal force.
     pub area_exponent: Uncertain,
-    /// Time over which the film averages the squared amplitude, s.
-    pub film_mean_s: LogUncertain,
+    /// Time over which the film averages the squared amplitude, s: marginalised rather than measured. A recording shows mostly its
+    /// sum with τ, so that the value depends more on the prior than on the finger, and has no standard error.
+    pub film_mean_s: f64,
     /// Exponent of the lag's growth with the gap.
     pub lag_exponent: Uncertain,
     /// Signs that the model does not hold; if there are any, the standard errors cannot be trusted.

@@ -193,7 +193,7 @@ impl<'a> Solution<'a> {
             loss_factor: log_uncertain(SharedParameter::LnLossFactor),
             tau_s: self.tau_at_mean_gap(),
             area_exponent: uncertain(SharedParameter::AreaExponent),
-            film_mean_s: log_uncertain(SharedParameter::LnFilmMean),
+            film_mean_s: shared[SharedParameter::LnFilmMean].exp(),
             lag_exponent: uncertain(SharedParameter::LagExponent),
             misfit: misfit::signs(shared, &self.search.priors, plate, instances),
             friction_floor: friction.map(|friction| friction.floor),

@@ -147,7 +147,7 @@ fn a_trial_recovers_the_skin_and_every_instance() {
             0.02,
         );
         // A film that averages causes the same delay as a lag.
-        let delay_s = shared.tau_s.value + shared.film_mean_s.value;
+        let delay_s = shared.tau_s.value + shared.film_mean_s;
         assert_near(delay_s, mean_lag_s(&truths) + skin.film_mean_s, 0.1);
         let exponents = [
             (shared.area_exponent.value, skin.area_exponent),

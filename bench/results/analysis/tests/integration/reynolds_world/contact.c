@@ -1,7 +1,6 @@
 #include "contact.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 static const double PI = 3.14159265358979323846;
 const double LARGEST_RATIO = 0.97;
@@ -33,7 +32,7 @@ static double log_gaussian(double t) {
 
 /* Pressure of asperities on the ridge, Pa. Exponential heights: p = p_0 exp(-h/l), whatever the law of one asperity (Greenwood &
  * Williamson 1966, section 3). Gaussian heights of standard deviation l: Hertz's law of one asperity over the tail above h. */
-static double asperity_pressure(const struct asperities *of, double gap_m) {
+double asperity_pressure(const struct asperities *of, double gap_m) {
     if (of->heights == EXPONENTIAL) return of->full_pa * exp(-gap_m / of->decay_m);
     return of->full_pa * exp(log_gaussian(gap_m / of->decay_m) - log_gaussian(0));
 }

@@ -32,6 +32,8 @@ struct pressures { double film_pa, asperity_pa; double complex carrier_pa; };
 
 extern const double LARGEST_RATIO;
 
+/* Pressure of asperities on the ridge at a gap. */
+double asperity_pressure(const struct asperities *asperities, double gap_m);
 /* Sets the decay of the asperities so that it is `length_m` at rest under `pressure_pa` on the apparent area; returns the gap there. */
 double set_decay(struct contact *contact, double length_m, double pressure_pa);
 /* Fills the table; returns 0, or 1 if the film has no solution in a node. */

@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "contact.h"
+#include "finger.h"
 
 static const double PI = 3.14159265358979323846;
 enum { RATE_HZ = 100000, END_MS = 3300, TOUCH_MS = 1200, BEGIN_MS = 1400, ARRIVE_MS = 3100, PLACES = 5 };
@@ -36,7 +36,7 @@ static struct { const char *name; double value; } numbers[] = {
     {"normal_n", 0.65}, {"tremor", 0.01},
     {"mean_v", 23}, {"drift_hz", 0}, {"snr_db", 80}, {"pickup_phase_rad", 0},
     {"ambient_pa", 101325}, {"viscosity_pa_s", 1.82e-5},
-    {"cells", 28}, {"steps", 48}, {"gaps", 44}, {"ratios", 14},
+    {"cells", 40}, {"steps", 48}, {"gaps", 36}, {"ratios", 18},
 };
 
 static double is(const char *name) {
@@ -93,9 +93,6 @@ static void wav_header(FILE *wav, uint32_t frames) {
     little_endian(wav, frame, 2); little_endian(wav, 32, 2); fputs("data", wav); little_endian(wav, bytes, 4);
 }
 
-/* A part of the finger with a gap and an amplitude of its own. */
-struct place { double share, mode, gap_m, relative_m; };
-
 /* Places along the strips, in a finger of elliptical outline across the crest of the mode cos(2 pi y/wavelength): Gauss's rule for
  * the weight sqrt(1 - y^2). A disc has the mode within its film (film.c) and is one place. */
 static int make_places(struct place *places) {
@@ -140,40 +137,6 @@ static void describe(double omega, double nominal_pa) {
     contact.most_gap_m = 15 * rest_m;
 }
 
-/* What the finger does in a sample. */
-struct finger { double complex impedance; double film_n, asperity_n, gap_m, relative_m; };
-
-/* Advances all places by a sample under the plate's amplitude. The skin behind the contact yields slowly: the gap closes what lacks
- * to the balance of mean pressures, at the stiffness of the film and the asperities, with the time constant tau. */
-static struct finger advance(struct place *places, int count, double plate_m, double normal_n, double complex skin, double area_m2) {
-    const double yielding = 1 - exp(-1.0 / RATE_HZ / is("tau_s")), pressed_pa = normal_n / area_m2;
-    struct finger finger = {0};
-    for (int i = 0; i < count; i++) {
-        struct place *place = &places[i];
-        const double g = place->gap_m, amplitude_m = fmax(fabs(place->mode) * plate_m, 1e-12);
-        const double e = relative_amplitude(&contact, skin, amplitude_m, g, place->relative_m);
-        if (e < 0) {
-            fprintf(stderr, "world: at a plate's amplitude of %g m the skin strikes the plate, whose gap is %g m\n", amplitude_m, g);
-            exit(3);
-        }
-        place->relative_m = e;
-        const struct pressures p = pressures_at(&contact, g, e);
-        const struct pressures wider = pressures_at(&contact, 1.002 * g, e), narrower = pressures_at(&contact, 0.998 * g, e);
-        const double pressure_pa = p.film_pa + p.asperity_pa;
-        const double stiffness = (narrower.film_pa + narrower.asperity_pa - wider.film_pa - wider.asperity_pa) / (0.004 * g);
-        const double lacking_m = stiffness > 0 ? (pressure_pa - pressed_pa) / stiffness : 0;
-        place->gap_m += yielding * fmin(fmax(lacking_m, -g / 2), g / 2);
-        place->gap_m = fmin(fmax(place->gap_m, contact.least_gap_m), contact.most_gap_m);
-        finger.impedance += area_m2 * place->share * place->mode * place->mode * p.carrier_pa /
-                            (I * contact.film.omega * e * plate_over_relative(&contact, skin, g, e));
-        finger.film_n += area_m2 * place->share * p.film_pa;
-        finger.asperity_n += area_m2 * place->share * p.asperity_pa;
-        finger.gap_m += place->share * place->gap_m;
-        finger.relative_m += place->share * e;
-    }
-    return finger;
-}
-
 int main(int count, char **given) {
     if (count < 2) { fprintf(stderr, "usage: world FOLDER name=value ...\n"); return 2; }
     for (int i = 2; i < count; i++) take(given[i]);
@@ -185,6 +148,7 @@ int main(int count, char **given) {
     const double carrier_hz = 35000, omega = 2 * PI * carrier_hz, step = 1.0 / RATE_HZ, per_unit = 2e-6;
     const double area_m2 = is("contact_area_m2"), phase = is("pickup_phase_rad"), mean_v = is("mean_v");
     const double complex z_t = is("skin_damping") + I * (omega * is("skin_kg") - is("skin_n_per_m") / omega);
+    const struct skin skin = {&contact, z_t / area_m2, area_m2, 1 - exp(-1.0 / RATE_HZ / is("tau_s"))};
     struct place places[PLACES];
     const int place_count = make_places(places);
     describe(omega, is("normal_n") / area_m2);
@@ -216,8 +180,12 @@ int main(int count, char **given) {
         struct finger finger = {0};
         double mu = 0;
         if (normal > 1e-3) {
-            finger = advance(places, place_count, cabs(x), normal, z_t / area_m2, area_m2);
+            finger = advance(&skin, places, place_count, cabs(x), normal);
             mu = is("mu0") * finger.asperity_n / normal;
+        }
+        if (finger.strikes) {
+            fprintf(stderr, "world: the skin strikes the plate at %g s\n", t);
+            return 3;
         }
         const int slides = way > 0 && way < 1;
         if (slides && finger.gap_m > 0.99 * contact.most_gap_m) {

@@ -1,0 +1,8 @@
+//! A fingertip over a film of gas, from first principles (README.md): its checks, and what the methods find in its recordings.
+
+mod campaign;
+mod film;
+mod programs;
+mod recorded_world;
+mod scales;
+mod verdict;

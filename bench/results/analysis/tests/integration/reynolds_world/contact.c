@@ -5,7 +5,7 @@
 static const double PI = 3.14159265358979323846;
 const double LARGEST_RATIO = 0.97;
 
-/* Logarithm of the mean of (z - t)^(3/2) over normal z > t, but for -t^2/2 and a constant (Greenwood & Williamson 1966, Eq. 14):
+/* Logarithm of the mean of (z - t)^(3/2) over normal z > t, but for -t^2/2 and a constant (Greenwood & Williamson 1966):
  * the integral of u^(3/2) exp(-t u - u^2/2), with u = v^2 so that it is smooth at 0. */
 static double log_tail(double t) {
     const double end = sqrt(t > 0 ? fmin(9, 40 / (t + 1) + 1) : 9 - t);
@@ -31,7 +31,7 @@ static double log_gaussian(double t) {
 }
 
 /* Pressure of asperities on the ridge, Pa. Exponential heights: p = p_0 exp(-h/l), whatever the law of one asperity (Greenwood &
- * Williamson 1966, section 3). Gaussian heights of standard deviation l: Hertz's law of one asperity over the tail above h. */
+ * Williamson 1966). Gaussian heights of standard deviation l: Hertz's law of one asperity over the tail above h. */
 double asperity_pressure(const struct asperities *of, double gap_m) {
     if (of->heights == EXPONENTIAL) return of->full_pa * exp(-gap_m / of->decay_m);
     return of->full_pa * exp(log_gaussian(gap_m / of->decay_m) - log_gaussian(0));

@@ -1,4 +1,4 @@
-/* Equation of the film (Reynolds 1886; for an isothermal gas Langlois 1962, Eq. 3), with p the pressure, h the gap, mu the viscosity:
+/* Equation of the film (Reynolds 1886; for an isothermal gas Langlois 1962), with p the pressure, h the gap, mu the viscosity:
  *
  *     d(p h)/dt = div( p h^3 / (12 mu) grad p )
  *

@@ -146,7 +146,7 @@ fn bessel_ratio(z: Complex64) -> Complex64 {
     tail
 }
 
-/// Linear theory of the film (Langlois 1962; for a strip Eq. 24): with q² = iσ the pressure is p_a(1 + ε Re Π e^{iθ}), where
+/// Linear theory of the film (Langlois 1962): with q² = iσ the pressure is p_a(1 + ε Re Π e^{iθ}), where
 /// Π = 1 − cosh(qX)/cosh q for a strip and 1 − I0(qX)/I0(q) for a disc. Their means over the area are 1 − tanh(q)/q and
 /// 1 − 2 I1(q)/(q I0(q)).
 struct Linear {
@@ -264,7 +264,7 @@ fn large_squeeze_numbers_reach_the_limit_of_trapped_gas() {
 }
 
 /// Where σ → 0, the gas is incompressible. A strip of width b and length l that approaches at v feels μ l (b/h)³ v, a disc
-/// 3π μ R⁴ v/(2 h³) (Reynolds 1886; Langlois 1962). Over a cycle h = g(1 − ε cos θ), and the first harmonic of ε sin θ/(1 − ε cos θ)³ is
+/// 3π μ R⁴ v/(2 h³) (Stefan 1874; Reynolds 1886). Over a cycle h = g(1 − ε cos θ), and the first harmonic of ε sin θ/(1 − ε cos θ)³ is
 /// ε/(1 − ε²)^(3/2).
 #[test]
 fn small_squeeze_numbers_damp_as_an_incompressible_film() {

@@ -119,11 +119,11 @@ fn responses(films: &[Film], (cells, steps): (u32, u32)) -> Vec<Response> {
     answers
 }
 
-/// Keeps the largest error and prints it.
+/// Largest error of a quantity over all films.
 struct Worst(&'static str, f64);
 
 impl Worst {
-    fn see(&mut self, error: f64, film: &Film) {
+    fn include(&mut self, error: f64, film: &Film) {
         assert!(error.is_finite(), "{}: {film:?}", self.0);
         if error.abs() > self.1 {
             self.1 = error.abs();
@@ -214,17 +214,17 @@ fn small_amplitudes_follow_the_linear_theory_and_its_second_order() {
     let mut mean = Worst("mean to second order", 0.0);
     for (film, response) in films.iter().zip(responses(&films, RECORDED)) {
         let linear = Linear::new(film.shape, film.squeeze);
-        carrier.see(
+        carrier.include(
             (response.carrier / RATIO / linear.mean_pressure() - 1.0).norm(),
             film,
         );
-        mean.see(
+        mean.include(
             response.mean / (RATIO * RATIO) / linear.mean_overpressure() - 1.0,
             film,
         );
     }
     carrier.assert_below(0.003);
-    mean.assert_below(0.006);
+    mean.assert_below(0.01);
 }
 
 /// Where σ → ∞, no gas leaves: p h is constant in time but in a layer of thickness 1/√σ at the edge, over which ⟨h p² h²⟩ = ⟨h ψ²⟩ is
@@ -248,9 +248,9 @@ fn large_squeeze_numbers_reach_the_limit_of_trapped_gas() {
             let limit = density / (1.0 - square).sqrt() - 1.0;
             let (near_lack, far_lack) = (1.0 - near.mean / limit, 1.0 - far.mean / limit);
             assert!((0.4..0.65).contains(&(far_lack / near_lack)), "{film:?}");
-            mean.see(near_lack - 2.0 * far_lack, film);
+            mean.include(near_lack - 2.0 * far_lack, film);
             let stiffness = density * 2.0 * (1.0 / (1.0 - square).sqrt() - 1.0) / film.ratio;
-            spring.see(
+            spring.include(
                 (2.0 * far.carrier.re - near.carrier.re) / stiffness - 1.0,
                 film,
             );
@@ -280,7 +280,7 @@ fn small_squeeze_numbers_damp_as_an_incompressible_film() {
             let velocity = OMEGA * g * film.ratio;
             let expected_pa =
                 force_per_area * velocity * (1.0 - film.ratio * film.ratio).powf(-1.5);
-            damping.see(response.carrier.im * AMBIENT_PA / expected_pa - 1.0, film);
+            damping.include(response.carrier.im * AMBIENT_PA / expected_pa - 1.0, film);
             assert!(response.carrier.re.abs() < 0.01 * response.carrier.im);
         }
     }
@@ -295,8 +295,8 @@ fn films_of_all_kinds() -> Vec<Film> {
         length_m: 5e-3,
     };
     let mut films = Vec::new();
-    for squeeze in [0.03, 0.3, 3.0, 30.0, 300.0, 3e3, 3e4] {
-        for ratio in [0.1, 0.5, 0.8, 0.95] {
+    for squeeze in [0.03, 0.5, 10.0, 300.0, 3e4] {
+        for ratio in [0.1, 0.6, 0.95] {
             let strip = Film::new(Shape::Strip, squeeze, ratio);
             let disc = Film::new(Shape::Disc, squeeze, ratio);
             films.extend([strip, disc]);
@@ -318,26 +318,26 @@ fn films_of_all_kinds() -> Vec<Film> {
 }
 
 #[test]
-fn a_grid_four_times_as_fine_gives_the_same() {
+fn a_finer_grid_gives_the_same() {
     let films = films_of_all_kinds();
     let coarse = responses(&films, RECORDED);
-    let fine = responses(&films, (120, 192));
+    let fine = responses(&films, (96, 144));
     let mut carrier = Worst("carrier against a finer grid", 0.0);
     let mut mean = Worst(
         "mean against a finer grid, of the carrier's modulus times the ratio",
         0.0,
     );
     for (film, (coarse, fine)) in films.iter().zip(coarse.iter().zip(&fine)) {
-        carrier.see((coarse.carrier / fine.carrier - 1.0).norm(), film);
+        carrier.include((coarse.carrier / fine.carrier - 1.0).norm(), film);
         // The mean changes its sign over a leaking groove, so that its error is not compared with itself.
         let scale = fine.mean.abs().max(0.1 * film.ratio * fine.carrier.norm());
-        mean.see((coarse.mean - fine.mean) / scale, film);
+        mean.include((coarse.mean - fine.mean) / scale, film);
     }
-    carrier.assert_below(0.006);
-    mean.assert_below(0.006);
+    carrier.assert_below(0.003);
+    mean.assert_below(0.003);
 }
 
-/// Film and skin take power from the plate, never give it.
+/// The film takes power from the plate at every squeeze number and amplitude.
 #[test]
 fn the_film_is_passive() {
     let films = films_of_all_kinds();
@@ -347,7 +347,7 @@ fn the_film_is_passive() {
     }
 }
 
-/// Between a groove at ambient pressure and one that leaks through a long channel there is no jump.
+/// A groove that leaks through a short channel approaches one at ambient pressure; a long channel does not.
 #[test]
 fn a_short_groove_is_at_ambient_pressure() {
     let with_length = |length_m: f64| Film {

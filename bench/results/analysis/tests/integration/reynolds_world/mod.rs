@@ -1,4 +1,5 @@
-//! A fingertip over a film of gas, from first principles (README.md): its checks, and what the methods find in its recordings.
+//! A fingertip over a film of gas, from first principles (README.md): its checks, and the methods' estimates of its
+//! recordings.
 
 mod campaign;
 mod film;

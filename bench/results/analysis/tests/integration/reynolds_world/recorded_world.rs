@@ -24,9 +24,9 @@ pub fn parameter(world: &World, name: &str) -> Option<f64> {
 /// Writes a recording.
 ///
 /// # Errors
-/// The message of the program if there is no such finger: the plate strikes it, or the film lifts it off.
+/// The program's message if the world is impossible: the plate strikes the finger, or the film lifts it off.
 pub fn record(folder: &Path, world: &World) -> Result<(), String> {
-    const NO_SUCH_FINGER: i32 = 3;
+    const IMPOSSIBLE: i32 = 3;
     let output = Command::new(programs::world())
         .arg(folder)
         .args(world.iter().map(|(name, value)| format!("{name}={value}")))
@@ -36,7 +36,7 @@ pub fn record(folder: &Path, world: &World) -> Result<(), String> {
         return Ok(());
     }
     let message = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(NO_SUCH_FINGER), "{message}");
+    assert_eq!(output.status.code(), Some(IMPOSSIBLE), "{message}");
     Err(message)
 }
 

@@ -85,7 +85,7 @@ static int in_time(double rest_m, int cycles) {
     struct loads sum = {0, 0};
     double complex carrier = 0;
     double gap = 0;
-    const double rate = contact.asperities.decay_m / load_pa / 1e-3;
+    const double rate = contact.asperities.decay_m / load_pa / 0.5e-3;
     double lacking_pa = 0;
     for (int i = 0; i < n; i++) s.mass[i] = rest_m;
     s.gap = rest_m;

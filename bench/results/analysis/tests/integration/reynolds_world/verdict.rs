@@ -67,6 +67,8 @@ pub struct Verdict {
     pub outcome: Outcome,
     estimates: usize,
     sigma_t_ratio: f64,
+    /// Half of the 95 % interval of σ_t, over the estimate.
+    sigma_t_uncertainty: f64,
     z_t_error: f64,
     area_ratio: Option<f64>,
     rms_mu: f64,
@@ -109,12 +111,19 @@ impl Verdict {
             });
             area_ratio = Some(ratio);
         }
+        let uncertainties = estimates.iter().map(|(_, _, estimate)| {
+            let (value, std) = (estimate.sigma_t_m, estimate.sigma_t_std_m);
+            let [low, high] = Uncertain { value, std }.interval95();
+            (high - low) / 2.0 / value
+        });
+        let sigma_t_uncertainty = median(uncertainties);
         let agreements = estimates.iter().map(|estimate| estimate.2.agreement);
         Self {
             method,
             outcome: outcome(&comparisons, misfit_flag(findings, method)),
             estimates: estimates.len(),
             sigma_t_ratio: median(sigma_t_ratios),
+            sigma_t_uncertainty,
             z_t_error: median(z_t_errors),
             area_ratio,
             rms_mu: median(agreements.clone().map(|agreement| agreement.rms_mu)),
@@ -122,9 +131,10 @@ impl Verdict {
         }
     }
 
-    /// Whether σ_t is within a fifth of the truth.
-    pub fn is_near(&self) -> bool {
-        (self.sigma_t_ratio - 1.0).abs() < 0.2
+    /// Whether the method stands by a σ_t within a fifth of the truth, and knows it to 60 %.
+    pub fn is_useful(&self) -> bool {
+        let is_unflagged = !matches!(self.outcome, Outcome::Flagged(_) | Outcome::Refused);
+        is_unflagged && (self.sigma_t_ratio - 1.0).abs() < 0.2 && self.sigma_t_uncertainty < 0.6
     }
 }
 
@@ -134,8 +144,12 @@ impl fmt::Display for Verdict {
         if self.estimates > 0 {
             write!(
                 f,
-                ", sigma_t/true {:.3}, Z_t off {:.2}, RMS of mu {:.3}, R2 {:.4}",
-                self.sigma_t_ratio, self.z_t_error, self.rms_mu, self.r2
+                ", sigma_t/true {:.3} ± {:.0} %, Z_t off {:.2}, RMS of mu {:.3}, R2 {:.4}",
+                self.sigma_t_ratio,
+                100.0 * self.sigma_t_uncertainty,
+                self.z_t_error,
+                self.rms_mu,
+                self.r2
             )?;
         }
         if let Some(ratio) = self.area_ratio {

@@ -4,7 +4,6 @@
     clippy::unwrap_used,
     reason = "a helper that fails fails its test, as in the tests themselves"
 )]
-#![expect(clippy::print_stdout, reason = "README.md has the numbers from here")]
 
 use std::process::Command;
 

@@ -3,3 +3,4 @@
 mod independent_world;
 #[cfg(feature = "parquet")]
 mod reference_recordings;
+mod reynolds_world;

@@ -1,0 +1,9 @@
+//! A fingertip over a film of gas, from first principles (README.md): its checks, and the methods' estimates of its
+//! recordings.
+
+mod campaign;
+mod film;
+mod programs;
+mod recorded_world;
+mod scales;
+mod verdict;

@@ -581,6 +581,8 @@ fn analysed() -> Analysis {
         pickup: recording::pipeline::PickupOffset::default(),
         rules: settings.selection_rules(manifest.plate.centre_m),
         manifest,
+        zero: analysis::force_zero::ForceZero::default(),
+        standard_errors: recording::manifest::StandardErrors::default(),
         z_p: Some(PlateReading {
             plain_n_s_per_m: Z_P,
             corrected_n_s_per_m: Z_P,

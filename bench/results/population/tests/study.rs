@@ -72,6 +72,8 @@ fn recording(
             manifest: Manifest::parse(&text, "recording.toml").unwrap(),
             rules: SelectionRules::published(0.05),
             pickup: recording::pipeline::PickupOffset::default(),
+            zero: analysis::force_zero::ForceZero::default(),
+            standard_errors: recording::manifest::StandardErrors::default(),
             z_p: None,
             explorations: Vec::new(),
             instances: Vec::new(),

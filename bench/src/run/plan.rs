@@ -153,6 +153,10 @@ impl SessionPlan {
         let file = ProtocolFile::read(&options.protocol)?;
         let protocol = &file.protocol;
         let (person, ask) = person(options, protocol)?;
+        let bench = match options.pressure_hpa {
+            Some(pressure_hpa) => bench.with_ambient_pressure("--pressure-hpa", pressure_hpa)?,
+            None => bench,
+        };
         let config = bench.config();
         if config.force.is_none() {
             bail!(

@@ -13,6 +13,7 @@ use std::sync::OnceLock;
 use analysis::findings::RecordingFindings;
 use analysis::flaw::Flaw;
 use analysis::method::Method;
+use analysis::printed_settings::PrintedSettings;
 use analysis::recording_analysis::analyse;
 use analysis::results::Recording;
 use analysis::{Analysis, Settings, tables};
@@ -148,7 +149,7 @@ fn a_pickup_delay_of_many_samples_is_found_and_corrected() {
 }
 
 /// Force and motion at the carrier from the true contact, gap and amplitude: f̃ = Z_t Z_c/(Z_t + Z_c) ṽ_p relative to ṽ_p, and
-/// x̃_t/x̃_p = Z_c/(Z_t + Z_c), the two degrees of freedom of Eqs. 7 and 8 with Eqs. 6, 14, 15 and 18.
+/// x̃_t/x̃_p = Z_c/(Z_t + Z_c), the two degrees of freedom of Eqs. 4–8 with Eqs. 14, 15 and 18.
 struct TrueMotion {
     time_s: f64,
     amplitude_m: f64,
@@ -248,6 +249,74 @@ fn forces_and_skin_motion_agree_with_the_true_values() {
         errors[0] < 0.02 && errors[1] < 0.02 && errors[2] < 0.1,
         "{errors:?}"
     );
+}
+
+/// Copies a reference recording, with more text at the end of its `recording.toml`.
+fn copy_with(name: &str, more: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for file in ["signals.wav", "force.csv", "position.csv"] {
+        fs::copy(reference().join(name).join(file), folder.path().join(file)).unwrap();
+    }
+    let text = fs::read_to_string(reference().join(name).join("recording.toml")).unwrap();
+    fs::write(folder.path().join("recording.toml"), text + more).unwrap();
+    folder
+}
+
+/// A recorded pressure has the effect of an assumed one, in all methods; S · p0 is measured.
+#[test]
+fn a_recorded_ambient_pressure_takes_the_place_of_the_assumed_one() {
+    let recorded = copy_with("recording-a", "\n[room]\npressure_hpa = 850.0\n");
+    let folders = [recorded.path().to_owned(), reference().join("recording-a")];
+    let analysed = analysis::analyse(&folders, &Settings::default(), |_| ());
+    let printed = PrintedSettings::new(&analysed);
+    assert_eq!(
+        printed.ambient_pressure,
+        "as measured, room.pressure_hpa, in 1 of 2 recordings; assumed in the others"
+    );
+    let [measured, standard] = [0, 1].map(|k| analysed.recordings[k].findings.as_ref().unwrap());
+    let results = Recording::from(&analysed.recordings[0]);
+    assert_eq!(results.room.unwrap().pressure_hpa, 850.0);
+
+    let mut settings = Settings::default();
+    settings.assume("ambient_pressure_pa = 85e3").unwrap();
+    let assumed = analyse(&folders[1], &settings).findings.unwrap();
+    assert_eq!(measured.instances.len(), assumed.instances.len());
+    for (measured, assumed) in measured.instances.iter().zip(&assumed.instances) {
+        for method in Method::ALL {
+            let (a, b) = (measured.estimate(method), assumed.estimate(method));
+            let (a, b) = (a.unwrap(), b.unwrap());
+            assert_eq!(a.skin.ambient_pressure_pa, 85_000.0);
+            assert_eq!(
+                (a.sigma_t_m, a.z_t_n_s_per_m),
+                (b.sigma_t_m, b.z_t_n_s_per_m)
+            );
+        }
+    }
+    let area_m2 =
+        |findings: &RecordingFindings| findings.trial.as_ref().unwrap().contact_area_m2.value;
+    let ratio = area_m2(measured) / area_m2(standard);
+    assert!(
+        (ratio / (101_325.0 / 85_000.0) - 1.0).abs() < 0.02,
+        "{ratio}"
+    );
+
+    let analysed = analysis::analyse(&folders[1..], &Settings::default(), |_| ());
+    let printed = PrintedSettings::new(&analysed);
+    assert_eq!(
+        printed.ambient_pressure,
+        "assumed: no recording has room.pressure_hpa"
+    );
+}
+
+/// The published damping factor, read as a damping ratio: SCIENCE.md section 8.
+#[test]
+fn damping_read_as_a_ratio_lowers_the_published_roughness() {
+    let mut settings = Settings::default();
+    settings.assume("damping=ratio").unwrap();
+    let findings = analyse(&reference().join("recording-a"), &settings).findings;
+    let instances = findings.unwrap().instances;
+    let sigma_t_m = mean(instances.iter().map(|instance| instance.paper.sigma_t_m));
+    assert!((sigma_t_m / 2.03e-6 - 1.0).abs() < 0.02, "{sigma_t_m}");
 }
 
 /// Recording of a simulation in which every assumption is wrong.

@@ -197,7 +197,7 @@ impl SessionPlan {
             .collect();
         if let Some(hz) = carriers.iter().find(|&&hz| hz != carriers[0]) {
             bail!(
-                "protocol {} drives at {} Hz and at {hz} Hz: one session has one carrier",
+                "protocol {} drives at {:.1} Hz and at {hz:.1} Hz: one session has one carrier",
                 protocol.name,
                 carriers[0]
             );

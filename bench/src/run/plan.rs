@@ -303,3 +303,40 @@ pub fn session_bytes(config: &Config, protocol: &Protocol) -> u64 {
     };
     rates.bytes(trial_s * 1.5 * f64::from(protocol.planned_trials()))
 }
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+    use crate::cli::{Cli, Command};
+
+    fn plan(bench: &str, arguments: &[&str]) -> anyhow::Result<SessionPlan> {
+        let run = ["friction-bench", "run", "--mock", "--participant", "sub-01"];
+        let cli = Cli::try_parse_from(run.iter().chain(arguments)).unwrap();
+        let Command::Run(options) = cli.command else {
+            panic!("not a session");
+        };
+        let config = Config::parse(bench, "bench.toml").unwrap();
+        SessionPlan::new(Effective::uncalibrated(config), &options)
+    }
+
+    #[test]
+    fn a_session_states_the_ambient_pressure_of_its_option_or_of_the_bench() {
+        let stated = format!(
+            "{}\n[room]\npressure_hpa = 950.0\n",
+            config::rigs::MOCK_BENCH
+        );
+        for (bench, arguments, expected) in [
+            (config::rigs::MOCK_BENCH, &[][..], None),
+            (&stated, &[], Some(950.0)),
+            (&stated, &["--pressure-hpa", "850"], Some(850.0)),
+        ] {
+            let plan = plan(bench, arguments).unwrap();
+            let room = devices::recorded_bench::recorded_room(plan.bench.config());
+            assert_eq!(room.map(|room| room.pressure_hpa), expected);
+        }
+        let error = plan(&stated, &["--pressure-hpa", "85000"]).err().unwrap();
+        assert!(error.to_string().contains("500 to 1100 hPa"), "{error}");
+    }
+}

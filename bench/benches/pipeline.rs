@@ -54,6 +54,7 @@ fn manifest() -> Manifest {
             profile: None,
         },
         standard_errors: None,
+        room: None,
         intervals: Vec::new(),
         participant: None,
         trial: None,

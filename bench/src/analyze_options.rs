@@ -51,7 +51,8 @@ pub struct Analyze {
     )]
     pub instances_of: InstancesOf,
     /// Override an assumed value, such as contact_area_m2=314e-6; the names are those of `settings` in the results, with dots
-    /// for nested tables: trial_priors.tau_s.median=2e-3.
+    /// for nested tables: trial_priors.tau_s.median=2e-3. damping=ratio reads the published damping factor 0.3 as a damping
+    /// ratio: loss_factor = 0.6.
     #[arg(long, value_name = "NAME=VALUE")]
     pub assume: Vec<String>,
     /// Override assumed values from a TOML file with NAME = VALUE on each line; --assume takes precedence.

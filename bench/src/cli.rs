@@ -168,6 +168,10 @@ pub struct Run {
     /// Participant's writing hand, if the protocol asks for it: right, left, ambidextrous; n/a if not stated.
     #[arg(long, value_name = "HAND")]
     pub handedness: Option<String>,
+    /// Ambient pressure in this session, read from a barometer at the bench and not reduced to sea level, hPa, 500 to 1100;
+    /// recorded, and used in every estimate [default: room.pressure_hpa of the configuration; without it 1013.25 is assumed].
+    #[arg(long, value_name = "HPA", allow_negative_numbers = true)]
+    pub pressure_hpa: Option<f64>,
     /// Resume the participant's interrupted session.
     #[arg(long, conflicts_with = "new_session")]
     pub resume: bool,

@@ -87,8 +87,8 @@ pub enum ProgramError {
     },
     /// The sampling rate is too low for the signal.
     #[error(
-        "sample rate {sample_rate_hz} Hz is not above 2 × (carrier {carrier_hz} Hz + modulation {modulation_hz} Hz) \
-         = {needed_hz} Hz: choose a higher rate or a lower carrier"
+        "sample rate {sample_rate_hz} Hz is not above 2 × (carrier {carrier_hz:.0} Hz + modulation {modulation_hz} Hz) \
+         = {needed_hz:.0} Hz: choose a higher rate or a lower carrier"
     )]
     RateTooLow {
         /// Sample rate, Hz.
@@ -102,7 +102,7 @@ pub enum ProgramError {
     },
     /// The peak amplitude exceeds the configured limit.
     #[error(
-        "peak amplitude {peak_v} V exceeds the configured limit of {limit_v} V peak: lower the amplitude"
+        "peak amplitude {peak_v:.2} V exceeds the configured limit of {limit_v} V peak: lower the amplitude"
     )]
     AboveLimit {
         /// Peak amplitude A_mean (1 + m), V.
@@ -112,7 +112,7 @@ pub enum ProgramError {
     },
     /// The peak amplitude exceeds the converter's full scale.
     #[error(
-        "peak amplitude {peak_v} V exceeds the output's full scale of {full_scale_v} V: lower the amplitude or check \
+        "peak amplitude {peak_v:.2} V exceeds the output's full scale of {full_scale_v} V: lower the amplitude or check \
          volts_per_unit"
     )]
     BeyondFullScale {

@@ -37,7 +37,7 @@ samples = samples.merge(instances[INSTANCE + constants], on=INSTANCE)
 omega = 2 * np.pi * samples.carrier_hz
 
 
-# ---- the model of Eqs. 6, 9, 14 to 19 and 21, as SCIENCE.md has it ----
+# ---- the model of Eqs. 7, 9, 14 to 19 and 21, as SCIENCE.md has it ----
 
 SKIN = (assumed["contact_area_m2"], assumed["sigma_q0_rad_per_m"])
 
@@ -206,7 +206,7 @@ def levels_of_mean(name, column, one):
 
 def medians(name, values):
     values = np.asarray([value for value in values if np.isfinite(value)])
-    row(name, "trials", np.median(values), n=len(values))
+    row(name, "trials, median", np.median(values), n=len(values))
     spread(name, "trials", values)
 
 
@@ -214,12 +214,15 @@ def ranges(one_samples, keys, column):
     return one_samples.groupby(keys, sort=False)[column].agg(lambda of: of.max() - of.min())
 
 
+CHANGES = ["instances", "explorations", "trials", "participants"]
+
+
 def changes(one_samples, column):
-    """Maximum less minimum of explorations, and their means over trials and participants."""
+    """Maximum less minimum of instances and of explorations, and means of the latter over trials and participants."""
     of = ranges(one_samples, ["participant", "recording", "exploration"], column).rename("change").reset_index()
     known = of[of.participant != ""]
-    return (of.groupby("recording", sort=False).change.mean(), of.change,
-            known.groupby("participant").change.mean())
+    return (ranges(one_samples, ["recording", "instance"], column), of.change,
+            of.groupby("recording", sort=False).change.mean(), known.groupby("participant").change.mean())
 
 
 for method in METHODS:
@@ -252,14 +255,15 @@ for method in METHODS:
         "pearson_delta_mu_estimated_delta_mu": "mu",
     }.items():
         coefficient = stats.pearsonr if name.startswith("pearson") else stats.spearmanr
-        for over, x, y in zip(["trials", "explorations", "participants"], changes(frames, column), mu):
+        for over, x, y in zip(CHANGES, changes(frames, column), mu):
             correlation(name, over, x, y, coefficient)
     each = frames.groupby(["recording", "instance"], sort=False)
     of_instances = each[["re_z_m", "abs_im_z_m", "measured_mu"]].agg(lambda of: of.max() - of.min()).reset_index()
     spread("spearman_within_trials_delta_re_z_m_delta_mu", "trials", list(within(of_instances, "re_z_m", "measured_mu")))
     spread("spearman_within_trials_delta_im_z_m_delta_mu", "trials", list(within(of_instances, "abs_im_z_m", "measured_mu")))
     estimated = changes(frames, "mu")
-    for over, level in {"trials": 0, "participants": 2}.items():
+    for over in ["instances", "trials", "participants"]:
+        level = CHANGES.index(over)
         line = stats.linregress(mu[level], estimated[level]) if len(mu[level]) > 1 else None
         row("slope_delta_mu_estimated_delta_mu", over, line.slope if line else np.nan,
             line.stderr if line and len(mu[level]) > 2 else np.nan, len(mu[level]))
@@ -288,16 +292,13 @@ for method in METHODS:
     one["fall"] = 1 - stiffness_n_per_m(one.sigma_t_m, gap_m, 1.0, skin) * one.sigma_t_m
     levels_of_mean("k_c_fall_5um_1n", "fall", one)
 
-# Medians and spreads of the same level follow each other, so rows are numbered within their kind.
 KEY = ["statistic", "method", "over"]
 again = pd.DataFrame(rows)
-for rows_of in (again, printed):
-    rows_of["number"] = rows_of.groupby(KEY).cumcount()
-both = printed.merge(again, on=[*KEY, "number"], how="outer", suffixes=("", "_again"), indicator=True)
+both = printed.merge(again, on=KEY, how="outer", suffixes=("", "_again"), indicator=True, validate="one_to_one")
 missing = both[both._merge != "both"][KEY].to_dict("records")
 assert not missing, f"rows of one side alone: {missing}"
 for _, pair in both.iterrows():
-    name = f"{pair.statistic} {pair.method} over {pair.over} {pair.number}"
+    name = f"{pair.statistic} {pair.method} over {pair.over}"
     assert pair.n == pair.n_again, f"{name}: n = {pair.n} and {pair.n_again}"
     for number in ["value", "std", "p"]:
         ours, theirs = pair[number], pair[f"{number}_again"]
@@ -345,11 +346,10 @@ for method in METHODS:
                             np.column_stack([model_x, model]))
 
     frames = samples[samples.method == method]
-    trials = len(samples.recording.unique())
     keys = ["recording", "instance"]
-    measured = changes(frames, "measured_mu")[0] if trials >= 3 else ranges(frames, keys, "measured_mu")
+    measured = ranges(frames, keys, "measured_mu")
     for panel, column, factor in [("a", "abs_z_m", 1), ("b", "gap_m", 1e6), ("c", "mu", 1)]:
-        change = changes(frames, column)[0] if trials >= 3 else ranges(frames, keys, column)
+        change = ranges(frames, keys, column)
         found = points("fig14_variation", panel, method)
         assert len(found) == len(measured), f"fig14 {panel}: {len(found)} points of {len(measured)}"
         drawn_among(f"fig14 {panel} {method}", found, np.column_stack([measured, change * factor]))

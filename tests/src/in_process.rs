@@ -168,6 +168,7 @@ pub fn options(study: &Path) -> cli::Run {
         handedness: None,
         resume: false,
         new_session: false,
+        pressure_hpa: None,
         accept_edited_protocol: false,
         repeat_lost: false,
         uncalibrated: true,

@@ -8,7 +8,7 @@ use contact::AssumedConstants;
 use crossbeam_channel::Receiver;
 use devices::drive_control::waveform;
 use devices::loudspeaker::Loudspeaker;
-use devices::recorded_bench::recorded_profile;
+use devices::recorded_bench::{recorded_profile, recorded_room};
 use devices::room::RoomTask;
 use devices::{Bench, DeviceReadings, Life, ThreadPriorities};
 use live::carrier_decision::CarrierDecision;
@@ -20,6 +20,7 @@ use live::readiness::Readiness;
 use live::refit::Refit;
 use operator_ui::console::{DashboardThread, Front};
 use protocols::{SessionEvent, SessionEventKind};
+use recording::manifest::RecordedRoom;
 use recording::recorder::RecorderGauge;
 use safety::Signals;
 use signalgen::DriveSettings;
@@ -203,7 +204,9 @@ fn admission(settings: DriveSettings) -> Admit {
 fn live_side(plan: &SessionPlan, skin: ParticipantSkin) -> (LiveSide, Refit) {
     let profile = recorded_profile(&plan.bench);
     let profile = profile.as_ref().map(AmplitudeProfile::new);
-    let assumed = AssumedConstants::ESTIMATION;
+    let room = recorded_room(plan.bench.config());
+    let measured_pa = room.map(RecordedRoom::ambient_pressure_pa);
+    let assumed = AssumedConstants::ESTIMATION.with_measured_pressure(measured_pa);
     let (refits, fits, refit) = Refit::new(assumed, profile.unwrap_or_default(), skin);
     let contact_n = plan.protocol.protocol.force.contact_n;
     let modal_mass_kg = plan.bench.config().plate.modal_mass_kg;

@@ -255,6 +255,7 @@ pub(super) fn begin_recording(
                     channels: recorded::recorded_channels(config),
                     plate: recorded::recorded_plate(bench),
                     standard_errors: recorded::recorded_errors(bench),
+                    room: recorded::recorded_room(config),
                     intervals: Vec::new(),
                     participant: Some(manifest::Participant {
                         id: participant.clone(),

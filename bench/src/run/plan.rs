@@ -153,6 +153,10 @@ impl SessionPlan {
         let file = ProtocolFile::read(&options.protocol)?;
         let protocol = &file.protocol;
         let (person, ask) = person(options, protocol)?;
+        let bench = match options.pressure_hpa {
+            Some(pressure_hpa) => bench.with_ambient_pressure("--pressure-hpa", pressure_hpa)?,
+            None => bench,
+        };
         let config = bench.config();
         if config.force.is_none() {
             bail!(
@@ -193,7 +197,7 @@ impl SessionPlan {
             .collect();
         if let Some(hz) = carriers.iter().find(|&&hz| hz != carriers[0]) {
             bail!(
-                "protocol {} drives at {} Hz and at {hz} Hz: one session has one carrier",
+                "protocol {} drives at {:.1} Hz and at {hz:.1} Hz: one session has one carrier",
                 protocol.name,
                 carriers[0]
             );
@@ -298,4 +302,41 @@ pub fn session_bytes(config: &Config, protocol: &Protocol) -> u64 {
         position_hz: 1_000.0,
     };
     rates.bytes(trial_s * 1.5 * f64::from(protocol.planned_trials()))
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+    use crate::cli::{Cli, Command};
+
+    fn plan(bench: &str, arguments: &[&str]) -> anyhow::Result<SessionPlan> {
+        let run = ["friction-bench", "run", "--mock", "--participant", "sub-01"];
+        let cli = Cli::try_parse_from(run.iter().chain(arguments)).unwrap();
+        let Command::Run(options) = cli.command else {
+            panic!("not a session");
+        };
+        let config = Config::parse(bench, "bench.toml").unwrap();
+        SessionPlan::new(Effective::uncalibrated(config), &options)
+    }
+
+    #[test]
+    fn a_session_states_the_ambient_pressure_of_its_option_or_of_the_bench() {
+        let stated = format!(
+            "{}\n[room]\npressure_hpa = 950.0\n",
+            config::rigs::MOCK_BENCH
+        );
+        for (bench, arguments, expected) in [
+            (config::rigs::MOCK_BENCH, &[][..], None),
+            (&stated, &[], Some(950.0)),
+            (&stated, &["--pressure-hpa", "850"], Some(850.0)),
+        ] {
+            let plan = plan(bench, arguments).unwrap();
+            let room = devices::recorded_bench::recorded_room(plan.bench.config());
+            assert_eq!(room.map(|room| room.pressure_hpa), expected);
+        }
+        let error = plan(&stated, &["--pressure-hpa", "85000"]).err().unwrap();
+        assert!(error.to_string().contains("500 to 1100 hPa"), "{error}");
+    }
 }

@@ -23,7 +23,9 @@ pub(crate) fn number(value: Option<f64>, scale: f64, decimals: usize) -> String 
 pub(crate) fn drift(state: &State) -> String {
     let drift_hz = state.live().and_then(|live| live.plate_drift_hz);
     drift_hz.map_or("–".to_owned(), |ValueAndStd { value, std }| {
-        format!("{} ± {std:.1} Hz", signed(format!("{value:+.1}")))
+        let decimals = statistics::error_decimals(std, 1);
+        let value = signed(format!("{value:+.decimals$}"));
+        format!("{value} ± {std:.decimals$} Hz")
     })
 }
 

@@ -14,9 +14,10 @@ pub(crate) fn lines<'a>(state: &State, proposal: &CarrierProposal, columns: u16)
         to_hz,
         drift_hz,
     } = proposal;
-    let drift = signed(format!("{:+.1}", drift_hz.value));
+    let decimals = statistics::error_decimals(drift_hz.std, 1);
+    let drift = signed(format!("{:+.decimals$}", drift_hz.value));
     let words = format!(
-        "new carrier {to_hz:.0} Hz? t takes it, n keeps {from_hz:.0} Hz: the resonance moved by {drift} ± {:.1} Hz",
+        "new carrier {to_hz:.0} Hz? t takes it, n keeps {from_hz:.0} Hz: the resonance moved by {drift} ± {:.decimals$} Hz",
         drift_hz.std
     );
     let style = state.ui.theme.driving();

@@ -301,9 +301,10 @@ fn estimate(
     }
     let mean = values.iter().map(|e| e.value).sum::<f64>() / count * scale;
     let half = 1.96 * values.iter().map(|e| e.std).sum::<f64>() / count * scale;
+    let decimals = statistics::error_decimals(half, 2);
     Ok(format!(
-        "estimated {} ± {half:.2}",
-        signed(format!("{mean:.2}"))
+        "estimated {} ± {half:.decimals$}",
+        signed(format!("{mean:.decimals$}"))
     ))
 }
 

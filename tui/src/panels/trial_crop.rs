@@ -5,6 +5,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect, Spacing};
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
+use statistics::{error_decimals, with_error};
 
 use super::live_values::{TO_MICRO, TO_MILLI, signed};
 use super::panel::{note, rows, titled};
@@ -263,14 +264,15 @@ fn verdict_lines<'a>(state: &State, line: &TrialLine, columns: u16) -> Vec<Line<
             let mut words = Vec::new();
             if let Some(sigma) = fit.sigma_t_m {
                 let (value, std) = (sigma.value * TO_MICRO, sigma.std * TO_MICRO);
-                words.push(format!("σ_t {value:.2} ± {std:.2} μm"));
+                words.push(format!("σ_t {} μm", with_error(value, std, 2)));
             }
             if let Some(mu0) = fit.mu0 {
-                words.push(format!("μ0 {:.3} ± {:.3}", mu0.value, mu0.std));
+                words.push(format!("μ0 {}", with_error(mu0.value, mu0.std, 3)));
             }
             if let Some(drift) = fit.drift_hz {
-                let value = signed(format!("{:+.1}", drift.value));
-                words.push(format!("drift {value} ± {:.1} Hz", drift.std));
+                let decimals = error_decimals(drift.std, 1);
+                let value = signed(format!("{:+.decimals$}", drift.value));
+                words.push(format!("drift {value} ± {:.decimals$} Hz", drift.std));
             }
             words.extend(fit.no_fit.as_ref().map(|cause| format!("no fit: {cause}")));
             words.join(" · ")

@@ -3,6 +3,7 @@
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
+use statistics::with_error;
 
 use super::live_values::{TO_MICRO, signed};
 use super::panel::{note, rows, titled};
@@ -103,10 +104,12 @@ fn entry<'a>(state: &State, line: &'a TrialLine, is_wide: bool) -> Line<'a> {
                 verdict.instances
             )));
             if let Some(sigma) = fit.and_then(|fit| fit.sigma_t_m) {
-                spans.push(Span::raw(format!(" σ_t {:.2}", sigma.value * TO_MICRO)));
-                if is_wide {
-                    spans.push(Span::raw(format!(" ± {:.2} μm", sigma.std * TO_MICRO)));
-                }
+                let (value, std) = (sigma.value * TO_MICRO, sigma.std * TO_MICRO);
+                spans.push(Span::raw(if is_wide {
+                    format!(" σ_t {} μm", with_error(value, std, 2))
+                } else {
+                    format!(" σ_t {value:.2}")
+                }));
             }
             if let Some(drift) = fit.and_then(|fit| fit.drift_hz).filter(|_| is_wide) {
                 let drift = signed(format!("{:+.1}", drift.value));

@@ -1,4 +1,8 @@
-//! Quantiles, angles and constants that several packages use.
+//! Quantiles, angles, printed numbers and constants that several packages use.
+
+mod printed;
+
+pub use printed::{error_decimals, significant, with_error};
 
 use std::f64::consts::{PI, TAU};
 

@@ -10,6 +10,7 @@ use crate::correction::{Correction, Implausible};
 use crate::identity::{Identity, Mismatch};
 use crate::meter_check::MeasuredOutput;
 use crate::quantity::Provenance;
+use crate::room::require_pressure;
 
 /// The effective configuration of a bench. It is created once, passed on and never changed, so that recordings, screens and
 /// logs agree on constants and provenance.
@@ -212,6 +213,20 @@ impl Effective {
         let mut retuned = self.clone();
         retuned.config.plate.resonance_hz = resonance_hz;
         retuned
+    }
+
+    /// Returns the bench with this ambient pressure in place of the configuration's, hPa; `key` names it in errors.
+    ///
+    /// # Errors
+    /// The pressure is outside its range.
+    pub fn with_ambient_pressure(
+        mut self,
+        key: &str,
+        pressure_hpa: f64,
+    ) -> Result<Self, strict_toml::OutOfRange> {
+        require_pressure(key, pressure_hpa)?;
+        self.config.room.pressure_hpa = Some(pressure_hpa);
+        Ok(self)
     }
 
     /// Returns the calibration in force; `None` for an uncalibrated bench.

@@ -22,6 +22,7 @@ mod plate_constants;
 mod quantity;
 mod refusal;
 pub mod rigs;
+mod room;
 mod six_axis;
 mod sound_card;
 #[cfg(test)]
@@ -53,6 +54,7 @@ pub use netft::Netft;
 pub use nidaqmx::{CardClock, Nidaqmx, Terminals};
 pub use plate_constants::Plate;
 pub use quantity::{Provenance, Quantity};
+pub use room::Room;
 pub use six_axis::{NoForceAxis, SixAxis};
 pub use sound_card::{
     Audio, AudioHost, DriveInput, InputMap, OutputChannel, PickupInput, SampleFormat,
@@ -102,6 +104,9 @@ pub struct Config {
     pub channels: InputMap,
     /// The plate.
     pub plate: Plate,
+    /// The room.
+    #[serde(default, skip_serializing_if = "Room::is_empty")]
+    pub room: Room,
     /// Limits of the drive.
     pub limits: Limits,
     /// Limits of the safety watch.
@@ -388,6 +393,7 @@ impl Config {
         self.output.check(&self.audio)?;
         self.channels.check(&self.audio)?;
         self.plate.check()?;
+        self.room.check()?;
         self.limits.check()?;
         self.safety.check()?;
         if let Some(force) = &self.force {

@@ -59,7 +59,7 @@ pub const HEARD_BY_SOME_HZ: f64 = 25e3;
 /// An audible carrier on a bench without a stated reason for it.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error(
-    "a carrier of {carrier_hz} Hz is audible, and at this level harms the ears: drive at {AUDIBLE_HZ} Hz or more, or state \
+    "a carrier of {carrier_hz:.0} Hz is audible, and at this level harms the ears: drive at {AUDIBLE_HZ} Hz or more, or state \
      the reason in limits.audible_carrier_because"
 )]
 pub struct AudibleCarrier {
@@ -153,10 +153,10 @@ impl Limits {
     pub fn hearing_in_words(&self, carrier_hz: f64) -> Option<String> {
         match &self.audible_carrier_because {
             Some(why) if carrier_hz < AUDIBLE_HZ => Some(format!(
-                "audible carrier of {carrier_hz} Hz, because: {why}"
+                "audible carrier of {carrier_hz:.0} Hz, because: {why}"
             )),
             _ if carrier_hz < HEARD_BY_SOME_HZ => Some(format!(
-                "children, young adults and pets may hear a carrier of {carrier_hz} Hz"
+                "children, young adults and pets may hear a carrier of {carrier_hz:.0} Hz"
             )),
             _ => None,
         }

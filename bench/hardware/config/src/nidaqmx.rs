@@ -149,7 +149,7 @@ impl Nidaqmx {
         );
         if self.lead_s < least_s * (1.0 - 1e-9) {
             let why = format!(
-                "nidaqmx.lead_s = {} s is under three blocks of {block} frames, 3 × {block_s} s = {least_s} s: the output \
+                "nidaqmx.lead_s = {} s is under three blocks of {block} frames, 3 × {block_s:.6} s = {least_s:.6} s: the output \
                  would run dry; raise it, or lower audio.buffer_frames",
                 self.lead_s
             );

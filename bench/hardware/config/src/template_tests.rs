@@ -40,6 +40,7 @@ fn an_optional_key_stands_there_with_its_default() {
             ..force
         }),
         gpio: full.gpio.clone(),
+        room: full.room,
         field_box: full.field_box.clone(),
         nidaqmx: full.nidaqmx.clone(),
         calibration: CalibrationRules {
@@ -60,6 +61,7 @@ fn every_key_stands_in_the_template() {
         "channels.drive",
         "channels.pickup",
         "plate",
+        "room",
         "limits",
         "safety",
         "force",

@@ -165,6 +165,41 @@ fn what_is_refused_has_its_key_its_line_and_what_is_allowed() {
     }
 }
 
+#[test]
+fn the_ambient_pressure_is_optional_and_in_hectopascals() {
+    let with_room = |table: &str| Config::parse(&format!("{BENCH}\n{table}\n"), "bench.toml");
+    let config = with_room("").unwrap();
+    assert_eq!(config.room.pressure_hpa, None);
+    assert!(!config.to_toml().unwrap().contains("[room]"));
+    for pressure_hpa in Room::PRESSURE_HPA {
+        let config = with_room(&format!("[room]\npressure_hpa = {pressure_hpa:?}")).unwrap();
+        assert_eq!(config.room.pressure_hpa, Some(pressure_hpa));
+        let copy = Config::parse(&config.to_toml().unwrap(), "copy").unwrap();
+        assert_eq!(copy, config);
+    }
+    for wrong in ["101325.0", "499.9", "nan"] {
+        let error = with_room(&format!("[room]\npressure_hpa = {wrong}")).unwrap_err();
+        let message = error.to_string();
+        assert!(message.contains("room.pressure_hpa"), "{message}");
+        assert!(message.contains("500 to 1100 hPa"), "{message}");
+    }
+    let error = with_room("[room]\npresure_hpa = 950.0").unwrap_err();
+    assert!(error.to_string().contains("pressure_hpa"), "{error}");
+}
+
+#[test]
+fn a_session_replaces_the_ambient_pressure_of_the_configuration() {
+    let text = format!("{BENCH}\n[room]\npressure_hpa = 950.0\n");
+    let bench = Effective::uncalibrated(Config::parse(&text, "bench.toml").unwrap());
+    let session = bench.clone().with_ambient_pressure("--pressure-hpa", 850.0);
+    assert_eq!(session.unwrap().config().room.pressure_hpa, Some(850.0));
+    let error = bench.with_ambient_pressure("--pressure-hpa", 1200.0);
+    assert_eq!(
+        error.unwrap_err().to_string(),
+        "--pressure-hpa = 1200 hPa is outside the allowed range of 500 to 1100 hPa"
+    );
+}
+
 fn with_safety(keys: &str) -> Result<Config, ConfigError> {
     let text = BENCH.replacen("[safety]\n", &format!("[safety]\n{keys}\n"), 1);
     Config::parse(&text, "bench.toml")

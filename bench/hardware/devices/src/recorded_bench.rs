@@ -67,6 +67,21 @@ pub fn recorded_errors(bench: &Effective) -> Option<manifest::StandardErrors> {
     })
 }
 
+const _: () = {
+    let ([lowest, highest], [allowed_lowest, allowed_highest]) =
+        (config::Room::PRESSURE_HPA, manifest::PRESSURE_HPA);
+    assert!(
+        lowest == allowed_lowest && highest == allowed_highest,
+        "a recording accepts every pressure of a configuration"
+    );
+};
+
+/// Returns the room of a recording, if the configuration states its pressure.
+pub fn recorded_room(config: &Config) -> Option<manifest::RecordedRoom> {
+    let pressure_hpa = config.room.pressure_hpa?;
+    Some(manifest::RecordedRoom { pressure_hpa })
+}
+
 /// Returns the channels of the sound card.
 pub fn recorded_channels(config: &Config) -> manifest::RecordedChannels {
     let (drive, pickup) = (&config.channels.drive, &config.channels.pickup);

@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use anyhow::bail;
 use config::{CalibrationFile, Config};
 use num_complex::Complex64;
+use statistics::significant;
 
 /// |sample| above which the instrument's output counts as cut off.
 const CLIPPED: f64 = 0.98;
@@ -87,7 +88,10 @@ impl Reference {
             if value > 0.0 && value <= most {
                 return Ok(());
             }
-            bail!("{name} = {value} must be over 0 and at most {most}")
+            bail!(
+                "{name} = {} must be over 0 and at most {most}",
+                significant(value)
+            )
         };
         match follows {
             MeasuredQuantity::Displacement(m_per_v) => {
@@ -104,7 +108,10 @@ impl Reference {
                 ("--reference-delay-error-us", error_s),
             ] {
                 if !(0.0..=1e-3).contains(&value_s) {
-                    bail!("{name} = {} is outside 0 to 1000", value_s * 1e6);
+                    bail!(
+                        "{name} = {} is outside 0 to 1000",
+                        significant(value_s * 1e6)
+                    );
                 }
             }
         }
@@ -180,8 +187,10 @@ impl Reference {
     /// Returns a description of the instrument.
     pub fn in_words(&self) -> String {
         let follows = match self.follows {
-            MeasuredQuantity::Displacement(per_v) => format!("displacement, {} µm/V", per_v * 1e6),
-            MeasuredQuantity::Velocity(per_v) => format!("velocity, {per_v} m/s/V"),
+            MeasuredQuantity::Displacement(per_v) => {
+                format!("displacement, {} µm/V", significant(per_v * 1e6))
+            }
+            MeasuredQuantity::Velocity(per_v) => format!("velocity, {} m/s/V", significant(per_v)),
         };
         let delay = self.delay.map_or_else(
             || "delay unknown".to_owned(),

@@ -21,6 +21,7 @@ use calibration_rig::points::Admittance;
 use calibration_rig::procedure::{NextStep, Procedure, StepOutcome};
 use config::Config;
 use config::{Provenance, Quantity};
+use statistics::with_error;
 
 /// Number of tones of the fine scan.
 const TONES: usize = 31;
@@ -223,15 +224,13 @@ fn point_read(fit: &PlateFit) -> PointRead {
 }
 
 fn findings(fit: &PlateFit) -> Vec<String> {
-    let with_error = |name: &str, estimate: FittedValue, decimals: usize, unit: &str| {
-        format!(
-            "{name:<10}{:.decimals$} ± {:.decimals$}{unit}",
-            estimate.value, estimate.standard_error
-        )
+    let line = |name: &str, estimate: FittedValue, unit: &str| {
+        let words = with_error(estimate.value, estimate.standard_error, 2);
+        format!("{name:<10}{words}{unit}")
     };
     vec![
-        with_error("resonance", fit.resonance_hz, 2, " Hz"),
-        with_error("quality", fit.quality, 2, ""),
+        line("resonance", fit.resonance_hz, " Hz"),
+        line("quality", fit.quality, ""),
         format!("residual  {:.1e} of the peak", fit.residual),
     ]
 }

@@ -109,7 +109,7 @@ impl CarrierDecision {
             self.reaches(bench, to_hz)
         } else {
             Err(format!(
-                "the calibrated resonance was {calibrated_hz} Hz then, and is {from_hz} Hz now"
+                "the calibrated resonance was {calibrated_hz:.1} Hz then, and is {from_hz:.1} Hz now"
             ))
         };
         match reach {
@@ -117,7 +117,7 @@ impl CarrierDecision {
             Err(reason) => {
                 self.next_effects = vec![
                     warn(format!(
-                        "the carrier of this session was changed to {to_hz} Hz, but the session goes on at {from_hz} \
+                        "the carrier of this session was changed to {to_hz:.1} Hz, but the session goes on at {from_hz:.1} \
                          Hz: {reason}"
                     )),
                     proposal.record("carrier_out_of_reach", [("because", json!(reason))]),
@@ -276,7 +276,9 @@ impl Proposal {
 }
 
 fn drift_text(drift_hz: Uncertain) -> String {
-    format!("moved by {:+.1} ± {:.1} Hz", drift_hz.value, drift_hz.std)
+    let Uncertain { value, std } = drift_hz;
+    let decimals = statistics::error_decimals(std, 1);
+    format!("moved by {value:+.decimals$} ± {std:.decimals$} Hz")
 }
 
 fn show(proposal: Option<&Proposal>) -> CarrierEffect {

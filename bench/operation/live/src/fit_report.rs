@@ -4,6 +4,7 @@ use analysis::trial_fit::{NoFit, TrialContact};
 
 use contact::uncertain::Uncertain;
 use serde_json::{Map, Value, json};
+use statistics::with_error;
 use tui::action::AttemptName;
 use tui::event::{ContactCurves, FitView, ValueAndStd};
 
@@ -92,19 +93,15 @@ impl FitReport {
             .unwrap_or_default();
         let mut lines = vec![
             format!(
-                "{label}: σ_t {:.2} ± {:.2} µm, τ {:.1} ± {:.1} ms",
-                fit.sigma_t_m.value * 1e6,
-                fit.sigma_t_m.std * 1e6,
-                fit.tau_s.value * 1e3,
-                fit.tau_s.std * 1e3,
+                "{label}: σ_t {} µm, τ {} ms",
+                with_error(fit.sigma_t_m.value * 1e6, fit.sigma_t_m.std * 1e6, 2),
+                with_error(fit.tau_s.value * 1e3, fit.tau_s.std * 1e3, 1),
             ),
             format!(
-                "  Z_t {:.2} ± {:.2} {} ({:.2} ± {:.2})i N·s/m",
-                z.re,
-                std.re,
+                "  Z_t {} {} ({})i N·s/m",
+                with_error(z.re, std.re, 2),
                 if z.im < 0.0 { '−' } else { '+' },
-                z.im.abs(),
-                std.im,
+                with_error(z.im.abs(), std.im, 2),
             ),
             format!(
                 "  {} of {} fits, μ0 {:.2}{force}",

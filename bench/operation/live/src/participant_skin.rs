@@ -11,6 +11,7 @@ use estimation::trial::SharedFit;
 use population::pooling::Estimate;
 use serde::Serialize;
 use serde_json::Value;
+use statistics::with_error;
 
 /// Smallest standard error of a trial's logarithm: model errors exceed the noise (docs/decisions/0021).
 const LEAST_LN_STD: f64 = 0.03;
@@ -172,13 +173,13 @@ impl SkinUsed {
         let mut lines = match stds {
             (Some(area_std), Some(q0_std), Some(loss_std)) => vec![
                 format!(
-                    "S {area_mm2:.0} ± {:.0} mm², q0 {q0:.2} ± {:.2} e4 rad/m",
-                    area_mm2 * area_std,
-                    q0 * q0_std,
+                    "S {} mm², q0 {} e4 rad/m",
+                    with_error(area_mm2, area_mm2 * area_std, 0),
+                    with_error(q0, q0 * q0_std, 2),
                 ),
                 format!(
-                    "η {loss:.2} ± {:.2}, of {} trial{}",
-                    loss * loss_std,
+                    "η {}, of {} trial{}",
+                    with_error(loss, loss * loss_std, 2),
                     self.trials,
                     if self.trials == 1 { "" } else { "s" },
                 ),

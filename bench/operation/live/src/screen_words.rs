@@ -223,9 +223,11 @@ pub fn drift(drift_hz: Option<Uncertain>) -> String {
     drift_hz.map_or_else(
         || "unknown".to_owned(),
         |Uncertain { value, std }| {
+            let decimals = statistics::error_decimals(std, 1);
+            let scale = 10_f64.powi(decimals as i32);
             // Adding zero turns a negative zero positive.
-            let value = (value * 10.0).round() / 10.0 + 0.0;
-            format!("{value:+.1} ± {std:.1} Hz")
+            let value = (value * scale).round() / scale + 0.0;
+            format!("{value:+.decimals$} ± {std:.decimals$} Hz")
         },
     )
 }

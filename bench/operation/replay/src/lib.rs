@@ -39,7 +39,7 @@ use live::attempt_name::attempt_name;
 use live::exploration_crop::{ExplorationName, crop};
 use live::fit_report::FitReport;
 use operator_ui::console::{Dashboard, Front, Headless, StopKeys};
-use recording::manifest::{self, Manifest, RecordedInterval, RecordedIntervalKind};
+use recording::manifest::{self, Manifest, RecordedInterval, RecordedIntervalKind, RecordedRoom};
 use recording::pipeline::{Account, Batch};
 use tasks::{Clock, Schedule, StopFlag, SystemClock, Task};
 
@@ -85,13 +85,15 @@ impl ReplayPlan {
         let folder: &Path = &options.recording;
         let source = Source::open(folder)?;
         let settings = Settings::default();
+        let room = source.manifest().room;
+        let measured_pa = room.map(RecordedRoom::ambient_pressure_pa);
         let name = folder.canonicalize().ok();
         let name = name.as_deref().unwrap_or(folder).file_name();
         let (rules, protocol_flaw) = selection_rules(folder, source.manifest(), &settings);
         Ok(Self {
             rules,
             protocol_flaw,
-            assumed: settings.assumed(),
+            assumed: settings.assumed().with_measured_pressure(measured_pa),
             name: name.map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
             source,
             folder: folder.to_owned(),

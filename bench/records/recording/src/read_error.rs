@@ -90,7 +90,7 @@ pub enum Warning {
     Signals(#[from] WavWarning),
     /// An interval ends after the last sample.
     #[error(
-        "{MANIFEST_FILE}: `intervals.{index}` ends at {end_s} s, but the recording ends at {duration_s} s"
+        "{MANIFEST_FILE}: `intervals.{index}` ends at {end_s:.3} s, but the recording ends at {duration_s:.3} s"
     )]
     IntervalBeyondEnd {
         /// Position in the list, from 0.

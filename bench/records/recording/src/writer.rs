@@ -559,7 +559,7 @@ impl CsvFile {
             if time_s <= self.last_time_s && !self.is_disordered {
                 self.is_disordered = true;
                 disorder = Some(format!(
-                    "{}: row {}: {time_s} s after {} s",
+                    "{}: row {}: {time_s:.6} s after {:.6} s",
                     self.name, self.rows, self.last_time_s
                 ));
             }

@@ -7,6 +7,7 @@ use serde::Serialize;
 use strict_toml::TomlError;
 
 use crate::assumable::{FRACTION, NOT_NEGATIVE, Number, POISSON, POSITIVE};
+use crate::damping::DampingReading;
 use crate::prior_settings;
 
 /// Assumptions of an analysis. The names are the same in the results' `settings`, in `--assume` and in
@@ -21,7 +22,7 @@ pub struct Settings {
     pub young_modulus_pa: f64,
     /// S, m².
     pub contact_area_m2: f64,
-    /// p0, Pa.
+    /// p0 of recordings that do not state `room.pressure_hpa`, Pa.
     pub ambient_pressure_pa: f64,
     /// η: b_c = η k_c/ω.
     pub loss_factor: f64,
@@ -134,7 +135,8 @@ fn remedy(nearest: Option<&str>) -> String {
 }
 
 impl Settings {
-    /// Sets a number from `name=value`.
+    /// Sets a number from `name=value`. `damping=ratio` and `damping=loss_factor` set `loss_factor` by a reading of the published
+    /// "damping factor 0.3": as a damping ratio, 0.6, or as a loss factor, 0.3.
     ///
     /// ```
     /// use analysis::Settings;
@@ -176,11 +178,21 @@ impl Settings {
     }
 
     fn set(&mut self, name: &str, value: &str) -> Result<(), SettingError> {
+        if name == DampingReading::NAME {
+            let reading = DampingReading::named(value).ok_or_else(|| SettingError::Value {
+                name: name.to_owned(),
+                value: value.to_owned(),
+                allowed: DampingReading::ALLOWED,
+            })?;
+            self.loss_factor = reading.loss_factor();
+            return Ok(());
+        }
         let mut numbers = self.numbers();
         let Some(index) = numbers.iter().position(|number| number.name == name) else {
             let names = numbers.iter().map(|number| number.name.as_str());
-            let (prior_names, setting_names): (Vec<_>, Vec<_>) =
-                names.partition(|name| name.contains('.'));
+            let (prior_names, setting_names): (Vec<_>, Vec<_>) = names
+                .chain([DampingReading::NAME])
+                .partition(|name| name.contains('.'));
             let nearest_setting =
                 strict_toml::nearest(name, &setting_names).filter(|_| !name.contains('.'));
             return Err(SettingError::Unknown {
@@ -328,6 +340,27 @@ mod tests {
             .filter(|(name, _)| name.starts_with("trial"));
         let prior_count = Settings::default().numbers().len() - 14;
         assert_eq!(priors.count(), prior_count, "every prior can be another");
+    }
+
+    #[test]
+    fn the_published_damping_is_a_loss_factor_or_a_ratio() {
+        let mut settings = Settings::default();
+        settings.assume("damping = ratio").unwrap();
+        let expected = Settings {
+            loss_factor: 0.6,
+            ..Settings::default()
+        };
+        assert_eq!(settings, expected);
+        settings.assume("damping=loss_factor").unwrap();
+        assert_eq!(settings, Settings::default());
+        settings
+            .assume_file("damping = \"ratio\"\n", "skin.toml")
+            .unwrap();
+        assert_eq!(settings, expected);
+        let error = settings.assume("damping=0.6").unwrap_err().to_string();
+        assert!(error.contains("allowed: loss_factor, ratio"), "{error}");
+        let error = settings.assume("dampin=ratio").unwrap_err().to_string();
+        assert!(error.contains("did you mean `damping`?"), "{error}");
     }
 
     #[test]

@@ -45,7 +45,7 @@ pub fn fill(analysed: &mut Analysis) {
                 values_m.iter().sum::<f64>() / values_m.len() as f64
             })
         };
-        let Some(shared_conditions) = findings.conditions(settings.assumed()) else {
+        let Some(shared_conditions) = findings.conditions(&settings) else {
             continue;
         };
         let floor = findings

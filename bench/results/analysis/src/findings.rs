@@ -14,7 +14,7 @@ use crate::flaw::Flaw;
 use crate::force_zero::ForceZero;
 pub use crate::instance::PlateReading;
 pub use crate::model_check::Band;
-use recording::manifest::{Manifest, RecordedPlate, StandardErrors};
+use recording::manifest::{Manifest, RecordedPlate, RecordedRoom, StandardErrors};
 use recording::pipeline::DemodulationError;
 use recording::pipeline::PickupOffset;
 use recording::reader::ReadError;
@@ -128,8 +128,17 @@ impl RecordingFindings {
         &self.manifest.plate
     }
 
-    /// Returns the conditions shared by all fits, for the `assumed` skin; `None` if Z_p is not known.
-    pub(crate) fn conditions(&self, assumed: AssumedConstants) -> Option<FitConditions> {
+    /// Returns the constants of skin and air of a fit: those of the settings, with the ambient pressure of the recording if it
+    /// states one.
+    fn assumed(&self, settings: &Settings) -> AssumedConstants {
+        let room = self.manifest.room;
+        let measured_pa = room.map(RecordedRoom::ambient_pressure_pa);
+        settings.assumed().with_measured_pressure(measured_pa)
+    }
+
+    /// Returns the conditions shared by all fits; `None` if Z_p is not known.
+    pub(crate) fn conditions(&self, settings: &Settings) -> Option<FitConditions> {
+        let assumed = self.assumed(settings);
         let z_p = self.z_p?;
         Some(z_p.conditions(assumed, self.manifest.carrier_hz, &self.standard_errors))
     }

@@ -8,6 +8,7 @@ use num_complex::Complex64;
 use crate::measurements::LONGEST_GAP_S;
 use crate::unloaded_plate::UnloadedError;
 use recording::reader;
+use statistics::significant;
 
 /// Channel of the impedance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,7 +82,8 @@ pub enum Flaw {
     },
     /// The carrier is not in the signal.
     #[error(
-        "{channel}: the carrier of {carrier_hz} Hz is not in the signal ({ratio_db:.0} dB of all else)"
+        "{channel}: the carrier of {} Hz is not in the signal ({ratio_db:.0} dB of all else)",
+        significant(*.carrier_hz)
     )]
     CarrierMissing {
         /// Channel of the signal.
@@ -101,7 +103,7 @@ pub enum Flaw {
     },
     /// The drive's carrier differs from the stated frequency.
     #[error(
-        "drive: the carrier is at {measured_hz:.1} Hz, not at {stated_hz} Hz as recording.toml says; farther than 300 Hz away the amplitude would read low"
+        "drive: the carrier is at {measured_hz:.1} Hz, not at {stated_hz:.1} Hz as recording.toml says; farther than 300 Hz away the amplitude would read low"
     )]
     CarrierElsewhere {
         /// Measured frequency, Hz.
@@ -111,7 +113,7 @@ pub enum Flaw {
     },
     /// Readings lie outside the recording's time.
     #[error(
-        "{file}: its times run from {from_s} to {to_s} s, but the recording from 0 to {duration_s:.3} s: is it on another clock? time_s counts from the first sample of signals.wav"
+        "{file}: its times run from {from_s:.3} to {to_s:.3} s, but the recording from 0 to {duration_s:.3} s: is it on another clock? time_s counts from the first sample of signals.wav"
     )]
     ElsewhereInTime {
         /// Name of the file.
@@ -219,7 +221,7 @@ pub enum Flaw {
     },
     /// The resonance differs from the stated frequency.
     #[error(
-        "the plate's resonance is at {measured_hz:.0} Hz by the unloaded plate's impedance, not at {stated_hz} Hz as recording.toml says; Z_p is read with the plate as it was"
+        "the plate's resonance is at {measured_hz:.0} Hz by the unloaded plate's impedance, not at {stated_hz:.0} Hz as recording.toml says; Z_p is read with the plate as it was"
     )]
     ResonanceElsewhere {
         /// Measured frequency, Hz.

@@ -10,7 +10,7 @@ pub struct SkinMotion {
     /// f̃ = (Z_m − Z_p) ṽ_p, the reaction of the finger on the plate (Huloux 2021, Eq. 10), peak, N, relative to ṽ_p; for
     /// `dynamic` with Z_m and ṽ_p under the finger.
     pub reaction_force_n: Vec<Complex64>,
-    /// Z_c (ṽ_p − ṽ_t), the force of the contact with the estimated stiffness and the assumed loss factor (Eq. 6), peak, N,
+    /// Z_c (ṽ_p − ṽ_t), the force of the contact with the estimated stiffness and the assumed loss factor (Eq. 7), peak, N,
     /// relative to ṽ_p. It equals the reaction force if the contact has the assumed loss factor.
     pub contact_force_n: Vec<Complex64>,
     /// x̃_t/x̃_p (Eq. 11).
@@ -92,7 +92,7 @@ mod tests {
     use approx::assert_relative_eq;
     use contact::harmonic::{HarmonicMotion, observed};
 
-    /// Compares with the two degrees of freedom solved directly (Eqs. 7, 8).
+    /// Compares with the two degrees of freedom solved directly (Eqs. 4–8).
     #[test]
     fn forces_and_motion_are_those_of_the_two_degrees_of_freedom() {
         let omega = std::f64::consts::TAU * 35e3;

@@ -1,5 +1,5 @@
 //! Settings as printed in results and tables: every assumed number, and how each method uses the amplitude and the
-//! normal force.
+//! normal force, and where the ambient pressure comes from.
 
 use serde::Serialize;
 
@@ -16,6 +16,8 @@ pub struct PrintedSettings {
     pub amplitude_along_plate: AmplitudeSource,
     /// Normal force.
     pub normal_force: ForceSource,
+    /// Source of the ambient pressure, in words.
+    pub ambient_pressure: String,
 }
 
 /// Normal force used by each method.
@@ -39,10 +41,11 @@ pub struct AmplitudeSource {
 impl PrintedSettings {
     /// Returns the settings of an analysis.
     pub fn new(analysed: &Analysis) -> Self {
-        let (mut recordings, mut profiles) = (0, 0);
+        let (mut recordings, mut profiles, mut pressures) = (0, 0, 0);
         for findings in analysed.findings() {
             recordings += 1;
             profiles += usize::from(findings.plate().profile.is_some());
+            pressures += usize::from(findings.manifest.room.is_some());
         }
         Self {
             normal_force: ForceSource {
@@ -59,6 +62,13 @@ impl PrintedSettings {
                         "as measured, plate.profile, in {profiles} of {recordings} recordings; uniform in the others"
                     ),
                 },
+            },
+            ambient_pressure: match pressures {
+                0 => "assumed: no recording has room.pressure_hpa".to_owned(),
+                _ if pressures == recordings => "as measured: room.pressure_hpa".to_owned(),
+                _ => format!(
+                    "as measured, room.pressure_hpa, in {pressures} of {recordings} recordings; assumed in the others"
+                ),
             },
         }
     }

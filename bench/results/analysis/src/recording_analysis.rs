@@ -247,7 +247,7 @@ impl RecordingFindings {
         if stretches.is_empty() {
             self.reject(direction, span, "no stretch of rising amplitude");
         }
-        let conditions = self.conditions(settings.assumed());
+        let conditions = self.conditions(settings);
         for stretch in &stretches {
             let instance = match stretch.outcome {
                 StretchOutcome::Accepted(instance) => instance,
@@ -286,7 +286,7 @@ impl RecordingFindings {
 
     /// Fits all instances together. Those that `paper` or `dynamic` cannot use are kept only if this fit can use them.
     fn fit_together(&mut self, readings: &PlateReadings, settings: &Settings) {
-        let Some(conditions) = self.conditions(settings.assumed()) else {
+        let Some(conditions) = self.conditions(settings) else {
             return;
         };
         let fit = |findings: &mut Self| {

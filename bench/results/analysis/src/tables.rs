@@ -219,6 +219,9 @@ fn instances(analysed: &Analysis) -> Vec<Column> {
         real("contact_area_m2", |r| r.estimate().skin.contact_area_m2),
         real("q0_rad_per_m", |r| r.estimate().skin.q0_rad_per_m),
         real("loss_factor", |r| r.estimate().skin.loss_factor),
+        real("ambient_pressure_pa", |r| {
+            r.estimate().skin.ambient_pressure_pa
+        }),
         real("re_plate_offset_n_s_per_m", |r| {
             r.offset(|offset| offset.n_s_per_m.re)
         }),

@@ -86,7 +86,7 @@ const SETTINGS: [Setting; 17] = [
         ("ambient_pressure_pa", |settings| {
             Number(settings.ambient_pressure_pa)
         }),
-        "p₀: pressure of the air",
+        "p₀: pressure of the air, where a recording states none",
         (1e-3, "kPa"),
         "standard atmosphere",
     ),
@@ -173,8 +173,10 @@ pub(crate) fn assumptions(printed: &PrintedSettings) -> Markup {
         settings,
         amplitude_along_plate: amplitude,
         normal_force: force,
+        ambient_pressure,
     } = printed;
     let sources = [
+        ("ambient_pressure", ambient_pressure.as_str()),
         ("amplitude_along_plate.dynamic", amplitude.dynamic.as_str()),
         ("amplitude_along_plate.paper", amplitude.paper),
         ("normal_force.dynamic", force.dynamic),
@@ -199,7 +201,7 @@ pub(crate) fn assumptions(printed: &PrintedSettings) -> Markup {
             }
         } }
         (priors::table(settings))
-        h3 { "Conventions of amplitude and force" }
+        h3 { "Conventions of pressure, amplitude and force" }
         div.wide { table { tbody { @for (key, source) in sources {
             tr { th scope="row" { code { (key) } } td { (source) } }
         } } } }
@@ -269,7 +271,7 @@ pub(crate) fn dependencies(recordings: &[RecordingEntry<'_>]) -> Markup {
             li { "All results depend on the " a href="#calibration" { "calibration" } ". " (errors_note(recordings)) }
             li { b { "paper" } " and " b { "dynamic" } ": σ" sub { "t" } ", Z" sub { "t" } " and τ are conditional on the assumed S, \
                   q₀, E, ν, η and p₀; friction hardly depends on them. The table below gives the sensitivities." }
-            li { b { "trial" } ": of the skin, only E and ν are assumed, and its q₀ absorbs them; p₀ is also assumed. σ" sub { "t" }
+            li { b { "trial" } ": of the skin, only E and ν are assumed, and its q₀ absorbs them; p₀ is also assumed where a recording does not state it. σ" sub { "t" }
                   ", Z" sub { "t" } " and the plate's shift are fitted for each instance; S, q₀, η, τ, the exponents of S and τ, the \
                   film's averaging time, the friction floor and the lag for each recording, constant within it." }
             li { "Friction is fitted after the contact: μ" sub { "0" } ", the friction floor and the lag of the lateral force are \

@@ -178,7 +178,8 @@ pub(crate) fn study(content: &ReportContent<'_>, recordings: &[RecordingEntry<'_
         (
             "Carrier",
             distinct_values(recordings, |recording| {
-                Some(format!("{} Hz", recording.manifest?.carrier_hz))
+                let carrier_hz = recording.manifest?.carrier_hz;
+                Some(format!("{} Hz", statistics::significant(carrier_hz)))
             }),
         ),
         (

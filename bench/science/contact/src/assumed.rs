@@ -35,6 +35,15 @@ impl AssumedConstants {
         ..Self::ESTIMATION
     };
 
+    /// Returns the constants with a measured ambient pressure, Pa, if there is one.
+    #[must_use]
+    pub fn with_measured_pressure(self, ambient_pressure_pa: Option<f64>) -> Self {
+        Self {
+            ambient_pressure_pa: ambient_pressure_pa.unwrap_or(self.ambient_pressure_pa),
+            ..self
+        }
+    }
+
     /// Returns p_c S/σ_t, N/m: with p_c = 0.375 q0 σ_t E/(1 − ν²) (Huloux 2021, Eq. 15) it does not depend on σ_t.
     pub(crate) fn asperity_scale_n_per_m(&self) -> f64 {
         0.375 * self.q0_rad_per_m * self.young_modulus_pa * self.contact_area_m2

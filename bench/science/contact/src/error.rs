@@ -1,5 +1,6 @@
 //! Errors for inputs that the contact model rejects.
 
+use statistics::significant;
 use thiserror::Error;
 
 /// An input outside the contact model's domain, and the assumption that failed.
@@ -7,7 +8,7 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum ModelError {
     /// A parameter or a sample lies outside its physical range.
-    #[error("{name} = {value} {unit}: must be {limit}")]
+    #[error("{name} = {} {unit}: must be {limit}", significant(*.value))]
     OutOfRange {
         /// Name of the quantity.
         name: &'static str,
@@ -21,8 +22,9 @@ pub enum ModelError {
     /// x_t⁰ ≤ 0: the exponential asperity law (Huloux 2021, Eq. 15) carries at most p_c S, and the normal force is
     /// larger.
     #[error(
-        "normal force {normal_n} N is not below p_c S = {limit_n} N, the most that the asperities carry \
-         (Huloux 2021, Eq. 15): the gap at rest would be {rest_gap_m} m; sigma_t, q0, E or S is too small"
+        "normal force {} N is not below p_c S = {} N, the most that the asperities carry \
+         (Huloux 2021, Eq. 15): the gap at rest would be {} m; sigma_t, q0, E or S is too small",
+        significant(*.normal_n), significant(*.limit_n), significant(*.rest_gap_m)
     )]
     RestGapNotPositive {
         /// Normal force, N.
@@ -34,8 +36,9 @@ pub enum ModelError {
     },
     /// No positive gap has this stiffness: the measured k_c is not positive, or exceeds the asperities' p_c S/σ_t.
     #[error(
-        "contact stiffness {k_c_n_per_m} N/m is not between 0 and {limit_n_per_m} N/m, the stiffest that the contact model can be: \
-         the plate or tissue impedance behind it is wrong, or noise exceeds the contact's share of Z_m"
+        "contact stiffness {} N/m is not between 0 and {} N/m, the stiffest that the contact model can be: \
+         the plate or tissue impedance behind it is wrong, or noise exceeds the contact's share of Z_m",
+        significant(*.k_c_n_per_m), significant(*.limit_n_per_m)
     )]
     NoGapForStiffness {
         /// Stiffness to invert, N/m.

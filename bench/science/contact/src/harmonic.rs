@@ -35,7 +35,7 @@ impl Resonator {
     }
 }
 
-/// Returns Z_c = k_c/(iω) + η k_c/ω = (η − i) k_c/ω, N·s/m (Huloux 2021, Eq. 6; η is a loss factor).
+/// Returns Z_c = k_c/(iω) + η k_c/ω = (η − i) k_c/ω, N·s/m (Huloux 2021, Eq. 7; η is a loss factor).
 pub fn contact_impedance(k_c_n_per_m: f64, loss_factor: f64, carrier_rad_per_s: f64) -> Complex64 {
     Complex64::new(loss_factor, -1.0) * (k_c_n_per_m / carrier_rad_per_s)
 }

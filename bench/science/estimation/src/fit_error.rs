@@ -1,5 +1,6 @@
 //! Reasons why an instance cannot be fitted.
 
+use statistics::significant;
 use thiserror::Error;
 
 use contact::ModelError;
@@ -21,7 +22,7 @@ pub enum FitError {
         needed: usize,
     },
     /// The lead-in is too short for the levitation lag to forget its initial value.
-    #[error("lead-in is {got_s} s, needs {needed_s} s before the instance")]
+    #[error("lead-in is {} s, needs {} s before the instance", significant(*.got_s), significant(*.needed_s))]
     LeadInTooShort {
         /// Lead-in given, s.
         got_s: f64,
@@ -30,7 +31,8 @@ pub enum FitError {
     },
     /// Samples are not evenly spaced.
     #[error(
-        "sample {index}: {step_s} s after the one before, where the record's interval is {interval_s} s"
+        "sample {index}: {} s after the one before, where the record's interval is {} s",
+        significant(*.step_s), significant(*.interval_s)
     )]
     UnevenTime {
         /// Index of the sample.

@@ -29,7 +29,8 @@ pub enum CarrierError {
     },
     /// The ratio of the carrier to the rest is too small.
     #[error(
-        "carrier of {carrier_hz} Hz is not in the signal: {ratio_db:.1} dB above the rest, at least {least_db} dB wanted"
+        "carrier of {} Hz is not in the signal: {ratio_db:.1} dB above the rest, at least {least_db} dB wanted",
+        statistics::significant(*.carrier_hz)
     )]
     Missing {
         /// Carrier frequency, Hz.

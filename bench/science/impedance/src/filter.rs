@@ -4,6 +4,7 @@ use crate::carrier_phase::CarrierPhase;
 use crate::kernel::LANES;
 use crate::window::Kaiser;
 use num_complex::Complex64;
+use statistics::significant;
 use std::f64::consts::TAU;
 
 /// Usual rate of the envelope frames, Hz.
@@ -78,7 +79,8 @@ pub enum FilterError {
     },
     /// The carrier or its filter does not fit between zero and half the sample rate.
     #[error(
-        "carrier {carrier_hz} Hz is outside {lowest_hz}..{highest_hz} Hz, the range at a sample rate of {sample_rate_hz} Hz"
+        "carrier {} Hz is outside {}..{} Hz, the range at a sample rate of {sample_rate_hz} Hz",
+        significant(*.carrier_hz), significant(*.lowest_hz), significant(*.highest_hz)
     )]
     CarrierOutOfBand {
         /// Requested carrier.

@@ -2,6 +2,7 @@
 
 use crate::carrier_phase::CarrierPhase;
 use statistics::wrap_rad;
+use statistics::{significant, with_error};
 use std::f64::consts::PI;
 
 /// Jump of the drive envelope's phase across the loss, when demodulated without accounting for it.
@@ -27,7 +28,8 @@ pub struct TimestampEstimate {
 pub enum SampleLossError {
     /// More than one number of frames is consistent with both.
     #[error(
-        "{first} and {second} lost frames both explain a phase jump of {jump_rad} ± {tolerance_rad} rad"
+        "{first} and {second} lost frames both explain a phase jump of {} rad",
+        with_error(*.jump_rad, *.tolerance_rad, 3)
     )]
     Ambiguous {
         /// The smallest number that fits.
@@ -41,7 +43,8 @@ pub enum SampleLossError {
     },
     /// No number of frames is consistent with both: the drive itself has jumped, or an estimate is wrong.
     #[error(
-        "no loss of {lowest} to {highest} frames explains a phase jump of {jump_rad} ± {tolerance_rad} rad; the nearest is off by {nearest_rad} rad"
+        "no loss of {lowest} to {highest} frames explains a phase jump of {} rad; the nearest is off by {} rad",
+        with_error(*.jump_rad, *.tolerance_rad, 3), significant(*.nearest_rad)
     )]
     Unexplained {
         /// Smallest number of frames consistent with the timestamps.

@@ -2,6 +2,7 @@
 
 use biquad::{Biquad, Coefficients, DirectForm2Transposed, Hertz, Q_BUTTERWORTH_F64, Type};
 use num_complex::Complex64;
+use statistics::significant;
 use std::ops::{Add, Mul, Sub};
 
 /// Samples mirrored at either end before forward and backward filtering, as in scipy.signal.sosfiltfilt for one section.
@@ -58,7 +59,10 @@ impl Smoothable for Complex64 {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SmoothingError {
     /// The cut-off does not lie between zero and half the rate.
-    #[error("cut-off {cutoff_hz} Hz is outside 0..{nyquist_hz} Hz, half the rate of {rate_hz} Hz")]
+    #[error(
+        "cut-off {} Hz is outside 0..{} Hz, half the rate of {} Hz",
+        significant(*.cutoff_hz), significant(*.nyquist_hz), significant(*.rate_hz)
+    )]
     CutOff {
         /// Requested cut-off, Hz.
         cutoff_hz: f64,

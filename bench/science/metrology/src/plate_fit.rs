@@ -81,7 +81,7 @@ pub enum PlateFitError {
         count: usize,
     },
     /// A ratio is NaN or infinite.
-    #[error("the response at {frequency_hz} Hz is not finite")]
+    #[error("the response at {} Hz is not finite", statistics::significant(*.frequency_hz))]
     NotFinite {
         /// Frequency of that ratio, Hz.
         frequency_hz: f64,

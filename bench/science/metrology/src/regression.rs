@@ -1,6 +1,8 @@
 //! A straight line through weighted points, such as known amplitudes against a pickup's readings or known forces against a
 //! sensor's.
 
+use statistics::significant;
+
 /// One point: y was known with standard deviation `sigma`, x without error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinePoint {
@@ -53,14 +55,15 @@ pub enum LineFitError {
         count: usize,
     },
     /// All points have the same x.
-    #[error("all points lie at one reading of {x}: use levels that differ")]
+    #[error("all points lie at one reading of {}: use levels that differ", significant(*.x))]
     NoSpread {
         /// Mean x of the points.
         x: f64,
     },
     /// A value is not finite, or a deviation not positive.
     #[error(
-        "point {index} is ({x}, {y}) with deviation {sigma}: all must be finite, the deviation positive"
+        "point {index} is ({}, {}) with deviation {}: all must be finite, the deviation positive",
+        significant(*.x), significant(*.y), significant(*.sigma)
     )]
     NotFinite {
         /// Index of the point.

@@ -1,6 +1,7 @@
 //! A steady tone in a stretch of samples, as a calibration reads it from each dwell.
 
 use num_complex::Complex64;
+use statistics::significant;
 use std::f64::consts::TAU;
 
 /// Complex envelope X̃ of the tone in one channel: x(t) = Re[X̃ exp(+iωt)], t from the first sample of the stretch,
@@ -31,7 +32,7 @@ pub struct SteadyTone {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ToneError {
     /// Too short to separate the tone from its mirror image and from DC.
-    #[error("{frames} frames hold {cycles:.1} cycles of {carrier_hz} Hz, at least {least} wanted")]
+    #[error("{frames} frames hold {cycles:.1} cycles of {} Hz, at least {least} wanted", significant(*.carrier_hz))]
     TooShort {
         /// Frames in the stretch.
         frames: usize,
@@ -43,7 +44,7 @@ pub enum ToneError {
         least: f64,
     },
     /// The tone lies at or above half the sample rate.
-    #[error("{carrier_hz} Hz is not below half the sample rate of {sample_rate_hz} Hz")]
+    #[error("{} Hz is not below half the sample rate of {} Hz", significant(*.carrier_hz), significant(*.sample_rate_hz))]
     AboveNyquist {
         /// Frequency of the tone, Hz.
         carrier_hz: f64,

@@ -91,11 +91,12 @@ impl Calibrates for PickupProcedure {
 impl PickupProcedure {
     /// Returns the results so far, a line each.
     pub(super) fn findings(line: &FittedLine) -> [String; 2] {
+        let error_percent = 100.0 * (line.slope_error / line.slope).abs();
+        let decimals = statistics::error_decimals(error_percent, 2);
         [
             format!(
-                "sensitivity {:.4} µm/unit ± {:.2} %",
+                "sensitivity {:.4} µm/unit ± {error_percent:.decimals$} %",
                 line.slope * 1e6,
-                100.0 * (line.slope_error / line.slope).abs()
             ),
             format!("off a line by {:.3} % at most", 100.0 * line.nonlinearity),
         ]

@@ -11,6 +11,7 @@ use jiff::Timestamp;
 use metrology::plate_fit::{CHANNEL_MATCH, PlateFit};
 use num_complex::Complex64;
 use plotting::{Figure, Ink, Marker, Series};
+use statistics::with_error;
 
 use crate::survey::finger_procedure::FingerProcedure;
 
@@ -36,9 +37,8 @@ impl Calibrates for FingerProcedure {
             .values
             .push(("finger's force", finger.normal_n.clone()));
         judged.remarks.push(format!(
-            "under a finger   {:.2} ± {:.2} N, {:.1} V{}",
-            finger.normal_n.value,
-            finger.normal_spread_n,
+            "under a finger   {} N, {:.1} V{}",
+            with_error(finger.normal_n.value, finger.normal_spread_n, 2),
             finger.drive_v,
             shift(&finger, &plate),
         ));
@@ -156,7 +156,8 @@ fn draw(figure: &mut Figure, pairs: &[Pair], finger: &MeasuredFinger) {
     }
     figure.title = "Admittance of the plate, bare and under a finger".to_owned();
     figure.caption += &format!(
-        " Discs: the same tones at {:.1} V with a finger resting on the plate, {:.2} ± {:.2} N (mean and standard deviation).",
-        finger.drive_v, finger.normal_n.value, finger.normal_spread_n
+        " Discs: the same tones at {:.1} V with a finger resting on the plate, {} N (mean and standard deviation).",
+        finger.drive_v,
+        with_error(finger.normal_n.value, finger.normal_spread_n, 2)
     );
 }

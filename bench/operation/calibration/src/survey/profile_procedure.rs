@@ -299,7 +299,7 @@ impl Procedure for ProfileProcedure {
 fn read(place: &ProfilePoint) -> PointRead {
     PointRead {
         place: format!("{:.1} mm", 1e3 * place.position_m),
-        value: format!("{:.5} ± {:.5}", place.ratio, place.error),
+        value: statistics::with_error(place.ratio, place.error, 5),
         ..PointRead::default()
     }
 }

@@ -156,7 +156,7 @@ pub enum ManifestError {
     /// The modulated carrier is not below half the sampling rate.
     #[error(
         "sample rate {sample_rate_hz} Hz is not above 2 · (`carrier_hz` {carrier_hz} + `modulation_hz` {modulation_hz}) = {} Hz",
-        2.0 * (.carrier_hz + .modulation_hz)
+        (2e3 * (.carrier_hz + .modulation_hz)).round() / 1e3
     )]
     Undersampled {
         /// Sample rate, Hz.

@@ -9,6 +9,7 @@ mod manifest_error;
 mod origin;
 mod recorded_clock;
 mod recorded_profile;
+mod recorded_room;
 mod recording_event;
 mod standard_errors;
 #[cfg(test)]
@@ -24,6 +25,7 @@ pub use origin::{
 pub use protocols::Direction;
 pub use recorded_clock::{ClockDevice, RecordedClock};
 pub use recorded_profile::{PROFILE_RATIOS, RecordedProfile};
+pub use recorded_room::{PRESSURE_HPA, RecordedRoom};
 pub use recording_event::{EventKind, QUIET_S, RecordingEvent};
 pub use standard_errors::StandardErrors;
 pub use transducers::{RecordedChannels, RecordedDrive, RecordedPickup, RecordedPlate};
@@ -77,6 +79,9 @@ pub struct Manifest {
     /// Standard errors of the constants, from the calibration; if absent, the constants are taken as exact.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub standard_errors: Option<StandardErrors>,
+    /// Room; if absent, its ambient pressure is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub room: Option<RecordedRoom>,
     /// Intervals of the recording with a known meaning.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub intervals: Vec<RecordedInterval>,
@@ -225,6 +230,9 @@ impl Manifest {
         }
         if let Some(errors) = &self.standard_errors {
             errors.validate()?;
+        }
+        if let Some(room) = self.room {
+            room.validate()?;
         }
         for (index, interval) in self.intervals.iter().enumerate() {
             interval.validate(index)?;

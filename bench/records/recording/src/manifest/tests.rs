@@ -42,6 +42,9 @@ const BENCH_TABLES: &str = r#"
 amplitude_relative = 0.004
 impedance_relative = 0.006
 
+[room]
+pressure_hpa = 850.0
+
 [participant]
 id = "sub-01"
 session = 1
@@ -117,6 +120,7 @@ fn unknown_keys_are_named_with_line_and_nearest_key_in_every_table() {
         ("modal_mass_kg", "modal_mass_g", "modal_mass_kg"),
         ("end_s", "end_ms", "end_s"),
         ("amplitude_relative", "amplitude_um", "amplitude_relative"),
+        ("pressure_hpa", "pressure_mbar", "pressure_hpa"),
         ("session = 1", "sesion = 1", "session"),
         ("condition", "conditions", "condition"),
         ("sample_format", "sample_fromat", "sample_format"),
@@ -136,6 +140,15 @@ fn unknown_keys_are_named_with_line_and_nearest_key_in_every_table() {
 }
 
 #[test]
+fn a_recording_without_a_pressure_has_no_room() {
+    let manifest = parse(EXAMPLE).unwrap();
+    assert_eq!(manifest.room, None);
+    assert!(!manifest.to_toml().unwrap().contains("room"));
+    let room = full_manifest().room.unwrap();
+    assert_eq!(room.ambient_pressure_pa(), 85_000.0);
+}
+
+#[test]
 fn a_missing_key_is_named() {
     let error = parse(&EXAMPLE.replace("centre_m = 0.0525\n", "")).unwrap_err();
     assert!(error.to_string().contains("centre_m"), "{error}");
@@ -148,6 +161,16 @@ fn every_rule_refuses_with_line_value_and_range() {
         ("format = 1", "format = 2", "reads format 1 only"),
         ("carrier_hz = 35000.0", "carrier_hz = 0.0", "above 0"),
         ("modulation_hz = 6.0", "modulation_hz = -6.0", "from 0"),
+        (
+            "pressure_hpa = 850.0",
+            "pressure_hpa = 499.9",
+            "500 to 1100",
+        ),
+        (
+            "pressure_hpa = 850.0",
+            "pressure_hpa = 85000.0",
+            "500 to 1100",
+        ),
         (
             "modulation_index = 0.95",
             "modulation_index = 1.01",

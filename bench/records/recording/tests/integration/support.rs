@@ -40,6 +40,7 @@ pub fn manifest() -> Manifest {
             profile: None,
         },
         standard_errors: None,
+        room: None,
         intervals: Vec::new(),
         participant: Some(Participant {
             id: "sub-01".to_owned(),

@@ -26,7 +26,7 @@ pub enum LogDefect {
     },
     /// The audio clock goes back between two events.
     #[error(
-        "events.jsonl, event {number}: its time {audio_s} s is before the last event's, {before_s} s"
+        "events.jsonl, event {number}: its time {audio_s:.6} s is before the last event's, {before_s:.6} s"
     )]
     Time {
         /// Number of the event.

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use contact::AssumedConstants;
 use num_complex::Complex64;
 
 use super::statistic::{Level, MethodStatistic, Pairs, Statistic};
@@ -17,8 +16,6 @@ pub type SampleValue = fn(&MethodEstimate<'_>, usize) -> f64;
 
 /// All instances by one method.
 pub(super) struct Pool<'a> {
-    /// Constants of the skin; `None` if each estimate has its own.
-    assumed_skin: Option<AssumedConstants>,
     trials: Vec<Group<'a>>,
     participants: BTreeMap<&'a str, Group<'a>>,
 }
@@ -65,16 +62,10 @@ impl<'a> Pool<'a> {
                 explorations,
             });
         }
-        let settings = &analysed.settings;
         Self {
-            assumed_skin: (method != Method::Trial).then(|| settings.assumed()),
             trials,
             participants,
         }
-    }
-
-    pub(super) fn skin(&self, estimated: &InstanceEstimate) -> AssumedConstants {
-        self.assumed_skin.unwrap_or(estimated.skin)
     }
 
     pub(super) fn spread(
@@ -123,7 +114,7 @@ impl<'a> Pool<'a> {
             main: Statistic {
                 value: statistics::quantile(&values, 0.5),
                 n: values.len(),
-                ..Statistic::empty(Level::Trials)
+                ..Statistic::empty(Level::MedianTrial)
             },
             also: vec![Statistic::spread(Level::Trials, values)],
         }
@@ -174,34 +165,47 @@ impl<'a> Pool<'a> {
             let values = |value: InstanceValue| trial.values(value);
             values(x).into_iter().zip(values(y)).collect()
         });
-        self.correlations(coefficient, &means, (Level::Instances, instances))
+        let [trials, participants] = self.correlations_of_groups(coefficient, &means);
+        MethodStatistic {
+            main: trials,
+            also: vec![
+                Statistic::correlation(Level::Instances, coefficient, &instances),
+                participants,
+            ],
+        }
     }
 
-    /// Correlates the ranges (maximum minus minimum) of two quantities in an exploration; for a trial or participant, their
-    /// means over the explorations.
+    /// Correlates the ranges (maximum minus minimum) of two quantities in an instance, as in Fig. 14; further in an exploration,
+    /// and for a trial or participant, their means over the explorations.
     pub(super) fn correlate_ranges(
         &self,
         coefficient: Coefficient,
         x: SampleValue,
         y: SampleValue,
     ) -> MethodStatistic {
+        let instances = self.pairs_of(|trial| trial.range_pairs_of_instances(x, y));
         let explorations = self.pairs_of(|trial| {
             let ranges = |value: SampleValue| trial.ranges(value);
             ranges(x).into_iter().zip(ranges(y)).collect()
         });
-        self.correlations(
-            coefficient,
-            &|group| self.mean_ranges(group, x, y),
-            (Level::Explorations, explorations),
-        )
+        let correlation = |level, pairs: &Pairs| Statistic::correlation(level, coefficient, pairs);
+        let [trials, participants] =
+            self.correlations_of_groups(coefficient, &|group| group.mean_ranges(x, y));
+        MethodStatistic {
+            main: correlation(Level::Instances, &instances),
+            also: vec![
+                correlation(Level::Explorations, &explorations),
+                trials,
+                participants,
+            ],
+        }
     }
 
-    /// Returns the slope of `y` on `x`, each the range (maximum minus minimum) in an exploration, averaged over a trial's
-    /// explorations.
+    /// Returns the slope of `y` on `x`, each the range (maximum minus minimum) in an instance; for a trial or participant, the
+    /// mean range of its explorations.
     pub(super) fn slope_of_ranges(&self, x: SampleValue, y: SampleValue) -> MethodStatistic {
-        let level_slope = |level, groups: &mut dyn Iterator<Item = &Group<'_>>| {
-            let (x, y): (Vec<f64>, Vec<f64>) =
-                groups.map(|group| self.mean_ranges(group, x, y)).unzip();
+        let level_slope = |level, pairs: Vec<(f64, f64)>| {
+            let (x, y): (Vec<f64>, Vec<f64>) = pairs.into_iter().unzip();
             let line = slope(&x, &y);
             Statistic {
                 value: line.map(|line| line.slope),
@@ -210,12 +214,18 @@ impl<'a> Pool<'a> {
                 ..Statistic::empty(level)
             }
         };
+        let mean_ranges = |groups: &mut dyn Iterator<Item = &Group<'_>>| {
+            groups.map(|group| group.mean_ranges(x, y)).collect()
+        };
         MethodStatistic {
-            main: level_slope(Level::Trials, &mut self.trials.iter()),
-            also: vec![level_slope(
-                Level::Participants,
-                &mut self.participants.values(),
-            )],
+            main: level_slope(Level::Instances, self.changes(x, y)),
+            also: vec![
+                level_slope(Level::Trials, mean_ranges(&mut self.trials.iter())),
+                level_slope(
+                    Level::Participants,
+                    mean_ranges(&mut self.participants.values()),
+                ),
+            ],
         }
     }
 
@@ -257,20 +267,12 @@ impl<'a> Pool<'a> {
         })
     }
 
-    pub(super) fn changes_by_trial(&self, x: SampleValue, y: SampleValue) -> Vec<(f64, f64)> {
+    /// Returns the ranges (maximum minus minimum) of two quantities in each instance.
+    pub(super) fn changes(&self, x: SampleValue, y: SampleValue) -> Vec<(f64, f64)> {
         let trials = self.trials.iter();
-        trials.map(|trial| self.mean_ranges(trial, x, y)).collect()
-    }
-
-    pub(super) fn changes_by_instance(&self, x: SampleValue, y: SampleValue) -> Vec<(f64, f64)> {
-        let ranges = |trial: &Group<'_>, value| trial.ranges_of_instances(value);
-        let pairs = |trial| ranges(trial, x).into_iter().zip(ranges(trial, y));
-        self.trials.iter().flat_map(pairs).collect()
-    }
-
-    fn mean_ranges(&self, group: &Group<'_>, x: SampleValue, y: SampleValue) -> (f64, f64) {
-        let mean = |value| spread(group.ranges(value)).map_or(f64::NAN, |s| s.mean);
-        (mean(x), mean(y))
+        trials
+            .flat_map(|trial| trial.range_pairs_of_instances(x, y))
+            .collect()
     }
 
     /// Returns the pairs of all trials, each with its person.
@@ -296,23 +298,17 @@ impl<'a> Pool<'a> {
         trial_pairs
     }
 
-    fn correlations(
+    /// Correlates a pair of each trial, and one of each participant.
+    fn correlations_of_groups(
         &self,
         coefficient: Coefficient,
         group_pair: &dyn Fn(&Group<'_>) -> (f64, f64),
-        (finest_level, finest_pairs): (Level, Pairs),
-    ) -> MethodStatistic {
+    ) -> [Statistic; 2] {
         let trials = self.pairs_of(|trial| vec![group_pair(trial)]);
         let (x, y) = self.participants.values().map(group_pair).unzip();
         let participants = Pairs { x, y, people: None };
-        let correlation = |level, pairs| Statistic::correlation(level, coefficient, &pairs);
-        MethodStatistic {
-            main: correlation(Level::Trials, trials),
-            also: vec![
-                correlation(finest_level, finest_pairs),
-                correlation(Level::Participants, participants),
-            ],
-        }
+        [(Level::Trials, trials), (Level::Participants, participants)]
+            .map(|(level, pairs)| Statistic::correlation(level, coefficient, &pairs))
     }
 }
 
@@ -343,6 +339,17 @@ impl<'a> Group<'a> {
     fn ranges_of_instances(&self, value: SampleValue) -> Vec<f64> {
         let instances = self.instances().map(|fit| Exploration(vec![fit]));
         instances.map(|instance| instance.range(value)).collect()
+    }
+
+    fn range_pairs_of_instances(&self, x: SampleValue, y: SampleValue) -> Vec<(f64, f64)> {
+        let ranges = |value| self.ranges_of_instances(value);
+        ranges(x).into_iter().zip(ranges(y)).collect()
+    }
+
+    /// Returns the mean ranges of two quantities over the explorations.
+    fn mean_ranges(&self, x: SampleValue, y: SampleValue) -> (f64, f64) {
+        let mean = |value| spread(self.ranges(value)).map_or(f64::NAN, |s| s.mean);
+        (mean(x), mean(y))
     }
 
     /// Returns Spearman's coefficient of a sampled quantity and the measured friction, with all instances together.

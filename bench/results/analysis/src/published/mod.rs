@@ -17,9 +17,6 @@ pub use statistic::{Level, MethodStatistic, Statistic};
 pub use table::{StatisticRow, Statistics};
 pub use text::TableFormat;
 
-/// Fewest trials for a plot over trials, the same as for a coefficient.
-const FEWEST_TRIALS: usize = 3;
-
 /// Returns all statistics of an analysis.
 pub fn statistics(analysed: &Analysis) -> Statistics {
     let pools = Method::ALL.map(|method| Pool::new(analysed, method));
@@ -39,30 +36,7 @@ pub fn statistics(analysed: &Analysis) -> Statistics {
     }
 }
 
-/// Changes of a quantity and of the measured friction, each a maximum minus a minimum.
-pub struct Changes {
-    /// Level of the pairs.
-    pub level: Level,
-    /// Pairs of the change of friction and the change of the quantity.
-    pub pairs: Vec<(f64, f64)>,
-}
-
-/// Returns the changes in an exploration, averaged over a trial; with too few trials for a correlation, those in an instance.
-pub fn changes(analysed: &Analysis, method: Method, change: Change) -> Changes {
-    let pool = Pool::new(analysed, method);
-    // The count is the same for every method, whichever recordings it could estimate.
-    let trials = analysed
-        .findings()
-        .filter(|findings| !findings.instances.is_empty());
-    if trials.count() >= FEWEST_TRIALS {
-        Changes {
-            level: Level::Trials,
-            pairs: pool.changes_by_trial(rows::MU, change),
-        }
-    } else {
-        Changes {
-            level: Level::Instances,
-            pairs: pool.changes_by_instance(rows::MU, change),
-        }
-    }
+/// Returns the changes of friction and of a quantity in each instance, each a maximum minus a minimum.
+pub fn changes(analysed: &Analysis, method: Method, change: Change) -> Vec<(f64, f64)> {
+    Pool::new(analysed, method).changes(rows::MU, change)
 }

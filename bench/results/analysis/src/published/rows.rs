@@ -120,7 +120,7 @@ pub(super) const ROWS: [(&str, &str, &str, Compute); 24] = [
     (
         "pearson_delta_mu_estimated_delta_mu",
         "Pearson of the changes of estimated and measured mu",
-        "0.76 (140 trials)",
+        "0.76 (140 instances)",
         |pool| pool.correlate_ranges(Pearson, MU_ESTIMATED, MU),
     ),
     (
@@ -169,7 +169,7 @@ pub(super) const ROWS: [(&str, &str, &str, Compute); 24] = [
         "k_c_fall_5um_1n",
         "1 - k_c/k_c0 at 5 um and 1 N with the fitted sigma_t",
         "0.90 (Eqs. 17-18: 0.87)",
-        |pool| pool.spread(|_, e| fall(&pool.skin(e), e.sigma_t_m)),
+        |pool| pool.spread(|_, e| fall(&e.skin, e.sigma_t_m)),
     ),
 ];
 

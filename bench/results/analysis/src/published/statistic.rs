@@ -15,8 +15,11 @@ pub enum Level {
     Instances,
     /// Explorations with an instance.
     Explorations,
-    /// Trials, each by the mean over its instances or explorations, or by its own statistic.
+    /// Trials, each by the mean over its instances or explorations, or by its own statistic; averaged.
     Trials,
+    /// The same trials, by their median.
+    #[serde(rename = "trials, median")]
+    MedianTrial,
     /// Participants known by name, each by the mean over their instances or explorations.
     Participants,
 }
@@ -29,6 +32,7 @@ impl Level {
             Self::Instances => "instances",
             Self::Explorations => "explorations",
             Self::Trials => "trials",
+            Self::MedianTrial => "trials, median",
             Self::Participants => "participants",
         }
     }

@@ -2,6 +2,7 @@
 
 use comfy_table::presets::NOTHING;
 use comfy_table::{ContentArrangement, Table};
+use statistics::with_error;
 
 use super::statistic::{Level, MethodStatistic, Statistic};
 use super::table::{StatisticRow, Statistics};
@@ -186,7 +187,10 @@ impl Statistic {
         let n = format!("n={} {}", self.n, self.over.name());
         match (self.value, self.std, self.p) {
             (None, ..) => format!("- ({n})"),
-            (Some(value), Some(std), _) => format!("{} ± {} ({n})", number(value), number(std)),
+            (Some(value), Some(std), _) if value.abs() < 1e-3 => {
+                format!("{} ± {} ({n})", number(value), number(std))
+            }
+            (Some(value), Some(std), _) => format!("{} ({n})", with_error(value, std, 2)),
             (Some(value), None, Some(p)) => {
                 format!("{} ({}, {n}{people})", number(value), p_value(p))
             }

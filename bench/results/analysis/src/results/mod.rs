@@ -37,6 +37,7 @@ impl From<&RecordingAnalysis> for Recording {
                     carrier_hz: None,
                     plate_profile: false,
                     standard_errors: None,
+                    room: None,
                     pickup_undone: None,
                     z_p_n_s_per_m: Methods {
                         paper: None,
@@ -62,6 +63,7 @@ impl From<&RecordingAnalysis> for Recording {
             carrier_hz: Some(findings.manifest.carrier_hz),
             plate_profile: findings.plate().profile.is_some(),
             standard_errors: findings.manifest.standard_errors,
+            room: findings.manifest.room,
             pickup_undone: Some(PickupUndone {
                 phase_rad: findings.pickup.turn_rad,
                 delay_s: findings.pickup.delay_s,

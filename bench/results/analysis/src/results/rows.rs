@@ -1,7 +1,7 @@
 //! Results of a recording, as in `recordings` of the results file: by the schema in RECORDING.md. Unknown values are null.
 
 use protocols::Direction;
-use recording::manifest::StandardErrors;
+use recording::manifest::{RecordedRoom, StandardErrors};
 use serde::Serialize;
 
 /// Lower and upper end.
@@ -30,6 +30,9 @@ pub struct Recording {
     /// Errors of the calibration as stated in the recording.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub standard_errors: Option<StandardErrors>,
+    /// Room as stated in the recording; its pressure is p0 of every estimate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub room: Option<RecordedRoom>,
     /// Corrected deviation of the pickup.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pickup_undone: Option<PickupUndone>,

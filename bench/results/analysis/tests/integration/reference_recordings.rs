@@ -13,6 +13,8 @@ use std::sync::OnceLock;
 use analysis::findings::RecordingFindings;
 use analysis::flaw::Flaw;
 use analysis::method::Method;
+use analysis::printed_settings::PrintedSettings;
+use analysis::published::statistics;
 use analysis::recording_analysis::analyse;
 use analysis::results::Recording;
 use analysis::{Analysis, Settings, tables};
@@ -153,7 +155,7 @@ fn a_pickup_delay_of_many_samples_is_found_and_corrected() {
 }
 
 /// Force and motion at the carrier from the true contact, gap and amplitude: f̃ = Z_t Z_c/(Z_t + Z_c) ṽ_p relative to ṽ_p, and
-/// x̃_t/x̃_p = Z_c/(Z_t + Z_c), the two degrees of freedom of Eqs. 7 and 8 with Eqs. 6, 14, 15 and 18.
+/// x̃_t/x̃_p = Z_c/(Z_t + Z_c), the two degrees of freedom of Eqs. 4–8 with Eqs. 14, 15 and 18.
 struct TrueMotion {
     time_s: f64,
     amplitude_m: f64,
@@ -255,6 +257,82 @@ fn forces_and_skin_motion_agree_with_the_true_values() {
     );
 }
 
+/// Copies a reference recording, with more text at the end of its `recording.toml`.
+fn copy_with(name: &str, more: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for file in ["signals.wav", "force.csv", "position.csv"] {
+        fs::copy(reference().join(name).join(file), folder.path().join(file)).unwrap();
+    }
+    let text = fs::read_to_string(reference().join(name).join("recording.toml")).unwrap();
+    fs::write(folder.path().join("recording.toml"), text + more).unwrap();
+    folder
+}
+
+/// A recorded pressure has the effect of an assumed one, in all methods; S · p0 is measured.
+#[test]
+fn a_recorded_ambient_pressure_takes_the_place_of_the_assumed_one() {
+    let recorded = copy_with("recording-a", "\n[room]\npressure_hpa = 850.0\n");
+    let folders = [recorded.path().to_owned(), reference().join("recording-a")];
+    let analysed = analysis::analyse(&folders, &Settings::default(), |_| ());
+    let printed = PrintedSettings::new(&analysed);
+    assert_eq!(
+        printed.ambient_pressure,
+        "as measured, room.pressure_hpa, in 1 of 2 recordings; assumed in the others"
+    );
+    let [measured, standard] = [0, 1].map(|k| analysed.recordings[k].findings.as_ref().unwrap());
+    let results = Recording::from(&analysed.recordings[0]);
+    assert_eq!(results.room.unwrap().pressure_hpa, 850.0);
+
+    let mut settings = Settings::default();
+    settings.assume("ambient_pressure_pa = 85e3").unwrap();
+    let assumed = analyse(&folders[1], &settings).findings.unwrap();
+    assert_eq!(measured.instances.len(), assumed.instances.len());
+    for (measured, assumed) in measured.instances.iter().zip(&assumed.instances) {
+        for method in Method::ALL {
+            let (a, b) = (measured.estimate(method), assumed.estimate(method));
+            let (a, b) = (a.unwrap(), b.unwrap());
+            assert_eq!(a.skin.ambient_pressure_pa, 85_000.0);
+            assert_eq!(
+                (a.sigma_t_m, a.z_t_n_s_per_m),
+                (b.sigma_t_m, b.z_t_n_s_per_m)
+            );
+        }
+    }
+    let area_m2 =
+        |findings: &RecordingFindings| findings.trial.as_ref().unwrap().contact_area_m2.value;
+    let ratio = area_m2(measured) / area_m2(standard);
+    assert!(
+        (ratio / (101_325.0 / 85_000.0) - 1.0).abs() < 0.02,
+        "{ratio}"
+    );
+
+    let analysed = analysis::analyse(&folders[1..], &Settings::default(), |_| ());
+    let printed = PrintedSettings::new(&analysed);
+    assert_eq!(
+        printed.ambient_pressure,
+        "assumed: no recording has room.pressure_hpa"
+    );
+}
+
+/// SCIENCE.md section 8: the published damping factor, read as a damping ratio.
+#[test]
+fn damping_read_as_a_ratio_lowers_the_published_roughness() {
+    let sigma_t_m = |assumption: &str| {
+        let mut settings = Settings::default();
+        settings.assume(assumption).unwrap();
+        let findings = analyse(&reference().join("recording-a"), &settings).findings;
+        let instances = findings.unwrap().instances;
+        mean(instances.iter().map(|instance| instance.paper.sigma_t_m))
+    };
+    for (assumption, expected_m) in [("damping=loss_factor", 2.88e-6), ("damping=ratio", 2.74e-6)] {
+        let sigma_t_m = sigma_t_m(assumption);
+        assert!(
+            (sigma_t_m / expected_m - 1.0).abs() < 0.005,
+            "{assumption}: {sigma_t_m}"
+        );
+    }
+}
+
 /// Recording of a simulation in which every assumption is wrong.
 fn unknown_skin() -> &'static Analysis {
     static ANALYSED: OnceLock<Analysis> = OnceLock::new();
@@ -262,6 +340,28 @@ fn unknown_skin() -> &'static Analysis {
         let folder = reference().join("recording-d");
         analysis::analyse(&[folder], &Settings::default(), |_| ())
     })
+}
+
+/// A median and a mean over the same trials are told apart, and Δ are over instances first, as in Fig. 14.
+#[test]
+fn each_level_of_a_statistic_has_one_name() {
+    let analysed = unknown_skin();
+    let instances = analysed.instances().count();
+    for row in statistics(analysed).rows {
+        for method in Method::ALL {
+            let statistic = row.statistic(method);
+            let mut levels: Vec<_> = statistic.statistics().map(|s| s.over.name()).collect();
+            levels.sort_unstable();
+            let n_levels = levels.len();
+            levels.dedup();
+            assert_eq!(levels.len(), n_levels, "{}: {levels:?}", row.name);
+            let is_change = row.name.contains("_delta_mu") && !row.name.contains("within");
+            if is_change && method == Method::Trial {
+                let main = statistic.main;
+                assert_eq!((main.over.name(), main.n), ("instances", instances));
+            }
+        }
+    }
 }
 
 /// With every assumption wrong (bench/tests/data/reference/README.md), `trial` measures the values that `dynamic` assumes,

@@ -89,7 +89,7 @@ pub(super) fn figure(analysed: &Analysis, selection: &FigureSelection) -> Figure
             } else {
                 ""
             },
-            assumption_note(&analysed.settings, selection),
+            assumption_note(analysed, selection),
         ),
         width: Width::Page,
         columns: n_panels.max(1),

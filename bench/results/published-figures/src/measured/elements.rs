@@ -5,9 +5,8 @@ use plotting::{Dash, Ink, Marker, Series};
 
 use crate::measured::figure_selection::FigureSelection;
 
-use analysis::Settings;
 use analysis::estimate::Method;
-use analysis::findings::RecordingFindings;
+use analysis::findings::{Analysis, RecordingFindings};
 
 pub(super) const MICRO: f64 = 1e6;
 pub(super) const AMPLITUDE: &str = "Vibration amplitude (µm)";
@@ -18,14 +17,27 @@ pub(super) const MEASUREMENT: &str = "measured";
 pub(super) const MODEL: &str = "model";
 
 /// Returns the sentences that name every assumed parameter of an estimate.
-pub(super) fn assumption_note(settings: &Settings, selection: &FigureSelection) -> String {
+pub(super) fn assumption_note(analysed: &Analysis, selection: &FigureSelection) -> String {
+    let settings = &analysed.settings;
+    let rooms: Vec<bool> = analysed
+        .findings()
+        .map(|findings| findings.manifest.room.is_some())
+        .collect();
+    let pressure_clause = match rooms.iter().filter(|stated| **stated).count() {
+        0 => String::new(),
+        n if n == rooms.len() => " (where it was not measured; here it was)".to_owned(),
+        n => format!(
+            " (where it was not measured; it was in {n} of {} recordings)",
+            rooms.len()
+        ),
+    };
     let trial_clause = if selection.methods.contains(&Method::Trial) {
         " Of these trial assumes E, ν and p₀ alone: it fits S, q₀ and η to all instances of a recording together."
     } else {
         ""
     };
     format!(
-        "Assumed: q₀ = {:e} rad/m, E = {} MPa, ν = {}, S = {} mm², p₀ = {} Pa, η = {}; instances of {} ms in the central {} mm; forces \
+        "Assumed: q₀ = {:e} rad/m, E = {} MPa, ν = {}, S = {} mm², p₀ = {} Pa{pressure_clause}, η = {}; instances of {} ms in the central {} mm; forces \
          through a zero-phase second-order Butterworth filter of {} Hz, but the normal force by its spectrum (dynamic, trial); rest below {} µm (paper); \
          amplitude uniform along the plate (paper), as measured (dynamic and trial, where it was).{trial_clause}",
         settings.sigma_q0_rad_per_m,

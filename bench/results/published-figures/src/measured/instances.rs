@@ -7,9 +7,8 @@ use crate::measured::elements::{
     recording_name, thinning_note, trial_note,
 };
 use crate::measured::figure_selection::FigureSelection;
-use analysis::Settings;
 use analysis::estimate::{InstanceAnalysis, Method, MethodEstimate};
-use analysis::findings::RecordingFindings;
+use analysis::findings::{Analysis, RecordingFindings};
 use plotting::{Axis, Figure, Key, Panel, Series};
 use plotting::{Dash, Ink, Marker, Width};
 
@@ -84,7 +83,7 @@ fn selected_instances<'a>(
 /// Draws the figure; `None` for a recording without instances.
 pub(super) fn figure(
     findings: &RecordingFindings,
-    settings: &Settings,
+    analysed: &Analysis,
     selection: &FigureSelection,
 ) -> Option<Figure> {
     let instances = selected_instances(findings, selection);
@@ -199,7 +198,7 @@ pub(super) fn figure(
             averages(&instances[0], &methods),
             replacement_note(selection, &methods),
             trial_note(findings, selection),
-            assumption_note(settings, selection),
+            assumption_note(analysed, selection),
         ),
         width: Width::Page,
         columns: 2,

@@ -31,14 +31,10 @@ pub fn measured_figures(
     if let Some(typical_recording) = typical_recording(analysed) {
         figures.extend(typical_trial::figure(
             typical_recording,
-            &analysed.settings,
+            analysed,
             selection,
         ));
-        figures.extend(instances::figure(
-            typical_recording,
-            &analysed.settings,
-            selection,
-        ));
+        figures.extend(instances::figure(typical_recording, analysed, selection));
     }
     if analysed.instances().next().is_some() && !selection.methods.is_empty() {
         figures.push(variation::figure(analysed, selection));

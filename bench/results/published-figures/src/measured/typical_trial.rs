@@ -9,17 +9,16 @@ use crate::measured::elements::{
     ABS_Z_M, EstimatedQuantity, GAP, MICRO, assumption_note, ink, line, recording_name, trial_note,
 };
 use crate::measured::figure_selection::FigureSelection;
-use analysis::Settings;
 use analysis::estimate::{InstanceAnalysis, Method};
 use analysis::exploration_findings::ExplorationFindings;
-use analysis::findings::RecordingFindings;
+use analysis::findings::{Analysis, RecordingFindings};
 use plotting::{Axis, Figure, Key, Panel, Series};
 use plotting::{Dash, Ink, Width};
 
 /// Draws the exploration with the most instances; `None` for a recording without exploration.
 pub(super) fn figure(
     findings: &RecordingFindings,
-    settings: &Settings,
+    analysed: &Analysis,
     selection: &FigureSelection,
 ) -> Option<Figure> {
     let exploration = findings
@@ -181,7 +180,7 @@ pub(super) fn figure(
                 ""
             },
             trial_note(findings, selection),
-            assumption_note(settings, selection),
+            assumption_note(analysed, selection),
         ),
         width: Width::Page,
         columns: 1,

@@ -4,7 +4,7 @@ use crate::measured::elements::{MICRO, assumption_note, points};
 use crate::measured::figure_selection::FigureSelection;
 use analysis::findings::Analysis;
 use analysis::method::Method;
-use analysis::published::{ABS_Z_M, Change, Changes, GAP, MU_ESTIMATED, changes};
+use analysis::published::{ABS_Z_M, Change, GAP, MU_ESTIMATED, changes};
 use analysis::statistics::Coefficient;
 use plotting::number_text;
 use plotting::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};
@@ -15,8 +15,7 @@ const LINE_SHARE: f64 = 0.13;
 const WIDE: f64 = 20.0;
 
 pub(super) fn figure(analysed: &Analysis, selection: &FigureSelection) -> Figure {
-    let mut largest_sample = None;
-    let (mut n_trial, mut n_outside) = (0, 0);
+    let (mut n, mut n_trial, mut n_outside) = (0, 0, 0);
     let headroom = LINE_SHARE * selection.methods.len() as f64;
     let mut panel = |label: &str, change: Change, coefficient: Coefficient, factor: f64| {
         let mut panel = Panel::new(
@@ -24,7 +23,7 @@ pub(super) fn figure(analysed: &Analysis, selection: &FigureSelection) -> Figure
             Axis::linear(label).with_headroom(headroom),
         );
         for &method in &selection.methods {
-            let Changes { level, pairs } = changes(analysed, method, change);
+            let pairs = changes(analysed, method, change);
             let (mu, delta): (Vec<f64>, Vec<f64>) = pairs.iter().copied().unzip();
             if let Some(correlation) = coefficient.correlate(&delta, &mu) {
                 let symbol = match coefficient {
@@ -37,7 +36,7 @@ pub(super) fn figure(analysed: &Analysis, selection: &FigureSelection) -> Figure
                     method.name()
                 ));
             }
-            largest_sample = largest_sample.max(Some((pairs.len(), level.name())));
+            n = pairs.len().max(n);
             if method == Method::Trial {
                 n_trial = pairs.len();
             }
@@ -62,7 +61,6 @@ pub(super) fn figure(analysed: &Analysis, selection: &FigureSelection) -> Figure
         let line = Series::line(Ink::Black, Dash::Dashed, diagonal).with_name("slope 1");
         mu_panel.series.push(line);
     }
-    let (n, unit) = largest_sample.unwrap_or((0, "instances"));
     let note = if selection.methods.contains(&Method::Trial) && n_trial < n {
         format!(" ({n_trial} by trial)")
     } else {
@@ -73,20 +71,15 @@ pub(super) fn figure(analysed: &Analysis, selection: &FigureSelection) -> Figure
         title: "Variation of impedance, gap and estimated friction against that of friction"
             .to_owned(),
         caption: format!(
-            "Maximum less minimum of {}, over {n} {unit}{note}: (a) the modulus of the observed impedance, (b) the levitation gap, (c) \
-             the estimated friction, against measured friction, with Spearman's ρ and Pearson's r (Huloux 2021, Fig. 14, who give ρ = \
-             0.28 and 0.43 and r = 0.76 over 140 trials).{} {}",
-            if unit == "trials" {
-                "an exploration, averaged over those of a trial"
-            } else {
-                "an instance, there being too few trials"
-            },
+            "Maximum less minimum in an instance, over {n} instances{note}: (a) the modulus of the observed impedance, (b) the \
+             levitation gap, (c) the estimated friction, against measured friction, with Spearman's ρ and Pearson's r (Huloux 2021, Fig. 14, who give ρ = \
+             0.28 and 0.43 and r = 0.76 over 140 instances).{} {}",
             match n_outside {
                 0 => String::new(),
                 1 => " One point is outside a frame.".to_owned(),
                 n => format!(" {n} points are outside the frames."),
             },
-            assumption_note(&analysed.settings, selection),
+            assumption_note(analysed, selection),
         ),
         width: Width::Page,
         columns: 3,

@@ -71,7 +71,7 @@ fn plate_and_tissue(parameters: &ModelParameters) -> String {
     let tissue = &parameters.tissue;
     format!(
         "carrier at the plate's resonance of {} kHz, mₚ = {} g, bₚ = {} N·s/m; skin: mₜ = {} g, kₜ = {} N/m, bₜ = {} N·s/m",
-        parameters.carrier_hz * 1e-3,
+        (parameters.carrier_hz * 10.0).round() / 1e4,
         parameters.plate_mass_kg * 1e3,
         parameters.plate_damping_n_s_per_m,
         tissue.mass_kg * 1e3,

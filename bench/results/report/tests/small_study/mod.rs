@@ -102,6 +102,7 @@ fn unreadable_recording() -> Recording {
         carrier_hz: None,
         plate_profile: false,
         standard_errors: None,
+        room: None,
         pickup_undone: None,
         z_p_n_s_per_m: Methods {
             paper: None,

@@ -8,7 +8,7 @@
 //! F f_n = p_c S_f e^(−x_eq/σ_t) + (5/4) p0 S_f a²/x_eq²        equilibrium (Huloux 2021, Eqs. 13–17)
 //! τ (x/10 µm)^p dx/dt = x_eq − x                               levitation lag
 //! k_c = p_c S_f e^(−x/σ_t)/σ_t + 2 · (5/4) p0 S_f a²/x³        stiffness (Eq. 18); the forces need not balance
-//! Z_c = (η − i) k_c/ω,  Z_f = Z_t Z_c/(Z_t + Z_c)              contact and finger (Eqs. 6, 9)
+//! Z_c = (η − i) k_c/ω,  Z_f = Z_t Z_c/(Z_t + Z_c)              contact and finger (Eqs. 7, 9)
 //! Z_m = Z_p + Δ + s Z_f/(1 + Y Z_f) + transient                s = L r² e^(iφ), Y = i y_r
 //! ```
 //!

@@ -2,7 +2,7 @@
 //!
 //! σ_t, Z_t and the plate's offset belong to an instance; S, q0, η and τ are shared by all instances of a trial and fitted. A
 //! single instance hardly separates S from τ, but a trial does: S follows from the film's force (Huloux 2021, Eq. 14) and the
-//! measured normal force, q0 from the gap at rest (Eq. 16), η from the phase of the contact (Eq. 6). Only q0 E/(1 − ν²) and p0
+//! measured normal force, q0 from the gap at rest (Eq. 16), η from the phase of the contact (Eq. 7). Only q0 E/(1 − ν²) and p0
 //! S enter, so q0 is the value for the assumed E and ν.
 //!
 //! The impedance, the gap's lag and the normal force are those of [`dynamic`](super::dynamic); in addition the skin has inertia

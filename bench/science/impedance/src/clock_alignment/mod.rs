@@ -28,7 +28,7 @@ const FASTEST_CORRECTION: f64 = 0.2;
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ClockError {
     /// The source's clock did not advance.
-    #[error("source time {source_s} s does not follow {last_s} s")]
+    #[error("source time {source_s:.6} s does not follow {last_s:.6} s")]
     NotLater {
         /// Source time observed, s.
         source_s: f64,

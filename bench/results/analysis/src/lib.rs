@@ -19,6 +19,7 @@ pub mod findings;
 pub mod flaw;
 mod free_plate;
 pub mod instance;
+pub mod law_check;
 mod levels;
 pub mod live_contact;
 pub mod measurements;

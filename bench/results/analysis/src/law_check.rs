@@ -1,7 +1,7 @@
 //! Check of a participant's estimates that needs no law of the contact.
 //!
-//! σ_t, S, τ and Z_t belong to the finger. Whatever the laws of film and asperities are, an estimate that is right agrees between
-//! drive levels, modulation frequencies and carriers; a law that is wrong shows as a difference. For each setting, the trials at
+//! σ_t, S, τ and Z_t belong to the finger. Under any law of film and asperities, a right estimate agrees between
+//! drive levels, modulation frequencies and carriers; a wrong law shows as a difference. For each setting, the trials at
 //! two of its values are compared within each combination of the other settings, and the differences are averaged.
 //!
 //! A condition's mean weights its trials by their errors and the variance between them (DerSimonian and Laird 1986). Its variance
@@ -184,9 +184,9 @@ pub struct Comparison {
     /// Setting.
     pub setting: Setting,
     /// Smaller value.
-    pub from: f64,
+    pub lower: f64,
     /// Larger value.
-    pub to: f64,
+    pub upper: f64,
     /// Differences; `None` with fewer than two trials of a condition.
     pub differences: Quantities<Option<Difference>>,
 }
@@ -221,9 +221,10 @@ pub fn check(participant: &str, trials: &[CheckedTrial], n_left_out: usize) -> O
     let mut comparisons = Vec::new();
     for setting in Setting::ALL {
         let levels = &grid.levels[setting as usize];
-        for from in 0..levels.len() {
-            comparisons
-                .extend((from + 1..levels.len()).filter_map(|to| grid.compare(setting, from, to)));
+        for lower in 0..levels.len() {
+            comparisons.extend(
+                (lower + 1..levels.len()).filter_map(|upper| grid.compare(setting, lower, upper)),
+            );
         }
     }
     adjust(&mut comparisons);
@@ -280,7 +281,7 @@ impl<'a> ConditionGrid<'a> {
     }
 
     /// Compares two groups of a setting; `None` if no two conditions differ in this setting alone.
-    fn compare(&self, setting: Setting, from: usize, to: usize) -> Option<Comparison> {
+    fn compare(&self, setting: Setting, lower: usize, upper: usize) -> Option<Comparison> {
         let index = setting as usize;
         let cell_at = |mut cell: [usize; 3], level| {
             cell[index] = level;
@@ -289,12 +290,12 @@ impl<'a> ConditionGrid<'a> {
         let lower_cells: BTreeSet<[usize; 3]> = self
             .cells
             .iter()
-            .filter(|cell| cell[index] == from)
+            .filter(|cell| cell[index] == lower)
             .copied()
             .collect();
         let pairs = lower_cells
             .into_iter()
-            .map(|cell| (cell, cell_at(cell, to)));
+            .map(|cell| (cell, cell_at(cell, upper)));
         let pairs: Vec<_> = pairs
             .filter(|(_, upper)| self.cells.contains(upper))
             .collect();
@@ -315,8 +316,8 @@ impl<'a> ConditionGrid<'a> {
         });
         Some(Comparison {
             setting,
-            from: self.levels[index][from],
-            to: self.levels[index][to],
+            lower: self.levels[index][lower],
+            upper: self.levels[index][upper],
             differences,
         })
     }

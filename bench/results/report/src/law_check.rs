@@ -8,7 +8,7 @@ use crate::number::{count_text, finite, significant};
 pub(crate) fn law_check(checks: &[LawCheck]) -> Markup {
     html! {
         p {
-            "σ" sub { "t" } ", S, τ and Z" sub { "t" } " belong to the finger: whatever the laws of film and asperities are, they \
+            "σ" sub { "t" } ", S, τ and Z" sub { "t" } " belong to the finger: under any law of film and asperities, they \
              must agree between drive levels, modulation frequencies and carriers. Each difference is that of the values by "
             b { "trial" } ", at the larger setting minus at the smaller, with its standard error."
         }

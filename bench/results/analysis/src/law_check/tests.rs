@@ -74,8 +74,8 @@ fn equal_conditions_agree() {
         assert_eq!(agreements(comparison), [true; 5], "{comparison:?}");
     }
     let drive = find(&check, Setting::DriveV);
-    assert_relative_eq!(drive.from, 12.05);
-    assert_relative_eq!(drive.to, 24.1);
+    assert_relative_eq!(drive.lower, 12.05);
+    assert_relative_eq!(drive.upper, 24.1);
     let lines = check.lines();
     assert_eq!(
         lines[0],

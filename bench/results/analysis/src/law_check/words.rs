@@ -95,11 +95,11 @@ impl Comparison {
     /// Returns the two values of the setting, `drive 12.0 and 24.0 V`.
     #[must_use]
     pub fn title(&self) -> String {
-        let (from, to) = (self.from, self.to);
+        let (lower, upper) = (self.lower, self.upper);
         match self.setting {
-            Setting::DriveV => format!("drive {from:.1} and {to:.1} V"),
-            Setting::ModulationHz => format!("modulation {from:.1} and {to:.1} Hz"),
-            Setting::CarrierHz => format!("carrier {from:.0} and {to:.0} Hz"),
+            Setting::DriveV => format!("drive {lower:.1} and {upper:.1} V"),
+            Setting::ModulationHz => format!("modulation {lower:.1} and {upper:.1} Hz"),
+            Setting::CarrierHz => format!("carrier {lower:.0} and {upper:.0} Hz"),
         }
     }
 

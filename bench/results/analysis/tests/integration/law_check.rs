@@ -1,5 +1,10 @@
 //! Reference recordings, compared as if all were of one finger.
 
+#![expect(
+    clippy::unwrap_used,
+    reason = "a helper that fails fails its test, as in the tests themselves"
+)]
+
 use std::f64::consts::TAU;
 use std::path::Path;
 

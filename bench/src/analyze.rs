@@ -11,6 +11,7 @@ use crate::outcome::{progress_bar, require_writable, write_text};
 use crate::verbosity::Verbosity;
 use analysis::attempts::{AttemptAccount, Attempts};
 use analysis::find::TrialFilter;
+use analysis::law_check::{LawCheck, law_checks};
 use analysis::published::{TableFormat, statistics};
 use analysis::whole_trial;
 use analysis::{Analysis, RecordingAnalysis, Settings, analyse, find, tables};
@@ -95,14 +96,14 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     if let Some(format) = table {
         let mut text = statistics(&analysed).to_table(format);
         if matches!(format, TableFormat::Text { .. }) {
-            text = counts.clone() + &text + &lines(&skin);
+            text = counts.clone() + &text + &lines(&skin) + &law_lines(&analysed);
         }
         write!(std::io::stdout(), "{}", escaped(&text))?;
     }
     let to_pipe = |path: &Option<PathBuf>| path.as_deref() == Some(Path::new("-"));
     let summarised = options.json.is_none() && table.is_none() && !to_pipe(&options.report);
     if summarised {
-        let lines = summary(&analysed) + &counts + &lines(&skin);
+        let lines = summary(&analysed) + &counts + &lines(&skin) + &law_lines(&analysed);
         write!(std::io::stdout(), "{}", escaped(&lines))?;
     }
     // If another program reads the table, standard output has only the table.
@@ -213,6 +214,13 @@ fn report(analysis: &RecordingAnalysis) {
 
 fn lines(skin: &Skin) -> String {
     skin.lines().into_iter().map(|line| line + "\n").collect()
+}
+
+/// Returns the lines of the participants with trials under several conditions.
+fn law_lines(analysed: &Analysis) -> String {
+    let checks = law_checks(analysed);
+    let lines = checks.iter().flat_map(LawCheck::lines);
+    lines.map(|line| line + "\n").collect()
 }
 
 /// Returns a line for each recording, and one for the parameters that its instances share.

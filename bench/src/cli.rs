@@ -152,7 +152,7 @@ pub struct Run {
     /// Participant's pseudonym, such as sub-01.
     #[arg(long, value_name = "ID")]
     pub participant: Option<String>,
-    /// Protocol file, or a built-in protocol: huloux2021, demo.
+    /// Protocol file, or a built-in protocol: huloux2021, consistency, demo.
     #[arg(long, value_name = "FILE", default_value = "huloux2021")]
     pub protocol: String,
     /// Operator who holds the participant's signed consent; required with --headless.

@@ -1,8 +1,10 @@
 //! The built-in protocols.
 
-/// Names and texts of the built-in protocols: `huloux2021` is the published one, `demo` a short form of it.
-pub const BUILT_IN: [(&str, &str); 2] = [
+/// Names and texts of the built-in protocols: `huloux2021` is the published one, `consistency` a check of the laws under several
+/// drives, `demo` a short form of the published one.
+pub const BUILT_IN: [(&str, &str); 3] = [
     ("huloux2021", include_str!("../../huloux2021.toml")),
+    ("consistency", include_str!("../../consistency.toml")),
     ("demo", include_str!("../../demo.toml")),
 ];
 
@@ -36,6 +38,7 @@ mod tests {
             assert_eq!(nearest_built_in(name), Some("huloux2021"), "{name}");
         }
         assert_eq!(nearest_built_in("dmeo"), Some("demo"));
+        assert_eq!(nearest_built_in("consistent"), Some("consistency"));
         assert_eq!(nearest_built_in("study-7.toml"), None);
     }
 }

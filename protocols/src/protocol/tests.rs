@@ -40,6 +40,26 @@ fn the_published_protocol_is_the_published_one() {
 }
 
 #[test]
+fn the_consistency_protocol_combines_two_drive_levels_with_two_modulation_frequencies() {
+    let p = Protocol::parse(built_in("consistency").unwrap(), "consistency.toml").unwrap();
+    let drives = p.conditions.iter().map(|condition| condition.drive);
+    let settings: Vec<_> = drives
+        .map(|drive| (drive.mean_amplitude_v, drive.modulation_hz))
+        .collect();
+    assert_eq!(
+        settings,
+        [(12.0, 3.0), (12.0, 6.0), (24.0, 3.0), (24.0, 6.0)]
+    );
+    assert!(p.follows_resonance());
+    assert_eq!(p.trials.order, Order::Randomised);
+    // Slow enough for the verdict's instances at the lower frequency: rising stretches within the central part, both ways.
+    let central_s = p.selection.central_m / p.exploration.speed_m_per_s;
+    let stretches = (central_s * 3.0).floor() as u32 * p.exploration.directions.len() as u32;
+    assert!(stretches > p.selection.min_instances, "{stretches}");
+    assert!(p.driving_time().hour_s < 720.0);
+}
+
+#[test]
 fn every_built_in_protocol_reads_under_its_own_name() {
     for (name, text) in BUILT_IN {
         assert_eq!(Protocol::parse(text, name).unwrap().name, name);

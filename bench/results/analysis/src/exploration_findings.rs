@@ -16,6 +16,8 @@ pub struct ExplorationFindings {
     pub start_s: f64,
     /// End, s.
     pub end_s: f64,
+    /// Drive voltage across the actuators at the peaks of the modulation, V; NaN without frames.
+    pub drive_peak_v: f64,
     /// Times of the frames, s, evenly spaced.
     pub time_s: Vec<f64>,
     /// |x̃_p|, peak, m; NaN where samples were lost.
@@ -66,6 +68,7 @@ impl ExplorationFindings {
             direction,
             start_s,
             end_s,
+            drive_peak_v: drive_peak_v(&series),
             mu,
             z_m_plain_n_s_per_m: plain.collect(),
             under_finger,
@@ -101,4 +104,15 @@ impl ExplorationFindings {
         let n = self.time_s.len();
         (n > 1).then(|| (self.time_s[n - 1] - self.time_s[0]) / (n - 1) as f64)
     }
+}
+
+/// Share of the frames with a smaller drive than its peak: the modulation is within 0.2 % of its peak for the rest, and a single
+/// disturbed frame has no effect.
+const BELOW_PEAK: f64 = 0.98;
+
+fn drive_peak_v(series: &FrameSeries) -> f64 {
+    let drive_v = series.frames.iter().map(|frame| frame.drive_v.norm());
+    let mut drive_v: Vec<f64> = drive_v.filter(|volts| volts.is_finite()).collect();
+    drive_v.sort_by(f64::total_cmp);
+    statistics::quantile(&drive_v, BELOW_PEAK).unwrap_or(f64::NAN)
 }

@@ -21,6 +21,7 @@ pub mod flaw;
 pub mod force_zero;
 mod free_plate;
 pub mod instance;
+pub mod law_check;
 mod levels;
 pub mod live_contact;
 mod live_zero;

@@ -9,6 +9,7 @@ mod drift;
 mod estimates;
 mod flags;
 mod instance;
+mod law_check;
 mod number;
 mod omissions;
 mod page;

@@ -5,7 +5,8 @@ use maud::{DOCTYPE, Markup, PreEscaped, html as markup};
 use crate::content::{ReportContent, ReportError, recording_entries};
 use crate::number::date;
 use crate::{
-    assumptions, calibration, drift, estimates, flags, omissions, skin, statistics, study, trials,
+    assumptions, calibration, drift, estimates, flags, law_check, omissions, skin, statistics,
+    study, trials,
 };
 
 const STYLE: &str = include_str!("page.css");
@@ -27,7 +28,7 @@ pub fn html(content: &ReportContent<'_>) -> Result<String, ReportError> {
     let results = content.results;
     let recordings = recording_entries(content)?;
     let section = |id, title, body| Section { id, title, body };
-    let sections = [
+    let mut sections = vec![
         section("summary", "Summary", study::summary(content, &recordings)),
         section("study", "The study", study::study(content, &recordings)),
         section(
@@ -80,6 +81,14 @@ pub fn html(content: &ReportContent<'_>) -> Result<String, ReportError> {
             assumptions::methods(content),
         ),
     ];
+    if !results.law_check.is_empty() {
+        let after_flags = sections
+            .iter()
+            .position(|section| section.id == "published");
+        let body = law_check::law_check(&results.law_check);
+        let at = after_flags.unwrap_or(sections.len());
+        sections.insert(at, section("law-check", "Check of the laws", body));
+    }
     let page = markup! {
         (DOCTYPE)
         html lang="en" {

@@ -2,6 +2,7 @@
 
 use analysis::Analysis;
 use analysis::attempts::AttemptAccount;
+use analysis::law_check::{LawCheck, law_checks};
 use analysis::printed_settings::PrintedSettings;
 use analysis::published::{Statistics, statistics};
 use analysis::results::Recording;
@@ -24,6 +25,9 @@ pub struct Results<'a> {
     /// Skin of the participants and of the study.
     #[serde(serialize_with = "by_key")]
     pub skin: &'a Skin,
+    /// Checks of the participants with trials under two or more conditions.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub law_check: Vec<LawCheck>,
     /// Published statistics of these data.
     pub statistics: Statistics,
     /// Account of the attempts.
@@ -53,6 +57,7 @@ impl<'a> Results<'a> {
             settings: PrintedSettings::new(analysed),
             recordings: analysed.recordings.iter().map(Recording::from).collect(),
             skin,
+            law_check: law_checks(analysed),
             statistics: statistics(analysed),
             attempts,
             excluded: &selection.excluded,

@@ -7,6 +7,7 @@ mod small_study;
 use std::path::{Path, PathBuf};
 
 use analysis::attempts::OmittedAttempt;
+use analysis::law_check::{CheckedTrial, Condition, Estimate, LawCheck, Quantities, check};
 use config::{CalibrationFile, Identity, MeasuredPickup, Provenance, Quantity};
 use jiff::Timestamp;
 use plotting::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};
@@ -224,6 +225,52 @@ fn unknown_values_have_neither_digits_nor_errors() {
     assert_eq!(cells[3], r#"<td class="n">–"#);
     assert!(page.contains(r#"1.90e−6<span class="also">n = 2 instances, clustered"#));
     assert!(!page.contains("NaN"));
+}
+
+/// Returns two trials under each of two drive levels, with this difference of σ_t.
+fn law_check(participant: &str, difference: f64) -> LawCheck {
+    let trials = [(12.0, 1.0), (12.0, 1.01), (24.0, 1.0), (24.0, 1.01)].map(|(drive_v, value)| {
+        let shift = if drive_v > 20.0 { difference } else { 0.0 };
+        CheckedTrial {
+            condition: Condition {
+                drive_v,
+                modulation_hz: 6.0,
+                carrier_hz: 35_000.0,
+            },
+            estimates: Quantities {
+                ln_sigma_t: Estimate::new(value + shift, 0.01),
+                ln_contact_area: Estimate::new(value, 0.01),
+                ..Quantities::default()
+            },
+        }
+    });
+    check(participant, &trials, 1).unwrap()
+}
+
+#[test]
+fn estimates_under_several_conditions_are_compared_on_the_page_and_in_the_file() {
+    let mut study = SmallStudy::new("sub-01");
+    study.law_check = vec![law_check("sub-01", 1.0), law_check(HOSTILE, 0.0)];
+    let page = page_of("sub-01", &study, &[]).unwrap();
+    assert!(page.contains("<a href=\"#law-check\">Check of the laws</a>"));
+    assert!(page.contains("Over 4 trials (1 left out): 1 of 2 differences exceed their errors."));
+    assert!(page.contains(": the estimates agree."));
+    assert!(page.contains("<b>differs by +171.8 ± 2.7 % (p "), "{page}");
+    assert!(page.contains("<li>12.0 V, 6.0 Hz, carrier 35000 Hz: 2 trials</li>"));
+    assert!(page.contains("not compared: too few trials"));
+    assert!(!page.contains("<script>"));
+
+    let file: serde_json::Value =
+        serde_json::from_str(&study.results().to_json().unwrap()).unwrap();
+    let check = &file["law_check"][0];
+    assert_eq!(check["n_left_out"], 1);
+    assert_eq!(check["conditions"][1]["drive_v"], 24.0);
+    let comparison = &check["comparisons"][0];
+    assert_eq!(comparison["setting"], "drive_v");
+    assert_eq!(comparison["differences"]["ln_sigma_t"]["agrees"], false);
+    assert!(comparison["differences"]["ln_tau"].is_null());
+    study.law_check.clear();
+    assert!(!study.results().to_json().unwrap().contains("law_check"));
 }
 
 #[test]

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use analysis::attempts::AttemptAccount;
 use analysis::cluster_test::Clustered;
+use analysis::law_check::LawCheck;
 use analysis::published::{Level, MethodStatistic, Statistic, StatisticRow, Statistics};
 use analysis::results::{
     AveragedModel, Estimate, Instance, InstanceIntervals, Methods, Recording, RejectedRow, Std,
@@ -26,6 +27,7 @@ pub const HOSTILE: &str =
 pub struct SmallStudy {
     pub recordings: Vec<Recording>,
     pub skin: Skin,
+    pub law_check: Vec<LawCheck>,
     pub statistics: Statistics,
     pub account: AttemptAccount,
     pub selection: RecordingSelection,
@@ -36,6 +38,7 @@ impl SmallStudy {
         Self {
             recordings: vec![recording(participant), unreadable_recording()],
             skin: skin(participant),
+            law_check: Vec::new(),
             statistics: statistics(),
             account: AttemptAccount {
                 accepted: 1,
@@ -55,6 +58,7 @@ impl SmallStudy {
     pub fn results(&self) -> Results<'_> {
         let mut results = Results::new(&nothing(), &self.skin, &self.account, &self.selection);
         results.recordings = self.recordings.clone();
+        results.law_check = self.law_check.clone();
         results.statistics = self.statistics.clone();
         results
     }

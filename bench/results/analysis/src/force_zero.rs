@@ -26,12 +26,20 @@ const BLOCK_S: f64 = 0.1;
 const CELL_S: f64 = 0.02;
 /// Fewest blocks of a stretch.
 const FEWEST_BLOCKS: usize = 2;
+/// Share of a change of the free plate's impedance that is followed from one block to the next.
+const FOLLOWED: f64 = BLOCK_S / 1.0;
+/// Fewest cells of a block with readings.
+const FEWEST_CELLS: usize = 3;
 /// Fewest clear frames of a block.
 const FEWEST_FRAMES: usize = 40;
-/// Largest difference of a free plate's impedance from that of the stretch before, N·s/m; a finger adds more from 0.15 N on.
+/// Largest difference of a free plate's impedance from that of the last second, N·s/m; a finger adds more from 0.15 N on.
 const FREE_N_S_PER_M: f64 = 0.3;
-/// Largest difference of a block's normal force from its stretch's, N: a light finger's force is not steady.
-const STEADY_N: f64 = 0.015;
+/// Blocks next to a touch that are left out: a finger that lifts off still presses with some mN for 0.1 s.
+const MARGIN_BLOCKS: usize = 2;
+/// Largest difference of a block's normal force from its stretch's, N, and in its standard errors if they are larger: a light
+/// finger's force is not steady.
+const STEADY_N: f64 = 0.002;
+const STEADY_ERRORS: f64 = 4.0;
 /// Largest zero, N, three times what a session may begin with: beyond it, something may rest on the plate.
 const GREATEST_ZERO_N: f64 = 0.15;
 /// Zero of the force sensor beyond which a warning states it, N.
@@ -89,12 +97,17 @@ impl ForceZero {
         };
         let blocks = free_blocks(&record.frames, z_p);
         let stretches = blocks.chunk_by(|block, next| next.index == block.index + 1);
-        // Next to a touch a finger may already rest on the plate, too lightly for its impedance.
         let readings = stretches.filter_map(|stretch| {
             let is_first = stretch.first()?.index == 0;
-            let stretch = &stretch[usize::from(!is_first)..];
             let is_last = stretch.last()?.is_last;
-            let stretch = &stretch[..stretch.len() - usize::from(!is_last)];
+            let start = if is_first { 0 } else { MARGIN_BLOCKS };
+            let end = stretch.len()
+                - if is_last {
+                    0
+                } else {
+                    MARGIN_BLOCKS.min(stretch.len())
+                };
+            let stretch = stretch.get(start..end)?;
             read_stretch(&record.force, stretch)
         });
         Self {
@@ -253,7 +266,8 @@ fn free_blocks(frames: &[ZmFrame], mut z_p: Complex64) -> Vec<FreeBlock> {
         if (z_m - z_p).norm() + std > FREE_N_S_PER_M {
             continue;
         }
-        z_p = z_m;
+        // Over a second: a warming plate is followed, a finger that lands is not.
+        z_p += FOLLOWED * (z_m - z_p);
         let index = index_of(&block[0]);
         free.push(FreeBlock {
             index,
@@ -284,30 +298,21 @@ fn mean_impedance(block: &[ZmFrame]) -> Option<(Complex64, f64)> {
 
 /// Reads the zero in consecutive free blocks; `None` if there are too few, or if the forces are not a sensor's zero.
 fn read_stretch(rows: &[ForceRow], blocks: &[FreeBlock]) -> Option<ZeroReading> {
-    let means: Vec<(FreeBlock, Axes)> = blocks
+    let blocks: Vec<Block> = blocks
         .iter()
-        .filter_map(|block| Some((*block, mean_force(rows, (block.start_s, block.end_s))?)))
+        .filter_map(|block| Block::read(rows, block))
         .collect();
-    let typical_n = median(means.iter().map(|(_, mean)| mean.normal_n))?;
-    let is_steady = |(_, mean): &&(FreeBlock, Axes)| (mean.normal_n - typical_n).abs() <= STEADY_N;
-    let steady: Vec<FreeBlock> = means.iter().filter(is_steady).map(|(b, _)| *b).collect();
-    if steady.len() < FEWEST_BLOCKS {
-        return None;
-    }
-    let cells: Vec<(f64, Axes)> = steady
-        .iter()
-        .flat_map(|block| {
-            let cells = ((block.end_s - block.start_s) / CELL_S).round().max(1.0);
-            let length_s = (block.end_s - block.start_s) / cells;
-            (0..cells as u32).filter_map(move |cell| {
-                let start_s = block.start_s + f64::from(cell) * length_s;
-                let mean = mean_force(rows, (start_s, start_s + length_s))?;
-                Some((start_s + length_s / 2.0, mean))
-            })
+    let typical_n = median(blocks.iter().map(|block| block.normal_n))?;
+    let cells: Vec<(f64, Axes)> = blocks
+        .into_iter()
+        .filter(|block| {
+            let limit_n = STEADY_N.max(STEADY_ERRORS * block.normal_std_n);
+            (block.normal_n - typical_n).abs() <= limit_n
         })
+        .flat_map(|block| block.cells)
         .collect();
     let n = cells.len() as f64;
-    if cells.len() < 2 * FEWEST_BLOCKS {
+    if cells.len() < FEWEST_BLOCKS * FEWEST_CELLS {
         return None;
     }
     let mean_of = |value: &dyn Fn(&(f64, Axes)) -> f64| cells.iter().map(value).sum::<f64>() / n;
@@ -328,6 +333,42 @@ fn read_stretch(rows: &[ForceRow], blocks: &[FreeBlock]) -> Option<ZeroReading> 
             lateral_n: std_of(&|cell| cell.lateral_n),
         },
     })
+}
+
+/// Forces of a block without a finger.
+struct Block {
+    /// Middle, s, and mean of each cell.
+    cells: Vec<(f64, Axes)>,
+    normal_n: f64,
+    /// Standard error of `normal_n`, N.
+    normal_std_n: f64,
+}
+
+impl Block {
+    /// Reads a block; `None` if too few of its cells have readings.
+    fn read(rows: &[ForceRow], block: &FreeBlock) -> Option<Self> {
+        let count = ((block.end_s - block.start_s) / CELL_S).round().max(1.0);
+        let length_s = (block.end_s - block.start_s) / count;
+        let cells = (0..count as u32).filter_map(|cell| {
+            let start_s = block.start_s + f64::from(cell) * length_s;
+            let mean = mean_force(rows, (start_s, start_s + length_s))?;
+            Some((start_s + length_s / 2.0, mean))
+        });
+        let cells: Vec<(f64, Axes)> = cells.collect();
+        if cells.len() < FEWEST_CELLS {
+            return None;
+        }
+        let n = cells.len() as f64;
+        let normal_n = cells.iter().map(|(_, cell)| cell.normal_n).sum::<f64>() / n;
+        let squares = cells
+            .iter()
+            .map(|(_, cell)| (cell.normal_n - normal_n).powi(2));
+        Some(Self {
+            normal_n,
+            normal_std_n: (squares.sum::<f64>() / (n - 1.0) / n).sqrt(),
+            cells,
+        })
+    }
 }
 
 /// Returns the mean of the finite readings in a span, N.
@@ -456,6 +497,28 @@ mod tests {
             [Flaw::ForceZero { .. }]
         ));
         assert!(flaws_of(&still(0.005)).is_empty());
+    }
+
+    #[test]
+    fn a_finger_that_lands_and_lifts_off_slowly_is_not_part_of_the_zero() {
+        // Impedance and force rise and fall within half a second.
+        let weight = |time_s: f64| {
+            ((time_s - 1.5) / 0.5)
+                .min((4.5 - time_s) / 0.5)
+                .clamp(0.0, 1.0)
+        };
+        let mut record = record(Complex64::ZERO, |time_s| Axes {
+            normal_n: 0.01 + 0.6 * weight(time_s),
+            lateral_n: 0.0,
+        });
+        for frame in &mut record.frames {
+            frame.corrected_n_s_per_m += FINGER * weight(frame.time_s);
+        }
+        let zero = ForceZero::read(&record, &[(0.2, 1.2)]);
+        assert!(!zero.readings.is_empty());
+        for time_s in [1.0, 3.0, 5.0] {
+            assert_relative_eq!(zero.at(time_s).normal_n, 0.01, epsilon = 5e-4);
+        }
     }
 
     /// Hazard of a tare: a weight on the plate would be taken for the zero.

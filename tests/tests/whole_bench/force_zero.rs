@@ -23,7 +23,7 @@ fn session(
 ) -> (Analysis, VirtualParticipant) {
     let scenario = folder.join(format!("zero-{offset_n}-{drift_n_per_min}.toml"));
     let text = format!(
-        "purpose = \"A wrong zero.\"\n[jitter]\nenabled = true\n[force_sensor]\nnormal_offset_n = {offset_n}\n\
+        "purpose = \"A wrong zero.\"\n[force_sensor]\nnormal_offset_n = {offset_n}\n\
          normal_drift_n_per_min = {drift_n_per_min}\nlateral_offset_n = {}\n",
         -offset_n / 3.0
     );

@@ -14,11 +14,11 @@ use signalgen::{Program, Waveform};
 use tui::ScreenView;
 use tui::event::{LogLevel, PhaseKind, PhaseView};
 
-use analysis::live_contact::LiveContact;
 use config::Effective;
 use devices::drive_control::{DriveControl, settings};
 use devices::driving_time;
 use devices::{Bench, Boot, DeviceReadings, require_armable, require_watched};
+use live::live_contact::LiveContact;
 use operator_ui::console::{
     Dashboard, DashboardThread, Front, Headless, LineQueue, StopKeys, safety_event,
 };

@@ -399,7 +399,7 @@ fn ten_times_the_amplitude_is_refused_not_clamped() {
         &[("mean_amplitude_v = 24.0", "mean_amplitude_v = 30.0")],
     );
     let mut run = headless_run(&study, "sub-01", &protocol);
-    assert_early_refusal(&mut run, &study, &["am-6hz-95", "58.5 V", "55 V"]);
+    assert_early_refusal(&mut run, &study, &["am-6hz-95", "58.50 V", "55 V"]);
 
     let config = write_bench_config(folder.path(), &[("drive_v = 55.0", "drive_v = 550.0")]);
     let mut run = headless_run(&study, "sub-01", "demo");

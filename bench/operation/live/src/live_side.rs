@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use analysis::live_contact::LiveContact;
+use crate::live_contact::LiveContact;
 use analysis::trial_fit::FitRequest;
 use contact::plate_tracker::PlateTracking;
 use contact::uncertain::Uncertain;

@@ -8,7 +8,7 @@ use protocols::{
 };
 use tui::event::{ComplexImpedance, Live, LogLevel, Masked, NoEstimate, PhaseKind, ValueAndStd};
 
-use analysis::live_contact::{LiveContact, NoReading};
+use crate::live_contact::{LiveContact, NoReading};
 use contact::live_estimator::Uncertain;
 use safety::at_least;
 

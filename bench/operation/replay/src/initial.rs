@@ -1,7 +1,7 @@
 //! Live analysis in its state at the beginning of a recording.
 
-use analysis::live_contact::LiveContact;
 use contact::plate_tracker::PlateTracking;
+use live::live_contact::LiveContact;
 use live::live_meter::LiveMeter;
 use protocols::SelectionRules;
 use recording::manifest::Manifest;

@@ -5,5 +5,6 @@
 //! | [`pooling`] | means of estimates with known errors, variation between participants, shrunken estimates |
 //! | [`skin`] | S, q0, η and τ of the participants of a study, from the fits of their recordings |
 
+pub mod law_check;
 pub mod pooling;
 pub mod skin;

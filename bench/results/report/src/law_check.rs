@@ -1,7 +1,7 @@
 //! Estimates of a participant under several drive levels, modulation frequencies or carriers.
 
-use analysis::law_check::{Comparison, LawCheck};
 use maud::{Markup, html};
+use population::law_check::{Comparison, LawCheck};
 
 use crate::number::{count_text, finite, significant};
 

@@ -2,10 +2,10 @@
 
 use analysis::Analysis;
 use analysis::attempts::AttemptAccount;
-use analysis::law_check::{LawCheck, law_checks};
 use analysis::printed_settings::PrintedSettings;
 use analysis::published::{Statistics, statistics};
 use analysis::results::Recording;
+use population::law_check::{LawCheck, law_checks};
 use population::skin::Skin;
 use serde::ser::Error;
 use serde::{Serialize, Serializer};

@@ -7,10 +7,10 @@ mod small_study;
 use std::path::{Path, PathBuf};
 
 use analysis::attempts::OmittedAttempt;
-use analysis::law_check::{CheckedTrial, Condition, Estimate, LawCheck, Quantities, check};
 use config::{CalibrationFile, Identity, MeasuredPickup, Provenance, Quantity};
 use jiff::Timestamp;
 use plotting::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};
+use population::law_check::{CheckedTrial, Condition, Estimate, LawCheck, Quantities, check};
 use recording::Manifest;
 use report::{Recorded, ReportContent, ReportError, html};
 use small_study::{HOSTILE, SmallStudy};

@@ -41,6 +41,7 @@ pub mod calibration_errors;
 mod contact;
 pub mod error;
 mod finger;
+pub mod first_order_lag;
 pub mod harmonic;
 pub mod inversion;
 pub mod live_estimator;

@@ -1,6 +1,6 @@
 //! Friction from the friction ratio of Eq. 19.
 
-use crate::first_order_lag::Lag;
+use contact::first_order_lag::Lag;
 use nalgebra::Matrix2;
 
 /// Change of μ0 within an instance, for example because the skin grows moist or the slide slows down.

@@ -27,7 +27,7 @@
 //! | topic | module |
 //! | --- | --- |
 //! | published method: one unknown, σ_t | [`paper`] |
-//! | model with a lagging gap, and its slopes | `lagged_model`, on `loads`, `trend`, `transient`, [`first_order_lag`] |
+//! | model with a lagging gap, and its slopes | `lagged_model`, on `loads`, `trend`, `transient`, `contact::first_order_lag` |
 //! | fit of one instance, standard errors | [`dynamic`], `candidate_fit`, `least_squares` |
 //! | fit of a trial: cost, priors, order of the search | [`trial`], `trial/layout`, `trial/members`, `trial/search` |
 //! | signs that an instance does not follow the laws | `instance_misfit` |
@@ -42,7 +42,6 @@ mod candidate_fit;
 mod conditions;
 pub mod dynamic;
 mod estimated_series;
-pub mod first_order_lag;
 mod fit_agreement;
 mod fit_error;
 mod fit_verdict;

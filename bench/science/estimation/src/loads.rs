@@ -9,7 +9,7 @@
 //! amplitude at the film = r a e^(y_f g/2),  g = ∂ ln a²/∂y_f    amplitude ratio r, residual mobility y_f of other modes
 //! ```
 
-use crate::first_order_lag::Lag;
+use contact::first_order_lag::Lag;
 
 use contact::Contact;
 use contact::inversion::Inversion;

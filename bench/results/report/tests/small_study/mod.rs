@@ -5,13 +5,13 @@ use std::path::PathBuf;
 
 use analysis::attempts::AttemptAccount;
 use analysis::cluster_test::Clustered;
-use analysis::law_check::LawCheck;
 use analysis::published::{Level, MethodStatistic, Statistic, StatisticRow, Statistics};
 use analysis::results::{
     AveragedModel, Estimate, Instance, InstanceIntervals, Methods, Recording, RejectedRow, Std,
     Trial, TrialEstimate, TrialIntervals,
 };
 use analysis::{Analysis, Settings};
+use population::law_check::LawCheck;
 use population::skin::{
     LeftOut, Parameters, PersonParameter, PersonSkin, Ranged, Skin, StudyParameter, TrialParameter,
 };

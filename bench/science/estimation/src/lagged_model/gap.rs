@@ -1,6 +1,6 @@
 //! Gap that lags behind its equilibrium, and its derivatives.
 
-use crate::first_order_lag::GrowthLaw;
+use contact::first_order_lag::GrowthLaw;
 use contact::parameters::{
     AREA_EXPONENT, FILM_MEAN_MS, FILM_MOBILITY, LAG_EXPONENT, LN_FORCE, LN_RATIO, MS, PARAMETERS,
     TAU_MS,

@@ -1,6 +1,6 @@
 //! Derivatives of the lagged gap by the parameters.
 
-use crate::first_order_lag::GrowingLag;
+use contact::first_order_lag::GrowingLag;
 use contact::parameters::{
     AREA_EXPONENT, FILM_MEAN_MS, FILM_MOBILITY, LAG_EXPONENT, LN_AREA, LN_FORCE, LN_Q0, LN_RATIO,
     LN_SIGMA_T, TAU_MS,

@@ -16,10 +16,10 @@ use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector2};
 
 use super::parameters::{FRICTION_PARAMETERS, FrictionParameter};
 use super::samples::RatioSamples;
-use crate::first_order_lag::Lag;
 use crate::friction_law::Course;
 use crate::lagged_model::GAP_PARAMETERS;
 use crate::random_walk::spread;
+use contact::first_order_lag::Lag;
 use contact::parameters::{LN_FORCE, MS, PARAMETERS};
 
 /// Samples of an instance with the change of μ0 within it.

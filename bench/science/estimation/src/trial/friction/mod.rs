@@ -113,8 +113,8 @@ mod tests {
     use nalgebra::Vector2;
 
     use super::*;
-    use crate::first_order_lag::Lag;
     use crate::lagged_model::GAP_PARAMETERS;
+    use contact::first_order_lag::Lag;
     use contact::parameters::MS;
 
     const INTERVAL_S: f64 = 5e-4;

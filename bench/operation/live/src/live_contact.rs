@@ -15,10 +15,10 @@ use contact::plate_tracker::{FingerLoad, PlateSample, PlateTracker, PlateTrackin
 use impedance::ZmFrame;
 use num_complex::Complex64;
 
-use crate::amplitude_profile::AmplitudeProfile;
 use crate::live_zero::LiveZero;
-use crate::trial_fit::TrialContact;
-use crate::under_finger;
+use analysis::amplitude_profile::AmplitudeProfile;
+use analysis::trial_fit::TrialContact;
+use analysis::under_finger;
 use recording::pipeline::Batch;
 use recording::{ForceRow, PositionRow};
 

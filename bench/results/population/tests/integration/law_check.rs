@@ -8,8 +8,8 @@
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use analysis::law_check::{Difference, LawCheck, Setting, law_checks};
 use analysis::{Analysis, Settings, analyse};
+use population::law_check::{Difference, LawCheck, Setting, law_checks};
 
 /// Returns two analyses of each recording with this name, all of one participant, with these modulation frequencies.
 fn analysed(names: [&str; 2], modulations_hz: [f64; 2]) -> Analysis {

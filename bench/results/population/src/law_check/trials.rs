@@ -7,8 +7,8 @@ use contact::uncertain::{LogUncertain, Uncertain};
 use estimation::trial::SharedFit;
 
 use super::{CheckedTrial, Condition, Estimate, LawCheck, Quantities, check};
-use crate::estimate::InstanceEstimate;
-use crate::findings::{Analysis, RecordingFindings};
+use analysis::estimate::InstanceEstimate;
+use analysis::findings::{Analysis, RecordingFindings};
 
 /// Returns the check of each participant with trials under two or more conditions, by name.
 #[must_use]

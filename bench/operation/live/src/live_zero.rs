@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use recording::ForceRow;
 
-use crate::force_zero::Axes;
+use analysis::force_zero::Axes;
 
 /// Length of a block, s.
 const BLOCK_S: f64 = 0.1;

@@ -1,0 +1,4 @@
+//! Tests of the package on recordings and on studies with known fits.
+
+mod law_check;
+mod study;

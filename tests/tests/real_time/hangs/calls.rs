@@ -78,7 +78,7 @@ fn is_allowed(thread: &str, call: &str) -> bool {
 /// Returns the thread and the call in a line of `strace --decode-pids=comm`.
 fn thread_and_call(line: &str) -> Option<(&str, &str)> {
     let (prefix, _) = line.split_once('(')?;
-    let (thread, call) = prefix.split_once('<')?.1.rsplit_once('>')?;
+    let (thread, call) = prefix.split_once('<')?.1.split_once('>')?;
     let call = call.trim();
     let is_name = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
     (!call.is_empty() && call.chars().all(is_name)).then_some((thread, call))
@@ -93,6 +93,11 @@ fn a_line_of_strace_names_thread_and_call() {
         ),
         (
             "8471<session> <... statfs resumed>{f_type=TMPFS}) = 0",
+            None,
+        ),
+        // Bytes that were read may contain anything.
+        (
+            "8471<recorder> <... read resumed>\"-?\\254>pf(\"..., 32) = 32",
             None,
         ),
         ("8473<safety>  +++ exited with 0 +++", None),

@@ -4,7 +4,8 @@
 //! gap and friction remain valid while the plate warms.
 //!
 //! Forces are not smoothed by the zero-phase filter of the analysis: a frame uses the mean of the force readings since
-//! the previous frame, or the last reading if the sensor's bursts are late, against the zero read while no finger is on the plate. If the amplitude along the plate was
+//! the previous frame, or the last reading if the sensor's bursts are late, against the zero read while no finger is on
+//! the plate. If the amplitude along the plate was
 //! measured, amplitude and impedance are those under the finger, at its last known position.
 
 use std::collections::VecDeque;

@@ -63,9 +63,9 @@ impl LiveZero {
             normal_n: mean(|block| block.normal_n),
             lateral_n: mean(|block| block.lateral_n),
         };
-        let largest_n = zero.normal_n.abs().max(zero.lateral_n.abs());
+        let is_plausible = |zero_n: f64| zero_n.abs() <= GREATEST_ZERO_N;
         // Also false for NaN.
-        if largest_n <= GREATEST_ZERO_N {
+        if is_plausible(zero.normal_n) && is_plausible(zero.lateral_n) {
             zero
         } else {
             Axes::default()
@@ -98,6 +98,19 @@ mod tests {
         zero.interrupt();
         assert!((zero.zero().normal_n - 0.03).abs() < 1e-12);
         assert!((zero.zero().lateral_n + 0.03).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_axis_without_readings_has_no_zero() {
+        let mut zero = LiveZero::default();
+        for i in 0..1000 {
+            let lateral_n = if i < 500 { f64::NAN } else { 0.01 };
+            zero.take_free(&ForceRow {
+                lateral_n,
+                ..row(f64::from(i) * 1e-3, 0.03)
+            });
+        }
+        assert_eq!(zero.zero(), Axes::default());
     }
 
     #[test]

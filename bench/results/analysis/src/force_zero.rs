@@ -27,7 +27,7 @@ const CELL_S: f64 = 0.02;
 /// Fewest blocks of a stretch.
 const FEWEST_BLOCKS: usize = 2;
 /// Share of a change of the free plate's impedance that is followed from one block to the next.
-const FOLLOWED: f64 = BLOCK_S / 1.0;
+const FOLLOWED: f64 = 0.1;
 /// Fewest cells of a block with readings.
 const FEWEST_CELLS: usize = 3;
 /// Fewest clear frames of a block.

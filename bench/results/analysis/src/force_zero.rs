@@ -27,13 +27,13 @@ const CELL_S: f64 = 0.02;
 /// Fewest blocks of a stretch.
 const FEWEST_BLOCKS: usize = 2;
 /// Share of a change of the free plate's impedance that is followed from one block to the next.
-const FOLLOWED: f64 = 0.1;
+pub const FOLLOWED: f64 = 0.1;
 /// Fewest cells of a block with readings.
 const FEWEST_CELLS: usize = 3;
 /// Fewest clear frames of a block.
 const FEWEST_FRAMES: usize = 40;
 /// Largest difference of a free plate's impedance from that of the last second, N·s/m; a finger adds more from 0.15 N on.
-const FREE_N_S_PER_M: f64 = 0.3;
+pub const FREE_N_S_PER_M: f64 = 0.3;
 /// Blocks next to a touch that are left out: a finger that lifts off still presses with some mN for 0.1 s.
 const MARGIN_BLOCKS: usize = 2;
 /// Largest difference of a block's normal force from its stretch's, N, and in its standard errors if they are larger: a light
@@ -41,7 +41,7 @@ const MARGIN_BLOCKS: usize = 2;
 const STEADY_N: f64 = 0.002;
 const STEADY_ERRORS: f64 = 4.0;
 /// Largest zero, N, three times what a session may begin with: beyond it, something may rest on the plate.
-const GREATEST_ZERO_N: f64 = 0.15;
+pub const GREATEST_ZERO_N: f64 = 0.15;
 /// Zero of the force sensor beyond which a warning states it, N.
 const REPORTED_ZERO_N: f64 = 0.010;
 /// Change of the zero within a recording beyond which it is a flaw, N: a drift of 5 mN/min makes 1 mN in the longest trial.
@@ -387,50 +387,21 @@ fn mean_force(rows: &[ForceRow], (start_s, end_s): (f64, f64)) -> Option<Axes> {
 #[cfg(test)]
 mod tests {
     use approx::assert_relative_eq;
-    use impedance::Mask;
 
     use super::*;
-
-    const RATE_HZ: f64 = 2000.0;
+    use crate::measurements::tests::measured;
 
     /// Six seconds of a plate of 7 N·s/m with a finger from 2 to 4 s that adds `finger`, and the forces that the sensor reads.
     fn record(finger: Complex64, force: impl Fn(f64) -> Axes) -> Measurements {
-        let times = || (0..12_000).map(|i| f64::from(i) / RATE_HZ);
-        let frames = times().map(|time_s| {
+        let impedance = |time_s: f64| {
             let is_touched = (2.0..4.0).contains(&time_s);
             let noise = Complex64::new(0.02, -0.02) * (1e3 * time_s).sin();
-            let z_m = 7.0 + noise + if is_touched { finger } else { Complex64::ZERO };
-            ZmFrame {
-                time_s,
-                plain_n_s_per_m: z_m,
-                corrected_n_s_per_m: z_m,
-                corrected_std_n_s_per_m: 0.01,
-                amplitude_m: 1e-6,
-                mask: Mask::CLEAR,
-                sample: 0,
-                drive_v: Complex64::ONE,
-                displacement_m: Complex64::new(1e-6, 0.0),
-                amplitude_rate_m_per_s: 0.0,
-                amplitude_std_m: 1e-9,
-                plain_std_n_s_per_m: 0.01,
-            }
-        });
-        let force = times().map(|time_s| {
-            let Axes {
-                normal_n,
-                lateral_n,
-            } = force(time_s);
-            ForceRow {
-                time_s,
-                normal_n,
-                lateral_n,
-            }
-        });
-        Measurements {
-            frames: frames.collect(),
-            force: force.collect(),
-            ..Measurements::default()
-        }
+            7.0 + noise + if is_touched { finger } else { Complex64::ZERO }
+        };
+        measured(6.0, impedance, |time_s| {
+            let force = force(time_s);
+            (force.normal_n, force.lateral_n)
+        })
     }
 
     const FINGER: Complex64 = Complex64::new(0.5, -1.5);

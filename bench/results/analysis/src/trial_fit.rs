@@ -312,6 +312,7 @@ fn force_difference(
     let mut differences = Vec::new();
     for (series, under_finger) in explorations {
         let (z_m, amplitude_m) = (&under_finger.z_m_n_s_per_m, &under_finger.amplitude_m);
+        // The interval and the lengths, which alone can be refused, are the same for all explorations.
         let self_sensed_force =
             self_sensed::normal_force(finger, interval_s, z_m, amplitude_m).ok()?;
         for (i, sensed_n) in self_sensed_force.normal_n.into_iter().enumerate() {

@@ -15,6 +15,7 @@ use impedance::ZmFrame;
 use num_complex::Complex64;
 use recording::ForceRow;
 use recording::manifest::StandardErrors;
+use serde::Serialize;
 use statistics::median;
 
 use crate::flaw::Flaw;
@@ -53,7 +54,7 @@ const CERTAIN_ERRORS: f64 = 4.0;
 const CORRELATED_FRAMES: f64 = 20.0;
 
 /// A value of both axes, N.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Axes {
     /// Normal axis, N.
     pub normal_n: f64,
@@ -71,11 +72,12 @@ impl Axes {
 }
 
 /// Zero in one stretch without a finger.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ZeroReading {
     /// Middle of the stretch, s.
     pub time_s: f64,
     /// Mean of the readings, N.
+    #[serde(flatten)]
     pub zero: Axes,
     /// Standard error of the mean, N.
     pub std: Axes,

@@ -317,7 +317,7 @@ mod tests {
     use contact::{AssumedConstants, Contact, FittedFinger, harmonic};
     use recording::manifest::RecordedProfile;
 
-    use crate::live_zero::tests::frame;
+    use crate::tests::frame;
 
     const CARRIER_HZ: f64 = 35_000.0;
     const AMPLITUDE_M: f64 = 1e-6;

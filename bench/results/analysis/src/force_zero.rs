@@ -391,7 +391,7 @@ mod tests {
     use approx::assert_relative_eq;
 
     use super::*;
-    use crate::measurements::tests::measured;
+    use crate::tests::measured;
 
     /// Six seconds of a plate of 7 N·s/m with a finger from 2 to 4 s that adds `finger`, and the forces that the sensor reads.
     fn record(finger: Complex64, force: impl Fn(f64) -> Axes) -> Measurements {

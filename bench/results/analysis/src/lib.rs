@@ -38,6 +38,8 @@ mod spans;
 pub mod statistics;
 #[cfg_attr(not(feature = "parquet"), path = "no_tables.rs")]
 pub mod tables;
+#[cfg(test)]
+mod tests;
 pub mod trial_fit;
 pub mod trial_selection;
 pub mod under_finger;

@@ -109,7 +109,7 @@ mod tests {
     use approx::assert_relative_eq;
 
     use super::*;
-    use crate::measurements::tests::measured;
+    use crate::tests::measured;
 
     const FINAL_Z_P_N_S_PER_M: Complex64 = Complex64::new(7.05, -0.2);
 

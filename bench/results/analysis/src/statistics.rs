@@ -2,6 +2,7 @@
 
 use num_complex::Complex64;
 use serde::Serialize;
+use statistics::rank_orders::{p_of_all_orders, p_of_perfect_orders};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use statrs::statistics::{Data, OrderStatistics, RankTieBreaker, Statistics};
 
@@ -36,8 +37,8 @@ impl Coefficient {
         let correlation = correlate(&x, &y)?;
         let p = match self {
             Self::Pearson => correlation.p,
-            Self::Spearman if correlation.n <= EXACT_PAIRS => exact_p(&x, &y),
-            Self::Spearman => correlation.p.max(perfect_p(&x, &y)),
+            Self::Spearman if correlation.n <= EXACT_PAIRS => p_of_all_orders(&x, &y),
+            Self::Spearman => correlation.p.max(p_of_perfect_orders(&x, &y)),
         };
         Some(Correlation { p, ..correlation })
     }
@@ -53,71 +54,6 @@ impl Coefficient {
 
 /// Largest number of pairs for which all orders are tried: 8 have 40 320.
 pub const EXACT_PAIRS: usize = 8;
-
-/// Returns |Σxy − n x̄ȳ| of ranks, in proportion to |ρ| over all orders, which have the same means and variances. It is exact:
-/// a quarter of an integer.
-fn departure(x: &[f64], y: &[f64]) -> f64 {
-    let n = x.len() as f64;
-    (x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>() - n * (0.5 * (n + 1.0)).powi(2)).abs()
-}
-
-/// Returns the fraction of all orders of `y` with a correlation to `x` at least as far from zero as the observed one: the
-/// exact two-sided p-value of Spearman's coefficient, also with ties (Kendall and Gibbons 1990, section 4).
-fn exact_p(x: &[f64], y: &[f64]) -> f64 {
-    let observed_departure = departure(x, y);
-    let (mut extreme_orders, mut orders) = (0_u32, 0_u32);
-    let mut order = y.to_vec();
-    let mut count = |order: &[f64]| {
-        orders += 1;
-        extreme_orders += u32::from(departure(x, order) >= observed_departure);
-    };
-    // Heap's algorithm (1963).
-    count(&order);
-    let mut swap_counts = vec![0; order.len()];
-    let mut i = 0;
-    while i < order.len() {
-        if swap_counts[i] < i {
-            let j = if i % 2 == 0 { 0 } else { swap_counts[i] };
-            order.swap(j, i);
-            count(&order);
-            swap_counts[i] += 1;
-            i = 0;
-        } else {
-            swap_counts[i] = 0;
-            i += 1;
-        }
-    }
-    f64::from(extreme_orders) / f64::from(orders)
-}
-
-/// Returns the fraction of all orders of `y` that are perfect, rising or falling, and at least as far from zero correlation to
-/// `x` as the observed one: no p-value is below it. Without ties it is 2/n!.
-fn perfect_p(x: &[f64], y: &[f64]) -> f64 {
-    let (mut rising_x, mut y) = (x.to_vec(), y.to_vec());
-    let observed_departure = departure(&rising_x, &y);
-    rising_x.sort_by(f64::total_cmp);
-    let mut perfect_orders = 0.0;
-    for compare in [f64::total_cmp, |a: &f64, b: &f64| b.total_cmp(a)] {
-        y.sort_by(compare);
-        if departure(&rising_x, &y) >= observed_departure {
-            // All exchanges of equal x and of equal y lead to it, those of equal pairs by both: Πa! Πb!/Πc! of n! orders.
-            let pairs: Vec<_> = rising_x.iter().zip(&y).collect();
-            let ln_orders = ln_exchanges(&rising_x) + ln_exchanges(&y) - ln_exchanges(&pairs);
-            perfect_orders += (ln_orders - ln_factorial(y.len())).exp();
-        }
-    }
-    perfect_orders
-}
-
-/// Returns the logarithm of the number of exchanges of equal values, which are next to each other.
-fn ln_exchanges<T: PartialEq>(values: &[T]) -> f64 {
-    let ties = values.chunk_by(PartialEq::eq);
-    ties.map(|tie| ln_factorial(tie.len())).sum()
-}
-
-fn ln_factorial(n: usize) -> f64 {
-    (2..=n).map(|k| (k as f64).ln()).sum()
-}
 
 /// Mean and sample standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -289,38 +225,6 @@ mod tests {
         let falling: Vec<f64> = groups.iter().map(|y| -y).collect();
         let p_of_falling = Coefficient::Spearman.correlate(&x, &falling).unwrap().p;
         assert_relative_eq!(p_of_falling, p, max_relative = 1e-9);
-    }
-
-    #[test]
-    fn perfect_orders_are_counted_as_by_trying_all() {
-        for (x, y) in [
-            (
-                [1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
-                [1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
-            ),
-            (
-                [1.0, 1.0, 2.0, 2.0, 3.0, 3.0],
-                [1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
-            ),
-            (
-                [1.0, 1.0, 2.0, 2.0, 3.0, 3.0],
-                [1.0, 1.0, 1.0, 2.0, 2.0, 3.0],
-            ),
-            (
-                [1.0, 1.0, 1.0, 2.0, 2.0, 2.0],
-                [2.0, 2.0, 2.0, 2.0, 1.0, 1.0],
-            ),
-            (
-                [1.0, 1.0, 1.0, 1.0, 1.0, 2.0],
-                [1.0, 1.0, 1.0, 1.0, 1.0, 2.0],
-            ),
-        ] {
-            let (x, y) = (
-                Coefficient::Spearman.scores(x.to_vec()),
-                Coefficient::Spearman.scores(y.to_vec()),
-            );
-            assert_relative_eq!(perfect_p(&x, &y), exact_p(&x, &y), max_relative = 1e-9);
-        }
     }
 
     // (slope, stderr) of scipy's linregress.

@@ -374,7 +374,7 @@ impl Block {
 }
 
 /// Returns the mean of the finite readings in a span, N.
-fn mean_force(rows: &[ForceRow], (start_s, end_s): (f64, f64)) -> Option<Axes> {
+pub(crate) fn mean_force(rows: &[ForceRow], (start_s, end_s): (f64, f64)) -> Option<Axes> {
     let start = rows.partition_point(|row| row.time_s < start_s);
     let end = rows.partition_point(|row| row.time_s < end_s).max(start);
     let is_finite = |row: &&ForceRow| row.normal_n.is_finite() && row.lateral_n.is_finite();

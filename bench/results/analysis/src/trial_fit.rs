@@ -287,10 +287,10 @@ fn friction_at_rest(
     let n = usable_fits.len() as f64;
     let mean = usable_fits.iter().map(|fit| fit.mu0).sum::<f64>() / n;
     let squares: f64 = usable_fits.iter().map(|fit| (fit.mu0 - mean).powi(2)).sum();
-    let calibration_error = mean
-        * forces
-            .lateral_force_relative
-            .hypot(forces.normal_force_relative);
+    let relative_error = forces
+        .lateral_force_relative
+        .hypot(forces.normal_force_relative);
+    let calibration_error = (mean * relative_error).hypot(forces.lateral_per_normal);
     Uncertain {
         value: mean,
         std: if usable_fits.len() > 1 {

@@ -26,7 +26,7 @@ fn scale(values: &mut [f64], factor: f64) {
     values.iter_mut().for_each(|value| *value *= factor);
 }
 
-fn miscalibrations() -> [Miscalibration; 5] {
+fn miscalibrations() -> [Miscalibration; 6] {
     let exact = CalibrationErrors::default();
     let unity = Complex64::ONE;
     [
@@ -76,6 +76,15 @@ fn miscalibrations() -> [Miscalibration; 5] {
                 ..exact
             },
             record: |record| scale(&mut record.mu, SIZE.exp()),
+            impedance: unity,
+        },
+        Miscalibration {
+            name: "crosstalk",
+            errors: CalibrationErrors {
+                lateral_per_normal: SIZE,
+                ..exact
+            },
+            record: |record| record.mu.iter_mut().for_each(|mu| *mu += SIZE),
             impedance: unity,
         },
     ]
@@ -142,6 +151,8 @@ fn trial_estimates(fit: &TrialFit) -> Vec<(&'static str, f64, f64)> {
         ln("η", &shared.loss_factor),
         ln("τ of all", &shared.tau_s),
     ]);
+    let floor = shared.friction_floor.unwrap();
+    estimates.push(("φ", floor.value, floor.std));
     estimates
 }
 

@@ -80,8 +80,7 @@ pub(super) fn show_bench(
     }
 }
 
-/// Returns a reminder of an ambient pressure that is not stated, which an operator can still read off a barometer before the next
-/// session.
+/// Returns a notice if no ambient pressure is stated; for an operator at a terminal, with the remedy.
 fn pressure_reminder(config: &Config, headless: bool) -> Option<String> {
     if config.room.pressure_hpa.is_some() {
         return None;

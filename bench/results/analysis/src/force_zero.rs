@@ -50,7 +50,8 @@ const GREATEST_ZERO_CHANGE_N: f64 = 0.005;
 /// Number of standard errors beyond which a change of the zero is certain.
 const CERTAIN_ERRORS: f64 = 4.0;
 
-/// Number of frames with a common error: a demodulator's filter is some 10 ms long.
+/// Number of frames with a common error: 10 ms of interference or touch (an assumption of this project). White noise is independent
+/// from frame to frame, so that its error is stated 4.5 times too large.
 const CORRELATED_FRAMES: f64 = 20.0;
 
 /// A value of both axes, N.

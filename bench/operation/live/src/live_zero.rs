@@ -182,20 +182,23 @@ mod tests {
     }
 
     #[test]
-    fn a_plate_that_is_not_known_shows_no_zero() {
-        let mut zero = LiveZero::default();
-        for i in 0..1000 {
-            let row = ForceRow {
-                time_s: f64::from(i) * 1e-3,
-                normal_n: 0.03,
-                lateral_n: -0.03,
-            };
-            let mut masked = frame(0, row.time_s, PLATE);
-            zero.take_free(&row, &masked, None);
-            masked.mask = Mask::LOST_SAMPLES;
-            zero.take_free(&row, &masked, Some(PLATE));
+    fn without_a_known_plate_or_an_impedance_there_is_no_zero() {
+        for (mask, z_p) in [(Mask::CLEAR, None), (Mask::LOST_SAMPLES, Some(PLATE))] {
+            let mut zero = LiveZero::default();
+            for i in 0..1000 {
+                let row = ForceRow {
+                    time_s: f64::from(i) * 1e-3,
+                    normal_n: 0.03,
+                    lateral_n: -0.03,
+                };
+                let frame = ZmFrame {
+                    mask,
+                    ..frame(0, row.time_s, PLATE)
+                };
+                zero.take_free(&row, &frame, z_p);
+            }
+            assert_eq!(zero.zero(), Axes::default());
         }
-        assert_eq!(zero.zero(), Axes::default());
     }
 
     #[test]

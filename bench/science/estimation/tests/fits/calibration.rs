@@ -151,8 +151,6 @@ fn trial_estimates(fit: &TrialFit) -> Vec<(&'static str, f64, f64)> {
         ln("η", &shared.loss_factor),
         ln("τ of all", &shared.tau_s),
     ]);
-    let floor = shared.friction_floor.unwrap();
-    estimates.push(("φ", floor.value, floor.std));
     estimates
 }
 
@@ -191,9 +189,11 @@ fn errors_of_a_trial_cover_those_of_the_calibration() {
             .iter()
             .map(|record| place(record.series()))
             .collect();
-        trial_estimates(
-            &trial::fit(&places, conditions, readings, &TrialOptions::default()).unwrap(),
-        )
+        let fit = trial::fit(&places, conditions, readings, &TrialOptions::default()).unwrap();
+        let floor = fit.shared.friction_floor.unwrap();
+        let mut estimates = trial_estimates(&fit);
+        estimates.push(("φ", floor.value, floor.std));
+        estimates
     };
     let reference = estimates(&right, &conditions(), &references(5));
     for miscalibration in miscalibrations() {

@@ -287,10 +287,10 @@ fn friction_at_rest(
     let n = usable_fits.len() as f64;
     let mean = usable_fits.iter().map(|fit| fit.mu0).sum::<f64>() / n;
     let squares: f64 = usable_fits.iter().map(|fit| (fit.mu0 - mean).powi(2)).sum();
-    let calibration_error = mean
-        * forces
-            .lateral_force_relative
-            .hypot(forces.normal_force_relative);
+    let relative_error = forces
+        .lateral_force_relative
+        .hypot(forces.normal_force_relative);
+    let calibration_error = (mean * relative_error).hypot(forces.lateral_per_normal);
     Uncertain {
         value: mean,
         std: if usable_fits.len() > 1 {
@@ -312,6 +312,7 @@ fn force_difference(
     let mut differences = Vec::new();
     for (series, under_finger) in explorations {
         let (z_m, amplitude_m) = (&under_finger.z_m_n_s_per_m, &under_finger.amplitude_m);
+        // The interval and the lengths, which alone can be refused, are the same for all explorations.
         let self_sensed_force =
             self_sensed::normal_force(finger, interval_s, z_m, amplitude_m).ok()?;
         for (i, sensed_n) in self_sensed_force.normal_n.into_iter().enumerate() {

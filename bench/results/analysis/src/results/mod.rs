@@ -38,6 +38,7 @@ impl From<&RecordingAnalysis> for Recording {
                     plate_profile: false,
                     standard_errors: None,
                     room: None,
+                    force_zero: Vec::new(),
                     pickup_undone: None,
                     z_p_n_s_per_m: Methods {
                         paper: None,
@@ -64,6 +65,7 @@ impl From<&RecordingAnalysis> for Recording {
             plate_profile: findings.plate().profile.is_some(),
             standard_errors: findings.manifest.standard_errors,
             room: findings.manifest.room,
+            force_zero: findings.zero.readings.clone(),
             pickup_undone: Some(PickupUndone {
                 phase_rad: findings.pickup.turn_rad,
                 delay_s: findings.pickup.delay_s,

@@ -73,7 +73,7 @@ fn spaced(low: f64, high: f64, count: usize) -> Vec<f64> {
 }
 
 fn gaps_m() -> Vec<f64> {
-    spaced(1.25e-6, 25e-6, 36)
+    spaced(1.25e-6, 25e-6, 28)
 }
 
 /// Returns the response of a film at each gap and amplitude.
@@ -93,13 +93,13 @@ const RATIOS: [f64; 2] = [0.3, 0.8];
 
 /// Panels of a response over the squeeze number: linear theory, Reynolds' equation at two amplitudes, and Eq. 18.
 fn over_squeeze(y: Axis, part: fn(&Response) -> f64, linear: fn(&Linear) -> f64) -> Panel {
-    let squeezes = spaced(0.01, 1e5, 71);
+    let squeezes = spaced(0.01, 1e4, 61);
     let theory = |shape| -> Vec<(f64, f64)> {
         let at = |&squeeze: &f64| (squeeze, linear(&Linear::new(shape, squeeze)));
         squeezes.iter().map(at).collect()
     };
     let points = |ratio: f64| -> Vec<(f64, f64)> {
-        let squeezes = spaced(0.01, 1e5, 15);
+        let squeezes = spaced(0.01, 1e4, 13);
         let films: Vec<Film> = squeezes
             .iter()
             .map(|&squeeze| Film::new(Shape::Strip, squeeze, ratio))
@@ -126,7 +126,7 @@ fn over_squeeze(y: Axis, part: fn(&Response) -> f64, linear: fn(&Linear) -> f64)
 }
 
 fn level(value: f64) -> Vec<(f64, f64)> {
-    vec![(0.01, value), (1e5, value)]
+    vec![(0.01, value), (1e4, value)]
 }
 
 /// Stiffness and loss of the film at the carrier.
@@ -257,7 +257,7 @@ fn friction(states: &[State]) -> Vec<(f64, f64)> {
 
 /// Mean force of the film, and the friction that it leaves.
 pub fn force() -> Figure {
-    let squeezes = spaced(0.01, 1e5, 71);
+    let squeezes = spaced(0.01, 1e4, 61);
     let theory = |shape| -> Vec<(f64, f64)> {
         squeezes
             .iter()
@@ -270,7 +270,7 @@ pub fn force() -> Figure {
             .collect()
     };
     let points = |ratio: f64| -> Vec<(f64, f64)> {
-        let squeezes = spaced(0.01, 1e5, 15);
+        let squeezes = spaced(0.01, 1e4, 13);
         let films: Vec<Film> = squeezes
             .iter()
             .map(|&squeeze| Film::new(Shape::Strip, squeeze, ratio))
@@ -299,7 +299,7 @@ pub fn force() -> Figure {
         )
     };
     const GAP_M: f64 = 8e-6;
-    let amplitudes_m: Vec<f64> = (1..=30).map(|i| 0.2e-6 * f64::from(i)).collect();
+    let amplitudes_m: Vec<f64> = (1..=20).map(|i| 0.3e-6 * f64::from(i)).collect();
     let eq_14 =
         |gap_m: f64, amplitude_m: f64| 1.25 * AMBIENT_PA * AREA_M2 * (amplitude_m / gap_m).powi(2);
     let mut by_amplitude = Panel::new(
@@ -427,7 +427,7 @@ fn friction_panel() -> Panel {
         ],
         ..Panel::new(
             Axis::linear("Plate amplitude (µm)").with_range(0.0, 4.8),
-            Axis::linear("μ/μ₀").with_range(0.0, 1.4),
+            Axis::linear("μ/μ₀").with_range(0.0, 2.0),
         )
     }
 }

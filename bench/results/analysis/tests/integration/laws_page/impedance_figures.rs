@@ -2,7 +2,7 @@
 
 use plotting::{Axis, Dash, Figure, Ink, Key, Marker, Panel, Series, Width};
 
-use super::law::{AVERAGE, Finger, Law, OF_FIG_3, State, Width as FingerWidth};
+use super::law::{AT_REST, AVERAGE, Finger, Law, OF_FIG_3, State, Width as FingerWidth};
 use super::reynolds_finger::{Outline, states};
 
 const MICRO: f64 = 1e6;
@@ -159,16 +159,10 @@ pub fn impedance() -> Figure {
             by_law(&OF_FIG_3, trapped),
         ),
         curve(
-            "the same, relative motion",
+            "Reynolds, disc, skin at rest",
             Ink::Orange,
             Dash::DashDotted,
-            by_law(
-                &OF_FIG_3,
-                Law {
-                    relative: 1.0,
-                    ..trapped
-                },
-            ),
+            on_reynolds(&AT_REST, Outline::Disc),
         ),
         curve(
             "Reynolds, disc",

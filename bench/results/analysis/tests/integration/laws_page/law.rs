@@ -35,6 +35,12 @@ pub const OF_FIG_3: Finger = Finger {
     ..AVERAGE
 };
 
+/// The same with a skin that the plate does not move.
+pub const AT_REST: Finger = Finger {
+    z_t: Complex64::new(1e5, 0.0),
+    ..AVERAGE
+};
+
 /// Width of a finger across the plate's mode cos(2πy/λ), with its middle on a crest.
 #[derive(Debug, Clone, Copy)]
 pub struct Width {

@@ -2,8 +2,8 @@
 
 use plotting::{Axis, Dash, Figure, Ink, Key, Marker, Panel, Series, Width};
 
-use super::law::{AVERAGE, Finger, Law, OF_FIG_3, State};
-use super::reynolds_finger::{Outline, states};
+use super::law::{AVERAGE, Law, State};
+use super::reynolds_finger::{Curves, MOST_M};
 use crate::reynolds_world::film::{
     AMBIENT_PA, Film, Groove, Linear, OMEGA, RECORDED, Response, Shape, responses,
 };
@@ -256,7 +256,7 @@ fn friction(states: &[State]) -> Vec<(f64, f64)> {
 }
 
 /// Mean force of the film, and the friction that it leaves.
-pub fn force() -> Figure {
+pub fn force(curves: &Curves) -> Figure {
     let squeezes = spaced(0.01, 1e4, 61);
     let theory = |shape| -> Vec<(f64, f64)> {
         squeezes
@@ -357,76 +357,55 @@ pub fn force() -> Figure {
         columns: 2,
         panel_height_mm: 55.0,
         key: Key::InPanels,
-        panels: vec![over_eq_14, by_amplitude, by_gap, friction_panel()],
+        panels: vec![over_eq_14, by_amplitude, by_gap, friction_panel(curves)],
     }
 }
 
-fn friction_panel() -> Panel {
-    let published = |finger: &Finger, law: Law| -> Vec<State> {
-        (1..=60)
-            .map(|i| law.state(finger, 0.08e-6 * f64::from(i)))
-            .collect()
-    };
-    let reynolds = |finger: &Finger, outline| states(finger, outline, None, 4.8e-6, 48);
-    let line = |ink, dash, states: Vec<State>, name: &str| {
-        Series::line(ink, dash, friction(&states)).with_name(name)
-    };
+fn friction_panel(curves: &Curves) -> Panel {
+    let published: Vec<State> = (1..=60)
+        .map(|i| Law::default().state(&AVERAGE, MOST_M * f64::from(i) / 60.0))
+        .collect();
+    let series = [
+        (Ink::Black, Dash::Solid, &published, "Eqs. 14–19"),
+        (
+            Ink::Blue,
+            Dash::Solid,
+            &curves.disc_average,
+            "disc, average skin",
+        ),
+        (
+            Ink::Blue,
+            Dash::Dashed,
+            &curves.disc_of_fig_3,
+            "disc, skin of Fig. 3",
+        ),
+        (
+            Ink::Green,
+            Dash::Dashed,
+            &curves.strips,
+            "strips of 1 mm, skin of Fig. 3",
+        ),
+        (
+            Ink::Vermillion,
+            Dash::DashDotted,
+            &curves.leaking_ridges,
+            "ridges, leaking grooves, Fig. 3",
+        ),
+        (
+            Ink::Orange,
+            Dash::Dotted,
+            &curves.open_ridges,
+            "ridges, open grooves, Fig. 3",
+        ),
+    ];
     Panel {
-        series: vec![
-            line(
-                Ink::Black,
-                Dash::Solid,
-                published(&AVERAGE, Law::default()),
-                "Eqs. 14–19",
-            ),
-            line(
-                Ink::Blue,
-                Dash::Solid,
-                reynolds(&AVERAGE, Outline::Disc),
-                "disc, average skin",
-            ),
-            line(
-                Ink::Blue,
-                Dash::Dashed,
-                reynolds(&OF_FIG_3, Outline::Disc),
-                "disc, skin of Fig. 3",
-            ),
-            line(
-                Ink::Green,
-                Dash::Dashed,
-                reynolds(
-                    &OF_FIG_3,
-                    Outline::Strips {
-                        half_width_m: 0.5e-3,
-                    },
-                ),
-                "strips of 1 mm, skin of Fig. 3",
-            ),
-            line(
-                Ink::Vermillion,
-                Dash::DashDotted,
-                reynolds(
-                    &OF_FIG_3,
-                    Outline::Ridges {
-                        groove_length_m: 5e-3,
-                    },
-                ),
-                "ridges, leaking grooves, Fig. 3",
-            ),
-            line(
-                Ink::Orange,
-                Dash::Dotted,
-                reynolds(
-                    &OF_FIG_3,
-                    Outline::Ridges {
-                        groove_length_m: 0.0,
-                    },
-                ),
-                "ridges, open grooves, Fig. 3",
-            ),
-        ],
+        series: series
+            .map(|(ink, dash, states, name)| {
+                Series::line(ink, dash, friction(states)).with_name(name)
+            })
+            .into(),
         ..Panel::new(
-            Axis::linear("Plate amplitude (µm)").with_range(0.0, 4.8),
+            Axis::linear("Plate amplitude (µm)").with_range(0.0, MOST_M * MICRO),
             Axis::linear("μ/μ₀").with_range(0.0, 2.0),
         )
     }

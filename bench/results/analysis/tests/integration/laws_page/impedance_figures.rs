@@ -2,15 +2,13 @@
 
 use plotting::{Axis, Dash, Figure, Ink, Key, Marker, Panel, Series, Width};
 
-use super::law::{AT_REST, AVERAGE, Finger, Law, OF_FIG_3, State, Width as FingerWidth};
-use super::reynolds_finger::{Outline, states};
+use super::law::{AVERAGE, Finger, Law, OF_FIG_3, State, Width as FingerWidth};
+use super::reynolds_finger::{Curves, WAVELENGTH_M, WIDTHS_M};
 
 const MICRO: f64 = 1e6;
 /// b_p of the paper's plate, N·s/m: Z_p at resonance.
 const PLATE: f64 = 7.01;
 const MOST_M: f64 = 4e-6;
-/// Wavelength across the paper's plate.
-pub const WAVELENGTH_M: f64 = 22e-3;
 
 /// States of a finger under one law, with name and line.
 struct Curve {
@@ -34,10 +32,6 @@ fn by_law(finger: &Finger, law: Law) -> Vec<State> {
     (1..=count)
         .map(|i| law.state(finger, MOST_M * f64::from(i) / f64::from(count)))
         .collect()
-}
-
-fn on_reynolds(finger: &Finger, outline: Outline) -> Vec<State> {
-    states(finger, outline, None, MOST_M, 40)
 }
 
 fn amplitude() -> Axis {
@@ -77,7 +71,7 @@ fn impedance_panels(curves: &[Curve]) -> [Panel; 2] {
 }
 
 /// Z_m over the amplitude, as in Fig. 13a of the paper.
-pub fn impedance() -> Figure {
+pub fn impedance(curves: &Curves) -> Figure {
     let trapped = Law {
         trapped: 1.0,
         film_loss_factor: Some(0.0),
@@ -142,7 +136,7 @@ pub fn impedance() -> Figure {
             "Reynolds, disc",
             Ink::Grey,
             Dash::Solid,
-            on_reynolds(&AVERAGE, Outline::Disc),
+            curves.disc_average.clone(),
         ),
     ];
     let of_fig_3 = [
@@ -162,35 +156,25 @@ pub fn impedance() -> Figure {
             "Reynolds, disc, skin at rest",
             Ink::Orange,
             Dash::DashDotted,
-            on_reynolds(&AT_REST, Outline::Disc),
+            curves.disc_at_rest.clone(),
         ),
         curve(
             "Reynolds, disc",
             Ink::Grey,
             Dash::Solid,
-            on_reynolds(&OF_FIG_3, Outline::Disc),
+            curves.disc_of_fig_3.clone(),
         ),
         curve(
             "Reynolds, strips of 1 mm",
             Ink::Green,
             Dash::Dashed,
-            on_reynolds(
-                &OF_FIG_3,
-                Outline::Strips {
-                    half_width_m: 0.5e-3,
-                },
-            ),
+            curves.strips.clone(),
         ),
         curve(
             "Reynolds, ridges",
             Ink::Blue,
             Dash::Dotted,
-            on_reynolds(
-                &OF_FIG_3,
-                Outline::Ridges {
-                    groove_length_m: 5e-3,
-                },
-            ),
+            curves.leaking_ridges.clone(),
         ),
     ];
     let [average_real, average_imaginary] = impedance_panels(&averages);
@@ -212,7 +196,7 @@ pub fn impedance() -> Figure {
 }
 
 /// A finger with a width across the mode.
-pub fn width() -> Figure {
+pub fn width(curves: &Curves) -> Figure {
     let of_width = |width_m: f64| FingerWidth {
         width_m,
         wavelength_m: WAVELENGTH_M,
@@ -250,29 +234,29 @@ pub fn width() -> Figure {
             Axis::linear("Mean over the contact").with_range(0.0, 1.2),
         )
     };
-    const STYLES: [(f64, &str, Ink, Dash); 4] = [
-        (0.0, "narrow", Ink::Black, Dash::Solid),
-        (4e-3, "4 mm", Ink::Blue, Dash::Dashed),
-        (8e-3, "8 mm", Ink::Orange, Dash::DashDotted),
-        (12e-3, "12 mm", Ink::Vermillion, Dash::Dotted),
+    const STYLES: [(&str, Ink, Dash); WIDTHS_M.len()] = [
+        ("narrow", Ink::Black, Dash::Solid),
+        ("4 mm", Ink::Blue, Dash::Dashed),
+        ("8 mm", Ink::Orange, Dash::DashDotted),
+        ("12 mm", Ink::Vermillion, Dash::Dotted),
     ];
-    let published = STYLES.map(|(width_m, name, ink, dash)| {
-        let law = Law {
-            width: (width_m > 0.0).then(|| of_width(width_m)),
-            ..Law::default()
-        };
-        curve(name, ink, dash, by_law(&AVERAGE, law))
-    });
-    let reynolds = STYLES.map(|(width_m, name, ink, dash)| {
-        let outline = Outline::Strips { half_width_m: 5e-3 };
-        let width = (width_m > 0.0).then(|| of_width(width_m));
-        curve(
-            name,
-            ink,
-            dash,
-            states(&OF_FIG_3, outline, width, MOST_M, 40),
+    let styled = |states: Vec<Vec<State>>| -> Vec<Curve> {
+        let styles = states.into_iter().zip(STYLES);
+        styles
+            .map(|(states, (name, ink, dash))| curve(name, ink, dash, states))
+            .collect()
+    };
+    let by_width = WIDTHS_M.map(|width_m| {
+        let width = Some(of_width(width_m)).filter(|_| width_m > 0.0);
+        by_law(
+            &AVERAGE,
+            Law {
+                width,
+                ..Law::default()
+            },
         )
     });
+    let (published, reynolds) = (styled(by_width.into()), styled(curves.wide.clone()));
     let friction = Panel {
         series: lines(&published, |state| state.asperity_share),
         ..Panel::new(

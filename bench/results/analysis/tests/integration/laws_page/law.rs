@@ -14,6 +14,8 @@ pub struct Finger {
     pub loss_factor: f64,
     pub z_t: Complex64,
     pub normal_n: f64,
+    /// Carrier, rad/s.
+    pub omega: f64,
 }
 
 /// p_c of the assumed constants at σ_t = 1.7 µm: 0.375 q0 σ_t E/(1 − ν²), Pa.
@@ -27,6 +29,7 @@ pub const AVERAGE: Finger = Finger {
     loss_factor: 0.3,
     z_t: Complex64::new(0.47, 3.16),
     normal_n: 0.65,
+    omega: OMEGA,
 };
 
 /// The same with the skin of the paper's Fig. 3: 0.1 g and 32 N·s/m.
@@ -177,7 +180,7 @@ impl Law {
         let film_loss = self.film_loss_factor.unwrap_or(finger.loss_factor);
         let stiffness = asperity_n / sigma_m * Complex64::new(1.0, finger.loss_factor)
             + film_n_per_m * Complex64::new(1.0, film_loss);
-        (asperity_n, stiffness / (Complex64::I * OMEGA))
+        (asperity_n, stiffness / (Complex64::I * finger.omega))
     }
 
     /// Returns the finger's part of Z_m. A skin that moves as one is driven by all strips: with Z_c(y) and the mode φ(y),

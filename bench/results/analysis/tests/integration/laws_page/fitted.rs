@@ -1,4 +1,4 @@
-//! The published laws, fitted to a finger that obeys another law: what the data of one instance can tell apart.
+//! The published laws, fitted to a finger that obeys another law: errors of the fit, and its residuals.
 
 use num_complex::Complex64;
 
@@ -144,8 +144,8 @@ pub fn fit(law: &Law, condition: Condition) -> Fitted {
         let right = std::array::from_fn(|k| -dot(&slopes[k], &now));
         let mut matrix: [Values; PARAMETERS] =
             std::array::from_fn(|j| std::array::from_fn(|k| dot(&slopes[j], &slopes[k])));
-        for k in 0..PARAMETERS {
-            matrix[k][k] *= 1.0 + damping;
+        for (k, row) in matrix.iter_mut().enumerate() {
+            row[k] *= 1.0 + damping;
         }
         let step = solve(matrix, right);
         let next_values: Values = std::array::from_fn(|k| values[k] + step[k].clamp(-0.5, 0.5));

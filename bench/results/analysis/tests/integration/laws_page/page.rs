@@ -44,7 +44,6 @@ fn the_fingers_of_the_page_are_those_of_reynolds_equation() {
         ),
     ] {
         for (index, (re, im)) in [0, 9, 19].into_iter().zip(expected) {
-            println!("{name} {:?}", states[index]);
             assert_z_m(name, &states[index], re, im);
         }
     }
@@ -300,7 +299,7 @@ fn the_published_laws_fit_others_closely_and_wrongly() {
             "12 mm wide",
             wide(12e-3),
             [-5.1, -64.6, 3.20, 1.10, 0.593, 0.317, 3.6],
-            [-10.7, -53.8],
+            NOT_FOUND,
             [-9.6, -61.5],
         ),
     ] {

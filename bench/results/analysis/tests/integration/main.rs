@@ -1,6 +1,7 @@
 //! Tests of the package on recordings of other simulations.
 
 mod independent_world;
+mod laws_page;
 #[cfg(feature = "parquet")]
 mod reference_recordings;
 mod reynolds_world;

@@ -1,0 +1,191 @@
+//! Predictive test of `paper`: the published averages as the truth of a world, and a search for the truths with which `paper`
+//! gives the published averages (docs/predictive-test.md). Every test run records the worlds that a search has found; a
+//! campaign (`./dev campaign predictive`) searches, from as many truths as `FRICTION_BENCH_PREDICTIVE` says.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "a helper that fails fails its test, as in the tests themselves"
+)]
+#![expect(
+    clippy::print_stdout,
+    reason = "docs/predictive-test.md has the numbers from here"
+)]
+
+mod search;
+mod slow_model;
+mod truth;
+
+use std::io::Write;
+use std::sync::Mutex;
+
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use crate::independent_world::program::program;
+use truth::{PARTS, Part, Printed, Truth};
+
+/// Variable with the number of truths from which the searches of a campaign start.
+const COUNT: &str = "FRICTION_BENCH_PREDICTIVE";
+/// Variable with the file to which a campaign's results are appended.
+const RESULTS: &str = "FRICTION_BENCH_CAMPAIGN";
+/// Distance from the published averages within which an estimate counts as equal to them.
+const EQUAL: f64 = 0.05;
+/// Number of the best truths from which a simplex descends, and its evaluations.
+const DESCENTS: usize = 4;
+const EVALUATIONS: usize = 300;
+
+/// Parts that a search varies, by their places in [`PARTS`]; the others are as published.
+const SCOPES: [&[usize]; 6] = [
+    &[0, 1, 2],
+    &[0, 1, 2, 3],
+    &[0, 1, 2, 4, 5, 6],
+    &[0, 1, 2, 3, 4, 5, 6],
+    &[0, 1, 2, 7],
+    &[0, 1, 2, 3, 4, 5, 6, 7],
+];
+
+/// Truths whose estimates the search has computed, with their distances from the published averages.
+struct Searched {
+    truths: Vec<(Truth, f64)>,
+}
+
+impl Searched {
+    /// Searches a scope on the slow model.
+    fn new(scope: &[usize], count: u64) -> Self {
+        let parts: Vec<Part> = scope.iter().map(|&part| PARTS[part]).collect();
+        let tried = Mutex::new(Vec::new());
+        let distance = |places: &[f64]| {
+            let mut truth = Truth::PUBLISHED;
+            for (part, &place) in parts.iter().zip(places) {
+                part.set(&mut truth, place);
+            }
+            // Farther than every estimate of the ranges.
+            let distance = slow_model::printed(&truth).map_or(5.0, |printed| printed.distance());
+            tried.lock().unwrap().push((truth, distance));
+            distance
+        };
+        let starts = (1..=count).into_par_iter().map(|index| {
+            let places = search::halton(index, parts.len());
+            let distance = distance(&places);
+            (places, distance)
+        });
+        let mut starts: Vec<search::Valued> = starts.collect();
+        starts.sort_by(|a, b| a.1.total_cmp(&b.1));
+        starts.truncate(DESCENTS);
+        let published = parts.iter().map(|part| part.place(&Truth::PUBLISHED));
+        starts.push((published.collect(), f64::NAN));
+        starts.par_iter().for_each(|(start, _)| {
+            search::descend(start, EVALUATIONS, distance);
+        });
+        let mut truths = tried.into_inner().unwrap();
+        truths.sort_by(|a, b| a.1.total_cmp(&b.1));
+        Self { truths }
+    }
+
+    /// Returns the truths with estimates equal to the published averages.
+    fn found(&self) -> &[(Truth, f64)] {
+        &self.truths[..self.truths.partition_point(|truth| truth.1 < EQUAL)]
+    }
+
+    /// Returns the smallest and largest values of a part among the found truths.
+    fn range(&self, part: &Part) -> [f64; 2] {
+        let values = self.found().iter().map(|(truth, _)| {
+            let mut truth = *truth;
+            *(part.of)(&mut truth)
+        });
+        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
+            [low.min(value), high.max(value)]
+        })
+    }
+}
+
+/// Truths that the campaign has found, with other parts varied each time.
+const FOUND: [Truth; 0] = [];
+
+#[test]
+fn the_published_averages_as_truth_are_not_what_paper_gives() {
+    program();
+    let printed = Truth::PUBLISHED.recorded().unwrap();
+    println!("{}: {printed}", Truth::PUBLISHED);
+    assert!((2.7e-6..3.0e-6).contains(&printed.sigma_t_m), "{printed}");
+    assert!((-0.2..0.0).contains(&printed.z_t.re), "{printed}");
+    assert!((1.1..1.5).contains(&printed.z_t.im), "{printed}");
+    assert!(printed.distance() > 0.5);
+}
+
+#[test]
+fn some_truths_give_the_published_averages() {
+    program();
+    let recorded: Vec<Printed> = FOUND
+        .into_par_iter()
+        .map(|truth| truth.recorded().unwrap())
+        .collect();
+    for (truth, printed) in FOUND.iter().zip(&recorded) {
+        println!("{truth}: {printed}, distance {:.3}", printed.distance());
+        assert!(printed.distance() < EQUAL, "{truth}: {printed}");
+    }
+}
+
+#[test]
+fn the_slow_model_gives_what_the_world_gives() {
+    program();
+    let changed = |change: fn(&mut Truth)| {
+        let mut truth = Truth::PUBLISHED;
+        change(&mut truth);
+        truth
+    };
+    let truths = [
+        Truth::PUBLISHED,
+        changed(|truth| (truth.sigma_t_m, truth.tau_s) = (0.8e-6, 0.3e-3)),
+        changed(|truth| {
+            (truth.contact_area_m2, truth.loss_factor, truth.drive_v) = (150e-6, 0.6, 12.0)
+        }),
+        changed(|truth| (truth.z_t, truth.q0_rad_per_m) = (Complex64::new(1.0, 8.0), 3e4)),
+    ];
+    truths.into_par_iter().for_each(|truth| {
+        let (slow, recorded) = (
+            slow_model::printed(&truth).unwrap(),
+            truth.recorded().unwrap(),
+        );
+        println!("{truth}\n    slow:  {slow}\n    world: {recorded}");
+        let distance = slow.distance_from(recorded.sigma_t_m, recorded.z_t);
+        assert!(distance < 0.03, "{truth}: {slow} {recorded}: {distance}");
+    });
+}
+
+#[test]
+fn a_search_for_truths_with_the_published_averages() {
+    let Ok(text) = std::env::var(COUNT) else {
+        return;
+    };
+    let count = text.parse().ok().filter(|count| *count > 0);
+    let count: u64 = count.unwrap_or_else(|| panic!("{COUNT} is \"{text}\", not a number from 1"));
+    program();
+    for scope in SCOPES {
+        let searched = Searched::new(scope, count);
+        let names: Vec<&str> = scope.iter().map(|&part| PARTS[part].name).collect();
+        let (best, distance) = &searched.truths[0];
+        let recorded = best.recorded();
+        let recorded = recorded.map_or("no estimate".to_owned(), |printed| {
+            format!("{printed}, distance {:.3}", printed.distance())
+        });
+        let mut text = format!(
+            "varied {}: {} truths, {} within {EQUAL}; nearest {distance:.3}, {best}; recorded: {recorded}",
+            names.join(", "),
+            searched.truths.len(),
+            searched.found().len(),
+        );
+        for &part in scope {
+            if !searched.found().is_empty() {
+                let [low, high] = searched.range(&PARTS[part]);
+                text += &format!("; {} {low:.3e} to {high:.3e}", PARTS[part].name);
+            }
+        }
+        println!("{text}");
+        if let Some(path) = std::env::var_os(RESULTS) {
+            let mut options = std::fs::File::options();
+            let mut file = options.create(true).append(true).open(path).unwrap();
+            writeln!(file, "published averages by paper\t{count}\t{text}").unwrap();
+        }
+    }
+}

@@ -36,8 +36,8 @@ const FEWEST_FRAMES: usize = 40;
 const FREE_N_S_PER_M: f64 = 0.3;
 /// Blocks next to a touch that are left out: a finger that lifts off still presses with some mN for 0.1 s.
 const MARGIN_BLOCKS: usize = 2;
-/// Largest difference of a block's normal force from its stretch's, N, and in the stretch's typical standard errors of a block if
-/// they are larger: a light finger's force is not steady.
+/// Largest difference of a block's normal force from its stretch's, N, and in standard errors of the steadiest block if they are
+/// larger: a light finger's force is not steady.
 const STEADY_N: f64 = 0.002;
 const STEADY_ERRORS: f64 = 4.0;
 /// Largest zero, N, three times what a session may begin with: beyond it, something may rest on the plate.
@@ -303,9 +303,9 @@ fn read_stretch(rows: &[ForceRow], blocks: &[FreeBlock]) -> Option<ZeroReading> 
         .filter_map(|block| Block::read(rows, block))
         .collect();
     let typical_n = median(blocks.iter().map(|block| block.normal_n))?;
-    // Of the stretch and not of the block: while a finger lifts off, its force scatters the most.
-    let typical_std_n = median(blocks.iter().map(|block| block.normal_std_n))?;
-    let limit_n = STEADY_N.max(STEADY_ERRORS * typical_std_n);
+    // Of the steadiest block: while a finger lifts off, its force scatters the most.
+    let steady_std_n = blocks.iter().map(|block| block.normal_std_n);
+    let limit_n = STEADY_N.max(STEADY_ERRORS * steady_std_n.reduce(f64::min)?);
     let cells: Vec<(f64, Axes)> = blocks
         .into_iter()
         .filter(|block| (block.normal_n - typical_n).abs() <= limit_n)

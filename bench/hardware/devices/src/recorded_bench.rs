@@ -1,6 +1,7 @@
 //! The bench as a recording states it: plate, channels, hardware, and the standard errors of its calibration.
 
 use config::{Config, Effective, MeasuredForce, Quantity, Sensor};
+use impedance::PlateConstants;
 use recording::manifest;
 use signalgen::StreamDirection;
 use sources::field_box::FieldBoxDevice;
@@ -38,6 +39,15 @@ pub fn recorded_profile(bench: &Effective) -> Option<manifest::RecordedProfile> 
         positions_m: places.iter().map(|place| place.position_m).collect(),
         ratios: places.iter().map(|place| place.ratio).collect(),
     })
+}
+
+/// Returns the constants of `config` for measuring impedances.
+pub fn plate_constants(config: &Config) -> PlateConstants {
+    PlateConstants {
+        resonance_hz: config.plate.resonance_hz,
+        modal_mass_kg: config.plate.modal_mass_kg,
+        force_factor_n_per_v: config.plate.force_factor_n_per_v,
+    }
 }
 
 /// Returns the standard errors of the calibration in force.

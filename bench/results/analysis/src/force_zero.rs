@@ -37,8 +37,8 @@ const FEWEST_FRAMES: usize = 40;
 pub const FREE_N_S_PER_M: f64 = 0.3;
 /// Blocks next to a touch that are left out: a finger that lifts off still presses with some mN for 0.1 s.
 const MARGIN_BLOCKS: usize = 2;
-/// Largest difference of a block's normal force from its stretch's, N, and in its standard errors if they are larger: a light
-/// finger's force is not steady.
+/// Largest difference of a block's normal force from its stretch's, N, and in standard errors of the steadiest block if they are
+/// larger: a light finger's force is not steady.
 const STEADY_N: f64 = 0.002;
 const STEADY_ERRORS: f64 = 4.0;
 /// Largest zero, N, three times what a session may begin with: beyond it, something may rest on the plate.
@@ -306,12 +306,12 @@ fn read_stretch(rows: &[ForceRow], blocks: &[FreeBlock]) -> Option<ZeroReading> 
         .filter_map(|block| Block::read(rows, block))
         .collect();
     let typical_n = median(blocks.iter().map(|block| block.normal_n))?;
+    // Of the steadiest block: while a finger lifts off, its force scatters the most.
+    let steady_std_n = blocks.iter().map(|block| block.normal_std_n);
+    let limit_n = STEADY_N.max(STEADY_ERRORS * steady_std_n.reduce(f64::min)?);
     let cells: Vec<(f64, Axes)> = blocks
         .into_iter()
-        .filter(|block| {
-            let limit_n = STEADY_N.max(STEADY_ERRORS * block.normal_std_n);
-            (block.normal_n - typical_n).abs() <= limit_n
-        })
+        .filter(|block| (block.normal_n - typical_n).abs() <= limit_n)
         .flat_map(|block| block.cells)
         .collect();
     let n = cells.len() as f64;
@@ -492,6 +492,30 @@ mod tests {
         assert!(!zero.readings.is_empty());
         for time_s in [1.0, 3.0, 5.0] {
             assert_relative_eq!(zero.at(time_s).normal_n, 0.01, epsilon = 5e-4);
+        }
+    }
+
+    /// Where the film carries most of the finger, its impedance is that of the free plate to 0.3 N·s/m.
+    #[test]
+    fn a_levitated_finger_that_lifts_off_is_not_part_of_the_zero() {
+        let weight = |time_s: f64| ((4.45 - time_s) / 0.2).clamp(0.0, 1.0).powi(2);
+        let mut record = record(Complex64::ZERO, |time_s| Axes {
+            normal_n: 0.004
+                + if time_s > 2.0 {
+                    0.6 * weight(time_s)
+                } else {
+                    0.0
+                },
+            lateral_n: 0.0,
+        });
+        for frame in &mut record.frames {
+            let on_plate = (2.0..4.2).contains(&frame.time_s);
+            frame.corrected_n_s_per_m += if on_plate { FINGER } else { Complex64::ZERO };
+        }
+        let zero = ForceZero::read(&record, &[(0.2, 1.2)]);
+        assert_eq!(zero.readings.len(), 2, "{zero:?}");
+        for reading in &zero.readings {
+            assert_relative_eq!(reading.zero.normal_n, 0.004, epsilon = 2e-4);
         }
     }
 

@@ -28,6 +28,7 @@ pub mod method;
 pub mod model_check;
 pub mod motion;
 mod people;
+pub mod pickup_correction;
 mod plate_references;
 pub mod printed_settings;
 mod prior_settings;

@@ -9,6 +9,7 @@ use protocols::{
     Instance, Interval, IntervalKind, SelectionRules, Stretch, TrialAnalysis, Validity,
 };
 use recording::manifest::StandardErrors;
+use recording::pipeline::PickupOffset;
 
 use crate::amplitude_profile::AmplitudeProfile;
 use crate::instance::{PlateReading, PreparedInstance};
@@ -28,6 +29,8 @@ pub struct FitRequest {
     pub carrier_hz: f64,
     /// Errors of the calibration in force.
     pub calibration: StandardErrors,
+    /// Deviation of the pickup from its stated values, for which `plate` and `record` are corrected.
+    pub pickup: PickupOffset,
     /// Impedance of the unloaded plate, or the reason why it could not be read.
     pub plate: Result<PlateReading, UnloadedError>,
     /// Measured data.
@@ -123,7 +126,7 @@ pub struct TrialContact {
     /// Median of |self-sensed − measured|/measured normal force over the explorations; `None` without comparable
     /// frames.
     pub force_difference: Option<f64>,
-    /// The fitted parameters with their covariance.
+    /// The fitted parameters with their covariance, for readings of the pickup as stated.
     pub finger: FittedFinger,
     /// Time between frames, s.
     pub interval_s: f64,
@@ -273,7 +276,7 @@ fn typical_fit(cut: &CutTrial<'_>, assumed: AssumedConstants) -> Result<TrialCon
         usable: usable_fits.len(),
         instances: instances.len(),
         force_difference: force_difference(&typical_fit.finger, interval_s, series, &request.rules),
-        finger: typical_fit.finger,
+        finger: typical_fit.finger.turned(request.pickup.turn_rad),
         interval_s,
         profile: cut.profile.clone(),
     })

@@ -69,6 +69,16 @@ impl FittedFinger {
         })
     }
 
+    /// Returns the finger for readings of a pickup with a phase that lacks `turn_rad`: they are f̃/(e^(−iφ) ṽ_p), so that Z_p and
+    /// the finger's part of Z_m are turned by it.
+    #[must_use]
+    pub fn turned(mut self, turn_rad: f64) -> Self {
+        let turn = Complex64::cis(turn_rad);
+        self.inversion.z_p *= turn;
+        self.inversion.finger_scale *= turn;
+        self
+    }
+
     /// Returns the contact with the fitted σ_t.
     pub fn contact(&self) -> &Contact {
         &self.inversion.contact

@@ -107,8 +107,10 @@ pub struct RecordingFindings {
     pub explorations: Vec<ExplorationFindings>,
     /// Estimated instances, in time order.
     pub instances: Vec<InstanceAnalysis>,
-    /// Parameters shared by the instances, fitted together; `None` if the fit failed.
+    /// Parameters shared by the instances, fitted together; `None` if the fit failed. Its errors include the laws in doubt.
     pub trial: Option<SharedFit>,
+    /// The same with the laws as published taken as true; [`fit_within_laws`](Self::fit_within_laws) returns it where they hold.
+    pub within_laws: Option<SharedFit>,
     /// Self-sensed against measured normal force, by amplitude.
     pub model_check: Vec<Band>,
     /// Stretches without an estimate.
@@ -141,6 +143,15 @@ impl RecordingFindings {
         let assumed = self.assumed(settings);
         let z_p = self.z_p?;
         Some(z_p.conditions(assumed, self.manifest.carrier_hz, &self.standard_errors))
+    }
+
+    /// Returns the parameters shared by the instances with the laws as published taken as true. `None` if a fit cannot be used, or
+    /// if any has signs of misfit: this one, so that these laws do not hold, or that with the laws in doubt.
+    #[must_use]
+    pub fn fit_within_laws(&self) -> Option<&SharedFit> {
+        let holds = |fit: &SharedFit| fit.verdict.is_usable() && fit.misfit.is_empty();
+        let within_laws = self.within_laws.as_ref().filter(|fit| holds(fit));
+        within_laws.filter(|_| self.trial.as_ref().is_some_and(holds))
     }
 
     /// Returns the finger of the first instance usable by `dynamic`, which the model check extrapolates.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use analysis::results::Recording;
+use crate::recording_results::Recording;
 use jiff::Timestamp;
 use plotting::{Figure, FigureError};
 use recording::Manifest;

@@ -1,7 +1,7 @@
 //! Drift of plate and skin within the recordings.
 
 use analysis::method::Method;
-use analysis::results::{Estimate, Parts};
+use crate::recording_results::{Estimate, Parts};
 use maud::{Markup, html};
 
 use crate::content::RecordingEntry;

@@ -1,7 +1,7 @@
 //! Cautions for the reader: warnings, verdicts of fits, misfit of the model.
 
 use analysis::method::Method;
-use analysis::results::Trial;
+use crate::recording_results::Trial;
 use maud::{Markup, html};
 
 use crate::content::RecordingEntry;

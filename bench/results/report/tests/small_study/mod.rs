@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use analysis::attempts::AttemptAccount;
 use analysis::cluster_test::Clustered;
 use analysis::published::{Level, MethodStatistic, Statistic, StatisticRow, Statistics};
-use analysis::results::{
+use report::recording_results::{
     AveragedModel, Estimate, Instance, InstanceIntervals, Methods, Recording, RejectedRow, Std,
     Trial, TrialEstimate, TrialIntervals,
 };

@@ -1,9 +1,9 @@
 //! Assumptions, the results that depend on them, and the sources of the methods.
 
+use crate::recording_results::{SensitivityRow, SensitivityRows};
 use analysis::Settings;
 use analysis::method::Method;
 use analysis::printed_settings::PrintedSettings;
-use crate::recording_results::{SensitivityRow, SensitivityRows};
 use maud::{Markup, html};
 
 use crate::content::{RecordingEntry, ReportContent};

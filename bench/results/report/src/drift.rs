@@ -1,7 +1,7 @@
 //! Drift of plate and skin within the recordings.
 
-use analysis::method::Method;
 use crate::recording_results::{Estimate, Parts};
+use analysis::method::Method;
 use maud::{Markup, html};
 
 use crate::content::RecordingEntry;

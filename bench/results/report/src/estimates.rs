@@ -8,9 +8,7 @@ use protocols::Direction;
 use crate::content::RecordingEntry;
 use crate::instance::{self, MethodEstimate};
 use crate::number::{HERTZ, MICRO, MILLI, NumberFormat, PLAIN, finite};
-use crate::recording_results::{
-    InstanceIntervals, Interval, Recording, Trial, TrialIntervals,
-};
+use crate::recording_results::{InstanceIntervals, Interval, Recording, Trial, TrialIntervals};
 use crate::skin::{AREA, Q0};
 use crate::trial_quantity::{TrialQuantity, marks_note};
 
@@ -260,7 +258,11 @@ fn cells(estimated: &MethodEstimate<'_>) -> Markup {
             let [low, high] = ends?.map(|end| format.value(Some(end)));
             Some(format!("{low} to {high}")).filter(|_| finite(value).is_some())
         };
-        let std = || finite(std).filter(|_| finite(value).is_some()).map(|std| format.std(Some(std)));
+        let std = || {
+            finite(std)
+                .filter(|_| finite(value).is_some())
+                .map(|std| format.std(Some(std)))
+        };
         let spread = text(interval95.and_then(interval)).or_else(std);
         let within_laws = text(interval95_within_laws.and_then(interval));
         html! {

@@ -75,8 +75,7 @@ impl From<&RecordingAnalysis> for Recording {
                 .iter()
                 .map(|instance| Instance::new(instance, &laws))
                 .collect(),
-            trial: (findings.trial.as_ref())
-                .map(|shared| Trial::new(shared, findings)),
+            trial: (findings.trial.as_ref()).map(|shared| Trial::new(shared, findings)),
             model_check: findings.model_check.iter().map(BandRow::from).collect(),
             rejected: findings
                 .rejected

@@ -23,11 +23,12 @@ fn unknown_skin() -> Analysis {
 
 /// Returns the place of a column's name at which `_within_laws` is inserted: before its unit, or before `_std` and `_ln_std`.
 fn name_end(name: &str, is_std: bool) -> usize {
-    let ends: &[&str] = match is_std {
-        true => &["_ln_std", "_std"],
-        false => &["_rad_per_m", "_m2", "_s", "_hz"],
+    let place = match is_std {
+        true => name.find("_ln_std").or_else(|| name.find("_std")),
+        false => ["_rad_per_m", "_m2", "_s", "_hz"]
+            .iter()
+            .find_map(|unit| Some(name.strip_suffix(unit)?.len())),
     };
-    let place = ends.iter().find_map(|end| name.find(end));
     place.unwrap_or(name.len())
 }
 

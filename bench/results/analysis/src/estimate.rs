@@ -47,7 +47,7 @@ pub struct InstanceAnalysis {
     pub finger: FittedFinger,
     /// Estimate by the fit of the whole trial, from the data that `dynamic` uses; `None` if that fit cannot be used.
     pub trial: Option<InstanceEstimate>,
-    /// Estimates by that fit with the laws as published taken as true; `None` if that fit cannot be used.
+    /// Estimates by that fit with the laws as published taken as true; `None` if that fit cannot be used, or if these laws do not hold.
     pub within_laws: Option<WithinLaws>,
 }
 

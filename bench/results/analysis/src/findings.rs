@@ -14,6 +14,7 @@ use crate::flaw::Flaw;
 use crate::force_zero::ForceZero;
 pub use crate::instance::PlateReading;
 pub use crate::model_check::Band;
+use crate::within_laws;
 use recording::manifest::{Manifest, RecordedPlate, RecordedRoom, StandardErrors};
 use recording::pipeline::DemodulationError;
 use recording::pipeline::PickupOffset;
@@ -149,9 +150,7 @@ impl RecordingFindings {
     /// if any has signs of misfit: this one, so that these laws do not hold, or that with the laws in doubt.
     #[must_use]
     pub fn fit_within_laws(&self) -> Option<&SharedFit> {
-        let holds = |fit: &SharedFit| fit.verdict.is_usable() && fit.misfit.is_empty();
-        let within_laws = self.within_laws.as_ref().filter(|fit| holds(fit));
-        within_laws.filter(|_| self.trial.as_ref().is_some_and(holds))
+        within_laws::holding(self.trial.as_ref()?, self.within_laws.as_ref())
     }
 
     /// Returns the finger of the first instance usable by `dynamic`, which the model check extrapolates.

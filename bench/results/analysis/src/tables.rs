@@ -488,7 +488,7 @@ impl Row<'_> {
 
     /// Returns the instance's estimates by the published laws where these hold, for a row by `trial`.
     fn instance_within_laws(&self) -> Option<&WithinLaws> {
-        self.shared_within_laws()?;
+        self.trial()?;
         self.instance.within_laws.as_ref()
     }
 

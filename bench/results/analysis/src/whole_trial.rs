@@ -8,6 +8,7 @@ use crate::amplitude_profile::AmplitudeProfile;
 use crate::analysis_settings::Settings;
 use crate::estimate::{InstanceAnalysis, MeasuredValues};
 use crate::findings::RecordingFindings;
+use crate::within_laws;
 
 /// Parameters shared by the instances of a recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,9 +37,10 @@ pub fn fit(
     let trial_fit = trial::fit(&placements, conditions, readings, &options)?;
     let within_laws = trial_fit.within_laws.as_ref();
     if trial_fit.shared.verdict.is_usable() {
-        let fits_within_laws = within_laws
-            .filter(|fit| fit.shared.verdict.is_usable())
-            .map_or(&[][..], |fit| &fit.instances);
+        let shared_within_laws = within_laws.map(|fit| &fit.shared);
+        let holds = within_laws::holding(&trial_fit.shared, shared_within_laws).is_some();
+        let fits_within_laws = within_laws.filter(|_| holds);
+        let fits_within_laws = fits_within_laws.map_or(&[][..], |fit| &fit.instances);
         for (index, (instance, fit)) in instances.iter_mut().zip(trial_fit.instances).enumerate() {
             let measurement =
                 MeasuredValues::new(&instance.samples, conditions, plate.modal_mass_kg);

@@ -1,6 +1,7 @@
 //! Estimates of an instance by `trial` with the laws as published (Huloux 2021, Eqs. 14–19) taken as true.
 
 use contact::uncertain::{LogUncertain, Uncertain};
+use estimation::trial::SharedFit;
 use num_complex::Complex64;
 
 /// Estimates of an instance by the published laws; their errors include no doubt about these laws.
@@ -18,4 +19,14 @@ pub struct WithinLaws {
     pub resonance_shift_hz: Uncertain,
     /// Mean gap, m.
     pub mean_gap_m: f64,
+}
+
+/// Returns the fit by the published laws if these hold: if neither this fit nor that with the laws in doubt, `total`, has signs of
+/// misfit, and both can be used.
+pub(crate) fn holding<'a>(
+    total: &SharedFit,
+    within_laws: Option<&'a SharedFit>,
+) -> Option<&'a SharedFit> {
+    let holds = |fit: &SharedFit| fit.verdict.is_usable() && fit.misfit.is_empty();
+    within_laws.filter(|fit| holds(fit) && holds(total))
 }

@@ -52,7 +52,10 @@ impl From<&RecordingAnalysis> for Recording {
                 };
             }
         };
-        let laws = LawStatus::new(findings);
+        let trial_signs = findings
+            .trial
+            .as_ref()
+            .map_or_else(Vec::new, |shared| texts(&shared.misfit));
         Self {
             path,
             participant: findings.participant().map(str::to_owned),
@@ -73,7 +76,7 @@ impl From<&RecordingAnalysis> for Recording {
             instances: findings
                 .instances
                 .iter()
-                .map(|instance| Instance::new(instance, &laws))
+                .map(|instance| Instance::new(instance, &trial_signs))
                 .collect(),
             trial: (findings.trial.as_ref()).map(|shared| Trial::new(shared, findings)),
             model_check: findings.model_check.iter().map(BandRow::from).collect(),
@@ -92,27 +95,9 @@ impl From<&RecordingAnalysis> for Recording {
     }
 }
 
-/// Agreement of a recording with the laws of `trial`.
-struct LawStatus {
-    /// Signs of misfit, in words.
-    signs: Vec<String>,
-    /// Whether the laws as published hold.
-    published_hold: bool,
-}
-
-impl LawStatus {
-    fn new(findings: &RecordingFindings) -> Self {
-        let trial = findings.trial.as_ref();
-        Self {
-            signs: trial.map_or_else(Vec::new, |shared| texts(&shared.misfit)),
-            published_hold: findings.fit_within_laws().is_some(),
-        }
-    }
-}
-
 impl Instance {
-    /// Describes an instance of a recording.
-    fn new(instance: &InstanceAnalysis, laws: &LawStatus) -> Self {
+    /// Describes an instance, given the signs of misfit of all instances' common fit.
+    fn new(instance: &InstanceAnalysis, trial_signs: &[String]) -> Self {
         Self {
             start_s: instance.start_s,
             end_s: instance.end_s,
@@ -126,7 +111,7 @@ impl Instance {
             },
             trial: (instance.trial.as_ref()).map(|estimated| {
                 let within_laws = instance.within_laws.as_ref();
-                TrialEstimate::new(estimated, within_laws, laws)
+                TrialEstimate::new(estimated, within_laws, trial_signs)
             }),
         }
     }
@@ -178,14 +163,12 @@ impl TrialEstimate {
     fn new(
         estimated: &InstanceEstimate,
         within_laws: Option<&WithinLaws>,
-        laws: &LawStatus,
+        signs: &[String],
     ) -> Self {
-        let signs = &laws.signs;
-        let within_laws = within_laws.filter(|_| laws.published_hold);
         Self {
             estimate: Estimate {
                 model_misfit: !signs.is_empty(),
-                misfit: signs.clone(),
+                misfit: signs.to_vec(),
                 ..Estimate::from(estimated)
             },
             interval95: (signs.is_empty()).then(|| InstanceIntervals::from(estimated)),

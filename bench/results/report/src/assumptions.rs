@@ -1,6 +1,5 @@
 //! Assumptions, the results that depend on them, and the sources of the methods.
 
-use crate::recording_results::{SensitivityRow, SensitivityRows};
 use analysis::Settings;
 use analysis::method::Method;
 use analysis::printed_settings::PrintedSettings;
@@ -10,6 +9,7 @@ use crate::content::{RecordingEntry, ReportContent};
 use crate::instance;
 use crate::number::PLAIN;
 use crate::priors;
+use crate::recording_results::{SensitivityRow, SensitivityRows};
 
 /// Value of a setting.
 enum SettingValue {

@@ -1,12 +1,12 @@
 //! Cautions for the reader: warnings, verdicts of fits, misfit of the model.
 
-use crate::recording_results::Trial;
 use analysis::method::Method;
 use maud::{Markup, html};
 
 use crate::content::RecordingEntry;
 use crate::instance::{self, MethodEstimate};
 use crate::number::count_text;
+use crate::recording_results::Trial;
 
 /// Verdict of a fit without problems.
 const CONVERGED: &str = "converged";

@@ -1,7 +1,8 @@
 //! Estimates of an instance, by method.
 
-use crate::recording_results::{Estimate, Instance, InstanceIntervals};
 use analysis::method::Method;
+
+use crate::recording_results::{Estimate, Instance, InstanceIntervals};
 
 /// Estimate of an instance by a method.
 #[derive(Debug, Clone, Copy)]

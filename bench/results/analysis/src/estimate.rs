@@ -373,6 +373,7 @@ impl<'a> MeasuredValues<'a> {
     /// Returns the estimate of `dynamic` or `trial`, with the corrected impedance `z_m0` at rest, without the signs of misfit and the
     /// sensitivities that only `dynamic` has.
     pub(crate) fn lagged_estimate(&self, fit: InstanceFit, z_m0: Complex64) -> InstanceEstimate {
+        let plate_offset = self.plate_offset(&fit);
         self.estimate(
             Method::Dynamic,
             FittedValues {
@@ -383,7 +384,7 @@ impl<'a> MeasuredValues<'a> {
                 z_t: (fit.z_t_n_s_per_m, fit.z_t_std_n_s_per_m),
                 tau_s: Some((fit.tau_s, fit.tau_std_s)),
                 skin: *fit.finger.contact().assumed(),
-                plate_offset: Some(self.plate_offset(&fit)),
+                plate_offset: Some(plate_offset),
                 mu0: (fit.mu0, fit.mu0_std),
                 rest: None,
                 agreement: fit.agreement,

@@ -5,6 +5,9 @@ use strict_toml::OutOfRange;
 
 use super::ranges::all_within;
 
+/// Phase from the crest at which a plate with two free edges ends, rad: half of 4.730.
+const EDGE_RAD: f64 = 2.365;
+
 /// Shape of the plate's modes across its width: a cosine, steeper in the middle of a plate with free edges.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -33,8 +36,8 @@ impl AcrossTable {
     /// Returns the amplitude at a distance from the finger's line, relative to the crest.
     pub(super) fn shape(&self, across_m: f64) -> f64 {
         let turn = std::f64::consts::TAU * (across_m - self.crest_m) / self.wavelength_m;
-        // Both parts are solutions of the bending wave, d⁴u/dy⁴ = k⁴ u. No plate extends a wavelength from the crest.
-        let edge = self.edge_share * turn.abs().min(std::f64::consts::TAU).cosh();
+        // Both parts are solutions of the bending wave, d⁴u/dy⁴ = k⁴ u.
+        let edge = self.edge_share * turn.abs().min(EDGE_RAD).cosh();
         (turn.cos() - edge) / (1.0 - self.edge_share)
     }
 
@@ -43,7 +46,7 @@ impl AcrossTable {
         all_within! { "plate.across", self,
             wavelength_m: 5e-3, 1.0, "m";
             crest_m: -0.02, 0.02, "m";
-            edge_share: 0.0, 0.4, "";
+            edge_share: 0.0, 0.2, "";
         }
         Ok(())
     }

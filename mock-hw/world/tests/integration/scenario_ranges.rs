@@ -46,7 +46,7 @@ const RANGES: &[(&str, f64, f64)] = &[
     ("plate.length_m", 0.01, 1.0),
     ("plate.across.wavelength_m", 5e-3, 1.0),
     ("plate.across.crest_m", -0.02, 0.02),
-    ("plate.across.edge_share", 0.0, 0.4),
+    ("plate.across.edge_share", 0.0, 0.2),
     ("plate.second_mode.resonance_hz", 5e3, 80e3),
     ("plate.second_mode.modal_mass_kg", 1e-4, 1.0),
     ("plate.second_mode.quality", 1.0, 1e4),
@@ -368,7 +368,7 @@ fn the_plant_stays_finite_with_everything_at_its_worst_at_once() {
         "[plate]\nend_drop = 0.5\nend_tilt = -0.3\n[plate.drift]\nroom_hz_per_min = 60.0\nwarmth_hz = -100.0\n\
          warmth_damping = -0.5\nwarmth_time_s = 0.1\namplitude_hz_per_um2 = -5.0\n\
          [plate.second_mode]\nresonance_hz = 35300.0\nquality = 1e4\nhalf_waves = 10.0\n",
-        "[plate.across]\nwavelength_m = 5e-3\ncrest_m = 0.02\nedge_share = 0.4\n[film]\narea_force_exponent = 0.7\n\
+        "[plate.across]\nwavelength_m = 5e-3\ncrest_m = 0.02\nedge_share = 0.2\n[film]\narea_force_exponent = 0.7\n\
          [film.contact_width]\nwidth_m = 0.03\nsquareness = 1.0\n",
         "[friction]\nfloor = 0.9\nspeed_exponent = -0.5\nageing = 5.0\nageing_time_s = 0.1\nload_exponent = -0.5\n\
          viscous_n_s_per_m = 20.0\n[participant.moisture]\nrelative_sd = 0.2\ngrowth = 1.0\ngrowth_time_s = 0.1\n",

@@ -224,6 +224,7 @@ fn places_across_the_plate_lie_about_the_fingers_line_and_need_its_width() {
     let procedure = |config: &Config, places| {
         ProfileProcedure::across(plate(config).unwrap(), config, 1e-6, places, true)
     };
+    config.plate.width_m = None;
     let why = procedure(&config, 9).err().unwrap().to_string();
     assert!(why.contains("plate.width_m"), "{why}");
 

@@ -339,7 +339,7 @@ mod tests {
     fn the_wavelength_is_stated_with_its_source_or_with_the_way_to_measure_it() {
         let words = |keys: &str| wavelength_in_words(&plate(keys).unwrap(), None);
         assert!(words("").contains("--across 9"));
-        assert!(words("thickness_m = 3.3e-3").contains("30.6"));
+        assert!(words("thickness_m = 3.3e-3").contains("30.58"));
         let configured = words("wavelength_across_m = 0.022");
         assert_eq!(
             configured,

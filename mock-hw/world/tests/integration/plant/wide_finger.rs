@@ -38,7 +38,7 @@ fn strips(width_m: f64) -> Vec<(f64, f64)> {
     (0..COUNT).map(strip).collect()
 }
 
-/// Returns γU/ṽ at the pickup with a spring and damper of its own under each strip, at a gap and an amplitude on the crest.
+/// Returns γU/ṽ at the pickup with a separate spring and damper under each strip, at a gap and an amplitude on the crest.
 fn impedance_of_strips(s: &Scenario, strips: &[(f64, f64)], truth: &TruthSample) -> C {
     let film = &s.film;
     let modulus_pa = film.youngs_modulus_pa / (1.0 - film.poisson_ratio.powi(2));

@@ -168,7 +168,7 @@ impl Request {
             } => format!(
                 "Aim the vibrometer at the plate {:.1} mm from its left end and {}; touch nothing else.",
                 position_m * 1e3,
-                distance_in_words(across_m)
+                distance_in_words(*across_m)
             ),
             Self::Connect(Cabling::AllInputs) => {
                 "Connect the drive's read-back to all inputs at once.".to_owned()

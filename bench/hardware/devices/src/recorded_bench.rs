@@ -19,6 +19,7 @@ pub fn recorded_plate(bench: &Effective) -> manifest::RecordedPlate {
         force_factor_n_per_v: config.plate.force_factor_n_per_v,
         centre_m: config.plate.centre_m,
         profile: recorded_profile(bench),
+        across: recorded_across(bench),
     }
 }
 
@@ -48,6 +49,19 @@ pub fn plate_constants(config: &Config) -> PlateConstants {
         modal_mass_kg: config.plate.modal_mass_kg,
         force_factor_n_per_v: config.plate.force_factor_n_per_v,
     }
+}
+
+/// Returns the wavelength across the plate, measured or else configured; `None` if neither is known.
+fn recorded_across(bench: &Effective) -> Option<manifest::RecordedAcross> {
+    let mode = bench.mode_across()?;
+    Some(manifest::RecordedAcross {
+        wavelength_m: mode.wavelength_m,
+        standard_error_m: mode.standard_error_m,
+        source: match mode.source {
+            config::WavelengthSource::Measured => manifest::WavelengthSource::Measured,
+            config::WavelengthSource::Configured => manifest::WavelengthSource::Configured,
+        },
+    })
 }
 
 /// Returns the standard errors of the calibration in force.

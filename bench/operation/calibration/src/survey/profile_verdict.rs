@@ -12,6 +12,7 @@ use protocols::SelectionRules;
 use statistics::error_decimals;
 
 use crate::survey::profile_procedure::{ProfilePoint, ProfileProcedure};
+use crate::survey::survey_axis::SurveyAxis;
 
 /// Largest deviation from the mean along a uniform plate (an assumption of this project; 5 % at the ends of the kept 60 mm bias
 /// σ_t by 3 %).
@@ -108,6 +109,18 @@ impl Calibrates for ProfileProcedure {
         let Part::Plate { plate, finger, .. } = judged.part else {
             bail!("the plate was not measured");
         };
+        if self.axis != SurveyAxis::Along {
+            let (across, remarks, side_file) = self.across_plate(date, operator);
+            judged.remarks.extend(remarks);
+            judged.side_files.push(side_file);
+            judged.part = Part::Plate {
+                plate,
+                finger,
+                profile: None,
+                across: Some(Box::new(across)),
+            };
+            return Ok(judged);
+        }
         let profile = self.profile(date, operator);
         judged
             .remarks
@@ -121,6 +134,7 @@ impl Calibrates for ProfileProcedure {
             plate,
             finger,
             profile: Some(Box::new(profile)),
+            across: None,
         };
         Ok(judged)
     }

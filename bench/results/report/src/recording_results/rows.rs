@@ -4,7 +4,7 @@ use protocols::Direction;
 use recording::manifest::{RecordedAcross, RecordedRoom, StandardErrors};
 use serde::Serialize;
 
-use crate::force_zero::ZeroReading;
+use analysis::force_zero::ZeroReading;
 
 /// Lower and upper end.
 pub type Interval = [f64; 2];

@@ -75,6 +75,7 @@ pub fn printed(truth: &Truth) -> Option<Printed> {
         AssumedConstants::ESTIMATION,
         CARRIER_HZ,
         &StandardErrors::default(),
+        None,
     );
     let fit = paper::fit(&series, &conditions, &settings.paper()).ok()?;
     Some(Printed {

@@ -73,8 +73,7 @@ pub fn recorded_errors(bench: &Effective) -> Option<manifest::StandardErrors> {
     // The force factor is derived from the pickup's sensitivity; an error in that leaves every impedance unchanged.
     let variance = relative(&plate.force_factor_n_per_v).powi(2) - amplitude_relative.powi(2);
     let force = calibration.force.as_ref();
-    let force_error =
-        |error: &dyn Fn(&MeasuredForce) -> f64| force.map_or(0.0, |force| error(force));
+    let force_error = |error: &dyn Fn(&MeasuredForce) -> f64| force.map_or(0.0, error);
     Some(manifest::StandardErrors {
         amplitude_relative,
         impedance_relative: variance.max(0.0).sqrt(),

@@ -61,6 +61,9 @@ pub struct TrialFit {
     pub shared: SharedFit,
     /// Each instance, in the order given.
     pub instances: Vec<InstanceFit>,
+    /// The whole fit with the laws as published taken as true, so that its errors include no doubt about them; `None` in that fit
+    /// itself.
+    pub within_laws: Option<Box<TrialFit>>,
 }
 
 /// Fits all instances of a trial, using the plate's `readings`.
@@ -82,6 +85,21 @@ pub fn fit(
     let mut solution = Solution::new(search, minimum, &conditions.calibration)?;
     let friction = solution.friction();
     let instances = solution.instance_fits(friction.as_ref())?;
-    let shared = solution.shared_fit(friction.as_ref(), &instances);
-    Ok(TrialFit { shared, instances })
+    let mut shared = solution.shared_fit(friction.as_ref(), &instances);
+    if let Some(floor) = &mut shared.friction_floor {
+        // Crosstalk adds the same to every measured friction, and (1 − φ)/μ0 times that to φ.
+        let mu0 =
+            instances.iter().map(|instance| instance.mu0).sum::<f64>() / instances.len() as f64;
+        let crosstalk = conditions.calibration.lateral_per_normal;
+        floor.std = floor.std.hypot(crosstalk * (1.0 - floor.value) / mu0);
+    }
+    let within_laws = TrialFit {
+        shared,
+        instances,
+        within_laws: None,
+    };
+    Ok(TrialFit {
+        within_laws: Some(Box::new(within_laws.clone())),
+        ..within_laws
+    })
 }

@@ -6,4 +6,3 @@ pub mod film;
 pub mod programs;
 mod recorded_world;
 mod scales;
-mod verdict;

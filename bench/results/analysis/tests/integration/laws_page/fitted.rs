@@ -103,9 +103,10 @@ fn cost(residuals: &Residuals) -> f64 {
 fn solve(mut matrix: [Values; PARAMETERS], mut right: Values) -> Values {
     for k in 0..PARAMETERS {
         for i in k + 1..PARAMETERS {
-            let factor = matrix[i][k] / matrix[k][k];
-            for j in k..PARAMETERS {
-                matrix[i][j] -= factor * matrix[k][j];
+            let pivot = matrix[k];
+            let factor = matrix[i][k] / pivot[k];
+            for (value, pivot) in matrix[i].iter_mut().zip(pivot) {
+                *value -= factor * pivot;
             }
             right[i] -= factor * right[k];
         }

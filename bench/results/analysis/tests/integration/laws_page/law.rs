@@ -80,12 +80,12 @@ impl Width {
     }
 }
 
-/// Departure from the published laws; the default is none.
+/// Departures from the published laws, by default zero.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Law {
     /// Loss factor of the film if it is not that of the asperities.
     pub film_loss_factor: Option<f64>,
-    /// Share of the film whose gas is trapped over a period: p0 S/x at the carrier.
+    /// Share of the film with gas that is trapped over a period: p0 S/x at the carrier.
     pub trapped: f64,
     /// Share of the relative motion in the amplitude that drives the film.
     pub relative: f64,

@@ -35,6 +35,9 @@ enum Outline {
     Ridges { groove_length_m: f64 },
 }
 
+/// Finger, and its width if that matters.
+type FingerOfWidth = (Finger, Option<Width>);
+
 /// Steady states of fingers, named by film and skin.
 pub struct Curves {
     pub disc_average: Vec<State>,
@@ -60,7 +63,7 @@ impl Curves {
         let discs = [AVERAGE, OF_FIG_3, AT_REST].map(|finger| (finger, None));
         let strips = |half_width_m| Outline::Strips { half_width_m };
         let ridges = |groove_length_m| Outline::Ridges { groove_length_m };
-        let films: [(Outline, &[(Finger, Option<Width>)]); 5] = [
+        let films: [(Outline, &[FingerOfWidth]); 5] = [
             (Outline::Disc, &discs),
             (strips(0.5e-3), &of_fig_3),
             (ridges(5e-3), &of_fig_3),
@@ -87,7 +90,7 @@ impl Curves {
 }
 
 /// Returns the steady states of fingers that differ in skin and width alone.
-fn states(outline: Outline, fingers: &[(Finger, Option<Width>)]) -> Vec<Vec<State>> {
+fn states(outline: Outline, fingers: &[FingerOfWidth]) -> Vec<Vec<State>> {
     let (is_disc, half_width_m, groove) = match outline {
         Outline::Disc => (1.0, 0.0, [0.0; 3]),
         Outline::Strips { half_width_m } => (0.0, half_width_m, [0.0; 3]),

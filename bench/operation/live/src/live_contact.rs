@@ -445,6 +445,20 @@ mod tests {
         assert_relative_eq!(gap_std_m(0.6), gap_std_m(1.0) / 0.36, max_relative = 1e-6);
     }
 
+    /// A phase of 50 mrad that the pickup's stated one lacks turns all of Z_m.
+    #[test]
+    fn a_turned_finger_is_read_from_a_turned_pickup() {
+        let (mut fit, z_m, gap_m, ratio) = contact();
+        fit.finger = fit.finger.turned(0.05);
+        let mut live = LiveContact::new(0.1, PlateTracking::new(0.008, 6.0));
+        live.refit(&fit);
+        let batch = batch(0, z_m * Complex64::cis(0.05), NORMAL_N);
+        live.take(&batch, |_| {});
+        let reading = live.latest().unwrap();
+        assert_relative_eq!(reading.gap_m.value, gap_m, max_relative = 1e-9);
+        assert_relative_eq!(reading.mu.value, MU0 * ratio, max_relative = 1e-9);
+    }
+
     #[test]
     fn nothing_is_read_before_the_first_fit_nor_without_a_finger() {
         let (fit, z_m, ..) = contact();

@@ -250,21 +250,22 @@ fn describe(checked: &Checked) -> String {
     text
 }
 
-/// Returns the difference of ln σ_t between the two drive levels.
-fn between_drives(law: World) -> f64 {
+/// Returns the differences of ln σ_t and ln τ between the two drive levels.
+fn between_drives(law: World) -> [f64; 2] {
     let checked = checked(law, &DRIVES, RECORDINGS);
     println!("{}", describe(&checked));
     let check = checked.check.unwrap();
     assert_eq!(check.comparisons[0].setting, Setting::DriveV);
-    check.comparisons[0].differences.ln_sigma_t.unwrap().value
+    let differences = check.comparisons[0].differences;
+    [differences.ln_sigma_t, differences.ln_tau].map(|difference| difference.unwrap().value)
 }
 
 #[test]
-fn two_drive_levels_show_a_wide_finger_and_agree_under_the_published_laws() {
-    let published = between_drives(LAWS[0].1);
-    assert!(published.abs() < 0.03, "{published}");
-    let wide = between_drives(LAWS[2].1);
-    assert!(wide < -0.05, "{wide}");
+fn two_drive_levels_show_a_plate_that_softens_and_agree_under_the_published_laws() {
+    let [sigma_t, tau] = between_drives(LAWS[0].1);
+    assert!(sigma_t.abs() < 0.03 && tau.abs() < 0.25, "{sigma_t} {tau}");
+    let [_, tau] = between_drives(LAWS[8].1);
+    assert!(tau > 0.35, "{tau}");
 }
 
 #[test]

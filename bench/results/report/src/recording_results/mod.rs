@@ -37,8 +37,10 @@ impl From<&RecordingAnalysis> for Recording {
                     uncalibrated: false,
                     carrier_hz: None,
                     plate_profile: false,
+                    plate_across: None,
                     standard_errors: None,
                     room: None,
+                    force_zero: Vec::new(),
                     pickup_undone: None,
                     z_p_n_s_per_m: Methods {
                         paper: None,
@@ -63,8 +65,10 @@ impl From<&RecordingAnalysis> for Recording {
                 .is_some_and(|hardware| hardware.uncalibrated),
             carrier_hz: Some(findings.manifest.carrier_hz),
             plate_profile: findings.plate().profile.is_some(),
+            plate_across: findings.plate().across,
             standard_errors: findings.manifest.standard_errors,
             room: findings.manifest.room,
+            force_zero: findings.zero.readings.clone(),
             pickup_undone: Some(PickupUndone {
                 phase_rad: findings.pickup.turn_rad,
                 delay_s: findings.pickup.delay_s,

@@ -1,8 +1,10 @@
 //! Results of a recording, as in `recordings` of the results file: by the schema in RECORDING.md. Unknown values are null.
 
 use protocols::Direction;
-use recording::manifest::{RecordedRoom, StandardErrors};
+use recording::manifest::{RecordedAcross, RecordedRoom, StandardErrors};
 use serde::Serialize;
+
+use analysis::force_zero::ZeroReading;
 
 /// Lower and upper end.
 pub type Interval = [f64; 2];
@@ -27,12 +29,18 @@ pub struct Recording {
     /// Whether `dynamic` corrects the amplitude under the finger by the recording's profile.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub plate_profile: bool,
+    /// Wavelength across the plate, if the recording states it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plate_across: Option<RecordedAcross>,
     /// Errors of the calibration as stated in the recording.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub standard_errors: Option<StandardErrors>,
     /// Room as stated in the recording; its pressure is p0 of every estimate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub room: Option<RecordedRoom>,
+    /// Zero of the force sensor in each stretch without a finger, subtracted from the forces.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub force_zero: Vec<ZeroReading>,
     /// Corrected deviation of the pickup.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pickup_undone: Option<PickupUndone>,

@@ -105,8 +105,10 @@ fn unreadable_recording() -> Recording {
         uncalibrated: false,
         carrier_hz: None,
         plate_profile: false,
+        plate_across: None,
         standard_errors: None,
         room: None,
+        force_zero: Vec::new(),
         pickup_undone: None,
         z_p_n_s_per_m: Methods {
             paper: None,

@@ -257,6 +257,9 @@ fn usable_fit(findings: &RecordingFindings) -> Result<&SharedFit, String> {
     Ok(fit)
 }
 
+/// Largest distance of two values that count as the same, in standard errors.
+const SAME_VALUE: f64 = 1e-3;
+
 /// Parameters of a fit, in order.
 const FIT_PARAMETERS: [fn(&SharedFit) -> LogUncertain; 4] = [
     |fit| fit.contact_area_m2,
@@ -288,15 +291,15 @@ fn pool(people: &BTreeMap<&str, Fits<'_>>, priors: &TrialPriors) -> [PooledParam
         (FIT_PARAMETERS[3], priors.tau_s),
     ]
     .map(|(parameter, prior)| {
-        let within_laws = |findings: &RecordingFindings| {
-            data_estimate(parameter(findings.fit_within_laws()?), prior)
-        };
+        let fit_within_laws =
+            |findings: &RecordingFindings| findings.fit_within_laws().map(parameter);
         PooledParameter {
             total: PooledLevels::new(people, |(findings, fit)| {
-                let total = data_estimate(parameter(fit), prior)?;
-                Some(with_law_error(total, within_laws(findings)))
+                total_estimate(parameter(fit), fit_within_laws(findings), prior)
             }),
-            within_laws: PooledLevels::new(people, |(findings, _)| within_laws(findings)),
+            within_laws: PooledLevels::new(people, |(findings, _)| {
+                data_estimate(fit_within_laws(findings)?, prior)
+            }),
         }
     })
 }
@@ -307,22 +310,49 @@ fn data_estimate(posterior: LogUncertain, prior: LogNormal) -> Option<Estimate> 
     Estimate::new(posterior.value.ln(), posterior.ln_std)?.without_prior(prior)
 }
 
-/// Divides the error of a trial into its own part and the part of the laws in doubt, which is common to all trials.
+/// Returns the estimate of a logarithm from the data alone, with the doubt about the laws as an error common to all trials.
 ///
 /// With the covariance C of the parameter θ and the laws' parameters δ, of prior precision P, the error within the laws has the
 /// variance W = C_θθ − C_θδ C_δδ⁻¹ C_δθ. Laws with the true values δ instead of their priors' means move the estimate by
 /// −C_θδ P δ, the same in all trials: a variance of C_θδ P C_δθ, no larger than C_θθ − W because C_δδ⁻¹ = P + (information of the
 /// data) ≥ P. The upper bound is used: exact if a trial says nothing about the laws, too large if it determines them. Without a
 /// fit within the laws all of the error may be common, and none of it is taken from the trial's own.
-fn with_law_error(total: Estimate, within_laws: Option<Estimate>) -> Estimate {
-    let variance = total.std() * total.std();
+///
+/// Unless the data reject the published laws, the value is that of the fit by these laws. The prior of θ, of precision p, then has
+/// its weight in that fit, a fraction W p of the value; and it holds the law's error back by the same fraction, so that without it
+/// this error is greater by 1/(1 − W p) = W′/W, with W′ the variance within the laws without the prior.
+fn total_estimate(
+    total: LogUncertain,
+    within_laws: Option<LogUncertain>,
+    prior: LogNormal,
+) -> Option<Estimate> {
+    let variance = |fit: LogUncertain| fit.ln_std * fit.ln_std;
+    let law_std = |total: f64, within_laws: f64| (total - within_laws).max(0.0).sqrt();
     let Some(within_laws) = within_laws else {
-        return total.with_common_error(total.std());
+        let total = data_estimate(total, prior)?;
+        return Some(total.with_common_error(total.std()));
     };
-    let law_variance = (variance - within_laws.std() * within_laws.std()).max(0.0);
-    let own_std = total.std().min(within_laws.std());
-    Estimate::new(total.value(), own_std)
-        .map_or(total, |own| own.with_common_error(law_variance.sqrt()))
+    let own = data_estimate(within_laws, prior)?;
+    let own_variance = own.std() * own.std();
+    let shift = (total.value / within_laws.value).ln();
+    if shift.abs() < SAME_VALUE * within_laws.ln_std {
+        let growth = own_variance / variance(within_laws);
+        let law_std = growth * law_std(variance(total), variance(within_laws));
+        return own_error(own, law_std);
+    }
+    let total = data_estimate(total, prior)?;
+    let law_std = law_std(total.std() * total.std(), own_variance);
+    own_error(
+        Estimate::new(total.value(), own.std().min(total.std()))?,
+        law_std,
+    )
+}
+
+/// Returns the estimate with a common error; `None` if that is unknown.
+fn own_error(own: Estimate, common_std: f64) -> Option<Estimate> {
+    common_std
+        .is_finite()
+        .then(|| own.with_common_error(common_std))
 }
 
 impl PooledLevels {
@@ -433,21 +463,54 @@ mod tests {
     /// σ² + g², of which g² is common.
     #[test]
     fn the_error_of_the_laws_is_common_to_the_trials() {
-        let estimate = |std| Estimate::new(1.0, std).unwrap();
-        let trials = vec![with_law_error(estimate(0.5), Some(estimate(0.3))); 100];
-        let pooled = hierarchy(&[trials]);
-        let mean = pooled.groups[0].as_ref().unwrap().mean;
-        assert!(mean.std >= 0.4 && mean.std < 0.5 + 1e-9, "{mean:?}");
-        assert_relative_eq!(
-            with_law_error(estimate(0.5), Some(estimate(0.3))).std(),
-            0.5,
-            max_relative = 1e-12
-        );
+        let wide_prior = LogNormal {
+            median: 1.0,
+            ln_std: 1e3,
+        };
+        let fit = |value, ln_std| LogUncertain { value, ln_std };
+        let estimate = |total, within_laws| total_estimate(total, within_laws, wide_prior).unwrap();
+        // With the value of the published laws, and with another.
+        for value in [2.0, 2.5] {
+            let trial = estimate(fit(value, 0.5), Some(fit(2.0, 0.3)));
+            assert_relative_eq!(trial.std(), 0.5, max_relative = 1e-5);
+            assert_relative_eq!(trial.value(), value.ln(), max_relative = 1e-5);
+            let pooled = hierarchy(&[vec![trial; 100]]);
+            let mean = pooled.groups[0].as_ref().unwrap().mean;
+            assert!(mean.std > 0.399 && mean.std < 0.5 + 1e-9, "{mean:?}");
+        }
         // A fit within the laws with larger errors, and none.
-        let total = with_law_error(estimate(0.5), Some(estimate(0.6)));
-        assert_eq!(total, estimate(0.5));
-        let unknown = with_law_error(estimate(0.5), None);
-        let pooled = hierarchy(&[vec![unknown; 100]]);
-        assert!(pooled.groups[0].as_ref().unwrap().mean.std >= 0.5);
+        let trial = estimate(fit(2.5, 0.5), Some(fit(2.0, 0.6)));
+        assert_relative_eq!(trial.std(), 0.5, max_relative = 1e-5);
+        let pooled = hierarchy(&[vec![estimate(fit(2.0, 0.5), None); 100]]);
+        assert!(pooled.groups[0].as_ref().unwrap().mean.std > 0.499);
+        assert_eq!(
+            total_estimate(fit(2.0, f64::INFINITY), Some(fit(2.0, 0.3)), wide_prior),
+            None
+        );
+    }
+
+    /// y = θ + g δ + σ u with a prior θ ~ N(0, π²): the published laws (δ = 0) give the posterior mean θ₁ = y π²/(π² + σ²), of
+    /// variance W = σ²π²/(π² + σ²). Its error by the law is g π²/(π² + σ²) times δ, so that the total variance is the sum of both.
+    /// Without the prior remain y, σ and g.
+    #[test]
+    fn the_prior_is_removed_from_value_and_error_of_the_law() {
+        let (y, sigma, slope, prior_std): (f64, f64, f64, f64) = (0.8, 0.1, 0.4, 0.5);
+        let weight = prior_std.powi(2) / (prior_std.powi(2) + sigma.powi(2));
+        let within_laws = LogUncertain {
+            value: (weight * y).exp(),
+            ln_std: (weight * sigma * sigma).sqrt(),
+        };
+        let total = LogUncertain {
+            ln_std: within_laws.ln_std.hypot(weight * slope),
+            ..within_laws
+        };
+        let prior = LogNormal {
+            median: 1.0,
+            ln_std: prior_std,
+        };
+        let estimate = total_estimate(total, Some(within_laws), prior).unwrap();
+        assert_relative_eq!(estimate.value(), y, max_relative = 1e-9);
+        let expected = Estimate::new(y, sigma).unwrap().with_common_error(slope);
+        assert_relative_eq!(estimate.std(), expected.std(), max_relative = 1e-9);
     }
 }

@@ -319,6 +319,34 @@ fn the_error_of_the_laws_remains_in_the_means_and_not_in_those_within_the_laws()
     assert_eq!(trial["interval95_within_laws"], Value::Null);
 }
 
+/// Where the data do not reject the published laws, both fits have the same value, and so have their means.
+#[test]
+fn intervals_about_the_same_values_have_the_same_middle() {
+    let trials = [0.95, 1.0, 1.08].iter().zip(1..);
+    let recordings = trials.flat_map(|(factor, number)| {
+        ["a", "b", "c", "d"].map(|person| {
+            let area_m2 = factor * 220e-6;
+            let fits = (fit(area_m2, 0.3), fit(area_m2, 0.05));
+            recording(number, Some(person), Some(fits.0), Some(fits.1))
+        })
+    });
+    let skin = Skin::from_analysis(&Analysis {
+        settings: Settings::default(),
+        recordings: recordings.collect(),
+    });
+    let person = skin.participants[0].parameters.contact_area_m2.unwrap();
+    for range in [person.mean, skin.study.contact_area_m2.mean.unwrap()] {
+        let ([low, high], within_laws) = (range.interval95, range.interval95_within_laws.unwrap());
+        let middle = (within_laws[0] * within_laws[1]).sqrt();
+        assert!((range.value / middle - 1.0).abs() < 1e-9, "{range:?}");
+        assert!((range.value / 222e-6 - 1.0).abs() < 0.02, "{range:?}");
+        assert!(
+            low < 0.62 * range.value && high > 1.6 * range.value,
+            "{range:?}"
+        );
+    }
+}
+
 /// A parameter that a trial leaves to the prior is not pooled.
 #[test]
 fn an_open_parameter_of_a_trial_is_not_pooled() {

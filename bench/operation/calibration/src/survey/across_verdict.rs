@@ -31,6 +31,19 @@ pub(crate) fn fit(places: &[ProfilePoint]) -> Option<CosineFit> {
     CosineFit::new(&places.collect::<Vec<_>>())
 }
 
+/// Returns the fitted amplitude from the first place to the last, by the distance in mm.
+pub(crate) fn curve(places: &[ProfilePoint], fit: &CosineFit) -> Vec<(f64, f64)> {
+    let (Some(first), Some(last)) = (places.first(), places.last()) else {
+        return Vec::new();
+    };
+    let reach_m = last.position_m - first.position_m;
+    let point = |i| {
+        let across_m = first.position_m + reach_m * f64::from(i) / f64::from(DRAWN);
+        (1e3 * across_m, fit.amplitude_at(across_m))
+    };
+    (0..=DRAWN).map(point).collect()
+}
+
 /// Returns the verdict on a fit.
 pub(crate) fn verdict(fit: Option<&CosineFit>) -> CosineVerdict {
     match fit {
@@ -169,17 +182,11 @@ fn draw(
             (x, place.ratio - error, place.ratio + error)
         })
         .collect();
-    let cosine = fit.zip(places.first().zip(places.last()));
-    let cosine = cosine.map(|(fit, (first, last))| {
-        let (first_m, last_m) = (first.position_m, last.position_m);
-        let point = |i| {
-            let across_m = first_m + (last_m - first_m) * f64::from(i) / f64::from(DRAWN);
-            (1e3 * across_m, fit.amplitude_at(across_m))
-        };
-        Series::line(Ink::Vermillion, Dash::Solid, (0..=DRAWN).map(point).collect())
-    });
     let mut series = vec![Series::band(Ink::Blue, band)];
-    series.extend(cosine);
+    if let Some(fit) = fit {
+        let curve = curve(places, fit);
+        series.push(Series::line(Ink::Vermillion, Dash::Solid, curve));
+    }
     series.push(Series::points(Ink::Black, Marker::Circle, points));
     Figure {
         name: "plate-across".to_owned(),

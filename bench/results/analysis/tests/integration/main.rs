@@ -1,6 +1,11 @@
 //! Tests of the package on recordings of other simulations.
 
 mod independent_world;
+mod laws_in_doubt;
+mod laws_page;
+mod predictive;
 #[cfg(feature = "parquet")]
 mod reference_recordings;
 mod reynolds_world;
+mod truth;
+mod verdict;

@@ -85,7 +85,14 @@ pub fn fit(
     let mut solution = Solution::new(search, minimum, &conditions.calibration)?;
     let friction = solution.friction();
     let instances = solution.instance_fits(friction.as_ref())?;
-    let shared = solution.shared_fit(friction.as_ref(), &instances);
+    let mut shared = solution.shared_fit(friction.as_ref(), &instances);
+    if let Some(floor) = &mut shared.friction_floor {
+        // Crosstalk adds the same to every measured friction, and (1 − φ)/μ0 times that to φ.
+        let mu0 =
+            instances.iter().map(|instance| instance.mu0).sum::<f64>() / instances.len() as f64;
+        let crosstalk = conditions.calibration.lateral_per_normal;
+        floor.std = floor.std.hypot(crosstalk * (1.0 - floor.value) / mu0);
+    }
     let within_laws = TrialFit {
         shared,
         instances,

@@ -132,7 +132,9 @@ impl<'a> Solution<'a> {
         let (model, samples) = (&mut member.model, &member.samples);
         let contact = model.follow(&minimum.parameters).ok_or(FitError::NoStart)?;
         let law = match friction {
-            Some(friction) => friction.law(index, minimum.covariance.as_ref()),
+            Some(friction) => friction
+                .law(index, minimum.covariance.as_ref())
+                .with_offset_error(model.calibration.lateral_per_normal),
             None => friction_at_rest(model, &contact, samples.mu),
         };
         InstanceFit::new(model, samples, minimum, self.verdict.clone(), law)

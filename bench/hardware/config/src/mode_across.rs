@@ -186,20 +186,18 @@ pub fn thin_plate_wavelength_m(thickness_m: f64, carrier_hz: f64) -> f64 {
 /// of both.
 #[must_use]
 pub fn wavelength_in_words(plate: &Plate, calibration: Option<&CalibrationFile>) -> String {
-    let mm = |m: f64| format!("{:.2} mm", 1e3 * m);
     let formula = plate.thickness_m.map(|thickness_m| {
         let wavelength_m = thin_plate_wavelength_m(thickness_m, plate.resonance_hz);
         format!(
-            "a thin glass plate of plate.thickness_m = {} m has {}",
-            thickness_m,
-            mm(wavelength_m)
+            "a thin glass plate of plate.thickness_m = {thickness_m} m has {:.2} mm",
+            1e3 * wavelength_m
         )
     });
     match ModeAcross::new(plate, calibration) {
         Some(mode) => format!(
-            "{} ± {}, {}{}",
-            mm(mode.wavelength_m),
-            mm(mode.standard_error_m),
+            "{:.2} ± {:.2} mm, {}{}",
+            1e3 * mode.wavelength_m,
+            1e3 * mode.standard_error_m,
             match mode.source {
                 WavelengthSource::Measured => "measured",
                 WavelengthSource::Configured => "from plate.wavelength_across_m",
@@ -343,7 +341,7 @@ mod tests {
         let configured = words("wavelength_across_m = 0.022");
         assert_eq!(
             configured,
-            "22.00 mm ± 2.20 mm, from plate.wavelength_across_m"
+            "22.00 ± 2.20 mm, from plate.wavelength_across_m"
         );
     }
 

@@ -16,9 +16,11 @@ use crate::survey::profile_procedure::{ProfilePoint, ProfileProcedure};
 /// Largest root mean square residual of a cosine over its amplitude (an assumption of this project: the edges of a free plate cause
 /// 3 % within 8 mm of the middle of 22 mm).
 pub const COSINE: f64 = 0.05;
+/// Relative standard error of all distances together: a ruler's or a stage's scale (assumed).
+const DISTANCES: f64 = 2e-3;
 /// Points of the drawn cosine.
 const DRAWN: u32 = 200;
-/// Standard errors of the drawn band.
+/// Standard errors of the drawn bars.
 const SURE: f64 = 2.0;
 
 /// Fits a cosine to the places; `None` if they determine none.
@@ -29,6 +31,19 @@ pub(crate) fn fit(places: &[ProfilePoint]) -> Option<CosineFit> {
         error: place.error,
     });
     CosineFit::new(&places.collect::<Vec<_>>())
+}
+
+/// Returns the fitted amplitude from the first place to the last, by the distance in mm.
+pub(crate) fn curve(places: &[ProfilePoint], fit: &CosineFit) -> Vec<(f64, f64)> {
+    let (Some(first), Some(last)) = (places.first(), places.last()) else {
+        return Vec::new();
+    };
+    let reach_m = last.position_m - first.position_m;
+    let point = |i| {
+        let across_m = first.position_m + reach_m * f64::from(i) / f64::from(DRAWN);
+        (1e3 * across_m, fit.amplitude_at(across_m))
+    };
+    (0..=DRAWN).map(point).collect()
 }
 
 /// Returns the verdict on a fit.
@@ -86,7 +101,7 @@ impl ProfileProcedure {
                 date,
                 operator: operator.to_owned(),
                 method: format!(
-                    "a vibrometer at {} places, over the pickup's amplitude; a cosine without sign, with errors by its residuals",
+                    "a vibrometer at {} places, over the pickup's amplitude; a cosine without sign; errors by its residuals and by the scale of the distances",
                     self.places.len()
                 ),
             },
@@ -94,7 +109,12 @@ impl ProfileProcedure {
             drive_v: self.level_v,
             verdict: verdict(fit),
             residual: fit.map(CosineFit::relative_residual),
-            wavelength_m: quantity(|fit| fit.wavelength_m, "m"),
+            wavelength_m: fit.map(|fit| {
+                let [wavelength_m, scatter_m] = fit.wavelength_m;
+                let error_m = scatter_m.hypot(DISTANCES * wavelength_m);
+                let freedom = fit.degrees_of_freedom;
+                Quantity::combined(wavelength_m, error_m, scatter_m, freedom, "m")
+            }),
             crest_m: quantity(|fit| fit.crest_m, "m"),
             crest_ratio: quantity(|fit| fit.crest, "1"),
             places: self
@@ -119,11 +139,8 @@ fn words(across: &MeasuredAcross) -> String {
             .to_owned();
     };
     let mm = |quantity: &Quantity| {
-        format!(
-            "{:.2} ± {:.2} mm",
-            1e3 * quantity.value,
-            1e3 * quantity.half_width_95()
-        )
+        let [value, error] = [quantity.value, quantity.standard_error].map(|m| 1e3 * m);
+        Quantity::new(value, error, quantity.degrees_of_freedom, "mm").to_string()
     };
     format!(
         "{} of wavelength {}, its crest at {} from the finger's line; residuals of {:.1} % of the crest, {:.0} % are allowed",
@@ -161,7 +178,7 @@ fn draw(
         .iter()
         .map(|place| (1e3 * place.position_m, place.ratio))
         .collect();
-    let band = places
+    let bars = places
         .iter()
         .map(|place| {
             let x = 1e3 * place.position_m;
@@ -169,27 +186,17 @@ fn draw(
             (x, place.ratio - error, place.ratio + error)
         })
         .collect();
-    let cosine = fit.zip(places.first().zip(places.last()));
-    let cosine = cosine.map(|(fit, (first, last))| {
-        let (first_m, last_m) = (first.position_m, last.position_m);
-        let point = |i| {
-            let across_m = first_m + (last_m - first_m) * f64::from(i) / f64::from(DRAWN);
-            (1e3 * across_m, fit.amplitude_at(across_m))
-        };
-        Series::line(
-            Ink::Vermillion,
-            Dash::Solid,
-            (0..=DRAWN).map(point).collect(),
-        )
-    });
-    let mut series = vec![Series::band(Ink::Blue, band)];
-    series.extend(cosine);
+    let mut series = vec![Series::bars(Ink::Blue, bars)];
+    if let Some(fit) = fit {
+        let curve = curve(places, fit);
+        series.push(Series::line(Ink::Vermillion, Dash::Solid, curve));
+    }
     series.push(Series::points(Ink::Black, Marker::Circle, points));
     Figure {
         name: "plate-across".to_owned(),
         title: "Amplitude across the plate".to_owned(),
         caption: format!(
-            "Amplitude by the vibrometer at places across the plate over that of the pickup (circles; band: two standard errors of the \
+            "Amplitude by the vibrometer at places across the plate over that of the pickup (circles; bars: two standard errors of the \
              readings), and the fitted cosine, without sign (line). The finger slides along 0. {}. Measured {} by {}: {}.",
             capital(words),
             across.measured.date,

@@ -12,6 +12,7 @@ use calibration_rig::procedure::{NextStep, Procedure, StepOutcome};
 use config::Config;
 use signalgen::{ToneList, Waveform};
 
+use crate::survey::across_verdict;
 use crate::survey::survey_axis::SurveyAxis;
 
 /// Amplitude below any instrument's resolution, m.
@@ -206,6 +207,15 @@ impl ProfileProcedure {
         self.place_index = self.places.len();
     }
 
+    /// Returns the cosine through the places so far; empty along the plate.
+    fn fitted_curve(&self) -> Vec<(f64, f64)> {
+        let fit = match self.axis {
+            SurveyAxis::Along => None,
+            SurveyAxis::Across { .. } => across_verdict::fit(&self.places),
+        };
+        fit.map_or_else(Vec::new, |fit| across_verdict::curve(&self.places, &fit))
+    }
+
     fn take_typed(&mut self, known_m: f64, capture: &Capture) -> anyhow::Result<NextStep> {
         let most_m = self.config.calibration.max_amplitude_m;
         // On a nodal line an instrument may show nothing.
@@ -299,7 +309,7 @@ impl Procedure for ProfileProcedure {
                     .iter()
                     .map(|place| (1e3 * place.position_m, place.ratio))
                     .collect(),
-                fit: Vec::new(),
+                fit: self.fitted_curve(),
             }),
             findings: plate.findings,
         }

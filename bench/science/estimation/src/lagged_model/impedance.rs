@@ -340,7 +340,8 @@ mod tests {
     use crate::loads::Loads;
     use crate::series::tests::with_instance;
     use contact::parameters::{
-        FILM_MEAN_MS, FILM_MOBILITY, LAG_EXPONENT, LN_AREA, LN_FORCE, TAU_MS,
+        CYCLE_AVERAGE, FILM_MEAN_MS, FILM_MOBILITY, LAG_EXPONENT, LN_AREA, LN_FORCE,
+        RELATIVE_SHARE, TAU_MS,
     };
 
     /// Compares with the impedance under a force that is larger at one sample.
@@ -417,6 +418,38 @@ mod tests {
         });
     }
 
+    /// Laws in doubt that are those published give the same impedance and slopes.
+    #[test]
+    fn the_published_laws_are_among_those_in_doubt() {
+        with_instance(|instance| {
+            let conditions = FitConditions::with_plate(Complex64::new(7.01, 0.1));
+            let mut model = LaggedModel::new(instance, &conditions, 0.02, 0.6).unwrap();
+            let mut parameters = model.assumed_parameters(1.7e-6, 1.2e-3);
+            (parameters[RE_Z_T], parameters[IM_Z_T]) = (0.47, 3.16);
+            (parameters[AREA_EXPONENT], parameters[RESIDUAL_MOBILITY]) = (0.3, 0.02);
+            let n = model.z_m.len();
+            let [published, doubtful] = [Laws::Published, Laws::InDoubt].map(|laws| {
+                model.set_laws(laws);
+                let mut z_m = vec![Complex64::ZERO; n];
+                let mut slopes = vec![[Complex64::ZERO; PARAMETERS]; n];
+                model.evaluate(&parameters, &mut z_m, &mut slopes).unwrap();
+                (z_m, slopes)
+            });
+            for sample in 0..n {
+                assert!((published.0[sample] - doubtful.0[sample]).norm() < 1e-13);
+                for parameter in 0..FILM_LOSS {
+                    let [published, doubtful] =
+                        [&published, &doubtful].map(|(_, slopes)| slopes[sample][parameter]);
+                    let difference = (published - doubtful).norm();
+                    assert!(
+                        difference < 1e-10 * (1.0 + published.norm()),
+                        "{sample} {parameter}: {published} {doubtful}"
+                    );
+                }
+            }
+        });
+    }
+
     #[test]
     fn slopes_are_derivatives() {
         with_instance(|instance| {
@@ -441,6 +474,21 @@ mod tests {
                 model.follow_other_modes(&parameters).unwrap();
                 parameters[FILM_MOBILITY] = 0.01;
                 assert_slopes_are_derivatives(&mut model, parameters);
+                model.follow_finger(&parameters);
+                model.set_laws(Laws::InDoubt);
+                assert_slopes_are_derivatives(&mut model, parameters);
+                for (parameter, value) in [
+                    (FILM_LOSS, -0.1),
+                    (TRAPPED_SHARE, 0.01),
+                    (RELATIVE_SHARE, 0.2),
+                    (CYCLE_AVERAGE, 0.4),
+                    (SOFTENING, 0.003),
+                    (WIDTH_SQUARE, 0.15),
+                ] {
+                    parameters[parameter] = value;
+                }
+                assert_slopes_are_derivatives(&mut model, parameters);
+                model.set_laws(Laws::Published);
             }
         });
     }

@@ -1,6 +1,9 @@
 //! Tests of the package on recordings of other simulations.
 
 mod independent_world;
+mod laws_in_doubt;
 #[cfg(feature = "parquet")]
 mod reference_recordings;
 mod reynolds_world;
+mod truth;
+mod verdict;

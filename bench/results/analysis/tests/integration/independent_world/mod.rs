@@ -1,5 +1,5 @@
-//! Recordings of an independent simulation (world.c), in which skin and plate differ from all assumptions, compared with their
-//! true values. docs/accuracy.md quotes the numbers from here.
+//! Recordings of an independent implementation of the same laws (world.c), in which skin and plate differ from all assumptions,
+//! compared with their true values. docs/accuracy.md quotes the numbers from here.
 
 #![expect(
     clippy::unwrap_used,
@@ -10,9 +10,7 @@
     reason = "docs/accuracy.md has the numbers from here"
 )]
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::sync::OnceLock;
+pub mod program;
 
 use analysis::Settings;
 use analysis::findings::RecordingFindings;
@@ -20,62 +18,10 @@ use analysis::method::Method;
 use analysis::recording_analysis::analyse;
 use contact::uncertain::{LogUncertain, Uncertain};
 use num_complex::Complex64;
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use tempfile::TempDir;
 
-/// Parameters of a world, by their names in world.c.
-type World = Vec<(&'static str, f64)>;
-
-const Q0_RAD_PER_M: f64 = 1.4e4;
-
-/// Returns the program that makes recordings, compiled once.
-fn program() -> &'static Path {
-    static PROGRAM: OnceLock<(TempDir, PathBuf)> = OnceLock::new();
-    let (_, path) = PROGRAM.get_or_init(|| {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("world");
-        let source = Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("tests/integration/independent_world/world.c");
-        let status = Command::new("cc")
-            .args(["-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", "-o"])
-            .args([&path, &source])
-            .arg("-lm")
-            .status()
-            .expect("the C compiler that the build needs too");
-        assert!(status.success());
-        (folder, path)
-    });
-    path
-}
-
-/// True values of a recording, every millisecond.
-struct Truth {
-    columns: Vec<String>,
-    rows: Vec<Vec<f64>>,
-}
-
-impl Truth {
-    fn read(folder: &Path) -> Self {
-        let mut file = csv::Reader::from_path(folder.join("truth.csv")).unwrap();
-        let columns = file.headers().unwrap().iter().map(str::to_owned).collect();
-        let rows = file.deserialize().collect::<Result<_, _>>().unwrap();
-        Self { columns, rows }
-    }
-
-    fn mean(&self, column: &str, from_s: f64, to_s: f64) -> f64 {
-        let column = self.columns.iter().position(|name| name == column).unwrap();
-        let is_in_span = |row: &&Vec<f64>| (from_s..to_s).contains(&row[0]);
-        let values: Vec<f64> = self
-            .rows
-            .iter()
-            .filter(is_in_span)
-            .map(|row| row[column])
-            .collect();
-        values.iter().sum::<f64>() / values.len() as f64
-    }
-}
+use self::program::{Q0_RAD_PER_M, program, random_world, record};
+use crate::truth::{Truth, World, parameter};
 
 /// Largest errors of `trial` over all instances.
 #[derive(Debug, Clone, Copy, Default)]
@@ -204,12 +150,7 @@ impl Errors {
 /// Makes a recording and analyses it.
 fn record_and_analyse(world: &World) -> (RecordingFindings, Truth) {
     let folder = tempfile::tempdir().unwrap();
-    let status = Command::new(program())
-        .arg(folder.path())
-        .args(world.iter().map(|(name, value)| format!("{name}={value}")))
-        .status()
-        .unwrap();
-    assert!(status.success());
+    record(folder.path(), world);
     let findings = analyse(folder.path(), &Settings::default())
         .findings
         .unwrap();
@@ -219,12 +160,7 @@ fn record_and_analyse(world: &World) -> (RecordingFindings, Truth) {
 
 fn errors(world: &World) -> Errors {
     let (findings, truth) = record_and_analyse(world);
-    let true_value = |name: &str, default: f64| {
-        let mut parameters = world.iter();
-        parameters
-            .find(|parameter| parameter.0 == name)
-            .map_or(default, |parameter| parameter.1)
-    };
+    let true_value = |name: &str, default: f64| parameter(world, name).unwrap_or(default);
     Errors::new(&findings, &truth, true_value)
 }
 
@@ -275,30 +211,6 @@ fn dynamic_tolerates_a_drifting_plate() {
             );
         }
     }
-}
-
-fn random_world(seed: u64) -> World {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut uniform = |low: f64, high: f64| rng.random_range(low..high);
-    vec![
-        ("seed", seed as f64),
-        ("sigma_t_m", uniform(1.1e-6, 2.3e-6)),
-        ("re_z_t", uniform(0.2, 0.9)),
-        ("im_z_t", uniform(2.4, 4.0)),
-        ("growth", uniform(0.0, 0.2)),
-        ("contact_area_m2", uniform(100e-6, 400e-6)),
-        ("area_force_exponent", uniform(0.0, 0.6)),
-        ("q0_rad_per_m", Q0_RAD_PER_M * uniform(-1.0, 1.0).exp2()),
-        ("loss_factor", uniform(0.2, 0.5)),
-        ("tau_s", uniform(0.5e-3, 2e-3)),
-        ("film_mean_s", uniform(3e-5, 2e-4)),
-        ("mu0", uniform(0.5, 1.0)),
-        ("floor", uniform(0.0, 0.2)),
-        ("lateral_lag_s", uniform(0.0, 2e-3)),
-        ("normal_n", uniform(0.5, 0.8)),
-        ("drift_hz", uniform(-10.0, 10.0)),
-        ("pickup_phase_rad", uniform(-0.3, 0.3)),
-    ]
 }
 
 #[test]

@@ -16,8 +16,9 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::programs;
-use super::recorded_world::{Truth, World, parameter, record};
-use super::verdict::{Outcome, Verdict};
+use super::recorded_world::record;
+use crate::truth::{Truth, World, parameter};
+use crate::verdict::{Outcome, Verdict};
 
 /// Number of worlds in every test run: one of each kind.
 const WORLDS: usize = 3;

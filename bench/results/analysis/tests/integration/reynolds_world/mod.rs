@@ -6,4 +6,3 @@ mod film;
 mod programs;
 mod recorded_world;
 mod scales;
-mod verdict;

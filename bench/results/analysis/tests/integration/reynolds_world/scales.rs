@@ -10,7 +10,8 @@ use std::process::Command;
 use num_complex::Complex64;
 
 use super::programs::STEADY;
-use super::recorded_world::{Truth, World, record};
+use super::recorded_world::record;
+use crate::truth::{Truth, World};
 
 #[derive(Debug)]
 struct SteadyState {

@@ -1,0 +1,132 @@
+//! Worlds of each cause, analysed by every method: one of each in every test run, as many as `FRICTION_BENCH_LAWS` says in a
+//! campaign (`./dev campaign laws`). `FRICTION_BENCH_LAW` selects causes by name, separated by commas.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "a helper that fails fails its test, as in the tests themselves"
+)]
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use analysis::Settings;
+use analysis::method::Method;
+use analysis::recording_analysis::analyse;
+use rayon::prelude::*;
+
+use super::causes::{
+    CAUSES, NamedWorld, PUBLISHED, SEVERAL, published_worlds, worlds_of, worlds_of_several,
+};
+use super::table::Row;
+use crate::independent_world::program::{program, record};
+use crate::truth::Truth;
+use crate::verdict::Verdict;
+
+/// Variable with the number of worlds of each cause in a campaign.
+const COUNT: &str = "FRICTION_BENCH_LAWS";
+/// Variable with the names of the causes of a run.
+const ONLY: &str = "FRICTION_BENCH_LAW";
+/// Variable with the file to which a campaign's results are appended; the table is beside it, in a file whose name ends in `.laws.tsv`.
+const RESULTS: &str = "FRICTION_BENCH_CAMPAIGN";
+
+/// Number of worlds of each cause.
+fn count() -> u64 {
+    let Ok(text) = std::env::var(COUNT) else {
+        return 1;
+    };
+    let count = text.parse().ok().filter(|count| *count > 0);
+    count.unwrap_or_else(|| panic!("{COUNT} is \"{text}\", not a number from 1"))
+}
+
+/// Returns the worlds of the selected causes.
+fn worlds(count: u64) -> Vec<NamedWorld> {
+    let causes = CAUSES.iter().flat_map(|cause| worlds_of(cause, count));
+    let mut worlds: Vec<NamedWorld> = causes.collect();
+    worlds.extend(worlds_of_several(count));
+    worlds.extend(published_worlds(2 * count));
+    if let Ok(names) = std::env::var(ONLY) {
+        let names: Vec<&str> = names.split(',').collect();
+        for name in &names {
+            let is_known = [SEVERAL, PUBLISHED].contains(name)
+                || CAUSES.iter().any(|cause| cause.name == *name);
+            assert!(is_known, "{ONLY}: no cause is called \"{name}\"");
+        }
+        worlds.retain(|world| names.contains(&world.cause));
+    }
+    worlds
+}
+
+/// Returns the verdict of each method on a world.
+fn verdicts(world: &NamedWorld) -> Vec<Verdict> {
+    let folder = tempfile::tempdir().unwrap();
+    record(folder.path(), &world.world);
+    let findings = analyse(folder.path(), &Settings::default());
+    let findings = findings.findings.unwrap();
+    let truth = Truth::read(folder.path());
+    let methods = Method::ALL.iter();
+    methods
+        .map(|method| Verdict::new(*method, &findings, &truth, &world.world))
+        .collect()
+}
+
+fn describe(world: &NamedWorld) -> String {
+    let changed = world.changed.iter();
+    let changed: Vec<String> = changed
+        .map(|(name, value)| format!("{name} {value:.4e}"))
+        .collect();
+    format!("{}: {}", world.cause, changed.join(", "))
+}
+
+/// Appends the rows to the campaign's results, and writes them with all columns to a file of their own.
+fn write_results(count: u64, rows: &[Row<'_>]) {
+    let Some(path) = std::env::var_os(RESULTS).map(PathBuf::from) else {
+        return;
+    };
+    let mut options = std::fs::File::options();
+    let mut file = options.create(true).append(true).open(&path).unwrap();
+    for row in rows {
+        writeln!(file, "a world of other laws\t{count}\t{row}").unwrap();
+    }
+    let mut table = Row::tsv_header();
+    for row in rows {
+        table.push('\n');
+        table.push_str(&row.tsv());
+    }
+    table.push('\n');
+    std::fs::write(path.with_added_extension("laws.tsv"), table).unwrap();
+}
+
+#[test]
+fn a_world_of_other_laws_is_right_covered_or_flagged() {
+    program();
+    let count = count();
+    let results: Vec<(NamedWorld, Vec<Verdict>)> = worlds(count)
+        .into_par_iter()
+        .map(|world| {
+            let verdicts = verdicts(&world);
+            (world, verdicts)
+        })
+        .collect();
+    for (world, verdicts) in &results {
+        println!("{}", describe(world));
+        for verdict in verdicts {
+            println!("    {verdict}");
+        }
+    }
+    let mut rows = Vec::new();
+    for (index, method) in Method::ALL.iter().enumerate() {
+        let causes = CAUSES.iter().map(|cause| cause.name);
+        for cause in causes.chain([SEVERAL, PUBLISHED]) {
+            let of_cause = results.iter().filter(|(world, _)| world.cause == cause);
+            let verdicts: Vec<&Verdict> = of_cause.map(|(_, verdicts)| &verdicts[index]).collect();
+            if !verdicts.is_empty() {
+                rows.push(Row::new(cause, method.name(), verdicts));
+            }
+        }
+    }
+    for row in &rows {
+        println!("{row}");
+    }
+    write_results(count, &rows);
+    assert!(!rows.is_empty());
+}

@@ -108,6 +108,21 @@ pub struct LawPriors {
     pub aspect: Normal,
 }
 
+impl LawPriors {
+    /// Returns each prior with its name.
+    pub fn named(&mut self) -> [(&'static str, &mut Normal); 7] {
+        [
+            ("film_loss", &mut self.film_loss),
+            ("trapped_air", &mut self.trapped_air),
+            ("relative_motion", &mut self.relative_motion),
+            ("cycle_average", &mut self.cycle_average),
+            ("softening_n_s_per_m_um2", &mut self.softening_n_s_per_m_um2),
+            ("width_square", &mut self.width_square),
+            ("aspect", &mut self.aspect),
+        ]
+    }
+}
+
 impl Default for LawPriors {
     fn default() -> Self {
         let about_0 = |std: f64| Normal { mean: 0.0, std };

@@ -2,6 +2,7 @@
 
 mod independent_world;
 mod laws_in_doubt;
+mod tmp_folders;
 #[cfg(feature = "parquet")]
 mod reference_recordings;
 mod reynolds_world;

@@ -246,7 +246,7 @@ impl<'s, 'a> Solution<'s, 'a> {
             area_exponent: uncertain(SharedParameter::AreaExponent),
             film_mean_s: shared[SharedParameter::LnFilmMean].exp(),
             lag_exponent: uncertain(SharedParameter::LagExponent),
-            misfit: misfit::signs(&self.search, shared, plate, instances),
+            misfit: misfit::signs(self.search, shared, variances.as_ref(), plate, instances),
             friction_floor: friction.map(|friction| friction.floor),
             lateral_lag_s: friction.map(|friction| friction.lag_s),
         }

@@ -598,6 +598,7 @@ fn analysed() -> Analysis {
         )],
         instances,
         trial: None,
+        within_laws: None,
         model_check: Vec::new(),
         rejected: Vec::new(),
         flaws: Vec::new(),

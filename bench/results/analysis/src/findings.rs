@@ -7,6 +7,7 @@ use estimation::FitConditions;
 use estimation::trial::SharedFit;
 use protocols::{Direction, SelectionRules};
 
+use crate::amplitude_profile::mode_across;
 use crate::analysis_settings::Settings;
 pub use crate::estimate::{Deltas, InstanceAnalysis, InstanceEstimate, Method};
 pub use crate::exploration_findings::ExplorationFindings;
@@ -14,6 +15,7 @@ use crate::flaw::Flaw;
 use crate::force_zero::ForceZero;
 pub use crate::instance::PlateReading;
 pub use crate::model_check::Band;
+use crate::within_laws;
 use recording::manifest::{Manifest, RecordedPlate, RecordedRoom, StandardErrors};
 use recording::pipeline::DemodulationError;
 use recording::pipeline::PickupOffset;
@@ -99,7 +101,8 @@ pub struct RecordingFindings {
     pub pickup: PickupOffset,
     /// Zero of the force sensor, subtracted in all other findings.
     pub zero: ForceZero,
-    /// Stated standard errors of the constants; those of the forces include the zero's, relative to the mean force of the touch.
+    /// Stated standard errors of the constants; those of the forces include the zero's, relative to the mean force of the touch,
+    /// and the crosstalk that the recording shows if none is stated.
     pub standard_errors: StandardErrors,
     /// Impedance of the unloaded plate; `None` if it could not be read.
     pub z_p: Option<PlateReading>,
@@ -107,8 +110,10 @@ pub struct RecordingFindings {
     pub explorations: Vec<ExplorationFindings>,
     /// Estimated instances, in time order.
     pub instances: Vec<InstanceAnalysis>,
-    /// Parameters shared by the instances, fitted together; `None` if the fit failed.
+    /// Parameters shared by the instances, fitted together; `None` if the fit failed. Its errors include the laws in doubt.
     pub trial: Option<SharedFit>,
+    /// The same with the laws as published taken as true; [`fit_within_laws`](Self::fit_within_laws) returns it where they hold.
+    pub within_laws: Option<SharedFit>,
     /// Self-sensed against measured normal force, by amplitude.
     pub model_check: Vec<Band>,
     /// Stretches without an estimate.
@@ -140,7 +145,16 @@ impl RecordingFindings {
     pub(crate) fn conditions(&self, settings: &Settings) -> Option<FitConditions> {
         let assumed = self.assumed(settings);
         let z_p = self.z_p?;
-        Some(z_p.conditions(assumed, self.manifest.carrier_hz, &self.standard_errors))
+        let mode_across = self.plate().across.as_ref().map(mode_across);
+        let (carrier_hz, errors) = (self.manifest.carrier_hz, &self.standard_errors);
+        Some(z_p.conditions(assumed, carrier_hz, errors, mode_across))
+    }
+
+    /// Returns the parameters shared by the instances with the laws as published taken as true. `None` if a fit cannot be used, or
+    /// if any has signs of misfit: this one, so that these laws do not hold, or that with the laws in doubt.
+    #[must_use]
+    pub fn fit_within_laws(&self) -> Option<&SharedFit> {
+        within_laws::holding(self.trial.as_ref()?, self.within_laws.as_ref())
     }
 
     /// Returns the finger of the first instance usable by `dynamic`, which the model check extrapolates.

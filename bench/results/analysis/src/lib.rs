@@ -2,7 +2,7 @@
 //!
 //! [`demodulation`] streams a recording folder through the demodulator of the live bench, [`unloaded_plate`] reads the
 //! plate's own impedance, [`trial_selection`] and the `protocols` crate select the instances, [`estimate`] estimates each
-//! by both methods. [`analyse`] does this for any number of recordings, [`results`] lists the outcome.
+//! by both methods. [`analyse`] does this for any number of recordings; `report` lists the outcome.
 
 pub mod amplitude_profile;
 pub mod analysis_settings;
@@ -11,6 +11,7 @@ pub mod attempts;
 pub mod average_model;
 mod clipping;
 pub mod cluster_test;
+mod crosstalk;
 mod damping;
 pub mod demodulation;
 pub mod estimate;
@@ -27,22 +28,25 @@ pub mod method;
 pub mod model_check;
 pub mod motion;
 mod people;
+pub mod pickup_correction;
 mod plate_references;
 pub mod printed_settings;
 mod prior_settings;
 pub mod published;
 pub mod recording_analysis;
-pub mod results;
 mod row_times;
 mod spans;
 pub mod statistics;
 #[cfg_attr(not(feature = "parquet"), path = "no_tables.rs")]
 pub mod tables;
+#[cfg(test)]
+mod tests;
 pub mod trial_fit;
 pub mod trial_selection;
 pub mod under_finger;
 pub mod unloaded_plate;
 pub mod whole_trial;
+pub mod within_laws;
 
 use std::path::PathBuf;
 

@@ -9,6 +9,7 @@ use protocols::{
     Instance, Interval, IntervalKind, SelectionRules, Stretch, TrialAnalysis, Validity,
 };
 use recording::manifest::StandardErrors;
+use recording::pipeline::PickupOffset;
 
 use crate::amplitude_profile::AmplitudeProfile;
 use crate::instance::{PlateReading, PreparedInstance};
@@ -28,6 +29,8 @@ pub struct FitRequest {
     pub carrier_hz: f64,
     /// Errors of the calibration in force.
     pub calibration: StandardErrors,
+    /// Deviation of the pickup from its stated values, for which `plate` and `record` are corrected.
+    pub pickup: PickupOffset,
     /// Impedance of the unloaded plate, or the reason why it could not be read.
     pub plate: Result<PlateReading, UnloadedError>,
     /// Measured data.
@@ -39,9 +42,15 @@ pub struct FitRequest {
 }
 
 impl FitRequest {
-    /// Returns the conditions shared by all fits.
-    fn conditions(&self, plate: PlateReading, assumed: AssumedConstants) -> FitConditions {
-        plate.conditions(assumed, self.carrier_hz, &self.calibration)
+    /// Returns the conditions shared by all fits on a plate with this profile.
+    fn conditions(
+        &self,
+        plate: PlateReading,
+        profile: &AmplitudeProfile,
+        assumed: AssumedConstants,
+    ) -> FitConditions {
+        let mode_across = profile.mode_across();
+        plate.conditions(assumed, self.carrier_hz, &self.calibration, mode_across)
     }
 }
 
@@ -123,7 +132,7 @@ pub struct TrialContact {
     /// Median of |self-sensed − measured|/measured normal force over the explorations; `None` without comparable
     /// frames.
     pub force_difference: Option<f64>,
-    /// The fitted parameters with their covariance.
+    /// The fitted parameters with their covariance, for readings of the pickup as stated.
     pub finger: FittedFinger,
     /// Time between frames, s.
     pub interval_s: f64,
@@ -175,12 +184,13 @@ impl<'a> CutTrial<'a> {
         })
     }
 
-    /// Fits all instances together, which determines S, q0 and η.
+    /// Fits all instances together, which determines S, q0 and η: those of the laws as published, because the contact is fitted by
+    /// these laws.
     ///
     /// # Errors
     /// The instances cannot be fitted together.
     pub fn shared(&self, assumed: AssumedConstants) -> Result<SharedFit, FitError> {
-        let conditions = self.request.conditions(self.plate, assumed);
+        let conditions = self.request.conditions(self.plate, self.profile, assumed);
         let instances = self.instances.iter();
         let rules = &self.request.rules;
         let instances: Vec<_> = instances
@@ -189,7 +199,8 @@ impl<'a> CutTrial<'a> {
         let readings = plate_references::read(&self.request.record, rules.contact_n / 2.0);
         let options = whole_trial::options(trial::TrialOptions::default(), self.profile);
         let fit = trial::fit(&instances, &conditions, &readings, &options)?;
-        Ok(fit.shared)
+        let within_laws = fit.within_laws.map(|fit| fit.shared);
+        Ok(within_laws.unwrap_or(fit.shared))
     }
 
     /// Fits the contact with the `assumed` skin.
@@ -220,7 +231,7 @@ fn typical_fit(cut: &CutTrial<'_>, assumed: AssumedConstants) -> Result<TrialCon
         series,
         ..
     } = cut;
-    let conditions = request.conditions(cut.plate, assumed);
+    let conditions = request.conditions(cut.plate, cut.profile, assumed);
     let options = dynamic::DynamicOptions::default();
     let (mut usable_fits, mut failure) = (Vec::new(), None);
     let mut interval_s = 0.0;
@@ -273,7 +284,7 @@ fn typical_fit(cut: &CutTrial<'_>, assumed: AssumedConstants) -> Result<TrialCon
         usable: usable_fits.len(),
         instances: instances.len(),
         force_difference: force_difference(&typical_fit.finger, interval_s, series, &request.rules),
-        finger: typical_fit.finger,
+        finger: typical_fit.finger.turned(request.pickup.turn_rad),
         interval_s,
         profile: cut.profile.clone(),
     })
@@ -287,10 +298,10 @@ fn friction_at_rest(
     let n = usable_fits.len() as f64;
     let mean = usable_fits.iter().map(|fit| fit.mu0).sum::<f64>() / n;
     let squares: f64 = usable_fits.iter().map(|fit| (fit.mu0 - mean).powi(2)).sum();
-    let calibration_error = mean
-        * forces
-            .lateral_force_relative
-            .hypot(forces.normal_force_relative);
+    let relative_error = forces
+        .lateral_force_relative
+        .hypot(forces.normal_force_relative);
+    let calibration_error = (mean * relative_error).hypot(forces.lateral_per_normal);
     Uncertain {
         value: mean,
         std: if usable_fits.len() > 1 {
@@ -312,6 +323,7 @@ fn force_difference(
     let mut differences = Vec::new();
     for (series, under_finger) in explorations {
         let (z_m, amplitude_m) = (&under_finger.z_m_n_s_per_m, &under_finger.amplitude_m);
+        // The interval and the lengths, which alone can be refused, are the same for all explorations.
         let self_sensed_force =
             self_sensed::normal_force(finger, interval_s, z_m, amplitude_m).ok()?;
         for (i, sensed_n) in self_sensed_force.normal_n.into_iter().enumerate() {

@@ -3,13 +3,13 @@
 use analysis::Settings;
 use analysis::method::Method;
 use analysis::printed_settings::PrintedSettings;
-use analysis::results::{SensitivityRow, SensitivityRows};
 use maud::{Markup, html};
 
 use crate::content::{RecordingEntry, ReportContent};
 use crate::instance;
 use crate::number::PLAIN;
 use crate::priors;
+use crate::recording_results::{SensitivityRow, SensitivityRows};
 
 /// Value of a setting.
 enum SettingValue {
@@ -174,11 +174,13 @@ pub(crate) fn assumptions(printed: &PrintedSettings) -> Markup {
         amplitude_along_plate: amplitude,
         normal_force: force,
         ambient_pressure,
+        finger_across_mode,
     } = printed;
     let sources = [
         ("ambient_pressure", ambient_pressure.as_str()),
         ("amplitude_along_plate.dynamic", amplitude.dynamic.as_str()),
         ("amplitude_along_plate.paper", amplitude.paper),
+        ("finger_across_mode", finger_across_mode.as_str()),
         ("normal_force.dynamic", force.dynamic),
         ("normal_force.paper", force.paper),
     ];
@@ -266,6 +268,10 @@ pub(crate) fn dependencies(recordings: &[RecordingEntry<'_>]) -> Markup {
         .iter()
         .filter(|recording| recording.result.plate_profile)
         .count();
+    let across = recordings
+        .iter()
+        .filter(|recording| recording.result.plate_across.is_some())
+        .count();
     html! {
         ul {
             li { "All results depend on the " a href="#calibration" { "calibration" } ". " (errors_note(recordings)) }
@@ -277,7 +283,9 @@ pub(crate) fn dependencies(recordings: &[RecordingEntry<'_>]) -> Markup {
             li { "Friction is fitted after the contact: μ" sub { "0" } ", the friction floor and the lag of the lateral force are \
                   conditional on the contact, and the contact is independent of them." }
             li { "The 95 % intervals include the noise, the correlation of neighbouring residuals, the priors of " b { "trial" }
-                  " and the stated errors of the calibration, but no errors of the model. Standard errors of " b { "dynamic" }
+                  ", the stated errors of the calibration, and the laws in doubt: the film's loss, trapped air, the film's drive by the \
+                  relative motion, the time average under vibration, a plate that softens, the finger's width. Those "
+                  i { "within the laws" } " include no errors of the published laws. Standard errors of " b { "dynamic" }
                   " include the scatter of its residuals and the calibration's errors, for the assumed skin; those of " b { "paper" }
                   " include only the scatter." }
             li { "Where the model does not fit (" a href="#flags" { "Flags and warnings" } "), " b { "trial" } " gives no interval." }
@@ -286,6 +294,13 @@ pub(crate) fn dependencies(recordings: &[RecordingEntry<'_>]) -> Markup {
                       profile of the plate (dynamic, trial); in the others the plate is assumed uniform." }
             } @else {
                 li { "The plate is assumed uniform along its length: no recording has a measured profile." }
+            }
+            @if across > 0 {
+                li { "In " (across) " of " (recordings.len()) " recordings the wavelength of the plate's mode across its width is \
+                      known (dynamic, trial); in the others the width of the finger across the mode is not known and is \
+                      included in the intervals of " b { "trial" } "." }
+            } @else {
+                li { "Width of the finger across the plate's mode not known: included in the intervals of " b { "trial" } "." }
             }
         }
         h3 { "Sensitivity to the assumed values" }

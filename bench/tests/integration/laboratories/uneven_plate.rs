@@ -7,12 +7,12 @@ use analysis::amplitude_profile::AmplitudeProfile;
 use analysis::estimate::Method;
 use analysis::findings::RecordingFindings;
 use analysis::printed_settings::PrintedSettings;
-use analysis::results::Recording;
 use analysis::trial_fit::{FitRequest, SelectedExploration, TrialContact, fit};
 use analysis::{Settings, demodulation};
 use protocols::Direction;
 use protocols::selection::select;
 use recording::pipeline::PickupOffset;
+use report::recording_results::Recording;
 
 use super::{EXPLORATION_S, Laboratory, PUBLISHED, Z_T, findings};
 
@@ -89,6 +89,7 @@ pub(super) fn fit_request(folder: &Path) -> FitRequest {
         label: "trial 1".to_owned(),
         carrier_hz: reading.manifest.carrier_hz,
         calibration: reading.manifest.standard_errors.unwrap_or_default(),
+        pickup: PickupOffset::default(),
         plate: Ok(findings(folder).z_p.unwrap()),
         record: reading.record,
         explorations: vec![SelectedExploration {

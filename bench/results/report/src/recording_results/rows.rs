@@ -1,8 +1,10 @@
 //! Results of a recording, as in `recordings` of the results file: by the schema in RECORDING.md. Unknown values are null.
 
 use protocols::Direction;
-use recording::manifest::{RecordedRoom, StandardErrors};
+use recording::manifest::{RecordedAcross, RecordedRoom, StandardErrors};
 use serde::Serialize;
+
+use analysis::force_zero::ZeroReading;
 
 /// Lower and upper end.
 pub type Interval = [f64; 2];
@@ -15,7 +17,7 @@ pub type Parts = [f64; 2];
 pub struct Recording {
     /// Folder, as given.
     pub path: String,
-    /// Participant, as in [`crate::RecordingAnalysis::participant`].
+    /// Participant, as in [`analysis::RecordingAnalysis::participant`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub participant: Option<String>,
     /// Whether its constants are those of the configuration instead of measured ones.
@@ -27,12 +29,18 @@ pub struct Recording {
     /// Whether `dynamic` corrects the amplitude under the finger by the recording's profile.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub plate_profile: bool,
+    /// Wavelength across the plate, if the recording states it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plate_across: Option<RecordedAcross>,
     /// Errors of the calibration as stated in the recording.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub standard_errors: Option<StandardErrors>,
     /// Room as stated in the recording; its pressure is p0 of every estimate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub room: Option<RecordedRoom>,
+    /// Zero of the force sensor in each stretch without a finger, subtracted from the forces.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub force_zero: Vec<ZeroReading>,
     /// Corrected deviation of the pickup.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pickup_undone: Option<PickupUndone>,
@@ -113,8 +121,10 @@ pub struct Trial {
     pub friction_floor: Option<f64>,
     /// Lag of the lateral force, s; `None` if the measured friction could not be fitted.
     pub lateral_lag_s: Option<f64>,
-    /// 95 % intervals; `None` if the model does not fit.
+    /// 95 % intervals, with the laws in doubt included; `None` if the model does not fit.
     pub interval95: Option<TrialIntervals>,
+    /// 95 % intervals with the laws as published taken as true; `None` if these do not hold.
+    pub interval95_within_laws: Option<TrialIntervals>,
     /// Number of instances.
     pub n_instances: usize,
     /// Verdict on the fit.
@@ -123,6 +133,8 @@ pub struct Trial {
     pub model_misfit: bool,
     /// Signs of misfit, in words.
     pub misfit: Vec<String>,
+    /// Signs that the laws as published do not hold, in words.
+    pub misfit_within_laws: Vec<String>,
 }
 
 /// 95 % intervals of the shared parameters.
@@ -147,8 +159,10 @@ pub struct TrialEstimate {
     /// Estimate.
     #[serde(flatten)]
     pub estimate: Estimate,
-    /// 95 % intervals; `None` if the model does not fit.
+    /// 95 % intervals, with the laws in doubt included; `None` if the model does not fit.
     pub interval95: Option<InstanceIntervals>,
+    /// 95 % intervals with the laws as published taken as true; `None` if these do not hold.
+    pub interval95_within_laws: Option<InstanceIntervals>,
 }
 
 /// 95 % intervals of an instance's parameters.

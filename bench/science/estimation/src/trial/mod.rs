@@ -24,9 +24,11 @@
 //! 2. The best minimum is refined three times: trends within instances, the plate's course, the skin's transients and V are
 //!    computed at it and held fixed, and C is minimised again (`arrowhead`).
 //! 3. Without later readings of the plate, its damping is freed where the Bayesian information criterion favours that.
-//! 4. The covariance follows from residuals, priors and the errors of the calibration; the friction is fitted to the contact
+//! 4. The laws in doubt are freed (`doubt.rs`), which widens the errors and leaves the values.
+//! 5. The covariance follows from residuals, priors and the errors of the calibration; the friction is fitted to the contact
 //!    found (`solution.rs`, `friction`).
 
+mod doubt;
 mod friction;
 mod friction_spread;
 mod identifiability;
@@ -43,7 +45,7 @@ mod solution;
 
 pub use misfit::Misfit;
 pub use plate::{PlateReadings, PlateReference};
-pub use prior::{LogNormal, Normal, TrialPriors};
+pub use prior::{LawPriors, LogNormal, Normal, TrialPriors};
 pub use request::{PlacedInstance, TrialOptions};
 pub use shared_fit::SharedFit;
 
@@ -81,25 +83,21 @@ pub fn fit(
         return Err(FitError::NoStart);
     }
     let mut search = Search::new(members, readings, options.priors);
-    let minimum = search.solve()?;
-    let mut solution = Solution::new(search, minimum, &conditions.calibration)?;
-    let friction = solution.friction();
-    let instances = solution.instance_fits(friction.as_ref())?;
-    let mut shared = solution.shared_fit(friction.as_ref(), &instances);
-    if let Some(floor) = &mut shared.friction_floor {
-        // Crosstalk adds the same to every measured friction, and (1 − φ)/μ0 times that to φ.
-        let mu0 =
-            instances.iter().map(|instance| instance.mu0).sum::<f64>() / instances.len() as f64;
-        let crosstalk = conditions.calibration.lateral_per_normal;
-        floor.std = floor.std.hypot(crosstalk * (1.0 - floor.value) / mu0);
-    }
-    let within_laws = TrialFit {
-        shared,
-        instances,
-        within_laws: None,
+    let by_error = solution::unfitted_errors(&conditions.calibration, &options.priors);
+    let crosstalk = conditions.calibration.lateral_per_normal;
+    let published = search.solve()?;
+    let within_laws =
+        Solution::new(&mut search, published.clone(), by_error)?.trial_fit(crosstalk)?;
+    let Some(doubt) = search.doubt(&published, &by_error) else {
+        return Ok(TrialFit {
+            within_laws: Some(Box::new(within_laws.clone())),
+            ..within_laws
+        });
     };
+    let verdict = within_laws.shared.verdict.clone();
+    let solution = Solution::in_doubt(&mut search, published, doubt, by_error, verdict)?;
     Ok(TrialFit {
-        within_laws: Some(Box::new(within_laws.clone())),
-        ..within_laws
+        within_laws: Some(Box::new(within_laws)),
+        ..solution.trial_fit(crosstalk)?
     })
 }

@@ -1,15 +1,16 @@
 //! Search for the parameters that best fit all instances of a trial.
 
-use crate::arrowhead::{ArrowProblem, BlockNormal, Prior, Termination, minimise};
+use arrowhead::{ArrowProblem, BlockNormal, Prior, Termination, minimise};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use num_complex::Complex64;
 
 use super::layout::{
-    COURSES, InstanceParameter, OWN, Own, SHARED, Shared, SharedParameter, courses,
+    COURSES, FreeLaws, InstanceParameter, LAWS, Law, OWN, Own, SHARED, Shared, SharedParameter,
+    courses,
 };
 use super::members::{Covariance, Member, TrialMinimum};
 use super::plate::{self, OffsetPrior, PlateDeviation, PlateReadings};
-use super::prior::TrialPriors;
+use super::prior::{Normal, TrialPriors};
 use super::scatter::{Kinds, Scatter};
 use crate::candidate_fit::CandidateFit;
 use crate::fit_error::FitError;
@@ -63,7 +64,7 @@ const EXTENSIONS: [SharedParameter; 7] = [
 ];
 /// Factor on the prior standard deviations of the extensions of the published laws in a search from afar.
 const START_FACTOR: f64 = 0.05;
-const FINAL_TERMINATION: Termination = Termination {
+pub(super) const FINAL_TERMINATION: Termination = Termination {
     tolerance: 1e-7,
     iterations: 500,
 };
@@ -95,12 +96,14 @@ pub(super) struct Search<'a> {
     readings: &'a PlateReadings,
     /// Whether the parameters that extend the published laws are still held close to their priors.
     is_start_search: bool,
+    /// Laws in doubt that are fitted.
+    pub(super) free_laws: FreeLaws,
     z_m: Vec<Complex64>,
     slopes: Vec<[Complex64; PARAMETERS]>,
 }
 
 /// State between two refinements: the residuals' scatter, the plate's likely offset, the trends, and the skin's transients.
-struct Refinement {
+pub(super) struct Refinement {
     scatters: Vec<Scatter>,
     states: Vec<(OffsetPrior, Rates, Transient)>,
 }
@@ -113,7 +116,7 @@ impl<'a> Search<'a> {
     ) -> Self {
         let lengths = members.iter().map(|member| member.model.z_m.len());
         let longest = lengths.max().unwrap_or(0);
-        Self {
+        let mut search = Self {
             priors,
             scatters: members
                 .iter()
@@ -123,10 +126,16 @@ impl<'a> Search<'a> {
             damping_std: FIXED_STD,
             readings,
             is_start_search: true,
+            free_laws: [false; LAWS],
             z_m: vec![Complex64::ZERO; longest],
             slopes: vec![[Complex64::ZERO; PARAMETERS]; longest],
             members,
-        }
+        };
+        // The contact's width on a known mode is no matter of doubt.
+        let mut free_laws = [false; LAWS];
+        free_laws[Law::Width as usize] = search.has_wavelength();
+        search.set_free_laws(free_laws);
+        search
     }
 
     /// Searches with the plate's damping held fixed and, where references do not determine it, also with it fitted. The second
@@ -169,7 +178,7 @@ impl<'a> Search<'a> {
     }
 
     /// Returns the refinement of the current minimum.
-    fn refinement(&self) -> Refinement {
+    pub(super) fn refinement(&self) -> Refinement {
         let members = self.members.iter();
         Refinement {
             scatters: self.scatters.clone(),
@@ -182,7 +191,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn restore(&mut self, refinement: Refinement) {
+    pub(super) fn restore(&mut self, refinement: Refinement) {
         self.scatters = refinement.scatters;
         let states = refinement.states;
         for (member, (offset, rates, transient)) in self.members.iter_mut().zip(states) {
@@ -273,6 +282,7 @@ impl<'a> Search<'a> {
         for refinement in 1..=REFINEMENTS {
             self.follow_trends(&minimum);
             self.follow_plate(&mut minimum);
+            self.follow_fingers(&minimum).ok_or(FitError::NoStart)?;
             self.follow_transients(&minimum).ok_or(FitError::NoStart)?;
             let is_last = refinement == REFINEMENTS;
             self.weigh(&minimum, !is_last);
@@ -359,10 +369,19 @@ impl<'a> Search<'a> {
     }
 
     /// Updates the transients of the skin for a minimum.
-    fn follow_transients(&mut self, minimum: &TrialMinimum) -> Option<()> {
+    pub(super) fn follow_transients(&mut self, minimum: &TrialMinimum) -> Option<()> {
         for (member, own) in self.members.iter_mut().zip(&minimum.own) {
             let parameters = member.parameters(&minimum.shared, own);
             member.model.follow_transient(&parameters)?;
+        }
+        Some(())
+    }
+
+    /// Updates the finger's part of each impedance at a minimum, from which the skin's motion follows.
+    pub(super) fn follow_fingers(&mut self, minimum: &TrialMinimum) -> Option<()> {
+        for (member, own) in self.members.iter_mut().zip(&minimum.own) {
+            let parameters = member.parameters(&minimum.shared, own);
+            member.model.follow_finger(&parameters)?;
         }
         Some(())
     }
@@ -377,12 +396,13 @@ impl<'a> Search<'a> {
     }
 
     /// Updates the scatter of the residuals at a minimum, and if `has_new_kinds` also the contributions of each kind of error.
-    fn weigh(&mut self, minimum: &TrialMinimum, has_new_kinds: bool) {
+    pub(super) fn weigh(&mut self, minimum: &TrialMinimum, has_new_kinds: bool) {
         let residuals = self.residuals_at(minimum);
         if has_new_kinds {
             self.kinds = self.members.iter().map(Kinds::new).collect();
         }
-        if let Some(scatters) = Scatter::estimate(&residuals, &self.kinds) {
+        let parameters = self.parameter_count();
+        if let Some(scatters) = Scatter::estimate(&residuals, &self.kinds, parameters) {
             self.scatters = scatters;
         }
     }
@@ -447,6 +467,17 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// Returns the prior of a shared parameter. A law that is held has no slopes: any prior about 0 leaves it there.
+    fn prior(&self, parameter: SharedParameter) -> Normal {
+        match parameter {
+            SharedParameter::Law(law) if !self.free_laws[law as usize] => Normal {
+                mean: 0.0,
+                std: 1.0,
+            },
+            _ => self.priors.shared(parameter, self.has_wavelength()),
+        }
+    }
+
     /// Returns the plate's deviation from its course; `None` if it was not read before and after.
     pub(super) fn plate_deviation(&self, minimum: &TrialMinimum) -> Option<PlateDeviation> {
         let courses = courses(&minimum.shared);
@@ -477,7 +508,7 @@ impl<'a> Search<'a> {
             .iter()
             .map(|member| member.model.z_m.len())
             .sum();
-        let freedom = (2 * samples).saturating_sub(SHARED + OWN * self.members.len());
+        let freedom = (2 * samples).saturating_sub(self.parameter_count());
         (squares / freedom.max(1) as f64).max(1.0)
     }
 
@@ -556,7 +587,7 @@ impl ArrowProblem<OWN, SHARED> for Search<'_> {
 
     fn shared_prior(&self) -> Prior<SHARED> {
         let priors = SharedParameter::ALL.map(|parameter| {
-            let mut prior = self.priors.shared(parameter);
+            let mut prior = self.prior(parameter);
             if EXTENSIONS.contains(&parameter) {
                 prior.std *= self.extension_factor();
             }

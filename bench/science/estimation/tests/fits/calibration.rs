@@ -140,6 +140,8 @@ fn instance_estimates(fit: &InstanceFit) -> Vec<(&'static str, f64, f64)> {
 }
 
 fn trial_estimates(fit: &TrialFit) -> Vec<(&'static str, f64, f64)> {
+    // Doubts about the laws are no errors of the calibration.
+    let fit = fit.within_laws.as_deref().unwrap();
     let shared = &fit.shared;
     let ln = |name, estimate: &contact::uncertain::LogUncertain| {
         (name, estimate.value.ln(), estimate.ln_std)

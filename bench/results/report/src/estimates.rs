@@ -127,8 +127,8 @@ pub(crate) fn estimates(
         p {
             "Of the two intervals by " b { "trial" } ", quote the first: it includes the doubt about the published laws. The second, "
             i.within { "within the laws" } ", takes Eqs. 14–19 as true: it serves to compare trials and \
-             conditions on this bench, to which errors of the laws are common. Its middle is the value by the \
-             published laws, which may differ from the value given."
+             conditions on this bench, to which errors of the laws are common. Both are about the \
+             value by the published laws."
         }
         (marks_note(holds))
         @for recording in recordings {

@@ -208,7 +208,9 @@ fn references_determine_the_damping_between_them() {
         references: [-1.0, -0.7, 4.7, 5.0, 5.3].map(reference).to_vec(),
         touches_s: vec![touch],
     };
-    let (reference_fit, plain_fit) = (fit_with_readings(&noisy, &readings), fit_records(&noisy));
+    // Doubts about the laws outweigh those about the plate.
+    let [reference_fit, plain_fit] = [fit_with_readings(&noisy, &readings), fit_records(&noisy)]
+        .map(|fit| *fit.within_laws.unwrap());
     assert_eq!(reference_fit.shared.misfit, []);
     for ((reference_fit, plain_fit), truth) in reference_fit
         .instances

@@ -300,12 +300,16 @@ fn what_a_card_cannot_do_is_refused_with_the_line_to_change() {
         (
             "USB-6211",
             &[("convert_hz = 250000", "convert_hz = 240000")],
-            &["nidaqmx.convert_hz = 240000 Hz", "in bench.toml"],
+            &[
+                "240000 Hz (nidaqmx.convert_hz)",
+                "240963.855 Hz",
+                "in bench.toml",
+            ],
         ),
         (
             "USB-6211",
             &[("rate_hz = 100000", "rate_hz = 96000")],
-            &["Hz of audio.rate_hz = 96000 Hz", "in bench.toml"],
+            &["96000 Hz (audio.rate_hz)", "in bench.toml"],
         ),
         (
             "USB-6366",

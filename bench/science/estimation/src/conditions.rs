@@ -16,11 +16,15 @@ pub struct ModeAcross {
 }
 
 impl ModeAcross {
-    /// Returns (w/λ)²/S for a contact as wide as long: w² = 4S/π of a circle.
-    pub(super) fn width_square_per_m2(&self) -> f64 {
-        4.0 / (std::f64::consts::PI * self.wavelength_m.value.powi(2))
+    /// Returns κ = (w/λ)² of a contact of this width w, m.
+    pub(super) fn width_square(&self, width_m: f64) -> f64 {
+        (width_m / self.wavelength_m.value).powi(2)
     }
 }
+
+/// Width of a contact, m: the contacts of fingertips are 8 to 14 mm wide. It does not follow from S, which is the area of the
+/// film's law and not that of a print: a disc of 300 mm² would be 20 mm wide.
+pub(super) const CONTACT_WIDTH_M: f64 = 0.011;
 
 /// Conditions shared by all instances of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -173,8 +173,8 @@ fn lagged_model<'a>(
 ) -> Result<LaggedModel<'a>, FitError> {
     let reference_n = mean(instance.instance().normal_n);
     let mut model = LaggedModel::new(instance, conditions, options.lead_in_s, reference_n)?;
-    // On a known mode the contact has the width of a circle of the assumed area.
-    if model.width_square_per_m2.is_some() {
+    // On a known mode the contact has the assumed width.
+    if model.mode_across.is_some() {
         model.set_laws(Laws::InDoubt);
     }
     Ok(model)

@@ -5,7 +5,7 @@ use num_complex::Complex64;
 use super::force_slopes::ForceSlopes;
 use super::gap_slopes::GapSlopes;
 use super::laws::Laws;
-use crate::conditions::FitConditions;
+use crate::conditions::{CONTACT_WIDTH_M, FitConditions, ModeAcross};
 use crate::fit_error::FitError;
 use crate::loads::Loads;
 use crate::series::InstanceSeries;
@@ -37,8 +37,8 @@ pub(crate) struct LaggedModel<'a> {
     pub(crate) z_m: &'a [Complex64],
     /// Laws that the model follows.
     pub(crate) laws: Laws,
-    /// Square of the contact's width over its area, in units of the mode's wavelength, 1/m²; `None` if the wavelength is unknown.
-    pub(crate) width_square_per_m2: Option<f64>,
+    /// Plate's mode across its width; `None` if the wavelength is not known.
+    pub(crate) mode_across: Option<ModeAcross>,
     /// Finger's part of Z_m at an earlier minimum, N·s/m; 0 until it is followed.
     pub(super) z_finger: Vec<Complex64>,
     pub(crate) loads: Loads,
@@ -80,9 +80,7 @@ impl<'a> LaggedModel<'a> {
             lead,
             z_m: &samples.z_m_corrected_n_s_per_m[lead..],
             laws: Laws::Published,
-            width_square_per_m2: conditions
-                .mode_across
-                .map(|mode| mode.width_square_per_m2()),
+            mode_across: conditions.mode_across,
             z_finger: vec![Complex64::ZERO; samples.time_s.len()],
             loads: Loads::new(samples.amplitude_m, samples.normal_n, reference_n),
             trend: Trend::new(samples.time_s, lead),
@@ -109,8 +107,8 @@ impl<'a> LaggedModel<'a> {
         parameters[LN_Q0] = self.assumed.q0_rad_per_m.ln();
         parameters[LN_LOSS_FACTOR] = self.assumed.loss_factor.ln();
         parameters[WIDTH_SQUARE] = self
-            .width_square_per_m2
-            .map_or(0.0, |per_m2| per_m2 * self.assumed.contact_area_m2);
+            .mode_across
+            .map_or(0.0, |mode| mode.width_square(CONTACT_WIDTH_M));
         parameters
     }
 

@@ -17,6 +17,7 @@ use arrowhead::minimise;
 use super::layout::{FreeLaws, LAWS, Law, OWN, PUBLISHED, SharedParameter};
 use super::members::{Covariance, Step, TrialMinimum};
 use super::search::{FINAL_TERMINATION, Search};
+use crate::conditions::ModeAcross;
 use contact::calibration_errors::{self, ByError};
 use contact::parameters::PARAMETERS;
 
@@ -32,10 +33,10 @@ pub(super) struct Doubt {
 }
 
 impl Search<'_> {
-    /// Whether the wavelength of the plate's mode across its width is known.
-    pub(super) fn has_wavelength(&self) -> bool {
+    /// Returns the plate's mode across its width, if the wavelength is known.
+    pub(super) fn mode_across(&self) -> Option<ModeAcross> {
         let mut members = self.members.iter();
-        members.any(|member| member.model.width_square_per_m2.is_some())
+        members.find_map(|member| member.model.mode_across)
     }
 
     /// Changes the laws in doubt that are fitted.

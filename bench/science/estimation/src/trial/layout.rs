@@ -107,8 +107,7 @@ pub(super) enum Law {
     CycleAverage,
     /// Change of the plate's reactance with its squared amplitude, N·s/m per µm².
     Softening,
-    /// Square of the contact's width across the plate: in units of the square of the mode's wavelength, or of 4S/π where the
-    /// wavelength is known.
+    /// Square of the contact's width across the plate, in units of the mode's wavelength.
     Width,
 }
 

@@ -16,7 +16,7 @@ use nalgebra::SMatrix;
 use num_complex::Complex64;
 
 use super::layout::{
-    FreeLaws, InstanceParameter, LAWS, Law, OWN, Own, SHARED, Shared, SharedParameter, courses,
+    FreeLaws, InstanceParameter, LAWS, OWN, Own, SHARED, Shared, SharedParameter, courses,
 };
 use super::plate::{self, OffsetPrior, PlateReadings};
 use super::request::{PlacedInstance, TrialOptions};
@@ -28,7 +28,7 @@ use arrowhead::{ArrowCovariance, ArrowMinimum, ParameterPoint};
 use contact::calibration_errors::{ByError, ERRORS};
 use contact::parameters::{
     AREA_EXPONENT, FILM_MEAN_MS, FINGER_ANGLE, IM_OFFSET, LAG_EXPONENT, LN_AREA, LN_LOSS_FACTOR,
-    LN_Q0, LN_RATIO, MS, PARAMETERS, RE_OFFSET, RESIDUAL_MOBILITY, TAU_MS, WIDTH_SQUARE,
+    LN_Q0, LN_RATIO, MS, PARAMETERS, RE_OFFSET, RESIDUAL_MOBILITY, TAU_MS,
 };
 
 pub(super) type TrialMinimum = ArrowMinimum<OWN, SHARED>;
@@ -69,7 +69,7 @@ impl Member<'_> {
             parameters[parameter.model_index()] = own[parameter];
         }
         for parameter in SharedParameter::ALL {
-            match self.effect(parameter, &[0.0; PARAMETERS]) {
+            match self.effect(parameter) {
                 Effect::Identity(index) => parameters[index] = shared[parameter],
                 Effect::Time(index) => parameters[index] = shared[parameter].exp() / MS,
                 Effect::Linear(_) => {}
@@ -82,11 +82,6 @@ impl Member<'_> {
         parameters[RESIDUAL_MOBILITY] += shared[SharedParameter::ResidualMobility];
         parameters[LN_RATIO] = shared[SharedParameter::Tilt] * self.position
             + shared[SharedParameter::Bow] * self.position.powi(2);
-        if let Some(per_area) = self.width_square_by_aspect() {
-            parameters[LN_AREA] = shared[SharedParameter::LnArea];
-            parameters[WIDTH_SQUARE] =
-                shared[SharedParameter::Law(Law::Width)] * per_area * parameters[LN_AREA].exp();
-        }
         parameters
     }
 
@@ -100,27 +95,12 @@ impl Member<'_> {
         });
     }
 
-    /// Returns the square of the width over aspect and area, in units of the wavelength, 1/m²; `None` if the wavelength is unknown or
-    /// the width is held at 0.
-    fn width_square_by_aspect(&self) -> Option<f64> {
-        let is_free = self.free_laws[Law::Width as usize];
-        self.model.width_square_per_m2.filter(|_| is_free)
-    }
-
-    /// Returns the effect of a shared parameter on the model's parameters, at these.
-    fn effect(&self, parameter: SharedParameter, parameters: &[f64; PARAMETERS]) -> Effect {
+    /// Returns the effect of a shared parameter on the model's parameters.
+    fn effect(&self, parameter: SharedParameter) -> Effect {
         let single = |index, slope| Effect::Linear([(index, slope), (index, 0.0)]);
-        let known_width = self.width_square_by_aspect();
         match parameter {
-            // κ = s_w c S: ∂κ/∂ ln S = κ, ∂κ/∂s_w = c S.
-            SharedParameter::LnArea if known_width.is_some() => {
-                Effect::Linear([(LN_AREA, 1.0), (WIDTH_SQUARE, parameters[WIDTH_SQUARE])])
-            }
             SharedParameter::Law(law) if !self.free_laws[law as usize] => {
                 single(law.model_index(), 0.0)
-            }
-            SharedParameter::Law(Law::Width) if let Some(per_area) = known_width => {
-                single(WIDTH_SQUARE, per_area * parameters[LN_AREA].exp())
             }
             SharedParameter::Law(law) => Effect::Identity(law.model_index()),
             SharedParameter::LnArea => Effect::Identity(LN_AREA),
@@ -148,7 +128,7 @@ impl Member<'_> {
         parameters: &[f64; PARAMETERS],
     ) -> [Complex64; SHARED] {
         // ∂/∂s = Σ (∂/∂θ)(∂θ/∂s); of a time, ∂θ/∂ ln θ = θ.
-        SharedParameter::ALL.map(|parameter| match self.effect(parameter, parameters) {
+        SharedParameter::ALL.map(|parameter| match self.effect(parameter) {
             Effect::Identity(index) => slopes[index],
             Effect::Time(index) => slopes[index] * parameters[index],
             Effect::Linear(effects) => effects
@@ -168,7 +148,7 @@ impl Member<'_> {
         let mut by_shared = SMatrix::<f64, PARAMETERS, SHARED>::zeros();
         for parameter in SharedParameter::ALL {
             let mut column = by_shared.column_mut(parameter.position());
-            match self.effect(parameter, parameters) {
+            match self.effect(parameter) {
                 Effect::Identity(index) => column[index] = 1.0,
                 Effect::Time(index) => column[index] = parameters[index],
                 Effect::Linear(effects) => {

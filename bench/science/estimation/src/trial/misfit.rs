@@ -101,7 +101,7 @@ pub(super) fn signs(
 ) -> Vec<Misfit> {
     let deviations = SharedParameter::ALL.into_iter().filter_map(|parameter| {
         let name = name(parameter)?;
-        let prior = search.priors.shared(parameter, search.has_wavelength());
+        let prior = search.priors.shared(parameter, search.mode_across());
         Some((name, (shared[parameter] - prior.mean) / prior.std))
     });
     let mut signs = unlikely(&deviations.collect::<Vec<_>>());

@@ -3,6 +3,8 @@
 use statistics::NORMAL_95;
 
 use super::layout::{Law, SharedParameter};
+use crate::conditions::{CONTACT_WIDTH_M, ModeAcross};
+use contact::uncertain::Uncertain;
 
 /// A log-normal distribution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,7 +83,7 @@ pub struct TrialPriors {
     pub laws: LawPriors,
 }
 
-/// Priors of the laws in doubt. All but the aspect lie about the published law, on both sides of it, also where only one side is
+/// Priors of the laws in doubt. All but the width on a known mode lie about the published law, on both sides of it, also where only one side is
 /// physical: a fit of a finger that follows the published laws is then not drawn away from them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LawPriors {
@@ -103,9 +105,8 @@ pub struct LawPriors {
     /// Square of the contact's width over that of the mode's wavelength, where the wavelength is unknown. Default 0 ± 0.18, which
     /// covers a width of 0.6 wavelengths: 13 mm of the published plate.
     pub width_square: Normal,
-    /// Ratio of the contact's extents across and along the plate, where the wavelength is known. Default 1 ± 0.4: the contact of a
-    /// fingertip is 1.2 to 1.4 times as long as wide, and a finger may point in either direction.
-    pub aspect: Normal,
+    /// Width of the contact, m, where the mode's wavelength is known. Default 11 ± 3 mm: fingertips are 8 to 14 mm wide.
+    pub width_m: Normal,
 }
 
 impl LawPriors {
@@ -118,8 +119,20 @@ impl LawPriors {
             ("cycle_average", &mut self.cycle_average),
             ("softening_n_s_per_m_um2", &mut self.softening_n_s_per_m_um2),
             ("width_square", &mut self.width_square),
-            ("aspect", &mut self.aspect),
+            ("width_m", &mut self.width_m),
         ]
+    }
+
+    /// Returns the prior of κ = (w/λ)² on a mode of known wavelength.
+    fn on(&self, mode: ModeAcross) -> Normal {
+        // ∂κ/∂w = 2κ/w, ∂κ/∂λ = −2κ/λ.
+        let mean = mode.width_square(self.width_m.mean);
+        let relative = |value: f64, std: f64| 2.0 * std / value;
+        let Uncertain { value, std } = mode.wavelength_m;
+        Normal {
+            mean,
+            std: mean * relative(self.width_m.mean, self.width_m.std).hypot(relative(value, std)),
+        }
     }
 }
 
@@ -133,17 +146,21 @@ impl Default for LawPriors {
             cycle_average: about_0(0.5),
             softening_n_s_per_m_um2: about_0(3.5e-3),
             width_square: about_0(0.18),
-            aspect: Normal {
-                mean: 1.0,
-                std: 0.4,
+            width_m: Normal {
+                mean: CONTACT_WIDTH_M,
+                std: 3e-3,
             },
         }
     }
 }
 
 impl TrialPriors {
-    /// Returns the prior of a shared parameter; `has_wavelength` if the mode's wavelength across the plate is known.
-    pub(super) fn shared(&self, parameter: SharedParameter, has_wavelength: bool) -> Normal {
+    /// Returns the prior of a shared parameter; the mode across the plate is known if its wavelength is.
+    pub(super) fn shared(
+        &self,
+        parameter: SharedParameter,
+        mode_across: Option<ModeAcross>,
+    ) -> Normal {
         let about_0 = |std: f64| Normal { mean: 0.0, std };
         match parameter {
             SharedParameter::LnArea => self.contact_area_m2.ln(),
@@ -164,8 +181,7 @@ impl TrialPriors {
                 Law::RelativeMotion => self.laws.relative_motion,
                 Law::CycleAverage => self.laws.cycle_average,
                 Law::Softening => self.laws.softening_n_s_per_m_um2,
-                Law::Width if has_wavelength => self.laws.aspect,
-                Law::Width => self.laws.width_square,
+                Law::Width => mode_across.map_or(self.laws.width_square, |mode| self.laws.on(mode)),
             },
         }
     }

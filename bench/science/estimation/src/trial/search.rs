@@ -133,7 +133,7 @@ impl<'a> Search<'a> {
         };
         // The contact's width on a known mode is no matter of doubt.
         let mut free_laws = [false; LAWS];
-        free_laws[Law::Width as usize] = search.has_wavelength();
+        free_laws[Law::Width as usize] = search.mode_across().is_some();
         search.set_free_laws(free_laws);
         search
     }
@@ -474,7 +474,7 @@ impl<'a> Search<'a> {
                 mean: 0.0,
                 std: 1.0,
             },
-            _ => self.priors.shared(parameter, self.has_wavelength()),
+            _ => self.priors.shared(parameter, self.mode_across()),
         }
     }
 

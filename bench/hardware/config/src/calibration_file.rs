@@ -493,13 +493,6 @@ impl CalibrationFile {
         }
     }
 
-    /// Returns whether the line that the finger follows was measured to be away from the crest of the plate's mode.
-    #[must_use]
-    pub(crate) fn is_off_crest(&self) -> bool {
-        let across = self.across.as_ref();
-        across.is_some_and(|across| across.wavelength_m.is_some() && !across.is_on_crest())
-    }
-
     /// Returns whether any dated part was measured.
     #[must_use]
     pub fn is_dated(&self) -> bool {

@@ -233,7 +233,8 @@ impl Effective {
     /// Returns the plate's mode across its width, as measured or else as configured; `None` if neither is known.
     #[must_use]
     pub fn mode_across(&self) -> Option<ModeAcross> {
-        ModeAcross::new(&self.config.plate, self.file())
+        let across = self.file().and_then(|file| file.across.as_ref());
+        ModeAcross::new(&self.config.plate, across)
     }
 
     /// Returns the contradiction between the configured and the measured wavelength across the plate, if there is one.

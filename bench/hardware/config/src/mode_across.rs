@@ -3,7 +3,6 @@
 use serde::{Deserialize, Serialize};
 
 use super::plate_constants::Plate;
-use crate::calibration_file::CalibrationFile;
 use crate::quantity::{Provenance, Quantity};
 
 /// Relative standard error of a configured wavelength without a stated error (assumed): free edges alone make the mode that much
@@ -61,6 +60,11 @@ impl MeasuredAcross {
         };
         crest.value.abs() - SURE * crest.standard_error <= OFF_CREST * wavelength.value
     }
+
+    /// Returns whether the line that the finger follows was measured to be away from the crest of the plate's mode.
+    fn is_off_crest(&self) -> bool {
+        self.wavelength_m.is_some() && !self.is_on_crest()
+    }
 }
 
 /// `[[across.places]]`: one place.
@@ -113,8 +117,7 @@ impl ModeAcross {
     /// Returns the mode as measured, or else as configured; `None` if neither is known, or if the finger's line was measured to be
     /// away from the crest, so that the mode under the finger is another.
     #[must_use]
-    pub fn new(plate: &Plate, calibration: Option<&CalibrationFile>) -> Option<Self> {
-        let across = calibration.and_then(|file| file.across.as_ref());
+    pub fn new(plate: &Plate, across: Option<&MeasuredAcross>) -> Option<Self> {
         match across.filter(|across| across.wavelength_m.is_some()) {
             Some(across) if across.is_on_crest() => Self::measured(across),
             Some(_) => None,
@@ -185,7 +188,7 @@ pub fn thin_plate_wavelength_m(thickness_m: f64, carrier_hz: f64) -> f64 {
 /// Returns the wavelength across the plate in one line: as it is used and its source, or the estimate of a thin plate, or the lack
 /// of both.
 #[must_use]
-pub fn wavelength_in_words(plate: &Plate, calibration: Option<&CalibrationFile>) -> String {
+pub fn wavelength_in_words(plate: &Plate, across: Option<&MeasuredAcross>) -> String {
     let formula = plate.thickness_m.map(|thickness_m| {
         let wavelength_m = thin_plate_wavelength_m(thickness_m, plate.resonance_hz);
         format!(
@@ -193,7 +196,7 @@ pub fn wavelength_in_words(plate: &Plate, calibration: Option<&CalibrationFile>)
             1e3 * wavelength_m
         )
     });
-    match ModeAcross::new(plate, calibration) {
+    match ModeAcross::new(plate, across) {
         Some(mode) => format!(
             "{:.2} ± {:.2} mm, {}{}",
             1e3 * mode.wavelength_m,
@@ -204,7 +207,7 @@ pub fn wavelength_in_words(plate: &Plate, calibration: Option<&CalibrationFile>)
             },
             formula.map_or(String::new(), |formula| format!("; {formula}"))
         ),
-        None if calibration.is_some_and(CalibrationFile::is_off_crest) => {
+        None if across.is_some_and(MeasuredAcross::is_off_crest) => {
             "not used: the line that the finger follows is not on the mode's crest".to_owned()
         }
         None => format!(
@@ -220,6 +223,7 @@ pub fn wavelength_in_words(plate: &Plate, calibration: Option<&CalibrationFile>)
 mod tests {
     use super::*;
     use crate::Config;
+    use crate::calibration_file::CalibrationFile;
     use crate::identity::Identity;
 
     fn plate(keys: &str) -> Result<Plate, crate::ConfigError> {
@@ -230,11 +234,8 @@ mod tests {
         Config::parse(&text, "bench.toml").map(|config| config.plate)
     }
 
-    fn calibration(wavelength_m: Option<Quantity>) -> CalibrationFile {
-        let config = Config::parse(crate::rigs::MOCK_BENCH, "bench.toml").unwrap();
-        let identity = Identity::from_config(&config, String::new(), String::new());
-        let mut file = CalibrationFile::new(identity);
-        file.across = Some(MeasuredAcross {
+    fn measured(wavelength_m: Option<Quantity>) -> MeasuredAcross {
+        MeasuredAcross {
             measured: Provenance {
                 date: jiff::Timestamp::UNIX_EPOCH,
                 operator: "A. Tester".to_owned(),
@@ -256,8 +257,7 @@ mod tests {
                 ratio: 0.7,
                 standard_error: 1e-3,
             }],
-        });
-        file
+        }
     }
 
     #[test]
@@ -271,13 +271,13 @@ mod tests {
         let mode = ModeAcross::new(&stated, None).unwrap();
         assert!((mode.standard_error_m - 0.0011).abs() < 1e-12);
 
-        let file = calibration(Some(Quantity::new(0.0245, 2e-4, 6, "m")));
-        let mode = ModeAcross::new(&configured, Some(&file)).unwrap();
+        let across = measured(Some(Quantity::new(0.0245, 2e-4, 6, "m")));
+        let mode = ModeAcross::new(&configured, Some(&across)).unwrap();
         assert_eq!(mode.source, WavelengthSource::Measured);
         assert_eq!(mode.wavelength_m, 0.0245);
         // Student's t of 6 degrees of freedom: 2.447.
         assert!((mode.standard_error_m - 2e-4 * 2.447 / 1.96).abs() < 1e-7);
-        let undetermined = calibration(None);
+        let undetermined = measured(None);
         let mode = ModeAcross::new(&configured, Some(&undetermined)).unwrap();
         assert_eq!(mode.source, WavelengthSource::Configured);
         assert_eq!(
@@ -290,7 +290,7 @@ mod tests {
     #[test]
     fn a_finger_away_from_the_crest_has_no_mode_even_if_one_is_configured() {
         let configured = plate("wavelength_across_m = 0.022").unwrap();
-        let mut file = calibration(Some(Quantity::new(0.022, 2e-4, 6, "m")));
+        let mut across = measured(Some(Quantity::new(0.022, 2e-4, 6, "m")));
         for (crest_m, is_known) in [
             (1.0e-3, true),
             (1.2e-3, true),
@@ -298,20 +298,17 @@ mod tests {
             (5.5e-3, false),
         ] {
             for sign in [-1.0, 1.0] {
-                if let Some(across) = &mut file.across {
-                    across.crest_m = Some(Quantity::new(sign * crest_m, 1e-4, 6, "m"));
-                }
-                let mode = ModeAcross::new(&configured, Some(&file));
+                across.crest_m = Some(Quantity::new(sign * crest_m, 1e-4, 6, "m"));
+                let mode = ModeAcross::new(&configured, Some(&across));
                 assert_eq!(mode.is_some(), is_known, "{crest_m}");
             }
         }
-        assert!(!calibration(None).across.unwrap().is_on_crest());
+        assert!(!measured(None).is_on_crest());
     }
 
     #[test]
     fn a_contradiction_beyond_the_errors_is_stated() {
-        let file = calibration(Some(Quantity::new(0.0245, 2e-4, 6, "m")));
-        let across = file.across.unwrap();
+        let across = measured(Some(Quantity::new(0.0245, 2e-4, 6, "m")));
         let stated = |keys: &str| contradiction(&plate(keys).unwrap(), &across);
         assert_eq!(stated(""), None);
         // 2.5 mm of an assumed 2.2 mm.
@@ -367,7 +364,11 @@ mod tests {
     #[test]
     fn a_calibration_across_reads_back_and_absent_keys_stay_absent() {
         for wavelength_m in [Some(Quantity::new(0.0245, 2e-4, 6, "m")), None] {
-            let file = calibration(wavelength_m);
+            let across = measured(wavelength_m);
+            let config = Config::parse(crate::rigs::MOCK_BENCH, "bench.toml").unwrap();
+            let identity = Identity::from_config(&config, String::new(), String::new());
+            let mut file = CalibrationFile::new(identity);
+            file.across = Some(across);
             let text = file.to_text().unwrap();
             let (copy, _) = CalibrationFile::parse(&text, std::path::Path::new("test")).unwrap();
             assert_eq!(copy, file);

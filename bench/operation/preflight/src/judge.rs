@@ -75,7 +75,8 @@ fn judge_across(table: &mut Table, bench: &Effective) {
         return table.verdict_row("across the plate", RowVerdict::Warning, contradiction);
     }
     if bench.mode_across().is_some() || plate.thickness_m.is_some() {
-        let words = wavelength_in_words(plate, bench.file());
+        let across = bench.file().and_then(|file| file.across.as_ref());
+        let words = wavelength_in_words(plate, across);
         table.row("across the plate", true, words);
     }
 }

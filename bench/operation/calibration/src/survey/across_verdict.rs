@@ -8,43 +8,20 @@ use config::{
     thin_plate_wavelength_m,
 };
 use jiff::Timestamp;
-use metrology::mode_across::{CosineFit, PlaceAcross};
+use metrology::mode_across::CosineFit;
 use plotting::{Axis, Dash, Figure, Ink, Key, Marker, Panel, Series, Width};
 
-use crate::survey::profile_procedure::{ProfilePoint, ProfileProcedure};
+use crate::survey::cosine::{curve, fit};
+use crate::survey::profile_point::ProfilePoint;
+use crate::survey::profile_procedure::ProfileProcedure;
 
 /// Largest root mean square residual of a cosine over its amplitude (an assumption of this project: the edges of a free plate cause
 /// 3 % within 8 mm of the middle of 22 mm).
 pub const COSINE: f64 = 0.05;
 /// Relative standard error of all distances together: a ruler's or a stage's scale (assumed).
 const DISTANCES: f64 = 2e-3;
-/// Points of the drawn cosine.
-const DRAWN: u32 = 200;
 /// Standard errors of the drawn bars.
 const SURE: f64 = 2.0;
-
-/// Fits a cosine to the places; `None` if they determine none.
-pub(crate) fn fit(places: &[ProfilePoint]) -> Option<CosineFit> {
-    let places = places.iter().map(|place| PlaceAcross {
-        across_m: place.position_m,
-        amplitude: place.ratio,
-        error: place.error,
-    });
-    CosineFit::new(&places.collect::<Vec<_>>())
-}
-
-/// Returns the fitted amplitude from the first place to the last, by the distance in mm.
-pub(crate) fn curve(places: &[ProfilePoint], fit: &CosineFit) -> Vec<(f64, f64)> {
-    let (Some(first), Some(last)) = (places.first(), places.last()) else {
-        return Vec::new();
-    };
-    let reach_m = last.position_m - first.position_m;
-    let point = |i| {
-        let across_m = first.position_m + reach_m * f64::from(i) / f64::from(DRAWN);
-        (1e3 * across_m, fit.amplitude_at(across_m))
-    };
-    (0..=DRAWN).map(point).collect()
-}
 
 /// Returns the verdict on a fit.
 pub(crate) fn verdict(fit: Option<&CosineFit>) -> CosineVerdict {

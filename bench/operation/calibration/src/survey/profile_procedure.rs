@@ -12,7 +12,8 @@ use calibration_rig::procedure::{NextStep, Procedure, StepOutcome};
 use config::Config;
 use signalgen::{ToneList, Waveform};
 
-use crate::survey::across_verdict;
+use crate::survey::cosine;
+use crate::survey::profile_point::ProfilePoint;
 use crate::survey::survey_axis::SurveyAxis;
 
 /// Amplitude below any instrument's resolution, m.
@@ -23,17 +24,6 @@ const LEVEL_V: f64 = 20.0;
 const TYPED: f64 = 2e-3;
 /// Smallest ratio of which that share counts: near a nodal line the last digit does not shrink.
 const TYPED_RATIO: f64 = 0.1;
-
-/// Amplitude at one place relative to the pickup's.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ProfilePoint {
-    /// Position along the plate, or distance from the finger's line across it, m.
-    pub position_m: f64,
-    /// Amplitude relative to the pickup's.
-    pub ratio: f64,
-    /// Standard error of the ratio, without the part common to all places.
-    pub error: f64,
-}
 
 /// Procedure of `calibrate plate --along N` and `--across N`.
 pub struct ProfileProcedure {
@@ -211,9 +201,9 @@ impl ProfileProcedure {
     fn fitted_curve(&self) -> Vec<(f64, f64)> {
         let fit = match self.axis {
             SurveyAxis::Along => None,
-            SurveyAxis::Across { .. } => across_verdict::fit(&self.places),
+            SurveyAxis::Across { .. } => cosine::fit(&self.places),
         };
-        fit.map_or_else(Vec::new, |fit| across_verdict::curve(&self.places, &fit))
+        fit.map_or_else(Vec::new, |fit| cosine::curve(&self.places, &fit))
     }
 
     fn take_typed(&mut self, known_m: f64, capture: &Capture) -> anyhow::Result<NextStep> {

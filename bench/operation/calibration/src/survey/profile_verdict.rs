@@ -11,7 +11,8 @@ use plotting::{Axis, Dash, Figure, Ink, Key, Marker, Panel, Series, Width};
 use protocols::SelectionRules;
 use statistics::error_decimals;
 
-use crate::survey::profile_procedure::{ProfilePoint, ProfileProcedure};
+use crate::survey::profile_point::ProfilePoint;
+use crate::survey::profile_procedure::ProfileProcedure;
 use crate::survey::survey_axis::SurveyAxis;
 
 /// Largest deviation from the mean along a uniform plate (an assumption of this project; 5 % at the ends of the kept 60 mm bias

@@ -7,7 +7,8 @@ use calibration_rig::procedure::{NextStep, Procedure, StepOutcome};
 use config::{CalibrationFile, Config, Identity, PROFILE_RATIOS, Uniformity};
 
 use crate::survey::finger_procedure::FingerProcedure;
-use crate::survey::profile_procedure::{ProfilePoint, ProfileProcedure};
+use crate::survey::profile_point::ProfilePoint;
+use crate::survey::profile_procedure::ProfileProcedure;
 use crate::survey::profile_verdict::{judge_length, judge_places};
 use crate::survey::survey_axis::{PLACES, PLACES_ACROSS, SurveyAxis};
 

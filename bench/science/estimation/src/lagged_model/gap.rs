@@ -10,7 +10,7 @@ use contact::{Contact, equilibrium_gaps};
 use num_complex::Complex64;
 
 use super::gap_slopes::GAP_PARAMETERS;
-use super::laws::Laws;
+use super::law_choice::Laws;
 use super::model::LaggedModel;
 use crate::loads::{DoubtfulLoadLaw, LoadLaw};
 use contact::mode_moments::ModeMoments;

@@ -6,7 +6,7 @@ use contact::parameters::{
     LN_FORCE, LN_Q0, LN_RATIO, LN_SIGMA_T, RE_Z_T, RELATIVE_SHARE, TAU_MS, WIDTH_SQUARE,
 };
 
-use super::laws::Laws;
+use super::law_choice::Laws;
 
 /// Parameters that the lagged gap depends on, those of its equilibrium first, of which those of the laws in doubt come last.
 pub(crate) const GAP_PARAMETERS: [usize; 15] = [

@@ -5,7 +5,8 @@ use num_complex::Complex64;
 
 use super::force_slopes::ForceSlopes;
 use super::gap_slopes::GAP_PARAMETERS;
-use super::laws::{DoubtfulFinger, Laws, WideContact};
+use super::law_choice::Laws;
+use super::laws::{DoubtfulFinger, WideContact};
 use super::model::LaggedModel;
 use crate::least_squares::ImpedanceModel;
 use contact::parameters::{

@@ -25,6 +25,7 @@
 
 use num_complex::Complex64;
 
+use super::law_choice::Laws;
 use super::model::LaggedModel;
 use contact::StiffnessParts;
 use contact::inversion::Inversion;
@@ -32,15 +33,6 @@ use contact::mode_moments::ModeMoments;
 use contact::parameters::{
     FILM_LOSS, IM_Z_T, LN_LOSS_FACTOR, PARAMETERS, RE_Z_T, SOFTENING, WIDTH_SQUARE,
 };
-
-/// Laws that a model follows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Laws {
-    /// As published; the parameters of other laws are ignored.
-    Published,
-    /// With the parameters of the laws in doubt.
-    InDoubt,
-}
 
 /// Parameters of the laws in doubt that act on a sample's impedance at a given stiffness.
 #[derive(Clone, Copy)]

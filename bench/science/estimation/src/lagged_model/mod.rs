@@ -24,10 +24,12 @@ mod force_slopes;
 mod gap;
 mod gap_slopes;
 mod impedance;
+mod law_choice;
 mod laws;
 mod model;
 
 pub(super) use gap_slopes::GAP_PARAMETERS;
 pub(super) use impedance::{Finger, finger_scale, plate_offset};
-pub(super) use laws::{Laws, SampleLaws};
+pub(super) use law_choice::Laws;
+pub(super) use laws::SampleLaws;
 pub(super) use model::LaggedModel;

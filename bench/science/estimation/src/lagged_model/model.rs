@@ -4,7 +4,7 @@ use num_complex::Complex64;
 
 use super::force_slopes::ForceSlopes;
 use super::gap_slopes::GapSlopes;
-use super::laws::Laws;
+use super::law_choice::Laws;
 use crate::conditions::{CONTACT_WIDTH_M, FitConditions, ModeAcross};
 use crate::fit_error::FitError;
 use crate::loads::Loads;

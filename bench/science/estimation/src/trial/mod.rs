@@ -42,31 +42,20 @@ mod scatter;
 mod search;
 mod shared_fit;
 mod solution;
+mod trial_fit;
 
 pub use misfit::Misfit;
 pub use plate::{PlateReadings, PlateReference};
 pub use prior::{LawPriors, LogNormal, Normal, TrialPriors};
 pub use request::{PlacedInstance, TrialOptions};
 pub use shared_fit::SharedFit;
+pub use trial_fit::TrialFit;
 
 use search::Search;
 use solution::Solution;
 
 use super::conditions::FitConditions;
 use super::fit_error::FitError;
-use super::instance_fit::InstanceFit;
-
-/// Result of a trial's fit.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TrialFit {
-    /// Parameters that the instances share.
-    pub shared: SharedFit,
-    /// Each instance, in the order given.
-    pub instances: Vec<InstanceFit>,
-    /// The whole fit with the laws as published taken as true, so that its errors include no doubt about them; `None` in that fit
-    /// itself.
-    pub within_laws: Option<Box<TrialFit>>,
-}
 
 /// Fits all instances of a trial, using the plate's `readings`.
 ///

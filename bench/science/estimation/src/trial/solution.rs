@@ -2,7 +2,6 @@
 
 use num_complex::Complex64;
 
-use super::TrialFit;
 use super::doubt::Doubt;
 use super::friction::{self, RatioSamples, SharedFriction, TrialFriction, TrialSamples};
 use super::friction_spread::{FrictionSpread, ParameterCovariance};
@@ -13,6 +12,7 @@ use super::misfit;
 use super::prior::TrialPriors;
 use super::search::Search;
 use super::shared_fit::SharedFit;
+use super::trial_fit::TrialFit;
 use crate::fit_error::FitError;
 use crate::fit_verdict::FitVerdict;
 use crate::friction_law::FrictionLaw;

@@ -2,12 +2,10 @@
 
 use std::fmt;
 
-use serde::{Deserialize, Serialize};
-
 use crate::calibration_page::Reply;
 
 /// The attempt named in a request, so that the request never applies to the next one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AttemptName {
     /// Number of the trial, from 1. Practice trials are numbered separately.
     pub trial: u32,
@@ -29,17 +27,7 @@ impl fmt::Display for AttemptName {
 }
 
 /// One request of the operator. The bench decides whether to grant it.
-///
-/// ```
-/// use tui::Action;
-/// use tui::calibration_page::Reply;
-///
-/// let typed = Action::Answer(Reply::Number(1.25));
-/// assert_eq!(serde_json::to_string(&typed)?, r#"{"answer":{"number":1.25}}"#);
-/// # Ok::<(), serde_json::Error>(())
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Action {
     /// Start the session; in `monitor`, start the drive.
     Start,

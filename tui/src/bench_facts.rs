@@ -1,9 +1,7 @@
 //! Facts about the bench for the operator: calibrations, lines, sources, limits.
 
-use serde::{Deserialize, Serialize};
-
 /// Calibrations, lines and limits of the bench.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct BenchFacts {
     /// Description of the plate.
     pub plate: String,
@@ -18,7 +16,7 @@ pub struct BenchFacts {
 }
 
 /// One calibration.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct CalibrationFact {
     /// Name of the calibration.
     pub name: String,
@@ -33,7 +31,7 @@ pub struct CalibrationFact {
 }
 
 /// One line or source of the bench.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct PartFact {
     /// Name of the part.
     pub name: String,
@@ -42,13 +40,11 @@ pub struct PartFact {
     /// Whether its state is normal.
     pub well: bool,
     /// Line with a level that is shown after the text.
-    #[serde(default)]
     pub line: Option<BenchLine>,
 }
 
 /// A line with a level that the operator may want to see.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BenchLine {
     /// The e-stop's loop.
     Estop,

@@ -2,10 +2,8 @@
 //!
 //! Fields are in the SI unit of their name. A typed number has the unit of its question.
 
-use serde::{Deserialize, Serialize};
-
 /// Contents of a calibration's page: its progress, and its question to the operator.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct CalibrationPage {
     /// Name of the calibration, such as `calibrate pickup`.
     pub title: String,
@@ -43,8 +41,7 @@ impl CalibrationPage {
 }
 
 /// Question of a calibration to the operator.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Question {
     /// Confirmation that the instruction was carried out.
     Done,
@@ -62,8 +59,7 @@ pub enum Question {
 }
 
 /// The reading shown in large digits.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MainReading {
     /// Peak amplitude of the plate, by the pickup.
     #[default]
@@ -77,7 +73,7 @@ pub enum MainReading {
 }
 
 /// One measured point, as text.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointLine {
     /// Position of the point, with its unit.
     pub at: String,
@@ -90,7 +86,7 @@ pub struct PointLine {
 }
 
 /// Points over an axis, and the curve fitted to them.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Chart {
     /// Title of the horizontal axis, with its unit.
     pub x: String,
@@ -103,7 +99,7 @@ pub struct Chart {
 }
 
 /// Current readings during a calibration, about twenty times a second. Values that are not finite count as `None`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CalibrationReadings {
     /// Normal force, N.
     pub normal_n: Option<f64>,
@@ -116,7 +112,6 @@ pub struct CalibrationReadings {
     /// Peak amplitude by the reference instrument, m.
     pub known_m: Option<f64>,
     /// Reading of the meter as displayed, V.
-    #[serde(default)]
     pub known_v: Option<f64>,
     /// Largest sample of any input, as a fraction of full scale.
     pub level: Option<f64>,
@@ -139,8 +134,7 @@ impl CalibrationReadings {
 }
 
 /// The operator's reply to a [`Question`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reply {
     /// Done; at a review, accept the points.
     Ready,

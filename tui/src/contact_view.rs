@@ -1,12 +1,10 @@
 //! Estimates of the finger's contact: the fit of a trial, the last modulation period, or why they are missing.
 
-use serde::{Deserialize, Serialize};
-
 use crate::action::AttemptName;
 use crate::impedance_value::{ComplexImpedance, ValueAndStd};
 
 /// Result of a trial's fit.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct FitView {
     /// Number of the trial.
     pub trial: u32,
@@ -39,7 +37,7 @@ impl FitView {
 }
 
 /// A fitted contact as curves over the vibration amplitude.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ContactCurves {
     /// Normal force of the curves, N.
     pub normal_n: f64,
@@ -54,7 +52,7 @@ pub struct ContactCurves {
 }
 
 /// The impedance over the last period of the modulation.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct PeriodTrace {
     /// Corrected Z_m, evenly spaced in time; `None` where masked.
     pub z_m_n_s_per_m: Vec<Option<ComplexImpedance>>,
@@ -74,8 +72,7 @@ impl PeriodTrace {
 }
 
 /// Why gap and friction are not estimated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoEstimate {
     /// No trial was fitted yet.
     NoFit,

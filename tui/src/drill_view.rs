@@ -1,7 +1,5 @@
 //! Contents of a drill on the dashboard: the exercise, the request to the operator, and the results so far.
 
-use serde::{Deserialize, Serialize};
-
 /// A drill's progress. The rest of the dashboard shows the bench as in a session.
 ///
 /// ```
@@ -13,7 +11,7 @@ use serde::{Deserialize, Serialize};
 /// state.apply(&Event::Drill(DrillView { exercise: 1, exercises: 3, instruction, ..DrillView::default() }));
 /// assert_eq!(state.drill.map(|drill| drill.asked), Some(DrillStep::Watch));
 /// ```
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct DrillView {
     /// Number of the exercise, from 1; 0 before the first.
     pub exercise: u32,
@@ -30,8 +28,7 @@ pub struct DrillView {
 }
 
 /// Step requested of the operator in a drill.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DrillStep {
     /// Watch: a fault may occur.
     #[default]
@@ -51,7 +48,7 @@ pub enum DrillStep {
 }
 
 /// Result of one exercise.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct DrillResult {
     /// Name of the fault.
     pub fault: String,

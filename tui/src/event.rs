@@ -1,9 +1,7 @@
-//! Messages from the bench to the screen. They determine all contents of the screen, so a stored stream replays the session.
+//! Messages from the bench to the screen. They determine all contents of the screen.
 //!
 //! Fields are in the SI unit of their name. Amplitudes are peak values; impedances follow exp(+iωt).
 //! `None` means *not measured now* and is drawn as a gap; values that are not finite count as `None`.
-
-use serde::{Deserialize, Serialize};
 
 pub use crate::bench_facts::{BenchFacts, BenchLine, CalibrationFact, PartFact};
 pub use crate::contact_view::{ContactCurves, FitView, NoEstimate, PeriodTrace};
@@ -16,19 +14,7 @@ use crate::drill_view::DrillView;
 use crate::participant_screen::ScreenView;
 
 /// One message from the bench to the screen.
-///
-/// ```
-/// use tui::Event;
-/// use tui::event::LogLevel;
-///
-/// let event = Event::Log { level: LogLevel::Warning, text: "1 input xrun".to_owned() };
-/// let line = serde_json::to_string(&event)?;
-/// assert_eq!(line, r#"{"event":"log","level":"warning","text":"1 input xrun"}"#);
-/// assert_eq!(serde_json::from_str::<Event>(&line)?, event);
-/// # Ok::<(), serde_json::Error>(())
-/// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "event", rename_all = "snake_case")]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Event {
     /// The screen's clock, sent by the shell. Ages are relative to it.
     Tick {
@@ -109,7 +95,7 @@ pub enum Event {
 }
 
 /// A question about the participant, which may stay unanswered.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct AskedDetail {
     /// Text of the question.
     pub question: String,
@@ -120,7 +106,7 @@ pub struct AskedDetail {
 }
 
 /// Proposal of a new carrier, at the plate's resonance.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CarrierProposal {
     /// Present carrier, Hz.
     pub from_hz: f64,
@@ -131,7 +117,7 @@ pub struct CarrierProposal {
 }
 
 /// The participant, the protocol and the bench of a session.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct SessionHeader {
     /// Participant's identifier; `None` in `monitor` and `replay`.
     pub participant: Option<String>,
@@ -146,7 +132,6 @@ pub struct SessionHeader {
     /// Whether the hardware is simulated.
     pub simulated: bool,
     /// Whether a recording is replayed, without drive and participant.
-    #[serde(default)]
     pub replayed: bool,
     /// Length of the plate, m.
     pub plate_length_m: f64,
@@ -155,7 +140,7 @@ pub struct SessionHeader {
 }
 
 /// The current phase of the session.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PhaseView {
     /// Kind of phase.
     pub kind: PhaseKind,
@@ -178,10 +163,8 @@ pub struct PhaseView {
     /// Advice to the operator.
     pub message: Option<String>,
     /// Whether a pause waits for the end of the attempt.
-    #[serde(default)]
     pub pausing: bool,
     /// Whether the verdict on the trial can be overruled, also during a pause.
-    #[serde(default)]
     pub overrulable: bool,
 }
 
@@ -217,8 +200,7 @@ impl PhaseView {
 }
 
 /// The kinds of phase.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum PhaseKind {
     /// No session runs; [`Action::Start`](crate::Action::Start) starts one.
     Idle,
@@ -247,7 +229,7 @@ pub enum PhaseKind {
 }
 
 /// The newest measured values.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Live {
     /// Time on the audio clock, s.
     pub t_s: f64,
@@ -278,25 +260,19 @@ pub struct Live {
     /// Peak drive voltage at the actuators, read back, V.
     pub drive_v: Option<f64>,
     /// Measured friction coefficient, |lateral| over normal force; `None` unless the finger slides.
-    #[serde(default)]
     pub measured_mu: Option<f64>,
     /// Standard deviation of one component of the corrected Z_m, N·s/m: its noise floor.
-    #[serde(default)]
     pub z_m_std_n_s_per_m: Option<f64>,
     /// Tracked Z_p, the plate's own impedance.
-    #[serde(default)]
     pub z_p_n_s_per_m: Option<ComplexImpedance>,
     /// Why Z_m is masked.
-    #[serde(default)]
     pub masked: Option<Masked>,
     /// Why gap and friction are not estimated.
-    #[serde(default)]
     pub no_estimate: Option<NoEstimate>,
 }
 
 /// Why an impedance is masked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Masked {
     /// The amplitude is below its noise.
     BelowNoise,
@@ -307,7 +283,7 @@ pub enum Masked {
 }
 
 /// The crop of an exploration: evenly spaced series over its duration, and its stretches with their outcomes.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Crop {
     /// Number of the trial.
     pub trial: u32,
@@ -350,7 +326,7 @@ impl Crop {
 }
 
 /// One stretch of an exploration, kept or rejected by the selection.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct CropStretch {
     /// Start, relative to the start of the crop's series, s.
     pub start_s: f64,
@@ -361,12 +337,11 @@ pub struct CropStretch {
     /// Why the stretch is rejected.
     pub reason: Option<String>,
     /// Kind of rejection, without its numbers.
-    #[serde(default)]
     pub kind: Option<String>,
 }
 
 /// The verdict on a trial.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct TrialVerdict {
     /// Number of the trial.
     pub trial: u32,
@@ -377,7 +352,6 @@ pub struct TrialVerdict {
     /// Whether the trial is accepted; a rejected trial is repeated.
     pub accepted: bool,
     /// Whether the attempt was interrupted, so that there is nothing to accept or reject.
-    #[serde(default)]
     pub interrupted: bool,
     /// Why the trial is rejected.
     pub reasons: Vec<String>,
@@ -386,13 +360,10 @@ pub struct TrialVerdict {
     /// Mean normal force, N.
     pub mean_normal_n: Option<f64>,
     /// Mean normal force of each exploration, N.
-    #[serde(default)]
     pub normal_n: Vec<Option<f64>>,
     /// Outcome of the attempt, if it differs from the verdict.
-    #[serde(default)]
     pub settled: Option<String>,
     /// Condition under test.
-    #[serde(default)]
     pub condition: Option<String>,
 }
 
@@ -409,7 +380,7 @@ impl TrialVerdict {
 }
 
 /// Health of the system: audio, clocks, recorder and disk.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SystemHealth {
     /// Number of input xruns.
     pub xruns_in: u64,
@@ -420,10 +391,8 @@ pub struct SystemHealth {
     /// Drift of the force sensor's clock relative to the audio clock, ppm; `None` until estimated.
     pub clock_drift_ppm: Option<f64>,
     /// Residual of the arrival times of the force sensor's readings from its clock, s; `None` until known.
-    #[serde(default)]
     pub clock_residual_s: Option<f64>,
     /// Whether a sensor's times may be wrong: its clock drifts or deviates by more than can be tracked.
-    #[serde(default)]
     pub clock_off: bool,
     /// Time by which the recorder lags the audio, s.
     pub recorder_lag_s: f64,
@@ -438,25 +407,19 @@ pub struct SystemHealth {
     /// Free space on the study's disk, bytes; `None` when nothing is recorded.
     pub disk_free_bytes: Option<u64>,
     /// Number of sessions of this protocol that fit on the disk.
-    #[serde(default)]
     pub disk_sessions: Option<u64>,
     /// Readings of the force sensor that were lost, corrupt, repeated or out of order.
-    #[serde(default)]
     pub force_faults: u64,
     /// Encoder readings that missed a state.
-    #[serde(default)]
     pub encoder_skipped: u64,
     /// Processor time of this program per second of the clock, in cores.
-    #[serde(default)]
     pub cores: Option<f64>,
     /// State of the bench's lines.
-    #[serde(default)]
     pub lines: LineStates,
 }
 
 /// State of the bench's lines; `None` for a line that is not wired or not known.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LineStates {
     /// Whether the e-stop's loop is open: pressed or cut.
     pub estop_open: Option<bool>,
@@ -510,8 +473,7 @@ fn ago(s: f64) -> String {
 }
 
 /// State of the safety watch.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SafetyView {
     /// The amplifier is off.
     Disarmed,
@@ -524,8 +486,7 @@ pub enum SafetyView {
 }
 
 /// Severity of a line in the log.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LogLevel {
     /// Information.
     Info,

@@ -2,12 +2,10 @@
 
 use std::collections::VecDeque;
 
-use serde::{Deserialize, Serialize};
-
 use crate::event::Live;
 
 /// Live values at the time when the operator froze the strips, with two cursors.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Frozen {
     /// Live values, oldest first.
     pub history: VecDeque<Live>,

@@ -1,9 +1,7 @@
 //! Numbers of two parts: a complex impedance, and an estimate with its standard deviation.
 
-use serde::{Deserialize, Serialize};
-
 /// A complex mechanical impedance.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ComplexImpedance {
     /// Real part, N·s/m.
     pub re_n_s_per_m: f64,
@@ -12,7 +10,7 @@ pub struct ComplexImpedance {
 }
 
 /// An estimate with its standard deviation, in the unit of the field's name.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ValueAndStd {
     /// Estimated value.
     pub value: f64,

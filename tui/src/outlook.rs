@@ -1,7 +1,5 @@
 //! Time and trials left in a session, and the next steps.
 
-use serde::{Deserialize, Serialize};
-
 /// Time and trials left in a session, and the next steps.
 ///
 /// ```
@@ -12,7 +10,7 @@ use serde::{Deserialize, Serialize};
 /// state.apply(&Event::Outlook(Outlook { left_s: 720.0, trials_left: 7, ..Outlook::default() }));
 /// assert_eq!(state.outlook.map(|outlook| outlook.trials_left), Some(7));
 /// ```
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outlook {
     /// Time until the session's end, if nothing is repeated, s.
     pub left_s: f64,

@@ -1,13 +1,10 @@
 //! Pages of the operator's screen, and the time span of its strips.
 
-use serde::{Deserialize, Serialize};
-
 /// Length of the history of live values for the strips, s.
 pub const HISTORY_S: f64 = 10.0;
 
 /// The pages of the operator's screen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Page {
     /// The experiment at a glance, or the calibration.
     Run,
@@ -49,8 +46,7 @@ impl Page {
 }
 
 /// Time span of the strip charts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Window {
     /// One second, which resolves single periods of the modulation.
     One,

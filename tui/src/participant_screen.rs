@@ -8,7 +8,6 @@ use ratatui::layout::{Constraint, Flex, Layout, Rect};
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};
 use ratatui::widgets::Widget;
-use serde::{Deserialize, Serialize};
 
 use crate::words::wrap;
 use drawing::digits;
@@ -40,7 +39,7 @@ use drawing::theme::Theme;
 /// let first: String = (0..60).map(|x| buffer[(x, 0)].symbol()).collect();
 /// assert_eq!(first.trim(), "trial 1 of 10");
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ScreenView {
     /// The instruction.
     pub instruction: Instruction,
@@ -63,33 +62,24 @@ pub struct ScreenView {
     /// Number of trials.
     pub trials: u32,
     /// Whether these are practice trials.
-    #[serde(default)]
     pub practice: bool,
     /// Remaining time of the break, s.
     pub rest_s: Option<f64>,
     /// Why the trial just made is repeated; `None` if it is not.
-    #[serde(default)]
     pub repeat: Option<RepeatCause>,
     /// Whether the session waits for the participant's button.
-    #[serde(default)]
     pub button: bool,
     /// Whether the bench has no button, so that a finger at rest means "ready".
-    #[serde(default)]
     pub touch: bool,
     /// Time of this view on the bench's clock, s.
-    #[serde(default)]
     pub audio_s: f64,
     /// Time on the bench's clock at which the slider leaves its start, s; known from the countdown on.
-    #[serde(default)]
     pub moves_at_s: Option<f64>,
     /// Speed of the slider, m/s.
-    #[serde(default)]
     pub speed_m_per_s: f64,
     /// Whether the protocol lets the participant see the finger.
-    #[serde(default)]
     pub show_finger: bool,
     /// Texts in the protocol's language or the laboratory's own.
-    #[serde(skip)]
     pub texts: Arc<Texts>,
 }
 

@@ -2,8 +2,6 @@
 
 use std::collections::VecDeque;
 
-use serde::{Deserialize, Serialize};
-
 use crate::action::{Action, AttemptName};
 use crate::calibration_page::{CalibrationPage, CalibrationReadings};
 use crate::drill_view::DrillView;
@@ -48,7 +46,7 @@ pub const STALE_AFTER_S: f64 = 1.0;
 /// state.apply(&Event::Tick { now_s: 12.5 });
 /// assert_eq!(state.live_stale_s(), Some(2.5));
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct State {
     /// Time on the screen's clock, from [`Event::Tick`], s.
     pub now_s: f64,
@@ -71,22 +69,16 @@ pub struct State {
     /// Crops of the explorations, oldest first.
     pub crops: VecDeque<Crop>,
     /// Results of the fits, oldest first.
-    #[serde(default)]
     pub fits: Vec<FitView>,
     /// Time and trials left in the session.
-    #[serde(default)]
     pub outlook: Option<Outlook>,
     /// The impedance over the last period.
-    #[serde(default)]
     pub period: Option<PeriodTrace>,
     /// Facts about the bench.
-    #[serde(default)]
     pub bench: Option<BenchFacts>,
     /// Axes of the strips, kept while they are suitable.
-    #[serde(default)]
     pub axes: [Option<ValueAxis>; STRIPS],
     /// Time of the last update of the axes, on the audio clock, s.
-    #[serde(default)]
     axes_s: Option<f64>,
     /// Verdict on the last trial.
     pub verdict: Option<TrialVerdict>,
@@ -101,20 +93,16 @@ pub struct State {
     /// Contents of the participant's screen.
     pub participant: Option<ScreenView>,
     /// The lost display of the participant and the cause.
-    #[serde(default)]
     pub display_lost: Option<String>,
     /// Page of the running calibration.
     pub calibration: Option<CalibrationPage>,
     /// Current readings of the calibration.
     pub readings: Option<CalibrationReadings>,
     /// Progress of the running drill.
-    #[serde(default)]
     pub drill: Option<DrillView>,
     /// Question about the participant that waits for an answer.
-    #[serde(default)]
     pub asked: Option<AskedDetail>,
     /// New carrier that waits for a decision.
-    #[serde(default)]
     pub new_carrier: Option<CarrierProposal>,
     /// Summary of the finished session.
     pub summary: Option<Vec<String>>,
@@ -125,7 +113,7 @@ pub struct State {
 }
 
 /// One attempt at a trial, as a line of the list.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TrialLine {
     /// Number of the trial, from 1.
     pub trial: u32,
@@ -152,7 +140,7 @@ impl TrialLine {
 }
 
 /// A line of the log.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LogLine {
     /// Severity.
     pub level: LogLevel,
@@ -163,7 +151,7 @@ pub struct LogLine {
 }
 
 /// The operator's view settings. Keys change them; the only events that do are a calibration's requests to the operator.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Ui {
     /// Page shown.
     pub page: Page,
@@ -182,22 +170,16 @@ pub struct Ui {
     /// Colour theme.
     pub theme: Theme,
     /// Whether the terminal shows only ASCII.
-    #[serde(default)]
     pub ascii: bool,
     /// Enlarged panel, from 1; 0 for the whole page.
-    #[serde(default)]
     pub zoom: u8,
     /// Rows by which a list is scrolled.
-    #[serde(default)]
     pub scroll: u16,
     /// Selected attempt, counted from 0; `None` follows the newest.
-    #[serde(default)]
     pub trial: Option<usize>,
     /// The strips while they are frozen.
-    #[serde(default)]
     pub frozen: Option<Box<Frozen>>,
     /// Whether the page is to be written to files.
-    #[serde(default)]
     pub write: bool,
 }
 

@@ -5,11 +5,9 @@ use super::participant_view::ParticipantView;
 use crate::protocol::Drive;
 use crate::trial::{Interval, TrialEnd, TrialKey};
 use crate::verdict::Verdict;
-use serde::{Deserialize, Serialize};
 
 /// Request of the session to the bench. The actions of a step are carried out in order.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Debug, PartialEq)]
 pub enum SessionAction {
     /// Open a recording.
     BeginTrial {
@@ -58,8 +56,7 @@ pub enum SessionAction {
 }
 
 /// Request to the drive.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DriveRequest {
     /// Ramp in.
     On(Drive),
@@ -68,8 +65,7 @@ pub enum DriveRequest {
 }
 
 /// A sound for the participant.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Cue {
     /// The slider starts.
     Start,

@@ -5,7 +5,7 @@ use crate::trial::TrialKey;
 use serde::{Deserialize, Serialize};
 
 /// State of the bench at one moment; unknown values are `None`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Observation {
     /// Time on the audio clock, s. A time that is not finite or before an earlier observation counts as the earlier time.
     pub t_s: f64,
@@ -19,33 +19,25 @@ pub struct Observation {
     /// State of the safety chain.
     pub safety: SafetyChain,
     /// The dead-man switch; `None` on a bench without one.
-    #[serde(default)]
     pub hold: Option<DeadManAction>,
     /// Time without driving after which the hour's driving time allows another trial, s; 0 if it allows one now.
-    #[serde(default)]
     pub drive_wait_s: f64,
     /// Whether the operator must answer a question before the next trial: a judged trial is then not settled by time.
-    #[serde(default)]
     pub asking: bool,
     /// The lost display and the cause, if the participant cannot see the screen; `None` if all displays are seen.
-    #[serde(default)]
     pub display_lost: Option<String>,
     /// Whether an operator watches: a verdict then stays open long enough to be overruled.
-    #[serde(default)]
     pub attended: bool,
     /// The answer to [`SessionAction::AnalyseTrial`](crate::SessionAction::AnalyseTrial).
     pub analysis: Option<TrialAnalysis>,
     /// Outcome of an attempt's recording, if known. No attempt is accepted before its recording is saved.
-    #[serde(default)]
     pub recording: Option<(TrialKey, RecordingOutcome)>,
     /// Audio that the recorder has neither written to the disk nor counted as lost, or time since it last answered, s.
-    #[serde(default)]
     pub recorder_lag_s: f64,
 }
 
 /// Outcome of the recording of an attempt.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RecordingOutcome {
     /// It is on the disk and was read back.
     Saved,
@@ -54,8 +46,7 @@ pub enum RecordingOutcome {
 }
 
 /// Action required at the dead-man switch before a trial.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DeadManAction {
     /// Release it: it has not been released since the last drive.
     Release,
@@ -66,8 +57,7 @@ pub enum DeadManAction {
 }
 
 /// State of the safety chain.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum SafetyChain {
     /// Armed, or ready to be armed.
     #[default]

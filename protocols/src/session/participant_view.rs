@@ -4,10 +4,9 @@ use crate::redo_reason::RedoReason;
 use crate::rules::ForceBand;
 use crate::trial::Direction;
 use participant_texts::{Instruction, RepeatCause};
-use serde::{Deserialize, Serialize};
 
 /// Progress of the participant through the session.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
     /// The trial, from 1, practice included.
     pub trial: u32,
@@ -24,7 +23,7 @@ pub struct Progress {
 }
 
 /// Contents of the participant's screen.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ParticipantView {
     /// Instruction shown.
     pub instruction: Instruction,
@@ -43,7 +42,6 @@ pub struct ParticipantView {
     /// Progress through the session; `None` outside trials.
     pub progress: Option<Progress>,
     /// Why the trial just made will be repeated; `None` if it will not.
-    #[serde(default)]
     pub repeat: Option<RepeatCause>,
 }
 

@@ -1,7 +1,6 @@
 //! Styles by meaning. They keep the terminal's own foreground and background, and never convey a meaning by colour alone.
 
 use ratatui::style::{Color, Modifier, Style};
-use serde::{Deserialize, Serialize};
 
 /// Colour theme.
 ///
@@ -11,8 +10,7 @@ use serde::{Deserialize, Serialize};
 /// assert_eq!("high-contrast".parse::<Theme>(), Ok(Theme::HighContrast));
 /// assert!("blue".parse::<Theme>().is_err());
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Theme {
     /// Mid-tone colours of the terminal, for a dark background, legible on a light one.
     Colour,

@@ -1,14 +1,12 @@
 //! Value axes with round limits.
 
-use serde::{Deserialize, Serialize};
-
 /// Fraction of the values at either end that may be spikes.
 const SPIKES: f64 = 0.03;
 /// Distance from the bulk beyond which a value is a spike, as a fraction of the bulk's span.
 const SPIKE_MARGIN: f64 = 0.5;
 
 /// A value axis with round limits.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ValueAxis {
     /// Lower end.
     pub low: f64,

@@ -4,22 +4,6 @@ use super::rig::*;
 use crate::session::*;
 use proptest::prelude::*;
 
-#[test]
-fn every_action_survives_json() {
-    let mut rig = Rig::new(demo()).with_consent();
-    rig.run_until_main(Phase::Exploration);
-    rig.step(|o| o.safety = SafetyChain::Tripped("e-stop".to_owned()));
-    rig.tell(OperatorCommand::Resume);
-    rig.normal_n = 1.2;
-    rig.run_until(Phase::Verdict);
-    rig.tell(OperatorCommand::Abort);
-    for action in rig.actions() {
-        let text = serde_json::to_string(action).unwrap();
-        let back: SessionAction = serde_json::from_str(&text).unwrap();
-        assert_eq!(back, *action, "{text}");
-    }
-}
-
 /// One step of an arbitrary participant, operator and bench.
 #[derive(Clone, Debug)]
 enum Move {

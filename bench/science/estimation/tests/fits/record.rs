@@ -82,6 +82,9 @@ impl Truth {
     /// Returns that amplitude where the finger, with a gap of `x`, drives other modes of the plate.
     pub fn film_m(&self, t: f64, x: f64, n: f64) -> f64 {
         let delayed_m = self.delayed_m(t);
+        if self.film_mobility == 0.0 {
+            return delayed_m;
+        }
         (0..5).fold(delayed_m, |a, _| {
             let z_c = self.z_c(self.stiffness_n_per_m(x, a, n));
             let finger = self.z_t * z_c / (self.z_t + z_c);
@@ -122,19 +125,35 @@ impl Truth {
         1.25 * 101_325.0 * self.area_m2(n) * a * a / (x * x)
     }
 
+    /// Returns the gap at which asperities and film carry the force, by regula falsi with halved ends (Dowell and Jarratt 1971).
     pub fn equilibrium_m(&self, t: f64) -> f64 {
         let n = self.true_normal_n(t);
-        let (mut low, mut high) = (1e-9_f64, 1e-3);
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if self.asperity_n(middle, n) + self.squeeze_n(middle, self.film_m(t, middle, n), n) > n
-            {
-                low = middle
+        // Falls with ln x almost linearly, so that few steps are needed.
+        let excess = |ln_x: f64| {
+            let x = ln_x.exp();
+            let film_m = self.film_m(t, x, n);
+            ((self.asperity_n(x, n) + self.squeeze_n(x, film_m, n)) / n).ln()
+        };
+        let (mut low, mut high) = (1e-9_f64.ln(), 1e-3_f64.ln());
+        let (mut above, mut below) = (excess(low), excess(high));
+        // Whether the upper end is the one that stays.
+        let mut stays = None;
+        for _ in 0..100 {
+            let middle = (low * below - high * above) / (below - above);
+            let value = excess(middle);
+            if value.abs() < 1e-14 {
+                return middle.exp();
+            }
+            // An end that stays twice counts half.
+            if value > 0.0 {
+                below *= if stays == Some(true) { 0.5 } else { 1.0 };
+                (low, above, stays) = (middle, value, Some(true));
             } else {
-                high = middle
+                above *= if stays == Some(false) { 0.5 } else { 1.0 };
+                (high, below, stays) = (middle, value, Some(false));
             }
         }
-        0.5 * (low + high)
+        (0.5 * (low + high)).exp()
     }
 
     /// Runge–Kutta integration over the lead-in and 60 ms around time 0, from 100 ms earlier.
@@ -159,19 +178,20 @@ impl Truth {
                     },
                 );
             }
-            for j in (0..substeps).filter(|_| self.tau_s > 0.0) {
+            if self.tau_s == 0.0 {
+                continue;
+            }
+            let mut e0 = self.equilibrium_m(t);
+            for j in 0..substeps {
                 let t = t + f64::from(j) * h;
-                let (e0, e1, e2) = (
-                    self.equilibrium_m(t),
-                    self.equilibrium_m(t + 0.5 * h),
-                    self.equilibrium_m(t + h),
-                );
+                let (e1, e2) = (self.equilibrium_m(t + 0.5 * h), self.equilibrium_m(t + h));
                 let tau_s = self.tau_s * (x / 10e-6).powf(self.lag_exponent);
                 let k1 = (e0 - x) / tau_s;
                 let k2 = (e1 - x - 0.5 * h * k1) / tau_s;
                 let k3 = (e1 - x - 0.5 * h * k2) / tau_s;
                 let k4 = (e2 - x - h * k3) / tau_s;
                 x += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+                e0 = e2;
             }
         }
         record

@@ -240,13 +240,9 @@ fn summary(analysed: &Analysis) -> String {
             "{}: {counts}\n",
             escaped_line(&recording.path.display().to_string())
         ));
-        let trial = recording
-            .findings
-            .as_ref()
-            .ok()
-            .and_then(|findings| findings.trial.as_ref());
-        if let Some(trial) = trial {
-            lines.push_str(&format!("  {}\n", whole_trial::line(trial)));
+        if let Ok(findings) = &recording.findings {
+            let trial_lines = whole_trial::lines(findings);
+            lines.extend(trial_lines.iter().map(|line| format!("  {line}\n")));
         }
     }
     lines

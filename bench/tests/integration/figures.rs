@@ -554,6 +554,7 @@ fn analysed() -> Analysis {
         z_p_plain_n_s_per_m: Z_P,
         z_p_corrected_n_s_per_m: Z_P,
         calibration: CalibrationErrors::default(),
+        mode_across: None,
     };
     let under_finger = UnderFinger::new(&series, &AmplitudeProfile::default(), Some(Z_P));
     let direction = Direction::RightToLeft;
@@ -597,6 +598,7 @@ fn analysed() -> Analysis {
         )],
         instances,
         trial: None,
+        within_laws: None,
         model_check: Vec::new(),
         rejected: Vec::new(),
         flaws: Vec::new(),

@@ -27,6 +27,10 @@ const LIMIT_Z_T: f64 = 0.03;
 const LIMIT_AREA: f64 = 0.05;
 /// Quantities judged by their coverage, for the method without assumptions.
 const QUANTITIES: [&str; 7] = ["sigma_t", "Re Z_t", "Im Z_t", "S", "tau", "mu0", "mu"];
+/// `trial` with the published laws taken as true, which this world follows.
+const WITHIN_LAWS: &str = "trial within laws";
+/// Quantities with an interval within the laws.
+const QUANTITIES_WITHIN_LAWS: [&str; 6] = ["sigma_t", "Re Z_t", "Im Z_t", "S", "tau", "mu0"];
 
 /// An error and its stated standard error, both relative to the truth or to a scale of it.
 #[derive(Clone, Copy)]
@@ -98,6 +102,18 @@ impl Coverage {
             self.z_t.entry(name).or_default().push(distance);
             self.add(name, "mu0", estimate.mu0 - mean("mu0"), estimate.mu0_std);
             self.friction(name, (instance, estimate), course, recording_s);
+        }
+        if let Some(estimate) = &instance.within_laws {
+            let (name, sigma_t_m) = (WITHIN_LAWS, mean("sigma_t_m"));
+            let (sigma_t, std) = (&estimate.sigma_t_m, estimate.z_t_std_n_s_per_m);
+            let error = sigma_t.value / sigma_t_m - 1.0;
+            let sigma_t_std = sigma_t.value * sigma_t.ln_std / sigma_t_m;
+            self.add(name, "sigma_t", error, sigma_t_std);
+            let [re, im] = ["re_z_t_n_s_per_m", "im_z_t_n_s_per_m"].map(mean);
+            self.add(name, "Re Z_t", estimate.z_t_n_s_per_m.re - re, std.re);
+            self.add(name, "Im Z_t", estimate.z_t_n_s_per_m.im - im, std.im);
+            let mu0 = estimate.mu0;
+            self.add(name, "mu0", mu0.value - mean("mu0"), mu0.std);
         }
     }
 
@@ -221,10 +237,13 @@ fn participant(seed: u64, folder: &Path) -> Coverage {
                 .sum::<f64>()
                 / n
         };
-        let (area, tau) = (&trial.contact_area_m2, &trial.tau_s);
         let (area_truth, tau_truth) = (course_mean("contact_area_m2"), course_mean("lag_s"));
-        coverage.add("trial", "S", (area.value / area_truth).ln(), area.ln_std);
-        coverage.add("trial", "tau", (tau.value / tau_truth).ln(), tau.ln_std);
+        let within_laws = recording.fit_within_laws().map(|fit| (WITHIN_LAWS, fit));
+        for (name, fit) in std::iter::once(("trial", trial)).chain(within_laws) {
+            let (area, tau) = (&fit.contact_area_m2, &fit.tau_s);
+            coverage.add(name, "S", (area.value / area_truth).ln(), area.ln_std);
+            coverage.add(name, "tau", (tau.value / tau_truth).ln(), tau.ln_std);
+        }
         for instance in &recording.instances {
             coverage.instance(instance, &course, recording_s);
         }
@@ -249,10 +268,12 @@ fn intervals_are_of_the_right_size_and_those_of_400_people_hold_the_truth_to_the
         coverage.flagged
     );
     let keys = QUANTITIES.map(|quantity| ("trial", quantity));
+    let keys_within_laws = QUANTITIES_WITHIN_LAWS.map(|quantity| (WITHIN_LAWS, quantity));
     let dynamic_keys =
         ["sigma_t", "Re Z_t", "Im Z_t", "mu0", "mu"].map(|quantity| ("dynamic", quantity));
     let lines: Vec<String> = keys
         .iter()
+        .chain(&keys_within_laws)
         .chain(&dynamic_keys)
         .map(|key| coverage.line(*key))
         .collect();
@@ -280,6 +301,15 @@ fn intervals_are_of_the_right_size_and_those_of_400_people_hold_the_truth_to_the
         );
     }
     for key in keys {
+        // Total intervals include a doubt about laws that hold here.
+        let covered = (100.0 * coverage.covered_fraction(key, 1.96)).round();
+        assert!(
+            participants < MANY || covered >= 92.0,
+            "{}",
+            coverage.line(key)
+        );
+    }
+    for key in keys_within_laws {
         // A few people give few independent errors: all instances of one person share most of theirs.
         let rms = coverage.rms_z(key);
         assert!(rms < 2.5, "{}", coverage.line(key));

@@ -1,5 +1,6 @@
 //! Files of released versions (tests/fixtures), read by this version: the configuration parses, the study is whole, its
-//! estimates are unchanged, and a session runs with the old calibration.
+//! estimates are unchanged, and a session runs with the old calibration. Results of format 1 are found in those of format 2 as
+//! docs/RECORDING.md states.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -61,6 +62,62 @@ impl Files {
     fn json(&self, name: &str) -> Value {
         serde_json::from_slice(&fs::read(self.path(name)).unwrap()).unwrap()
     }
+}
+
+/// Returns results of format 1 under the keys of format 2: their intervals take the published laws as true, and standard errors of
+/// `trial` became total, so that these have no counterpart.
+fn in_format_2(mut results: Value) -> Value {
+    assert_eq!(results["format"], 1);
+    results["format"] = Value::from(2);
+    for recording in results["recordings"].as_array_mut().unwrap() {
+        for instance in recording["instances"].as_array_mut().unwrap() {
+            if let Some(trial) = instance.get_mut("trial").and_then(Value::as_object_mut) {
+                trial.remove("std");
+            }
+        }
+    }
+    for part in ["recordings", "skin"] {
+        rename_intervals(&mut results[part]);
+    }
+    results
+}
+
+fn rename_intervals(value: &mut Value) {
+    match value {
+        Value::Object(object) => {
+            for name in ["interval95", "between_participants_ln_std_interval95"] {
+                if let Some(interval) = object.remove(name) {
+                    object.insert(format!("{name}_within_laws"), interval);
+                }
+            }
+            object.values_mut().for_each(rename_intervals);
+        }
+        Value::Array(values) => values.iter_mut().for_each(rename_intervals),
+        _ => {}
+    }
+}
+
+#[test]
+fn results_of_format_1_are_expected_under_the_keys_of_format_2() {
+    let format_1 = serde_json::json!({
+        "format": 1,
+        "recordings": [{
+            "instances": [{ "trial": { "mu0": 0.8, "std": { "mu0": 0.1 }, "interval95": { "mu0": [0.7, 0.9] } } }, {}],
+            "trial": { "tau_s": 1e-3, "interval95": null },
+        }],
+        "skin": { "study": { "tau_s": { "mean": { "value": 1.0, "interval95": [0.9, 1.1] } } } },
+        "law_check": [{ "interval95": [0.0, 1.0] }],
+    });
+    let format_2 = serde_json::json!({
+        "format": 2,
+        "recordings": [{
+            "instances": [{ "trial": { "mu0": 0.8, "interval95_within_laws": { "mu0": [0.7, 0.9] } } }, {}],
+            "trial": { "tau_s": 1e-3, "interval95_within_laws": null },
+        }],
+        "skin": { "study": { "tau_s": { "mean": { "value": 1.0, "interval95_within_laws": [0.9, 1.1] } } } },
+        "law_check": [{ "interval95": [0.0, 1.0] }],
+    });
+    assert_eq!(in_format_2(format_1), format_2);
 }
 
 /// Adds the values of `released` that differ in `current`; additional values of `current` are allowed.
@@ -141,6 +198,10 @@ fn files_of_every_release_are_read() {
         assert!(output.status.success(), "{version}: {}", text(&output));
         let mut differences = Vec::new();
         let (released, current) = (files.json("results.json"), files.json("now.json"));
+        let released = match released["format"].as_u64() {
+            Some(1) => in_format_2(released),
+            _ => released,
+        };
         add_differences(&released, Some(&current), "", &mut differences);
         assert!(
             differences.is_empty(),

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use analysis::estimate::{InstanceAnalysis, InstanceEstimate, Method};
 use analysis::findings::RecordingFindings;
+use analysis::within_laws::WithinLaws;
 use analysis::{Settings, analyse, find};
 use bench_tests::campaign;
 use bench_tests::session::{ALL_COMPLETED, VirtualParticipant};
@@ -27,6 +28,9 @@ const LIMIT_SIGMA_T: f64 = 0.1;
 /// A person with randomly drawn skin and a contact area other than `dynamic` assumes.
 const LARGE_AREA: &str =
     "purpose = \"A contact area of 220 mm2.\"\n[film]\ncontact_area_m2 = 220e-6\n";
+
+/// `trial` with the published laws taken as true.
+const WITHIN_LAWS: &str = "trial within laws";
 
 /// Errors by method and quantity over the instances of a world, and its trials.
 #[derive(Default)]
@@ -85,6 +89,15 @@ impl WorldErrors {
         }
     }
 
+    fn score_within_laws(&mut self, estimate: &WithinLaws, truth: &TrueSkin) {
+        let (sigma_t, z_t) = (&estimate.sigma_t_m, estimate.z_t_n_s_per_m - truth.z_t);
+        let stds = estimate.z_t_std_n_s_per_m;
+        let ratio = sigma_t.value / truth.sigma_t_m;
+        self.score(WITHIN_LAWS, "sigma_t", ratio - 1.0, ratio * sigma_t.ln_std);
+        self.score(WITHIN_LAWS, "Re Z_t", z_t.re, stds.re);
+        self.score(WITHIN_LAWS, "Im Z_t", z_t.im, stds.im);
+    }
+
     fn recording(&mut self, recording: &RecordingFindings, truth: &Path) {
         let (course, recording_s) = (Course::read(truth), recording_began_s(&recording.path));
         let free_s = course.free_s(recording_s);
@@ -98,6 +111,9 @@ impl WorldErrors {
                 if let Some(estimate) = instance.estimate(method) {
                     self.instance(method, estimate, &skin);
                 }
+            }
+            if let Some(estimate) = &instance.within_laws {
+                self.score_within_laws(estimate, &skin);
             }
             if let Some(estimate) = instance.estimate(Method::Trial) {
                 sigmas_t.push((estimate.sigma_t_m / skin.sigma_t_m - 1.0).abs());
@@ -129,6 +145,10 @@ impl WorldErrors {
         let area = &trial.contact_area_m2;
         self.error("trial", "S", area.value / area_m2 - 1.0);
         self.score("trial", "S", (area.value / area_m2).ln(), area.ln_std);
+        if let Some(within_laws) = recording.fit_within_laws() {
+            let area = &within_laws.contact_area_m2;
+            self.score(WITHIN_LAWS, "S", (area.value / area_m2).ln(), area.ln_std);
+        }
         self.error("trial", "q0", trial.q0_rad_per_m.value / q0 - 1.0);
         let loss_factor = trial.loss_factor.value - pad["loss_factor"];
         self.error("trial", "eta", loss_factor);

@@ -1,5 +1,6 @@
 //! Estimates an instance by `paper` and `dynamic`, and converts the result of a trial's fit to the same form.
 
+use contact::uncertain::{LogUncertain, Uncertain};
 use contact::{AssumedConstants, Contact, FittedFinger};
 use estimation::paper::RestReading;
 use estimation::{
@@ -16,6 +17,7 @@ pub use crate::method::Method;
 use crate::motion::{Impedances, SkinMotion};
 use crate::statistics::{Coefficient, Correlation};
 use crate::under_finger::UnderFinger;
+use crate::within_laws::WithinLaws;
 
 /// Length at either end of an instance that is averaged for changes over it, s: the same as for Z_t at rest.
 const EDGE_S: f64 = 5e-3;
@@ -45,6 +47,8 @@ pub struct InstanceAnalysis {
     pub finger: FittedFinger,
     /// Estimate by the fit of the whole trial, from the data that `dynamic` uses; `None` if that fit cannot be used.
     pub trial: Option<InstanceEstimate>,
+    /// Estimates by that fit with the laws as published taken as true; `None` if that fit cannot be used, or if these laws do not hold.
+    pub within_laws: Option<WithinLaws>,
 }
 
 /// An instance by one method.
@@ -295,6 +299,7 @@ pub fn estimate(
         dynamic,
         finger,
         trial: None,
+        within_laws: None,
     })
 }
 
@@ -368,14 +373,7 @@ impl<'a> MeasuredValues<'a> {
     /// Returns the estimate of `dynamic` or `trial`, with the corrected impedance `z_m0` at rest, without the signs of misfit and the
     /// sensitivities that only `dynamic` has.
     pub(crate) fn lagged_estimate(&self, fit: InstanceFit, z_m0: Complex64) -> InstanceEstimate {
-        // With φ times the amplitude, the finger experiences 1/φ² of the plate's offset.
-        let n = self.samples.time_s().len();
-        let ratio = |k| self.samples.amplitude_ratio(Method::Dynamic, k).powi(2);
-        let mean_square_ratio = (0..n).map(ratio).sum::<f64>() / n as f64;
-        let offset = fit.plate_offset_n_s_per_m * mean_square_ratio;
-        let offset_std = fit.plate_offset_std_n_s_per_m * mean_square_ratio;
-        // Z_p at δω above its resonance is i 2 m δω.
-        let hz_per_n_s_per_m = 1.0 / (2.0 * std::f64::consts::TAU * self.modal_mass_kg);
+        let plate_offset = self.plate_offset(&fit);
         self.estimate(
             Method::Dynamic,
             FittedValues {
@@ -386,12 +384,7 @@ impl<'a> MeasuredValues<'a> {
                 z_t: (fit.z_t_n_s_per_m, fit.z_t_std_n_s_per_m),
                 tau_s: Some((fit.tau_s, fit.tau_std_s)),
                 skin: *fit.finger.contact().assumed(),
-                plate_offset: Some(PlateOffset {
-                    n_s_per_m: offset,
-                    std_n_s_per_m: offset_std,
-                    resonance_shift_hz: 0.0 - offset.im * hz_per_n_s_per_m,
-                    resonance_shift_std_hz: offset_std.im * hz_per_n_s_per_m,
-                }),
+                plate_offset: Some(plate_offset),
                 mu0: (fit.mu0, fit.mu0_std),
                 rest: None,
                 agreement: fit.agreement,
@@ -400,6 +393,46 @@ impl<'a> MeasuredValues<'a> {
                 sensitivities: None,
             },
         )
+    }
+
+    /// Returns the estimates of `trial` with the laws as published taken as true.
+    pub(crate) fn within_laws(&self, fit: &InstanceFit) -> WithinLaws {
+        let offset = self.plate_offset(fit);
+        let gap_m = &fit.series.gap_m;
+        WithinLaws {
+            sigma_t_m: LogUncertain {
+                value: fit.sigma_t_m,
+                ln_std: fit.sigma_t_std_m / fit.sigma_t_m,
+            },
+            z_t_n_s_per_m: fit.z_t_n_s_per_m,
+            z_t_std_n_s_per_m: fit.z_t_std_n_s_per_m,
+            mu0: Uncertain {
+                value: fit.mu0,
+                std: fit.mu0_std,
+            },
+            resonance_shift_hz: Uncertain {
+                value: offset.resonance_shift_hz,
+                std: offset.resonance_shift_std_hz,
+            },
+            mean_gap_m: gap_m.iter().sum::<f64>() / gap_m.len() as f64,
+        }
+    }
+
+    fn plate_offset(&self, fit: &InstanceFit) -> PlateOffset {
+        // With φ times the amplitude, the finger experiences 1/φ² of the plate's offset.
+        let n = self.samples.time_s().len();
+        let ratio = |k| self.samples.amplitude_ratio(Method::Dynamic, k).powi(2);
+        let mean_square_ratio = (0..n).map(ratio).sum::<f64>() / n as f64;
+        let offset = fit.plate_offset_n_s_per_m * mean_square_ratio;
+        let offset_std = fit.plate_offset_std_n_s_per_m * mean_square_ratio;
+        // Z_p at δω above its resonance is i 2 m δω.
+        let hz_per_n_s_per_m = 1.0 / (2.0 * std::f64::consts::TAU * self.modal_mass_kg);
+        PlateOffset {
+            n_s_per_m: offset,
+            std_n_s_per_m: offset_std,
+            resonance_shift_hz: 0.0 - offset.im * hz_per_n_s_per_m,
+            resonance_shift_std_hz: offset_std.im * hz_per_n_s_per_m,
+        }
     }
 
     fn estimate(&self, method: Method, fit: FittedValues) -> InstanceEstimate {

@@ -14,6 +14,7 @@ use crate::flaw::Flaw;
 use crate::force_zero::ForceZero;
 pub use crate::instance::PlateReading;
 pub use crate::model_check::Band;
+use crate::within_laws;
 use recording::manifest::{Manifest, RecordedPlate, RecordedRoom, StandardErrors};
 use recording::pipeline::DemodulationError;
 use recording::pipeline::PickupOffset;
@@ -107,8 +108,10 @@ pub struct RecordingFindings {
     pub explorations: Vec<ExplorationFindings>,
     /// Estimated instances, in time order.
     pub instances: Vec<InstanceAnalysis>,
-    /// Parameters shared by the instances, fitted together; `None` if the fit failed.
+    /// Parameters shared by the instances, fitted together; `None` if the fit failed. Its errors include the laws in doubt.
     pub trial: Option<SharedFit>,
+    /// The same with the laws as published taken as true; [`fit_within_laws`](Self::fit_within_laws) returns it where they hold.
+    pub within_laws: Option<SharedFit>,
     /// Self-sensed against measured normal force, by amplitude.
     pub model_check: Vec<Band>,
     /// Stretches without an estimate.
@@ -141,6 +144,13 @@ impl RecordingFindings {
         let assumed = self.assumed(settings);
         let z_p = self.z_p?;
         Some(z_p.conditions(assumed, self.manifest.carrier_hz, &self.standard_errors))
+    }
+
+    /// Returns the parameters shared by the instances with the laws as published taken as true. `None` if a fit cannot be used, or
+    /// if any has signs of misfit: this one, so that these laws do not hold, or that with the laws in doubt.
+    #[must_use]
+    pub fn fit_within_laws(&self) -> Option<&SharedFit> {
+        within_laws::holding(self.trial.as_ref()?, self.within_laws.as_ref())
     }
 
     /// Returns the finger of the first instance usable by `dynamic`, which the model check extrapolates.

@@ -261,6 +261,7 @@ impl PlateReading {
                 normal_force_relative: standard_errors.normal_force_relative,
                 lateral_force_relative: standard_errors.lateral_force_relative,
             },
+            mode_across: None,
         }
     }
 }

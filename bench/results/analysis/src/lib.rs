@@ -2,7 +2,7 @@
 //!
 //! [`demodulation`] streams a recording folder through the demodulator of the live bench, [`unloaded_plate`] reads the
 //! plate's own impedance, [`trial_selection`] and the `protocols` crate select the instances, [`estimate`] estimates each
-//! by both methods. [`analyse`] does this for any number of recordings, [`results`] lists the outcome.
+//! by both methods. [`analyse`] does this for any number of recordings; `report` lists the outcome.
 
 pub mod amplitude_profile;
 pub mod analysis_settings;
@@ -32,7 +32,6 @@ pub mod printed_settings;
 mod prior_settings;
 pub mod published;
 pub mod recording_analysis;
-pub mod results;
 mod row_times;
 mod spans;
 pub mod statistics;
@@ -43,6 +42,7 @@ pub mod trial_selection;
 pub mod under_finger;
 pub mod unloaded_plate;
 pub mod whole_trial;
+pub mod within_laws;
 
 use std::path::PathBuf;
 

@@ -84,6 +84,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
         explorations: Vec::new(),
         instances: Vec::new(),
         trial: None,
+        within_laws: None,
         model_check: Vec::new(),
         rejected: Vec::new(),
         flaws,
@@ -291,8 +292,11 @@ impl RecordingFindings {
         };
         let fit = |findings: &mut Self| {
             let plate = (&conditions, &findings.manifest.plate);
-            findings.trial =
-                whole_trial::fit(&mut findings.instances, plate, readings, settings).ok();
+            let fits = whole_trial::fit(&mut findings.instances, plate, readings, settings).ok();
+            (findings.trial, findings.within_laws) = match fits {
+                Some(fits) => (Some(fits.total), fits.within_laws),
+                None => (None, None),
+            };
         };
         fit(self);
         if self.drop_unusable() {

@@ -21,6 +21,7 @@ use crate::estimate::{InstanceAnalysis, Method, MethodEstimate, PlateOffset};
 use crate::findings::{Analysis, RecordingFindings};
 use crate::motion::SkinMotion;
 use crate::printed_settings::PrintedSettings;
+use crate::within_laws::WithinLaws;
 use recording::DiskError;
 use recording::disk::{self, OnPath};
 
@@ -248,6 +249,7 @@ fn instances(analysed: &Analysis) -> Vec<Column> {
         }),
     ]);
     columns.extend(shared_columns(&rows));
+    columns.extend(columns_within_laws(&rows));
     columns
 }
 
@@ -304,6 +306,76 @@ fn shared_columns(rows: &[Row<'_>]) -> Vec<Column> {
             rows.iter().map(|row| !row.misfit().is_empty()).collect(),
         ),
         text(rows.iter(), "misfit", |r| r.misfit().join("; ")),
+    ]
+}
+
+/// Returns the estimates of `trial` with the laws as published taken as true; NaN where these do not hold.
+fn columns_within_laws(rows: &[Row<'_>]) -> Vec<Column> {
+    let instance = |name, value: fn(&WithinLaws) -> f64| {
+        let value_of = |row: &Row<'_>| row.instance_within_laws().map_or(f64::NAN, value);
+        Column::Real(name, rows.iter().map(value_of).collect())
+    };
+    let shared = |name, value: fn(&SharedFit) -> f64| {
+        let value_of = |row: &Row<'_>| row.shared_within_laws().map_or(f64::NAN, value);
+        Column::Real(name, rows.iter().map(value_of).collect())
+    };
+    vec![
+        instance("sigma_t_within_laws_m", |fit| fit.sigma_t_m.value),
+        instance("sigma_t_within_laws_std_m", |fit| {
+            fit.sigma_t_m.value * fit.sigma_t_m.ln_std
+        }),
+        instance("re_z_t_within_laws_n_s_per_m", |fit| fit.z_t_n_s_per_m.re),
+        instance("re_z_t_within_laws_std_n_s_per_m", |fit| {
+            fit.z_t_std_n_s_per_m.re
+        }),
+        instance("im_z_t_within_laws_n_s_per_m", |fit| fit.z_t_n_s_per_m.im),
+        instance("im_z_t_within_laws_std_n_s_per_m", |fit| {
+            fit.z_t_std_n_s_per_m.im
+        }),
+        instance("mu0_within_laws", |fit| fit.mu0.value),
+        instance("mu0_within_laws_std", |fit| fit.mu0.std),
+        instance("resonance_shift_within_laws_hz", |fit| {
+            fit.resonance_shift_hz.value
+        }),
+        instance("resonance_shift_within_laws_std_hz", |fit| {
+            fit.resonance_shift_hz.std
+        }),
+        shared("contact_area_within_laws_m2", |fit| {
+            fit.contact_area_m2.value
+        }),
+        shared("contact_area_within_laws_ln_std", |fit| {
+            fit.contact_area_m2.ln_std
+        }),
+        shared("q0_within_laws_rad_per_m", |fit| fit.q0_rad_per_m.value),
+        shared("q0_within_laws_ln_std", |fit| fit.q0_rad_per_m.ln_std),
+        shared("loss_factor_within_laws", |fit| fit.loss_factor.value),
+        shared("loss_factor_within_laws_ln_std", |fit| {
+            fit.loss_factor.ln_std
+        }),
+        shared("shared_tau_within_laws_s", |fit| fit.tau_s.value),
+        shared("shared_tau_within_laws_ln_std", |fit| fit.tau_s.ln_std),
+        shared("area_force_exponent_within_laws", |fit| {
+            fit.area_exponent.value
+        }),
+        shared("area_force_exponent_within_laws_std", |fit| {
+            fit.area_exponent.std
+        }),
+        shared("lag_gap_exponent_within_laws", |fit| fit.lag_exponent.value),
+        shared("lag_gap_exponent_within_laws_std", |fit| {
+            fit.lag_exponent.std
+        }),
+        shared("friction_floor_within_laws", |fit| {
+            fit.friction_floor.map_or(f64::NAN, |floor| floor.value)
+        }),
+        shared("friction_floor_within_laws_std", |fit| {
+            fit.friction_floor.map_or(f64::NAN, |floor| floor.std)
+        }),
+        shared("lateral_lag_within_laws_s", |fit| {
+            fit.lateral_lag_s.map_or(f64::NAN, |lag| lag.value)
+        }),
+        shared("lateral_lag_within_laws_std_s", |fit| {
+            fit.lateral_lag_s.map_or(f64::NAN, |lag| lag.std)
+        }),
     ]
 }
 
@@ -406,6 +478,18 @@ impl Row<'_> {
     fn trial(&self) -> Option<&SharedFit> {
         let trial = self.findings.trial.as_ref();
         trial.filter(|_| self.fit.method == Method::Trial)
+    }
+
+    /// Returns the whole recording's fit by the published laws where these hold, for a row by `trial`.
+    fn shared_within_laws(&self) -> Option<&SharedFit> {
+        self.trial()?;
+        self.findings.fit_within_laws()
+    }
+
+    /// Returns the instance's estimates by the published laws where these hold, for a row by `trial`.
+    fn instance_within_laws(&self) -> Option<&WithinLaws> {
+        self.trial()?;
+        self.instance.within_laws.as_ref()
     }
 
     /// Returns a number of the whole recording's fit, or `fallback` for the other methods.

@@ -175,7 +175,8 @@ impl<'a> CutTrial<'a> {
         })
     }
 
-    /// Fits all instances together, which determines S, q0 and η.
+    /// Fits all instances together, which determines S, q0 and η: those of the laws as published, because the contact is fitted by
+    /// these laws.
     ///
     /// # Errors
     /// The instances cannot be fitted together.
@@ -189,7 +190,8 @@ impl<'a> CutTrial<'a> {
         let readings = plate_references::read(&self.request.record, rules.contact_n / 2.0);
         let options = whole_trial::options(trial::TrialOptions::default(), self.profile);
         let fit = trial::fit(&instances, &conditions, &readings, &options)?;
-        Ok(fit.shared)
+        let within_laws = fit.within_laws.map(|fit| fit.shared);
+        Ok(within_laws.unwrap_or(fit.shared))
     }
 
     /// Fits the contact with the `assumed` skin.

@@ -2,7 +2,8 @@
 //!
 //! σ_t, S, τ and Z_t belong to the finger. Under any law of film and asperities, a right estimate agrees between
 //! drive levels, modulation frequencies and carriers; a wrong law shows as a difference. For each setting, the trials at
-//! two of its values are compared within each combination of the other settings, and the differences are averaged.
+//! two of its values are compared within each combination of the other settings, and the differences are averaged. Compared are the
+//! values by the published laws, with the errors that these leave: doubts about laws are common to all conditions.
 //!
 //! A condition's mean weights its trials by their errors and the variance between them (DerSimonian and Laird 1986). Its variance
 //! follows from the scatter of the trials (Hartung and Knapp 2001), never less than their errors allow; degrees of freedom are

@@ -3,13 +3,13 @@
 use analysis::Settings;
 use analysis::method::Method;
 use analysis::printed_settings::PrintedSettings;
-use analysis::results::{SensitivityRow, SensitivityRows};
 use maud::{Markup, html};
 
 use crate::content::{RecordingEntry, ReportContent};
 use crate::instance;
 use crate::number::PLAIN;
 use crate::priors;
+use crate::recording_results::{SensitivityRow, SensitivityRows};
 
 /// Value of a setting.
 enum SettingValue {
@@ -277,7 +277,9 @@ pub(crate) fn dependencies(recordings: &[RecordingEntry<'_>]) -> Markup {
             li { "Friction is fitted after the contact: μ" sub { "0" } ", the friction floor and the lag of the lateral force are \
                   conditional on the contact, and the contact is independent of them." }
             li { "The 95 % intervals include the noise, the correlation of neighbouring residuals, the priors of " b { "trial" }
-                  " and the stated errors of the calibration, but no errors of the model. Standard errors of " b { "dynamic" }
+                  ", the stated errors of the calibration, and the laws in doubt: the film's loss, trapped air, the film's drive by the \
+                  relative motion, the time average under vibration, a plate that softens, the finger's width. Those "
+                  i { "within the laws" } " include no errors of the published laws. Standard errors of " b { "dynamic" }
                   " include the scatter of its residuals and the calibration's errors, for the assumed skin; those of " b { "paper" }
                   " include only the scatter." }
             li { "Where the model does not fit (" a href="#flags" { "Flags and warnings" } "), " b { "trial" } " gives no interval." }

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use analysis::results::Recording;
 use jiff::Timestamp;
 use plotting::{Figure, FigureError};
 use recording::Manifest;
 use study::sessions::{Attempt, Sessions};
 
+use crate::recording_results::Recording;
 use crate::results::Results;
 
 /// Content of a report.

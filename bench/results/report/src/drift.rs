@@ -1,11 +1,11 @@
 //! Drift of plate and skin within the recordings.
 
 use analysis::method::Method;
-use analysis::results::{Estimate, Parts};
 use maud::{Markup, html};
 
 use crate::content::RecordingEntry;
 use crate::number::{HERTZ, MICRO, NumberFormat, PLAIN};
+use crate::recording_results::{Estimate, Parts};
 
 const MICRO_S: NumberFormat = NumberFormat {
     factor: 1e6,

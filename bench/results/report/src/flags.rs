@@ -1,12 +1,12 @@
 //! Cautions for the reader: warnings, verdicts of fits, misfit of the model.
 
 use analysis::method::Method;
-use analysis::results::Trial;
 use maud::{Markup, html};
 
 use crate::content::RecordingEntry;
 use crate::instance::{self, MethodEstimate};
 use crate::number::count_text;
+use crate::recording_results::Trial;
 
 /// Verdict of a fit without problems.
 const CONVERGED: &str = "converged";
@@ -16,8 +16,11 @@ pub(crate) fn flags(recordings: &[RecordingEntry<'_>]) -> Markup {
         .iter()
         .filter_map(|recording| Some((recording, recording.result.trial.as_ref()?)));
     let n_judged = judged.clone().count();
-    let misfits: Vec<(&RecordingEntry<'_>, &Trial)> =
-        judged.filter(|(_, trial)| trial.model_misfit).collect();
+    let (misfits, fitted): (Vec<_>, Vec<_>) = judged.partition(|(_, trial)| trial.model_misfit);
+    let outside_published: Vec<(&RecordingEntry<'_>, &Trial)> = fitted
+        .into_iter()
+        .filter(|(_, trial)| !trial.misfit_within_laws.is_empty())
+        .collect();
     let warned_recordings: Vec<&RecordingEntry<'_>> = recordings
         .iter()
         .filter(|recording| !recording.result.warnings.is_empty())
@@ -38,6 +41,16 @@ pub(crate) fn flags(recordings: &[RecordingEntry<'_>]) -> Markup {
             ul { @for (recording, trial) in &misfits { li {
                 a href={ "#" (recording.anchor()) } { (recording.name()) }
                 @for sign in &trial.misfit { "; " (sign) }
+            } } }
+        }
+        @if !outside_published.is_empty() {
+            p {
+                "The published laws alone do not fit " (outside_published.len()) " of them: these have no interval "
+                i.within { "within the laws" } ", and the doubt about the laws explains them."
+            }
+            ul { @for (recording, trial) in &outside_published { li {
+                a href={ "#" (recording.anchor()) } { (recording.name()) }
+                @for sign in &trial.misfit_within_laws { "; " (sign) }
             } } }
         }
         h3 { "Instances outside the laws of their method" }

@@ -10,7 +10,7 @@ pub(crate) fn law_check(checks: &[LawCheck]) -> Markup {
         p {
             "σ" sub { "t" } ", S, τ and Z" sub { "t" } " belong to the finger: under any law of film and asperities, they \
              must agree between drive levels, modulation frequencies and carriers. Each difference is that of the values by "
-            b { "trial" } ", at the larger setting minus at the smaller, with its standard error."
+            b { "trial" } " within the published laws, which are checked, at the larger setting minus at the smaller, with its standard error."
         }
         @for check in checks {
             h3 { (check.participant) }
@@ -37,7 +37,7 @@ pub(crate) fn law_check(checks: &[LawCheck]) -> Markup {
              in the errors, and between carriers, where calibrations differ, so is the whole error of a trial. p-values, with \
              Welch's degrees of freedom, are adjusted for the number of comparisons of a participant (Holm 1979): the estimates \
              agree if p is at least 0.05. S is that at the participant's mean force, τ that at their mean gap. Im Z" sub { "t" }
-            "/ω is the mass of a skin without stiffness. Recordings that the model does not fit are left out. An agreement within \
+            "/ω is the mass of a skin without stiffness. Recordings that the published laws do not fit are left out. An agreement within \
              a large error says little."
         }
     }

@@ -14,10 +14,12 @@ mod number;
 mod omissions;
 mod page;
 mod priors;
+pub mod recording_results;
 mod results;
 mod skin;
 mod statistics;
 mod study;
+pub mod trial_quantity;
 mod trials;
 
 pub use content::{Recorded, ReportContent, ReportError};

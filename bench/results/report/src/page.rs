@@ -46,11 +46,19 @@ pub fn html(content: &ReportContent<'_>) -> Result<String, ReportError> {
             "Omitted data",
             omissions::omissions(results, &recordings),
         ),
-        section("skin", "Skin of the participants", skin::skin(results.skin)),
+        section(
+            "skin",
+            "Skin of the participants",
+            skin::skin(results.skin, &results.holds_under_every_law_tried),
+        ),
         section(
             "estimates",
             "Estimates",
-            estimates::estimates(results.skin, &recordings),
+            estimates::estimates(
+                results.skin,
+                &recordings,
+                &results.holds_under_every_law_tried,
+            ),
         ),
         section("drift", "Drift", drift::drift(&recordings)),
         section("flags", "Flags and warnings", flags::flags(&recordings)),

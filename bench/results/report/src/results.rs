@@ -4,15 +4,18 @@ use analysis::Analysis;
 use analysis::attempts::AttemptAccount;
 use analysis::printed_settings::PrintedSettings;
 use analysis::published::{Statistics, statistics};
-use analysis::results::Recording;
 use population::law_check::{LawCheck, law_checks};
 use population::skin::Skin;
 use serde::ser::Error;
 use serde::{Serialize, Serializer};
 use study::exclusions::{Excluded, RecordingSelection};
 
-/// Version of the results file.
-pub const FORMAT: u32 = 1;
+use crate::recording_results::Recording;
+use crate::trial_quantity::{HOLDS_UNDER_EVERY_LAW_TRIED, TrialQuantity};
+
+/// Version of the results file. In version 1 `interval95` was the interval with the published laws taken as true, which is
+/// `interval95_within_laws` since.
+pub const FORMAT: u32 = 2;
 
 /// Content of the results file, by the schema in RECORDING.md; unknown values are null.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -20,6 +23,8 @@ pub struct Results<'a> {
     format: u32,
     /// Settings in force.
     pub settings: PrintedSettings,
+    /// Quantities of `trial` that hold under every law tried.
+    pub holds_under_every_law_tried: Vec<TrialQuantity>,
     /// Recordings, in the order of the analysis.
     pub recordings: Vec<Recording>,
     /// Skin of the participants and of the study.
@@ -55,6 +60,7 @@ impl<'a> Results<'a> {
         Self {
             format: FORMAT,
             settings: PrintedSettings::new(analysed),
+            holds_under_every_law_tried: HOLDS_UNDER_EVERY_LAW_TRIED.to_vec(),
             recordings: analysed.recordings.iter().map(Recording::from).collect(),
             skin,
             law_check: law_checks(analysed),

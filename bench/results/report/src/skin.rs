@@ -1,10 +1,11 @@
 //! Skin of the participants and of the study, pooled over their trials.
 
-use analysis::results::Interval;
 use maud::{Markup, html};
 use population::skin::{PersonParameter, Ranged, Skin, StudyParameter};
 
 use crate::number::{MILLI, NumberFormat, PLAIN, count_text, finite};
+use crate::recording_results::Interval;
+use crate::trial_quantity::TrialQuantity;
 
 pub(crate) const AREA: NumberFormat = NumberFormat {
     factor: 1e6,
@@ -23,18 +24,24 @@ const PERCENT: NumberFormat = NumberFormat {
 /// Form of each parameter, in order.
 const FORMATS: [NumberFormat; 4] = [AREA, Q0, PLAIN, MILLI];
 
-pub(crate) fn skin(skin: &Skin) -> Markup {
+pub(crate) fn skin(skin: &Skin, holds: &[TrialQuantity]) -> Markup {
     let people = &skin.participants;
     let study = skin.study.as_array();
     let people_spread = |parameter: &StudyParameter| {
         let std = finite(parameter.between_participants_ln_std);
         let ends = parameter.between_participants_ln_std_interval95;
-        html! { td.n { (PERCENT.value(std)) @if std.is_some() { (interval_cell(ends, PERCENT)) } } }
+        let within_laws = parameter.between_participants_ln_std_interval95_within_laws;
+        html! { td.n {
+            (PERCENT.value(std))
+            @if std.is_some() { (interval_cells(ends, within_laws, PERCENT)) }
+        } }
     };
     html! {
         p {
             "S, q₀, η and τ by " b { "trial" } ", over each participant's recordings. The first value is the mean of this participant's \
-             data alone; its 95 % interval includes the errors of the trials and the variation between them. "
+             data alone; its 95 % interval includes the errors of the trials, the variation between them and the doubt about the \
+             published laws, which is common to all trials. The interval " i.within { "in italics" } " takes these laws as true: use it \
+             only to compare participants and conditions on this bench. "
             i { "Shrunken" } ", if given, is that mean pulled towards the other participants', a better estimate of one person's skin if \
              all come from one population; use the mean to compare groups of people. The study's mean counts every participant once."
         }
@@ -48,8 +55,10 @@ pub(crate) fn skin(skin: &Skin) -> Markup {
         @if people.is_empty() { p { "No recording states its participant." } } @else {
             div.wide { table {
                 thead { tr {
-                    th { "Participant" } th.n { "Trials" } th.n { "Left out" } th.n { "S (mm²)" }
-                    th.n { "q₀ (10⁴ rad/m)" } th.n { "η" } th.n { "τ (ms)" }
+                    th { "Participant" } th.n { "Trials" } th.n { "Left out" }
+                    th.n { "S" (TrialQuantity::ContactArea.mark(holds)) " (mm²)" }
+                    th.n { "q₀" (TrialQuantity::Q0.mark(holds)) " (10⁴ rad/m)" }
+                    th.n { "η" (TrialQuantity::LossFactor.mark(holds)) } th.n { "τ" (TrialQuantity::Tau.mark(holds)) " (ms)" }
                 } }
                 tbody {
                     @for person in people { tr {
@@ -88,8 +97,9 @@ pub(crate) fn skin(skin: &Skin) -> Markup {
              these errors in common: the last line, by variance, which averaging over trials does not reduce. Intervals of means \
              after Hartung and Knapp (2001), of standard deviations by the Q profile (Viechtbauer 2007); shrinkage by empirical \
              Bayes (Morris 1983), for at least four participants. The prior of each trial's fit is removed first. All trials have \
-             the calibration's errors in common; each trial's interval includes them, and so does the last line. No interval \
-             includes an error of the model that is the same in all trials."
+             the calibration's errors in common; each trial's interval includes them, and so does the last line. The error of the \
+             published laws is taken as the same in all trials and participants: it is added to the intervals of all means, which \
+             do not become shorter than it by averaging."
         }
     }
 }
@@ -109,12 +119,21 @@ fn parameter_cell(parameter: Option<PersonParameter>, format: NumberFormat) -> M
 fn range_cell(range: Option<Ranged>, format: NumberFormat) -> Markup {
     html! {
         (format.value(range.map(|range| range.value)))
-        @if let Some(range) = range { (interval_cell(Some(range.interval95), format)) }
+        @if let Some(range) = range {
+            (interval_cells(Some(range.interval95), range.interval95_within_laws, format))
+        }
     }
 }
 
-fn interval_cell(interval: Option<Interval>, format: NumberFormat) -> Markup {
-    html! { span.also { (interval_text(interval, format)) } }
+fn interval_cells(
+    interval: Option<Interval>,
+    within_laws: Option<Interval>,
+    format: NumberFormat,
+) -> Markup {
+    html! {
+        span.also { (interval_text(interval, format)) }
+        @if within_laws.is_some() { i.also.within { (interval_text(within_laws, format)) } }
+    }
 }
 
 fn interval_text(interval: Option<Interval>, format: NumberFormat) -> String {

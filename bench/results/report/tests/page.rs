@@ -12,7 +12,8 @@ use jiff::Timestamp;
 use plotting::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};
 use population::law_check::{CheckedTrial, Condition, Estimate, LawCheck, Quantities, check};
 use recording::Manifest;
-use report::{Recorded, ReportContent, ReportError, html};
+use report::trial_quantity::TrialQuantity;
+use report::{Recorded, ReportContent, ReportError, Results, html};
 use small_study::{HOSTILE, SmallStudy};
 use study::sessions::{Sessions, Standing};
 
@@ -66,6 +67,14 @@ fn page_of(
     study: &SmallStudy,
     figures: &[Figure],
 ) -> Result<String, ReportError> {
+    page_of_results(&study.results(), participant, figures)
+}
+
+fn page_of_results(
+    results: &Results<'_>,
+    participant: &str,
+    figures: &[Figure],
+) -> Result<String, ReportError> {
     let manifest = manifest(participant);
     let recordings = [
         Recorded {
@@ -79,7 +88,7 @@ fn page_of(
     ];
     html(&ReportContent {
         name: participant,
-        results: &study.results(),
+        results,
         recordings: &recordings,
         sessions: &Sessions::default(),
         figures,
@@ -166,9 +175,11 @@ fn a_recording_without_intervals_is_shown_with_the_signs_of_misfit() {
     trial.model_misfit = true;
     trial.misfit = vec!["friction is off by 0.05".to_owned(), HOSTILE.to_owned()];
     trial.interval95 = None;
+    trial.interval95_within_laws = None;
     for instance in &mut study.recordings[0].instances {
         if let Some(trial) = &mut instance.trial {
             trial.interval95 = None;
+            trial.interval95_within_laws = None;
             trial.estimate.model_misfit = true;
         }
     }
@@ -182,6 +193,53 @@ fn a_recording_without_intervals_is_shown_with_the_signs_of_misfit() {
         row.contains("1.900") && !row.contains('±') && !row.contains(" to "),
         "{row}"
     );
+}
+
+/// The laws in doubt may fit a recording that the published laws do not fit.
+#[test]
+fn a_recording_outside_the_published_laws_has_total_intervals_alone() {
+    let mut study = SmallStudy::new("sub-01");
+    let trial = study.trial_mut();
+    trial.interval95_within_laws = None;
+    trial.misfit_within_laws = vec!["q0 would be far off".to_owned(), HOSTILE.to_owned()];
+    for instance in &mut study.recordings[0].instances {
+        if let Some(trial) = &mut instance.trial {
+            trial.interval95_within_laws = None;
+        }
+    }
+    let page = page_of("sub-01", &study, &[]).unwrap();
+    assert!(page.contains("but the published laws do not"), "{page}");
+    assert!(page.contains("q0 would be far off; &lt;script&gt;"));
+    assert!(page.contains("The published laws alone do not fit 1 of them"));
+    let (_, by_trial) = page.split_once("<td>trial</td>").unwrap();
+    let (row, _) = by_trial.split_once("</tr>").unwrap();
+    assert!(
+        row.contains("1.800 to 2.000") && !row.contains("within"),
+        "{row}"
+    );
+}
+
+#[test]
+fn quantities_that_hold_under_every_law_tried_are_marked() {
+    let study = SmallStudy::new("sub-01");
+    let mut results = study.results();
+    let none = results.to_json().unwrap();
+    assert!(none.contains("\"holds_under_every_law_tried\": []"));
+    results.holds_under_every_law_tried = vec![
+        TrialQuantity::Mu0,
+        TrialQuantity::GapPerSigmaT,
+        TrialQuantity::Tau,
+    ];
+    let file: serde_json::Value = serde_json::from_str(&results.to_json().unwrap()).unwrap();
+    assert_eq!(
+        file["holds_under_every_law_tried"],
+        serde_json::json!(["mu0", "gap_per_sigma_t", "tau_s"])
+    );
+    let page = page_of_results(&results, "sub-01", &[]).unwrap();
+    assert!(page.contains("† Holds under every law tried."));
+    // μ0 of the instances, and τ of the recording and of the participants.
+    assert_eq!(page.matches(">†</sup>").count(), 3, "{page}");
+    assert!(!page_of("sub-01", &study, &[]).unwrap().contains('†'));
 }
 
 /// An instance outside the laws of `paper` or `dynamic` is named with its signs, and its values have no errors.
@@ -301,7 +359,11 @@ fn the_file_states_unknown_values_as_null() {
     let file: serde_json::Value = serde_json::from_str(&text).unwrap();
     let instances = &file["recordings"][0]["instances"];
     assert!(instances[0]["paper"]["rms_mu"].is_null());
+    assert_eq!(file["format"], 2);
     assert_eq!(instances[0]["trial"]["interval95"]["mu0"][0], 0.79);
+    let within_laws = &instances[0]["trial"]["interval95_within_laws"];
+    assert_eq!(within_laws["mu0"][0], 0.795);
+    assert!(within_laws["resonance_shift_hz"].is_null());
     assert!(instances[1].get("trial").is_none());
     assert!(file["recordings"][1].get("trial").is_none());
     let [zeta, alpha] = ["\"zeta\"", "\"alpha\""].map(|name| text.find(name).unwrap());

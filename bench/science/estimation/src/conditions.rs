@@ -5,6 +5,15 @@ use num_complex::Complex64;
 use contact::AssumedConstants;
 use contact::CalibrationErrors;
 use contact::error::{ModelError, positive};
+use contact::uncertain::Uncertain;
+
+/// Plate's mode across its width: the amplitude follows cos(2πy/λ) with the distance y from the finger's path, on which the
+/// amplitude is greatest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModeAcross {
+    /// Flexural wavelength λ across the plate at the carrier, m.
+    pub wavelength_m: Uncertain,
+}
 
 /// Conditions shared by all instances of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,6 +28,8 @@ pub struct FitConditions {
     pub z_p_corrected_n_s_per_m: Complex64,
     /// Errors of the calibration.
     pub calibration: CalibrationErrors,
+    /// Plate's mode across its width; `None` if the wavelength is not known.
+    pub mode_across: Option<ModeAcross>,
 }
 
 impl FitConditions {
@@ -30,6 +41,7 @@ impl FitConditions {
             z_p_plain_n_s_per_m: z_p,
             z_p_corrected_n_s_per_m: z_p,
             calibration: CalibrationErrors::default(),
+            mode_across: None,
         }
     }
 

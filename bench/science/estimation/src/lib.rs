@@ -63,7 +63,7 @@ mod transient;
 mod trend;
 pub mod trial;
 
-pub use conditions::FitConditions;
+pub use conditions::{FitConditions, ModeAcross};
 pub use estimated_series::EstimatedSeries;
 pub use fit_agreement::Agreement;
 pub use fit_error::FitError;

@@ -136,7 +136,7 @@ fn a_study_gives_results_by_the_schema() {
         String::from_utf8_lossy(&output.stderr)
     );
     let results: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(results["format"], 1);
+    assert_eq!(results["format"], 2);
     assert_eq!(results["settings"]["sigma_q0_rad_per_m"], 14000.0);
     let recording = &results["recordings"][0];
     assert_eq!(recording["uncalibrated"], true);

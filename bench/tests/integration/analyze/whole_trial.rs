@@ -132,13 +132,20 @@ fn the_trials_fit_stands_in_the_results_by_the_schema_and_in_the_summary() {
     assert_eq!(shared["n_instances"], instances.len());
     assert_eq!(shared["model_misfit"], false);
     assert_eq!(shared["misfit"], serde_json::json!([]));
+    assert_eq!(shared["misfit_within_laws"], serde_json::json!([]));
     let inside = |estimates: &Value, key: &str, value: &Value| {
-        let interval = estimates["interval95"][key].as_array().unwrap();
-        let [low, high] = [0, 1].map(|end| interval[end].as_f64().unwrap());
+        let ends =
+            |intervals: &str| [0, 1].map(|end| estimates[intervals][key][end].as_f64().unwrap());
+        let ([low, high], within_laws) = (ends("interval95"), ends("interval95_within_laws"));
         let value = value.as_f64().unwrap();
         assert!(
             low < value && value < high,
-            "{key}: {value} in {interval:?}"
+            "{key}: {value} in {low} to {high}"
+        );
+        let middle = 0.5 * (within_laws[0] + within_laws[1]);
+        assert!(
+            low < middle && middle < high,
+            "{key}: {within_laws:?} in {low} to {high}"
         );
     };
     for key in [
@@ -204,12 +211,19 @@ fn the_trials_fit_stands_in_the_results_by_the_schema_and_in_the_summary() {
         skin.starts_with("level,participant,recording,parameter,value,"),
         "{skin}"
     );
+    let header = skin.lines().next().unwrap();
+    assert!(header.ends_with(",shrunken_low95_within_laws,shrunken_high95_within_laws"));
     let printed = String::from_utf8_lossy(&printed.stdout);
     // The true area is 240 mm².
-    let (_, area) = printed.split_once("trial: S ").expect("the trial's skin");
-    let (low, tail) = area.split_once(" to ").expect("an interval");
-    let (high, _) = tail.split_once(" mm²").expect("its unit");
-    let [low, high] = [low, high].map(|text| text.parse::<f64>().expect("a number"));
+    let interval_mm2 = |before: &str| -> [f64; 2] {
+        let (_, area) = printed.split_once(before).expect("a skin");
+        let (low, tail) = area.split_once(" to ").expect("an interval");
+        let (high, _) = tail.split_once(" mm²").expect("its unit");
+        [low, high].map(|text| text.parse().expect("a number"))
+    };
+    let [low, high] = interval_mm2("trial: S ");
+    assert!(low < 240.0 && 240.0 < high, "{printed}");
+    let [low, high] = interval_mm2("within the published laws: S ");
     assert!(
         low < 240.0 && 240.0 < high && high - low < 25.0,
         "{printed}"

@@ -7,12 +7,12 @@ use analysis::amplitude_profile::AmplitudeProfile;
 use analysis::estimate::Method;
 use analysis::findings::RecordingFindings;
 use analysis::printed_settings::PrintedSettings;
-use analysis::results::Recording;
 use analysis::trial_fit::{FitRequest, SelectedExploration, TrialContact, fit};
 use analysis::{Settings, demodulation};
 use protocols::Direction;
 use protocols::selection::select;
 use recording::pipeline::PickupOffset;
+use report::recording_results::Recording;
 
 use super::{EXPLORATION_S, Laboratory, PUBLISHED, Z_T, findings};
 

@@ -16,12 +16,9 @@ use analysis::method::Method;
 use analysis::printed_settings::PrintedSettings;
 use analysis::published::statistics;
 use analysis::recording_analysis::analyse;
-use analysis::results::Recording;
-use analysis::{Analysis, Settings, tables};
+use analysis::{Analysis, Settings};
 use estimation::InstanceMisfit;
 use num_complex::Complex64;
-use parquet::file::reader::{FileReader, SerializedFileReader};
-use parquet::record::Field;
 use serde_json::Value;
 
 /// Known results of the published method for a reference recording: the method's own bias must neither grow nor shrink.
@@ -280,8 +277,7 @@ fn a_recorded_ambient_pressure_takes_the_place_of_the_assumed_one() {
         "as measured, room.pressure_hpa, in 1 of 2 recordings; assumed in the others"
     );
     let [measured, standard] = [0, 1].map(|k| analysed.recordings[k].findings.as_ref().unwrap());
-    let results = Recording::from(&analysed.recordings[0]);
-    assert_eq!(results.room.unwrap().pressure_hpa, 850.0);
+    assert_eq!(measured.manifest.room.unwrap().pressure_hpa, 850.0);
 
     let mut settings = Settings::default();
     settings.assume("ambient_pressure_pa = 85e3").unwrap();
@@ -426,93 +422,4 @@ fn the_trials_fit_follows_a_drifting_plate_and_an_unknown_skin() {
         );
         assert_eq!(instance.paper.misfit, []);
     }
-}
-
-/// Rows of a table, each by the names of its columns.
-fn table(file: &Path) -> Vec<Vec<(String, Field)>> {
-    let reader = SerializedFileReader::new(fs::File::open(file).unwrap()).unwrap();
-    let rows = reader.get_row_iter(None).unwrap();
-    rows.map(|row| row.unwrap().into_columns()).collect()
-}
-
-#[test]
-fn the_table_of_instances_agrees_with_the_results() {
-    let folder = tempfile::tempdir().unwrap();
-    tables::write(unknown_skin(), folder.path()).unwrap();
-    let recording = serde_json::to_value(Recording::from(&unknown_skin().recordings[0])).unwrap();
-    let shared = &recording["trial"];
-    let rows = table(&folder.path().join(tables::INSTANCES_FILE));
-    let instances = recording["instances"].as_array().unwrap();
-    assert_eq!(rows.len(), 3 * instances.len());
-    let mut comparisons = 0;
-    for row in rows {
-        let field = |name: &str| {
-            let cell = row.iter().find(|(column, _)| column == name);
-            &cell.unwrap_or_else(|| panic!("no column {name}")).1
-        };
-        let real = |name: &str| match field(name) {
-            Field::Double(value) => *value,
-            cell => panic!("{name} is {cell:?}"),
-        };
-        let (Field::Str(method), Field::Long(number)) = (field("method"), field("instance")) else {
-            panic!("{row:?}");
-        };
-        // This skin is none that `dynamic` assumes.
-        assert_eq!(field("model_misfit"), &Field::Bool(method == "dynamic"));
-        if method != "trial" {
-            let estimate = &instances[*number as usize - 1][method];
-            let signs = estimate["misfit"].as_array().unwrap().iter();
-            let signs: Vec<&str> = signs.map(|sign| sign.as_str().unwrap()).collect();
-            assert_eq!(field("misfit"), &Field::Str(signs.join("; ")));
-            assert_eq!(estimate["model_misfit"], method == "dynamic");
-            for name in ["area_force_exponent", "film_mean_s", "lag_gap_exponent"] {
-                assert_eq!(real(name), 0.0, "{name}");
-            }
-            for name in ["q0_ln_std", "film_mean_ln_std", "shared_tau_s"] {
-                assert!(real(name).is_nan(), "{name}");
-            }
-            continue;
-        }
-        let trial = &instances[*number as usize - 1]["trial"];
-        assert_eq!(field("verdict"), &Field::Str("converged".to_owned()));
-        assert_eq!(shared["verdict"], "converged");
-        assert_eq!(field("misfit"), &Field::Str(String::new()));
-        let assert_close = |name: &str, value: f64, result: &Value| {
-            let expected = result.as_f64().unwrap();
-            let slack = 1e-6 * expected.abs().max(1e-9);
-            assert!(
-                (value - expected).abs() <= slack,
-                "{name}: {value} {result}"
-            );
-        };
-        // Value and upper end of the interval, computed as docs/RECORDING.md describes.
-        let mut assert_column = |column: &str, std: &str, result: &Value, key: &str| {
-            let (value, deviations) = (real(column), 1.959_964 * real(std));
-            assert_close(column, value, &result[key]);
-            let end = if std.ends_with("_ln_std") {
-                value * deviations.exp()
-            } else {
-                value + deviations
-            };
-            assert_close(std, end, &result["interval95"][key][1]);
-            comparisons += 1;
-        };
-        for (column, std) in [
-            ("contact_area_m2", "contact_area_ln_std"),
-            ("q0_rad_per_m", "q0_ln_std"),
-            ("loss_factor", "loss_factor_ln_std"),
-            ("area_force_exponent", "area_force_exponent_std"),
-            ("lag_gap_exponent", "lag_gap_exponent_std"),
-            ("friction_floor", "friction_floor_std"),
-            ("lateral_lag_s", "lateral_lag_std_s"),
-        ] {
-            assert_column(column, std, shared, column);
-        }
-        assert_column("shared_tau_s", "shared_tau_ln_std", shared, "tau_s");
-        assert_column("mu0", "mu0_std", trial, "mu0");
-        let shift = "resonance_shift_hz";
-        assert_column(shift, "resonance_shift_std_hz", trial, shift);
-        assert_close("tau_s", real("tau_s"), &trial["tau_s"]);
-    }
-    assert_eq!(comparisons, 10 * instances.len());
 }

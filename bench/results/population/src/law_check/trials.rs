@@ -7,8 +7,8 @@ use contact::uncertain::{LogUncertain, Uncertain};
 use estimation::trial::SharedFit;
 
 use super::{CheckedTrial, Condition, Estimate, LawCheck, Quantities, check};
-use analysis::estimate::InstanceEstimate;
 use analysis::findings::{Analysis, RecordingFindings};
+use analysis::within_laws::WithinLaws;
 
 /// Returns the check of each participant with trials under two or more conditions, by name.
 #[must_use]
@@ -38,11 +38,12 @@ pub fn law_checks(analysed: &Analysis) -> Vec<LawCheck> {
     checks.collect()
 }
 
-/// Recording with a usable fit of all instances.
+/// Recording with a usable fit of all instances, by the published laws, which are checked: errors of the laws in doubt are common to
+/// all conditions and would hide a difference.
 struct FittedTrial<'a> {
     condition: Condition,
     shared: &'a SharedFit,
-    instances: Vec<&'a InstanceEstimate>,
+    instances: Vec<&'a WithinLaws>,
     /// Logarithm of the mean normal force, N.
     ln_normal_n: f64,
     /// Mean over the instances of the logarithm of their mean gap, m.
@@ -66,23 +67,21 @@ impl References {
 }
 
 impl<'a> FittedTrial<'a> {
-    /// Returns the trial of a recording; `None` without a usable fit, if the model does not fit, or if a setting is unknown.
+    /// Returns the trial of a recording; `None` without a usable fit, if the laws do not fit, or if a setting is unknown.
     fn new(findings: &'a RecordingFindings) -> Option<Self> {
-        let shared = findings.trial.as_ref()?;
+        let shared = findings.fit_within_laws()?;
         let condition = condition(findings);
-        if !shared.verdict.is_usable() || !shared.misfit.is_empty() || !condition.is_known() {
+        if !condition.is_known() {
             return None;
         }
         let instances = findings.instances.iter();
         let instances: Vec<_> = instances
-            .filter_map(|instance| instance.trial.as_ref())
+            .filter_map(|instance| instance.within_laws.as_ref())
             .collect();
         if instances.is_empty() {
             return None;
         }
-        let gaps = instances
-            .iter()
-            .map(|instance| mean(instance.series.gap_m.iter().copied()).ln());
+        let gaps = instances.iter().map(|instance| instance.mean_gap_m.ln());
         Some(Self {
             condition,
             shared,
@@ -100,8 +99,7 @@ impl<'a> FittedTrial<'a> {
         let omega = TAU * self.condition.carrier_hz;
         let estimates = Quantities {
             ln_sigma_t: self.instance_mean(|estimate| {
-                let ln_std = estimate.sigma_t_std_m / estimate.sigma_t_m;
-                (estimate.sigma_t_m.ln(), ln_std)
+                (estimate.sigma_t_m.value.ln(), estimate.sigma_t_m.ln_std)
             }),
             ln_contact_area: at_reference(
                 shared.contact_area_m2,
@@ -125,7 +123,7 @@ impl<'a> FittedTrial<'a> {
 
     /// Returns the mean over the instances of a value with its standard error. Most of the error comes from the parameters that
     /// the instances share, so the mean has the mean error.
-    fn instance_mean(&self, value: impl Fn(&InstanceEstimate) -> (f64, f64)) -> Option<Estimate> {
+    fn instance_mean(&self, value: impl Fn(&WithinLaws) -> (f64, f64)) -> Option<Estimate> {
         let values: Vec<(f64, f64)> = self
             .instances
             .iter()

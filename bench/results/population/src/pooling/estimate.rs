@@ -1,10 +1,13 @@
 //! Value with its standard error.
 
-/// Estimate with a known standard error.
+/// Estimate with a known standard error, part of which may be common to all estimates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     value: f64,
-    std: f64,
+    /// Standard error of the estimate alone.
+    own_std: f64,
+    /// Standard error due to a cause that moves all estimates in the same direction.
+    common_std: f64,
 }
 
 impl Estimate {
@@ -12,7 +15,18 @@ impl Estimate {
     #[must_use]
     pub fn new(value: f64, std: f64) -> Option<Self> {
         let is_valid = value.is_finite() && std.is_finite() && std > 0.0 && std * std > 0.0;
-        is_valid.then_some(Self { value, std })
+        is_valid.then_some(Self {
+            value,
+            own_std: std,
+            common_std: 0.0,
+        })
+    }
+
+    /// Returns the estimate with an error in addition that is common to all estimates: of a law that none of them determines.
+    /// `common_std` is finite and not negative.
+    #[must_use]
+    pub fn with_common_error(self, common_std: f64) -> Self {
+        Self { common_std, ..self }
     }
 
     /// Returns the value.
@@ -21,21 +35,31 @@ impl Estimate {
         self.value
     }
 
-    /// Returns the standard error.
+    /// Returns the standard error, with the common part.
     #[must_use]
     pub fn std(self) -> f64 {
-        self.std
+        self.own_std.hypot(self.common_std)
     }
 
+    /// Returns the standard error without the common part.
+    pub(crate) fn own_std(self) -> f64 {
+        self.own_std
+    }
+
+    pub(crate) fn common_std(self) -> f64 {
+        self.common_std
+    }
+
+    /// Returns the variance of the error without the common part.
     pub(crate) fn variance(self) -> f64 {
-        self.std * self.std
+        self.own_std * self.own_std
     }
 
     /// Returns the estimate from the data alone if this one was made with a normal `prior`; `None` if the data contain no
     /// information. For pooling: a prior that is used in every trial would otherwise be counted once for each.
     ///
-    /// Exact for a normal posterior, also among other parameters: removing one parameter's prior from the joint precision
-    /// subtracts its precision from that of the marginal. With precisions p = 1/σ²: p = p_post − p_prior and
+    /// Exact for a normal posterior without a common error, also among other parameters: removing one parameter's prior from the
+    /// joint precision subtracts its precision from that of the marginal. With precisions p = 1/σ²: p = p_post − p_prior and
     /// p y = p_post y_post − p_prior y_prior.
     #[must_use]
     pub fn without_prior(self, prior: Self) -> Option<Self> {

@@ -6,6 +6,9 @@
 //!
 //! Members that agree better than their errors allow share a part of these errors: a law that no trial constrains is
 //! marginalised in each trial, and its error is the same in all. Averaging does not reduce the shared part.
+//!
+//! A part of the errors may be stated as common to all members of all groups. It moves all values in the same direction, so it
+//! shows in no scatter; each interval of a value includes it, and those of the variation do not.
 
 use statistics::NORMAL_95;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
@@ -84,15 +87,14 @@ pub fn hierarchy<G: AsRef<[Estimate]>>(groups: &[G]) -> Hierarchy {
         let group = group.as_ref();
         let scatter = common.group_scatter(group);
         let estimate = scatter.mean(group)?;
-        let (value, std) = (estimate.value(), estimate.std());
-        let mean = Mean::with_interval(value, std, scatter.deviations(), group.len());
+        let mean = Mean::with_interval(estimate, scatter.deviations(), group.len());
         Some((mean, estimate, scatter))
     });
     let means: Vec<Option<(Mean, Estimate, Scatter)>> = means.collect();
     let group_estimates: Vec<Estimate> = means.iter().flatten().map(|group| group.1).collect();
-    let overall = (group_estimates.len() > 1).then(|| overall(&group_estimates, common.freedom));
-    let overall_target = overall.map(|overall| ShrinkageTarget {
-        mean: (overall.mean.value, overall.mean.std.powi(2)),
+    let overall = overall(&group_estimates, common.freedom);
+    let overall_target = overall.map(|(overall, mean)| ShrinkageTarget {
+        mean,
         between: overall.between_std.powi(2),
         freedom: group_estimates.len() - 1,
     });
@@ -100,24 +102,24 @@ pub fn hierarchy<G: AsRef<[Estimate]>>(groups: &[G]) -> Hierarchy {
         let (mean, estimate, scatter) = (*pooled)?;
         // A Student interval is treated as a normal one with the same width.
         let widening = scatter.deviations() / NORMAL_95;
-        let estimate = Estimate::new(mean.value, widening * estimate.std())?;
+        let estimate = Estimate::new(mean.value, widening * estimate.own_std())?
+            .with_common_error(estimate.common_std());
         let shrunken_mean = overall_target
             .as_ref()
             .and_then(|target| target.shrink(estimate));
-        let (centre, variance) = shrunken_mean.unwrap_or((mean.value, estimate.variance()));
         let target = ShrinkageTarget {
-            mean: (centre, variance),
+            mean: shrunken_mean.unwrap_or(estimate),
             between: scatter.between,
             freedom: scatter.freedom,
         };
         let members = group
             .as_ref()
             .iter()
-            .map(|&member| target.shrink(member).map(shrunken));
+            .map(|&member| target.shrink(member).map(Shrunken::from));
         Some(Group {
             mean,
             between_members_std: (scatter.freedom > 0).then(|| scatter.between.sqrt()),
-            shrunken: shrunken_mean.map(shrunken),
+            shrunken: shrunken_mean.map(Shrunken::from),
             members: members.collect(),
         })
     };
@@ -125,45 +127,56 @@ pub fn hierarchy<G: AsRef<[Estimate]>>(groups: &[G]) -> Hierarchy {
         between_members_std: (common.freedom > 0).then(|| common.between.sqrt()),
         shared_error: common.shared,
         groups: means.iter().zip(groups).map(pooled_group).collect(),
-        overall,
+        overall: overall.map(|(overall, _)| overall),
     }
 }
 
 impl Mean {
-    fn with_interval(value: f64, std: f64, deviations: f64, n: usize) -> Self {
-        let reach = deviations * std;
+    /// Makes the mean with an interval of so many `deviations` of its own error. The common error is normal; the half-widths of
+    /// the two parts add in quadrature, because they are independent.
+    fn with_interval(mean: Estimate, deviations: f64, n: usize) -> Self {
+        let value = mean.value();
+        let reach = (deviations * mean.own_std()).hypot(NORMAL_95 * mean.common_std());
         Self {
             value,
-            std,
+            std: mean.std(),
             interval95: [value - reach, value + reach],
             n,
         }
     }
 }
 
-fn shrunken((value, variance): (f64, f64)) -> Shrunken {
-    let reach = NORMAL_95 * variance.sqrt();
-    Shrunken {
-        value,
-        interval95: [value - reach, value + reach],
+impl From<Estimate> for Shrunken {
+    fn from(estimate: Estimate) -> Self {
+        let (value, reach) = (estimate.value(), NORMAL_95 * estimate.std());
+        Self {
+            value,
+            interval95: [value - reach, value + reach],
+        }
     }
 }
 
-fn overall(groups: &[Estimate], member_freedom: usize) -> Overall {
+/// Returns two or more groups together, and their mean; `None` with fewer.
+fn overall(groups: &[Estimate], member_freedom: usize) -> Option<(Overall, Estimate)> {
+    if groups.len() < 2 {
+        return None;
+    }
     let between = between_variance(&[groups]).unwrap_or(0.0);
     let weighted = Weighted::new(&[groups], between);
-    let mean = weighted.groups[0].map_or((f64::NAN, f64::NAN), |mean| (mean.value, mean.weights));
+    let mean = weighted.groups[0]?;
     // Hartung and Knapp (2001): var M = Σw (m − M)²/((k − 1) Σw), with w = 1/(var m + T²) and k − 1 degrees of freedom for
     // Student's t, but never less than the errors alone give, 1/Σw.
-    let std = (weighted.scatter().max(1.0) / mean.1).sqrt();
-    Overall {
-        mean: Mean::with_interval(mean.0, std, student95(weighted.freedom), groups.len()),
+    let std = (weighted.scatter().max(1.0) / mean.weights).sqrt();
+    let mean = Estimate::new(mean.value, std)?.with_common_error(mean.common_std);
+    let overall = Overall {
+        mean: Mean::with_interval(mean, student95(weighted.freedom), groups.len()),
         between_std: between.sqrt(),
         between_std_interval95: [0.975, 0.025].map(|part| {
             let scatter = quantile(part, groups.len() - 1, member_freedom);
             profile(groups, scatter).sqrt()
         }),
-    }
+    };
+    Some((overall, mean))
 }
 
 /// Returns a quantile of the weighted squares of means about their mean, with `freedom` degrees of freedom: of F if the
@@ -193,8 +206,7 @@ fn profile(groups: &[Estimate], scatter: f64) -> f64 {
 
 /// Mean to shrink estimates towards, by empirical Bayes.
 struct ShrinkageTarget {
-    /// The mean and the variance of its error.
-    mean: (f64, f64),
+    mean: Estimate,
     /// Variance of true values about the mean.
     between: f64,
     /// Degrees of freedom of the estimate of this variance.
@@ -202,7 +214,7 @@ struct ShrinkageTarget {
 }
 
 impl ShrinkageTarget {
-    /// Returns value and variance of the shrunken estimate; `None` with fewer than three degrees of freedom.
+    /// Returns the shrunken estimate; `None` with fewer than three degrees of freedom.
     ///
     /// The estimate moves by a fraction B of its distance to the mean, where B is the error's fraction of the variance.
     /// Because B is estimated, it is reduced by two degrees of freedom, and a variance of 2 B²/(freedom − 2) times the
@@ -212,19 +224,21 @@ impl ShrinkageTarget {
     /// ```text
     /// B = (ν − 2)/ν · V/(V + A),    θ = y + B (μ − y),    var θ = (1 − B) V + B² s² + 2/(ν − 2) · B² (μ − y)²
     /// ```
-    /// for a known B and μ, for the error of μ, and for that of B.
-    fn shrink(&self, estimate: Estimate) -> Option<(f64, f64)> {
+    /// for a known B and μ, for the error of μ, and for that of B. The common errors of y and μ, which have the same direction,
+    /// add with the same weights: (1 − B) c_y + B c_μ.
+    fn shrink(&self, estimate: Estimate) -> Option<Estimate> {
         let reduced_freedom = self
             .freedom
             .checked_sub(2)
             .filter(|reduced_freedom| *reduced_freedom > 0)? as f64;
         let error = estimate.variance();
         let part = reduced_freedom / self.freedom as f64 * error / (error + self.between);
-        let distance = self.mean.0 - estimate.value();
+        let distance = self.mean.value() - estimate.value();
         let value = estimate.value() + part * distance;
         let part_variance = 2.0 / reduced_freedom * (part * distance).powi(2);
-        let variance = (1.0 - part) * error + part * part * self.mean.1 + part_variance;
-        Some((value, variance))
+        let variance = (1.0 - part) * error + part * part * self.mean.variance() + part_variance;
+        let common_std = (1.0 - part) * estimate.common_std() + part * self.mean.common_std();
+        Some(Estimate::new(value, variance.sqrt())?.with_common_error(common_std))
     }
 }
 
@@ -247,6 +261,29 @@ mod tests {
         between_trials: f64,
         /// Fraction of the errors' variance that the trials of a person share.
         shared: f64,
+        /// Standard error that all trials of all people have in common.
+        common: f64,
+        /// Whether the common error is stated.
+        is_common_stated: bool,
+    }
+
+    impl Population {
+        /// Returns a population without common errors.
+        fn new(
+            (people, trials): (usize, usize),
+            (between_people, between_trials): (f64, f64),
+            shared: f64,
+        ) -> Self {
+            Self {
+                people,
+                trials,
+                between_people,
+                between_trials,
+                shared,
+                common: 0.0,
+                is_common_stated: true,
+            }
+        }
     }
 
     const MEAN: f64 = -8.5;
@@ -277,6 +314,10 @@ mod tests {
         for _ in 0..DRAWS {
             let mut truths = Vec::new();
             let mut groups = Vec::new();
+            let law = match population.common > 0.0 {
+                true => normal(0.0, 1.0),
+                false => 0.0,
+            };
             for _ in 0..population.people {
                 let person = normal(MEAN, population.between_people);
                 let common = population.shared.sqrt() * normal(0.0, 1.0);
@@ -285,7 +326,11 @@ mod tests {
                     let error = common + (1.0 - population.shared).sqrt() * normal(0.0, 1.0);
                     // Errors of 3 to 15 %.
                     let std = 0.03 * 5_f64.powf(normal(0.5, 0.25).clamp(0.0, 1.0));
-                    (trial, Estimate::new(trial + std * error, std).unwrap())
+                    // Its size depends on the trial: a law acts more at large amplitudes.
+                    let slope = population.common * (1.0 + (std - 0.067) / 0.2);
+                    let estimate = Estimate::new(trial + std * error + slope * law, std).unwrap();
+                    let stated = f64::from(u8::from(population.is_common_stated)) * slope;
+                    (trial, estimate.with_common_error(stated))
                 });
                 let (trial_truths, group): (Vec<f64>, Vec<Estimate>) = pairs.unzip();
                 truths.push((person, trial_truths));
@@ -332,13 +377,11 @@ mod tests {
             (5, 4, 0.3, 0.0, 0.9),
             (14, 10, 0.3, 0.0, 0.5),
         ] {
-            let coverage = coverage(&Population {
-                people,
-                trials,
-                between_people,
-                between_trials,
+            let coverage = coverage(&Population::new(
+                (people, trials),
+                (between_people, between_trials),
                 shared,
-            });
+            ));
             let message = format!("{people} people with {trials} trials: {coverage:?}");
             for part in [coverage.study, coverage.person] {
                 assert!((0.92..=0.995).contains(&part), "{message}");
@@ -360,15 +403,68 @@ mod tests {
         }
     }
 
+    /// The error of a law is the same in all trials of all people: it is in the intervals of all means, and no number of trials
+    /// makes them shorter than it.
+    #[test]
+    fn a_common_error_is_in_every_mean_and_does_not_shrink() {
+        for (people, trials, between_people, between_trials, shared) in [
+            (6, 4, 0.2, 0.1, 0.0),
+            (14, 10, 0.1, 0.05, 0.0),
+            (14, 10, 0.1, 0.0, 0.5),
+        ] {
+            let population = Population {
+                common: 0.15,
+                ..Population::new((people, trials), (between_people, between_trials), shared)
+            };
+            let stated = coverage(&population);
+            let message = format!("{people} people with {trials} trials: {stated:?}");
+            for part in [
+                stated.study,
+                stated.between,
+                stated.person,
+                stated.shrunken_person,
+                stated.shrunken_trial,
+            ] {
+                assert!((0.92..=0.995).contains(&part), "{message}");
+            }
+            // Unstated, it is missed.
+            let unstated = coverage(&Population {
+                is_common_stated: false,
+                ..population
+            });
+            assert!(unstated.study < 0.75, "{unstated:?}");
+            assert!(unstated.person < 0.75, "{unstated:?}");
+        }
+        for trials in [1, 4, 400] {
+            let group = || {
+                let estimates = estimates(&vec![5.0; trials], 0.1).into_iter();
+                let with_error = estimates.map(|estimate| estimate.with_common_error(0.2));
+                with_error.collect::<Vec<_>>()
+            };
+            let groups: Vec<_> = (0..20).map(|_| group()).collect();
+            let pooled = hierarchy(&groups);
+            let overall = pooled.overall.unwrap().mean;
+            let group = pooled.groups[0].as_ref().unwrap();
+            for (name, std, [low, high]) in [
+                ("study", overall.std, overall.interval95),
+                ("person", group.mean.std, group.mean.interval95),
+            ] {
+                let half_width = 0.5 * (high - low);
+                assert!(
+                    std >= 0.2 && half_width >= 0.2 * NORMAL_95,
+                    "{name} {trials}"
+                );
+                assert!(
+                    half_width < 0.3 * NORMAL_95,
+                    "{name} {trials}: {half_width}"
+                );
+            }
+        }
+    }
+
     #[test]
     fn a_single_participant_has_an_interval_of_their_own_trials() {
-        let coverage = coverage(&Population {
-            people: 1,
-            trials: 4,
-            between_people: 0.0,
-            between_trials: 0.1,
-            shared: 0.0,
-        });
+        let coverage = coverage(&Population::new((1, 4), (0.0, 0.1), 0.0));
         assert!((0.93..=0.98).contains(&coverage.person), "{coverage:?}");
         let pooled = hierarchy(&[estimates(&[5.0, 5.2], 0.01)]);
         assert_eq!(pooled.overall, None);

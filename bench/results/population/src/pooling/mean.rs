@@ -23,8 +23,14 @@ pub(crate) struct GroupMean {
     pub(crate) value: f64,
     /// Sum of the weights.
     pub(crate) weights: f64,
-    /// Weighted mean of the members' standard errors: the standard error of the mean if the members share their error.
+    /// Weighted mean of the members' own standard errors: the standard error of the mean if the members share their error.
     pub(crate) shared_std: f64,
+    /// Weighted mean of the members' common standard errors.
+    ///
+    /// For laws k with the errors δ_k ~ N(0, 1) and slopes g_jk, the common error of member j is Σ_k g_jk δ_k, with the standard
+    /// error c_j = |g_j|. That of the mean is |Σ w_j g_j|/Σw ≤ Σ w_j c_j/Σw, by the triangle inequality; equal if all g_j have
+    /// the same direction.
+    pub(crate) common_std: f64,
 }
 
 impl Weighted {
@@ -51,7 +57,8 @@ impl Weighted {
             weighted.groups.push((!group.is_empty()).then(|| GroupMean {
                 value,
                 weights,
-                shared_std: mean(Estimate::std),
+                shared_std: mean(Estimate::own_std),
+                common_std: mean(Estimate::common_std),
             }));
             if group.len() > 1 {
                 let square =
@@ -91,7 +98,7 @@ pub(crate) fn between_variance<G: AsRef<[Estimate]>>(groups: &[G]) -> Option<f64
     (weighted.freedom > 0).then(|| (surplus / weighted.growth).max(0.0))
 }
 
-/// Returns the mean, with its standard error, of estimates with independent errors that may scatter by more than these
+/// Returns the mean, with its standard error, of estimates whose own errors are independent and may scatter by more than these
 /// (DerSimonian and Laird 1986): estimates that agree are weighted by their errors, others nearly equally. `None` without
 /// estimates.
 #[must_use]
@@ -99,7 +106,8 @@ pub fn mean(estimates: &[Estimate]) -> Option<Estimate> {
     let groups = [estimates];
     let weighted = Weighted::new(&groups, between_variance(&groups).unwrap_or(0.0));
     let group_mean = weighted.groups[0]?;
-    Estimate::new(group_mean.value, group_mean.weights.sqrt().recip())
+    let mean = Estimate::new(group_mean.value, group_mean.weights.sqrt().recip())?;
+    Some(mean.with_common_error(group_mean.common_std))
 }
 
 #[cfg(test)]

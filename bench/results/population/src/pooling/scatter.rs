@@ -91,12 +91,14 @@ impl Scatter {
 
     /// Returns mean and standard error of a group.
     ///
-    /// m = Σwy/Σw with w = 1/(σ² + τ²) has the variance (1 − ρ)/Σw + ρ (Σwσ/Σw)²: of the independent and of the shared part.
+    /// m = Σwy/Σw with w = 1/(σ² + τ²) has the variance (1 − ρ)/Σw + ρ (Σwσ/Σw)²: of the independent and of the shared part. Its
+    /// common error is Σwc/Σw, regardless of the number of members.
     pub(crate) fn mean(&self, group: &[Estimate]) -> Option<Estimate> {
         let group_mean = Weighted::new(&[group], self.between).groups[0]?;
         let shared = if group.len() > 1 { self.shared } else { 0.0 };
         let variance = (1.0 - shared) / group_mean.weights + shared * group_mean.shared_std.powi(2);
-        Estimate::new(group_mean.value, variance.sqrt())
+        let mean = Estimate::new(group_mean.value, variance.sqrt())?;
+        Some(mean.with_common_error(group_mean.common_std))
     }
 
     /// Returns the half-width of the 95 % interval of a mean in standard errors: Student's if the variance between

@@ -3,13 +3,14 @@
 //! Each recording's fit gives the four parameters with the standard errors of their logarithms. `pooling` pools each
 //! parameter separately, in logarithms: trial < participant < study, all normal, by empirical Bayes. The prior of the fit
 //! is removed first, because it is the same in every trial and would be counted once for each. Recordings that the model
-//! does not fit are excluded. E and ν are the same for all, so that q0 E/(1 − ν²), the only measured combination, is
+//! does not fit are excluded. The fits with the laws in doubt and those within the published laws are pooled separately, in the same
+//! way. E and ν are the same for all, so that q0 E/(1 − ν²), the only measured combination, is
 //! pooled with q0.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use crate::pooling::{Estimate, Group, Hierarchy, hierarchy};
+use crate::pooling::{Estimate, Group, Hierarchy, Mean, Shrunken, hierarchy};
 use analysis::Analysis;
 use analysis::findings::RecordingFindings;
 use contact::uncertain::LogUncertain;
@@ -58,20 +59,25 @@ impl<T> Parameters<T> {
     }
 }
 
-/// Value with its 95 % interval.
+/// Value with its 95 % intervals.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Ranged {
     /// Value.
     pub value: f64,
-    /// 95 % interval.
+    /// 95 % interval, with the laws in doubt included.
     pub interval95: [f64; 2],
+    /// 95 % interval with the laws as published taken as true; `None` without a trial for which they hold.
+    pub interval95_within_laws: Option<[f64; 2]>,
 }
 
 impl Ranged {
-    fn from_ln(value: f64, interval95: [f64; 2]) -> Self {
+    /// Makes the range of a logarithm, given the interval of the logarithm within the laws.
+    fn from_ln(value: f64, interval95: [f64; 2], within_laws: Option<[f64; 2]>) -> Self {
+        let exp = |ends: [f64; 2]| ends.map(f64::exp);
         Self {
             value: value.exp(),
-            interval95: interval95.map(f64::exp),
+            interval95: exp(interval95),
+            interval95_within_laws: within_laws.map(exp),
         }
     }
 }
@@ -138,6 +144,8 @@ pub struct StudyParameter {
     pub between_participants_ln_std: Option<f64>,
     /// Its 95 % interval.
     pub between_participants_ln_std_interval95: Option<[f64; 2]>,
+    /// 95 % interval of that standard deviation with the laws as published taken as true.
+    pub between_participants_ln_std_interval95_within_laws: Option<[f64; 2]>,
     /// Pooled standard deviation of the logarithm between a participant's trials, except participants with significantly
     /// larger scatter; `None` if no participant has two trials.
     pub between_trials_ln_std: Option<f64>,
@@ -208,7 +216,12 @@ impl Skin {
             let trials = trials.map(|(trial, (findings, fit))| RecordingSkin {
                 path: findings.path.clone(),
                 parameters: Parameters::from_fn(|index| TrialParameter {
-                    raw: range(FIT_PARAMETERS[index](fit)),
+                    raw: Ranged {
+                        value: FIT_PARAMETERS[index](fit).value,
+                        interval95: FIT_PARAMETERS[index](fit).interval95(),
+                        interval95_within_laws: (findings.fit_within_laws())
+                            .map(|fit| FIT_PARAMETERS[index](fit).interval95()),
+                    },
                     shrunken: pooled_parameters[index].member(person, trial),
                 }),
             });
@@ -252,15 +265,14 @@ const FIT_PARAMETERS: [fn(&SharedFit) -> LogUncertain; 4] = [
     |fit| fit.tau_s,
 ];
 
-fn range(estimate: LogUncertain) -> Ranged {
-    Ranged {
-        value: estimate.value,
-        interval95: estimate.interval95(),
-    }
+/// Pooled parameter: with the laws in doubt, and within the published laws.
+struct PooledParameter {
+    total: PooledLevels,
+    within_laws: PooledLevels,
 }
 
-/// Pooled parameter.
-struct PooledParameter {
+/// Parameter pooled over the trials of each participant and over the participants.
+struct PooledLevels {
     hierarchy: Hierarchy,
     /// Index of each participant's trials among those that constrain the parameter.
     places: Vec<Vec<Option<usize>>>,
@@ -276,20 +288,15 @@ fn pool(people: &BTreeMap<&str, Fits<'_>>, priors: &TrialPriors) -> [PooledParam
         (FIT_PARAMETERS[3], priors.tau_s),
     ]
     .map(|(parameter, prior)| {
-        let (mut groups, mut places) = (Vec::new(), Vec::new());
-        for fits in people.values() {
-            let (mut group, mut place) = (Vec::new(), Vec::new());
-            for (_, fit) in &fits.recordings {
-                let estimate = data_estimate(parameter(fit), prior);
-                place.push(estimate.is_some().then_some(group.len()));
-                group.extend(estimate);
-            }
-            groups.push(group);
-            places.push(place);
-        }
+        let within_laws = |findings: &RecordingFindings| {
+            data_estimate(parameter(findings.fit_within_laws()?), prior)
+        };
         PooledParameter {
-            hierarchy: hierarchy(&groups),
-            places,
+            total: PooledLevels::new(people, |(findings, fit)| {
+                let total = data_estimate(parameter(fit), prior)?;
+                Some(with_law_error(total, within_laws(findings)))
+            }),
+            within_laws: PooledLevels::new(people, |(findings, _)| within_laws(findings)),
         }
     })
 }
@@ -300,41 +307,103 @@ fn data_estimate(posterior: LogUncertain, prior: LogNormal) -> Option<Estimate> 
     Estimate::new(posterior.value.ln(), posterior.ln_std)?.without_prior(prior)
 }
 
-impl PooledParameter {
+/// Divides the error of a trial into its own part and the part of the laws in doubt, which is common to all trials.
+///
+/// With the covariance C of the parameter θ and the laws' parameters δ, of prior precision P, the error within the laws has the
+/// variance W = C_θθ − C_θδ C_δδ⁻¹ C_δθ. Laws with the true values δ instead of their priors' means move the estimate by
+/// −C_θδ P δ, the same in all trials: a variance of C_θδ P C_δθ, no larger than C_θθ − W because C_δδ⁻¹ = P + (information of the
+/// data) ≥ P. The upper bound is used: exact if a trial says nothing about the laws, too large if it determines them. Without a
+/// fit within the laws all of the error may be common, and none of it is taken from the trial's own.
+fn with_law_error(total: Estimate, within_laws: Option<Estimate>) -> Estimate {
+    let variance = total.std() * total.std();
+    let Some(within_laws) = within_laws else {
+        return total.with_common_error(total.std());
+    };
+    let law_variance = (variance - within_laws.std() * within_laws.std()).max(0.0);
+    let own_std = total.std().min(within_laws.std());
+    Estimate::new(total.value(), own_std)
+        .map_or(total, |own| own.with_common_error(law_variance.sqrt()))
+}
+
+impl PooledLevels {
+    fn new(
+        people: &BTreeMap<&str, Fits<'_>>,
+        estimate: impl Fn(&(&RecordingFindings, &SharedFit)) -> Option<Estimate>,
+    ) -> Self {
+        let (mut groups, mut places) = (Vec::new(), Vec::new());
+        for fits in people.values() {
+            let (mut group, mut place) = (Vec::new(), Vec::new());
+            for recording in &fits.recordings {
+                let estimate = estimate(recording);
+                place.push(estimate.is_some().then_some(group.len()));
+                group.extend(estimate);
+            }
+            groups.push(group);
+            places.push(place);
+        }
+        Self {
+            hierarchy: hierarchy(&groups),
+            places,
+        }
+    }
+
     fn group(&self, person: usize) -> Option<&Group> {
         self.hierarchy.groups[person].as_ref()
     }
 
-    fn member(&self, person: usize, trial: usize) -> Option<Ranged> {
+    fn member(&self, person: usize, trial: usize) -> Option<Shrunken> {
         let place = self.places[person][trial]?;
-        let member = self.group(person)?.members.as_ref()?[place];
-        Some(Ranged::from_ln(member.value, member.interval95))
+        Some(self.group(person)?.members.as_ref()?[place])
+    }
+}
+
+impl PooledParameter {
+    fn member(&self, person: usize, trial: usize) -> Option<Ranged> {
+        let member = self.total.member(person, trial)?;
+        let within_laws = self.within_laws.member(person, trial);
+        Some(shrunken_range(member, within_laws))
     }
 
     fn person(&self, person: usize) -> Option<PersonParameter> {
-        let group = self.group(person)?;
-        let shrunken = group.shrunken;
+        let group = self.total.group(person)?;
+        let within_laws = self.within_laws.group(person);
         Some(PersonParameter {
-            mean: Ranged::from_ln(group.mean.value, group.mean.interval95),
+            mean: mean_range(group.mean, within_laws.map(|group| group.mean)),
             n_trials: group.mean.n,
             between_trials_ln_std: group.between_members_std,
-            shrunken: shrunken.map(|shrunken| Ranged::from_ln(shrunken.value, shrunken.interval95)),
+            shrunken: (group.shrunken).map(|shrunken| {
+                shrunken_range(shrunken, within_laws.and_then(|group| group.shrunken))
+            }),
         })
     }
 
     fn study(&self) -> StudyParameter {
-        let overall = self.hierarchy.overall;
+        let total = &self.total.hierarchy;
+        let within_laws = self.within_laws.hierarchy.overall;
+        let overall = total.overall;
         StudyParameter {
             mean: overall
-                .map(|overall| Ranged::from_ln(overall.mean.value, overall.mean.interval95)),
-            n_participants: self.hierarchy.groups.iter().flatten().count(),
+                .map(|overall| mean_range(overall.mean, within_laws.map(|overall| overall.mean))),
+            n_participants: total.groups.iter().flatten().count(),
             between_participants_ln_std: overall.map(|overall| overall.between_std),
             between_participants_ln_std_interval95: overall
                 .map(|overall| overall.between_std_interval95),
-            between_trials_ln_std: self.hierarchy.between_members_std,
-            shared_error_part: self.hierarchy.shared_error,
+            between_participants_ln_std_interval95_within_laws: within_laws
+                .map(|overall| overall.between_std_interval95),
+            between_trials_ln_std: total.between_members_std,
+            shared_error_part: total.shared_error,
         }
     }
+}
+
+fn mean_range(mean: Mean, within_laws: Option<Mean>) -> Ranged {
+    let within_laws = within_laws.map(|mean| mean.interval95);
+    Ranged::from_ln(mean.value, mean.interval95, within_laws)
+}
+
+fn shrunken_range(shrunken: Shrunken, within_laws: Option<Shrunken>) -> Ranged {
+    let within_laws = within_laws.map(|shrunken| shrunken.interval95);
+    Ranged::from_ln(shrunken.value, shrunken.interval95, within_laws)
 }
 
 #[cfg(test)]
@@ -358,5 +427,27 @@ mod tests {
         assert_relative_eq!(precise.std(), 0.02, max_relative = 1e-3);
         let imprecise = data_estimate(posterior(0.3), prior).unwrap();
         assert!(imprecise.value() > 220e-6_f64.ln() && imprecise.std() > 0.36);
+    }
+
+    /// A parameter θ of slope g in a law of prior δ ~ N(0, 1): y = θ + g δ + σ u, without information on δ, has the variance
+    /// σ² + g², of which g² is common.
+    #[test]
+    fn the_error_of_the_laws_is_common_to_the_trials() {
+        let estimate = |std| Estimate::new(1.0, std).unwrap();
+        let trials = vec![with_law_error(estimate(0.5), Some(estimate(0.3))); 100];
+        let pooled = hierarchy(&[trials]);
+        let mean = pooled.groups[0].as_ref().unwrap().mean;
+        assert!(mean.std >= 0.4 && mean.std < 0.5 + 1e-9, "{mean:?}");
+        assert_relative_eq!(
+            with_law_error(estimate(0.5), Some(estimate(0.3))).std(),
+            0.5,
+            max_relative = 1e-12
+        );
+        // A fit within the laws with larger errors, and none.
+        let total = with_law_error(estimate(0.5), Some(estimate(0.6)));
+        assert_eq!(total, estimate(0.5));
+        let unknown = with_law_error(estimate(0.5), None);
+        let pooled = hierarchy(&[vec![unknown; 100]]);
+        assert!(pooled.groups[0].as_ref().unwrap().mean.std >= 0.5);
     }
 }

@@ -9,7 +9,7 @@ use recording::disk;
 /// Name of the file.
 pub const SKIN_FILE: &str = "skin.csv";
 
-const HEADER: [&str; 13] = [
+const HEADER: [&str; 17] = [
     "level",
     "participant",
     "recording",
@@ -23,6 +23,10 @@ const HEADER: [&str; 13] = [
     "shrunken_low95",
     "shrunken_high95",
     "left_out",
+    "low95_within_laws",
+    "high95_within_laws",
+    "shrunken_low95_within_laws",
+    "shrunken_high95_within_laws",
 ];
 
 /// Row of the table; unknown values are empty.
@@ -50,6 +54,13 @@ impl Row<'_> {
             let [low, high] = ends.map(number);
             [number(range.map(|range| range.value)), low, high]
         };
+        let cells_within_laws = |range: Option<Ranged>| {
+            let ends = range.and_then(|range| range.interval95_within_laws);
+            [0, 1].map(|end| number(ends.map(|ends| ends[end])))
+        };
+        let [low_within_laws, high_within_laws] = cells_within_laws(self.value);
+        let [shrunken_low_within_laws, shrunken_high_within_laws] =
+            cells_within_laws(self.shrunken);
         let [value, low, high] = range_cells(self.value);
         let [shrunken, shrunken_low, shrunken_high] = range_cells(self.shrunken);
         [
@@ -66,6 +77,10 @@ impl Row<'_> {
             shrunken_low,
             shrunken_high,
             escaping::to_cell(&self.left_out),
+            low_within_laws,
+            high_within_laws,
+            shrunken_low_within_laws,
+            shrunken_high_within_laws,
         ]
     }
 }

@@ -11,10 +11,10 @@ const FORMATS: [(&str, f64, usize, &str); 4] = [
 ];
 
 impl Skin {
-    /// Returns a line for each participant with the 95 % intervals of the means, and two for the study; no lines if there
-    /// are no participants.
+    /// Returns the lines of each participant with the 95 % intervals of the means, and those of the study: each mean has a line
+    /// with the laws in doubt included, and one within the published laws. No lines if there are no participants.
     pub fn lines(&self) -> Vec<String> {
-        let mut lines: Vec<String> = self.participants.iter().map(person_line).collect();
+        let mut lines: Vec<String> = self.participants.iter().flat_map(person_lines).collect();
         let parameters = self.study.as_array();
         let people = parameters
             .map(|parameter| parameter.n_participants)
@@ -23,7 +23,11 @@ impl Skin {
         let people = people.filter(|_| parameters.iter().any(|parameter| parameter.mean.is_some()));
         if let Some(people) = people {
             let means = parameters.map(|parameter| parameter.mean);
-            lines.push(format!("mean of {people} participants{}", words(means)));
+            lines.push(format!(
+                "mean of {people} participants{}",
+                words(means, total)
+            ));
+            lines.extend(line_within_laws(means));
             let spread =
                 |(parameter, (symbol, ..)): (&StudyParameter, (&str, f64, usize, &str))| {
                     let std = parameter.between_participants_ln_std?;
@@ -40,7 +44,7 @@ impl Skin {
     }
 }
 
-fn person_line(person: &PersonSkin) -> String {
+fn person_lines(person: &PersonSkin) -> Vec<String> {
     let means = person
         .parameters
         .as_array()
@@ -54,13 +58,28 @@ fn person_line(person: &PersonSkin) -> String {
         n => format!(", {n} left out"),
     };
     let name = &person.participant;
-    format!("skin of {name}, {trials}{left_out}{}", words(means))
+    let words = words(means, total);
+    let mut lines = vec![format!("skin of {name}, {trials}{left_out}{words}")];
+    lines.extend(line_within_laws(means));
+    lines
 }
 
-fn words(means: [Option<Ranged>; 4]) -> String {
+/// An interval of a range.
+type IntervalOf = fn(&Ranged) -> Option<[f64; 2]>;
+
+fn total(range: &Ranged) -> Option<[f64; 2]> {
+    Some(range.interval95)
+}
+
+fn line_within_laws(means: [Option<Ranged>; 4]) -> Option<String> {
+    let words = words(means, |range| range.interval95_within_laws);
+    (!words.is_empty()).then(|| format!("  within the published laws{words}"))
+}
+
+fn words(means: [Option<Ranged>; 4], interval: IntervalOf) -> String {
     let texts = means.into_iter().zip(FORMATS);
     let texts = texts.filter_map(|(mean, (symbol, factor, decimals, unit))| {
-        let [low, high] = mean?.interval95.map(|end| end * factor);
+        let [low, high] = interval(&mean?)?.map(|end| end * factor);
         Some(format!(
             "{symbol} {low:.decimals$} to {high:.decimals$}{unit}"
         ))

@@ -57,6 +57,7 @@ fn recording(
     number: usize,
     participant: Option<&str>,
     trial: Option<SharedFit>,
+    within_laws: Option<SharedFit>,
 ) -> RecordingAnalysis {
     let participant_line =
         participant.map(|id| format!("participant = {{ id = \"{id}\", session = 1 }}"));
@@ -78,6 +79,7 @@ fn recording(
             explorations: Vec::new(),
             instances: Vec::new(),
             trial,
+            within_laws,
             model_check: Vec::new(),
             rejected: Vec::new(),
             flaws: Vec::new(),
@@ -90,7 +92,7 @@ fn study(trials: Vec<(Option<&str>, Option<SharedFit>)>) -> Analysis {
     Analysis {
         settings: Settings::default(),
         recordings: numbered
-            .map(|((participant, fit), number)| recording(number, participant, fit))
+            .map(|((participant, fit), number)| recording(number, participant, fit.clone(), fit))
             .collect(),
     }
 }
@@ -224,17 +226,25 @@ fn participants_and_the_study_have_means_and_unusable_fits_are_counted() {
         ("e", None)
     );
     let lines = skin.lines();
-    assert_eq!(lines.len(), 7);
+    assert_eq!(lines.len(), 12);
     assert!(
         lines[0].starts_with("skin of a, 3 trials, 1 left out: S 1"),
         "{lines:?}"
     );
-    assert_eq!(lines[4], "skin of e, 0 trials, 2 left out");
+    assert_eq!(
+        lines[1],
+        lines[0].replace(
+            "skin of a, 3 trials, 1 left out",
+            "  within the published laws"
+        )
+    );
+    assert_eq!(lines[8], "skin of e, 0 trials, 2 left out");
     assert!(
-        lines[5].starts_with("mean of 4 participants: S 190 to 273 mm², "),
+        lines[9].starts_with("mean of 4 participants: S 190 to 273 mm², "),
         "{lines:?}"
     );
-    assert!(lines[6].contains("τ ± 0 %"), "{lines:?}");
+    assert!(lines[10].starts_with("  within the published laws: S 190 to 273 mm², "));
+    assert!(lines[11].contains("τ ± 0 %"), "{lines:?}");
 }
 
 #[test]
@@ -255,7 +265,58 @@ fn a_single_trial_has_an_interval_and_unknown_values_are_null() {
     let trial = &json["participants"][0]["trials"][0]["contact_area_m2"];
     assert_eq!(trial["value"], 200e-6);
     assert_eq!(trial["shrunken"], Value::Null);
-    assert_eq!(skin.lines().len(), 1);
+    assert_eq!(skin.lines().len(), 2);
+}
+
+/// Laws in doubt make each S uncertain by 20 %, in the same direction in all trials; the published laws leave 5 %.
+#[test]
+fn the_error_of_the_laws_remains_in_the_means_and_not_in_those_within_the_laws() {
+    let mut recordings = Vec::new();
+    for person in ["a", "b", "c", "d"] {
+        for trial in 0..25 {
+            let scatter = if trial % 2 == 0 { 1.05 } else { 0.95 };
+            let within_laws = fit(scatter * 200e-6, 0.05);
+            let total = fit(scatter * 220e-6, 0.2);
+            let number = recordings.len();
+            let fits = (Some(total), Some(within_laws));
+            recordings.push(recording(number, Some(person), fits.0, fits.1));
+        }
+    }
+    // The published laws do not hold: the whole error may be common.
+    let total = Some(fit(220e-6, 0.2));
+    recordings.push(recording(100, Some("e"), total, Some(misfit_fit(100e-6))));
+    let analysed = Analysis {
+        settings: Settings::default(),
+        recordings,
+    };
+    let skin = Skin::from_analysis(&analysed);
+    let half_width = |[low, high]: [f64; 2]| (high / low).ln() / 2.0;
+    let area = skin.participants[0].parameters.contact_area_m2.unwrap();
+    let study = skin.study.contact_area_m2.mean.unwrap();
+    // √(0.2² − 0.05²) = 0.194, a little more without the prior.
+    for mean in [area.mean, study] {
+        let total = half_width(mean.interval95) / 1.96;
+        assert!((0.19..0.25).contains(&total), "{mean:?}");
+        let within_laws = mean.interval95_within_laws.unwrap();
+        assert!(half_width(within_laws) / 1.96 < 0.03, "{mean:?}");
+        assert!((within_laws[0] * within_laws[1]).sqrt() < 205e-6);
+        assert!(mean.value > 215e-6);
+    }
+    let unexplained = &skin.participants[4];
+    assert_eq!(unexplained.trials.len(), 1);
+    let area = unexplained.parameters.contact_area_m2.unwrap();
+    assert_eq!(area.mean.interval95_within_laws, None);
+    assert!(half_width(area.mean.interval95) / 1.96 >= 0.2);
+    let lines = skin.lines();
+    assert!(
+        lines[1].starts_with("  within the published laws: S 19"),
+        "{lines:?}"
+    );
+    let json = serde_json::to_value(&skin).unwrap();
+    let person = &json["participants"][0]["contact_area_m2"];
+    assert!(person["interval95_within_laws"][0].is_f64());
+    let trial = &json["participants"][4]["trials"][0]["contact_area_m2"];
+    assert_eq!(trial["interval95_within_laws"], Value::Null);
 }
 
 /// A parameter that a trial leaves to the prior is not pooled.

@@ -83,9 +83,9 @@ fn caption(methods: &[Method], courses: &[Course<'_>]) -> String {
     let instances = courses.iter().map(|course| course.instances().count());
     format!(
         "Frequency of the plate's resonance less that of the unloaded plate at the recording's beginning, at each of {} \
-         instances, by {}, with 95 % intervals, against the time since {}. The intervals hold the noise and what neighbouring \
-         residuals share; not the calibration's own errors, and not a law that is not the model's; none where the model of trial \
-         does not hold.{} Assumed: the modal mass of \
+         instances, by {}, with 95 % intervals, against the time since {}. The intervals include the noise, the correlation of \
+         neighbouring residuals and the stated errors of the calibration; those of trial are total, with the laws in doubt, and \
+         are missing where its model does not hold.{} Assumed: the modal mass of \
          the calibration, and by dynamic the skin of the settings.",
         instances.sum::<usize>(),
         names.join(" and "),

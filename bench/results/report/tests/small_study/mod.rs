@@ -6,10 +6,6 @@ use std::path::PathBuf;
 use analysis::attempts::AttemptAccount;
 use analysis::cluster_test::Clustered;
 use analysis::published::{Level, MethodStatistic, Statistic, StatisticRow, Statistics};
-use analysis::results::{
-    AveragedModel, Estimate, Instance, InstanceIntervals, Methods, Recording, RejectedRow, Std,
-    Trial, TrialEstimate, TrialIntervals,
-};
 use analysis::{Analysis, Settings};
 use population::law_check::LawCheck;
 use population::skin::{
@@ -18,6 +14,10 @@ use population::skin::{
 use protocols::Direction;
 use recording::study::TrialBlock;
 use report::Results;
+use report::recording_results::{
+    AveragedModel, Estimate, Instance, InstanceIntervals, Methods, Recording, RejectedRow, Std,
+    Trial, TrialEstimate, TrialIntervals,
+};
 use study::exclusions::{AllOrOne, Excluded, Exclusion, RecordingSelection};
 
 pub const HOSTILE: &str =
@@ -184,6 +184,13 @@ fn trial_estimate() -> TrialEstimate {
             mu0: [0.79, 0.81],
             resonance_shift_hz: Some([-1.5, f64::NAN]),
         }),
+        interval95_within_laws: Some(InstanceIntervals {
+            sigma_t_m: [1.86e-6, 1.94e-6],
+            z_t_re_n_s_per_m: [0.46, 0.48],
+            z_t_im_n_s_per_m: [-3.15, -3.05],
+            mu0: [0.795, 0.805],
+            resonance_shift_hz: None,
+        }),
     }
 }
 
@@ -209,10 +216,22 @@ fn trial() -> Trial {
             friction_floor: None,
             lateral_lag_s: None,
         }),
+        interval95_within_laws: Some(TrialIntervals {
+            contact_area_m2: [2.16e-4, 2.24e-4],
+            q0_rad_per_m: [2.15e4, 2.25e4],
+            loss_factor: [0.41, 0.43],
+            tau_s: [7.5e-4, 8.5e-4],
+            area_force_exponent: [0.25, 0.35],
+            film_mean_s: (),
+            lag_gap_exponent: [0.22, 0.28],
+            friction_floor: None,
+            lateral_lag_s: None,
+        }),
         n_instances: 2,
         verdict: "converged".to_owned(),
         model_misfit: false,
         misfit: Vec::new(),
+        misfit_within_laws: Vec::new(),
     }
 }
 
@@ -220,16 +239,19 @@ fn skin(participant: &str) -> Skin {
     let raw = Ranged {
         value: 2.2e-4,
         interval95: [2.1e-4, 2.3e-4],
+        interval95_within_laws: Some([2.17e-4, 2.23e-4]),
     };
     let shrunken = Some(Ranged {
         value: 2.25e-4,
         interval95: [2.15e-4, 2.35e-4],
+        interval95_within_laws: None,
     });
     let unknown = StudyParameter {
         mean: None,
         n_participants: 0,
         between_participants_ln_std: None,
         between_participants_ln_std_interval95: None,
+        between_participants_ln_std_interval95_within_laws: None,
         between_trials_ln_std: None,
         shared_error_part: 0.0,
     };
@@ -237,10 +259,12 @@ fn skin(participant: &str) -> Skin {
         mean: Some(Ranged {
             value: 2.3e-4,
             interval95: [2.0e-4, 2.6e-4],
+            interval95_within_laws: Some([2.2e-4, 2.4e-4]),
         }),
         n_participants: 4,
         between_participants_ln_std: Some(0.12),
         between_participants_ln_std_interval95: Some([0.05, 0.4]),
+        between_participants_ln_std_interval95_within_laws: Some([0.06, 0.3]),
         between_trials_ln_std: Some(0.04),
         shared_error_part: 0.3,
     };
@@ -248,6 +272,7 @@ fn skin(participant: &str) -> Skin {
         raw: Ranged {
             value,
             interval95: [0.9 * value, 1.1 * value],
+            interval95_within_laws: None,
         },
         shrunken: None,
     };

@@ -186,5 +186,6 @@ pub fn conditions() -> FitConditions {
         z_p_plain_n_s_per_m: Z_P,
         z_p_corrected_n_s_per_m: Z_P,
         calibration: CalibrationErrors::default(),
+        mode_across: None,
     }
 }

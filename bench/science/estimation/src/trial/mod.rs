@@ -61,6 +61,9 @@ pub struct TrialFit {
     pub shared: SharedFit,
     /// Each instance, in the order given.
     pub instances: Vec<InstanceFit>,
+    /// The whole fit with the laws as published taken as true, so that its errors include no doubt about them; `None` in that fit
+    /// itself.
+    pub within_laws: Option<Box<TrialFit>>,
 }
 
 /// Fits all instances of a trial, using the plate's `readings`.
@@ -83,5 +86,13 @@ pub fn fit(
     let friction = solution.friction();
     let instances = solution.instance_fits(friction.as_ref())?;
     let shared = solution.shared_fit(friction.as_ref(), &instances);
-    Ok(TrialFit { shared, instances })
+    let within_laws = TrialFit {
+        shared,
+        instances,
+        within_laws: None,
+    };
+    Ok(TrialFit {
+        within_laws: Some(Box::new(within_laws.clone())),
+        ..within_laws
+    })
 }

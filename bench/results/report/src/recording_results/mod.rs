@@ -2,14 +2,15 @@
 
 mod rows;
 
+use analysis::findings::{
+    Band, InstanceAnalysis, InstanceEstimate, RecordingAnalysis, RecordingFindings,
+};
+use analysis::within_laws::WithinLaws;
 use contact::uncertain::{LogUncertain, Uncertain};
 use estimation::Sensitivities;
 use estimation::trial::SharedFit;
 use num_complex::Complex64;
 
-use crate::estimate::{InstanceAnalysis, InstanceEstimate};
-use crate::findings::RecordingAnalysis;
-use crate::model_check::Band;
 pub use rows::{
     AveragedModel, BandRow, Estimate, Instance, InstanceIntervals, Interval, Methods, Parts,
     PickupUndone, Recording, RejectedRow, RestSamples, SensitivityRow, SensitivityRows, Std, Trial,
@@ -77,8 +78,7 @@ impl From<&RecordingAnalysis> for Recording {
                 .iter()
                 .map(|instance| Instance::new(instance, &trial_signs))
                 .collect(),
-            trial: (findings.trial.as_ref())
-                .map(|shared| Trial::new(shared, findings.instances.len())),
+            trial: (findings.trial.as_ref()).map(|shared| Trial::new(shared, findings)),
             model_check: findings.model_check.iter().map(BandRow::from).collect(),
             rejected: findings
                 .rejected
@@ -109,15 +109,17 @@ impl Instance {
                 paper: Estimate::from(&instance.paper),
                 dynamic: Estimate::from(&instance.dynamic),
             },
-            trial: (instance.trial.as_ref())
-                .map(|estimated| TrialEstimate::new(estimated, trial_signs)),
+            trial: (instance.trial.as_ref()).map(|estimated| {
+                let within_laws = instance.within_laws.as_ref();
+                TrialEstimate::new(estimated, within_laws, trial_signs)
+            }),
         }
     }
 }
 
 impl Trial {
-    fn new(shared: &SharedFit, instances: usize) -> Self {
-        let interval = |value: Option<Uncertain>| value.map(|value| value.interval95());
+    fn new(shared: &SharedFit, findings: &RecordingFindings) -> Self {
+        let misfit_within_laws = findings.within_laws.as_ref();
         Self {
             contact_area_m2: shared.contact_area_m2.value,
             q0_rad_per_m: shared.q0_rad_per_m.value,
@@ -128,48 +130,84 @@ impl Trial {
             lag_gap_exponent: shared.lag_exponent.value,
             friction_floor: shared.friction_floor.map(|floor| floor.value),
             lateral_lag_s: shared.lateral_lag_s.map(|lag| lag.value),
-            interval95: shared.misfit.is_empty().then(|| TrialIntervals {
-                contact_area_m2: shared.contact_area_m2.interval95(),
-                q0_rad_per_m: shared.q0_rad_per_m.interval95(),
-                loss_factor: shared.loss_factor.interval95(),
-                tau_s: shared.tau_s.interval95(),
-                area_force_exponent: shared.area_exponent.interval95(),
-                film_mean_s: (),
-                lag_gap_exponent: shared.lag_exponent.interval95(),
-                friction_floor: interval(shared.friction_floor),
-                lateral_lag_s: interval(shared.lateral_lag_s),
-            }),
-            n_instances: instances,
+            interval95: (shared.misfit.is_empty()).then(|| TrialIntervals::from(shared)),
+            interval95_within_laws: findings.fit_within_laws().map(TrialIntervals::from),
+            n_instances: findings.instances.len(),
             verdict: shared.verdict.to_string(),
             model_misfit: !shared.misfit.is_empty(),
             misfit: texts(&shared.misfit),
+            misfit_within_laws: misfit_within_laws
+                .map_or_else(Vec::new, |shared| texts(&shared.misfit)),
+        }
+    }
+}
+
+impl From<&SharedFit> for TrialIntervals {
+    fn from(shared: &SharedFit) -> Self {
+        let interval = |value: Option<Uncertain>| value.map(|value| value.interval95());
+        Self {
+            contact_area_m2: shared.contact_area_m2.interval95(),
+            q0_rad_per_m: shared.q0_rad_per_m.interval95(),
+            loss_factor: shared.loss_factor.interval95(),
+            tau_s: shared.tau_s.interval95(),
+            area_force_exponent: shared.area_exponent.interval95(),
+            film_mean_s: (),
+            lag_gap_exponent: shared.lag_exponent.interval95(),
+            friction_floor: interval(shared.friction_floor),
+            lateral_lag_s: interval(shared.lateral_lag_s),
         }
     }
 }
 
 impl TrialEstimate {
-    fn new(estimated: &InstanceEstimate, signs: &[String]) -> Self {
-        let interval = |value: f64, std: f64| Uncertain { value, std }.interval95();
-        let (z_t, z_t_std) = (estimated.z_t_n_s_per_m, estimated.z_t_std_n_s_per_m);
-        let sigma_t = LogUncertain {
-            value: estimated.sigma_t_m,
-            ln_std: estimated.sigma_t_std_m / estimated.sigma_t_m,
-        };
+    fn new(
+        estimated: &InstanceEstimate,
+        within_laws: Option<&WithinLaws>,
+        signs: &[String],
+    ) -> Self {
         Self {
             estimate: Estimate {
                 model_misfit: !signs.is_empty(),
                 misfit: signs.to_vec(),
                 ..Estimate::from(estimated)
             },
-            interval95: signs.is_empty().then(|| InstanceIntervals {
-                sigma_t_m: sigma_t.interval95(),
-                z_t_re_n_s_per_m: interval(z_t.re, z_t_std.re),
-                z_t_im_n_s_per_m: interval(z_t.im, z_t_std.im),
-                mu0: interval(estimated.mu0, estimated.mu0_std),
-                resonance_shift_hz: estimated.plate_offset.map(|offset| {
-                    interval(offset.resonance_shift_hz, offset.resonance_shift_std_hz)
-                }),
-            }),
+            interval95: (signs.is_empty()).then(|| InstanceIntervals::from(estimated)),
+            interval95_within_laws: within_laws.map(InstanceIntervals::from),
+        }
+    }
+}
+
+fn interval(value: f64, std: f64) -> Interval {
+    Uncertain { value, std }.interval95()
+}
+
+impl From<&InstanceEstimate> for InstanceIntervals {
+    fn from(estimated: &InstanceEstimate) -> Self {
+        let (z_t, z_t_std) = (estimated.z_t_n_s_per_m, estimated.z_t_std_n_s_per_m);
+        let sigma_t = LogUncertain {
+            value: estimated.sigma_t_m,
+            ln_std: estimated.sigma_t_std_m / estimated.sigma_t_m,
+        };
+        Self {
+            sigma_t_m: sigma_t.interval95(),
+            z_t_re_n_s_per_m: interval(z_t.re, z_t_std.re),
+            z_t_im_n_s_per_m: interval(z_t.im, z_t_std.im),
+            mu0: interval(estimated.mu0, estimated.mu0_std),
+            resonance_shift_hz: (estimated.plate_offset)
+                .map(|offset| interval(offset.resonance_shift_hz, offset.resonance_shift_std_hz)),
+        }
+    }
+}
+
+impl From<&WithinLaws> for InstanceIntervals {
+    fn from(estimated: &WithinLaws) -> Self {
+        let (z_t, z_t_std) = (estimated.z_t_n_s_per_m, estimated.z_t_std_n_s_per_m);
+        Self {
+            sigma_t_m: estimated.sigma_t_m.interval95(),
+            z_t_re_n_s_per_m: interval(z_t.re, z_t_std.re),
+            z_t_im_n_s_per_m: interval(z_t.im, z_t_std.im),
+            mu0: estimated.mu0.interval95(),
+            resonance_shift_hz: Some(estimated.resonance_shift_hz.interval95()),
         }
     }
 }

@@ -15,7 +15,7 @@ pub type Parts = [f64; 2];
 pub struct Recording {
     /// Folder, as given.
     pub path: String,
-    /// Participant, as in [`crate::RecordingAnalysis::participant`].
+    /// Participant, as in [`analysis::RecordingAnalysis::participant`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub participant: Option<String>,
     /// Whether its constants are those of the configuration instead of measured ones.
@@ -113,8 +113,10 @@ pub struct Trial {
     pub friction_floor: Option<f64>,
     /// Lag of the lateral force, s; `None` if the measured friction could not be fitted.
     pub lateral_lag_s: Option<f64>,
-    /// 95 % intervals; `None` if the model does not fit.
+    /// 95 % intervals, with the laws in doubt included; `None` if the model does not fit.
     pub interval95: Option<TrialIntervals>,
+    /// 95 % intervals with the laws as published taken as true; `None` if these do not hold.
+    pub interval95_within_laws: Option<TrialIntervals>,
     /// Number of instances.
     pub n_instances: usize,
     /// Verdict on the fit.
@@ -123,6 +125,8 @@ pub struct Trial {
     pub model_misfit: bool,
     /// Signs of misfit, in words.
     pub misfit: Vec<String>,
+    /// Signs that the laws as published do not hold, in words.
+    pub misfit_within_laws: Vec<String>,
 }
 
 /// 95 % intervals of the shared parameters.
@@ -147,8 +151,10 @@ pub struct TrialEstimate {
     /// Estimate.
     #[serde(flatten)]
     pub estimate: Estimate,
-    /// 95 % intervals; `None` if the model does not fit.
+    /// 95 % intervals, with the laws in doubt included; `None` if the model does not fit.
     pub interval95: Option<InstanceIntervals>,
+    /// 95 % intervals with the laws as published taken as true; `None` if these do not hold.
+    pub interval95_within_laws: Option<InstanceIntervals>,
 }
 
 /// 95 % intervals of an instance's parameters.

@@ -1,0 +1,135 @@
+//! Tables of a recording, compared with its results.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "a helper that fails fails its test, as in the tests themselves"
+)]
+
+use std::fs;
+use std::path::Path;
+
+use analysis::{Analysis, Settings, tables};
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::Field;
+use report::recording_results::Recording;
+use serde_json::Value;
+
+/// Returns the analysis of a simulation in which every assumption is wrong (bench/tests/data/reference/README.md).
+fn unknown_skin() -> Analysis {
+    let folder =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/reference/recording-d");
+    analysis::analyse(&[folder], &Settings::default(), |_| ())
+}
+
+/// Returns the place of a column's name at which `_within_laws` is inserted: before its unit, or before `_std` and `_ln_std`.
+fn name_end(name: &str, is_std: bool) -> usize {
+    let place = match is_std {
+        true => name.find("_ln_std").or_else(|| name.find("_std")),
+        false => ["_rad_per_m", "_m2", "_s", "_hz"]
+            .iter()
+            .find_map(|unit| Some(name.strip_suffix(unit)?.len())),
+    };
+    place.unwrap_or(name.len())
+}
+
+/// Rows of a table, each by the names of its columns.
+fn table(file: &Path) -> Vec<Vec<(String, Field)>> {
+    let reader = SerializedFileReader::new(fs::File::open(file).unwrap()).unwrap();
+    let rows = reader.get_row_iter(None).unwrap();
+    rows.map(|row| row.unwrap().into_columns()).collect()
+}
+
+#[test]
+fn the_table_of_instances_agrees_with_the_results() {
+    let folder = tempfile::tempdir().unwrap();
+    let analysed = unknown_skin();
+    tables::write(&analysed, folder.path()).unwrap();
+    let recording = serde_json::to_value(Recording::from(&analysed.recordings[0])).unwrap();
+    let shared = &recording["trial"];
+    let rows = table(&folder.path().join(tables::INSTANCES_FILE));
+    let instances = recording["instances"].as_array().unwrap();
+    assert_eq!(rows.len(), 3 * instances.len());
+    let mut comparisons = 0;
+    for row in rows {
+        let field = |name: &str| {
+            let cell = row.iter().find(|(column, _)| column == name);
+            &cell.unwrap_or_else(|| panic!("no column {name}")).1
+        };
+        let real = |name: &str| match field(name) {
+            Field::Double(value) => *value,
+            cell => panic!("{name} is {cell:?}"),
+        };
+        let (Field::Str(method), Field::Long(number)) = (field("method"), field("instance")) else {
+            panic!("{row:?}");
+        };
+        // This skin is none that `dynamic` assumes.
+        assert_eq!(field("model_misfit"), &Field::Bool(method == "dynamic"));
+        if method != "trial" {
+            let estimate = &instances[*number as usize - 1][method];
+            let signs = estimate["misfit"].as_array().unwrap().iter();
+            let signs: Vec<&str> = signs.map(|sign| sign.as_str().unwrap()).collect();
+            assert_eq!(field("misfit"), &Field::Str(signs.join("; ")));
+            assert_eq!(estimate["model_misfit"], method == "dynamic");
+            for name in ["area_force_exponent", "film_mean_s", "lag_gap_exponent"] {
+                assert_eq!(real(name), 0.0, "{name}");
+            }
+            for name in ["q0_ln_std", "film_mean_ln_std", "shared_tau_s"] {
+                assert!(real(name).is_nan(), "{name}");
+            }
+            continue;
+        }
+        let trial = &instances[*number as usize - 1]["trial"];
+        assert_eq!(field("verdict"), &Field::Str("converged".to_owned()));
+        assert_eq!(shared["verdict"], "converged");
+        assert_eq!(field("misfit"), &Field::Str(String::new()));
+        let assert_close = |name: &str, value: f64, result: &Value| {
+            let expected = result.as_f64().unwrap();
+            let slack = 1e-6 * expected.abs().max(1e-9);
+            assert!(
+                (value - expected).abs() <= slack,
+                "{name}: {value} {result}"
+            );
+        };
+        // Ends of the interval, computed as docs/RECORDING.md describes.
+        let ends = |column: &str, std: &str| {
+            let (value, deviations) = (real(column), 1.959_964 * real(std));
+            [-deviations, deviations].map(|distance| match std.ends_with("_ln_std") {
+                true => value * distance.exp(),
+                false => value + distance,
+            })
+        };
+        let mut assert_column = |column: &str, std: &str, result: &Value, key: &str| {
+            assert_close(column, real(column), &result[key]);
+            for (suffix, intervals) in [
+                ("", &result["interval95"]),
+                ("_within_laws", &result["interval95_within_laws"]),
+            ] {
+                let [column, std] = [(column, false), (std, true)].map(|(name, is_std)| {
+                    let place = name_end(name, is_std);
+                    format!("{}{suffix}{}", &name[..place], &name[place..])
+                });
+                let [low, high] = ends(&column, &std);
+                assert_close(&std, low, &intervals[key][0]);
+                assert_close(&std, high, &intervals[key][1]);
+                comparisons += 1;
+            }
+        };
+        for (column, std) in [
+            ("contact_area_m2", "contact_area_ln_std"),
+            ("q0_rad_per_m", "q0_ln_std"),
+            ("loss_factor", "loss_factor_ln_std"),
+            ("area_force_exponent", "area_force_exponent_std"),
+            ("lag_gap_exponent", "lag_gap_exponent_std"),
+            ("friction_floor", "friction_floor_std"),
+            ("lateral_lag_s", "lateral_lag_std_s"),
+        ] {
+            assert_column(column, std, shared, column);
+        }
+        assert_column("shared_tau_s", "shared_tau_ln_std", shared, "tau_s");
+        assert_column("mu0", "mu0_std", trial, "mu0");
+        let shift = "resonance_shift_hz";
+        assert_column(shift, "resonance_shift_std_hz", trial, shift);
+        assert_close("tau_s", real("tau_s"), &trial["tau_s"]);
+    }
+    assert_eq!(comparisons, 2 * 10 * instances.len());
+}

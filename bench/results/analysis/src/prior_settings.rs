@@ -1,6 +1,8 @@
 //! Priors of `trial`, as printed in results and as named in settings.
 
-use estimation::trial::{LogNormal, Normal, TrialPriors};
+use std::collections::BTreeMap;
+
+use estimation::trial::{LawPriors, LogNormal, Normal, TrialPriors};
 use serde::{Serialize, Serializer};
 
 use crate::assumable::{AllowedValues, FINITE, Number, POSITIVE};
@@ -32,6 +34,7 @@ struct PrintedPriors {
     residual_mobility_std_m_per_n_s: f64,
     plate_reactance_std_n_s_per_m: f64,
     plate_damping_std_n_s_per_m: f64,
+    laws: BTreeMap<&'static str, PrintedNormal>,
 }
 
 #[derive(Serialize)]
@@ -74,6 +77,9 @@ pub(crate) fn print<S: Serializer>(priors: &TrialPriors, serializer: S) -> Resul
         residual_mobility_std_m_per_n_s: priors.residual_mobility_std_m_per_n_s,
         plate_reactance_std_n_s_per_m: priors.plate_reactance_std_n_s_per_m,
         plate_damping_std_n_s_per_m: priors.plate_damping_std_n_s_per_m,
+        laws: LawPriors::named(&mut { priors.laws })
+            .map(|(name, prior)| (name, (*prior).into()))
+            .into(),
     }
     .serialize(serializer)
 }
@@ -94,6 +100,7 @@ pub(crate) fn numbers(priors: &mut TrialPriors) -> Vec<Number<'_>> {
         residual_mobility_std_m_per_n_s,
         plate_reactance_std_n_s_per_m,
         plate_damping_std_n_s_per_m,
+        laws,
     } = priors;
     let log_normals = [
         ("contact_area_m2", contact_area_m2),
@@ -131,7 +138,11 @@ pub(crate) fn numbers(priors: &mut TrialPriors) -> Vec<Number<'_>> {
             number(format!("{name}.ln_std"), SPREAD, &mut prior.ln_std),
         ]
     });
-    let normals = normals.into_iter().flat_map(|(name, prior)| {
+    let laws = laws
+        .named()
+        .map(|(name, prior)| (format!("laws.{name}"), prior));
+    let normals = normals.map(|(name, prior)| (name.to_owned(), prior));
+    let normals = normals.into_iter().chain(laws).flat_map(|(name, prior)| {
         [
             number(format!("{name}.mean"), FINITE, &mut prior.mean),
             number(format!("{name}.std"), SPREAD, &mut prior.std),

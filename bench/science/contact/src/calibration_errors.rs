@@ -8,11 +8,14 @@ use nalgebra::SMatrix;
 
 use crate::parameters::{FINGER_ANGLE, LN_FINGER, LN_FORCE, LN_RATIO, PARAMETERS};
 
-/// Number of errors that act on the parameters of the impedance: four of the calibration, and [`OTHER_MODES`].
-pub const ERRORS: usize = 5;
+/// Number of errors that act on the parameters of the impedance: four of the calibration, [`OTHER_MODES`] and [`LAWS`].
+pub const ERRORS: usize = 6;
 
 /// Effect of other modes of the plate on the film's amplitude, which no calibration states.
 pub const OTHER_MODES: usize = 4;
+
+/// Distance between a fit with the laws as published and one with laws in doubt, while the data do not reject the former.
+pub const LAWS: usize = 5;
 
 /// Effect of one standard deviation of each error on the parameters.
 pub type ByError<const N: usize> = SMatrix<f64, N, ERRORS>;

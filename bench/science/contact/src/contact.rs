@@ -31,11 +31,15 @@ const GAP_FACTOR: f64 = 1.257_767;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
     assumed: AssumedConstants,
-    sigma_t_m: f64,
+    pub(crate) sigma_t_m: f64,
     /// p_c S/σ_t, N/m.
-    asperity_n_per_m: f64,
+    pub(crate) asperity_n_per_m: f64,
     /// (5/4) p0 S, N.
     squeeze_n: f64,
+    /// p0 S, N.
+    pub(crate) ambient_n: f64,
+    /// Share of the film that answers at the carrier as trapped air; 0 in the published law.
+    pub(crate) trapped_share: f64,
 }
 
 /// Solves the gap equation for each sample's contact, amplitude and normal force, each started from the two previous samples.
@@ -121,6 +125,8 @@ impl Contact {
             sigma_t_m,
             asperity_n_per_m: assumed.asperity_scale_n_per_m(),
             squeeze_n: assumed.squeeze_scale_n(),
+            ambient_n: assumed.ambient_pressure_pa * assumed.contact_area_m2,
+            trapped_share: 0.0,
         })
     }
 
@@ -131,9 +137,28 @@ impl Contact {
                 contact_area_m2: self.assumed.contact_area_m2 * ratio,
                 ..self.assumed
             },
-            sigma_t_m: self.sigma_t_m,
             asperity_n_per_m: self.asperity_n_per_m * ratio,
             squeeze_n: self.squeeze_n * ratio,
+            ambient_n: self.ambient_n * ratio,
+            ..*self
+        }
+    }
+
+    /// Returns the contact with the asperities' force multiplied by `ratio` at every gap.
+    pub fn with_asperity_ratio(&self, ratio: f64) -> Self {
+        Self {
+            asperity_n_per_m: self.asperity_n_per_m * ratio,
+            ..*self
+        }
+    }
+
+    /// Returns the contact with a film whose squared amplitude, averaged over the contact, is `mean_square` times that given, and
+    /// of which `trapped_share` answers at the carrier as trapped air. The published film has 1 and 0.
+    pub fn with_film(&self, mean_square: f64, trapped_share: f64) -> Self {
+        Self {
+            squeeze_n: self.squeeze_n * mean_square,
+            trapped_share,
+            ..*self
         }
     }
 
@@ -158,6 +183,11 @@ impl Contact {
     /// Returns p_c S, N: the force that the asperities would carry at zero gap (Huloux 2021, Eq. 15).
     pub fn asperity_limit_n(&self) -> f64 {
         self.asperity_n_per_m * self.sigma_t_m
+    }
+
+    /// Returns (5/4) p0 S times the film's mean square, N.
+    pub(crate) fn squeeze_scale_n(&self) -> f64 {
+        self.squeeze_n
     }
 
     /// Returns the asperities' force f_r = p_c S exp(−x/σ_t), N (Huloux 2021, Eq. 15).
@@ -285,21 +315,8 @@ impl Contact {
             by_ln_q0: by_ln_area * asperity_share,
             by_ln_film: by_ln_area * (1.0 - asperity_share),
             by_ln_force: -by_ln_area,
+            by_trapped_share: 0.0,
         }
-    }
-
-    /// Returns k_c = p_c S e^(−x/σ_t)/σ_t + 2 · (5/4) p0 S |x̃_p|²/x³, N/m (Huloux 2021, Eqs. 14, 15, 18), whether or
-    /// not the forces balance: k_c = −∂(f_r + f_s)/∂x at constant amplitude.
-    pub fn stiffness_n_per_m(&self, gap_m: f64, amplitude_m: f64) -> f64 {
-        self.asperity_n_per_m * (-gap_m / self.sigma_t_m).exp()
-            + 2.0 * self.squeeze_force_n(gap_m, amplitude_m) / gap_m
-    }
-
-    /// Returns ∂k_c/∂x of [`stiffness_n_per_m`](Self::stiffness_n_per_m), N/m², negative at every gap.
-    pub fn stiffness_slope_n_per_m2(&self, gap_m: f64, amplitude_m: f64) -> f64 {
-        // ∂k_c/∂x = −f_r/σ_t² − 6 f_s/x².
-        let asperity = self.asperity_n_per_m * (-gap_m / self.sigma_t_m).exp();
-        -asperity / self.sigma_t_m - 6.0 * self.squeeze_force_n(gap_m, amplitude_m) / gap_m.powi(2)
     }
 
     /// Returns k_c = f_r/σ_t + 2 f_s/x, N/m, with f_s = ⟨f_c⟩ − f_r: Eq. 18 in force balance, which needs no amplitude.
@@ -316,22 +333,6 @@ impl Contact {
             - 2.0 * (normal_n - asperity_n) / gap_m.powi(2)
     }
 
-    /// Returns the derivatives of [`stiffness_n_per_m`](Self::stiffness_n_per_m) by the contact at constant gap and amplitude,
-    /// N/m.
-    pub fn stiffness_slopes_n_per_m(&self, gap_m: f64, amplitude_m: f64) -> ContactSlopes {
-        // k_c = a e^(−u) + 2 f_s/x; a = p_c S/σ_t does not depend on σ_t, and ∂e^(−u)/∂ln σ_t = u e^(−u).
-        let u = gap_m / self.sigma_t_m;
-        let asperity = self.asperity_n_per_m * (-u).exp();
-        let squeeze = 2.0 * self.squeeze_force_n(gap_m, amplitude_m) / gap_m;
-        ContactSlopes {
-            by_ln_sigma_t: asperity * u,
-            by_ln_area: asperity + squeeze,
-            by_ln_q0: asperity,
-            by_ln_film: squeeze,
-            by_ln_force: 0.0,
-        }
-    }
-
     /// Returns the derivatives of [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m) by the contact at constant
     /// gap and normal force, N/m.
     pub fn balance_stiffness_slopes_n_per_m(&self, gap_m: f64) -> ContactSlopes {
@@ -346,6 +347,7 @@ impl Contact {
             by_ln_q0: by_asperity,
             by_ln_film: 0.0,
             by_ln_force: 0.0,
+            by_trapped_share: 0.0,
         }
     }
 
@@ -451,51 +453,6 @@ impl Contact {
         Ok(counts)
     }
 
-    /// Returns the gap at which [`stiffness_n_per_m`](Self::stiffness_n_per_m) is `k_c_n_per_m` at this amplitude, m. It needs
-    /// neither the normal force nor a steady state, and is unique for every stiffness.
-    ///
-    /// # Errors
-    /// If the amplitude is negative, the stiffness not positive, or, at zero amplitude, the stiffness not below p_c
-    /// S/σ_t.
-    pub fn gap_from_stiffness_m(
-        &self,
-        k_c_n_per_m: f64,
-        amplitude_m: f64,
-    ) -> Result<f64, ModelError> {
-        not_negative("amplitude", "m", amplitude_m)?;
-        // k_c = a e^(−u) + q/u³ with u = x/σ_t, a = p_c S/σ_t and q = 2 · (5/4) p0 S |x̃_p|²/σ_t³.
-        let squeeze = 2.0 * self.squeeze_n * amplitude_m.powi(2) / self.sigma_t_m.powi(3);
-        let possible = k_c_n_per_m.is_finite()
-            && k_c_n_per_m > 0.0
-            && squeeze.is_finite()
-            && (squeeze > 0.0 || k_c_n_per_m < self.asperity_n_per_m);
-        if !possible {
-            return Err(ModelError::NoGapForStiffness {
-                k_c_n_per_m,
-                limit_n_per_m: self.asperity_n_per_m,
-            });
-        }
-        // Either term alone gives a lower bound, u ≥ ln(a/k_c) and u ≥ ∛(q/k_c); each term at half the target gives an upper
-        // bound.
-        let single_term = |target: f64| {
-            (self.asperity_n_per_m / target)
-                .ln()
-                .max((squeeze / target).cbrt())
-        };
-        let (lo, hi) = (single_term(k_c_n_per_m), single_term(0.5 * k_c_n_per_m));
-        // f(u) = k_c − a e^(−u) − q/u³,    f′ = a e^(−u) + 3 q/u⁴ > 0,    f″ = −a e^(−u) − 12 q/u⁵.
-        let u = increasing_root(lo, hi, lo, |u| {
-            let asperity = self.asperity_n_per_m * (-u).exp();
-            let film = squeeze / (u * u * u);
-            (
-                k_c_n_per_m - asperity - film,
-                asperity + 3.0 * film / u,
-                -asperity - 12.0 * film / (u * u),
-            )
-        });
-        Ok(u * self.sigma_t_m)
-    }
-
     /// Returns μ/μ0 = exp((x_t⁰ − x)/σ_t) = f_r/⟨f_c⟩, the fraction of the normal force carried by the asperities (Huloux
     /// 2021, Eqs. 16 and 19).
     pub fn friction_ratio(&self, gap_m: f64, normal_n: f64) -> f64 {
@@ -512,6 +469,7 @@ impl Contact {
             by_ln_q0: ratio,
             by_ln_film: 0.0,
             by_ln_force: -ratio,
+            by_trapped_share: 0.0,
         }
     }
 

@@ -144,6 +144,7 @@ impl FittedFinger {
             by_ln_q0: asperity_n,
             by_ln_film: squeeze_n,
             by_ln_force: 0.0,
+            by_trapped_share: 0.0,
         };
         Dependent {
             value: asperity_n + squeeze_n,

@@ -23,10 +23,11 @@
 //! | --- | --- | --- |
 //! | plate, contact, tissue at the carrier; Z_m ↔ Z_c; Z_t at rest | 4–12, 21 | [`harmonic`] |
 //! | film and asperity force, gap at rest, equilibrium gap | 13–17 | [`Contact`] |
-//! | stiffness k_c and the gap from it | 18 | [`Contact::stiffness_n_per_m`], [`Contact::gap_from_balance_stiffness`], [`Contact::gap_from_stiffness_m`] |
+//! | stiffness k_c and the gap from it; share of trapped air | 18 | [`Contact::stiffness_n_per_m`], [`Contact::gap_from_balance_stiffness`], [`Contact::gap_from_stiffness_m`] |
 //! | friction μ/μ0 | 19 | [`Contact::friction_ratio`] |
 //! | inversion of a sample's Z_m to stiffness, gap and friction, with errors | | [`inversion`] |
 //! | order of the parameters, and dependence on them | | [`parameters`] |
+//! | asperities averaged over a cycle; a mode averaged over the contact's width | | [`cycle_average`], [`mode_moments`] |
 //! | normal force without a sensor | | [`self_sensed`] |
 //! | frame by frame | | [`live_estimator`] |
 //! | the plate's resonance, tracked while the finger slides | | [`plate_tracker`] |
@@ -39,12 +40,14 @@
 mod assumed;
 pub mod calibration_errors;
 mod contact;
+pub mod cycle_average;
 pub mod error;
 mod finger;
 pub mod first_order_lag;
 pub mod harmonic;
 pub mod inversion;
 pub mod live_estimator;
+pub mod mode_moments;
 pub mod parameters;
 pub mod plate_tracker;
 #[cfg(test)]
@@ -52,6 +55,7 @@ mod properties;
 pub mod residual_noise;
 mod root;
 pub mod self_sensed;
+mod stiffness;
 pub mod uncertain;
 
 pub use assumed::AssumedConstants;
@@ -59,6 +63,7 @@ pub use calibration_errors::CalibrationErrors;
 pub use contact::{Contact, InversionCounts, InvertedGap, StiffnessBranch, equilibrium_gaps};
 pub use error::ModelError;
 pub use finger::FittedFinger;
+pub use stiffness::{PartSlopes, StiffnessParts};
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

@@ -2,8 +2,7 @@
 
 use num_complex::Complex64;
 
-use super::lagged_model::LaggedModel;
-use contact::Contact;
+use super::lagged_model::{Finger, LaggedModel};
 use contact::parameters::{IM_OFFSET, IM_Z_T, PARAMETERS, RE_OFFSET, RE_Z_T};
 
 /// Number of iterations; each finds first the tissues and then the plate.
@@ -33,13 +32,7 @@ impl LaggedModel<'_> {
         let contact = self.follow_gap(candidate)?;
         let offset = Complex64::new(candidate[RE_OFFSET], candidate[IM_OFFSET]);
         let amplitudes = &self.loads.amplitude_m[self.lead..];
-        let z_c: Vec<Complex64> = (self.gap[self.lead..].iter().zip(amplitudes).enumerate())
-            .map(|(index, (&gap, &amplitude))| {
-                let contact = self.contact_at(&contact, self.lead + index);
-                let stiffness = contact.stiffness_n_per_m(gap, amplitude);
-                contact.impedance_n_s_per_m(stiffness, self.carrier_rad_per_s)
-            })
-            .collect();
+        let finger = self.finger(candidate, contact)?;
         let mut fit = CandidateFit {
             z_t: Complex64::ZERO,
             reactance: 0.0,
@@ -47,10 +40,10 @@ impl LaggedModel<'_> {
         };
         for _ in 0..ITERATIONS {
             let z_p = self.z_p + offset + Complex64::I * fit.reactance;
-            let (z_t, _) = self.tissue_given_gap(&contact, z_p);
+            let (z_t, _) = self.tissue_given_gap(&finger, z_p);
             let (mut reactance_sum, mut square, mut weights) = (0.0, 0.0, 0.0);
-            for ((z_m, z_c), amplitude_m) in self.z_m.iter().zip(&z_c).zip(amplitudes) {
-                let residual = z_m - z_p - z_t * z_c / (z_t + z_c);
+            for (index, (z_m, amplitude_m)) in self.z_m.iter().zip(amplitudes).enumerate() {
+                let residual = z_m - z_p - self.finger_with_tissue(&finger, z_t, self.lead + index);
                 let weight = amplitude_m.powi(2);
                 reactance_sum += weight * residual.im;
                 square += weight * residual.norm_sqr();
@@ -76,7 +69,10 @@ impl LaggedModel<'_> {
             let Some(contact) = self.follow_gap(&parameters) else {
                 continue;
             };
-            let (z_t, squares) = self.tissue_given_gap(&contact, self.z_p);
+            let Some(finger) = self.finger(&parameters, contact) else {
+                continue;
+            };
+            let (z_t, squares) = self.tissue_given_gap(&finger, self.z_p);
             (parameters[RE_Z_T], parameters[IM_Z_T]) = (z_t.re, z_t.im);
             if z_t.is_finite() && best.is_none_or(|(min_squares, _)| squares < min_squares) {
                 best = Some((squares, parameters));
@@ -86,24 +82,16 @@ impl LaggedModel<'_> {
     }
 
     /// Returns the best Z_t for the gap computed by [`follow`](Self::follow), and the weighted sum of squared residuals.
-    pub(super) fn tissue_given_gap(&self, contact: &Contact, z_p: Complex64) -> (Complex64, f64) {
+    fn tissue_given_gap(&self, contact: &Finger, z_p: Complex64) -> (Complex64, f64) {
         let (mut sum, mut squares, mut weights) = (Complex64::ZERO, 0.0, 0.0);
-        let film = self.gap[self.lead..]
-            .iter()
-            .zip(&self.loads.amplitude_m[self.lead..]);
-        for (index, (&z_m, (&gap, &amplitude))) in self.z_m.iter().zip(film).enumerate() {
-            let contact = self.contact_at(contact, self.lead + index);
+        for (index, &z_m) in self.z_m.iter().enumerate() {
             let finger = z_m - z_p;
-            let z_c = contact.impedance_n_s_per_m(
-                contact.stiffness_n_per_m(gap, amplitude),
-                self.carrier_rad_per_s,
-            );
             // m = 1/(Z_m − Z_p) − 1/Z_c is one reading of 1/Z_t. An error δm is one of −(Z_m − Z_p)² δm in Z_m, so
             // Σ|Z_m − Ẑ_m|² ≈ Σ w |m − 1/Z_t|² with w = |Z_m − Z_p|⁴. Minimum: 1/Z_t = Σ w m/Σ w, and there
             // Σ w |m|² − |Σ w m|²/Σ w.
             let weight = finger.norm_sqr().powi(2);
             if weight > 0.0 {
-                let tissue_mobility = finger.inv() - z_c.inv();
+                let tissue_mobility = self.tissue_mobility(contact, finger, self.lead + index);
                 sum += weight * tissue_mobility;
                 squares += weight * tissue_mobility.norm_sqr();
                 weights += weight;

@@ -15,6 +15,13 @@ pub struct ModeAcross {
     pub wavelength_m: Uncertain,
 }
 
+impl ModeAcross {
+    /// Returns (w/λ)²/S for a contact as wide as long: w² = 4S/π of a circle.
+    pub(super) fn width_square_per_m2(&self) -> f64 {
+        4.0 / (std::f64::consts::PI * self.wavelength_m.value.powi(2))
+    }
+}
+
 /// Conditions shared by all instances of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FitConditions {

@@ -4,6 +4,7 @@ use nalgebra::{SVector, Vector2};
 use num_complex::Complex64;
 
 use super::friction_law::FrictionLaw;
+use super::lagged_model::SampleLaws;
 use super::loads::Loads;
 use super::trend::Trend;
 use contact::InversionCounts;
@@ -62,6 +63,8 @@ pub(super) struct LoadTrend<'a> {
     pub(super) trend: &'a Trend,
     /// Index of the first sample in loads and trend.
     pub(super) first: usize,
+    /// Effect of the laws in doubt on each sample; `None` with the laws as published.
+    pub(super) laws: Option<&'a [SampleLaws]>,
 }
 
 impl MeasuredSamples<'_> {
@@ -77,9 +80,13 @@ impl MeasuredSamples<'_> {
                 loads,
                 trend,
                 first,
+                laws,
             }) => {
                 let sample = first + index;
-                let inversion = trend.inversion(inversion, sample);
+                let mut inversion = trend.inversion(inversion, sample);
+                if let Some(laws) = laws {
+                    inversion = laws[index].inversion(&inversion);
+                }
                 (
                     loads.inversion(&inversion, sample),
                     loads.amplitude_m[sample],

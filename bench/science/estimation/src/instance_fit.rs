@@ -8,7 +8,7 @@ use super::fit_agreement::{Agreement, agreement};
 use super::fit_error::FitError;
 use super::fit_verdict::FitVerdict;
 use super::friction_law::{FrictionLaw, SensedFriction};
-use super::lagged_model::{GAP_PARAMETERS, LaggedModel, finger_scale};
+use super::lagged_model::{GAP_PARAMETERS, LaggedModel, finger_scale, plate_offset};
 use super::least_squares::Minimum;
 use super::series::{InstanceSamples, mean};
 use contact::Contact;
@@ -103,10 +103,6 @@ impl InstanceFit {
     }
 }
 
-fn plate_offset(parameters: &[f64; PARAMETERS]) -> Complex64 {
-    Complex64::new(parameters[RE_OFFSET], parameters[IM_OFFSET])
-}
-
 /// Returns τ at the instance's mean gap, s, after [`LaggedModel::follow`].
 fn lag_at_mean_gap(
     model: &LaggedModel<'_>,
@@ -163,6 +159,7 @@ fn estimated_series(
     friction: &FrictionLaw<PARAMETERS>,
 ) -> EstimatedSeries {
     let noise_std = |amplitude_m: &f64| minimum.noise.std(amplitude_m.recip());
+    let laws = model.sample_laws(&minimum.parameters);
     let measurement = MeasuredSamples {
         time_s: samples.time_s,
         z_m: &model.z_m_without_inertia(),
@@ -177,6 +174,7 @@ fn estimated_series(
             loads: &model.loads,
             trend: &model.trend,
             first: model.lead,
+            laws: laws.as_deref(),
         }),
     };
     estimate(

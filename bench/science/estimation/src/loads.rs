@@ -8,10 +8,23 @@
 //! T d(a²)/dt = |x̃_p|² − a²                                    mean of the squared amplitude over T
 //! amplitude at the film = r a e^(y_f g/2),  g = ∂ ln a²/∂y_f    amplitude ratio r, residual mobility y_f of other modes
 //! ```
+//!
+//! With laws in doubt the film follows the plate less a share ρ of the skin's motion, which is Z_f/Z_t that of the plate (Huloux
+//! 2021, Eq. 11) with Z_f the finger's part of the measured Z_m; over a contact of finite width its mean square is ⟨m²⟩ that at
+//! the middle; and the asperities' force is averaged over the cycle with the exponent ι (`contact::cycle_average`):
+//!
+//! ```text
+//! amplitude at the film times |1 − ρ Z_f/Z_t|
+//! f_r times I0(√⟨m²⟩ a/σ_t)^ι
+//! ```
 
 use contact::first_order_lag::Lag;
 
+use num_complex::Complex64;
+
+use super::trend::Trend;
 use contact::Contact;
+use contact::cycle_average::CycleAverage;
 use contact::inversion::Inversion;
 use contact::parameters::LoadSlopes;
 
@@ -25,7 +38,27 @@ pub(super) struct Loads {
     pub(super) amplitude_m: Vec<f64>,
     /// Contact area relative to the area at the reference force.
     pub(super) area_ratio: Vec<f64>,
+    /// Force of the asperities relative to that at the same mean gap without vibration.
+    asperity_ratio: Vec<f64>,
     pub(super) slopes: Vec<LoadSlopes>,
+}
+
+/// Parameters of the laws in doubt that act on the loads.
+pub(super) struct DoubtfulLoadLaw<'a> {
+    /// Share ρ of the skin's motion.
+    pub(super) relative_share: f64,
+    /// Exponent ι of the cycle's average.
+    pub(super) cycle_average: f64,
+    /// Z_t at the middle of the instance, N·s/m.
+    pub(super) z_t: Complex64,
+    /// σ_t at the middle of the instance, m.
+    pub(super) sigma_t_m: f64,
+    /// ⟨m²⟩ and its derivative by the square of the width.
+    pub(super) mean_square: (f64, f64),
+    /// Change of σ_t and Z_t within the instance.
+    pub(super) trend: &'a Trend,
+    /// Finger's part of the measured Z_m, N·s/m.
+    pub(super) z_finger: &'a [Complex64],
 }
 
 /// Parameters of the loads.
@@ -54,12 +87,12 @@ impl Loads {
             by_mean_m2: vec![0.0; n],
             amplitude_m: amplitude_m.to_vec(),
             area_ratio: vec![1.0; n],
+            asperity_ratio: vec![1.0; n],
             slopes: normal_n
                 .iter()
                 .map(|force_n| LoadSlopes {
                     ln_area_by_exponent: ln_area_by_exponent(force_n),
-                    ln_film_by_mean_ms: 0.0,
-                    ln_film_by_mobility: 0.0,
+                    ..LoadSlopes::default()
                 })
                 .collect(),
         }
@@ -107,6 +140,43 @@ impl Loads {
         Some(())
     }
 
+    /// Applies the laws in doubt to the loads computed by [`follow`](Self::follow).
+    pub(super) fn follow_doubtful(&mut self, law: &DoubtfulLoadLaw<'_>) {
+        let (mean_square, mean_square_slope) = law.mean_square;
+        for sample in 0..self.amplitude_m.len() {
+            let z_t = law.trend.z_t(law.z_t, sample);
+            // With W = Z_f/Z_t and c = 1 − ρW: ∂ ln|c|²/∂ρ = 2 Re(−W/c), and ∂W/∂Z_t = −W/Z_t gives
+            // ∂ ln|c|²/∂Z_t = 2 Re(ρ W/(c Z_t) dZ_t).
+            let skin = law.z_finger[sample] / z_t;
+            let relative = 1.0 - law.relative_share * skin;
+            let by_z_t = 2.0 * law.relative_share * skin / (relative * z_t);
+            self.amplitude_m[sample] *= relative.norm();
+            let sigma_t_m = law.sigma_t_m * law.trend.sigma_ratio(sample);
+            let average =
+                CycleAverage::new(mean_square.sqrt() * self.amplitude_m[sample] / sigma_t_m);
+            self.asperity_ratio[sample] = (law.cycle_average * average.ln).exp();
+            let slopes = &mut self.slopes[sample];
+            slopes.ln_film_by_relative_share = -2.0 * (skin / relative).re;
+            slopes.ln_film_by_z_t = [by_z_t.re, -by_z_t.im];
+            slopes.ln_film_by_width_square = mean_square_slope / mean_square;
+            // ι ln I0(z), z ∝ √(a²): ∂/∂ ln a² = (ι/2) d ln I0/d ln z.
+            slopes.ln_asperity_by_ln_film = 0.5 * law.cycle_average * average.by_ln_argument;
+            slopes.ln_asperity_by_cycle_average = average.ln;
+        }
+    }
+
+    /// Restores the laws as published.
+    pub(super) fn follow_published(&mut self) {
+        self.asperity_ratio.fill(1.0);
+        for slopes in &mut self.slopes {
+            *slopes = LoadSlopes {
+                ln_area_by_exponent: slopes.ln_area_by_exponent,
+                ln_film_by_mobility: slopes.ln_film_by_mobility,
+                ..LoadSlopes::default()
+            };
+        }
+    }
+
     /// Returns the inversion under the load of a sample.
     pub(super) fn inversion<const N: usize>(
         &self,
@@ -122,6 +192,8 @@ impl Loads {
 
     /// Returns the contact under the load of a sample.
     pub(super) fn contact(&self, contact: &Contact, sample: usize) -> Contact {
-        contact.with_area_ratio(self.area_ratio[sample])
+        contact
+            .with_area_ratio(self.area_ratio[sample])
+            .with_asperity_ratio(self.asperity_ratio[sample])
     }
 }

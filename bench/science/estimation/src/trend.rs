@@ -90,6 +90,11 @@ impl Trend {
         }
     }
 
+    /// Returns σ_t at a sample relative to its value at the middle.
+    pub(super) fn sigma_ratio(&self, sample: usize) -> f64 {
+        self.sigma_ratio[sample]
+    }
+
     /// Returns the contact at a sample.
     pub(super) fn contact(&self, contact: &Contact, sample: usize) -> Contact {
         contact.with_sigma_ratio(self.sigma_ratio[sample])

@@ -51,6 +51,24 @@ impl<const OWN: usize, const SHARED: usize, const ERRORS: usize>
     }
 }
 
+impl<const OWN: usize, const SHARED: usize, const ERRORS: usize>
+    ArrowCovariance<OWN, SHARED, ERRORS>
+{
+    /// Returns the covariance with an unfitted error added that moves the minimum by `response`.
+    #[must_use]
+    pub fn with_error(mut self, error: usize, response: &ParameterPoint<OWN, SHARED>) -> Self {
+        self.shared += response.shared * response.shared.transpose();
+        self.response.shared.set_column(error, &response.shared);
+        let blocks = self.blocks.iter_mut().zip(&mut self.response.own);
+        for ((block, block_response), own) in blocks.zip(&response.own) {
+            block.own += own * own.transpose();
+            block.cross += own * response.shared.transpose();
+            block_response.set_column(error, own);
+        }
+        self
+    }
+}
+
 /// Covariance of a block's own parameters, and of these with the shared ones.
 pub struct BlockCovariance<const OWN: usize, const SHARED: usize> {
     /// Covariance of the own parameters.
@@ -79,6 +97,15 @@ impl<const OWN: usize, const SHARED: usize, const ERRORS: usize>
 }
 
 impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
+    /// Returns these parameters with the gradient and normal matrix of another minimum.
+    #[must_use]
+    pub fn with_normal_of(self, other: Self) -> Self {
+        Self {
+            arrow: other.arrow,
+            ..self
+        }
+    }
+
     /// Returns the covariance of the parameters for gradients with the given `scatter` and `prior_scatter`: the scatter between
     /// two inverse normal matrices (Huber 1967), block by block. `None` if the data do not determine a combination of
     /// parameters.

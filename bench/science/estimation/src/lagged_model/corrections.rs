@@ -3,7 +3,6 @@
 
 use num_complex::Complex64;
 
-use super::impedance::Finger;
 use super::model::LaggedModel;
 use crate::transient::Row;
 use contact::parameters::PARAMETERS;
@@ -14,7 +13,7 @@ impl LaggedModel<'_> {
     pub(crate) fn follow_transient(&mut self, parameters: &[f64; PARAMETERS]) -> Option<()> {
         let contact = self.follow_gap(parameters)?;
         let omega = self.carrier_rad_per_s;
-        let finger = Finger::new(parameters, contact, omega);
+        let finger = self.finger(parameters, contact)?;
         let rows: Vec<Row> = (self.lead..self.gap.len())
             .map(|sample| {
                 let z = self.impedance_at(&finger, sample);
@@ -37,7 +36,7 @@ impl LaggedModel<'_> {
     /// 1 − Y Z times that at the pickup.
     pub(crate) fn follow_other_modes(&mut self, parameters: &[f64; PARAMETERS]) -> Option<()> {
         let contact = self.follow_gap(parameters)?;
-        let finger = Finger::new(parameters, contact, self.carrier_rad_per_s);
+        let finger = self.finger(parameters, contact)?;
         for sample in 0..self.gap.len() {
             let z = self.impedance_at(&finger, sample);
             // |1 − i y_f Z|² ≈ 1 + 2 y_f Im Z, so ∂ ln a²/∂y_f = 2 Im Z.

@@ -2,14 +2,18 @@
 
 use contact::first_order_lag::GrowthLaw;
 use contact::parameters::{
-    AREA_EXPONENT, FILM_MEAN_MS, FILM_MOBILITY, LAG_EXPONENT, LN_FORCE, LN_RATIO, MS, PARAMETERS,
-    TAU_MS,
+    AREA_EXPONENT, CYCLE_AVERAGE, FILM_MEAN_MS, FILM_MOBILITY, IM_Z_T, LAG_EXPONENT, LN_FORCE,
+    LN_RATIO, MS, PARAMETERS, RE_Z_T, RELATIVE_SHARE, TAU_MS, WIDTH_SQUARE,
 };
 use contact::{Contact, equilibrium_gaps};
 
+use num_complex::Complex64;
+
 use super::gap_slopes::GAP_PARAMETERS;
+use super::laws::Laws;
 use super::model::LaggedModel;
-use crate::loads::LoadLaw;
+use crate::loads::{DoubtfulLoadLaw, LoadLaw};
+use contact::mode_moments::ModeMoments;
 
 /// Gap at which τ has its parameter value if it grows with the gap, m.
 const LAG_REFERENCE_GAP_M: f64 = 10e-6;
@@ -25,7 +29,8 @@ impl LaggedModel<'_> {
             let equilibrium_slopes = loads
                 .contact(&trend.contact(&contact, sample), sample)
                 .equilibrium_gap_slopes_m(gap, force_factor * normal_n);
-            for (slope, parameter) in slopes.equilibrium.iter_mut().zip(GAP_PARAMETERS) {
+            let equilibrium = slopes.equilibrium[..slopes.equilibrium_count].iter_mut();
+            for (slope, parameter) in equilibrium.zip(GAP_PARAMETERS) {
                 slope[sample] = equilibrium_slopes.by_parameter(parameter, &loads.slopes[sample]);
             }
         }
@@ -45,6 +50,18 @@ impl LaggedModel<'_> {
             film_mean_intervals: parameters[FILM_MEAN_MS] * MS / self.interval_s,
             intervals_per_ms: MS / self.interval_s,
         })?;
+        if self.laws == Laws::InDoubt {
+            let moments = ModeMoments::new(parameters[WIDTH_SQUARE])?;
+            self.loads.follow_doubtful(&DoubtfulLoadLaw {
+                relative_share: parameters[RELATIVE_SHARE],
+                cycle_average: parameters[CYCLE_AVERAGE],
+                z_t: Complex64::new(parameters[RE_Z_T], parameters[IM_Z_T]),
+                sigma_t_m: contact.sigma_t_m(),
+                mean_square: (moments.means[1], moments.slopes[1]),
+                trend: &self.trend,
+                z_finger: &self.z_finger,
+            });
+        }
         let (loads, trend) = (&self.loads, &self.trend);
         let force_factor = parameters[LN_FORCE].exp();
         let samples = (0..self.gap.len()).map(|sample| {

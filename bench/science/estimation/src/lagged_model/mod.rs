@@ -17,15 +17,17 @@
 //! at the pickup is driven at r ṽ_p, and its force acts on the mode as r f̃_c: hence r². Other modes, of mobility Y at the
 //! finger, slow the plate under it: from ṽ_f = ṽ_p − Y f̃_c and f̃_c = Z_f ṽ_f follow f̃_c/ṽ_p = Z_f/(1 + Y Z_f) and
 //! ṽ_f/ṽ_p = 1/(1 + Y Z_f). `dynamic` has ν = T = p = ln r = φ = y_r = 0. Within an instance ln σ_t, Z_t, Z_p and φ may be
-//! linear in time (`trend.rs`).
+//! linear in time (`trend.rs`). Other laws than those published have further parameters (`laws.rs`).
 
 mod corrections;
 mod force_slopes;
 mod gap;
 mod gap_slopes;
 mod impedance;
+mod laws;
 mod model;
 
 pub(super) use gap_slopes::GAP_PARAMETERS;
-pub(super) use impedance::finger_scale;
+pub(super) use impedance::{Finger, finger_scale, plate_offset};
+pub(super) use laws::{Laws, SampleLaws};
 pub(super) use model::LaggedModel;

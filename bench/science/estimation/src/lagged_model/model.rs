@@ -4,6 +4,7 @@ use num_complex::Complex64;
 
 use super::force_slopes::ForceSlopes;
 use super::gap_slopes::GapSlopes;
+use super::laws::Laws;
 use crate::conditions::FitConditions;
 use crate::fit_error::FitError;
 use crate::loads::Loads;
@@ -13,7 +14,10 @@ use crate::trend::Trend;
 use contact::AssumedConstants;
 use contact::CalibrationErrors;
 use contact::Contact;
-use contact::parameters::{LN_AREA, LN_LOSS_FACTOR, LN_Q0, LN_SIGMA_T, MS, PARAMETERS, TAU_MS};
+use contact::mode_moments::ModeMoments;
+use contact::parameters::{
+    LN_AREA, LN_LOSS_FACTOR, LN_Q0, LN_SIGMA_T, MS, PARAMETERS, TAU_MS, TRAPPED_SHARE, WIDTH_SQUARE,
+};
 
 /// Instance with its lead-in, and buffers for the gap of the last parameters tried.
 pub(crate) struct LaggedModel<'a> {
@@ -31,6 +35,14 @@ pub(crate) struct LaggedModel<'a> {
     pub(crate) lead: usize,
     /// Measured Z_m of the instance without the lead-in, N·s/m.
     pub(crate) z_m: &'a [Complex64],
+    /// Measured Z_m with the lead-in, N·s/m.
+    pub(super) z_m_with_lead: &'a [Complex64],
+    /// Laws that the model follows.
+    pub(crate) laws: Laws,
+    /// Square of the contact's width over its area, in units of the mode's wavelength, 1/m²; `None` if the wavelength is unknown.
+    pub(crate) width_square_per_m2: Option<f64>,
+    /// Finger's part of the measured Z_m, N·s/m; 0 until it is followed.
+    pub(super) z_finger: Vec<Complex64>,
     pub(crate) loads: Loads,
     pub(crate) trend: Trend,
     /// Change of Z_m by the skin's inertia; zero until it is followed.
@@ -69,6 +81,12 @@ impl<'a> LaggedModel<'a> {
             normal_n: samples.normal_n,
             lead,
             z_m: &samples.z_m_corrected_n_s_per_m[lead..],
+            z_m_with_lead: samples.z_m_corrected_n_s_per_m,
+            laws: Laws::Published,
+            width_square_per_m2: conditions
+                .mode_across
+                .map(|mode| mode.width_square_per_m2()),
+            z_finger: vec![Complex64::ZERO; samples.time_s.len()],
             loads: Loads::new(samples.amplitude_m, samples.normal_n, reference_n),
             trend: Trend::new(samples.time_s, lead),
             transient: Transient::new(
@@ -93,6 +111,9 @@ impl<'a> LaggedModel<'a> {
         parameters[LN_AREA] = self.assumed.contact_area_m2.ln();
         parameters[LN_Q0] = self.assumed.q0_rad_per_m.ln();
         parameters[LN_LOSS_FACTOR] = self.assumed.loss_factor.ln();
+        parameters[WIDTH_SQUARE] = self
+            .width_square_per_m2
+            .map_or(0.0, |per_m2| per_m2 * self.assumed.contact_area_m2);
         parameters
     }
 
@@ -104,7 +125,14 @@ impl<'a> LaggedModel<'a> {
             loss_factor: parameters[LN_LOSS_FACTOR].exp(),
             ..self.assumed
         };
-        Contact::new(&skin, parameters[LN_SIGMA_T].exp()).ok()
+        let contact = Contact::new(&skin, parameters[LN_SIGMA_T].exp()).ok()?;
+        match self.laws {
+            Laws::Published => Some(contact),
+            Laws::InDoubt => {
+                let [_, mean_square, ..] = ModeMoments::new(parameters[WIDTH_SQUARE])?.means;
+                Some(contact.with_film(mean_square, parameters[TRAPPED_SHARE]))
+            }
+        }
     }
 
     /// Returns the contact at a sample.

@@ -8,15 +8,20 @@ use std::ops::{Index, IndexMut};
 use nalgebra::SVector;
 
 use contact::parameters::{
-    FINGER_ANGLE, IM_OFFSET, IM_Z_T, LN_SIGMA_T, RE_OFFSET, RE_Z_T, RESIDUAL_MOBILITY,
+    CYCLE_AVERAGE, FILM_LOSS, FINGER_ANGLE, IM_OFFSET, IM_Z_T, LN_SIGMA_T, RE_OFFSET, RE_Z_T,
+    RELATIVE_SHARE, RESIDUAL_MOBILITY, SOFTENING, TRAPPED_SHARE, WIDTH_SQUARE,
 };
 
 /// Number of parameters per instance.
 pub(super) const OWN: usize = 7;
 /// Number of joint deviations of the plate's offsets from their likely course.
 pub(super) const COURSES: usize = 5;
+/// Number of parameters that all instances share with the laws as published.
+pub(super) const PUBLISHED: usize = 11 + COURSES;
+/// Number of parameters of the laws in doubt.
+pub(super) const LAWS: usize = 6;
 /// Number of parameters that all instances share.
-pub(super) const SHARED: usize = 11 + COURSES;
+pub(super) const SHARED: usize = PUBLISHED + LAWS;
 
 pub(super) type Own = SVector<f64, OWN>;
 pub(super) type Shared = SVector<f64, SHARED>;
@@ -85,7 +90,53 @@ pub(super) enum SharedParameter {
     Angle,
     /// Residual mobility of other modes that is common to all instances.
     ResidualMobility,
+    /// One of the laws in doubt.
+    Law(Law),
 }
+
+/// Law in doubt, in the order of its parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Law {
+    /// Loss factor of the film less that of the asperities.
+    FilmLoss,
+    /// Share of trapped air.
+    TrappedAir,
+    /// Share of the skin's motion that the film follows.
+    RelativeMotion,
+    /// Exponent of the average of the asperities' force over a cycle.
+    CycleAverage,
+    /// Change of the plate's reactance with its squared amplitude, N·s/m per µm².
+    Softening,
+    /// Square of the contact's width across the plate: in units of the square of the mode's wavelength, or of 4S/π where the
+    /// wavelength is known.
+    Width,
+}
+
+impl Law {
+    pub(super) const ALL: [Self; LAWS] = [
+        Self::FilmLoss,
+        Self::TrappedAir,
+        Self::RelativeMotion,
+        Self::CycleAverage,
+        Self::Softening,
+        Self::Width,
+    ];
+
+    /// Returns the index of the parameter in the model's order.
+    pub(super) fn model_index(self) -> usize {
+        match self {
+            Self::FilmLoss => FILM_LOSS,
+            Self::TrappedAir => TRAPPED_SHARE,
+            Self::RelativeMotion => RELATIVE_SHARE,
+            Self::CycleAverage => CYCLE_AVERAGE,
+            Self::Softening => SOFTENING,
+            Self::Width => WIDTH_SQUARE,
+        }
+    }
+}
+
+/// Laws in doubt that a fit leaves free.
+pub(super) type FreeLaws = [bool; LAWS];
 
 impl SharedParameter {
     /// All, in the arrow's order.
@@ -106,6 +157,12 @@ impl SharedParameter {
         Self::Bow,
         Self::Angle,
         Self::ResidualMobility,
+        Self::Law(Law::FilmLoss),
+        Self::Law(Law::TrappedAir),
+        Self::Law(Law::RelativeMotion),
+        Self::Law(Law::CycleAverage),
+        Self::Law(Law::Softening),
+        Self::Law(Law::Width),
     ];
 
     /// Returns the parameter's place in a vector of shared ones.

@@ -7,23 +7,28 @@
 //! Δ = o_Δ + mean + Σ_k s_k by_course_k             plate: its predicted course, and deviations from it (`plate.rs`)
 //! φ = o_φ + s_φ,  y_r = o_y + s_y                  other modes, at this place and at all
 //! ln r = s_tilt u + s_bow u²                       amplitude along the plate
+//! κ = s_w, or s_w 4S/(π λ²)                        width of the contact, where the wavelength λ is unknown or known
 //! ```
+//!
+//! Laws in doubt that are not free are held at those published, or at no width.
 
 use nalgebra::SMatrix;
 use num_complex::Complex64;
 
-use super::layout::{InstanceParameter, OWN, Own, SHARED, Shared, SharedParameter, courses};
+use super::layout::{
+    FreeLaws, InstanceParameter, LAWS, Law, OWN, Own, SHARED, Shared, SharedParameter, courses,
+};
 use super::plate::{self, OffsetPrior, PlateReadings};
 use super::request::{PlacedInstance, TrialOptions};
 use crate::arrowhead::{ArrowCovariance, ArrowMinimum, ParameterPoint};
 use crate::conditions::FitConditions;
 use crate::fit_error::FitError;
-use crate::lagged_model::LaggedModel;
+use crate::lagged_model::{LaggedModel, Laws};
 use crate::series::{InstanceSamples, mean};
 use contact::calibration_errors::{ByError, ERRORS};
 use contact::parameters::{
     AREA_EXPONENT, FILM_MEAN_MS, FINGER_ANGLE, IM_OFFSET, LAG_EXPONENT, LN_AREA, LN_LOSS_FACTOR,
-    LN_Q0, LN_RATIO, MS, PARAMETERS, RE_OFFSET, RESIDUAL_MOBILITY, TAU_MS,
+    LN_Q0, LN_RATIO, MS, PARAMETERS, RE_OFFSET, RESIDUAL_MOBILITY, TAU_MS, WIDTH_SQUARE,
 };
 
 pub(super) type TrialMinimum = ArrowMinimum<OWN, SHARED>;
@@ -52,6 +57,8 @@ pub(super) struct Member<'a> {
     pub(super) offset: OffsetPrior,
     /// Distance from the plate's centre, in units of [`TILT_DISTANCE_M`].
     pub(super) position: f64,
+    /// Laws in doubt that are fitted.
+    pub(super) free_laws: FreeLaws,
 }
 
 impl Member<'_> {
@@ -62,7 +69,7 @@ impl Member<'_> {
             parameters[parameter.model_index()] = own[parameter];
         }
         for parameter in SharedParameter::ALL {
-            match self.effect(parameter) {
+            match self.effect(parameter, &[0.0; PARAMETERS]) {
                 Effect::Identity(index) => parameters[index] = shared[parameter],
                 Effect::Time(index) => parameters[index] = shared[parameter].exp() / MS,
                 Effect::Linear(_) => {}
@@ -75,13 +82,47 @@ impl Member<'_> {
         parameters[RESIDUAL_MOBILITY] += shared[SharedParameter::ResidualMobility];
         parameters[LN_RATIO] = shared[SharedParameter::Tilt] * self.position
             + shared[SharedParameter::Bow] * self.position.powi(2);
+        if let Some(per_area) = self.width_square_by_aspect() {
+            parameters[LN_AREA] = shared[SharedParameter::LnArea];
+            parameters[WIDTH_SQUARE] =
+                shared[SharedParameter::Law(Law::Width)] * per_area * parameters[LN_AREA].exp();
+        }
         parameters
     }
 
-    /// Returns the effect of a shared parameter on the model's parameters.
-    fn effect(&self, parameter: SharedParameter) -> Effect {
+    /// Changes the laws in doubt that are fitted.
+    pub(super) fn set_free_laws(&mut self, free_laws: FreeLaws) {
+        self.free_laws = free_laws;
+        self.model.set_laws(if free_laws.contains(&true) {
+            Laws::InDoubt
+        } else {
+            Laws::Published
+        });
+    }
+
+    /// Returns the square of the width over aspect and area, in units of the wavelength, 1/m²; `None` if the wavelength is unknown or
+    /// the width is held at 0.
+    fn width_square_by_aspect(&self) -> Option<f64> {
+        let is_free = self.free_laws[Law::Width as usize];
+        self.model.width_square_per_m2.filter(|_| is_free)
+    }
+
+    /// Returns the effect of a shared parameter on the model's parameters, at these.
+    fn effect(&self, parameter: SharedParameter, parameters: &[f64; PARAMETERS]) -> Effect {
         let single = |index, slope| Effect::Linear([(index, slope), (index, 0.0)]);
+        let known_width = self.width_square_by_aspect();
         match parameter {
+            // κ = s_w c S: ∂κ/∂ ln S = κ, ∂κ/∂s_w = c S.
+            SharedParameter::LnArea if known_width.is_some() => {
+                Effect::Linear([(LN_AREA, 1.0), (WIDTH_SQUARE, parameters[WIDTH_SQUARE])])
+            }
+            SharedParameter::Law(law) if !self.free_laws[law as usize] => {
+                single(law.model_index(), 0.0)
+            }
+            SharedParameter::Law(Law::Width) if let Some(per_area) = known_width => {
+                single(WIDTH_SQUARE, per_area * parameters[LN_AREA].exp())
+            }
+            SharedParameter::Law(law) => Effect::Identity(law.model_index()),
             SharedParameter::LnArea => Effect::Identity(LN_AREA),
             SharedParameter::LnQ0 => Effect::Identity(LN_Q0),
             SharedParameter::LnLossFactor => Effect::Identity(LN_LOSS_FACTOR),
@@ -107,7 +148,7 @@ impl Member<'_> {
         parameters: &[f64; PARAMETERS],
     ) -> [Complex64; SHARED] {
         // ∂/∂s = Σ (∂/∂θ)(∂θ/∂s); of a time, ∂θ/∂ ln θ = θ.
-        SharedParameter::ALL.map(|parameter| match self.effect(parameter) {
+        SharedParameter::ALL.map(|parameter| match self.effect(parameter, parameters) {
             Effect::Identity(index) => slopes[index],
             Effect::Time(index) => slopes[index] * parameters[index],
             Effect::Linear(effects) => effects
@@ -127,7 +168,7 @@ impl Member<'_> {
         let mut by_shared = SMatrix::<f64, PARAMETERS, SHARED>::zeros();
         for parameter in SharedParameter::ALL {
             let mut column = by_shared.column_mut(parameter.position());
-            match self.effect(parameter) {
+            match self.effect(parameter, parameters) {
                 Effect::Identity(index) => column[index] = 1.0,
                 Effect::Time(index) => column[index] = parameters[index],
                 Effect::Linear(effects) => {
@@ -172,6 +213,7 @@ pub(super) fn members<'a>(
             samples: place.series.instance(),
             offset,
             position: place.off_centre_m / TILT_DISTANCE_M,
+            free_laws: [false; LAWS],
         })
         .collect())
 }

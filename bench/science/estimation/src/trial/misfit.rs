@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::layout::{Shared, SharedParameter};
 use super::plate::PlateDeviation;
-use super::prior::TrialPriors;
+use super::search::Search;
 use crate::instance_fit::InstanceFit;
 
 /// A sign that the model does not hold for a trial, so that its parameters and their errors do not describe the finger.
@@ -87,19 +87,21 @@ fn name(parameter: SharedParameter) -> Option<&'static str> {
         | SharedParameter::Tilt
         | SharedParameter::Bow
         | SharedParameter::Angle
-        | SharedParameter::ResidualMobility => None,
+        | SharedParameter::ResidualMobility
+        | SharedParameter::Law(_) => None,
     }
 }
 
-/// Returns the signs of misfit for parameters, given their priors.
+/// Returns the signs of misfit for the parameters of a search, given their priors.
 pub(super) fn signs(
+    search: &Search<'_>,
     shared: &Shared,
-    priors: &TrialPriors,
     plate: Option<PlateDeviation>,
     instances: &[InstanceFit],
 ) -> Vec<Misfit> {
     let deviations = SharedParameter::ALL.into_iter().filter_map(|parameter| {
-        let (name, prior) = (name(parameter)?, priors.shared(parameter));
+        let name = name(parameter)?;
+        let prior = search.priors.shared(parameter, search.has_wavelength());
         Some((name, (shared[parameter] - prior.mean) / prior.std))
     });
     let mut signs = unlikely(&deviations.collect::<Vec<_>>());

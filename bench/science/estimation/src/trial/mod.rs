@@ -27,6 +27,7 @@
 //! 4. The covariance follows from residuals, priors and the errors of the calibration; the friction is fitted to the contact
 //!    found (`solution.rs`, `friction`).
 
+mod doubt;
 mod friction;
 mod friction_spread;
 mod identifiability;
@@ -43,10 +44,11 @@ mod solution;
 
 pub use misfit::Misfit;
 pub use plate::{PlateReadings, PlateReference};
-pub use prior::{LogNormal, Normal, TrialPriors};
+pub use prior::{LawPriors, LogNormal, Normal, TrialPriors};
 pub use request::{PlacedInstance, TrialOptions};
 pub use shared_fit::SharedFit;
 
+use doubt::Doubt;
 use search::Search;
 use solution::Solution;
 
@@ -81,18 +83,28 @@ pub fn fit(
         return Err(FitError::NoStart);
     }
     let mut search = Search::new(members, readings, options.priors);
-    let minimum = search.solve()?;
-    let mut solution = Solution::new(search, minimum, &conditions.calibration)?;
-    let friction = solution.friction();
-    let instances = solution.instance_fits(friction.as_ref())?;
-    let shared = solution.shared_fit(friction.as_ref(), &instances);
-    let within_laws = TrialFit {
-        shared,
-        instances,
-        within_laws: None,
+    let by_error = solution::unfitted_errors(&conditions.calibration, &options.priors);
+    let published = search.solve()?;
+    let within_laws = Solution::new(&mut search, published.clone(), by_error)?.trial_fit()?;
+    let solution = match search.doubt(&published, &by_error)? {
+        Doubt::Agreement {
+            minimum,
+            difference,
+        } => {
+            let verdict = within_laws.shared.verdict.clone();
+            Solution::in_doubt(
+                &mut search,
+                published,
+                minimum,
+                &difference,
+                by_error,
+                verdict,
+            )?
+        }
+        Doubt::Rejection(minimum) => Solution::new(&mut search, minimum, by_error)?,
     };
     Ok(TrialFit {
-        within_laws: Some(Box::new(within_laws.clone())),
-        ..within_laws
+        within_laws: Some(Box::new(within_laws)),
+        ..solution.trial_fit()?
     })
 }

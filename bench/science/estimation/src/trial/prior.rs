@@ -2,7 +2,7 @@
 
 use statistics::NORMAL_95;
 
-use super::layout::SharedParameter;
+use super::layout::{Law, SharedParameter};
 
 /// A log-normal distribution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,11 +77,73 @@ pub struct TrialPriors {
     /// Standard deviation of the offset of the plate's damping, N·s/m; its mean is 0. Default 0.5, 7 % of the published
     /// plate's damping.
     pub plate_damping_std_n_s_per_m: f64,
+    /// Priors of the laws in doubt.
+    pub laws: LawPriors,
+}
+
+/// Priors of the laws in doubt. All but the aspect lie about the published law, on both sides of it, also where only one side is
+/// physical: a fit of a finger that follows the published laws is then not drawn away from them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LawPriors {
+    /// Loss factor of film and trapped air less that of the asperities. Default 0 ± 0.3, which covers a film without loss, as in
+    /// Huloux 2021, and twice the loss of the published 0.3: in Reynolds' equation the loss of a film falls from 10 at small
+    /// squeeze numbers to 0.01 at large ones (Langlois 1962).
+    pub film_loss: Normal,
+    /// Share of the film that answers at the carrier as trapped air. Default 0 ± 0.3: a closed film has 1 (Salbu 1964), ridges of
+    /// 0.4 mm with open grooves have 0.01 to 0.2.
+    pub trapped_air: Normal,
+    /// Share of the skin's motion that the film follows. Default 0 ± 0.5: by its definition a film between plate and skin has 1,
+    /// and the published one 0.
+    pub relative_motion: Normal,
+    /// Exponent of the asperities' average over a cycle. Default 0 ± 0.5: 0 as published, 1 if asperities follow every cycle.
+    pub cycle_average: Normal,
+    /// Change of the plate's reactance with its squared amplitude, N·s/m per µm². Default 0 ± 0.0035: a resonance that falls or
+    /// rises by 1 ppm/µm² with a modal mass of 8 g, 2 m_p ω · 10⁻⁶.
+    pub softening_n_s_per_m_um2: Normal,
+    /// Square of the contact's width over that of the mode's wavelength, where the wavelength is unknown. Default 0 ± 0.18, which
+    /// covers a width of 0.6 wavelengths: 13 mm of the published plate.
+    pub width_square: Normal,
+    /// Ratio of the contact's extents across and along the plate, where the wavelength is known. Default 1 ± 0.4: the contact of a
+    /// fingertip is 1.2 to 1.4 times as long as wide, and a finger may point in either direction.
+    pub aspect: Normal,
+}
+
+impl LawPriors {
+    /// Returns each prior with its name.
+    pub fn named(&mut self) -> [(&'static str, &mut Normal); 7] {
+        [
+            ("film_loss", &mut self.film_loss),
+            ("trapped_air", &mut self.trapped_air),
+            ("relative_motion", &mut self.relative_motion),
+            ("cycle_average", &mut self.cycle_average),
+            ("softening_n_s_per_m_um2", &mut self.softening_n_s_per_m_um2),
+            ("width_square", &mut self.width_square),
+            ("aspect", &mut self.aspect),
+        ]
+    }
+}
+
+impl Default for LawPriors {
+    fn default() -> Self {
+        let about_0 = |std: f64| Normal { mean: 0.0, std };
+        Self {
+            film_loss: about_0(0.3),
+            trapped_air: about_0(0.3),
+            relative_motion: about_0(0.5),
+            cycle_average: about_0(0.5),
+            softening_n_s_per_m_um2: about_0(3.5e-3),
+            width_square: about_0(0.18),
+            aspect: Normal {
+                mean: 1.0,
+                std: 0.4,
+            },
+        }
+    }
 }
 
 impl TrialPriors {
-    /// Returns the prior of a shared parameter.
-    pub(super) fn shared(&self, parameter: SharedParameter) -> Normal {
+    /// Returns the prior of a shared parameter; `has_wavelength` if the mode's wavelength across the plate is known.
+    pub(super) fn shared(&self, parameter: SharedParameter, has_wavelength: bool) -> Normal {
         let about_0 = |std: f64| Normal { mean: 0.0, std };
         match parameter {
             SharedParameter::LnArea => self.contact_area_m2.ln(),
@@ -96,6 +158,15 @@ impl TrialPriors {
             SharedParameter::Bow => self.amplitude_bow,
             SharedParameter::Angle => about_0(self.finger_angle_std_rad),
             SharedParameter::ResidualMobility => about_0(self.residual_mobility_std_m_per_n_s),
+            SharedParameter::Law(law) => match law {
+                Law::FilmLoss => self.laws.film_loss,
+                Law::TrappedAir => self.laws.trapped_air,
+                Law::RelativeMotion => self.laws.relative_motion,
+                Law::CycleAverage => self.laws.cycle_average,
+                Law::Softening => self.laws.softening_n_s_per_m_um2,
+                Law::Width if has_wavelength => self.laws.aspect,
+                Law::Width => self.laws.width_square,
+            },
         }
     }
 
@@ -142,6 +213,7 @@ impl Default for TrialPriors {
             residual_mobility_std_m_per_n_s: 0.003,
             plate_reactance_std_n_s_per_m: 3.0,
             plate_damping_std_n_s_per_m: 0.5,
+            laws: LawPriors::default(),
         }
     }
 }

@@ -19,7 +19,6 @@ use crate::arrowhead::{Whitening, exponential_correlation, variance_components};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 
-use super::layout::{OWN, SHARED};
 use super::members::Member;
 use crate::least_squares::ImpedanceModel;
 
@@ -50,9 +49,13 @@ pub(super) enum Scatter {
 }
 
 impl Scatter {
-    /// Estimates the scatter of each instance's residuals, with variances common to all instances. `None` where the residuals
-    /// are 0.
-    pub(super) fn estimate(residuals: &[Vec<Complex64>], kinds: &[Kinds]) -> Option<Vec<Self>> {
+    /// Estimates the scatter of each instance's residuals after a fit of so many parameters, with variances common to all
+    /// instances. `None` where the residuals are 0.
+    pub(super) fn estimate(
+        residuals: &[Vec<Complex64>],
+        kinds: &[Kinds],
+        parameters: usize,
+    ) -> Option<Vec<Self>> {
         let squares: Vec<f64> = residuals
             .iter()
             .flat_map(|residuals| {
@@ -65,10 +68,7 @@ impl Scatter {
         }
         let rows: Vec<[f64; 3]> = kinds.iter().flat_map(Kinds::rows).collect();
         // A fit of P parameters to N residuals leaves (N − P)/N of their variance.
-        let freedom = squares
-            .len()
-            .saturating_sub(SHARED + OWN * kinds.len())
-            .max(1);
+        let freedom = squares.len().saturating_sub(parameters).max(1);
         let correction = squares.len() as f64 / freedom as f64;
         let components = variance_components(&squares, &rows, MIN_VARIANCE * mean)
             .map(|variance| variance * correction);

@@ -5,11 +5,12 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use num_complex::Complex64;
 
 use super::layout::{
-    COURSES, InstanceParameter, OWN, Own, SHARED, Shared, SharedParameter, courses,
+    COURSES, FreeLaws, InstanceParameter, LAWS, Law, OWN, Own, PUBLISHED, SHARED, Shared,
+    SharedParameter, courses,
 };
 use super::members::{Covariance, Member, TrialMinimum};
 use super::plate::{self, OffsetPrior, PlateDeviation, PlateReadings};
-use super::prior::TrialPriors;
+use super::prior::{Normal, TrialPriors};
 use super::scatter::{Kinds, Scatter};
 use crate::candidate_fit::CandidateFit;
 use crate::fit_error::FitError;
@@ -63,7 +64,7 @@ const EXTENSIONS: [SharedParameter; 7] = [
 ];
 /// Factor on the prior standard deviations of the extensions of the published laws in a search from afar.
 const START_FACTOR: f64 = 0.05;
-const FINAL_TERMINATION: Termination = Termination {
+pub(super) const FINAL_TERMINATION: Termination = Termination {
     tolerance: 1e-7,
     iterations: 500,
 };
@@ -95,6 +96,8 @@ pub(super) struct Search<'a> {
     readings: &'a PlateReadings,
     /// Whether the parameters that extend the published laws are still held close to their priors.
     is_start_search: bool,
+    /// Laws in doubt that are fitted.
+    pub(super) free_laws: FreeLaws,
     z_m: Vec<Complex64>,
     slopes: Vec<[Complex64; PARAMETERS]>,
 }
@@ -113,7 +116,7 @@ impl<'a> Search<'a> {
     ) -> Self {
         let lengths = members.iter().map(|member| member.model.z_m.len());
         let longest = lengths.max().unwrap_or(0);
-        Self {
+        let mut search = Self {
             priors,
             scatters: members
                 .iter()
@@ -123,10 +126,36 @@ impl<'a> Search<'a> {
             damping_std: FIXED_STD,
             readings,
             is_start_search: true,
+            free_laws: [false; LAWS],
             z_m: vec![Complex64::ZERO; longest],
             slopes: vec![[Complex64::ZERO; PARAMETERS]; longest],
             members,
+        };
+        // The contact's width on a known mode is no matter of doubt.
+        let mut free_laws = [false; LAWS];
+        free_laws[Law::Width as usize] = search.has_wavelength();
+        search.set_free_laws(free_laws);
+        search
+    }
+
+    /// Whether the wavelength of the plate's mode across its width is known.
+    pub(super) fn has_wavelength(&self) -> bool {
+        let mut members = self.members.iter();
+        members.any(|member| member.model.width_square_per_m2.is_some())
+    }
+
+    /// Changes the laws in doubt that are fitted.
+    pub(super) fn set_free_laws(&mut self, free_laws: FreeLaws) {
+        self.free_laws = free_laws;
+        for member in &mut self.members {
+            member.set_free_laws(free_laws);
         }
+    }
+
+    /// Returns the number of fitted parameters.
+    fn parameter_count(&self) -> usize {
+        let laws = self.free_laws.iter().filter(|is_free| **is_free).count();
+        PUBLISHED + laws + OWN * self.members.len()
     }
 
     /// Searches with the plate's damping held fixed and, where references do not determine it, also with it fitted. The second
@@ -269,10 +298,11 @@ impl<'a> Search<'a> {
 
     /// Minimises from a nearby minimum, after updating the trends within the instances, the plate's course, and the weights of
     /// the samples from it.
-    fn refine(&mut self, mut minimum: TrialMinimum) -> Result<TrialMinimum, FitError> {
+    pub(super) fn refine(&mut self, mut minimum: TrialMinimum) -> Result<TrialMinimum, FitError> {
         for refinement in 1..=REFINEMENTS {
             self.follow_trends(&minimum);
             self.follow_plate(&mut minimum);
+            self.follow_fingers(&minimum);
             self.follow_transients(&minimum).ok_or(FitError::NoStart)?;
             let is_last = refinement == REFINEMENTS;
             self.weigh(&minimum, !is_last);
@@ -367,6 +397,14 @@ impl<'a> Search<'a> {
         Some(())
     }
 
+    /// Updates the finger's part of each measured impedance for the plate at a minimum.
+    pub(super) fn follow_fingers(&mut self, minimum: &TrialMinimum) {
+        for (member, own) in self.members.iter_mut().zip(&minimum.own) {
+            let parameters = member.parameters(&minimum.shared, own);
+            member.model.follow_finger(&parameters);
+        }
+    }
+
     /// Updates the film's motion by other modes for each contact at a minimum.
     pub(super) fn follow_other_modes(&mut self, minimum: &TrialMinimum) -> Option<()> {
         for (member, own) in self.members.iter_mut().zip(&minimum.own) {
@@ -377,12 +415,13 @@ impl<'a> Search<'a> {
     }
 
     /// Updates the scatter of the residuals at a minimum, and if `has_new_kinds` also the contributions of each kind of error.
-    fn weigh(&mut self, minimum: &TrialMinimum, has_new_kinds: bool) {
+    pub(super) fn weigh(&mut self, minimum: &TrialMinimum, has_new_kinds: bool) {
         let residuals = self.residuals_at(minimum);
         if has_new_kinds {
             self.kinds = self.members.iter().map(Kinds::new).collect();
         }
-        if let Some(scatters) = Scatter::estimate(&residuals, &self.kinds) {
+        let parameters = self.parameter_count();
+        if let Some(scatters) = Scatter::estimate(&residuals, &self.kinds, parameters) {
             self.scatters = scatters;
         }
     }
@@ -447,6 +486,17 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// Returns the prior of a shared parameter. A law that is held has no slopes: any prior about 0 leaves it there.
+    fn prior(&self, parameter: SharedParameter) -> Normal {
+        match parameter {
+            SharedParameter::Law(law) if !self.free_laws[law as usize] => Normal {
+                mean: 0.0,
+                std: 1.0,
+            },
+            _ => self.priors.shared(parameter, self.has_wavelength()),
+        }
+    }
+
     /// Returns the plate's deviation from its course; `None` if it was not read before and after.
     pub(super) fn plate_deviation(&self, minimum: &TrialMinimum) -> Option<PlateDeviation> {
         let courses = courses(&minimum.shared);
@@ -477,7 +527,7 @@ impl<'a> Search<'a> {
             .iter()
             .map(|member| member.model.z_m.len())
             .sum();
-        let freedom = (2 * samples).saturating_sub(SHARED + OWN * self.members.len());
+        let freedom = (2 * samples).saturating_sub(self.parameter_count());
         (squares / freedom.max(1) as f64).max(1.0)
     }
 
@@ -556,7 +606,7 @@ impl ArrowProblem<OWN, SHARED> for Search<'_> {
 
     fn shared_prior(&self) -> Prior<SHARED> {
         let priors = SharedParameter::ALL.map(|parameter| {
-            let mut prior = self.priors.shared(parameter);
+            let mut prior = self.prior(parameter);
             if EXTENSIONS.contains(&parameter) {
                 prior.std *= self.extension_factor();
             }

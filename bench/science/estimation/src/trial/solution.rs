@@ -2,12 +2,14 @@
 
 use num_complex::Complex64;
 
+use super::TrialFit;
 use super::friction::{self, RatioSamples, SharedFriction, TrialFriction, TrialSamples};
 use super::friction_spread::{FrictionSpread, ParameterCovariance};
 use super::identifiability;
 use super::layout::{OWN, Shared, SharedParameter};
-use super::members::{Covariance, ParameterSlopes, TrialMinimum};
+use super::members::{Covariance, ParameterSlopes, Step, TrialMinimum};
 use super::misfit;
+use super::prior::TrialPriors;
 use super::search::Search;
 use super::shared_fit::SharedFit;
 use crate::fit_error::FitError;
@@ -16,14 +18,14 @@ use crate::friction_law::FrictionLaw;
 use crate::instance_fit::{InstanceFit, friction_at_rest, modelled_ratio, modelled_ratio_slopes};
 use crate::least_squares::{ImpedanceModel, Minimum};
 use contact::CalibrationErrors;
-use contact::calibration_errors::{ByError, OTHER_MODES};
+use contact::calibration_errors::{ByError, LAWS, OTHER_MODES};
 use contact::parameters::{FILM_MOBILITY, PARAMETERS};
 use contact::residual_noise::ResidualNoise;
 use contact::uncertain::{LogUncertain, Uncertain};
 
 /// Minimum of the search with its residuals and errors.
-pub(super) struct Solution<'a> {
-    search: Search<'a>,
+pub(super) struct Solution<'s, 'a> {
+    search: &'s mut Search<'a>,
     minimum: TrialMinimum,
     /// Model's parameters at each instance.
     parameters: Vec<[f64; PARAMETERS]>,
@@ -35,6 +37,18 @@ pub(super) struct Solution<'a> {
     verdict: FitVerdict,
 }
 
+/// Returns the direct effect of each error that is not fitted on the model's parameters.
+pub(super) fn unfitted_errors(
+    calibration: &CalibrationErrors,
+    priors: &TrialPriors,
+) -> ByError<PARAMETERS> {
+    let mut by_error = calibration.by_parameter();
+    // The component common to all places and that of each place add in quadrature.
+    by_error[(FILM_MOBILITY, OTHER_MODES)] =
+        std::f64::consts::SQRT_2 * priors.residual_mobility_std_m_per_n_s;
+    by_error
+}
+
 /// Friction of a trial with the errors due to the contact.
 pub(super) struct FrictionSolution {
     friction: TrialFriction,
@@ -42,23 +56,48 @@ pub(super) struct FrictionSolution {
     spread: Option<FrictionSpread>,
 }
 
-impl<'a> Solution<'a> {
+impl<'s, 'a> Solution<'s, 'a> {
     /// Computes residuals, covariance and verdict at a minimum.
     pub(super) fn new(
-        mut search: Search<'a>,
+        search: &'s mut Search<'a>,
         minimum: TrialMinimum,
-        calibration: &CalibrationErrors,
+        by_error: ByError<PARAMETERS>,
     ) -> Result<Self, FitError> {
-        let mut by_error = calibration.by_parameter();
-        // The component common to all places and that of each place add in quadrature.
-        by_error[(FILM_MOBILITY, OTHER_MODES)] =
-            std::f64::consts::SQRT_2 * search.priors.residual_mobility_std_m_per_n_s;
         search
             .follow_other_modes(&minimum)
             .ok_or(FitError::NoStart)?;
-        let residuals = search.residuals_at(&minimum);
         let covariance = search.covariance(&minimum, &by_error);
         let verdict = identifiability::verdict(&minimum, covariance.as_ref());
+        Self::with_covariance(search, minimum, by_error, covariance, verdict)
+    }
+
+    /// Computes the solution at the minimum with the laws as published, with the covariance of one with laws in doubt and the
+    /// `difference` between them, and with the verdict of the former.
+    pub(super) fn in_doubt(
+        search: &'s mut Search<'a>,
+        published: TrialMinimum,
+        doubtful: TrialMinimum,
+        difference: &Step,
+        by_error: ByError<PARAMETERS>,
+        verdict: FitVerdict,
+    ) -> Result<Self, FitError> {
+        search
+            .follow_other_modes(&published)
+            .ok_or(FitError::NoStart)?;
+        let covariance = search.covariance(&doubtful, &by_error);
+        let covariance = covariance.map(|covariance| covariance.with_error(LAWS, difference));
+        let minimum = published.with_normal_of(doubtful);
+        Self::with_covariance(search, minimum, by_error, covariance, verdict)
+    }
+
+    fn with_covariance(
+        search: &'s mut Search<'a>,
+        minimum: TrialMinimum,
+        by_error: ByError<PARAMETERS>,
+        covariance: Option<Covariance>,
+        verdict: FitVerdict,
+    ) -> Result<Self, FitError> {
+        let residuals = search.residuals_at(&minimum);
         let members = search.members.iter().zip(&minimum.own);
         let (parameters, parameter_slopes) = members
             .map(|(member, own)| {
@@ -78,8 +117,20 @@ impl<'a> Solution<'a> {
         })
     }
 
+    /// Returns the result of all instances and the parameters that they share.
+    pub(super) fn trial_fit(mut self) -> Result<TrialFit, FitError> {
+        let friction = self.friction();
+        let instances = self.instance_fits(friction.as_ref())?;
+        let shared = self.shared_fit(friction.as_ref(), &instances);
+        Ok(TrialFit {
+            shared,
+            instances,
+            within_laws: None,
+        })
+    }
+
     /// Fits the trial's friction to the contact; `None` if that does not converge.
-    pub(super) fn friction(&mut self) -> Option<FrictionSolution> {
+    fn friction(&mut self) -> Option<FrictionSolution> {
         let interval_s = self.search.members.first()?.model.interval_s;
         let members = self.search.members.iter_mut().zip(&self.parameters);
         let instances = members.map(|(member, parameters)| {
@@ -113,7 +164,7 @@ impl<'a> Solution<'a> {
     }
 
     /// Returns the result of each instance.
-    pub(super) fn instance_fits(
+    fn instance_fits(
         &mut self,
         friction: Option<&FrictionSolution>,
     ) -> Result<Vec<InstanceFit>, FitError> {
@@ -163,7 +214,7 @@ impl<'a> Solution<'a> {
     }
 
     /// Returns the parameters that all instances share, and the signs of misfit.
-    pub(super) fn shared_fit(
+    fn shared_fit(
         &self,
         friction: Option<&FrictionSolution>,
         instances: &[InstanceFit],
@@ -195,7 +246,7 @@ impl<'a> Solution<'a> {
             area_exponent: uncertain(SharedParameter::AreaExponent),
             film_mean_s: shared[SharedParameter::LnFilmMean].exp(),
             lag_exponent: uncertain(SharedParameter::LagExponent),
-            misfit: misfit::signs(shared, &self.search.priors, plate, instances),
+            misfit: misfit::signs(&self.search, shared, plate, instances),
             friction_floor: friction.map(|friction| friction.floor),
             lateral_lag_s: friction.map(|friction| friction.lag_s),
         }

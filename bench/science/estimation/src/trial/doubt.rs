@@ -1,0 +1,99 @@
+//! Second fit of a trial, with the laws in doubt.
+//!
+//! The first fit takes the laws as published for true. From its minimum θ₁ the cost is minimised again with the parameters ℓ of the
+//! laws in doubt free, to θ₂. Both are held to the same trends, transients and course of the plate. With C the covariance at θ₂,
+//! which includes the priors, the laws as published are rejected if
+//!
+//! ```text
+//! Q = ℓ₂ᵀ C_ℓℓ⁻¹ ℓ₂ > 16.8
+//! ```
+//!
+//! which χ² of six degrees of freedom exceeds in 1 %. While they are not, the values of the first fit are the better ones wherever
+//! the published laws hold, and θ₂ scatters about them by errors that the data do not resolve. Then θ₁ is reported, with the mean
+//! square error about it that the second fit leaves,
+//!
+//! ```text
+//! E (θ − θ₁)(θ − θ₁)ᵀ = C + (θ₂ − θ₁)(θ₂ − θ₁)ᵀ
+//! ```
+//!
+//! Where they are rejected, θ₂ is refined and reported with its own covariance.
+
+use crate::arrowhead::minimise;
+use nalgebra::{DMatrix, DVector};
+
+use super::layout::{LAWS, Law, SharedParameter};
+use super::members::{Covariance, Step, TrialMinimum};
+use super::search::{FINAL_TERMINATION, Search};
+use crate::fit_error::FitError;
+use contact::calibration_errors::ByError;
+use contact::parameters::PARAMETERS;
+
+/// Largest Q of laws in doubt about the published ones: 99 % of χ² of six degrees of freedom.
+const MAX_SQUARES: f64 = 16.8;
+
+/// Result of the second fit.
+pub(super) enum Doubt {
+    /// The data do not reject the laws as published.
+    Agreement {
+        /// Minimum with the laws in doubt.
+        minimum: TrialMinimum,
+        /// θ₂ − θ₁.
+        difference: Step,
+    },
+    /// They do; minimum with the laws in doubt.
+    Rejection(TrialMinimum),
+}
+
+impl Search<'_> {
+    /// Fits the laws in doubt, from the minimum with the laws as published.
+    pub(super) fn doubt(
+        &mut self,
+        published: &TrialMinimum,
+        by_error: &ByError<PARAMETERS>,
+    ) -> Result<Doubt, FitError> {
+        let was_free = self.free_laws;
+        self.set_free_laws([true; LAWS]);
+        self.follow_fingers(published);
+        let mut start = published.clone();
+        for law in Law::ALL {
+            if !was_free[law as usize] {
+                start.shared[SharedParameter::Law(law)] = 0.0;
+            }
+        }
+        let minimum =
+            minimise(self, start.shared, start.own, FINAL_TERMINATION).ok_or(FitError::NoStart)?;
+        let laws: Vec<Law> = Law::ALL
+            .into_iter()
+            .filter(|law| !was_free[*law as usize])
+            .collect();
+        let covariance = self.covariance(&minimum, by_error);
+        let squares = covariance
+            .as_ref()
+            .and_then(|covariance| squares(&minimum, covariance, &laws));
+        if squares.is_some_and(|squares| squares > MAX_SQUARES) {
+            return Ok(Doubt::Rejection(self.refine(minimum)?));
+        }
+        let own = minimum.own.iter().zip(&published.own);
+        let difference = Step {
+            shared: minimum.shared - published.shared,
+            own: own
+                .map(|(doubtful, published)| doubtful - published)
+                .collect(),
+        };
+        Ok(Doubt::Agreement {
+            minimum,
+            difference,
+        })
+    }
+}
+
+/// Returns Q = ℓᵀ C_ℓℓ⁻¹ ℓ of some laws.
+fn squares(minimum: &TrialMinimum, covariance: &Covariance, laws: &[Law]) -> Option<f64> {
+    let place = |index: usize| SharedParameter::Law(laws[index]).position();
+    let n = laws.len();
+    let block = DMatrix::from_fn(n, n, |row, column| {
+        covariance.shared[(place(row), place(column))]
+    });
+    let values = DVector::from_fn(n, |index, _| minimum.shared[place(index)]);
+    Some(values.dot(&block.cholesky()?.solve(&values)))
+}

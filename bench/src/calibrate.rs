@@ -338,7 +338,7 @@ pub fn plate(
         let apparatus = open(config)?;
         return run.run(apparatus, None, finger);
     }
-    if let Some(places) = options.along {
+    if let Some(places) = options.along.or(options.across) {
         return plate_profile(run, options, plate, places, open);
     }
     let apparatus = open(run.bench.config())?;
@@ -346,7 +346,7 @@ pub fn plate(
     run.run(apparatus, None, plate)
 }
 
-/// Measures the amplitude at `places` along the plate, with a vibrometer moved by hand.
+/// Measures the amplitude at `places` along or across the plate, with a vibrometer moved by hand.
 fn plate_profile(
     run: CalibrationRun<'_>,
     options: &cli::CalibratePlate,
@@ -355,18 +355,23 @@ fn plate_profile(
     open: impl FnOnce(&Config) -> anyhow::Result<BenchHardware>,
 ) -> anyhow::Result<CalibrationReport> {
     let pickup = run.calibration.pickup.as_ref().context(
-        "--along compares with the pickup's amplitude: run `friction-bench calibrate pickup` first",
+        "--along and --across compare with the pickup's amplitude: run `friction-bench calibrate pickup` first",
     )?;
     let simulated = options.measure.hardware.mock.is_some();
     if !run.attended && !simulated {
         bail!(
-            "--along needs somebody who moves the vibrometer: run it on a terminal, without --headless and --json"
+            "--along and --across need somebody who moves the vibrometer: run it on a terminal, without --headless and --json"
         );
     }
     let has_instrument = options.instrument.is_some() || simulated;
     let metres_per_unit = pickup.metres_per_unit.value;
     let config = run.bench.config();
-    let profile = ProfileProcedure::new(plate, config, metres_per_unit, places, has_instrument)?;
+    let procedure = if options.across.is_some() {
+        ProfileProcedure::across
+    } else {
+        ProfileProcedure::along
+    };
+    let profile = procedure(plate, config, metres_per_unit, places, has_instrument)?;
     let apparatus = open(config)?;
     let port = options
         .instrument

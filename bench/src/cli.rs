@@ -406,6 +406,7 @@ impl From<Reads> for config::MeterReads {
 
 /// `calibrate plate`
 #[derive(Debug, Args)]
+#[command(group = clap::ArgGroup::new("places").args(["along", "across"]))]
 pub struct CalibratePlate {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
@@ -420,14 +421,18 @@ pub struct CalibratePlate {
     pub drive_v: f64,
     /// Measure the response again with a finger resting on the plate, at 6 V or less; it is stored and plotted with the bare
     /// plate's response, and never used as a constant.
-    #[arg(long, conflicts_with = "along")]
+    #[arg(long, conflicts_with_all = ["along", "across"])]
     pub finger: bool,
     /// Then measure the amplitude at this many places along the plate, 3 to 50, with a vibrometer that you move; type in its
     /// readings, or read them with --instrument.
     #[arg(long, value_name = "PLACES")]
     pub along: Option<u32>,
+    /// Then measure the amplitude at this many places across the plate, 6 to 50, with a vibrometer that you move, and fit the
+    /// wavelength there, by which the finger's width is taken into account; needs plate.width_m in bench.toml.
+    #[arg(long, value_name = "PLACES", conflicts_with = "along")]
+    pub across: Option<u32>,
     /// Serial port of the vibrometer that sends its peak amplitude in µm, one number per line.
-    #[arg(long, value_name = "PORT", requires = "along")]
+    #[arg(long, value_name = "PORT", requires = "places")]
     pub instrument: Option<PathBuf>,
     /// Baud rate of the vibrometer.
     #[arg(long, value_name = "BAUD", default_value_t = 115_200)]

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 use std::path::Path;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -31,19 +31,41 @@ pub(crate) struct Vibrometer {
     text: Vec<u8>,
 }
 
-/// Handle that aims the vibrometer at a place along the plate; initially at the middle, at the pickup. Any thread may hold a
-/// clone.
+/// Handle that aims the vibrometer at a place on the plate; initially at the middle of the mode's crest, at the pickup. Any thread
+/// may hold a clone.
 #[derive(Debug, Clone, Default)]
-pub struct VibrometerAim(Arc<Mutex<Option<f64>>>);
+pub struct VibrometerAim(Arc<Mutex<AimedPlace>>);
+
+/// Place on the plate; a coordinate that was never set is that of the pickup.
+#[derive(Debug, Clone, Copy, Default)]
+struct AimedPlace {
+    /// Position along the plate, m.
+    position_m: Option<f64>,
+    /// Distance from the finger's line, m.
+    across_m: Option<f64>,
+}
 
 impl VibrometerAim {
     /// Aims at a position along the plate, m, from the next period on.
     pub fn set_position(&self, position_m: f64) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(position_m);
+        self.lock().position_m = Some(position_m);
     }
 
-    fn position_m(&self) -> Option<f64> {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Aims at a distance from the line that the finger follows, m, from the next period on.
+    pub fn set_across(&self, across_m: f64) {
+        self.lock().across_m = Some(across_m);
+    }
+
+    /// Returns the amplitude of the carrier mode at the place, relative to the pickup's; a vibrometer shows no sign.
+    fn shape(&self, plate: &PlateTable) -> f64 {
+        let place = *self.lock();
+        let along = place.position_m.map_or(1.0, |at_m| plate.shape(at_m));
+        let across = place.across_m.map_or(1.0, |at_m| plate.shape_across(at_m));
+        along * across.abs()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, AimedPlace> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -85,7 +107,7 @@ impl Vibrometer {
         plate: &PlateTable,
         now_s: f64,
     ) -> io::Result<()> {
-        let shape = self.aim.position_m().map_or(1.0, |at_m| plate.shape(at_m));
+        let shape = self.aim.shape(plate);
         for sample in truth {
             // Without a finger the true amplitude is that of the middle.
             self.sum_m += shape * sample.amplitude_m;

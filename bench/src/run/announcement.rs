@@ -62,7 +62,8 @@ pub(super) fn show_bench(
     let warnings = rehearsed::notice(&plan.rehearsed)
         .into_iter()
         .chain(config.safety_notices(plan.carrier_hz))
-        .chain(plan.unverified.clone());
+        .chain(plan.unverified.clone())
+        .chain(plan.bench.wavelength_contradiction());
     for notice in warnings {
         log(Warning, notice);
     }

@@ -8,7 +8,7 @@ use contact::AssumedConstants;
 use crossbeam_channel::Receiver;
 use devices::drive_control::waveform;
 use devices::loudspeaker::Loudspeaker;
-use devices::recorded_bench::{recorded_profile, recorded_room};
+use devices::recorded_bench::{recorded_plate, recorded_room};
 use devices::room::RoomTask;
 use devices::{Bench, DeviceReadings, Life, ThreadPriorities};
 use live::carrier_decision::CarrierDecision;
@@ -202,12 +202,11 @@ fn admission(settings: DriveSettings) -> Admit {
 
 /// Returns the live side, and the task of its fits; both continue from the participant's skin so far.
 fn live_side(plan: &SessionPlan, skin: ParticipantSkin) -> (LiveSide, Refit) {
-    let profile = recorded_profile(&plan.bench);
-    let profile = profile.as_ref().map(AmplitudeProfile::new);
+    let profile = AmplitudeProfile::from(&recorded_plate(&plan.bench));
     let room = recorded_room(plan.bench.config());
     let measured_pa = room.map(RecordedRoom::ambient_pressure_pa);
     let assumed = AssumedConstants::ESTIMATION.with_measured_pressure(measured_pa);
-    let (refits, fits, refit) = Refit::new(assumed, profile.unwrap_or_default(), skin);
+    let (refits, fits, refit) = Refit::new(assumed, profile, skin);
     let contact_n = plan.protocol.protocol.force.contact_n;
     let modal_mass_kg = plan.bench.config().plate.modal_mass_kg;
     (

@@ -50,7 +50,7 @@ pub struct TruthSample {
     pub position_m: f64,
     /// Velocity of the finger along the plate, m/s.
     pub velocity_m_per_s: f64,
-    /// Peak amplitude of the plate under the finger, averaged over some carrier periods, m.
+    /// Peak amplitude of the plate under the finger, on the mode's crest across the plate, averaged over some carrier periods, m.
     pub amplitude_m: f64,
     /// Shift of the carrier mode's resonance from its initial value, Hz.
     pub resonance_shift_hz: f64,

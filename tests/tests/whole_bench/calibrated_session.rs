@@ -5,7 +5,7 @@
     reason = "what cannot be unwrapped fails the test"
 )]
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use analysis::estimate::Method;
 use analysis::{Settings, analyse, find};
@@ -15,7 +15,7 @@ use bench_tests::room::Room;
 use bench_tests::session::{finish, text};
 use bench_tests::truth::{Bench, Skin};
 use config::CalibrationFile;
-use recording::manifest::RecordedProfile;
+use recording::manifest::{RecordedProfile, WavelengthSource};
 use statistics::quantile;
 
 const UNKNOWN_BENCH: &str = "[jitter]\nenabled = true\n";
@@ -30,7 +30,8 @@ struct Errors {
     mu: f64,
 }
 
-fn session(room: &Room, name: &str) -> [Errors; 2] {
+/// Runs a session; returns the folders of its study and of its truth.
+fn run(room: &Room, name: &str) -> [PathBuf; 2] {
     let folder = room.folder.path().join(name);
     let (study, truth) = (folder.join("study"), folder.join("truth"));
     std::fs::create_dir_all(&truth).unwrap();
@@ -44,6 +45,11 @@ fn session(room: &Room, name: &str) -> [Errors; 2] {
         .arg(&truth);
     let output = finish(&mut command);
     assert!(output.status.success(), "{}", text(&output));
+    [study, truth]
+}
+
+fn session(room: &Room, name: &str) -> [Errors; 2] {
+    let [study, truth] = run(room, name);
     errors(&study, &Skin::read(&truth))
 }
 
@@ -201,6 +207,30 @@ fn a_session_with_measured_constants_is_as_accurate_as_with_true_ones() {
             );
         }
     }
+}
+
+#[test]
+fn a_session_records_the_wavelength_across_the_plate() {
+    let scenario = "[plate.across]\nwavelength_m = 0.022\n[film.contact_width]\nwidth_m = 0.008\n";
+    let room = Room::new(scenario, 1);
+    room.succeed(&["pickup"]);
+    room.succeed(&["plate", "--across", "9"]);
+    room.weigh();
+    let [study, _] = run(&room, "wide");
+    let recordings = find::recordings(std::slice::from_ref(&study), false).unwrap();
+    assert!(!recordings.is_empty());
+    for recording in &recordings {
+        let across = Recording::read(recording).manifest.plate.across.unwrap();
+        assert_eq!(across.source, WavelengthSource::Measured);
+        let error_m = (across.wavelength_m - 0.022).abs();
+        assert!(
+            error_m < 1e-4 && across.standard_error_m < 2e-4,
+            "{across:?}"
+        );
+    }
+    let analysis = analyse(&recordings, &Settings::default(), |_| {});
+    let findings = analysis.findings().next().unwrap();
+    assert!(findings.plate().across.is_some() && !findings.instances.is_empty());
 }
 
 /// A computer without GPIO or sensor lines: forces, position, e-stop, enable and heartbeat are behind a field box.

@@ -11,7 +11,7 @@ use bench_tests::campaign;
 use bench_tests::room::{Room, require_refusal};
 use bench_tests::session::{finish, text};
 use bench_tests::truth::{Bench, has_coverage};
-use config::{CalibrationFile, Config, Effective, Quantity, Uniformity};
+use config::{CalibrationFile, Config, CosineVerdict, Effective, Quantity, Uniformity};
 use rayon::prelude::*;
 
 /// An unknown bench with a converter that has the resolution and noise of 16, 20 or 24 bits.
@@ -182,6 +182,59 @@ fn the_amplitude_along_the_plate_is_found_and_judged() {
         let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
         assert_eq!(calibration.profile, None);
     }
+}
+
+#[test]
+fn the_wavelength_across_the_plate_is_found_and_stored() {
+    const WIDE: &str = "[plate.across]\nwavelength_m = 0.0245\ncrest_m = 0.3e-3\n";
+    let room = Room::new(WIDE, 1);
+    require_refusal(
+        room.calibrate(&["plate", "--across", "9"]),
+        &["calibrate pickup"],
+    );
+    room.succeed(&["pickup"]);
+    require_refusal(
+        room.calibrate(&["plate", "--across", "2"]),
+        &["--across = 2 is outside 6 to 50"],
+    );
+    let transcript = room.succeed(&["plate", "--across", "9"]);
+    assert!(
+        transcript.contains("a cosine of wavelength 24.5"),
+        "{transcript}"
+    );
+    let folder = room.folder.path();
+    assert!(folder.join("calibration-plate-across.svg").exists());
+    assert!(folder.join("calibration-plate-across.csv").exists());
+    let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
+    let across = calibration.across.unwrap();
+    assert_eq!(across.verdict, CosineVerdict::Cosine);
+    for (quantity, truth, most) in [
+        (across.wavelength_m, 0.0245, 1e-4),
+        (across.crest_m, 0.3e-3, 5e-5),
+        (across.crest_ratio, 1.0, 5e-3),
+    ] {
+        let quantity = quantity.unwrap();
+        assert!((quantity.value - truth).abs() < most, "{quantity:?}");
+        assert!(quantity.standard_error < most, "{quantity:?}");
+    }
+
+    // A new sensitivity of the pickup changes the ratios.
+    room.succeed(&["pickup"]);
+    let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
+    assert_eq!(calibration.across, None);
+}
+
+#[test]
+fn a_plate_that_moves_alike_across_has_no_wavelength_there() {
+    let room = Room::new("", 1);
+    room.succeed(&["pickup"]);
+    let transcript = room.succeed(&["plate", "--across", "6"]);
+    assert!(transcript.contains("no wavelength"), "{transcript}");
+    let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
+    let across = calibration.across.unwrap();
+    assert_eq!(across.verdict, CosineVerdict::Undetermined);
+    assert_eq!(across.wavelength_m, None);
+    assert_eq!(across.places.len(), 6);
 }
 
 #[test]

@@ -10,6 +10,7 @@ use sha2::{Digest, Sha256};
 use crate::correction::Correction;
 use crate::identity::Identity;
 use crate::meter_check::MeasuredOutput;
+use crate::mode_across::MeasuredAcross;
 use crate::quantity::{Provenance, Quantity};
 
 /// Version of the file's layout.
@@ -318,6 +319,9 @@ pub struct CalibrationFile {
     /// Result of `calibrate plate --along N`, the amplitude along the plate.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile: Option<MeasuredProfile>,
+    /// Result of `calibrate plate --across N`, the amplitude across the plate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub across: Option<MeasuredAcross>,
     /// Result of `calibrate force`; absent until it passes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<MeasuredForce>,
@@ -381,6 +385,7 @@ impl CalibrationFile {
             plate: None,
             finger: None,
             profile: None,
+            across: None,
             force: None,
             channels: None,
             output: None,
@@ -486,6 +491,13 @@ impl CalibrationFile {
             self.simulated_time.push(part.to_owned());
             self.simulated_time.sort();
         }
+    }
+
+    /// Returns whether the line that the finger follows was measured to be away from the crest of the plate's mode.
+    #[must_use]
+    pub(crate) fn is_off_crest(&self) -> bool {
+        let across = self.across.as_ref();
+        across.is_some_and(|across| across.wavelength_m.is_some() && !across.is_on_crest())
     }
 
     /// Returns whether any dated part was measured.

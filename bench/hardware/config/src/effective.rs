@@ -9,6 +9,7 @@ use crate::calibration_file::{CalibrationFile, CalibrationFileError};
 use crate::correction::{Correction, Implausible};
 use crate::identity::{Identity, Mismatch};
 use crate::meter_check::MeasuredOutput;
+use crate::mode_across::{ModeAcross, contradiction};
 use crate::quantity::Provenance;
 use crate::room::require_pressure;
 
@@ -227,6 +228,18 @@ impl Effective {
         require_pressure(key, pressure_hpa)?;
         self.config.room.pressure_hpa = Some(pressure_hpa);
         Ok(self)
+    }
+
+    /// Returns the plate's mode across its width, as measured or else as configured; `None` if neither is known.
+    #[must_use]
+    pub fn mode_across(&self) -> Option<ModeAcross> {
+        ModeAcross::new(&self.config.plate, self.file())
+    }
+
+    /// Returns the contradiction between the configured and the measured wavelength across the plate, if there is one.
+    #[must_use]
+    pub fn wavelength_contradiction(&self) -> Option<String> {
+        contradiction(&self.config.plate, self.file()?.across.as_ref()?)
     }
 
     /// Returns the calibration in force; `None` for an uncalibrated bench.

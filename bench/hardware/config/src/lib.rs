@@ -16,6 +16,7 @@ mod gauges;
 mod identity;
 mod limits;
 mod meter_check;
+mod mode_across;
 mod netft;
 mod nidaqmx;
 mod plate_constants;
@@ -50,6 +51,10 @@ pub use limits::{
     UNCHECKED_V, UncheckedVolts,
 };
 pub use meter_check::{MeasuredOutput, MeterReads};
+pub use mode_across::{
+    AcrossPlace, CosineVerdict, MeasuredAcross, ModeAcross, WavelengthSource, contradiction,
+    thin_plate_wavelength_m, wavelength_in_words,
+};
 pub use netft::Netft;
 pub use nidaqmx::{CardClock, Nidaqmx, Terminals};
 pub use plate_constants::Plate;

@@ -24,6 +24,18 @@ pub struct Plate {
     pub length_m: f64,
     /// Position of the plate's centre, m.
     pub centre_m: f64,
+    /// Width across which `calibrate plate --across` measures, m; the line that the finger follows is in its middle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub width_m: Option<f64>,
+    /// Thickness, m, from which `check` estimates the wavelength across a plate of glass.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thickness_m: Option<f64>,
+    /// Flexural wavelength across the plate's width at the carrier, m, used where `calibrate plate --across` has measured none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wavelength_across_m: Option<f64>,
+    /// Relative standard error of that wavelength; 0.1 by default (an assumption).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wavelength_across_relative_error: Option<f64>,
     /// Heat capacity, J/K; 14 J/K by default, an assumption: 17 g of glass.
     #[serde(default = "Plate::default_heat_capacity")]
     pub heat_capacity_j_per_k: f64,
@@ -45,11 +57,32 @@ impl Plate {
         require_range("plate.force_factor_n_per_v", force_factor, 1e-4, 1e2, "N/V")?;
         require_range("plate.length_m", self.length_m, 0.01, 1.0, "m")?;
         require_range("plate.centre_m", self.centre_m, 0.0, self.length_m, "m")?;
+        self.check_across()?;
         let capacity = self.heat_capacity_j_per_k;
         require_range("plate.heat_capacity_j_per_k", capacity, 0.1, 1e4, "J/K")?;
         let loss = self.heat_loss_w_per_k;
         require_range("plate.heat_loss_w_per_k", loss, 1e-3, 10.0, "W/K")?;
         require_range("plate.room_c", self.room_c, 5.0, 27.0, "°C")
+    }
+
+    fn check_across(&self) -> Result<(), Refused> {
+        let require = |key, value: Option<f64>, low, high| {
+            value.map_or(Ok(()), |m| require_range(key, m, low, high, "m"))
+        };
+        require("plate.width_m", self.width_m, 4e-3, 0.5)?;
+        require("plate.thickness_m", self.thickness_m, 1e-4, 0.02)?;
+        let wavelength_m = self.wavelength_across_m;
+        require("plate.wavelength_across_m", wavelength_m, 5e-3, 0.5)?;
+        let error = self.wavelength_across_relative_error;
+        error.map_or(Ok(()), |error| {
+            require_range(
+                "plate.wavelength_across_relative_error",
+                error,
+                1e-3,
+                0.5,
+                "",
+            )
+        })
     }
 
     pub(crate) fn default_heat_capacity() -> f64 {

@@ -41,6 +41,13 @@ fn an_optional_key_stands_there_with_its_default() {
         }),
         gpio: full.gpio.clone(),
         room: full.room,
+        plate: Plate {
+            width_m: full.plate.width_m,
+            thickness_m: full.plate.thickness_m,
+            wavelength_across_m: full.plate.wavelength_across_m,
+            wavelength_across_relative_error: full.plate.wavelength_across_relative_error,
+            ..config.plate
+        },
         field_box: full.field_box.clone(),
         nidaqmx: full.nidaqmx.clone(),
         calibration: CalibrationRules {

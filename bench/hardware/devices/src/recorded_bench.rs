@@ -18,6 +18,7 @@ pub fn recorded_plate(bench: &Effective) -> manifest::RecordedPlate {
         force_factor_n_per_v: config.plate.force_factor_n_per_v,
         centre_m: config.plate.centre_m,
         profile: recorded_profile(bench),
+        across: recorded_across(bench),
     }
 }
 
@@ -37,6 +38,19 @@ pub fn recorded_profile(bench: &Effective) -> Option<manifest::RecordedProfile> 
     Some(manifest::RecordedProfile {
         positions_m: places.iter().map(|place| place.position_m).collect(),
         ratios: places.iter().map(|place| place.ratio).collect(),
+    })
+}
+
+/// Returns the wavelength across the plate, measured or else configured; `None` if neither is known.
+fn recorded_across(bench: &Effective) -> Option<manifest::RecordedAcross> {
+    let mode = bench.mode_across()?;
+    Some(manifest::RecordedAcross {
+        wavelength_m: mode.wavelength_m,
+        standard_error_m: mode.standard_error_m,
+        source: match mode.source {
+            config::WavelengthSource::Measured => manifest::WavelengthSource::Measured,
+            config::WavelengthSource::Configured => manifest::WavelengthSource::Configured,
+        },
     })
 }
 

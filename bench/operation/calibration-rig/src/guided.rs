@@ -188,9 +188,9 @@ fn main_reading(request: &Request) -> Option<MainReading> {
         | Request::RestFinger { .. }
         | Request::Unload => Some(MainReading::NormalForce),
         Request::Connect(_) | Request::MeterReading { .. } => Some(MainReading::Level),
-        Request::KnownAmplitude { .. } | Request::MoveVibrometer { .. } => {
-            Some(MainReading::Amplitude)
-        }
+        Request::KnownAmplitude { .. }
+        | Request::MoveVibrometer { .. }
+        | Request::MoveVibrometerAcross { .. } => Some(MainReading::Amplitude),
         Request::Review | Request::GoOn => None,
     }
 }

@@ -65,6 +65,8 @@ pub enum Part {
         finger: Option<Box<config::MeasuredFinger>>,
         /// The amplitude along its length, if measured.
         profile: Option<Box<config::MeasuredProfile>>,
+        /// The amplitude across its width, if measured.
+        across: Option<Box<config::MeasuredAcross>>,
     },
     /// `[force]`: the force sensor's matrix and tare.
     Force {
@@ -85,8 +87,9 @@ impl Part {
         match self {
             Self::Pickup(pickup) => {
                 calibration.pickup = Some(*pickup);
-                // Both depend on the pickup's previous sensitivity.
+                // All of them depend on the pickup's previous sensitivity.
                 (calibration.finger, calibration.profile) = (None, None);
+                calibration.across = None;
                 calibration.plate.take().map(|_| {
                     "the plate's force factor was computed with the old sensitivity and no longer holds: run `friction-bench calibrate plate` again".to_owned()
                 })
@@ -95,10 +98,14 @@ impl Part {
                 plate,
                 finger,
                 profile,
+                across,
             } => {
                 calibration.plate = Some(*plate);
                 if let Some(profile) = profile {
                     calibration.profile = Some(*profile);
+                }
+                if let Some(across) = across {
+                    calibration.across = Some(*across);
                 }
                 let is_removed = calibration.finger.is_some() && finger.is_none();
                 calibration.finger = finger.map(|finger| *finger);

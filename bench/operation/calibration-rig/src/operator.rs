@@ -86,6 +86,13 @@ pub enum Request {
         /// Position along the plate, m.
         position_m: f64,
     },
+    /// Aim the vibrometer at a place across the plate.
+    MoveVibrometerAcross {
+        /// Position along the plate, m.
+        position_m: f64,
+        /// Distance from the line that the finger follows, m; positive on the side away from the participant.
+        across_m: f64,
+    },
     /// Change the cables.
     Connect(Cabling),
     /// Read the plate's peak amplitude on an instrument and type it.
@@ -155,6 +162,14 @@ impl Request {
                 "Aim the vibrometer at the plate {:.1} mm from its left end, on the line that the finger follows; touch nothing else.",
                 position_m * 1e3
             ),
+            Self::MoveVibrometerAcross {
+                position_m,
+                across_m,
+            } => format!(
+                "Aim the vibrometer at the plate {:.1} mm from its left end and {}; touch nothing else.",
+                position_m * 1e3,
+                distance_in_words(*across_m)
+            ),
             Self::Connect(Cabling::AllInputs) => {
                 "Connect the drive's read-back to all inputs at once.".to_owned()
             }
@@ -202,11 +217,22 @@ impl Request {
             | Self::Unload
             | Self::RestFinger { .. }
             | Self::MoveVibrometer { .. }
+            | Self::MoveVibrometerAcross { .. }
             | Self::Connect(_)
             | Self::GoOn
             | Self::Review => None,
         }
     }
+}
+
+/// Returns a place across the plate in words.
+fn distance_in_words(across_m: f64) -> String {
+    let mm = format!("{:.1}", 1e3 * across_m.abs());
+    if mm == "0.0" {
+        return "on the line that the finger follows".to_owned();
+    }
+    let side = if across_m > 0.0 { "beyond" } else { "before" };
+    format!("{mm} mm {side} the line that the finger follows, as the participant sees it")
 }
 
 /// An answer to a request.

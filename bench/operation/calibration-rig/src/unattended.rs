@@ -169,7 +169,7 @@ impl<W: Write + Send> Operator for Unattended<W> {
         let done = match pending.request {
             Request::Connect(_) | Request::Review | Request::GoOn => true,
             // The move cannot be confirmed: only a simulated instrument moves automatically.
-            Request::MoveVibrometer { .. } => true,
+            Request::MoveVibrometer { .. } | Request::MoveVibrometerAcross { .. } => true,
             Request::Load { .. } | Request::Unload => self.settled(pending),
             Request::RestFinger { least_n, most_n } => self.rests(pending, least_n, most_n),
             Request::NameMass { axis } => bail!(

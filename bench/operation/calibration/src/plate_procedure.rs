@@ -347,6 +347,7 @@ impl Calibrates for PlateProcedure {
                 plate: Box::new(plate),
                 finger: None,
                 profile: None,
+                across: None,
             },
         })
     }

@@ -6,7 +6,7 @@ use crate::measure::Measured;
 use crate::real_time;
 use crate::table::{RowVerdict, Table};
 use calibration::{channel_match, channels};
-use config::{CalibrationError, Config, Effective, MeasuredChannels};
+use config::{CalibrationError, Config, Effective, MeasuredChannels, wavelength_in_words};
 use recording::pipeline::Account;
 use safety::{DELAY_WITHIN_S, SafetyState, Trip};
 
@@ -65,6 +65,19 @@ pub(super) fn judge(
         }
     }
     judge_calibration(table, bench, refused, measured);
+    judge_across(table, bench);
+}
+
+/// States the wavelength across the plate, where anything is known of it.
+fn judge_across(table: &mut Table, bench: &Effective) {
+    let plate = &bench.config().plate;
+    if let Some(contradiction) = bench.wavelength_contradiction() {
+        return table.verdict_row("across the plate", RowVerdict::Warning, contradiction);
+    }
+    if bench.mode_across().is_some() || plate.thickness_m.is_some() {
+        let words = wavelength_in_words(plate, bench.file());
+        table.row("across the plate", true, words);
+    }
 }
 
 fn judge_rate(table: &mut Table, rate_hz: f64, measured: &Measured) {

@@ -1,17 +1,21 @@
-//! Ratio of the amplitude along the plate to the pickup's reading, at any position.
+//! Ratio of the amplitude along the plate to the pickup's reading, at any position, and the mode across the plate.
 //!
 //! Between the measured places the ratio is a cubic through their ratios. Its slope at a place is that of the parabola through
 //! the place and its two neighbours, so three places give a parabola, the shape of a mode about its middle.
 //! Straight lines between three places would miss a parabola by a quarter of its fall towards the ends, between
 //! five by a sixteenth. Beyond the first and the last place the ratio is constant, because nothing was measured there.
 
-use recording::manifest::{PROFILE_RATIOS, RecordedPlate, RecordedProfile};
+use contact::uncertain::Uncertain;
+use estimation::ModeAcross;
+use recording::manifest::{PROFILE_RATIOS, RecordedAcross, RecordedPlate, RecordedProfile};
 
 /// Ratio φ of the amplitude along the plate to the pickup's reading; 1 everywhere if it was not measured.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct AmplitudeProfile {
     /// Measured places in order of position; empty for a plate assumed to be uniform.
     places: Vec<MeasuredPlace>,
+    /// Mode across the plate's width; `None` if its wavelength is not known.
+    across: Option<ModeAcross>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,7 +28,10 @@ struct MeasuredPlace {
 
 impl From<&RecordedPlate> for AmplitudeProfile {
     fn from(plate: &RecordedPlate) -> Self {
-        plate.profile.as_ref().map_or_else(Self::default, Self::new)
+        Self {
+            across: plate.across.as_ref().map(mode_across),
+            ..plate.profile.as_ref().map_or_else(Self::default, Self::new)
+        }
     }
 }
 
@@ -49,7 +56,14 @@ impl AmplitudeProfile {
         });
         Self {
             places: places.collect(),
+            across: None,
         }
+    }
+
+    /// Returns the mode across the plate's width; `None` if its wavelength is not known.
+    #[must_use]
+    pub fn mode_across(&self) -> Option<ModeAcross> {
+        self.across
     }
 
     /// Returns whether the profile was measured.
@@ -110,6 +124,16 @@ impl AmplitudeProfile {
     }
 }
 
+/// Returns the mode of a recorded wavelength.
+pub(crate) fn mode_across(across: &RecordedAcross) -> ModeAcross {
+    ModeAcross {
+        wavelength_m: Uncertain {
+            value: across.wavelength_m,
+            std: across.standard_error_m,
+        },
+    }
+}
+
 /// Returns the slope at `x` of the parabola through three points, or of the line through two. In Newton's form the parabola is
 /// y_a + r (x − x_a) + c (x − x_a)(x − x_b), r the rise from a to b and c the bend, and its slope r + c (2x − x_a − x_b).
 fn slope(points: &[(f64, f64)], x: f64) -> f64 {
@@ -139,6 +163,8 @@ fn cubic_ratio(previous: &MeasuredPlace, next: &MeasuredPlace, position_m: f64) 
 
 #[cfg(test)]
 mod tests {
+    use recording::manifest::WavelengthSource;
+
     use super::*;
     use approx::assert_relative_eq;
 
@@ -185,6 +211,29 @@ mod tests {
         for position_m in [0.081, 1e9, f64::INFINITY] {
             assert_eq!(profile.ratio_at(position_m), 1.1);
         }
+    }
+
+    #[test]
+    fn a_wavelength_across_needs_no_profile_along_and_changes_no_ratio() {
+        let mut plate = RecordedPlate {
+            resonance_hz: 35e3,
+            modal_mass_kg: 8e-3,
+            force_factor_n_per_v: 0.13,
+            centre_m: 0.0525,
+            profile: None,
+            across: None,
+        };
+        assert_eq!(AmplitudeProfile::from(&plate), AmplitudeProfile::default());
+        plate.across = Some(RecordedAcross {
+            wavelength_m: 0.022,
+            standard_error_m: 3e-4,
+            source: WavelengthSource::Measured,
+        });
+        let profile = AmplitudeProfile::from(&plate);
+        assert!(!profile.is_measured());
+        assert_eq!(profile.ratio_at(0.07), 1.0);
+        let wavelength_m = profile.mode_across().unwrap().wavelength_m;
+        assert_eq!((wavelength_m.value, wavelength_m.std), (0.022, 3e-4));
     }
 
     #[test]

@@ -7,6 +7,7 @@ use estimation::FitConditions;
 use estimation::trial::SharedFit;
 use protocols::{Direction, SelectionRules};
 
+use crate::amplitude_profile::mode_across;
 use crate::analysis_settings::Settings;
 pub use crate::estimate::{Deltas, InstanceAnalysis, InstanceEstimate, Method};
 pub use crate::exploration_findings::ExplorationFindings;
@@ -143,7 +144,9 @@ impl RecordingFindings {
     pub(crate) fn conditions(&self, settings: &Settings) -> Option<FitConditions> {
         let assumed = self.assumed(settings);
         let z_p = self.z_p?;
-        Some(z_p.conditions(assumed, self.manifest.carrier_hz, &self.standard_errors))
+        let mode_across = self.plate().across.as_ref().map(mode_across);
+        let (carrier_hz, errors) = (self.manifest.carrier_hz, &self.standard_errors);
+        Some(z_p.conditions(assumed, carrier_hz, errors, mode_across))
     }
 
     /// Returns the parameters shared by the instances with the laws as published taken as true. `None` if a fit cannot be used, or

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use contact::{AssumedConstants, CalibrationErrors};
 use estimation::trial::PlacedInstance;
-use estimation::{FitConditions, FitError, InstanceSamples, InstanceSeries};
+use estimation::{FitConditions, FitError, InstanceSamples, InstanceSeries, ModeAcross};
 use impedance::smoothing::LowPass;
 use impedance::{Mask, ZmFrame};
 use num_complex::Complex64;
@@ -242,12 +242,14 @@ impl PlateReading {
         }
     }
 
-    /// Returns the conditions shared by all fits of the recording, with the stated errors of its calibration.
+    /// Returns the conditions shared by all fits of the recording, with the stated errors of its calibration, and the mode across
+    /// its plate if that is known.
     pub fn conditions(
         &self,
         assumed: AssumedConstants,
         carrier_hz: f64,
         standard_errors: &StandardErrors,
+        mode_across: Option<ModeAcross>,
     ) -> FitConditions {
         FitConditions {
             assumed,
@@ -261,7 +263,7 @@ impl PlateReading {
                 normal_force_relative: standard_errors.normal_force_relative,
                 lateral_force_relative: standard_errors.lateral_force_relative,
             },
-            mode_across: None,
+            mode_across,
         }
     }
 }

@@ -1,10 +1,16 @@
 //! Settings as printed in results and tables: every assumed number, and how each method uses the amplitude and the
-//! normal force, and where the ambient pressure comes from.
+//! normal force, and where the ambient pressure and the wavelength across the plate come from.
 
 use serde::Serialize;
 
 use crate::analysis_settings::Settings;
 use crate::findings::Analysis;
+
+/// Statement on recordings without a wavelength.
+const UNKNOWN_WIDTH: &str =
+    "width of the finger across the mode not known: included in interval95 of trial";
+/// Statement on recordings with one.
+const KNOWN_WAVELENGTH: &str = "wavelength across the plate as recorded: plate.across";
 
 /// Content of `settings`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -18,6 +24,8 @@ pub struct PrintedSettings {
     pub normal_force: ForceSource,
     /// Source of the ambient pressure, in words.
     pub ambient_pressure: String,
+    /// Source of the wavelength across the plate, in words, or the lack of it.
+    pub finger_across_mode: String,
 }
 
 /// Normal force used by each method.
@@ -41,11 +49,12 @@ pub struct AmplitudeSource {
 impl PrintedSettings {
     /// Returns the settings of an analysis.
     pub fn new(analysed: &Analysis) -> Self {
-        let (mut recordings, mut profiles, mut pressures) = (0, 0, 0);
+        let (mut recordings, mut profiles, mut pressures, mut wavelengths) = (0, 0, 0, 0);
         for findings in analysed.findings() {
             recordings += 1;
             profiles += usize::from(findings.plate().profile.is_some());
             pressures += usize::from(findings.manifest.room.is_some());
+            wavelengths += usize::from(findings.plate().across.is_some());
         }
         Self {
             normal_force: ForceSource {
@@ -68,6 +77,13 @@ impl PrintedSettings {
                 _ if pressures == recordings => "as measured: room.pressure_hpa".to_owned(),
                 _ => format!(
                     "as measured, room.pressure_hpa, in {pressures} of {recordings} recordings; assumed in the others"
+                ),
+            },
+            finger_across_mode: match wavelengths {
+                0 => UNKNOWN_WIDTH.to_owned(),
+                _ if wavelengths == recordings => KNOWN_WAVELENGTH.to_owned(),
+                _ => format!(
+                    "{KNOWN_WAVELENGTH}, in {wavelengths} of {recordings} recordings; in the others {UNKNOWN_WIDTH}"
                 ),
             },
         }

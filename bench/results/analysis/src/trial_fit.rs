@@ -39,9 +39,15 @@ pub struct FitRequest {
 }
 
 impl FitRequest {
-    /// Returns the conditions shared by all fits.
-    fn conditions(&self, plate: PlateReading, assumed: AssumedConstants) -> FitConditions {
-        plate.conditions(assumed, self.carrier_hz, &self.calibration)
+    /// Returns the conditions shared by all fits on a plate with this profile.
+    fn conditions(
+        &self,
+        plate: PlateReading,
+        profile: &AmplitudeProfile,
+        assumed: AssumedConstants,
+    ) -> FitConditions {
+        let mode_across = profile.mode_across();
+        plate.conditions(assumed, self.carrier_hz, &self.calibration, mode_across)
     }
 }
 
@@ -181,7 +187,7 @@ impl<'a> CutTrial<'a> {
     /// # Errors
     /// The instances cannot be fitted together.
     pub fn shared(&self, assumed: AssumedConstants) -> Result<SharedFit, FitError> {
-        let conditions = self.request.conditions(self.plate, assumed);
+        let conditions = self.request.conditions(self.plate, self.profile, assumed);
         let instances = self.instances.iter();
         let rules = &self.request.rules;
         let instances: Vec<_> = instances
@@ -222,7 +228,7 @@ fn typical_fit(cut: &CutTrial<'_>, assumed: AssumedConstants) -> Result<TrialCon
         series,
         ..
     } = cut;
-    let conditions = request.conditions(cut.plate, assumed);
+    let conditions = request.conditions(cut.plate, cut.profile, assumed);
     let options = dynamic::DynamicOptions::default();
     let (mut usable_fits, mut failure) = (Vec::new(), None);
     let mut interval_s = 0.0;

@@ -174,11 +174,13 @@ pub(crate) fn assumptions(printed: &PrintedSettings) -> Markup {
         amplitude_along_plate: amplitude,
         normal_force: force,
         ambient_pressure,
+        finger_across_mode,
     } = printed;
     let sources = [
         ("ambient_pressure", ambient_pressure.as_str()),
         ("amplitude_along_plate.dynamic", amplitude.dynamic.as_str()),
         ("amplitude_along_plate.paper", amplitude.paper),
+        ("finger_across_mode", finger_across_mode.as_str()),
         ("normal_force.dynamic", force.dynamic),
         ("normal_force.paper", force.paper),
     ];
@@ -266,6 +268,10 @@ pub(crate) fn dependencies(recordings: &[RecordingEntry<'_>]) -> Markup {
         .iter()
         .filter(|recording| recording.result.plate_profile)
         .count();
+    let across = recordings
+        .iter()
+        .filter(|recording| recording.result.plate_across.is_some())
+        .count();
     html! {
         ul {
             li { "All results depend on the " a href="#calibration" { "calibration" } ". " (errors_note(recordings)) }
@@ -288,6 +294,13 @@ pub(crate) fn dependencies(recordings: &[RecordingEntry<'_>]) -> Markup {
                       profile of the plate (dynamic, trial); in the others the plate is assumed uniform." }
             } @else {
                 li { "The plate is assumed uniform along its length: no recording has a measured profile." }
+            }
+            @if across > 0 {
+                li { "In " (across) " of " (recordings.len()) " recordings the wavelength of the plate's mode across its width is \
+                      known (dynamic, trial); in the others the width of the finger across the mode is not known and is \
+                      included in the intervals of " b { "trial" } "." }
+            } @else {
+                li { "Width of the finger across the plate's mode not known: included in the intervals of " b { "trial" } "." }
             }
         }
         h3 { "Sensitivity to the assumed values" }

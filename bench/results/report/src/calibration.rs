@@ -122,6 +122,20 @@ fn calibration_table(calibration_use: &CalibrationUse) -> Markup {
         )];
         parts.push(("amplitude along the plate", profile.measured.date, values));
     }
+    if let Some(across) = &file.across {
+        let values = [
+            ("wavelength", &across.wavelength_m),
+            ("crest from the finger's line", &across.crest_m),
+        ];
+        let values = values
+            .into_iter()
+            .filter_map(|(name, value)| Some((name, value.as_ref()?)));
+        parts.push((
+            "amplitude across the plate",
+            across.measured.date,
+            values.collect(),
+        ));
+    }
     if let Some(force) = &file.force {
         let values = vec![
             ("normal per normal", &force.normal_per_normal),

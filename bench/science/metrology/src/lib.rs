@@ -10,6 +10,7 @@
 //! | a straight line with its errors | [`regression`] |
 //! | gain, phase and delay between two channels | [`channel_fit`] |
 //! | the plate's resonance, quality and static response | [`plate_fit`] |
+//! | a cosine through the amplitude across the plate | [`mode_across`] |
 //! | the matrix of a two-axis force sensor | [`crosstalk`] |
 //!
 //! Each fit is least squares, with equal weights or those of known deviations. Standard errors come from the inverse of the
@@ -23,6 +24,7 @@ pub mod complex_slope;
 pub mod crosstalk;
 pub mod disturbance;
 mod fitted_value;
+pub mod mode_across;
 pub mod plate_fit;
 pub mod regression;
 pub mod signal_path;

@@ -60,6 +60,13 @@ pub fn hands(masses: MassSet, patchbay: Patchbay, senses: Senses, aim: Vibromete
             senses.show(Percept::default());
         }
         Request::MoveVibrometer { position_m } => aim.set_position(position_m),
+        Request::MoveVibrometerAcross {
+            position_m,
+            across_m,
+        } => {
+            aim.set_position(position_m);
+            aim.set_across(across_m);
+        }
         Request::RestFinger { least_n, most_n } => senses.show(Percept {
             instruction: PerceivedInstruction::GetReady,
             force_band_n: Some((least_n, most_n)),

@@ -33,6 +33,31 @@ pub(crate) struct Tissue {
 pub(crate) struct SkinContact {
     pub stiffness_n_per_m: f64,
     pub damping_n_s_per_m: f64,
+    /// Share of spring and damper that acts on the plate while the skin rests; 1 if the plate moves alike under all of the contact.
+    pub plate_share: f64,
+    /// Share of spring and damper by which the plate acts on the skin.
+    pub coupling_share: f64,
+}
+
+impl SkinContact {
+    /// Makes a contact with the plate moving alike under all of it.
+    pub fn point(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Self {
+        Self {
+            stiffness_n_per_m,
+            damping_n_s_per_m,
+            plate_share: 1.0,
+            coupling_share: 1.0,
+        }
+    }
+
+    /// Returns the share that couples two bodies, given whether each is the skin.
+    fn share(&self, is_skin: [bool; 2]) -> f64 {
+        match is_skin {
+            [true, true] => 1.0,
+            [false, false] => self.plate_share,
+            _ => self.coupling_share,
+        }
+    }
 }
 
 /// One flexural mode.
@@ -320,7 +345,8 @@ impl Propagator {
         }
     }
 
-    /// Returns A·T of ż = A z + B U for the contact spring e = s x_1 + c x_2 − x_t.
+    /// Returns A·T of ż = A z + B U for the contact spring between the surface u = s x_1 + c x_2 and the skin x_t. With the shares p
+    /// of the plate and q of the coupling its energy is ½ k (p u² − 2 q u x_t + x_t²).
     fn matrix(&self, contact: SkinContact, tissue: Tissue) -> [[f64; LANES]; STATES] {
         let omega0 = self.modes.unit_rad_per_s;
         let [first, second] = &self.modes.modes;
@@ -346,7 +372,8 @@ impl Propagator {
             a[2 * body][2 * body] -= damping * scale;
             a[2 * body][2 * body + 1] -= stiffness / omega0 * scale;
             for other_body in 0..3 {
-                let coupling = elongation[body] * elongation[other_body] * scale;
+                let share = contact.share([body == 2, other_body == 2]);
+                let coupling = elongation[body] * elongation[other_body] * scale * share;
                 a[2 * body][2 * other_body] -= contact.damping_n_s_per_m * coupling;
                 a[2 * body][2 * other_body + 1] -= contact.stiffness_n_per_m / omega0 * coupling;
             }
@@ -376,6 +403,8 @@ mod tests {
     const CONTACT: SkinContact = SkinContact {
         stiffness_n_per_m: 3e5,
         damping_n_s_per_m: 0.4,
+        plate_share: 1.0,
+        coupling_share: 1.0,
     };
 
     fn propagator(interval_s: f64) -> Propagator {

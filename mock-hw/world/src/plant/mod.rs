@@ -15,6 +15,7 @@ mod gauges;
 mod heights;
 mod known_masses;
 mod mechanics;
+mod mode_under_finger;
 mod moisture;
 mod patch;
 mod plate_drift;

@@ -2,6 +2,7 @@
 
 use super::friction::{Friction, relative_friction};
 use super::mechanics::SkinContact;
+use super::mode_under_finger::ModeUnderFinger;
 use super::squeeze_film::{Laws, SqueezeFilm};
 use crate::fingertip::Fingertip;
 use crate::person::FingerState;
@@ -57,6 +58,8 @@ impl FilmContact {
 #[derive(Debug, Clone)]
 pub(super) struct Touch {
     laws: Laws,
+    /// Modes across the finger's width; `None` if uniform there.
+    mode: Option<ModeUnderFinger>,
     ambient_pressure_pa: f64,
     omega_rad_per_s: f64,
     contact: Option<FilmContact>,
@@ -68,6 +71,7 @@ impl Touch {
         let presliding_m = scenario.film.presliding_m;
         Self {
             laws: Laws::new(&scenario.laws),
+            mode: ModeUnderFinger::new(scenario, fingertip.pad.contact_area_m2),
             ambient_pressure_pa: scenario.film.ambient_pressure_pa,
             omega_rad_per_s: scenario.plate.omega_rad_per_s(),
             contact: None,
@@ -81,7 +85,7 @@ impl Touch {
         skin.z_t_n_s_per_m.map(|z| z * factor)
     }
 
-    /// Advances by `dt_s` on a plate with this squared peak amplitude.
+    /// Advances by `dt_s` on a plate with this squared peak amplitude on the mode's crest.
     pub fn press(
         &mut self,
         dt_s: f64,
@@ -91,6 +95,9 @@ impl Touch {
     ) -> Touched {
         let (normal_n, pad) = (finger.normal_n, &skin.pad);
         let area_m2 = pad.area_m2(normal_n);
+        let moments = self.mode.as_mut().map(|mode| mode.moments(area_m2));
+        // The film's force goes with the mean square over the contact.
+        let amplitude2_m2 = amplitude2_m2 * moments.map_or(1.0, |moments| moments.second);
         let (laws, pressure_pa) = (&self.laws, self.ambient_pressure_pa);
         let film_on = |area_m2| SqueezeFilm::new(laws, pad, pressure_pa, skin.sigma_t_m, area_m2);
         let film = film_on(area_m2);
@@ -110,19 +117,23 @@ impl Touch {
         let mid_contact =
             now.half_a_step_ahead(&self.contact.replace(now).unwrap_or(now), dt_s / lag_s);
         // An attraction could make the stiffness negative, and the plate's motion unstable.
-        let k_c = film_on(pad.area_m2(mid_contact.normal_n))
+        let mid_film = film_on(pad.area_m2(mid_contact.normal_n));
+        let k_c = mid_film
             .stiffness(mid_contact.gap_m, mid_contact.amplitude2_m2)
             .max(0.0);
+        let damping = film.loss_factor(k_c) * k_c / self.omega_rad_per_s;
+        let mut contact = SkinContact::point(k_c, damping);
+        if let Some(moments) = moments.filter(|_| k_c > 0.0) {
+            let without_film = mid_film.stiffness(mid_contact.gap_m, 0.0);
+            contact = moments.share(contact, 1.0 - without_film / k_c);
+        }
         let velocity = finger.velocity_m_per_s;
         let mu0 = skin.mu0 * self.friction.factor(dt_s, pad, normal_n, velocity);
         let mu = mu0 * relative_friction(pad, film.relative_asperities(gap_m, normal_n));
         Touched {
             gap_m,
             k_c_n_per_m: film.stiffness(gap_m, amplitude2_m2),
-            contact: SkinContact {
-                stiffness_n_per_m: k_c,
-                damping_n_s_per_m: film.loss_factor(k_c) * k_c / self.omega_rad_per_s,
-            },
+            contact,
             mu0,
             mu,
             lateral_n: self.friction.lateral_n(dt_s, mu, normal_n, velocity),

@@ -4,7 +4,7 @@ use super::scenario_error::ScenarioError;
 use super::scenario_file::Scenario;
 
 /// Names and texts of the built-in scenarios. Each of `laws/` breaks one law of the published model.
-const BUILT_IN: [(&str, &str); 20] = [
+const BUILT_IN: [(&str, &str); 21] = [
     ("nominal", include_str!("../../scenarios/nominal.toml")),
     ("steady", include_str!("../../scenarios/steady.toml")),
     ("noisy", include_str!("../../scenarios/noisy.toml")),
@@ -27,6 +27,10 @@ const BUILT_IN: [(&str, &str); 20] = [
     ("arduino", include_str!("../../scenarios/arduino.toml")),
     ("gauges", include_str!("../../scenarios/gauges.toml")),
     ("field-box", include_str!("../../scenarios/field-box.toml")),
+    (
+        "finger-wide",
+        include_str!("../../scenarios/finger-wide.toml"),
+    ),
     ("net-ft", include_str!("../../scenarios/net-ft.toml")),
     (
         "laws/asperities-gaussian",

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use strict_toml::OutOfRange;
 
+use super::across_table::ContactWidthTable;
 use super::ranges::all_within;
 
 /// Squeeze film and asperities (`Huloux 2021`, Eqs. 13–18): constants, unless drawn for a person.
@@ -14,6 +15,9 @@ pub struct FilmTable {
     pub ambient_pressure_pa: f64,
     /// Apparent contact area S at a normal force of 1 N, m².
     pub contact_area_m2: f64,
+    /// Width of the contact across the plate; without it, the plate moves everywhere under the finger as on the mode's crest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact_width: Option<ContactWidthTable>,
     /// Exponent of the normal force in the contact area; 0 for a constant area.
     pub area_force_exponent: f64,
     /// Roughness cut-off q0, rad/m (assumed: 2π over a 0.45 mm ridge).
@@ -37,6 +41,7 @@ impl Default for FilmTable {
         Self {
             ambient_pressure_pa: 101_325.0,
             contact_area_m2: 300.0e-6,
+            contact_width: None,
             area_force_exponent: 0.0,
             q0_rad_per_m: 1.4e4,
             youngs_modulus_pa: 20.0e6,
@@ -52,6 +57,9 @@ impl Default for FilmTable {
 impl FilmTable {
     /// Requires every number of the table to be in range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
+        if let Some(width) = &self.contact_width {
+            width.check()?;
+        }
         all_within! { "film", self,
             ambient_pressure_pa: 1e3, 1e6, "Pa";
             contact_area_m2: 10e-6, 1e-3, "m²";

@@ -4,6 +4,7 @@
 //! a scenario: it has only its own configuration and calibration. Each file of this folder defines one table of a scenario
 //! file, with the ranges of its numbers.
 
+mod across_table;
 mod amplifier_table;
 mod behaviour_table;
 mod built_in;
@@ -31,6 +32,7 @@ mod session_table;
 mod sound_layer_table;
 mod spread_table;
 
+pub use across_table::{AcrossTable, ContactWidthTable};
 pub use amplifier_table::AmplifierTable;
 pub use behaviour_table::BehaviourTable;
 pub use built_in::{built_in, built_in_names};

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use strict_toml::OutOfRange;
 
+use super::across_table::AcrossTable;
 use super::drift_table::DriftTable;
 use super::ranges::all_within;
 
@@ -25,6 +26,9 @@ pub struct PlateTable {
     pub end_tilt: f64,
     /// Length of the plate, m.
     pub length_m: f64,
+    /// Shape of the modes across the plate; uniform across if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub across: Option<AcrossTable>,
     /// A mode that the bench's estimator does not model.
     pub second_mode: SecondModeTable,
     /// Slow change of resonance and damping.
@@ -41,6 +45,7 @@ impl Default for PlateTable {
             end_drop: 0.0,
             end_tilt: 0.0,
             length_m: 0.105,
+            across: None,
             second_mode: SecondModeTable::default(),
             drift: DriftTable::default(),
         }
@@ -96,6 +101,14 @@ impl PlateTable {
         1.0 - self.end_drop * off_middle * off_middle + self.end_tilt * off_middle
     }
 
+    /// Returns the amplitude of either mode at a distance `across_m` from the line that the finger follows, relative to the crest;
+    /// negative beyond a nodal line.
+    #[must_use]
+    pub fn shape_across(&self, across_m: f64) -> f64 {
+        let across = self.across.as_ref();
+        across.map_or(1.0, |across| across.shape(across_m))
+    }
+
     /// Returns the ratio of the second mode under a finger at a position along the plate.
     #[must_use]
     pub fn second_contact_ratio(&self, position_m: f64) -> f64 {
@@ -119,6 +132,9 @@ impl PlateTable {
             end_drop: -0.5, 0.5, "";
             end_tilt: -0.3, 0.3, "";
             length_m: 0.01, 1.0, "m";
+        }
+        if let Some(across) = &self.across {
+            across.check()?;
         }
         self.second_mode.check()?;
         self.drift.check()

@@ -44,6 +44,9 @@ const RANGES: &[(&str, f64, f64)] = &[
     ("plate.end_drop", -0.5, 0.5),
     ("plate.end_tilt", -0.3, 0.3),
     ("plate.length_m", 0.01, 1.0),
+    ("plate.across.wavelength_m", 5e-3, 1.0),
+    ("plate.across.crest_m", -0.02, 0.02),
+    ("plate.across.edge_share", 0.0, 0.2),
     ("plate.second_mode.resonance_hz", 5e3, 80e3),
     ("plate.second_mode.modal_mass_kg", 1e-4, 1.0),
     ("plate.second_mode.quality", 1.0, 1e4),
@@ -74,6 +77,8 @@ const RANGES: &[(&str, f64, f64)] = &[
     ("film.ambient_pressure_pa", 1e3, 1e6),
     ("film.contact_area_m2", 10e-6, 1e-3),
     ("film.area_force_exponent", 0.0, 0.7),
+    ("film.contact_width.width_m", 1e-4, 0.03),
+    ("film.contact_width.squareness", 1.0, 20.0),
     ("film.q0_rad_per_m", 1e3, 1e6),
     ("film.youngs_modulus_pa", 1e5, 1e9),
     ("film.poisson_ratio", 0.0, 0.5),
@@ -363,6 +368,8 @@ fn the_plant_stays_finite_with_everything_at_its_worst_at_once() {
         "[plate]\nend_drop = 0.5\nend_tilt = -0.3\n[plate.drift]\nroom_hz_per_min = 60.0\nwarmth_hz = -100.0\n\
          warmth_damping = -0.5\nwarmth_time_s = 0.1\namplitude_hz_per_um2 = -5.0\n\
          [plate.second_mode]\nresonance_hz = 35300.0\nquality = 1e4\nhalf_waves = 10.0\n",
+        "[plate.across]\nwavelength_m = 5e-3\ncrest_m = 0.02\nedge_share = 0.2\n[film]\narea_force_exponent = 0.7\n\
+         [film.contact_width]\nwidth_m = 0.03\nsquareness = 1.0\n",
         "[friction]\nfloor = 0.9\nspeed_exponent = -0.5\nageing = 5.0\nageing_time_s = 0.1\nload_exponent = -0.5\n\
          viscous_n_s_per_m = 20.0\n[participant.moisture]\nrelative_sd = 0.2\ngrowth = 1.0\ngrowth_time_s = 0.1\n",
     ] {

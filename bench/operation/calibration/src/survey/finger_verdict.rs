@@ -54,6 +54,7 @@ impl Calibrates for FingerProcedure {
             plate,
             finger: Some(Box::new(finger)),
             profile,
+            across: None,
         };
         Ok(judged)
     }

@@ -1,5 +1,5 @@
-//! `calibrate plate --along N`: measures the amplitude at places along the plate, with a movable vibrometer, relative to the
-//! amplitude read by the pickup.
+//! `calibrate plate --along N` and `--across N`: measures the amplitude at places along or across the plate, with a movable
+//! vibrometer, relative to the amplitude read by the pickup.
 
 use crate::instrument_mean::{WINDOW_S, instrument_mean, too_few};
 use crate::plate_look;
@@ -9,22 +9,24 @@ use calibration_rig::capture::Capture;
 use calibration_rig::known::INSTRUMENT_LAG_S;
 use calibration_rig::operator::{Answer, CalibrationProgress, Curve, PointRead, Request};
 use calibration_rig::procedure::{NextStep, Procedure, StepOutcome};
-use config::{Config, PROFILE_RATIOS};
+use config::Config;
 use signalgen::{ToneList, Waveform};
 
-/// Fewest and most places.
-pub const PLACES: [u32; 2] = [3, 50];
-/// Distance of the first and last place from the plate's ends, m: a laser spot needs a margin.
-const MARGIN_M: f64 = 5e-3;
+use crate::survey::survey_axis::SurveyAxis;
+
+/// Amplitude below any instrument's resolution, m.
+const INVISIBLE_M: f64 = 1e-13;
 /// Level of the tone, V peak; lowered where a limit requires it.
 const LEVEL_V: f64 = 20.0;
 /// Relative standard error assumed of a typed amplitude: its last digit.
 const TYPED: f64 = 2e-3;
+/// Smallest ratio of which that share counts: near a nodal line the last digit does not shrink.
+const TYPED_RATIO: f64 = 0.1;
 
 /// Amplitude at one place relative to the pickup's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProfilePoint {
-    /// Position along the plate, m.
+    /// Position along the plate, or distance from the finger's line across it, m.
     pub position_m: f64,
     /// Amplitude relative to the pickup's.
     pub ratio: f64,
@@ -32,8 +34,9 @@ pub struct ProfilePoint {
     pub error: f64,
 }
 
-/// Procedure of `calibrate plate --along N`.
+/// Procedure of `calibrate plate --along N` and `--across N`.
 pub struct ProfileProcedure {
+    pub(crate) axis: SurveyAxis,
     pub(crate) plate: PlateProcedure,
     pub(crate) config: Config,
     metres_per_unit: f64,
@@ -58,41 +61,51 @@ enum Stage {
 }
 
 impl ProfileProcedure {
-    /// Creates a procedure that has not begun, with this number of places; `metres_per_unit` is the pickup's measured
-    /// sensitivity.
+    /// Creates a procedure that has not begun, with this number of places along the plate; `metres_per_unit` is the pickup's
+    /// measured sensitivity.
     ///
     /// # Errors
     /// If there are too few or too many places, or the plate is too short for them.
-    pub fn new(
+    pub fn along(
         plate: PlateProcedure,
         config: &Config,
         metres_per_unit: f64,
         places: u32,
         instrument: bool,
     ) -> anyhow::Result<Self> {
-        let [fewest, most] = PLACES;
-        if !(fewest..=most).contains(&places) {
-            bail!(
-                "--along = {places} is outside {fewest} to {most}: so many places are measured along the plate"
-            );
-        }
-        let reach_m = config.plate.length_m - 2.0 * MARGIN_M;
-        if reach_m <= 0.0 {
-            bail!(
-                "plate.length_m = {} m leaves no places {} mm from both ends",
-                config.plate.length_m,
-                1e3 * MARGIN_M
-            );
-        }
-        let step_m = reach_m / f64::from(places - 1);
+        let axis = SurveyAxis::Along;
+        Self::new(axis, plate, config, (metres_per_unit, places), instrument)
+    }
+
+    /// Creates a procedure like [`ProfileProcedure::along`], with its places across the plate.
+    ///
+    /// # Errors
+    /// If there are too few or too many places, or the plate's width is not configured or too small for them.
+    pub fn across(
+        plate: PlateProcedure,
+        config: &Config,
+        metres_per_unit: f64,
+        places: u32,
+        instrument: bool,
+    ) -> anyhow::Result<Self> {
+        let axis = SurveyAxis::across(&config.plate);
+        Self::new(axis, plate, config, (metres_per_unit, places), instrument)
+    }
+
+    fn new(
+        axis: SurveyAxis,
+        plate: PlateProcedure,
+        config: &Config,
+        (metres_per_unit, places): (f64, u32),
+        instrument: bool,
+    ) -> anyhow::Result<Self> {
         Ok(Self {
+            axis,
             plate,
             config: config.clone(),
             metres_per_unit,
             instrument,
-            places_m: (0..places)
-                .map(|i| MARGIN_M + f64::from(i) * step_m)
-                .collect(),
+            places_m: axis.places_m(&config.plate, places)?,
             places: Vec::new(),
             place_index: 0,
             stage: Stage::Plate,
@@ -114,7 +127,7 @@ impl ProfileProcedure {
             return NextStep::Ask(Request::Review);
         };
         self.stage = Stage::Moving;
-        NextStep::Ask(Request::MoveVibrometer { position_m })
+        NextStep::Ask(self.axis.request(position_m))
     }
 
     fn begin(&mut self) -> anyhow::Result<NextStep> {
@@ -170,7 +183,7 @@ impl ProfileProcedure {
         let dwell = capture.dwells.first().context("no tone was played")?;
         let pickup = capture.tone(dwell, self.config.channels.pickup.index, settle_s)?;
         let ratio = known_m / (self.metres_per_unit * pickup.value.norm());
-        if !(ratio.is_finite() && ratio > 0.0) {
+        if !(ratio.is_finite() && ratio >= 0.0) {
             bail!(
                 "the pickup reads nothing at {:.0} Hz: check its cable",
                 dwell.carrier_hz
@@ -195,6 +208,9 @@ impl ProfileProcedure {
 
     fn take_typed(&mut self, known_m: f64, capture: &Capture) -> anyhow::Result<NextStep> {
         let most_m = self.config.calibration.max_amplitude_m;
+        // On a nodal line an instrument may show nothing.
+        let on_node = known_m == 0.0 && self.axis != SurveyAxis::Along;
+        let known_m = if on_node { INVISIBLE_M } else { known_m };
         if !(known_m > 0.0 && known_m <= most_m) {
             self.note = Some(format!(
                 "{:.4} µm is outside 0 to calibration.max_amplitude_m = {:.3} µm: type it again.",
@@ -204,21 +220,13 @@ impl ProfileProcedure {
             return self.play();
         }
         let ratio = self.ratio(capture, known_m, 0.0)?;
-        if let Some(why) = unusable(ratio) {
+        if let Some(why) = self.axis.unusable(ratio) {
             self.note = Some(format!("{why}: look where it aims, and type it again."));
             return self.play();
         }
-        self.keep(ratio, TYPED);
+        self.keep(ratio, TYPED * (TYPED_RATIO / ratio).max(1.0));
         Ok(self.step())
     }
-}
-
-/// Returns the reason why a ratio cannot be used, if it cannot.
-pub(crate) fn unusable(ratio: f64) -> Option<String> {
-    let [least, greatest] = PROFILE_RATIOS;
-    (!(least..=greatest).contains(&ratio)).then(|| {
-        format!("the vibrometer reads {ratio:.2} times what the pickup reads, outside {least} to {greatest}")
-    })
 }
 
 /// Returns the mean of an instrument's readings during a steady tone, m, and its relative standard error.
@@ -226,6 +234,8 @@ fn instrument(capture: &Capture, settle_s: f64) -> anyhow::Result<(f64, f64)> {
     let dwell = capture.dwells.first().context("no tone was played")?;
     let window = capture.settled(dwell, settle_s);
     let (mean, error) = instrument_mean(capture, &window).map_err(too_few)?;
+    // On a nodal line noise may make the mean negative or zero.
+    let mean = mean.abs().max(INVISIBLE_M);
     // An instrument with rounded output can send the same number throughout.
     Ok((mean, (error / mean).abs().max(1e-5)))
 }
@@ -243,7 +253,7 @@ impl Procedure for ProfileProcedure {
                 let settle_s = self.settle_s();
                 let (known_m, relative) = instrument(&capture, settle_s)?;
                 let ratio = self.ratio(&capture, known_m, settle_s)?;
-                if let Some(why) = unusable(ratio) {
+                if let Some(why) = self.axis.unusable(ratio) {
                     bail!("{why}: look where it aims, at its scale and at the pickup");
                 }
                 self.keep(ratio, relative);
@@ -282,7 +292,7 @@ impl Procedure for ProfileProcedure {
             note: self.note.clone(),
             points: self.places.iter().map(read).collect(),
             curve: Some(Curve {
-                x: "position, mm".to_owned(),
+                x: self.axis.label().to_owned(),
                 y: "over the pickup's".to_owned(),
                 points: self
                     .places

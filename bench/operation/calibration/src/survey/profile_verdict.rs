@@ -11,6 +11,7 @@ use plotting::{Axis, Dash, Figure, Ink, Key, Marker, Panel, Series, Width};
 use protocols::SelectionRules;
 
 use crate::survey::profile_procedure::{ProfilePoint, ProfileProcedure};
+use crate::survey::survey_axis::SurveyAxis;
 
 /// Largest deviation from the mean along a uniform plate (an assumption of this project; 5 % at the ends of the kept 60 mm bias
 /// σ_t by 3 %).
@@ -107,6 +108,18 @@ impl Calibrates for ProfileProcedure {
         let Part::Plate { plate, finger, .. } = judged.part else {
             bail!("the plate was not measured");
         };
+        if self.axis != SurveyAxis::Along {
+            let (across, remarks, side_file) = self.across_plate(date, operator);
+            judged.remarks.extend(remarks);
+            judged.side_files.push(side_file);
+            judged.part = Part::Plate {
+                plate,
+                finger,
+                profile: None,
+                across: Some(Box::new(across)),
+            };
+            return Ok(judged);
+        }
         let profile = self.profile(date, operator);
         judged
             .remarks
@@ -120,6 +133,7 @@ impl Calibrates for ProfileProcedure {
             plate,
             finger,
             profile: Some(Box::new(profile)),
+            across: None,
         };
         Ok(judged)
     }

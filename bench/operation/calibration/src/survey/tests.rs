@@ -7,8 +7,9 @@ use calibration_rig::procedure::{NextStep, Procedure, StepOutcome};
 use config::{CalibrationFile, Config, Identity, PROFILE_RATIOS, Uniformity};
 
 use crate::survey::finger_procedure::FingerProcedure;
-use crate::survey::profile_procedure::{PLACES, ProfilePoint, ProfileProcedure, unusable};
+use crate::survey::profile_procedure::{ProfilePoint, ProfileProcedure};
 use crate::survey::profile_verdict::{judge_length, judge_places};
+use crate::survey::survey_axis::{PLACES, PLACES_ACROSS, SurveyAxis};
 
 const CONFIG: &str = config::rigs::MOCK_BENCH;
 
@@ -194,10 +195,10 @@ fn the_kept_length_is_judged_by_itself_up_to_its_ends() {
 fn a_ratio_that_no_recording_takes_is_not_kept() {
     let [least, greatest] = PROFILE_RATIOS;
     for usable in [least, 1.0, greatest] {
-        assert_eq!(unusable(usable), None);
+        assert_eq!(SurveyAxis::Along.unusable(usable), None);
     }
     for ratio in [0.0, least - 1e-9, greatest + 1e-9, f64::INFINITY, f64::NAN] {
-        assert!(unusable(ratio).is_some(), "{ratio}");
+        assert!(SurveyAxis::Along.unusable(ratio).is_some(), "{ratio}");
     }
 }
 
@@ -205,7 +206,7 @@ fn a_ratio_that_no_recording_takes_is_not_kept() {
 fn too_few_or_too_many_places_and_a_plate_too_short_for_them_are_refused() {
     let config = Config::parse(CONFIG, "test").unwrap();
     let procedure = |config: &Config, places| {
-        ProfileProcedure::new(plate(config).unwrap(), config, 1e-6, places, true)
+        ProfileProcedure::along(plate(config).unwrap(), config, 1e-6, places, true)
     };
     let [fewest, most] = PLACES;
     assert!(procedure(&config, fewest).is_ok() && procedure(&config, most).is_ok());
@@ -215,4 +216,53 @@ fn too_few_or_too_many_places_and_a_plate_too_short_for_them_are_refused() {
     let mut short = config;
     short.plate.length_m = 0.01;
     assert!(procedure(&short, fewest).is_err());
+}
+
+#[test]
+fn places_across_the_plate_lie_about_the_fingers_line_and_need_its_width() {
+    let mut config = Config::parse(CONFIG, "test").unwrap();
+    let procedure = |config: &Config, places| {
+        ProfileProcedure::across(plate(config).unwrap(), config, 1e-6, places, true)
+    };
+    config.plate.width_m = None;
+    let why = procedure(&config, 9).err().unwrap().to_string();
+    assert!(why.contains("plate.width_m"), "{why}");
+
+    config.plate.width_m = Some(0.022);
+    let [fewest, most] = PLACES_ACROSS;
+    for places in [fewest, most] {
+        assert!(procedure(&config, places).is_ok(), "{places}");
+    }
+    for places in [0, 1, 2, fewest - 1, most + 1, u32::MAX] {
+        assert!(procedure(&config, places).is_err(), "{places}");
+    }
+    let axis = SurveyAxis::across(&config.plate);
+    for (width_m, edge_m) in [(0.022, 8e-3), (0.010, 4e-3), (0.3, 8e-3)] {
+        config.plate.width_m = Some(width_m);
+        let places_m = axis.places_m(&config.plate, 9).unwrap();
+        assert!((places_m[0] + edge_m).abs() < 1e-12, "{places_m:?}");
+        assert!((places_m[8] - edge_m).abs() < 1e-12 && places_m[4].abs() < 1e-12);
+    }
+    config.plate.width_m = Some(4e-3);
+    assert!(procedure(&config, 9).is_err());
+}
+
+#[test]
+fn a_place_across_is_named_by_its_side_and_may_be_a_node() {
+    let config = Config::parse(CONFIG, "test").unwrap();
+    let axis = SurveyAxis::across(&config.plate);
+    for (across_m, words) in [
+        (0.0, "52.5 mm from its left end and on the line"),
+        (4e-3, "and 4.0 mm beyond the line"),
+        (-4e-3, "and 4.0 mm before the line"),
+    ] {
+        let text = axis.request(across_m).words();
+        assert!(text.contains(words), "{text}");
+    }
+    for usable in [0.0, 0.01, 1.0, 5.0] {
+        assert_eq!(axis.unusable(usable), None);
+    }
+    for ratio in [-0.01, 5.01, f64::NAN] {
+        assert!(axis.unusable(ratio).is_some(), "{ratio}");
+    }
 }

@@ -7,6 +7,7 @@
 mod interval;
 mod manifest_error;
 mod origin;
+mod recorded_across;
 mod recorded_clock;
 mod recorded_profile;
 mod recorded_room;
@@ -23,6 +24,7 @@ pub use origin::{
     Software, Trial,
 };
 pub use protocols::Direction;
+pub use recorded_across::{RecordedAcross, WAVELENGTHS_M, WavelengthSource};
 pub use recorded_clock::{ClockDevice, RecordedClock};
 pub use recorded_profile::{PROFILE_RATIOS, RecordedProfile};
 pub use recorded_room::{PRESSURE_HPA, RecordedRoom};
@@ -227,6 +229,9 @@ impl Manifest {
         require_finite("plate.centre_m", self.plate.centre_m)?;
         if let Some(profile) = &self.plate.profile {
             profile.validate()?;
+        }
+        if let Some(across) = &self.plate.across {
+            across.validate()?;
         }
         if let Some(errors) = &self.standard_errors {
             errors.validate()?;

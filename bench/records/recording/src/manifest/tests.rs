@@ -316,6 +316,56 @@ fn a_profile_is_optional_and_reads_back_as_it_was_written() {
     assert_eq!(parse(&manifest.to_toml().unwrap()).unwrap(), manifest);
 }
 
+const ACROSS: &str = "
+[plate.across]
+wavelength_m = 0.022
+standard_error_m = 3.0e-4
+source = \"measured\"
+";
+
+fn across_text() -> String {
+    let centre = "centre_m = 0.0525\n";
+    EXAMPLE.replace(centre, &format!("{centre}{ACROSS}"))
+}
+
+#[test]
+fn a_wavelength_across_is_optional_and_reads_back_as_it_was_written() {
+    let manifest = parse(EXAMPLE).unwrap();
+    assert_eq!(manifest.plate.across, None);
+    assert!(!manifest.to_toml().unwrap().contains("across"));
+    let manifest = parse(&across_text()).unwrap();
+    let across = manifest.plate.across.unwrap();
+    assert_eq!(across.wavelength_m, 0.022);
+    assert_eq!(across.source, WavelengthSource::Measured);
+    // A profile along the plate is another table.
+    let text = format!("{}{PROFILE}{BENCH_TABLES}", across_text());
+    let manifest = parse(&text).unwrap();
+    assert!(manifest.plate.profile.is_some());
+    assert_eq!(parse(&manifest.to_toml().unwrap()).unwrap(), manifest);
+}
+
+#[test]
+fn an_invalid_wavelength_across_is_refused_with_its_line() {
+    for (right, wrong, words) in [
+        ("wavelength_m = 0.022", "wavelength_m = 0.0", "0.0001 to 1"),
+        ("wavelength_m = 0.022", "wavelength_m = nan", "0.0001 to 1"),
+        ("wavelength_m = 0.022", "wavelength_m = 22.0", "0.0001 to 1"),
+        ("error_m = 3.0e-4", "error_m = -3.0e-4", "0 to 0.011"),
+        ("error_m = 3.0e-4", "error_m = 0.012", "0 to 0.011"),
+        ("\"measured\"", "\"guessed\"", "measured"),
+        (
+            "wavelength_m = 0.022",
+            "wavelenght_m = 0.022",
+            "wavelength_m",
+        ),
+    ] {
+        let text = across_text().replacen(right, wrong, 1);
+        let error = parse(&text).unwrap_err().to_string();
+        assert!(error.contains(words), "{wrong}: {error}");
+        assert!(error.contains("line "), "{wrong}: {error}");
+    }
+}
+
 #[test]
 fn an_invalid_profile_is_refused_with_its_line() {
     let positions = "positions_m = [0.005, 0.0525, 0.1]";

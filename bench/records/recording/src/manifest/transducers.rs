@@ -3,6 +3,7 @@
 use impedance::PlateConstants;
 use serde::{Deserialize, Serialize};
 
+use super::recorded_across::RecordedAcross;
 use super::recorded_profile::RecordedProfile;
 
 /// Channels of `signals.wav` by meaning.
@@ -62,6 +63,9 @@ pub struct RecordedPlate {
     /// Amplitude along the plate, if it was measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile: Option<RecordedProfile>,
+    /// Amplitude across the plate, if its wavelength is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub across: Option<RecordedAcross>,
 }
 
 impl RecordedPlate {

@@ -38,6 +38,7 @@ pub fn manifest() -> Manifest {
             force_factor_n_per_v: 0.13,
             centre_m: 0.0525,
             profile: None,
+            across: None,
         },
         standard_errors: None,
         room: None,

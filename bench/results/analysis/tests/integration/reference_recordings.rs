@@ -310,6 +310,35 @@ fn a_recorded_ambient_pressure_takes_the_place_of_the_assumed_one() {
     );
 }
 
+#[test]
+fn a_recorded_wavelength_across_is_stated_and_its_absence_too() {
+    let across =
+        "\n[plate.across]\nwavelength_m = 0.0245\nstandard_error_m = 3e-4\nsource = \"measured\"\n";
+    let recorded = copy_with("recording-a", across);
+    let folders = [recorded.path().to_owned(), reference().join("recording-a")];
+    for (range, statement) in [
+        (
+            0..1,
+            "wavelength across the plate as recorded: plate.across",
+        ),
+        (
+            0..2,
+            "wavelength across the plate as recorded: plate.across, in 1 of 2 recordings; in the others width of the finger across \
+             the mode not known: included in interval95 of trial",
+        ),
+        (
+            1..2,
+            "width of the finger across the mode not known: included in interval95 of trial",
+        ),
+    ] {
+        let analysed = analysis::analyse(&folders[range], &Settings::default(), |_| ());
+        assert_eq!(
+            PrintedSettings::new(&analysed).finger_across_mode,
+            statement
+        );
+    }
+}
+
 /// SCIENCE.md section 8: the published damping factor, read as a damping ratio.
 #[test]
 fn damping_read_as_a_ratio_lowers_the_published_roughness() {

@@ -37,6 +37,7 @@ impl From<&RecordingAnalysis> for Recording {
                     uncalibrated: false,
                     carrier_hz: None,
                     plate_profile: false,
+                    plate_across: None,
                     standard_errors: None,
                     room: None,
                     pickup_undone: None,
@@ -63,6 +64,7 @@ impl From<&RecordingAnalysis> for Recording {
                 .is_some_and(|hardware| hardware.uncalibrated),
             carrier_hz: Some(findings.manifest.carrier_hz),
             plate_profile: findings.plate().profile.is_some(),
+            plate_across: findings.plate().across,
             standard_errors: findings.manifest.standard_errors,
             room: findings.manifest.room,
             pickup_undone: Some(PickupUndone {

@@ -1,7 +1,7 @@
 //! Results of a recording, as in `recordings` of the results file: by the schema in RECORDING.md. Unknown values are null.
 
 use protocols::Direction;
-use recording::manifest::{RecordedRoom, StandardErrors};
+use recording::manifest::{RecordedAcross, RecordedRoom, StandardErrors};
 use serde::Serialize;
 
 /// Lower and upper end.
@@ -27,6 +27,9 @@ pub struct Recording {
     /// Whether `dynamic` corrects the amplitude under the finger by the recording's profile.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub plate_profile: bool,
+    /// Wavelength across the plate, if the recording states it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plate_across: Option<RecordedAcross>,
     /// Errors of the calibration as stated in the recording.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub standard_errors: Option<StandardErrors>,

@@ -105,6 +105,7 @@ fn unreadable_recording() -> Recording {
         uncalibrated: false,
         carrier_hz: None,
         plate_profile: false,
+        plate_across: None,
         standard_errors: None,
         room: None,
         pickup_undone: None,

@@ -5,3 +5,4 @@ mod closed_forms;
 mod laws;
 mod rig;
 mod unkind;
+mod wide_finger;

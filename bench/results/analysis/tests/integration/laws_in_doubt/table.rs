@@ -131,7 +131,7 @@ impl<'a> Row<'a> {
 
 impl fmt::Display for Row<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:20} {:8}", self.cause, self.method)?;
+        write!(f, "{:26} {:8}", self.cause, self.method)?;
         for (name, _) in OUTCOMES {
             write!(f, " {} {name},", self.count(name))?;
         }

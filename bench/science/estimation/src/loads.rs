@@ -10,7 +10,7 @@
 //! ```
 //!
 //! With laws in doubt the film follows the plate less a share ρ of the skin's motion, which is Z_f/Z_t that of the plate (Huloux
-//! 2021, Eq. 11) with Z_f the finger's part of the measured Z_m; over a contact of finite width its mean square is ⟨m²⟩ that at
+//! 2021, Eq. 11) with Z_f the finger's part of Z_m at an earlier minimum; over a contact of finite width its mean square is ⟨m²⟩ that at
 //! the middle; and the asperities' force is averaged over the cycle with the exponent ι (`contact::cycle_average`):
 //!
 //! ```text
@@ -57,7 +57,7 @@ pub(super) struct DoubtfulLoadLaw<'a> {
     pub(super) mean_square: (f64, f64),
     /// Change of σ_t and Z_t within the instance.
     pub(super) trend: &'a Trend,
-    /// Finger's part of the measured Z_m, N·s/m.
+    /// Finger's part of Z_m at an earlier minimum, N·s/m.
     pub(super) z_finger: &'a [Complex64],
 }
 

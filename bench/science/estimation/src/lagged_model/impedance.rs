@@ -474,7 +474,7 @@ mod tests {
                 model.follow_other_modes(&parameters).unwrap();
                 parameters[FILM_MOBILITY] = 0.01;
                 assert_slopes_are_derivatives(&mut model, parameters);
-                model.follow_finger(&parameters);
+                model.follow_finger(&parameters).unwrap();
                 model.set_laws(Laws::InDoubt);
                 assert_slopes_are_derivatives(&mut model, parameters);
                 for (parameter, value) in [

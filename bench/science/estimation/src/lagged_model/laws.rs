@@ -25,14 +25,12 @@
 
 use num_complex::Complex64;
 
-use super::impedance::{finger_scale, plate_offset};
 use super::model::LaggedModel;
 use contact::StiffnessParts;
 use contact::inversion::Inversion;
 use contact::mode_moments::ModeMoments;
 use contact::parameters::{
-    FILM_LOSS, IM_Z_T, LN_LOSS_FACTOR, PARAMETERS, RE_Z_T, RESIDUAL_MOBILITY, SOFTENING,
-    WIDTH_SQUARE,
+    FILM_LOSS, IM_Z_T, LN_LOSS_FACTOR, PARAMETERS, RE_Z_T, SOFTENING, WIDTH_SQUARE,
 };
 
 /// Laws that a model follows.
@@ -206,23 +204,15 @@ impl LaggedModel<'_> {
         Complex64::I * (self.amplitude_m[sample] * 1e6).powi(2)
     }
 
-    /// Computes the finger's part of the measured Z_m, by which the skin's motion follows from Z_t.
-    pub(crate) fn follow_finger(&mut self, parameters: &[f64; PARAMETERS]) {
-        let scale = finger_scale(parameters);
-        let mobility = Complex64::I * parameters[RESIDUAL_MOBILITY];
+    /// Computes the finger's part of Z_m, by which the skin's motion follows from Z_t. It is the modelled one: the measured one
+    /// has the noise of the residuals, which the film's amplitude would then follow.
+    pub(crate) fn follow_finger(&mut self, parameters: &[f64; PARAMETERS]) -> Option<()> {
+        let contact = self.follow_gap(parameters)?;
+        let finger = self.finger(parameters, contact)?;
         for sample in 0..self.z_finger.len() {
-            let z_p = self.trend.z_p(self.z_p + plate_offset(parameters), sample)
-                + self.softening_slope(sample) * parameters[SOFTENING];
-            let scaled =
-                (self.z_m_with_lead[sample] - z_p) / self.trend.finger_scale(scale, sample);
-            // Z_f/(1 + Y Z_f) = G gives Z_f = G/(1 − Y G).
-            let z_finger = scaled / (1.0 - mobility * scaled);
-            self.z_finger[sample] = if z_finger.is_finite() {
-                z_finger
-            } else {
-                Complex64::ZERO
-            };
+            self.z_finger[sample] = self.impedance_at(&finger, sample).z_finger;
         }
+        Some(())
     }
 
     /// Returns the laws at each sample of the instance, after [`follow`](Self::follow); `None` with the laws as published.

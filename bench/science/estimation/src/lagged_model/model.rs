@@ -35,13 +35,11 @@ pub(crate) struct LaggedModel<'a> {
     pub(crate) lead: usize,
     /// Measured Z_m of the instance without the lead-in, N·s/m.
     pub(crate) z_m: &'a [Complex64],
-    /// Measured Z_m with the lead-in, N·s/m.
-    pub(super) z_m_with_lead: &'a [Complex64],
     /// Laws that the model follows.
     pub(crate) laws: Laws,
     /// Square of the contact's width over its area, in units of the mode's wavelength, 1/m²; `None` if the wavelength is unknown.
     pub(crate) width_square_per_m2: Option<f64>,
-    /// Finger's part of the measured Z_m, N·s/m; 0 until it is followed.
+    /// Finger's part of Z_m at an earlier minimum, N·s/m; 0 until it is followed.
     pub(super) z_finger: Vec<Complex64>,
     pub(crate) loads: Loads,
     pub(crate) trend: Trend,
@@ -81,7 +79,6 @@ impl<'a> LaggedModel<'a> {
             normal_n: samples.normal_n,
             lead,
             z_m: &samples.z_m_corrected_n_s_per_m[lead..],
-            z_m_with_lead: samples.z_m_corrected_n_s_per_m,
             laws: Laws::Published,
             width_square_per_m2: conditions
                 .mode_across

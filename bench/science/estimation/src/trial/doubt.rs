@@ -52,8 +52,8 @@ impl Search<'_> {
         by_error: &ByError<PARAMETERS>,
     ) -> Result<Doubt, FitError> {
         let was_free = self.free_laws;
+        self.follow_fingers(published).ok_or(FitError::NoStart)?;
         self.set_free_laws([true; LAWS]);
-        self.follow_fingers(published);
         let mut start = published.clone();
         for law in Law::ALL {
             if !was_free[law as usize] {
@@ -70,8 +70,69 @@ impl Search<'_> {
         let squares = covariance
             .as_ref()
             .and_then(|covariance| squares(&minimum, covariance, &laws));
+        if true {
+            //DEBUG
+            let stds: Vec<f64> = covariance
+                .as_ref()
+                .map(|c| {
+                    Law::ALL
+                        .iter()
+                        .map(|l| {
+                            c.shared[(
+                                SharedParameter::Law(*l).position(),
+                                SharedParameter::Law(*l).position(),
+                            )]
+                                .sqrt()
+                        })
+                        .collect()
+                })
+                .unwrap_or_default();
+            let laws: Vec<String> = Law::ALL
+                .iter()
+                .zip(stds)
+                .map(|(l, s)| format!("{:.4}±{:.4}", minimum.shared[SharedParameter::Law(*l)], s))
+                .collect();
+            let m = minimum.own.len() / 2;
+            let sd = covariance
+                .as_ref()
+                .map_or(f64::NAN, |c| c.blocks[m].own[(0, 0)].sqrt());
+            let ssd = covariance
+                .as_ref()
+                .map_or(f64::NAN, |c| c.shared[(0, 0)].sqrt());
+            eprintln!(
+                "DOUBT Q {:.1} C {:.1} -> {:.1} conv {} {} | sigma {:.4} -> {:.4} ± {:.3} S {:.1} -> {:.1} ± {:.3} zt {:.2}{:+.2}i -> {:.2}{:+.2}i | {}",
+                squares.unwrap_or(f64::NAN),
+                published.squares,
+                minimum.squares,
+                published.converged,
+                minimum.converged,
+                published.own[m][0].exp() * 1e6,
+                minimum.own[m][0].exp() * 1e6,
+                sd,
+                published.shared[0].exp() * 1e6,
+                minimum.shared[0].exp() * 1e6,
+                ssd,
+                published.own[m][1],
+                published.own[m][2],
+                minimum.own[m][1],
+                minimum.own[m][2],
+                laws.join(" ")
+            );
+        }
         if squares.is_some_and(|squares| squares > MAX_SQUARES) {
-            return Ok(Doubt::Rejection(self.refine(minimum)?));
+            let before = self.refinement();
+            if let Ok(refined) = self.refine(minimum.clone()) {
+                eprintln!(
+                    "REFINED C {:.1} conv {} sigma {:.4} S {:.1} laws {:?}",
+                    refined.squares,
+                    refined.converged,
+                    refined.own[refined.own.len() / 2][0].exp() * 1e6,
+                    refined.shared[0].exp() * 1e6,
+                    Law::ALL.map(|l| refined.shared[SharedParameter::Law(l)])
+                );
+                return Ok(Doubt::Rejection(refined));
+            }
+            self.restore(before);
         }
         let own = minimum.own.iter().zip(&published.own);
         let difference = Step {

@@ -103,7 +103,7 @@ pub(super) struct Search<'a> {
 }
 
 /// State between two refinements: the residuals' scatter, the plate's likely offset, the trends, and the skin's transients.
-struct Refinement {
+pub(super) struct Refinement {
     scatters: Vec<Scatter>,
     states: Vec<(OffsetPrior, Rates, Transient)>,
 }
@@ -198,7 +198,7 @@ impl<'a> Search<'a> {
     }
 
     /// Returns the refinement of the current minimum.
-    fn refinement(&self) -> Refinement {
+    pub(super) fn refinement(&self) -> Refinement {
         let members = self.members.iter();
         Refinement {
             scatters: self.scatters.clone(),
@@ -211,7 +211,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn restore(&mut self, refinement: Refinement) {
+    pub(super) fn restore(&mut self, refinement: Refinement) {
         self.scatters = refinement.scatters;
         let states = refinement.states;
         for (member, (offset, rates, transient)) in self.members.iter_mut().zip(states) {
@@ -302,7 +302,7 @@ impl<'a> Search<'a> {
         for refinement in 1..=REFINEMENTS {
             self.follow_trends(&minimum);
             self.follow_plate(&mut minimum);
-            self.follow_fingers(&minimum);
+            self.follow_fingers(&minimum).ok_or(FitError::NoStart)?;
             self.follow_transients(&minimum).ok_or(FitError::NoStart)?;
             let is_last = refinement == REFINEMENTS;
             self.weigh(&minimum, !is_last);
@@ -397,12 +397,13 @@ impl<'a> Search<'a> {
         Some(())
     }
 
-    /// Updates the finger's part of each measured impedance for the plate at a minimum.
-    pub(super) fn follow_fingers(&mut self, minimum: &TrialMinimum) {
+    /// Updates the finger's part of each impedance at a minimum, from which the skin's motion follows.
+    pub(super) fn follow_fingers(&mut self, minimum: &TrialMinimum) -> Option<()> {
         for (member, own) in self.members.iter_mut().zip(&minimum.own) {
             let parameters = member.parameters(&minimum.shared, own);
-            member.model.follow_finger(&parameters);
+            member.model.follow_finger(&parameters)?;
         }
+        Some(())
     }
 
     /// Updates the film's motion by other modes for each contact at a minimum.

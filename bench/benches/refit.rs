@@ -45,6 +45,7 @@ fn trial() -> anyhow::Result<FitRequest> {
         label: "trial 1".to_owned(),
         carrier_hz: reading.manifest.carrier_hz,
         calibration: reading.manifest.standard_errors.unwrap_or_default(),
+        pickup: PickupOffset::default(),
         plate,
         record: reading.record,
         explorations,

@@ -59,6 +59,10 @@ pub(super) fn show_bench(
     for text in config.safety.dead_man_in_words().into_iter().chain([left]) {
         log(Info, text);
     }
+    // A simulated room has the pressure that is assumed.
+    if let Some(text) = pressure_reminder(config, plan.headless).filter(|_| !simulated) {
+        log(Info, text);
+    }
     let warnings = rehearsed::notice(&plan.rehearsed)
         .into_iter()
         .chain(config.safety_notices(plan.carrier_hz))
@@ -75,6 +79,22 @@ pub(super) fn show_bench(
         let text = "no button: a finger at rest on the plate for a second counts as ready";
         log(Warning, text.to_owned());
     }
+}
+
+/// Returns a notice if no ambient pressure is stated; for an operator at a terminal, with the remedy.
+fn pressure_reminder(config: &Config, headless: bool) -> Option<String> {
+    if config.room.pressure_hpa.is_some() {
+        return None;
+    }
+    let assumed_hpa = 1e-2 * AssumedConstants::ESTIMATION.ambient_pressure_pa;
+    let remedy = if headless {
+        ""
+    } else {
+        "; read a barometer at the bench, and state it: --pressure-hpa 998, or pressure_hpa in [room] of bench.toml"
+    };
+    Some(format!(
+        "ambient pressure not stated: {assumed_hpa:.2} hPa is assumed{remedy}"
+    ))
 }
 
 /// Opens the participant's loudspeaker; a session without it goes on, with a warning.
@@ -134,4 +154,27 @@ fn central_section_m(config: &Config, protocol: &Protocol) -> (f64, f64) {
         config.plate.centre_m - half_m,
         config.plate.centre_m + half_m,
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use config::Room;
+
+    use super::*;
+
+    #[test]
+    fn a_pressure_that_is_not_stated_is_mentioned_with_the_remedy_on_a_terminal() {
+        let mut config = Config::parse(config::rigs::MOCK_BENCH, "bench.toml").unwrap();
+        let unattended = pressure_reminder(&config, true).unwrap();
+        assert!(
+            unattended.ends_with("1013.25 hPa is assumed"),
+            "{unattended}"
+        );
+        let attended = pressure_reminder(&config, false).unwrap();
+        assert!(attended.contains("--pressure-hpa"), "{attended}");
+        config.room = Room {
+            pressure_hpa: Some(998.0),
+        };
+        assert_eq!(pressure_reminder(&config, false), None);
+    }
 }

@@ -1,6 +1,7 @@
 //! Quantiles, angles, printed numbers and constants that several packages use.
 
 mod printed;
+pub mod rank_orders;
 
 pub use printed::{error_decimals, significant, with_error};
 

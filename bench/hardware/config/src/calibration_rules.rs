@@ -26,6 +26,9 @@ pub struct CalibrationRules {
     pub quality: [f64; 2],
     /// Largest change of the resonance since the previous calibration, Hz.
     pub drift_hz: f64,
+    /// Relative standard error of the sample clock of the sound card, in whose hertz a resonance is measured, ppm. The default
+    /// covers cards without a stated accuracy (an assumption of this project).
+    pub clock_ppm: f64,
     /// Largest reading of a force sensor without load, N.
     pub zero_n: f64,
     /// Acceleration of gravity at the bench, m/s²; if absent, standard gravity (9.80665) with an error that covers any place at
@@ -73,6 +76,7 @@ impl Default for CalibrationRules {
             plate_residual: 0.01,
             quality: [50.0, 2000.0],
             drift_hz: 100.0,
+            clock_ppm: 50.0,
             zero_n: 0.05,
             gravity_m_per_s2: None,
             force_rest_n: 3e-4,
@@ -114,6 +118,7 @@ impl CalibrationRules {
         require_range("plate_residual", self.plate_residual, 1e-5, 0.2, "")?;
         require_range("quality", self.quality[0], 1.0, self.quality[1], "")?;
         require_range("drift_hz", self.drift_hz, 0.1, 5e3, "Hz")?;
+        require_range("clock_ppm", self.clock_ppm, 0.0, 1e3, "ppm")?;
         require_range("zero_n", self.zero_n, 1e-3, 1.0, "N")?;
         if let Some(gravity) = self.gravity_m_per_s2 {
             require_range("gravity_m_per_s2", gravity, GRAVITY[0], GRAVITY[1], "m/s²")?;

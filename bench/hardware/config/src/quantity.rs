@@ -75,7 +75,8 @@ impl Quantity {
     }
 }
 
-/// Formats the value with the half-width of its 95 % interval, to two digits of the latter: `(5.450 ± 0.011)e-6 m`.
+/// Formats the value with the half-width of its 95 % interval, to two digits of the latter: `(5.450 ± 0.011)e-6 m`; without
+/// an error, the value alone.
 impl fmt::Display for Quantity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let half = self.half_width_95();
@@ -94,10 +95,11 @@ impl fmt::Display for Quantity {
             6
         };
         let (value, half) = (self.value * scale, half * scale);
-        if exponent == 0 {
-            write!(f, "{value:.decimals$} ± {half:.decimals$}")?;
-        } else {
-            write!(f, "({value:.decimals$} ± {half:.decimals$})e{exponent}")?;
+        match (half == 0.0, exponent) {
+            (true, 0) => write!(f, "{value:.decimals$}")?,
+            (true, _) => write!(f, "{value:.decimals$}e{exponent}")?,
+            (false, 0) => write!(f, "{value:.decimals$} ± {half:.decimals$}")?,
+            (false, _) => write!(f, "({value:.decimals$} ± {half:.decimals$})e{exponent}")?,
         }
         match self.unit.as_str() {
             "1" => Ok(()),
@@ -130,7 +132,8 @@ mod tests {
         assert_eq!(text(35_162.72, 0.006, "Hz"), "35162.720 ± 0.012 Hz");
         assert_eq!(text(-0.63, 1e-4, "rad"), "-0.63000 ± 0.00020 rad");
         assert_eq!(text(292.35, 0.036, "1"), "292.350 ± 0.071");
-        assert_eq!(text(0.0, 0.0, "V"), "0.000000 ± 0.000000 V");
+        assert_eq!(text(0.0, 0.0, "V"), "0.000000 V");
+        assert_eq!(text(5.4e-6, 0.0, "m"), "5.400000e-6 m");
         assert_eq!(text(-3e-8, 1e-4, "rad"), "(-0.0 ± 2.0)e-4 rad");
     }
 

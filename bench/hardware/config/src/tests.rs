@@ -11,8 +11,9 @@ fn with_force(keys: &str) -> Result<Config, ConfigError> {
 }
 
 #[test]
-fn every_limit_of_a_force_calibration_has_a_range() {
+fn every_number_of_a_plate_or_force_calibration_has_a_range() {
     for (key, accepted, rejected) in [
+        ("clock_ppm", "0.0", "-1.0"),
         ("gravity_m_per_s2", "9.8128", "9.9"),
         ("force_rest_n", "0.001", "0.1"),
         ("force_nonlinearity", "0.02", "0.3"),

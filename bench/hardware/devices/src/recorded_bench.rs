@@ -1,6 +1,7 @@
 //! The bench as a recording states it: plate, channels, hardware, and the standard errors of its calibration.
 
 use config::{Config, Effective, MeasuredForce, Quantity, Sensor};
+use impedance::PlateConstants;
 use recording::manifest;
 use signalgen::StreamDirection;
 use sources::field_box::FieldBoxDevice;
@@ -41,6 +42,15 @@ pub fn recorded_profile(bench: &Effective) -> Option<manifest::RecordedProfile> 
     })
 }
 
+/// Returns the constants of `config` for measuring impedances.
+pub fn plate_constants(config: &Config) -> PlateConstants {
+    PlateConstants {
+        resonance_hz: config.plate.resonance_hz,
+        modal_mass_kg: config.plate.modal_mass_kg,
+        force_factor_n_per_v: config.plate.force_factor_n_per_v,
+    }
+}
+
 /// Returns the wavelength across the plate, measured or else configured; `None` if neither is known.
 fn recorded_across(bench: &Effective) -> Option<manifest::RecordedAcross> {
     let mode = bench.mode_across()?;
@@ -62,19 +72,19 @@ pub fn recorded_errors(bench: &Effective) -> Option<manifest::StandardErrors> {
     let amplitude_relative = relative(&pickup.metres_per_unit);
     // The force factor is derived from the pickup's sensitivity; an error in that leaves every impedance unchanged.
     let variance = relative(&plate.force_factor_n_per_v).powi(2) - amplitude_relative.powi(2);
-    // The error of the crosstalk from the other axis counts as for forces of equal size.
-    let axis_error = |gain: &Quantity, cross: &Quantity| relative(gain).hypot(cross.standard_error);
     let force = calibration.force.as_ref();
-    let force_error = |axis: fn(&MeasuredForce) -> (&Quantity, &Quantity)| {
-        let quantities = force.map(axis);
-        quantities.map_or(0.0, |(gain, cross)| axis_error(gain, cross))
-    };
+    let force_error =
+        |error: &dyn Fn(&MeasuredForce) -> f64| force.map_or(0.0, |force| error(force));
     Some(manifest::StandardErrors {
         amplitude_relative,
         impedance_relative: variance.max(0.0).sqrt(),
         pickup_phase_rad: plate.pickup_phase_rad.standard_error,
-        normal_force_relative: force_error(|f| (&f.normal_per_normal, &f.normal_per_lateral)),
-        lateral_force_relative: force_error(|f| (&f.lateral_per_lateral, &f.lateral_per_normal)),
+        // The lateral force is at most about as large as the normal one.
+        normal_force_relative: force_error(&|force| {
+            relative(&force.normal_per_normal).hypot(force.normal_per_lateral.standard_error)
+        }),
+        lateral_force_relative: force_error(&|force| relative(&force.lateral_per_lateral)),
+        lateral_per_normal: force_error(&|force| force.lateral_per_normal.standard_error),
         // Each recording shows its own zero.
         normal_zero_n: 0.0,
         lateral_zero_n: 0.0,

@@ -2,9 +2,10 @@
 
 use config::Config;
 use impedance::{
-    ChannelScales, Demodulator, Filter, InputChannel, OUTPUT_RATE_HZ, PlateConstants, Zm,
-    output_rate_hz,
+    ChannelScales, Demodulator, Filter, InputChannel, OUTPUT_RATE_HZ, Zm, output_rate_hz,
 };
+
+use crate::recorded_bench;
 
 /// Demodulator and computation of Z_m for a carrier.
 pub struct Tuning {
@@ -58,11 +59,7 @@ pub fn impedance_chain(config: &Config, carrier_hz: f64) -> anyhow::Result<(Filt
         carrier_hz,
         output_rate_hz: output_rate_hz(config.audio.rate_hz).unwrap_or(OUTPUT_RATE_HZ),
     })?;
-    let plate = PlateConstants {
-        resonance_hz: config.plate.resonance_hz,
-        modal_mass_kg: config.plate.modal_mass_kg,
-        force_factor_n_per_v: config.plate.force_factor_n_per_v,
-    };
+    let plate = recorded_bench::plate_constants(config);
     let channels = ChannelScales {
         drive_volts_per_unit: config.channels.drive.volts_per_unit,
         pickup_metres_per_unit: config.channels.pickup.metres_per_unit,

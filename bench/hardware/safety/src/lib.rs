@@ -5,6 +5,7 @@
 //! that other tasks publish, drives its own [`SafetyLines`], and reaches the drive through a [`DriveGuard`]; it knows
 //! no other part of the bench.
 
+mod commanded_envelope;
 mod dead_man;
 mod delay;
 mod dose;

@@ -4,7 +4,11 @@
 //! changes nothing. The shape of the rise is known and its gain is not: the result is the delay at which some gain
 //! leaves the least residual.
 
+use std::collections::VecDeque;
+
 use serde::Serialize;
+
+use crate::commanded_envelope::CommandedEnvelope;
 
 /// Delay from a command to its read-back, as the program sees it, with the buffers of both directions.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -52,7 +56,7 @@ pub(crate) struct DelayMeter {
     longest: i64,
     /// Rendered frames and the envelope commanded there, V peak, from the last silent frame on; empty before a silent
     /// frame.
-    commands: Vec<(i64, f64)>,
+    commands: VecDeque<(i64, f64)>,
     readings: Vec<Read>,
     /// Next look, frames after the beginning of the rise; `None` once the delay is known or given up.
     next_look: Option<i64>,
@@ -65,7 +69,7 @@ impl DelayMeter {
             rate_hz,
             step: ((STEP_S * rate_hz) as i64).max(1),
             longest: (longest_s / STEP_S).ceil() as i64,
-            commands: Vec::new(),
+            commands: VecDeque::new(),
             readings: Vec::new(),
             next_look: None,
         }
@@ -81,16 +85,16 @@ impl DelayMeter {
         if envelope_v == 0.0 {
             self.commands.clear();
             self.readings.clear();
-            self.commands.push((frame, 0.0));
+            self.commands.push_back((frame, 0.0));
             self.next_look = Some(3 * self.frames(LOOK_S));
             return;
         }
         if self.next_look.is_none() {
             return;
         }
-        match self.commands.last_mut() {
+        match self.commands.back_mut() {
             Some(last) if last.0 == frame => last.1 = envelope_v,
-            Some(_) => self.commands.push((frame, envelope_v)),
+            Some(_) => self.commands.push_back((frame, envelope_v)),
             // The drive was not silent before: the start of its rise is unknown.
             None => {}
         }
@@ -105,7 +109,7 @@ impl DelayMeter {
     /// when its block arrived. Returns the delay once this rise has shown it.
     pub(crate) fn reading(&mut self, sample: u64, ahead: i64, volts: f64) -> Option<LoopDelay> {
         let look = self.next_look?;
-        let (&(first_frame, _), &(rendered, _)) = (self.commands.first()?, self.commands.last()?);
+        let (&(first_frame, _), &(rendered, _)) = (self.commands.front()?, self.commands.back()?);
         let sample = sample as i64;
         if rendered == first_frame
             || self
@@ -168,24 +172,15 @@ impl DelayMeter {
     /// Returns the residual sum of squares at the best gain, with sample s showing the command at frame s + `lead`, V².
     fn residual_v2(&self, lead: i64) -> f64 {
         let (mut read2, mut product, mut commanded2) = (0.0, 0.0, 0.0);
-        // Readings and commands are both in order.
-        let mut next = 0;
+        let first_frame = self.commands.front().map_or(0, |command| command.0);
+        let mut commanded = CommandedEnvelope::new(&self.commands);
         for reading in &self.readings {
             let frame = reading.sample + lead;
-            while self
-                .commands
-                .get(next)
-                .is_some_and(|command| command.0 < frame)
-            {
-                next += 1;
-            }
-            let commanded_v = match (next.checked_sub(1), self.commands.get(next)) {
-                (Some(previous), Some(&(to, high_v))) => {
-                    let (from, low_v) = self.commands[previous];
-                    low_v + (high_v - low_v) * (frame - from) as f64 / (to - from) as f64
-                }
-                (Some(last), None) => self.commands[last].1,
-                (None, _) => 0.0,
+            // Up to the first frame the drive is silent.
+            let commanded_v = if frame > first_frame {
+                commanded.at(frame)
+            } else {
+                0.0
             };
             read2 += reading.volts * reading.volts;
             product += reading.volts * commanded_v;

@@ -10,6 +10,7 @@
 
 use std::collections::VecDeque;
 
+use crate::commanded_envelope::CommandedEnvelope;
 use crate::delay::{Comparison, Delay};
 use crate::loop_delay::DELAY_WITHIN_S;
 use crate::safety_limits::HALF_GAIN;
@@ -193,7 +194,7 @@ impl Readback {
         let readings = self.readings.len() as u32;
         let has_candidates = !delays.is_empty();
         if let Some(&(reading_sample, volts)) = self.readings.back() {
-            let mut commanded = Commanded::new(&self.commands);
+            let mut commanded = CommandedEnvelope::new(&self.commands);
             for delay in &mut delays {
                 delay.vote(self.compare(&mut commanded, reading_sample + delay.lead, volts));
             }
@@ -249,14 +250,14 @@ impl Readback {
     /// Returns the delay of `lead` frames with all readings judged.
     fn voted_delay(&self, lead: i64) -> Delay {
         let mut delay = Delay::new(lead);
-        let mut commanded = Commanded::new(&self.commands);
+        let mut commanded = CommandedEnvelope::new(&self.commands);
         for &(reading_sample, volts) in &self.readings {
             delay.vote(self.compare(&mut commanded, reading_sample + lead, volts));
         }
         delay
     }
 
-    fn compare(&self, commanded: &mut Commanded<'_>, frame: i64, volts: f64) -> Comparison {
+    fn compare(&self, commanded: &mut CommandedEnvelope<'_>, frame: i64, volts: f64) -> Comparison {
         let (mut low_v, mut high_v) = (f64::INFINITY, 0.0_f64);
         for at_frame in [frame - self.step / 2, frame, frame + self.step / 2] {
             let level_v = commanded.at(at_frame);
@@ -267,44 +268,6 @@ impl Readback {
         Comparison {
             fits: (least_v..=most_v).contains(&volts),
             tells: HALF_GAIN * high_v < least_v,
-        }
-    }
-}
-
-/// Envelope commanded between the rendered frames. Each reading is compared at hundreds of neighbouring frames: the place of
-/// one is where the search for the next begins.
-struct Commanded<'a> {
-    commands: &'a VecDeque<(i64, f64)>,
-    /// Index of the first command that is not before the last frame asked for.
-    next: usize,
-}
-
-impl<'a> Commanded<'a> {
-    fn new(commands: &'a VecDeque<(i64, f64)>) -> Self {
-        Self { commands, next: 0 }
-    }
-
-    /// Returns the envelope commanded at `frame`, V peak: linear between two known commands, the nearest command
-    /// elsewhere.
-    fn at(&mut self, frame: i64) -> f64 {
-        let is_before = |index: usize| self.commands.get(index).is_some_and(|c| c.0 < frame);
-        let mut next = self.next;
-        while is_before(next) {
-            next += 1;
-        }
-        while next > 0 && !is_before(next - 1) {
-            next -= 1;
-        }
-        self.next = next;
-        let previous = next
-            .checked_sub(1)
-            .and_then(|index| self.commands.get(index));
-        match (previous, self.commands.get(next)) {
-            (Some(&(from, low)), Some(&(to, high))) => {
-                low + (high - low) * (frame - from) as f64 / (to - from) as f64
-            }
-            (Some(&(_, volts)), None) | (None, Some(&(_, volts))) => volts,
-            (None, None) => 0.0,
         }
     }
 }

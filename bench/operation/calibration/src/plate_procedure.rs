@@ -209,7 +209,7 @@ impl Procedure for PlateProcedure {
             note: fit.and_then(|fit| self.faults(fit).into_iter().next()),
             points: fit.map(point_read).into_iter().collect(),
             curve: fit.map(|fit| self.curve(fit)),
-            findings: fit.map(findings).unwrap_or_default(),
+            findings: fit.map(|fit| self.findings(fit)).unwrap_or_default(),
         }
     }
 }
@@ -221,18 +221,6 @@ fn point_read(fit: &PlateFit) -> PointRead {
         value: format!("{:.2} Hz", fit.resonance_hz.value),
         ..PointRead::default()
     }
-}
-
-fn findings(fit: &PlateFit) -> Vec<String> {
-    let line = |name: &str, estimate: FittedValue, unit: &str| {
-        let words = with_error(estimate.value, estimate.standard_error, 2);
-        format!("{name:<10}{words}{unit}")
-    };
-    vec![
-        line("resonance", fit.resonance_hz, " Hz"),
-        line("quality", fit.quality, ""),
-        format!("residual  {:.1e} of the peak", fit.residual),
-    ]
 }
 
 impl Calibrates for PlateProcedure {
@@ -248,6 +236,8 @@ impl Calibrates for PlateProcedure {
         };
         let relative = |estimate: FittedValue| estimate.standard_error / estimate.value;
         let (f0, quality) = (fit.resonance_hz, fit.quality);
+        let f0_error_hz = self.true_hertz_error(f0);
+        let f0_relative = f0_error_hz / f0.value;
         let omega = TAU * f0.value;
         let mass_kg = config.plate.modal_mass_kg;
         let stiffness = omega.powi(2) * mass_kg;
@@ -257,7 +247,7 @@ impl Calibrates for PlateProcedure {
             / config.channels.drive.volts_per_unit;
         let sensitivity_error = sensitivity.standard_error / sensitivity.value;
         let mass_error = config.plate.modal_mass_relative_error;
-        let fit_error = relative(fit.static_ratio).hypot(2.0 * relative(f0));
+        let fit_error = relative(fit.static_ratio).hypot(2.0 * f0_relative);
         // If the sensitivity's error dominates, its smaller number of points determines the degrees of freedom.
         let freedom = if sensitivity_error > fit_error {
             sensitivity.degrees_of_freedom
@@ -275,14 +265,20 @@ impl Calibrates for PlateProcedure {
                 date,
                 operator: operator.to_owned(),
                 method: format!(
-                    "{TONES} tones over {:.0} Hz at {:.1} V, each after {SETTLE_TIME_CONSTANTS} time constants; least squares of a second-order mode with residual terms; errors hold scatter, model and a channel match of {:.1e}",
+                    "{TONES} tones over {:.0} Hz at {:.1} V, each after {SETTLE_TIME_CONSTANTS} time constants; least squares of a second-order mode with residual terms; errors hold scatter, model, a channel match of {:.1e} and {} ppm of the card's clock",
                     self.responses.last().map_or(0.0, |r| r.frequency_hz)
                         - self.responses.first().map_or(0.0, |r| r.frequency_hz),
                     self.level_v,
-                    setup.channel_match
+                    setup.channel_match,
+                    config.calibration.clock_ppm
                 ),
             },
-            resonance_hz: quantity(f0, "Hz"),
+            resonance_hz: Quantity::of_parts(
+                f0.value,
+                f0_error_hz,
+                &[(f0.standard_error, n)],
+                "Hz",
+            ),
             quality: quantity(quality, "1"),
             damping_n_s_per_m: Quantity::new(
                 damping,
@@ -292,7 +288,7 @@ impl Calibrates for PlateProcedure {
             ),
             stiffness_n_per_m: Quantity::new(
                 stiffness,
-                stiffness * (2.0 * relative(f0)).hypot(mass_error),
+                stiffness * (2.0 * f0_relative).hypot(mass_error),
                 n,
                 "N/m",
             ),
@@ -368,6 +364,27 @@ fn turned_force(phase: &Quantity) -> Option<String> {
 }
 
 impl PlateProcedure {
+    fn findings(&self, fit: &PlateFit) -> Vec<String> {
+        let line = |name: &str, (value, standard_error): (f64, f64), unit: &str| {
+            let words = with_error(value, standard_error, 2);
+            format!("{name:<10}{words}{unit}")
+        };
+        let (f0, quality) = (fit.resonance_hz, fit.quality);
+        vec![
+            line("resonance", (f0.value, self.true_hertz_error(f0)), " Hz"),
+            line("quality", (quality.value, quality.standard_error), ""),
+            format!("residual  {:.1e} of the peak", fit.residual),
+        ]
+    }
+
+    /// Returns the standard error of a frequency by the card's clock, Hz: that of the fit, and that of the clock.
+    fn true_hertz_error(&self, frequency_hz: FittedValue) -> f64 {
+        let clock = 1e-6 * self.setup.config.calibration.clock_ppm;
+        frequency_hz
+            .standard_error
+            .hypot(frequency_hz.value * clock)
+    }
+
     /// Returns the phase lead of the force over the voltage read back; `None` if the pickup's own phase was not measured.
     fn force_phase(&self, fit: &PlateFit) -> Option<Quantity> {
         let (pickup_phase, at_hz) = self.setup.pickup_phase.as_ref()?;

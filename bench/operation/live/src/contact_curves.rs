@@ -60,7 +60,8 @@ pub fn contact_curves(request: &FitRequest, fit: &TrialContact) -> Option<Contac
         };
         let k_c = contact.stiffness_n_per_m(gap_m, amplitude_m);
         let z_c = contact.impedance_n_s_per_m(k_c, omega);
-        locus.push(impedance(harmonic::observed(z_p, z_t, z_c)));
+        let z_finger = harmonic::observed(Complex64::ZERO, z_t, z_c);
+        locus.push(impedance(z_p + finger.inversion.finger_scale * z_finger));
         friction.push((
             amplitude_m,
             fit.mu0.value * contact.friction_ratio(gap_m, normal_n),

@@ -2,16 +2,17 @@
 
 use analysis::force_zero::ForceZero;
 use analysis::measurements::Measurements;
+use analysis::pickup_correction;
 use analysis::trial_fit::{FitRequest, SelectedExploration};
 use analysis::trial_selection;
 use analysis::unloaded_plate;
 use config::Effective;
-use devices::recorded_bench::recorded_errors;
+use devices::recorded_bench::{plate_constants, recorded_errors};
 use protocols::{
     Interval, IntervalKind, Protocol, SelectionRules, TrialAnalysis, TrialKey, TrialLabel,
 };
 use recording::manifest::StandardErrors;
-use recording::pipeline::Account;
+use recording::pipeline::{Account, PickupOffset};
 use tui::action::AttemptName;
 
 use crate::attempt_name::attempt_name;
@@ -61,10 +62,15 @@ impl DueTrial {
         count_losses(&mut analysis, account, &record.account);
         let label = TrialLabel::new(&key, protocol.trials.practice);
         let carrier_hz = record.carrier_hz;
+        let plate = plate_constants(bench.config());
+        let drive = (carrier_hz, &plate);
+        // The verdict does not depend on the pickup's phase.
+        let pickup = pickup_correction::find(&data, &unloaded_s, rules.contact_n / 2.0, drive);
+        pickup_correction::undo(&mut data.frames, pickup, drive);
         let mut request = fit_request(
             (label, carrier_hz),
             (&self.intervals, &unloaded_s),
-            data,
+            (data, pickup),
             &analysis,
             rules,
         );
@@ -101,7 +107,7 @@ fn count_losses(analysis: &mut TrialAnalysis, end: &Account, start: &Account) {
 fn fit_request(
     (label, carrier_hz): (TrialLabel, f64),
     (intervals, unloaded_s): (&[Interval], &[(f64, f64)]),
-    record: Measurements,
+    (record, pickup): (Measurements, PickupOffset),
     analysis: &TrialAnalysis,
     rules: SelectionRules,
 ) -> FitRequest {
@@ -111,6 +117,7 @@ fn fit_request(
         label: label.trial_name(),
         carrier_hz,
         calibration: StandardErrors::default(),
+        pickup,
         plate: plate.map(|reading| reading.plate),
         record,
         explorations: SelectedExploration::from_analysis(intervals, analysis),

@@ -23,6 +23,8 @@ pub mod readiness;
 pub mod refit;
 pub mod resumed;
 pub mod screen_words;
+#[cfg(test)]
+mod tests;
 pub mod visit;
 pub mod window_screen;
 

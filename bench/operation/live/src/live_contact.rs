@@ -166,7 +166,8 @@ impl LiveContact {
             .filter(|force| frame.time_s - force.time_s < MAX_FORCE_AGE_S);
         match &force {
             Some(force) if force.normal_n.abs() < self.contact_n / 2.0 => {
-                self.zero.take_free(force);
+                let plate = self.plate_n_s_per_m();
+                self.zero.take_free(force, frame, plate);
             }
             _ => self.zero.interrupt(),
         }
@@ -190,16 +191,21 @@ impl LiveContact {
             fit.estimator.reset();
             return Err(reason);
         };
+        let ratio = fit.profile.ratio_at(self.position_m);
+        // The finger's part is (Z_m − Z_p)/φ², so that an error δ of Z_p moves it by −δ/φ².
+        let at_finger = |part: Uncertain| Uncertain {
+            std: part.std / (ratio * ratio),
+            ..part
+        };
         let mut z_p = fit.finger.z_p_n_s_per_m();
         if let Some(reactance) = reactance {
-            fit.estimator.move_plate(reactance);
+            fit.estimator.move_plate(at_finger(reactance));
             z_p.im = reactance.value;
         }
         if let Some(resistance) = resistance {
-            fit.estimator.damp_plate(resistance);
+            fit.estimator.damp_plate(at_finger(resistance));
             z_p.re = resistance.value;
         }
-        let ratio = fit.profile.ratio_at(self.position_m);
         let z_m = under_finger::impedance(frame.corrected_n_s_per_m, z_p, ratio);
         // The model has no gap for this frame, so there is no reading.
         let estimate = fit
@@ -309,8 +315,9 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
     use contact::{AssumedConstants, Contact, FittedFinger, harmonic};
-    use impedance::Mask;
     use recording::manifest::RecordedProfile;
+
+    use crate::tests::frame;
 
     const CARRIER_HZ: f64 = 35_000.0;
     const AMPLITUDE_M: f64 = 1e-6;
@@ -345,20 +352,7 @@ mod tests {
     }
 
     fn batch(first_frame: u64, z_m: Complex64, normal_n: f64) -> Batch {
-        let frames = (first_frame..first_frame + 10).map(|i| ZmFrame {
-            sample: i * 96,
-            time_s: i as f64 * 5e-4,
-            mask: Mask::CLEAR,
-            drive_v: Complex64::ONE,
-            displacement_m: AMPLITUDE_M.into(),
-            amplitude_m: AMPLITUDE_M,
-            amplitude_rate_m_per_s: 0.0,
-            amplitude_std_m: 1e-12,
-            plain_n_s_per_m: z_m,
-            plain_std_n_s_per_m: 1e-3,
-            corrected_n_s_per_m: z_m,
-            corrected_std_n_s_per_m: 1e-3,
-        });
+        let frames = (first_frame..first_frame + 10).map(|i| frame(i * 96, i as f64 * 5e-4, z_m));
         // Five readings per frame, the last at the frame's own time.
         let first = (first_frame * 5).saturating_sub(4);
         let force = (first..(first_frame + 9) * 5 + 1).map(|i| ForceRow {
@@ -417,6 +411,38 @@ mod tests {
         assert_relative_eq!(reading.mu.value, MU0 * ratio, max_relative = 1e-9);
         let self_sensed = reading.self_sensed_normal_n.unwrap();
         assert_relative_eq!(self_sensed.value, NORMAL_N, max_relative = 1e-9);
+    }
+
+    /// Regression test: where the plate moves less, the error of the plate's reactance counted too little, here by a factor of
+    /// 0.36 in the gap's error.
+    #[test]
+    fn an_error_of_the_plate_counts_for_the_finger_where_the_plate_moves_less() {
+        let gap_std_m = |ratio: f64| {
+            let (mut fit, z_m, ..) = contact();
+            fit.finger.inversion.covariance = Some(Default::default());
+            fit.profile = AmplitudeProfile::new(&RecordedProfile {
+                positions_m: vec![0.0, 0.1],
+                ratios: vec![ratio; 2],
+            });
+            let z_p = fit.finger.z_p_n_s_per_m();
+            let mut live = LiveContact::new(0.1, PlateTracking::new(0.008, 6.0));
+            live.refit(&fit);
+            for first_frame in (0..1000).step_by(10) {
+                live.take(&batch(first_frame, z_p, 0.0), |_| {});
+            }
+            let touched = z_p + ratio * ratio * (z_m - z_p);
+            let mut batch = batch(1000, touched, NORMAL_N);
+            for frame in &mut batch.frames {
+                frame.amplitude_m = AMPLITUDE_M / ratio;
+            }
+            batch.position = vec![PositionRow {
+                time_s: 0.5,
+                position_m: 0.05,
+            }];
+            live.take(&batch, |_| {});
+            live.latest().unwrap().gap_m.std
+        };
+        assert_relative_eq!(gap_std_m(0.6), gap_std_m(1.0) / 0.36, max_relative = 1e-6);
     }
 
     #[test]

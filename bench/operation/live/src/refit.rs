@@ -139,12 +139,14 @@ mod tests {
     use num_complex::Complex64;
     use protocols::SelectionRules;
     use recording::manifest::StandardErrors;
+    use recording::pipeline::PickupOffset;
 
     fn request(plate: Result<PlateReading, UnloadedError>) -> FitRequest {
         FitRequest {
             label: "trial 1".to_owned(),
             carrier_hz: 35_000.0,
             calibration: StandardErrors::default(),
+            pickup: PickupOffset::default(),
             plate,
             record: Measurements::default(),
             explorations: vec![SelectedExploration {

@@ -1,11 +1,11 @@
 //! Explorations of a recording so far, which are fitted together.
 
-use analysis::instance::PlateReading;
 use analysis::measurements::Measurements;
 use analysis::trial_fit::{FitRequest, SelectedExploration};
-use analysis::unloaded_plate::UnloadedError;
 use protocols::{SelectionRules, Stretch};
 use recording::manifest::Manifest;
+
+use crate::unloaded::Unloaded;
 
 /// Explorations so far: time span, s, and stretches of each.
 #[derive(Debug, Default)]
@@ -27,11 +27,11 @@ impl Explored {
         self.0.clear();
     }
 
-    /// Returns the request to fit all of them as one trial.
+    /// Returns the request to fit all of them as one trial, from a record that is corrected for the deviation of the pickup.
     pub(crate) fn request(
         &self,
         manifest: &Manifest,
-        plate: Result<PlateReading, UnloadedError>,
+        unloaded: &Unloaded,
         record: Measurements,
         rules: SelectionRules,
     ) -> FitRequest {
@@ -50,7 +50,8 @@ impl Explored {
             },
             carrier_hz: manifest.carrier_hz,
             calibration: manifest.standard_errors.unwrap_or_default(),
-            plate,
+            pickup: unloaded.pickup,
+            plate: unloaded.plate,
             record,
             explorations: explorations.collect(),
             rules,

@@ -11,6 +11,7 @@ mod pace;
 mod past_crops;
 mod report;
 mod source;
+mod unloaded;
 
 use std::collections::VecDeque;
 use std::io::Write;
@@ -28,11 +29,9 @@ use tui::event::{LogLevel, PhaseKind, PhaseView, SafetyView, SystemHealth};
 use analysis::Settings;
 use analysis::amplitude_profile::AmplitudeProfile;
 use analysis::flaw::Flaw;
-use analysis::instance::PlateReading;
 use analysis::measurements::Measurements;
 use analysis::recording_analysis::selection_rules;
 use analysis::trial_fit::FitRequest;
-use analysis::unloaded_plate::{self, UnloadedError};
 use devices::DeviceReadings;
 use live::attempt_name::attempt_name;
 use live::exploration_crop::{ExplorationName, crop};
@@ -51,6 +50,7 @@ use live::refit::Refit;
 use live::screen_words;
 use pace::Pace;
 use source::Source;
+use unloaded::Unloaded;
 
 pub use listing::list_recordings;
 pub use options::{ReplayOptions, Speed};
@@ -186,7 +186,7 @@ struct Replay {
     /// Intervals that are open or still to come, in time order.
     intervals: VecDeque<RecordedInterval>,
     record: Measurements,
-    plate: Result<PlateReading, UnloadedError>,
+    unloaded: Unloaded,
     planned: u32,
     explored: Explored,
     instances: usize,
@@ -241,7 +241,7 @@ impl Replay {
             phase: None,
             intervals,
             record,
-            plate: Err(UnloadedError::NoInterval),
+            unloaded: Unloaded::default(),
             explored: Explored::default(),
             instances: 0,
             fits_requested: 0,
@@ -314,16 +314,9 @@ impl Replay {
     }
 
     fn read_plate(&mut self, interval: &RecordedInterval) {
-        let span = [(interval.start_s, interval.end_s)];
-        let modulation_hz = self.source.manifest().modulation_hz;
-        self.plate = unloaded_plate::read(
-            &self.record,
-            &span,
-            modulation_hz,
-            self.rules.contact_n / 2.0,
-        )
-        .map(|reading| reading.plate);
-        match &self.plate {
+        let (manifest, off_n) = (self.source.manifest(), self.rules.contact_n / 2.0);
+        self.unloaded = Unloaded::read(&self.record, interval, manifest, off_n);
+        match &self.unloaded.plate {
             Ok(plate) => {
                 let z = plate.corrected_n_s_per_m;
                 self.log(
@@ -364,8 +357,10 @@ impl Replay {
         self.front.show(tui::Event::Crop(crop));
         self.fits_requested += 1;
         let manifest = self.source.manifest();
-        let (record, rules) = (self.record.clone(), self.rules);
-        let request = self.explored.request(manifest, self.plate, record, rules);
+        let record = self.unloaded.corrected(&self.record, manifest);
+        let request = self
+            .explored
+            .request(manifest, &self.unloaded, record, self.rules);
         // The fitting task ends earlier only if it fails, and that stops the replay.
         let _ = self.refits.send(request);
     }
@@ -438,7 +433,7 @@ impl Replay {
             self.contact = initial::contact(self.source.manifest(), &self.rules);
             self.meter = initial::meter(self.source.manifest());
             self.account = Account::default();
-            self.plate = Err(UnloadedError::NoInterval);
+            self.unloaded = Unloaded::default();
             (self.audio_s, self.played_s, self.screen_due_s) = (0.0, 0.0, 0.0);
             (self.frames, self.instances) = (0, 0);
             self.explored.clear();

@@ -55,8 +55,8 @@ pub fn put(sheet: &mut Sheet, card: &Card) -> anyhow::Result<()> {
             card.product,
             card.name,
             RATES_HZ[RATES_HZ.len() - 1],
-            card.multi_hz,
-            card.output_hz
+            card.multi_hz.floor(),
+            card.output_hz.floor()
         )
     })?;
     sheet.set("audio", "host", "nidaqmx")?;

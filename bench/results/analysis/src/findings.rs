@@ -101,7 +101,8 @@ pub struct RecordingFindings {
     pub pickup: PickupOffset,
     /// Zero of the force sensor, subtracted in all other findings.
     pub zero: ForceZero,
-    /// Stated standard errors of the constants; those of the forces include the zero's, relative to the mean force of the touch.
+    /// Stated standard errors of the constants; those of the forces include the zero's, relative to the mean force of the touch,
+    /// and the crosstalk that the recording shows if none is stated.
     pub standard_errors: StandardErrors,
     /// Impedance of the unloaded plate; `None` if it could not be read.
     pub z_p: Option<PlateReading>,

@@ -15,6 +15,7 @@ use impedance::ZmFrame;
 use num_complex::Complex64;
 use recording::ForceRow;
 use recording::manifest::StandardErrors;
+use serde::Serialize;
 use statistics::median;
 
 use crate::flaw::Flaw;
@@ -27,21 +28,21 @@ const CELL_S: f64 = 0.02;
 /// Fewest blocks of a stretch.
 const FEWEST_BLOCKS: usize = 2;
 /// Share of a change of the free plate's impedance that is followed from one block to the next.
-const FOLLOWED: f64 = 0.1;
+pub const FOLLOWED: f64 = 0.1;
 /// Fewest cells of a block with readings.
 const FEWEST_CELLS: usize = 3;
 /// Fewest clear frames of a block.
 const FEWEST_FRAMES: usize = 40;
 /// Largest difference of a free plate's impedance from that of the last second, N·s/m; a finger adds more from 0.15 N on.
-const FREE_N_S_PER_M: f64 = 0.3;
+pub const FREE_N_S_PER_M: f64 = 0.3;
 /// Blocks next to a touch that are left out: a finger that lifts off still presses with some mN for 0.1 s.
 const MARGIN_BLOCKS: usize = 2;
-/// Largest difference of a block's normal force from its stretch's, N, and in its standard errors if they are larger: a light
-/// finger's force is not steady.
+/// Largest difference of a block's normal force from its stretch's, N, and in standard errors of the steadiest block if they are
+/// larger: a light finger's force is not steady.
 const STEADY_N: f64 = 0.002;
 const STEADY_ERRORS: f64 = 4.0;
 /// Largest zero, N, three times what a session may begin with: beyond it, something may rest on the plate.
-const GREATEST_ZERO_N: f64 = 0.15;
+pub const GREATEST_ZERO_N: f64 = 0.15;
 /// Zero of the force sensor beyond which a warning states it, N.
 const REPORTED_ZERO_N: f64 = 0.010;
 /// Change of the zero within a recording beyond which it is a flaw, N: a drift of 5 mN/min makes 1 mN in the longest trial.
@@ -49,11 +50,12 @@ const GREATEST_ZERO_CHANGE_N: f64 = 0.005;
 /// Number of standard errors beyond which a change of the zero is certain.
 const CERTAIN_ERRORS: f64 = 4.0;
 
-/// Number of frames with a common error: a demodulator's filter is some 10 ms long.
+/// Number of frames with a common error: 10 ms of interference or touch (an assumption of this project). White noise is independent
+/// from frame to frame, so that its error is stated 4.5 times too large.
 const CORRELATED_FRAMES: f64 = 20.0;
 
 /// A value of both axes, N.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Axes {
     /// Normal axis, N.
     pub normal_n: f64,
@@ -71,11 +73,12 @@ impl Axes {
 }
 
 /// Zero in one stretch without a finger.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ZeroReading {
     /// Middle of the stretch, s.
     pub time_s: f64,
     /// Mean of the readings, N.
+    #[serde(flatten)]
     pub zero: Axes,
     /// Standard error of the mean, N.
     pub std: Axes,
@@ -303,12 +306,12 @@ fn read_stretch(rows: &[ForceRow], blocks: &[FreeBlock]) -> Option<ZeroReading> 
         .filter_map(|block| Block::read(rows, block))
         .collect();
     let typical_n = median(blocks.iter().map(|block| block.normal_n))?;
+    // Of the steadiest block: while a finger lifts off, its force scatters the most.
+    let steady_std_n = blocks.iter().map(|block| block.normal_std_n);
+    let limit_n = STEADY_N.max(STEADY_ERRORS * steady_std_n.reduce(f64::min)?);
     let cells: Vec<(f64, Axes)> = blocks
         .into_iter()
-        .filter(|block| {
-            let limit_n = STEADY_N.max(STEADY_ERRORS * block.normal_std_n);
-            (block.normal_n - typical_n).abs() <= limit_n
-        })
+        .filter(|block| (block.normal_n - typical_n).abs() <= limit_n)
         .flat_map(|block| block.cells)
         .collect();
     let n = cells.len() as f64;
@@ -372,7 +375,7 @@ impl Block {
 }
 
 /// Returns the mean of the finite readings in a span, N.
-fn mean_force(rows: &[ForceRow], (start_s, end_s): (f64, f64)) -> Option<Axes> {
+pub(crate) fn mean_force(rows: &[ForceRow], (start_s, end_s): (f64, f64)) -> Option<Axes> {
     let start = rows.partition_point(|row| row.time_s < start_s);
     let end = rows.partition_point(|row| row.time_s < end_s).max(start);
     let is_finite = |row: &&ForceRow| row.normal_n.is_finite() && row.lateral_n.is_finite();
@@ -387,50 +390,21 @@ fn mean_force(rows: &[ForceRow], (start_s, end_s): (f64, f64)) -> Option<Axes> {
 #[cfg(test)]
 mod tests {
     use approx::assert_relative_eq;
-    use impedance::Mask;
 
     use super::*;
-
-    const RATE_HZ: f64 = 2000.0;
+    use crate::tests::measured;
 
     /// Six seconds of a plate of 7 N·s/m with a finger from 2 to 4 s that adds `finger`, and the forces that the sensor reads.
     fn record(finger: Complex64, force: impl Fn(f64) -> Axes) -> Measurements {
-        let times = || (0..12_000).map(|i| f64::from(i) / RATE_HZ);
-        let frames = times().map(|time_s| {
+        let impedance = |time_s: f64| {
             let is_touched = (2.0..4.0).contains(&time_s);
             let noise = Complex64::new(0.02, -0.02) * (1e3 * time_s).sin();
-            let z_m = 7.0 + noise + if is_touched { finger } else { Complex64::ZERO };
-            ZmFrame {
-                time_s,
-                plain_n_s_per_m: z_m,
-                corrected_n_s_per_m: z_m,
-                corrected_std_n_s_per_m: 0.01,
-                amplitude_m: 1e-6,
-                mask: Mask::CLEAR,
-                sample: 0,
-                drive_v: Complex64::ONE,
-                displacement_m: Complex64::new(1e-6, 0.0),
-                amplitude_rate_m_per_s: 0.0,
-                amplitude_std_m: 1e-9,
-                plain_std_n_s_per_m: 0.01,
-            }
-        });
-        let force = times().map(|time_s| {
-            let Axes {
-                normal_n,
-                lateral_n,
-            } = force(time_s);
-            ForceRow {
-                time_s,
-                normal_n,
-                lateral_n,
-            }
-        });
-        Measurements {
-            frames: frames.collect(),
-            force: force.collect(),
-            ..Measurements::default()
-        }
+            7.0 + noise + if is_touched { finger } else { Complex64::ZERO }
+        };
+        measured(6.0, impedance, |time_s| {
+            let force = force(time_s);
+            (force.normal_n, force.lateral_n)
+        })
     }
 
     const FINGER: Complex64 = Complex64::new(0.5, -1.5);
@@ -518,6 +492,30 @@ mod tests {
         assert!(!zero.readings.is_empty());
         for time_s in [1.0, 3.0, 5.0] {
             assert_relative_eq!(zero.at(time_s).normal_n, 0.01, epsilon = 5e-4);
+        }
+    }
+
+    /// Where the film carries most of the finger, its impedance is that of the free plate to 0.3 N·s/m.
+    #[test]
+    fn a_levitated_finger_that_lifts_off_is_not_part_of_the_zero() {
+        let weight = |time_s: f64| ((4.45 - time_s) / 0.2).clamp(0.0, 1.0).powi(2);
+        let mut record = record(Complex64::ZERO, |time_s| Axes {
+            normal_n: 0.004
+                + if time_s > 2.0 {
+                    0.6 * weight(time_s)
+                } else {
+                    0.0
+                },
+            lateral_n: 0.0,
+        });
+        for frame in &mut record.frames {
+            let on_plate = (2.0..4.2).contains(&frame.time_s);
+            frame.corrected_n_s_per_m += if on_plate { FINGER } else { Complex64::ZERO };
+        }
+        let zero = ForceZero::read(&record, &[(0.2, 1.2)]);
+        assert_eq!(zero.readings.len(), 2, "{zero:?}");
+        for reading in &zero.readings {
+            assert_relative_eq!(reading.zero.normal_n, 0.004, epsilon = 2e-4);
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use impedance::Transient;
+use impedance::{PlateConstants, Transient, ZmFrame};
 use num_complex::Complex64;
 
 use crate::demodulation::DemodulatedRecording;
@@ -59,11 +59,7 @@ impl FreePlate {
                 &manifest.plate.constants(),
             )
         });
-        let clear_transient = transient.filter(|transient| {
-            transient.phase_error_rad < GREATEST_PHASE_ERROR_RAD
-                && transient.residual < GREATEST_RESIDUAL
-        });
-        let (transient, heavy_transient) = match clear_transient {
+        let (transient, heavy_transient) = match transient.filter(is_clear) {
             Some(clear_transient) if clear_transient.delay_s.abs() >= GREATEST_DELAY_S => {
                 (None, Some(clear_transient))
             }
@@ -83,19 +79,7 @@ impl FreePlate {
 
     /// Returns the deviation of the pickup from its stated values, if it is significant.
     pub(super) fn pickup_offset(&self) -> Option<PickupOffset> {
-        let transient = self.transient?;
-        let significant_value = |value: f64, error: f64| {
-            if value.abs() > CERTAIN_ERRORS * error {
-                value
-            } else {
-                0.0
-            }
-        };
-        let offset = PickupOffset {
-            turn_rad: significant_value(transient.phase_rad, transient.phase_error_rad),
-            delay_s: significant_value(transient.delay_s, transient.delay_error_s),
-        };
-        (offset != PickupOffset::default()).then_some(offset)
+        significant(&self.transient?)
     }
 
     /// Returns the flaws of the intervals, and of the recording's stated values of plate and pickup.
@@ -151,6 +135,38 @@ impl FreePlate {
             },
         )
     }
+}
+
+/// Returns the deviation of the pickup that these frames of a plate without a finger show, if it is significant.
+pub(super) fn offset(
+    free_frames: &[ZmFrame],
+    carrier_hz: f64,
+    plate: &PlateConstants,
+) -> Option<PickupOffset> {
+    let transient = Transient::fit(free_frames, carrier_hz, plate)
+        .filter(|transient| is_clear(transient) && transient.delay_s.abs() < GREATEST_DELAY_S)?;
+    significant(&transient)
+}
+
+/// Returns whether the response to the modulation is that of a free plate.
+fn is_clear(transient: &Transient) -> bool {
+    transient.phase_error_rad < GREATEST_PHASE_ERROR_RAD && transient.residual < GREATEST_RESIDUAL
+}
+
+/// Returns the deviation of the pickup, if it is significant.
+fn significant(transient: &Transient) -> Option<PickupOffset> {
+    let significant_value = |value: f64, error: f64| {
+        if value.abs() > CERTAIN_ERRORS * error {
+            value
+        } else {
+            0.0
+        }
+    };
+    let offset = PickupOffset {
+        turn_rad: significant_value(transient.phase_rad, transient.phase_error_rad),
+        delay_s: significant_value(transient.delay_s, transient.delay_error_s),
+    };
+    (offset != PickupOffset::default()).then_some(offset)
 }
 
 /// Returns the flaws that report an offset of the pickup, if it is large enough.

@@ -262,6 +262,7 @@ impl PlateReading {
                 phase_rad: standard_errors.pickup_phase_rad,
                 normal_force_relative: standard_errors.normal_force_relative,
                 lateral_force_relative: standard_errors.lateral_force_relative,
+                lateral_per_normal: standard_errors.lateral_per_normal,
             },
             mode_across,
         }

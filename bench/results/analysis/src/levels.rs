@@ -92,6 +92,7 @@ impl Levels {
             .into_iter()
             .enumerate()
             .filter_map(|(index, channel)| {
+                // A counted frame lacks no sample in either channel, so that both have finite ones.
                 let carrier = self.carrier[index] / self.frames as f64;
                 let total = self.total[index] / self.samples[index] as f64;
                 let level = CarrierLevel {

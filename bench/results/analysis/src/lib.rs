@@ -11,6 +11,7 @@ pub mod attempts;
 pub mod average_model;
 mod clipping;
 pub mod cluster_test;
+mod crosstalk;
 mod damping;
 pub mod demodulation;
 pub mod estimate;
@@ -27,6 +28,7 @@ pub mod method;
 pub mod model_check;
 pub mod motion;
 mod people;
+pub mod pickup_correction;
 mod plate_references;
 pub mod printed_settings;
 mod prior_settings;
@@ -37,6 +39,8 @@ mod spans;
 pub mod statistics;
 #[cfg_attr(not(feature = "parquet"), path = "no_tables.rs")]
 pub mod tables;
+#[cfg(test)]
+mod tests;
 pub mod trial_fit;
 pub mod trial_selection;
 pub mod under_finger;

@@ -133,6 +133,13 @@ impl Measurements {
         value.is_finite().then_some(value)
     }
 
+    /// Returns the finger's position at `time_s`, m; `None` where it was not measured.
+    pub fn position_m(&self, time_s: f64) -> Option<f64> {
+        let position = &self.position;
+        let value = interpolate(position, |row| row.time_s, |row| row.position_m, time_s);
+        value.is_finite().then_some(value)
+    }
+
     /// Returns the mean normal force, N, from `start_s` to `end_s`; `None` without a reading there.
     pub fn mean_normal_n(&self, start_s: f64, end_s: f64) -> Option<f64> {
         let readings: Vec<f64> = self

@@ -8,6 +8,7 @@ use protocols::{Direction, Protocol, SelectionRules};
 
 use crate::amplitude_profile::AmplitudeProfile;
 use crate::analysis_settings::Settings;
+use crate::crosstalk;
 use crate::demodulation::{self, DemodulatedRecording};
 use crate::findings::{RecordingAnalysis, RecordingError, RecordingFindings, RejectedStretch};
 use estimation::trial::PlateReadings;
@@ -67,6 +68,12 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     flaws.extend(protocol_flaw);
     flaws.extend(rehearsal_flaw(&manifest));
     flaws.extend(zero.flaws());
+    let stated_errors = manifest.standard_errors.unwrap_or_default();
+    let touch = record.force_under_finger(&exploration_spans_s, rules.contact_n);
+    let mut standard_errors = zero.standard_errors(stated_errors, &touch);
+    if stated_errors.lateral_per_normal == 0.0 {
+        standard_errors.lateral_per_normal = crosstalk::seen(&record, &exploration_spans_s, &rules);
+    }
     let mut findings = RecordingFindings {
         path: folder.to_owned(),
         participant: manifest
@@ -75,10 +82,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
             .map(|participant| participant.id.clone()),
         rules,
         pickup,
-        standard_errors: zero.standard_errors(
-            manifest.standard_errors.unwrap_or_default(),
-            &record.force_under_finger(&exploration_spans_s, rules.contact_n),
-        ),
+        standard_errors,
         zero,
         z_p: None,
         explorations: Vec::new(),

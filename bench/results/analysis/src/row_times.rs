@@ -12,7 +12,8 @@ const MAX_ROWS: usize = 20_000_000;
 /// Number of rows with intervals that are checked.
 const STEPS: usize = 1_000_000;
 
-/// Returns the rows needed to smooth the spans, and the times of all rows.
+/// Returns the rows needed to smooth the spans, and the times of all rows; `rows` have increasing times, as their reader
+/// returns them.
 pub(super) fn read_rows<R>(
     spans: &Spans,
     file: &'static str,

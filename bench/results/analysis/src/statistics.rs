@@ -2,6 +2,7 @@
 
 use num_complex::Complex64;
 use serde::Serialize;
+use statistics::rank_orders::{p_of_all_orders, p_of_perfect_orders};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use statrs::statistics::{Data, OrderStatistics, RankTieBreaker, Statistics};
 
@@ -36,8 +37,8 @@ impl Coefficient {
         let correlation = correlate(&x, &y)?;
         let p = match self {
             Self::Pearson => correlation.p,
-            Self::Spearman if correlation.n <= EXACT_PAIRS => exact_p(&x, &y),
-            Self::Spearman => correlation.p.max(perfect_p(&x, &y)),
+            Self::Spearman if correlation.n <= EXACT_PAIRS => p_of_all_orders(&x, &y),
+            Self::Spearman => correlation.p.max(p_of_perfect_orders(&x, &y)),
         };
         Some(Correlation { p, ..correlation })
     }
@@ -53,55 +54,6 @@ impl Coefficient {
 
 /// Largest number of pairs for which all orders are tried: 8 have 40 320.
 pub const EXACT_PAIRS: usize = 8;
-
-/// Returns the fraction of all orders of `y` with a correlation to `x` at least as far from zero as the observed one: the
-/// exact two-sided p-value of Spearman's coefficient, also with ties (Kendall and Gibbons 1990, section 4).
-fn exact_p(x: &[f64], y: &[f64]) -> f64 {
-    // The ranks' means and variances are the same for all orders, so |ρ| is in proportion to |Σxy − n x̄ȳ|.
-    let centre = x.len() as f64 * x.iter().mean() * y.iter().mean();
-    let departure = |y: &[f64]| (x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>() - centre).abs();
-    // Sums of products of half-integers: their differences are far above rounding.
-    let observed_departure = departure(y) - 1e-6;
-    let (mut extreme_orders, mut orders) = (0_u32, 0_u32);
-    let mut order = y.to_vec();
-    let mut count = |order: &[f64]| {
-        orders += 1;
-        extreme_orders += u32::from(departure(order) >= observed_departure);
-    };
-    // Heap's algorithm (1963).
-    count(&order);
-    let mut swap_counts = vec![0; order.len()];
-    let mut i = 0;
-    while i < order.len() {
-        if swap_counts[i] < i {
-            let j = if i % 2 == 0 { 0 } else { swap_counts[i] };
-            order.swap(j, i);
-            count(&order);
-            swap_counts[i] += 1;
-            i = 0;
-        } else {
-            swap_counts[i] = 0;
-            i += 1;
-        }
-    }
-    f64::from(extreme_orders) / f64::from(orders)
-}
-
-/// Returns the smallest p-value that the ranks allow: that of a perfect order, rising or falling, among n! equally likely ones;
-/// larger if ties on both sides make several orders equal. With the sizes a of the ties of x and b of those of y it returns
-/// 2 min(Πa!, Πb!)/n!: exact without ties, a lower bound with them, since at least 2 max(Πa!, Πb!) orders are perfect then.
-fn perfect_p(x: &[f64], y: &[f64]) -> f64 {
-    let orders = |ranks: &[f64]| {
-        let mut sorted = ranks.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        let ln_factorial = |n: usize| (2..=n).map(|k| (k as f64).ln()).sum::<f64>();
-        let ties = sorted
-            .chunk_by(|a, b| a == b)
-            .map(|tie| ln_factorial(tie.len()));
-        ln_factorial(sorted.len()) - ties.sum::<f64>()
-    };
-    (2.0 * (-orders(x).max(orders(y))).exp()).min(1.0)
-}
 
 /// Mean and sample standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -260,6 +212,19 @@ mod tests {
         }
         let ranks: Vec<f64> = (0..12).map(f64::from).collect();
         assert_relative_eq!(p(&ranks), 2.0 / 479_001_600.0, max_relative = 1e-9);
+    }
+
+    /// Regression test: with the ties of one side, p was below the fraction of perfect orders, here 0.0026 by Student's t.
+    #[test]
+    fn p_of_ties_is_no_smaller_than_the_fraction_of_perfect_orders() {
+        let groups = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0];
+        let x: Vec<f64> = (0..9).map(f64::from).collect();
+        let p = Coefficient::Spearman.correlate(&x, &groups).unwrap().p;
+        // 4! 5! of 9! orders rise, and as many fall.
+        assert_relative_eq!(p, 2.0 / 126.0, max_relative = 1e-9);
+        let falling: Vec<f64> = groups.iter().map(|y| -y).collect();
+        let p_of_falling = Coefficient::Spearman.correlate(&x, &falling).unwrap().p;
+        assert_relative_eq!(p_of_falling, p, max_relative = 1e-9);
     }
 
     // (slope, stderr) of scipy's linregress.

@@ -9,6 +9,7 @@ use protocols::{
     Instance, Interval, IntervalKind, SelectionRules, Stretch, TrialAnalysis, Validity,
 };
 use recording::manifest::StandardErrors;
+use recording::pipeline::PickupOffset;
 
 use crate::amplitude_profile::AmplitudeProfile;
 use crate::instance::{PlateReading, PreparedInstance};
@@ -28,6 +29,8 @@ pub struct FitRequest {
     pub carrier_hz: f64,
     /// Errors of the calibration in force.
     pub calibration: StandardErrors,
+    /// Deviation of the pickup from its stated values, for which `plate` and `record` are corrected.
+    pub pickup: PickupOffset,
     /// Impedance of the unloaded plate, or the reason why it could not be read.
     pub plate: Result<PlateReading, UnloadedError>,
     /// Measured data.
@@ -129,7 +132,7 @@ pub struct TrialContact {
     /// Median of |self-sensed − measured|/measured normal force over the explorations; `None` without comparable
     /// frames.
     pub force_difference: Option<f64>,
-    /// The fitted parameters with their covariance.
+    /// The fitted parameters with their covariance, for readings of the pickup as stated.
     pub finger: FittedFinger,
     /// Time between frames, s.
     pub interval_s: f64,
@@ -281,7 +284,7 @@ fn typical_fit(cut: &CutTrial<'_>, assumed: AssumedConstants) -> Result<TrialCon
         usable: usable_fits.len(),
         instances: instances.len(),
         force_difference: force_difference(&typical_fit.finger, interval_s, series, &request.rules),
-        finger: typical_fit.finger,
+        finger: typical_fit.finger.turned(request.pickup.turn_rad),
         interval_s,
         profile: cut.profile.clone(),
     })
@@ -295,10 +298,10 @@ fn friction_at_rest(
     let n = usable_fits.len() as f64;
     let mean = usable_fits.iter().map(|fit| fit.mu0).sum::<f64>() / n;
     let squares: f64 = usable_fits.iter().map(|fit| (fit.mu0 - mean).powi(2)).sum();
-    let calibration_error = mean
-        * forces
-            .lateral_force_relative
-            .hypot(forces.normal_force_relative);
+    let relative_error = forces
+        .lateral_force_relative
+        .hypot(forces.normal_force_relative);
+    let calibration_error = (mean * relative_error).hypot(forces.lateral_per_normal);
     Uncertain {
         value: mean,
         std: if usable_fits.len() > 1 {
@@ -320,6 +323,7 @@ fn force_difference(
     let mut differences = Vec::new();
     for (series, under_finger) in explorations {
         let (z_m, amplitude_m) = (&under_finger.z_m_n_s_per_m, &under_finger.amplitude_m);
+        // The interval and the lengths, which alone can be refused, are the same for all explorations.
         let self_sensed_force =
             self_sensed::normal_force(finger, interval_s, z_m, amplitude_m).ok()?;
         for (i, sensed_n) in self_sensed_force.normal_n.into_iter().enumerate() {

@@ -255,6 +255,11 @@ fn manifest_constants(manifest: &Manifest) -> Vec<(&'static str, f64, &'static s
                 percent * errors.lateral_force_relative,
                 "%",
             ),
+            (
+                "error of lateral forces, of the normal force",
+                percent * errors.lateral_per_normal,
+                "%",
+            ),
         ]);
     }
     constants

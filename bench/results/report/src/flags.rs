@@ -29,7 +29,7 @@ pub(crate) fn flags(recordings: &[RecordingEntry<'_>]) -> Markup {
     html! {
         h3 { "Fit of the model" }
         @if n_judged == 0 {
-            p { "The version of the program that analysed these recordings did not test the fit." }
+            p { "The fit was not tested: no recording has an estimate by " b { "trial" } ", which fits all instances together." }
         } @else if misfits.is_empty() {
             p { "The model fits every recording in which the fit was tested (" (count_text(n_judged, "recording", "recordings")) ")." }
         } @else {

@@ -45,7 +45,7 @@ impl NumberFormat {
     pub(crate) fn std(self, std: Option<f64>) -> String {
         let resolution = 10_f64.powi(-(self.decimals as i32)) / self.factor;
         match std {
-            Some(std) if std > 0.0 && std < 0.5 * resolution => {
+            Some(std) if (0.0..0.5 * resolution).contains(&std) => {
                 format!("± < {}", self.value(Some(resolution)))
             }
             _ => format!("± {}", self.value(std)),
@@ -120,7 +120,7 @@ mod tests {
         assert_eq!(PLAIN.with_std(Some(0.5), Some(0.01)), "0.500 ± 0.010");
         assert_eq!(MICRO.std(Some(4e-10)), "± < 0.001");
         assert_eq!(MICRO.std(Some(6e-10)), "± 0.001");
-        assert_eq!(MICRO.std(Some(0.0)), "± 0.000");
+        assert_eq!(MICRO.std(Some(0.0)), "± < 0.001");
     }
 
     #[test]

@@ -33,6 +33,8 @@ pub struct CalibrationErrors {
     pub normal_force_relative: f64,
     /// Relative standard error of the lateral force.
     pub lateral_force_relative: f64,
+    /// Standard error of the lateral force per newton of normal force, from crosstalk between the axes.
+    pub lateral_per_normal: f64,
 }
 
 impl CalibrationErrors {

@@ -333,10 +333,10 @@ impl Contact {
             - 2.0 * (normal_n - asperity_n) / gap_m.powi(2)
     }
 
-    /// Returns the derivatives of [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m) by the contact at constant
-    /// gap and normal force, N/m.
-    pub fn balance_stiffness_slopes_n_per_m(&self, gap_m: f64) -> ContactSlopes {
-        // k_c = f_r/σ_t + 2 (⟨f_c⟩ − f_r)/x with f_r = a σ_t e^(−u), a = p_c S/σ_t:
+    /// Returns the derivatives of [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m) by the contact and the normal
+    /// force at constant gap, N/m.
+    pub fn balance_stiffness_slopes_n_per_m(&self, gap_m: f64, normal_n: f64) -> ContactSlopes {
+        // k_c = f_r/σ_t + 2 (⟨f_c⟩ − f_r)/x with f_r = a σ_t e^(−u), a = p_c S/σ_t: ∂/∂ln ⟨f_c⟩ = 2 ⟨f_c⟩/x,
         // ∂/∂ln a = a e^(−u) (1 − 2/u), with a ∝ S q0;    ∂/∂ln σ_t = a e^(−u) u − 2 f_r (1 + u)/x, f_r/x = a e^(−u)/u.
         let u = gap_m / self.sigma_t_m;
         let asperity = self.asperity_n_per_m * (-u).exp();
@@ -346,7 +346,7 @@ impl Contact {
             by_ln_area: by_asperity,
             by_ln_q0: by_asperity,
             by_ln_film: 0.0,
-            by_ln_force: 0.0,
+            by_ln_force: 2.0 * normal_n / gap_m,
             by_trapped_share: 0.0,
         }
     }

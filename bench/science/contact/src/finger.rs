@@ -28,6 +28,14 @@ pub(crate) struct SampleReading {
     pub(crate) gap: Dependent<PARAMETERS>,
 }
 
+/// Self-sensed normal force at one sample.
+#[derive(Clone, Copy)]
+pub(crate) struct SensedForce {
+    pub(crate) force: Dependent<PARAMETERS>,
+    /// ∂f_c/∂x by the sample's own gap, N/m, which is one of several.
+    pub(crate) by_own_gap: f64,
+}
+
 impl FittedFinger {
     /// Creates a finger from known parameters instead of a fit. The standard errors are unknown and returned as infinite.
     ///
@@ -59,6 +67,16 @@ impl FittedFinger {
             tau_s: not_negative("tau", "s", tau_s)?,
             z_m_noise: ResidualNoise::default(),
         })
+    }
+
+    /// Returns the finger for readings of a pickup with a phase that lacks `turn_rad`: they are f̃/(e^(−iφ) ṽ_p), so that Z_p and
+    /// the finger's part of Z_m are turned by it.
+    #[must_use]
+    pub fn turned(mut self, turn_rad: f64) -> Self {
+        let turn = Complex64::cis(turn_rad);
+        self.inversion.z_p *= turn;
+        self.inversion.finger_scale *= turn;
+        self
     }
 
     /// Returns the contact with the fitted σ_t.
@@ -116,7 +134,7 @@ impl FittedFinger {
         interval_s: f64,
         now: usize,
         amplitude_m: f64,
-    ) -> Dependent<PARAMETERS> {
+    ) -> SensedForce {
         // x_eq = x + τ dx/dt = Σ_j s_j x_j with s_j = δ_j,now + (τ/Δt) w_j, and the weights w_j give dx/dt = Σ w_j x_j/Δt. The
         // noise of the gaps is independent: σ²(x_eq) = Σ s_j² σ_j².
         let lag = self.tau_s / interval_s;
@@ -146,11 +164,16 @@ impl FittedFinger {
             by_ln_force: 0.0,
             by_trapped_share: 0.0,
         };
-        Dependent {
-            value: asperity_n + squeeze_n,
-            slopes: slopes * gap_slope
-                + SVector::from_fn(|i, _| contact_slopes.by_parameter(i, &LoadSlopes::default())),
-            noise: gap_slope.abs() * variance.sqrt(),
+        SensedForce {
+            force: Dependent {
+                value: asperity_n + squeeze_n,
+                slopes: slopes * gap_slope
+                    + SVector::from_fn(|i, _| {
+                        contact_slopes.by_parameter(i, &LoadSlopes::default())
+                    }),
+                noise: gap_slope.abs() * variance.sqrt(),
+            },
+            by_own_gap: gap_slope * (1.0 + lag * slope_weights[now]),
         }
     }
 }

@@ -103,7 +103,7 @@ pub struct HarmonicMotion {
 
 impl HarmonicMotion {
     /// Solves the two degrees of freedom (Z_p + Z_c) ṽ_p − Z_c ṽ_t = f̃_a, (Z_t + Z_c) ṽ_t = Z_c ṽ_p (Huloux 2021, Eqs.
-    /// 7, 8) under the actuator force `f_a_n`, by Cramer's rule.
+    /// 4–8) under the actuator force `f_a_n`, by Cramer's rule.
     pub fn under_force(f_a_n: Complex64, z_p: Complex64, z_t: Complex64, z_c: Complex64) -> Self {
         // D = (Z_p + Z_c)(Z_t + Z_c) − Z_c²,  ṽ_p = f̃_a (Z_t + Z_c)/D,  ṽ_t = f̃_a Z_c/D; f̃_a/ṽ_p = D/(Z_t + Z_c) is Eq. 9.
         let determinant = (z_p + z_c) * (z_t + z_c) - z_c * z_c;

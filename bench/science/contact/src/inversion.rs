@@ -131,7 +131,7 @@ impl<const N: usize> Inversion<N> {
             .balance_stiffness_slope_n_per_m2(inverted.gap_m, normal_n);
         let slopes = self
             .contact
-            .balance_stiffness_slopes_n_per_m(inverted.gap_m);
+            .balance_stiffness_slopes_n_per_m(inverted.gap_m, normal_n);
         Ok((
             self.implicit(inverted.gap_m, k_c, gap_slope, &slopes),
             inverted.branch,
@@ -219,6 +219,36 @@ mod tests {
             };
             let slope = (displaced(1e-6) - displaced(-1e-6)) / 2e-6;
             assert_relative_eq!(*expected, slope, max_relative = 1e-5);
+        }
+    }
+
+    /// Regression test: the derivative by the normal force was 0.
+    #[test]
+    fn slopes_of_the_stiffness_in_balance_are_derivatives() {
+        let (gap_m, normal_n) = (9e-6, 0.6);
+        let stiffness = |[ln_sigma_t, ln_area, ln_q0, ln_force]: [f64; 4]| {
+            let mut assumed = AssumedConstants::default();
+            assumed.contact_area_m2 *= ln_area.exp();
+            assumed.q0_rad_per_m *= ln_q0.exp();
+            let contact = Contact::new(&assumed, 1.7e-6 * ln_sigma_t.exp()).unwrap();
+            contact.balance_stiffness_n_per_m(gap_m, normal_n * ln_force.exp())
+        };
+        let contact = Contact::new(&AssumedConstants::default(), 1.7e-6).unwrap();
+        let slopes = contact.balance_stiffness_slopes_n_per_m(gap_m, normal_n);
+        let expected = [
+            slopes.by_ln_sigma_t,
+            slopes.by_ln_area,
+            slopes.by_ln_q0,
+            slopes.by_ln_force,
+        ];
+        for (index, expected) in expected.into_iter().enumerate() {
+            let displaced = |step: f64| {
+                let mut logarithms = [0.0; 4];
+                logarithms[index] = step;
+                stiffness(logarithms)
+            };
+            let slope = (displaced(1e-5) - displaced(-1e-5)) / 2e-5;
+            assert_relative_eq!(expected, slope, max_relative = 1e-6);
         }
     }
 

@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 
 use crate::error::{ModelError, positive};
-use crate::finger::FittedFinger;
+use crate::finger::{FittedFinger, SensedForce};
 use crate::inversion::Dependent;
 use crate::parameters::{IM_OFFSET, PARAMETERS, RE_OFFSET};
 pub use crate::uncertain::Uncertain;
@@ -169,24 +169,73 @@ impl LiveEstimator {
             k_c_n_per_m: uncertain(reading.k_c),
             gap_m: uncertain(reading.gap),
             mu_ratio: ratio.map(uncertain),
-            self_sensed_normal_n: force.map(uncertain),
+            self_sensed_normal_n: force.map(|sensed| uncertain(sensed.force)),
         })
     }
 
     /// Returns μ/μ0 for an estimated normal force.
-    fn ratio_of(
-        &self,
-        gap: &Dependent<PARAMETERS>,
-        force: &Dependent<PARAMETERS>,
-    ) -> Dependent<PARAMETERS> {
+    fn ratio_of(&self, gap: &Dependent<PARAMETERS>, sensed: &SensedForce) -> Dependent<PARAMETERS> {
+        let force = sensed.force;
         let ratio = self.finger.inversion.friction_ratio(gap, force.value);
-        // r = f_r(x)/f with f self-sensed: dr/dθ = ∂r/∂θ at constant f − (r/f) df/dθ. The noise of gap and force is added as if
-        // it were independent, although this frame's gap is part of both.
+        // r = f_r(x)/f with f self-sensed: dr/dθ = ∂r/∂θ at constant f − (r/f) df/dθ. The noise of this frame's gap acts on both,
+        // dr/dx = −r/σ_t − (r/f) ∂f/∂x; that of the other frames' gaps acts on f alone.
         let share = ratio.value / force.value;
+        let own_slope = ratio.value / self.finger.contact().sigma_t_m() + share * sensed.by_own_gap;
+        let others_variance = force.noise.powi(2) - (sensed.by_own_gap * gap.noise).powi(2);
         Dependent {
             value: ratio.value,
             slopes: ratio.slopes - force.slopes * share,
-            noise: ratio.noise.hypot(share * force.noise),
+            noise: (own_slope * gap.noise).hypot(share * others_variance.max(0.0).sqrt()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+    use nalgebra::SMatrix;
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+    use crate::residual_noise::ResidualNoise;
+    use crate::{AssumedConstants, Contact, harmonic};
+
+    /// Regression test: the noise of the gap and of the force that includes it counted as independent.
+    #[test]
+    fn the_error_of_a_self_sensed_friction_ratio_is_its_scatter() {
+        let contact = Contact::new(&AssumedConstants::ESTIMATION, 1.7e-6).unwrap();
+        let (z_p, z_t) = (Complex64::new(7.0, 0.0), Complex64::new(0.47, 3.16));
+        let mut finger = FittedFinger::with_parameters(contact, z_t, 1e-3, z_p, 35e3).unwrap();
+        finger.inversion.covariance = Some(SMatrix::zeros());
+        finger.z_m_noise = ResidualNoise {
+            floor: 1e-4,
+            scale: 0.0,
+        };
+        for amplitude_m in [0.5e-6, 2e-6] {
+            let gap_m = contact.equilibrium_gap_m(amplitude_m, 0.65).unwrap();
+            let k_c = contact.stiffness_n_per_m(gap_m, amplitude_m);
+            let z_c = contact.impedance_n_s_per_m(k_c, std::f64::consts::TAU * 35e3);
+            let z_m = harmonic::observed(z_p, z_t, z_c);
+            let mut live = LiveEstimator::new(finger, 0.5e-3).unwrap();
+            let mut random = ChaCha8Rng::seed_from_u64(6);
+            let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+            let ratios = (0..20_000).filter_map(|_| {
+                let noise = 1e-4 * Complex64::new(normal(), normal());
+                let frame = LiveFrame {
+                    z_m_corrected_n_s_per_m: z_m + noise,
+                    amplitude_m,
+                    normal_n: None,
+                };
+                live.update(&frame).unwrap().mu_ratio
+            });
+            let ratios: Vec<Uncertain> = ratios.collect();
+            let n = ratios.len() as f64;
+            let mean = ratios.iter().map(|ratio| ratio.value).sum::<f64>() / n;
+            let squares = ratios.iter().map(|ratio| (ratio.value - mean).powi(2));
+            let scatter = (squares.sum::<f64>() / n).sqrt();
+            assert_relative_eq!(ratios[0].std, scatter, max_relative = 0.05);
         }
     }
 }

@@ -77,6 +77,7 @@ pub fn normal_force(
             MIDDLE,
             amplitude_m[middle],
         );
+        let force = force.force;
         sensed.normal_n[middle] = force.value;
         sensed.normal_std_n[middle] = finger.inversion.std(&force);
         sensed.mu_ratio[middle] = finger

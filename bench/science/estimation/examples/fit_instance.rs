@@ -253,7 +253,7 @@ fn report(arguments: &Arguments) -> Result<String, Box<dyn Error>> {
     let paper = paper::fit(&series, conditions, &PaperOptions::default())?;
     let dynamic = dynamic::fit(&series, conditions, &DynamicOptions::default())?;
 
-    let estimate = |value: f64, error: f64| format!("{value:.4} ± {error:.4}");
+    let estimate = |value: f64, error: f64| statistics::with_error(value, error, 4);
     let truth = arguments.file.is_none().then_some(&TRUTH);
     let mut text = String::new();
     let mut row = |name: &str, truth: Option<f64>, paper: String, dynamic: String| {

@@ -29,7 +29,7 @@ use super::fit_error::FitError;
 use super::fit_verdict::{FitParameter, FitVerdict, StandardError, find_unidentified};
 use super::instance_fit::{InstanceFit, friction_at_rest};
 use super::instance_misfit::{InstanceMisfit, Judged, Limits};
-use super::lagged_model::LaggedModel;
+use super::lagged_model::{LaggedModel, Laws};
 use super::least_squares::{Minimum, minimise, model_impedances};
 use super::modelled_series::ModelledSeries;
 use super::sensitivity::{self, Refit, Sensitivities};
@@ -172,7 +172,12 @@ fn lagged_model<'a>(
     options: &DynamicOptions,
 ) -> Result<LaggedModel<'a>, FitError> {
     let reference_n = mean(instance.instance().normal_n);
-    LaggedModel::new(instance, conditions, options.lead_in_s, reference_n)
+    let mut model = LaggedModel::new(instance, conditions, options.lead_in_s, reference_n)?;
+    // On a known mode the contact has the width of a circle of the assumed area.
+    if model.width_square_per_m2.is_some() {
+        model.set_laws(Laws::InDoubt);
+    }
+    Ok(model)
 }
 
 struct JointSolution {

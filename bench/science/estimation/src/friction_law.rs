@@ -1,7 +1,7 @@
 //! Friction from the friction ratio of Eq. 19.
 
 use contact::first_order_lag::Lag;
-use nalgebra::Matrix2;
+use nalgebra::{Matrix2, Vector2};
 
 /// Change of μ0 within an instance, for example because the skin grows moist or the slide slows down.
 #[derive(Clone, Copy, Default)]
@@ -55,6 +55,14 @@ impl<const N: usize> FrictionLaw<N> {
     /// Returns the law with a relative error of the lateral force added.
     pub(super) fn with_lateral_error(mut self, relative: f64) -> Self {
         self.scatter[(0, 0)] += (self.mu0 * relative).powi(2);
+        self
+    }
+
+    /// Returns the law with an error κ of all measured friction added, for a fitted floor.
+    pub(super) fn with_offset_error(mut self, offset: f64) -> Self {
+        // μ + κ = μ0′ (φ′ + (1 − φ′) r) for all r: μ0′ = μ0 + κ and, to first order, φ′ = φ + κ (1 − φ)/μ0.
+        let by_offset = Vector2::new(1.0, (1.0 - self.floor) / self.mu0) * offset;
+        self.scatter += by_offset * by_offset.transpose();
         self
     }
 

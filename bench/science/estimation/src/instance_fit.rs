@@ -222,11 +222,12 @@ pub(super) fn friction_at_rest(
         .zip(mu)
         .map(|(ratio, mu)| (mu - mu0 * ratio).powi(2))
         .sum();
-    // Var μ0 = s²/Σ m², s² the residuals' variance.
+    // Var μ0 = s²/Σ m², s² the residuals' variance; crosstalk κ, common to all samples, changes μ0 by κ Σ m/Σ m².
     let freedom = (ratios.len() - 1) as f64;
+    let crosstalk = model.calibration.lateral_per_normal * ratios.iter().sum::<f64>() / power;
     FrictionLaw::paper(
         mu0,
-        (squares / freedom / power).sqrt(),
+        (squares / freedom / power).sqrt().hypot(crosstalk),
         friction_slopes(model, contact, mu, mu0, &all_ratios),
     )
 }

@@ -379,7 +379,9 @@ impl ImpedanceModel<1> for PaperModel<'_> {
             let k_c = contact.balance_stiffness_n_per_m(gap, normal_n);
             // dk_c/d ln σ_t = ∂k_c/∂ ln σ_t + (∂k_c/∂x) ∂x/∂ ln σ_t, x the root of Eq. 17.
             // dZ_m/d ln σ_t = (Z_t/(Z_t + Z_c))² (η − i)/ω dk_c/d ln σ_t + (Z_c/(Z_t + Z_c))² dZ_t/d ln σ_t.
-            let by_ln_sigma = contact.balance_stiffness_slopes_n_per_m(gap).by_ln_sigma_t
+            let by_ln_sigma = contact
+                .balance_stiffness_slopes_n_per_m(gap, normal_n)
+                .by_ln_sigma_t
                 + contact.balance_stiffness_slope_n_per_m2(gap, normal_n)
                     * contact
                         .equilibrium_gap_slopes_m(gap, normal_n)

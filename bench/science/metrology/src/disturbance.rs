@@ -37,6 +37,24 @@ pub enum Sort {
     OutOfBand,
 }
 
+impl Sort {
+    /// Returns the sort of a tone on a channel with its drive at `carrier_hz`.
+    #[must_use]
+    pub fn of_tone(hz: f64, carrier_hz: f64) -> Self {
+        let is_mains = |mains_hz: f64| {
+            let multiple = (hz / mains_hz).round();
+            multiple >= 1.0 && (hz - multiple * mains_hz).abs() < MAINS_WIDTH_HZ
+        };
+        if hz < HUM_HZ && (is_mains(50.0) || is_mains(60.0)) {
+            Self::Hum
+        } else if (hz - carrier_hz).abs() < ENVELOPE_BAND_HZ {
+            Self::InBand
+        } else {
+            Self::OutOfBand
+        }
+    }
+}
+
 /// A disturbance of a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disturbance {
@@ -119,7 +137,7 @@ pub fn disturbances(spectrum: &Spectrum, carrier_hz: f64, sample_rate_hz: f64) -
     };
     let tones = peaks.iter().filter(|tone| !is_carrier(tone));
     let tones = tones.map(|tone| Disturbance {
-        sort: sort(tone.frequency_hz, carrier_hz),
+        sort: Sort::of_tone(tone.frequency_hz, carrier_hz),
         frequency_hz: tone.frequency_hz,
         amplitude: tone.amplitude,
     });
@@ -135,20 +153,6 @@ pub fn disturbances(spectrum: &Spectrum, carrier_hz: f64, sample_rate_hz: f64) -
         .filter(counts)
         .take(MOST)
         .collect()
-}
-
-fn sort(hz: f64, carrier_hz: f64) -> Sort {
-    let is_mains = |mains_hz: f64| {
-        let multiple = (hz / mains_hz).round();
-        multiple >= 1.0 && (hz - multiple * mains_hz).abs() < MAINS_WIDTH_HZ
-    };
-    if hz < HUM_HZ && (is_mains(50.0) || is_mains(60.0)) {
-        Sort::Hum
-    } else if (hz - carrier_hz).abs() < ENVELOPE_BAND_HZ {
-        Sort::InBand
-    } else {
-        Sort::OutOfBand
-    }
 }
 
 /// Returns the frequency at which a tone appears after sampling.

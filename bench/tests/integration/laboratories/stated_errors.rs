@@ -46,6 +46,7 @@ fn stated_errors_of_the_calibration_are_in_the_live_ones() {
         ("impedance_relative = 0.03", true, false),
         ("normal_force_relative = 0.03", false, true),
         ("lateral_force_relative = 0.03", false, true),
+        ("lateral_per_normal = 0.03", false, true),
     ] {
         let inexact = fitted(line);
         // A stated error may change which instance is the typical one.

@@ -89,6 +89,7 @@ pub(super) fn fit_request(folder: &Path) -> FitRequest {
         label: "trial 1".to_owned(),
         carrier_hz: reading.manifest.carrier_hz,
         calibration: reading.manifest.standard_errors.unwrap_or_default(),
+        pickup: PickupOffset::default(),
         plate: Ok(findings(folder).z_p.unwrap()),
         record: reading.record,
         explorations: vec![SelectedExploration {

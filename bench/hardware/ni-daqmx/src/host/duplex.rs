@@ -66,8 +66,8 @@ pub(super) enum NotStarted {
     Library(#[from] DaqError),
     /// The card would use another rate than the requested one.
     #[error(
-        "the card makes {made_hz} Hz of {key} = {asked_hz} Hz: set what it can divide its time base into, such as {made_hz}, \
-         in bench.toml"
+        "the card cannot run at {asked_hz} Hz ({key}) and would use {} Hz: set a rate in bench.toml that divides its time base",
+        (.made_hz * 1e3).round() / 1e3
     )]
     Coerced {
         /// Key of `bench.toml`.

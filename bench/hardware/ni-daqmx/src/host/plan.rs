@@ -50,7 +50,7 @@ pub(super) fn obstacle(card: &Card, plan: &Plan) -> Option<String> {
     if rate_hz > card.output_hz {
         return Some(format!(
             "the {product} {name} updates its outputs at {} Hz at most: lower audio.rate_hz = {rate_hz} in bench.toml",
-            card.output_hz
+            card.output_hz.floor()
         ));
     }
     if card.simultaneous || inputs == 1 {
@@ -62,25 +62,26 @@ pub(super) fn obstacle(card: &Card, plan: &Plan) -> Option<String> {
         return (rate_hz > card.single_hz).then(|| {
             format!(
                 "the {product} {name} reads an input at {} Hz at most: lower audio.rate_hz = {rate_hz} in bench.toml",
-                card.single_hz
+                card.single_hz.floor()
             )
         });
     }
     let limit_hz = card.multi_hz;
+    let whole_limit_hz = limit_hz.floor();
     if all_hz > limit_hz {
         return Some(format!(
             "the {product} {name} has one converter for all inputs: {inputs} inputs × {rate_hz} Hz = {all_hz} Hz is over its \
-             {limit_hz} Hz; lower audio.rate_hz to {} in bench.toml, or take inputs out of nidaqmx.inputs",
+             {whole_limit_hz} Hz; lower audio.rate_hz to {} in bench.toml, or take inputs out of nidaqmx.inputs",
             (limit_hz / inputs as f64).floor()
         ));
     }
     match plan.table.convert_hz {
         None => Some(format!(
-            "the {product} {name} has one converter for all inputs: add convert_hz = {limit_hz} to [nidaqmx] in bench.toml, \
+            "the {product} {name} has one converter for all inputs: add convert_hz = {whole_limit_hz} to [nidaqmx] in bench.toml, \
              so that the time from input to input is known"
         )),
         Some(convert_hz) if convert_hz > limit_hz => Some(format!(
-            "nidaqmx.convert_hz = {convert_hz} Hz is over the {limit_hz} Hz of the {product} {name}: lower it in bench.toml"
+            "nidaqmx.convert_hz = {convert_hz} Hz is over the {whole_limit_hz} Hz of the {product} {name}: lower it in bench.toml"
         )),
         Some(_) => None,
     }

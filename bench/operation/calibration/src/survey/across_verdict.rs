@@ -176,7 +176,11 @@ fn draw(
             let across_m = first_m + (last_m - first_m) * f64::from(i) / f64::from(DRAWN);
             (1e3 * across_m, fit.amplitude_at(across_m))
         };
-        Series::line(Ink::Vermillion, Dash::Solid, (0..=DRAWN).map(point).collect())
+        Series::line(
+            Ink::Vermillion,
+            Dash::Solid,
+            (0..=DRAWN).map(point).collect(),
+        )
     });
     let mut series = vec![Series::band(Ink::Blue, band)];
     series.extend(cosine);

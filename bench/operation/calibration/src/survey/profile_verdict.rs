@@ -9,6 +9,7 @@ use config::{KeptLength, MeasuredProfile, ProfilePlace, Provenance, Quantity, Un
 use jiff::Timestamp;
 use plotting::{Axis, Dash, Figure, Ink, Key, Marker, Panel, Series, Width};
 use protocols::SelectionRules;
+use statistics::error_decimals;
 
 use crate::survey::profile_procedure::{ProfilePoint, ProfileProcedure};
 use crate::survey::survey_axis::SurveyAxis;
@@ -174,8 +175,9 @@ impl ProfileProcedure {
 /// Returns the verdict as text.
 fn words(profile: &MeasuredProfile) -> String {
     let percent = |departure: &Quantity| {
-        let (value, error) = (departure.value, departure.standard_error);
-        format!("{:+.2} ± {:.3} %", 100.0 * value, 100.0 * error)
+        let (value, error) = (100.0 * departure.value, 100.0 * departure.standard_error);
+        let decimals = error_decimals(error, 3);
+        format!("{value:+.2} ± {error:.decimals$} %")
     };
     let verdict = match &profile.kept {
         Some(length) => format!(

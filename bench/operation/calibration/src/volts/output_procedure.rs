@@ -64,7 +64,7 @@ impl OutputSetup {
         known: Known,
     ) -> anyhow::Result<Self> {
         if meter.name.trim().is_empty() {
-            bail!("which meter? --meter NAME; it is kept in the calibration");
+            bail!("missing meter: pass --meter NAME (stored in the calibration)");
         }
         if !(0.0..=0.1).contains(&meter.accuracy) {
             bail!("--meter-accuracy = {} is outside 0 to 0.1", meter.accuracy);

@@ -31,6 +31,9 @@ pub struct StandardErrors {
     pub normal_force_relative: f64,
     /// Relative standard error of the lateral force.
     pub lateral_force_relative: f64,
+    /// Standard error of the lateral force per newton of normal force: of the crosstalk between the axes. If it is 0, an
+    /// analysis takes the crosstalk that the recording shows.
+    pub lateral_per_normal: f64,
     /// Standard error of the normal force's zero, N, in addition to that with which a recording shows its zero.
     pub normal_zero_n: f64,
     /// Standard error of the lateral force's zero, N, likewise.
@@ -49,6 +52,7 @@ impl StandardErrors {
             ("pickup_phase_rad", self.pickup_phase_rad),
             ("normal_force_relative", self.normal_force_relative),
             ("lateral_force_relative", self.lateral_force_relative),
+            ("lateral_per_normal", self.lateral_per_normal),
             ("normal_zero_n", self.normal_zero_n),
             ("lateral_zero_n", self.lateral_zero_n),
         ] {

@@ -2,8 +2,11 @@
 
 mod independent_world;
 mod laws_in_doubt;
+mod laws_page;
+mod predictive;
 #[cfg(feature = "parquet")]
 mod reference_recordings;
 mod reynolds_world;
+mod tmp_folders;
 mod truth;
 mod verdict;

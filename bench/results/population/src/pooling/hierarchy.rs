@@ -432,8 +432,8 @@ mod tests {
                 is_common_stated: false,
                 ..population
             });
-            assert!(unstated.study < 0.75, "{unstated:?}");
-            assert!(unstated.person < 0.75, "{unstated:?}");
+            assert!(unstated.study < 0.8, "{unstated:?}");
+            assert!(unstated.person < 0.8, "{unstated:?}");
         }
         for trials in [1, 4, 400] {
             let group = || {

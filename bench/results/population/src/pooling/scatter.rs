@@ -26,9 +26,10 @@ impl Scatter {
     /// Returns the scatter common to all groups.
     ///
     /// At this scatter, the probabilities of a scatter no larger than each group's average one half, weighted by degrees
-    /// of freedom: Σ_i ν_i \[F(Q_i; ν_i) − ½\] = 0, where Q_i = Σ_j (y_ij − m_i)²/(σ_ij² + τ²), F is the distribution of χ² and
-    /// ν_i = n_i − 1. If the sum is negative even at τ² = 0, Q_i/(1 − ρ) takes the place of Q_i. A group with extreme scatter
-    /// affects it by no more than its weight; a moment estimator would follow it.
+    /// of freedom: Σ_i ν_i \[F(Q_i) − ½\] = 0, where Q_i = Σ_j (y_ij − m_i)²/(σ_ij² + τ²), F is its distribution, that of χ² with
+    /// ν_i = n_i − 1, and with the shared fraction ρ the narrower one of [`probability`](Self::probability) if the sum is
+    /// negative even at τ² = 0. A group with extreme scatter affects it by no more than its weight; a moment estimator would
+    /// follow it.
     pub(crate) fn common<G: AsRef<[Estimate]>>(groups: &[G]) -> Self {
         let has_several = |group: &&[Estimate]| group.len() > 1;
         let groups: Vec<&[Estimate]> = groups
@@ -82,11 +83,22 @@ impl Scatter {
 
     /// Returns the probability of a scatter no larger than the group's.
     fn probability(&self, group: &[Estimate]) -> f64 {
-        // The shared part √ρ σ_j c moves all members of a group by the same amount if their σ are equal: ⟨Q⟩ = (1 − ρ) ν. With
-        // unequal σ, ⟨Q⟩ is larger (1.4 times for σ of 1 : 2 : 3 and ρ = 0.6), and ρ is read too small.
-        let squares = Weighted::new(&[group], self.between).squares / (1.0 - self.shared);
-        let distribution = ChiSquared::new(freedom_f64(group));
-        distribution.map_or(0.5, |distribution| distribution.cdf(squares))
+        // With z_j = (y_ij − θ_i)/σ_ij the covariance of z is (1 − ρ) I + ρ 1 1ᵀ, and Q = zᵀ (I − u uᵀ) z with u_j ∝ 1/σ_ij. The
+        // part of 1 along u moves only the mean; the rest has the square d = n − (Σ1/σ)²/Σ1/σ², 0 for equal σ. Therefore
+        // Q = (1 − ρ) χ²_(ν−1) + (1 − ρ + ρ d) χ²_1. A scaled χ² has its mean and variance (Satterthwaite 1946); it is exact for
+        // equal σ, and for two members.
+        let weighted = Weighted::new(&[group], self.between);
+        let along_mean =
+            weighted.groups[0].map_or(0.0, |mean| mean.weights * mean.shared_std.powi(2));
+        let independent = 1.0 - self.shared;
+        let unequal = independent + self.shared * (group.len() as f64 - along_mean).max(0.0);
+        let others = freedom_f64(group) - 1.0;
+        let mean = independent * others + unequal;
+        let half_variance = independent.powi(2) * others + unequal.powi(2);
+        let distribution = ChiSquared::new(mean.powi(2) / half_variance);
+        distribution.map_or(0.5, |distribution| {
+            distribution.cdf(weighted.squares * mean / half_variance)
+        })
     }
 
     /// Returns mean and standard error of a group.
@@ -178,6 +190,28 @@ mod tests {
         // A single group determines the common scatter.
         let single = Scatter::common(std::slice::from_ref(&outlier));
         assert_eq!(single.group_scatter(&outlier), single);
+    }
+
+    /// Regression test: with standard errors of 1 : 2 : 3, a shared fraction of 0.6 was read as 0.44.
+    #[test]
+    fn the_shared_fraction_of_unequal_errors_is_found() {
+        use rand_chacha::rand_core::SeedableRng;
+        use rand_distr::{Distribution, StandardNormal};
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(17);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+        for (shared, stds) in [(0.6_f64, [1.0, 2.0, 3.0]), (0.8, [1.0, 1.0, 2.0])] {
+            let mut group = || -> Vec<Estimate> {
+                let common = shared.sqrt() * normal();
+                let members = stds.map(|std| {
+                    let error = common + (1.0 - shared).sqrt() * normal();
+                    Estimate::new(std * error, std)
+                });
+                members.into_iter().flatten().collect()
+            };
+            let groups: Vec<Vec<Estimate>> = (0..4000).map(|_| group()).collect();
+            let scatter = Scatter::common(&groups);
+            assert_relative_eq!(scatter.shared, shared, epsilon = 0.04);
+        }
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Skin of a study as lines for a terminal.
 
+use statistics::error_decimals;
+
 use crate::skin::parameters::{PersonSkin, Ranged, Skin, StudyParameter};
 
 /// Symbol, factor from the SI unit, decimals and unit of each parameter, in order.
@@ -31,7 +33,8 @@ impl Skin {
             let spread =
                 |(parameter, (symbol, ..)): (&StudyParameter, (&str, f64, usize, &str))| {
                     let std = parameter.between_participants_ln_std?;
-                    Some(format!("{symbol} ± {:.0} %", 100.0 * std))
+                    let decimals = error_decimals(100.0 * std, 0);
+                    Some(format!("{symbol} ± {:.decimals$} %", 100.0 * std))
                 };
             let spread: Vec<String> = parameters
                 .into_iter()

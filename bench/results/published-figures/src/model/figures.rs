@@ -72,9 +72,9 @@ fn plate_and_tissue(parameters: &ModelParameters) -> String {
     format!(
         "carrier at the plate's resonance of {} kHz, mₚ = {} g, bₚ = {} N·s/m; skin: mₜ = {} g, kₜ = {} N/m, bₜ = {} N·s/m",
         (parameters.carrier_hz * 10.0).round() / 1e4,
-        parameters.plate_mass_kg * 1e3,
+        (parameters.plate_mass_kg * 1e9).round() / 1e6,
         parameters.plate_damping_n_s_per_m,
-        tissue.mass_kg * 1e3,
+        (tissue.mass_kg * 1e9).round() / 1e6,
         tissue.stiffness_n_per_m,
         tissue.damping_n_s_per_m,
     )

@@ -40,6 +40,7 @@ impl From<&RecordingAnalysis> for Recording {
                     plate_across: None,
                     standard_errors: None,
                     room: None,
+                    force_zero: Vec::new(),
                     pickup_undone: None,
                     z_p_n_s_per_m: Methods {
                         paper: None,
@@ -67,6 +68,7 @@ impl From<&RecordingAnalysis> for Recording {
             plate_across: findings.plate().across,
             standard_errors: findings.manifest.standard_errors,
             room: findings.manifest.room,
+            force_zero: findings.zero.readings.clone(),
             pickup_undone: Some(PickupUndone {
                 phase_rad: findings.pickup.turn_rad,
                 delay_s: findings.pickup.delay_s,

@@ -4,6 +4,8 @@ use protocols::Direction;
 use recording::manifest::{RecordedAcross, RecordedRoom, StandardErrors};
 use serde::Serialize;
 
+use analysis::force_zero::ZeroReading;
+
 /// Lower and upper end.
 pub type Interval = [f64; 2];
 
@@ -36,6 +38,9 @@ pub struct Recording {
     /// Room as stated in the recording; its pressure is p0 of every estimate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub room: Option<RecordedRoom>,
+    /// Zero of the force sensor in each stretch without a finger, subtracted from the forces.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub force_zero: Vec<ZeroReading>,
     /// Corrected deviation of the pickup.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pickup_undone: Option<PickupUndone>,

@@ -108,6 +108,7 @@ fn unreadable_recording() -> Recording {
         plate_across: None,
         standard_errors: None,
         room: None,
+        force_zero: Vec::new(),
         pickup_undone: None,
         z_p_n_s_per_m: Methods {
             paper: None,

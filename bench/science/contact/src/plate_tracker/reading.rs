@@ -239,6 +239,7 @@ impl Period {
 struct FingerModel {
     contact: Contact,
     z_t: Complex64,
+    scale: Complex64,
     carrier_rad_per_s: f64,
 }
 
@@ -247,6 +248,7 @@ impl FingerModel {
         Self {
             contact: *finger.contact(),
             z_t: finger.z_t_n_s_per_m(),
+            scale: finger.inversion.finger_scale,
             carrier_rad_per_s: finger.inversion.carrier_rad_per_s,
         }
     }
@@ -257,7 +259,7 @@ impl FingerModel {
         let z_c = self
             .contact
             .impedance_n_s_per_m(k_c, self.carrier_rad_per_s);
-        observed(Complex64::ZERO, self.z_t, z_c)
+        self.scale * observed(Complex64::ZERO, self.z_t, z_c)
     }
 
     /// Returns the finger's contribution to Im Z_p in equilibrium, N·s/m.

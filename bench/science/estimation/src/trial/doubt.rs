@@ -31,6 +31,9 @@ use contact::parameters::PARAMETERS;
 /// Largest Q of laws in doubt about the published ones: 99 % of χ² of six degrees of freedom.
 const MAX_SQUARES: f64 = 16.8;
 
+/// Further starts: a tenth of the film's stiffness from trapped air, and a contact of 0.4 wavelengths.
+const POSITIVE_STARTS: [(Law, f64); 2] = [(Law::TrappedAir, 0.03), (Law::Width, 0.16)];
+
 /// Result of the second fit.
 pub(super) enum Doubt {
     /// The data do not reject the laws as published.
@@ -120,8 +123,9 @@ impl Search<'_> {
             );
         }
         if squares.is_some_and(|squares| squares > MAX_SQUARES) {
+            let physical = self.physical_minimum(published, minimum.clone())?;
             let before = self.refinement();
-            if let Ok(refined) = self.refine(minimum.clone()) {
+            if let Ok(refined) = self.refine(physical) {
                 eprintln!(
                     "REFINED C {:.1} conv {} sigma {:.4} S {:.1} laws {:?}",
                     refined.squares,
@@ -145,6 +149,29 @@ impl Search<'_> {
             minimum,
             difference,
         })
+    }
+}
+
+impl Search<'_> {
+    /// Returns the lowest of a minimum and those from starts with more trapped air or a wider contact, where its own are negative:
+    /// such a valley may be a false one.
+    fn physical_minimum(
+        &mut self,
+        published: &TrialMinimum,
+        mut minimum: TrialMinimum,
+    ) -> Result<TrialMinimum, FitError> {
+        for (law, value) in POSITIVE_STARTS {
+            let parameter = SharedParameter::Law(law);
+            if minimum.shared[parameter] >= 0.0 {
+                continue;
+            }
+            let mut shared = published.shared;
+            shared[parameter] = value;
+            let other = minimise(self, shared, published.own.clone(), FINAL_TERMINATION);
+            let other = other.filter(|other| other.squares < minimum.squares);
+            minimum = other.unwrap_or(minimum);
+        }
+        Ok(minimum)
     }
 }
 

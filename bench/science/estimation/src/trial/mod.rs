@@ -84,8 +84,10 @@ pub fn fit(
     }
     let mut search = Search::new(members, readings, options.priors);
     let by_error = solution::unfitted_errors(&conditions.calibration, &options.priors);
+    let crosstalk = conditions.calibration.lateral_per_normal;
     let published = search.solve()?;
-    let within_laws = Solution::new(&mut search, published.clone(), by_error)?.trial_fit()?;
+    let within_laws =
+        Solution::new(&mut search, published.clone(), by_error)?.trial_fit(crosstalk)?;
     let solution = match search.doubt(&published, &by_error)? {
         Doubt::Agreement {
             minimum,
@@ -105,6 +107,6 @@ pub fn fit(
     };
     Ok(TrialFit {
         within_laws: Some(Box::new(within_laws)),
-        ..solution.trial_fit()?
+        ..solution.trial_fit(crosstalk)?
     })
 }

@@ -117,11 +117,17 @@ impl<'s, 'a> Solution<'s, 'a> {
         })
     }
 
-    /// Returns the result of all instances and the parameters that they share.
-    pub(super) fn trial_fit(mut self) -> Result<TrialFit, FitError> {
+    /// Returns the result of all instances and the parameters that they share, with a crosstalk of the normal into the lateral force.
+    pub(super) fn trial_fit(mut self, crosstalk: f64) -> Result<TrialFit, FitError> {
         let friction = self.friction();
         let instances = self.instance_fits(friction.as_ref())?;
-        let shared = self.shared_fit(friction.as_ref(), &instances);
+        let mut shared = self.shared_fit(friction.as_ref(), &instances);
+        if let Some(floor) = &mut shared.friction_floor {
+            // Crosstalk adds the same to every measured friction, and (1 − φ)/μ0 times that to φ.
+            let mu0 =
+                instances.iter().map(|instance| instance.mu0).sum::<f64>() / instances.len() as f64;
+            floor.std = floor.std.hypot(crosstalk * (1.0 - floor.value) / mu0);
+        }
         Ok(TrialFit {
             shared,
             instances,
@@ -183,7 +189,9 @@ impl<'s, 'a> Solution<'s, 'a> {
         let (model, samples) = (&mut member.model, &member.samples);
         let contact = model.follow(&minimum.parameters).ok_or(FitError::NoStart)?;
         let law = match friction {
-            Some(friction) => friction.law(index, minimum.covariance.as_ref()),
+            Some(friction) => friction
+                .law(index, minimum.covariance.as_ref())
+                .with_offset_error(model.calibration.lateral_per_normal),
             None => friction_at_rest(model, &contact, samples.mu),
         };
         InstanceFit::new(model, samples, minimum, self.verdict.clone(), law)
@@ -246,7 +254,7 @@ impl<'s, 'a> Solution<'s, 'a> {
             area_exponent: uncertain(SharedParameter::AreaExponent),
             film_mean_s: shared[SharedParameter::LnFilmMean].exp(),
             lag_exponent: uncertain(SharedParameter::LagExponent),
-            misfit: misfit::signs(&self.search, shared, plate, instances),
+            misfit: misfit::signs(self.search, shared, variances.as_ref(), plate, instances),
             friction_floor: friction.map(|friction| friction.floor),
             lateral_lag_s: friction.map(|friction| friction.lag_s),
         }

@@ -26,7 +26,7 @@ fn scale(values: &mut [f64], factor: f64) {
     values.iter_mut().for_each(|value| *value *= factor);
 }
 
-fn miscalibrations() -> [Miscalibration; 5] {
+fn miscalibrations() -> [Miscalibration; 6] {
     let exact = CalibrationErrors::default();
     let unity = Complex64::ONE;
     [
@@ -76,6 +76,15 @@ fn miscalibrations() -> [Miscalibration; 5] {
                 ..exact
             },
             record: |record| scale(&mut record.mu, SIZE.exp()),
+            impedance: unity,
+        },
+        Miscalibration {
+            name: "crosstalk",
+            errors: CalibrationErrors {
+                lateral_per_normal: SIZE,
+                ..exact
+            },
+            record: |record| record.mu.iter_mut().for_each(|mu| *mu += SIZE),
             impedance: unity,
         },
     ]
@@ -131,6 +140,8 @@ fn instance_estimates(fit: &InstanceFit) -> Vec<(&'static str, f64, f64)> {
 }
 
 fn trial_estimates(fit: &TrialFit) -> Vec<(&'static str, f64, f64)> {
+    // Doubts about the laws are no errors of the calibration.
+    let fit = fit.within_laws.as_deref().unwrap();
     let shared = &fit.shared;
     let ln = |name, estimate: &contact::uncertain::LogUncertain| {
         (name, estimate.value.ln(), estimate.ln_std)
@@ -180,9 +191,11 @@ fn errors_of_a_trial_cover_those_of_the_calibration() {
             .iter()
             .map(|record| place(record.series()))
             .collect();
-        trial_estimates(
-            &trial::fit(&places, conditions, readings, &TrialOptions::default()).unwrap(),
-        )
+        let fit = trial::fit(&places, conditions, readings, &TrialOptions::default()).unwrap();
+        let floor = fit.shared.friction_floor.unwrap();
+        let mut estimates = trial_estimates(&fit);
+        estimates.push(("φ", floor.value, floor.std));
+        estimates
     };
     let reference = estimates(&right, &conditions(), &references(5));
     for miscalibration in miscalibrations() {

@@ -352,7 +352,7 @@ fn a_lag_of_the_lateral_force_is_estimated_without_effect_on_the_contact() {
     }
 }
 
-/// With laws drawn from the priors, correlated noise of the impedance and unseen components of the force, the stated errors
+/// With extensions of the published laws drawn from the priors, correlated noise of the impedance and unseen components of the force, the stated errors
 /// agree with the actual ones.
 #[test]
 fn standard_errors_of_a_trial_are_the_scatter() {
@@ -387,7 +387,9 @@ fn standard_errors_of_a_trial_are_the_scatter() {
             .enumerate()
             .map(|(i, record)| record.with_correlated_noise(1000 * run + i as u64, 2e-4))
             .collect();
-        let fit = fit_with_readings(&noisy, &references(5));
+        let fit = *fit_with_readings(&noisy, &references(5))
+            .within_laws
+            .unwrap();
         let (instance, truth) = (&fit.instances[2], &truths[2]);
         let (z_t, z_t_std) = (
             instance.z_t_n_s_per_m - truth.z_t,

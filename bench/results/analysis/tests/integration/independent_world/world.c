@@ -30,6 +30,9 @@ enum { RATE_HZ = 100000, STEPS = 20, END_MS = 3300, TOUCH_MS = 1200, BEGIN_MS = 
     X(normal_n, 0.65) X(tremor, 0.01) \
     X(drift_hz, 0)               /* of the resonance from beginning to end */ \
     X(snr_db, 80) X(pickup_phase_rad, 0) \
+    X(drive_v, 23)               /* mean over the modulation, peak at the actuators */ \
+    X(modulation_hz, 6) \
+    X(resonance_hz, 35000)       /* the carrier is 10 Hz above */ \
     X(after_s, 0)                /* duration of the recording after the finger has left */ \
     /* laws: the plate's mode across its width; the finger's outline is an ellipse, or a strip of constant length */ \
     X(wavelength_across_m, 0)    /* 0: uniform */ \
@@ -173,7 +176,7 @@ int main(int count, char **given) {
     const char *folder = given[1];
     state = (uint64_t)is.seed;
 
-    const double carrier_hz = 35010, omega = 2 * PI * carrier_hz, mean_v = 23, modulus = 20e6, poisson = 0.5;
+    const double carrier_hz = is.resonance_hz + 10, omega = 2 * PI * carrier_hz, mean_v = is.drive_v, modulus = 20e6, poisson = 0.5;
     const double pascals = is.ambient_pa, per_unit = 2e-6, phase = is.pickup_phase_rad, h = 1.0 / RATE_HZ / STEPS;
     const double noise = pow(10, -is.snr_db / 20);
     /* Root mean squares of what is recorded, by the drive's modulation of 95 %. */
@@ -201,7 +204,7 @@ int main(int count, char **given) {
         const double way = fmin(fmax((ms - BEGIN_MS) / (ARRIVE_MS - BEGIN_MS), 0), 1);
         const double sigma = is.sigma_t_m * (1 + is.growth * (way - 0.5));
         const double im_z_t = is.im_z_t * (1 + is.growth * (way - 0.5));
-        const double resonance_hz = 35000 + is.drift_hz * (t / (1e-3 * END_MS) - 0.5);
+        const double resonance_hz = is.resonance_hz + is.drift_hz * (t / (1e-3 * END_MS) - 0.5);
         const double rest = fmin(fmax((ms - TOUCH_MS) / 20, 0), 1) * fmin(fmax(1 - (ms - END_MS) / 20, 0), 1);
         const double normal = rest * is.normal_n *
             (1 + 0.05 * sin(2 * PI * (0.7 * t + slow_turns)) + 0.02 * sin(2 * PI * (2.3 * t + wander_turns)) +
@@ -264,7 +267,7 @@ int main(int count, char **given) {
         normals[frame] = normal_read + is.normal_zero_n + is.normal_zero_n_per_s * t;
         laterals[frame] = lateral + is.lateral_zero_n + is.lateral_zero_n_per_s * t;
 
-        const double envelope = mean_v * (1 + 0.95 * sin(2 * PI * 6 * (t - 0.04)));
+        const double envelope = mean_v * (1 + 0.95 * sin(2 * PI * is.modulation_hz * (t - 0.04)));
         const double seen = s.x + is.second_mode_at_pickup * s.z, seen_speed = s.v + is.second_mode_at_pickup * s.u;
         const float sample[2] = {
             (float)(envelope * cos(omega * t) + noise * volts_rms * gauss()),
@@ -279,7 +282,7 @@ int main(int count, char **given) {
         }
         for (int step = 0; step < STEPS; step++) {
             const double at = t + step * h;
-            const double modulated = mean_v * (1 + 0.95 * sin(2 * PI * 6 * (at - 0.04)));
+            const double modulated = mean_v * (1 + 0.95 * sin(2 * PI * is.modulation_hz * (at - 0.04)));
             f.volts = modulated * cos(omega * at);
             struct moving a = derivative(s, &f);
             f.volts = modulated * cos(omega * (at + h / 2));
@@ -297,11 +300,11 @@ int main(int count, char **given) {
         if (!f.k) s.y = s.w = 0;
     }
     fprintf(manifest,
-            "format = 1\ncarrier_hz = %.1f\nmodulation_hz = 6.0\nmodulation_index = 0.95\n\n"
+            "format = 1\ncarrier_hz = %.1f\nmodulation_hz = %.1f\nmodulation_index = 0.95\n\n"
             "[channels.drive]\nindex = 0\nvolts_per_unit = 1.0\n\n"
             "[channels.pickup]\nindex = 1\nmetres_per_unit = %g\nphase_rad = %g\n\n"
-            "[plate]\nresonance_hz = 35000.0\nmodal_mass_kg = %g\nforce_factor_n_per_v = %g\ncentre_m = 0.0525\n",
-            carrier_hz, per_unit, phase, PLATE_KG, NEWTONS_PER_VOLT);
+            "[plate]\nresonance_hz = %.1f\nmodal_mass_kg = %g\nforce_factor_n_per_v = %g\ncentre_m = 0.0525\n",
+            carrier_hz, is.modulation_hz, per_unit, phase, is.resonance_hz, PLATE_KG, NEWTONS_PER_VOLT);
     if (is.stated_wavelength_m > 0)
         fprintf(manifest, "\n[plate.across]\nwavelength_m = %g\nstandard_error_m = %g\nsource = \"measured\"\n",
                 is.stated_wavelength_m, 0.01 * is.stated_wavelength_m);

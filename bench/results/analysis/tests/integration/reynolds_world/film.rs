@@ -15,14 +15,14 @@ use num_complex::Complex64;
 
 use super::programs::PROBE;
 
-const AMBIENT_PA: f64 = 101_325.0;
+pub const AMBIENT_PA: f64 = 101_325.0;
 const VISCOSITY_PA_S: f64 = 1.82e-5;
-const OMEGA: f64 = TAU * 35e3;
+pub const OMEGA: f64 = TAU * 35e3;
 /// Cells and steps of the recordings' films.
-const RECORDED: (u32, u32) = (40, 48);
+pub const RECORDED: (u32, u32) = (40, 48);
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Shape {
+pub enum Shape {
     Strip,
     Disc,
 }
@@ -31,25 +31,27 @@ const SHAPES: [Shape; 2] = [Shape::Strip, Shape::Disc];
 
 /// Groove beside a strip.
 #[derive(Debug, Clone, Copy)]
-struct Groove {
-    half_width_m: f64,
-    depth_m: f64,
-    length_m: f64,
+pub struct Groove {
+    pub half_width_m: f64,
+    pub depth_m: f64,
+    pub length_m: f64,
 }
 
+/// Film over a strip, a ridge with its groove, or a disc.
 #[derive(Debug, Clone, Copy)]
-struct Film {
-    shape: Shape,
-    half_width_m: f64,
-    squeeze: f64,
+pub struct Film {
+    pub shape: Shape,
+    pub half_width_m: f64,
+    pub squeeze: f64,
     /// Amplitude over gap.
-    ratio: f64,
-    wavelength_m: Option<f64>,
-    groove: Option<Groove>,
+    pub ratio: f64,
+    pub wavelength_m: Option<f64>,
+    pub groove: Option<Groove>,
 }
 
 impl Film {
-    fn new(shape: Shape, squeeze: f64, ratio: f64) -> Self {
+    /// Returns a film of 5 mm half width without a groove.
+    pub fn new(shape: Shape, squeeze: f64, ratio: f64) -> Self {
         Self {
             shape,
             half_width_m: 5e-3,
@@ -60,6 +62,17 @@ impl Film {
         }
     }
 
+    /// Returns the film of this half width at a gap.
+    pub fn at_gap(self, half_width_m: f64, gap_m: f64, ratio: f64) -> Self {
+        let squeeze = 12.0 * VISCOSITY_PA_S * OMEGA / AMBIENT_PA * (half_width_m / gap_m).powi(2);
+        Self {
+            half_width_m,
+            squeeze,
+            ratio,
+            ..self
+        }
+    }
+
     fn gap_m(&self) -> f64 {
         self.half_width_m * (12.0 * VISCOSITY_PA_S * OMEGA / (AMBIENT_PA * self.squeeze)).sqrt()
     }
@@ -67,12 +80,13 @@ impl Film {
 
 /// Mean overpressure and component at the carrier, over ambient pressure.
 #[derive(Debug, Clone, Copy)]
-struct Response {
-    mean: f64,
-    carrier: Complex64,
+pub struct Response {
+    pub mean: f64,
+    pub carrier: Complex64,
 }
 
-fn responses(films: &[Film], (cells, steps): (u32, u32)) -> Vec<Response> {
+/// Returns the periodic states of films on a grid of cells and steps.
+pub fn responses(films: &[Film], (cells, steps): (u32, u32)) -> Vec<Response> {
     let folder = tempfile::tempdir().unwrap();
     let program = PROBE.compile(folder.path());
     let mut lines = String::new();
@@ -149,13 +163,13 @@ fn bessel_ratio(z: Complex64) -> Complex64 {
 /// Linear theory of the film (Langlois 1962): with q² = iσ the pressure is p_a(1 + ε Re Π e^{iθ}), where
 /// Π = 1 − cosh(qX)/cosh q for a strip and 1 − I0(qX)/I0(q) for a disc. Their means over the area are 1 − tanh(q)/q and
 /// 1 − 2 I1(q)/(q I0(q)).
-struct Linear {
-    shape: Shape,
+pub struct Linear {
+    pub shape: Shape,
     q: Complex64,
 }
 
 impl Linear {
-    fn new(shape: Shape, squeeze: f64) -> Self {
+    pub fn new(shape: Shape, squeeze: f64) -> Self {
         let q = Complex64::new(0.0, squeeze).sqrt();
         Self { shape, q }
     }
@@ -169,7 +183,8 @@ impl Linear {
         }
     }
 
-    fn mean_pressure(&self) -> Complex64 {
+    /// Returns the mean of Π.
+    pub fn mean_pressure(&self) -> Complex64 {
         let dimension = match self.shape {
             Shape::Strip => 1.0,
             Shape::Disc => 2.0,
@@ -180,7 +195,7 @@ impl Linear {
     /// Mean overpressure over ε² p_a, to second order. Where the gap is uniform, the mean of Reynolds' equation over a period says
     /// ⟨h³ ∂(p²)/∂x⟩ = 0, which with p = 1 + ε p1 + ε² p2 and h = 1 + ε h1 is p2 = −⟨p1²⟩/2 − 3⟨h1 p1⟩ = −|Π|²/4 + 3 Re Π/2
     /// (derived here; the expansion is that of Minikes & Bucher 2006).
-    fn mean_overpressure(&self) -> f64 {
+    pub fn mean_overpressure(&self) -> f64 {
         const PARTS: u32 = 4000;
         let x_at = |i: u32| f64::from(i) / f64::from(PARTS);
         let mut shape_at = Complex64::ONE;

@@ -4,6 +4,27 @@
 
 #include <math.h>
 
+static const double PI = 3.14159265358979323846;
+
+int place_disc(struct place *places) {
+    places[0] = (struct place){.share = 1, .mode = 1};
+    return 1;
+}
+
+/* Gauss's rule for the weight sqrt(1 - y^2). */
+int place_strips(double half_length_m, double wavelength_m, struct place *places) {
+    if (half_length_m <= 0 || wavelength_m <= 0) return place_disc(places);
+    double sum = 0;
+    for (int i = 0; i < PLACES; i++) {
+        const double angle = PI * (i + 1) / (2 * PLACES);       /* the other half of 2 PLACES - 1 nodes is its mirror image */
+        places[i].share = pow(sin(angle), 2) * (i + 1 < PLACES ? 2 : 1);
+        places[i].mode = cos(2 * PI * half_length_m * cos(angle) / wavelength_m);
+        sum += places[i].share;
+    }
+    for (int i = 0; i < PLACES; i++) places[i].share /= sum;
+    return PLACES;
+}
+
 struct finger advance(const struct skin *skin, struct place *places, int count, double plate_m, double normal_n) {
     const struct contact *contact = skin->contact;
     const double pressed_pa = normal_n / skin->area_m2;

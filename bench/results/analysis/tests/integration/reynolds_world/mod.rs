@@ -2,7 +2,7 @@
 //! recordings.
 
 mod campaign;
-mod film;
-mod programs;
+pub mod film;
+pub mod programs;
 mod recorded_world;
 mod scales;

@@ -28,6 +28,11 @@ pub const STEADY: Program = Program {
     name: "steady",
     sources: &["steady.c", "finger.c", "contact.c", "film.c"],
 };
+/// Steady states of a finger over the amplitude of the plate, by the world's tables.
+pub const CURVE: Program = Program {
+    name: "curve",
+    sources: &["curve.c", "finger.c", "contact.c", "film.c"],
+};
 /// Recordings.
 pub const WORLD: Program = Program {
     name: "world",

@@ -14,7 +14,7 @@
 #include "finger.h"
 
 static const double PI = 3.14159265358979323846;
-enum { RATE_HZ = 100000, END_MS = 3300, TOUCH_MS = 1200, BEGIN_MS = 1400, ARRIVE_MS = 3100, PLACES = 5 };
+enum { RATE_HZ = 100000, END_MS = 3300, TOUCH_MS = 1200, BEGIN_MS = 1400, ARRIVE_MS = 3100 };
 
 static struct { const char *name; double value; } numbers[] = {
     {"seed", 1},
@@ -93,25 +93,6 @@ static void wav_header(FILE *wav, uint32_t frames) {
     little_endian(wav, frame, 2); little_endian(wav, 32, 2); fputs("data", wav); little_endian(wav, bytes, 4);
 }
 
-/* Places along the strips, in a finger of elliptical outline across the crest of the mode cos(2 pi y/wavelength): Gauss's rule for
- * the weight sqrt(1 - y^2). A disc has the mode within its film (film.c) and is one place. */
-static int make_places(struct place *places) {
-    const double half_length_m = is("half_length_m"), wavelength_m = is("wavelength_m");
-    if (is("disc") || half_length_m <= 0 || wavelength_m <= 0) {
-        places[0] = (struct place){.share = 1, .mode = 1};
-        return 1;
-    }
-    double sum = 0;
-    for (int i = 0; i < PLACES; i++) {
-        const double angle = PI * (i + 1) / (2 * PLACES);       /* the other half of 2 PLACES - 1 nodes is its mirror image */
-        places[i].share = pow(sin(angle), 2) * (i + 1 < PLACES ? 2 : 1);
-        places[i].mode = cos(2 * PI * half_length_m * cos(angle) / wavelength_m);
-        sum += places[i].share;
-    }
-    for (int i = 0; i < PLACES; i++) places[i].share /= sum;
-    return PLACES;
-}
-
 static struct contact contact;
 
 static void describe(double omega, double nominal_pa) {
@@ -150,7 +131,7 @@ int main(int count, char **given) {
     const double complex z_t = is("skin_damping") + I * (omega * is("skin_kg") - is("skin_n_per_m") / omega);
     const struct skin skin = {&contact, z_t / area_m2, area_m2, 1 - exp(-1.0 / RATE_HZ / is("tau_s"))};
     struct place places[PLACES];
-    const int place_count = make_places(places);
+    const int place_count = is("disc") ? place_disc(places) : place_strips(is("half_length_m"), is("wavelength_m"), places);
     describe(omega, is("normal_n") / area_m2);
     if (fill(&contact)) { fprintf(stderr, "world: no periodic state of the film\n"); return 3; }
     for (int i = 0; i < place_count; i++) places[i].gap_m = contact.most_gap_m;

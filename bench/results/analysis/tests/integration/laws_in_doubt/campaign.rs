@@ -19,8 +19,8 @@ use super::causes::{
 };
 use super::table::Row;
 use crate::independent_world::program::{program, record};
-use crate::truth::Truth;
-use crate::verdict::Verdict;
+use crate::truth::{Truth, World};
+use crate::verdict::{Outcome, Verdict};
 
 /// Variable with the number of worlds of each cause in a campaign.
 const COUNT: &str = "FRICTION_BENCH_LAWS";
@@ -69,12 +69,22 @@ fn verdicts(world: &NamedWorld) -> Vec<Verdict> {
         .collect()
 }
 
-fn describe(world: &NamedWorld) -> String {
-    let changed = world.changed.iter();
-    let changed: Vec<String> = changed
-        .map(|(name, value)| format!("{name} {value:.4e}"))
-        .collect();
-    format!("{}: {}", world.cause, changed.join(", "))
+/// Returns parameters as arguments of the program.
+fn arguments(world: &World) -> String {
+    let arguments = world.iter().map(|(name, value)| format!("{name}={value}"));
+    arguments.collect::<Vec<_>>().join(" ")
+}
+
+/// Prints a world with its verdicts, and all of its parameters if an estimate of `trial` is wrong in silence.
+fn print(world: &NamedWorld, verdicts: &[Verdict]) {
+    println!("{}: {}", world.cause, arguments(&world.changed));
+    for verdict in verdicts {
+        println!("    {verdict}");
+        if verdict.method == Method::Trial && matches!(verdict.outcome, Outcome::WrongInSilence(_))
+        {
+            println!("    {}", arguments(&world.world));
+        }
+    }
 }
 
 /// Appends the rows to the campaign's results, and writes them with all columns to a file of their own.
@@ -108,10 +118,7 @@ fn a_world_of_other_laws_is_right_covered_or_flagged() {
         })
         .collect();
     for (world, verdicts) in &results {
-        println!("{}", describe(world));
-        for verdict in verdicts {
-            println!("    {verdict}");
-        }
+        print(world, verdicts);
     }
     let mut rows = Vec::new();
     for (index, method) in Method::ALL.iter().enumerate() {

@@ -30,7 +30,7 @@
 //! | asperities averaged over a cycle; a mode averaged over the contact's width | | [`cycle_average`], [`mode_moments`] |
 //! | normal force without a sensor | | [`self_sensed`] |
 //! | frame by frame | | [`live_estimator`] |
-//! | the plate's resonance, tracked while the finger slides | | [`plate_tracker`] |
+//! | the plate's resonance, tracked while the finger slides; the plate between readings | | [`plate_tracker`], [`plate_course`] |
 //!
 //! # Conventions
 //! SI units, named in identifiers. Envelopes are peak values with exp(+iωt); impedance is force over velocity, N·s/m. A
@@ -49,6 +49,7 @@ pub mod inversion;
 pub mod live_estimator;
 pub mod mode_moments;
 pub mod parameters;
+pub mod plate_course;
 pub mod plate_tracker;
 #[cfg(test)]
 mod properties;

@@ -24,7 +24,7 @@ use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationRe
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn, SMatrix, SVector};
 
-use crate::normal_matrix::inverse_of_normal;
+use arrowhead::inverse_of_normal;
 use num_complex::Complex64;
 
 use contact::calibration_errors::{ByError, ERRORS};

@@ -33,11 +33,10 @@
 //! | signs that an instance does not follow the laws | `instance_misfit` |
 //! | results of a trial, standard errors | `trial/solution`, `trial/identifiability` |
 //! | covariance of the residuals | `trial/scatter` |
-//! | plate between readings | [`plate_course`], `trial/plate` |
+//! | plate between readings | [`contact::plate_course`], `trial/plate` |
 //! | friction | `trial/friction`, `trial/friction_spread`, [`random_walk`] |
-//! | least squares in blocks, its minimum and covariance | [`arrowhead`] |
+//! | least squares in blocks, its minimum and covariance | the package `arrowhead` |
 
-pub mod arrowhead;
 mod candidate_fit;
 mod conditions;
 pub mod dynamic;
@@ -52,9 +51,7 @@ mod lagged_model;
 mod least_squares;
 mod loads;
 mod modelled_series;
-mod normal_matrix;
 pub mod paper;
-pub mod plate_course;
 pub mod random_walk;
 mod sensitivity;
 mod series;

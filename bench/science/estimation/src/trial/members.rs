@@ -20,11 +20,11 @@ use super::layout::{
 };
 use super::plate::{self, OffsetPrior, PlateReadings};
 use super::request::{PlacedInstance, TrialOptions};
-use crate::arrowhead::{ArrowCovariance, ArrowMinimum, ParameterPoint};
 use crate::conditions::FitConditions;
 use crate::fit_error::FitError;
 use crate::lagged_model::{LaggedModel, Laws};
 use crate::series::{InstanceSamples, mean};
+use arrowhead::{ArrowCovariance, ArrowMinimum, ParameterPoint};
 use contact::calibration_errors::{ByError, ERRORS};
 use contact::parameters::{
     AREA_EXPONENT, FILM_MEAN_MS, FINGER_ANGLE, IM_OFFSET, LAG_EXPONENT, LN_AREA, LN_LOSS_FACTOR,

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::layout::{Law, Shared, SharedParameter};
+use super::layout::{Shared, SharedParameter};
 use super::plate::PlateDeviation;
 use super::search::Search;
 use crate::instance_fit::InstanceFit;
@@ -14,8 +14,7 @@ pub enum Misfit {
     Unlikely {
         /// Name of the parameter.
         name: &'static str,
-        /// Distance from the prior's middle, in standard deviations of the prior; of a law in doubt beyond its physical range, that
-        /// from the range in standard errors.
+        /// Distance from the prior's middle, in standard deviations of the prior.
         deviations: f64,
     },
     /// Parameters estimated far from the likely range of fingers together, but none of them alone.
@@ -42,8 +41,6 @@ const MAX_DEVIATIONS: f64 = 4.0;
 /// model's laws and about 16 in 44 people of `population-unkind`, and 18 to 40 in five other worlds without any other sign. χ² of
 /// seven degrees of freedom exceeds it in 1.4 %.
 const MAX_SQUARES: f64 = 17.5;
-/// Number of standard errors by which a law in doubt may lie beyond its physical range.
-const MAX_ERRORS: f64 = 3.0;
 /// RMS of estimated − measured friction from which on the model does not explain it.
 const MAX_RMS_MU: f64 = 0.03;
 
@@ -99,7 +96,6 @@ fn name(parameter: SharedParameter) -> Option<&'static str> {
 pub(super) fn signs(
     search: &Search<'_>,
     shared: &Shared,
-    variances: Option<&Shared>,
     plate: Option<PlateDeviation>,
     instances: &[InstanceFit],
 ) -> Vec<Misfit> {
@@ -109,7 +105,6 @@ pub(super) fn signs(
         Some((name, (shared[parameter] - prior.mean) / prior.std))
     });
     let mut signs = unlikely(&deviations.collect::<Vec<_>>());
-    signs.extend(unlikely_laws(search, shared, variances));
     signs.extend(
         plate
             .filter(PlateDeviation::is_misfit)
@@ -124,50 +119,6 @@ pub(super) fn signs(
             .map(|rms_mu| Misfit::Friction { rms_mu }),
     );
     signs
-}
-
-/// Returns the laws in doubt that no finger follows: those far from their priors, and those beyond their physical range by
-/// several standard errors.
-fn unlikely_laws(search: &Search<'_>, shared: &Shared, variances: Option<&Shared>) -> Vec<Misfit> {
-    let free_laws = Law::ALL
-        .into_iter()
-        .filter(|law| search.free_laws[*law as usize]);
-    free_laws
-        .filter_map(|law| {
-            let parameter = SharedParameter::Law(law);
-            let prior = search.priors.shared(parameter, search.has_wavelength());
-            let value = shared[parameter];
-            let from_prior = (value - prior.mean) / prior.std;
-            // All shares lie above 0, and so does the film's loss η + δ; a resonance may fall or rise.
-            let above_0 = match law {
-                Law::FilmLoss => value + shared[SharedParameter::LnLossFactor].exp(),
-                Law::Softening => f64::INFINITY,
-                _ => value,
-            };
-            let std = variances.map_or(f64::INFINITY, |variances| variances[parameter].sqrt());
-            let deviations = if above_0 / std < -MAX_ERRORS {
-                above_0 / std
-            } else {
-                from_prior
-            };
-            let is_unlikely = from_prior.abs() > MAX_DEVIATIONS || above_0 / std < -MAX_ERRORS;
-            is_unlikely.then_some(Misfit::Unlikely {
-                name: law_name(law),
-                deviations,
-            })
-        })
-        .collect()
-}
-
-fn law_name(law: Law) -> &'static str {
-    match law {
-        Law::FilmLoss => "the film's own loss",
-        Law::TrappedAir => "the share of trapped air",
-        Law::RelativeMotion => "the share of the skin's motion in that of the film",
-        Law::CycleAverage => "the effect of the vibration on the asperities' mean force",
-        Law::Softening => "the change of the plate's resonance with its amplitude",
-        Law::Width => "the width of the contact across the plate",
-    }
 }
 
 /// Returns the parameters far from their priors, given their distances in standard deviations; where no single one is, whether they

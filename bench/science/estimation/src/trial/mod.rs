@@ -24,7 +24,8 @@
 //! 2. The best minimum is refined three times: trends within instances, the plate's course, the skin's transients and V are
 //!    computed at it and held fixed, and C is minimised again (`arrowhead`).
 //! 3. Without later readings of the plate, its damping is freed where the Bayesian information criterion favours that.
-//! 4. The covariance follows from residuals, priors and the errors of the calibration; the friction is fitted to the contact
+//! 4. The laws in doubt are freed (`doubt.rs`), which widens the errors and leaves the values.
+//! 5. The covariance follows from residuals, priors and the errors of the calibration; the friction is fitted to the contact
 //!    found (`solution.rs`, `friction`).
 
 mod doubt;
@@ -48,7 +49,6 @@ pub use prior::{LawPriors, LogNormal, Normal, TrialPriors};
 pub use request::{PlacedInstance, TrialOptions};
 pub use shared_fit::SharedFit;
 
-use doubt::Doubt;
 use search::Search;
 use solution::Solution;
 
@@ -88,23 +88,14 @@ pub fn fit(
     let published = search.solve()?;
     let within_laws =
         Solution::new(&mut search, published.clone(), by_error)?.trial_fit(crosstalk)?;
-    let solution = match search.doubt(&published, &by_error)? {
-        Doubt::Agreement {
-            minimum,
-            difference,
-        } => {
-            let verdict = within_laws.shared.verdict.clone();
-            Solution::in_doubt(
-                &mut search,
-                published,
-                minimum,
-                &difference,
-                by_error,
-                verdict,
-            )?
-        }
-        Doubt::Rejection(minimum) => Solution::new(&mut search, minimum, by_error)?,
+    let Some(doubt) = search.doubt(&published, &by_error) else {
+        return Ok(TrialFit {
+            within_laws: Some(Box::new(within_laws.clone())),
+            ..within_laws
+        });
     };
+    let verdict = within_laws.shared.verdict.clone();
+    let solution = Solution::in_doubt(&mut search, published, doubt, by_error, verdict)?;
     Ok(TrialFit {
         within_laws: Some(Box::new(within_laws)),
         ..solution.trial_fit(crosstalk)?

@@ -16,7 +16,7 @@
 
 use super::layout::COURSES;
 use super::prior::TrialPriors;
-use crate::plate_course::{self, CourseStds, ImpedancePart, Prediction, Reading};
+use contact::plate_course::{self, CourseStds, ImpedancePart, Prediction, Reading};
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 

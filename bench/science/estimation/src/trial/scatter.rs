@@ -15,7 +15,7 @@
 //! v_c + v_n/|x̃_p|² + v_f (G K_f Gᵀ)_jj; its three variances follow from the squared residuals of the last minimum, for the
 //! whole trial.
 
-use crate::arrowhead::{Whitening, exponential_correlation, variance_components};
+use arrowhead::{Whitening, exponential_correlation, variance_components};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 

@@ -1,12 +1,12 @@
 //! Search for the parameters that best fit all instances of a trial.
 
-use crate::arrowhead::{ArrowProblem, BlockNormal, Prior, Termination, minimise};
+use arrowhead::{ArrowProblem, BlockNormal, Prior, Termination, minimise};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use num_complex::Complex64;
 
 use super::layout::{
-    COURSES, FreeLaws, InstanceParameter, LAWS, Law, OWN, Own, PUBLISHED, SHARED, Shared,
-    SharedParameter, courses,
+    COURSES, FreeLaws, InstanceParameter, LAWS, Law, OWN, Own, SHARED, Shared, SharedParameter,
+    courses,
 };
 use super::members::{Covariance, Member, TrialMinimum};
 use super::plate::{self, OffsetPrior, PlateDeviation, PlateReadings};
@@ -136,26 +136,6 @@ impl<'a> Search<'a> {
         free_laws[Law::Width as usize] = search.has_wavelength();
         search.set_free_laws(free_laws);
         search
-    }
-
-    /// Whether the wavelength of the plate's mode across its width is known.
-    pub(super) fn has_wavelength(&self) -> bool {
-        let mut members = self.members.iter();
-        members.any(|member| member.model.width_square_per_m2.is_some())
-    }
-
-    /// Changes the laws in doubt that are fitted.
-    pub(super) fn set_free_laws(&mut self, free_laws: FreeLaws) {
-        self.free_laws = free_laws;
-        for member in &mut self.members {
-            member.set_free_laws(free_laws);
-        }
-    }
-
-    /// Returns the number of fitted parameters.
-    fn parameter_count(&self) -> usize {
-        let laws = self.free_laws.iter().filter(|is_free| **is_free).count();
-        PUBLISHED + laws + OWN * self.members.len()
     }
 
     /// Searches with the plate's damping held fixed and, where references do not determine it, also with it fitted. The second
@@ -298,7 +278,7 @@ impl<'a> Search<'a> {
 
     /// Minimises from a nearby minimum, after updating the trends within the instances, the plate's course, and the weights of
     /// the samples from it.
-    pub(super) fn refine(&mut self, mut minimum: TrialMinimum) -> Result<TrialMinimum, FitError> {
+    fn refine(&mut self, mut minimum: TrialMinimum) -> Result<TrialMinimum, FitError> {
         for refinement in 1..=REFINEMENTS {
             self.follow_trends(&minimum);
             self.follow_plate(&mut minimum);
@@ -389,7 +369,7 @@ impl<'a> Search<'a> {
     }
 
     /// Updates the transients of the skin for a minimum.
-    fn follow_transients(&mut self, minimum: &TrialMinimum) -> Option<()> {
+    pub(super) fn follow_transients(&mut self, minimum: &TrialMinimum) -> Option<()> {
         for (member, own) in self.members.iter_mut().zip(&minimum.own) {
             let parameters = member.parameters(&minimum.shared, own);
             member.model.follow_transient(&parameters)?;

@@ -3,11 +3,12 @@
 use num_complex::Complex64;
 
 use super::TrialFit;
+use super::doubt::Doubt;
 use super::friction::{self, RatioSamples, SharedFriction, TrialFriction, TrialSamples};
 use super::friction_spread::{FrictionSpread, ParameterCovariance};
 use super::identifiability;
 use super::layout::{OWN, Shared, SharedParameter};
-use super::members::{Covariance, ParameterSlopes, Step, TrialMinimum};
+use super::members::{Covariance, ParameterSlopes, TrialMinimum};
 use super::misfit;
 use super::prior::TrialPriors;
 use super::search::Search;
@@ -18,7 +19,7 @@ use crate::friction_law::FrictionLaw;
 use crate::instance_fit::{InstanceFit, friction_at_rest, modelled_ratio, modelled_ratio_slopes};
 use crate::least_squares::{ImpedanceModel, Minimum};
 use contact::CalibrationErrors;
-use contact::calibration_errors::{ByError, LAWS, OTHER_MODES};
+use contact::calibration_errors::{ByError, OTHER_MODES};
 use contact::parameters::{FILM_MOBILITY, PARAMETERS};
 use contact::residual_noise::ResidualNoise;
 use contact::uncertain::{LogUncertain, Uncertain};
@@ -71,23 +72,20 @@ impl<'s, 'a> Solution<'s, 'a> {
         Self::with_covariance(search, minimum, by_error, covariance, verdict)
     }
 
-    /// Computes the solution at the minimum with the laws as published, with the covariance of one with laws in doubt and the
-    /// `difference` between them, and with the verdict of the former.
+    /// Computes the solution at the minimum with the laws as published, with the errors of a fit of the laws in doubt and the verdict
+    /// of the former.
     pub(super) fn in_doubt(
         search: &'s mut Search<'a>,
         published: TrialMinimum,
-        doubtful: TrialMinimum,
-        difference: &Step,
+        doubt: Doubt,
         by_error: ByError<PARAMETERS>,
         verdict: FitVerdict,
     ) -> Result<Self, FitError> {
         search
             .follow_other_modes(&published)
             .ok_or(FitError::NoStart)?;
-        let covariance = search.covariance(&doubtful, &by_error);
-        let covariance = covariance.map(|covariance| covariance.with_error(LAWS, difference));
-        let minimum = published.with_normal_of(doubtful);
-        Self::with_covariance(search, minimum, by_error, covariance, verdict)
+        let minimum = published.with_normal_of(doubt.minimum);
+        Self::with_covariance(search, minimum, by_error, Some(doubt.covariance), verdict)
     }
 
     fn with_covariance(
@@ -254,7 +252,7 @@ impl<'s, 'a> Solution<'s, 'a> {
             area_exponent: uncertain(SharedParameter::AreaExponent),
             film_mean_s: shared[SharedParameter::LnFilmMean].exp(),
             lag_exponent: uncertain(SharedParameter::LagExponent),
-            misfit: misfit::signs(self.search, shared, variances.as_ref(), plate, instances),
+            misfit: misfit::signs(self.search, shared, plate, instances),
             friction_floor: friction.map(|friction| friction.floor),
             lateral_lag_s: friction.map(|friction| friction.lag_s),
         }

@@ -20,7 +20,7 @@
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
-use crate::arrowhead::normal::{Arrow, BlockNormal, ParameterPoint};
+use crate::normal::{Arrow, BlockNormal, ParameterPoint};
 
 /// Independent normal priors of parameters. A precision (1/σ²) of 0 means no prior knowledge.
 #[derive(Debug, Clone, Copy)]

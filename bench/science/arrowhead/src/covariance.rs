@@ -19,8 +19,8 @@ use nalgebra::{DMatrix, SMatrix, SVector};
 
 use crate::normal_matrix::inverse_of_normal;
 
-use crate::arrowhead::minimise::ArrowMinimum;
-use crate::arrowhead::normal::{BlockNormal, ParameterPoint};
+use crate::minimise::ArrowMinimum;
+use crate::normal::{BlockNormal, ParameterPoint};
 
 /// Covariance of the shared parameters, and of each block's own parameters with the shared ones.
 pub struct ArrowCovariance<const OWN: usize, const SHARED: usize, const ERRORS: usize> {
@@ -218,7 +218,7 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
-    use crate::arrowhead::normal::Arrow;
+    use crate::normal::Arrow;
 
     const OWN: usize = 3;
     const SHARED: usize = 5;

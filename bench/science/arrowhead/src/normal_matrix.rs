@@ -8,7 +8,8 @@ const MIN_PIVOT: f64 = 1e-12;
 
 /// Returns the inverse of a normal matrix; `None` if it is singular to rounding. The matrix is scaled to unit diagonal first, so
 /// that units do not decide which pivots count as singular.
-pub(crate) fn inverse_of_normal<D: Dim>(normal: &OMatrix<f64, D, D>) -> Option<OMatrix<f64, D, D>>
+#[must_use]
+pub fn inverse_of_normal<D: Dim>(normal: &OMatrix<f64, D, D>) -> Option<OMatrix<f64, D, D>>
 where
     DefaultAllocator: Allocator<D, D> + Allocator<D>,
 {

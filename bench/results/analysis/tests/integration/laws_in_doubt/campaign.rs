@@ -62,6 +62,14 @@ fn verdicts(world: &NamedWorld) -> Vec<Verdict> {
     record(folder.path(), &world.world);
     let findings = analyse(folder.path(), &Settings::default());
     let findings = findings.findings.unwrap();
+    if findings.instances.is_empty() {
+        let reasons = findings.rejected.iter().map(|stretch| &stretch.reason);
+        println!(
+            "{}: no instance: {reasons:?}",
+            arguments(&world.changed),
+            reasons = reasons.collect::<Vec<_>>()
+        );
+    }
     let truth = Truth::read(folder.path());
     let methods = Method::ALL.iter();
     methods

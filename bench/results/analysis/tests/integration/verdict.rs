@@ -48,15 +48,19 @@ pub struct Coverage {
     pub total: bool,
     /// Whether the 95 % interval with the laws as published taken as true includes it; `None` without such an interval.
     pub within_laws: Option<bool>,
+    /// Width of the stated interval over that within the laws.
+    pub widening: Option<f64>,
 }
 
 impl Coverage {
     /// Compares the stated interval, and that within the laws, with the truth.
     fn new(total: [f64; 2], within_laws: Option<[f64; 2]>, truth: f64) -> Self {
         let includes = |[low, high]: [f64; 2]| (low..=high).contains(&truth);
+        let width = |[low, high]: [f64; 2]| high - low;
         Self {
             total: includes(total),
             within_laws: within_laws.map(includes),
+            widening: within_laws.map(|within| width(total) / width(within)),
         }
     }
 }
@@ -375,6 +379,7 @@ fn compare_friction(estimate: &InstanceEstimate, truth: &Truth) -> Comparison {
         coverage: vec![Coverage {
             total: rms(|(error, std)| error / std) <= NORMAL_95,
             within_laws: None,
+            widening: None,
         }],
     }
 }

@@ -48,15 +48,19 @@ pub struct Coverage {
     pub total: bool,
     /// Whether the 95 % interval with the laws as published taken as true includes it; `None` without such an interval.
     pub within_laws: Option<bool>,
+    /// Width of the stated interval over that within the laws.
+    pub widening: Option<f64>,
 }
 
 impl Coverage {
     /// Compares the stated interval, and that within the laws, with the truth.
     fn new(total: [f64; 2], within_laws: Option<[f64; 2]>, truth: f64) -> Self {
         let includes = |[low, high]: [f64; 2]| (low..=high).contains(&truth);
+        let width = |[low, high]: [f64; 2]| high - low;
         Self {
             total: includes(total),
             within_laws: within_laws.map(includes),
+            widening: within_laws.map(|within| width(total) / width(within)),
         }
     }
 }
@@ -326,20 +330,29 @@ impl StatedIntervals {
     }
 
     /// Returns the intervals of `trial` with the laws as published taken as true; `None` without them.
-    fn within_laws(_instance: &InstanceAnalysis) -> Option<Self> {
-        None
+    fn within_laws(instance: &InstanceAnalysis) -> Option<Self> {
+        let estimate = instance.within_laws?;
+        let (z_t, z_t_std) = (estimate.z_t_n_s_per_m, estimate.z_t_std_n_s_per_m);
+        Some(Self {
+            sigma_t_m: estimate.sigma_t_m.interval95(),
+            re_z_t: interval95(z_t.re, z_t_std.re),
+            im_z_t: interval95(z_t.im, z_t_std.im),
+            mu0: estimate.mu0.interval95(),
+        })
     }
 }
 
 /// Compares S with its mean over the instances.
 fn compare_area(findings: &RecordingFindings, truth: &Truth) -> Option<Comparison> {
     let area = &findings.trial.as_ref()?.contact_area_m2;
+    let within_laws = findings.within_laws.as_ref();
+    let within_laws = within_laws.map(|shared| shared.contact_area_m2.interval95());
     let (first, last) = (findings.instances.first()?, findings.instances.last()?);
     let true_m2 = truth.mean("contact_area_m2", first.start_s, last.end_s);
     Some(Comparison {
         quantity: Quantity::Area,
         error: area.value / true_m2 - 1.0,
-        coverage: vec![Coverage::new(area.interval95(), None, true_m2)],
+        coverage: vec![Coverage::new(area.interval95(), within_laws, true_m2)],
     })
 }
 
@@ -366,6 +379,7 @@ fn compare_friction(estimate: &InstanceEstimate, truth: &Truth) -> Comparison {
         coverage: vec![Coverage {
             total: rms(|(error, std)| error / std) <= NORMAL_95,
             within_laws: None,
+            widening: None,
         }],
     }
 }

@@ -38,7 +38,7 @@ enum { RATE_HZ = 100000, STEPS = 20, END_MS = 3300, TOUCH_MS = 1200, BEGIN_MS = 
     X(wavelength_across_m, 0)    /* 0: uniform */ \
     X(finger_width_m, 0) X(finger_is_strip, 0) \
     X(finger_offset_m, 0)        /* of its middle from the antinode */ \
-    X(states_wavelength, 0)      /* whether recording.toml states the wavelength */ \
+    X(stated_wavelength_m, 0)    /* in recording.toml, with a standard error of 1 %; 0: not stated */ \
     /* laws: the film */ \
     X(trapped_air, 0)            /* share of the carrier's stiffness that is p0 S/x; the rest is 2 f_s/x */ \
     X(film_loss, 0)              /* its loss factor minus the asperities' */ \
@@ -305,7 +305,9 @@ int main(int count, char **given) {
             "[channels.pickup]\nindex = 1\nmetres_per_unit = %g\nphase_rad = %g\n\n"
             "[plate]\nresonance_hz = %.1f\nmodal_mass_kg = %g\nforce_factor_n_per_v = %g\ncentre_m = 0.0525\n",
             carrier_hz, is.modulation_hz, per_unit, phase, is.resonance_hz, PLATE_KG, NEWTONS_PER_VOLT);
-    if (is.states_wavelength > 0) fprintf(manifest, "wavelength_across_m = %g\n", is.wavelength_across_m);
+    if (is.stated_wavelength_m > 0)
+        fprintf(manifest, "\n[plate.across]\nwavelength_m = %g\nstandard_error_m = %g\nsource = \"measured\"\n",
+                is.stated_wavelength_m, 0.01 * is.stated_wavelength_m);
     if (is.states_pressure > 0) fprintf(manifest, "\n[room]\npressure_hpa = %g\n", pascals / 100);
     fprintf(manifest,
             "\n[[intervals]]\nkind = \"unloaded\"\nstart_s = 0.2\nend_s = 1.0\n\n"

@@ -5,6 +5,10 @@
     clippy::unwrap_used,
     reason = "a helper that fails fails its test, as in the tests themselves"
 )]
+#![expect(
+    clippy::print_stdout,
+    reason = "docs/accuracy.md has the numbers from here"
+)]
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -19,8 +23,8 @@ use super::causes::{
 };
 use super::table::Row;
 use crate::independent_world::program::{program, record};
-use crate::truth::Truth;
-use crate::verdict::Verdict;
+use crate::truth::{Truth, World};
+use crate::verdict::{Outcome, Verdict};
 
 /// Variable with the number of worlds of each cause in a campaign.
 const COUNT: &str = "FRICTION_BENCH_LAWS";
@@ -28,6 +32,20 @@ const COUNT: &str = "FRICTION_BENCH_LAWS";
 const ONLY: &str = "FRICTION_BENCH_LAW";
 /// Variable with the file to which a campaign's results are appended; the table is beside it, in a file whose name ends in `.laws.tsv`.
 const RESULTS: &str = "FRICTION_BENCH_CAMPAIGN";
+
+/// Causes under which no estimate of `trial` may be wrong in silence.
+const NEVER_SILENT: [&str; 10] = [
+    "force-zero",
+    "trapped-air",
+    "film-loss",
+    "cycle-average",
+    "relative-motion",
+    "plate-softens",
+    "pressure",
+    "pressure-known",
+    "second-mode",
+    PUBLISHED,
+];
 
 /// Number of worlds of each cause.
 fn count() -> u64 {
@@ -62,6 +80,11 @@ fn verdicts(world: &NamedWorld) -> Vec<Verdict> {
     record(folder.path(), &world.world);
     let findings = analyse(folder.path(), &Settings::default());
     let findings = findings.findings.unwrap();
+    if findings.instances.is_empty() {
+        let reasons = findings.rejected.iter().map(|stretch| &stretch.reason);
+        let reasons: Vec<&String> = reasons.collect();
+        println!("{}: no instance: {reasons:?}", arguments(&world.changed));
+    }
     let truth = Truth::read(folder.path());
     let methods = Method::ALL.iter();
     methods
@@ -69,12 +92,22 @@ fn verdicts(world: &NamedWorld) -> Vec<Verdict> {
         .collect()
 }
 
-fn describe(world: &NamedWorld) -> String {
-    let changed = world.changed.iter();
-    let changed: Vec<String> = changed
-        .map(|(name, value)| format!("{name} {value:.4e}"))
-        .collect();
-    format!("{}: {}", world.cause, changed.join(", "))
+/// Returns parameters as arguments of the program.
+fn arguments(world: &World) -> String {
+    let arguments = world.iter().map(|(name, value)| format!("{name}={value}"));
+    arguments.collect::<Vec<_>>().join(" ")
+}
+
+/// Prints a world with its verdicts, and all of its parameters if an estimate of `trial` is wrong in silence.
+fn print(world: &NamedWorld, verdicts: &[Verdict]) {
+    println!("{}: {}", world.cause, arguments(&world.changed));
+    for verdict in verdicts {
+        println!("    {verdict}");
+        if verdict.method == Method::Trial && matches!(verdict.outcome, Outcome::WrongInSilence(_))
+        {
+            println!("    {}", arguments(&world.world));
+        }
+    }
 }
 
 /// Appends the rows to the campaign's results, and writes them with all columns to a file of their own.
@@ -108,10 +141,7 @@ fn a_world_of_other_laws_is_right_covered_or_flagged() {
         })
         .collect();
     for (world, verdicts) in &results {
-        println!("{}", describe(world));
-        for verdict in verdicts {
-            println!("    {verdict}");
-        }
+        print(world, verdicts);
     }
     let mut rows = Vec::new();
     for (index, method) in Method::ALL.iter().enumerate() {
@@ -120,7 +150,7 @@ fn a_world_of_other_laws_is_right_covered_or_flagged() {
             let of_cause = results.iter().filter(|(world, _)| world.cause == cause);
             let verdicts: Vec<&Verdict> = of_cause.map(|(_, verdicts)| &verdicts[index]).collect();
             if !verdicts.is_empty() {
-                rows.push(Row::new(cause, method.name(), verdicts));
+                rows.push(Row::new(cause, *method, verdicts));
             }
         }
     }
@@ -129,4 +159,18 @@ fn a_world_of_other_laws_is_right_covered_or_flagged() {
     }
     write_results(count, &rows);
     assert!(!rows.is_empty());
+    let trial = rows.iter().filter(|row| row.method() == Method::Trial);
+    let mut silent = Vec::new();
+    for row in trial {
+        if row.cause() == PUBLISHED {
+            row.assert_within_laws();
+        }
+        if NEVER_SILENT.contains(&row.cause()) {
+            silent.extend(
+                row.wrong_in_silence()
+                    .map(|v| format!("{}: {v}", row.cause())),
+            );
+        }
+    }
+    assert!(silent.is_empty(), "{silent:#?}");
 }

@@ -23,7 +23,7 @@ pub struct Cause {
 }
 
 /// Causes, in the order of the table.
-pub static CAUSES: [Cause; 15] = [
+pub static CAUSES: [Cause; 16] = [
     Cause {
         name: "force-zero",
         draw: |draw, _| {
@@ -60,6 +60,15 @@ pub static CAUSES: [Cause; 15] = [
     Cause {
         name: "fingertip",
         draw: |draw, _| fingertip(draw),
+    },
+    Cause {
+        name: "fingertip-known-wavelength",
+        draw: |draw, _| {
+            let mut world = fingertip(draw);
+            let error = draw.uniform(-0.015, 0.015);
+            world.push(("stated_wavelength_m", WAVELENGTH_ACROSS_M * (1.0 + error)));
+            world
+        },
     },
     Cause {
         name: "trapped-air",

@@ -2,14 +2,15 @@
 
 use std::fmt;
 
+use analysis::method::Method;
 use statistics::quantile;
 
-use crate::verdict::{Coverage, Outcome, Quantity, Verdict};
+use crate::verdict::{Coverage, Outcome, Quantity, Verdict, median};
 
 /// Verdicts of one method on the worlds of one cause.
 pub struct Row<'a> {
     cause: &'static str,
-    method: &'static str,
+    method: Method,
     verdicts: Vec<&'a Verdict>,
 }
 
@@ -34,9 +35,14 @@ const QUANTITIES: [(&str, Quantity); 5] = [
     ("RMS of mu", Quantity::RmsMu),
 ];
 
+/// Least share of intervals within the laws that cover the truth where the laws are as published.
+const LEAST_COVERAGE: f64 = 0.92;
+/// Largest share of worlds of the published laws with a sign of misfit.
+const MOST_FLAGGED: f64 = 0.05;
+
 impl<'a> Row<'a> {
     /// Gathers the verdicts of a method on a cause's worlds.
-    pub fn new(cause: &'static str, method: &'static str, verdicts: Vec<&'a Verdict>) -> Self {
+    pub fn new(cause: &'static str, method: Method, verdicts: Vec<&'a Verdict>) -> Self {
         Self {
             cause,
             method,
@@ -44,13 +50,36 @@ impl<'a> Row<'a> {
         }
     }
 
-    /// Number of verdicts of the outcome `name`.
-    pub fn count(&self, name: &str) -> usize {
-        let is = OUTCOMES.iter().find(|outcome| outcome.0 == name);
-        let is = is.map_or_else(
-            || panic!("no outcome is called {name}"),
-            |outcome| outcome.1,
-        );
+    /// Cause of the worlds.
+    pub fn cause(&self) -> &'static str {
+        self.cause
+    }
+
+    /// Method of the estimates.
+    pub fn method(&self) -> Method {
+        self.method
+    }
+
+    /// Returns the worlds in which the estimate is wrong in silence.
+    pub fn wrong_in_silence(&self) -> impl Iterator<Item = &'a Verdict> {
+        let verdicts = self.verdicts.iter().copied();
+        verdicts.filter(|verdict| matches!(verdict.outcome, Outcome::WrongInSilence(_)))
+    }
+
+    /// Asserts that intervals within the laws cover the truth, and that few worlds are flagged, as it must be where the laws are as
+    /// published.
+    pub fn assert_within_laws(&self) {
+        for (name, quantity) in QUANTITIES {
+            let share = self.coverage(quantity, |coverage| coverage.within_laws);
+            let is_covered = share >= LEAST_COVERAGE || quantity == Quantity::RmsMu;
+            assert!(is_covered, "{name}: {share} in the intervals within laws");
+        }
+        let flagged = self.count(|outcome| matches!(outcome, Outcome::Flagged(_))) as f64;
+        let share = flagged / self.verdicts.len() as f64;
+        assert!(share <= MOST_FLAGGED, "{share} flagged");
+    }
+
+    fn count(&self, is: IsOutcome) -> usize {
         self.verdicts.iter().filter(|v| is(&v.outcome)).count()
     }
 
@@ -86,6 +115,15 @@ impl<'a> Row<'a> {
         covered.iter().filter(|is| **is).count() as f64 / covered.len() as f64
     }
 
+    /// Returns the median width of the stated intervals of unflagged worlds over that within the laws; NaN without any.
+    fn widening(&self, quantity: Quantity) -> f64 {
+        let comparisons = self.unflagged().flat_map(|verdict| &verdict.comparisons);
+        let coverages = comparisons
+            .filter(|comparison| comparison.quantity == quantity)
+            .flat_map(|comparison| &comparison.coverage);
+        median(coverages.filter_map(|coverage| coverage.widening))
+    }
+
     fn coverages(&self) -> [[f64; 2]; QUANTITIES.len()] {
         QUANTITIES.map(|(_, quantity)| {
             [
@@ -106,6 +144,7 @@ impl<'a> Row<'a> {
                     "90 % error",
                     "share in interval95",
                     "share in interval95_within_laws",
+                    "median width of interval95 over interval95_within_laws",
                 ]
                 .map(|column| format!("{name}: {column}")),
             );
@@ -117,12 +156,13 @@ impl<'a> Row<'a> {
     pub fn tsv(&self) -> String {
         let mut columns = vec![
             self.cause.to_owned(),
-            self.method.to_owned(),
+            self.method.name().to_owned(),
             self.verdicts.len().to_string(),
         ];
-        columns.extend(OUTCOMES.map(|(name, _)| self.count(name).to_string()));
+        columns.extend(OUTCOMES.map(|(_, is)| self.count(is).to_string()));
         for ((_, quantity), coverages) in QUANTITIES.iter().zip(self.coverages()) {
-            let values = [self.errors(*quantity), coverages].concat();
+            let mut values = [self.errors(*quantity), coverages].concat();
+            values.push(self.widening(*quantity));
             columns.extend(values.iter().map(|value| format!("{value:.4}")));
         }
         columns.join("\t")
@@ -131,9 +171,9 @@ impl<'a> Row<'a> {
 
 impl fmt::Display for Row<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:20} {:8}", self.cause, self.method)?;
-        for (name, _) in OUTCOMES {
-            write!(f, " {} {name},", self.count(name))?;
+        write!(f, "{:26} {:8}", self.cause, self.method.name())?;
+        for (name, is) in OUTCOMES {
+            write!(f, " {} {name},", self.count(is))?;
         }
         for ((name, quantity), [total, within_laws]) in QUANTITIES.iter().zip(self.coverages()) {
             let [median, most] = self.errors(*quantity);

@@ -7,6 +7,5 @@ mod predictive;
 #[cfg(feature = "parquet")]
 mod reference_recordings;
 mod reynolds_world;
-mod tmp_folders;
 mod truth;
 mod verdict;

@@ -24,6 +24,11 @@ use contact::parameters::PARAMETERS;
 /// Number of times that the skin's transients and the weights of the samples are computed anew at the second minimum.
 const REFINEMENTS: usize = 1;
 
+/// Laws whose parameters have no negative values; a minimum below the second number may be in a false valley, and the search is
+/// repeated from the third. The starts are trapped air with as much stiffness as the rest of the film, and a contact of 0.4
+/// wavelengths.
+const POSITIVE: [(Law, f64, f64); 2] = [(Law::TrappedAir, -0.01, 0.03), (Law::Width, -0.05, 0.16)];
+
 /// Result of the second fit.
 pub(super) struct Doubt {
     /// Minimum with the laws in doubt.
@@ -88,7 +93,18 @@ impl Search<'_> {
     }
 
     fn minimum_in_doubt(&mut self, start: TrialMinimum) -> Option<TrialMinimum> {
-        let mut minimum = minimise(self, start.shared, start.own, FINAL_TERMINATION)?;
+        let (shared, own) = (start.shared, start.own);
+        let mut minimum = minimise(self, shared, own.clone(), FINAL_TERMINATION)?;
+        for (law, lowest, value) in POSITIVE {
+            let parameter = SharedParameter::Law(law);
+            if minimum.shared[parameter] < lowest {
+                let mut shared = shared;
+                shared[parameter] = value;
+                let other = minimise(self, shared, own.clone(), FINAL_TERMINATION);
+                let other = other.filter(|other| other.squares < minimum.squares);
+                minimum = other.unwrap_or(minimum);
+            }
+        }
         for _ in 0..REFINEMENTS {
             self.follow_fingers(&minimum)?;
             self.follow_transients(&minimum)?;

@@ -147,9 +147,15 @@ impl Loads {
             let z_t = law.trend.z_t(law.z_t, sample);
             // With W = Z_f/Z_t and c = 1 − ρW: ∂ ln|c|²/∂ρ = 2 Re(−W/c), and ∂W/∂Z_t = −W/Z_t gives
             // ∂ ln|c|²/∂Z_t = 2 Re(ρ W/(c Z_t) dZ_t).
-            let skin = law.z_finger[sample] / z_t;
+            // A candidate without Z_t yet, at the start of a search, has a skin at rest.
+            let mobility = if z_t == Complex64::ZERO {
+                Complex64::ZERO
+            } else {
+                z_t.inv()
+            };
+            let skin = law.z_finger[sample] * mobility;
             let relative = 1.0 - law.relative_share * skin;
-            let by_z_t = 2.0 * law.relative_share * skin / (relative * z_t);
+            let by_z_t = 2.0 * law.relative_share * skin * mobility / relative;
             self.amplitude_m[sample] *= relative.norm();
             let sigma_t_m = law.sigma_t_m * law.trend.sigma_ratio(sample);
             let average =

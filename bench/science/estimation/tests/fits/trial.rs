@@ -1,11 +1,12 @@
 //! Fit of a whole trial, on instances from [`record`](crate::record).
 
 use approx::assert_relative_eq;
+use contact::uncertain::Uncertain;
 use estimation::dynamic::{self, DynamicOptions};
 use estimation::trial::{
     self, Misfit, PlacedInstance, PlateReadings, PlateReference, TrialFit, TrialOptions,
 };
-use estimation::{FitError, FitParameter, FitVerdict, InstanceSeries};
+use estimation::{FitConditions, FitError, FitParameter, FitVerdict, InstanceSeries, ModeAcross};
 use num_complex::Complex64;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -351,6 +352,43 @@ fn a_lag_of_the_lateral_force_is_estimated_without_effect_on_the_contact() {
             assert!(instance.agreement.rms_mu < 3e-3, "{:?}", instance.agreement);
             assert_relative_eq!(instance.mu0, truth.mu0, max_relative = 0.01);
         }
+    }
+}
+
+/// Regression test: with a known wavelength no start of a search had a skin, so that no instance could be fitted.
+#[test]
+fn a_wavelength_far_greater_than_the_finger_changes_no_estimate() {
+    let truths = instances(SKINS[0], 3);
+    let records = records(&truths);
+    let places: Vec<PlacedInstance<'_>> = records
+        .iter()
+        .map(|record| place(record.series()))
+        .collect();
+    let wavelength_m = Uncertain {
+        value: 10.0,
+        std: 0.0,
+    };
+    let known = FitConditions {
+        mode_across: Some(ModeAcross { wavelength_m }),
+        ..conditions()
+    };
+    for place in &places {
+        let [with, without] = [&known, &conditions()].map(|conditions| {
+            dynamic::fit(&place.series, conditions, &DynamicOptions::default()).unwrap()
+        });
+        assert_relative_eq!(with.sigma_t_m, without.sigma_t_m, max_relative = 1e-4);
+    }
+    let [with, without] = [&known, &conditions()].map(|conditions| {
+        trial::fit(
+            &places,
+            conditions,
+            &references(3),
+            &TrialOptions::default(),
+        )
+        .unwrap()
+    });
+    for (with, without) in with.instances.iter().zip(&without.instances) {
+        assert_relative_eq!(with.sigma_t_m, without.sigma_t_m, max_relative = 1e-3);
     }
 }
 

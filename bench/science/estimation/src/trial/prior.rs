@@ -87,12 +87,11 @@ pub struct TrialPriors {
 /// physical: a fit of a finger that follows the published laws is then not drawn away from them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LawPriors {
-    /// Loss factor of film and trapped air less that of the asperities. Default 0 ± 0.3, which covers a film without loss, as in
-    /// Huloux 2021, and twice the loss of the published 0.3: in Reynolds' equation the loss of a film falls from 10 at small
-    /// squeeze numbers to 0.01 at large ones (Langlois 1962).
+    /// Loss factor of film and trapped air less that of the asperities. Default 0 ± 0.3 (an assumption), which covers a film
+    /// without loss, as in Huloux 2021, and twice the loss of the published 0.3.
     pub film_loss: Normal,
-    /// Share of the film that answers at the carrier as trapped air. Default 0 ± 0.3: a closed film has 1 (Salbu 1964), ridges of
-    /// 0.4 mm with open grooves have 0.01 to 0.2.
+    /// Share of the film that answers at the carrier as trapped air. Default 0 ± 0.3 (an assumption): a closed film
+    /// has 1 (Salbu 1964).
     pub trapped_air: Normal,
     /// Share of the skin's motion that the film follows. Default 0 ± 0.5: by its definition a film between plate and skin has 1,
     /// and the published one 0.
@@ -105,7 +104,8 @@ pub struct LawPriors {
     /// Square of the contact's width over that of the mode's wavelength, where the wavelength is unknown. Default 0 ± 0.18, which
     /// covers a width of 0.6 wavelengths: 13 mm of the published plate.
     pub width_square: Normal,
-    /// Width of the contact, m, where the mode's wavelength is known. Default 11 ± 3 mm: fingertips are 8 to 14 mm wide.
+    /// Width of the contact, m, where the mode's wavelength is known. Default 11 ± 3 mm (an
+    /// assumption): fingertips are 8 to 14 mm wide.
     pub width_m: Normal,
 }
 

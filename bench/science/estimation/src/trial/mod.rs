@@ -78,10 +78,8 @@ pub fn fit(
     let within_laws =
         Solution::new(&mut search, published.clone(), by_error)?.trial_fit(crosstalk)?;
     let Some(doubt) = search.doubt(&published, &by_error) else {
-        return Ok(TrialFit {
-            within_laws: Some(Box::new(within_laws.clone())),
-            ..within_laws
-        });
+        // Without the second fit the errors lack the doubt about the laws, so that they must not be taken for the whole.
+        return Ok(within_laws.without_doubt());
     };
     let verdict = within_laws.shared.verdict.clone();
     let solution = Solution::in_doubt(&mut search, published, doubt, by_error, verdict)?;

@@ -223,8 +223,8 @@ fn a_recording_outside_the_published_laws_has_total_intervals_alone() {
 fn quantities_that_hold_under_every_law_tried_are_marked() {
     let study = SmallStudy::new("sub-01");
     let mut results = study.results();
-    let none = results.to_json().unwrap();
-    assert!(none.contains("\"holds_under_every_law_tried\": []"));
+    let json = results.to_json().unwrap();
+    assert!(json.contains("\"holds_under_every_law_tried\": []"));
     results.holds_under_every_law_tried = vec![
         TrialQuantity::Mu0,
         TrialQuantity::GapPerSigmaT,

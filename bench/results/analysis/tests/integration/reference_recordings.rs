@@ -408,29 +408,29 @@ fn the_trials_fit_follows_a_drifting_plate_and_an_unknown_skin() {
     assert!((floor - number("friction_floor")).abs() < 0.005);
     // The stated intervals include the true values; those within the published laws, which this world follows, are no wider than
     // necessary.
-    let within = findings.within_laws.as_ref().unwrap();
+    let published = findings.within_laws.as_ref().unwrap();
     for (total, interval, truth, greatest_width) in [
         (
             trial.contact_area_m2.interval95(),
-            within.contact_area_m2.interval95(),
+            published.contact_area_m2.interval95(),
             number("contact_area_m2"),
             0.09,
         ),
         (
             trial.q0_rad_per_m.interval95(),
-            within.q0_rad_per_m.interval95(),
+            published.q0_rad_per_m.interval95(),
             number("q0_rad_per_m"),
             0.35,
         ),
         (
             trial.loss_factor.interval95(),
-            within.loss_factor.interval95(),
+            published.loss_factor.interval95(),
             number("loss_factor"),
             0.3,
         ),
         (
             trial.tau_s.interval95(),
-            within.tau_s.interval95(),
+            published.tau_s.interval95(),
             number("tau_s"),
             0.4,
         ),

@@ -60,7 +60,7 @@ impl Coverage {
         Self {
             total: includes(total),
             within_laws: within_laws.map(includes),
-            widening: within_laws.map(|within| width(total) / width(within)),
+            widening: within_laws.map(|published| width(total) / width(published)),
         }
     }
 }

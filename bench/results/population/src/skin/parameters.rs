@@ -332,18 +332,18 @@ fn total_estimate(
         let total = data_estimate(total, prior)?;
         return Some(total.with_common_error(total.std()));
     };
-    let own = data_estimate(within_laws, prior)?;
-    let own_variance = own.std() * own.std();
+    let published = data_estimate(within_laws, prior)?;
+    let published_variance = published.std() * published.std();
     let shift = (total.value / within_laws.value).ln();
     if shift.abs() < SAME_VALUE * within_laws.ln_std {
-        let growth = own_variance / variance(within_laws);
+        let growth = published_variance / variance(within_laws);
         let law_std = growth * law_std(variance(total), variance(within_laws));
-        return own_error(own, law_std);
+        return own_error(published, law_std);
     }
     let total = data_estimate(total, prior)?;
-    let law_std = law_std(total.std() * total.std(), own_variance);
+    let law_std = law_std(total.std() * total.std(), published_variance);
     own_error(
-        Estimate::new(total.value(), own.std().min(total.std()))?,
+        Estimate::new(total.value(), published.std().min(total.std()))?,
         law_std,
     )
 }

@@ -76,10 +76,10 @@ impl Search<'_> {
         self.set_free_laws([true; LAWS]);
         let doubt = self.minimum_in_doubt(start).and_then(|minimum| {
             let covariance = self.covariance(&minimum, by_error)?;
-            let own = minimum.own.iter().zip(&published.own);
+            let instances = minimum.own.iter().zip(&published.own);
             let difference = Step {
                 shared: minimum.shared - published.shared,
-                own: own
+                own: instances
                     .map(|(doubtful, published)| doubtful - published)
                     .collect(),
             };
@@ -100,9 +100,9 @@ impl Search<'_> {
             if minimum.shared[parameter] < lowest {
                 let mut shared = shared;
                 shared[parameter] = value;
-                let other = minimise(self, shared, own.clone(), FINAL_TERMINATION);
-                let other = other.filter(|other| other.squares < minimum.squares);
-                minimum = other.unwrap_or(minimum);
+                let candidate = minimise(self, shared, own.clone(), FINAL_TERMINATION)
+                    .filter(|candidate| candidate.squares < minimum.squares);
+                minimum = candidate.unwrap_or(minimum);
             }
         }
         for _ in 0..REFINEMENTS {

@@ -124,7 +124,7 @@ impl LawPriors {
     }
 
     /// Returns the prior of κ = (w/λ)² on a mode of known wavelength.
-    fn on(&self, mode: ModeAcross) -> Normal {
+    fn width_square_on(&self, mode: ModeAcross) -> Normal {
         // ∂κ/∂w = 2κ/w, ∂κ/∂λ = −2κ/λ.
         let mean = mode.width_square(self.width_m.mean);
         let relative = |value: f64, std: f64| 2.0 * std / value;
@@ -181,7 +181,9 @@ impl TrialPriors {
                 Law::RelativeMotion => self.laws.relative_motion,
                 Law::CycleAverage => self.laws.cycle_average,
                 Law::Softening => self.laws.softening_n_s_per_m_um2,
-                Law::Width => mode_across.map_or(self.laws.width_square, |mode| self.laws.on(mode)),
+                Law::Width => mode_across.map_or(self.laws.width_square, |mode| {
+                    self.laws.width_square_on(mode)
+                }),
             },
         }
     }

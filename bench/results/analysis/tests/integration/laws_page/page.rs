@@ -303,7 +303,7 @@ fn the_published_laws_fit_others_closely_and_wrongly() {
             [-9.6, -61.5],
         ),
     ] {
-        let percent = |found: f64, truth: f64| 100.0 * (found / truth - 1.0);
+        let percent = |estimate: f64, truth: f64| 100.0 * (estimate / truth - 1.0);
         let sigma_and_area = |finger: &Finger| {
             [
                 percent(finger.sigma_t_m, AVERAGE.sigma_t_m),

@@ -45,8 +45,8 @@ pub fn printed(truth: &Truth) -> Option<Printed> {
     let smooth = low_pass.zero_phase(&frames.z_m).ok()?;
     // The rise that begins in the first period: from its trough to the crest after it.
     let period = frames.z_m.len() / 2;
-    let extreme = |from: usize, sign: f64| {
-        let range = from..from + period;
+    let extreme = |first: usize, sign: f64| {
+        let range = first..first + period;
         range.max_by(|&a, &b| {
             (sign * frames.amplitude_m[a]).total_cmp(&(sign * frames.amplitude_m[b]))
         })

@@ -82,7 +82,7 @@ fn the_steady_state_is_that_of_an_integration_through_every_cycle() {
     }
 }
 
-/// Of a strip, and in a campaign of a disc also: `FRICTION_BENCH_TABLES=2`.
+/// A strip, and in a campaign a disc in addition (`FRICTION_BENCH_TABLES=2`).
 #[test]
 fn finer_tables_give_the_same_recording() {
     let strip: World = vec![("half_width_m", 5e-3)];

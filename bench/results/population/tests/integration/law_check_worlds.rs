@@ -89,7 +89,7 @@ fn program() -> &'static Path {
         let source = Path::new(env!("CARGO_MANIFEST_DIR"))
             .join("../analysis/tests/integration/independent_world/world.c");
         let status = Command::new("cc")
-            .args(["-std=c11", "-O2", "-o"])
+            .args(["-std=c11", "-O3", "-o"])
             .args([&path, &source])
             .arg("-lm")
             .status()

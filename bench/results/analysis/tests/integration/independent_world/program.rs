@@ -27,7 +27,7 @@ pub fn program() -> &'static Path {
         let source = Path::new(env!("CARGO_MANIFEST_DIR"))
             .join("tests/integration/independent_world/world.c");
         let status = Command::new("cc")
-            .args(["-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", "-o"])
+            .args(["-std=c11", "-O3", "-Wall", "-Wextra", "-Werror", "-o"])
             .args([&path, &source])
             .arg("-lm")
             .status()

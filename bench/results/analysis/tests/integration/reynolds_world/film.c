@@ -95,23 +95,24 @@ static double groove_opening(const struct problem *of, double theta) {
 static void rates(const struct problem *of, double theta, const double *psi, double *rate, struct tridiagonal *jacobian) {
     const struct grid *grid = &of->grid;
     const int n = grid->cells, unknowns = grid->unknowns;
+    const double closing = -of->ratio * (sin(theta) - of->drift), swing = of->ratio * cos(theta);
     double squared[MOST_CELLS], slope[MOST_CELLS];
     for (int i = 0; i < unknowns; i++) {
         const double mode = i < n ? grid->mode[i] : 1;
-        const double h = i < n ? opening(of, mode, theta) : groove_opening(of, theta);
-        const double p = 1 + psi[i] / h;
+        const double h = i < n ? 1 - swing * mode : groove_opening(of, theta);
+        const double inverse = 1 / h, p = 1 + psi[i] * inverse;
         squared[i] = p * p;
-        slope[i] = 2 * p / h;
-        rate[i] = -of->ratio * mode * (sin(theta) - of->drift);
+        slope[i] = 2 * p * inverse;
+        rate[i] = closing * mode;
         jacobian->below[i] = jacobian->middle[i] = jacobian->above[i] = 0;
     }
     for (int i = 0; i < n; i++) {
-        const double h = opening(of, grid->face_mode[i], theta);
+        const double h = 1 - swing * grid->face_mode[i], per_volume = 1 / grid->volume[i];
         const double conductance = grid->face[i] * h * h * h / (2 * grid->distance[i] * of->squeeze);
         const int has_next = i + 1 < unknowns;
         const double flux = conductance * (squared[i] - (has_next ? squared[i + 1] : 1));
-        rate[i] -= flux / grid->volume[i];
-        jacobian->middle[i] -= conductance * slope[i] / grid->volume[i];
+        rate[i] -= flux * per_volume;
+        jacobian->middle[i] -= conductance * slope[i] * per_volume;
         if (!has_next) continue;
         const double next_volume = i + 1 < n ? grid->volume[i + 1] : grid->groove_volume;
         rate[i + 1] += flux / next_volume;
@@ -144,12 +145,15 @@ static void factorise(struct tridiagonal *matrix, double step, int n) {
 
 /* Solves for `columns` right-hand sides, row after row in `x`. */
 static void substitute(const struct tridiagonal *matrix, int n, int columns, double *x) {
-    for (int i = 1; i < n; i++)
-        for (int j = 0; j < columns; j++) x[i * columns + j] -= matrix->below[i] * x[(i - 1) * columns + j];
+    for (int i = 1; i < n; i++) {
+        const double below = matrix->below[i];
+        for (int j = 0; j < columns; j++) x[i * columns + j] -= below * x[(i - 1) * columns + j];
+    }
     for (int j = 0; j < columns; j++) x[(n - 1) * columns + j] /= matrix->middle[n - 1];
-    for (int i = n - 2; i >= 0; i--)
-        for (int j = 0; j < columns; j++)
-            x[i * columns + j] = (x[i * columns + j] - matrix->above[i] * x[(i + 1) * columns + j]) / matrix->middle[i];
+    for (int i = n - 2; i >= 0; i--) {
+        const double above = matrix->above[i], inverse = 1 / matrix->middle[i];
+        for (int j = 0; j < columns; j++) x[i * columns + j] = (x[i * columns + j] - above * x[(i + 1) * columns + j]) * inverse;
+    }
 }
 
 /* Solves y = base + step * rate(y) by Newton's method; `y` begins as a guess. Leaves the factorised matrix of the last iteration. */
@@ -221,7 +225,7 @@ static int follow_period(const struct problem *of, double *psi, double *derivati
     }
     for (int k = 0; k < steps; k++) {
         const double theta = time_at(k, steps, of->ratio), next = time_at(k + 1, steps, of->ratio), step = next - theta;
-        memcpy(stage, psi, sizeof stage);
+        memcpy(stage, psi, sizeof(double) * (size_t)n);
         if (solve_stage(of, theta + g * step, g * step, psi, stage, &matrix)) return 1;
         if (derivative) {
             memcpy(first, derivative, sizeof(double) * (size_t)(n * n));
@@ -231,7 +235,7 @@ static int follow_period(const struct problem *of, double *psi, double *derivati
         for (int i = 0; i < n; i++) base[i] = psi[i] + (1 - g) / g * (stage[i] - psi[i]);
         if (solve_stage(of, next, g * step, base, stage, &matrix)) return 1;
         if (derivative) substitute(&matrix, n, n, derivative);
-        memcpy(psi, stage, sizeof stage);
+        memcpy(psi, stage, sizeof(double) * (size_t)n);
 
         double pressure, modal;
         add_pressures(of, next, psi, &pressure, &modal);

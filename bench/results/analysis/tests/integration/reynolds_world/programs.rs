@@ -46,7 +46,7 @@ impl Program {
         let sources =
             Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/integration/reynolds_world");
         let status = Command::new("cc")
-            .args(["-std=c11", "-D_DEFAULT_SOURCE", "-O2"])
+            .args(["-std=c11", "-D_DEFAULT_SOURCE", "-O3"])
             .args(["-Wall", "-Wextra", "-Werror", "-o"])
             .arg(&path)
             .args(self.sources.iter().map(|source| sources.join(source)))

@@ -128,11 +128,12 @@ int main(int count, char **given) {
     const double plate_kg = 8e-3, damping = 7.01, newtons_per_volt = 0.13, resonance_hz = 35000;
     const double carrier_hz = 35000, omega = 2 * PI * carrier_hz, step = 1.0 / RATE_HZ, per_unit = 2e-6;
     const double area_m2 = is("contact_area_m2"), phase = is("pickup_phase_rad"), mean_v = is("mean_v");
+    const double nominal_n = is("normal_n"), tremor = is("tremor"), mu0 = is("mu0"), drift_hz = is("drift_hz");
     const double complex z_t = is("skin_damping") + I * (omega * is("skin_kg") - is("skin_n_per_m") / omega);
     const struct skin skin = {&contact, z_t / area_m2, area_m2, 1 - exp(-1.0 / RATE_HZ / is("tau_s"))};
     struct place places[PLACES];
     const int place_count = is("disc") ? place_disc(places) : place_strips(is("half_length_m"), is("wavelength_m"), places);
-    describe(omega, is("normal_n") / area_m2);
+    describe(omega, nominal_n / area_m2);
     if (fill(&contact)) { fprintf(stderr, "world: no periodic state of the film\n"); return 3; }
     for (int i = 0; i < place_count; i++) places[i].gap_m = contact.most_gap_m;
 
@@ -154,15 +155,15 @@ int main(int count, char **given) {
     for (uint32_t frame = 0; frame < frames; frame++) {
         const double t = (double)frame / RATE_HZ, ms = 1e3 * t;
         const double way = fmin(fmax((ms - BEGIN_MS) / (ARRIVE_MS - BEGIN_MS), 0), 1);
-        const double shifted_hz = resonance_hz + is("drift_hz") * (t / (1e-3 * END_MS) - 0.5);
-        const double normal = fmin(fmax((ms - TOUCH_MS) / 20, 0), 1) * is("normal_n") *
+        const double shifted_hz = resonance_hz + drift_hz * (t / (1e-3 * END_MS) - 0.5);
+        const double normal = fmin(fmax((ms - TOUCH_MS) / 20, 0), 1) * nominal_n *
             (1 + 0.05 * sin(2 * PI * (0.7 * t + slow_turns)) + 0.02 * sin(2 * PI * (2.3 * t + wander_turns)) +
-             is("tremor") * sin(2 * PI * (9.1 * t + tremor_turns)));
+             tremor * sin(2 * PI * (9.1 * t + tremor_turns)));
         struct finger finger = {0};
         double mu = 0;
         if (normal > 1e-3) {
             finger = advance(&skin, places, place_count, cabs(x), normal);
-            mu = is("mu0") * finger.asperity_n / normal;
+            mu = mu0 * finger.asperity_n / normal;
         }
         if (finger.strikes) {
             fprintf(stderr, "world: the skin strikes the plate at %g s\n", t);

@@ -24,7 +24,7 @@ pub use origin::{
     Software, Trial,
 };
 pub use protocols::Direction;
-pub use recorded_across::{RecordedAcross, WAVELENGTHS_M, WavelengthSource};
+pub use recorded_across::{FARTHEST_CREST, RecordedAcross, WAVELENGTHS_M, WavelengthSource};
 pub use recorded_clock::{ClockDevice, RecordedClock};
 pub use recorded_profile::{PROFILE_RATIOS, RecordedProfile};
 pub use recorded_room::{PRESSURE_HPA, RecordedRoom};

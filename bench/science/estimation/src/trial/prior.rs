@@ -125,14 +125,11 @@ impl LawPriors {
 
     /// Returns the prior of κ = (w/λ)² on a mode of known wavelength.
     fn width_square_on(&self, mode: ModeAcross) -> Normal {
-        // ∂κ/∂w = 2κ/w, ∂κ/∂λ = −2κ/λ.
-        let mean = mode.width_square(self.width_m.mean);
-        let relative = |value: f64, std: f64| 2.0 * std / value;
-        let Uncertain { value, std } = mode.wavelength_m;
-        Normal {
-            mean,
-            std: mean * relative(self.width_m.mean, self.width_m.std).hypot(relative(value, std)),
-        }
+        let Uncertain { value, std } = mode.width_square(Uncertain {
+            value: self.width_m.mean,
+            std: self.width_m.std,
+        });
+        Normal { mean: value, std }
     }
 }
 

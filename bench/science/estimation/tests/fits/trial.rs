@@ -369,7 +369,13 @@ fn a_wavelength_far_greater_than_the_finger_changes_no_estimate() {
         std: 0.0,
     };
     let known = FitConditions {
-        mode_across: Some(ModeAcross { wavelength_m }),
+        mode_across: Some(ModeAcross {
+            wavelength_m,
+            crest_m: Uncertain {
+                value: 0.0,
+                std: 0.0,
+            },
+        }),
         ..conditions()
     };
     for place in &places {

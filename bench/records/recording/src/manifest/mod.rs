@@ -148,6 +148,16 @@ impl Manifest {
         })
     }
 
+    /// Returns the intervals without a finger on the plate, s.
+    #[must_use]
+    pub fn unloaded_s(&self) -> Vec<(f64, f64)> {
+        let intervals = self.intervals.iter();
+        intervals
+            .filter(|interval| interval.kind == RecordedIntervalKind::Unloaded)
+            .map(|interval| (interval.start_s, interval.end_s))
+            .collect()
+    }
+
     /// Returns the stretches with the force sensor at the end of its range, s; in order and disjoint.
     #[must_use]
     pub fn saturated_s(&self, sample_rate_hz: u32) -> Vec<(f64, f64)> {

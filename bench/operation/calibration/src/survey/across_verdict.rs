@@ -86,7 +86,8 @@ impl ProfileProcedure {
                 date,
                 operator: operator.to_owned(),
                 method: format!(
-                    "a vibrometer at {} places, over the pickup's amplitude; a cosine without sign; errors by its residuals and by the scale of the distances",
+                    "a vibrometer at {} places, over the pickup's amplitude; a cosine without sign; errors by its residuals \
+                     and by the scale of the distances",
                     self.places.len()
                 ),
             },

@@ -398,8 +398,8 @@ fn a_wavelength_far_greater_than_the_finger_changes_no_estimate() {
     }
 }
 
-/// With extensions of the published laws drawn from the priors, correlated noise of the impedance and unseen components of the force, the stated errors
-/// agree with the actual ones.
+/// With extensions of the published laws drawn from the priors, correlated noise of the impedance and unseen components of the
+/// force, the stated errors agree with the actual ones.
 #[test]
 fn standard_errors_of_a_trial_are_the_scatter() {
     let runs = 16;

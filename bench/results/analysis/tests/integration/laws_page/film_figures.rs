@@ -232,12 +232,12 @@ pub fn stiffness() -> Figure {
     Figure {
         name: "laws_film_at_the_carrier".to_owned(),
         title: "Stiffness and loss of the film at the carrier".to_owned(),
-        caption: "(a) Stiffness and (b) loss of a gas film at the carrier, over those of trapped gas, p₀ S/x, against the squeeze \
-                  number; lines: linear theory (Langlois 1962); markers: Reynolds' equation at two amplitudes a over gap x; \
-                  Eq. 18 of Huloux 2021 is the stiffness of the mean force. (c) Stiffness and (d) loss against the gap at an amplitude of 1 µm, over \
-                  300 mm² at 35 kHz, for a disc, for strips 1 mm wide, and for ridges 0.4 mm wide with grooves 0.12 mm wide and \
-                  60 µm deep, whose ends are 5 mm away or which are at ambient pressure. Assumed: p₀ = 101325 Pa, \
-                  viscosity 18.2 µPa·s."
+        caption: "(a) Stiffness and (b) loss of a gas film at the carrier, over those of trapped gas, p₀ S/x, against the \
+                  squeeze number; lines: linear theory (Langlois 1962); markers: Reynolds' equation at two amplitudes a over \
+                  gap x; Eq. 18 of Huloux 2021 is the stiffness of the mean force. (c) Stiffness and (d) loss against the gap \
+                  at an amplitude of 1 µm, over 300 mm² at 35 kHz, for a disc, for strips 1 mm wide, and for ridges 0.4 mm \
+                  wide with grooves 0.12 mm wide and 60 µm deep, whose ends are 5 mm away or which are at ambient pressure. \
+                  Assumed: p₀ = 101325 Pa, viscosity 18.2 µPa·s."
             .to_owned(),
         width: Width::Page,
         columns: 2,
@@ -314,11 +314,12 @@ pub fn force(curves: &Curves) -> Figure {
     Figure {
         name: "laws_mean_force".to_owned(),
         title: "Mean force of the film".to_owned(),
-        caption: "(a) Mean force of the film over Eq. 14 of Huloux 2021 against the squeeze number: second-order theory (Minikes and \
-                  Bucher 2006) and Reynolds' equation at two amplitudes a over gap x. (b) Mean force against the amplitude at a gap of \
-                  8 µm, (c) against the gap at 1 µm, for the fingers of the figure before; the ridges' film pulls where its curve \
-                  in (c) is absent. (d) Friction in steady state against the plate's amplitude. Assumed: S = 300 mm², σₜ = 1.7 µm, q₀ = 1.4e4 rad/m, E = 20 MPa, ν = 0.5, η = 0.3, \
-                  0.65 N; published average of the skin 0.47 + 3.16i N·s/m, skin of Fig. 3 0.1 g and 32 N·s/m."
+        caption: "(a) Mean force of the film over Eq. 14 of Huloux 2021 against the squeeze number: second-order theory \
+                  (Minikes and Bucher 2006) and Reynolds' equation at two amplitudes a over gap x. (b) Mean force against the \
+                  amplitude at a gap of 8 µm, (c) against the gap at 1 µm, for the fingers of the figure before; the ridges' \
+                  film pulls where its curve in (c) is absent. (d) Friction in steady state against the plate's amplitude. \
+                  Assumed: S = 300 mm², σₜ = 1.7 µm, q₀ = 1.4e4 rad/m, E = 20 MPa, ν = 0.5, η = 0.3, 0.65 N; published average \
+                  of the skin 0.47 + 3.16i N·s/m, skin of Fig. 3 0.1 g and 32 N·s/m."
             .to_owned(),
         width: Width::Page,
         columns: 2,

@@ -66,7 +66,7 @@ impl MeasuredAcross {
             && normal_error(crest) <= farthest_m
     }
 
-    /// Returns the obstacle to using the measured wavelength; `None` if it is used, or if there is no wavelength.
+    /// Returns the obstacle to using the measured wavelength; `None` if it is used, or without a wavelength.
     #[must_use]
     pub fn obstacle(&self) -> Option<AcrossObstacle> {
         let wavelength = self.wavelength_m.as_ref()?;

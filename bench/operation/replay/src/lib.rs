@@ -289,8 +289,8 @@ impl Replay {
             .find(|interval| (interval.start_s..interval.end_s).contains(&self.audio_s))
     }
 
-    /// Evaluates the intervals whose data are complete, and drops the data once none is left: an exploration is fitted together with
-    /// the earlier ones, and the zero of the forces is read from all before.
+    /// Evaluates the intervals with complete data, and drops the data after the last interval: an exploration is fitted together
+    /// with the earlier ones, and the zero of the forces is read from all data before its end.
     fn close_intervals(&mut self) {
         while let Some(interval) = self
             .intervals

@@ -118,8 +118,8 @@ impl ForceZero {
         }
     }
 
-    /// Returns a record with its forces against the zero that the data before `end_s` show, and that zero: what an exploration that
-    /// ends then is evaluated with, while later data are still to come.
+    /// Returns a record with its forces against the zero in the data before `end_s`, and that zero: for an exploration that ends
+    /// then, evaluated before later data arrive.
     pub fn subtracted_before(
         record: &Measurements,
         unloaded_s: &[(f64, f64)],

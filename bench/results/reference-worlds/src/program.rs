@@ -23,7 +23,7 @@ impl Program {
     /// Compiles the program into a folder.
     ///
     /// # Panics
-    /// When there is no C compiler, or it warns.
+    /// When the C compiler is missing or warns.
     pub fn compile(self, folder: &Path) -> PathBuf {
         let path = folder.join(self.name);
         let sources = self.sources.iter();

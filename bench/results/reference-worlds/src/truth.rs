@@ -39,7 +39,7 @@ impl Truth {
     /// Returns a column.
     ///
     /// # Panics
-    /// When there is no such column.
+    /// When the column is missing.
     pub fn column(&self, name: &str) -> Vec<f64> {
         let index = self.columns.iter().position(|column| column == name);
         let index = index.unwrap_or_else(|| panic!("no column {name} in {:?}", self.columns));

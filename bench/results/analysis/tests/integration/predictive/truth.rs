@@ -1,4 +1,4 @@
-//! Truths of the search, their ranges, and what `paper` gives for them.
+//! Truths of the search, their ranges, and the estimates of `paper` for them.
 
 use std::fmt;
 

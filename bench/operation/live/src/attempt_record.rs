@@ -71,8 +71,7 @@ impl AttemptRecord {
         let count = complete.count();
         let complete = self.waiting.drain(..count);
         let crops = complete.map(|(name, direction, span_s)| {
-            let (record, _) =
-                ForceZero::subtracted_before(&self.measurements, &self.unloaded_s, span_s.1);
+            let (record, _) = ForceZero::tare(&self.measurements, &self.unloaded_s, span_s.1);
             let series = record.series(span_s.0, span_s.1);
             let analysis = analyse_exploration(&series.exploration(direction), &rules);
             let stretches = analysis.map_or_else(|_| Vec::new(), |analysis| analysis.stretches);

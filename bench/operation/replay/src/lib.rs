@@ -312,14 +312,14 @@ impl Replay {
     }
 
     /// Returns the record with its forces against their zero in the data before `end_s`, and the zero.
-    fn against_zero(&self, end_s: f64) -> (Measurements, ForceZero) {
+    fn tare(&self, end_s: f64) -> (Measurements, ForceZero) {
         let unloaded_s = self.source.manifest().unloaded_s();
-        ForceZero::subtracted_before(&self.record, &unloaded_s, end_s)
+        ForceZero::tare(&self.record, &unloaded_s, end_s)
     }
 
     fn read_plate(&mut self, interval: &RecordedInterval) {
         let (manifest, off_n) = (self.source.manifest(), self.rules.contact_n / 2.0);
-        let (record, _) = self.against_zero(interval.end_s);
+        let (record, _) = self.tare(interval.end_s);
         self.unloaded = Unloaded::read(&record, interval, manifest, off_n);
         match &self.unloaded.plate {
             Ok(plate) => {
@@ -337,7 +337,7 @@ impl Replay {
     }
 
     fn evaluate_exploration(&mut self, interval: &RecordedInterval, direction: Direction) {
-        let (record, zero) = self.against_zero(interval.end_s);
+        let (record, zero) = self.tare(interval.end_s);
         let series = record.series(interval.start_s, interval.end_s);
         // The frames come from one demodulator, so the series is one; without frames there is no measurement.
         let (stretches, mean_n) =

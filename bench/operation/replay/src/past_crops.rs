@@ -42,7 +42,7 @@ pub fn past_crops(folder: &Path, attempt: TrialLabel) -> anyhow::Result<Vec<Crop
                 attempt,
                 exploration,
             };
-            let (record, _) = ForceZero::subtracted_before(&record, &unloaded_s, interval.end_s);
+            let (record, _) = ForceZero::tare(&record, &unloaded_s, interval.end_s);
             let series = record.series(interval.start_s, interval.end_s);
             let stretches = analyse_exploration(&series.exploration(direction), &rules)
                 .map(|analysis| analysis.stretches)

@@ -120,7 +120,7 @@ impl ForceZero {
 
     /// Returns a record with its forces against the zero in the data before `end_s`, and that zero: for an exploration that ends
     /// then, evaluated before later data arrive.
-    pub fn subtracted_before(
+    pub fn tare(
         record: &Measurements,
         unloaded_s: &[(f64, f64)],
         end_s: f64,
@@ -466,15 +466,15 @@ mod tests {
     fn an_exploration_is_evaluated_with_the_zero_before_its_end() {
         let record = record(FINGER, |time_s| touch(time_s, drifting(time_s)));
         for end_s in [3.0, 4.0] {
-            let (against_zero, zero) = ForceZero::subtracted_before(&record, &[(0.2, 1.2)], end_s);
+            let (tared_record, zero) = ForceZero::tare(&record, &[(0.2, 1.2)], end_s);
             let [reading] = zero.readings[..] else {
                 panic!("one stretch: {zero:?}");
             };
             assert!(reading.time_s < 2.0, "{reading:?}");
             // The drift since then is not known yet.
-            let normal_n = against_zero.normal_n(3.0).unwrap();
+            let normal_n = tared_record.normal_n(3.0).unwrap();
             assert_relative_eq!(normal_n, 0.6, epsilon = 3e-3);
-            assert_eq!(against_zero.frames, record.frames);
+            assert_eq!(tared_record.frames, record.frames);
         }
     }
 

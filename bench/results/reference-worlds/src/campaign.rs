@@ -13,7 +13,7 @@ const RESULTS: &str = "FRICTION_BENCH_CAMPAIGN";
 /// When the value is not a number above 0.
 #[must_use]
 pub fn repeats(variable: &str, usual: usize) -> usize {
-    requested(variable, 1).unwrap_or(usual)
+    size(variable, 1).unwrap_or(usual)
 }
 
 /// Returns the number in the environment variable `variable`; `None` if it is not set.
@@ -21,7 +21,7 @@ pub fn repeats(variable: &str, usual: usize) -> usize {
 /// # Panics
 /// When the value is not a number from `least`.
 #[must_use]
-pub fn requested(variable: &str, least: usize) -> Option<usize> {
+pub fn size(variable: &str, least: usize) -> Option<usize> {
     let text = std::env::var(variable).ok()?;
     match text.parse() {
         Ok(number) if number >= least => Some(number),

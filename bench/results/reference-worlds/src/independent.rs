@@ -5,14 +5,14 @@ use std::path::Path;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::program::{CompiledOnce, Program};
+use crate::program::{Program, ProgramCache};
 use crate::truth::World;
 
 /// q0 of a world that does not state it, rad/m.
 pub const Q0_RAD_PER_M: f64 = 1.4e4;
 
 /// Program that makes recordings.
-static WORLD: CompiledOnce = CompiledOnce::new(Program {
+static WORLD: ProgramCache = ProgramCache::new(Program {
     name: "world",
     folder: concat!(env!("CARGO_MANIFEST_DIR"), "/independent"),
     sources: &["world.c"],

@@ -42,18 +42,18 @@ impl Program {
 
 /// Program that is compiled once in a process.
 #[derive(Debug)]
-pub struct CompiledOnce {
+pub struct ProgramCache {
     program: Program,
-    compiled: OnceLock<(TempDir, PathBuf)>,
+    binary: OnceLock<(TempDir, PathBuf)>,
 }
 
-impl CompiledOnce {
+impl ProgramCache {
     /// Makes a program that nothing has compiled yet.
     #[must_use]
     pub const fn new(program: Program) -> Self {
         Self {
             program,
-            compiled: OnceLock::new(),
+            binary: OnceLock::new(),
         }
     }
 
@@ -62,7 +62,7 @@ impl CompiledOnce {
     /// # Panics
     /// When the program cannot be compiled.
     pub fn path(&self) -> &Path {
-        let (_, path) = self.compiled.get_or_init(|| {
+        let (_, path) = self.binary.get_or_init(|| {
             let folder = tempfile::tempdir().expect("a folder for a program");
             let path = self.program.compile(folder.path());
             (folder, path)

@@ -242,7 +242,7 @@ fn two_drive_levels_show_a_plate_that_softens_and_agree_under_the_published_laws
 
 #[test]
 fn each_check_under_each_law() {
-    let Some(count) = campaign::requested(COUNT, 2) else {
+    let Some(count) = campaign::size(COUNT, 2) else {
         return;
     };
     for (name, law) in LAWS {

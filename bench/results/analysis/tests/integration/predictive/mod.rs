@@ -173,7 +173,7 @@ fn some_truths_give_the_published_averages() {
 
 #[test]
 fn a_search_for_truths_with_the_published_averages() {
-    let Some(count) = campaign::requested(COUNT, 1) else {
+    let Some(count) = campaign::size(COUNT, 1) else {
         return;
     };
     compile();

@@ -114,7 +114,7 @@ fn drawn_world(number: u64) -> (String, World) {
 }
 
 fn worlds() -> (usize, Vec<(String, World)>) {
-    let count = campaign::requested(COUNT, WORLDS).unwrap_or(WORLDS);
+    let count = campaign::size(COUNT, WORLDS).unwrap_or(WORLDS);
     let mut worlds = usual_worlds();
     worlds.extend((1..=(count - WORLDS) as u64).map(drawn_world));
     (count, worlds)

@@ -1,6 +1,6 @@
 //! The world's programs in C, compiled when a test needs them.
 
-use reference_worlds::program::{CompiledOnce, Program};
+use reference_worlds::program::{Program, ProgramCache};
 
 /// Returns a program of this folder.
 const fn program(name: &'static str, sources: &'static [&'static str]) -> Program {
@@ -21,7 +21,7 @@ pub const STEADY: Program = program("steady", &["steady.c", "finger.c", "contact
 /// Steady states of a finger over the amplitude of the plate, by the world's tables.
 pub const CURVE: Program = program("curve", &["curve.c", "finger.c", "contact.c", "film.c"]);
 /// Recordings.
-pub static WORLD: CompiledOnce = CompiledOnce::new(program(
+pub static WORLD: ProgramCache = ProgramCache::new(program(
     "world",
     &["world.c", "finger.c", "contact.c", "film.c"],
 ));

@@ -126,7 +126,8 @@ impl InputWriter {
 
     /// Passes one block of interleaved samples to the reader, or drops and counts it whole if the ring has no room.
     ///
-    /// Neither allocates, locks, logs nor panics; asserted by `tests/integration/real_time.rs` and, through cpal, `tests/integration/duplex`.
+    /// Neither allocates, locks, logs nor panics; asserted by `tests/integration/real_time.rs` and, through cpal,
+    /// `tests/integration/duplex`.
     pub fn take<T: ConverterSample>(&mut self, block: &[T], time: BlockTime) {
         let arrived_ns = self.health.beat(StreamDirection::Input);
         let frames = block.len() / self.channels;

@@ -65,7 +65,8 @@ impl DriveRenderer {
 
     /// Executes the waiting commands, renders the interleaved `out` and publishes the state.
     ///
-    /// Neither allocates, locks, logs nor panics; asserted by `tests/integration/real_time.rs` and, through cpal, `tests/integration/duplex`.
+    /// Neither allocates, locks, logs nor panics; asserted by `tests/integration/real_time.rs` and, through cpal,
+    /// `tests/integration/duplex`.
     pub fn render<T: ConverterSample>(&mut self, out: &mut [T]) {
         self.health.beat(StreamDirection::Output);
         self.obey();

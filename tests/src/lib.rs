@@ -1,6 +1,5 @@
 //! Shared parts of the whole-bench tests: the programs under test, running sessions, and the files they leave on disk.
 
-pub mod campaign;
 pub mod finding;
 pub mod handbook;
 pub mod house;
@@ -18,3 +17,5 @@ pub mod shared;
 mod simulated_person;
 pub mod thread_hold;
 pub mod truth;
+
+pub use reference_worlds::campaign;

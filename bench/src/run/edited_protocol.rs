@@ -10,8 +10,8 @@ use study::verification::{ResumeError, protocol_edits};
 
 use super::plan::{SessionPlan, read_text};
 
-/// Returns the edits of the protocol since the last part of the resumed session, which began with `last_start`, each key with its values; empty for a
-/// new session.
+/// Returns the edits of the protocol since the last part of the resumed session, which began with `last_start`, each key with its
+/// values; empty for a new session.
 ///
 /// # Errors
 /// The protocol was edited and the operator does not accept that, or the previous protocol cannot be read.

@@ -7,8 +7,6 @@
 mod alignment;
 mod box_watchdog;
 mod calibrating;
-#[path = "../../../tests/src/campaign.rs"]
-mod campaign;
 mod clocks;
 mod delay;
 mod exclusive;
@@ -27,3 +25,5 @@ mod session_rig;
 mod stall;
 mod stops;
 mod xrun;
+
+use reference_worlds::campaign;

@@ -4,7 +4,8 @@
     reason = "what cannot be unwrapped fails the test"
 )]
 
-use std::path::Path;
+use std::fs;
+use std::path::{Path, PathBuf};
 
 use bench_tests::session::{SessionFolder, VirtualParticipant};
 use operator_ui::console::Front;
@@ -89,8 +90,38 @@ fn counted_trials(events: &[Event]) -> Vec<&str> {
         .collect()
 }
 
+/// Returns the σ_t of the last fit, m.
+fn last_sigma_t_m(events: &[Event]) -> f64 {
+    let mut fits = events.iter().filter_map(|event| match event {
+        Event::Fit(view) => view.sigma_t_m,
+        _ => None,
+    });
+    fits.next_back().unwrap().value
+}
+
+/// Copies a recording, with a force sensor that reads more by this much, N.
+fn copy_with_zero(recording: &Path, zero_n: f64) -> PathBuf {
+    let folder = recording.with_file_name("another-zero");
+    fs::create_dir(&folder).unwrap();
+    for file in fs::read_dir(recording).unwrap() {
+        let file = file.unwrap();
+        fs::copy(file.path(), folder.join(file.file_name())).unwrap();
+    }
+    let path = folder.join("force.csv");
+    let text = fs::read_to_string(&path).unwrap();
+    let shifted = text.lines().map(|line| {
+        let fields: Vec<&str> = line.split(',').collect();
+        match fields[1].parse::<f64>() {
+            Ok(normal_n) => format!("{},{},{}\n", fields[0], normal_n + zero_n, fields[2]),
+            Err(_) => format!("{line}\n"),
+        }
+    });
+    fs::write(&path, shifted.collect::<String>()).unwrap();
+    folder
+}
+
 #[test]
-fn estimates_of_a_replay_do_not_depend_on_its_moves() {
+fn estimates_of_a_replay_depend_neither_on_its_moves_nor_on_the_zero_of_the_forces() {
     use ActionTime::{Finished, Polls};
     let folder = tempfile::tempdir().unwrap();
     let session = VirtualParticipant::run("nominal", 5, folder.path());
@@ -153,6 +184,16 @@ fn estimates_of_a_replay_do_not_depend_on_its_moves() {
     };
     let past_crops = replay::past_crops(recording, label).unwrap();
     assert_eq!(vec![&Event::Crop(past_crops[0].clone())], crop);
+
+    // A sensor that reads 40 mN more without a finger.
+    let (zero_report, zero_events) = replay_with(
+        &copy_with_zero(recording, 0.04),
+        vec![(Finished, Action::Quit)],
+    );
+    assert_eq!(zero_report.instances, direct_report.instances);
+    let sigma_t_m = [&direct_events, &zero_events].map(|events| last_sigma_t_m(events));
+    let relative = sigma_t_m[1] / sigma_t_m[0] - 1.0;
+    assert!(relative.abs() < 2e-3, "{sigma_t_m:?}");
 
     // A paused replay moves and pauses again.
     let (paused_report, _) = replay_with(

@@ -52,8 +52,8 @@ pub use limits::{
 };
 pub use meter_check::{MeasuredOutput, MeterReads};
 pub use mode_across::{
-    AcrossPlace, CosineVerdict, MeasuredAcross, ModeAcross, WavelengthSource, contradiction,
-    thin_plate_wavelength_m, wavelength_in_words,
+    AcrossObstacle, AcrossPlace, CosineVerdict, FARTHEST_CREST, MeasuredAcross, ModeAcross,
+    WavelengthSource, contradiction, thin_plate_wavelength_m, wavelength_in_words,
 };
 pub use netft::Netft;
 pub use nidaqmx::{CardClock, Nidaqmx, Terminals};

@@ -16,6 +16,8 @@ const SURE: f64 = 2.0;
 /// Distance from the crest, in wavelengths, up to which the finger's line counts as being on it (assumed): the amplitude there is
 /// 5 % lower.
 const OFF_CREST: f64 = 0.05;
+/// Largest distance from the crest, and largest standard error of it, in wavelengths, that a recording accepts.
+pub const FARTHEST_CREST: f64 = 0.125;
 
 /// Glass of the published plate: borosilicate (values of Borofloat 33 by its maker).
 const YOUNGS_MODULUS_PA: f64 = 64e9;
@@ -58,13 +60,59 @@ impl MeasuredAcross {
         let (Some(wavelength), Some(crest)) = (&self.wavelength_m, &self.crest_m) else {
             return false;
         };
+        let farthest_m = FARTHEST_CREST * wavelength.value;
         crest.value.abs() - SURE * crest.standard_error <= OFF_CREST * wavelength.value
+            && crest.value.abs() <= farthest_m
+            && normal_error(crest) <= farthest_m
     }
 
-    /// Returns whether the line that the finger follows was measured to be away from the crest of the plate's mode.
-    fn is_off_crest(&self) -> bool {
-        self.wavelength_m.is_some() && !self.is_on_crest()
+    /// Returns the obstacle to using the measured wavelength; `None` if it is used, or without a wavelength.
+    #[must_use]
+    pub fn obstacle(&self) -> Option<AcrossObstacle> {
+        let wavelength = self.wavelength_m.as_ref()?;
+        let [shortest_m, longest_m] = Plate::WAVELENGTHS_ACROSS_M;
+        if wavelength.value < shortest_m {
+            Some(AcrossObstacle::Short)
+        } else if wavelength.value > longest_m {
+            Some(AcrossObstacle::Long)
+        } else if self.is_on_crest() {
+            None
+        } else {
+            Some(AcrossObstacle::OffCrest)
+        }
     }
+}
+
+/// Obstacle to using a measured wavelength across the plate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AcrossObstacle {
+    /// A fingertip is wider than the model's widest contact on this wave.
+    Short,
+    /// The wave is longer than any plate of the configuration.
+    Long,
+    /// The line that the finger follows is away from the crest.
+    OffCrest,
+}
+
+impl std::fmt::Display for AcrossObstacle {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [shortest_mm, longest_mm] = Plate::WAVELENGTHS_ACROSS_M.map(|m| 1e3 * m);
+        match self {
+            Self::Short => write!(
+                f,
+                "the wavelength is below {shortest_mm} mm, and a fingertip is wider than the model's widest contact on it"
+            ),
+            Self::Long => write!(f, "the wavelength is above {longest_mm} mm"),
+            Self::OffCrest => {
+                f.write_str("the line that the finger follows is not on the mode's crest")
+            }
+        }
+    }
+}
+
+/// Returns the standard deviation of the normal distribution with the same 95 % interval as a quantity.
+fn normal_error(quantity: &Quantity) -> f64 {
+    quantity.half_width_95() / NORMAL_95
 }
 
 /// `[[across.places]]`: one place.
@@ -93,13 +141,17 @@ pub enum CosineVerdict {
     Undetermined,
 }
 
-/// The mode under a finger: its amplitude follows cos(2πy/λ) with the distance y from the finger's line.
+/// The mode under a finger: its amplitude follows cos(2π(y − y0)/λ) with the distance y from the finger's line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModeAcross {
     /// Wavelength λ across the plate at the carrier, m.
     pub wavelength_m: f64,
     /// Its standard error, m: that of a normal distribution with the same 95 % interval.
     pub standard_error_m: f64,
+    /// Distance y0 of the crest from the finger's line, m; 0 on a configured mode.
+    pub crest_m: f64,
+    /// Its standard error, m, likewise.
+    pub crest_standard_error_m: f64,
     /// Source of the wavelength.
     pub source: WavelengthSource,
 }
@@ -114,22 +166,24 @@ pub enum WavelengthSource {
 }
 
 impl ModeAcross {
-    /// Returns the mode as measured, or else as configured; `None` if neither is known, or if the finger's line was measured to be
-    /// away from the crest, so that the mode under the finger is another.
+    /// Returns the mode as measured, or else as configured; `None` if neither is known, or if the measured one has an
+    /// [obstacle](MeasuredAcross::obstacle), since a configured mode then is not that under the finger either.
     #[must_use]
     pub fn new(plate: &Plate, across: Option<&MeasuredAcross>) -> Option<Self> {
         match across.filter(|across| across.wavelength_m.is_some()) {
-            Some(across) if across.is_on_crest() => Self::measured(across),
+            Some(across) if across.obstacle().is_none() => Self::measured(across),
             Some(_) => None,
             None => Self::configured(plate),
         }
     }
 
     fn measured(across: &MeasuredAcross) -> Option<Self> {
-        let wavelength = across.wavelength_m.as_ref()?;
+        let (wavelength, crest) = (across.wavelength_m.as_ref()?, across.crest_m.as_ref()?);
         Some(Self {
             wavelength_m: wavelength.value,
-            standard_error_m: wavelength.half_width_95() / NORMAL_95,
+            standard_error_m: normal_error(wavelength),
+            crest_m: crest.value,
+            crest_standard_error_m: normal_error(crest),
             source: WavelengthSource::Measured,
         })
     }
@@ -140,6 +194,8 @@ impl ModeAcross {
             wavelength_m,
             standard_error_m: wavelength_m
                 * plate.wavelength_across_relative_error.unwrap_or(CONFIGURED),
+            crest_m: 0.0,
+            crest_standard_error_m: 0.0,
             source: WavelengthSource::Configured,
         })
     }
@@ -196,6 +252,9 @@ pub fn wavelength_in_words(plate: &Plate, across: Option<&MeasuredAcross>) -> St
             1e3 * wavelength_m
         )
     });
+    if let Some(obstacle) = across.and_then(MeasuredAcross::obstacle) {
+        return format!("not used: {obstacle}");
+    }
     match ModeAcross::new(plate, across) {
         Some(mode) => format!(
             "{:.2} ± {:.2} mm, {}{}",
@@ -207,9 +266,6 @@ pub fn wavelength_in_words(plate: &Plate, across: Option<&MeasuredAcross>) -> St
             },
             formula.map_or(String::new(), |formula| format!("; {formula}"))
         ),
-        None if across.is_some_and(MeasuredAcross::is_off_crest) => {
-            "not used: the line that the finger follows is not on the mode's crest".to_owned()
-        }
         None => format!(
             "not known: measure it with `friction-bench calibrate plate --across 9`{}",
             formula.map_or(String::new(), |formula| format!(
@@ -277,6 +333,8 @@ mod tests {
         assert_eq!(mode.wavelength_m, 0.0245);
         // Student's t of 6 degrees of freedom: 2.447.
         assert!((mode.standard_error_m - 2e-4 * 2.447 / 1.96).abs() < 1e-7);
+        assert_eq!(mode.crest_m, 1e-4);
+        assert!((mode.crest_standard_error_m - 1e-4 * 2.447 / 1.96).abs() < 1e-7);
         let undetermined = measured(None);
         let mode = ModeAcross::new(&configured, Some(&undetermined)).unwrap();
         assert_eq!(mode.source, WavelengthSource::Configured);
@@ -304,6 +362,35 @@ mod tests {
             }
         }
         assert!(!measured(None).is_on_crest());
+    }
+
+    #[test]
+    fn an_uncertain_crest_far_from_the_fingers_line_is_not_used() {
+        let mut across = measured(Some(Quantity::new(0.022, 2e-4, 6, "m")));
+        for (crest_m, error_m, obstacle) in [
+            (2.7e-3, 1e-3, None),
+            (2.8e-3, 1e-3, Some(AcrossObstacle::OffCrest)),
+            (0.0, 3e-3, Some(AcrossObstacle::OffCrest)),
+        ] {
+            across.crest_m = Some(Quantity::new(crest_m, error_m, 6, "m"));
+            assert_eq!(across.obstacle(), obstacle, "{crest_m} ± {error_m}");
+        }
+    }
+
+    #[test]
+    fn a_measured_wave_shorter_than_a_finger_is_not_used_and_the_reason_is_stated() {
+        let configured = plate("wavelength_across_m = 0.022").unwrap();
+        for (wavelength_m, is_used) in [(7.9e-3, false), (8.1e-3, true), (0.51, false)] {
+            let across = measured(Some(Quantity::new(wavelength_m, 1e-4, 6, "m")));
+            let mode = ModeAcross::new(&configured, Some(&across));
+            assert_eq!(mode.is_some(), is_used, "{wavelength_m}");
+            let words = wavelength_in_words(&configured, Some(&across));
+            assert_eq!(
+                words.contains("not used: the wavelength"),
+                !is_used,
+                "{words}"
+            );
+        }
     }
 
     #[test]
@@ -347,7 +434,7 @@ mod tests {
         for (key, low, high) in [
             ("width_m", 4e-3, 0.5),
             ("thickness_m", 1e-4, 0.02),
-            ("wavelength_across_m", 5e-3, 0.5),
+            ("wavelength_across_m", 8e-3, 0.5),
             ("wavelength_across_relative_error", 1e-3, 0.5),
         ] {
             for end in [low, high] {

@@ -30,7 +30,8 @@ pub struct Plate {
     /// Thickness, m, from which `check` estimates the wavelength across a plate of glass.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub thickness_m: Option<f64>,
-    /// Flexural wavelength across the plate's width at the carrier, m, used where `calibrate plate --across` has measured none.
+    /// Flexural wavelength across the plate's width at the carrier, m, used where `calibrate plate --across` has measured none; at
+    /// least 8 mm, as a fingertip is wider than the model's widest contact on a shorter wave.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wavelength_across_m: Option<f64>,
     /// Relative standard error of that wavelength; 0.1 by default (an assumption).
@@ -65,14 +66,27 @@ impl Plate {
         require_range("plate.room_c", self.room_c, 5.0, 27.0, "°C")
     }
 
+    /// Shortest and longest wavelength across the plate, m. The model has no contact wider than 1.5 waves, and a fingertip's contact
+    /// is about 11 mm wide.
+    pub const WAVELENGTHS_ACROSS_M: [f64; 2] = [8e-3, 0.5];
+
     fn check_across(&self) -> Result<(), Refused> {
         let require = |key, value: Option<f64>, low, high| {
             value.map_or(Ok(()), |m| require_range(key, m, low, high, "m"))
         };
         require("plate.width_m", self.width_m, 4e-3, 0.5)?;
         require("plate.thickness_m", self.thickness_m, 1e-4, 0.02)?;
+        let [shortest, longest] = Self::WAVELENGTHS_ACROSS_M;
         let wavelength_m = self.wavelength_across_m;
-        require("plate.wavelength_across_m", wavelength_m, 5e-3, 0.5)?;
+        require("plate.wavelength_across_m", wavelength_m, shortest, longest).map_err(
+            |refused| Refused {
+                why: format!(
+                    "{}; a fingertip is wider than the model's widest contact on a shorter wave",
+                    refused.why
+                ),
+                ..refused
+            },
+        )?;
         let error = self.wavelength_across_relative_error;
         error.map_or(Ok(()), |error| {
             require_range(

@@ -51,12 +51,25 @@ pub fn plate_constants(config: &Config) -> PlateConstants {
     }
 }
 
+const _: () = {
+    let ([shortest, longest], [allowed_shortest, allowed_longest]) =
+        (config::Plate::WAVELENGTHS_ACROSS_M, manifest::WAVELENGTHS_M);
+    assert!(
+        shortest >= allowed_shortest
+            && longest <= allowed_longest
+            && config::FARTHEST_CREST <= manifest::FARTHEST_CREST,
+        "a recording accepts every mode across a plate that is used"
+    );
+};
+
 /// Returns the wavelength across the plate, measured or else configured; `None` if neither is known.
 fn recorded_across(bench: &Effective) -> Option<manifest::RecordedAcross> {
     let mode = bench.mode_across()?;
     Some(manifest::RecordedAcross {
         wavelength_m: mode.wavelength_m,
         standard_error_m: mode.standard_error_m,
+        crest_m: mode.crest_m,
+        crest_standard_error_m: mode.crest_standard_error_m,
         source: match mode.source {
             config::WavelengthSource::Measured => manifest::WavelengthSource::Measured,
             config::WavelengthSource::Configured => manifest::WavelengthSource::Configured,

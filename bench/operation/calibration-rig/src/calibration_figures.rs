@@ -81,8 +81,9 @@ pub fn plate(response: &[Admittance], plate: &config::MeasuredPlate) -> Figure {
         "plate",
         "Admittance of the plate without a finger",
         format!(
-            "Velocity over force of the plate with no finger on it, and the second-order mode fitted to it (Huloux 2021, Fig. 10 b): \
-             f₀ = {}, Q = {}, b_p = {}, γ = {}, phase of the pickup {}; intervals of 95 %. Residuals against the peak. Measured {} by {}: {}.",
+            "Velocity over force of the plate with no finger on it, and the second-order mode fitted to it (Huloux 2021, Fig. \
+             10 b): f₀ = {}, Q = {}, b_p = {}, γ = {}, phase of the pickup {}; intervals of 95 %. Residuals against the peak. \
+             Measured {} by {}: {}.",
             plate.resonance_hz,
             plate.quality,
             plate.damping_n_s_per_m,
@@ -128,9 +129,9 @@ pub fn pickup(
         "pickup",
         "Sensitivity of the pickup",
         format!(
-            "Known peak amplitude of the plate against the pickup's reading at {:.1} Hz, {} levels, and the weighted line through them: \
-             {} per unit, offset {}; intervals of 95 %. Below, the points' distances from it, and in the band the deviation that each point \
-             was known with. Measured {} by {}: {}.",
+            "Known peak amplitude of the plate against the pickup's reading at {:.1} Hz, {} levels, and the weighted line \
+             through them: {} per unit, offset {}; intervals of 95 %. Below, the points' distances from it, and in the band \
+             the deviation that each point was known with. Measured {} by {}: {}.",
             pickup.carrier_hz,
             pickup.points,
             pickup.metres_per_unit,
@@ -226,9 +227,10 @@ pub fn channels(inputs: &[InputCurves], channels: &config::MeasuredChannels) -> 
         "channels",
         "The inputs beside that of the drive",
         format!(
-            "One signal on all inputs. Above, what is left of the ratio to the drive's input once each has its gain and its delay at {:.1} Hz, in size and in phase. \
-             Below, the amplitude read at each level, and its distance from a line of those that were not cut off, of the largest. \
-             Round trip {}, latency {}; intervals of 95 %. Measured {} by {}: {}.",
+            "One signal on all inputs. Above, what is left of the ratio to the drive's input once each has its gain and its \
+             delay at {:.1} Hz, in size and in phase. Below, the amplitude read at each level, and its distance from a line of \
+             those that were not cut off, of the largest. Round trip {}, latency {}; intervals of 95 %. Measured {} by {}: \
+             {}.",
             channels.carrier_hz,
             channels.round_trip,
             channels.latency,

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use analysis::force_zero::ForceZero;
 use analysis::measurements::Measurements;
 use config::Effective;
 use protocols::selection::analyse_exploration;
@@ -25,6 +26,8 @@ pub struct AttemptRecord {
     pub account: Account,
     /// Attempt, and its number of explorations so far.
     name: ExplorationName,
+    /// Completed intervals without a finger, s.
+    unloaded_s: Vec<(f64, f64)>,
     /// Completed explorations that are not decided yet.
     waiting: VecDeque<(ExplorationName, Direction, (f64, f64))>,
 }
@@ -40,20 +43,24 @@ impl AttemptRecord {
                 attempt: TrialLabel::new(key, protocol.trials.practice),
                 exploration: 0,
             },
+            unloaded_s: Vec::new(),
             waiting: VecDeque::new(),
         }
     }
 
     /// Takes a completed interval.
     pub fn mark(&mut self, interval: &Interval) {
-        if let IntervalKind::Exploration { direction } = interval.kind {
-            self.name.exploration += 1;
-            let span_s = (interval.start_s, interval.end_s);
-            self.waiting.push_back((self.name, direction, span_s));
+        let span_s = (interval.start_s, interval.end_s);
+        match interval.kind {
+            IntervalKind::Unloaded => self.unloaded_s.push(span_s),
+            IntervalKind::Exploration { direction } => {
+                self.name.exploration += 1;
+                self.waiting.push_back((self.name, direction, span_s));
+            }
         }
     }
 
-    /// Returns the crops of the explorations with all their data at `now_s`.
+    /// Returns the crops of the explorations with all their data at `now_s`, with the forces against the zero so far.
     pub fn crops(&mut self, now_s: f64, (protocol, bench): (&Protocol, &Effective)) -> Vec<Crop> {
         let rules = protocol.selection_rules(bench.config().plate.centre_m);
         let is_complete = |span_s: (f64, f64)| span_s.1 + DATA_DELAY_S <= now_s;
@@ -64,7 +71,8 @@ impl AttemptRecord {
         let count = complete.count();
         let complete = self.waiting.drain(..count);
         let crops = complete.map(|(name, direction, span_s)| {
-            let series = self.measurements.series(span_s.0, span_s.1);
+            let (record, _) = ForceZero::tare(&self.measurements, &self.unloaded_s, span_s.1);
+            let series = record.series(span_s.0, span_s.1);
             let analysis = analyse_exploration(&series.exploration(direction), &rules);
             let stretches = analysis.map_or_else(|_| Vec::new(), |analysis| analysis.stretches);
             crop(name, direction, span_s, &series, &stretches)

@@ -6,7 +6,9 @@ use crate::measure::Measured;
 use crate::real_time;
 use crate::table::{RowVerdict, Table};
 use calibration::{channel_match, channels};
-use config::{CalibrationError, Config, Effective, MeasuredChannels, wavelength_in_words};
+use config::{
+    CalibrationError, Config, Effective, MeasuredAcross, MeasuredChannels, wavelength_in_words,
+};
 use recording::pipeline::Account;
 use safety::{DELAY_WITHIN_S, SafetyState, Trip};
 
@@ -74,10 +76,12 @@ fn judge_across(table: &mut Table, bench: &Effective) {
     if let Some(contradiction) = bench.wavelength_contradiction() {
         return table.verdict_row("across the plate", RowVerdict::Warning, contradiction);
     }
-    if bench.mode_across().is_some() || plate.thickness_m.is_some() {
-        let across = bench.file().and_then(|file| file.across.as_ref());
-        let words = wavelength_in_words(plate, across);
-        table.row("across the plate", true, words);
+    let across = bench.file().and_then(|file| file.across.as_ref());
+    let words = || wavelength_in_words(plate, across);
+    if across.and_then(MeasuredAcross::obstacle).is_some() {
+        table.verdict_row("across the plate", RowVerdict::Warning, words());
+    } else if bench.mode_across().is_some() || plate.thickness_m.is_some() {
+        table.row("across the plate", true, words());
     }
 }
 

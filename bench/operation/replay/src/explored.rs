@@ -1,5 +1,6 @@
 //! Explorations of a recording so far, which are fitted together.
 
+use analysis::force_zero::ForceZero;
 use analysis::measurements::Measurements;
 use analysis::trial_fit::{FitRequest, SelectedExploration};
 use protocols::{SelectionRules, Stretch};
@@ -27,14 +28,18 @@ impl Explored {
         self.0.clear();
     }
 
-    /// Returns the request to fit all of them as one trial, from a record that is corrected for the deviation of the pickup.
+    /// Returns the request to fit all of them as one trial, from a record that is corrected for the deviation of the pickup and has
+    /// its forces against their zero.
     pub(crate) fn request(
         &self,
         manifest: &Manifest,
         unloaded: &Unloaded,
-        record: Measurements,
+        (record, zero): (Measurements, &ForceZero),
         rules: SelectionRules,
     ) -> FitRequest {
+        let spans_s: Vec<(f64, f64)> = self.0.iter().map(|(span_s, _)| *span_s).collect();
+        let touch = record.force_under_finger(&spans_s, rules.contact_n);
+        let stated = manifest.standard_errors.unwrap_or_default();
         let explorations = self
             .0
             .iter()
@@ -49,7 +54,7 @@ impl Explored {
                 count => format!("explorations 1 to {count}"),
             },
             carrier_hz: manifest.carrier_hz,
-            calibration: manifest.standard_errors.unwrap_or_default(),
+            calibration: zero.standard_errors(stated, &touch),
             pickup: unloaded.pickup,
             plate: unloaded.plate,
             record,

@@ -29,6 +29,7 @@ use tui::event::{LogLevel, PhaseKind, PhaseView, SafetyView, SystemHealth};
 use analysis::Settings;
 use analysis::amplitude_profile::AmplitudeProfile;
 use analysis::flaw::Flaw;
+use analysis::force_zero::ForceZero;
 use analysis::measurements::Measurements;
 use analysis::recording_analysis::selection_rules;
 use analysis::trial_fit::FitRequest;
@@ -288,8 +289,8 @@ impl Replay {
             .find(|interval| (interval.start_s..interval.end_s).contains(&self.audio_s))
     }
 
-    /// Evaluates the intervals whose data are complete, and drops data that no later interval needs: an exploration is fitted
-    /// together with the earlier ones.
+    /// Evaluates the intervals with complete data, and drops the data after the last interval: an exploration is fitted together
+    /// with the earlier ones, and the zero of the forces is read from all data before its end.
     fn close_intervals(&mut self) {
         while let Some(interval) = self
             .intervals
@@ -305,17 +306,21 @@ impl Replay {
                 }
             }
         }
-        let intervals = &self.source.manifest().intervals;
-        let open_intervals = intervals.iter().filter(|_| !self.intervals.is_empty());
-        let needed_s = open_intervals
-            .map(|interval| interval.start_s)
-            .fold(self.audio_s, f64::min);
-        self.record.drop_before(needed_s - MARGIN_S);
+        if self.intervals.is_empty() {
+            self.record.drop_before(self.audio_s - MARGIN_S);
+        }
+    }
+
+    /// Returns the record with its forces against their zero in the data before `end_s`, and the zero.
+    fn tare(&self, end_s: f64) -> (Measurements, ForceZero) {
+        let unloaded_s = self.source.manifest().unloaded_s();
+        ForceZero::tare(&self.record, &unloaded_s, end_s)
     }
 
     fn read_plate(&mut self, interval: &RecordedInterval) {
         let (manifest, off_n) = (self.source.manifest(), self.rules.contact_n / 2.0);
-        self.unloaded = Unloaded::read(&self.record, interval, manifest, off_n);
+        let (record, _) = self.tare(interval.end_s);
+        self.unloaded = Unloaded::read(&record, interval, manifest, off_n);
         match &self.unloaded.plate {
             Ok(plate) => {
                 let z = plate.corrected_n_s_per_m;
@@ -332,7 +337,8 @@ impl Replay {
     }
 
     fn evaluate_exploration(&mut self, interval: &RecordedInterval, direction: Direction) {
-        let series = self.record.series(interval.start_s, interval.end_s);
+        let (record, zero) = self.tare(interval.end_s);
+        let series = record.series(interval.start_s, interval.end_s);
         // The frames come from one demodulator, so the series is one; without frames there is no measurement.
         let (stretches, mean_n) =
             match analyse_exploration(&series.exploration(direction), &self.rules) {
@@ -357,10 +363,10 @@ impl Replay {
         self.front.show(tui::Event::Crop(crop));
         self.fits_requested += 1;
         let manifest = self.source.manifest();
-        let record = self.unloaded.corrected(&self.record, manifest);
+        let record = self.unloaded.corrected(&record, manifest);
         let request = self
             .explored
-            .request(manifest, &self.unloaded, record, self.rules);
+            .request(manifest, &self.unloaded, (record, &zero), self.rules);
         // The fitting task ends earlier only if it fails, and that stops the replay.
         let _ = self.refits.send(request);
     }

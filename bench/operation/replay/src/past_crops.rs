@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use analysis::Settings;
+use analysis::force_zero::ForceZero;
 use analysis::measurements::Measurements;
 use analysis::recording_analysis::selection_rules;
 use live::exploration_crop::{ExplorationName, crop};
@@ -27,6 +28,7 @@ pub fn past_crops(folder: &Path, attempt: TrialLabel) -> anyhow::Result<Vec<Crop
     record.frames.extend(batch.frames);
     record.force.extend(batch.force);
     record.position.extend(batch.position);
+    let unloaded_s = manifest.unloaded_s();
     let explorations = in_order(&manifest)
         .into_iter()
         .filter_map(|interval| match interval.kind {
@@ -40,6 +42,7 @@ pub fn past_crops(folder: &Path, attempt: TrialLabel) -> anyhow::Result<Vec<Crop
                 attempt,
                 exploration,
             };
+            let (record, _) = ForceZero::tare(&record, &unloaded_s, interval.end_s);
             let series = record.series(interval.start_s, interval.end_s);
             let stretches = analyse_exploration(&series.exploration(direction), &rules)
                 .map(|analysis| analysis.stretches)

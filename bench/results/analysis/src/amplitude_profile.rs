@@ -6,8 +6,10 @@
 //! five by a sixteenth. Beyond the first and the last place the ratio is constant, because nothing was measured there.
 
 use contact::uncertain::Uncertain;
-use estimation::ModeAcross;
-use recording::manifest::{PROFILE_RATIOS, RecordedAcross, RecordedPlate, RecordedProfile};
+use estimation::{ModeAcross, SHORTEST_WAVELENGTH_M};
+use recording::manifest::{
+    PROFILE_RATIOS, RecordedAcross, RecordedPlate, RecordedProfile, WAVELENGTHS_M,
+};
 
 /// Ratio φ of the amplitude along the plate to the pickup's reading; 1 everywhere if it was not measured.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -131,8 +133,20 @@ pub(crate) fn mode_across(across: &RecordedAcross) -> ModeAcross {
             value: across.wavelength_m,
             std: across.standard_error_m,
         },
+        crest_m: Uncertain {
+            value: across.crest_m,
+            std: across.crest_standard_error_m,
+        },
     }
 }
+
+const _: () = {
+    let [shortest, _] = WAVELENGTHS_M;
+    assert!(
+        shortest >= SHORTEST_WAVELENGTH_M,
+        "the model accepts every wavelength of a recording"
+    );
+};
 
 /// Returns the slope at `x` of the parabola through three points, or of the line through two. In Newton's form the parabola is
 /// y_a + r (x − x_a) + c (x − x_a)(x − x_b), r the rise from a to b and c the bend, and its slope r + c (2x − x_a − x_b).
@@ -227,13 +241,16 @@ mod tests {
         plate.across = Some(RecordedAcross {
             wavelength_m: 0.022,
             standard_error_m: 3e-4,
+            crest_m: -4e-4,
+            crest_standard_error_m: 1e-4,
             source: WavelengthSource::Measured,
         });
         let profile = AmplitudeProfile::from(&plate);
         assert!(!profile.is_measured());
         assert_eq!(profile.ratio_at(0.07), 1.0);
-        let wavelength_m = profile.mode_across().unwrap().wavelength_m;
-        assert_eq!((wavelength_m.value, wavelength_m.std), (0.022, 3e-4));
+        let mode = profile.mode_across().unwrap();
+        let parts = [mode.wavelength_m, mode.crest_m].map(|part| (part.value, part.std));
+        assert_eq!(parts, [(0.022, 3e-4), (-4e-4, 1e-4)]);
     }
 
     #[test]

@@ -118,6 +118,26 @@ impl ForceZero {
         }
     }
 
+    /// Returns a record with its forces against the zero in the data before `end_s`, and that zero: for an exploration that ends
+    /// then, evaluated before later data arrive.
+    pub fn tare(
+        record: &Measurements,
+        unloaded_s: &[(f64, f64)],
+        end_s: f64,
+    ) -> (Measurements, Self) {
+        let frames = record.frames.partition_point(|frame| frame.time_s < end_s);
+        let rows = record.force.partition_point(|row| row.time_s < end_s);
+        let earlier = Measurements {
+            frames: record.frames[..frames].to_vec(),
+            force: record.force[..rows].to_vec(),
+            ..Measurements::default()
+        };
+        let zero = Self::read(&earlier, unloaded_s);
+        let mut record = record.clone();
+        zero.subtract(&mut record.force);
+        (record, zero)
+    }
+
     /// Returns the zero at `time_s`, on the line between the stretches about it and constant beyond them, N.
     pub fn at(&self, time_s: f64) -> Axes {
         self.interpolate(time_s, |reading| reading.zero, |a, b| a + b)
@@ -440,6 +460,22 @@ mod tests {
         assert_relative_eq!(record.normal_n(3.0).unwrap(), 0.6, epsilon = 1e-4);
         // Beyond the last stretch the zero is constant.
         assert_eq!(zero.at(5.9), zero.at(7.0));
+    }
+
+    #[test]
+    fn an_exploration_is_evaluated_with_the_zero_before_its_end() {
+        let record = record(FINGER, |time_s| touch(time_s, drifting(time_s)));
+        for end_s in [3.0, 4.0] {
+            let (tared_record, zero) = ForceZero::tare(&record, &[(0.2, 1.2)], end_s);
+            let [reading] = zero.readings[..] else {
+                panic!("one stretch: {zero:?}");
+            };
+            assert!(reading.time_s < 2.0, "{reading:?}");
+            // The drift since then is not known yet.
+            let normal_n = tared_record.normal_n(3.0).unwrap();
+            assert_relative_eq!(normal_n, 0.6, epsilon = 3e-3);
+            assert_eq!(tared_record.frames, record.frames);
+        }
     }
 
     #[test]

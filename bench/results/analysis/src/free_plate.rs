@@ -10,7 +10,7 @@ use crate::flaw::Flaw;
 use crate::instance::PlateReading;
 use crate::unloaded_plate::{self, UnloadedError};
 use recording::Manifest;
-use recording::manifest::{RecordedIntervalKind, RecordedPlate};
+use recording::manifest::RecordedPlate;
 use recording::pipeline::PickupOffset;
 
 /// Number of standard errors beyond which a deviation of the pickup is corrected.
@@ -45,13 +45,8 @@ impl FreePlate {
         }: &DemodulatedRecording,
         off_n: f64,
     ) -> Self {
-        let intervals: Vec<(f64, f64)> = manifest
-            .intervals
-            .iter()
-            .filter(|interval| interval.kind == RecordedIntervalKind::Unloaded)
-            .map(|interval| (interval.start_s, interval.end_s))
-            .collect();
-        let reading = unloaded_plate::read(record, &intervals, manifest.modulation_hz, off_n);
+        let unloaded_s = manifest.unloaded_s();
+        let reading = unloaded_plate::read(record, &unloaded_s, manifest.modulation_hz, off_n);
         let transient = reading.as_ref().ok().and_then(|reading| {
             Transient::fit(
                 &reading.free_frames,

@@ -181,13 +181,7 @@ mod tests {
         let mut reading = demodulation::read(&folder, PickupOffset::default()).unwrap();
         let plate = reading.manifest.plate.constants();
         let drive = (reading.manifest.carrier_hz, &plate);
-        let unloaded_s: Vec<(f64, f64)> = reading
-            .manifest
-            .intervals
-            .iter()
-            .filter(|interval| interval.kind == recording::manifest::RecordedIntervalKind::Unloaded)
-            .map(|interval| (interval.start_s, interval.end_s))
-            .collect();
+        let unloaded_s = reading.manifest.unloaded_s();
         let stated = find(&reading.record, &unloaded_s, 0.05, drive);
         let turned = PickupOffset {
             turn_rad: stated.turn_rad + 0.03,

@@ -24,7 +24,7 @@ use crate::plate_references;
 use crate::under_finger::UnderFinger;
 use crate::whole_trial;
 use recording::Manifest;
-use recording::manifest::{RecordedInterval, RecordedIntervalKind};
+use recording::manifest::RecordedIntervalKind;
 use recording::pipeline::PickupOffset;
 
 /// Analyses the recording in `folder`.
@@ -132,12 +132,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
 
 /// Takes the forces of a recording against its own zero, and returns the zero.
 fn subtract_zero(reading: &mut DemodulatedRecording) -> ForceZero {
-    let unloaded = |interval: &&RecordedInterval| interval.kind == RecordedIntervalKind::Unloaded;
-    let intervals = reading.manifest.intervals.iter().filter(unloaded);
-    let unloaded_s: Vec<(f64, f64)> = intervals
-        .map(|interval| (interval.start_s, interval.end_s))
-        .collect();
-    let zero = ForceZero::read(&reading.record, &unloaded_s);
+    let zero = ForceZero::read(&reading.record, &reading.manifest.unloaded_s());
     zero.subtract(&mut reading.record.force);
     zero
 }

@@ -18,7 +18,7 @@ const PERCENT: NumberFormat = NumberFormat {
 };
 
 /// Words, unit, form and range of each.
-const PRIORS: [(&str, &str, NumberFormat, Range); 13] = [
+const PRIORS: [(&str, &str, NumberFormat, Range); 20] = [
     ("contact area S", "mm²", AREA, |settings| {
         log_normal(settings.trial_priors.contact_area_m2)
     }),
@@ -79,6 +79,48 @@ const PRIORS: [(&str, &str, NumberFormat, Range); 13] = [
         HERTZ,
         |settings| about_zero(settings.trial_priors.plate_damping_std_n_s_per_m),
     ),
+    (
+        "law in doubt: loss factor of the film less that of the asperities",
+        "",
+        PLAIN,
+        |settings| normal(settings.trial_priors.laws.film_loss),
+    ),
+    (
+        "law in doubt: share of the film that is trapped air at the carrier",
+        "%",
+        PERCENT,
+        |settings| normal(settings.trial_priors.laws.trapped_air),
+    ),
+    (
+        "law in doubt: share of the skin’s motion in that of the film",
+        "%",
+        PERCENT,
+        |settings| normal(settings.trial_priors.laws.relative_motion),
+    ),
+    (
+        "law in doubt: exponent of the asperities’ average over a cycle",
+        "",
+        PLAIN,
+        |settings| normal(settings.trial_priors.laws.cycle_average),
+    ),
+    (
+        "law in doubt: change of Im Zₚ with the squared amplitude",
+        "mN·s/m per µm²",
+        MILLI,
+        |settings| normal(settings.trial_priors.laws.softening_n_s_per_m_um2),
+    ),
+    (
+        "law in doubt: square of the contact’s width over the wavelength across the plate, where that is not known",
+        "",
+        PLAIN,
+        |settings| normal(settings.trial_priors.laws.width_square),
+    ),
+    (
+        "law in doubt: width of the contact, where the wavelength across the plate is known",
+        "mm",
+        MILLI,
+        |settings| normal(settings.trial_priors.laws.width_m),
+    ),
 ];
 
 /// Returns the table of the priors.
@@ -88,7 +130,9 @@ pub(crate) fn table(settings: &Settings) -> Markup {
         p {
             "Range with 95 % of each prior. The priors of S, q₀, η and τ are so wide that they affect only a recording of one or \
              two instances. The others describe effects beyond the published model: where a recording does not determine \
-             them, their uncertainty stays as given here, and every interval includes it."
+             them, their uncertainty stays as given here, and every interval includes it. Those of the laws in doubt lie about \
+             the published laws, 0; only the intervals that are not within the published laws include them, except the width \
+             on a known wavelength, which all do."
         }
         div.wide { table {
             thead { tr { th { "Prior" } th.n { "95 %" } th { "Unit" } } }
@@ -125,7 +169,13 @@ mod tests {
         let mut settings = Settings::default();
         settings.trial_priors.plate_damping_std_n_s_per_m = 0.25;
         let table = table(&settings).into_string();
-        for text in ["60 to 450", "−0.288 to 0.888", "−0.49 to 0.49"] {
+        for text in [
+            "60 to 450",
+            "−0.288 to 0.888",
+            "−0.49 to 0.49",
+            "−58.8 to 58.8",
+            "5.12 to 16.88",
+        ] {
             assert!(table.contains(text), "{text}: {table}");
         }
     }

@@ -60,7 +60,7 @@ mod transient;
 mod trend;
 pub mod trial;
 
-pub use conditions::{FitConditions, ModeAcross};
+pub use conditions::{FitConditions, ModeAcross, SHORTEST_WAVELENGTH_M};
 pub use estimated_series::EstimatedSeries;
 pub use fit_agreement::Agreement;
 pub use fit_error::FitError;

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use calibration_rig::judged::SideFile;
 use config::{
-    AcrossPlace, CosineVerdict, MeasuredAcross, Provenance, Quantity, contradiction,
-    thin_plate_wavelength_m,
+    AcrossObstacle, AcrossPlace, CosineVerdict, MeasuredAcross, Provenance, Quantity,
+    contradiction, thin_plate_wavelength_m,
 };
 use jiff::Timestamp;
 use metrology::mode_across::CosineFit;
@@ -22,6 +22,19 @@ pub const COSINE: f64 = 0.05;
 const DISTANCES: f64 = 2e-3;
 /// Standard errors of the drawn bars.
 const SURE: f64 = 2.0;
+
+/// Returns the remark on an obstacle to using the wavelength.
+fn remark(obstacle: AcrossObstacle) -> String {
+    match obstacle {
+        AcrossObstacle::OffCrest => {
+            "THE FINGER'S LINE IS NOT ON THE CREST: the wavelength is stored and not used; move the plate or the finger's line"
+                .to_owned()
+        }
+        AcrossObstacle::Short | AcrossObstacle::Long => format!(
+            "NOT USED: {obstacle}; it is stored. Check the places of the vibrometer, and width_m under [plate]"
+        ),
+    }
+}
 
 /// Returns the verdict on a fit.
 pub(crate) fn verdict(fit: Option<&CosineFit>) -> CosineVerdict {
@@ -44,12 +57,7 @@ impl ProfileProcedure {
         let words = words(&across);
         let plate = &self.config.plate;
         let mut remarks = vec![format!("across the plate  {words}")];
-        if across.wavelength_m.is_some() && !across.is_on_crest() {
-            remarks.push(
-                "THE FINGER'S LINE IS NOT ON THE CREST: the wavelength is stored and not used; move the plate or the finger's line"
-                    .to_owned(),
-            );
-        }
+        remarks.extend(across.obstacle().map(remark));
         remarks.extend(contradiction(plate, &across));
         remarks.extend(plate.thickness_m.map(|thickness_m| {
             let wavelength_m = thin_plate_wavelength_m(thickness_m, self.carrier_hz());
@@ -78,7 +86,8 @@ impl ProfileProcedure {
                 date,
                 operator: operator.to_owned(),
                 method: format!(
-                    "a vibrometer at {} places, over the pickup's amplitude; a cosine without sign; errors by its residuals and by the scale of the distances",
+                    "a vibrometer at {} places, over the pickup's amplitude; a cosine without sign; errors by its residuals \
+                     and by the scale of the distances",
                     self.places.len()
                 ),
             },

@@ -191,7 +191,8 @@ fn words(profile: &MeasuredProfile) -> String {
         }
     };
     format!(
-        "{}; the departure from the mean that decides is {}, {:.0} % is allowed; within the {:.0} mm that instances are cut from: {verdict}",
+        "{}; the departure from the mean that decides is {}, {:.0} % is allowed; within the {:.0} mm that instances are cut \
+         from: {verdict}",
         verdict_words(profile.verdict),
         percent(&profile.largest_departure),
         100.0 * UNIFORM,

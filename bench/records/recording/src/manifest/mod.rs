@@ -24,7 +24,7 @@ pub use origin::{
     Software, Trial,
 };
 pub use protocols::Direction;
-pub use recorded_across::{RecordedAcross, WAVELENGTHS_M, WavelengthSource};
+pub use recorded_across::{FARTHEST_CREST, RecordedAcross, WAVELENGTHS_M, WavelengthSource};
 pub use recorded_clock::{ClockDevice, RecordedClock};
 pub use recorded_profile::{PROFILE_RATIOS, RecordedProfile};
 pub use recorded_room::{PRESSURE_HPA, RecordedRoom};
@@ -146,6 +146,16 @@ impl Manifest {
         toml::to_string(self).map_err(|error| ManifestError::NotToml {
             reason: error.to_string(),
         })
+    }
+
+    /// Returns the intervals without a finger on the plate, s.
+    #[must_use]
+    pub fn unloaded_s(&self) -> Vec<(f64, f64)> {
+        let intervals = self.intervals.iter();
+        intervals
+            .filter(|interval| interval.kind == RecordedIntervalKind::Unloaded)
+            .map(|interval| (interval.start_s, interval.end_s))
+            .collect()
     }
 
     /// Returns the stretches with the force sensor at the end of its range, s; in order and disjoint.

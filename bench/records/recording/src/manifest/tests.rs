@@ -337,21 +337,37 @@ fn a_wavelength_across_is_optional_and_reads_back_as_it_was_written() {
     let across = manifest.plate.across.unwrap();
     assert_eq!(across.wavelength_m, 0.022);
     assert_eq!(across.source, WavelengthSource::Measured);
+    assert_eq!((across.crest_m, across.crest_standard_error_m), (0.0, 0.0));
     // A profile along the plate is another table.
-    let text = format!("{}{PROFILE}{BENCH_TABLES}", across_text());
+    let crest = "crest_m = -0.0004\ncrest_standard_error_m = 1.0e-4\nsource";
+    let text = across_text().replacen("source", crest, 1);
+    let text = format!("{text}{PROFILE}{BENCH_TABLES}");
     let manifest = parse(&text).unwrap();
     assert!(manifest.plate.profile.is_some());
+    assert_eq!(manifest.plate.across.unwrap().crest_m, -4e-4);
     assert_eq!(parse(&manifest.to_toml().unwrap()).unwrap(), manifest);
 }
 
 #[test]
 fn an_invalid_wavelength_across_is_refused_with_its_line() {
     for (right, wrong, words) in [
-        ("wavelength_m = 0.022", "wavelength_m = 0.0", "0.0001 to 1"),
-        ("wavelength_m = 0.022", "wavelength_m = nan", "0.0001 to 1"),
-        ("wavelength_m = 0.022", "wavelength_m = 22.0", "0.0001 to 1"),
+        ("wavelength_m = 0.022", "wavelength_m = 0.0", "0.008 to 1"),
+        ("wavelength_m = 0.022", "wavelength_m = nan", "0.008 to 1"),
+        ("wavelength_m = 0.022", "wavelength_m = 22.0", "0.008 to 1"),
+        (
+            "wavelength_m = 0.022",
+            "wavelength_m = 0.0079",
+            "a fingertip is wider",
+        ),
         ("error_m = 3.0e-4", "error_m = -3.0e-4", "0 to 0.011"),
         ("error_m = 3.0e-4", "error_m = 0.012", "0 to 0.011"),
+        ("source", "crest_m = 0.003\nsource", "-0.00275 to 0.00275"),
+        ("source", "crest_m = nan\nsource", "-0.00275 to 0.00275"),
+        (
+            "source",
+            "crest_standard_error_m = -1e-4\nsource",
+            "0 to 0.00275",
+        ),
         ("\"measured\"", "\"guessed\"", "measured"),
         (
             "wavelength_m = 0.022",

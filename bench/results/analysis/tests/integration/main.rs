@@ -7,5 +7,4 @@ mod predictive;
 #[cfg(feature = "parquet")]
 mod reference_recordings;
 mod reynolds_world;
-mod truth;
 mod verdict;

@@ -9,7 +9,7 @@ use contact::uncertain::{LogUncertain, Uncertain};
 use num_complex::Complex64;
 use statistics::NORMAL_95;
 
-use crate::truth::{Truth, World, parameter};
+use reference_worlds::truth::{Truth, World, parameter};
 
 /// Quantity with a limit of a right estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

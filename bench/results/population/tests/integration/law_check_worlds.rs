@@ -14,18 +14,14 @@
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::sync::OnceLock;
 
 use analysis::{Analysis, Settings, analyse};
 use population::law_check::{LawCheck, Setting, law_checks};
 use rayon::prelude::*;
-use tempfile::TempDir;
+use reference_worlds::{campaign, independent};
 
 /// Variable with the number of recordings of each condition in a campaign.
 const COUNT: &str = "FRICTION_BENCH_LAW_CHECKS";
-/// Variable with the file to which a campaign's results are appended.
-const RESULTS: &str = "FRICTION_BENCH_CAMPAIGN";
 /// Number of recordings of each condition in every test run.
 const RECORDINGS: u64 = 2;
 
@@ -80,26 +76,6 @@ const ALL: [Condition; 5] = [
     (24.0, 6.0, 28e3),
 ];
 
-/// Returns the program that makes recordings, compiled once.
-fn program() -> &'static Path {
-    static PROGRAM: OnceLock<(TempDir, PathBuf)> = OnceLock::new();
-    let (_, path) = PROGRAM.get_or_init(|| {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("world");
-        let source = Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("../analysis/tests/integration/independent_world/world.c");
-        let status = Command::new("cc")
-            .args(["-std=c11", "-O3", "-o"])
-            .args([&path, &source])
-            .arg("-lm")
-            .status()
-            .expect("the C compiler that the build needs too");
-        assert!(status.success());
-        (folder, path)
-    });
-    path
-}
-
 /// Records a finger under a law and a condition, as of a participant.
 fn record(folder: &Path, law: World, (drive_v, modulation_hz, resonance_hz): Condition, seed: u64) {
     let mut parameters = vec![
@@ -117,11 +93,7 @@ fn record(folder: &Path, law: World, (drive_v, modulation_hz, resonance_hz): Con
         _ => (name, value),
     }));
     std::fs::create_dir(folder).unwrap();
-    let arguments = parameters
-        .iter()
-        .map(|(name, value)| format!("{name}={value}"));
-    let status = Command::new(program()).arg(folder).args(arguments).status();
-    assert!(status.unwrap().success());
+    independent::record(folder, &parameters);
     let mut manifest = std::fs::File::options()
         .append(true)
         .open(folder.join("recording.toml"))
@@ -270,18 +242,11 @@ fn two_drive_levels_show_a_plate_that_softens_and_agree_under_the_published_laws
 
 #[test]
 fn each_check_under_each_law() {
-    let Ok(text) = std::env::var(COUNT) else {
+    let Some(count) = campaign::size(COUNT, 2) else {
         return;
     };
-    let count = text.parse().ok().filter(|count| *count > 1);
-    let count: u64 = count.unwrap_or_else(|| panic!("{COUNT} is \"{text}\", not a number from 2"));
     for (name, law) in LAWS {
-        let text = format!("{name}: {}", describe(&checked(law, &ALL, count)));
-        println!("{text}");
-        if let Some(path) = std::env::var_os(RESULTS) {
-            let mut options = std::fs::File::options();
-            let mut file = options.create(true).append(true).open(path).unwrap();
-            writeln!(file, "law checks\t{count}\t{text}").unwrap();
-        }
+        let text = format!("{name}: {}", describe(&checked(law, &ALL, count as u64)));
+        campaign::report("law checks", count, &text);
     }
 }

@@ -37,9 +37,10 @@ pub(super) fn assumption_note(analysed: &Analysis, selection: &FigureSelection) 
         ""
     };
     format!(
-        "Assumed: q₀ = {:e} rad/m, E = {} MPa, ν = {}, S = {} mm², p₀ = {} Pa{pressure_clause}, η = {}; instances of {} ms in the central {} mm; forces \
-         through a zero-phase second-order Butterworth filter of {} Hz, but the normal force by its spectrum (dynamic, trial); rest below {} µm (paper); \
-         amplitude uniform along the plate (paper), as measured (dynamic and trial, where it was).{trial_clause}",
+        "Assumed: q₀ = {:e} rad/m, E = {} MPa, ν = {}, S = {} mm², p₀ = {} Pa{pressure_clause}, η = {}; instances of {} ms in \
+         the central {} mm; forces through a zero-phase second-order Butterworth filter of {} Hz, but the normal force by its \
+         spectrum (dynamic, trial); rest below {} µm (paper); amplitude uniform along the plate (paper), as measured (dynamic \
+         and trial, where it was).{trial_clause}",
         settings.sigma_q0_rad_per_m,
         round(settings.young_modulus_pa * 1e-6),
         settings.poisson_ratio,

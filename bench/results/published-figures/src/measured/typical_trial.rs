@@ -150,9 +150,10 @@ pub(super) fn figure(
         name: "fig11_typical_trial".to_owned(),
         title: "A typical trial in time".to_owned(),
         caption: format!(
-            "{} exploration of {} in time: (a) vibration amplitude (peak){}; (b) modulus of the observed impedance{}; (c) normal and \
-             lateral force{}; (d) amplitude of the finger's reaction force (Eq. 10); (e) friction, measured (dotted) and estimated; (f) \
-             levitation gap, estimated (Huloux 2021, Fig. 11). Instances shaded grey, standard errors in the tint of their curve, those of trial with the laws in doubt. {}{}",
+            "{} exploration of {} in time: (a) vibration amplitude (peak){}; (b) modulus of the observed impedance{}; (c) \
+             normal and lateral force{}; (d) amplitude of the finger's reaction force (Eq. 10); (e) friction, measured \
+             (dotted) and estimated; (f) levitation gap, estimated (Huloux 2021, Fig. 11). Instances shaded grey, standard \
+             errors in the tint of their curve, those of trial with the laws in doubt. {}{}",
             match exploration.direction {
                 protocols::Direction::LeftToRight => "Left-to-right",
                 protocols::Direction::RightToLeft => "Right-to-left",

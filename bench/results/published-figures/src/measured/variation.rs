@@ -72,8 +72,8 @@ pub(super) fn figure(analysed: &Analysis, selection: &FigureSelection) -> Figure
             .to_owned(),
         caption: format!(
             "Maximum less minimum in an instance, over {n} instances{note}: (a) the modulus of the observed impedance, (b) the \
-             levitation gap, (c) the estimated friction, against measured friction, with Spearman's ρ and Pearson's r (Huloux 2021, Fig. 14, who give ρ = \
-             0.28 and 0.43 and r = 0.76 over 140 instances).{} {}",
+             levitation gap, (c) the estimated friction, against measured friction, with Spearman's ρ and Pearson's r (Huloux \
+             2021, Fig. 14, who give ρ = 0.28 and 0.43 and r = 0.76 over 140 instances).{} {}",
             match n_outside {
                 0 => String::new(),
                 1 => " One point is outside a frame.".to_owned(),

@@ -187,9 +187,10 @@ fn balance(parameters: &ModelParameters, curves: &Curves) -> Figure {
         name: "fig05_force_balance_and_gap".to_owned(),
         title: "Force balance and levitation gap".to_owned(),
         caption: format!(
-            "(a) Force of the squeeze film fₛ at four vibration amplitudes, and what asperities, which carry fᵣ, leave of normal forces ⟨f⟩ of \
-             0.5 N and 1 N to it; the skin floats where the curves cross. (b) Gap in equilibrium against vibration amplitude and normal force (Huloux 2021, \
-             Fig. 5, Eqs. 14–17). Amplitudes are peak values. Assumed: {}.",
+            "(a) Force of the squeeze film fₛ at four vibration amplitudes, and what asperities, which carry fᵣ, leave of \
+             normal forces ⟨f⟩ of 0.5 N and 1 N to it; the skin floats where the curves cross. (b) Gap in equilibrium against \
+             vibration amplitude and normal force (Huloux 2021, Fig. 5, Eqs. 14–17). Amplitudes are peak values. Assumed: \
+             {}.",
             finger(parameters),
         ),
         width: Width::Page,
@@ -243,8 +244,8 @@ fn impedance(parameters: &ModelParameters, curves: &Curves) -> Figure {
         name: "fig07b_impedance".to_owned(),
         title: "Observed impedance against vibration amplitude and normal force".to_owned(),
         caption: format!(
-            "Mechanical impedance observed at the plate, (a) real and (b) imaginary part, against vibration amplitude (peak) for four normal \
-             forces (Huloux 2021, Fig. 7b, Eqs. 9 and 18). Assumed: {}, η = {}; {}.",
+            "Mechanical impedance observed at the plate, (a) real and (b) imaginary part, against vibration amplitude (peak) \
+             for four normal forces (Huloux 2021, Fig. 7b, Eqs. 9 and 18). Assumed: {}, η = {}; {}.",
             finger(parameters),
             parameters.assumed.loss_factor,
             plate_and_tissue(parameters),
@@ -312,9 +313,9 @@ fn motion(parameters: &ModelParameters, curves: &Curves) -> Figure {
         name: "fig08_motion".to_owned(),
         title: "Motion of skin and plate within the carrier's period".to_owned(),
         caption: format!(
-            "Position of plate and skin, from the plate's mean position, over two periods of the carrier, at normal forces of 1 N (a, b) and \
-             5 N (c, d) and vibration amplitudes of 1 µm (a, c) and 10 µm (b, d) (Huloux 2021, Fig. 8, Eqs. 11 and 17). Assumed: {}, \
-             η = {}; {}.",
+            "Position of plate and skin, from the plate's mean position, over two periods of the carrier, at normal forces of \
+             1 N (a, b) and 5 N (c, d) and vibration amplitudes of 1 µm (a, c) and 10 µm (b, d) (Huloux 2021, Fig. 8, Eqs. 11 \
+             and 17). Assumed: {}, η = {}; {}.",
             finger(parameters),
             parameters.assumed.loss_factor,
             plate_and_tissue(parameters),

@@ -154,7 +154,7 @@ impl Record {
     }
 }
 
-/// Fits instances of one trial together.
+/// Fits instances of one trial together: by the published laws, and with the laws in doubt.
 pub fn fit_trial(records: &[Record]) -> TrialFit {
     let places: Vec<PlacedInstance<'_>> = records
         .iter()
@@ -174,8 +174,14 @@ pub fn fit_trial(records: &[Record]) -> TrialFit {
         touches_s: vec![(-99.0, 99.0)],
     };
     let options = TrialOptions::default();
-    trial::fit(&places, &conditions(), &readings, &options)
-        .expect("instances that the model allows")
+    let fit = trial::fit(&places, &conditions(), &readings, &options)
+        .expect("instances that the model allows");
+    assert!(
+        fit.shared.verdict.is_usable() && fit.within_laws.is_some(),
+        "both fits are measured: {}",
+        fit.shared.verdict
+    );
+    fit
 }
 
 /// Returns the known conditions of the fits.

@@ -18,6 +18,7 @@ use contact::mode_moments::ModeMoments;
 use contact::parameters::{
     LN_AREA, LN_LOSS_FACTOR, LN_Q0, LN_SIGMA_T, MS, PARAMETERS, TAU_MS, TRAPPED_SHARE, WIDTH_SQUARE,
 };
+use contact::uncertain::Uncertain;
 
 /// Instance with its lead-in, and buffers for the gap of the last parameters tried.
 pub(crate) struct LaggedModel<'a> {
@@ -66,6 +67,9 @@ impl<'a> LaggedModel<'a> {
         reference_n: f64,
     ) -> Result<Self, FitError> {
         conditions.assumed.validated()?;
+        conditions
+            .mode_across
+            .map_or(Ok(()), |mode| mode.validate())?;
         let (samples, lead) = instance.with_lead_in(lead_in_s)?;
         let zeros = || vec![0.0; samples.time_s.len()];
         Ok(Self {
@@ -106,9 +110,13 @@ impl<'a> LaggedModel<'a> {
         parameters[LN_AREA] = self.assumed.contact_area_m2.ln();
         parameters[LN_Q0] = self.assumed.q0_rad_per_m.ln();
         parameters[LN_LOSS_FACTOR] = self.assumed.loss_factor.ln();
+        let width_m = Uncertain {
+            value: CONTACT_WIDTH_M,
+            std: 0.0,
+        };
         parameters[WIDTH_SQUARE] = self
             .mode_across
-            .map_or(0.0, |mode| mode.width_square(CONTACT_WIDTH_M));
+            .map_or(0.0, |mode| mode.width_square(width_m).value);
         parameters
     }
 

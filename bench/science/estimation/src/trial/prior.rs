@@ -83,29 +83,36 @@ pub struct TrialPriors {
     pub laws: LawPriors,
 }
 
-/// Priors of the laws in doubt. All but the width on a known mode lie about the published law, on both sides of it, also where only one side is
-/// physical: a fit of a finger that follows the published laws is then not drawn away from them.
+/// Priors of the laws in doubt. All but the width on a known mode lie about the published law, on both sides of it, also where only
+/// one side is physical: a fit of a finger that follows the published laws is then not drawn away from them. The widths follow from
+/// measurements where there are any, and otherwise from films that obey Reynolds' equation (docs/laws.md).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LawPriors {
-    /// Loss factor of film and trapped air less that of the asperities. Default 0 ± 0.3 (an assumption), which covers a film
-    /// without loss, as in Huloux 2021, and twice the loss of the published 0.3.
+    /// Loss factor of film and trapped air less that of the asperities. Default 0 ± 0.3, from Reynolds' equation: a film over a
+    /// whole fingertip has a loss factor of 0.06 at a gap of 8 µm and 0.7 at a squeeze number of 9, where it carries half as much
+    /// (Langlois 1962, linearised); the asperities have 0.3, and the film of Huloux 2021 none. Strips of 1 mm, with 1.4 at 8 µm, are
+    /// outside.
     pub film_loss: Normal,
-    /// Share of the film that answers at the carrier as trapped air. Default 0 ± 0.3 (an assumption): a closed film
-    /// has 1 (Salbu 1964).
+    /// Share of the film that answers at the carrier as trapped air. Default 0 ± 0.3, from Reynolds' equation: at a gap of 8 µm,
+    /// ridges with open grooves have 0.01 of p0 S/x and strips of 1 mm 0.3. A closed film has 1 (Salbu 1964), which one trial shows.
     pub trapped_air: Normal,
     /// Share of the skin's motion that the film follows. Default 0 ± 0.5: by its definition a film between plate and skin has 1,
-    /// and the published one 0.
+    /// and the published one 0. Fingertips oscillate on the plate, more in phase with it the less damping they have (Fenton Friesen,
+    /// Wiertlewski and Colgate 2016).
     pub relative_motion: Normal,
-    /// Exponent of the asperities' average over a cycle. Default 0 ± 0.5: 0 as published, 1 if asperities follow every cycle.
+    /// Exponent of the asperities' average over a cycle. Default 0 ± 0.5: 0 as published, 1 if asperities follow every cycle. Seen
+    /// by stroboscope, the contact changes within the cycle, partly out of phase with the plate (Wiertlewski, Fenton Friesen and
+    /// Colgate 2016).
     pub cycle_average: Normal,
     /// Change of the plate's reactance with its squared amplitude, N·s/m per µm². Default 0 ± 0.0035: a resonance that falls or
-    /// rises by 1 ppm/µm² with a modal mass of 8 g, 2 m_p ω · 10⁻⁶.
+    /// rises by 1 ppm/µm² with a modal mass of 8 g, 2 m_p ω · 10⁻⁶. Piezo ceramics soften with the amplitude (Guyomar, Aurelle
+    /// and Eyraud 1997); the size for a plate of glass is an assumption.
     pub softening_n_s_per_m_um2: Normal,
     /// Square of the contact's width over that of the mode's wavelength, where the wavelength is unknown. Default 0 ± 0.18, which
     /// covers a width of 0.6 wavelengths: 13 mm of the published plate.
     pub width_square: Normal,
-    /// Width of the contact, m, where the mode's wavelength is known. Default 11 ± 3 mm (an
-    /// assumption): fingertips are 8 to 14 mm wide.
+    /// Width of the contact, m, where the mode's wavelength is known. Default 11 ± 3 mm: on touch screens the contacts of index
+    /// fingers are 5 to 17 mm wide, 9.4 mm in the mean and 10.8 mm at a usual tap (Microsoft, "Contact area size").
     pub width_m: Normal,
 }
 
@@ -125,14 +132,11 @@ impl LawPriors {
 
     /// Returns the prior of κ = (w/λ)² on a mode of known wavelength.
     fn width_square_on(&self, mode: ModeAcross) -> Normal {
-        // ∂κ/∂w = 2κ/w, ∂κ/∂λ = −2κ/λ.
-        let mean = mode.width_square(self.width_m.mean);
-        let relative = |value: f64, std: f64| 2.0 * std / value;
-        let Uncertain { value, std } = mode.wavelength_m;
-        Normal {
-            mean,
-            std: mean * relative(self.width_m.mean, self.width_m.std).hypot(relative(value, std)),
-        }
+        let Uncertain { value, std } = mode.width_square(Uncertain {
+            value: self.width_m.mean,
+            std: self.width_m.std,
+        });
+        Normal { mean: value, std }
     }
 }
 

@@ -355,6 +355,39 @@ fn a_lag_of_the_lateral_force_is_estimated_without_effect_on_the_contact() {
     }
 }
 
+/// Without the second fit the intervals lack the doubt about the laws: no number of the trial may be used, and those within the
+/// published laws are kept apart.
+#[test]
+fn a_trial_of_which_the_laws_in_doubt_cannot_be_fitted_is_not_converged() {
+    let truths = instances(SKINS[0], 2);
+    let records = records(&truths);
+    let places: Vec<PlacedInstance<'_>> = records
+        .iter()
+        .map(|record| place(record.series()))
+        .collect();
+    let fit = |film_loss_std: f64| {
+        let mut options = TrialOptions::default();
+        options.priors.laws.film_loss.std = film_loss_std;
+        trial::fit(&places, &conditions(), &references(2), &options).unwrap()
+    };
+    // A prior that no loss of the film meets.
+    let without_doubt = fit(f64::NAN);
+    let verdict = FitVerdict::NotConverged {
+        reason: "the laws in doubt cannot be fitted".to_owned(),
+    };
+    assert!(!verdict.is_usable());
+    assert_eq!(without_doubt.shared.verdict, verdict);
+    assert_eq!(without_doubt.instances.len(), 2);
+    for instance in &without_doubt.instances {
+        assert_eq!(instance.verdict, verdict);
+    }
+    let within_laws = without_doubt.within_laws.unwrap();
+    assert_eq!(within_laws.shared.verdict, FitVerdict::Converged);
+    let sound = fit(0.3);
+    assert_eq!(sound.shared.verdict, FitVerdict::Converged);
+    assert_eq!(within_laws, sound.within_laws.unwrap());
+}
+
 /// Regression test: with a known wavelength no start of a search had a skin, so that no instance could be fitted.
 #[test]
 fn a_wavelength_far_greater_than_the_finger_changes_no_estimate() {
@@ -369,7 +402,13 @@ fn a_wavelength_far_greater_than_the_finger_changes_no_estimate() {
         std: 0.0,
     };
     let known = FitConditions {
-        mode_across: Some(ModeAcross { wavelength_m }),
+        mode_across: Some(ModeAcross {
+            wavelength_m,
+            crest_m: Uncertain {
+                value: 0.0,
+                std: 0.0,
+            },
+        }),
         ..conditions()
     };
     for place in &places {
@@ -392,8 +431,8 @@ fn a_wavelength_far_greater_than_the_finger_changes_no_estimate() {
     }
 }
 
-/// With extensions of the published laws drawn from the priors, correlated noise of the impedance and unseen components of the force, the stated errors
-/// agree with the actual ones.
+/// With extensions of the published laws drawn from the priors, correlated noise of the impedance and unseen components of the
+/// force, the stated errors agree with the actual ones.
 #[test]
 fn standard_errors_of_a_trial_are_the_scatter() {
     let runs = 16;

@@ -10,8 +10,6 @@
     reason = "docs/accuracy.md has the numbers from here"
 )]
 
-pub mod program;
-
 use analysis::Settings;
 use analysis::findings::RecordingFindings;
 use analysis::method::Method;
@@ -19,9 +17,8 @@ use analysis::recording_analysis::analyse;
 use contact::uncertain::{LogUncertain, Uncertain};
 use num_complex::Complex64;
 use rayon::prelude::*;
-
-use self::program::{Q0_RAD_PER_M, program, random_world, record};
-use crate::truth::{Truth, World, parameter};
+use reference_worlds::independent::{Q0_RAD_PER_M, compile, random_world, record};
+use reference_worlds::truth::{Truth, World, parameter};
 
 /// Largest errors of `trial` over all instances.
 #[derive(Debug, Clone, Copy, Default)]
@@ -165,7 +162,7 @@ fn errors(world: &World) -> Errors {
 }
 
 fn assert_recovered(worlds: Vec<(String, World)>) {
-    program();
+    compile();
     let world_errors: Vec<(String, Errors)> = worlds
         .into_par_iter()
         .map(|(name, world)| (name, errors(&world)))

@@ -10,28 +10,24 @@
     reason = "docs/accuracy.md has the numbers from here"
 )]
 
-use std::io::Write;
-use std::path::PathBuf;
-
 use analysis::Settings;
 use analysis::method::Method;
 use analysis::recording_analysis::analyse;
 use rayon::prelude::*;
+use reference_worlds::campaign;
+use reference_worlds::independent::{compile, record};
+use reference_worlds::truth::{Truth, World};
 
 use super::causes::{
     CAUSES, NamedWorld, PUBLISHED, SEVERAL, published_worlds, worlds_of, worlds_of_several,
 };
 use super::table::Row;
-use crate::independent_world::program::{program, record};
-use crate::truth::{Truth, World};
 use crate::verdict::{Outcome, Verdict};
 
 /// Variable with the number of worlds of each cause in a campaign.
 const COUNT: &str = "FRICTION_BENCH_LAWS";
 /// Variable with the names of the causes of a run.
 const ONLY: &str = "FRICTION_BENCH_LAW";
-/// Variable with the file to which a campaign's results are appended; the table is beside it, in a file whose name ends in `.laws.tsv`.
-const RESULTS: &str = "FRICTION_BENCH_CAMPAIGN";
 
 /// Causes under which no estimate of `trial` may be wrong in silence.
 const NEVER_SILENT: [&str; 10] = [
@@ -46,15 +42,6 @@ const NEVER_SILENT: [&str; 10] = [
     "second-mode",
     PUBLISHED,
 ];
-
-/// Number of worlds of each cause.
-fn count() -> u64 {
-    let Ok(text) = std::env::var(COUNT) else {
-        return 1;
-    };
-    let count = text.parse().ok().filter(|count| *count > 0);
-    count.unwrap_or_else(|| panic!("{COUNT} is \"{text}\", not a number from 1"))
-}
 
 /// Returns the worlds of the selected causes.
 fn worlds(count: u64) -> Vec<NamedWorld> {
@@ -110,16 +97,15 @@ fn print(world: &NamedWorld, verdicts: &[Verdict]) {
     }
 }
 
-/// Appends the rows to the campaign's results, and writes them with all columns to a file of their own.
-fn write_results(count: u64, rows: &[Row<'_>]) {
-    let Some(path) = std::env::var_os(RESULTS).map(PathBuf::from) else {
+/// Reports the rows; in a campaign, also writes them with all columns to a file beside its results, with a name that ends in
+/// `.laws.tsv`.
+fn report(count: usize, rows: &[Row<'_>]) {
+    for row in rows {
+        campaign::report("a world of other laws", count, &row.to_string());
+    }
+    let Some(path) = campaign::results_path() else {
         return;
     };
-    let mut options = std::fs::File::options();
-    let mut file = options.create(true).append(true).open(&path).unwrap();
-    for row in rows {
-        writeln!(file, "a world of other laws\t{count}\t{row}").unwrap();
-    }
     let mut table = Row::tsv_header();
     for row in rows {
         table.push('\n');
@@ -131,9 +117,9 @@ fn write_results(count: u64, rows: &[Row<'_>]) {
 
 #[test]
 fn a_world_of_other_laws_is_right_covered_or_flagged() {
-    program();
-    let count = count();
-    let results: Vec<(NamedWorld, Vec<Verdict>)> = worlds(count)
+    compile();
+    let count = campaign::repeats(COUNT, 1);
+    let results: Vec<(NamedWorld, Vec<Verdict>)> = worlds(count as u64)
         .into_par_iter()
         .map(|world| {
             let verdicts = verdicts(&world);
@@ -154,10 +140,7 @@ fn a_world_of_other_laws_is_right_covered_or_flagged() {
             }
         }
     }
-    for row in &rows {
-        println!("{row}");
-    }
-    write_results(count, &rows);
+    report(count, &rows);
     assert!(!rows.is_empty());
     let trial = rows.iter().filter(|row| row.method() == Method::Trial);
     let mut silent = Vec::new();

@@ -4,8 +4,8 @@ use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::independent_world::program::random_world;
-use crate::truth::{World, parameter};
+use reference_worlds::independent::random_world;
+use reference_worlds::truth::{World, parameter};
 
 /// Wavelength across the plate of Huloux 2021, m.
 const WAVELENGTH_ACROSS_M: f64 = 22e-3;

@@ -91,8 +91,8 @@ fn responses_at(kind: &Kind, places: &[(f64, f64)]) -> Vec<Response> {
 const SQUEEZE: &str = "Squeeze number";
 const RATIOS: [f64; 2] = [0.3, 0.8];
 
-/// Panels of a response over the squeeze number: linear theory, Reynolds' equation at two amplitudes, and Eq. 18.
-fn over_squeeze(y: Axis, part: fn(&Response) -> f64, linear: fn(&Linear) -> f64) -> Panel {
+/// Panel of a response over the squeeze number: linear theory, and Reynolds' equation at two amplitudes over the gap.
+fn over_squeeze(y: Axis, part: fn(&Response, f64) -> f64, linear: fn(&Linear) -> f64) -> Panel {
     let squeezes = spaced(0.01, 1e4, 61);
     let theory = |shape| -> Vec<(f64, f64)> {
         let at = |&squeeze: &f64| (squeeze, linear(&Linear::new(shape, squeeze)));
@@ -107,7 +107,7 @@ fn over_squeeze(y: Axis, part: fn(&Response) -> f64, linear: fn(&Linear) -> f64)
         let values = responses(&films, RECORDED);
         squeezes
             .into_iter()
-            .zip(values.iter().map(|r| part(r) / ratio))
+            .zip(values.iter().map(|response| part(response, ratio)))
             .collect()
     };
     Panel {
@@ -134,7 +134,7 @@ pub fn stiffness() -> Figure {
     let relative = |label: &str| Axis::logarithmic(label).with_range(1e-3, 5.0);
     let mut stiffness = over_squeeze(
         relative("Stiffness · x/(p₀ S)"),
-        |response| response.carrier.re,
+        |response, ratio| response.carrier.re / ratio,
         |linear| linear.mean_pressure().re,
     );
     let published = RATIOS.map(|ratio| 2.5 * ratio * ratio);
@@ -148,7 +148,7 @@ pub fn stiffness() -> Figure {
     );
     let mut loss = over_squeeze(
         relative("Loss · x/(p₀ S)"),
-        |response| response.carrier.im,
+        |response, ratio| response.carrier.im / ratio,
         |linear| linear.mean_pressure().im,
     );
     loss.series.push(
@@ -232,12 +232,12 @@ pub fn stiffness() -> Figure {
     Figure {
         name: "laws_film_at_the_carrier".to_owned(),
         title: "Stiffness and loss of the film at the carrier".to_owned(),
-        caption: "(a) Stiffness and (b) loss of a gas film at the carrier, over those of trapped gas, p₀ S/x, against the squeeze \
-                  number; lines: linear theory (Langlois 1962); markers: Reynolds' equation at two amplitudes a over gap x; Eq. 18 of Huloux \
-                  2021 is the stiffness of the mean force. (c) Stiffness and (d) loss against the gap at an amplitude of 1 µm, over \
-                  300 mm² at 35 kHz, for a disc, for strips 1 mm wide, and for ridges 0.4 mm wide with grooves 0.12 mm wide and \
-                  60 µm deep, whose ends are 5 mm away or which are at ambient pressure. Assumed: p₀ = 101325 Pa, \
-                  viscosity 18.2 µPa·s."
+        caption: "(a) Stiffness and (b) loss of a gas film at the carrier, over those of trapped gas, p₀ S/x, against the \
+                  squeeze number; lines: linear theory (Langlois 1962); markers: Reynolds' equation at two amplitudes a over \
+                  gap x; Eq. 18 of Huloux 2021 is the stiffness of the mean force. (c) Stiffness and (d) loss against the gap \
+                  at an amplitude of 1 µm, over 300 mm² at 35 kHz, for a disc, for strips 1 mm wide, and for ridges 0.4 mm \
+                  wide with grooves 0.12 mm wide and 60 µm deep, whose ends are 5 mm away or which are at ambient pressure. \
+                  Assumed: p₀ = 101325 Pa, viscosity 18.2 µPa·s."
             .to_owned(),
         width: Width::Page,
         columns: 2,
@@ -257,47 +257,14 @@ fn friction(states: &[State]) -> Vec<(f64, f64)> {
 
 /// Mean force of the film, and the friction that it leaves.
 pub fn force(curves: &Curves) -> Figure {
-    let squeezes = spaced(0.01, 1e4, 61);
-    let theory = |shape| -> Vec<(f64, f64)> {
-        squeezes
-            .iter()
-            .map(|&squeeze| {
-                (
-                    squeeze,
-                    Linear::new(shape, squeeze).mean_overpressure() / 1.25,
-                )
-            })
-            .collect()
-    };
-    let points = |ratio: f64| -> Vec<(f64, f64)> {
-        let squeezes = spaced(0.01, 1e4, 13);
-        let films: Vec<Film> = squeezes
-            .iter()
-            .map(|&squeeze| Film::new(Shape::Strip, squeeze, ratio))
-            .collect();
-        let values = responses(&films, RECORDED);
-        squeezes
-            .into_iter()
-            .zip(values.iter().map(|r| r.mean / (1.25 * ratio * ratio)))
-            .collect()
-    };
-    let over_eq_14 = Panel {
-        series: vec![
-            Series::line(Ink::Black, Dash::Solid, theory(Shape::Strip))
-                .with_name("strip, small amplitude"),
-            Series::line(Ink::Blue, Dash::Dashed, theory(Shape::Disc))
-                .with_name("disc, small amplitude"),
-            Series::points(Ink::Green, Marker::Circle, points(RATIOS[0]))
-                .with_name("strip, a/x = 0.3"),
-            Series::points(Ink::Orange, Marker::Disc, points(RATIOS[1]))
-                .with_name("strip, a/x = 0.8"),
-            Series::line(Ink::Vermillion, Dash::DashDotted, level(1.0)).with_name("Eq. 14"),
-        ],
-        ..Panel::new(
-            Axis::logarithmic(SQUEEZE),
-            Axis::linear("Mean force over Eq. 14").with_range(-0.1, 1.6),
-        )
-    };
+    let mut over_eq_14 = over_squeeze(
+        Axis::linear("Mean force over Eq. 14").with_range(-0.1, 1.6),
+        |response, ratio| response.mean / (1.25 * ratio * ratio),
+        |linear| linear.mean_overpressure() / 1.25,
+    );
+    over_eq_14
+        .series
+        .push(Series::line(Ink::Vermillion, Dash::DashDotted, level(1.0)).with_name("Eq. 14"));
     const GAP_M: f64 = 8e-6;
     let amplitudes_m: Vec<f64> = (1..=20).map(|i| 0.3e-6 * f64::from(i)).collect();
     let eq_14 =
@@ -347,11 +314,12 @@ pub fn force(curves: &Curves) -> Figure {
     Figure {
         name: "laws_mean_force".to_owned(),
         title: "Mean force of the film".to_owned(),
-        caption: "(a) Mean force of the film over Eq. 14 of Huloux 2021 against the squeeze number: second-order theory (Minikes and \
-                  Bucher 2006) and Reynolds' equation at two amplitudes a over gap x. (b) Mean force against the amplitude at a gap of \
-                  8 µm, (c) against the gap at 1 µm, for the fingers of the figure before; the ridges' film pulls where its curve in (c) is absent. (d) Friction in steady state \
-                  against the plate's amplitude. Assumed: S = 300 mm², σₜ = 1.7 µm, q₀ = 1.4e4 rad/m, E = 20 MPa, ν = 0.5, η = 0.3, \
-                  0.65 N; published average of the skin 0.47 + 3.16i N·s/m, skin of Fig. 3 0.1 g and 32 N·s/m."
+        caption: "(a) Mean force of the film over Eq. 14 of Huloux 2021 against the squeeze number: second-order theory \
+                  (Minikes and Bucher 2006) and Reynolds' equation at two amplitudes a over gap x. (b) Mean force against the \
+                  amplitude at a gap of 8 µm, (c) against the gap at 1 µm, for the fingers of the figure before; the ridges' \
+                  film pulls where its curve in (c) is absent. (d) Friction in steady state against the plate's amplitude. \
+                  Assumed: S = 300 mm², σₜ = 1.7 µm, q₀ = 1.4e4 rad/m, E = 20 MPa, ν = 0.5, η = 0.3, 0.65 N; published average \
+                  of the skin 0.47 + 3.16i N·s/m, skin of Fig. 3 0.1 g and 32 N·s/m."
             .to_owned(),
         width: Width::Page,
         columns: 2,

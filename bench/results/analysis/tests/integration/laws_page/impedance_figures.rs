@@ -281,10 +281,11 @@ pub fn width(curves: &Curves) -> Figure {
     Figure {
         name: "laws_width".to_owned(),
         title: "A finger with a width across the plate's mode".to_owned(),
-        caption: "(a) Means over an elliptical contact of the mode φ = cos(2πy/λ), λ = 22 mm, and of its square, against the width. \
-                  (b) Friction and (c) the finger's part of Z_m against the amplitude at the crest, with Eqs. 14–19 in each strip, one \
-                  gap, and a skin of the published average that moves as one. (d) The finger's part on a Reynolds film of 10 mm along \
-                  the plate, with a gap and a skin (0.1 g, 32 N·s/m) in each of five places. Assumed: S = 300 mm² in all, other constants as in the figure before."
+        caption: "(a) Means over an elliptical contact of the mode φ = cos(2πy/λ), λ = 22 mm, and of its square, against the \
+                  width. (b) Friction and (c) the finger's part of Z_m against the amplitude at the crest, with Eqs. 14–19 in \
+                  each strip, one gap, and a skin of the published average that moves as one. (d) The finger's part on a \
+                  Reynolds film of 10 mm along the plate, with a gap and a skin (0.1 g, 32 N·s/m) in each of five places. \
+                  Assumed: S = 300 mm² in all, other constants as in the figure before."
             .to_owned(),
         width: Width::Page,
         columns: 2,

@@ -15,19 +15,17 @@ mod search;
 mod slow_model;
 mod truth;
 
-use std::io::Write;
 use std::sync::Mutex;
 
 use num_complex::Complex64;
 use rayon::prelude::*;
+use reference_worlds::campaign;
+use reference_worlds::independent::compile;
 
-use crate::independent_world::program::program;
 use truth::{PARTS, Part, Printed, Truth};
 
 /// Variable with the number of truths from which the searches of a campaign start.
 const COUNT: &str = "FRICTION_BENCH_PREDICTIVE";
-/// Variable with the file to which a campaign's results are appended.
-const RESULTS: &str = "FRICTION_BENCH_CAMPAIGN";
 /// Distance from the published averages within which an estimate counts as equal to them.
 const EQUAL: f64 = 0.05;
 /// Number of the best truths from which a simplex descends, and its evaluations.
@@ -156,7 +154,7 @@ fn recorded(truth: &Truth) -> Printed {
 
 #[test]
 fn the_published_averages_as_truth_are_not_what_paper_gives() {
-    program();
+    compile();
     let printed = recorded(&Truth::PUBLISHED);
     assert!((2.7e-6..3.0e-6).contains(&printed.sigma_t_m), "{printed}");
     assert!((-0.2..0.0).contains(&printed.z_t.re), "{printed}");
@@ -166,7 +164,7 @@ fn the_published_averages_as_truth_are_not_what_paper_gives() {
 
 #[test]
 fn some_truths_give_the_published_averages() {
-    program();
+    compile();
     FOUND.par_iter().for_each(|truth| {
         let printed = recorded(truth);
         assert!(printed.distance() < EQUAL, "{truth}: {printed}");
@@ -175,14 +173,12 @@ fn some_truths_give_the_published_averages() {
 
 #[test]
 fn a_search_for_truths_with_the_published_averages() {
-    let Ok(text) = std::env::var(COUNT) else {
+    let Some(count) = campaign::size(COUNT, 1) else {
         return;
     };
-    let count = text.parse().ok().filter(|count| *count > 0);
-    let count: u64 = count.unwrap_or_else(|| panic!("{COUNT} is \"{text}\", not a number from 1"));
-    program();
+    compile();
     for scope in SCOPES {
-        let searched = Searched::new(scope, count);
+        let searched = Searched::new(scope, count as u64);
         let names: Vec<&str> = scope.iter().map(|&part| PARTS[part].name).collect();
         let recorded = |truth: &Truth| match truth.recorded() {
             None => format!("{truth}; recorded: no estimate"),
@@ -210,11 +206,6 @@ fn a_search_for_truths_with_the_published_averages() {
                 text += &format!("; {} {low:.3e} to {high:.3e}", PARTS[part].name);
             }
         }
-        println!("{text}");
-        if let Some(path) = std::env::var_os(RESULTS) {
-            let mut options = std::fs::File::options();
-            let mut file = options.create(true).append(true).open(path).unwrap();
-            writeln!(file, "published averages by paper\t{count}\t{text}").unwrap();
-        }
+        campaign::report("published averages by paper", count, &text);
     }
 }

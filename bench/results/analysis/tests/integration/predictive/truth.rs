@@ -1,4 +1,4 @@
-//! Truths of the search, their ranges, and what `paper` gives for them.
+//! Truths of the search, their ranges, and the estimates of `paper` for them.
 
 use std::fmt;
 
@@ -8,7 +8,7 @@ use analysis::recording_analysis::analyse;
 use contact::AssumedConstants;
 use num_complex::Complex64;
 
-use crate::independent_world::program::record;
+use reference_worlds::independent::record;
 
 /// Published averages over 14 people (Huloux 2021).
 const PUBLISHED_SIGMA_T_M: f64 = 1.7e-6;

@@ -6,26 +6,23 @@
     reason = "a helper that fails fails its test, as in the tests themselves"
 )]
 
-use std::io::Write;
-
 use analysis::Settings;
 use analysis::method::Method;
 use analysis::recording_analysis::analyse;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
+use reference_worlds::campaign;
+use reference_worlds::truth::{Truth, World, parameter};
 
-use super::programs;
+use super::programs::WORLD;
 use super::recorded_world::record;
-use crate::truth::{Truth, World, parameter};
 use crate::verdict::{Outcome, Verdict};
 
 /// Number of worlds in every test run: one of each kind.
 const WORLDS: usize = 3;
 /// Variable with the number of worlds of a campaign.
 const COUNT: &str = "FRICTION_BENCH_REYNOLDS";
-/// Variable with the file to which a campaign's results are appended.
-const RESULTS: &str = "FRICTION_BENCH_CAMPAIGN";
 
 /// Worlds of every test run: strips without grooves, ridges with grooves under the plate's mode, a disc under the mode.
 fn usual_worlds() -> Vec<(String, World)> {
@@ -117,12 +114,7 @@ fn drawn_world(number: u64) -> (String, World) {
 }
 
 fn worlds() -> (usize, Vec<(String, World)>) {
-    let Ok(text) = std::env::var(COUNT) else {
-        return (WORLDS, usual_worlds());
-    };
-    let count = text.parse().ok().filter(|count| *count >= WORLDS);
-    let count =
-        count.unwrap_or_else(|| panic!("{COUNT} is \"{text}\", not a number from {WORLDS}"));
+    let count = campaign::size(COUNT, WORLDS).unwrap_or(WORLDS);
     let mut worlds = usual_worlds();
     worlds.extend((1..=(count - WORLDS) as u64).map(drawn_world));
     (count, worlds)
@@ -159,7 +151,7 @@ fn counted(verdicts: &[&Verdict]) -> String {
 
 #[test]
 fn a_finger_on_a_reynolds_film_is_right_or_flagged() {
-    programs::world();
+    WORLD.path();
     let (count, worlds) = worlds();
     let results: Vec<(String, f64, Result<Vec<Verdict>, String>)> = worlds
         .into_par_iter()
@@ -187,12 +179,7 @@ fn a_finger_on_a_reynolds_film_is_right_or_flagged() {
     for method in Method::ALL {
         let of_method: Vec<&Verdict> = all.iter().filter(|v| v.method == method).collect();
         let text = format!("{} of {recorded}: {}", method.name(), counted(&of_method));
-        println!("{text}");
-        if let Some(path) = std::env::var_os(RESULTS) {
-            let mut options = std::fs::File::options();
-            let mut file = options.create(true).append(true).open(path).unwrap();
-            writeln!(file, "a finger on a Reynolds film\t{count}\t{text}").unwrap();
-        }
+        campaign::report("a finger on a Reynolds film", count, &text);
     }
     assert!(recorded * 10 >= count * 8, "{recorded} of {count} recorded");
     let wrong: Vec<String> = all

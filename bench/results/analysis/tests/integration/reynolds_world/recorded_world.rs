@@ -6,10 +6,10 @@
 )]
 
 use std::path::Path;
-use std::process::Command;
 
-use super::programs;
-use crate::truth::World;
+use reference_worlds::truth::World;
+
+use super::programs::WORLD;
 
 /// Writes a recording.
 ///
@@ -17,11 +17,7 @@ use crate::truth::World;
 /// The program's message if the world is impossible: the plate strikes the finger, or the film lifts it off.
 pub fn record(folder: &Path, world: &World) -> Result<(), String> {
     const IMPOSSIBLE: i32 = 3;
-    let output = Command::new(programs::world())
-        .arg(folder)
-        .args(world.iter().map(|(name, value)| format!("{name}={value}")))
-        .output()
-        .unwrap();
+    let output = WORLD.record(folder, world);
     if output.status.success() {
         return Ok(());
     }

@@ -11,7 +11,7 @@ use num_complex::Complex64;
 
 use super::programs::STEADY;
 use super::recorded_world::record;
-use crate::truth::{Truth, World};
+use reference_worlds::truth::{Truth, World};
 
 #[derive(Debug)]
 struct SteadyState {

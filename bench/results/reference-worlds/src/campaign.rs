@@ -2,6 +2,7 @@
 //! campaign`.
 
 use std::io::Write;
+use std::path::PathBuf;
 
 /// File to which results are appended, one tab-separated line each: test, count, result.
 const RESULTS: &str = "FRICTION_BENCH_CAMPAIGN";
@@ -10,14 +11,28 @@ const RESULTS: &str = "FRICTION_BENCH_CAMPAIGN";
 ///
 /// # Panics
 /// When the value is not a number above 0.
+#[must_use]
 pub fn repeats(variable: &str, usual: usize) -> usize {
-    let Ok(text) = std::env::var(variable) else {
-        return usual;
-    };
+    size(variable, 1).unwrap_or(usual)
+}
+
+/// Returns the number in the environment variable `variable`; `None` if it is not set.
+///
+/// # Panics
+/// When the value is not a number from `least`.
+#[must_use]
+pub fn size(variable: &str, least: usize) -> Option<usize> {
+    let text = std::env::var(variable).ok()?;
     match text.parse() {
-        Ok(number) if number > 0 => number,
-        _ => panic!("{variable} is \"{text}\", which is no number over 0"),
+        Ok(number) if number >= least => Some(number),
+        _ => panic!("{variable} is \"{text}\", not a number from {least}"),
     }
+}
+
+/// Returns the file of a campaign's results; `None` outside a campaign.
+#[must_use]
+pub fn results_path() -> Option<PathBuf> {
+    std::env::var_os(RESULTS).map(PathBuf::from)
 }
 
 /// Prints the result of `count` repetitions of `test`; in a campaign, also appends it to the results.
@@ -30,7 +45,7 @@ pub fn repeats(variable: &str, usual: usize) -> usize {
 )]
 pub fn report(test: &str, count: usize, text: &str) {
     println!("{test}, {count} times: {text}");
-    if let Some(path) = std::env::var_os(RESULTS) {
+    if let Some(path) = results_path() {
         let file = std::fs::File::options()
             .create(true)
             .append(true)

@@ -1,51 +1,38 @@
-//! The program that makes recordings of the world, and its drawn fingers.
+//! The independent implementation of the published laws (`independent/README.md`), and its drawn fingers.
 
-#![expect(
-    clippy::unwrap_used,
-    reason = "a helper that fails fails its test, as in the tests themselves"
-)]
-
-use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::sync::OnceLock;
+use std::path::Path;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use tempfile::TempDir;
 
+use crate::program::{Program, ProgramCache};
 use crate::truth::World;
 
 /// q0 of a world that does not state it, rad/m.
 pub const Q0_RAD_PER_M: f64 = 1.4e4;
 
-/// Returns the program, compiled once.
-pub fn program() -> &'static Path {
-    static PROGRAM: OnceLock<(TempDir, PathBuf)> = OnceLock::new();
-    let (_, path) = PROGRAM.get_or_init(|| {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("world");
-        let source = Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("tests/integration/independent_world/world.c");
-        let status = Command::new("cc")
-            .args(["-std=c11", "-O3", "-Wall", "-Wextra", "-Werror", "-o"])
-            .args([&path, &source])
-            .arg("-lm")
-            .status()
-            .expect("the C compiler that the build needs too");
-        assert!(status.success());
-        (folder, path)
-    });
-    path
+/// Program that makes recordings.
+static WORLD: ProgramCache = ProgramCache::new(Program {
+    name: "world",
+    folder: concat!(env!("CARGO_MANIFEST_DIR"), "/independent"),
+    sources: &["world.c"],
+});
+
+/// Compiles the program, so that worlds recorded side by side do not wait for each other.
+///
+/// # Panics
+/// When the program cannot be compiled.
+pub fn compile() {
+    WORLD.path();
 }
 
 /// Writes a recording.
+///
+/// # Panics
+/// When the program rejects the world.
 pub fn record(folder: &Path, world: &World) {
-    let status = Command::new(program())
-        .arg(folder)
-        .args(world.iter().map(|(name, value)| format!("{name}={value}")))
-        .status()
-        .unwrap();
-    assert!(status.success(), "{world:?}");
+    let output = WORLD.record(folder, world);
+    assert!(output.status.success(), "{world:?}: {output:?}");
 }
 
 /// Draws a finger, a plate and sensors that differ from all assumptions and obey the published laws.

@@ -1,16 +1,12 @@
 //! Parameters of a simulated world, and the truth of its recordings.
 
-#![expect(
-    clippy::unwrap_used,
-    reason = "a helper that fails fails its test, as in the tests themselves"
-)]
-
 use std::path::Path;
 
 /// Parameters of a world, by their names in its program; of two values of the same name the later counts.
 pub type World = Vec<(&'static str, f64)>;
 
 /// Returns a parameter that the world states.
+#[must_use]
 pub fn parameter(world: &World, name: &str) -> Option<f64> {
     let mut parameters = world.iter().rev();
     parameters
@@ -19,6 +15,7 @@ pub fn parameter(world: &World, name: &str) -> Option<f64> {
 }
 
 /// True values of a recording, every millisecond.
+#[derive(Debug)]
 pub struct Truth {
     columns: Vec<String>,
     rows: Vec<Vec<f64>>,
@@ -26,17 +23,26 @@ pub struct Truth {
 
 impl Truth {
     /// Reads the truth of the recording in `folder`.
+    ///
+    /// # Panics
+    /// When the folder has no truth.
     pub fn read(folder: &Path) -> Self {
-        let mut file = csv::Reader::from_path(folder.join("truth.csv")).unwrap();
-        let columns = file.headers().unwrap().iter().map(str::to_owned).collect();
-        let rows = file.deserialize().collect::<Result<_, _>>().unwrap();
+        let file = csv::Reader::from_path(folder.join("truth.csv"));
+        let mut file = file.expect("the truth of a recording");
+        let header = file.headers().expect("the columns of a truth");
+        let columns = header.iter().map(str::to_owned).collect();
+        let rows = file.deserialize().collect::<Result<_, _>>();
+        let rows = rows.expect("the numbers of a truth");
         Self { columns, rows }
     }
 
     /// Returns a column.
+    ///
+    /// # Panics
+    /// When the column is missing.
     pub fn column(&self, name: &str) -> Vec<f64> {
         let index = self.columns.iter().position(|column| column == name);
-        let index = index.unwrap();
+        let index = index.unwrap_or_else(|| panic!("no column {name} in {:?}", self.columns));
         self.rows.iter().map(|row| row[index]).collect()
     }
 

@@ -8,8 +8,8 @@ use faults::{FaultKind, RehearsedFault};
 use study::exclusions::SessionTrial;
 
 pub use crate::analyze_options::Analyze;
-pub use crate::protocol_options::{ProtocolCheck, ProtocolCommand, ProtocolOptions};
 use crate::fault_option::{self, NamedFault};
+pub use crate::protocol_options::{ProtocolCheck, ProtocolCommand, ProtocolOptions};
 use calibration_rig::reference_options::ReferenceOptions;
 pub use participant_window::participant_options::ParticipantOptions;
 pub use replay::Speed;

@@ -61,7 +61,10 @@ pub fn check(options: &ProtocolCheck, config: Option<Config>) -> anyhow::Result<
         .iter()
         .map(ToString::to_string)
         .chain(obstacles.iter().map(|error| format!("{error:#}")))
-        .chain(protocol_check::futile_demands(protocol, Some(bench.config())))
+        .chain(protocol_check::futile_demands(
+            protocol,
+            Some(bench.config()),
+        ))
         .collect();
     Ok(judged(text, &faults, &options.protocol))
 }
@@ -118,7 +121,10 @@ mod tests {
         let path = folder.path().join("mine.toml");
         std::fs::write(&path, text).unwrap();
         let words = ["friction-bench", "protocol", "check", "--mock", "nominal"];
-        let words = words.map(Into::into).into_iter().chain([path.into_os_string()]);
+        let words = words
+            .map(Into::into)
+            .into_iter()
+            .chain([path.into_os_string()]);
         let Command::Protocol(options) = Cli::try_parse_from(words).unwrap().command else {
             panic!("another command");
         };
@@ -136,7 +142,11 @@ mod tests {
             assert!(outlook.passed, "{}", outlook.text);
             assert_eq!(outlook.text.contains("46.8 V"), has_bench);
         }
-        assert!(template(Some("demo")).unwrap().starts_with("name = \"demo\""));
+        assert!(
+            template(Some("demo"))
+                .unwrap()
+                .starts_with("name = \"demo\"")
+        );
         let error = template(Some("dmeo")).unwrap_err().to_string();
         assert!(error.contains("did you mean `demo`?"), "{error}");
     }
@@ -156,7 +166,10 @@ mod tests {
                 .lines()
                 .filter(|line| line.starts_with("- "))
                 .collect();
-            assert!(faults.iter().any(|fault| fault.contains(word)), "{faults:?}");
+            assert!(
+                faults.iter().any(|fault| fault.contains(word)),
+                "{faults:?}"
+            );
         }
     }
 }

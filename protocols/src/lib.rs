@@ -32,8 +32,8 @@ pub use participants::{
 pub use protocol::{
     BUILT_IN, BrokenRule, Carrier, Condition, Course, CourseStep, Drive, DrivingTime, Exploration,
     LIFT_S, NewCarrier, OffPlateError, Order, PLACE_S, Protocol, ProtocolError, RedoLimits,
-    ResonanceDrift, Rest, Selection, Slider, StepKind, TEMPLATE, Timeouts, Timing, Trials, built_in,
-    nearest_built_in,
+    ResonanceDrift, Rest, Selection, Slider, StepKind, TEMPLATE, Timeouts, Timing, Trials,
+    built_in, nearest_built_in,
 };
 pub use record::{TrialOutcome, TrialRecord};
 pub use redo_reason::RedoReason;

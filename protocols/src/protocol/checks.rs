@@ -179,7 +179,11 @@ fn conditions(base: &Drive, raw: Vec<RawCondition>) -> (Vec<Condition>, Vec<Chec
             raw.modulation_index.is_some(),
         ];
         let checked = drive(&table, &full_drive).into_iter().zip(is_given);
-        rules.extend(checked.filter(|(_, is_given)| *is_given).map(|(rule, _)| rule));
+        rules.extend(
+            checked
+                .filter(|(_, is_given)| *is_given)
+                .map(|(rule, _)| rule),
+        );
         Condition {
             name: raw.name,
             drive: full_drive,

@@ -31,7 +31,9 @@ impl Protocol {
         match draft.value.take().map(checks::validate) {
             Some(Ok(protocol)) if errors.is_empty() => return Ok(protocol),
             Some(Err(broken)) => {
-                let broken = broken.into_iter().filter(|rule| draft.determines(rule.key()));
+                let broken = broken
+                    .into_iter()
+                    .filter(|rule| draft.determines(rule.key()));
                 errors.extend(broken.map(|rule| {
                     let key = rule.key().to_owned();
                     InFile::at_key(rule, &key, text, file).into()

@@ -519,9 +519,13 @@ fn the_template_is_a_protocol_whose_comments_state_the_defaults() {
     value.as_object_mut().unwrap().remove("texts");
     value["drive"] = value["conditions"][0]["drive"].take();
     for (table, keys) in value.as_object().unwrap() {
-        let names = keys.as_object().map_or_else(|| vec![table], |keys| keys.keys().collect());
+        let names = keys
+            .as_object()
+            .map_or_else(|| vec![table], |keys| keys.keys().collect());
         for name in names.into_iter().filter(|name| *name != "conditions") {
-            let is_there = enabled.lines().any(|line| line.starts_with(&format!("{name} = ")));
+            let is_there = enabled
+                .lines()
+                .any(|line| line.starts_with(&format!("{name} = ")));
             assert!(is_there, "{table}.{name}");
         }
     }

@@ -155,7 +155,12 @@ pub fn require_watched(
 pub fn unloaded_amplitude_m(bench: &Effective, carrier_hz: f64, drive_v: f64) -> Option<f64> {
     let measured = bench.calibration()?.calibration().plate.as_ref()?;
     let quality = measured.quality.value;
-    Some(amplitude_m(&bench.config().plate, quality, carrier_hz, drive_v))
+    Some(amplitude_m(
+        &bench.config().plate,
+        quality,
+        carrier_hz,
+        drive_v,
+    ))
 }
 
 /// Returns the amplitude of the unloaded plate under `drive_v` peak, m: x = γU / |k − mω² + iωb_p|, with k = mω₀² and

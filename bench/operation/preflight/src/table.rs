@@ -140,6 +140,9 @@ mod tests {
         table.row("field box", false, "no answer");
         assert_eq!(table.root_cause().map(|row| row.name), Some("field box"));
         let text = table.to_text();
-        assert!(text.ends_with("the row `field box`: the other 2 that FAILED may follow from it\n"), "{text}");
+        assert!(
+            text.ends_with("the row `field box`: the other 2 that FAILED may follow from it\n"),
+            "{text}"
+        );
     }
 }

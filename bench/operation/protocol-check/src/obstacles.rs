@@ -87,7 +87,9 @@ pub fn require_drivable(
         let watched = require_watched(bench, &waveform, pace, now).map_err(anyhow::Error::from);
         watched
             .and(settings.admit(waveform).map_err(anyhow::Error::from))
-            .with_context(|| format!("condition {} of protocol {}", condition.name, protocol.name))?;
+            .with_context(|| {
+                format!("condition {} of protocol {}", condition.name, protocol.name)
+            })?;
     }
     Ok(())
 }
@@ -97,16 +99,17 @@ pub fn require_drivable(
 #[must_use]
 pub fn futile_demands(protocol: &Protocol, config: Option<&Config>) -> Vec<String> {
     let distant = config.and_then(|config| distant_carrier(protocol, config));
-    let few = protocol
-        .conditions
-        .iter()
-        .filter_map(|condition| too_few_periods(protocol, &condition.name, condition.drive.modulation_hz));
+    let few = protocol.conditions.iter().filter_map(|condition| {
+        too_few_periods(protocol, &condition.name, condition.drive.modulation_hz)
+    });
     distant.into_iter().chain(few).collect()
 }
 
 fn carriers(protocol: &Protocol, config: &Config) -> Vec<f64> {
     let drives = protocol.conditions.iter().map(|condition| condition.drive);
-    drives.map(|drive| carrier_hz(drive.carrier, config)).collect()
+    drives
+        .map(|drive| carrier_hz(drive.carrier, config))
+        .collect()
 }
 
 fn require_force_band(protocol: &Protocol, config: &Config) -> anyhow::Result<()> {
@@ -210,22 +213,32 @@ mod tests {
     fn one_session_has_one_carrier() {
         let two = [("name = \"fast\"", "name = \"fast\"\ncarrier = 35100.0")];
         let refusals = refusals(&two);
-        assert!(refusals[0].contains("one session has one carrier"), "{refusals:?}");
+        assert!(
+            refusals[0].contains("one session has one carrier"),
+            "{refusals:?}"
+        );
     }
 
     #[test]
     fn a_carrier_far_from_the_resonance_and_a_trial_without_instances_are_futile() {
         let bench = bench();
-        let futile = |changes: &[(&str, &str)]| futile_demands(&protocol(changes), Some(bench.config()));
+        let futile =
+            |changes: &[(&str, &str)]| futile_demands(&protocol(changes), Some(bench.config()));
         assert_eq!(futile(&[]), [""; 0]);
         let near_hz = bench.config().plate.resonance_hz + 200.0;
         let carrier = |hz: f64| format!("carrier = {hz}");
         let resonant = "carrier = \"plate resonance\"";
         assert_eq!(futile(&[(resonant, &carrier(near_hz))]), [""; 0]);
         let far = futile(&[(resonant, &carrier(near_hz - 9000.0))]);
-        assert!(far[0].contains("8800 Hz from the plate's resonance"), "{far:?}");
+        assert!(
+            far[0].contains("8800 Hz from the plate's resonance"),
+            "{far:?}"
+        );
         let slow = futile(&[("modulation_hz = 3.0", "modulation_hz = 0.3")]);
         assert_eq!(slow.len(), 1, "{slow:?}");
-        assert!(slow[0].starts_with("condition slow gives at most 2 instances"), "{slow:?}");
+        assert!(
+            slow[0].starts_with("condition slow gives at most 2 instances"),
+            "{slow:?}"
+        );
     }
 }

@@ -42,7 +42,11 @@ pub fn session_outlook(protocol: &Protocol) -> String {
         trials.per_condition,
         driving.trial_s,
         protocol.exploration.directions.len(),
-        if protocol.exploration.directions.len() == 1 { "" } else { "s" },
+        if protocol.exploration.directions.len() == 1 {
+            ""
+        } else {
+            "s"
+        },
         clock(course.end_s),
         protocol.redo.max_per_trial,
         protocol.redo.max_total,
@@ -150,6 +154,9 @@ mod tests {
         let text = bench_outlook(&protocol, &Effective::uncalibrated(config));
         let slow = text.lines().find(|line| line.starts_with("slow")).unwrap();
         assert!(slow.contains("24.0    46.8 V"), "{slow}");
-        assert!(slow.ends_with("not known before `calibrate plate`"), "{slow}");
+        assert!(
+            slow.ends_with("not known before `calibrate plate`"),
+            "{slow}"
+        );
     }
 }

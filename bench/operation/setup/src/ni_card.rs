@@ -76,7 +76,11 @@ pub fn put(sheet: &mut Sheet, card: &Card, inputs: u16) -> anyhow::Result<()> {
     sheet.set("audio", "input_channels", i64::from(inputs))?;
     let terminals: Vec<String> = (0..inputs).map(|input| format!("ai{input}")).collect();
     sheet.set("nidaqmx", "inputs", terminals)?;
-    sheet.set("nidaqmx", "input_ranges_v", vec![RANGE_V; usize::from(inputs)])?;
+    sheet.set(
+        "nidaqmx",
+        "input_ranges_v",
+        vec![RANGE_V; usize::from(inputs)],
+    )?;
     let clock = if is_x_series(&card.product) {
         "ao-sample-clock"
     } else {

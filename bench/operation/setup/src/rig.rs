@@ -22,7 +22,7 @@ impl Rig {
         match self {
             Self::Published => {
                 "card of National Instruments, force sensor on a serial line or on the card"
-            },
+            }
             Self::FieldBox => "sound card and field box",
             Self::RaspberryPi => "sound card, GPIO, force sensor on a serial line",
             Self::SixAxis => "sound card, six-axis sensor, field box for the rest",

@@ -21,7 +21,7 @@ pub struct ProtocolOptions {
 pub enum ProtocolCommand {
     /// Check a protocol: its course in time, volts, micrometres, driving time, disk, and each demand that this bench refuses.
     ///
-    /// Nothing is opened or driven. Without a bench.toml, only the file and the course are checked.
+    /// Opens and drives nothing. Without a bench.toml it checks the file and the course only.
     Check(ProtocolCheck),
 }
 

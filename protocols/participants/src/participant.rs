@@ -40,7 +40,7 @@ pub struct ParticipantIdError {
 
 /// Returns the end of the message: the identifier that was probably meant, or an example.
 fn suggestion(text: &str) -> String {
-    match meant(text) {
+    match intended_id(text) {
         Some(id) => format!("; did you mean `{id}`?"),
         None => ", for example `sub-01`".to_owned(),
     }
@@ -48,7 +48,7 @@ fn suggestion(text: &str) -> String {
 
 /// Returns the identifier with the letters and digits of `text`; `None` if it has other characters than these and
 /// separators.
-fn meant(text: &str) -> Option<String> {
+fn intended_id(text: &str) -> Option<String> {
     let is_separator = |c: char| matches!(c, '-' | '_' | '.' | ' ');
     let text = text.trim();
     let label = match text.get(..3) {

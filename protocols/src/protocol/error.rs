@@ -20,7 +20,7 @@ pub enum ProtocolError {
 
 impl ProtocolError {
     /// Returns the errors one by one, in the order of the file's tables.
-    pub fn each(&self) -> &[Self] {
+    pub fn faults(&self) -> &[Self] {
         match self {
             Self::Several(errors) => errors,
             error => std::slice::from_ref(error),

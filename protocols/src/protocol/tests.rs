@@ -16,7 +16,7 @@ fn edit(from: &str, to: &str) -> Result<Protocol, ProtocolError> {
 
 /// Returns the first rule that a text breaks.
 fn rule(result: Result<Protocol, ProtocolError>) -> InFile<BrokenRule> {
-    match result.as_ref().map_err(ProtocolError::each) {
+    match result.as_ref().map_err(ProtocolError::faults) {
         Err([ProtocolError::Rule(error), ..]) => error.clone(),
         _ => panic!("{result:?}"),
     }
@@ -472,7 +472,7 @@ fn all_faults_of_a_file_are_named_together() {
 #[test]
 fn one_wrong_end_of_the_slider_is_one_fault() {
     let error = edit("to_m = 0.095", "to_m = 95").unwrap_err();
-    assert_eq!(error.each().len(), 1, "{error}");
+    assert_eq!(error.faults().len(), 1, "{error}");
 }
 
 #[test]

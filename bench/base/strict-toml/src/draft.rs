@@ -256,7 +256,7 @@ impl Sheet {
             })
     }
 
-    /// Returns the innermost key of a table whose key or value includes the byte at `offset`.
+    /// Returns the innermost key with the byte at `offset` in itself or in its value.
     fn entry_at(&self, offset: usize) -> Option<Entry> {
         let text = self.text();
         let root = DeTable::parse(&text).ok()?;

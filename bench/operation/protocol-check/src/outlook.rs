@@ -1,4 +1,4 @@
-//! A session before it is run: its course, and what it asks of a bench.
+//! Text about a session before it is run: its course, and its demands on a bench.
 
 use std::fmt::Write;
 
@@ -64,7 +64,7 @@ pub fn session_outlook(protocol: &Protocol) -> String {
     text
 }
 
-/// Returns what a session of `protocol` asks of `bench`, in lines.
+/// Returns the demands of a session of `protocol` on `bench`, in lines.
 #[must_use]
 pub fn bench_outlook(protocol: &Protocol, bench: &Effective) -> String {
     let config = bench.config();

@@ -98,7 +98,7 @@ pub fn put(sheet: &mut Sheet, card: &Card, inputs: u16) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Configures gauges on the card's inputs, whose samples are of one instant.
+/// Configures gauges on the card's inputs; the host brings all samples to one instant.
 pub fn put_gauges(sheet: &mut Sheet) -> anyhow::Result<()> {
     sheet.set("force.channels", "volts_per_unit", vec![RANGE_V])?;
     sheet.set("force.channels", "skew_s", 0.0)?;

@@ -77,7 +77,7 @@ pub(crate) fn protocol() -> Reader {
         read: |text| match Protocol::parse(text, "protocol.toml") {
             Ok(_) => Answer::Taken,
             // A value out of its range may break a further rule.
-            Err(error) => match error.each() {
+            Err(error) => match error.faults() {
                 [ProtocolError::Rule(rule), ..] => match &rule.error {
                     BrokenRule::OutOfRange(range) => Answer::OutOfRange(range.clone()),
                     _ => Answer::Refused,

@@ -116,7 +116,7 @@ fn structure(name: &str, table: &Table) -> Result<(), TomlError> {
             if is_hash { Ok(()) } else { Err(missing()) }
         }
         "protocol" => match Protocol::parse(&text, name) {
-            Err(error) => match error.each() {
+            Err(error) => match error.faults() {
                 [ProtocolError::Toml(error), ..] => Err(error.clone()),
                 _ => Ok(()),
             },

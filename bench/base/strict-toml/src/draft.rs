@@ -352,7 +352,6 @@ mod tests {
     #[serde(rename_all = "snake_case")]
     enum Mode {
         Bare,
-        #[expect(dead_code, reason = "read only")]
         Loaded,
     }
 

@@ -9,9 +9,9 @@ use protocols::Protocol;
 use safety::Pace;
 use signalgen::DriveSettings;
 
-/// Largest distance of a carrier from the plate's resonance, as a fraction of it (an assumption: ten half-widths of a mode
+/// Largest distance of a carrier from the plate's resonance, as a fraction of it (an assumption: five half-widths of a mode
 /// with Q = 250, and more than any drift).
-const FARTHEST: f64 = 0.02;
+const FARTHEST: f64 = 0.01;
 
 /// Obstacles of one protocol, a line each.
 #[derive(Debug, thiserror::Error)]
@@ -99,10 +99,12 @@ pub fn require_drivable(
 #[must_use]
 pub fn futile_demands(protocol: &Protocol, config: Option<&Config>) -> Vec<String> {
     let distant = config.and_then(|config| distant_carrier(protocol, config));
-    let few = protocol.conditions.iter().filter_map(|condition| {
-        too_few_periods(protocol, &condition.name, condition.drive.modulation_hz)
+    let hopeless = protocol.conditions.iter().filter_map(|condition| {
+        let (name, modulation_hz) = (&condition.name, condition.drive.modulation_hz);
+        long_instance(protocol, name, modulation_hz)
+            .or_else(|| too_few_periods(protocol, name, modulation_hz))
     });
-    distant.into_iter().chain(few).collect()
+    distant.into_iter().chain(hopeless).collect()
 }
 
 fn carriers(protocol: &Protocol, config: &Config) -> Vec<f64> {
@@ -145,6 +147,17 @@ fn distant_carrier(protocol: &Protocol, config: &Config) -> Option<String> {
          hardly move; write \"plate resonance\", or the frequency of a resonance that this bench is calibrated at",
         (distant_hz - resonance_hz).abs()
     ))
+}
+
+/// Returns the fault of a condition with instances longer than the rise of its modulation.
+fn long_instance(protocol: &Protocol, name: &str, modulation_hz: f64) -> Option<String> {
+    let (instance_s, rise_s) = (protocol.selection.instance_s, 0.5 / modulation_hz);
+    (instance_s > rise_s).then(|| {
+        format!(
+            "selection.instance_s = {instance_s} s is longer than the rise of condition {name}, {rise_s:.3} s (half a period of \
+             {modulation_hz} Hz): no stretch can become an instance; shorten it"
+        )
+    })
 }
 
 /// Returns the fault of a condition in which even a perfect finger gives fewer instances than a trial needs.
@@ -234,6 +247,10 @@ mod tests {
             far[0].contains("8800 Hz from the plate's resonance"),
             "{far:?}"
         );
+        let long = futile(&[("instance_s = 0.060", "instance_s = 0.1")]);
+        // Half a period of 6 Hz; that of 3 Hz is longer.
+        assert_eq!(long.len(), 1, "{long:?}");
+        assert!(long[0].contains("condition fast, 0.083 s"), "{long:?}");
         let slow = futile(&[("modulation_hz = 3.0", "modulation_hz = 0.3")]);
         assert_eq!(slow.len(), 1, "{slow:?}");
         assert!(

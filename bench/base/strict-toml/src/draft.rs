@@ -382,8 +382,8 @@ mod tests {
         assert_eq!(
             messages(&text),
             [
+                ", table [inputs]: key `gain` is missing",
                 ", table [plate]: key `holes` is missing",
-                ", table [inputs]: key `gain` is missing"
             ]
         );
         assert_eq!(
@@ -412,7 +412,7 @@ mod tests {
                 ", line 2: unknown value `bear`, did you mean `bare`?; allowed: `bare`, `loaded`",
                 ", line 5: unknown key `lenght_m`, did you mean `length_m`?",
                 ", line 6, key `plate.holes`: \"2\" is text; write the number without quotes",
-                ", line 10, key `inputs.gain`: \"high\" is not allowed; write a number",
+                ", line 10, key `inputs.gain`: the text \"high\" is not allowed; write a number",
                 ", line 11: unknown key `colour`",
             ]
         );

@@ -63,7 +63,8 @@ stage() {
     cp -r docs README.md LICENSE-MIT LICENSE-APACHE bench/results/plotting/fonts/LICENSE-DejaVu.txt package/debian/README.Debian "$doc"
     cp bench/hardware/config/rigs/*.toml "$doc/bench/hardware/config/rigs"
     gzip -9n <CHANGELOG.md >"$doc/changelog.gz"
-    mdbook build --dest-dir "$doc/handbook" docs/handbook >&2
+    lay_out_book target/handbook-source
+    mdbook build --dest-dir "$doc/handbook" target/handbook-source >&2
     licences() {
         cargo about generate --locked --offline --fail --manifest-path "$1" --config package/about.toml package/about.hbs |
             gzip -9n >"$doc/$2.md.gz"

@@ -200,9 +200,11 @@ impl<'a> CalibrationRun<'a> {
         } = apparatus;
         require_apart(&self.calibration, &rehearsed, &self.path)?;
         let config = self.bench.config();
-        let notices = config.safety_notices(config.plate.resonance_hz);
+        let notices = config.safety_notices(config.plate.resonance_hz, hardware.pace);
         // The page has one line for the title and the step; the report has the full text.
-        let loosened = (!config.loosened().is_empty()).then(|| "limits loosened".to_owned());
+        let loosened = config
+            .is_loosened(hardware.pace)
+            .then(|| "limits loosened".to_owned());
         let title = [
             Some(format!("calibrate {}", C::NAME)),
             (!rehearsed.is_empty()).then(|| "REHEARSAL".to_owned()),

@@ -1,17 +1,29 @@
 //! The command line.
 
-use std::io::IsTerminal;
-use std::path::PathBuf;
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use faults::{FaultKind, RehearsedFault};
 use study::exclusions::SessionTrial;
 
 pub use crate::analyze_options::Analyze;
-use crate::fault_option::NamedFault;
+use crate::fault_option::{self, NamedFault};
+pub use crate::protocol_options::{ProtocolCheck, ProtocolCommand, ProtocolOptions};
 use calibration_rig::reference_options::ReferenceOptions;
 pub use participant_window::participant_options::ParticipantOptions;
 pub use replay::Speed;
+
+/// Heading of the options that describe the bench.
+pub(crate) const BENCH: &str = "Bench options";
+/// Heading of the options of simulated hardware, the last of a command's own.
+pub(crate) const SIMULATION: &str = "Simulation";
+/// Heading of the options of every command.
+const GLOBAL: &str = "Global options";
+/// Heading of the options that resume a session.
+const RESUMING: &str = "Sessions begun before";
+/// Heading of the options on the participant.
+const PARTICIPANT: &str = "Participant's details and screen";
 
 /// Test bench controller for ultrasonic friction modulation.
 #[derive(Debug, Parser)]
@@ -26,9 +38,15 @@ pub struct Cli {
 }
 
 impl Cli {
-    /// Parses the command line, or ends the program with the error in it; the theme applies from here on.
+    /// Parses the command line, or ends the program with the error in it or with the list of faults that it asks for; the theme
+    /// applies from here on.
     #[must_use]
     pub fn read() -> Self {
+        if fault_option::asks_for_list(std::env::args_os()) {
+            // A closed output does not change the end of the program.
+            let _ = std::io::stdout().write_all(fault_option::list().as_bytes());
+            std::process::exit(0);
+        }
         let cli = Self::parse();
         if let Some(theme) = cli.printing.theme {
             tui::choose_theme(theme);
@@ -41,13 +59,13 @@ impl Cli {
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Printing {
     /// Print the files read and the time taken on standard error.
-    #[arg(short, long, global = true, conflicts_with = "quiet")]
+    #[arg(short, long, global = true, conflicts_with = "quiet", help_heading = GLOBAL)]
     pub verbose: bool,
     /// Print no progress on standard error; warnings and errors remain.
-    #[arg(short, long, global = true)]
+    #[arg(short, long, global = true, help_heading = GLOBAL)]
     pub quiet: bool,
     /// Colours of the dashboard: default, light, high-contrast or monochrome; NO_COLOR takes precedence.
-    #[arg(long, global = true, value_name = "THEME")]
+    #[arg(long, global = true, value_name = "THEME", help_heading = GLOBAL)]
     pub theme: Option<tui::Theme>,
 }
 
@@ -55,6 +73,7 @@ pub struct Printing {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Run a participant's session according to a protocol.
+    #[command(override_usage = "friction-bench run --participant <ID> [OPTIONS]")]
     Run(Run),
     /// Open the participant's window on a monitor, for sessions that run with --participant-window.
     Participant(ParticipantOptions),
@@ -63,6 +82,8 @@ pub enum Command {
     /// Measure the bench's constants and write them to the calibration file.
     #[command(subcommand)]
     Calibrate(Calibrate),
+    /// Print a template of a protocol, or check a protocol on this bench.
+    Protocol(ProtocolOptions),
     /// Rehearse faults: the operator responds to one after another, and the times are recorded.
     Drill(Drill),
     /// Replay a recording on the dashboard, or list the recordings of a study.
@@ -76,6 +97,7 @@ pub enum Command {
     /// List the audio devices, serial ports and GPIO chips of this computer.
     Devices(Devices),
     /// Analyse recordings: impedance, gap and friction by each method.
+    #[command(alias = "analyse")]
     Analyze(Analyze),
     /// Verify that a study is complete and unchanged since it was recorded.
     Verify(Verify),
@@ -103,7 +125,6 @@ pub enum Command {
         to: Option<PathBuf>,
     },
     /// Look up a message of the program: its meaning and the remedy.
-    #[command(after_long_help = help::messages::text(&[]).unwrap_or_default())]
     Messages(help::messages::MessagesOptions),
 }
 
@@ -111,19 +132,19 @@ pub enum Command {
 #[derive(Debug, Clone, Args)]
 pub struct HardwareOptions {
     /// Configuration of the bench [default: bench.toml, or that of the simulated bench with --mock].
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = BENCH)]
     pub config: Option<PathBuf>,
     /// Use simulated hardware, as described by a built-in scenario or a scenario file.
-    #[arg(long, value_name = "SCENARIO", num_args = 0..=1, default_missing_value = "nominal")]
+    #[arg(long, value_name = "SCENARIO", num_args = 0..=1, default_missing_value = "nominal", help_heading = SIMULATION)]
     pub mock: Option<String>,
     /// Seed of the simulated hardware and of all random choices [default: the protocol's].
-    #[arg(long, value_parser = seed, allow_negative_numbers = true)]
+    #[arg(long, value_parser = seed, allow_negative_numbers = true, help_heading = BENCH)]
     pub seed: Option<u64>,
     /// Print the effective configuration and exit; if there is no configuration yet, a commented template.
-    #[arg(long)]
+    #[arg(long, help_heading = BENCH)]
     pub print_config: bool,
     /// Calibration file [default: calibration.toml; with --mock, no file].
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = BENCH)]
     pub calibration: Option<PathBuf>,
 }
 
@@ -132,27 +153,28 @@ pub struct HardwareOptions {
 pub struct Rehearsal {
     /// Inject a fault into simulated hardware: NAME@TIME, NAME@TIME-UNTIL or NAME@TIME:ARGUMENT, with times in s or ms, such as
     /// estop@12s-14s or xrun@3s:192. Time counts from the start of the sound card, after the quick check; a fault at 0 s is
-    /// already present in the quick check. May be repeated.
-    #[arg(long = "fault", value_name = "NAME@TIME", value_parser = NamedFault::<RehearsedFault>::new())]
+    /// already present in the quick check. May be repeated; `--fault help` lists the faults.
+    #[arg(
+        long = "fault",
+        value_name = "NAME@TIME",
+        value_parser = NamedFault::<RehearsedFault>::new(),
+        hide_possible_values = true,
+        help_heading = SIMULATION
+    )]
     pub faults: Vec<RehearsedFault>,
 }
 
 /// `run`
 #[derive(Debug, Args)]
 pub struct Run {
-    #[command(flatten)]
-    #[expect(missing_docs, reason = "flattened")]
-    pub hardware: HardwareOptions,
-    #[command(flatten)]
-    #[expect(missing_docs, reason = "flattened")]
-    pub rehearsal: Rehearsal,
-    /// Study folder; created if it does not exist.
-    #[arg(long, value_name = "DIR", default_value = "study")]
-    pub study: PathBuf,
     /// Participant's pseudonym, such as sub-01.
     #[arg(long, value_name = "ID")]
     pub participant: Option<String>,
-    /// Protocol file, or a built-in protocol: huloux2021, consistency, demo.
+    /// Study folder; created if it does not exist.
+    #[arg(long, value_name = "DIR", default_value = "study")]
+    pub study: PathBuf,
+    /// Protocol file, or a built-in protocol: huloux2021, consistency, demo; `friction-bench protocol --template` prints one to
+    /// change.
     #[arg(long, value_name = "FILE", default_value = "huloux2021")]
     pub protocol: String,
     /// Operator who holds the participant's signed consent; required with --headless.
@@ -160,29 +182,29 @@ pub struct Run {
     pub consent_by: Option<String>,
     /// Participant's age in whole years, if the protocol asks for it; n/a if not stated. The dashboard asks for omitted
     /// details.
-    #[arg(long, value_name = "YEARS", allow_negative_numbers = true)]
+    #[arg(long, value_name = "YEARS", allow_negative_numbers = true, help_heading = PARTICIPANT)]
     pub age: Option<String>,
     /// Participant's sex, if the protocol asks for it: female, male, other; n/a if not stated.
-    #[arg(long, value_name = "SEX")]
+    #[arg(long, value_name = "SEX", help_heading = PARTICIPANT)]
     pub sex: Option<String>,
     /// Participant's writing hand, if the protocol asks for it: right, left, ambidextrous; n/a if not stated.
-    #[arg(long, value_name = "HAND")]
+    #[arg(long, value_name = "HAND", help_heading = PARTICIPANT)]
     pub handedness: Option<String>,
     /// Ambient pressure in this session, read from a barometer at the bench and not reduced to sea level, hPa, 500 to 1100;
     /// recorded, and used in every estimate [default: room.pressure_hpa of the configuration; without it 1013.25 is assumed].
     #[arg(long, value_name = "HPA", allow_negative_numbers = true)]
     pub pressure_hpa: Option<f64>,
     /// Resume the participant's interrupted session.
-    #[arg(long, conflicts_with = "new_session")]
+    #[arg(long, conflicts_with = "new_session", help_heading = RESUMING)]
     pub resume: bool,
     /// Resume with a protocol that has been edited since; the log and each recording say so.
-    #[arg(long, requires = "resume")]
+    #[arg(long, requires = "resume", help_heading = RESUMING)]
     pub accept_edited_protocol: bool,
     /// Resume and repeat every accepted trial with a lost recording [default: only the last trial].
-    #[arg(long, requires = "resume")]
+    #[arg(long, requires = "resume", help_heading = RESUMING)]
     pub repeat_lost: bool,
     /// Start another session of a participant who already has one.
-    #[arg(long)]
+    #[arg(long, help_heading = RESUMING)]
     pub new_session: bool,
     /// Run without a valid calibration; every file and screen says so.
     #[arg(long, conflicts_with = "calibration")]
@@ -191,7 +213,7 @@ pub struct Run {
     #[arg(long)]
     pub headless: bool,
     /// Pace of simulated hardware.
-    #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock")]
+    #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock", help_heading = SIMULATION)]
     pub speed: Speed,
     /// Existing folder for the simulated truth, for tests; never read by the bench.
     #[arg(long, value_name = "DIR", requires = "mock", hide = true)]
@@ -200,22 +222,22 @@ pub struct Run {
     #[arg(long)]
     pub shared: bool,
     /// Terminal for the participant's screen, such as /dev/tty2.
-    #[arg(long, value_name = "TTY")]
+    #[arg(long, value_name = "TTY", help_heading = PARTICIPANT)]
     pub participant_display: Option<PathBuf>,
     /// Show the participant's window, opened with `friction-bench participant`, over SOCKET [default: the usual socket].
-    #[arg(long, value_name = "SOCKET", num_args = 0..=1)]
+    #[arg(long, value_name = "SOCKET", num_args = 0..=1, help_heading = PARTICIPANT)]
     pub participant_window: Option<Option<PathBuf>>,
-}
-
-/// `monitor`
-#[derive(Debug, Args)]
-pub struct Monitor {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub hardware: HardwareOptions,
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub rehearsal: Rehearsal,
+}
+
+/// `monitor`
+#[derive(Debug, Args)]
+pub struct Monitor {
     /// Drive the plate at this mean voltage with the published modulation, after the quick check [default: no drive, no
     /// check].
     #[arg(long, value_name = "VOLTS", allow_negative_numbers = true)]
@@ -236,11 +258,17 @@ pub struct Monitor {
     #[arg(long)]
     pub headless: bool,
     /// Pace of simulated hardware.
-    #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock")]
+    #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock", help_heading = SIMULATION)]
     pub speed: Speed,
     /// Stop after this many seconds of audio.
     #[arg(long, value_name = "SECONDS", value_parser = published_figures::model::positive, allow_negative_numbers = true)]
     pub duration_s: Option<f64>,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub hardware: HardwareOptions,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub rehearsal: Rehearsal,
 }
 
 /// `calibrate`
@@ -261,14 +289,8 @@ pub enum Calibrate {
 /// Options of every calibration.
 #[derive(Debug, Clone, Args)]
 pub struct Measure {
-    #[command(flatten)]
-    #[expect(missing_docs, reason = "flattened")]
-    pub hardware: HardwareOptions,
-    #[command(flatten)]
-    #[expect(missing_docs, reason = "flattened")]
-    pub rehearsal: Rehearsal,
     /// Pace of simulated hardware.
-    #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock")]
+    #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock", help_heading = SIMULATION)]
     pub speed: Speed,
     /// Name of the operator, stored in the calibration file.
     #[arg(long, value_name = "NAME")]
@@ -283,6 +305,12 @@ pub struct Measure {
     /// Run without prompts: take known values from options and print progress on standard error. Implied without a terminal.
     #[arg(long)]
     pub headless: bool,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub hardware: HardwareOptions,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub rehearsal: Rehearsal,
 }
 
 impl Measure {
@@ -297,9 +325,6 @@ impl Measure {
 /// `calibrate pickup`
 #[derive(Debug, Args)]
 pub struct CalibratePickup {
-    #[command(flatten)]
-    #[expect(missing_docs, reason = "flattened")]
-    pub measure: Measure,
     /// Drive levels, V peak, lowest first [default: a series up to the limits].
     #[arg(long, value_name = "VOLTS", value_delimiter = ',')]
     pub levels_v: Vec<f64>,
@@ -329,6 +354,9 @@ pub struct CalibratePickup {
         allow_negative_numbers = true
     )]
     pub known_accuracy: f64,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub measure: Measure,
 }
 
 /// `calibrate channels`
@@ -342,9 +370,6 @@ pub struct CalibrateChannels {
 /// `calibrate output`
 #[derive(Debug, Args)]
 pub struct CalibrateOutput {
-    #[command(flatten)]
-    #[expect(missing_docs, reason = "flattened")]
-    pub measure: Measure,
     /// Name of the meter, stored in the calibration file: make, model, serial number.
     #[arg(long, value_name = "NAME")]
     pub meter: String,
@@ -381,6 +406,9 @@ pub struct CalibrateOutput {
     /// Baud rate of the meter.
     #[arg(long, value_name = "BAUD", default_value_t = 115_200)]
     pub instrument_baud: u32,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub measure: Measure,
 }
 
 /// Quantity of a sine that a meter reads.
@@ -408,9 +436,6 @@ impl From<Reads> for config::MeterReads {
 #[derive(Debug, Args)]
 #[command(group = clap::ArgGroup::new("places").args(["along", "across"]))]
 pub struct CalibratePlate {
-    #[command(flatten)]
-    #[expect(missing_docs, reason = "flattened")]
-    pub measure: Measure,
     /// Drive level of the tones, V peak; lowered where the limits require it.
     #[arg(
         long,
@@ -440,14 +465,14 @@ pub struct CalibratePlate {
     /// Search for the resonance around this frequency, Hz [default: the last known resonance].
     #[arg(long, value_name = "HZ", value_parser = published_figures::model::positive, allow_negative_numbers = true)]
     pub about_hz: Option<f64>,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub measure: Measure,
 }
 
 /// `calibrate force`
 #[derive(Debug, Args)]
 pub struct CalibrateForce {
-    #[command(flatten)]
-    #[expect(missing_docs, reason = "flattened")]
-    pub measure: Measure,
     /// Known masses to put on the plate one after another, g; the dashboard asks for them if omitted.
     #[arg(long, value_name = "GRAMS", value_delimiter = ',', conflicts_with_all = ["masses_csv", "tare"])]
     pub normal_g: Vec<f64>,
@@ -469,19 +494,25 @@ pub struct CalibrateForce {
     /// Measure only the zero again, in a few seconds, and keep the sensitivity.
     #[arg(long)]
     pub tare: bool,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub measure: Measure,
 }
 
 /// `drill`
 #[derive(Debug, Args)]
 pub struct Drill {
-    #[command(flatten)]
-    #[expect(missing_docs, reason = "flattened")]
-    pub hardware: HardwareOptions,
     /// Name of the operator, stored with the times.
     #[arg(long, value_name = "NAME")]
     pub operator: String,
-    /// Faults to rehearse, in random order [default: all that this bench can rehearse].
-    #[arg(long, value_name = "FAULTS", value_delimiter = ',', value_parser = NamedFault::<FaultKind>::new())]
+    /// Faults to rehearse, in random order; `--only help` lists them [default: all that this bench can rehearse].
+    #[arg(
+        long,
+        value_name = "FAULTS",
+        value_delimiter = ',',
+        value_parser = NamedFault::<FaultKind>::new(),
+        hide_possible_values = true
+    )]
     pub only: Vec<FaultKind>,
     /// Folder for drill records, one subfolder each.
     #[arg(long, value_name = "DIR", default_value = "drills")]
@@ -493,22 +524,19 @@ pub struct Drill {
     #[arg(long, requires = "mock")]
     pub headless: bool,
     /// Pace of simulated hardware; max only with --headless.
-    #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock")]
+    #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock", help_heading = SIMULATION)]
     pub speed: Speed,
     /// Create files with the umask's permissions [default: readable by you only].
     #[arg(long)]
     pub shared: bool,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub hardware: HardwareOptions,
 }
 
 /// `check`
 #[derive(Debug, Args)]
 pub struct Check {
-    #[command(flatten)]
-    #[expect(missing_docs, reason = "flattened")]
-    pub hardware: HardwareOptions,
-    #[command(flatten)]
-    #[expect(missing_docs, reason = "flattened")]
-    pub rehearsal: Rehearsal,
     /// First test the e-stop: ask for a press and a release, and record the test.
     #[arg(long)]
     pub press_estop: bool,
@@ -524,6 +552,12 @@ pub struct Check {
     /// Print the result as JSON.
     #[arg(long)]
     pub json: bool,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub hardware: HardwareOptions,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub rehearsal: Rehearsal,
 }
 
 /// `devices`
@@ -573,15 +607,31 @@ pub struct Verify {
 
 /// `forget`
 #[derive(Debug, Args)]
+#[command(override_usage = "friction-bench forget <ID> [--study DIR] [--confirm ID]")]
 pub struct Forget {
-    /// Folder of the study.
-    pub study: PathBuf,
     /// Participant's pseudonym, such as sub-07.
     #[arg(value_name = "ID")]
-    pub participant: String,
+    pub participant: PathBuf,
+    /// Participant's pseudonym in the earlier form `forget DIR ID`.
+    #[arg(hide = true, conflicts_with = "study")]
+    pub second: Option<PathBuf>,
+    /// Folder of the study.
+    #[arg(long, value_name = "DIR", default_value = "study")]
+    pub study: PathBuf,
     /// Skip both prompts by repeating the participant's pseudonym; required without a terminal.
     #[arg(long, value_name = "ID")]
     pub confirm: Option<String>,
+}
+
+impl Forget {
+    /// Returns the study's folder and the participant.
+    #[must_use]
+    pub fn target(&self) -> (&Path, &Path) {
+        match &self.second {
+            Some(participant) => (&self.participant, participant),
+            None => (&self.study, &self.participant),
+        }
+    }
 }
 
 fn seed(text: &str) -> Result<u64, String> {

@@ -65,7 +65,7 @@ pub fn run(
         plate_length_m: config.plate.length_m,
         ..SessionHeader::default()
     }));
-    for text in config.safety_notices(config.plate.resonance_hz) {
+    for text in config.safety_notices(config.plate.resonance_hz, pace(config, &options.hardware)) {
         let level = LogLevel::Warning;
         front.show(Event::Log { level, text });
     }

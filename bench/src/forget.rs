@@ -1,6 +1,7 @@
 //! `forget`: removes a participant from a study.
 
 use std::io::{BufRead, IsTerminal, Write};
+use std::path::Path;
 
 use anyhow::bail;
 use protocols::ParticipantId;
@@ -15,8 +16,9 @@ use crate::cli::Forget;
 /// The study or the participant does not exist, another instance uses the study, the operator cannot be asked, or the
 /// system refuses.
 pub fn run(options: &Forget) -> anyhow::Result<bool> {
-    let participant: ParticipantId = options.participant.parse()?;
-    let study = Study::open(&options.study)?;
+    let (folder, named) = options.target();
+    let participant = participant(named)?;
+    let study = Study::open(folder)?;
     let traces = study.traces(&participant)?;
     let mut out = std::io::stdout();
     describe(&traces, &participant, &mut out)?;
@@ -45,6 +47,19 @@ pub fn run(options: &Forget) -> anyhow::Result<bool> {
          of names (docs/PRIVACY.md)"
     )?;
     Ok(true)
+}
+
+/// Returns the participant of a command line; a folder in their place leads to the right form.
+fn participant(named: &Path) -> anyhow::Result<ParticipantId> {
+    let participant = named.to_string_lossy().parse::<ParticipantId>();
+    if participant.is_err() && named.is_dir() {
+        bail!(
+            "{} is a folder, and no participant is named: friction-bench forget ID --study {}",
+            named.display(),
+            escaping::quoted(named)
+        );
+    }
+    Ok(participant?)
 }
 
 /// Prints the data that would be removed, and other places that name the participant.
@@ -116,6 +131,32 @@ fn ask(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn either_form_names_the_study_and_the_participant() {
+        use clap::Parser;
+        let target = |words: &[&str]| {
+            let words = ["friction-bench", "forget"].iter().chain(words);
+            let cli = crate::cli::Cli::try_parse_from(words).unwrap();
+            let crate::cli::Command::Forget(options) = cli.command else {
+                panic!("another command");
+            };
+            let (study, participant) = options.target();
+            (study.to_owned(), participant.to_owned())
+        };
+        let expected = |study: &str| (study.into(), "sub-07".into());
+        assert_eq!(target(&["sub-07", "--study", "mine"]), expected("mine"));
+        assert_eq!(target(&["mine", "sub-07"]), expected("mine"));
+        assert_eq!(target(&["sub-07"]), expected("study"));
+    }
+
+    #[test]
+    fn a_folder_in_place_of_the_participant_leads_to_the_right_form() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = participant(folder.path()).unwrap_err().to_string();
+        assert!(error.contains("forget ID --study"), "{error}");
+        assert_eq!(participant(Path::new("sub-07")).unwrap().as_str(), "sub-07");
+    }
 
     #[test]
     fn both_questions_want_their_answer() {

@@ -19,6 +19,8 @@ pub mod monitor;
 mod outcome;
 pub mod participant_window;
 pub mod privacy;
+mod protocol_options;
+pub mod protocol_outlook;
 pub mod run;
 pub mod session;
 pub mod verbosity;

@@ -147,7 +147,8 @@ pub fn run(
         calibration,
         rehearsed,
     } = plan;
-    let (config, simulated) = (effective.config(), apparatus.hardware.simulated);
+    let config = effective.config();
+    let (simulated, pace) = (apparatus.hardware.simulated, apparatus.hardware.pace);
     let facts = operator_ui::bench_page::facts(config, effective.file(), &apparatus.hardware);
     let prompt = HoldPrompt {
         watchers: apparatus.watchers,
@@ -190,7 +191,7 @@ pub fn run(
     }));
     front.show(tui::Event::Phase(PhaseView::new(PhaseKind::Monitoring)));
     front.show(tui::Event::Bench(facts));
-    let notices = config.safety_notices(config.plate.resonance_hz);
+    let notices = config.safety_notices(config.plate.resonance_hz, pace);
     let rehearsed = rehearsed::notice(&rehearsed).into_iter();
     let forceless = config.forceless_in_words();
     for text in rehearsed.chain(notices).chain(forceless).chain(unverified) {

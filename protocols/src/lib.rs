@@ -30,9 +30,10 @@ pub use participants::{
     ParticipantIdError, Person, PersonDetail, PersonError, Sex,
 };
 pub use protocol::{
-    BUILT_IN, BrokenRule, Carrier, Condition, Drive, DrivingTime, Exploration, NewCarrier,
-    OffPlateError, Order, Protocol, ProtocolError, RedoLimits, ResonanceDrift, Rest, Selection,
-    Slider, Timeouts, Timing, Trials, built_in, nearest_built_in,
+    BUILT_IN, BrokenRule, Carrier, Condition, Course, CourseStep, Drive, DrivingTime, Exploration,
+    LIFT_S, NewCarrier, OffPlateError, Order, PLACE_S, Protocol, ProtocolError, RedoLimits,
+    ResonanceDrift, Rest, Selection, Slider, StepKind, TEMPLATE, Timeouts, Timing, Trials,
+    built_in, nearest_built_in,
 };
 pub use record::{TrialOutcome, TrialRecord};
 pub use redo_reason::RedoReason;

@@ -15,10 +15,10 @@ pub struct ForceBand {
     pub contact_n: f64,
 }
 
-/// Limits of clipped and lost samples in a recording.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// Limits of clipped and lost samples in a recording; 0 by default.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct Quality {
     /// Clipped input frames allowed in a trial.
     pub max_clipped_frames: u64,

@@ -65,7 +65,7 @@ pub(super) fn show_bench(
     }
     let warnings = rehearsed::notice(&plan.rehearsed)
         .into_iter()
-        .chain(config.safety_notices(plan.carrier_hz))
+        .chain(config.safety_notices(plan.carrier_hz, plan.pace))
         .chain(plan.unverified.clone())
         .chain(plan.bench.wavelength_contradiction());
     for notice in warnings {

@@ -28,7 +28,7 @@ use tasks::{Slot, Task};
 
 use super::files::begin_recording;
 use super::participant_session::ParticipantSession;
-use super::plan::{SessionPlan, session_bytes};
+use super::plan::SessionPlan;
 use crate::apparatus::Watcher;
 use crate::displays::Displays;
 use crate::session::{Admit, KeptUp, Questions, SessionReport, SessionTask, Wiring};
@@ -114,7 +114,7 @@ impl ComposedSession {
             notices: notices.clone(),
             gauge: gauge.clone(),
             room,
-            session_bytes: session_bytes(config, protocol),
+            session_bytes: protocol_check::session_bytes(config, protocol),
             drive,
             screen: ParticipantScreen::new(protocol, config.plate.length_m, button.is_none()),
             readiness: Readiness::new(button),

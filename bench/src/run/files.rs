@@ -12,7 +12,7 @@ use recording::AudioFormat;
 use recording::manifest::{self, Manifest};
 use recording::recorder::Begin;
 use recording::study::event_log::{self, ExitStatus};
-use recording::study::{self, EVENTS_FILE, EventLogError, Study, TrialLabel};
+use recording::study::{self, EVENTS_FILE, EventLogError, Study, StudyError, TrialLabel};
 use sources::field_box::FieldBoxDevice;
 use tui::event::Crop;
 
@@ -35,18 +35,29 @@ pub(super) fn open_session(
     date: &str,
 ) -> anyhow::Result<(u32, study::SessionFolder, bool)> {
     let participant = &plan.participant;
+    let number = session_number(study, plan)?;
+    if plan.resume {
+        let session = study.resume_session(participant, number)?;
+        require_same_order(plan, &session)?;
+        return Ok((number, session, true));
+    }
+    let protocol = &plan.protocol.protocol.name;
+    let session = study.begin_session(participant, number, date, protocol)?;
+    Ok((number, session, false))
+}
+
+/// Returns the number of the session that begins, or that `--resume` continues.
+fn session_number(study: &Study, plan: &SessionPlan) -> anyhow::Result<u32> {
+    let participant = &plan.participant;
     let next = study.next_session(participant)?;
     if plan.resume {
-        let last = next - 1;
-        if last == 0 {
+        if next == 1 {
             bail!(
                 "{participant} has no session in {} to go on with",
                 study.folder().display()
             );
         }
-        let session = study.resume_session(participant, last)?;
-        require_same_order(plan, &session)?;
-        return Ok((last, session, true));
+        return Ok(next - 1);
     }
     if next > 1 && !plan.new_session {
         bail!(
@@ -55,11 +66,20 @@ pub(super) fn open_session(
             study.folder().display()
         );
     }
-    Ok((
-        next,
-        study.begin_session(participant, next, date, &plan.protocol.protocol.name)?,
-        false,
-    ))
+    Ok(next)
+}
+
+/// Requires, before anything is driven, that the participant's session may begin or be resumed. Creates nothing.
+///
+/// # Errors
+/// As [`open_session`], as far as the study's folder shows it.
+pub fn require_session(plan: &SessionPlan) -> anyhow::Result<()> {
+    match Study::open(&plan.study) {
+        Ok(study) => session_number(&study, plan).map(drop),
+        // The session creates the study.
+        Err(StudyError::NoStudy { .. }) => Ok(()),
+        Err(error) => Err(error.into()),
+    }
 }
 
 /// The state of the session to be resumed.

@@ -23,7 +23,8 @@ use composition::{ComposedSession, Surroundings};
 use files::EarlierPart;
 use participant_session::ParticipantSession;
 
-pub use plan::{ProtocolFile, SessionPlan, session_bytes};
+pub use files::require_session;
+pub use plan::{ProtocolFile, SessionPlan};
 
 /// Runs the session to its end. `open_front` opens the operator's screen; quitting that screen ends the bench.
 ///

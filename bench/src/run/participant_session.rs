@@ -16,7 +16,7 @@ use tasks::Clock;
 use super::edited_protocol::{accepted_edits, file_name};
 use super::files::{EarlierPart, earlier_history, machine, open_session};
 use super::lost_recordings;
-use super::plan::{NAME, SessionPlan, VERSION, session_bytes};
+use super::plan::{NAME, SessionPlan, VERSION};
 
 /// A session with its folder, locked for this program.
 pub(super) struct ParticipantSession {
@@ -53,7 +53,10 @@ impl ParticipantSession {
             version: VERSION.to_owned(),
         };
         let study = Study::open_or_create(&plan.study, generator)?;
-        study::require_room(&plan.study, session_bytes(plan.bench.config(), protocol))?;
+        study::require_room(
+            &plan.study,
+            protocol_check::session_bytes(plan.bench.config(), protocol),
+        )?;
         let date = clock.utc().to_zoned(TimeZone::UTC).date().to_string();
         let (number, folder, is_resumed) = open_session(&study, plan, &date)?;
         let history = earlier_history(plan, &folder);

@@ -5,13 +5,9 @@ use std::sync::Arc;
 
 use anyhow::{Context, bail};
 use config::{Config, Effective};
-use devices::drive_control::{carrier_hz, settings, waveform};
-use devices::driving_time;
+use devices::drive_control::{carrier_hz, settings};
 use devices::recorded_bench::{recorded_errors, recorded_profile};
-use devices::{require_armable, require_watched};
 use protocols::{OffPlateError, ParticipantId, Person, PersonDetail, Protocol};
-use recording::AudioFormat;
-use recording::study::DataRates;
 use safety::Pace;
 use signalgen::DriveSettings;
 use strict_toml::InFile;
@@ -65,7 +61,7 @@ pub struct SessionPlan {
     pub(super) calibration: PathBuf,
     pub(super) settings: DriveSettings,
     pub(super) carrier_hz: f64,
-    pace: Pace,
+    pub(super) pace: Pace,
 }
 
 /// A protocol and its source text.
@@ -178,33 +174,10 @@ impl SessionPlan {
             )?;
         }
         let pace = pace(config, &options.hardware);
-        require_armable(config, pace)?;
-        let (asked_n, limit_n) = (protocol.force.max_n, config.safety.max_normal_n);
-        if asked_n >= limit_n {
-            bail!(
-                "protocol {} asks for up to {asked_n} N (force.max_n), and the bench stops the drive at {limit_n} N \
-                 (safety.max_normal_n)",
-                protocol.name
-            );
-        }
-        driving_time::require_finishable(config, protocol)?;
+        protocol_check::require_possible(protocol, &bench, pace, dates::now())?;
         let settings = settings(config)?;
-        require_drivable(protocol, &bench, &settings, pace)?;
-        let carriers: Vec<f64> = protocol
-            .conditions
-            .iter()
-            .map(|condition| carrier_hz(condition.drive.carrier, config))
-            .collect();
-        if let Some(hz) = carriers.iter().find(|&&hz| hz != carriers[0]) {
-            bail!(
-                "protocol {} drives at {:.1} Hz and at {hz:.1} Hz: one session has one carrier",
-                protocol.name,
-                carriers[0]
-            );
-        }
-        devices::impedance_chain(config, carriers[0])?;
         Ok(Self {
-            carrier_hz: carriers[0],
+            carrier_hz: carrier_hz(protocol.conditions[0].drive.carrier, config),
             pace,
             unverified: dates::unverified(&bench, pace),
             bench: Arc::new(bench),
@@ -234,29 +207,10 @@ impl SessionPlan {
     pub(super) fn require_drivable(&self) -> RequireDrivable {
         let (protocol, settings) = (self.protocol.protocol.clone(), self.settings);
         let pace = self.pace;
-        Box::new(move |bench| require_drivable(&protocol, bench, &settings, pace))
+        Box::new(move |bench| {
+            protocol_check::require_drivable(&protocol, bench, &settings, pace, dates::now())
+        })
     }
-}
-
-/// Requires that the safety watch can monitor every condition's drive on `bench`, and that the drives stay within all
-/// limits.
-fn require_drivable(
-    protocol: &Protocol,
-    bench: &Effective,
-    settings: &DriveSettings,
-    pace: Pace,
-) -> anyhow::Result<()> {
-    for condition in &protocol.conditions {
-        let waveform = waveform(&condition.drive, bench.config());
-        let watched = require_watched(bench, &waveform, pace, dates::now());
-        let watched = watched.map_err(anyhow::Error::from);
-        watched
-            .and(settings.admit(waveform).map_err(anyhow::Error::from))
-            .with_context(|| {
-                format!("condition {} of protocol {}", condition.name, protocol.name)
-            })?;
-    }
-    Ok(())
 }
 
 /// Returns the participant's details from the command line, and the details that the protocol asks for in addition.
@@ -280,28 +234,6 @@ fn person(
         ask.retain(|question| *question != detail);
     }
     Ok((person, ask))
-}
-
-/// Returns the disk space that a session may take, bytes: 1.5 times the planned trials, each with a margin beyond the
-/// slider's own time.
-#[must_use]
-pub fn session_bytes(config: &Config, protocol: &Protocol) -> u64 {
-    let slide_s = protocol
-        .exploration
-        .slider(protocols::Direction::LeftToRight)
-        .duration_s();
-    let explorations = protocol.exploration.directions.len() as f64;
-    let timing = &protocol.timing;
-    let trial_s = 10.0 + explorations * (slide_s + timing.countdown_s + timing.feedback_s + 5.0);
-    let rates = DataRates {
-        audio: AudioFormat {
-            sample_rate_hz: config.audio.rate_hz,
-            channels: config.audio.input_channels,
-        },
-        force_hz: 10_000.0,
-        position_hz: 1_000.0,
-    };
-    rates.bytes(trial_s * 1.5 * f64::from(protocol.planned_trials()))
 }
 
 #[cfg(test)]

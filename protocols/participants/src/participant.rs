@@ -27,15 +27,37 @@ const PREFIX: &str = "sub-";
 /// Why a text is not a participant's identifier.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "participant `{}` is not allowed: {fault}; the form is `sub-` and 1 to {MAX_LABEL} of A-Z, a-z, 0-9, \
-     for example `sub-01`",
-    .text.chars().take(40).collect::<String>().escape_debug()
+    "participant `{}` is not allowed: {fault}; the form is `sub-` and 1 to {MAX_LABEL} of A-Z, a-z, 0-9{}",
+    .text.chars().take(40).collect::<String>().escape_debug(),
+    suggestion(.text)
 )]
 pub struct ParticipantIdError {
     /// The text as given.
     pub text: String,
     /// The fault.
     pub fault: &'static str,
+}
+
+/// Returns the end of the message: the identifier that was probably meant, or an example.
+fn suggestion(text: &str) -> String {
+    match intended_id(text) {
+        Some(id) => format!("; did you mean `{id}`?"),
+        None => ", for example `sub-01`".to_owned(),
+    }
+}
+
+/// Returns the identifier with the letters and digits of `text`; `None` if it has other characters than these and
+/// separators.
+fn intended_id(text: &str) -> Option<String> {
+    let is_separator = |c: char| matches!(c, '-' | '_' | '.' | ' ');
+    let text = text.trim();
+    let label = match text.get(..3) {
+        Some(start) if start.eq_ignore_ascii_case("sub") => &text[3..],
+        _ => text,
+    };
+    let label: String = label.chars().filter(|c| !is_separator(*c)).collect();
+    let is_label = label.bytes().all(|b| b.is_ascii_alphanumeric());
+    (is_label && (1..=MAX_LABEL).contains(&label.len())).then(|| format!("{PREFIX}{label}"))
 }
 
 impl ParticipantId {
@@ -122,6 +144,27 @@ mod tests {
             let message = bad.parse::<ParticipantId>().unwrap_err().to_string();
             assert!(message.contains("`sub-` and 1 to 32"), "{message}");
             assert!(message.len() < 250, "{message}");
+        }
+    }
+
+    #[test]
+    fn the_identifier_that_was_meant_is_suggested() {
+        for (text, meant) in [
+            ("P07", "sub-P07"),
+            ("07", "sub-07"),
+            ("SUB-01", "sub-01"),
+            ("sub_VP_3", "sub-VP3"),
+            ("sub-VP-03", "sub-VP03"),
+            ("sub01", "sub-01"),
+        ] {
+            let message = text.parse::<ParticipantId>().unwrap_err().to_string();
+            let end = format!("did you mean `{meant}`?");
+            assert!(message.ends_with(&end), "{message}");
+            assert_eq!(meant.parse::<ParticipantId>().unwrap().as_str(), meant);
+        }
+        for text in ["../x", "sub-", "sub-é1", ""] {
+            let message = text.parse::<ParticipantId>().unwrap_err().to_string();
+            assert!(message.ends_with("for example `sub-01`"), "{message}");
         }
     }
 

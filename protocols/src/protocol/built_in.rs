@@ -8,6 +8,10 @@ pub const BUILT_IN: [(&str, &str); 3] = [
     ("demo", include_str!("../../demo.toml")),
 ];
 
+/// A commented protocol to write another one from. Lines that begin with `#= ` state the defaults of keys that may be left
+/// out.
+pub const TEMPLATE: &str = include_str!("../../template.toml");
+
 /// Returns the text of the built-in protocol `name`, or `None` if it does not exist.
 pub fn built_in(name: &str) -> Option<&'static str> {
     BUILT_IN

@@ -14,42 +14,53 @@ use std::collections::BTreeSet;
 type Checked = Result<(), BrokenRule>;
 
 /// Checks every value of a protocol file and completes the drive of each condition.
-pub(super) fn validate(raw: RawProtocol) -> Result<Protocol, BrokenRule> {
-    file_name("name", &raw.name)?;
-    raw.texts.require_showable()?;
-    asked_once(&raw.participant.ask)?;
-    drive("drive", &raw.drive)?;
-    let conditions = conditions(&raw.drive, raw.conditions)?;
-    practice(raw.trials.practice)?;
-    per_condition(raw.trials.per_condition)?;
-    williams_size(raw.trials.order, conditions.len())?;
-    directions(raw.exploration.directions.len())?;
-    slider_end("exploration.from_m", raw.exploration.from_m)?;
-    slider_end("exploration.to_m", raw.exploration.to_m)?;
-    travel(raw.exploration.from_m, raw.exploration.to_m)?;
-    speed(raw.exploration.speed_m_per_s)?;
-    settle(raw.timing.settle_s)?;
-    baseline(raw.timing.baseline_s)?;
-    pause_length("timing.countdown_s", raw.timing.countdown_s)?;
-    pause_length("timing.feedback_s", raw.timing.feedback_s)?;
-    pause_length("timing.verdict_s", raw.timing.verdict_s)?;
-    contact(raw.force.contact_n, raw.force.min_n)?;
-    least_force(raw.force.min_n)?;
-    greatest_force(raw.force.min_n, raw.force.max_n)?;
-    rest_length(raw.rest.min_s)?;
-    redo("redo.max_per_trial", raw.redo.max_per_trial)?;
-    redo("redo.max_total", raw.redo.max_total)?;
-    central(
-        raw.selection.central_m,
-        raw.exploration.to_m - raw.exploration.from_m,
-    )?;
-    speed_tolerance(raw.selection.speed_tolerance)?;
-    instance(raw.selection.instance_s)?;
-    min_instances(raw.selection.min_instances)?;
-    timeout("timeouts.lift_finger_s", raw.timeouts.lift_finger_s)?;
-    timeout("timeouts.place_finger_s", raw.timeouts.place_finger_s)?;
-    timeout("timeouts.analysis_s", raw.timeouts.analysis_s)?;
-    drift_limit(raw.resonance_drift.limit_hz)?;
+///
+/// # Errors
+/// All broken rules, in the order of the file's tables.
+pub(super) fn validate(raw: RawProtocol) -> Result<Protocol, Vec<BrokenRule>> {
+    let (from_m, to_m) = (raw.exploration.from_m, raw.exploration.to_m);
+    let mut rules = vec![
+        file_name("name", &raw.name),
+        raw.texts.require_showable().map_err(BrokenRule::from),
+        asked_once(&raw.participant.ask),
+    ];
+    rules.extend(drive("drive", &raw.drive));
+    let (conditions, condition_rules) = conditions(&raw.drive, raw.conditions);
+    rules.extend(condition_rules);
+    rules.extend([
+        practice(raw.trials.practice),
+        per_condition(raw.trials.per_condition),
+        williams_size(raw.trials.order, conditions.len()),
+        directions(raw.exploration.directions.len()),
+        // A wrong end is one fault, although it makes the travel wrong too.
+        slider_end("exploration.from_m", from_m)
+            .and_then(|()| slider_end("exploration.to_m", to_m))
+            .and_then(|()| travel(from_m, to_m))
+            .and_then(|()| central(raw.selection.central_m, to_m - from_m)),
+        speed(raw.exploration.speed_m_per_s),
+        settle(raw.timing.settle_s),
+        baseline(raw.timing.baseline_s),
+        pause_length("timing.countdown_s", raw.timing.countdown_s),
+        pause_length("timing.feedback_s", raw.timing.feedback_s),
+        pause_length("timing.verdict_s", raw.timing.verdict_s),
+        contact(raw.force.contact_n, raw.force.min_n),
+        least_force(raw.force.min_n),
+        greatest_force(raw.force.min_n, raw.force.max_n),
+        rest_length(raw.rest.min_s),
+        redo("redo.max_per_trial", raw.redo.max_per_trial),
+        redo("redo.max_total", raw.redo.max_total),
+        speed_tolerance(raw.selection.speed_tolerance),
+        instance(raw.selection.instance_s),
+        min_instances(raw.selection.min_instances),
+        timeout("timeouts.lift_finger_s", raw.timeouts.lift_finger_s),
+        timeout("timeouts.place_finger_s", raw.timeouts.place_finger_s),
+        timeout("timeouts.analysis_s", raw.timeouts.analysis_s),
+        drift_limit(raw.resonance_drift.limit_hz),
+    ]);
+    let broken: Vec<BrokenRule> = rules.into_iter().filter_map(Result::err).collect();
+    if !broken.is_empty() {
+        return Err(broken);
+    }
     Ok(Protocol {
         name: raw.name,
         description: raw.description,
@@ -116,11 +127,13 @@ fn asked_once(details: &[PersonDetail]) -> Checked {
     }
 }
 
-fn drive(table: &str, drive: &Drive) -> Checked {
-    carrier(&format!("{table}.carrier"), drive.carrier)?;
-    mean_amplitude(&format!("{table}.mean_amplitude_v"), drive.mean_amplitude_v)?;
-    modulation(&format!("{table}.modulation_hz"), drive.modulation_hz)?;
-    index(&format!("{table}.modulation_index"), drive.modulation_index)
+fn drive(table: &str, drive: &Drive) -> [Checked; 4] {
+    [
+        carrier(&format!("{table}.carrier"), drive.carrier),
+        mean_amplitude(&format!("{table}.mean_amplitude_v"), drive.mean_amplitude_v),
+        modulation(&format!("{table}.modulation_hz"), drive.modulation_hz),
+        index(&format!("{table}.modulation_index"), drive.modulation_index),
+    ]
 }
 
 fn carrier(key: &str, carrier: Carrier) -> Checked {
@@ -144,28 +157,40 @@ fn index(key: &str, index: f64) -> Checked {
     check_range(key, index, 0.0, 1.0, "")
 }
 
-fn conditions(base: &Drive, raw: Vec<RawCondition>) -> Result<Vec<Condition>, BrokenRule> {
-    check_count("conditions", raw.len() as u64, 1, 64)?;
+/// Returns the conditions with their whole drives, and the results of their rules. A value inherited from `base` is
+/// checked there only.
+fn conditions(base: &Drive, raw: Vec<RawCondition>) -> (Vec<Condition>, Vec<Checked>) {
+    let mut rules = vec![check_count("conditions", raw.len() as u64, 1, 64)];
     let mut names = BTreeSet::new();
-    raw.into_iter()
-        .enumerate()
-        .map(|(i, raw)| {
-            let table = format!("conditions.{i}");
-            short_name(&format!("{table}.name"), &raw.name)?;
-            unique(&format!("{table}.name"), &raw.name, &mut names)?;
-            let full_drive = Drive {
-                carrier: raw.carrier.unwrap_or(base.carrier),
-                mean_amplitude_v: raw.mean_amplitude_v.unwrap_or(base.mean_amplitude_v),
-                modulation_hz: raw.modulation_hz.unwrap_or(base.modulation_hz),
-                modulation_index: raw.modulation_index.unwrap_or(base.modulation_index),
-            };
-            drive(&table, &full_drive)?;
-            Ok(Condition {
-                name: raw.name,
-                drive: full_drive,
-            })
-        })
-        .collect()
+    let conditions = raw.into_iter().enumerate().map(|(i, raw)| {
+        let table = format!("conditions.{i}");
+        let full_drive = Drive {
+            carrier: raw.carrier.unwrap_or(base.carrier),
+            mean_amplitude_v: raw.mean_amplitude_v.unwrap_or(base.mean_amplitude_v),
+            modulation_hz: raw.modulation_hz.unwrap_or(base.modulation_hz),
+            modulation_index: raw.modulation_index.unwrap_or(base.modulation_index),
+        };
+        rules.push(short_name(&format!("{table}.name"), &raw.name));
+        rules.push(unique(&format!("{table}.name"), &raw.name, &mut names));
+        let is_given = [
+            raw.carrier.is_some(),
+            raw.mean_amplitude_v.is_some(),
+            raw.modulation_hz.is_some(),
+            raw.modulation_index.is_some(),
+        ];
+        let checked = drive(&table, &full_drive).into_iter().zip(is_given);
+        rules.extend(
+            checked
+                .filter(|(_, is_given)| *is_given)
+                .map(|(rule, _)| rule),
+        );
+        Condition {
+            name: raw.name,
+            drive: full_drive,
+        }
+    });
+    let conditions = conditions.collect();
+    (conditions, rules)
 }
 
 fn unique(key: &str, name: &str, names: &mut BTreeSet<String>) -> Checked {

@@ -3,9 +3,9 @@
 use super::definition::Protocol;
 
 /// Time for a participant to place the finger and say "ready", s (an assumption).
-const PLACE_S: f64 = 5.0;
+pub const PLACE_S: f64 = 5.0;
 /// Time for a participant to lift the finger, s (an assumption).
-const LIFT_S: f64 = 2.0;
+pub const LIFT_S: f64 = 2.0;
 /// Length of an hour, s.
 const HOUR_S: f64 = 3600.0;
 
@@ -45,7 +45,7 @@ impl Protocol {
     }
 
     /// Returns the start time of each trial, s.
-    fn starts_s(&self, trials: u32, trial_s: f64) -> Vec<f64> {
+    pub(super) fn starts_s(&self, trials: u32, trial_s: f64) -> Vec<f64> {
         let practice = self.trials.practice;
         let mut start_s = 0.0;
         let starts = (0..trials).map(|trial| {

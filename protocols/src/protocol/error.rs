@@ -13,6 +13,24 @@ pub enum ProtocolError {
     /// A value breaks a rule.
     #[error(transparent)]
     Rule(#[from] InFile<BrokenRule>),
+    /// Several of these.
+    #[error("{}", in_lines(.0))]
+    Several(Vec<ProtocolError>),
+}
+
+impl ProtocolError {
+    /// Returns the errors one by one, in the order of the file's tables.
+    pub fn faults(&self) -> &[Self] {
+        match self {
+            Self::Several(errors) => errors,
+            error => std::slice::from_ref(error),
+        }
+    }
+}
+
+fn in_lines(errors: &[ProtocolError]) -> String {
+    let lines: Vec<String> = errors.iter().map(ToString::to_string).collect();
+    lines.join("\n")
 }
 
 /// A value out of its range or in conflict with another. Keys are dotted paths.

@@ -4,13 +4,13 @@ use super::checks;
 use super::definition::Protocol;
 use super::error::ProtocolError;
 use super::raw::RawProtocol;
-use strict_toml::InFile;
+use strict_toml::{InFile, TomlError};
 
 impl Protocol {
     /// Reads and validates a protocol; `file` is used in error messages only.
     ///
     /// # Errors
-    /// [`ProtocolError`], which names the file, the line, the key, the value and the allowed values.
+    /// [`ProtocolError`], which names the file, the line, the key, the value and the allowed values of every fault.
     ///
     /// ```
     /// use protocols::{BrokenRule, Protocol, ProtocolError, built_in};
@@ -23,10 +23,27 @@ impl Protocol {
     /// assert!(matches!(&rule.error, BrokenRule::OutOfRange(refused) if refused.value == 50.0));
     /// ```
     pub fn parse(text: &str, file: &str) -> Result<Self, ProtocolError> {
-        let raw: RawProtocol = strict_toml::parse(text, file)?;
-        checks::validate(raw).map_err(|broken| {
-            let key = broken.key().to_owned();
-            InFile::at_key(broken, &key, text, file).into()
-        })
+        let mut draft = strict_toml::read::<RawProtocol>(text, file);
+        let mut errors: Vec<ProtocolError> = Vec::new();
+        if let Some(errors_of_keys) = TomlError::of_several(std::mem::take(&mut draft.errors)) {
+            errors.push(errors_of_keys.into());
+        }
+        match draft.value.take().map(checks::validate) {
+            Some(Ok(protocol)) if errors.is_empty() => return Ok(protocol),
+            Some(Err(broken)) => {
+                let broken = broken
+                    .into_iter()
+                    .filter(|rule| draft.determines(rule.key()));
+                errors.extend(broken.map(|rule| {
+                    let key = rule.key().to_owned();
+                    InFile::at_key(rule, &key, text, file).into()
+                }));
+            }
+            Some(Ok(_)) | None => {}
+        }
+        match errors.len() {
+            1 => Err(errors.remove(0)),
+            _ => Err(ProtocolError::Several(errors)),
+        }
     }
 }

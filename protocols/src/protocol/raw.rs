@@ -15,9 +15,11 @@ use serde::Deserialize;
 pub(super) struct RawProtocol {
     /// Short name, used in file names: 1 to 64 lower case letters, digits, `-`, `_`; not `bench`, `calibration` or `recording`.
     pub name: String,
-    /// Purpose, for the reader.
+    /// Purpose, for the reader; empty by default.
+    #[serde(default)]
     pub description: String,
-    /// Source publication; may be empty.
+    /// Source publication; empty by default.
+    #[serde(default)]
     pub citation: String,
     /// Language of the participant's texts: en, fr, de, nl; English by default.
     #[serde(default)]
@@ -37,18 +39,22 @@ pub(super) struct RawProtocol {
     /// Explorations of a trial: the slider's travel, speed and directions.
     pub exploration: Exploration,
     /// Durations of the steps of a trial.
+    #[serde(default)]
     pub timing: Timing,
     /// Normal forces requested of the participant.
     pub force: ForceBand,
     /// Breaks between trials.
     pub rest: Rest,
     /// Limits on repetitions after a verdict.
+    #[serde(default)]
     pub redo: RedoLimits,
     /// Limits of an instance.
     pub selection: Selection,
     /// Limits of clipped and lost samples.
+    #[serde(default)]
     pub quality: Quality,
     /// Times after which the session stops waiting.
+    #[serde(default)]
     pub timeouts: Timeouts,
     /// Change of the carrier after a drift of the plate's resonance.
     #[serde(default)]

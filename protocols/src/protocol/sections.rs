@@ -33,7 +33,7 @@ pub struct Trials {
 /// Durations of the steps of a trial, s.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct Timing {
     /// Shortest time from drive on to the start of the baseline.
     pub settle_s: f64,
@@ -45,6 +45,18 @@ pub struct Timing {
     pub feedback_s: f64,
     /// Time within which the operator may overrule a verdict.
     pub verdict_s: f64,
+}
+
+impl Default for Timing {
+    fn default() -> Self {
+        Self {
+            settle_s: 0.2,
+            baseline_s: 0.8,
+            countdown_s: 3.0,
+            feedback_s: 3.0,
+            verdict_s: 2.0,
+        }
+    }
 }
 
 /// Breaks between trials.
@@ -70,12 +82,21 @@ impl Rest {
 /// Limits on repetitions after a verdict. Interruptions (pause, safety, timeouts) do not count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct RedoLimits {
     /// Largest number of repetitions of one trial.
     pub max_per_trial: u32,
     /// Largest number of repetitions in the session.
     pub max_total: u32,
+}
+
+impl Default for RedoLimits {
+    fn default() -> Self {
+        Self {
+            max_per_trial: 3,
+            max_total: 10,
+        }
+    }
 }
 
 /// Limits of an instance.
@@ -127,7 +148,7 @@ pub enum NewCarrier {
 /// Times after which the session stops waiting, s.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct Timeouts {
     /// Time for the finger to leave the plate.
     pub lift_finger_s: f64,
@@ -135,4 +156,14 @@ pub struct Timeouts {
     pub place_finger_s: f64,
     /// Time for the analysis of a finished trial.
     pub analysis_s: f64,
+}
+
+impl Default for Timeouts {
+    fn default() -> Self {
+        Self {
+            lift_finger_s: 30.0,
+            place_finger_s: 60.0,
+            analysis_s: 10.0,
+        }
+    }
 }

@@ -14,11 +14,11 @@ fn edit(from: &str, to: &str) -> Result<Protocol, ProtocolError> {
     Protocol::parse(&text().replace(from, to), "p.toml")
 }
 
-/// Returns the rule that a text breaks.
+/// Returns the first rule that a text breaks.
 fn rule(result: Result<Protocol, ProtocolError>) -> InFile<BrokenRule> {
-    match result {
-        Err(ProtocolError::Rule(error)) => error,
-        result => panic!("{result:?}"),
+    match result.as_ref().map_err(ProtocolError::faults) {
+        Err([ProtocolError::Rule(error), ..]) => error.clone(),
+        _ => panic!("{result:?}"),
     }
 }
 
@@ -434,16 +434,105 @@ fn a_typing_error_names_the_nearest_key() {
 #[test]
 fn a_missing_section_is_named() {
     let error = toml(edit("[quality]", ""));
-    assert!(matches!(error, TomlError::UnknownKey { .. }), "{error:?}");
-    let cut = text().find("[timeouts]").unwrap();
+    // Its three keys are then those of the table before it.
+    assert!(
+        matches!(&error, TomlError::Several(keys) if keys.len() == 3),
+        "{error:?}"
+    );
+    let cut = text().find("[selection]").unwrap();
     assert_eq!(
         toml(Protocol::parse(&text()[..cut], "p.toml")),
         TomlError::MissingKey {
             file: "p.toml".to_owned(),
             table: None,
-            key: "timeouts".to_owned()
+            key: "selection".to_owned()
         }
     );
+}
+
+#[test]
+fn all_faults_of_a_file_are_named_together() {
+    let wrong = text()
+        .replace("name = \"huloux2021\"\n", "")
+        .replace("per_condition = 10", "per_condition = 0")
+        .replace("order = \"fixed\"", "ordr = \"fixed\"")
+        .replace("modulation_index = 0.95", "modulation_index = 95")
+        .replace("every_trials = 5 ", "every_trials = \"5\" ")
+        .replace("min_n = 0.5\n", "");
+    let error = Protocol::parse(&wrong, "p.toml").unwrap_err().to_string();
+    for fault in [
+        "unknown key `ordr`, did you mean `order`?",
+        "\"5\" is text",
+        "p.toml: key `name` is missing",
+        "p.toml, table [force]: key `min_n` is missing",
+        "drive.modulation_index = 95 is outside",
+    ] {
+        assert!(error.contains(fault), "{fault} is not in:\n{error}");
+    }
+    // The keys of a table with a stand-in are not judged.
+    assert_eq!(error.lines().count(), 5, "{error}");
+}
+
+#[test]
+fn one_wrong_end_of_the_slider_is_one_fault() {
+    let error = edit("to_m = 0.095", "to_m = 95").unwrap_err();
+    assert_eq!(error.faults().len(), 1, "{error}");
+}
+
+#[test]
+fn keys_that_no_study_varies_may_be_left_out() {
+    let mut short = text().to_owned();
+    for (table, next) in [
+        ("[timing]", "[force]"),
+        ("[redo]", "[selection]"),
+        ("[quality]", "[resonance_drift]"),
+    ] {
+        let (start, end) = (short.find(table).unwrap(), short.find(next).unwrap());
+        short.replace_range(start..end, "");
+    }
+    let lines: Vec<&str> = short.lines().collect();
+    let without_citation: Vec<&str> = lines
+        .into_iter()
+        .filter(|line| !line.starts_with("citation"))
+        .collect();
+    let short = Protocol::parse(&without_citation.join("\n"), "p.toml").unwrap();
+    let whole = Protocol::parse(text(), "p.toml").unwrap();
+    assert_eq!(short.timing, whole.timing);
+    assert_eq!(short.redo, whole.redo);
+    assert_eq!(short.timeouts, whole.timeouts);
+    assert_eq!(short.quality, whole.quality);
+    assert_eq!(short.citation, "");
+    let part = edit("countdown_s = 3.0\n", "").unwrap();
+    assert_eq!(part.timing, whole.timing);
+}
+
+#[test]
+fn the_template_is_a_protocol_whose_comments_state_the_defaults() {
+    let protocol = Protocol::parse(TEMPLATE, "template.toml").unwrap();
+    assert_eq!(protocol.name, "my-protocol");
+    let enabled: String = TEMPLATE
+        .lines()
+        .map(|line| line.strip_prefix("#= ").unwrap_or(line).to_owned() + "\n")
+        .collect();
+    assert_eq!(
+        Protocol::parse(&enabled, "template.toml").unwrap(),
+        protocol
+    );
+    // Every key that a protocol may have, apart from its own texts, is in the template.
+    let mut value = serde_json::to_value(&protocol).unwrap();
+    value.as_object_mut().unwrap().remove("texts");
+    value["drive"] = value["conditions"][0]["drive"].take();
+    for (table, keys) in value.as_object().unwrap() {
+        let names = keys
+            .as_object()
+            .map_or_else(|| vec![table], |keys| keys.keys().collect());
+        for name in names.into_iter().filter(|name| *name != "conditions") {
+            let is_there = enabled
+                .lines()
+                .any(|line| line.starts_with(&format!("{name} = ")));
+            assert!(is_there, "{table}.{name}");
+        }
+    }
 }
 
 /// Older protocols without this section are still read.

@@ -45,7 +45,9 @@ fn messages_are_looked_up_and_listed() {
         explanation.contains("mains") && !explanation.contains("e-stop pressed"),
         "{explanation}"
     );
-    let list = String::from_utf8(run(&["help", "messages"]).stdout).unwrap();
+    let help = String::from_utf8(run(&["messages", "--help"]).stdout).unwrap();
+    assert!(help.lines().count() < 40, "{help}");
+    let list = String::from_utf8(run(&["messages"]).stdout).unwrap();
     assert!(
         list.contains("e-stop pressed") && list.contains("participants.tsv lists"),
         "{list}"

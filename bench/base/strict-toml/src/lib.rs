@@ -1,7 +1,7 @@
 //! Strict reading of TOML files: an unknown key is reported with its line and the nearest known key, a value out of range
 //! with its range and unit, in the same words for every file of the bench.
 //!
-//! - [`parse`] reads a file into a type and explains failures as a [`TomlError`].
+//! - [`parse`] reads a file into a type and explains failures as a [`TomlError`]; [`read`] goes on after an error.
 //! - [`require_range`] and [`count_within`] are the range rule; [`OutOfRange`] names key, value, range and unit.
 //! - [`InFile`] and [`line_of`] locate an error about a value that parses but is not allowed.
 //! - [`nearest`] suggests the most similar known word.
@@ -24,6 +24,7 @@
 //! # Ok::<(), strict_toml::TomlError>(())
 //! ```
 
+mod draft;
 mod place;
 mod range;
 mod suggestion;
@@ -31,6 +32,7 @@ mod toml_error;
 mod toml_file;
 mod wrong_value;
 
+pub use draft::{Draft, read};
 pub use place::{InFile, line_of};
 pub use range::{OutOfRange, count_within, require_range};
 pub use suggestion::nearest;

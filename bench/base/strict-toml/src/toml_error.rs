@@ -94,6 +94,50 @@ pub enum TomlError {
         /// Parser's message.
         message: String,
     },
+    /// Several errors of one file.
+    #[error("{}", in_lines(.0))]
+    Several(Vec<TomlError>),
+}
+
+impl TomlError {
+    /// Returns the only error, or all as one; `None` without errors.
+    pub fn of_several(mut errors: Vec<Self>) -> Option<Self> {
+        match errors.len() {
+            0 | 1 => errors.pop(),
+            _ => Some(Self::Several(errors)),
+        }
+    }
+
+    /// Returns the line, if the error has one.
+    pub(crate) fn line(&self) -> Option<usize> {
+        match self {
+            Self::UnknownKey { line, .. }
+            | Self::UnknownValue { line, .. }
+            | Self::QuotedNumber { line, .. }
+            | Self::NumberWithUnit { line, .. }
+            | Self::WrongType { line, .. }
+            | Self::Invalid { line, .. } => Some(*line),
+            Self::MissingKey { .. } | Self::Several(_) => None,
+        }
+    }
+
+    /// Moves the error to another line.
+    pub(crate) fn move_to(&mut self, to: usize) {
+        match self {
+            Self::UnknownKey { line, .. }
+            | Self::UnknownValue { line, .. }
+            | Self::QuotedNumber { line, .. }
+            | Self::NumberWithUnit { line, .. }
+            | Self::WrongType { line, .. }
+            | Self::Invalid { line, .. } => *line = to,
+            Self::MissingKey { .. } | Self::Several(_) => {}
+        }
+    }
+}
+
+fn in_lines(errors: &[TomlError]) -> String {
+    let lines: Vec<String> = errors.iter().map(ToString::to_string).collect();
+    lines.join("\n")
 }
 
 fn at_key(key: &Option<String>) -> String {

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use serde::de::DeserializeOwned;
 
+use crate::draft::read;
 use crate::place::line_at;
 use crate::suggestion::nearest;
 use crate::toml_error::TomlError;
@@ -15,7 +16,8 @@ use crate::wrong_value::{self, WrongValue};
 /// from serde.
 ///
 /// # Errors
-/// [`TomlError`] for an unknown or missing key, a value of the wrong type, and for text that is not TOML.
+/// [`TomlError`] for an unknown or missing key, a value of the wrong type, and for text that is not TOML; all errors of the
+/// file together if there are several.
 ///
 /// ```
 /// use strict_toml::TomlError;
@@ -34,10 +36,13 @@ use crate::wrong_value::{self, WrongValue};
 /// # Ok::<(), TomlError>(())
 /// ```
 pub fn parse<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, TomlError> {
-    toml::from_str(text).map_err(|error| explain(error, text, file))
+    toml::from_str(text).map_err(|error| {
+        let first = explain(error, text, file);
+        TomlError::of_several(read::<T>(text, file).errors).unwrap_or(first)
+    })
 }
 
-fn explain(mut error: toml::de::Error, text: &str, file: &str) -> TomlError {
+pub(crate) fn explain(mut error: toml::de::Error, text: &str, file: &str) -> TomlError {
     let file = file.to_owned();
     let span = error.span();
     let line = span.as_ref().map_or(1, |span| line_at(text, span.start));

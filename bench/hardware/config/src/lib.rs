@@ -67,6 +67,7 @@ pub use sound_card::{
 
 use std::path::Path;
 
+use ::safety::Pace;
 use serde::{Deserialize, Serialize};
 
 use refusal::Refused;
@@ -189,10 +190,10 @@ impl Config {
     /// Returns the lines that every screen shows for a bench with non-default safety, driven at `carrier_hz`: waived hardware
     /// stops, loosened limits, a carrier that some people hear.
     #[must_use]
-    pub fn safety_notices(&self, carrier_hz: f64) -> Vec<String> {
+    pub fn safety_notices(&self, carrier_hz: f64, pace: Pace) -> Vec<String> {
         [
             self.safety.waiver_in_words(),
-            self.loosened_in_words(),
+            self.loosened_in_words(pace),
             self.limits.hearing_in_words(carrier_hz),
             self.limits.unchecked_in_words(),
         ]
@@ -289,9 +290,22 @@ impl Config {
         .collect()
     }
 
-    fn loosened_in_words(&self) -> Option<String> {
+    /// Returns whether a limit is looser than its default, apart from the silence that every simulated bench allows.
+    #[must_use]
+    pub fn is_loosened(&self, pace: Pace) -> bool {
         let loosened = self.loosened();
-        (!loosened.is_empty()).then(|| format!("safety limits loosened: {}", loosened.join(", ")))
+        let is_usual = |text: &String| text.starts_with("safety.silence_s = ");
+        loosened
+            .iter()
+            .any(|text| pace == Pace::Card || !is_usual(text))
+    }
+
+    fn loosened_in_words(&self, pace: Pace) -> Option<String> {
+        let loosened = self.loosened().join(", ");
+        if self.is_loosened(pace) {
+            return Some(format!("safety limits loosened: {loosened}"));
+        }
+        (!loosened.is_empty()).then(|| format!("{loosened}, as always on the simulated bench"))
     }
 
     /// Rejects a switch that is wired but not watched, because it would be trusted without effect, and a switch that is watched

@@ -129,8 +129,7 @@ pub fn require_watched(
     };
     config.limits.require_inaudible(carrier_hz)?;
     let calibration = bench.calibration().map(|present| present.calibration());
-    if let Some(plate) = calibration.and_then(|calibration| calibration.plate.as_ref()) {
-        let amplitude_m = amplitude_m(&config.plate, plate.quality.value, carrier_hz, crest_v);
+    if let Some(amplitude_m) = unloaded_amplitude_m(bench, carrier_hz, crest_v) {
         let (amplitude_um, limit_um) = (1e6 * amplitude_m, config.limits.amplitude_um);
         if amplitude_um > limit_um {
             return Err(ArmingError::Amplitude {
@@ -149,6 +148,19 @@ pub fn require_watched(
         config.limits.require_unchecked(crest_v)?;
     }
     Ok(limits.require_sees(mean_v, crest_v)?)
+}
+
+/// Returns the amplitude of the unloaded plate under `drive_v` peak, m; `None` before the plate's damping is calibrated.
+#[must_use]
+pub fn unloaded_amplitude_m(bench: &Effective, carrier_hz: f64, drive_v: f64) -> Option<f64> {
+    let measured = bench.calibration()?.calibration().plate.as_ref()?;
+    let quality = measured.quality.value;
+    Some(amplitude_m(
+        &bench.config().plate,
+        quality,
+        carrier_hz,
+        drive_v,
+    ))
 }
 
 /// Returns the amplitude of the unloaded plate under `drive_v` peak, m: x = γU / |k − mω² + iωb_p|, with k = mω₀² and

@@ -46,6 +46,7 @@ mod tuning;
 
 pub use arming::{
     ArmingError, NotWired, plate_heat, require_armable, require_watched, safety_limits,
+    unloaded_amplitude_m,
 };
 pub use assembly::{Bench, Hardware, OpenHardware};
 pub use batch_queue::{BatchSender, BatchesDropped, batch_queue};

@@ -130,7 +130,7 @@ pub fn loop_delay(
 
 /// Judges the limits of the safety watch, which the drive requires.
 fn judge_limits(table: &mut Table, config: &Config, pace: Pace) -> bool {
-    let notices = config.safety_notices(config.plate.resonance_hz);
+    let notices = config.safety_notices(config.plate.resonance_hz, pace);
     let (verdict, finding) = match require_armable(config, pace) {
         Err(error) => (RowVerdict::Failed, error.to_string()),
         Ok(()) if notices.is_empty() => (RowVerdict::Passed, "as by default".to_owned()),

@@ -67,6 +67,16 @@ impl Table {
         self.rows.iter().all(|row| row.passed)
     }
 
+    /// Returns the failed row from which the others may follow; `None` if no row failed.
+    #[must_use]
+    pub fn root_cause(&self) -> Option<&Row> {
+        let rank = |row: &&Row| {
+            let place = CAUSES.iter().position(|name| *name == row.name);
+            place.unwrap_or(CAUSES.len())
+        };
+        self.rows.iter().filter(|row| !row.passed).min_by_key(rank)
+    }
+
     /// Returns the table as JSON.
     ///
     /// # Errors
@@ -87,6 +97,52 @@ impl Table {
             };
             let _ = writeln!(text, "{verdict:<7} {:<16} {}", row.name, row.found);
         }
+        let failed = self.rows.iter().filter(|row| !row.passed).count();
+        if let (2.., Some(cause)) = (failed, self.root_cause()) {
+            let _ = writeln!(
+                text,
+                "begin with the row `{}`: the other {} that FAILED may follow from it",
+                cause.name,
+                failed - 1
+            );
+        }
         text
+    }
+}
+
+/// Rows on which others depend, a cause before its consequences.
+const CAUSES: [&str; 11] = [
+    "limits",
+    "hardware",
+    "sound card",
+    "rate",
+    "drop-outs",
+    "field box",
+    "e-stop",
+    "safety",
+    "relay",
+    "loop delay",
+    "carrier",
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cause_is_named_wherever_its_row_stands() {
+        let mut table = Table::default();
+        table.row("sound card", true, "it is there");
+        assert_eq!(table.root_cause(), None);
+        table.row("encoder", false, "no counts");
+        assert!(!table.to_text().contains("begin with"));
+        table.row("carrier", false, "the tone was not played");
+        table.row("field box", false, "no answer");
+        assert_eq!(table.root_cause().map(|row| row.name), Some("field box"));
+        let text = table.to_text();
+        assert!(
+            text.ends_with("the row `field box`: the other 2 that FAILED may follow from it\n"),
+            "{text}"
+        );
     }
 }

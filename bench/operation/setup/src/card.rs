@@ -29,6 +29,31 @@ pub struct Layout {
     pub inputs: u16,
 }
 
+/// Requires a card that could drive a plate.
+///
+/// # Errors
+/// The computer has no sound card with outputs and inputs.
+pub fn require_any(hosts: &[HostInventory]) -> anyhow::Result<()> {
+    if cards(hosts).is_empty() {
+        bail!("no sound card with outputs and inputs; {NO_CARD}");
+    }
+    Ok(())
+}
+
+/// Advice where no card is found.
+const NO_CARD: &str = "there is none: is it plugged in, and may you use it (group audio)?";
+
+/// Returns the cards that could drive a plate, each with its host.
+fn cards(hosts: &[HostInventory]) -> Vec<(&'static str, &DeviceInfo)> {
+    let devices = hosts
+        .iter()
+        .flat_map(|host| host.devices.iter().map(move |device| (host.name, device)));
+    devices
+        .filter(|(_, device)| device.is_sound_card && device.is_raw)
+        .filter(|(_, device)| device.output.is_some() && device.input.is_some())
+        .collect()
+}
+
 /// Finds the card named by the options, or asks; its streams must have at least `inputs` inputs.
 pub fn choose(
     hosts: &[HostInventory],
@@ -36,12 +61,7 @@ pub fn choose(
     inputs: u16,
     ask: &mut dyn Ask,
 ) -> anyhow::Result<Card> {
-    let cards: Vec<(&'static str, &DeviceInfo)> = hosts
-        .iter()
-        .flat_map(|host| host.devices.iter().map(move |device| (host.name, device)))
-        .filter(|(_, device)| device.is_sound_card && device.is_raw)
-        .filter(|(_, device)| device.output.is_some() && device.input.is_some())
-        .collect();
+    let cards = cards(hosts);
     let lines: Vec<String> = cards
         .iter()
         .map(|(_, device)| line(device, inputs))
@@ -59,12 +79,12 @@ pub fn choose(
     };
     let Some((host, device)) = card else {
         let cards_text = if lines.is_empty() {
-            "none: is it plugged in, and may you use it (group audio)?".to_owned()
+            NO_CARD.to_owned()
         } else {
-            format!("\n  {}", lines.join("\n  "))
+            format!("there is \n  {}", lines.join("\n  "))
         };
         bail!(
-            "no sound card with outputs and inputs{}; there is {cards_text}",
+            "no sound card with outputs and inputs{}; {cards_text}",
             named.map_or_else(String::new, |name| format!(" is called {name}"))
         );
     };

@@ -8,8 +8,10 @@ use crate::sheet::Sheet;
 
 /// Sample rates in order of preference, Hz.
 const RATES_HZ: [u32; 3] = [250_000, 125_000, 100_000];
-/// Number of inputs for the drive's read-back and the pickup.
-const INPUTS: u32 = 2;
+/// Rate of the forces from gauges, Hz: each of the sample rates is a multiple of it.
+const FORCE_HZ: f64 = 5_000.0;
+/// Range of the inputs and outputs, V either way.
+const RANGE_V: f64 = 10.0;
 
 /// Finds the card named by the options, or asks.
 pub fn choose<'a>(
@@ -46,11 +48,16 @@ pub fn choose<'a>(
     }
 }
 
-/// Configures the card in place of the sound card, its counter as the encoder, and its lines as the stops.
-pub fn put(sheet: &mut Sheet, card: &Card) -> anyhow::Result<()> {
-    let rate_hz = rate_hz(card).with_context(|| {
+/// Returns whether the card can read `inputs` inputs at a sufficient rate.
+pub fn suits(card: &Card, inputs: u16) -> bool {
+    rate_hz(card, inputs).is_some()
+}
+
+/// Configures the card with `inputs` inputs in place of the sound card, its counter as the encoder, and its lines as the stops.
+pub fn put(sheet: &mut Sheet, card: &Card, inputs: u16) -> anyhow::Result<()> {
+    let rate_hz = rate_hz(card, inputs).with_context(|| {
         format!(
-            "the {} {} does not do: {INPUTS} inputs and an output at {} Hz are the least, and it reads {} Hz in all and \
+            "the {} {} does not do: {inputs} inputs and an output at {} Hz are the least, and it reads {} Hz in all and \
              writes {} Hz",
             card.product,
             card.name,
@@ -66,7 +73,14 @@ pub fn put(sheet: &mut Sheet, card: &Card) -> anyhow::Result<()> {
     sheet.set("audio", "rate_hz", i64::from(rate_hz))?;
     sheet.set("audio", "sample_format", "f32")?;
     sheet.set("audio", "output_channels", 1)?;
-    sheet.set("audio", "input_channels", i64::from(INPUTS))?;
+    sheet.set("audio", "input_channels", i64::from(inputs))?;
+    let terminals: Vec<String> = (0..inputs).map(|input| format!("ai{input}")).collect();
+    sheet.set("nidaqmx", "inputs", terminals)?;
+    sheet.set(
+        "nidaqmx",
+        "input_ranges_v",
+        vec![RANGE_V; usize::from(inputs)],
+    )?;
     let clock = if is_x_series(&card.product) {
         "ao-sample-clock"
     } else {
@@ -84,13 +98,20 @@ pub fn put(sheet: &mut Sheet, card: &Card) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Returns the best rate at which the card can both write and read.
-fn rate_hz(card: &Card) -> Option<u32> {
+/// Configures gauges on the card's inputs; the host brings all samples to one instant.
+pub fn put_gauges(sheet: &mut Sheet) -> anyhow::Result<()> {
+    sheet.set("force.channels", "volts_per_unit", vec![RANGE_V])?;
+    sheet.set("force.channels", "skew_s", 0.0)?;
+    sheet.set("force.channels", "rate_hz", FORCE_HZ)
+}
+
+/// Returns the best rate at which the card can both write and read `inputs` inputs.
+fn rate_hz(card: &Card, inputs: u16) -> Option<u32> {
     let reads = |rate_hz: u32| {
         if card.simultaneous {
             f64::from(rate_hz) <= card.single_hz
         } else {
-            f64::from(rate_hz * INPUTS) <= card.multi_hz
+            f64::from(rate_hz) * f64::from(inputs) <= card.multi_hz
         }
     };
     RATES_HZ
@@ -126,7 +147,7 @@ mod tests {
 
     fn written_config(card: &Card) -> Config {
         let mut sheet = Sheet::new();
-        put(&mut sheet, card).unwrap();
+        put(&mut sheet, card, 2).unwrap();
         Config::parse(&sheet.text(), card.product.as_str()).unwrap()
     }
 
@@ -168,7 +189,7 @@ mod tests {
     fn a_card_that_is_too_slow_is_refused_with_the_arithmetic() {
         let mut sheet = Sheet::new();
         let slow = card("USB-6009", 48e3, 48e3, false);
-        let error = put(&mut sheet, &slow).unwrap_err().to_string();
+        let error = put(&mut sheet, &slow, 2).unwrap_err().to_string();
         assert!(error.contains("48000 Hz in all"), "{error}");
     }
 }

@@ -28,7 +28,7 @@ pub struct InitOptions {
     #[arg(long, value_name = "ADDRESS", conflicts_with = "cal_file")]
     pub net_ft: Option<String>,
     /// Maker's calibration file of a sensor with gauges on inputs of the card.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["force_port", "force_line"])]
     pub cal_file: Option<PathBuf>,
     /// Serial port of the field box.
     #[arg(long, value_name = "PORT")]
@@ -37,7 +37,7 @@ pub struct InitOptions {
     #[arg(long, value_name = "NAME")]
     pub plate: Option<String>,
     /// Inspect simulated hardware instead, as described by a built-in scenario or a scenario file.
-    #[arg(long, value_name = "SCENARIO", num_args = 0..=1, default_missing_value = "nominal")]
+    #[arg(long, value_name = "SCENARIO", num_args = 0..=1, default_missing_value = "nominal", help_heading = "Simulation")]
     pub mock: Option<String>,
 }
 
@@ -57,7 +57,11 @@ impl InitOptions {
                 rig.has_force_line(),
             ),
             ("--net-ft", self.net_ft.is_some(), six_axis),
-            ("--cal-file", self.cal_file.is_some(), six_axis),
+            (
+                "--cal-file",
+                self.cal_file.is_some(),
+                six_axis || rig == Rig::Published,
+            ),
             ("--box-port", self.box_port.is_some(), rig.has_field_box()),
         ]
         .into_iter()

@@ -5,7 +5,8 @@ use clap::ValueEnum;
 /// A rig: the devices for drive, forces, positions and stops.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Rig {
-    /// A National Instruments card for all signals except the forces, which use a serial line, as on the published bench.
+    /// A National Instruments card for all signals, as on the published bench; forces on a serial line, or gauges on a fast
+    /// card.
     Published,
     /// A sound card, and a field box for forces, position and stops.
     FieldBox,
@@ -19,7 +20,9 @@ impl Rig {
     /// Returns a description of the rig.
     pub fn in_words(self) -> &'static str {
         match self {
-            Self::Published => "card of National Instruments, force sensor on a serial line",
+            Self::Published => {
+                "card of National Instruments, force sensor on a serial line or on the card"
+            }
             Self::FieldBox => "sound card and field box",
             Self::RaspberryPi => "sound card, GPIO, force sensor on a serial line",
             Self::SixAxis => "sound card, six-axis sensor, field box for the rest",

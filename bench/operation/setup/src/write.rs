@@ -61,24 +61,38 @@ pub fn write(
             rig.in_words()
         );
     }
-    let sensor = sensor(rig, options, listing, ask)?;
-    let gauges = matches!(sensor, ForceSensor::Gauges { .. });
-    let inputs = SIGNALS + if gauges { GAUGES } else { 0 };
     let mut sheet = Sheet::new();
     let card_name = options.card.as_deref();
-    let converter = if rig == Rig::Published {
+    // Without a card every other answer is in vain.
+    let (sensor, converter) = if rig == Rig::Published {
         let card = ni_card::choose(&listing.cards, card_name, ask)?;
-        ni_card::put(&mut sheet, card)?;
+        let sensor = beside_ni_card(card, options, listing, ask)?;
+        ni_card::put(&mut sheet, card, sensor.inputs())?;
         sheet.remove("field_box")?;
-        format!("the {} {}", card.product, card.name)
+        (sensor, format!("the {} {}", card.product, card.name))
     } else {
+        card::require_any(&listing.hosts)?;
+        // The gauges' inputs are the card's.
+        let known = (rig == Rig::SixAxis)
+            .then(|| six_axis(options, ask))
+            .transpose()?;
+        let inputs = known.as_ref().map_or(SIGNALS, ForceSensor::inputs);
         let card = card::choose(&listing.hosts, card_name, inputs, ask)?;
+        let sensor = match known {
+            Some(sensor) => sensor,
+            None if rig == Rig::FieldBox => ForceSensor::Box,
+            None => on_serial_line(options, listing, ask)?,
+        };
         sheet.remove("nidaqmx")?;
         put_card(&mut sheet, &card)?;
         put_lines(&mut sheet, rig, options, listing, ask)?;
-        in_words(&card)
+        (sensor, in_words(&card))
     };
+    let gauges = matches!(sensor, ForceSensor::Gauges { .. });
     put_sensor(&mut sheet, &sensor)?;
+    if gauges && rig == Rig::Published {
+        ni_card::put_gauges(&mut sheet)?;
+    }
     let plate = match &options.plate {
         Some(plate) => plate.clone(),
         None => ask.text(
@@ -131,72 +145,106 @@ enum ForceSensor {
     Gauges { cal_file: PathBuf },
 }
 
-fn sensor(
-    rig: Rig,
+impl ForceSensor {
+    /// Returns the number of inputs of the card that drive, pickup and this sensor need.
+    fn inputs(&self) -> u16 {
+        match self {
+            Self::Gauges { .. } => SIGNALS + GAUGES,
+            Self::Box | Self::Serial { .. } | Self::NetFt { .. } => SIGNALS,
+        }
+    }
+}
+
+/// Returns the sensor of a bench with a card of National Instruments, which may read its gauges.
+fn beside_ni_card(
+    card: &ni_daqmx::Card,
     options: &InitOptions,
     listing: &Listing,
     ask: &mut dyn Ask,
 ) -> anyhow::Result<ForceSensor> {
-    match rig {
-        Rig::FieldBox => Ok(ForceSensor::Box),
-        Rig::Published | Rig::RaspberryPi => {
-            let text = "On which serial port is the force sensor?";
-            let option = "--force-port";
-            let port = port(
-                options.force_port.as_ref(),
-                listing,
-                &Question { text, option },
-                ask,
-            )?;
-            let line = match options.force_line {
-                Some(line) => line,
-                None => {
-                    let question = Question {
-                        text: "What does it send?",
-                        option: "--force-line",
-                    };
-                    let lines = [
-                        "frames: binary, with a sequence number and a checksum (docs/force-protocol.md)",
-                        "lines of text, as a microcontroller prints them",
-                    ];
-                    [ForceLine::Frames, ForceLine::Lines]
-                        [ask.choose(&question, &lines.map(str::to_owned))?]
-                }
-            };
-            Ok(ForceSensor::Serial { port, line })
+    let reads_gauges = ni_card::suits(card, SIGNALS + GAUGES);
+    if let Some(cal_file) = &options.cal_file {
+        return Ok(ForceSensor::Gauges {
+            cal_file: cal_file.clone(),
+        });
+    }
+    if options.force_port.is_none() && options.force_line.is_none() && reads_gauges {
+        let question = Question {
+            text: "How is the force sensor read?",
+            option: "--force-port or --cal-file",
+        };
+        let ways = ["on a serial line", GAUGES_IN_WORDS];
+        if ask.choose(&question, &ways.map(str::to_owned))? == 1 {
+            return gauges(ask);
         }
-        Rig::SixAxis => match (&options.net_ft, &options.cal_file) {
-            (Some(address), _) => Ok(ForceSensor::NetFt {
-                address: address.clone(),
-            }),
-            (None, Some(cal_file)) => Ok(ForceSensor::Gauges {
-                cal_file: cal_file.clone(),
-            }),
-            (None, None) => {
-                let question = Question {
-                    text: "How is the six-axis sensor read?",
-                    option: "--net-ft or --cal-file",
-                };
-                let ways = [
-                    "an ATI Net F/T in the network",
-                    "six gauges on DC-coupled inputs of the card, with the maker's calibration file",
-                ];
-                let network = ask.choose(&question, &ways.map(str::to_owned))? == 0;
-                let (text, option, usual) = if network {
-                    ("Its address:", "--net-ft", "192.168.1.1")
-                } else {
-                    ("The maker's calibration file:", "--cal-file", "FT00000.cal")
-                };
-                let answer = ask.text(&Question { text, option }, usual)?;
-                Ok(if network {
-                    ForceSensor::NetFt { address: answer }
-                } else {
-                    ForceSensor::Gauges {
-                        cal_file: answer.into(),
-                    }
-                })
+    }
+    on_serial_line(options, listing, ask)
+}
+
+/// Six gauges, as a choice.
+const GAUGES_IN_WORDS: &str =
+    "six gauges (ATI) on DC-coupled inputs of the card, with the maker's calibration file";
+
+fn gauges(ask: &mut dyn Ask) -> anyhow::Result<ForceSensor> {
+    let (text, option) = ("The maker's calibration file:", "--cal-file");
+    let answer = ask.text(&Question { text, option }, "FT00000.cal")?;
+    Ok(ForceSensor::Gauges {
+        cal_file: answer.into(),
+    })
+}
+
+fn on_serial_line(
+    options: &InitOptions,
+    listing: &Listing,
+    ask: &mut dyn Ask,
+) -> anyhow::Result<ForceSensor> {
+    let text = "On which serial port is the force sensor?";
+    let option = "--force-port";
+    let port = port(
+        options.force_port.as_ref(),
+        listing,
+        &Question { text, option },
+        ask,
+    )?;
+    let line = match options.force_line {
+        Some(line) => line,
+        None => {
+            let question = Question {
+                text: "What does it send?",
+                option: "--force-line",
+            };
+            let lines = [
+                "frames: binary, with a sequence number and a checksum (docs/force-protocol.md)",
+                "lines of text, as a microcontroller prints them",
+            ];
+            [ForceLine::Frames, ForceLine::Lines]
+                [ask.choose(&question, &lines.map(str::to_owned))?]
+        }
+    };
+    Ok(ForceSensor::Serial { port, line })
+}
+
+fn six_axis(options: &InitOptions, ask: &mut dyn Ask) -> anyhow::Result<ForceSensor> {
+    match (&options.net_ft, &options.cal_file) {
+        (Some(address), _) => Ok(ForceSensor::NetFt {
+            address: address.clone(),
+        }),
+        (None, Some(cal_file)) => Ok(ForceSensor::Gauges {
+            cal_file: cal_file.clone(),
+        }),
+        (None, None) => {
+            let question = Question {
+                text: "How is the six-axis sensor read?",
+                option: "--net-ft or --cal-file",
+            };
+            let ways = ["an ATI Net F/T in the network", GAUGES_IN_WORDS];
+            if ask.choose(&question, &ways.map(str::to_owned))? == 1 {
+                return gauges(ask);
             }
-        },
+            let (text, option) = ("Its address:", "--net-ft");
+            let address = ask.text(&Question { text, option }, "192.168.1.1")?;
+            Ok(ForceSensor::NetFt { address })
+        }
     }
 }
 
@@ -413,6 +461,66 @@ mod tests {
         }
     }
 
+    fn ni_card(multi_hz: f64) -> ni_daqmx::Card {
+        ni_daqmx::Card {
+            name: "Dev1".to_owned(),
+            product: "PCIe-6361".to_owned(),
+            serial: 1,
+            single_hz: 2.0 * multi_hz,
+            multi_hz,
+            output_hz: 2e6,
+            simultaneous: false,
+        }
+    }
+
+    #[test]
+    fn gauges_on_a_card_of_national_instruments_are_inputs_of_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut options = options(folder.path(), Rig::Published);
+        options.force_port = None;
+        options.force_line = None;
+        options.cal_file = Some("FT.cal".into());
+        std::fs::copy(CAL_FILE, folder.path().join("FT.cal")).unwrap();
+        let listing = Listing {
+            cards: vec![ni_card(1e6)],
+            ..computer()
+        };
+        write(&options, &listing, &mut NoOperator).unwrap();
+        let config = Config::read(&options.config).unwrap();
+        assert_eq!(config.audio.input_channels, 8);
+        assert_eq!(config.audio.rate_hz, 125_000);
+        let inputs = config.nidaqmx.unwrap().inputs;
+        assert_eq!((inputs.len(), inputs[7].as_str()), (8, "ai7"));
+        assert!(matches!(config.force.unwrap().sensor, Sensor::Channels(_)));
+        // A slower card has no rate for eight inputs.
+        let slow = Listing {
+            cards: vec![ni_card(250e3)],
+            ..computer()
+        };
+        options.config = folder.path().join("slow.toml");
+        let error = write(&options, &slow, &mut NoOperator).err().unwrap();
+        assert!(error.to_string().contains("8 inputs"), "{error}");
+    }
+
+    #[test]
+    fn a_missing_card_is_reported_before_any_other_question() {
+        let folder = tempfile::tempdir().unwrap();
+        for (rig, words) in [
+            (Rig::Published, "no card of National Instruments"),
+            (Rig::RaspberryPi, "no sound card"),
+            (Rig::SixAxis, "no sound card"),
+        ] {
+            let mut options = options(folder.path(), rig);
+            (options.force_port, options.force_line, options.box_port) = (None, None, None);
+            let listing = Listing {
+                hosts: Vec::new(),
+                ..computer()
+            };
+            let error = write(&options, &listing, &mut NoOperator).err().unwrap();
+            assert!(error.to_string().contains(words), "{rig:?}: {error}");
+        }
+    }
+
     fn options(folder: &Path, rig: Rig) -> InitOptions {
         let box_port = rig.has_field_box().then(|| "/dev/ttyACM0".into());
         let force_port = rig.has_force_line().then(|| "/dev/ttyUSB0".into());
@@ -550,7 +658,7 @@ mod tests {
             (
                 "--cal-file",
                 |options| options.cal_file = Some("FT.cal".into()),
-                &[Rig::FieldBox, Rig::Published, Rig::RaspberryPi],
+                &[Rig::FieldBox, Rig::RaspberryPi],
             ),
             (
                 "--box-port",

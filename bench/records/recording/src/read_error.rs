@@ -28,6 +28,14 @@ pub enum ReadError {
         /// Reason; not a `source`, because the message contains it.
         reason: io::Error,
     },
+    /// A file of rows does not exist.
+    #[error("{} does not exist: {remedy}", path.display())]
+    Absent {
+        /// The file.
+        path: PathBuf,
+        /// Source of its rows where the sensor is missing.
+        remedy: &'static str,
+    },
     /// A file has more rows than any sensor gives in the time of the recording.
     #[error(
         "{}: more than {limit_rows} rows in a recording of {duration_s:.3} s; at most {MAX_ROWS_PER_S} a second are read",
@@ -79,6 +87,18 @@ pub enum ReadError {
         /// Header of the file.
         header: String,
     },
+}
+
+impl ReadError {
+    /// Returns the error with a remedy if its file does not exist.
+    pub(crate) fn or_absent(self, remedy: &'static str) -> Self {
+        match self {
+            Self::Io { path, reason } if reason.kind() == io::ErrorKind::NotFound => {
+                Self::Absent { path, remedy }
+            }
+            error => error,
+        }
+    }
 }
 
 /// Defect of a recording that can still be read.

@@ -139,6 +139,7 @@ impl RecordingReader {
     /// The file or one of its columns is missing.
     pub fn force(&self) -> Result<RowReader<ForceRow>, ReadError> {
         RowReader::open(&self.folder, FORCE_FILE, self.duration_s())
+            .map_err(|error| error.or_absent(NO_FORCES))
     }
 
     /// Opens the rows of `position.csv`.
@@ -147,8 +148,15 @@ impl RecordingReader {
     /// The file or one of its columns is missing.
     pub fn position(&self) -> Result<RowReader<PositionRow>, ReadError> {
         RowReader::open(&self.folder, POSITION_FILE, self.duration_s())
+            .map_err(|error| error.or_absent(NO_POSITIONS))
     }
 }
+
+/// Remedy for a recording without forces.
+const NO_FORCES: &str = "write the forces of the finger there, with the columns time_s,normal_n,lateral_n (docs/RECORDING.md)";
+/// Remedy for a recording without positions, as without an encoder.
+const NO_POSITIONS: &str = "without an encoder, write the positions of the motor or of the slider that the finger followed \
+                            there, with the columns time_s,position_m (docs/RECORDING.md)";
 
 /// Reads and checks the `recording.toml` of a folder.
 ///

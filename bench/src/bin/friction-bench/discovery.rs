@@ -1,6 +1,7 @@
 //! The hardware to choose from.
 
 use std::ffi::OsStr;
+use std::path::Path;
 
 use devices::stop_on_signals;
 use friction_bench::cli::Speed;
@@ -74,6 +75,37 @@ pub fn unchecked_message(options: &InitOptions) -> String {
         "check: not run, because it drives a tone, and without a terminal nobody can confirm that the plate is clear; \
          once it is clear, run `friction-bench check --config {}`\n",
         escaping::quoted(&options.config)
+    )
+}
+
+/// Returns the fault of a new bench by its check; `None` if only the calibration, which is still to be measured, is missing.
+pub fn fault(result: anyhow::Result<Option<preflight::Table>>) -> Option<String> {
+    match result {
+        Err(error) => Some(format!("{error:#}")),
+        Ok(None) => None,
+        Ok(Some(mut table)) => {
+            table.rows.retain(|row| row.name != "calibration");
+            let cause = table.root_cause()?;
+            Some(format!("{}: {}", cause.name, cause.found))
+        }
+    }
+}
+
+/// Returns the message about a configuration that does not fit the bench.
+pub fn faulty_message(options: &InitOptions, fault: &str) -> String {
+    let mock = options.mock.as_ref().map_or_else(String::new, |scenario| {
+        format!(" --mock {}", escaping::quoted(Path::new(scenario)))
+    });
+    let other_rig = if options.mock.is_some() {
+        "a simulated bench may be another rig than the one chosen: --mock field-box, net-ft and gauges have those\n"
+    } else {
+        ""
+    };
+    format!(
+        "the bench is not yet as {} describes it. Correct this first:\n  {fault}\n{other_rig}then repeat\n  friction-bench \
+         check --config {}{mock}\nuntil no other row than `calibration` fails, and calibrate (docs/handbook/src/calibrating.md)\n",
+        options.config.display(),
+        escaping::quoted(&options.config),
     )
 }
 

@@ -33,7 +33,7 @@ use friction_bench::run::{self, ProtocolFile, SessionPlan};
 use friction_bench::verbosity::Verbosity;
 use friction_bench::{
     analyze, calibrate as calibration, drilling, ending, estop, exclude, forget, monitor, privacy,
-    verify,
+    protocol_outlook, verify,
 };
 use preflight::Extent;
 use signalgen::audio::{HostChoice, open_host};
@@ -80,6 +80,7 @@ fn dispatch(command: Command, verbosity: Verbosity) -> anyhow::Result<ExitCode> 
         Command::Drill(options) => rehearse(&options, verbosity),
         Command::Replay(options) => play(&options, verbosity),
         Command::Check(options) => check(&options, verbosity),
+        Command::Protocol(options) => protocol(&options, verbosity),
         Command::Init(options) => init(&options, verbosity),
         Command::Demo(options) => demonstration::run(&options, verbosity),
         Command::Devices(options) => list(&options),
@@ -373,6 +374,7 @@ fn run(options: &Run, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     verbosity.note(format_args!("protocol: {}", plan.protocol.file));
     let displays = participant::displays(options, &plan.protocol.protocol.texts(), print)?;
     require_terminal(options.headless)?;
+    run::require_session(&plan)?;
     require_estop(plan.bench.config(), &options.hardware, options.headless)?;
     let ready = require_ready(
         &plan.bench,
@@ -530,8 +532,14 @@ fn play(options: &replay::ReplayOptions, verbosity: Verbosity) -> anyhow::Result
 }
 
 fn check(options: &Check, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
+    let table = checked(options, verbosity)?;
+    Ok(passed_or_failed(table.is_none_or(|table| table.passed())))
+}
+
+/// Checks a bench and prints the table; returns `None` if only the configuration was printed.
+fn checked(options: &Check, verbosity: Verbosity) -> anyhow::Result<Option<preflight::Table>> {
     let Some(config) = configuration(&options.hardware, verbosity)? else {
-        return Ok(ExitCode::SUCCESS);
+        return Ok(None);
     };
     let (bench, refused) = match effective(config.clone(), &options.hardware, false, verbosity) {
         Ok(bench) => (bench, None),
@@ -552,7 +560,7 @@ fn check(options: &Check, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
         file.require_on_plate(bench.config())?;
         Extent::Whole {
             study: options.study.clone(),
-            session_bytes: run::session_bytes(bench.config(), &file.protocol),
+            session_bytes: protocol_check::session_bytes(bench.config(), &file.protocol),
             dashboard: !simulated && !options.json && std::io::stdout().is_terminal(),
         }
     };
@@ -566,7 +574,29 @@ fn check(options: &Check, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     } else {
         table.to_text()
     })?;
-    Ok(passed_or_failed(table.passed()))
+    Ok(Some(table))
+}
+
+/// Prints a template of a protocol, or checks a protocol file.
+fn protocol(options: &cli::ProtocolOptions, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
+    let Some(cli::ProtocolCommand::Check(options)) = &options.command else {
+        let name = options.template.as_ref().and_then(Option::as_deref);
+        print(protocol_outlook::template(name)?)?;
+        return Ok(ExitCode::SUCCESS);
+    };
+    let hardware = &options.hardware;
+    let is_named = hardware.config.is_some() || hardware.mock.is_some();
+    let config = if is_named || hardware.print_config || Path::new(DEFAULT_CONFIG).exists() {
+        let Some(config) = configuration(hardware, verbosity)? else {
+            return Ok(ExitCode::SUCCESS);
+        };
+        Some(config)
+    } else {
+        None
+    };
+    let outlook = protocol_outlook::check(options, config)?;
+    print(&outlook.text)?;
+    Ok(passed_or_failed(outlook.passed))
 }
 
 /// Writes a new bench's configuration, checks it, and prints the next steps.
@@ -588,9 +618,13 @@ fn init(options: &setup::InitOptions, verbosity: Verbosity) -> anyhow::Result<Ex
         print(discovery::unchecked_message(options))?;
     }
     if checks {
-        let check = Cli::try_parse_from(discovery::check(options))?;
-        if let Err(error) = dispatch(check.command, verbosity) {
-            print(format!("check: {error:#}\n"))?;
+        let cli = Cli::try_parse_from(discovery::check(options))?;
+        let Command::Check(check) = &cli.command else {
+            anyhow::bail!("the command of the check is another one");
+        };
+        if let Some(fault) = discovery::fault(checked(check, verbosity)) {
+            print(discovery::faulty_message(options, &fault))?;
+            return Ok(passed_or_failed(false));
         }
     }
     print(&outcome.next)?;

@@ -10,7 +10,7 @@ use crate::messages::{MessageGroup, ProgramMessage, index};
 /// Width of the index on a terminal.
 const WIDTH: usize = 96;
 
-/// `messages`
+/// `messages`; without words it prints all messages.
 #[derive(Debug, Clone, Args)]
 pub struct MessagesOptions {
     /// Message to look up, or words of it; numbers are ignored, so that text can be pasted from the screen [default: all].
@@ -133,6 +133,20 @@ mod tests {
                 for text in [&message.means, &message.remedy] {
                     let ends = [".", "\"", "?"].iter().any(|end| text.ends_with(end));
                     assert!(ends, "no end: {text}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_message_that_is_looked_up_alone_refers_to_no_other_on_the_page() {
+        for group in index() {
+            for message in &group.messages {
+                for text in [&message.means, &message.remedy] {
+                    let refers = ["As above", "The same ", " above.", "above:", " below."]
+                        .iter()
+                        .any(|words| text.starts_with(words) || text.ends_with(words));
+                    assert!(!refers, "{message:?}");
                 }
             }
         }

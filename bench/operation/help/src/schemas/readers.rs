@@ -76,11 +76,14 @@ pub(crate) fn protocol() -> Reader {
         documents: protocols::BUILT_IN.map(|(_, text)| table(text)).to_vec(),
         read: |text| match Protocol::parse(text, "protocol.toml") {
             Ok(_) => Answer::Taken,
-            Err(ProtocolError::Rule(rule)) => match rule.error {
-                BrokenRule::OutOfRange(range) => Answer::OutOfRange(range),
+            // A value out of its range may break a further rule.
+            Err(error) => match error.faults() {
+                [ProtocolError::Rule(rule), ..] => match &rule.error {
+                    BrokenRule::OutOfRange(range) => Answer::OutOfRange(range.clone()),
+                    _ => Answer::Refused,
+                },
                 _ => Answer::Refused,
             },
-            Err(_) => Answer::Refused,
         },
     }
 }

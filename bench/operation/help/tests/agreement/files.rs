@@ -116,8 +116,11 @@ fn structure(name: &str, table: &Table) -> Result<(), TomlError> {
             if is_hash { Ok(()) } else { Err(missing()) }
         }
         "protocol" => match Protocol::parse(&text, name) {
-            Err(ProtocolError::Toml(error)) => Err(error),
-            _ => Ok(()),
+            Err(error) => match error.faults() {
+                [ProtocolError::Toml(error), ..] => Err(error.clone()),
+                _ => Ok(()),
+            },
+            Ok(_) => Ok(()),
         },
         "scenario" => match Scenario::parse(&text, name) {
             Err(ScenarioError::Toml(error)) => Err(error),

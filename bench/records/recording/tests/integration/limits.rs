@@ -13,8 +13,8 @@ use recording::reader::{ReadError, Warning};
 use recording::wav::{WavError, WavReader, header};
 use recording::writer::Ending;
 use recording::{
-    AudioFormat, FORCE_FILE, MANIFEST_FILE, Manifest, RecordingReader, RecordingWriter,
-    SIGNALS_FILE,
+    AudioFormat, FORCE_FILE, MANIFEST_FILE, Manifest, POSITION_FILE, RecordingReader,
+    RecordingWriter, SIGNALS_FILE,
 };
 
 /// Length of the recordings in these tests, s.
@@ -188,6 +188,29 @@ fn a_file_that_is_none_is_refused_by_its_kind() {
         assert_eq!(error_path, path);
         let kind = Refusal::NotRegular(FileKind::Folder);
         assert_eq!(refusal(&reason), Some(&kind));
+    }
+}
+
+#[test]
+fn a_missing_file_of_rows_is_named_with_the_source_of_its_rows() {
+    let temp = tempfile::tempdir().unwrap();
+    let folder = temp.path().join("r");
+    recording(&folder);
+    for (name, words) in [
+        (POSITION_FILE, "without an encoder, write the positions"),
+        (FORCE_FILE, "write the forces of the finger there"),
+    ] {
+        fs::remove_file(folder.join(name)).unwrap();
+        let reader = RecordingReader::open(&folder).unwrap();
+        let error = match name {
+            FORCE_FILE => reader.force().err(),
+            _ => reader.position().err(),
+        };
+        let message = error.unwrap().to_string();
+        assert!(
+            message.contains(&format!("{name} does not exist: {words}")),
+            "{message}"
+        );
     }
 }
 

@@ -1,0 +1,11 @@
+#![doc = include_str!("../README.md")]
+
+mod disk;
+mod obstacles;
+mod outlook;
+
+pub use disk::session_bytes;
+pub use obstacles::{
+    SeveralObstacles, futile_demands, obstacles, require_drivable, require_possible,
+};
+pub use outlook::{bench_outlook, session_outlook};

@@ -2,8 +2,60 @@
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
-use ratatui::text::Line;
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
 use ratatui::widgets::Widget;
+
+/// A part of a line that a narrow screen leaves out as a whole.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct LinePart {
+    /// Text.
+    pub(crate) text: String,
+    /// Text before it, unless it is the first part.
+    pub(crate) separator: &'static str,
+    /// Importance: the part with the highest rank is left out first, a part of rank 0 never.
+    pub(crate) rank: u8,
+    /// Style of the text.
+    pub(crate) style: Style,
+}
+
+impl LinePart {
+    /// Returns a part that follows after ` · `.
+    pub(crate) fn new(rank: u8, text: impl Into<String>, style: Style) -> Self {
+        Self {
+            text: text.into(),
+            separator: " · ",
+            rank,
+            style,
+        }
+    }
+
+    /// Returns the part with another separator.
+    pub(crate) fn after(self, separator: &'static str) -> Self {
+        Self { separator, ..self }
+    }
+}
+
+/// Returns the line of as many parts as fit into `columns`, the most important ones.
+pub(crate) fn fitted(parts: Vec<LinePart>, columns: usize, separator_style: Style) -> Line<'static> {
+    let mut parts = parts;
+    loop {
+        let mut line = Line::default();
+        for (i, part) in parts.iter().enumerate() {
+            if i > 0 {
+                line.push_span(Span::styled(part.separator, separator_style));
+            }
+            line.push_span(Span::styled(part.text.clone(), part.style));
+        }
+        let least = parts.iter().enumerate().max_by_key(|(i, part)| (part.rank, *i));
+        match least {
+            Some((i, part)) if part.rank > 0 && line.width() > columns => {
+                parts.remove(i);
+            }
+            _ => return line,
+        }
+    }
+}
 
 /// Draws `line` into the first row of `area`, with an ellipsis if it is cut off.
 pub(crate) fn render_line(line: Line, area: Rect, buf: &mut Buffer) {
@@ -31,7 +83,28 @@ pub(crate) fn wrap(text: &str, columns: u16) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::wrap;
+    use super::*;
+
+    #[test]
+    fn the_least_important_parts_are_left_out_whole() {
+        let part = |rank, text| LinePart::new(rank, text, Style::new());
+        let text = |columns| {
+            let parts = vec![
+                part(0, "REJECTED"),
+                part(2, "force 0.49 N").after(": "),
+                part(5, "band 0.50–0.80").after(", "),
+                part(3, "repeats in 6 s"),
+                part(4, "o keeps it"),
+            ];
+            fitted(parts, columns, Style::new()).to_string()
+        };
+        let whole = "REJECTED: force 0.49 N, band 0.50–0.80 · repeats in 6 s · o keeps it";
+        assert_eq!(text(whole.chars().count()), whole);
+        assert_eq!(text(67), "REJECTED: force 0.49 N · repeats in 6 s · o keeps it");
+        assert_eq!(text(40), "REJECTED: force 0.49 N · repeats in 6 s");
+        assert_eq!(text(30), "REJECTED: force 0.49 N");
+        assert_eq!(text(3), "REJECTED");
+    }
 
     #[test]
     fn breaks_at_spaces_only() {

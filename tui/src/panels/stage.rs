@@ -9,7 +9,7 @@ use super::session_phase;
 use crate::event::{PhaseKind, SafetyView};
 use crate::participant_screen::ScreenView;
 use crate::state::State;
-use participant_texts::Instruction;
+use participant_texts::{Instruction, Texts};
 
 /// Height of the block with little room and with more, rows.
 pub(crate) const ROWS: (u16, u16) = (3, 4);
@@ -17,7 +17,8 @@ pub(crate) const ROWS: (u16, u16) = (3, 4);
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     let label = |words: &'static str| Span::styled(format!("{words:<5}"), theme.faint());
-    let mut now = session_phase::line(state);
+    let label_columns = 5;
+    let mut now = session_phase::line(state, usize::from(area.width).saturating_sub(label_columns));
     now.spans.insert(0, label("now"));
     let say =
         say(state).map(|words| Line::from(vec![label("say"), Span::styled(words, theme.strong())]));
@@ -52,46 +53,51 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     rows(lines, area, buf);
 }
 
-/// Returns the instruction to the participant.
+/// Returns the operator's words to the participant, in the protocol's language.
 fn say(state: &State) -> Option<String> {
     // Without a protocol there is no participant.
     state.session.protocol.as_ref()?;
     let view = state.participant.as_ref()?;
+    let texts = &*view.texts;
     if state.phase.kind == PhaseKind::Finished {
-        return Some("“That was all. Thank you!”".to_owned());
+        return Some(quoted(if state.phase.aborted {
+            &texts.say_aborted
+        } else {
+            &texts.say_finished
+        }));
     }
     if state.safety == Some(SafetyView::Tripped) {
-        return Some(
-            "“Lift your finger off the plate, please. We have to stop for a moment.”".to_owned(),
-        );
+        return Some(quoted(&texts.say_stopped));
     }
     Some(match view.instruction {
-        Instruction::Wait => waiting_text(state),
-        Instruction::Welcome => "“Welcome. Press the button when you are ready.”".to_owned(),
-        Instruction::ReleaseSwitch => "“Let go of the hold button, please.”".to_owned(),
-        Instruction::HoldSwitch => "“Press the hold button and keep it pressed.”".to_owned(),
-        Instruction::SwitchReleased => {
-            "“You let go of the hold button: lift your finger, please.”".to_owned()
-        }
-        Instruction::LiftFinger => "“Lift your finger off the plate, please.”".to_owned(),
-        Instruction::PlaceFinger => {
-            "“Rest your finger on the plate at the mark, then press the button.”".to_owned()
-        }
-        Instruction::GetReady => "“Get ready: the slider is about to move.”".to_owned(),
+        Instruction::Wait => quoted(waiting_text(state, texts)),
+        Instruction::Welcome if view.touch => quoted(&texts.say_welcome_without_button),
+        Instruction::Welcome => quoted(&texts.say_welcome),
+        Instruction::ReleaseSwitch => quoted(&texts.say_release_switch),
+        Instruction::HoldSwitch => quoted(&texts.say_hold_switch),
+        Instruction::SwitchReleased => quoted(&texts.say_switch_released),
+        Instruction::LiftFinger => quoted(&texts.say_lift_finger),
+        Instruction::PlaceFinger if view.touch => quoted(&texts.say_place_finger_without_button),
+        Instruction::PlaceFinger => quoted(&texts.say_place_finger),
+        Instruction::GetReady => quoted(&texts.say_get_ready),
         Instruction::FollowSlider => "(nothing: the finger follows the slider)".to_owned(),
         Instruction::Feedback => feedback(view),
         Instruction::Rest => match view.rest_s {
-            Some(left_s) if left_s >= 1.0 => {
-                format!("“Have a rest. We can go on in {left_s:.0} s.”")
-            }
-            _ => "“Press the button when you are rested.”".to_owned(),
+            Some(left_s) if left_s >= 1.0 => quoted(&texts.say_rest_text(left_s)),
+            _ if view.touch => quoted(&texts.say_rest_over_without_button),
+            _ => quoted(&texts.say_rest_over),
         },
-        Instruction::Paused => "“A short break: lift your finger, please.”".to_owned(),
-        Instruction::Finished => "“That was all. Thank you!”".to_owned(),
+        Instruction::Paused => quoted(&texts.say_paused),
+        Instruction::Finished => quoted(&texts.say_finished),
     })
 }
 
-fn waiting_text(state: &State) -> String {
+/// Returns words to be said.
+fn quoted(words: &str) -> String {
+    format!("“{words}”")
+}
+
+fn waiting_text<'a>(state: &State, texts: &'a Texts) -> &'a str {
     let verdict = state.verdict.as_ref().filter(|verdict| {
         let phase = &state.phase;
         matches!(phase.kind, PhaseKind::Feedback | PhaseKind::Verdict)
@@ -99,27 +105,26 @@ fn waiting_text(state: &State) -> String {
                 || (verdict.trial, verdict.practice) == (phase.trial, phase.practice))
     });
     match (state.phase.kind, verdict) {
-        (PhaseKind::Consent, _) => "“Here is what we do, and your consent to sign.”".to_owned(),
-        (PhaseKind::Baseline, _) => "“Keep your finger off the plate for a moment.”".to_owned(),
-        (_, Some(verdict)) if !verdict.accepted && !verdict.practice => {
-            "“We do this one once more, please.”".to_owned()
-        }
-        _ => "“One moment, please.”".to_owned(),
+        (PhaseKind::Consent, _) => &texts.say_consent,
+        (PhaseKind::Baseline, _) => &texts.say_baseline,
+        (_, Some(verdict)) if !verdict.accepted && !verdict.practice => &texts.say_again,
+        _ => &texts.say_wait,
     }
 }
 
 fn feedback(view: &ScreenView) -> String {
+    let texts = &*view.texts;
     let (Some(mean_n), Some((min_n, max_n))) = (view.mean_force_n, view.force_band_n) else {
-        return "“Thank you.”".to_owned();
+        return quoted(&texts.say_thanks);
     };
     let advice = if mean_n < min_n {
-        "press a little harder"
+        &texts.say_press_harder
     } else if mean_n > max_n {
-        "press a little lighter"
+        &texts.say_press_lighter
     } else {
-        "just right"
+        &texts.say_just_right
     };
-    format!("“{advice}” ({mean_n:.2} N of {min_n:.2} to {max_n:.2} N)")
+    format!("{} ({mean_n:.2} N of {min_n:.2} to {max_n:.2} N)", quoted(advice))
 }
 
 /// Returns the next step.
@@ -129,7 +134,7 @@ fn next(state: &State) -> Option<String> {
     let is_paused = state.phase.kind == PhaseKind::Paused;
     let is_tripped = is_paused && state.safety == Some(SafetyView::Tripped);
     let steps = [
-        is_tripped.then_some("x re-arms"),
+        is_tripped.then_some("p goes on"),
         outlook.next.as_deref(),
         outlook.then.as_deref(),
     ];

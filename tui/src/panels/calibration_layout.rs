@@ -74,6 +74,7 @@ pub(crate) fn render(state: &State, calibration: &CalibrationPage, area: Rect, b
     } else {
         calibration_values::small(state, calibration, reading, buf);
     }
+    let rest = calibration_points::results(state, calibration, rest, buf);
     let [left, right] = if rest.width >= TWO_COLUMNS && calibration.curve.is_some() {
         Layout::horizontal([Constraint::Fill(6), Constraint::Fill(5)])
             .spacing(Spacing::Space(2))
@@ -128,7 +129,11 @@ fn answer_line<'a>(state: &'a State, calibration: &'a CalibrationPage) -> Line<'
         ],
         Some(Question::Review) => vec![
             Span::styled("▸ ", theme.driving()),
-            Span::raw(" Enter accepts the points; ↑ ↓ select one, r remeasures it"),
+            Span::raw(if calibration.rejected {
+                " not passed: ↑ ↓ select a point, r remeasures it; Enter asks"
+            } else {
+                " Enter accepts the results; ↑ ↓ select a point, r remeasures it"
+            }),
         ],
         Some(Question::Number { unit, expected, .. }) => {
             let mut spans = vec![

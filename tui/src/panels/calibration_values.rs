@@ -26,6 +26,7 @@ fn named_value(reading: &CalibrationReadings, watched: MainReading) -> NamedValu
         MainReading::NormalForce => ("normal", number(reading.normal_n, 1.0, 3), "N"),
         MainReading::LateralForce => ("lateral", number(reading.lateral_n, 1.0, 3), "N"),
         MainReading::Level => ("level", number(reading.level, 100.0, 1), "%"),
+        MainReading::DriveVolts => ("drive", number(reading.drive_v, 1.0, 2), "V peak"),
     };
     NamedValue { name, value, unit }
 }
@@ -34,6 +35,7 @@ fn named_value(reading: &CalibrationReadings, watched: MainReading) -> NamedValu
 fn values(state: &State, watched: MainReading) -> Vec<NamedValue> {
     let reading = state.readings.unwrap_or_default();
     let mut figures: Vec<NamedValue> = [
+        MainReading::DriveVolts,
         MainReading::Amplitude,
         MainReading::NormalForce,
         MainReading::LateralForce,
@@ -44,14 +46,6 @@ fn values(state: &State, watched: MainReading) -> Vec<NamedValue> {
     .map(|kind| named_value(&reading, kind))
     .collect();
     figures.insert(0, named_value(&reading, watched));
-    figures.insert(
-        1,
-        NamedValue {
-            name: "drive",
-            value: number(reading.drive_v, 1.0, 2),
-            unit: "V",
-        },
-    );
     for (reference, name, scale, places, unit) in [
         (reading.known_m, "instrument", TO_MICRO, 4, "µm"),
         (reading.known_v, "meter", 1.0, 3, "V"),

@@ -20,6 +20,7 @@ pub mod procedure;
 mod recent;
 pub mod reference;
 pub mod reference_options;
+pub mod review;
 pub mod rig;
 mod rig_step;
 pub mod side_files;

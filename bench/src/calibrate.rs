@@ -16,7 +16,7 @@ use calibration_rig::guided::Guided;
 use calibration_rig::judged::{Calibrates, Judged, SideFile};
 use calibration_rig::known::{self, Instrument, Known};
 use calibration_rig::operator::ForceAxis;
-use calibration_rig::review::Reviewed;
+use calibration_rig::review::ReviewProcedure;
 use calibration_rig::rig::{self, AttendingOperator};
 use calibration_rig::side_files::{ended_early, write_files};
 use calibration_rig::unattended::Unattended;
@@ -242,7 +242,7 @@ impl<'a> CalibrationRun<'a> {
             None => stem.to_owned(),
         };
         let bench = &self.bench;
-        let procedure = Reviewed::new(procedure, attended);
+        let procedure = ReviewProcedure::new(procedure, attended);
         let outcome = rig::run(
             bench, hardware, ledger, hands, instrument, attend, procedure,
         );

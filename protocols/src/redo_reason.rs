@@ -109,7 +109,10 @@ fn outside(value: f64, band: [f64; 2], decimals: usize) -> String {
             let is_limit = |limit: &f64| rounded(*limit, decimals) == rounded(value, decimals);
             !band.iter().any(is_limit)
         })
-        .map_or_else(|| rounded(value, decimals), |decimals| rounded(value, decimals))
+        .map_or_else(
+            || rounded(value, decimals),
+            |decimals| rounded(value, decimals),
+        )
 }
 
 impl RedoReason {
@@ -142,16 +145,25 @@ impl RedoReason {
                 format!("exploration {exploration}"),
             ],
             Self::Clipped { frames, limit } => {
-                vec![format!("{frames} clipped frames"), format!("{limit} allowed")]
+                vec![
+                    format!("{frames} clipped frames"),
+                    format!("{limit} allowed"),
+                ]
             }
             Self::LostSamples { frames, limit } => {
-                vec![format!("{frames} lost audio frames"), format!("{limit} allowed")]
+                vec![
+                    format!("{frames} lost audio frames"),
+                    format!("{limit} allowed"),
+                ]
             }
             Self::Xruns {
                 input,
                 output,
                 limit,
-            } => vec![format!("{} xruns", input + output), format!("{limit} allowed")],
+            } => vec![
+                format!("{} xruns", input + output),
+                format!("{limit} allowed"),
+            ],
             Self::TooFewInstances {
                 found,
                 needed,

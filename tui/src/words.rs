@@ -37,7 +37,11 @@ impl LinePart {
 }
 
 /// Returns the line of as many parts as fit into `columns`, the most important ones.
-pub(crate) fn fitted(parts: Vec<LinePart>, columns: usize, separator_style: Style) -> Line<'static> {
+pub(crate) fn fit_parts(
+    parts: Vec<LinePart>,
+    columns: usize,
+    separator_style: Style,
+) -> Line<'static> {
     let mut parts = parts;
     loop {
         let mut line = Line::default();
@@ -47,7 +51,10 @@ pub(crate) fn fitted(parts: Vec<LinePart>, columns: usize, separator_style: Styl
             }
             line.push_span(Span::styled(part.text.clone(), part.style));
         }
-        let least = parts.iter().enumerate().max_by_key(|(i, part)| (part.rank, *i));
+        let least = parts
+            .iter()
+            .enumerate()
+            .max_by_key(|(i, part)| (part.rank, *i));
         match least {
             Some((i, part)) if part.rank > 0 && line.width() > columns => {
                 parts.remove(i);
@@ -96,11 +103,14 @@ mod tests {
                 part(3, "repeats in 6 s"),
                 part(4, "o keeps it"),
             ];
-            fitted(parts, columns, Style::new()).to_string()
+            fit_parts(parts, columns, Style::new()).to_string()
         };
         let whole = "REJECTED: force 0.49 N, band 0.50–0.80 · repeats in 6 s · o keeps it";
         assert_eq!(text(whole.chars().count()), whole);
-        assert_eq!(text(67), "REJECTED: force 0.49 N · repeats in 6 s · o keeps it");
+        assert_eq!(
+            text(67),
+            "REJECTED: force 0.49 N · repeats in 6 s · o keeps it"
+        );
         assert_eq!(text(40), "REJECTED: force 0.49 N · repeats in 6 s");
         assert_eq!(text(30), "REJECTED: force 0.49 N");
         assert_eq!(text(3), "REJECTED");

@@ -44,7 +44,9 @@ impl KeptUp {
 
     /// Returns the line for the end of a session.
     pub fn line(&self) -> String {
-        let lag = self.recorder_lag_s.map(|lag_s| format!(", disk {lag_s:.2} s behind"));
+        let lag = self
+            .recorder_lag_s
+            .map(|lag_s| format!(", disk {lag_s:.2} s behind"));
         format!(
             "at worst          {:.1} ms between looks of the safety watch, audio ring {:.1} % full{}",
             1e3 * self.watch_away_s,

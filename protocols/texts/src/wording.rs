@@ -72,7 +72,8 @@ impl Texts {
     /// Returns the operator's words at the beginning of a break of `left_s`.
     #[must_use]
     pub fn say_rest_text(&self, left_s: f64) -> String {
-        self.say_rest.replacen("{seconds}", &format!("{left_s:.0}"), 1)
+        self.say_rest
+            .replacen("{seconds}", &format!("{left_s:.0}"), 1)
     }
 
     /// Returns the number of this trial, or practice trial, and of all.
@@ -142,7 +143,10 @@ mod tests {
         assert_eq!(texts.trial_text(false, 3, 10), "n° 3");
         assert_eq!(texts.trial_text(true, 1, 2), "entraînement 1 sur 2");
         let rest_text = texts.say_rest_text(59.6);
-        assert_eq!(rest_text, "Reposez-vous. Nous pourrons continuer dans 60 s.");
+        assert_eq!(
+            rest_text,
+            "Reposez-vous. Nous pourrons continuer dans 60 s."
+        );
     }
 
     #[test]

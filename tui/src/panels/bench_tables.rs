@@ -9,7 +9,7 @@ use super::live_values::signed;
 use super::panel::{note, rows, titled};
 use crate::event::{CalibrationFact, SystemHealth};
 use crate::state::State;
-use crate::words::{LinePart, fitted, wrap};
+use crate::words::{LinePart, fit_parts, wrap};
 
 /// Fill at which a ring buffer is about to overflow.
 const RING_FULL: f64 = 0.5;
@@ -306,7 +306,7 @@ pub(crate) fn one_line(state: &State, area: Rect, buf: &mut Buffer) {
         let text = format!("room for {} sessions", thousands(sessions));
         parts.push(LinePart::new(4, text, theme.faint()));
     }
-    let line = fitted(parts, area.width.into(), theme.faint());
+    let line = fit_parts(parts, area.width.into(), theme.faint());
     crate::words::render_line(line, area, buf);
 }
 

@@ -33,7 +33,9 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let hints = active_rows(state).filter_map(|(row, meaning)| Some((row.label, meaning.hint?)));
     let mut hints: Vec<(&str, &str)> = stop.into_iter().chain(hints).collect();
     let columns = |hints: &[(&str, &str)]| -> usize {
-        let widths = hints.iter().map(|(key, hint)| key.chars().count() + 4 + hint.len());
+        let widths = hints
+            .iter()
+            .map(|(key, hint)| key.chars().count() + 4 + hint.len());
         widths.sum::<usize>().saturating_sub(3)
     };
     // Hints that do not fit are left out as a whole; the keys to stop and to leave come last.

@@ -7,7 +7,7 @@ use ratatui::text::Line;
 
 use crate::event::{PhaseKind, SafetyView, TrialVerdict};
 use crate::state::State;
-use crate::words::{LinePart, fitted, render_line};
+use crate::words::{LinePart, fit_parts, render_line};
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     render_line(line(state, area.width.into()), area, buf);
@@ -25,13 +25,22 @@ pub(crate) fn line(state: &State, columns: usize) -> Line<'static> {
             vec![LinePart::new(0, text, state.ui.theme.strong())]
         }
     };
-    parts.extend(phase.pausing.then(|| LinePart::new(3, "pauses after this attempt", plain)));
+    parts.extend(
+        phase
+            .pausing
+            .then(|| LinePart::new(3, "pauses after this attempt", plain)),
+    );
     parts.extend(place_parts(state));
-    parts.extend(phase.message.as_ref().map(|text| LinePart::new(5, text, plain)));
-    fitted(parts, columns, state.ui.theme.faint())
+    parts.extend(
+        phase
+            .message
+            .as_ref()
+            .map(|text| LinePart::new(5, text, plain)),
+    );
+    fit_parts(parts, columns, state.ui.theme.faint())
 }
 
-/// Returns the verdict, its reasons, what follows and the key that overrules it.
+/// Returns the verdict, its reasons, the outcome and the key that overrules it.
 fn verdict_parts(state: &State) -> Vec<LinePart> {
     let (phase, theme, plain) = (&state.phase, state.ui.theme, Style::new());
     let Some(verdict) = open_verdict(state) else {
@@ -47,7 +56,9 @@ fn verdict_parts(state: &State) -> Vec<LinePart> {
         _ => "r repeats it",
     };
     let mut parts = judgement_parts(state, verdict);
-    let left = phase.countdown.map(|left_s| format!("{outcome} in {left_s} s"));
+    let left = phase
+        .countdown
+        .map(|left_s| format!("{outcome} in {left_s} s"));
     parts.extend(left.map(|text| LinePart::new(2, text, plain)));
     parts.push(LinePart::new(3, key, plain));
     parts
@@ -70,7 +81,11 @@ fn judgement_parts(state: &State, verdict: &TrialVerdict) -> Vec<LinePart> {
             .chain(force)
             .collect();
     }
-    let word = if verdict.practice { "PRACTICE" } else { "REJECTED" };
+    let word = if verdict.practice {
+        "PRACTICE"
+    } else {
+        "REJECTED"
+    };
     let mut parts = vec![LinePart::new(0, word, theme.bad())];
     parts.extend(reason_parts(verdict, theme.bad(), ": "));
     parts
@@ -102,7 +117,9 @@ pub(crate) fn reason_parts(
 fn pause_parts(state: &State) -> Vec<LinePart> {
     let (theme, plain) = (state.ui.theme, Style::new());
     let (text, style, key) = match (state.safety, state.phase.stopped) {
-        (Some(SafetyView::Tripped), _) => ("STOPPED", theme.bad(), "find the cause, then x re-arms"),
+        (Some(SafetyView::Tripped), _) => {
+            ("STOPPED", theme.bad(), "find the cause, then x re-arms")
+        }
         (Some(SafetyView::Driving), _) => ("PAUSED", theme.warning(), "p goes on"),
         (_, true) => ("READY, drive off", theme.warning(), "p goes on"),
         (_, false) => ("PAUSED, drive off", theme.warning(), "p goes on"),

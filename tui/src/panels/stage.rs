@@ -9,6 +9,7 @@ use super::session_phase;
 use crate::event::{PhaseKind, SafetyView};
 use crate::participant_screen::ScreenView;
 use crate::state::State;
+use crate::words::wrap;
 use participant_texts::{Instruction, Texts};
 
 /// Height of the block with little room and with more, rows.
@@ -18,10 +19,14 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     let label = |words: &'static str| Span::styled(format!("{words:<5}"), theme.faint());
     let label_columns = 5;
-    let mut now = session_phase::line(state, usize::from(area.width).saturating_sub(label_columns));
+    let mut now = session_phase::line(state, area.width.saturating_sub(label_columns).into());
     now.spans.insert(0, label("now"));
-    let say =
-        say(state).map(|words| Line::from(vec![label("say"), Span::styled(words, theme.strong())]));
+    let say = say(state).unwrap_or_default();
+    let say = wrap(&say, area.width.saturating_sub(label_columns));
+    let say = say.into_iter().enumerate().map(|(i, words)| {
+        let label = label(if i == 0 { "say" } else { "" });
+        Line::from(vec![label, Span::styled(words, theme.strong())])
+    });
     let next = next(state).map(|words| Line::from(vec![label("next"), Span::raw(words)]));
     let remainder = remainder(state);
     let mut lines = vec![now];
@@ -31,26 +36,49 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         lines.extend(remainder.map(|words| Line::from(vec![label("left"), Span::raw(words)])));
     } else {
         // The time and trials left are at the end of the last line.
-        let last = next.unwrap_or_default();
-        let remainder = remainder.unwrap_or_default();
-        let room = usize::from(area.width).saturating_sub(last.width());
-        let short = remainder
-            .split(" · ")
-            .take(2)
-            .collect::<Vec<_>>()
-            .join(" · ");
-        let words = [remainder, short]
-            .into_iter()
-            .find(|words| words.chars().count() + 3 <= room);
-        let mut last = last;
-        if let Some(words) = words.filter(|words| !words.is_empty()) {
-            let padding = room - words.chars().count();
-            last.push_span(Span::raw(" ".repeat(padding)));
-            last.push_span(Span::styled(words, theme.faint()));
-        }
-        lines.push(last);
+        lines.push(next_and_remainder(state, label("next"), area.width.into()));
     }
     rows(lines, area, buf);
+}
+
+/// Returns the next steps, and at the end of the line the time, trials and repetitions left, as far as they fit.
+fn next_and_remainder(state: &State, label: Span<'static>, columns: usize) -> Line<'static> {
+    let steps = next(state).unwrap_or_default();
+    let first_step = steps.split(", then ").next().unwrap_or_default().to_owned();
+    let remainder = remainder(state).unwrap_or_default();
+    let parts: Vec<&str> = remainder.split(" · ").collect();
+    let short = parts[..parts.len().min(2)].join(" · ");
+    let repetitions = state.outlook.as_ref().map(|outlook| {
+        let (of_trial, in_all) = (outlook.repetitions_of_trial, outlook.repetitions_in_session);
+        format!("{short} · repetitions {of_trial}, in all {in_all}")
+    });
+    let repetitions = repetitions
+        .filter(|_| !remainder.is_empty())
+        .unwrap_or_default();
+    let candidates = [
+        (&steps, &remainder),
+        (&steps, &repetitions),
+        (&first_step, &repetitions),
+        (&steps, &short),
+        (&first_step, &short),
+    ];
+    let width = |text: &str| text.chars().count();
+    let fits =
+        |(next, end): &(&String, &String)| label.width() + width(next) + 3 + width(end) <= columns;
+    let (next, end) = candidates
+        .into_iter()
+        .find(fits)
+        .unwrap_or((&first_step, &first_step));
+    if next.is_empty() {
+        return Line::default();
+    }
+    let mut line = Line::from(vec![label, Span::raw(next.clone())]);
+    if !std::ptr::eq(next, end) && !end.is_empty() {
+        let padding = columns - line.width() - width(end);
+        line.push_span(Span::raw(" ".repeat(padding)));
+        line.push_span(Span::styled(end.clone(), state.ui.theme.faint()));
+    }
+    line
 }
 
 /// Returns the operator's words to the participant, in the protocol's language.
@@ -124,7 +152,10 @@ fn feedback(view: &ScreenView) -> String {
     } else {
         &texts.say_just_right
     };
-    format!("{} ({mean_n:.2} N of {min_n:.2} to {max_n:.2} N)", quoted(advice))
+    format!(
+        "{} ({mean_n:.2} N of {min_n:.2} to {max_n:.2} N)",
+        quoted(advice)
+    )
 }
 
 /// Returns the next step.

@@ -11,7 +11,7 @@ use super::panel::{note, rows, titled};
 use super::session_phase::reason_parts;
 use crate::event::TrialVerdict;
 use crate::state::{State, TrialLine};
-use crate::words::{LinePart, fitted};
+use crate::words::{LinePart, fit_parts};
 
 /// Draws the list; on the page of trials, the selected attempt is marked and there are more columns.
 pub(crate) fn render(state: &State, is_choosable: bool, area: Rect, buf: &mut Buffer) {
@@ -109,7 +109,7 @@ fn entry(state: &State, line: &TrialLine, columns: usize) -> Line<'static> {
     }
     let condition = line.condition.clone();
     parts.extend(condition.map(|text| LinePart::new(3, text, theme.faint()).after("  ")));
-    fitted(parts, columns, theme.faint())
+    fit_parts(parts, columns, theme.faint())
 }
 
 /// Returns the results of an accepted attempt.

@@ -189,7 +189,7 @@ impl Request {
                 "The points so far are kept. Remove the cause and put everything back as it was for this step; Enter measures the step again.".to_owned()
             }
             Self::Review => {
-                "Look at the results and the points. Keep them, or measure a point again.".to_owned()
+                "Look at the results and the points. Keep them, or measure one of the points again.".to_owned()
             }
         }
     }

@@ -6,9 +6,9 @@ use crate::judged::{Calibrates, Judged};
 use crate::operator::{Answer, CalibrationProgress, Request};
 use crate::procedure::{NextStep, Procedure, StepOutcome};
 
-/// A procedure `P` whose reviews show its results. If they do not pass, the operator who accepts them is asked once more,
+/// A procedure `P` with reviews that show its results. If they do not pass, the operator who accepts them is asked once more,
 /// because the points would be lost.
-pub struct Reviewed<P> {
+pub struct ReviewProcedure<P> {
     procedure: P,
     /// Whether an operator can measure a point again.
     attended: bool,
@@ -65,7 +65,7 @@ impl Review {
     }
 }
 
-impl<P: Calibrates> Reviewed<P> {
+impl<P: Calibrates> ReviewProcedure<P> {
     /// Wraps `procedure`; `attended` means that an operator can be asked.
     pub fn new(procedure: P, attended: bool) -> Self {
         Self {
@@ -76,7 +76,7 @@ impl<P: Calibrates> Reviewed<P> {
     }
 }
 
-impl<P: Calibrates> Procedure for Reviewed<P> {
+impl<P: Calibrates> Procedure for ReviewProcedure<P> {
     fn next(&mut self, outcome: StepOutcome) -> anyhow::Result<NextStep> {
         if let Some(review) = &mut self.review
             && matches!(outcome, StepOutcome::Answered(Answer::Ready, _))
@@ -108,7 +108,7 @@ impl<P: Calibrates> Procedure for Reviewed<P> {
     }
 }
 
-impl<P: Calibrates> Calibrates for Reviewed<P> {
+impl<P: Calibrates> Calibrates for ReviewProcedure<P> {
     const NAME: &'static str = P::NAME;
     const DRIVES_A_FINGER: bool = P::DRIVES_A_FINGER;
 
@@ -171,12 +171,12 @@ mod tests {
         }
     }
 
-    fn reviewed(attended: bool) -> Reviewed<OnePoint> {
+    fn reviewed(attended: bool) -> ReviewProcedure<OnePoint> {
         let point = OnePoint {
             is_right: false,
             is_done: false,
         };
-        let mut reviewed = Reviewed::new(point, attended);
+        let mut reviewed = ReviewProcedure::new(point, attended);
         reviewed.next(StepOutcome::Began).unwrap();
         reviewed
     }
@@ -192,10 +192,16 @@ mod tests {
         let step = reviewed.next(answer(Answer::Ready)).unwrap();
         assert!(matches!(step, NextStep::Ask(Request::Review)), "{step:?}");
         let note = reviewed.progress().note.unwrap();
-        assert!(note.contains("the point is off") && note.contains("Enter once more"), "{note}");
+        assert!(
+            note.contains("the point is off") && note.contains("Enter once more"),
+            "{note}"
+        );
         reviewed.next(answer(Answer::Redo(0))).unwrap();
         let progress = reviewed.progress();
-        assert!(!progress.rejected && progress.note.is_none(), "{progress:?}");
+        assert!(
+            !progress.rejected && progress.note.is_none(),
+            "{progress:?}"
+        );
         assert_eq!(progress.findings, ["slope 2.000000 V", "noise low"]);
         let step = reviewed.next(answer(Answer::Ready)).unwrap();
         assert!(matches!(step, NextStep::Done), "{step:?}");
@@ -205,8 +211,14 @@ mod tests {
     fn results_that_do_not_pass_end_at_the_second_time_or_unattended() {
         let mut twice = reviewed(true);
         twice.next(answer(Answer::Ready)).unwrap();
-        assert!(matches!(twice.next(answer(Answer::Ready)).unwrap(), NextStep::Done));
+        assert!(matches!(
+            twice.next(answer(Answer::Ready)).unwrap(),
+            NextStep::Done
+        ));
         let mut unattended = reviewed(false);
-        assert!(matches!(unattended.next(answer(Answer::Ready)).unwrap(), NextStep::Done));
+        assert!(matches!(
+            unattended.next(answer(Answer::Ready)).unwrap(),
+            NextStep::Done
+        ));
     }
 }

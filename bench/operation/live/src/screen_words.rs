@@ -3,8 +3,8 @@
 use impedance::{Mask, ZmFrame};
 use num_complex::Complex64;
 use protocols::{
-    ParticipantView, Phase, Progress, Protocol, RedoReason, SessionEventKind, TrialAnalysis, TrialKey,
-    TrialLabel, TrialOutcome, TrialRecord, Verdict,
+    ParticipantView, Phase, Progress, Protocol, RedoReason, SessionEventKind, TrialAnalysis,
+    TrialKey, TrialLabel, TrialOutcome, TrialRecord, Verdict,
 };
 use tui::event::{ComplexImpedance, Live, LogLevel, Masked, NoEstimate, PhaseKind, ValueAndStd};
 

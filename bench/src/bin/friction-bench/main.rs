@@ -276,7 +276,10 @@ fn require_ready(
     let began = Instant::now();
     if std::io::stderr().is_terminal() {
         // The dashboard opens after the check, which takes seconds.
-        writeln!(verbosity.progress(), "testing the bench: lines, sensors, a faint tone")?;
+        writeln!(
+            verbosity.progress(),
+            "testing the bench: lines, sensors, a faint tone"
+        )?;
     }
     let pace = pace(bench.config(), options);
     let ready = preflight::run(bench, None, &Extent::Quick, pace, || {

@@ -79,7 +79,10 @@ impl<W: Write + Send> Front for Headless<W> {
                         verdict.instances
                     ));
                 } else if verdict.interrupted {
-                    let reason = verdict.settled.as_deref().unwrap_or("for an unknown reason");
+                    let reason = verdict
+                        .settled
+                        .as_deref()
+                        .unwrap_or("for an unknown reason");
                     self.line(format_args!("  {} interrupted: {reason}", verdict.name()));
                 } else {
                     let decision = verdict.settled.clone();
@@ -143,12 +146,18 @@ mod tests {
             settled: Some("the program ended".to_owned()),
             ..verdict.clone()
         };
-        assert_eq!(line(interruption), "  practice 2 interrupted: the program ended\n");
+        assert_eq!(
+            line(interruption),
+            "  practice 2 interrupted: the program ended\n"
+        );
         let repetition = TrialVerdict {
             settled: Some("repeated by the operator".to_owned()),
             mean_normal_n: Some(0.6),
             ..verdict
         };
-        assert_eq!(line(repetition), "  again: repeated by the operator, mean force 0.60 N\n");
+        assert_eq!(
+            line(repetition),
+            "  again: repeated by the operator, mean force 0.60 N\n"
+        );
     }
 }

@@ -9,7 +9,7 @@ use super::live_values::signed;
 use super::panel::{note, rows, titled};
 use crate::event::{CalibrationFact, SystemHealth};
 use crate::state::State;
-use crate::words::{LinePart, fit_parts, wrap};
+use drawing::words::{LinePart, fit_parts, wrap};
 
 /// Fill at which a ring buffer is about to overflow.
 const RING_FULL: f64 = 0.5;
@@ -167,7 +167,7 @@ pub(crate) fn health(state: &State, area: Rect, buf: &mut Buffer) {
             Span::styled(format!("{:<18}", value.name), theme.faint()),
             Span::styled(format!("{}{sign}", value.value), style),
         ]);
-        crate::words::render_line(line, area, buf);
+        drawing::words::render_line(line, area, buf);
     }
 }
 
@@ -307,7 +307,7 @@ pub(crate) fn one_line(state: &State, area: Rect, buf: &mut Buffer) {
         parts.push(LinePart::new(4, text, theme.faint()));
     }
     let line = fit_parts(parts, area.width.into(), theme.faint());
-    crate::words::render_line(line, area, buf);
+    drawing::words::render_line(line, area, buf);
 }
 
 /// Returns `count` with its digits in groups of three.

@@ -9,8 +9,8 @@ use super::panel::rows;
 use super::{calibration_points, calibration_values};
 use crate::calibration_page::{CalibrationPage, Question};
 use crate::state::State;
-use crate::words::{render_line, wrap};
 use drawing::digits;
+use drawing::words::{render_line, wrap};
 
 /// Minimum width for the points and their chart side by side.
 const TWO_COLUMNS: u16 = 60;

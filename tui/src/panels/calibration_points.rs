@@ -7,8 +7,8 @@ use ratatui::text::{Line, Span};
 use super::panel::{note, rows, titled};
 use crate::calibration_page::{CalibrationPage, Chart, PointLine, Question};
 use crate::state::State;
-use crate::words::wrap;
 use drawing::plot::{Plot, Trace, ValueAxis, put};
+use drawing::words::wrap;
 
 /// Minimum height of the points above the results, rows.
 const LEAST_POINTS: u16 = 5;

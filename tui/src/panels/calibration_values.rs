@@ -9,8 +9,8 @@ use super::live_values::{TO_MICRO, live_style, number};
 use super::panel::rows;
 use crate::calibration_page::{CalibrationPage, CalibrationReadings, MainReading};
 use crate::state::State;
-use crate::words::render_line;
 use drawing::digits;
+use drawing::words::render_line;
 
 /// A reading with its name, value and unit.
 struct NamedValue {

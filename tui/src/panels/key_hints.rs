@@ -9,7 +9,7 @@ use crate::action::Action;
 use crate::event::PhaseKind;
 use crate::keyboard::active_rows;
 use crate::state::State;
-use crate::words::render_line;
+use drawing::words::render_line;
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;

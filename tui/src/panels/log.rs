@@ -60,7 +60,7 @@ fn wrap_entry<'a>(state: &State, line: &'a LogLine, columns: u16) -> Vec<Line<'a
     } else {
         line.text.clone()
     };
-    let parts = crate::words::wrap(&count, columns.saturating_sub(2)).into_iter();
+    let parts = drawing::words::wrap(&count, columns.saturating_sub(2)).into_iter();
     let parts = parts.enumerate().map(|(i, part)| {
         let head = if i == 0 {
             symbol.clone()

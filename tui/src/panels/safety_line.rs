@@ -8,7 +8,7 @@ use ratatui::widgets::Widget;
 
 use crate::event::{PhaseKind, SafetyView};
 use crate::state::State;
-use crate::words::render_line;
+use drawing::words::render_line;
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let row = Rect {

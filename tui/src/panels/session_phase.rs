@@ -7,7 +7,7 @@ use ratatui::text::Line;
 
 use crate::event::{PhaseKind, SafetyView, TrialVerdict};
 use crate::state::State;
-use crate::words::{LinePart, fit_parts, render_line};
+use drawing::words::{LinePart, fit_parts, render_line};
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     render_line(line(state, area.width.into()), area, buf);

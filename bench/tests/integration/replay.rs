@@ -152,7 +152,10 @@ fn live_gap_and_friction_are_those_of_the_simulation() {
     assert_eq!(report.instances, selected);
 
     // Two explorations of one trial do not count as two trials.
-    let is_pooled = |event: &&Event| matches!(event, Event::Fit(fit) if fit.details.iter().any(|line| line.contains("of 2 trials")));
+    let is_pooled = |event: &&Event| match event {
+        Event::Fit(fit) => fit.details.iter().any(|line| line.contains("of 2 trials")),
+        _ => false,
+    };
     assert_eq!(events.iter().find(is_pooled), None);
 
     let fitted = events

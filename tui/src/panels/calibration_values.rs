@@ -10,7 +10,7 @@ use super::panel::rows;
 use crate::calibration_page::{CalibrationPage, CalibrationReadings, MainReading};
 use crate::state::State;
 use drawing::digits;
-use drawing::words::render_line;
+use drawing::words::{LinePart, fit_parts, render_line};
 
 /// A reading with its name, value and unit.
 struct NamedValue {
@@ -106,20 +106,21 @@ pub(crate) fn small(state: &State, calibration: &CalibrationPage, area: Rect, bu
         return;
     }
     let theme = state.ui.theme;
-    let mut spans = Vec::new();
-    for (i, figure) in values(state, calibration.watched).iter().enumerate() {
-        let style = if i == 0 {
+    let mut parts = Vec::new();
+    for (rank, figure) in (0..).zip(values(state, calibration.watched)) {
+        let style = if rank == 0 {
             live_style(state, theme.first_curve())
         } else {
             live_style(state, Style::new())
         };
-        spans.push(Span::styled(format!("{} ", figure.name), theme.faint()));
-        spans.push(Span::styled(
-            format!("{} {}   ", figure.value, figure.unit),
-            style,
-        ));
+        let text = format!("{} {} {}", figure.name, figure.value, figure.unit);
+        parts.push(LinePart::new(rank, text, style).after("   "));
     }
-    render_line(Line::from(spans), area, buf);
+    render_line(
+        fit_parts(parts, area.width.into(), theme.faint()),
+        area,
+        buf,
+    );
 }
 
 #[cfg(test)]

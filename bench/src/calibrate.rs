@@ -242,7 +242,8 @@ impl<'a> CalibrationRun<'a> {
             None => stem.to_owned(),
         };
         let bench = &self.bench;
-        let procedure = ReviewProcedure::new(procedure, attended);
+        let in_force = self.calibration.clone();
+        let procedure = ReviewProcedure::new(procedure, attended, in_force, config.clone());
         let outcome = rig::run(
             bench, hardware, ledger, hands, instrument, attend, procedure,
         );

@@ -9,6 +9,7 @@ mod broken_off;
 pub mod calibration_figures;
 pub mod capture;
 pub mod clear;
+pub mod constant_change;
 mod drop_outs;
 pub mod guided;
 pub mod judged;

@@ -1,7 +1,9 @@
 //! Review of a calibration: its results are shown before they are put in force, and results that do not pass are asked about.
 
+use config::{CalibrationFile, Config};
 use jiff::Timestamp;
 
+use crate::constant_change::{ConstantChange, changes};
 use crate::judged::{Calibrates, Judged};
 use crate::operator::{Answer, CalibrationProgress, Request};
 use crate::procedure::{NextStep, Procedure, StepOutcome};
@@ -12,6 +14,8 @@ pub struct ReviewProcedure<P> {
     procedure: P,
     /// Whether an operator can measure a point again.
     attended: bool,
+    in_force: CalibrationFile,
+    configured: Config,
     review: Option<Review>,
 }
 
@@ -27,7 +31,12 @@ struct Review {
 }
 
 impl Review {
-    fn new(outcome: anyhow::Result<Judged>) -> Self {
+    /// Creates the review of an outcome, compared with the calibration in force and with the configured constants.
+    fn new(
+        outcome: anyhow::Result<Judged>,
+        in_force: &CalibrationFile,
+        configured: &Config,
+    ) -> Self {
         let judged = match outcome {
             Ok(judged) => judged,
             Err(error) => {
@@ -39,6 +48,8 @@ impl Review {
         };
         let values = judged.values.iter();
         let values = values.map(|(name, quantity)| format!("{name} {quantity}"));
+        let changes = changes(&judged.part, in_force, configured);
+        let changes = changes.iter().map(ConstantChange::in_words);
         let remarks = judged.remarks.iter().map(|remark| {
             let words = remark.split_whitespace();
             words.collect::<Vec<_>>().join(" ")
@@ -47,7 +58,7 @@ impl Review {
         let further = judged.faults.iter().skip(1);
         let faults = further.map(|fault| format!("FAILED {fault}"));
         Self {
-            lines: faults.chain(values).chain(remarks).collect(),
+            lines: faults.chain(changes).chain(values).chain(remarks).collect(),
             faults: judged.faults,
             is_asked_again: false,
         }
@@ -68,11 +79,19 @@ impl Review {
 }
 
 impl<P: Calibrates> ReviewProcedure<P> {
-    /// Wraps `procedure`; `attended` means that an operator can be asked.
-    pub fn new(procedure: P, attended: bool) -> Self {
+    /// Wraps `procedure`; its results are compared with the calibration `in_force` and with the `configured` constants.
+    /// `attended` means that an operator can be asked.
+    pub fn new(
+        procedure: P,
+        attended: bool,
+        in_force: CalibrationFile,
+        configured: Config,
+    ) -> Self {
         Self {
             procedure,
             attended,
+            in_force,
+            configured,
             review: None,
         }
     }
@@ -91,7 +110,10 @@ impl<P: Calibrates> Procedure for ReviewProcedure<P> {
         }
         let step = self.procedure.next(outcome)?;
         let is_review = matches!(step, NextStep::Ask(Request::Review));
-        self.review = is_review.then(|| Review::new(self.procedure.judge_review()));
+        self.review = is_review.then(|| {
+            let outcome = self.procedure.judge_review();
+            Review::new(outcome, &self.in_force, &self.configured)
+        });
         Ok(step)
     }
 
@@ -159,7 +181,7 @@ mod tests {
             if !self.is_right {
                 return self.judge(Timestamp::UNIX_EPOCH, "");
             }
-            let config = config::Config::parse(config::rigs::MOCK_BENCH, "test")?;
+            let config = Config::parse(config::rigs::MOCK_BENCH, "test")?;
             Ok(Judged {
                 part: crate::judged::tests::pickup_part(&config),
                 values: vec![("slope", config::Quantity::new(2.0, 0.0, 1, "V"))],
@@ -178,7 +200,10 @@ mod tests {
             is_right: false,
             is_done: false,
         };
-        let mut reviewed = ReviewProcedure::new(point, attended);
+        let config = Config::parse(config::rigs::MOCK_BENCH, "test").unwrap();
+        let identity = config::Identity::from_config(&config, String::new(), String::new());
+        let in_force = CalibrationFile::new(identity);
+        let mut reviewed = ReviewProcedure::new(point, attended, in_force, config);
         reviewed.next(StepOutcome::Began).unwrap();
         reviewed
     }
@@ -204,7 +229,14 @@ mod tests {
             !progress.rejected && progress.note.is_none(),
             "{progress:?}"
         );
-        assert_eq!(progress.findings, ["slope 2.000000 V", "noise low"]);
+        let [change, results @ ..] = &progress.findings[..] else {
+            panic!("no results");
+        };
+        assert!(
+            change.contains("is 1.0000 times the configured one"),
+            "{change}"
+        );
+        assert_eq!(results, ["slope 2.000000 V", "noise low"]);
         let step = reviewed.next(answer(Answer::Ready)).unwrap();
         assert!(matches!(step, NextStep::Done), "{step:?}");
     }

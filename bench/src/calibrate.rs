@@ -16,6 +16,7 @@ use calibration_rig::guided::Guided;
 use calibration_rig::judged::{Calibrates, Judged, SideFile};
 use calibration_rig::known::{self, Instrument, Known};
 use calibration_rig::operator::ForceAxis;
+use calibration_rig::review::ReviewProcedure;
 use calibration_rig::rig::{self, AttendingOperator};
 use calibration_rig::side_files::{ended_early, write_files};
 use calibration_rig::unattended::Unattended;
@@ -243,6 +244,8 @@ impl<'a> CalibrationRun<'a> {
             None => stem.to_owned(),
         };
         let bench = &self.bench;
+        let in_force = self.calibration.clone();
+        let procedure = ReviewProcedure::new(procedure, attended, in_force, config.clone());
         let outcome = rig::run(
             bench, hardware, ledger, hands, instrument, attend, procedure,
         );

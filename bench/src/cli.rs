@@ -274,16 +274,16 @@ pub struct Monitor {
 /// `calibrate`
 #[derive(Debug, Subcommand)]
 pub enum Calibrate {
+    /// Check the volts at the actuators against an independent meter.
+    Output(CalibrateOutput),
+    /// Compare the inputs: gain, delay, noise, crosstalk, clipping and response at the carrier.
+    Channels(CalibrateChannels),
     /// Calibrate the pickup's sensitivity against known amplitudes.
     Pickup(CalibratePickup),
     /// Measure the plate's resonance, damping and force factor, with nothing on the plate.
     Plate(CalibratePlate),
     /// Calibrate the force sensor's zero, sensitivity and crosstalk with known masses; the plate is not driven.
     Force(CalibrateForce),
-    /// Compare the inputs: gain, delay, noise, crosstalk, clipping and response at the carrier.
-    Channels(CalibrateChannels),
-    /// Check the volts at the actuators against an independent meter.
-    Output(CalibrateOutput),
 }
 
 /// Options of every calibration.

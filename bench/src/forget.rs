@@ -123,7 +123,7 @@ fn ask(
         Ok(line.trim().to_owned())
     };
     Ok(
-        answer("Remove all of this? It cannot be undone. (yes/no)")? == "yes"
+        answer("Remove all of this? It cannot be undone. (type yes in full, or no)")? == "yes"
             && answer("To confirm, type the participant's code:")? == participant.as_str(),
     )
 }

@@ -340,10 +340,15 @@ struct MonitorTask {
 }
 
 impl MonitorTask {
-    /// Shows a phase; without a drive, only the monitoring phase.
+    /// Shows a kind of phase; without a drive, only the monitoring phase.
     fn show_phase(&mut self, kind: PhaseKind) {
-        if self.program.is_some() || kind == PhaseKind::Monitoring {
-            self.front.show(tui::Event::Phase(PhaseView::new(kind)));
+        self.show(PhaseView::new(kind));
+    }
+
+    /// Shows a phase in full.
+    fn show(&mut self, phase: PhaseView) {
+        if self.program.is_some() || phase.kind == PhaseKind::Monitoring {
+            self.front.show(tui::Event::Phase(phase));
         }
     }
 
@@ -393,7 +398,10 @@ impl MonitorTask {
                 }
                 tui::Action::Rearm => {
                     self.drive.rearm();
-                    self.show_phase(PhaseKind::Paused);
+                    self.show(PhaseView {
+                        stopped: true,
+                        ..PhaseView::new(PhaseKind::Paused)
+                    });
                 }
                 tui::Action::Quit | tui::Action::Interrupt => self.stop.raise(),
                 tui::Action::Redo(_)

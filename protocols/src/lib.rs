@@ -36,7 +36,7 @@ pub use protocol::{
     built_in, nearest_built_in,
 };
 pub use record::{TrialOutcome, TrialRecord};
-pub use redo_reason::RedoReason;
+pub use redo_reason::{RedoReason, brief_reasons};
 pub use rules::{ForceBand, Quality, SelectionRules, VerdictRules};
 pub use selection::{ExplorationSeries, Validity};
 pub use session::{

@@ -60,7 +60,10 @@ pub(crate) const CALIBRATION: &[KeyRow] = &[
                     return Meaning::explanation("no input is needed now: the bench is working");
                 }
                 Some(Question::Done) => ("the step is done", "done"),
-                Some(Question::Review) => ("accept the points", "accept"),
+                Some(Question::Review) if calibration.rejected => {
+                    ("end without putting the results in force", "end")
+                }
+                Some(Question::Review) => ("accept the results", "accept"),
                 Some(Question::Number { .. }) => ("confirm the number", "confirm"),
             };
             Meaning::view(enter, help, Some(hint))

@@ -25,6 +25,8 @@ pub struct CalibrationPage {
     pub curve: Option<Chart>,
     /// Results so far, one line each.
     pub findings: Vec<String>,
+    /// Whether the results under review do not pass.
+    pub rejected: bool,
     /// Whether the calibration has failed. The instruction then gives the cause, and no question follows.
     pub failed: bool,
 }
@@ -70,6 +72,8 @@ pub enum MainReading {
     LateralForce,
     /// Largest sample of any input, in percent of full scale.
     Level,
+    /// Peak drive voltage, read back.
+    DriveVolts,
 }
 
 /// One measured point, as text.

@@ -20,6 +20,8 @@ pub struct FitView {
     pub drift_hz: Option<ValueAndStd>,
     /// Why the fit is missing.
     pub no_fit: Option<String>,
+    /// Results of the fit in words, a line each.
+    pub details: Vec<String>,
     /// The fitted contact as curves.
     pub curves: Option<ContactCurves>,
 }

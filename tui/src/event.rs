@@ -166,6 +166,12 @@ pub struct PhaseView {
     pub pausing: bool,
     /// Whether the verdict on the trial can be overruled, also during a pause.
     pub overrulable: bool,
+    /// Whether the trial is repeated unless its verdict is overruled.
+    pub repeats: bool,
+    /// Whether the pause follows a stop of the drive.
+    pub stopped: bool,
+    /// Whether the finished session was aborted.
+    pub aborted: bool,
 }
 
 impl PhaseView {
@@ -195,6 +201,9 @@ impl PhaseView {
             message: None,
             pausing: false,
             overrulable: false,
+            repeats: false,
+            stopped: false,
+            aborted: false,
         }
     }
 }
@@ -355,6 +364,8 @@ pub struct TrialVerdict {
     pub interrupted: bool,
     /// Why the trial is rejected.
     pub reasons: Vec<String>,
+    /// The same in a few words for each reason, as parts of which a narrow screen leaves out the last.
+    pub brief: Vec<Vec<String>>,
     /// Number of instances found.
     pub instances: u32,
     /// Mean normal force, N.
@@ -448,7 +459,7 @@ impl LineStates {
                 let last = self.estop_open_ago_s.map(|s| format!("open {}", ago(s)));
                 (self.estop_open?, ("PRESSED OR CUT", "closed"), false, last)
             }
-            BenchLine::Heartbeat => (self.heartbeat_beats?, ("beats", "still"), true, None),
+            BenchLine::Heartbeat => (self.heartbeat_beats?, ("beats", "no beats"), true, None),
             BenchLine::Button => {
                 let last = self.button_press_ago_s;
                 let last = last.map(|s| format!("{presses} {}", ago(s)));

@@ -29,7 +29,6 @@ mod state;
 mod strip;
 mod terminal_kind;
 mod view_keys;
-mod words;
 
 pub use action::Action;
 pub use dashboard::{TWO_COLUMNS, view};

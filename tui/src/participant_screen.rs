@@ -9,10 +9,10 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};
 use ratatui::widgets::Widget;
 
-use crate::words::wrap;
 use drawing::digits;
 use drawing::plot::put;
 use drawing::theme::Theme;
+use drawing::words::wrap;
 
 /// Contents of the participant's screen.
 ///

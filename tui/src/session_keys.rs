@@ -171,7 +171,8 @@ pub(crate) const DASHBOARD: &[KeyRow] = &[
                 Some(_) => "quit; leaves the drill unless the drill requests it",
                 None => "quit",
             };
-            if state.is_running() && !state.session.replayed {
+            let has_ended = state.phase.kind == PhaseKind::Finished;
+            if (state.is_running() || has_ended) && !state.session.replayed {
                 Meaning::question(Action::Quit, help, "quit")
             } else {
                 Meaning::action(Action::Quit, help, "quit")

@@ -401,6 +401,10 @@ impl State {
 
     /// Attaches a verdict to its attempt, which is listed if it was never announced.
     fn judge(&mut self, verdict: &TrialVerdict) {
+        // Verdicts of earlier parts of the session, and those that a person has overruled, are not news.
+        if verdict.name() == self.phase.name() && verdict.settled.is_none() {
+            self.log_verdict(verdict);
+        }
         let is_line = |line: &&mut TrialLine| line.name() == verdict.name();
         match self.trials.iter_mut().rev().find(is_line) {
             Some(line) => {
@@ -419,6 +423,20 @@ impl State {
         }
         if !verdict.interrupted {
             self.verdict = Some(verdict.clone());
+        }
+    }
+
+    /// Adds a verdict to the log, in the operator's words.
+    fn log_verdict(&mut self, verdict: &TrialVerdict) {
+        let name = verdict.name();
+        if verdict.accepted {
+            let force = verdict.mean_normal_n.map(|n| format!(", force {n:.2} N"));
+            let text = format!("{name} accepted{}", force.unwrap_or_default());
+            self.push_log(LogLevel::Info, &text);
+        } else {
+            let reasons = verdict.brief.iter().map(|parts| parts.join(", "));
+            let reasons = reasons.collect::<Vec<_>>().join("; ");
+            self.push_log(LogLevel::Warning, &format!("{name} rejected: {reasons}"));
         }
     }
 

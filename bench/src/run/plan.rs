@@ -157,7 +157,7 @@ impl SessionPlan {
         if config.force.is_none() {
             bail!(
                 "a participant's session needs a force sensor: describe it in [force] of bench.toml. Without one, `check`, \
-                 `monitor` and `calibrate pickup|plate|channels|output` run"
+                 `monitor` and `calibrate output|channels|pickup|plate` run"
             );
         }
         file.require_on_plate(config)?;

@@ -39,6 +39,8 @@ impl AtAGlance {
         if self.phase.as_ref() != Some(&phase) {
             wiring.front.show(tui::Event::Phase(phase.clone()));
             self.phase = Some(phase);
+            // The next steps follow the phase at once.
+            self.outlook_due_s = audio_s;
         }
         if tone.is_some() || self.view.as_ref() != Some(&view) {
             let screen_view = wiring.screen.view(&view, audio_s);

@@ -28,8 +28,8 @@ pub struct KeptUp {
     pub watch_away_s: f64,
     /// Greatest fill of the ring between sound card and acquisition, 0 to 1.
     pub ring_fill: f64,
-    /// Maximum amount of audio that waited for the disk, s.
-    pub recorder_lag_s: f64,
+    /// Maximum amount of audio that waited for the disk, s; `None` in simulated time.
+    pub recorder_lag_s: Option<f64>,
 }
 
 impl KeptUp {
@@ -38,17 +38,20 @@ impl KeptUp {
         Self {
             watch_away_s: signals.longest_away_ns.load(Ordering::Relaxed) as f64 * 1e-9,
             ring_fill: gauges.fullest_ring.get().unwrap_or_default(),
-            recorder_lag_s: recorder.greatest_lag_s(),
+            recorder_lag_s: Some(recorder.greatest_lag_s()),
         }
     }
 
     /// Returns the line for the end of a session.
     pub fn line(&self) -> String {
+        let lag = self
+            .recorder_lag_s
+            .map(|lag_s| format!(", disk {lag_s:.2} s behind"));
         format!(
-            "at worst          {:.1} ms between looks of the safety watch, audio ring {:.1} % full, disk {:.2} s behind",
+            "at worst          {:.1} ms between looks of the safety watch, audio ring {:.1} % full{}",
             1e3 * self.watch_away_s,
             100.0 * self.ring_fill,
-            self.recorder_lag_s
+            lag.unwrap_or_default()
         )
     }
 }

@@ -35,7 +35,7 @@ use recording::manifest::EventKind;
 use recording::writer::Ending;
 use safety::{SafetyState, Trip};
 use tasks::Task;
-use tui::event::LogLevel::{Error, Info, Warning};
+use tui::event::LogLevel::{Error, Warning};
 
 use super::acquired::Acquired;
 use super::at_a_glance::AtAGlance;
@@ -147,13 +147,10 @@ impl SessionTask {
     }
 
     fn take_fits(&mut self) {
-        while let Some(FitNews { lines, data, view }) = self.wiring.live.take_fit() {
+        while let Some(FitNews { data, view }) = self.wiring.live.take_fit() {
             let t_s = self.acquired.audio_s;
             self.wiring.journal.send(Entry::Live { t_s, data });
             self.wiring.front.show(tui::Event::Fit(view));
-            for line in lines {
-                self.wiring.log(Info, line);
-            }
         }
     }
 

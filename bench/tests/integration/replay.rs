@@ -152,13 +152,15 @@ fn live_gap_and_friction_are_those_of_the_simulation() {
     assert_eq!(report.instances, selected);
 
     // Two explorations of one trial do not count as two trials.
-    let is_pooled =
-        |event: &&Event| matches!(event, Event::Log { text, .. } if text.contains("of 2 trials"));
+    let is_pooled = |event: &&Event| match event {
+        Event::Fit(fit) => fit.details.iter().any(|line| line.contains("of 2 trials")),
+        _ => false,
+    };
     assert_eq!(events.iter().find(is_pooled), None);
 
     let fitted = events
         .iter()
-        .position(|event| matches!(event, Event::Log { text, .. } if text.contains("σ_t")))
+        .position(|event| matches!(event, Event::Fit(fit) if fit.sigma_t_m.is_some()))
         .unwrap();
     let live = |events: &[Event]| -> Vec<Live> {
         let live = |event: &Event| match event {

@@ -1,4 +1,4 @@
-//! Texts of the participant's screen: in English, French, German or Dutch, or in a laboratory's own words.
+//! Texts of the participant's screen, and the operator's words to the participant: in English, French, German or Dutch, or in a laboratory's own words.
 //!
 //! A protocol names one [`Language`] and may replace any text by its own ([`OwnTexts`]); [`Texts`] combines both.
 //!

@@ -8,7 +8,7 @@ use crate::language::Language;
 
 macro_rules! table {
     ($($(#[doc = $doc:literal])+ $name:ident: $en:literal, $fr:literal, $de:literal, $nl:literal;)+) => {
-        /// Texts of the participant's screen.
+        /// Texts of the participant's screen, and the operator's words to the participant, named `say_…`.
         #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
         #[serde(deny_unknown_fields)]
         pub struct Texts {
@@ -133,6 +133,126 @@ table! {
     /// Number of the practice trial: `{number}` of `{total}`.
     practice: "practice {number} of {total}", "entraînement {number} sur {total}",
         "Übung {number} von {total}", "oefening {number} van {total}";
+    /// Operator's words when the consent is to be signed.
+    say_consent: "Here is what we do, and your consent to sign.",
+        "Voici ce que nous allons faire, et votre consentement à signer.",
+        "Hier ist, was wir tun, und Ihre Einwilligung zum Unterschreiben.",
+        "Dit gaan we doen, en hier is uw toestemming om te tekenen.";
+    /// Operator's words at the beginning.
+    say_welcome: "Welcome. Press the button when you are ready.",
+        "Bienvenue. Appuyez sur le bouton quand vous êtes prêt.",
+        "Willkommen. Drücken Sie den Knopf, wenn Sie bereit sind.",
+        "Welkom. Druk op de knop als u klaar bent.";
+    /// Operator's words at the beginning, on a bench without a button.
+    say_welcome_without_button: "Welcome. Tell me when you are ready.",
+        "Bienvenue. Dites-moi quand vous êtes prêt.",
+        "Willkommen. Sagen Sie mir, wenn Sie bereit sind.",
+        "Welkom. Zeg het als u klaar bent.";
+    /// Operator's words when the dead-man switch is to be released.
+    say_release_switch: "Let go of the hold button, please.",
+        "Lâchez le bouton de maintien, s'il vous plaît.",
+        "Bitte lassen Sie den Haltetaster los.",
+        "Laat de vasthoudknop los, alstublieft.";
+    /// Operator's words when the dead-man switch is to be held.
+    say_hold_switch: "Press the hold button and keep it pressed.",
+        "Appuyez sur le bouton de maintien et gardez-le enfoncé.",
+        "Drücken Sie den Haltetaster und halten Sie ihn gedrückt.",
+        "Druk op de vasthoudknop en houd hem ingedrukt.";
+    /// Operator's words after the dead-man switch was released during a trial.
+    say_switch_released: "You let go of the hold button: lift your finger, please.",
+        "Vous avez lâché le bouton de maintien : levez le doigt, s'il vous plaît.",
+        "Sie haben den Haltetaster losgelassen: Bitte heben Sie den Finger ab.",
+        "U hebt de vasthoudknop losgelaten: til uw vinger op, alstublieft.";
+    /// Operator's words while the plate is measured without a finger.
+    say_baseline: "Keep your finger off the plate for a moment.",
+        "Gardez le doigt loin de la plaque un instant.",
+        "Lassen Sie den Finger einen Moment von der Platte weg.",
+        "Houd uw vinger even van de plaat.";
+    /// Operator's words when the finger is to leave the plate.
+    say_lift_finger: "Lift your finger off the plate, please.",
+        "Levez le doigt de la plaque, s'il vous plaît.",
+        "Bitte heben Sie den Finger von der Platte ab.",
+        "Til uw vinger van de plaat, alstublieft.";
+    /// Operator's words when the finger is to rest on the start mark.
+    say_place_finger: "Rest your finger on the plate at the mark, then press the button.",
+        "Posez le doigt sur la plaque, sur le repère, puis appuyez sur le bouton.",
+        "Legen Sie den Finger an der Marke auf die Platte, dann drücken Sie den Knopf.",
+        "Leg uw vinger bij de markering op de plaat en druk dan op de knop.";
+    /// The same on a bench without a button.
+    say_place_finger_without_button: "Rest your finger on the plate at the mark, and keep it there.",
+        "Posez le doigt sur la plaque, sur le repère, et gardez-le là.",
+        "Legen Sie den Finger an der Marke auf die Platte und lassen Sie ihn dort.",
+        "Leg uw vinger bij de markering op de plaat en houd hem daar.";
+    /// Operator's words during the countdown.
+    say_get_ready: "Get ready: the slider is about to move.",
+        "Préparez-vous : le curseur va se déplacer.",
+        "Machen Sie sich bereit: Der Schieber bewegt sich gleich.",
+        "Maak u klaar: de schuif gaat zo bewegen.";
+    /// Operator's words on a mean force in the band.
+    say_just_right: "Just right.",
+        "Très bien.",
+        "Genau richtig.",
+        "Precies goed.";
+    /// Operator's words on a mean force below the band.
+    say_press_harder: "Press a little harder.",
+        "Appuyez un peu plus fort.",
+        "Drücken Sie etwas fester.",
+        "Druk iets harder.";
+    /// Operator's words on a mean force above the band.
+    say_press_lighter: "Press a little lighter.",
+        "Appuyez un peu moins fort.",
+        "Drücken Sie etwas leichter.",
+        "Druk iets zachter.";
+    /// Operator's words after an exploration without a measured force.
+    say_thanks: "Thank you.",
+        "Merci.",
+        "Danke.",
+        "Dank u.";
+    /// Operator's words when a trial is repeated.
+    say_again: "We do this one once more, please.",
+        "Nous refaisons cet essai encore une fois, s'il vous plaît.",
+        "Diesen Durchgang machen wir bitte noch einmal.",
+        "Deze doen we nog een keer, alstublieft.";
+    /// Operator's words while the bench is busy.
+    say_wait: "One moment, please.",
+        "Un instant, s'il vous plaît.",
+        "Einen Moment, bitte.",
+        "Een ogenblik, alstublieft.";
+    /// Operator's words at the beginning of a break of `{seconds}` s.
+    say_rest: "Have a rest. We can go on in {seconds} s.",
+        "Reposez-vous. Nous pourrons continuer dans {seconds} s.",
+        "Ruhen Sie sich aus. In {seconds} s können wir weitermachen.",
+        "Rust even uit. Over {seconds} s kunnen we verder.";
+    /// Operator's words at the end of a break.
+    say_rest_over: "Press the button when you are rested.",
+        "Appuyez sur le bouton quand vous êtes reposé.",
+        "Drücken Sie den Knopf, wenn Sie ausgeruht sind.",
+        "Druk op de knop als u uitgerust bent.";
+    /// The same on a bench without a button.
+    say_rest_over_without_button: "Tell me when you are rested.",
+        "Dites-moi quand vous êtes reposé.",
+        "Sagen Sie mir, wenn Sie ausgeruht sind.",
+        "Zeg het als u uitgerust bent.";
+    /// Operator's words in a pause.
+    say_paused: "A short break: lift your finger, please.",
+        "Une courte pause : levez le doigt, s'il vous plaît.",
+        "Eine kurze Pause: Bitte heben Sie den Finger ab.",
+        "Een korte pauze: til uw vinger op, alstublieft.";
+    /// Operator's words after the drive was stopped.
+    say_stopped: "Lift your finger off the plate, please. We have to stop for a moment.",
+        "Levez le doigt de la plaque, s'il vous plaît. Nous devons nous arrêter un instant.",
+        "Bitte heben Sie den Finger von der Platte ab. Wir müssen kurz anhalten.",
+        "Til uw vinger van de plaat, alstublieft. We moeten even stoppen.";
+    /// Operator's words at the end.
+    say_finished: "That was all. Thank you!",
+        "C'est terminé. Merci beaucoup !",
+        "Das war alles. Vielen Dank!",
+        "Dat was alles. Hartelijk dank!";
+    /// Operator's words at the end of an aborted session.
+    say_aborted: "We stop here. Thank you for coming.",
+        "Nous nous arrêtons ici. Merci d'être venu.",
+        "Wir hören hier auf. Danke, dass Sie da waren.",
+        "We stoppen hier. Bedankt voor uw komst.";
     /// Start of the exploration.
     start: "start", "départ", "Start", "start";
     /// End of the exploration.

@@ -38,7 +38,9 @@ impl OwnTexts {
 
 fn fault(key: &str, text: &str) -> Option<&'static str> {
     let counts = matches!(key, "trial" | "practice");
+    let is_timed = key == "say_rest";
     let without_numbers = text.replacen("{number}", "", 1).replacen("{total}", "", 1);
+    let without_time = text.replacen("{seconds}", "", 1);
     if text.trim().is_empty() {
         Some("a text has at least one character")
     } else if text.chars().count() > LONGEST_TEXT {
@@ -51,7 +53,9 @@ fn fault(key: &str, text: &str) -> Option<&'static str> {
         Some("this text needs {number}, and may have {total}")
     } else if counts && without_numbers.contains(['{', '}']) {
         Some("in braces there may be number and total, once each")
-    } else if !counts && text.contains(['{', '}']) {
+    } else if is_timed && without_time.contains(['{', '}']) {
+        Some("in braces there may be seconds, once")
+    } else if !counts && !is_timed && text.contains(['{', '}']) {
         Some("this text has no number to put into braces")
     } else {
         None
@@ -63,6 +67,13 @@ impl Texts {
     #[must_use]
     pub fn number(&self, value: f64, decimals: usize) -> String {
         format!("{value:.decimals$}").replace('.', &self.decimal_mark)
+    }
+
+    /// Returns the operator's words at the beginning of a break of `left_s`.
+    #[must_use]
+    pub fn say_rest_text(&self, left_s: f64) -> String {
+        self.say_rest
+            .replacen("{seconds}", &format!("{left_s:.0}"), 1)
     }
 
     /// Returns the number of this trial, or practice trial, and of all.
@@ -117,6 +128,9 @@ mod tests {
             ("trial", "{number} {number}"),
             ("trial", "{number} {of}"),
             ("decimal_mark", ".."),
+            ("say_rest", "{seconds} {seconds}"),
+            ("say_rest", "{minutes}"),
+            ("say_wait", "{seconds}"),
         ] {
             let texts: OwnTexts =
                 toml::from_str(&format!("{key} = {}", toml::Value::from(text))).unwrap();
@@ -128,6 +142,11 @@ mod tests {
         let texts = Texts::in_language(Language::Fr).replaced_by(&replacements);
         assert_eq!(texts.trial_text(false, 3, 10), "n° 3");
         assert_eq!(texts.trial_text(true, 1, 2), "entraînement 1 sur 2");
+        let rest_text = texts.say_rest_text(59.6);
+        assert_eq!(
+            rest_text,
+            "Reposez-vous. Nous pourrons continuer dans 60 s."
+        );
     }
 
     #[test]

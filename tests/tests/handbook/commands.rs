@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use bench_tests::handbook::folder;
 use bench_tests::program::workspace;
-use clap::Parser;
+use clap::{CommandFactory, Parser};
+use config::CalibrationKind;
 use friction_bench::cli::Cli;
 
 fn texts() -> Vec<(PathBuf, String)> {
@@ -79,4 +80,42 @@ fn each_command_of_readme_and_handbook_is_understood() {
     }
     assert!(problems.is_empty(), "{}", problems.join("\n"));
     assert!(count > 20, "only {count} commands were found");
+}
+
+/// Returns the names of the calibrations in these texts, each where it first occurs.
+fn first_calibrations(texts: impl IntoIterator<Item = String>) -> Vec<String> {
+    let mut names = Vec::new();
+    for text in texts {
+        for rest in text.split("calibrate ").skip(1) {
+            let name = rest.split(|c: char| !c.is_ascii_lowercase()).next();
+            let name = name.unwrap_or_default().to_owned();
+            let is_kind = CalibrationKind::ORDER
+                .iter()
+                .any(|kind| kind.name() == name);
+            if is_kind && !names.contains(&name) {
+                names.push(name);
+            }
+        }
+    }
+    names
+}
+
+#[test]
+fn the_calibrations_have_one_order_everywhere() {
+    let order = CalibrationKind::ORDER.map(CalibrationKind::name);
+    let mut command = Cli::command();
+    let calibrate = command.find_subcommand_mut("calibrate").unwrap();
+    let help: Vec<&str> = calibrate
+        .get_subcommands()
+        .map(clap::Command::get_name)
+        .collect();
+    assert_eq!(help, order, "--help");
+    let chapters = texts()
+        .into_iter()
+        .filter(|(path, _)| path.ends_with("calibrating.md") || path.ends_with("unboxing.md"));
+    for (path, text) in chapters {
+        assert_eq!(first_calibrations([text]), order, "{}", path.display());
+    }
+    let design = std::fs::read_to_string(workspace().join("docs/DESIGN.md")).unwrap();
+    assert!(design.contains(&format!("calibrate {}`", order.join("\\|"))));
 }

@@ -73,7 +73,7 @@ fn quit(terminal: &Terminal) {
 #[test]
 fn a_rejected_trial_is_kept_and_a_verdict_waits_through_a_pause() {
     let terminal = session(40, "");
-    terminal.expect_text(&["now  verdict", "trial 1/2", "o keep anyway", "r repeat"]);
+    terminal.expect_text(&["now  REJECTED: ", "trial 1/2", "o keeps it", "r repeat"]);
     terminal.press(&["4"]);
     terminal.expect_text(&["wired, closed", "wired, beats", "wired, not pressed"]);
     terminal.press(&["1", "p"]);
@@ -81,7 +81,7 @@ fn a_rejected_trial_is_kept_and_a_verdict_waits_through_a_pause() {
     terminal.press(&["o"]);
     terminal.expect_text(&["kept by the operator, although"]);
     terminal.press(&["p"]);
-    terminal.expect_text(&["trial 2/2", "verdict"]);
+    terminal.expect_text(&["trial 2/2", "REJECTED"]);
     quit(&terminal);
     assert!(matches!(
         &outcomes(&terminal)[..],
@@ -93,7 +93,8 @@ fn a_rejected_trial_is_kept_and_a_verdict_waits_through_a_pause() {
 fn a_judged_trial_is_repeated_and_a_running_one_by_its_name() {
     let terminal = session(1, "");
     // On a busy computer the simulated finger may lag too much to be accepted.
-    let screen = terminal.expect_text(&["now  verdict", "trial 1/2", "r repeat"]);
+    // `o keeps it` or `r repeats it`.
+    let screen = terminal.expect_text(&["s it", "trial 1/2", "r repeat"]);
     let is_accepted = !screen.contains("keep anyway");
     terminal.press(&["r"]);
     terminal.expect_text(&["attempt 2", "DRIVING"]);
@@ -104,7 +105,7 @@ fn a_judged_trial_is_repeated_and_a_running_one_by_its_name() {
     // A pause waits for the attempt's end.
     terminal.press(&["p"]);
     terminal.expect_text(&["pauses after this attempt"]);
-    terminal.expect_text(&["verdict 5", "attempt 3"]);
+    terminal.expect_text(&[" in 5", "attempt 3"]);
     terminal.press(&["Space"]);
     terminal.expect_text(&["PAUSED"]);
     quit(&terminal);
@@ -129,7 +130,7 @@ fn a_stopped_session_goes_on_once_it_is_rearmed_and_a_killed_one_is_resumed() {
     terminal.press(&["x"]);
     terminal.expect_text(&["Re-arm?"]);
     terminal.press(&["y"]);
-    terminal.expect_text(&["PAUSED", "p resume"]);
+    terminal.expect_text(&["READY, drive off", "p resume"]);
     terminal.press(&["p"]);
     terminal.expect_text(&["DRIVING", "attempt 2"]);
     let pid = std::fs::read_to_string(terminal.folder.path().join("study").join(LOCK_FILE));
@@ -147,7 +148,7 @@ fn a_stopped_session_goes_on_once_it_is_rearmed_and_a_killed_one_is_resumed() {
         wait_until(Duration::from_secs(30), start_or_status).unwrap_or_default()
     });
     assert!(is_resumed, "{}", terminal.screen());
-    terminal.expect_text(&["now  verdict", "trial 1/2", "attempt 3"]);
+    terminal.expect_text(&["s it", "trial 1/2", "attempt 3"]);
     quit(&terminal);
     let attempts: Vec<_> = outcomes(&terminal)
         .into_iter()

@@ -393,7 +393,7 @@ fn an_operator_is_guided_through_the_pickups_calibration_and_measures_a_point_ag
     terminal.expect_text(&["step 6 of 7"]);
     terminal.type_amplitude(40.0, 1.0);
     let screen = terminal.expect_text(&[
-        "measure one of them again",
+        "measure one of the points again",
         "step 7 of 7",
         "worst",
         "depart from a line",
@@ -403,9 +403,16 @@ fn an_operator_is_guided_through_the_pickups_calibration_and_measures_a_point_ag
         .find(|line| line.contains("nm worst"))
         .unwrap();
     assert!(worst.starts_with("▸ 2"), "{screen}");
+    // The other points must not be lost with the wrong one.
+    terminal.press(&["Enter"]);
+    terminal.expect_text(&["do not pass and cannot be put in force", "30.00 V"]);
     terminal.press(&["r"]);
     terminal.type_amplitude(20.0, 1.0);
-    terminal.expect_text(&["measure one of them again", "off a line by 0."]);
+    terminal.expect_text(&[
+        "one of the points again",
+        "Enter accepts",
+        "nonlinearity 0.",
+    ]);
     let folder = terminal.folder.path();
     assert!(!folder.join("calibration.toml").exists(), "not yet kept");
     terminal.press(&["Enter"]);

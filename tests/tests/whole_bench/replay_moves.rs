@@ -79,12 +79,15 @@ fn crops(events: &[Event]) -> Vec<&Event> {
     crops.collect()
 }
 
-/// Returns the numbers of trials behind the skin's estimates, in the log's words.
+/// Returns the numbers of trials behind the skin's estimates, in the words of the fits' results.
 fn counted_trials(events: &[Event]) -> Vec<&str> {
-    let phrases = events.iter().filter_map(|event| match event {
-        Event::Log { text, .. } => Some(&text[text.rfind("of ")?..]),
+    let fits = events.iter().filter_map(|event| match event {
+        Event::Fit(fit) => Some(&fit.details),
         _ => None,
     });
+    let phrases = fits
+        .flatten()
+        .filter_map(|text| Some(&text[text.rfind("of ")?..]));
     phrases
         .filter(|phrase| phrase.ends_with(" trial") || phrase.ends_with(" trials"))
         .collect()

@@ -1,5 +1,5 @@
 //! Drawing on a screen of cells: braille curves over value axes, styles by meaning, large digits, ASCII replacements
-//! for other characters, and pictures of a drawn screen.
+//! for other characters, lines that lose whole parts where they are too long, and pictures of a drawn screen.
 
 pub mod braille;
 pub mod digits;
@@ -8,3 +8,4 @@ pub mod plain_signs;
 pub mod plot;
 pub mod theme;
 pub mod value_axis;
+pub mod words;

@@ -4,7 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect, Spacing};
 
 use super::Room;
-use crate::panels::{complex_plane, contact_numbers, friction_curve, strips};
+use crate::panels::{complex_plane, contact_numbers, fit_results, friction_curve, strips};
 use crate::state::State;
 use crate::strip::Strip;
 
@@ -30,13 +30,15 @@ pub(crate) fn render(state: &State, room: Room, area: Rect, buf: &mut Buffer) {
         Layout::vertical([Constraint::Fill(1), Constraint::Length(strip_rows)]).areas(left);
     complex_plane::render(state, plane, buf);
     strips::render(state, Strip::Impedance, impedance, buf);
-    let [numbers, friction, amplitude] = Layout::vertical([
+    let [numbers, fit, friction, amplitude] = Layout::vertical([
         Constraint::Length(contact_numbers::ROWS),
+        Constraint::Length(fit_results::height(state).min(right.height / 3)),
         Constraint::Fill(1),
         Constraint::Length(if room == Room::Small { 0 } else { strip_rows }),
     ])
     .areas(right);
     contact_numbers::render(state, numbers, buf);
+    fit_results::render(state, fit, buf);
     friction_curve::render(state, friction, buf);
     strips::render(state, Strip::Amplitude, amplitude, buf);
 }

@@ -126,7 +126,7 @@ fn large(state: &State, area: Rect, buf: &mut Buffer) {
         Constraint::Length(1),
     ])
     .areas(right);
-    let [trials, contact] = columns(upper, 2, [1, 1]);
+    let [trials, contact] = columns(upper, 2, [4, 3]);
     list(state, trials, buf);
     let [plane, friction] =
         Layout::vertical([Constraint::Fill(1), Constraint::Fill(1)]).areas(contact);

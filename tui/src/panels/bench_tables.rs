@@ -9,7 +9,7 @@ use super::live_values::signed;
 use super::panel::{note, rows, titled};
 use crate::event::{CalibrationFact, SystemHealth};
 use crate::state::State;
-use crate::words::wrap;
+use drawing::words::{LinePart, fit_parts, wrap};
 
 /// Fill at which a ring buffer is about to overflow.
 const RING_FULL: f64 = 0.5;
@@ -149,7 +149,7 @@ pub(crate) fn health(state: &State, area: Rect, buf: &mut Buffer) {
         note("no data yet", theme.faint(), body, buf);
         return;
     };
-    let frames = format!("{} frames", thousands(health.frames));
+    let frames = format!("{} audio frames", thousands(health.frames));
     let frames = Line::styled(frames, theme.faint());
     let body = titled(state, title, &[frames], area, buf);
     let columns = if body.width >= 76 { 2 } else { 1 };
@@ -167,21 +167,33 @@ pub(crate) fn health(state: &State, area: Rect, buf: &mut Buffer) {
             Span::styled(format!("{:<18}", value.name), theme.faint()),
             Span::styled(format!("{}{sign}", value.value), style),
         ]);
-        crate::words::render_line(line, area, buf);
+        drawing::words::render_line(line, area, buf);
     }
 }
 
-fn values(health: &SystemHealth) -> [HealthValue; VALUES as usize] {
+fn values(health: &SystemHealth) -> Vec<HealthValue> {
+    let mut values = measured_values(health);
+    let fault = values.iter().find(|value| value.bad);
+    let value = fault.map_or("yes".to_owned(), |fault| format!("no: {}", fault.name));
+    values.push(HealthValue {
+        name: "all well",
+        bad: fault.is_some(),
+        value,
+    });
+    values
+}
+
+fn measured_values(health: &SystemHealth) -> Vec<HealthValue> {
     let entry = |name, value, bad| HealthValue { name, value, bad };
     let dash = || "–".to_owned();
     let drift = health.clock_drift_ppm;
     let residual_s = health.clock_residual_s;
     let deviation =
         residual_s.map_or_else(String::new, |off_s| format!(", {:.2} ms off", 1e3 * off_s));
-    [
+    vec![
         entry("audio", format!("{:.3} of nominal", health.speed), false),
         entry(
-            "frames lost",
+            "audio frames lost",
             thousands(health.lost_frames),
             health.lost_frames > 0,
         ),
@@ -250,11 +262,6 @@ fn values(health: &SystemHealth) -> [HealthValue; VALUES as usize] {
                 .map_or_else(dash, |cores| format!("{:.0} % of a core", 100.0 * cores)),
             false,
         ),
-        entry(
-            "all well",
-            if is_well(health) { "yes" } else { "no" }.to_owned(),
-            !is_well(health),
-        ),
     ]
 }
 
@@ -281,19 +288,26 @@ pub(crate) fn one_line(state: &State, area: Rect, buf: &mut Buffer) {
     } else {
         ("! bench: see page 4", theme.bad())
     };
-    let mut words = format!(
-        " · lost {} · xruns {}",
-        thousands(health.lost_frames + health.force_faults),
-        health.xruns_in + health.xruns_out
-    );
-    if let Some(sessions) = health.disk_sessions {
-        words += &format!(" · room for {} sessions", thousands(sessions));
+    let mut parts = vec![LinePart::new(0, mark, style)];
+    let losses = [
+        (1, "audio frames lost", health.lost_frames),
+        (2, "force faults", health.force_faults),
+        (3, "encoder steps skipped", health.encoder_skipped),
+        (3, "xruns", health.xruns_in + health.xruns_out),
+    ];
+    for (rank, name, count) in losses.into_iter().filter(|(.., count)| *count > 0) {
+        let text = format!("{name} {}", thousands(count));
+        parts.push(LinePart::new(rank, text, theme.faint()));
     }
-    let line = Line::from(vec![
-        Span::styled(mark, style),
-        Span::styled(words, theme.faint()),
-    ]);
-    crate::words::render_line(line, area, buf);
+    if losses.iter().all(|(.., count)| *count == 0) {
+        parts.push(LinePart::new(1, "nothing lost", theme.faint()));
+    }
+    if let Some(sessions) = health.disk_sessions {
+        let text = format!("room for {} sessions", thousands(sessions));
+        parts.push(LinePart::new(4, text, theme.faint()));
+    }
+    let line = fit_parts(parts, area.width.into(), theme.faint());
+    drawing::words::render_line(line, area, buf);
 }
 
 /// Returns `count` with its digits in groups of three.

@@ -9,8 +9,8 @@ use super::panel::rows;
 use super::{calibration_points, calibration_values};
 use crate::calibration_page::{CalibrationPage, Question};
 use crate::state::State;
-use crate::words::{render_line, wrap};
 use drawing::digits;
+use drawing::words::{render_line, wrap};
 
 /// Minimum width for the points and their chart side by side.
 const TWO_COLUMNS: u16 = 60;
@@ -30,7 +30,9 @@ pub(crate) fn render(state: &State, calibration: &CalibrationPage, area: Rect, b
     let remarks_rows = remarks.len() as u16;
     let typing = u16::from(calibration.asked.is_some());
     let text_rows = 1 + 2 * air + words_rows + remarks_rows + typing;
-    let large = area.height >= text_rows + digits::ROWS + 1 + LEAST_POINTS;
+    // The results under review need the room of the digits.
+    let is_review = calibration.asked == Some(Question::Review);
+    let large = !is_review && area.height >= text_rows + digits::ROWS + 1 + LEAST_POINTS;
     let reading_rows = if large { digits::ROWS + 1 } else { 1 };
     let [head, _, instruction, remark, answer, _, reading, rest] = Layout::vertical([
         Constraint::Length(1),
@@ -74,6 +76,7 @@ pub(crate) fn render(state: &State, calibration: &CalibrationPage, area: Rect, b
     } else {
         calibration_values::small(state, calibration, reading, buf);
     }
+    let rest = calibration_points::results(state, calibration, rest, buf);
     let [left, right] = if rest.width >= TWO_COLUMNS && calibration.curve.is_some() {
         Layout::horizontal([Constraint::Fill(6), Constraint::Fill(5)])
             .spacing(Spacing::Space(2))
@@ -128,7 +131,11 @@ fn answer_line<'a>(state: &'a State, calibration: &'a CalibrationPage) -> Line<'
         ],
         Some(Question::Review) => vec![
             Span::styled("▸ ", theme.driving()),
-            Span::raw(" Enter accepts the points; ↑ ↓ select one, r remeasures it"),
+            Span::raw(if calibration.rejected {
+                " not passed: ↑ ↓ select a point, r remeasures it; Enter ends, and asks first"
+            } else {
+                " Enter accepts the results; ↑ ↓ select a point, r remeasures it"
+            }),
         ],
         Some(Question::Number { unit, expected, .. }) => {
             let mut spans = vec![

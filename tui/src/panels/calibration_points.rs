@@ -8,6 +8,10 @@ use super::panel::{note, rows, titled};
 use crate::calibration_page::{CalibrationPage, Chart, PointLine, Question};
 use crate::state::State;
 use drawing::plot::{Plot, Trace, ValueAxis, put};
+use drawing::words::wrap;
+
+/// Minimum height of the points above the results, rows.
+const LEAST_POINTS: u16 = 5;
 
 /// Draws the list of points, and the results below it.
 pub(crate) fn list(state: &State, calibration: &CalibrationPage, area: Rect, buf: &mut Buffer) {
@@ -27,9 +31,9 @@ pub(crate) fn list(state: &State, calibration: &CalibrationPage, area: Rect, buf
         note("no points yet", theme.faint(), body, buf);
         return;
     }
-    let findings: Vec<Line> = calibration
-        .findings
-        .iter()
+    let findings = calibration.findings.iter();
+    let findings: Vec<Line> = findings
+        .filter(|_| !is_review(calibration))
         .map(|line| Line::raw(line.as_str()))
         .collect();
     let findings_rows = (findings.len() as u16).min(body.height);
@@ -79,6 +83,57 @@ pub(crate) fn list(state: &State, calibration: &CalibrationPage, area: Rect, buf
             Line::from(spans)
         });
     rows(lines.collect(), list, buf);
+}
+
+fn is_review(calibration: &CalibrationPage) -> bool {
+    calibration.asked == Some(Question::Review)
+}
+
+/// Draws the results under review at the foot of `area`; returns the area above them.
+pub(crate) fn results(
+    state: &State,
+    calibration: &CalibrationPage,
+    area: Rect,
+    buf: &mut Buffer,
+) -> Rect {
+    if !is_review(calibration) || calibration.findings.is_empty() || area.height < 4 {
+        return area;
+    }
+    let theme = state.ui.theme;
+    let mut lines = result_lines(&calibration.findings, area.width);
+    let most = usize::from(area.height.saturating_sub(LEAST_POINTS).max(2)) - 1;
+    if lines.len() > most {
+        let hidden = lines.len() - (most - 1);
+        lines.truncate(most - 1);
+        lines.push(format!("and {hidden} more lines in the report"));
+    }
+    let rows_below = lines.len() as u16 + 1;
+    let [above, below] =
+        Layout::vertical([Constraint::Fill(1), Constraint::Length(rows_below)]).areas(area);
+    let title = if calibration.rejected {
+        Line::styled("results: not passed", theme.bad())
+    } else {
+        Line::styled("results", theme.strong())
+    };
+    let body = titled(state, title, &[], below, buf);
+    rows(lines.into_iter().map(Line::raw).collect(), body, buf);
+    above
+}
+
+/// Returns results as lines of at most `columns`: two short ones side by side, a long one wrapped.
+fn result_lines(findings: &[String], columns: u16) -> Vec<String> {
+    let half = usize::from(columns / 2);
+    let is_short = |text: &String| text.chars().count() + 2 <= half;
+    let mut lines = Vec::new();
+    let mut findings = findings.iter().peekable();
+    while let Some(finding) = findings.next() {
+        let partner = findings.next_if(|next| is_short(finding) && is_short(next));
+        match partner {
+            Some(partner) => lines.push(format!("{finding:<half$}{partner}")),
+            None => lines.extend(wrap(finding, columns)),
+        }
+    }
+    lines
 }
 
 /// Draws the points as a chart, with the fit.

@@ -9,8 +9,8 @@ use super::live_values::{TO_MICRO, live_style, number};
 use super::panel::rows;
 use crate::calibration_page::{CalibrationPage, CalibrationReadings, MainReading};
 use crate::state::State;
-use crate::words::render_line;
 use drawing::digits;
+use drawing::words::{LinePart, fit_parts, render_line};
 
 /// A reading with its name, value and unit.
 struct NamedValue {
@@ -26,6 +26,7 @@ fn named_value(reading: &CalibrationReadings, watched: MainReading) -> NamedValu
         MainReading::NormalForce => ("normal", number(reading.normal_n, 1.0, 3), "N"),
         MainReading::LateralForce => ("lateral", number(reading.lateral_n, 1.0, 3), "N"),
         MainReading::Level => ("level", number(reading.level, 100.0, 1), "%"),
+        MainReading::DriveVolts => ("drive", number(reading.drive_v, 1.0, 2), "V peak"),
     };
     NamedValue { name, value, unit }
 }
@@ -34,6 +35,7 @@ fn named_value(reading: &CalibrationReadings, watched: MainReading) -> NamedValu
 fn values(state: &State, watched: MainReading) -> Vec<NamedValue> {
     let reading = state.readings.unwrap_or_default();
     let mut figures: Vec<NamedValue> = [
+        MainReading::DriveVolts,
         MainReading::Amplitude,
         MainReading::NormalForce,
         MainReading::LateralForce,
@@ -44,14 +46,6 @@ fn values(state: &State, watched: MainReading) -> Vec<NamedValue> {
     .map(|kind| named_value(&reading, kind))
     .collect();
     figures.insert(0, named_value(&reading, watched));
-    figures.insert(
-        1,
-        NamedValue {
-            name: "drive",
-            value: number(reading.drive_v, 1.0, 2),
-            unit: "V",
-        },
-    );
     for (reference, name, scale, places, unit) in [
         (reading.known_m, "instrument", TO_MICRO, 4, "µm"),
         (reading.known_v, "meter", 1.0, 3, "V"),
@@ -112,20 +106,21 @@ pub(crate) fn small(state: &State, calibration: &CalibrationPage, area: Rect, bu
         return;
     }
     let theme = state.ui.theme;
-    let mut spans = Vec::new();
-    for (i, figure) in values(state, calibration.watched).iter().enumerate() {
-        let style = if i == 0 {
+    let mut parts = Vec::new();
+    for (rank, figure) in (0..).zip(values(state, calibration.watched)) {
+        let style = if rank == 0 {
             live_style(state, theme.first_curve())
         } else {
             live_style(state, Style::new())
         };
-        spans.push(Span::styled(format!("{} ", figure.name), theme.faint()));
-        spans.push(Span::styled(
-            format!("{} {}   ", figure.value, figure.unit),
-            style,
-        ));
+        let text = format!("{} {} {}", figure.name, figure.value, figure.unit);
+        parts.push(LinePart::new(rank, text, style).after("   "));
     }
-    render_line(Line::from(spans), area, buf);
+    render_line(
+        fit_parts(parts, area.width.into(), theme.faint()),
+        area,
+        buf,
+    );
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use ratatui::text::Line;
 
 use crate::event::AskedDetail;
 use crate::state::State;
-use crate::words::wrap;
+use drawing::words::wrap;
 use escaping::escaped_line;
 
 /// Returns the lines of the question and the typed text, broken at `columns`.

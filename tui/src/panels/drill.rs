@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span};
 use super::panel::{note, rows, titled};
 use crate::drill_view::{DrillResult, DrillStep, DrillView};
 use crate::state::State;
-use crate::words::wrap;
+use drawing::words::wrap;
 use escaping::escaped_line;
 
 /// Returns the lines of the instruction and its note, broken at `columns`.

@@ -6,9 +6,10 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Widget;
 
 use crate::action::Action;
+use crate::event::PhaseKind;
 use crate::keyboard::active_rows;
 use crate::state::State;
-use crate::words::render_line;
+use drawing::words::render_line;
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
@@ -28,21 +29,30 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         render_line(Line::styled(note.as_str(), theme.warning()), area, buf);
         return;
     }
-    let mut spans = Vec::new();
-    let mut columns = 0;
-    if !state.session.replayed {
-        spans.push(Span::styled("e STOP", theme.bad()));
-        columns = 6;
-    }
+    let stop = (!state.session.replayed).then_some(("e", "STOP"));
     let hints = active_rows(state).filter_map(|(row, meaning)| Some((row.label, meaning.hint?)));
-    for (key, hint) in hints {
-        // A hint that does not fit completely is left out.
-        columns += 3 + key.chars().count() + 1 + hint.len();
-        if columns > area.width.into() {
+    let mut hints: Vec<(&str, &str)> = stop.into_iter().chain(hints).collect();
+    let columns = |hints: &[(&str, &str)]| -> usize {
+        let widths = hints
+            .iter()
+            .map(|(key, hint)| key.chars().count() + 4 + hint.len());
+        widths.sum::<usize>().saturating_sub(3)
+    };
+    // Hints that do not fit are left out as a whole; the keys to stop and to leave come last.
+    while columns(&hints) > area.width.into() {
+        let Some(least) = hints.iter().rposition(|(key, _)| !["e", "q"].contains(key)) else {
             break;
-        }
+        };
+        hints.remove(least);
+    }
+    let mut spans = Vec::new();
+    for (key, hint) in hints {
         if !spans.is_empty() {
             spans.push(Span::raw("   "));
+        }
+        if (key, hint) == ("e", "STOP") {
+            spans.push(Span::styled("e STOP", theme.bad()));
+            continue;
         }
         spans.push(Span::styled(key, theme.strong()));
         spans.push(Span::styled(format!(" {hint}"), theme.faint()));
@@ -61,12 +71,15 @@ fn question(state: &State, action: Action) -> String {
         Action::Redo(name) => return format!("Discard {name}, now running, and repeat it?"),
         Action::PauseNow(name) => return format!("Discard {name}, now running, and pause?"),
         Action::Resume => {
-            let lost = state.display_lost.as_deref().unwrap_or_default();
+            let Some(lost) = state.display_lost.as_deref() else {
+                return "The participant's display is back. Resume?".to_owned();
+            };
             let name = lost.split_once(": ").map_or(lost, |(name, _)| name);
             return format!("Show again on the {name} and resume?");
         }
         Action::Abort => "Abort the session?",
         Action::Rearm => "Cause removed, finger off the plate? Re-arm?",
+        Action::Quit if state.phase.kind == PhaseKind::Finished => "Everything is saved. Quit?",
         Action::Quit if !state.in_session() => "Stop and quit?",
         Action::Quit => "Session running. Quit?",
         Action::Start

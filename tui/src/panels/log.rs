@@ -13,8 +13,9 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let title = Line::styled("log", state.ui.theme.strong());
     let body = titled(state, title, &[], area, buf);
     let first = state.log.len().saturating_sub(body.height.into());
-    let lines = state.log.iter().skip(first).map(|line| entry(state, line));
-    rows(lines.collect(), body, buf);
+    let newest = state.log.iter().skip(first);
+    let lines = newest.flat_map(|line| wrap_entry(state, line, body.width));
+    rows(newest_rows(lines.collect(), body.height), body, buf);
 }
 
 /// Draws the whole log, scrolled up from the newest line.
@@ -34,9 +35,13 @@ pub(crate) fn page(state: &State, area: Rect, buf: &mut Buffer) {
     for line in state.log.iter().skip(first).take(row_count) {
         lines.extend(wrap_entry(state, line, body.width));
     }
-    // Wrapped lines push out the oldest ones.
-    let excess = lines.len().saturating_sub(body.height.into());
-    rows(lines.split_off(excess), body, buf);
+    rows(newest_rows(lines, body.height), body, buf);
+}
+
+/// Returns the last `count` rows: wrapped lines push out the oldest ones.
+fn newest_rows(mut lines: Vec<Line>, count: u16) -> Vec<Line> {
+    let excess = lines.len().saturating_sub(count.into());
+    lines.split_off(excess)
 }
 
 /// Returns a line broken at `columns`, with its symbol before the first part.
@@ -55,7 +60,7 @@ fn wrap_entry<'a>(state: &State, line: &'a LogLine, columns: u16) -> Vec<Line<'a
     } else {
         line.text.clone()
     };
-    let parts = crate::words::wrap(&count, columns.saturating_sub(2)).into_iter();
+    let parts = drawing::words::wrap(&count, columns.saturating_sub(2)).into_iter();
     let parts = parts.enumerate().map(|(i, part)| {
         let head = if i == 0 {
             symbol.clone()

@@ -8,6 +8,7 @@ pub(crate) mod complex_plane;
 pub(crate) mod contact_numbers;
 pub(crate) mod detail_question;
 pub(crate) mod drill;
+pub(crate) mod fit_results;
 pub(crate) mod friction_curve;
 pub(crate) mod help;
 pub(crate) mod key_hints;

@@ -5,7 +5,7 @@ use ratatui::text::Line;
 use super::live_values::signed;
 use crate::event::CarrierProposal;
 use crate::state::State;
-use crate::words::wrap;
+use drawing::words::wrap;
 
 /// Returns the lines of the proposal, broken at `columns`.
 pub(crate) fn lines<'a>(state: &State, proposal: &CarrierProposal, columns: u16) -> Vec<Line<'a>> {

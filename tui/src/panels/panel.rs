@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Widget;
 
 use crate::state::State;
-use crate::words::render_line;
+use drawing::words::render_line;
 
 /// Draws a panel's title on a thin rule and returns the area below it. The first line of `right` that fits is drawn.
 pub(crate) fn titled(

@@ -6,9 +6,9 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Widget;
 
-use crate::event::SafetyView;
+use crate::event::{PhaseKind, SafetyView};
 use crate::state::State;
-use crate::words::render_line;
+use drawing::words::render_line;
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let row = Rect {
@@ -19,8 +19,10 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         return;
     }
     let theme = state.ui.theme;
+    let is_ready = state.phase.kind == PhaseKind::Paused && state.phase.stopped;
     let (word, style) = match state.safety {
         None => ("UNKNOWN", theme.warning()),
+        Some(SafetyView::Disarmed) if is_ready => ("READY", theme.strong()),
         Some(SafetyView::Disarmed) => ("DISARMED", theme.strong()),
         Some(SafetyView::Armed) => ("ARMED", theme.warning()),
         Some(SafetyView::Driving) => ("DRIVING", theme.driving()),
@@ -46,7 +48,8 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
             spans.push(words);
         }
     }
-    if state.safety == Some(SafetyView::Tripped) && state.calibration.is_none() {
+    let has_ended = state.phase.kind == PhaseKind::Finished;
+    if state.safety == Some(SafetyView::Tripped) && state.calibration.is_none() && !has_ended {
         spans.push(Span::styled(" · x to re-arm", faint));
     }
     let line = Line::from(spans);

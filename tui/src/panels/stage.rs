@@ -9,7 +9,8 @@ use super::session_phase;
 use crate::event::{PhaseKind, SafetyView};
 use crate::participant_screen::ScreenView;
 use crate::state::State;
-use participant_texts::Instruction;
+use drawing::words::wrap;
+use participant_texts::{Instruction, Texts};
 
 /// Height of the block with little room and with more, rows.
 pub(crate) const ROWS: (u16, u16) = (3, 4);
@@ -17,10 +18,15 @@ pub(crate) const ROWS: (u16, u16) = (3, 4);
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     let label = |words: &'static str| Span::styled(format!("{words:<5}"), theme.faint());
-    let mut now = session_phase::line(state);
+    let label_columns = 5;
+    let mut now = session_phase::line(state, area.width.saturating_sub(label_columns).into());
     now.spans.insert(0, label("now"));
-    let say =
-        say(state).map(|words| Line::from(vec![label("say"), Span::styled(words, theme.strong())]));
+    let say = say(state).unwrap_or_default();
+    let say = wrap(&say, area.width.saturating_sub(label_columns));
+    let say = say.into_iter().enumerate().map(|(i, words)| {
+        let label = label(if i == 0 { "say" } else { "" });
+        Line::from(vec![label, Span::styled(words, theme.strong())])
+    });
     let next = next(state).map(|words| Line::from(vec![label("next"), Span::raw(words)]));
     let remainder = remainder(state);
     let mut lines = vec![now];
@@ -30,68 +36,96 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         lines.extend(remainder.map(|words| Line::from(vec![label("left"), Span::raw(words)])));
     } else {
         // The time and trials left are at the end of the last line.
-        let last = next.unwrap_or_default();
-        let remainder = remainder.unwrap_or_default();
-        let room = usize::from(area.width).saturating_sub(last.width());
-        let short = remainder
-            .split(" · ")
-            .take(2)
-            .collect::<Vec<_>>()
-            .join(" · ");
-        let words = [remainder, short]
-            .into_iter()
-            .find(|words| words.chars().count() + 3 <= room);
-        let mut last = last;
-        if let Some(words) = words.filter(|words| !words.is_empty()) {
-            let padding = room - words.chars().count();
-            last.push_span(Span::raw(" ".repeat(padding)));
-            last.push_span(Span::styled(words, theme.faint()));
-        }
-        lines.push(last);
+        lines.push(next_and_remainder(state, label("next"), area.width.into()));
     }
     rows(lines, area, buf);
 }
 
-/// Returns the instruction to the participant.
+/// Returns the next steps, and at the end of the line the time, trials and repetitions left, as far as they fit.
+fn next_and_remainder(state: &State, label: Span<'static>, columns: usize) -> Line<'static> {
+    let steps = next(state).unwrap_or_default();
+    let first_step = steps.split(", then ").next().unwrap_or_default().to_owned();
+    let remainder = remainder(state).unwrap_or_default();
+    let parts: Vec<&str> = remainder.split(" · ").collect();
+    let short = parts[..parts.len().min(2)].join(" · ");
+    let repetitions = state.outlook.as_ref().map(|outlook| {
+        let (of_trial, in_all) = (outlook.repetitions_of_trial, outlook.repetitions_in_session);
+        format!("{short} · repetitions {of_trial}, in all {in_all}")
+    });
+    let repetitions = repetitions
+        .filter(|_| !remainder.is_empty())
+        .unwrap_or_default();
+    let candidates = [
+        (&steps, &remainder),
+        (&steps, &repetitions),
+        (&first_step, &repetitions),
+        (&steps, &short),
+        (&first_step, &short),
+    ];
+    let width = |text: &str| text.chars().count();
+    let fits =
+        |(next, end): &(&String, &String)| label.width() + width(next) + 3 + width(end) <= columns;
+    let (next, end) = candidates
+        .into_iter()
+        .find(fits)
+        .unwrap_or((&first_step, &first_step));
+    if next.is_empty() {
+        return Line::default();
+    }
+    let mut line = Line::from(vec![label, Span::raw(next.clone())]);
+    if !std::ptr::eq(next, end) && !end.is_empty() {
+        let padding = columns - line.width() - width(end);
+        line.push_span(Span::raw(" ".repeat(padding)));
+        line.push_span(Span::styled(end.clone(), state.ui.theme.faint()));
+    }
+    line
+}
+
+/// Returns the operator's words to the participant, in the protocol's language.
 fn say(state: &State) -> Option<String> {
     // Without a protocol there is no participant.
     state.session.protocol.as_ref()?;
     let view = state.participant.as_ref()?;
+    let texts = &*view.texts;
     if state.phase.kind == PhaseKind::Finished {
-        return Some("“That was all. Thank you!”".to_owned());
+        return Some(quoted(if state.phase.aborted {
+            &texts.say_aborted
+        } else {
+            &texts.say_finished
+        }));
     }
     if state.safety == Some(SafetyView::Tripped) {
-        return Some(
-            "“Lift your finger off the plate, please. We have to stop for a moment.”".to_owned(),
-        );
+        return Some(quoted(&texts.say_stopped));
     }
     Some(match view.instruction {
-        Instruction::Wait => waiting_text(state),
-        Instruction::Welcome => "“Welcome. Press the button when you are ready.”".to_owned(),
-        Instruction::ReleaseSwitch => "“Let go of the hold button, please.”".to_owned(),
-        Instruction::HoldSwitch => "“Press the hold button and keep it pressed.”".to_owned(),
-        Instruction::SwitchReleased => {
-            "“You let go of the hold button: lift your finger, please.”".to_owned()
-        }
-        Instruction::LiftFinger => "“Lift your finger off the plate, please.”".to_owned(),
-        Instruction::PlaceFinger => {
-            "“Rest your finger on the plate at the mark, then press the button.”".to_owned()
-        }
-        Instruction::GetReady => "“Get ready: the slider is about to move.”".to_owned(),
+        Instruction::Wait => quoted(waiting_text(state, texts)),
+        Instruction::Welcome if view.touch => quoted(&texts.say_welcome_without_button),
+        Instruction::Welcome => quoted(&texts.say_welcome),
+        Instruction::ReleaseSwitch => quoted(&texts.say_release_switch),
+        Instruction::HoldSwitch => quoted(&texts.say_hold_switch),
+        Instruction::SwitchReleased => quoted(&texts.say_switch_released),
+        Instruction::LiftFinger => quoted(&texts.say_lift_finger),
+        Instruction::PlaceFinger if view.touch => quoted(&texts.say_place_finger_without_button),
+        Instruction::PlaceFinger => quoted(&texts.say_place_finger),
+        Instruction::GetReady => quoted(&texts.say_get_ready),
         Instruction::FollowSlider => "(nothing: the finger follows the slider)".to_owned(),
         Instruction::Feedback => feedback(view),
         Instruction::Rest => match view.rest_s {
-            Some(left_s) if left_s >= 1.0 => {
-                format!("“Have a rest. We can go on in {left_s:.0} s.”")
-            }
-            _ => "“Press the button when you are rested.”".to_owned(),
+            Some(left_s) if left_s >= 1.0 => quoted(&texts.say_rest_text(left_s)),
+            _ if view.touch => quoted(&texts.say_rest_over_without_button),
+            _ => quoted(&texts.say_rest_over),
         },
-        Instruction::Paused => "“A short break: lift your finger, please.”".to_owned(),
-        Instruction::Finished => "“That was all. Thank you!”".to_owned(),
+        Instruction::Paused => quoted(&texts.say_paused),
+        Instruction::Finished => quoted(&texts.say_finished),
     })
 }
 
-fn waiting_text(state: &State) -> String {
+/// Returns words to be said.
+fn quoted(words: &str) -> String {
+    format!("“{words}”")
+}
+
+fn waiting_text<'a>(state: &State, texts: &'a Texts) -> &'a str {
     let verdict = state.verdict.as_ref().filter(|verdict| {
         let phase = &state.phase;
         matches!(phase.kind, PhaseKind::Feedback | PhaseKind::Verdict)
@@ -99,27 +133,29 @@ fn waiting_text(state: &State) -> String {
                 || (verdict.trial, verdict.practice) == (phase.trial, phase.practice))
     });
     match (state.phase.kind, verdict) {
-        (PhaseKind::Consent, _) => "“Here is what we do, and your consent to sign.”".to_owned(),
-        (PhaseKind::Baseline, _) => "“Keep your finger off the plate for a moment.”".to_owned(),
-        (_, Some(verdict)) if !verdict.accepted && !verdict.practice => {
-            "“We do this one once more, please.”".to_owned()
-        }
-        _ => "“One moment, please.”".to_owned(),
+        (PhaseKind::Consent, _) => &texts.say_consent,
+        (PhaseKind::Baseline, _) => &texts.say_baseline,
+        (_, Some(verdict)) if !verdict.accepted && !verdict.practice => &texts.say_again,
+        _ => &texts.say_wait,
     }
 }
 
 fn feedback(view: &ScreenView) -> String {
+    let texts = &*view.texts;
     let (Some(mean_n), Some((min_n, max_n))) = (view.mean_force_n, view.force_band_n) else {
-        return "“Thank you.”".to_owned();
+        return quoted(&texts.say_thanks);
     };
     let advice = if mean_n < min_n {
-        "press a little harder"
+        &texts.say_press_harder
     } else if mean_n > max_n {
-        "press a little lighter"
+        &texts.say_press_lighter
     } else {
-        "just right"
+        &texts.say_just_right
     };
-    format!("“{advice}” ({mean_n:.2} N of {min_n:.2} to {max_n:.2} N)")
+    format!(
+        "{} ({mean_n:.2} N of {min_n:.2} to {max_n:.2} N)",
+        quoted(advice)
+    )
 }
 
 /// Returns the next step.
@@ -129,7 +165,7 @@ fn next(state: &State) -> Option<String> {
     let is_paused = state.phase.kind == PhaseKind::Paused;
     let is_tripped = is_paused && state.safety == Some(SafetyView::Tripped);
     let steps = [
-        is_tripped.then_some("x re-arms"),
+        is_tripped.then_some("p goes on"),
         outlook.next.as_deref(),
         outlook.then.as_deref(),
     ];

@@ -229,7 +229,7 @@ fn parts(state: &State, strip: Strip) -> (&'static str, Vec<(String, Weight)>) {
             let drift = super::live_values::drift(state);
             let mut parts = vec![
                 (format!("{corrected} N·s/m"), Weight::First),
-                (format!(" plain {plain}"), Weight::Faint),
+                (format!(" uncorrected {plain}"), Weight::Faint),
             ];
             if drift != "–" {
                 parts.push((format!(" drift {drift}"), Weight::Faint));

@@ -6,7 +6,7 @@ use ratatui::text::Line;
 
 use super::panel::{rows, titled};
 use crate::state::State;
-use crate::words::wrap;
+use drawing::words::wrap;
 
 pub(crate) fn render(state: &State, summary: &[String], area: Rect, buf: &mut Buffer) {
     let title = Line::styled(

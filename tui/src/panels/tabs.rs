@@ -2,12 +2,13 @@
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
+use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
 use super::calibration_layout;
 use crate::page::Page;
 use crate::state::State;
-use crate::words::render_line;
+use drawing::words::{LinePart, fit_parts, render_line};
 
 const PAGES: [(Page, &str); 5] = [
     (Page::Run, "1 Run"),
@@ -39,13 +40,12 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         spans.push(Span::styled(format!(" {name} "), style));
     }
     let pages = Line::from(spans);
+    let room = usize::from(area.width).saturating_sub(pages.width() + 2);
     let subject = match &state.calibration {
         Some(calibration) => calibration_layout::title(state, calibration),
-        None => participant(state),
+        None => participant(state, room),
     };
-    let page_columns = pages.width();
     render_line(pages, area, buf);
-    let room = usize::from(area.width).saturating_sub(page_columns + 2);
     if room < 8 {
         return;
     }
@@ -59,23 +59,23 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     render_line(subject, end, buf);
 }
 
-/// Returns the participant and the protocol.
-fn participant(state: &State) -> Line<'_> {
+/// Returns the participant, the protocol and further details, as far as they fit into `columns`.
+fn participant(state: &State, columns: usize) -> Line<'static> {
     let theme = state.ui.theme;
     let session = &state.session;
     let participant = session.participant.as_deref();
-    let mut spans = vec![Span::styled(
-        participant.unwrap_or("no participant"),
-        theme.strong(),
-    )];
+    let participant = participant.unwrap_or("no participant");
+    let mut parts = vec![LinePart::new(0, participant, theme.strong())];
     let details = [
         session.protocol.as_deref(),
         session.study.as_deref(),
         session.calibration_label.as_deref(),
     ];
-    for words in details.into_iter().flatten() {
-        spans.push(Span::styled(" · ", theme.faint()));
-        spans.push(Span::raw(words));
+    for (rank, words) in (1..)
+        .zip(details)
+        .filter_map(|(rank, words)| Some((rank, words?)))
+    {
+        parts.push(LinePart::new(rank, words, Style::new()));
     }
-    Line::from(spans)
+    fit_parts(parts, columns, theme.faint())
 }

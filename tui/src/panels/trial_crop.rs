@@ -12,8 +12,8 @@ use super::panel::{note, rows, titled};
 use super::trial_list::name;
 use crate::event::Crop;
 use crate::state::{State, TrialLine};
-use crate::words::wrap;
 use drawing::plot::{self, Plot, Trace, ValueAxis, put};
+use drawing::words::wrap;
 
 /// Minimum columns for explorations side by side.
 const SIDE_BY_SIDE: u16 = 76;

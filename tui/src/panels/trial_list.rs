@@ -2,12 +2,16 @@
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
-use ratatui::text::{Line, Span};
+use ratatui::style::Style;
+use ratatui::text::Line;
 use statistics::with_error;
 
 use super::live_values::{TO_MICRO, signed};
 use super::panel::{note, rows, titled};
+use super::session_phase::reason_parts;
+use crate::event::TrialVerdict;
 use crate::state::{State, TrialLine};
+use drawing::words::{LinePart, fit_parts};
 
 /// Draws the list; on the page of trials, the selected attempt is marked and there are more columns.
 pub(crate) fn render(state: &State, is_choosable: bool, area: Rect, buf: &mut Buffer) {
@@ -51,7 +55,7 @@ pub(crate) fn render(state: &State, is_choosable: bool, area: Rect, buf: &mut Bu
         .min(index.saturating_sub(row_count / 2));
     let lines = state.trials.iter().enumerate().skip(first).take(row_count);
     let lines = lines.map(|(i, line)| {
-        let row = entry(state, line, is_choosable && body.width >= 50);
+        let row = entry(state, line, body.width.into());
         if is_choosable && i == index {
             row.style(theme.selection())
         } else {
@@ -79,55 +83,64 @@ pub(crate) fn name(line: &TrialLine) -> String {
     }
 }
 
-/// Returns the line of one attempt.
-fn entry<'a>(state: &State, line: &'a TrialLine, is_wide: bool) -> Line<'a> {
+/// Returns the line of one attempt, with as many of its parts as fit into `columns`.
+fn entry(state: &State, line: &TrialLine, columns: usize) -> Line<'static> {
     let theme = state.ui.theme;
-    let mut spans = vec![Span::raw(format!("{:>4} ", name(line)))];
-    let fit = state.fit_of(line);
+    let number = LinePart::new(0, format!("{:>4}", name(line)), Style::new());
+    let mut parts = vec![number];
     match &line.verdict {
         Some(verdict) if verdict.interrupted => {
-            let reason = verdict.settled.as_deref().unwrap_or_default();
-            spans.push(Span::styled(format!("– {reason}"), theme.faint()));
+            let reason = verdict.settled.as_deref().unwrap_or("interrupted");
+            parts.push(LinePart::new(1, format!("– {reason}"), theme.faint()).after(" "));
         }
+        Some(verdict) if verdict.accepted => parts.extend(accepted_parts(state, line, verdict)),
         Some(verdict) => {
-            let (mark, style) = if verdict.accepted {
-                ("✓", theme.good())
-            } else {
-                ("✗", theme.bad())
-            };
-            spans.push(Span::styled(mark, style));
-            let force = verdict
-                .mean_normal_n
-                .map_or("–".to_owned(), |n| format!("{n:.2} N"));
-            spans.push(Span::raw(format!(
-                " {force:>6} {:>3} inst.",
-                verdict.instances
-            )));
-            if let Some(sigma) = fit.and_then(|fit| fit.sigma_t_m) {
-                let (value, std) = (sigma.value * TO_MICRO, sigma.std * TO_MICRO);
-                spans.push(Span::raw(if is_wide {
-                    format!(" σ_t {} μm", with_error(value, std, 2))
-                } else {
-                    format!(" σ_t {value:.2}")
-                }));
-            }
-            if let Some(drift) = fit.and_then(|fit| fit.drift_hz).filter(|_| is_wide) {
-                let drift = signed(format!("{:+.1}", drift.value));
-                spans.push(Span::styled(format!(" {drift} Hz"), theme.faint()));
-            }
-            let reason = verdict
-                .settled
-                .as_deref()
-                .or(verdict.reasons.first().map(String::as_str));
-            if let Some(reason) = reason {
-                spans.push(Span::raw(format!("  {reason}")));
-            }
+            parts.push(LinePart::new(0, "✗", theme.bad()).after(" "));
+            parts.extend(reason_parts(verdict, Style::new(), " "));
+            let settled = verdict.settled.clone();
+            parts.extend(settled.map(|text| LinePart::new(2, text, Style::new()).after("  ")));
+            let instances = instances(verdict.instances);
+            parts.push(LinePart::new(6, instances, theme.faint()).after("  "));
         }
-        None if runs(state, line) => spans.push(Span::styled("▸ running", theme.strong())),
-        None => spans.push(Span::styled("– not finished", theme.faint())),
+        None if runs(state, line) => {
+            parts.push(LinePart::new(0, "▸ running", theme.strong()).after(" "));
+        }
+        None => parts.push(LinePart::new(0, "– not finished", theme.faint()).after(" ")),
     }
-    if let Some(condition) = &line.condition {
-        spans.push(Span::styled(format!("  {condition}"), theme.faint()));
+    let condition = line.condition.clone();
+    parts.extend(condition.map(|text| LinePart::new(3, text, theme.faint()).after("  ")));
+    fit_parts(parts, columns, theme.faint())
+}
+
+/// Returns the results of an accepted attempt.
+fn accepted_parts(state: &State, line: &TrialLine, verdict: &TrialVerdict) -> Vec<LinePart> {
+    let theme = state.ui.theme;
+    let force = verdict
+        .mean_normal_n
+        .map_or("–".to_owned(), |n| format!("{n:.2} N"));
+    let mut parts = vec![
+        LinePart::new(0, "✓", theme.good()).after(" "),
+        LinePart::new(1, format!("{force:>6}"), Style::new()).after(" "),
+        LinePart::new(4, instances(verdict.instances), Style::new()).after("  "),
+    ];
+    let fit = state.fit_of(line);
+    if let Some(sigma) = fit.and_then(|fit| fit.sigma_t_m) {
+        let sigma = with_error(sigma.value * TO_MICRO, sigma.std * TO_MICRO, 2);
+        parts.push(LinePart::new(5, format!("σ_t {sigma} μm"), Style::new()).after("  "));
     }
-    Line::from(spans)
+    if let Some(drift) = fit.and_then(|fit| fit.drift_hz) {
+        let drift = signed(format!("{:+.1}", drift.value));
+        parts.push(LinePart::new(6, format!("{drift} Hz"), theme.faint()).after("  "));
+    }
+    let decision = verdict.settled.clone();
+    parts.extend(decision.map(|text| LinePart::new(2, text, Style::new()).after("  ")));
+    parts
+}
+
+/// Returns a number of instances in words.
+fn instances(count: u32) -> String {
+    match count {
+        1 => " 1 instance".to_owned(),
+        _ => format!("{count:>2} instances"),
+    }
 }

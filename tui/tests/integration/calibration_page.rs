@@ -80,7 +80,7 @@ fn naming_page() -> CalibrationPage {
 fn review() -> CalibrationPage {
     CalibrationPage {
         step: 9,
-        instruction: "Look at the points. Keep them, or measure one of them again.".to_owned(),
+        instruction: "Look at the results and the points. Keep them, or measure one of the points again.".to_owned(),
         note: Some(
             "the points depart from a line by 0.15 % of the largest amplitude: repeat the worst one"
                 .to_owned(),
@@ -93,10 +93,15 @@ fn review() -> CalibrationPage {
             points: LADDER.iter().map(|point| (point.0, point.2)).collect(),
             fit: vec![(0.0, 0.0), (43.06, 0.0)],
         }),
-        findings: vec![
-            "sensitivity 4.9963 μm/unit ± 0.11 %".to_owned(),
-            "off a line by 0.146 % at most".to_owned(),
-        ],
+        findings: [
+            "sensitivity (4.9963 ± 0.0055)e-6 m",
+            "offset (0.1 ± 1.2)e-9 m",
+            "nonlinearity 0.146 % of the largest amplitude",
+            "points 6 at 35012.4 Hz",
+        ]
+        .map(str::to_owned)
+        .to_vec(),
+        rejected: true,
         ..typing_page()
     }
 }

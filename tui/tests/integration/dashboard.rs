@@ -2,9 +2,11 @@
 
 use crate::rig::{draw, play_until, press};
 use crate::synthetic;
+use participant_texts::{Instruction, Language, Texts};
 use proptest::prelude::*;
 use ratatui::buffer::{Buffer, Cell};
 use ratatui::style::{Color, Modifier};
+use std::sync::Arc;
 use tui::drill_view::{DrillResult, DrillStep, DrillView};
 use tui::event::{
     AskedDetail, CarrierProposal, Live, PhaseKind, PhaseView, SafetyView, ValueAndStd,
@@ -124,6 +126,135 @@ fn small_terminals_keep_the_essentials() {
         let screen = draw(&exploring_state(), columns, rows);
         insta::assert_snapshot!(format!("running_{columns}x{rows}"), screen.backend());
     }
+}
+
+/// Returns the open verdict that rejects a trial because of its force.
+fn rejecting_state() -> State {
+    let mut state = play_until(|state| state.verdict.as_ref().is_some_and(|v| !v.accepted));
+    state.phase = PhaseView {
+        kind: PhaseKind::Verdict,
+        countdown: Some(6),
+        overrulable: true,
+        repeats: true,
+        exploration: 0,
+        ..state.phase
+    };
+    state
+}
+
+#[test]
+fn a_rejection_states_its_reason_at_every_size_and_on_every_page() {
+    for (columns, rows) in [(200, 60), (120, 40), (80, 24), (60, 16), (40, 8)] {
+        for page in ["1", "2", "3", "4"] {
+            let mut state = rejecting_state();
+            press(&mut state, page);
+            let screen = lines(&state, columns, rows);
+            let line = if columns >= 80 {
+                "REJECTED: force 0.93 N, band 0.50–0.80 · repeats in 6 s · o keeps it"
+            } else {
+                "REJECTED: force 0.93 N"
+            };
+            assert!(
+                screen.contains(line),
+                "{columns}x{rows}, page {page}:\n{screen}"
+            );
+        }
+    }
+    let list = lines(&rejecting_state(), 200, 60);
+    assert!(list.contains("2 ✗ force 0.93 N, band 0.50–0.80"), "{list}");
+    for (columns, rows) in [(200, 60), (120, 40), (80, 24)] {
+        let screen = draw(&rejecting_state(), columns, rows);
+        insta::assert_snapshot!(format!("verdict_{columns}x{rows}"), screen.backend());
+    }
+}
+
+#[test]
+fn an_accepted_trial_and_the_last_rejection_state_their_outcome() {
+    let mut state = rejecting_state();
+    state.phase.repeats = false;
+    assert!(lines(&state, 80, 24).contains("given up in 6 s · o keeps it"));
+    let verdict = state.verdict.as_mut().unwrap();
+    verdict.accepted = true;
+    assert!(
+        lines(&state, 80, 24).contains("ACCEPTED: force 0.93 N · goes on in 6 s · r repeats it")
+    );
+    state.phase.overrulable = false;
+    assert!(lines(&state, 80, 24).contains("now  saving the recording"));
+}
+
+#[test]
+fn a_stopped_session_is_ready_once_it_is_rearmed() {
+    let mut state = exploring_state();
+    state.phase.kind = PhaseKind::Paused;
+    state.phase.stopped = true;
+    state.safety = Some(SafetyView::Tripped);
+    let screen = lines(&state, 80, 24);
+    assert!(
+        screen.contains("STOPPED · find the cause, then x re-arms"),
+        "{screen}"
+    );
+    state.safety = Some(SafetyView::Disarmed);
+    let screen = lines(&state, 80, 24);
+    assert!(screen.contains("READY, drive off · p goes on"), "{screen}");
+    assert!(
+        !screen.contains("DISARMED") && !screen.contains("find the cause"),
+        "{screen}"
+    );
+    state.phase.stopped = false;
+    assert!(lines(&state, 80, 24).contains("PAUSED, drive off · p goes on"));
+}
+
+#[test]
+fn the_operators_words_are_in_the_protocols_language() {
+    let mut state = exploring_state();
+    let german = Texts::in_language(Language::De);
+    let mut view = state.participant.clone().unwrap();
+    view.texts = Arc::new(german.clone());
+    view.instruction = Instruction::PlaceFinger;
+    state.participant = Some(view);
+    let words = "“Legen Sie den Finger an der Marke auf die Platte, dann drücken Sie den";
+    // The words are wrapped, never cut off.
+    let screen = lines(&state, 80, 24);
+    assert!(
+        screen.contains(words) && screen.contains("     Knopf.”"),
+        "{screen}"
+    );
+    state.phase.kind = PhaseKind::Finished;
+    assert!(lines(&state, 120, 40).contains("say  “Das war alles. Vielen Dank!”"));
+    state.phase.aborted = true;
+    assert!(lines(&state, 120, 40).contains(&*german.say_aborted));
+}
+
+/// The display may come back between the question and its answer.
+#[test]
+fn a_question_about_a_lost_display_keeps_its_sense_when_the_display_is_back() {
+    let mut state = exploring_state();
+    state.phase.kind = PhaseKind::Paused;
+    state.display_lost = Some("participant's window: it was closed".to_owned());
+    press(&mut state, "p");
+    assert!(lines(&state, 80, 24).contains("Show again on the participant's window and resume?"));
+    state.display_lost = None;
+    assert!(lines(&state, 80, 24).contains("The participant's display is back. Resume?"));
+}
+
+#[test]
+fn quitting_has_its_hint_and_its_question_at_the_end_too() {
+    let mut state = play_until(|state| state.phase.kind == PhaseKind::Rest);
+    for event in synthetic::finish() {
+        state.apply(&event);
+    }
+    assert_eq!(press(&mut state, "q"), []);
+    assert_eq!(press(&mut state, "y"), [Action::Quit]);
+    for columns in [40, 60, 80] {
+        let last = row(&buffer(&exploring_state(), columns, 24), 23);
+        assert!(last.contains("q quit"), "{columns}: {last}");
+    }
+}
+
+fn lines(state: &State, columns: u16, rows: u16) -> String {
+    let buffer = buffer(state, columns, rows);
+    let rows: Vec<String> = (0..rows).map(|y| row(&buffer, y)).collect();
+    rows.join("\n")
 }
 
 /// Returns a drill in which the third fault was just shown.

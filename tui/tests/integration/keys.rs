@@ -141,7 +141,8 @@ fn keys_by_phase() {
         (P::Exploration, "o", &[]),
         (P::Finished, " ", &[]),
         (P::Finished, "ry", &[]),
-        (P::Finished, "q", &[Quit]),
+        (P::Finished, "q", &[]),
+        (P::Finished, "qy", &[Quit]),
     ];
     for (kind, keys, expected) in table {
         let mut state = state(*kind, SafetyView::Armed, 2);
@@ -271,7 +272,7 @@ fn a_drill_takes_the_keys_of_a_session_and_says_seen_with_space() {
             "e",
             &[EmergencyStop],
         ),
-        (PhaseKind::Finished, SafetyView::Disarmed, "q", &[Quit]),
+        (PhaseKind::Finished, SafetyView::Disarmed, "qy", &[Quit]),
     ] {
         let mut state = state(kind, safety, 1);
         state.apply(&Event::Drill(tui::drill_view::DrillView::default()));

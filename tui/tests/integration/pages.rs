@@ -94,7 +94,7 @@ fn a_stop_is_to_be_re_armed_first_until_it_is() {
     synthetic::trip()
         .iter()
         .for_each(|event| state.apply(event));
-    let first = |state: &State| lines(state, 120, 40).contains("next x re-arms, then");
+    let first = |state: &State| lines(state, 120, 40).contains("find the cause, then x re-arms");
     assert!(first(&state));
     state.apply(&Event::Safety {
         state: SafetyView::Disarmed,

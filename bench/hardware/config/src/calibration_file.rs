@@ -7,6 +7,7 @@ use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use crate::calibration_order::CalibrationKind;
 use crate::correction::Correction;
 use crate::identity::Identity;
 use crate::meter_check::MeasuredOutput;
@@ -337,7 +338,11 @@ pub struct CalibrationFile {
 #[derive(Debug, thiserror::Error)]
 pub enum CalibrationFileError {
     /// The file does not exist.
-    #[error("there is no calibration at {}: run `friction-bench calibrate pickup`, `calibrate plate` and `calibrate force`, or add --uncalibrated", path.display())]
+    #[error(
+        "there is no calibration at {}: run `friction-bench calibrate NAME` with the names {}, in this order, or add --uncalibrated",
+        path.display(),
+        CalibrationKind::names_in_order()
+    )]
     Absent {
         /// Expected path of the file.
         path: PathBuf,

@@ -4,6 +4,7 @@
 
 mod cal_file;
 mod calibration_file;
+mod calibration_order;
 mod calibration_rules;
 mod correction;
 mod effective;
@@ -36,6 +37,7 @@ pub use calibration_file::{
     MeasuredFinger, MeasuredForce, MeasuredInput, MeasuredPickup, MeasuredPlate, MeasuredProfile,
     PROFILE_RATIOS, ProfilePlace, Uniformity,
 };
+pub use calibration_order::CalibrationKind;
 pub use calibration_rules::{CalibrationRules, GRAVITY};
 pub use correction::{Correction, Implausible, MOST_CROSSTALK};
 pub use effective::{CalibrationError, Effective, InForce, unverified};

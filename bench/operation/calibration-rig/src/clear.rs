@@ -113,6 +113,10 @@ impl<P: Calibrates> Calibrates for ClearPlate<P> {
     fn judge(&self, date: Timestamp, operator: &str) -> anyhow::Result<Judged> {
         self.procedure.judge(date, operator)
     }
+
+    fn judge_review(&self) -> anyhow::Result<Judged> {
+        self.procedure.judge_review()
+    }
 }
 
 #[cfg(test)]

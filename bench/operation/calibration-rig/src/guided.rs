@@ -130,6 +130,7 @@ impl<F: Front> Guided<F> {
                 fit: curve.fit.clone(),
             }),
             findings: progress.findings.clone(),
+            rejected: progress.rejected,
             failed: self.failed.is_some(),
         }));
     }
@@ -187,7 +188,8 @@ fn main_reading(request: &Request) -> Option<MainReading> {
         | Request::Load { .. }
         | Request::RestFinger { .. }
         | Request::Unload => Some(MainReading::NormalForce),
-        Request::Connect(_) | Request::MeterReading { .. } => Some(MainReading::Level),
+        Request::Connect(_) => Some(MainReading::Level),
+        Request::MeterReading { .. } => Some(MainReading::DriveVolts),
         Request::KnownAmplitude { .. }
         | Request::MoveVibrometer { .. }
         | Request::MoveVibrometerAcross { .. } => Some(MainReading::Amplitude),

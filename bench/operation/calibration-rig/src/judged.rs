@@ -18,6 +18,15 @@ pub trait Calibrates: Procedure {
     /// # Errors
     /// If the measurement determines no result.
     fn judge(&self, date: Timestamp, operator: &str) -> anyhow::Result<Judged>;
+
+    /// Judges the results under review: those of the part measured last, if the measurement has several.
+    ///
+    /// # Errors
+    /// If the measurement determines no result.
+    fn judge_review(&self) -> anyhow::Result<Judged> {
+        // Date and operator are no part of the results.
+        self.judge(Timestamp::UNIX_EPOCH, "")
+    }
 }
 
 /// A judged measurement.
@@ -129,5 +138,29 @@ impl Part {
                 None
             }
         }
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use config::{Config, MeasuredPickup, Provenance};
+
+    /// Returns the pickup of a bench as if it had been measured without error.
+    pub(crate) fn pickup_part(config: &Config) -> Part {
+        let exact = |value: f64| Quantity::new(value, 0.0, 1, "m");
+        Part::Pickup(Box::new(MeasuredPickup {
+            measured: Provenance {
+                date: Timestamp::UNIX_EPOCH,
+                operator: String::new(),
+                method: String::new(),
+            },
+            metres_per_unit: exact(config.channels.pickup.metres_per_unit),
+            phase_rad: None,
+            offset: exact(0.0),
+            nonlinearity: 0.0,
+            points: 1,
+            carrier_hz: config.plate.resonance_hz,
+        }))
     }
 }

@@ -46,7 +46,8 @@ pub struct KnownRow {
     pub at_hz: Option<f64>,
 }
 
-/// Reads a table with the columns `drive_v,known_um`, or `drive_v,known_um,known_at_hz`.
+/// Reads a table with the columns `drive_v,known_um`, or `drive_v,known_um,known_at_hz`; further columns are ignored, as those
+/// of the table that `calibrate pickup` writes. In place of `known_um`, `known_m` is read.
 ///
 /// # Errors
 /// If the table cannot be read, or a column is missing.
@@ -54,18 +55,24 @@ pub fn read_table(path: &Path) -> anyhow::Result<Vec<KnownRow>> {
     #[derive(serde::Deserialize)]
     struct Row {
         drive_v: f64,
-        known_um: f64,
+        known_um: Option<f64>,
+        known_m: Option<f64>,
         known_at_hz: Option<f64>,
     }
-    let rows = typed_table::rows::<Row>(path, "drive_v,known_um or drive_v,known_um,known_at_hz")?;
-    Ok(rows
-        .iter()
-        .map(|row| KnownRow {
-            drive_v: row.drive_v,
-            known_m: row.known_um * MICROMETRE_M,
-            at_hz: row.known_at_hz,
+    let columns = "drive_v,known_um or drive_v,known_um,known_at_hz";
+    let rows = typed_table::rows::<Row>(path, columns)?;
+    rows.iter()
+        .map(|row| {
+            let known_m = row.known_um.map(|known_um| known_um * MICROMETRE_M);
+            Ok(KnownRow {
+                drive_v: row.drive_v,
+                known_m: known_m.or(row.known_m).with_context(|| {
+                    format!("{}: the columns must be {columns}", path.display())
+                })?,
+                at_hz: row.known_at_hz,
+            })
         })
-        .collect())
+        .collect()
 }
 
 /// Converts typed micrometres to metres.
@@ -292,6 +299,10 @@ mod tests {
         std::fs::write(&path, "drive_v,known_um,known_at_hz\n5,0.42,35012.5\n").unwrap();
         let known = [row(5.0, 0.42 * 1e-6, Some(35_012.5))];
         assert_eq!(read_table(&path).unwrap(), known);
+        std::fs::write(&path, "known_m,drive_v\n4.2e-7,5\n").unwrap();
+        assert_eq!(read_table(&path).unwrap(), [row(5.0, 4.2e-7, None)]);
+        std::fs::write(&path, "drive_v,mm\n5,0.42\n").unwrap();
+        assert!(format!("{:#}", read_table(&path).unwrap_err()).contains("drive_v,known_um"));
         std::fs::write(&path, "volts,um\n5,0.42\n").unwrap();
         assert!(format!("{:#}", read_table(&path).unwrap_err()).contains("drive_v,known_um"));
     }

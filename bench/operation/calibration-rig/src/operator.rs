@@ -189,7 +189,7 @@ impl Request {
                 "The points so far are kept. Remove the cause and put everything back as it was for this step; Enter measures the step again.".to_owned()
             }
             Self::Review => {
-                "Look at the points. Keep them, or measure one of them again.".to_owned()
+                "Look at the results and the points. Keep them, or measure one of the points again.".to_owned()
             }
         }
     }
@@ -303,6 +303,8 @@ pub struct CalibrationProgress {
     pub curve: Option<Curve>,
     /// Results so far, a line each.
     pub findings: Vec<String>,
+    /// Whether the results under review do not pass.
+    pub rejected: bool,
 }
 
 /// A measured point in words.

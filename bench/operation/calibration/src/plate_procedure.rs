@@ -210,6 +210,7 @@ impl Procedure for PlateProcedure {
             points: fit.map(point_read).into_iter().collect(),
             curve: fit.map(|fit| self.curve(fit)),
             findings: fit.map(|fit| self.findings(fit)).unwrap_or_default(),
+            rejected: false,
         }
     }
 }

@@ -40,6 +40,10 @@ pub fn steps(folder: &Path) -> Vec<Step> {
     };
     vec![
         calibrate(
+            "Check the volts against a meter  (friction-bench calibrate output)",
+            &["output", "--meter", "simulated", "--reads", "rms"],
+        ),
+        calibrate(
             "Calibrate the inputs: gain, delay, noise  (friction-bench calibrate channels)",
             &["channels"],
         ),
@@ -84,4 +88,22 @@ pub fn steps(folder: &Path) -> Vec<Step> {
             ],
         },
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use config::CalibrationKind;
+
+    use super::*;
+
+    #[test]
+    fn the_calibrations_come_in_their_order() {
+        let names = steps(Path::new("demo")).into_iter().filter_map(|step| {
+            let is_calibration = step.words.first().is_some_and(|word| word == "calibrate");
+            let name = step.words.get(1)?.to_string_lossy().into_owned();
+            is_calibration.then_some(name)
+        });
+        let names: Vec<String> = names.collect();
+        assert_eq!(names, CalibrationKind::ORDER.map(CalibrationKind::name));
+    }
 }

@@ -9,6 +9,7 @@ use tui::action::AttemptName;
 use tui::event::{ContactCurves, FitView, ValueAndStd};
 
 use crate::participant_skin::{SkinUsed, TrialSkin};
+use crate::screen_words;
 
 /// Outcome of a fit request.
 #[derive(Debug)]
@@ -75,12 +76,13 @@ impl FitReport {
             mu0: fit.ok().map(|fit| estimate(fit.mu0)),
             drift_hz: drift_hz.map(estimate),
             no_fit: fit.err().map(ToString::to_string),
+            details: self.lines(drift_hz),
             curves: self.curves.clone(),
         }
     }
 
-    /// Returns the lines for the operator, each short enough for the dashboard's log.
-    pub fn lines(&self) -> Vec<String> {
+    /// Returns the results in words, a short line each.
+    pub(crate) fn lines(&self, drift_hz: Option<Uncertain>) -> Vec<String> {
         let label = &self.label;
         let fit = match &self.fit {
             Ok(fit) => fit,
@@ -109,6 +111,8 @@ impl FitReport {
             ),
         ];
         lines.extend(self.skin.lines().iter().map(|line| format!("  {line}")));
+        let drift = screen_words::drift(drift_hz);
+        lines.push(format!("  plate's resonance {drift}"));
         lines
     }
 }

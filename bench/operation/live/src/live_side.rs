@@ -33,8 +33,6 @@ pub struct LiveSide {
 
 /// Outcome of a fit.
 pub struct FitNews {
-    /// Lines for the operator.
-    pub lines: Vec<String>,
     /// Entry for the log.
     pub data: Map<String, Value>,
     /// View for the screen.
@@ -95,16 +93,10 @@ impl LiveSide {
         if let Ok(fit) = &report.fit {
             self.contact.refit(fit);
         }
-        let mut lines = report.lines();
         let drift_hz = self.contact.drift_hz();
-        lines.push(format!(
-            "  plate's resonance {}",
-            screen_words::drift(drift_hz)
-        ));
         // Each report answers one request, in order.
         let attempt = self.requested_attempts.pop_front().unwrap_or_default();
         Some(FitNews {
-            lines,
             data: report.record(drift_hz),
             view: report.view(attempt, drift_hz),
         })

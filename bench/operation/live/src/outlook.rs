@@ -56,9 +56,15 @@ impl OutlookTracker {
         let planned = protocol.planned_trials();
         let settled = planned - trials_left;
         let trial_s = self.trial_s(session);
-        let elapsed_s = self
-            .began_s
-            .map_or(0.0, |began_s| (now_s - began_s).min(trial_s));
+        let elapsed_s = match (self.began_s, session.phase()) {
+            (Some(began_s), _) => (now_s - began_s).min(trial_s),
+            // An attempt that settles its trial counts until the next one begins.
+            (None, Phase::Verdict) if !session.verdict_repeats() => {
+                (trial_s - session.verdict_left_s().unwrap_or_default()).max(0.0)
+            }
+            (None, Phase::Saving) => trial_s,
+            (None, _) => 0.0,
+        };
         let rests = (settled + 1..planned)
             .filter(|settled| rests_after(session, *settled))
             .count();
@@ -150,9 +156,9 @@ fn steps(session: &Session, progress: Option<&Progress>) -> (Option<String>, Opt
         Phase::Saving => (step("the recording is saved"), None),
         Phase::Rest => (Some(trial(number)), None),
         Phase::Paused | Phase::Fault if session.is_judged() && !session.verdict_repeats() => {
-            (step("p goes on"), Some(step_after_trial()))
+            (Some(step_after_trial()), None)
         }
-        Phase::Paused | Phase::Fault => (step("p goes on"), Some(trial(number))),
+        Phase::Paused | Phase::Fault => (Some(trial(number)), None),
         Phase::Finished | Phase::Aborted => (None, None),
     }
 }

@@ -42,6 +42,7 @@ fn fit(event: &LoggedFit, attempt: TrialLabel) -> FitView {
             .get("no_fit")
             .and_then(Value::as_str)
             .map(str::to_owned),
+        details: Vec::new(),
         curves: None,
     }
 }
@@ -69,7 +70,6 @@ pub fn settled(record: &TrialRecord, protocol: &Protocol) -> TrialVerdict {
             (&[][..], Some(interruption.to_string()), false)
         }
     };
-    let reasons = reasons.iter().map(ToString::to_string).collect();
     TrialVerdict {
         accepted,
         interrupted: matches!(record.outcome, TrialOutcome::Interrupted { .. }),

@@ -174,7 +174,7 @@ mod tests {
         task.poll(0).unwrap();
         let lines: Vec<String> = reports
             .try_iter()
-            .flat_map(|report| report.lines())
+            .flat_map(|report| report.lines(None))
             .collect();
         assert_eq!(
             lines,

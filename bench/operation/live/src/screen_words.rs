@@ -3,8 +3,8 @@
 use impedance::{Mask, ZmFrame};
 use num_complex::Complex64;
 use protocols::{
-    ParticipantView, Phase, Progress, Protocol, SessionEventKind, TrialAnalysis, TrialKey,
-    TrialLabel, TrialOutcome, TrialRecord, Verdict,
+    ParticipantView, Phase, Progress, Protocol, RedoReason, SessionEventKind, TrialAnalysis,
+    TrialKey, TrialLabel, TrialOutcome, TrialRecord, Verdict,
 };
 use tui::event::{ComplexImpedance, Live, LogLevel, Masked, NoEstimate, PhaseKind, ValueAndStd};
 
@@ -113,7 +113,6 @@ pub fn advice(phase: Phase) -> Option<&'static str> {
         Phase::Baseline => "no finger on the plate",
         Phase::Ready => "the participant places the finger and presses the button",
         Phase::Hold => "the participant releases the dead-man switch, then holds it",
-        Phase::Fault => "the drive has stopped: find the cause",
         Phase::Lift => "the participant lifts the finger",
         Phase::Saving => "the recording is being saved",
         _ => return None,
@@ -149,6 +148,9 @@ pub fn phase(session: &protocols::Session, view: &ParticipantView) -> tui::event
     phase_view.message = advice(session.phase()).map(str::to_owned);
     phase_view.pausing = session.is_pausing();
     phase_view.overrulable = session.is_judged();
+    phase_view.repeats = session.verdict_repeats();
+    phase_view.stopped = session.phase() == Phase::Fault;
+    phase_view.aborted = session.phase() == Phase::Aborted;
     phase_view
 }
 
@@ -240,8 +242,8 @@ pub fn verdict(
     analysis: Option<&TrialAnalysis>,
 ) -> tui::event::TrialVerdict {
     let reasons = match verdict {
-        Verdict::Accepted => Vec::new(),
-        Verdict::Redo { reasons } => reasons.iter().map(ToString::to_string).collect(),
+        Verdict::Accepted => &[][..],
+        Verdict::Redo { reasons } => reasons,
     };
     judged(key, protocol, reasons, analysis)
 }
@@ -250,7 +252,7 @@ pub fn verdict(
 pub fn judged(
     key: &TrialKey,
     protocol: &Protocol,
-    reasons: Vec<String>,
+    reasons: &[RedoReason],
     analysis: Option<&TrialAnalysis>,
 ) -> tui::event::TrialVerdict {
     let normal_n: Vec<Option<f64>> = analysis
@@ -269,7 +271,8 @@ pub fn judged(
         attempt: attempt.attempt,
         accepted: reasons.is_empty(),
         interrupted: false,
-        reasons,
+        reasons: reasons.iter().map(ToString::to_string).collect(),
+        brief: protocols::brief_reasons(reasons),
         instances: analysis.map_or(0, |analysis| analysis.instances() as u32),
         mean_normal_n: (!forces.is_empty())
             .then(|| forces.iter().sum::<f64>() / forces.len() as f64),

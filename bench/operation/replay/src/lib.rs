@@ -391,14 +391,9 @@ impl Replay {
                 self.fitted += 1;
                 self.contact.refit(fit);
             }
-            for line in report.lines() {
-                self.log(LogLevel::Info, line);
-            }
             let attempt = attempt_name(self.name().attempt);
             let view = report.view(attempt, self.contact.drift_hz());
             self.front.show(tui::Event::Fit(view));
-            let drift = screen_words::drift(self.contact.drift_hz());
-            self.log(LogLevel::Info, format!("  plate's resonance {drift}"));
         }
     }
 

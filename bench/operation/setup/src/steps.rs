@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use config::CalibrationKind;
 use escaping::quoted;
 
 /// Returns the calibration commands to run, in order.
@@ -18,31 +19,18 @@ pub fn next(config: &Path, mock: Option<&str>) -> String {
     });
     let bench = format!("{config_option}{mock}");
     let mut text = String::from("next, in this order, each with --help:\n");
-    let steps = [
-        ("check --press-estop", "the e-stop, pressed and released"),
-        (
-            "calibrate channels --operator NAME",
-            "inputs against each other, loop delay",
-        ),
-        (
-            "calibrate output --operator NAME --meter NAME --reads rms",
-            "the volts, against a meter",
-        ),
-        (
-            "calibrate pickup --operator NAME",
-            "its sensitivity, against a known amplitude",
-        ),
-        (
-            "calibrate plate --operator NAME",
-            "resonance, damping, force factor",
-        ),
-        (
-            "calibrate force --operator NAME",
-            "zero, sensitivity, crosstalk, with known masses",
-        ),
-        ("check", "everything again"),
-    ];
-    for (command, purpose) in steps {
+    let step = |command: &str, purpose| (command.to_owned(), purpose);
+    let calibrations = CalibrationKind::ORDER.map(|kind| {
+        let meter = match kind {
+            CalibrationKind::Output => " --meter NAME --reads rms --meter-up-to-hz 1000",
+            _ => "",
+        };
+        let command = format!("calibrate {} --operator NAME{meter}", kind.name());
+        (command, kind.purpose())
+    });
+    let first = step("check --press-estop", "the e-stop, pressed and released");
+    let last = step("check", "everything again");
+    for (command, purpose) in [first].into_iter().chain(calibrations).chain([last]) {
         text += &format!("  # {purpose}\n  friction-bench {command}{bench}\n");
     }
     text

@@ -275,6 +275,13 @@ fn require_ready(
 ) -> anyhow::Result<preflight::Table> {
     let early = from_the_start(faults);
     let began = Instant::now();
+    if std::io::stderr().is_terminal() {
+        // The dashboard opens after the check, which takes seconds.
+        writeln!(
+            verbosity.progress(),
+            "testing the bench: lines, sensors, a faint tone"
+        )?;
+    }
     let pace = pace(bench.config(), options);
     let ready = preflight::run(bench, None, &Extent::Quick, pace, || {
         Ok(apparatus(bench.config(), options, speed, None, &early)?.hardware)

@@ -310,6 +310,7 @@ impl Procedure for PickupProcedure {
             points: self.points_read(line.as_ref()),
             curve: self.curve(line.as_ref()),
             findings: line.iter().flat_map(Self::findings).collect(),
+            rejected: false,
         }
     }
 }

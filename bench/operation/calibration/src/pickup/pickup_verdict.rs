@@ -230,11 +230,13 @@ impl PickupProcedure {
 
     /// Returns the points and their residuals as CSV.
     fn points_csv(&self, line: &FittedLine) -> String {
-        let mut text = String::from("drive_v,reading_units,known_m,sigma_m,residual_m,turn_rad\n");
+        let mut text = String::from(
+            "drive_v,reading_units,known_m,sigma_m,residual_m,turn_rad,known_um,known_at_hz\n",
+        );
         for (rung, residual) in self.rungs.iter().zip(&line.residuals) {
             let _ = writeln!(
                 text,
-                "{},{},{:e},{:e},{:e},{}",
+                "{},{},{:e},{:e},{:e},{},{:.6},{:.3}",
                 rung.drive_v,
                 rung.reading,
                 rung.known_m,
@@ -242,7 +244,9 @@ impl PickupProcedure {
                 residual,
                 rung.turn_rad
                     .map(|turn| turn.to_string())
-                    .unwrap_or_default()
+                    .unwrap_or_default(),
+                rung.known_m * 1e6,
+                self.carrier_hz
             );
         }
         text

@@ -26,6 +26,11 @@ impl Calibrates for FingerProcedure {
     const NAME: &'static str = PlateProcedure::NAME;
     const DRIVES_A_FINGER: bool = true;
 
+    fn judge_review(&self) -> anyhow::Result<Judged> {
+        // The finger comes after the review of the bare plate.
+        self.bare.judge_review()
+    }
+
     fn judge(&self, date: Timestamp, operator: &str) -> anyhow::Result<Judged> {
         let mut judged = self.bare.judge(date, operator)?;
         let Part::Plate { plate, profile, .. } = judged.part else {

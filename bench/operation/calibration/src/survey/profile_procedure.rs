@@ -302,6 +302,7 @@ impl Procedure for ProfileProcedure {
                 fit: self.fitted_curve(),
             }),
             findings: plate.findings,
+            rejected: false,
         }
     }
 }

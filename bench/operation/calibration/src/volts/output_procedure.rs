@@ -376,8 +376,12 @@ impl Procedure for OutputProcedure {
             curve: None,
             findings: fit
                 .iter()
-                .map(|fit| format!("meter over command {:.4}", fit.per_commanded.slope))
+                .map(|fit| {
+                    let (ratio, hz) = (fit.per_commanded.slope, self.setup.tone_hz);
+                    format!("meter over command {ratio:.4} at {hz:.0} Hz")
+                })
                 .collect(),
+            rejected: false,
         }
     }
 }

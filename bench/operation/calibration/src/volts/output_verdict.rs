@@ -67,6 +67,18 @@ impl OutputProcedure {
         faults
     }
 
+    /// Returns why the result differs from the line at the tone; `None` if the tone is the carrier.
+    fn change_to_carrier(&self, at_tone: f64) -> Option<String> {
+        let setup = &self.setup;
+        (setup.tone_hz != setup.carrier_hz()).then(|| {
+            format!(
+                "meter/command    {at_tone:.4} at {:.0} Hz, times {:.4} for the response from there to the carrier, as read back; \
+                 half of that change is in the error",
+                setup.tone_hz, self.transfer
+            )
+        })
+    }
+
     fn points_csv(&self, fit: &VoltsFit) -> String {
         let mut text = String::from(
             "commanded_v,read_back_v,meter_v,sigma_v,residual_commanded_v,residual_read_back_v\n",
@@ -128,13 +140,16 @@ impl Calibrates for OutputProcedure {
                 ("meter/command", output.per_commanded.clone()),
                 ("meter/read-back", output.per_read_back.clone()),
             ],
-            remarks: vec![format!(
+            remarks: [format!(
                 "meter            {}, in {}, at {:.0} Hz up to {:.1} V peak",
                 output.meter,
                 output.reads.unit(),
                 output.tone_hz,
                 output.highest_v
-            )],
+            )]
+            .into_iter()
+            .chain(self.change_to_carrier(fit.per_commanded.slope))
+            .collect(),
             faults,
             stem: Self::NAME,
             table: self.points_csv(&fit),

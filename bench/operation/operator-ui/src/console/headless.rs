@@ -78,11 +78,17 @@ impl<W: Write + Send> Front for Headless<W> {
                         "  accepted: {} instances{force}",
                         verdict.instances
                     ));
+                } else if verdict.interrupted {
+                    let reason = verdict
+                        .settled
+                        .as_deref()
+                        .unwrap_or("for an unknown reason");
+                    self.line(format_args!("  {} interrupted: {reason}", verdict.name()));
                 } else {
-                    self.line(format_args!(
-                        "  again: {}{force}",
-                        verdict.reasons.join("; ")
-                    ));
+                    let decision = verdict.settled.clone();
+                    let reasons: Vec<String> =
+                        decision.into_iter().chain(verdict.reasons).collect();
+                    self.line(format_args!("  again: {}{force}", reasons.join("; ")));
                 }
             }
             Event::Safety {
@@ -92,6 +98,11 @@ impl<W: Write + Send> Front for Headless<W> {
                 self.tripped = reason;
                 let reason = self.tripped.clone().unwrap_or_default();
                 self.line(format_args!("  STOPPED: {reason}"));
+            }
+            Event::Fit(fit) => {
+                for line in &fit.details {
+                    self.line(format_args!("  {line}"));
+                }
             }
             Event::Log { level, text } => match level {
                 LogLevel::Info => self.line(format_args!("  {text}")),
@@ -108,5 +119,45 @@ impl<W: Write + Send> Front for Headless<W> {
 
     fn is_unread(&self) -> bool {
         self.unread
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tui::event::TrialVerdict;
+
+    use super::*;
+
+    #[test]
+    fn every_verdict_has_its_reason() {
+        let line = |verdict: TrialVerdict| {
+            let mut text = Vec::new();
+            Headless::new(&mut text).show(Event::Verdict(verdict));
+            String::from_utf8(text).unwrap()
+        };
+        let verdict = TrialVerdict {
+            trial: 2,
+            practice: true,
+            attempt: 1,
+            ..TrialVerdict::default()
+        };
+        let interruption = TrialVerdict {
+            interrupted: true,
+            settled: Some("the program ended".to_owned()),
+            ..verdict.clone()
+        };
+        assert_eq!(
+            line(interruption),
+            "  practice 2 interrupted: the program ended\n"
+        );
+        let repetition = TrialVerdict {
+            settled: Some("repeated by the operator".to_owned()),
+            mean_normal_n: Some(0.6),
+            ..verdict
+        };
+        assert_eq!(
+            line(repetition),
+            "  again: repeated by the operator, mean force 0.60 N\n"
+        );
     }
 }

@@ -20,6 +20,7 @@ use recording::manifest::{Manifest, RecordedPlate, RecordedRoom, StandardErrors}
 use recording::pipeline::DemodulationError;
 use recording::pipeline::PickupOffset;
 use recording::reader::ReadError;
+use study::provenance::{self, Provenance};
 
 /// All recordings of one analysis.
 #[derive(Debug)]
@@ -45,6 +46,15 @@ impl Analysis {
         self.recordings
             .iter_mut()
             .filter_map(|r| r.findings.as_mut().ok())
+    }
+
+    /// Returns the account of the concerns about the recordings that could be read.
+    #[must_use]
+    pub fn provenance(&self) -> provenance::Account {
+        let findings = self.findings();
+        provenance::Account::new(
+            findings.map(|findings| (findings.participant(), &findings.provenance)),
+        )
     }
 
     /// Returns the recordings that could be read.
@@ -95,6 +105,8 @@ pub struct RecordingFindings {
     pub participant: Option<String>,
     /// Description of the recording.
     pub manifest: Manifest,
+    /// Provenance by this description and the session's log.
+    pub provenance: Provenance,
     /// Selection rules of the instances.
     pub rules: SelectionRules,
     /// Deviation of the pickup from its stated values, read from the unloaded plate; corrected in all other findings.

@@ -26,6 +26,7 @@ use crate::whole_trial;
 use recording::Manifest;
 use recording::manifest::{RecordedInterval, RecordedIntervalKind};
 use recording::pipeline::PickupOffset;
+use study::provenance::Provenance;
 
 /// Analyses the recording in `folder`.
 pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
@@ -92,6 +93,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
         model_check: Vec::new(),
         rejected: Vec::new(),
         flaws,
+        provenance: Provenance::new(&manifest, None),
         manifest,
     };
     if explorations.is_empty() {

@@ -46,6 +46,7 @@ fn figure() -> Figure {
         width: Width::Column,
         columns: 1,
         panel_height_mm: 20.0,
+        footnote: None,
         key: Key::InPanels,
         panels: vec![Panel {
             series: vec![

@@ -94,6 +94,7 @@ pub(super) fn figure(analysed: &Analysis, selection: &FigureSelection) -> Figure
         width: Width::Page,
         columns: n_panels.max(1),
         panel_height_mm: if n_panels > 2 { 48.0 } else { 70.0 },
+        footnote: None,
         key: Key::InPanels,
         panels,
     }

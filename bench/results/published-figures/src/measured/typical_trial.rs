@@ -185,6 +185,7 @@ pub(super) fn figure(
         width: Width::Page,
         columns: 1,
         panel_height_mm: 25.0,
+        footnote: None,
         key: Key::Above,
         panels,
     })

@@ -84,6 +84,7 @@ pub(super) fn figure(analysed: &Analysis, selection: &FigureSelection) -> Figure
         width: Width::Page,
         columns: 3,
         panel_height_mm: 45.0,
+        footnote: None,
         key: Key::Above,
         panels,
     }

@@ -111,6 +111,7 @@ fn impedance_by_stiffness(parameters: &ModelParameters, curves: &Curves) -> Figu
         width: Width::Column,
         columns: 1,
         panel_height_mm: 32.0,
+        footnote: None,
         key: Key::Above,
         panels: vec![
             panel(
@@ -195,6 +196,7 @@ fn balance(parameters: &ModelParameters, curves: &Curves) -> Figure {
         width: Width::Page,
         columns: 2,
         panel_height_mm: 55.0,
+        footnote: None,
         key: Key::InPanels,
         panels: vec![forces, gap],
     }
@@ -212,6 +214,7 @@ fn stiffness(parameters: &ModelParameters, curves: &Curves) -> Figure {
         width: Width::Column,
         columns: 1,
         panel_height_mm: 52.0,
+        footnote: None,
         key: Key::InPanels,
         panels: vec![Panel {
             series: family(
@@ -252,6 +255,7 @@ fn impedance(parameters: &ModelParameters, curves: &Curves) -> Figure {
         width: Width::Column,
         columns: 1,
         panel_height_mm: 38.0,
+        footnote: None,
         key: Key::Above,
         panels: vec![
             panel(
@@ -322,6 +326,7 @@ fn motion(parameters: &ModelParameters, curves: &Curves) -> Figure {
         width: Width::Page,
         columns: 2,
         panel_height_mm: 38.0,
+        footnote: None,
         key: Key::Above,
         panels,
     }
@@ -340,6 +345,7 @@ fn friction(parameters: &ModelParameters, curves: &Curves) -> Figure {
         width: Width::Column,
         columns: 1,
         panel_height_mm: 48.0,
+        footnote: None,
         key: Key::InPanels,
         panels: vec![Panel {
             series: family(

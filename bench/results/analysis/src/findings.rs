@@ -1,5 +1,6 @@
 //! Findings of an analysis, the source of results, tables and figures.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use contact::{AssumedConstants, FittedFinger};
@@ -193,4 +194,17 @@ pub struct RejectedStretch {
     pub end_s: f64,
     /// Reason of the rejection.
     pub reason: String,
+    /// Kind of the reason, without its numbers.
+    pub kind: String,
+}
+
+/// Returns the kinds of rejection with their numbers, most frequent first.
+pub fn rejection_counts<'a>(kinds: impl IntoIterator<Item = &'a str>) -> Vec<(&'a str, usize)> {
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for kind in kinds {
+        *counts.entry(kind).or_default() += 1;
+    }
+    let mut counts: Vec<_> = counts.into_iter().collect();
+    counts.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
+    counts
 }

@@ -227,12 +227,24 @@ fn copies_flaw(folder: &Path, manifest: &Manifest) -> Option<Flaw> {
 }
 
 impl RecordingFindings {
-    fn reject(&mut self, direction: Direction, (start_s, end_s): (f64, f64), reason: &str) {
+    /// Rejects a stretch for a reason that begins with its kind.
+    fn reject(&mut self, direction: Direction, span: (f64, f64), reason: &str) {
+        let kind = reason.split(": ").next().unwrap_or(reason);
+        self.reject_as(direction, span, (reason, kind));
+    }
+
+    fn reject_as(
+        &mut self,
+        direction: Direction,
+        (start_s, end_s): (f64, f64),
+        (reason, kind): (&str, &str),
+    ) {
         self.rejected.push(RejectedStretch {
             direction,
             start_s,
             end_s,
             reason: reason.to_owned(),
+            kind: kind.to_owned(),
         });
     }
 
@@ -260,7 +272,8 @@ impl RecordingFindings {
                 StretchOutcome::Accepted(instance) => instance,
                 StretchOutcome::Rejected(rejection) => {
                     let span = (stretch.start_s, stretch.end_s);
-                    self.reject(direction, span, &rejection.to_string());
+                    let reason = rejection.to_string();
+                    self.reject_as(direction, span, (&reason, rejection.kind()));
                     continue;
                 }
             };

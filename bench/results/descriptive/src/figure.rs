@@ -58,8 +58,20 @@ pub fn figure(description: &Description) -> Option<Figure> {
     };
     let mut mu = Vec::new();
     for (quantity, ink, marker, shift, name) in [
-        (Quantity::MuAtRest, Ink::Vermillion, Marker::Disc, -APART, "at rest"),
-        (Quantity::MuAtCrest, Ink::Blue, Marker::Square, APART, "at the crest"),
+        (
+            Quantity::MuAtRest,
+            Ink::Vermillion,
+            Marker::Disc,
+            -APART,
+            "at rest",
+        ),
+        (
+            Quantity::MuAtCrest,
+            Ink::Blue,
+            Marker::Square,
+            APART,
+            "at the crest",
+        ),
     ] {
         mu.push(Series::bars(ink, bars(quantity, shift)));
         mu.push(Series::points(ink, marker, means(quantity, shift)).with_name(name));
@@ -69,7 +81,10 @@ pub fn figure(description: &Description) -> Option<Figure> {
         Series::bars(Ink::Black, bars(Quantity::Fall, -APART)),
         Series::points(Ink::Black, Marker::Disc, means(Quantity::Fall, -APART)).with_name("mean"),
     ];
-    if let Some(first) = fall.first_mut().filter(|series| !series.extent().is_empty()) {
+    if let Some(first) = fall
+        .first_mut()
+        .filter(|series| !series.extent().is_empty())
+    {
         first.name = Some("trial".to_owned());
     }
     let n_instances: usize = groups.iter().map(|group| group.n_instances).sum();

@@ -248,13 +248,19 @@ fn group(level: Level, trials: &[&Trial]) -> Group {
         .iter()
         .filter_map(|trial| trial.key.participant.as_deref())
         .collect();
-    let all_known = described.iter().all(|trial| trial.key.participant.is_some());
+    let all_known = described
+        .iter()
+        .all(|trial| trial.key.participant.is_some());
     let trial_means = |trials: &[&Trial]| -> Vec<_> {
         trials.iter().map(|trial| values(trial.means())).collect()
     };
     let (over, means) = match level {
         Level::Trial => {
-            let instances: Vec<_> = described.iter().flat_map(|trial| &trial.instances).copied().collect();
+            let instances: Vec<_> = described
+                .iter()
+                .flat_map(|trial| &trial.instances)
+                .copied()
+                .collect();
             (Unit::Instances, means(&instances))
         }
         Level::Study | Level::Condition if all_known => {
@@ -272,9 +278,11 @@ fn group(level: Level, trials: &[&Trial]) -> Group {
         level,
         Level::Participant | Level::ParticipantInCondition | Level::Trial
     );
-    let one_condition = first
-        .map(|key| &key.condition)
-        .filter(|condition| trials.iter().all(|trial| trial.key.condition == **condition));
+    let one_condition = first.map(|key| &key.condition).filter(|condition| {
+        trials
+            .iter()
+            .all(|trial| trial.key.condition == **condition)
+    });
     let sessions: BTreeSet<(Option<&str>, i64)> = described
         .iter()
         .map(|trial| (trial.key.participant.as_deref(), trial.key.session))
@@ -310,14 +318,16 @@ mod tests {
                 attempt: 1,
                 condition: condition.to_owned(),
             },
-            instances: falls.iter().map(|fall| [*fall; Quantity::ALL.len()]).collect(),
+            instances: falls
+                .iter()
+                .map(|fall| [*fall; Quantity::ALL.len()])
+                .collect(),
         }
     }
 
     fn fall<'a>(groups: &'a [Group], level: Level, participant: Option<&str>) -> &'a Mean {
-        let is_it = |group: &&Group| {
-            group.level == level && group.participant.as_deref() == participant
-        };
+        let is_it =
+            |group: &&Group| group.level == level && group.participant.as_deref() == participant;
         groups.iter().find(is_it).unwrap().mean(Quantity::Fall)
     }
 
@@ -340,14 +350,24 @@ mod tests {
         // b's second trial has no instance, so b's interval has nothing to be over.
         let person = fall(&groups, Level::Participant, Some("b"));
         assert_eq!((person.n, person.interval95), (1, None));
-        let conditions = groups.iter().filter(|group| group.level == Level::Condition);
+        let conditions = groups
+            .iter()
+            .filter(|group| group.level == Level::Condition);
         let conditions: Vec<_> = conditions
-            .map(|group| (group.condition.as_deref(), group.mean(Quantity::Fall).value, group.n()))
+            .map(|group| {
+                (
+                    group.condition.as_deref(),
+                    group.mean(Quantity::Fall).value,
+                    group.n(),
+                )
+            })
             .collect();
         assert_relative_eq!(conditions[0].1, 0.7, max_relative = 1e-12);
         assert_eq!((conditions[0].0, conditions[0].2), (Some("fast"), 1));
         assert_eq!((conditions[1].0, conditions[1].2), (Some("slow"), 2));
-        let empty = groups.iter().find(|group| group.level == Level::Trial && group.n() == 0);
+        let empty = groups
+            .iter()
+            .find(|group| group.level == Level::Trial && group.n() == 0);
         assert_eq!(empty.unwrap().participant.as_deref(), Some("b"));
     }
 
@@ -358,7 +378,11 @@ mod tests {
             trial(Some("a"), 1, "", &[0.6]),
         ]);
         assert_eq!((groups[0].over, groups[0].n()), (Unit::Trials, 2));
-        assert_relative_eq!(groups[0].mean(Quantity::Fall).value, 0.7, max_relative = 1e-12);
+        assert_relative_eq!(
+            groups[0].mean(Quantity::Fall).value,
+            0.7,
+            max_relative = 1e-12
+        );
         assert!(groups.iter().all(|group| group.level != Level::Condition));
     }
 }

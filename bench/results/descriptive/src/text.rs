@@ -26,7 +26,11 @@ impl Description {
             table.set_width(columns);
         }
         let headings = Quantity::ALL.map(|quantity| quantity.heading().to_owned());
-        table.set_header(row("mean (95 % interval)".to_owned(), headings, "over".to_owned()));
+        table.set_header(row(
+            "mean (95 % interval)".to_owned(),
+            headings,
+            "over".to_owned(),
+        ));
         for group in &self.groups {
             table.add_row(row(group.label(), group.cells(), group.over_text()));
         }
@@ -59,10 +63,7 @@ impl Description {
 }
 
 fn row(name: String, cells: [String; Quantity::ALL.len()], over: String) -> Vec<String> {
-    std::iter::once(name)
-        .chain(cells)
-        .chain([over])
-        .collect()
+    std::iter::once(name).chain(cells).chain([over]).collect()
 }
 
 impl Group {
@@ -109,7 +110,12 @@ impl Quantity {
             (false, _) => UNKNOWN.to_owned(),
             (true, None) => number(mean.value),
             (true, Some([low, high])) => {
-                format!("{} ({} to {})", number(mean.value), number(low), number(high))
+                format!(
+                    "{} ({} to {})",
+                    number(mean.value),
+                    number(low),
+                    number(high)
+                )
             }
         }
     }

@@ -201,7 +201,10 @@ mod tests {
         let ticks = named_ticks(&names, 3.0);
         assert_eq!(ticks.len(), 5);
         let labels: Vec<Option<&str>> = ticks.iter().map(|tick| tick.label.as_deref()).collect();
-        assert_eq!(labels, [Some("sub-1"), None, Some("sub-3"), None, Some("sub-5")]);
+        assert_eq!(
+            labels,
+            [Some("sub-1"), None, Some("sub-3"), None, Some("sub-5")]
+        );
     }
 
     #[test]

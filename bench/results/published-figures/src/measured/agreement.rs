@@ -64,8 +64,7 @@ pub(super) fn figure(analysed: &Analysis, selection: &FigureSelection) -> Figure
             if method == Method::Paper {
                 let points = initialisation(analysed);
                 series.push(
-                    Series::points(Ink::Black, Marker::Triangle, points)
-                        .with_name("initialisation"),
+                    Series::points(Ink::Black, Marker::Triangle, points).with_name("Zₜ read here"),
                 );
             }
             Panel {

@@ -127,7 +127,8 @@ pub(super) fn figure(
         1.0,
     );
     let measured_mu = time_course(&exploration.mu, 1.0);
-    friction.push(Series::line(Ink::Black, Dash::Dotted, measured_mu));
+    friction
+        .push(Series::line(Ink::Black, Dash::Dotted, measured_mu).with_name("measured friction"));
     let gap = estimates(
         &instances,
         selection,

@@ -5,7 +5,7 @@ use crate::key::{figure_key, panel_key};
 use crate::path::{Frame, Point};
 use crate::placed::{EDGE_PT, Legend, PlacedPanel};
 use crate::scale::{AxisExtent, Tick, named_ticks};
-use crate::spec::{Figure, Key, Panel, Series};
+use crate::spec::{AxisRange, Figure, Key, Panel, Series};
 use crate::style::{LABEL_PT, LETTER_PT, TICK_PT, UNITS_PER_MM, UNITS_PER_PT};
 
 /// Height of capitals and figures over the em.
@@ -212,12 +212,22 @@ impl Extents {
         let points: Vec<Point> = panel.series.iter().flat_map(Series::extent).collect();
         let x = AxisExtent::new(&panel.x, points.iter().map(|point| point.0));
         let y = AxisExtent::new(&panel.y, points.iter().map(|point| point.1));
+        let [mut n_x, mut n_y] = [
+            (frame_width, TICK_SPACING_MM.0),
+            (frame_height, TICK_SPACING_MM.1),
+        ]
+        .map(|(length, spacing_mm)| length / (spacing_mm * UNITS_PER_MM));
+        // Two axes of one range have the same ticks.
+        if panel.x.span == panel.y.span && matches!(panel.x.span, AxisRange::Fixed(..)) {
+            n_x = n_x.min(n_y);
+            n_y = n_x;
+        }
         Self {
             x_ticks: match panel.x.names.as_slice() {
-                [] => x.ticks(frame_width / (TICK_SPACING_MM.0 * UNITS_PER_MM)),
-                names => named_ticks(names, frame_width / (TICK_SPACING_MM.0 * UNITS_PER_MM)),
+                [] => x.ticks(n_x),
+                names => named_ticks(names, n_x),
             },
-            y_ticks: y.ticks(frame_height / (TICK_SPACING_MM.1 * UNITS_PER_MM)),
+            y_ticks: y.ticks(n_y),
             x,
             y,
         }

@@ -36,6 +36,16 @@ pub fn statistics(analysed: &Analysis) -> Statistics {
     }
 }
 
+/// Returns the changes of friction and of a quantity in each instance of a participant, each a maximum minus a minimum.
+pub fn changes_of(
+    analysed: &Analysis,
+    participant: &str,
+    method: Method,
+    change: Change,
+) -> Vec<(f64, f64)> {
+    Pool::new(analysed, method).changes_of(participant, rows::MU, change)
+}
+
 /// Returns the changes of friction and of a quantity in each instance, each a maximum minus a minimum.
 pub fn changes(analysed: &Analysis, method: Method, change: Change) -> Vec<(f64, f64)> {
     Pool::new(analysed, method).changes(rows::MU, change)

@@ -593,7 +593,7 @@ fn analysed() -> Analysis {
         pickup: recording::pipeline::PickupOffset::default(),
         rules: settings.selection_rules(manifest.plate.centre_m),
         manifest,
-        provenance: study::provenance::Provenance::default(),
+        provenance: Default::default(),
         zero: analysis::force_zero::ForceZero::default(),
         standard_errors: recording::manifest::StandardErrors::default(),
         z_p: Some(PlateReading {

@@ -28,8 +28,11 @@ struct DescribedGroup<'a> {
 }
 
 /// Returns the columns of the table of trials.
-pub(crate) fn trials(entries: &[TrialEntry<'_>], description: &Description) -> Vec<Column> {
-    let row = |entry: &'_ TrialEntry<'_>| {
+pub(crate) fn trials<'a>(
+    entries: &'a [TrialEntry<'a>],
+    description: &'a Description,
+) -> Vec<Column> {
+    let row = |entry: &'a TrialEntry<'a>| {
         let mut groups = description.level(Level::Trial);
         let group = groups.find(|group| group.trial.as_ref() == Some(&entry.key))?;
         Some(DescribedTrial { entry, group })

@@ -264,9 +264,9 @@ for method in METHODS:
     estimated = changes(frames, "mu")
     for over in ["instances", "trials", "participants"]:
         level = CHANGES.index(over)
-        line = stats.linregress(mu[level], estimated[level]) if len(mu[level]) > 2 else None
+        line = stats.linregress(mu[level], estimated[level]) if len(mu[level]) > 1 else None
         row("slope_delta_mu_estimated_delta_mu", over, line.slope if line else np.nan,
-            line.stderr if line else np.nan, len(mu[level]))
+            line.stderr if line and len(mu[level]) > 2 else np.nan, len(mu[level]))
 
     for name, column in {"spearman_mu0_im_z_t": "im_z_t_n_s_per_m", "spearman_mu0_re_z_t": "re_z_t_n_s_per_m"}.items():
         trials = one.groupby("recording")[["mu0", column]].mean()

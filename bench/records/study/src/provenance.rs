@@ -1,4 +1,4 @@
-//! Provenance of recordings: what distinguishes them from a calibrated measurement on a person.
+//! Provenance of recordings: the differences from a calibrated measurement on a person.
 //!
 //! [`Provenance`] is that of one recording, from its description and its session's log; [`Account`] counts the recordings of an
 //! analysis with each [`Concern`], and names their participants.
@@ -63,7 +63,7 @@ impl Provenance {
     }
 }
 
-/// Reason why a recording is no calibrated measurement on a person, made with all stops.
+/// Difference of a recording from a calibrated measurement on a person, made with all stops.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Concern {

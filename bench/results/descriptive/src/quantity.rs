@@ -155,7 +155,7 @@ impl Quantity {
     }
 }
 
-/// Returns the method whose gap is described, the same for all instances: `trial` if any instance has an estimate by it, otherwise
+/// Returns the method of the described gap, the same for all instances: `trial` if any instance has an estimate by it, otherwise
 /// `dynamic`.
 #[must_use]
 pub fn gap_method(analysed: &Analysis) -> Method {

@@ -4,7 +4,7 @@ use analysis::method::Method;
 use comfy_table::presets::NOTHING;
 use comfy_table::{ContentArrangement, Table};
 
-use crate::groups::{Description, Group, Level};
+use crate::groups::{Description, Group, Level, Unit};
 use crate::mean::Mean;
 use crate::quantity::Quantity;
 
@@ -90,7 +90,13 @@ impl Group {
     /// Returns the number of units in words, with the number of instances where the units are others.
     #[must_use]
     pub fn over_text(&self) -> String {
-        self.over.count(self.n())
+        let units = self.over.count(self.n());
+        match self.over {
+            Unit::Instances => units,
+            Unit::Trials | Unit::Participants => {
+                format!("{units}, {}", Unit::Instances.count(self.n_instances))
+            }
+        }
     }
 
     /// Returns the means with their intervals, in the units of [`Quantity::heading`].

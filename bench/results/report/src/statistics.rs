@@ -20,12 +20,12 @@ pub(crate) fn table(statistics: &Statistics) -> Markup {
 }
 
 fn row_lines(row: &StatisticRow) -> Markup {
-    let (meaning, published, factor) = row.in_practical_units();
+    let (meaning, published) = row.in_practical_units();
     let methods = [&row.paper, &row.dynamic, &row.trial];
     let levels = methods.iter().map(|statistic| statistic.also.len()).max();
     let level_cell = |statistic: &MethodStatistic, level: usize| -> Markup {
         html! {
-            td { @if let Some(statistic) = statistic.also.get(level) { (cell(&statistic.scaled(factor))) } }
+            td { @if let Some(statistic) = statistic.also.get(level) { (cell(&row.printed(statistic))) } }
         }
     };
     let level_name = |level: usize| {
@@ -40,7 +40,7 @@ fn row_lines(row: &StatisticRow) -> Markup {
         tr.first {
             th scope="row" { (greek(&meaning)) }
             td { (published) }
-            @for statistic in methods { td { (cell(&statistic.main.scaled(factor))) } }
+            @for statistic in methods { td { (cell(&row.printed(&statistic.main))) } }
         }
         @for level in 0..levels.unwrap_or(0) {
             tr {

@@ -33,7 +33,7 @@ impl Table {
 pub struct Column {
     /// Name; a quantity's ends in its SI unit.
     pub name: Cow<'static, str>,
-    /// SI unit: `1` of a pure number, empty for what is none.
+    /// SI unit: `1` for a pure number, empty for a text or truth value.
     pub unit: &'static str,
     /// Meaning in a phrase.
     pub meaning: Cow<'static, str>,

@@ -22,7 +22,7 @@ pub struct Entry {
     /// Type of its values: boolean, text, integer or real.
     #[serde(rename = "type")]
     pub type_name: &'static str,
-    /// SI unit: `1` of a pure number, empty for what is none.
+    /// SI unit: `1` for a pure number, empty for a text or truth value.
     pub unit: &'static str,
     /// Meaning in a phrase.
     pub meaning: String,

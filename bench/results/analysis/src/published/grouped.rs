@@ -206,8 +206,7 @@ impl<'a> Pool<'a> {
     pub(super) fn slope_of_ranges(&self, x: SampleValue, y: SampleValue) -> MethodStatistic {
         let level_slope = |level, pairs: Vec<(f64, f64)>| {
             let (x, y): (Vec<f64>, Vec<f64>) = pairs.into_iter().unzip();
-            // Two points are on a line.
-            let line = slope(&x, &y).filter(|line| line.n > 2);
+            let line = slope(&x, &y);
             Statistic {
                 value: line.map(|line| line.slope),
                 std: line.and_then(|line| line.std),

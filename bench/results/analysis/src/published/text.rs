@@ -27,6 +27,8 @@ pub enum TableFormat {
 
 const HEADER: [&str; COLUMNS] = ["statistic", "published", "paper", "dynamic", "trial"];
 const COLUMNS: usize = 5;
+/// End of the meaning of a length.
+const LENGTH: &str = ", m";
 /// Fewest pairs of a correlation or slope.
 pub const FEWEST: usize = 3;
 /// Meaning of the numbers of the table on a terminal.
@@ -50,8 +52,8 @@ impl Statistics {
     fn lines(&self) -> Vec<[String; COLUMNS]> {
         let mut lines = Vec::new();
         for row in &self.rows {
-            let (meaning, published, factor) = row.in_practical_units();
-            let text = |statistic: &Statistic| statistic.scaled(factor).to_text();
+            let (meaning, published) = row.in_practical_units();
+            let text = |statistic: &Statistic| row.printed(statistic).to_text();
             lines.push([
                 meaning,
                 published,
@@ -136,20 +138,35 @@ impl Statistics {
 }
 
 impl StatisticRow {
-    /// Returns meaning, published value and the factor of the values for people: a length is in µm.
+    /// Returns meaning and published value for people: a length is in µm.
     #[must_use]
-    pub fn in_practical_units(&self) -> (String, String, f64) {
+    pub fn in_practical_units(&self) -> (String, String) {
         let (meaning, published) = (self.meaning, self.published);
-        match meaning.strip_suffix(", m") {
+        match meaning.strip_suffix(LENGTH) {
             Some(quantity) => {
                 let published = published.strip_prefix('(').unwrap_or(published);
-                (
-                    format!("{quantity}, µm"),
-                    published.replace(")e-6", ""),
-                    1e6,
-                )
+                (format!("{quantity}, µm"), published.replace(")e-6", ""))
             }
-            None => (meaning.to_owned(), published.to_owned(), 1.0),
+            None => (meaning.to_owned(), published.to_owned()),
+        }
+    }
+
+    /// Returns one of its statistics for people: a length in µm, and no slope of two points, which are always on a line.
+    #[must_use]
+    pub fn printed(&self, statistic: &Statistic) -> Statistic {
+        let factor = if self.meaning.ends_with(LENGTH) {
+            1e6
+        } else {
+            1.0
+        };
+        let is_slope = self.name.starts_with("slope_");
+        let value = statistic
+            .value
+            .filter(|_| !is_slope || statistic.n >= FEWEST);
+        Statistic {
+            value: value.map(|value| value * factor),
+            std: statistic.std.map(|std| std * factor),
+            ..*statistic
         }
     }
 
@@ -171,16 +188,6 @@ impl MethodStatistic {
 }
 
 impl Statistic {
-    /// Returns the statistic of values with this factor.
-    #[must_use]
-    pub fn scaled(self, factor: f64) -> Self {
-        Self {
-            value: self.value.map(|value| value * factor),
-            std: self.std.map(|std| std * factor),
-            ..self
-        }
-    }
-
     fn record(&self, row: &StatisticRow, method: Method) -> [String; 11] {
         let number = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
         [

@@ -1,6 +1,7 @@
 //! Groups as lines of a terminal, and their legend.
 
 use analysis::method::Method;
+use analysis::published::wrapped;
 use comfy_table::presets::NOTHING;
 use comfy_table::{ContentArrangement, Table};
 
@@ -35,8 +36,7 @@ impl Description {
             table.add_row(row(group.label(), group.cells(), group.over_text()));
         }
         let lines = table.lines().map(|line| line.trim_end().to_owned() + "\n");
-        let legend = self.legend().into_iter().map(|line| line + "\n");
-        lines.chain(legend).collect()
+        lines.collect::<String>() + &wrapped(self.legend(), columns)
     }
 
     /// Returns the meaning of the table's columns and intervals, in lines.

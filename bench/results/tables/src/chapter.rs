@@ -96,11 +96,6 @@ mod tests {
     }
 
     #[test]
-    fn zz_temp() {
-        std::fs::write("/tmp/a31/columns.md", chapter()).unwrap();
-    }
-
-    #[test]
     fn each_column_has_a_meaning_once_and_the_unit_of_its_name() {
         let mut names = BTreeSet::new();
         for entry in all_entries() {

@@ -15,7 +15,7 @@ use rows::ROWS;
 pub use rows::{ABS_Z_M, GAP, MU_ESTIMATED};
 pub use statistic::{Level, MethodStatistic, Statistic};
 pub use table::{StatisticRow, Statistics};
-pub use text::{FEWEST, TableFormat, greek};
+pub use text::{FEWEST, TableFormat, greek, wrapped};
 
 /// Returns all statistics of an analysis.
 pub fn statistics(analysed: &Analysis) -> Statistics {

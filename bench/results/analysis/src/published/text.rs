@@ -89,8 +89,7 @@ impl Statistics {
             table.add_row(line.map(|cell| greek(&cell).replacen("  ", "\u{a0}\u{a0}", 1)));
         }
         let lines = table.lines().map(|line| line.trim_end().to_owned() + "\n");
-        let legend = LEGEND.map(|line| line.to_owned() + "\n");
-        lines.chain(legend).collect()
+        lines.collect::<String>() + &wrapped(LEGEND, columns)
     }
 
     fn to_csv(&self) -> String {
@@ -240,6 +239,25 @@ impl Statistic {
             (Some(value), None, None) => format!("{} ({n})", number(value)),
         }
     }
+}
+
+/// Returns the lines, broken between words where they are wider than the terminal.
+pub fn wrapped<T: Into<String>>(
+    lines: impl IntoIterator<Item = T>,
+    columns: Option<u16>,
+) -> String {
+    let mut table = Table::new();
+    table
+        .load_style(NOTHING)
+        .set_content_arrangement(ContentArrangement::Dynamic);
+    if let Some(columns) = columns {
+        table.set_width(columns);
+    }
+    for line in lines {
+        table.add_row([line.into()]);
+    }
+    let lines = table.lines();
+    lines.map(|line| line.trim().to_owned() + "\n").collect()
 }
 
 /// Words of the table, with the letters that screens and figures show.

@@ -138,7 +138,7 @@ pub(crate) fn of_instance(columns: &mut Columns<'_, InstanceRow<'_>>) {
     c.real(
         "q0_rad_per_m",
         "rad/m",
-        "roll-off q0 of the skin's roughness: assumed, or by trial estimated for the assumed E and ν",
+        "wavenumber q0 of the skin's roughness: assumed, or by trial estimated for the assumed E and ν",
         |r| r.estimated(|e| e.skin.q0_rad_per_m),
     );
     c.real(

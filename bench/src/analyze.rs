@@ -12,7 +12,7 @@ use crate::outcome::{progress_bar, require_writable, write_text};
 use crate::verbosity::Verbosity;
 use analysis::attempts::{AttemptAccount, Attempts};
 use analysis::find::TrialFilter;
-use analysis::findings::rejection_counts;
+use analysis::findings::{RecordingFindings, rejection_counts};
 use analysis::published::{TableFormat, statistics};
 use analysis::whole_trial;
 use analysis::{Analysis, RecordingAnalysis, Settings, analyse, find};
@@ -113,6 +113,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
         let mut text = statistics(&analysed).to_table(format);
         if let TableFormat::Text { columns } = format {
             text = counts.clone()
+                + &recordings_without_instances(&analysed)
                 + &description.to_text(columns)
                 + "\n"
                 + &text
@@ -264,6 +265,30 @@ fn law_lines(analysed: &Analysis) -> String {
     lines.map(|line| line + "\n").collect()
 }
 
+/// Returns the kinds of a recording's rejected stretches with their numbers, if it has no instance.
+fn rejections(findings: &RecordingFindings) -> Option<String> {
+    if !findings.instances.is_empty() {
+        return None;
+    }
+    let kinds = findings.rejected.iter().map(|stretch| &*stretch.kind);
+    let counts = rejection_counts(kinds).into_iter();
+    let counts: Vec<String> = counts.map(|(kind, n)| format!("{n} {kind}")).collect();
+    (!counts.is_empty()).then(|| counts.join(", "))
+}
+
+/// Returns a line for each recording without an instance, with the reasons.
+fn recordings_without_instances(analysed: &Analysis) -> String {
+    let lines = analysed.findings().filter_map(|findings| {
+        let path = findings.path.display().to_string();
+        let text = rejections(findings)?;
+        Some(format!(
+            "{}: 0 instances, rejected: {text}\n",
+            escaped_line(&path)
+        ))
+    });
+    lines.collect()
+}
+
 /// Returns a line for each recording, and one for the parameters that its instances share.
 fn summary(analysed: &Analysis) -> String {
     let mut lines = String::new();
@@ -282,15 +307,7 @@ fn summary(analysed: &Analysis) -> String {
             escaped_line(&recording.path.display().to_string())
         ));
         if let Ok(findings) = &recording.findings {
-            if findings.instances.is_empty() {
-                let kinds = findings
-                    .rejected
-                    .iter()
-                    .map(|stretch| stretch.kind.as_str());
-                let counts = rejection_counts(kinds).into_iter();
-                let counts = counts.map(|(kind, n)| format!("  rejected: {n} {kind}\n"));
-                lines.extend(counts);
-            }
+            lines.extend(rejections(findings).map(|text| format!("  rejected: {text}\n")));
             let trial_lines = whole_trial::lines(findings);
             lines.extend(trial_lines.iter().map(|line| format!("  {line}\n")));
         }

@@ -5,15 +5,18 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 
+use crate::analyze_options::columns;
 use crate::cli::Analyze;
 use crate::dates;
 use crate::outcome::{progress_bar, require_writable, write_text};
 use crate::verbosity::Verbosity;
 use analysis::attempts::{AttemptAccount, Attempts};
 use analysis::find::TrialFilter;
+use analysis::findings::{RecordingFindings, rejection_counts};
 use analysis::published::{TableFormat, statistics};
 use analysis::whole_trial;
-use analysis::{Analysis, RecordingAnalysis, Settings, analyse, find, tables};
+use analysis::{Analysis, RecordingAnalysis, Settings, analyse, find};
+use descriptive::Description;
 use escaping::{escaped, escaped_line};
 use plotting::Figure;
 use population::law_check::{LawCheck, law_checks};
@@ -43,9 +46,6 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     for path in [&options.json, &options.report].into_iter().flatten() {
         require_writable(path)?;
     }
-    if options.tables.is_some() {
-        tables::require_built()?;
-    }
     let scope = TrialFilter {
         practice: options.practice,
         rejected: options.include_rejected,
@@ -63,28 +63,44 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
 
     let account = attempts.account(&analysed, &excluded_recordings(&attempts, &selection)?);
     warn(&account);
+    warn_of_provenance(&analysed);
+    let description = Description::new(&analysed);
     let skin = Skin::from_analysis(&analysed);
     let sessions = Sessions::from_recordings(folders.iter().map(PathBuf::as_path));
     if options.json.is_some() || options.report.is_some() {
         let results = Results::new(&analysed, &skin, &account, &selection);
         if let Some(path) = &options.json {
             write_text(path, &results.to_json()?)?;
+            report_written(path, verbosity);
         }
         if let Some(path) = &options.report {
             let figures = measured_figures(&analysed, &sessions, &options.figure_selection());
             let page = page(options, &analysed, &results, (&sessions, &figures))?;
             write_text(path, &page)?;
+            report_written(path, verbosity);
         }
     }
     if let Some(folder) = &options.tables {
-        tables::write(&analysed, folder)?;
-        population::skin::write(&skin, folder)?;
-        selection.write_table(folder)?;
+        let content = tables::Content {
+            analysed: &analysed,
+            description: &description,
+            attempts: &attempts,
+            selection: &selection,
+        };
+        let mut paths = content.write(folder)?;
+        paths.push(population::skin::write(&skin, folder)?);
+        paths.push(selection.write_table(folder)?);
+        paths
+            .iter()
+            .for_each(|path| report_written(path, verbosity));
     }
     if let Some(folder) = &options.figures {
-        write_figures(&analysed, &sessions, &options.figure_selection(), folder)
+        let mut paths = write_figures(&analysed, &sessions, &options.figure_selection(), folder)
             .context("cannot draw the figures")?;
-        selection.write_table(folder)?;
+        paths.push(selection.write_table(folder)?);
+        paths
+            .iter()
+            .for_each(|path| report_written(path, verbosity));
     }
     let excluded = selection.to_text();
     let counts: String = account
@@ -95,15 +111,25 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     let table = options.table.format();
     if let Some(format) = table {
         let mut text = statistics(&analysed).to_table(format);
-        if matches!(format, TableFormat::Text { .. }) {
-            text = counts.clone() + &text + &lines(&skin) + &law_lines(&analysed);
+        if let TableFormat::Text { columns } = format {
+            text = counts.clone()
+                + &recordings_without_instances(&analysed)
+                + &description.to_text(columns)
+                + "\n"
+                + &text
+                + &lines(&skin)
+                + &law_lines(&analysed);
         }
         write!(std::io::stdout(), "{}", escaped(&text))?;
     }
     let to_pipe = |path: &Option<PathBuf>| path.as_deref() == Some(Path::new("-"));
     let summarised = options.json.is_none() && table.is_none() && !to_pipe(&options.report);
     if summarised {
-        let lines = summary(&analysed) + &counts + &lines(&skin) + &law_lines(&analysed);
+        let lines = description.to_text(columns())
+            + &summary(&analysed)
+            + &counts
+            + &lines(&skin)
+            + &law_lines(&analysed);
         write!(std::io::stdout(), "{}", escaped(&lines))?;
     }
     // If another program reads the table, standard output has only the table.
@@ -139,6 +165,22 @@ fn warn(account: &AttemptAccount) {
     }
     for log in &account.unread_logs {
         let _ = writeln!(stderr, "warning: {}", escaped(log));
+    }
+}
+
+/// Warns of recordings that are no calibrated measurement on a person, made with all stops.
+fn warn_of_provenance(analysed: &Analysis) {
+    let mut stderr = std::io::stderr().lock();
+    for count in &analysed.provenance().counts {
+        let _ = writeln!(stderr, "warning: {}", escaped(&count.to_string()));
+    }
+}
+
+/// Reports a file that was written, unless it is standard output.
+fn report_written(path: &Path, verbosity: Verbosity) {
+    if verbosity.shows_progress() && path != Path::new("-") {
+        let path = path.display().to_string();
+        let _ = writeln!(std::io::stderr(), "wrote {}", escaped_line(&path));
     }
 }
 
@@ -223,6 +265,30 @@ fn law_lines(analysed: &Analysis) -> String {
     lines.map(|line| line + "\n").collect()
 }
 
+/// Returns the kinds of a recording's rejected stretches with their numbers, if it has no instance.
+fn rejections(findings: &RecordingFindings) -> Option<String> {
+    if !findings.instances.is_empty() {
+        return None;
+    }
+    let kinds = findings.rejected.iter().map(|stretch| &*stretch.kind);
+    let counts = rejection_counts(kinds).into_iter();
+    let counts: Vec<String> = counts.map(|(kind, n)| format!("{n} {kind}")).collect();
+    (!counts.is_empty()).then(|| counts.join(", "))
+}
+
+/// Returns a line for each recording without an instance, with the reasons.
+fn recordings_without_instances(analysed: &Analysis) -> String {
+    let lines = analysed.findings().filter_map(|findings| {
+        let path = findings.path.display().to_string();
+        let text = rejections(findings)?;
+        Some(format!(
+            "{}: 0 instances, rejected: {text}\n",
+            escaped_line(&path)
+        ))
+    });
+    lines.collect()
+}
+
 /// Returns a line for each recording, and one for the parameters that its instances share.
 fn summary(analysed: &Analysis) -> String {
     let mut lines = String::new();
@@ -241,6 +307,7 @@ fn summary(analysed: &Analysis) -> String {
             escaped_line(&recording.path.display().to_string())
         ));
         if let Ok(findings) = &recording.findings {
+            lines.extend(rejections(findings).map(|text| format!("  rejected: {text}\n")));
             let trial_lines = whole_trial::lines(findings);
             lines.extend(trial_lines.iter().map(|line| format!("  {line}\n")));
         }

@@ -26,7 +26,8 @@ pub struct Analyze {
     /// Table to print.
     #[command(flatten)]
     pub table: Table,
-    /// Write the tables instances.parquet and samples.parquet.
+    /// Write the tables of instances, trials, participants and samples, for statistics programs, as CSV and Parquet, and
+    /// columns.csv with the meaning of each column.
     #[arg(long, value_name = "DIR")]
     pub tables: Option<PathBuf>,
     /// Draw the published figures as SVG and PNG, with captions.
@@ -105,7 +106,7 @@ impl Table {
 }
 
 /// Returns the width in columns of the terminal that a table is printed on; `None` if it is not printed on one.
-fn columns() -> Option<u16> {
+pub(crate) fn columns() -> Option<u16> {
     let (columns, _) = terminal_size_of(std::io::stdout())?;
     Some(columns.0.max(FEWEST_COLUMNS))
 }

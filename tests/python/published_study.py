@@ -16,9 +16,9 @@ from scipy import stats
 
 tables, table, figures = map(Path, sys.argv[1:4])
 
-instances = pd.read_parquet(tables / "instances.parquet")
+instances = pd.read_parquet(tables / "estimates.parquet")
 samples = pd.read_parquet(tables / "samples.parquet")
-metadata = pyarrow.parquet.read_schema(tables / "instances.parquet").metadata
+metadata = pyarrow.parquet.read_schema(tables / "estimates.parquet").metadata
 assumed = json.loads(metadata[b"settings"])
 printed = pd.read_csv(table)
 
@@ -360,7 +360,7 @@ for method in METHODS:
                     np.column_stack([shown.amplitude_m * 1e6, shown.measured_mu]))
         resting = at_rest[(at_rest.method == "paper") & np.isfinite(at_rest.mu)]
         means = resting.groupby(["recording", "instance"])[["measured_mu", "mu"]].mean()
-        found = points("fig15_agreement", "a", "initialisation")
+        found = points("fig15_agreement", "a", "Zₜ read here")
         assert len(found) == len(means), f"fig15: {len(found)} initialisations of {len(means)}"
         drawn_among("fig15 initialisation", found, means)
 

@@ -191,9 +191,20 @@ fn model_figures_keep_their_curves_and_units() {
     }
 }
 
+/// Returns the published figures of measurements, without the description that precedes them.
+fn published_figures(
+    analysed: &Analysis,
+    sessions: &Sessions,
+    selection: &FigureSelection,
+) -> Vec<Figure> {
+    let mut figures = measured_figures(analysed, sessions, selection);
+    figures.retain(|figure| figure.name != "friction_fall");
+    figures
+}
+
 #[test]
 fn measured_figures_keep_their_curves_and_units() {
-    let figures = measured_figures(
+    let figures = published_figures(
         &analysed(),
         &Sessions::default(),
         &FigureSelection::default(),
@@ -231,12 +242,12 @@ fn names(figure: &Figure, panel: usize) -> Vec<&str> {
 #[test]
 fn trial_is_drawn_with_the_others_and_replaces_dynamic_in_fig_13() {
     let mut analysed = analysed();
-    let before = measured_figures(&analysed, &Sessions::default(), &FigureSelection::default());
+    let before = published_figures(&analysed, &Sessions::default(), &FigureSelection::default());
     let findings = analysed.recordings[0].findings.as_mut().unwrap();
     for instance in &mut findings.instances {
         instance.trial = Some(instance.dynamic.clone());
     }
-    let figures = measured_figures(&analysed, &Sessions::default(), &FigureSelection::default());
+    let figures = published_figures(&analysed, &Sessions::default(), &FigureSelection::default());
     // The readings of `trial` are those of `dynamic`, and are drawn once.
     assert_eq!(names(&figures[0], 1), ["dynamic", "paper"]);
     for panel in [3, 4, 5] {
@@ -258,7 +269,7 @@ fn trial_is_drawn_with_the_others_and_replaces_dynamic_in_fig_13() {
     // With `trial` for one instance only, it does not replace `dynamic`.
     let findings = analysed.recordings[0].findings.as_mut().unwrap();
     findings.instances[1].trial = None;
-    let figures = measured_figures(&analysed, &Sessions::default(), &FigureSelection::default());
+    let figures = published_figures(&analysed, &Sessions::default(), &FigureSelection::default());
     let dynamic_series = ["dynamic, model", "paper, model", "dynamic", "paper"];
     assert_eq!(names(&figures[1], 0), dynamic_series);
     assert!(figures[1].caption.contains("cannot be used"));
@@ -275,10 +286,10 @@ fn trial_is_drawn_with_the_others_and_replaces_dynamic_in_fig_13() {
     }
     let numbers =
         |figures: &[Figure]| -> Vec<String> { figures.iter().map(Figure::to_csv).collect() };
-    let after = measured_figures(&analysed, &Sessions::default(), &FigureSelection::default());
+    let after = published_figures(&analysed, &Sessions::default(), &FigureSelection::default());
     assert_eq!(numbers(&after), numbers(&before));
     assert_eq!(
-        measured_figures(&analysed, &Sessions::default(), &trial_only).len(),
+        published_figures(&analysed, &Sessions::default(), &trial_only).len(),
         1,
         "the trial in time"
     );
@@ -317,7 +328,7 @@ fn the_resonance_is_drawn_over_the_time_of_a_session_with_the_intervals_of_the_r
     let sessions = Sessions::from_recordings(pair.recordings.iter().map(|r| r.path.as_path()));
 
     let shift = |analysed: &Analysis| {
-        let figures = measured_figures(analysed, &sessions, &FigureSelection::default());
+        let figures = published_figures(analysed, &sessions, &FigureSelection::default());
         figures.into_iter().find(|f| f.name == "resonance_shift")
     };
     let figure = shift(&pair).unwrap();
@@ -354,12 +365,12 @@ fn the_resonance_is_drawn_over_the_time_of_a_session_with_the_intervals_of_the_r
 fn the_same_figure_is_the_same_bytes() {
     let (mut first, mut second) = (model_figures(), model_figures());
     let analysed = analysed();
-    first.extend(measured_figures(
+    first.extend(published_figures(
         &analysed,
         &Sessions::default(),
         &FigureSelection::default(),
     ));
-    second.extend(measured_figures(
+    second.extend(published_figures(
         &analysed,
         &Sessions::default(),
         &FigureSelection::default(),
@@ -479,12 +490,12 @@ fn absent_results_are_not_drawn() {
         .unwrap()
         .instances
         .clear();
-    let figures = measured_figures(&empty, &Sessions::default(), &FigureSelection::default());
+    let figures = published_figures(&empty, &Sessions::default(), &FigureSelection::default());
     assert_eq!(figures.len(), 1, "the trial in time remains");
     figures[0].to_svg().unwrap();
     empty.recordings.clear();
     assert_eq!(
-        measured_figures(&empty, &Sessions::default(), &FigureSelection::default()),
+        published_figures(&empty, &Sessions::default(), &FigureSelection::default()),
         []
     );
 }
@@ -582,6 +593,7 @@ fn analysed() -> Analysis {
         pickup: recording::pipeline::PickupOffset::default(),
         rules: settings.selection_rules(manifest.plate.centre_m),
         manifest,
+        provenance: Default::default(),
         zero: analysis::force_zero::ForceZero::default(),
         standard_errors: recording::manifest::StandardErrors::default(),
         z_p: Some(PlateReading {

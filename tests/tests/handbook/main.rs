@@ -6,6 +6,7 @@
 )]
 
 mod book;
+mod columns;
 mod commands;
 mod manual;
 mod messages;

@@ -22,6 +22,26 @@ fn script(name: &str, arguments: &[&Path]) -> Value {
     serde_json::from_slice(&output.stdout).expect("the script prints JSON")
 }
 
+/// Runs the Python lines of the handbook's chapter where the folder `tables` is.
+fn run_handbook_lines(folder: &Path) {
+    let chapter = workspace().join("docs/handbook/src/your-recordings.md");
+    let chapter = std::fs::read_to_string(chapter).unwrap();
+    let blocks = chapter.split("```python\n").skip(1);
+    let lines: String = blocks
+        .filter_map(|block| block.split("```").next())
+        .collect();
+    let output = finish(
+        Command::new(python())
+            .args(["-c", &lines])
+            .current_dir(folder),
+    );
+    assert!(output.status.success(), "{lines}{}", text(&output));
+    let printed = String::from_utf8_lossy(&output.stdout);
+    for part in ["fall_of_mu_low95", "sub-03", " m/N"] {
+        assert!(printed.contains(part), "{part}: {printed}");
+    }
+}
+
 #[test]
 fn pandas_and_scipy_find_every_row_and_every_point_in_the_tables() {
     let folder = tempfile::tempdir().unwrap();
@@ -82,6 +102,7 @@ fn pandas_and_scipy_find_every_row_and_every_point_in_the_tables() {
     assert!(output.status.success(), "{}", text(&output));
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(errors.contains(reason), "{errors}");
+    run_handbook_lines(path);
     let table = path.join("table.csv");
     std::fs::write(&table, &output.stdout).unwrap();
 

@@ -19,6 +19,7 @@ pub fn figure(name: &str, title: &str, caption: String, panels: Vec<Panel>) -> F
         width: Width::Column,
         columns: 1,
         panel_height_mm: 34.0,
+        footnote: None,
         key: Key::InPanels,
         panels,
     }

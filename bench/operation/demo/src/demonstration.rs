@@ -10,7 +10,7 @@ use escaping::quoted;
 
 use crate::error::DemoError;
 use crate::signals::Signals;
-use crate::steps::steps;
+use crate::steps::{further_session, steps};
 use crate::{folder, process};
 
 /// Options of `demo`.
@@ -74,12 +74,17 @@ pub fn run(
         let width = folder.display().to_string().chars().count() + 13;
         writeln!(out, "  {path:width$} {holds}")?;
     }
+    let words = further_session(&folder);
+    // An option is a word already.
+    let words = words.iter().map(|word| match word.to_str() {
+        Some(option) if option.starts_with('-') => option.to_owned(),
+        _ => quoted(Path::new(word)),
+    });
     writeln!(
         out,
-        "\nThe same session with the dashboard, in real time:\n  {} run --mock --protocol demo --study {} --participant sub-02 \
-         --consent-by ME",
+        "\nA session of another participant at the same bench, with the dashboard and in real time:\n  {} {}",
         quoted(called),
-        quoted(&folder.join("study"))
+        words.collect::<Vec<_>>().join(" ")
     )?;
     Ok(DemoEnd::Completed)
 }
@@ -155,7 +160,8 @@ mod tests {
         }
         let last = shown.lines().last().unwrap();
         assert!(
-            last.contains("/a demo/study' --participant sub-02"),
+            last.contains("--mock bench-unknown --seed 7 --calibration '")
+                && last.contains("/a demo/study' --participant sub-02"),
             "{last}"
         );
     }

@@ -18,14 +18,27 @@ const BENCH: [&str; 4] = ["--mock", "bench-unknown", "--seed", "7"];
 /// Name given as operator and for the consent.
 const OPERATOR: &str = "the demonstration";
 
+/// Returns the arguments of a command at the demonstration's bench, with its calibration.
+fn at_bench(folder: &Path, words: &[&str]) -> Vec<OsString> {
+    let calibration = folder.join("calibration/calibration.toml");
+    let mut all: Vec<_> = words.iter().chain(&BENCH).map(OsString::from).collect();
+    all.extend(["--calibration".into(), calibration.into_os_string()]);
+    all
+}
+
+/// Returns the arguments of a further session of the study, in real time and with the dashboard.
+pub fn further_session(folder: &Path) -> Vec<OsString> {
+    let mut words = at_bench(folder, &["run"]);
+    words.extend(["--protocol", "demo", "--study"].map(OsString::from));
+    words.push(folder.join("study").into_os_string());
+    words.extend(["--participant", "sub-02", "--consent-by", "ME"].map(OsString::from));
+    words
+}
+
 /// Returns the steps of a demonstration in `folder`.
 pub fn steps(folder: &Path) -> Vec<Step> {
     let path = |name: &str| folder.join(name).into_os_string();
-    let bench = |words: &[&str]| -> Vec<OsString> {
-        let mut all: Vec<_> = words.iter().chain(&BENCH).map(OsString::from).collect();
-        all.extend(["--calibration".into(), path("calibration/calibration.toml")]);
-        all
-    };
+    let bench = |words: &[&str]| at_bench(folder, words);
     let calibrate = |title, what: &[&str]| {
         let mut words = bench(&[&["calibrate"][..], what].concat());
         words.extend(["--speed", "max", "--operator", OPERATOR, "--headless"].map(OsString::from));

@@ -58,6 +58,22 @@ fn serialize_standing<S: Serializer>(
     }
 }
 
+/// Session without an accepted trial.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct EmptySession {
+    /// Folder of the session.
+    pub path: PathBuf,
+    /// Reason, such as how its log ends.
+    pub because: String,
+}
+
+impl fmt::Display for EmptySession {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let path = self.path.display();
+        write!(f, "{path}: no accepted trial, {}", self.because)
+    }
+}
+
 /// Attempts found in the folders given for an analysis.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Attempts {
@@ -65,6 +81,8 @@ pub struct Attempts {
     pub selection: Vec<SelectedAttempt>,
     /// Attempts that are left out.
     pub omissions: Vec<OmittedAttempt>,
+    /// Sessions without an accepted trial.
+    pub empty_sessions: Vec<EmptySession>,
     /// Logs that cannot be read, with the reason: the accepted attempts of their sessions are unknown.
     pub unread_logs: Vec<(PathBuf, String)>,
 }
@@ -89,6 +107,11 @@ impl Attempts {
         self.omissions.extend(
             omissions.filter(|attempt| known_folders.insert(canonical_path(&attempt.path))),
         );
+        for session in attempts.empty_sessions {
+            if !self.empty_sessions.contains(&session) {
+                self.empty_sessions.push(session);
+            }
+        }
         for log in attempts.unread_logs {
             if !self.unread_logs.contains(&log) {
                 self.unread_logs.push(log);
@@ -115,6 +138,7 @@ impl Attempts {
             not_accepted: 0,
             excluded: excluded.len(),
             left_out: Vec::new(),
+            empty_sessions: self.empty_sessions.clone(),
             unread_logs: self.unread_logs.iter().map(log_message).collect(),
         };
         let standings: BTreeMap<&Path, Option<Standing>> = self
@@ -171,6 +195,9 @@ pub struct AttemptAccount {
     pub excluded: usize,
     /// Attempts left out for another reason.
     pub left_out: Vec<OmittedAttempt>,
+    /// Sessions without an accepted trial.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub empty_sessions: Vec<EmptySession>,
     /// Logs that cannot be read, with the consequence.
     pub unread_logs: Vec<String>,
 }
@@ -205,6 +232,9 @@ impl AttemptAccount {
             counts += &format!("; left out: {}", words.collect::<Vec<_>>().join(", "));
         }
         let missed_lines = self.missed().map(|attempt| format!("  missed: {attempt}"));
-        [counts].into_iter().chain(missed_lines).collect()
+        let empty_lines = self.empty_sessions.iter();
+        let empty_lines = empty_lines.map(|session| format!("  {session}"));
+        let lines = [counts].into_iter().chain(missed_lines);
+        lines.chain(empty_lines).collect()
     }
 }

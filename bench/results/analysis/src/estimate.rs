@@ -109,6 +109,11 @@ impl InstanceAnalysis {
         })
     }
 
+    /// Returns the means of a value of its samples over the first and the last 5 ms, where the amplitude is least and greatest.
+    pub fn edge_means(&self, value: impl Fn(usize) -> f64) -> EdgeMeans {
+        Edges::new(self.samples.time_s()).means(value)
+    }
+
     /// Returns all estimates.
     pub fn estimates(&self) -> impl Iterator<Item = MethodEstimate<'_>> {
         Method::ALL
@@ -303,6 +308,15 @@ pub fn estimate(
     })
 }
 
+/// Means over either end of an instance; NaN without a finite value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EdgeMeans {
+    /// Mean over the first 5 ms.
+    pub first: f64,
+    /// Mean over the last 5 ms.
+    pub last: f64,
+}
+
 /// First and last samples of an instance, for averages.
 struct Edges {
     samples: usize,
@@ -322,11 +336,19 @@ impl Edges {
 
     /// Returns the mean of the first minus the mean of the last finite values; NaN without any.
     fn fall(&self, value: impl Fn(usize) -> f64) -> f64 {
+        let means = self.means(value);
+        means.first - means.last
+    }
+
+    fn means(&self, value: impl Fn(usize) -> f64) -> EdgeMeans {
         let mean = |range: std::ops::Range<usize>| {
             let finite_values: Vec<f64> = range.map(&value).filter(|v| v.is_finite()).collect();
             finite_values.iter().sum::<f64>() / finite_values.len() as f64
         };
-        mean(0..self.edge_samples) - mean(self.samples - self.edge_samples..self.samples)
+        EdgeMeans {
+            first: mean(0..self.edge_samples),
+            last: mean(self.samples - self.edge_samples..self.samples),
+        }
     }
 }
 

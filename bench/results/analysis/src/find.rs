@@ -10,9 +10,9 @@ use std::path::{Path, PathBuf};
 use recording::manifest::End;
 use recording::study::{EVENTS_FILE, TrialBlock, TrialLabel};
 use recording::{MANIFEST_FILE, reader};
-use study::sessions::{LoggedSession, Standing};
+use study::sessions::{LoggedSession, SessionEnd, Standing};
 
-use crate::attempts::{Attempts, OmittedAttempt, SelectedAttempt};
+use crate::attempts::{Attempts, EmptySession, OmittedAttempt, SelectedAttempt};
 
 /// Levels of folders below a study: participants, sessions, trials.
 const DEPTH: usize = 3;
@@ -169,6 +169,16 @@ impl Search {
         session: &LoggedSession,
         labels: &BTreeMap<TrialLabel, PathBuf>,
     ) {
+        if session
+            .accepted()
+            .iter()
+            .all(|attempt| attempt.is_practice())
+        {
+            self.attempts.empty_sessions.push(EmptySession {
+                path: folder.to_owned(),
+                because: course(session),
+            });
+        }
         let accepted_labels = session.accepted().into_iter().map(|attempt| attempt.label);
         let accepted_labels: Vec<TrialLabel> = accepted_labels
             .filter(|label| self.is_included(*label))
@@ -239,6 +249,29 @@ impl Search {
             because: reason.to_owned(),
         });
     }
+}
+
+/// Returns the course of a session without an accepted trial, in words.
+fn course(session: &LoggedSession) -> String {
+    let attempts = session.attempts.iter();
+    let n_practice = attempts.filter(|attempt| attempt.is_practice()).count();
+    let n_others = session.attempts.len() - n_practice;
+    let attempts = match (n_practice, n_others) {
+        (0, 0) => "no attempt was begun".to_owned(),
+        (n, 0) => format!("attempts at practice trials only ({n})"),
+        (_, n) => format!("attempts at trials: {n}"),
+    };
+    let end = match &session.end {
+        SessionEnd::Stopped { reason: None, .. } => "the session was completed".to_owned(),
+        SessionEnd::Stopped {
+            reason: Some(reason),
+            ..
+        } => format!("the session was ended: {reason}"),
+        SessionEnd::Unfinished | SessionEnd::NotBegun => {
+            "its log has no end; `run --resume` continues it".to_owned()
+        }
+    };
+    format!("{attempts}; {end}")
 }
 
 /// Returns whether the trial in `folder` completed. An unreadable one counts, so that it is reported instead of

@@ -1,5 +1,6 @@
 //! Findings of an analysis, the source of results, tables and figures.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use contact::{AssumedConstants, FittedFinger};
@@ -20,6 +21,7 @@ use recording::manifest::{Manifest, RecordedPlate, RecordedRoom, StandardErrors}
 use recording::pipeline::DemodulationError;
 use recording::pipeline::PickupOffset;
 use recording::reader::ReadError;
+use study::provenance::{self, Provenance};
 
 /// All recordings of one analysis.
 #[derive(Debug)]
@@ -45,6 +47,15 @@ impl Analysis {
         self.recordings
             .iter_mut()
             .filter_map(|r| r.findings.as_mut().ok())
+    }
+
+    /// Returns the account of the concerns about the recordings that could be read.
+    #[must_use]
+    pub fn provenance(&self) -> provenance::Account {
+        let findings = self.findings();
+        provenance::Account::new(
+            findings.map(|findings| (findings.participant(), &findings.provenance)),
+        )
     }
 
     /// Returns the recordings that could be read.
@@ -95,6 +106,8 @@ pub struct RecordingFindings {
     pub participant: Option<String>,
     /// Description of the recording.
     pub manifest: Manifest,
+    /// Provenance by this description and the session's log.
+    pub provenance: Provenance,
     /// Selection rules of the instances.
     pub rules: SelectionRules,
     /// Deviation of the pickup from its stated values, read from the unloaded plate; corrected in all other findings.
@@ -181,4 +194,17 @@ pub struct RejectedStretch {
     pub end_s: f64,
     /// Reason of the rejection.
     pub reason: String,
+    /// Kind of the reason, without its numbers.
+    pub kind: String,
+}
+
+/// Returns the kinds of rejection with their numbers, most frequent first.
+pub fn rejection_counts<'a>(kinds: impl IntoIterator<Item = &'a str>) -> Vec<(&'a str, usize)> {
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for kind in kinds {
+        *counts.entry(kind).or_default() += 1;
+    }
+    let mut counts: Vec<_> = counts.into_iter().collect();
+    counts.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
+    counts
 }

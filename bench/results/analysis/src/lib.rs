@@ -37,8 +37,6 @@ pub mod recording_analysis;
 mod row_times;
 mod spans;
 pub mod statistics;
-#[cfg_attr(not(feature = "parquet"), path = "no_tables.rs")]
-pub mod tables;
 #[cfg(test)]
 mod tests;
 pub mod trial_fit;
@@ -48,9 +46,11 @@ pub mod unloaded_plate;
 pub mod whole_trial;
 pub mod within_laws;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
+use study::provenance::Provenance;
+use study::sessions::Sessions;
 
 pub use analysis_settings::Settings;
 pub use findings::{Analysis, RecordingAnalysis};
@@ -102,8 +102,20 @@ pub fn analyse(
         recordings,
     };
     people::name(&mut analysed.recordings);
+    trace(&mut analysed);
     average_model::fill(&mut analysed);
     analysed
+}
+
+/// Completes the provenance of each recording by the log of its session.
+fn trace(analysed: &mut Analysis) {
+    let folders = analysed.recordings.iter();
+    let sessions = Sessions::from_recordings(folders.map(|recording| Path::new(&recording.path)));
+    for findings in analysed.findings_mut() {
+        let session = sessions.session_of(&findings.path);
+        let session = session.map(|(_, session)| session);
+        findings.provenance = Provenance::new(&findings.manifest, session);
+    }
 }
 
 /// Compiles and runs the example in the README.

@@ -26,6 +26,7 @@ use crate::whole_trial;
 use recording::Manifest;
 use recording::manifest::RecordedIntervalKind;
 use recording::pipeline::PickupOffset;
+use study::provenance::Provenance;
 
 /// Analyses the recording in `folder`.
 pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
@@ -92,6 +93,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
         model_check: Vec::new(),
         rejected: Vec::new(),
         flaws,
+        provenance: Provenance::new(&manifest, None),
         manifest,
     };
     if explorations.is_empty() {
@@ -220,12 +222,24 @@ fn copies_flaw(folder: &Path, manifest: &Manifest) -> Option<Flaw> {
 }
 
 impl RecordingFindings {
-    fn reject(&mut self, direction: Direction, (start_s, end_s): (f64, f64), reason: &str) {
+    /// Rejects a stretch for a reason that begins with its kind.
+    fn reject(&mut self, direction: Direction, span: (f64, f64), reason: &str) {
+        let kind = reason.split(": ").next().unwrap_or(reason);
+        self.reject_as(direction, span, (reason, kind));
+    }
+
+    fn reject_as(
+        &mut self,
+        direction: Direction,
+        (start_s, end_s): (f64, f64),
+        (reason, kind): (&str, &str),
+    ) {
         self.rejected.push(RejectedStretch {
             direction,
             start_s,
             end_s,
             reason: reason.to_owned(),
+            kind: kind.to_owned(),
         });
     }
 
@@ -253,7 +267,8 @@ impl RecordingFindings {
                 StretchOutcome::Accepted(instance) => instance,
                 StretchOutcome::Rejected(rejection) => {
                     let span = (stretch.start_s, stretch.end_s);
-                    self.reject(direction, span, &rejection.to_string());
+                    let reason = rejection.to_string();
+                    self.reject_as(direction, span, (&reason, rejection.kind()));
                     continue;
                 }
             };

@@ -43,6 +43,9 @@ pub(super) fn draw<B: DrawingBackend>(
     if let Some(key) = &layout.key {
         legend(key, pen)?;
     }
+    for (text, position) in &layout.footnote {
+        pen.text(text, *position, TICK_PT, Anchor::Start)?;
+    }
     pen.0.present()
 }
 

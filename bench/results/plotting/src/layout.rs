@@ -4,8 +4,8 @@ use crate::font::Typeface;
 use crate::key::{figure_key, panel_key};
 use crate::path::{Frame, Point};
 use crate::placed::{EDGE_PT, Legend, PlacedPanel};
-use crate::scale::{AxisExtent, Tick};
-use crate::spec::{Figure, Key, Panel, Series};
+use crate::scale::{AxisExtent, Tick, named_ticks};
+use crate::spec::{AxisRange, Figure, Key, Panel, Series};
 use crate::style::{LABEL_PT, LETTER_PT, TICK_PT, UNITS_PER_MM, UNITS_PER_PT};
 
 /// Height of capitals and figures over the em.
@@ -18,6 +18,8 @@ const LABEL_GAP_PT: f64 = 3.0;
 /// Distances between neighbouring panels, drawing units.
 const ROW_GAP: f64 = 2.0 * UNITS_PER_PT;
 const COLUMN_GAP: f64 = 5.0 * UNITS_PER_PT;
+/// Height of a line of the footnote, pt.
+const FOOTNOTE_LINE_PT: f64 = 1.35 * TICK_PT;
 /// Paper per labelled tick, horizontal and vertical, mm.
 const TICK_SPACING_MM: (f64, f64) = (12.0, 9.0);
 
@@ -27,6 +29,8 @@ pub(super) struct Layout {
     pub(super) panels: Vec<PlacedPanel>,
     /// Key above the panels.
     pub(super) key: Option<Legend>,
+    /// Lines of the footnote, each with the start of its baseline.
+    pub(super) footnote: Vec<(String, Point)>,
 }
 
 /// Room that a panel needs around its frame, drawing units.
@@ -166,14 +170,34 @@ pub(super) fn lay_out(figure: &Figure, typeface: &Typeface) -> Layout {
         placement.key = panel_key(panel, &placement, figure.key, typeface);
         placement
     });
+    let text = figure.footnote.as_deref().unwrap_or_default();
+    let line = FOOTNOTE_LINE_PT * UNITS_PER_PT;
+    let footnote: Vec<(String, Point)> = wrapped(text, typeface, width - 2.0 * edge)
+        .into_iter()
+        .zip(1..)
+        .map(|(text, number)| (text, (edge, grid.lower_end() + line * f64::from(number))))
+        .collect();
+    let lower_end = grid.lower_end() + line * footnote.len() as f64;
     Layout {
         panels: panels.collect(),
-        size: (
-            width.round() as u32,
-            (grid.lower_end() + edge).round() as u32,
-        ),
+        size: (width.round() as u32, (lower_end + edge).round() as u32),
         key,
+        footnote,
     }
+}
+
+/// Breaks a text into lines of at most this width.
+fn wrapped(text: &str, typeface: &Typeface, width: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        let longer_line = lines.last().map(|line| format!("{line} {word}"));
+        let fits = |line: &String| typeface.width(line, TICK_PT * UNITS_PER_PT) <= width;
+        match (lines.last_mut(), longer_line.filter(fits)) {
+            (Some(line), Some(longer_line)) => *line = longer_line,
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
 }
 
 struct Extents {
@@ -188,9 +212,22 @@ impl Extents {
         let points: Vec<Point> = panel.series.iter().flat_map(Series::extent).collect();
         let x = AxisExtent::new(&panel.x, points.iter().map(|point| point.0));
         let y = AxisExtent::new(&panel.y, points.iter().map(|point| point.1));
+        let [mut n_x, mut n_y] = [
+            (frame_width, TICK_SPACING_MM.0),
+            (frame_height, TICK_SPACING_MM.1),
+        ]
+        .map(|(length, spacing_mm)| length / (spacing_mm * UNITS_PER_MM));
+        // Two axes of one range have the same ticks.
+        if panel.x.span == panel.y.span && matches!(panel.x.span, AxisRange::Fixed(..)) {
+            n_x = n_x.min(n_y);
+            n_y = n_x;
+        }
         Self {
-            x_ticks: x.ticks(frame_width / (TICK_SPACING_MM.0 * UNITS_PER_MM)),
-            y_ticks: y.ticks(frame_height / (TICK_SPACING_MM.1 * UNITS_PER_MM)),
+            x_ticks: match panel.x.names.as_slice() {
+                [] => x.ticks(n_x),
+                names => named_ticks(names, n_x),
+            },
+            y_ticks: y.ticks(n_y),
             x,
             y,
         }

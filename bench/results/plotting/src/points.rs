@@ -67,6 +67,7 @@ mod tests {
             width: Width::Column,
             columns: 1,
             panel_height_mm: 30.0,
+            footnote: None,
             key: Key::Above,
             panels: vec![
                 panel(vec![line.with_name("paper, model")]),

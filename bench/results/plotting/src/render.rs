@@ -38,6 +38,7 @@ impl Figure {
     ///     width: Width::Column,
     ///     columns: 1,
     ///     panel_height_mm: 40.0,
+    ///     footnote: None,
     ///     key: Key::InPanels,
     ///     panels: vec![Panel {
     ///         series: vec![Series::line(Ink::Blue, Dash::Solid, curve).with_name("measured")],

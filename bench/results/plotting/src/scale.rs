@@ -146,6 +146,18 @@ impl AxisExtent {
     }
 }
 
+/// Returns a tick at each named place, of which about `n_ticks` are labelled.
+pub(super) fn named_ticks(names: &[String], n_ticks: f64) -> Vec<Tick> {
+    let step = (names.len() as f64 / n_ticks.max(1.0)).ceil().max(1.0) as usize;
+    let ticks = names.iter().enumerate();
+    ticks
+        .map(|(index, name)| Tick {
+            value: (index + 1) as f64,
+            label: (index % step == 0).then(|| name.clone()),
+        })
+        .collect()
+}
+
 /// Returns `value` with `decimals` decimals, a typographic minus sign and no negative zero.
 pub fn number_text(value: f64, decimals: usize) -> String {
     let text = format!("{:.decimals$}", value.abs());
@@ -180,6 +192,18 @@ mod tests {
         assert_eq!(
             label_texts,
             ["−0.3", "−0.2", "−0.1", "0.0", "0.1", "0.2", "0.3"]
+        );
+    }
+
+    #[test]
+    fn named_places_have_a_tick_each_and_as_many_names_as_there_is_room_for() {
+        let names: Vec<String> = (1..=5).map(|number| format!("sub-{number}")).collect();
+        let ticks = named_ticks(&names, 3.0);
+        assert_eq!(ticks.len(), 5);
+        let labels: Vec<Option<&str>> = ticks.iter().map(|tick| tick.label.as_deref()).collect();
+        assert_eq!(
+            labels,
+            [Some("sub-1"), None, Some("sub-3"), None, Some("sub-5")]
         );
     }
 

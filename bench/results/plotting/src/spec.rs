@@ -17,6 +17,8 @@ pub struct Figure {
     pub columns: usize,
     /// Height of a panel's frame, mm.
     pub panel_height_mm: f64,
+    /// Line of small print below the panels, such as the provenance of the data.
+    pub footnote: Option<String>,
     /// Position of the key.
     pub key: Key,
     /// Panels, row by row.
@@ -71,6 +73,8 @@ pub struct Axis {
     pub span: AxisRange,
     /// Whether tick labels and label are written; false if the panel below repeats them.
     pub has_labels: bool,
+    /// Names of the values 1, 2, …, which replace their numbers at the ticks; empty for a scale of numbers.
+    pub names: Vec<String>,
 }
 
 impl Axis {
@@ -81,6 +85,16 @@ impl Axis {
             scale: Scale::Linear,
             span: AxisRange::Data,
             has_labels: true,
+            names: Vec::new(),
+        }
+    }
+
+    /// Makes an axis of named places at 1, 2, …
+    pub fn named(label: impl Into<String>, names: Vec<String>) -> Self {
+        let last = names.len() as f64;
+        Self {
+            names,
+            ..Self::linear(label).with_range(0.4, last + 0.6)
         }
     }
 

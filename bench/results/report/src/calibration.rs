@@ -34,7 +34,7 @@ pub(crate) fn calibration(
     let (uses, errors) = calibration_uses(content);
     let n_uncalibrated = recordings
         .iter()
-        .filter(|recording| recording.is_uncalibrated())
+        .filter(|recording| recording.result.uncalibrated)
         .count();
     html! {
         @if n_uncalibrated > 0 {

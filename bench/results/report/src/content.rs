@@ -114,13 +114,6 @@ impl<'a> RecordingEntry<'a> {
         })
     }
 
-    pub(crate) fn is_uncalibrated(&self) -> bool {
-        let hardware = self
-            .manifest
-            .and_then(|manifest| manifest.hardware.as_ref());
-        hardware.is_some_and(|hardware| hardware.uncalibrated)
-    }
-
     pub(crate) fn participant(&self) -> Option<&'a str> {
         self.result.participant.as_deref()
     }

@@ -5,6 +5,7 @@
 mod assumptions;
 mod calibration;
 mod content;
+mod descriptive;
 mod drift;
 mod estimates;
 mod flags;

@@ -16,14 +16,15 @@ const SECONDS: NumberFormat = NumberFormat {
 };
 
 pub(crate) fn omissions(results: &Results<'_>, recordings: &[RecordingEntry<'_>]) -> Markup {
+    // By kind: the numbers of a reason differ from stretch to stretch.
     let mut reasons: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
     for recording in recordings {
         let mut recording_reasons: Vec<&str> = Vec::new();
         for rejection in &recording.result.rejected {
-            let entry = reasons.entry(&rejection.reason).or_default();
+            let entry = reasons.entry(&rejection.kind).or_default();
             entry.0 += 1;
-            if !recording_reasons.contains(&rejection.reason.as_str()) {
-                recording_reasons.push(&rejection.reason);
+            if !recording_reasons.contains(&rejection.kind.as_str()) {
+                recording_reasons.push(&rejection.kind);
                 entry.1 += 1;
             }
         }
@@ -53,7 +54,8 @@ pub(crate) fn omissions(results: &Results<'_>, recordings: &[RecordingEntry<'_>]
                     th scope="row" { (reason) } td.n { (stretches) } td.n { (n_recordings) }
                 } } }
             } }
-            p { "Times of the stretches, s from the beginning of the recording:" }
+            details {
+            summary { "Times of the stretches, s from the beginning of the recording" }
             ul { @for recording in recordings.iter().filter(|recording| !recording.result.rejected.is_empty()) {
                 li {
                     a href={ "#" (recording.anchor()) } { (recording.name()) } ", "
@@ -64,6 +66,7 @@ pub(crate) fn omissions(results: &Results<'_>, recordings: &[RecordingEntry<'_>]
                     } }
                 }
             } }
+            }
         }
     }
 }
@@ -78,6 +81,7 @@ fn attempt_table(attempts: &AttemptAccount) -> Markup {
             @if attempts.not_accepted > 0 { ", " (attempts.not_accepted) " of them from trials that were not accepted" }
             "."
         }
+        @for session in &attempts.empty_sessions { p { "A session has no accepted trial. " (session) "." } }
         @for log in &attempts.unread_logs { p.alert { "A log cannot be read. " (log) } }
         @if attempts.missed().next().is_some() {
             p.alert { "Accepted trials are missing: they could not be analysed." }

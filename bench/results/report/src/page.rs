@@ -5,8 +5,8 @@ use maud::{DOCTYPE, Markup, PreEscaped, html as markup};
 use crate::content::{ReportContent, ReportError, recording_entries};
 use crate::number::date;
 use crate::{
-    assumptions, calibration, drift, estimates, flags, law_check, omissions, skin, statistics,
-    study, trials,
+    assumptions, calibration, descriptive, drift, estimates, flags, law_check, omissions, skin,
+    statistics, study, trials,
 };
 
 const STYLE: &str = include_str!("page.css");
@@ -28,8 +28,18 @@ pub fn html(content: &ReportContent<'_>) -> Result<String, ReportError> {
     let results = content.results;
     let recordings = recording_entries(content)?;
     let section = |id, title, body| Section { id, title, body };
+    let folded = |id, title, body: Markup| {
+        let body = markup! { details { summary { "Show" } (body) } };
+        Section { id, title, body }
+    };
     let mut sections = vec![
         section("summary", "Summary", study::summary(content, &recordings)),
+        section(
+            "friction",
+            "Friction, gap, force and amplitude",
+            descriptive::descriptive(&results.descriptive),
+        ),
+        section("figures", "Figures", figures(content)?),
         section("study", "The study", study::study(content, &recordings)),
         section(
             "participants",
@@ -51,7 +61,7 @@ pub fn html(content: &ReportContent<'_>) -> Result<String, ReportError> {
             "Skin of the participants",
             skin::skin(results.skin, &results.holds_under_every_law_tried),
         ),
-        section(
+        folded(
             "estimates",
             "Estimates",
             estimates::estimates(
@@ -60,14 +70,13 @@ pub fn html(content: &ReportContent<'_>) -> Result<String, ReportError> {
                 &results.holds_under_every_law_tried,
             ),
         ),
-        section("drift", "Drift", drift::drift(&recordings)),
+        folded("drift", "Drift", drift::drift(&recordings)),
         section("flags", "Flags and warnings", flags::flags(&recordings)),
         section(
             "published",
             "Comparison with the published statistics",
             statistics::table(&results.statistics),
         ),
-        section("figures", "Figures", figures(content)?),
         section(
             "assumptions",
             "Assumptions",

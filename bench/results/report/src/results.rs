@@ -4,11 +4,13 @@ use analysis::Analysis;
 use analysis::attempts::AttemptAccount;
 use analysis::printed_settings::PrintedSettings;
 use analysis::published::{Statistics, statistics};
+use descriptive::Description;
 use population::law_check::{LawCheck, law_checks};
 use population::skin::Skin;
 use serde::ser::Error;
 use serde::{Serialize, Serializer};
 use study::exclusions::{Excluded, RecordingSelection};
+use study::provenance;
 
 use crate::recording_results::Recording;
 use crate::trial_quantity::{HOLDS_UNDER_EVERY_LAW_TRIED, TrialQuantity};
@@ -25,6 +27,10 @@ pub struct Results<'a> {
     pub settings: PrintedSettings,
     /// Quantities of `trial` that hold under every law tried.
     pub holds_under_every_law_tried: Vec<TrialQuantity>,
+    /// Counts of the recordings that are no calibrated measurement on a person.
+    pub provenance: provenance::Account,
+    /// Friction, gap, force and amplitude of the study, its conditions, participants and trials.
+    pub descriptive: Description,
     /// Recordings, in the order of the analysis.
     pub recordings: Vec<Recording>,
     /// Skin of the participants and of the study.
@@ -61,6 +67,8 @@ impl<'a> Results<'a> {
             format: FORMAT,
             settings: PrintedSettings::new(analysed),
             holds_under_every_law_tried: HOLDS_UNDER_EVERY_LAW_TRIED.to_vec(),
+            provenance: analysed.provenance(),
+            descriptive: Description::new(analysed),
             recordings: analysed.recordings.iter().map(Recording::from).collect(),
             skin,
             law_check: law_checks(analysed),

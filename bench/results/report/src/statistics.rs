@@ -1,6 +1,6 @@
 //! Published statistics next to those of these recordings.
 
-use analysis::published::{MethodStatistic, Statistic, StatisticRow, Statistics};
+use analysis::published::{FEWEST, MethodStatistic, Statistic, StatisticRow, Statistics, greek};
 use maud::{Markup, html};
 
 use crate::number::{finite, significant};
@@ -20,11 +20,12 @@ pub(crate) fn table(statistics: &Statistics) -> Markup {
 }
 
 fn row_lines(row: &StatisticRow) -> Markup {
+    let (meaning, published) = row.in_practical_units();
     let methods = [&row.paper, &row.dynamic, &row.trial];
     let levels = methods.iter().map(|statistic| statistic.also.len()).max();
     let level_cell = |statistic: &MethodStatistic, level: usize| -> Markup {
         html! {
-            td { @if let Some(statistic) = statistic.also.get(level) { (cell(statistic)) } }
+            td { @if let Some(statistic) = statistic.also.get(level) { (cell(&row.printed(statistic))) } }
         }
     };
     let level_name = |level: usize| {
@@ -37,9 +38,9 @@ fn row_lines(row: &StatisticRow) -> Markup {
     };
     html! {
         tr.first {
-            th scope="row" { (symbols(row.meaning)) }
-            td { (row.published) }
-            @for statistic in methods { td { (cell(&statistic.main)) } }
+            th scope="row" { (greek(&meaning)) }
+            td { (published) }
+            @for statistic in methods { td { (cell(&row.printed(&statistic.main))) } }
         }
         @for level in 0..levels.unwrap_or(0) {
             tr {
@@ -73,26 +74,9 @@ fn cell(statistic: &Statistic) -> Markup {
     html! {
         @match (finite(statistic.value), finite(statistic.std)) {
             (Some(_), Some(_)) => { (significant(statistic.value)) " ± " (significant(statistic.std)) },
+            (None, _) if statistic.n < FEWEST => "too few",
             _ => (significant(statistic.value)),
         }
         span.also { (details.join(", ")) }
     }
-}
-
-/// Replaces words that spell a symbol with the symbol.
-fn symbols(meaning: &str) -> String {
-    let word = |word: &str| {
-        let (word, comma) = word
-            .strip_suffix(',')
-            .map_or((word, ""), |word| (word, ","));
-        let symbol = match word {
-            "sigma_t" => "σ_t",
-            "mu" => "μ",
-            "mu0" => "μ0",
-            "um" => "µm",
-            other => other,
-        };
-        format!("{symbol}{comma}")
-    };
-    meaning.split(' ').map(word).collect::<Vec<_>>().join(" ")
 }

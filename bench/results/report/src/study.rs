@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use analysis::published::{MethodStatistic, Statistic};
 use jiff::Timestamp;
 use maud::{Markup, html};
+use study::provenance::Concern;
 
 use crate::content::{RecordingEntry, ReportContent};
 use crate::number::{MICRO, count_text, date, finite};
@@ -103,50 +104,22 @@ pub(crate) fn summary(content: &ReportContent<'_>, recordings: &[RecordingEntry<
                 ", mean ± standard deviation (published: 1.7 ± 0.4 µm)."
             }
         }
-        @if recordings.iter().any(|recording| is_rehearsed(recording)) {
-            p.alert { "Faults were injected on purpose into some of these recordings: they are a rehearsal, not data." }
-        }
-        @if let Some(words) = simulation_note(simulated_sessions(content), sessions) {
-            p.alert { (words) }
-        }
-        @if recordings.iter().any(RecordingEntry::is_uncalibrated) {
+        @for count in &results.provenance.counts {
             p.alert {
-                "Some of these recordings were made without a calibration: their constants are those of the configuration, and \
-                 were not measured. " a href="#calibration" { "Calibration" }
+                b { (sentence_case(count.concern.name())) } ", " (count.phrase()) ": " (count.concern.consequence()) ". "
+                @if count.concern == Concern::Uncalibrated { a href="#calibration" { "Calibration" } }
             }
         }
     }
 }
 
-fn is_rehearsed(recording: &RecordingEntry<'_>) -> bool {
-    let hardware = recording
-        .manifest
-        .and_then(|manifest| manifest.hardware.as_ref());
-    hardware.is_some_and(|hardware| !hardware.rehearsed.is_empty())
-}
-
-/// Returns the number of sessions recorded on a simulated bench.
-fn simulated_sessions(content: &ReportContent<'_>) -> usize {
-    let starts = content.sessions.list.iter();
-    let starts = starts.filter_map(|(_, session)| session.as_ref().ok()?.start.as_ref());
-    let is_simulated = |flag: &String| flag == "true";
-    starts
-        .filter(|start| start.devices.get("simulated").is_some_and(is_simulated))
-        .count()
-}
-
-/// Returns a sentence on the number of simulated sessions; `None` if all were recorded on a real bench.
-fn simulation_note(simulated_sessions: usize, sessions: usize) -> Option<String> {
-    match simulated_sessions {
-        0 => None,
-        all if all == sessions => {
-            Some("Recorded on a simulated bench: nobody took part.".to_owned())
-        }
-        n => Some(format!(
-            "{n} of {sessions} sessions were recorded on a simulated bench: nobody took part in {}.",
-            if n == 1 { "it" } else { "them" }
-        )),
-    }
+/// Returns the text with a capital letter at its start.
+fn sentence_case(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters
+        .next()
+        .map(|letter| letter.to_uppercase().to_string());
+    first.unwrap_or_default() + letters.as_str()
 }
 
 /// Returns the distinct values in words, with their counts if there are several.
@@ -315,19 +288,5 @@ pub(crate) fn participants(recordings: &[RecordingEntry<'_>]) -> Markup {
                 td.n { (trial_instances(recordings)) }
             } } }
         } }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_simulation_note_counts_the_simulated_sessions() {
-        assert_eq!(simulation_note(0, 3), None);
-        let words = |simulated_sessions| simulation_note(simulated_sessions, 3).unwrap();
-        assert!(words(3).starts_with("Recorded on a simulated bench: nobody"));
-        assert!(words(1).starts_with("1 of 3 sessions "));
-        assert!(words(2).ends_with("nobody took part in them."));
     }
 }

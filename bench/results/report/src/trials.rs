@@ -9,6 +9,9 @@ use study::sessions::{Attempt, LoggedSession, SessionEnd};
 use crate::content::{RecordingEntry, ReportContent};
 use crate::number::{NumberFormat, count_text};
 
+/// Explanation of an attempt without an outcome in its log.
+const UNSETTLED: &str = "the program ended during this attempt, before its verdict; a resumed session repeats the trial";
+
 const SECONDS: NumberFormat = NumberFormat {
     factor: 1.0,
     decimals: 0,
@@ -89,7 +92,10 @@ fn session_section(
                     td { (attempt.condition) }
                     td.n { (SECONDS.value(attempt.start_s)) }
                     td { (verdict) }
-                    td { (reasons.join("; ")) }
+                    td {
+                        (reasons.join("; "))
+                        @if attempt.outcome.is_none() { (UNSETTLED) }
+                    }
                     td { @match recording_of(attempt) {
                         Some(recording) => a href={ "#" (recording.anchor()) } {
                             (count_text(recording.result.instances.len(), "instance", "instances"))

@@ -46,6 +46,7 @@ fn figure() -> Figure {
         width: Width::Column,
         columns: 1,
         panel_height_mm: 20.0,
+        footnote: None,
         key: Key::InPanels,
         panels: vec![Panel {
             series: vec![
@@ -281,7 +282,7 @@ fn unknown_values_have_neither_digits_nor_errors() {
     let cells: Vec<&str> = row.split("</td>").collect();
     assert_eq!(cells[0], r#"<td class="n">1.900"#);
     assert_eq!(cells[3], r#"<td class="n">–"#);
-    assert!(page.contains(r#"1.90e−6<span class="also">n = 2 instances, clustered"#));
+    assert!(page.contains(r#"1.90<span class="also">n = 2 instances, clustered"#));
     assert!(!page.contains("NaN"));
 }
 

@@ -192,6 +192,7 @@ fn draw(
         width: Width::Column,
         columns: 1,
         panel_height_mm: 44.0,
+        footnote: None,
         key: Key::InPanels,
         panels: vec![Panel {
             series,

@@ -261,6 +261,7 @@ fn draw(places: &[ProfilePoint], profile: &MeasuredProfile) -> Figure {
         width: Width::Column,
         columns: 1,
         panel_height_mm: 44.0,
+        footnote: None,
         key: Key::InPanels,
         panels: vec![Panel {
             series: vec![

@@ -1,6 +1,6 @@
 //! Report of the exclusions, as text and as a table.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use recording::DiskError;
 use recording::disk;
@@ -54,9 +54,11 @@ impl RecordingSelection {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn write_table(&self, folder: &Path) -> Result<(), DiskError> {
+    pub fn write_table(&self, folder: &Path) -> Result<PathBuf, DiskError> {
         let list = self.excluded.iter().map(|excluded| &excluded.exclusion);
-        disk::replace_file(&folder.join(FILE_NAME), to_tsv(list).as_bytes())
+        let path = folder.join(FILE_NAME);
+        disk::replace_file(&path, to_tsv(list).as_bytes())?;
+        Ok(path)
     }
 }
 

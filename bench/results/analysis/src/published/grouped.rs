@@ -275,6 +275,17 @@ impl<'a> Pool<'a> {
             .collect()
     }
 
+    /// Returns the ranges of two quantities in each instance of a participant.
+    pub(super) fn changes_of(
+        &self,
+        participant: &str,
+        x: SampleValue,
+        y: SampleValue,
+    ) -> Vec<(f64, f64)> {
+        let group = self.participants.get(participant);
+        group.map_or_else(Vec::new, |group| group.range_pairs_of_instances(x, y))
+    }
+
     /// Returns the pairs of all trials, each with its person.
     fn pairs_of(&self, pairs: impl Fn(&Group<'a>) -> Vec<(f64, f64)>) -> Pairs {
         let mut trial_pairs = Pairs {

@@ -15,7 +15,7 @@ use rows::ROWS;
 pub use rows::{ABS_Z_M, GAP, MU_ESTIMATED};
 pub use statistic::{Level, MethodStatistic, Statistic};
 pub use table::{StatisticRow, Statistics};
-pub use text::TableFormat;
+pub use text::{FEWEST, TableFormat, greek, wrapped};
 
 /// Returns all statistics of an analysis.
 pub fn statistics(analysed: &Analysis) -> Statistics {
@@ -34,6 +34,16 @@ pub fn statistics(analysed: &Analysis) -> Statistics {
     Statistics {
         rows: rows.collect(),
     }
+}
+
+/// Returns the changes of friction and of a quantity in each instance of a participant, each a maximum minus a minimum.
+pub fn changes_of(
+    analysed: &Analysis,
+    participant: &str,
+    method: Method,
+    change: Change,
+) -> Vec<(f64, f64)> {
+    Pool::new(analysed, method).changes_of(participant, rows::MU, change)
 }
 
 /// Returns the changes of friction and of a quantity in each instance, each a maximum minus a minimum.

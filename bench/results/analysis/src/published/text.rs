@@ -27,6 +27,15 @@ pub enum TableFormat {
 
 const HEADER: [&str; COLUMNS] = ["statistic", "published", "paper", "dynamic", "trial"];
 const COLUMNS: usize = 5;
+/// End of the meaning of a length.
+const LENGTH: &str = ", m";
+/// Fewest pairs of a correlation or slope.
+pub const FEWEST: usize = 3;
+/// Meaning of the numbers of the table on a terminal.
+const LEGEND: [&str; 2] = [
+    "a ± b: mean and standard deviation of the n values, not an interval of the mean; of a slope, b is its standard error",
+    "p: pairs taken as independent; clustered p: participants taken as the unit",
+];
 
 impl Statistics {
     /// Returns the table of the statistics with the published values.
@@ -43,21 +52,23 @@ impl Statistics {
     fn lines(&self) -> Vec<[String; COLUMNS]> {
         let mut lines = Vec::new();
         for row in &self.rows {
+            let (meaning, published) = row.in_practical_units();
+            let text = |statistic: &Statistic| row.printed(statistic).to_text();
             lines.push([
-                row.meaning.to_owned(),
-                row.published.to_owned(),
-                row.paper.main.to_text(),
-                row.dynamic.main.to_text(),
-                row.trial.main.to_text(),
+                meaning,
+                published,
+                text(&row.paper.main),
+                text(&row.dynamic.main),
+                text(&row.trial.main),
             ]);
             let others = row.dynamic.also.iter().zip(&row.trial.also);
             for (paper, (dynamic, trial)) in row.paper.also.iter().zip(others) {
                 lines.push([
                     format!("  over {}", paper.over.name()),
                     String::new(),
-                    paper.to_text(),
-                    dynamic.to_text(),
-                    trial.to_text(),
+                    text(paper),
+                    text(dynamic),
+                    text(trial),
                 ]);
             }
         }
@@ -75,9 +86,10 @@ impl Statistics {
         table.set_header(HEADER);
         for line in self.lines() {
             // The indentation marks lines that belong to the row above; the table would remove it.
-            table.add_row(line.map(|cell| cell.replacen("  ", "\u{a0}\u{a0}", 1)));
+            table.add_row(line.map(|cell| greek(&cell).replacen("  ", "\u{a0}\u{a0}", 1)));
         }
-        table.to_string()
+        let lines = table.lines().map(|line| line.trim_end().to_owned() + "\n");
+        lines.collect::<String>() + &wrapped(LEGEND, columns)
     }
 
     fn to_csv(&self) -> String {
@@ -98,7 +110,7 @@ impl Statistics {
 
     fn to_markdown(&self) -> String {
         let line = |cells: [String; COLUMNS]| {
-            let cells = cells.map(|cell| cell.trim().replace('|', "\\|"));
+            let cells = cells.map(|cell| greek(cell.trim()).replace('|', "\\|"));
             format!("| {} |\n", cells.join(" | "))
         };
         let mut text = line(HEADER.map(str::to_owned));
@@ -125,6 +137,38 @@ impl Statistics {
 }
 
 impl StatisticRow {
+    /// Returns meaning and published value for people: a length is in µm.
+    #[must_use]
+    pub fn in_practical_units(&self) -> (String, String) {
+        let (meaning, published) = (self.meaning, self.published);
+        match meaning.strip_suffix(LENGTH) {
+            Some(quantity) => {
+                let published = published.strip_prefix('(').unwrap_or(published);
+                (format!("{quantity}, µm"), published.replace(")e-6", ""))
+            }
+            None => (meaning.to_owned(), published.to_owned()),
+        }
+    }
+
+    /// Returns one of its statistics for people: a length in µm, and no slope of two points, which are always on a line.
+    #[must_use]
+    pub fn printed(&self, statistic: &Statistic) -> Statistic {
+        let factor = if self.meaning.ends_with(LENGTH) {
+            1e6
+        } else {
+            1.0
+        };
+        let is_slope = self.name.starts_with("slope_");
+        let value = statistic
+            .value
+            .filter(|_| !is_slope || statistic.n >= FEWEST);
+        Statistic {
+            value: value.map(|value| value * factor),
+            std: statistic.std.map(|std| std * factor),
+            ..*statistic
+        }
+    }
+
     /// Returns the statistic by a method.
     pub fn statistic(&self, method: Method) -> &MethodStatistic {
         match method {
@@ -186,10 +230,8 @@ impl Statistic {
         };
         let n = format!("n={} {}", self.n, self.over.name());
         match (self.value, self.std, self.p) {
+            (None, ..) if self.n < FEWEST => format!("too few ({n})"),
             (None, ..) => format!("- ({n})"),
-            (Some(value), Some(std), _) if value.abs() < 1e-3 => {
-                format!("{} ± {} ({n})", number(value), number(std))
-            }
             (Some(value), Some(std), _) => format!("{} ({n})", with_error(value, std, 2)),
             (Some(value), None, Some(p)) => {
                 format!("{} ({}, {n}{people})", number(value), p_value(p))
@@ -199,8 +241,44 @@ impl Statistic {
     }
 }
 
+/// Returns the lines, broken between words where they are wider than the terminal.
+pub fn wrapped<T: Into<String>>(
+    lines: impl IntoIterator<Item = T>,
+    columns: Option<u16>,
+) -> String {
+    let mut table = Table::new();
+    table
+        .load_style(NOTHING)
+        .set_content_arrangement(ContentArrangement::Dynamic);
+    if let Some(columns) = columns {
+        table.set_width(columns);
+    }
+    for line in lines {
+        table.add_row([line.into()]);
+    }
+    let lines = table.lines();
+    lines.map(|line| line.trim().to_owned() + "\n").collect()
+}
+
+/// Words of the table, with the letters that screens and figures show.
+const LETTERS: [(&str, &str); 4] = [("sigma_t", "σ_t"), ("mu0", "μ0"), ("mu", "μ"), ("um", "µm")];
+
+/// Returns the text with Greek letters in place of whole words.
+#[must_use]
+pub fn greek(text: &str) -> String {
+    let is_part = |character: char| character.is_alphanumeric() || character == '_';
+    let mut output = String::new();
+    for piece in text.split_inclusive(|character| !is_part(character)) {
+        let word = piece.trim_end_matches(|character| !is_part(character));
+        let letter = LETTERS.iter().find(|(plain, _)| *plain == word);
+        output += letter.map_or(word, |(_, letter)| letter);
+        output += &piece[word.len()..];
+    }
+    output
+}
+
 /// Symbols of the table's words in LaTeX, each before its own prefixes.
-const SYMBOLS: [(&str, &str); 20] = [
+const SYMBOLS: [(&str, &str); 21] = [
     ("|Z_m⁰ - Z_p|", r"$|Z_m^0 - Z_p|$"),
     ("|Im Z_m|", r"$|\operatorname{Im} Z_m|$"),
     ("Re Z_m", r"$\operatorname{Re} Z_m$"),
@@ -215,6 +293,7 @@ const SYMBOLS: [(&str, &str); 20] = [
     ("mu0", r"$\mu_0$"),
     ("mu", r"$\mu$"),
     (" um ", r"~\textmu m "),
+    (" µm", r"~\textmu m"),
     ("R²", r"$R^2$"),
     ("±", r"$\pm$"),
     ("<", "$<$"),
@@ -285,13 +364,14 @@ mod tests {
             "0.25 (p=0.250, n=70 trials, clustered p=0.400 of 7 people)",
         ];
         let text = table(TableFormat::Text { columns: None });
-        assert_eq!(text.lines().count(), 2);
+        assert_eq!(text.lines().count(), 2 + LEGEND.len());
+        assert!(text.contains("μ0 and μ, "), "{text}");
         assert!(cells.iter().all(|cell| text.contains(cell)), "{text}");
         assert_eq!(
             table(TableFormat::Markdown),
             format!(
                 "| statistic | published | paper | dynamic | trial |\n| --- | --- | --- | --- | --- |\n\
-                 | Spearman of \\|Im Z_m\\|, mu0 and mu, \"all\" | < 0.10 | {} | {} | {} |\n",
+                 | Spearman of \\|Im Z_m\\|, μ0 and μ, \"all\" | < 0.10 | {} | {} | {} |\n",
                 cells[0], cells[1], cells[2]
             )
         );
@@ -319,6 +399,32 @@ mod tests {
             let count = |word: &str| text.matches(word).count();
             assert_eq!(count("p=0.250"), 3, "{columns}:\n{text}");
             assert_eq!(count("Spearman") + count("-0.12"), 2, "{columns}:\n{text}");
+        }
+    }
+
+    #[test]
+    fn a_length_is_printed_in_micrometres_with_its_published_value() {
+        let mut statistics = statistics();
+        let row = &mut statistics.rows[0];
+        (row.meaning, row.published) = ("sigma_t, m", "(1.7 ± 0.4)e-6");
+        row.paper = MethodStatistic::single(Statistic {
+            value: Some(1.6e-6),
+            std: Some(0.3e-6),
+            n: 9,
+            ..Statistic::empty(Level::Instances)
+        });
+        row.trial = MethodStatistic::single(Statistic {
+            n: 2,
+            ..Statistic::empty(Level::Participants)
+        });
+        let text = statistics.to_table(TableFormat::Text { columns: None });
+        for cell in [
+            "σ_t, µm",
+            "1.7 ± 0.4 ",
+            "1.60 ± 0.30 (n=9 instances)",
+            "too few (n=2 participants)",
+        ] {
+            assert!(text.contains(cell), "{cell}: {text}");
         }
     }
 

@@ -4,7 +4,6 @@ mod independent_world;
 mod laws_in_doubt;
 mod laws_page;
 mod predictive;
-#[cfg(feature = "parquet")]
 mod reference_recordings;
 mod reynolds_world;
 mod verdict;

@@ -8,7 +8,7 @@ pub use parameters::{
     LeftOut, Parameters, PersonParameter, PersonSkin, Ranged, RecordingSkin, Skin, StudyParameter,
     TrialParameter,
 };
-pub use table::{SKIN_FILE, write};
+pub use table::{COLUMNS, SKIN_FILE, write};
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

@@ -1,6 +1,6 @@
 //! Skin of a study as CSV: a row for each parameter of each recording, each participant and the study.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::skin::parameters::{NAMES, Ranged, Skin};
 use recording::DiskError;
@@ -9,24 +9,110 @@ use recording::disk;
 /// Name of the file.
 pub const SKIN_FILE: &str = "skin.csv";
 
-const HEADER: [&str; 17] = [
-    "level",
-    "participant",
-    "recording",
-    "parameter",
-    "value",
-    "low95",
-    "high95",
-    "n",
-    "between_ln_std",
-    "shrunken",
-    "shrunken_low95",
-    "shrunken_high95",
-    "left_out",
-    "low95_within_laws",
-    "high95_within_laws",
-    "shrunken_low95_within_laws",
-    "shrunken_high95_within_laws",
+/// Columns of the table: name, type, SI unit and meaning.
+pub const COLUMNS: [(&str, &str, &str, &str); 17] = [
+    (
+        "level",
+        "text",
+        "",
+        "trial, participant or study; compare rows of one level only",
+    ),
+    (
+        "participant",
+        "text",
+        "",
+        "pseudonym; empty in rows of the study",
+    ),
+    (
+        "recording",
+        "text",
+        "",
+        "folder of the recording, in rows of a trial",
+    ),
+    (
+        "parameter",
+        "text",
+        "",
+        "contact_area_m2, q0_rad_per_m, loss_factor or tau_s; empty in a row of a recording that is left out",
+    ),
+    (
+        "value",
+        "real",
+        "SI",
+        "the trial's fit, the participant's or the study's mean",
+    ),
+    (
+        "low95",
+        "real",
+        "SI",
+        "lower end of the total 95 % interval of value",
+    ),
+    (
+        "high95",
+        "real",
+        "SI",
+        "upper end of the total 95 % interval of value",
+    ),
+    (
+        "n",
+        "integer",
+        "1",
+        "trials of a participant, or participants of the study",
+    ),
+    (
+        "between_ln_std",
+        "real",
+        "1",
+        "standard deviation of the logarithm between trials or participants, in excess of the errors",
+    ),
+    (
+        "shrunken",
+        "real",
+        "SI",
+        "value pulled towards the mean of its level",
+    ),
+    (
+        "shrunken_low95",
+        "real",
+        "SI",
+        "lower end of the 95 % interval of shrunken",
+    ),
+    (
+        "shrunken_high95",
+        "real",
+        "SI",
+        "upper end of the 95 % interval of shrunken",
+    ),
+    (
+        "left_out",
+        "text",
+        "",
+        "reason why a recording is left out, or number of a participant's recordings that are",
+    ),
+    (
+        "low95_within_laws",
+        "real",
+        "SI",
+        "lower end of the interval of value with Eqs. 14 to 19 taken as true",
+    ),
+    (
+        "high95_within_laws",
+        "real",
+        "SI",
+        "upper end of the interval of value with Eqs. 14 to 19 taken as true",
+    ),
+    (
+        "shrunken_low95_within_laws",
+        "real",
+        "SI",
+        "lower end of the interval of shrunken with Eqs. 14 to 19 taken as true",
+    ),
+    (
+        "shrunken_high95_within_laws",
+        "real",
+        "SI",
+        "upper end of the interval of shrunken with Eqs. 14 to 19 taken as true",
+    ),
 ];
 
 /// Row of the table; unknown values are empty.
@@ -44,7 +130,7 @@ struct Row<'a> {
 }
 
 impl Row<'_> {
-    fn cells(&self) -> [String; HEADER.len()] {
+    fn cells(&self) -> [String; COLUMNS.len()] {
         let number = |value: Option<f64>| {
             let finite = value.filter(|value| value.is_finite());
             finite.map_or_else(String::new, |value| value.to_string())
@@ -89,15 +175,17 @@ impl Row<'_> {
 ///
 /// # Errors
 /// The operating system refused.
-pub fn write(skin: &Skin, folder: &Path) -> Result<(), DiskError> {
+pub fn write(skin: &Skin, folder: &Path) -> Result<PathBuf, DiskError> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     // Writing to memory does not fail.
-    let _ = writer.write_record(HEADER);
+    let _ = writer.write_record(COLUMNS.map(|(name, ..)| name));
     for row in rows(skin) {
         let _ = writer.write_record(row.cells());
     }
     let bytes = writer.into_inner().unwrap_or_default();
-    disk::replace_file(&folder.join(SKIN_FILE), &bytes)
+    let path = folder.join(SKIN_FILE);
+    disk::replace_file(&path, &bytes)?;
+    Ok(path)
 }
 
 fn rows(skin: &Skin) -> Vec<Row<'_>> {

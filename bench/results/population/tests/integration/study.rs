@@ -71,6 +71,7 @@ fn recording(
             path,
             participant,
             manifest: Manifest::parse(&text, "recording.toml").unwrap(),
+            provenance: Default::default(),
             rules: SelectionRules::published(0.05),
             pickup: recording::pipeline::PickupOffset::default(),
             zero: analysis::force_zero::ForceZero::default(),

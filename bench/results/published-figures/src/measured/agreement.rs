@@ -64,8 +64,7 @@ pub(super) fn figure(analysed: &Analysis, selection: &FigureSelection) -> Figure
             if method == Method::Paper {
                 let points = initialisation(analysed);
                 series.push(
-                    Series::points(Ink::Black, Marker::Triangle, points)
-                        .with_name("initialisation"),
+                    Series::points(Ink::Black, Marker::Triangle, points).with_name("Zₜ read here"),
                 );
             }
             Panel {
@@ -94,6 +93,7 @@ pub(super) fn figure(analysed: &Analysis, selection: &FigureSelection) -> Figure
         width: Width::Page,
         columns: n_panels.max(1),
         panel_height_mm: if n_panels > 2 { 48.0 } else { 70.0 },
+        footnote: None,
         key: Key::InPanels,
         panels,
     }

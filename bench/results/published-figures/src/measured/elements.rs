@@ -89,6 +89,16 @@ fn round(value: f64) -> f64 {
     (value * 1e9).round() / 1e9
 }
 
+/// Returns the sentence on methods whose marks coincide.
+pub(super) fn overlap_note(selection: &FigureSelection) -> &'static str {
+    let has = |method| selection.methods.contains(&method);
+    if has(Method::Dynamic) && has(Method::Trial) {
+        " Where dynamic and trial agree, the marks of trial cover those of dynamic."
+    } else {
+        ""
+    }
+}
+
 /// Returns the note in a caption for a cloud that shows only every `step`th sample.
 pub(super) fn thinning_note(step: usize) -> String {
     if step > 1 {

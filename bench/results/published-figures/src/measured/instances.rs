@@ -203,6 +203,7 @@ pub(super) fn figure(
         width: Width::Page,
         columns: 2,
         panel_height_mm: 32.0,
+        footnote: None,
         key: Key::Above,
         panels,
     })

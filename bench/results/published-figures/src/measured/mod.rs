@@ -1,4 +1,5 @@
-//! Figures of measurements: Huloux 2021, Figs. 11, 13, 14 and 15, and the shift of the plate's resonance.
+//! Figures of measurements: friction and its fall of each participant, Huloux 2021, Figs. 11, 13, 14 and 15, and the shift of the
+//! plate's resonance.
 //!
 //! [`measured_figures`] draws the figures that an analysis allows, [`write_figures`] writes them with their data.
 
@@ -14,6 +15,8 @@ use std::path::{Path, PathBuf};
 
 use analysis::estimate::Method;
 use analysis::findings::{Analysis, RecordingFindings};
+use descriptive::Description;
+use descriptive::figure::figure;
 use plotting::Figure;
 use study::sessions::Sessions;
 
@@ -27,7 +30,7 @@ pub fn measured_figures(
     selection: &FigureSelection,
 ) -> Vec<Figure> {
     let selection = &selection.available_in(analysed);
-    let mut figures = Vec::new();
+    let mut figures: Vec<Figure> = figure(&Description::new(analysed)).into_iter().collect();
     if let Some(typical_recording) = typical_recording(analysed) {
         figures.extend(typical_trial::figure(
             typical_recording,
@@ -41,6 +44,12 @@ pub fn measured_figures(
         figures.push(agreement::figure(analysed, selection));
     }
     figures.extend(resonance_shift::figures(analysed, sessions, selection));
+    if let Some(line) = analysed.provenance().line() {
+        for figure in &mut figures {
+            figure.caption += &format!(" Recordings: {line}.");
+            figure.footnote = Some(format!("Recordings: {line}"));
+        }
+    }
     figures
 }
 

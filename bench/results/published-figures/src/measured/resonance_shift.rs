@@ -71,6 +71,7 @@ pub(super) fn figures(
             width: Width::Page,
             columns: if is_series { 2 } else { 1 },
             panel_height_mm: if is_series { 38.0 } else { 60.0 },
+            footnote: None,
             key: Key::Above,
             panels,
         }

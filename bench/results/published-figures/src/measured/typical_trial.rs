@@ -6,7 +6,8 @@ use contact::self_sensed;
 use num_complex::Complex64;
 
 use crate::measured::elements::{
-    ABS_Z_M, EstimatedQuantity, GAP, MICRO, assumption_note, ink, line, recording_name, trial_note,
+    ABS_Z_M, EstimatedQuantity, GAP, MICRO, assumption_note, ink, line, overlap_note,
+    recording_name, trial_note,
 };
 use crate::measured::figure_selection::FigureSelection;
 use analysis::estimate::{InstanceAnalysis, Method};
@@ -127,7 +128,8 @@ pub(super) fn figure(
         1.0,
     );
     let measured_mu = time_course(&exploration.mu, 1.0);
-    friction.push(Series::line(Ink::Black, Dash::Dotted, measured_mu));
+    friction
+        .push(Series::line(Ink::Black, Dash::Dotted, measured_mu).with_name("measured friction"));
     let gap = estimates(
         &instances,
         selection,
@@ -153,7 +155,7 @@ pub(super) fn figure(
             "{} exploration of {} in time: (a) vibration amplitude (peak){}; (b) modulus of the observed impedance{}; (c) \
              normal and lateral force{}; (d) amplitude of the finger's reaction force (Eq. 10); (e) friction, measured \
              (dotted) and estimated; (f) levitation gap, estimated (Huloux 2021, Fig. 11). Instances shaded grey, standard \
-             errors in the tint of their curve, those of trial with the laws in doubt. {}{}",
+             errors in the tint of their curve, those of trial with the laws in doubt.{} {}{}",
             match exploration.direction {
                 protocols::Direction::LeftToRight => "Left-to-right",
                 protocols::Direction::RightToLeft => "Right-to-left",
@@ -180,12 +182,14 @@ pub(super) fn figure(
             } else {
                 ""
             },
+            overlap_note(selection),
             trial_note(findings, selection),
             assumption_note(analysed, selection),
         ),
         width: Width::Page,
         columns: 1,
         panel_height_mm: 25.0,
+        footnote: None,
         key: Key::Above,
         panels,
     })

@@ -1,20 +1,30 @@
 //! Fig. 14: changes of impedance, gap and estimated friction against the change of friction.
 
-use crate::measured::elements::{MICRO, assumption_note, points};
+use std::collections::BTreeSet;
+
+use crate::measured::elements::{MICRO, assumption_note, ink, overlap_note, points};
 use crate::measured::figure_selection::FigureSelection;
-use analysis::findings::Analysis;
+use analysis::findings::{Analysis, RecordingFindings};
 use analysis::method::Method;
-use analysis::published::{ABS_Z_M, Change, GAP, MU_ESTIMATED, changes};
+use analysis::published::{ABS_Z_M, Change, GAP, MU_ESTIMATED, changes, changes_of};
 use analysis::statistics::Coefficient;
 use plotting::number_text;
-use plotting::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};
+use plotting::{Axis, Dash, Figure, Ink, Key, Marker, Panel, Series, Width};
 
 /// Share of the range that a line of text takes.
 const LINE_SHARE: f64 = 0.13;
 /// Changes of more than this many times the median one lie beyond the frame, so that they do not flatten the others.
 const WIDE: f64 = 20.0;
+/// Markers of participants.
+const MARKERS: [Marker; 4] = [
+    Marker::Disc,
+    Marker::Circle,
+    Marker::Square,
+    Marker::Triangle,
+];
 
 pub(super) fn figure(analysed: &Analysis, selection: &FigureSelection) -> Figure {
+    let people = told_apart(analysed);
     let (mut n, mut n_trial, mut n_outside) = (0, 0, 0);
     let headroom = LINE_SHARE * selection.methods.len() as f64;
     let mut panel = |label: &str, change: Change, coefficient: Coefficient, factor: f64| {
@@ -40,8 +50,18 @@ pub(super) fn figure(analysed: &Analysis, selection: &FigureSelection) -> Figure
             if method == Method::Trial {
                 n_trial = pairs.len();
             }
-            let pairs = pairs.iter().map(|&(mu, delta)| (mu, delta * factor));
-            panel.series.push(points(method, pairs.collect()));
+            let scaled = |pairs: Vec<(f64, f64)>| -> Vec<(f64, f64)> {
+                let pairs = pairs.into_iter();
+                pairs.map(|(mu, delta)| (mu, delta * factor)).collect()
+            };
+            if people.is_empty() {
+                panel.series.push(points(method, scaled(pairs)));
+            }
+            for (person, marker) in people.iter().zip(MARKERS) {
+                let pairs = scaled(changes_of(analysed, person, method, change));
+                let series = Series::points(ink(method), marker, pairs);
+                panel.series.push(series.with_name(method.name()));
+            }
         }
         n_outside += frame(&mut panel, label, headroom);
         panel
@@ -51,6 +71,13 @@ pub(super) fn figure(analysed: &Analysis, selection: &FigureSelection) -> Figure
         panel("Δ gap (µm)", GAP, Coefficient::Spearman, MICRO),
         panel("Δμ, estimated", MU_ESTIMATED, Coefficient::Pearson, 1.0),
     ];
+    if let Some(first_panel) = panels.first_mut() {
+        first_panel.notes.push(format!("n = {n} instances"));
+        let names = people.iter().zip(MARKERS).map(|(person, marker)| {
+            Series::points(Ink::Black, marker, Vec::new()).with_name(*person)
+        });
+        first_panel.series.extend(names);
+    }
     if let Some(mu_panel) = panels.last_mut() {
         let values = mu_panel.series.iter().flat_map(Series::extent);
         let mus = values.map(|(mu, _)| mu).filter(|mu| mu.is_finite());
@@ -73,19 +100,40 @@ pub(super) fn figure(analysed: &Analysis, selection: &FigureSelection) -> Figure
         caption: format!(
             "Maximum less minimum in an instance, over {n} instances{note}: (a) the modulus of the observed impedance, (b) the \
              levitation gap, (c) the estimated friction, against measured friction, with Spearman's ρ and Pearson's r (Huloux \
-             2021, Fig. 14, who give ρ = 0.28 and 0.43 and r = 0.76 over 140 instances).{} {}",
+             2021, Fig. 14, who give ρ = 0.28 and 0.43 and r = 0.76 over 140 instances).{}{}{} {}",
             match n_outside {
                 0 => String::new(),
                 1 => " One point is outside a frame.".to_owned(),
                 n => format!(" {n} points are outside the frames."),
             },
+            if people.is_empty() {
+                ""
+            } else {
+                " Ink: method; marker: participant."
+            },
+            overlap_note(selection),
             assumption_note(analysed, selection),
         ),
         width: Width::Page,
         columns: 3,
         panel_height_mm: 45.0,
+        footnote: None,
         key: Key::Above,
         panels,
+    }
+}
+
+/// Returns the participants, if there are several and each can have a marker.
+fn told_apart(analysed: &Analysis) -> Vec<&str> {
+    let people: Option<BTreeSet<&str>> = analysed
+        .findings()
+        .filter(|findings| !findings.instances.is_empty())
+        .map(RecordingFindings::participant)
+        .collect();
+    let people = people.unwrap_or_default();
+    match people.len() {
+        2..=4 => people.into_iter().collect(),
+        _ => Vec::new(),
     }
 }
 

@@ -111,6 +111,7 @@ fn impedance_by_stiffness(parameters: &ModelParameters, curves: &Curves) -> Figu
         width: Width::Column,
         columns: 1,
         panel_height_mm: 32.0,
+        footnote: None,
         key: Key::Above,
         panels: vec![
             panel(
@@ -196,6 +197,7 @@ fn balance(parameters: &ModelParameters, curves: &Curves) -> Figure {
         width: Width::Page,
         columns: 2,
         panel_height_mm: 55.0,
+        footnote: None,
         key: Key::InPanels,
         panels: vec![forces, gap],
     }
@@ -213,6 +215,7 @@ fn stiffness(parameters: &ModelParameters, curves: &Curves) -> Figure {
         width: Width::Column,
         columns: 1,
         panel_height_mm: 52.0,
+        footnote: None,
         key: Key::InPanels,
         panels: vec![Panel {
             series: family(
@@ -253,6 +256,7 @@ fn impedance(parameters: &ModelParameters, curves: &Curves) -> Figure {
         width: Width::Column,
         columns: 1,
         panel_height_mm: 38.0,
+        footnote: None,
         key: Key::Above,
         panels: vec![
             panel(
@@ -323,6 +327,7 @@ fn motion(parameters: &ModelParameters, curves: &Curves) -> Figure {
         width: Width::Page,
         columns: 2,
         panel_height_mm: 38.0,
+        footnote: None,
         key: Key::Above,
         panels,
     }
@@ -341,6 +346,7 @@ fn friction(parameters: &ModelParameters, curves: &Curves) -> Figure {
         width: Width::Column,
         columns: 1,
         panel_height_mm: 48.0,
+        footnote: None,
         key: Key::InPanels,
         panels: vec![Panel {
             series: family(

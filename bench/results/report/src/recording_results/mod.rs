@@ -35,6 +35,7 @@ impl From<&RecordingAnalysis> for Recording {
                     path,
                     participant: analysis.participant.clone(),
                     uncalibrated: false,
+                    provenance: None,
                     carrier_hz: None,
                     plate_profile: false,
                     plate_across: None,
@@ -63,6 +64,7 @@ impl From<&RecordingAnalysis> for Recording {
             participant: findings.participant().map(str::to_owned),
             uncalibrated: (findings.manifest.hardware.as_ref())
                 .is_some_and(|hardware| hardware.uncalibrated),
+            provenance: Some(findings.provenance.clone()),
             carrier_hz: Some(findings.manifest.carrier_hz),
             plate_profile: findings.plate().profile.is_some(),
             plate_across: findings.plate().across,
@@ -92,6 +94,7 @@ impl From<&RecordingAnalysis> for Recording {
                     end_s: stretch.end_s,
                     direction: stretch.direction,
                     reason: stretch.reason.clone(),
+                    kind: stretch.kind.clone(),
                 })
                 .collect(),
             warnings: findings.flaws.iter().map(ToString::to_string).collect(),

@@ -3,6 +3,7 @@
 use protocols::Direction;
 use recording::manifest::{RecordedAcross, RecordedRoom, StandardErrors};
 use serde::Serialize;
+use study::provenance::Provenance;
 
 use analysis::force_zero::ZeroReading;
 
@@ -23,6 +24,9 @@ pub struct Recording {
     /// Whether its constants are those of the configuration instead of measured ones.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub uncalibrated: bool,
+    /// Whether it is a calibrated measurement on a person; `None` if the recording cannot be read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub provenance: Option<Provenance>,
     /// Carrier, Hz; `None` if the recording cannot be read.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub carrier_hz: Option<f64>,
@@ -316,4 +320,6 @@ pub struct RejectedRow {
     pub direction: Direction,
     /// Reason of the rejection.
     pub reason: String,
+    /// Kind of the reason, without its numbers.
+    pub kind: String,
 }

@@ -46,6 +46,7 @@ impl SmallStudy {
                 not_accepted: 0,
                 excluded: 1,
                 left_out: Vec::new(),
+                empty_sessions: Vec::new(),
                 unread_logs: Vec::new(),
             },
             selection: RecordingSelection {
@@ -92,6 +93,7 @@ fn recording(participant: &str) -> Recording {
             end_s: 1.48,
             direction: Direction::LeftToRight,
             reason: HOSTILE.to_owned(),
+            kind: HOSTILE.to_owned(),
         }],
         warnings: vec![HOSTILE.to_owned()],
         ..unreadable_recording()
@@ -103,6 +105,7 @@ fn unreadable_recording() -> Recording {
         path: "/home/somebody/study/b".to_owned(),
         participant: None,
         uncalibrated: false,
+        provenance: None,
         carrier_hz: None,
         plate_profile: false,
         plate_across: None,

@@ -242,6 +242,7 @@ pub fn stiffness() -> Figure {
         width: Width::Page,
         columns: 2,
         panel_height_mm: 55.0,
+        footnote: None,
         key: Key::InPanels,
         panels: vec![stiffness, loss, stiffness_by_gap, loss_by_gap],
     }
@@ -324,6 +325,7 @@ pub fn force(curves: &Curves) -> Figure {
         width: Width::Page,
         columns: 2,
         panel_height_mm: 55.0,
+        footnote: None,
         key: Key::InPanels,
         panels: vec![over_eq_14, by_amplitude, by_gap, friction_panel(curves)],
     }

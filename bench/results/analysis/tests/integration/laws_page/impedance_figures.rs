@@ -190,6 +190,7 @@ pub fn impedance(curves: &Curves) -> Figure {
         width: Width::Page,
         columns: 2,
         panel_height_mm: 55.0,
+        footnote: None,
         key: Key::InPanels,
         panels: vec![average_real, skin_real, average_imaginary, skin_imaginary],
     }
@@ -290,6 +291,7 @@ pub fn width(curves: &Curves) -> Figure {
         width: Width::Page,
         columns: 2,
         panel_height_mm: 50.0,
+        footnote: None,
         key: Key::InPanels,
         panels: vec![shares, friction, impedance, on_film],
     }

@@ -1,18 +1,23 @@
-//! Tables of a recording, compared with its results.
-
+//! Tables of a recording, compared with its results and with each other.
+#![cfg(feature = "parquet")]
 #![expect(
     clippy::unwrap_used,
     reason = "a helper that fails fails its test, as in the tests themselves"
 )]
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-use analysis::{Analysis, Settings, tables};
+use analysis::attempts::Attempts;
+use analysis::{Analysis, Settings};
+use descriptive::Description;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use report::recording_results::Recording;
 use serde_json::Value;
+use study::exclusions::RecordingSelection;
+use tables::{Content, METADATA_KEYS};
 
 /// Returns the analysis of a simulation in which every assumption is wrong (bench/tests/data/reference/README.md).
 fn unknown_skin() -> Analysis {
@@ -32,6 +37,17 @@ fn name_end(name: &str, is_std: bool) -> usize {
     place.unwrap_or(name.len())
 }
 
+/// Writes the tables of an analysis into `folder`.
+fn write(analysed: &Analysis, folder: &Path) {
+    let content = Content {
+        analysed,
+        description: &Description::new(analysed),
+        attempts: &Attempts::default(),
+        selection: &RecordingSelection::default(),
+    };
+    content.write(folder).unwrap();
+}
+
 /// Rows of a table, each by the names of its columns.
 fn table(file: &Path) -> Vec<Vec<(String, Field)>> {
     let reader = SerializedFileReader::new(fs::File::open(file).unwrap()).unwrap();
@@ -40,13 +56,13 @@ fn table(file: &Path) -> Vec<Vec<(String, Field)>> {
 }
 
 #[test]
-fn the_table_of_instances_agrees_with_the_results() {
+fn the_table_of_estimates_agrees_with_the_results() {
     let folder = tempfile::tempdir().unwrap();
     let analysed = unknown_skin();
-    tables::write(&analysed, folder.path()).unwrap();
+    write(&analysed, folder.path());
     let recording = serde_json::to_value(Recording::from(&analysed.recordings[0])).unwrap();
     let shared = &recording["trial"];
-    let rows = table(&folder.path().join(tables::INSTANCES_FILE));
+    let rows = table(&folder.path().join("estimates.parquet"));
     let instances = recording["instances"].as_array().unwrap();
     assert_eq!(rows.len(), 3 * instances.len());
     let mut comparisons = 0;
@@ -132,4 +148,122 @@ fn the_table_of_instances_agrees_with_the_results() {
         assert_close("tau_s", real("tau_s"), &trial["tau_s"]);
     }
     assert_eq!(comparisons, 2 * 10 * instances.len());
+}
+
+/// Rows of a CSV table, each by the names of its columns.
+fn csv_rows(file: &Path) -> Vec<BTreeMap<String, String>> {
+    let mut reader = csv::Reader::from_path(file).unwrap();
+    let rows = reader.deserialize();
+    rows.map(|row| row.unwrap()).collect()
+}
+
+/// Key of each table within a study of known participants; a recording made elsewhere is numbered.
+const KEYS: [(&str, &[&str]); 6] = [
+    (
+        "instances",
+        &["participant", "session", "trial", "attempt", "instance"],
+    ),
+    (
+        "estimates",
+        &[
+            "participant",
+            "session",
+            "trial",
+            "attempt",
+            "instance",
+            "method",
+        ],
+    ),
+    (
+        "samples",
+        &[
+            "participant",
+            "session",
+            "trial",
+            "attempt",
+            "instance",
+            "method",
+            "time_s",
+        ],
+    ),
+    ("trials", &["participant", "session", "trial", "attempt"]),
+    ("participants", &["participant", "condition"]),
+    (
+        "descriptive",
+        &[
+            "level",
+            "participant",
+            "condition",
+            "session",
+            "trial",
+            "attempt",
+        ],
+    ),
+];
+
+#[test]
+fn no_two_rows_share_their_key_and_csv_and_parquet_agree() {
+    let folder = tempfile::tempdir().unwrap();
+    let reference = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/reference");
+    // Twice the same recording under two names: without participant and trial, only their order tells them apart.
+    let copy = folder.path().join("copy");
+    fs::create_dir(&copy).unwrap();
+    for entry in fs::read_dir(reference.join("recording-d")).unwrap() {
+        let entry = entry.unwrap();
+        fs::copy(entry.path(), copy.join(entry.file_name())).unwrap();
+    }
+    let folders = [reference.join("recording-d"), copy];
+    let analysed = analysis::analyse(&folders, &Settings::default(), |_| ());
+    let tables = folder.path().join("tables");
+    write(&analysed, &tables);
+    let mut dictionary = BTreeSet::new();
+    for row in csv_rows(&tables.join("columns.csv")) {
+        assert!(dictionary.insert((row["table"].clone(), row["column"].clone())));
+    }
+    for (name, key) in KEYS {
+        let rows = csv_rows(&tables.join(format!("{name}.csv")));
+        let keys = rows
+            .iter()
+            .map(|row| key.iter().map(|column| row[*column].clone()).collect());
+        let distinct: BTreeSet<Vec<String>> = keys.collect();
+        assert_eq!(
+            distinct.len(),
+            rows.len(),
+            "{name}: two rows share their key"
+        );
+        let path = tables.join(format!("{name}.parquet"));
+        let packed = table(&path);
+        assert_eq!(packed.len(), rows.len(), "{name}");
+        for (packed, row) in packed.iter().zip(&rows) {
+            assert_eq!(packed.len(), row.len(), "{name}");
+            for (column, field) in packed {
+                assert!(
+                    dictionary.contains(&(name.to_owned(), column.clone())),
+                    "{name}.{column}"
+                );
+                let cell = &row[column];
+                let same = match field {
+                    Field::Double(value) if value.is_nan() => cell.is_empty(),
+                    Field::Double(value) => cell.parse() == Ok(*value),
+                    Field::Long(value) => cell.parse() == Ok(*value),
+                    Field::Bool(value) => cell.parse() == Ok(*value),
+                    Field::Str(text) => escaping::from_cell(cell) == text,
+                    other => panic!("{name}.{column}: {other:?}"),
+                };
+                assert!(same, "{name}.{column}: {cell:?} and {field:?}");
+            }
+        }
+        let reader = SerializedFileReader::new(fs::File::open(&path).unwrap()).unwrap();
+        let pairs = reader
+            .metadata()
+            .file_metadata()
+            .key_value_metadata()
+            .unwrap();
+        let keys: Vec<&str> = pairs.iter().map(|pair| pair.key.as_str()).collect();
+        assert_eq!(keys, METADATA_KEYS, "{name}");
+    }
+    let written = ["skin"].into_iter().chain(KEYS.map(|(name, _)| name));
+    let written: BTreeSet<&str> = written.collect();
+    let listed: BTreeSet<&str> = dictionary.iter().map(|(table, _)| table.as_str()).collect();
+    assert_eq!(listed, written);
 }

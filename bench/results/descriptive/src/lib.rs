@@ -1,0 +1,23 @@
+//! Description of the measurements before any correlation: friction at rest and at the crest, its fall, gap, force and amplitude
+//! of each trial, participant, condition and of the study, with 95 % intervals.
+//!
+//! | module | contents |
+//! | --- | --- |
+//! | [`quantity`] | the described quantities, and their values in an instance |
+//! | [`mean`] | a mean with its interval by Student's t |
+//! | [`groups`] | the instances in groups, each with its means |
+//! | [`trial_key`] | the identity of a trial |
+//! | [`text`] | the groups as lines of a terminal, and their legend |
+//! | [`figure`] | friction and its fall of each participant, drawn |
+
+pub mod figure;
+pub mod groups;
+pub mod mean;
+pub mod quantity;
+pub mod text;
+pub mod trial_key;
+
+pub use groups::{Description, Group, Level, Unit};
+pub use mean::Mean;
+pub use quantity::Quantity;
+pub use trial_key::TrialKey;

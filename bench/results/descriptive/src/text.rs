@@ -1,0 +1,150 @@
+//! Groups as lines of a terminal, and their legend.
+
+use analysis::method::Method;
+use analysis::published::wrapped;
+use comfy_table::presets::NOTHING;
+use comfy_table::{ContentArrangement, Table};
+
+use crate::groups::{Description, Group, Level, Unit};
+use crate::mean::Mean;
+use crate::quantity::Quantity;
+
+/// Text for an unknown value.
+const UNKNOWN: &str = "–";
+
+impl Description {
+    /// Returns the groups as a table, wrapped to the width of the terminal if it is given; then the legend. Empty without an instance.
+    #[must_use]
+    pub fn to_text(&self, columns: Option<u16>) -> String {
+        if self.groups.iter().all(|group| group.n_instances == 0) {
+            return String::new();
+        }
+        let mut table = Table::new();
+        table
+            .load_style(NOTHING)
+            .set_content_arrangement(ContentArrangement::Dynamic);
+        if let Some(columns) = columns {
+            table.set_width(columns);
+        }
+        let headings = Quantity::ALL.map(|quantity| quantity.heading().to_owned());
+        table.set_header(row(
+            "mean (95 % interval)".to_owned(),
+            headings,
+            "over".to_owned(),
+        ));
+        for group in &self.groups {
+            table.add_row(row(group.label(), group.cells(), group.over_text()));
+        }
+        let lines = table.lines().map(|line| line.trim_end().to_owned() + "\n");
+        lines.collect::<String>() + &wrapped(self.legend(), columns)
+    }
+
+    /// Returns the meaning of the table's columns and intervals, in lines.
+    #[must_use]
+    pub fn legend(&self) -> Vec<String> {
+        let gap = match self.gap_method {
+            Method::Trial => "by trial, where its fit can be used",
+            method => {
+                debug_assert_eq!(method, Method::Dynamic);
+                "by dynamic"
+            }
+        };
+        vec![
+            "at rest, at crest: measured friction in the first and last 5 ms of an instance, where the amplitude is least and \
+             greatest; fall: their difference relative to rest"
+                .to_owned(),
+            format!(
+                "gap (estimated {gap}) and amplitude (peak, under the finger) at the crest; force: mean of the instance"
+            ),
+            "interval: 95 % by Student's t over the instances, trials or participants of the last column; one alone has none"
+                .to_owned(),
+        ]
+    }
+}
+
+fn row(name: String, cells: [String; Quantity::ALL.len()], over: String) -> Vec<String> {
+    std::iter::once(name).chain(cells).chain([over]).collect()
+}
+
+impl Group {
+    /// Returns the group's name, indented under its participant.
+    #[must_use]
+    pub fn label(&self) -> String {
+        let condition = || match self.condition.as_deref() {
+            None | Some("") => "condition not stated".to_owned(),
+            Some(condition) => format!("condition {condition}"),
+        };
+        match self.level {
+            Level::Study => "all".to_owned(),
+            Level::Condition => condition(),
+            Level::Participant => self.participant.clone().unwrap_or_default(),
+            // The table would remove plain blanks.
+            Level::ParticipantInCondition => format!("\u{a0}\u{a0}{}", condition()),
+            Level::Trial => {
+                let name = self.trial.as_ref().map(|key| key.name());
+                format!("\u{a0}\u{a0}{}", name.unwrap_or_default())
+            }
+        }
+    }
+
+    /// Returns the number of units in words, with the number of instances where the units are others.
+    #[must_use]
+    pub fn over_text(&self) -> String {
+        let units = self.over.count(self.n());
+        match self.over {
+            Unit::Instances => units,
+            Unit::Trials | Unit::Participants => {
+                format!("{units}, {}", Unit::Instances.count(self.n_instances))
+            }
+        }
+    }
+
+    /// Returns the means with their intervals, in the units of [`Quantity::heading`].
+    #[must_use]
+    pub fn cells(&self) -> [String; Quantity::ALL.len()] {
+        Quantity::ALL.map(|quantity| quantity.cell(self.mean(quantity)))
+    }
+}
+
+impl Quantity {
+    /// Returns a mean with its interval, such as `92.9 (89.7 to 96.1)`.
+    #[must_use]
+    pub fn cell(self, mean: &Mean) -> String {
+        let (factor, decimals) = (self.factor(), self.decimals());
+        let number = |value: f64| format!("{:.decimals$}", value * factor).replace('-', "−");
+        match (mean.value.is_finite(), mean.interval95) {
+            (false, _) => UNKNOWN.to_owned(),
+            (true, None) => number(mean.value),
+            (true, Some([low, high])) => {
+                format!(
+                    "{} ({} to {})",
+                    number(mean.value),
+                    number(low),
+                    number(high)
+                )
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cell_is_in_the_units_of_people_and_a_single_value_has_no_interval() {
+        let mean = Mean {
+            value: 0.929,
+            interval95: Some([0.897, 0.961]),
+            n: 5,
+        };
+        assert_eq!(Quantity::Fall.cell(&mean), "92.9 (89.7 to 96.1)");
+        let alone = Mean {
+            value: 3.214e-6,
+            interval95: None,
+            n: 1,
+        };
+        assert_eq!(Quantity::Gap.cell(&alone), "3.21");
+        assert_eq!(Quantity::Gap.cell(&Mean::new([])), "–");
+    }
+}

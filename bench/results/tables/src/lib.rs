@@ -1,0 +1,34 @@
+//! Tidy tables of an analysis, each as CSV and as Parquet, with a dictionary of their columns.
+//!
+//! | table | a row for each |
+//! | --- | --- |
+//! | `instances` | instance: measured quantities, and the estimates of one method |
+//! | `estimates` | instance and method |
+//! | `samples` | sample of an instance and method |
+//! | `trials` | trial |
+//! | `participants` | participant and condition |
+//! | `descriptive` | group of the description: study, conditions, participants, trials |
+//!
+//! A column is declared with its unit and meaning ([`column::Column`]), so that the [`dictionary`] has every column. [`Content`] writes the tables.
+
+pub mod chapter;
+pub mod column;
+mod content;
+mod csv_file;
+pub mod dictionary;
+mod estimate_columns;
+mod group_table;
+mod instance_table;
+#[cfg(feature = "parquet")]
+mod metadata;
+#[cfg(feature = "parquet")]
+mod parquet_file;
+mod rows;
+mod sample_table;
+mod table_error;
+mod trial_entry;
+
+pub use content::Content;
+#[cfg(feature = "parquet")]
+pub use metadata::METADATA_KEYS;
+pub use table_error::TableError;

@@ -2,10 +2,12 @@
 //!
 //! | module | contents |
 //! | --- | --- |
+//! | [`identity`] | recordings that several folders contain |
 //! | [`sessions`] | when each recording of a session began, and how each attempt was settled |
 //! | [`exclusions`] | trials that a study leaves out of its analysis, with reasons |
 //! | [`verification`] | whether the recordings are complete and unchanged |
 
 pub mod exclusions;
+pub mod identity;
 pub mod sessions;
 pub mod verification;

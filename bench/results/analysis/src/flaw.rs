@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use num_complex::Complex64;
 
 use crate::measurements::LONGEST_GAP_S;
+use crate::plausibility::Implausible;
 use crate::unloaded_plate::UnloadedError;
 use recording::reader;
 use statistics::significant;
@@ -111,6 +112,9 @@ pub enum Flaw {
         /// Stated frequency, Hz.
         stated_hz: f64,
     },
+    /// Readings are such as no finger and no sound channel makes.
+    #[error(transparent)]
+    Implausible(#[from] Implausible),
     /// Readings lie outside the recording's time.
     #[error(
         "{file}: its times run from {from_s:.3} to {to_s:.3} s, but the recording from 0 to {duration_s:.3} s: is it on another clock? time_s counts from the first sample of signals.wav"

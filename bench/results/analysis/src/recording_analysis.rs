@@ -21,6 +21,7 @@ use crate::free_plate::{FreePlate, pickup_flaws};
 use crate::measurements::Measurements;
 use crate::model_check;
 use crate::plate_references;
+use crate::plausibility::{self, Implausible};
 use crate::under_finger::UnderFinger;
 use crate::whole_trial;
 use recording::Manifest;
@@ -44,6 +45,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     let mut reading = demodulation::read(folder, PickupOffset::default())?;
     let (rules, protocol_flaw) = selection_rules(folder, &reading.manifest, settings);
     let is_carrier_missing = reading.is_carrier_missing();
+    let implausible = implausible_forces(&reading);
     let mut zero = subtract_zero(&mut reading);
     let mut plate = FreePlate::read(&reading, rules.contact_n / 2.0);
     let pickup = plate.pickup_offset().unwrap_or_default();
@@ -65,6 +67,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
         .iter()
         .map(|(_, start_s, end_s)| (*start_s, *end_s))
         .collect();
+    flaws.extend(implausible.into_iter().map(Flaw::from));
     flaws.extend(protocol_flaw);
     flaws.extend(rehearsal_flaw(&manifest));
     flaws.extend(zero.flaws());
@@ -130,14 +133,28 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     Ok(findings)
 }
 
+/// Returns the unloaded intervals of a recording, s.
+fn unloaded_s(manifest: &Manifest) -> Vec<(f64, f64)> {
+    let unloaded = |interval: &&RecordedInterval| interval.kind == RecordedIntervalKind::Unloaded;
+    let intervals = manifest.intervals.iter().filter(unloaded);
+    intervals
+        .map(|interval| (interval.start_s, interval.end_s))
+        .collect()
+}
+
+/// Returns the forces of a recording that no finger makes.
+fn implausible_forces(reading: &DemodulatedRecording) -> Vec<Implausible> {
+    let explorations = explorations(&reading.manifest).into_iter();
+    let explorations_s: Vec<(f64, f64)> = explorations
+        .map(|(_, start_s, end_s)| (start_s, end_s))
+        .collect();
+    let unloaded_s = unloaded_s(&reading.manifest);
+    plausibility::forces(&reading.record.force, &explorations_s, &unloaded_s)
+}
+
 /// Takes the forces of a recording against its own zero, and returns the zero.
 fn subtract_zero(reading: &mut DemodulatedRecording) -> ForceZero {
-    let unloaded = |interval: &&RecordedInterval| interval.kind == RecordedIntervalKind::Unloaded;
-    let intervals = reading.manifest.intervals.iter().filter(unloaded);
-    let unloaded_s: Vec<(f64, f64)> = intervals
-        .map(|interval| (interval.start_s, interval.end_s))
-        .collect();
-    let zero = ForceZero::read(&reading.record, &unloaded_s);
+    let zero = ForceZero::read(&reading.record, &unloaded_s(&reading.manifest));
     zero.subtract(&mut reading.record.force);
     zero
 }

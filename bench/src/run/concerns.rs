@@ -129,32 +129,32 @@ mod tests {
 
     #[test]
     fn a_distant_carrier_a_long_instance_and_a_wrong_year_are_concerns() {
-        let same = ("instance_s = 0.060", "instance_s = 0.060");
-        assert_eq!(kinds(same, TODAY_S), []);
+        let unchanged = ("instance_s = 0.060", "instance_s = 0.060");
+        assert_eq!(kinds(unchanged, TODAY_S), []);
         let carrier = |hz: &str| format!("carrier = {hz}");
         for (edit, kind, words) in [
             (carrier("31000.0"), ConcernKind::Carrier, "4000 Hz from"),
             (carrier("36500.0"), ConcernKind::Carrier, "1500 Hz from"),
         ] {
-            let found = kinds(("carrier = \"plate resonance\"", &edit), TODAY_S);
-            assert_eq!(found.len(), 1, "{found:?}");
+            let concerns = kinds(("carrier = \"plate resonance\"", &edit), TODAY_S);
+            assert_eq!(concerns.len(), 1, "{concerns:?}");
             assert!(
-                found[0].kind == kind && found[0].text.contains(words),
-                "{found:?}"
+                concerns[0].kind == kind && concerns[0].text.contains(words),
+                "{concerns:?}"
             );
         }
         let near = carrier("35100.0");
         assert_eq!(kinds(("carrier = \"plate resonance\"", &near), TODAY_S), []);
-        let found = kinds(("instance_s = 0.060", "instance_s = 0.1"), TODAY_S);
-        assert_eq!(found[0].kind, ConcernKind::Instance);
-        let found = kinds(same, 3600);
-        assert!(found[0].kind == ConcernKind::Date && found[0].text.contains("1970-01-01"));
+        let concerns = kinds(("instance_s = 0.060", "instance_s = 0.1"), TODAY_S);
+        assert_eq!(concerns[0].kind, ConcernKind::Instance);
+        let concerns = kinds(unchanged, 3600);
+        assert!(concerns[0].kind == ConcernKind::Date && concerns[0].text.contains("1970-01-01"));
     }
 
     #[test]
     fn an_unattended_session_needs_each_concern_accepted_by_its_name() {
-        let found = kinds(("instance_s = 0.060", "instance_s = 0.1"), 3600);
-        let accept = |kinds: &[ConcernKind]| require_accepted(&found, kinds, false);
+        let concerns = kinds(("instance_s = 0.060", "instance_s = 0.1"), 3600);
+        let accept = |kinds: &[ConcernKind]| require_accepted(&concerns, kinds, false);
         let error = accept(&[ConcernKind::Date]).unwrap_err().to_string();
         assert!(error.ends_with("add --accept instance"), "{error}");
         let accepted = accept(&[ConcernKind::Date, ConcernKind::Instance]).unwrap();

@@ -126,7 +126,7 @@ pub fn changes(
     in_force: &CalibrationFile,
     configured: &Config,
 ) -> Vec<ConstantChange> {
-    let found = match part {
+    let compared = match part {
         Part::Pickup(pickup) => vec![change(
             "the pickup's sensitivity",
             &pickup.metres_per_unit,
@@ -176,7 +176,7 @@ pub fn changes(
             ]
         }
     };
-    found.into_iter().flatten().collect()
+    compared.into_iter().flatten().collect()
 }
 
 /// Returns the changes of the force sensor's sensitivities; a configured sensor reads newtons.

@@ -272,8 +272,8 @@ fn decoded(line: &[u8]) -> String {
 /// Returns the length of the number at the start of `text`, in bytes: sign, digits with a decimal point or comma, exponent.
 fn number_length(text: &str) -> usize {
     let bytes = text.as_bytes();
-    let digits = |from: usize| {
-        let tail = bytes.get(from..).unwrap_or_default();
+    let digits = |start: usize| {
+        let tail = bytes.get(start..).unwrap_or_default();
         tail.iter().take_while(|byte| byte.is_ascii_digit()).count()
     };
     let mut end = usize::from(bytes.first().is_some_and(|byte| b"+-".contains(byte)));

@@ -90,7 +90,7 @@ impl fmt::Display for Duplicate {
 }
 
 /// Returns the recordings among `folders` that another of them also contains: the same attempt in one study, or a copy from
-/// anywhere. A recording whose description cannot be read, or names no trial, is not compared.
+/// anywhere. A recording with no readable description, or without a trial in it, is not compared.
 #[must_use]
 pub fn duplicates<'a>(folders: impl IntoIterator<Item = &'a Path>) -> Vec<Duplicate> {
     let mut groups: BTreeMap<RecordingIdentity, Vec<&Path>> = BTreeMap::new();
@@ -192,10 +192,15 @@ mod tests {
 
     fn names(folders: &[PathBuf]) -> Vec<(String, String, bool)> {
         let name = |path: &Path| path.file_name().unwrap().to_string_lossy().into_owned();
-        let found = duplicates(folders.iter().map(PathBuf::as_path));
-        let found = found.iter();
-        found
-            .map(|found| (name(&found.path), name(&found.original), found.is_copy))
+        let list = duplicates(folders.iter().map(PathBuf::as_path));
+        list.iter()
+            .map(|duplicate| {
+                (
+                    name(&duplicate.path),
+                    name(&duplicate.original),
+                    duplicate.is_copy,
+                )
+            })
             .collect()
     }
 
@@ -233,9 +238,9 @@ mod tests {
         let first = recording(&one.join(label), 1, "first");
         let edited = recording(&one.join("sub-03/ses-02/backup"), 1, "other");
         let foreign = recording(&two.join(label), 1, "third");
-        let found = names(&[first.clone(), edited.clone(), foreign.clone()]);
+        let pairs = names(&[first.clone(), edited.clone(), foreign.clone()]);
         let original = "trial-001_attempt-1".to_owned();
-        assert_eq!(found, [("backup".to_owned(), original.clone(), false)]);
+        assert_eq!(pairs, [("backup".to_owned(), original.clone(), false)]);
         // A file that one of them lacks is a difference too.
         fs::write(edited.join(SIGNALS_FILE), "first").unwrap();
         fs::write(edited.join(FORCE_FILE), "").unwrap();

@@ -123,20 +123,20 @@ pub fn forces(
     explorations_s: &[(f64, f64)],
     unloaded_s: &[(f64, f64)],
 ) -> Vec<Implausible> {
-    let mut found = Vec::new();
+    let mut findings = Vec::new();
     let columns: [(&str, fn(&ForceRow) -> f64); 2] = [
         ("normal_n", |row| row.normal_n),
         ("lateral_n", |row| row.lateral_n),
     ];
     for (column, value) in columns {
-        found.extend(constant(rows, column, value));
+        findings.extend(constant(rows, column, value));
     }
     let readings = |spans_s: &[(f64, f64)], value: fn(&ForceRow) -> f64| {
-        let within = |row: &&ForceRow| {
+        let is_inside = |row: &&ForceRow| {
             let mut spans = spans_s.iter();
             spans.any(|(start_s, end_s)| (*start_s..=*end_s).contains(&row.time_s))
         };
-        let values = rows.iter().filter(within).map(value);
+        let values = rows.iter().filter(is_inside).map(value);
         let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
         values.sort_by(f64::total_cmp);
         values
@@ -150,29 +150,29 @@ pub fn forces(
         under_finger
     });
     let is_constant = |name: &str| {
-        let mut found = found.iter();
-        found.any(|found| matches!(found, Implausible::Constant { column, .. } if *column == name))
+        let is_it = |finding: &Implausible| matches!(finding, Implausible::Constant { column, .. } if *column == name);
+        findings.iter().any(is_it)
     };
     if normal.len() < FEWEST || is_constant("normal_n") {
-        return found;
+        return findings;
     }
     let quantile = |values: &[f64], share| statistics::quantile(values, share).unwrap_or_default();
     let (pull_n, push_n) = (quantile(&normal, TAIL), quantile(&normal, 1.0 - TAIL));
     let press_n = push_n.max(-pull_n);
     if press_n > SMALLEST_N && -pull_n > OPPOSITE * push_n.abs() {
-        found.push(Implausible::Sign { normal_n: pull_n });
+        findings.push(Implausible::Sign { normal_n: pull_n });
     }
     if !(SMALLEST_N..=LARGEST_N).contains(&press_n) {
-        found.push(Implausible::Size { normal_n: press_n });
-        return found;
+        findings.push(Implausible::Size { normal_n: press_n });
+        return findings;
     }
     let friction_n = quantile(&lateral, 1.0 - TAIL).max(-quantile(&lateral, TAIL));
     let ratio = friction_n / press_n;
     let [least, most] = FRICTION;
     if lateral.len() >= FEWEST && !is_constant("lateral_n") && !(least..=most).contains(&ratio) {
-        found.push(Implausible::Friction { ratio });
+        findings.push(Implausible::Friction { ratio });
     }
-    found
+    findings
 }
 
 /// Returns the finding of a column that has one value in all its rows.
@@ -226,8 +226,8 @@ mod tests {
     }
 
     fn words(rows: &[ForceRow]) -> String {
-        let found = forces(rows, &[(1.0, 3.0)], &[(0.0, 0.9)]);
-        let words: Vec<String> = found.iter().map(ToString::to_string).collect();
+        let findings = forces(rows, &[(1.0, 3.0)], &[(0.0, 0.9)]);
+        let words: Vec<String> = findings.iter().map(ToString::to_string).collect();
         words.join("\n")
     }
 
@@ -274,8 +274,11 @@ mod tests {
     fn a_channel_below_a_256th_of_full_scale_is_named() {
         assert_eq!(channel("pickup", 0.3), None);
         assert_eq!(channel("pickup", 0.0), None, "silence");
-        let found = channel("pickup", 0.3 / 256.0).unwrap();
-        assert!(found.to_string().contains("1/853 of full scale"), "{found}");
-        assert!(!found.spoils_estimates());
+        let finding = channel("pickup", 0.3 / 256.0).unwrap();
+        assert!(
+            finding.to_string().contains("1/853 of full scale"),
+            "{finding}"
+        );
+        assert!(!finding.spoils_estimates());
     }
 }

@@ -28,6 +28,9 @@ use recording::Manifest;
 use recording::manifest::{RecordedInterval, RecordedIntervalKind};
 use recording::pipeline::PickupOffset;
 
+/// Largest distance of the carrier from the plate's resonance, relative; at Q = 200 the plate moves a quarter as far there.
+const CARRIER_DISTANCE: f64 = 0.01;
+
 /// Analyses the recording in `folder`.
 pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
     let findings = findings(folder, settings);
@@ -112,7 +115,13 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     }
 
     findings.z_p = plate.z_p();
-    findings.flaws.extend(plate.flaws(&findings.manifest));
+    let off_resonance = off_resonance(&findings.manifest);
+    let is_explained =
+        |flaw: &Flaw| off_resonance.is_some() && matches!(flaw, Flaw::PlateScatters { .. });
+    let plate_flaws = plate.flaws(&findings.manifest).into_iter();
+    let plate_flaws = plate_flaws.filter(|flaw| !is_explained(flaw));
+    findings.flaws.extend(plate_flaws);
+    findings.flaws.extend(off_resonance);
 
     for (direction, start_s, end_s) in explorations {
         findings.explore(&record, direction, (start_s, end_s), settings);
@@ -131,6 +140,16 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
             .extend(model_check::flaw(&findings.model_check));
     }
     Ok(findings)
+}
+
+/// Returns the flaw of a carrier far from the plate's resonance.
+fn off_resonance(manifest: &Manifest) -> Option<Flaw> {
+    let (carrier_hz, resonance_hz) = (manifest.carrier_hz, manifest.plate.resonance_hz);
+    let is_off = (carrier_hz / resonance_hz - 1.0).abs() > CARRIER_DISTANCE;
+    is_off.then_some(Flaw::CarrierOffResonance {
+        carrier_hz,
+        resonance_hz,
+    })
 }
 
 /// Returns the unloaded intervals of a recording, s.

@@ -18,7 +18,7 @@ pub struct FieldHealth {
     pub force_samples: u64,
     /// State of the force sensor's clock; `None` if it is on the sound card's clock.
     pub force_clock: Option<ClockState>,
-    /// Rate of the force sensor's clock over the host's if it is surely less than half or more than twice.
+    /// Rate of the force sensor's clock over the host's if it surely differs by more than the alignment can follow.
     pub force_pace: Option<f64>,
     /// State of the encoder's clock; `None` if it has no separate clock.
     pub position_clock: Option<ClockState>,

@@ -5,11 +5,11 @@ use std::collections::VecDeque;
 /// Length of a window on the host's clock, s.
 const WINDOW_S: f64 = 0.15;
 /// Number of consecutive windows that must agree.
-const WINDOWS: usize = 3;
+const WINDOWS: usize = 4;
 /// Largest ratio of the rates of agreeing windows.
-const AGREEMENT: f64 = 1.3;
+const AGREEMENT: f64 = 1.2;
 /// Rates of a device's clock within which its alignment judges it, in time.
-const USUAL: [f64; 2] = [0.5, 2.0];
+const USUAL: [f64; 2] = [0.6, 1.6];
 
 /// Advance of a device's 32-bit counter, summed over its wraps; steps back, as after a reset, count as none.
 #[derive(Debug, Default)]
@@ -62,7 +62,7 @@ impl PaceMeter {
             .push_back((device_s - from_device_s) / (host_s - from_host_s));
     }
 
-    /// Returns the rate of the device's clock over the host's if it is surely less than half or more than twice.
+    /// Returns the rate of the device's clock over the host's if it surely differs by more than the alignment can follow.
     pub(crate) fn pace(&self) -> Option<f64> {
         let slowest = self.ratios.iter().copied().fold(f64::INFINITY, f64::min);
         let fastest = self.ratios.iter().copied().fold(0.0, f64::max);
@@ -112,9 +112,10 @@ mod tests {
         for (rate, words) in [
             (1e-3, "millis()"),
             (1e3, "nanoseconds"),
-            (2.0 + 0.1, "half its"),
+            (2.0, "half its"),
+            (0.5, "twice its"),
         ] {
-            let pace = pace_of(rate, 0.6).unwrap();
+            let pace = pace_of(rate, 0.8).unwrap();
             assert!((pace / rate - 1.0).abs() < 0.05, "{rate}: {pace}");
             assert!(
                 clock_cause(pace).is_some_and(|cause| cause.contains(words)),

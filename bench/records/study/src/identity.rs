@@ -224,8 +224,8 @@ mod tests {
         assert_eq!(
             names(&folders),
             [
-                (copy, original.clone(), true),
-                ("a".to_owned(), original, true)
+                ("a".to_owned(), original.clone(), true),
+                (copy, original, true)
             ]
         );
     }

@@ -123,14 +123,13 @@ pub fn forces(
     explorations_s: &[(f64, f64)],
     unloaded_s: &[(f64, f64)],
 ) -> Vec<Implausible> {
-    let mut findings = Vec::new();
     let columns: [(&str, fn(&ForceRow) -> f64); 2] = [
         ("normal_n", |row| row.normal_n),
         ("lateral_n", |row| row.lateral_n),
     ];
-    for (column, value) in columns {
-        findings.extend(constant(rows, column, value));
-    }
+    let constants = columns.map(|(column, value)| constant(rows, column, value));
+    let [is_normal_constant, is_lateral_constant] = [0, 1].map(|axis| constants[axis].is_some());
+    let mut findings: Vec<Implausible> = constants.into_iter().flatten().collect();
     let readings = |spans_s: &[(f64, f64)], value: fn(&ForceRow) -> f64| {
         let is_inside = |row: &&ForceRow| {
             let mut spans = spans_s.iter();
@@ -149,11 +148,7 @@ pub fn forces(
             .for_each(|force_n| *force_n -= zero_n);
         under_finger
     });
-    let is_constant = |name: &str| {
-        let is_it = |finding: &Implausible| matches!(finding, Implausible::Constant { column, .. } if *column == name);
-        findings.iter().any(is_it)
-    };
-    if normal.len() < FEWEST || is_constant("normal_n") {
+    if normal.len() < FEWEST || is_normal_constant {
         return findings;
     }
     let quantile = |values: &[f64], share| statistics::quantile(values, share).unwrap_or_default();
@@ -169,7 +164,7 @@ pub fn forces(
     let friction_n = quantile(&lateral, 1.0 - TAIL).max(-quantile(&lateral, TAIL));
     let ratio = friction_n / press_n;
     let [least, most] = FRICTION;
-    if lateral.len() >= FEWEST && !is_constant("lateral_n") && !(least..=most).contains(&ratio) {
+    if lateral.len() >= FEWEST && !is_lateral_constant && !(least..=most).contains(&ratio) {
         findings.push(Implausible::Friction { ratio });
     }
     findings

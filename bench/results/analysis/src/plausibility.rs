@@ -154,7 +154,7 @@ pub fn forces(
     let quantile = |values: &[f64], share| statistics::quantile(values, share).unwrap_or_default();
     let (pull_n, push_n) = (quantile(&normal, TAIL), quantile(&normal, 1.0 - TAIL));
     let press_n = push_n.max(-pull_n);
-    if press_n > SMALLEST_N && -pull_n > OPPOSITE * push_n.abs() {
+    if press_n > SMALLEST_N && push_n < -pull_n / OPPOSITE {
         findings.push(Implausible::Sign { normal_n: pull_n });
     }
     if !(SMALLEST_N..=LARGEST_N).contains(&press_n) {

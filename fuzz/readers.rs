@@ -7,6 +7,7 @@ use std::cell::RefCell;
 use std::io::{Cursor, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
+use calibration_rig::instrument_line::LineUnit;
 use calibration_rig::known::{Instrument, read_table};
 use config::{CalibrationFile, Config, ForceProtocol};
 use devices::dose_account::{AccountPaths, DoseAccount};
@@ -212,7 +213,8 @@ pub fn vibrometer(bytes: &[u8]) -> bool {
             bytes: Cursor::new(bytes.to_vec()),
             chunk_size,
         };
-        let mut instrument = Instrument::with_port(Box::new(port), Path::new("vibrometer"));
+        let unit = LineUnit::micrometres();
+        let mut instrument = Instrument::with_port(Box::new(port), Path::new("vibrometer"), unit);
         let is_sound = (0..=bytes.len() / chunk_size)
             .all(|_| instrument.poll(|m| amplitudes_m.push(m)).is_ok());
         (amplitudes_m, is_sound)

@@ -26,8 +26,8 @@ use report::{Recorded, ReportContent, Results};
 use study::exclusions::{EXCLUSIONS_FILE, RecordingSelection};
 use study::sessions::Sessions;
 
-/// Runs the command. Returns true if every accepted trial was analysed and every recording could be read; defects are
-/// reported on standard error.
+/// Runs the command. Returns true if every accepted trial was analysed, and every recording could be read and has plausible forces;
+/// defects are reported on standard error.
 ///
 /// # Errors
 /// Nothing to analyse, an assumption that cannot be made, or a result that cannot be written.
@@ -50,7 +50,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
         practice: options.practice,
         rejected: options.include_rejected,
     };
-    let attempts = find::attempts(&options.recordings, scope)?;
+    let attempts = find::attempts_except(&options.recordings, scope, &options.exclude)?;
     let selection = select(attempts.recordings(), options.include_excluded)?;
     let folders = &selection.recordings;
     verbosity.note(format_args!("{} recordings", folders.len()));
@@ -62,7 +62,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     bar.finish_and_clear();
 
     let account = attempts.account(&analysed, &excluded_recordings(&attempts, &selection)?);
-    warn(&account);
+    warn(&account, &attempts);
     warn_of_provenance(&analysed);
     let description = Description::new(&analysed);
     let skin = Skin::from_analysis(&analysed);
@@ -139,7 +139,18 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
         let _ = write!(std::io::stderr(), "{}", escaped(&excluded));
     }
     let all_read = analysed.recordings.iter().all(|r| r.findings.is_ok());
-    Ok(all_read && account.missed().next().is_none())
+    let spoilt = analysed
+        .findings()
+        .filter(|found| found.is_spoilt())
+        .count();
+    if spoilt > 0 {
+        let total = analysed.recordings.len();
+        let _ = writeln!(
+            std::io::stderr(),
+            "warning: no estimate of {spoilt} of {total} recordings can be used: correct their forces as the warnings say"
+        );
+    }
+    Ok(all_read && spoilt == 0 && account.missed().next().is_none())
 }
 
 /// Returns the attempts that were excluded by decision, including those that could not be analysed anyway.
@@ -157,9 +168,13 @@ fn excluded_recordings(
     Ok(recordings)
 }
 
-/// Warns of the accepted trials that are not in the analysis, except unreadable ones, which were reported already.
-fn warn(account: &AttemptAccount) {
+/// Warns of copies, and of the accepted trials that are not in the analysis, except unreadable ones, which were reported already.
+fn warn(account: &AttemptAccount, attempts: &Attempts) {
     let mut stderr = std::io::stderr().lock();
+    for copy in &attempts.copies {
+        let copy = copy.to_string();
+        let _ = writeln!(stderr, "warning: not counted: {}", escaped_line(&copy));
+    }
     for trial in account.missed() {
         let _ = writeln!(stderr, "warning: left out: {}", escaped(&trial.to_string()));
     }

@@ -71,6 +71,9 @@ pub struct Analyze {
     /// Also analyse trials that the study's exclusions.tsv excludes.
     #[arg(long)]
     pub include_excluded: bool,
+    /// Leave out the recordings in this folder, such as a backup within the study.
+    #[arg(long, value_name = "FOLDER")]
+    pub exclude: Vec<PathBuf>,
 }
 
 /// Table of statistics that `analyze` prints.

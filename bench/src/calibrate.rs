@@ -1,6 +1,7 @@
 //! The `calibrate` commands, from flags to the file and the last lines.
 
 use drill::rehearsed;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
@@ -12,7 +13,9 @@ use calibration::plate_procedure::{PlateProcedure, PlateSetup};
 use calibration::survey::{FingerProcedure, ProfileProcedure};
 use calibration::volts::{OutputProcedure, OutputSetup, VoltMeter};
 use calibration_rig::clear::ClearPlate;
+use calibration_rig::constant_change::{self, ConstantChange};
 use calibration_rig::guided::Guided;
+use calibration_rig::instrument_line::LineUnit;
 use calibration_rig::judged::{Calibrates, Judged, SideFile};
 use calibration_rig::known::{self, Instrument, Known};
 use calibration_rig::operator::ForceAxis;
@@ -24,6 +27,7 @@ use config::{
     CalibrationError, CalibrationFile, CalibrationFileError, Config, Effective, Identity,
 };
 use devices::{Life, driving_time};
+use escaping::escaped_line;
 use operator_ui::console::LineQueue;
 use recording::disk;
 
@@ -31,6 +35,7 @@ use crate::apparatus::BenchHardware;
 use crate::calibration_report::CalibrationReport;
 use crate::calibration_report::require_writable;
 use crate::cli;
+use crate::confirmation::confirmed;
 use crate::verbosity::Verbosity;
 
 /// Default name of the calibration file.
@@ -62,15 +67,19 @@ pub fn effective(
     Effective::calibrated(config, &path(options))
 }
 
-/// Returns the existing calibration of the bench of `config`; devices are compared once they are open. With `new_sensor`,
-/// the force calibration is dropped, since it may be that of another sensor.
+/// Returns the existing calibration of the bench of `config`, as it is and without the parts to be measured; devices are compared
+/// once they are open. With `new_sensor`, the force calibration is dropped, since it may be that of another sensor.
 fn existing_calibration(
     path: &Path,
     config: &Config,
     new_sensor: bool,
-) -> anyhow::Result<CalibrationFile> {
+) -> anyhow::Result<[CalibrationFile; 2]> {
     match CalibrationFile::read(path) {
         Ok((mut calibration, _)) => {
+            let mut in_force = calibration.clone();
+            if in_force.identity.force_sensor != config.force_identity() {
+                in_force.force = None;
+            }
             if new_sensor {
                 (calibration.force, calibration.identity.force_sensor) = (None, None);
             }
@@ -83,11 +92,13 @@ fn existing_calibration(
                 .identity
                 .require(&same_devices)
                 .with_context(|| other_bench(path))?;
-            Ok(calibration)
+            Ok([in_force, calibration])
         }
-        Err(CalibrationFileError::Absent { .. }) => Ok(CalibrationFile::new(
-            Identity::from_config(config, String::new(), String::new()),
-        )),
+        Err(CalibrationFileError::Absent { .. }) => {
+            let identity = Identity::from_config(config, String::new(), String::new());
+            let empty = CalibrationFile::new(identity);
+            Ok([empty.clone(), empty])
+        }
         Err(error) => Err(error.into()),
     }
 }
@@ -143,6 +154,10 @@ fn require_apart(
 struct CalibrationRun<'a> {
     /// The bench, with all calibrations made on it so far.
     bench: Effective,
+    /// Constants of `bench.toml`.
+    configured: Config,
+    /// Calibration in force before this one.
+    in_force: CalibrationFile,
     calibration: CalibrationFile,
     path: PathBuf,
     measure: &'a cli::Measure,
@@ -174,10 +189,12 @@ impl<'a> CalibrationRun<'a> {
         if let Some(text) = config.forceless_in_words() {
             verbosity.note(format_args!("{text}"));
         }
-        let calibration = existing_calibration(&path, &config, new_sensor)?;
+        let [in_force, calibration] = existing_calibration(&path, &config, new_sensor)?;
         verbosity.note(format_args!("calibration: {}", path.display()));
         Ok(Self {
-            bench: Effective::under_calibration(config, &calibration),
+            bench: Effective::under_calibration(config.clone(), &calibration),
+            configured: config,
+            in_force,
             calibration,
             path,
             attended: measure.attended(),
@@ -256,7 +273,7 @@ impl<'a> CalibrationRun<'a> {
             part,
             values,
             mut remarks,
-            faults,
+            mut faults,
             stem,
             table,
             mut figure,
@@ -264,6 +281,9 @@ impl<'a> CalibrationRun<'a> {
         } = outcome
             .procedure
             .judge(outcome.date, &self.measure.operator)?;
+        if let Some(note) = &outcome.instrument_note {
+            let _ = writeln!(std::io::stderr(), "warning: {}", escaped_line(note));
+        }
         if let Some(notice) = &notice {
             let extra_figures = side_files
                 .iter_mut()
@@ -296,6 +316,11 @@ impl<'a> CalibrationRun<'a> {
                 figure.as_ref(),
             )?);
         }
+        let changes = constant_change::changes(&part, &self.in_force, &self.configured);
+        if faults.is_empty() && notice.is_none() && !self.measure.replace {
+            faults.extend(unwanted_changes(&changes, self.attended)?);
+        }
+        remarks.extend(changes.iter().map(ConstantChange::in_words));
         let passed = faults.is_empty();
         if passed {
             remarks.extend(part.put_into(&mut self.calibration));
@@ -319,6 +344,26 @@ impl<'a> CalibrationRun<'a> {
             written,
         })
     }
+}
+
+/// Returns the reasons to reject the questioned `changes`: none if the operator wants them. Unattended, all are rejected.
+fn unwanted_changes(changes: &[ConstantChange], attended: bool) -> anyhow::Result<Vec<String>> {
+    let questioned = changes.iter().filter(|change| change.is_questioned());
+    let questioned: Vec<String> = questioned.map(ConstantChange::in_words).collect();
+    if questioned.is_empty() {
+        return Ok(Vec::new());
+    }
+    if attended {
+        let question = format!("{}. Put it in force? (yes/no)", questioned.join("; "));
+        if confirmed(&question)? {
+            return Ok(Vec::new());
+        }
+    }
+    let remedy = "if it is right, add --replace";
+    Ok(questioned
+        .iter()
+        .map(|change| format!("{change}; {remedy}"))
+        .collect())
 }
 
 /// `calibrate plate`
@@ -383,7 +428,11 @@ fn plate_profile(
         .clone()
         .or_else(|| apparatus.vibrometer_port.clone());
     let instrument = match port.filter(|_| has_instrument) {
-        Some(port) => Some(Instrument::open(&port, options.instrument_baud)?),
+        Some(port) => Some(Instrument::open(
+            &port,
+            options.instrument_baud,
+            options.instrument_unit,
+        )?),
         None => None,
     };
     let profile = ClearPlate::new(profile, config, run.attended);
@@ -456,7 +505,10 @@ pub fn output(
         .clone()
         .or_else(|| apparatus.voltmeter_port.clone());
     let instrument = match port.filter(|_| known == Known::Instrument) {
-        Some(port) => Some(Instrument::open(&port, options.instrument_baud)?.in_volts()),
+        Some(port) => {
+            let unit = LineUnit::volts(options.reads.into());
+            Some(Instrument::open(&port, options.instrument_baud, unit)?)
+        }
         None => None,
     };
     let procedure = OutputProcedure::new(setup);
@@ -512,9 +564,11 @@ pub fn pickup(
                 "known amplitudes are needed: --reference-channel, --instrument, --known-um or --known-csv"
             )
         }
-        (Known::Instrument | Known::Typed, Some(port)) => {
-            Some(Instrument::open(&port, options.instrument_baud)?)
-        }
+        (Known::Instrument | Known::Typed, Some(port)) => Some(Instrument::open(
+            &port,
+            options.instrument_baud,
+            options.instrument_unit,
+        )?),
     };
     let pickup = ClearPlate::new(
         PickupProcedure::new(setup),

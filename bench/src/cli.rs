@@ -10,6 +10,8 @@ use study::exclusions::SessionTrial;
 pub use crate::analyze_options::Analyze;
 use crate::fault_option::{self, NamedFault};
 pub use crate::protocol_options::{ProtocolCheck, ProtocolCommand, ProtocolOptions};
+use crate::run::ConcernKind;
+use calibration_rig::instrument_line::LineUnit;
 use calibration_rig::reference_options::ReferenceOptions;
 pub use participant_window::participant_options::ParticipantOptions;
 pub use replay::Speed;
@@ -206,6 +208,9 @@ pub struct Run {
     /// Start another session of a participant who already has one.
     #[arg(long, help_heading = RESUMING)]
     pub new_session: bool,
+    /// Run all the same with a setting that is hardly ever meant; asked on a terminal, refused otherwise.
+    #[arg(long, value_name = "CONCERN", value_enum, value_delimiter = ',')]
+    pub accept: Vec<ConcernKind>,
     /// Run without a valid calibration; every file and screen says so.
     #[arg(long, conflicts_with = "calibration")]
     pub uncalibrated: bool,
@@ -305,6 +310,9 @@ pub struct Measure {
     /// Run without prompts: take known values from options and print progress on standard error. Implied without a terminal.
     #[arg(long)]
     pub headless: bool,
+    /// Put the result in force although a constant changed by more than its errors; asked on a terminal.
+    #[arg(long)]
+    pub replace: bool,
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub hardware: HardwareOptions,
@@ -340,9 +348,12 @@ pub struct CalibratePickup {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub reference: ReferenceOptions,
-    /// Serial port of an instrument that sends its peak amplitude in µm, one number per line.
+    /// Serial port of an instrument that sends its amplitude, one number per line.
     #[arg(long, value_name = "PORT")]
     pub instrument: Option<PathBuf>,
+    /// Unit of the instrument's lines, as in nm, "um rms" or "um pp"; a line in another unit is refused.
+    #[arg(long, value_name = "UNIT", default_value = "um")]
+    pub instrument_unit: LineUnit,
     /// Baud rate of the instrument.
     #[arg(long, value_name = "BAUD", default_value_t = 115_200)]
     pub instrument_baud: u32,
@@ -456,9 +467,12 @@ pub struct CalibratePlate {
     /// wavelength there, by which the finger's width is taken into account; needs plate.width_m in bench.toml.
     #[arg(long, value_name = "PLACES", conflicts_with = "along")]
     pub across: Option<u32>,
-    /// Serial port of the vibrometer that sends its peak amplitude in µm, one number per line.
+    /// Serial port of the vibrometer that sends its amplitude, one number per line.
     #[arg(long, value_name = "PORT", requires = "places")]
     pub instrument: Option<PathBuf>,
+    /// Unit of the vibrometer's lines, as in nm, "um rms" or "um pp"; a line in another unit is refused.
+    #[arg(long, value_name = "UNIT", default_value = "um")]
+    pub instrument_unit: LineUnit,
     /// Baud rate of the vibrometer.
     #[arg(long, value_name = "BAUD", default_value_t = 115_200)]
     pub instrument_baud: u32,

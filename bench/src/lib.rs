@@ -7,6 +7,7 @@ pub mod apparatus;
 pub mod calibrate;
 pub mod calibration_report;
 pub mod cli;
+mod confirmation;
 mod dates;
 pub mod displays;
 pub mod drilling;

@@ -2,6 +2,7 @@
 
 mod announcement;
 mod composition;
+mod concerns;
 mod edited_protocol;
 mod files;
 mod lost_recordings;
@@ -23,8 +24,9 @@ use composition::{ComposedSession, Surroundings};
 use files::EarlierPart;
 use participant_session::ParticipantSession;
 
+pub use concerns::ConcernKind;
 pub use files::require_session;
-pub use plan::{ProtocolFile, SessionPlan};
+pub use plan::{ProtocolFile, SessionPlan, session_bytes};
 
 /// Runs the session to its end. `open_front` opens the operator's screen; quitting that screen ends the bench.
 ///
@@ -96,6 +98,7 @@ pub fn report_lines(
 ) -> Vec<String> {
     let mut lines = summary_lines(&report.summary, &report.account);
     lines.push(kept_up.line());
+    lines.extend(kept_up.clock_lines());
     let folder = study.join(participant.as_str());
     lines.push(format!("recordings        {}", folder.display()));
     match &report.reason {

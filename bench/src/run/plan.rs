@@ -12,6 +12,7 @@ use safety::Pace;
 use signalgen::DriveSettings;
 use strict_toml::InFile;
 
+use super::concerns::{ConcernKind, concerns, require_accepted};
 use crate::apparatus::pace;
 use crate::verbosity::Verbosity;
 use crate::{calibrate, dates};
@@ -203,6 +204,17 @@ impl SessionPlan {
 }
 
 impl SessionPlan {
+    /// Requires the operator to accept the settings of this session that are hardly ever meant; the log states those accepted.
+    ///
+    /// # Errors
+    /// A setting is not accepted.
+    pub fn accept(&mut self, kinds: &[ConcernKind]) -> anyhow::Result<()> {
+        let concerns = concerns(self.bench.config(), &self.protocol.protocol, dates::now());
+        let accepted = require_accepted(&concerns, kinds, !self.headless)?;
+        self.unverified.extend(accepted);
+        Ok(())
+    }
+
     /// Returns the check that a bench passes before its plate is driven at a shifted resonance.
     pub(super) fn require_drivable(&self) -> RequireDrivable {
         let (protocol, settings) = (self.protocol.protocol.clone(), self.settings);

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
-use devices::DeviceReadings;
+use devices::{DeviceReadings, SensorClocks};
 use protocols::SessionSummary;
 use recording::pipeline::Account;
 use recording::recorder::RecorderGauge;
@@ -30,6 +30,8 @@ pub struct KeptUp {
     pub ring_fill: f64,
     /// Maximum amount of audio that waited for the disk, s; `None` in simulated time.
     pub recorder_lag_s: Option<f64>,
+    /// Clocks of the sensors.
+    pub clocks: SensorClocks,
 }
 
 impl KeptUp {
@@ -39,7 +41,14 @@ impl KeptUp {
             watch_away_s: signals.longest_away_ns.load(Ordering::Relaxed) as f64 * 1e-9,
             ring_fill: gauges.fullest_ring.get().unwrap_or_default(),
             recorder_lag_s: Some(recorder.greatest_lag_s()),
+            clocks: gauges.sensor_clocks(),
         }
+    }
+
+    /// Returns a line for each clock that differs from the sound card's by more than a crystal's.
+    pub fn clock_lines(&self) -> impl Iterator<Item = String> {
+        let clocks = self.clocks.notable();
+        clocks.map(|clock| format!("{:<17} {}", clock.sensor, clock.in_words()))
     }
 
     /// Returns the line for the end of a session.

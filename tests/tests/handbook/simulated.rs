@@ -11,6 +11,7 @@ use calibration::pickup::{PickupProcedure, PickupSetup};
 use calibration::plate_procedure::{PlateProcedure, PlateSetup};
 use calibration_rig::clear::ClearPlate;
 use calibration_rig::guided::Guided;
+use calibration_rig::instrument_line::LineUnit;
 use calibration_rig::judged::Calibrates;
 use calibration_rig::known::{Instrument, Known};
 use calibration_rig::operator::ForceAxis;
@@ -183,7 +184,7 @@ fn calibrate<C: Calibrates>(
     let hardware = apparatus.hardware;
     let instrument = (C::NAME == "pickup").then(|| {
         let port = apparatus.vibrometer_port.unwrap();
-        Instrument::open(&port, 115_200).unwrap()
+        Instrument::open(&port, 115_200, LineUnit::micrometres()).unwrap()
     });
     let ledger = driving_time::clear_plate_account(folder, bench.config(), &hardware).unwrap();
     let operator = Operator::new(shots, captures, |_| None);

@@ -125,6 +125,7 @@ impl Field {
         let SourceHealth {
             faults: so_far,
             clock: force_clock,
+            pace: force_pace,
         } = source.health();
         let faults = so_far.since(&health.force);
         // Bytes before the first sample are the end of a frame that began before the port was opened.
@@ -153,6 +154,7 @@ impl Field {
         let card = self.gauges.card_clock.get().unwrap_or_default();
         let excess_ppm = force_clock
             .and_then(|clock| clock.excess_ppm(&card))
+            .or(force_pace.map(|pace| 1e6 * (pace - 1.0)))
             .filter(|_| now_ns >= self.judged_from_ns);
         let card_ppm = card.fast_ppm().unwrap_or_default();
         let polled = polled.and_then(|()| {
@@ -161,6 +163,7 @@ impl Field {
         self.force_at = last;
         health.force = so_far;
         health.force_clock = force_clock;
+        health.force_pace = force_pace;
         health.force_samples += count;
         self.gauges.field.set(health);
         self.signals.nonsense.set(source.nonsense(now_ns));
@@ -200,7 +203,11 @@ impl Field {
                 jumped,
             });
         });
-        let SourceHealth { faults, clock } = encoder.health();
+        let SourceHealth {
+            faults,
+            clock,
+            pace,
+        } = encoder.health();
         let previous = std::mem::replace(&mut self.position_restarts, faults.restarted);
         let position_restarts = faults.restarted - previous;
         if count > 0 {
@@ -226,6 +233,7 @@ impl Field {
         let card = self.gauges.card_clock.get().unwrap_or_default();
         let excess_ppm = clock
             .and_then(|clock| clock.excess_ppm(&card))
+            .or(pace.map(|pace| 1e6 * (pace - 1.0)))
             .filter(|_| now_ns >= self.judged_from_ns);
         let polled = polled.and_then(|()| match excess_ppm {
             Some(fast_ppm) => Err(SourceGone::Clock {
@@ -349,6 +357,7 @@ mod tests {
             SourceHealth {
                 faults: self.1,
                 clock: Some(self.0),
+                pace: None,
             }
         }
 

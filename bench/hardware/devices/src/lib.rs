@@ -55,7 +55,7 @@ pub use card_pace::CardPace;
 pub use device_nodes::sound_card;
 pub use dose_record::AccountOwner;
 pub use drive_ledger::DriveLedger;
-pub use gauges::{DeviceReadings, FieldHealth};
+pub use gauges::{DeviceReadings, FieldHealth, NotableClock, SensorClocks};
 pub use life::{EndedByPanic, Life};
 pub use lock_folder::lock_folder;
 pub use reading_queue::{ReadingSender, reading_queue};

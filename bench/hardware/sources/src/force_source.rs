@@ -79,6 +79,8 @@ pub struct SourceHealth {
     pub faults: LineFaults,
     /// Alignment of its clock with the host's; `None` for a source on the card's clock.
     pub clock: Option<ClockState>,
+    /// Rate of its clock over the host's if it surely differs by more than the alignment can follow; `None` otherwise.
+    pub pace: Option<f64>,
 }
 
 /// A source of forces. A silent source passes no forces; its user measures the silence.

@@ -15,6 +15,7 @@ pub mod netft;
 mod nonsense;
 mod numbering;
 mod open;
+mod pace;
 pub mod position;
 mod sensor_clock;
 pub mod serial;
@@ -23,6 +24,7 @@ pub use force_source::{ForceSource, LineFaults, Moment, SourceHealth, TimedForce
 pub use lines::{LineError, LineSource, Lines, take_lines};
 pub use loss::SourceGone;
 pub use open::{Place, open, tapped};
+pub use pace::clock_cause;
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

@@ -4,6 +4,7 @@ use impedance::clock_alignment::TOLERANCE;
 use safety::GpioError;
 
 use crate::field_box::FieldBoxGone;
+use crate::pace::clock_cause;
 
 /// A source that has become unavailable for good.
 #[derive(Debug, thiserror::Error)]
@@ -28,9 +29,10 @@ pub enum SourceGone {
     /// The source's clock deviates by more than the alignment can follow.
     #[error(
         "the clock of the {source_name} runs {} against the sound card's ({fast_ppm:+.0} ppm), over the limit of {:.0} %: its \
-         readings would get wrong times; give it a crystal, or correct the microseconds that it sends, and start again \
+         readings would get wrong times; {}, and start again \
          (the card itself: {card_ppm:+.0} ppm against this computer)",
-        fast_or_slow(*fast_ppm), 100.0 * TOLERANCE
+        fast_or_slow(*fast_ppm), 100.0 * TOLERANCE,
+        clock_cause(1.0 + 1e-6 * fast_ppm).unwrap_or("give it a crystal, or correct the microseconds that it sends")
     )]
     Clock {
         /// Name of the source.

@@ -7,6 +7,7 @@ use std::time::Duration;
 use anyhow::{Context, bail};
 use serialport::SerialPort;
 
+use crate::instrument_line::{self, LineFault, LineUnit};
 use crate::operator::MICROMETRE_M;
 use crate::reference::Reference;
 use crate::typed_table;
@@ -15,6 +16,8 @@ use crate::typed_table;
 const LONGEST_LINE: usize = 256;
 /// Number of consecutive lines without a number that indicate another device or another baud rate.
 const NONSENSE_LINES: u32 = 20;
+/// Number of consecutive lines that report an overload, after which it does not pass by itself.
+const OVERLOADS: u32 = 5;
 /// Largest number of reads per poll, so that an endless sender cannot block the task that drives the plate.
 const MOST_READS: usize = 16;
 /// Largest number of consecutive polls that do not empty the port's buffer.
@@ -93,25 +96,28 @@ impl Read for NeverWaiting {
     }
 }
 
-/// An instrument on a serial port that sends one number per line: an interferometer or vibrometer sends its peak amplitude in
-/// micrometres, a meter its volts.
+/// An instrument on a serial port that sends one number per line: an interferometer or vibrometer sends its amplitude, a meter
+/// its volts.
 pub struct Instrument {
     port: Box<dyn Read + Send>,
-    /// Unit of the lines, in SI.
-    si_per_unit: f64,
+    /// Unit of a line that states none; a line in another unit is refused.
+    unit: LineUnit,
     path: PathBuf,
     line: Vec<u8>,
     nonsense: u32,
+    overloads: u32,
+    /// Note on the first line with a decimal comma.
+    note: Option<String>,
     /// Number of consecutive polls that did not empty the port's buffer.
     unended: u32,
 }
 
 impl Instrument {
-    /// Opens the instrument's serial port.
+    /// Opens the serial port of an instrument that sends lines in `unit`.
     ///
     /// # Errors
     /// If the port does not exist or is busy.
-    pub fn open(path: &Path, baud: u32) -> anyhow::Result<Self> {
+    pub fn open(path: &Path, baud: u32, unit: LineUnit) -> anyhow::Result<Self> {
         let port = serialport::new(path.to_string_lossy(), baud)
             .timeout(Duration::from_millis(1))
             .open()
@@ -121,31 +127,31 @@ impl Instrument {
                     path.display()
                 )
             })?;
-        Ok(Self::with_port(Box::new(NeverWaiting(port)), path))
-    }
-
-    /// Interprets the lines as volts.
-    #[must_use]
-    pub fn in_volts(mut self) -> Self {
-        self.si_per_unit = 1.0;
-        self
+        Ok(Self::with_port(Box::new(NeverWaiting(port)), path, unit))
     }
 
     /// Returns whether its lines are in volts.
     #[must_use]
     pub fn reads_volts(&self) -> bool {
-        self.si_per_unit == 1.0
+        self.unit.is_volts()
     }
 
-    /// Reads from `port`, which must not block; `path` names it in errors.
+    /// Returns a note on the form of its numbers if they have decimal commas.
+    pub(crate) fn note(&self) -> Option<&str> {
+        self.note.as_deref()
+    }
+
+    /// Reads lines in `unit` from `port`, which must not block; `path` names it in errors.
     #[must_use]
-    pub fn with_port(port: Box<dyn Read + Send>, path: &Path) -> Self {
+    pub fn with_port(port: Box<dyn Read + Send>, path: &Path, unit: LineUnit) -> Self {
         Self {
             port,
-            si_per_unit: MICROMETRE_M,
+            unit,
             path: path.to_owned(),
             line: Vec::new(),
             nonsense: 0,
+            overloads: 0,
+            note: None,
             unended: 0,
         }
     }
@@ -153,7 +159,7 @@ impl Instrument {
     /// Passes each number that has arrived to `reading`, m or V.
     ///
     /// # Errors
-    /// If the port no longer exists, or sends no numbers.
+    /// If the port no longer exists, sends no numbers, or sends them in another unit.
     pub fn poll(&mut self, mut reading: impl FnMut(f64)) -> anyhow::Result<()> {
         let mut bytes = [0; 512];
         for _ in 0..MOST_READS {
@@ -196,29 +202,48 @@ impl Instrument {
         Ok(())
     }
 
-    /// Returns the first number of a line, m or V; units and words after it are ignored.
+    /// Returns the number of the line that has arrived, m or V.
     fn take_line(&mut self) -> anyhow::Result<Option<f64>> {
-        let text = String::from_utf8_lossy(&self.line).into_owned();
-        self.line.clear();
-        let Some(word) = text.split_whitespace().next() else {
-            return Ok(None);
-        };
-        match word.parse::<f64>() {
-            Ok(number) if number.is_finite() => {
-                self.nonsense = 0;
-                Ok(Some(number * self.si_per_unit))
-            }
-            _ => {
-                self.nonsense += 1;
-                if self.nonsense >= NONSENSE_LINES {
-                    bail!(
-                        "the instrument at {} sends no numbers ({word:?}): check port and baud; it must send one a line, a peak amplitude in µm or a meter's volts",
-                        self.path.display()
-                    );
+        let line = std::mem::take(&mut self.line);
+        match instrument_line::read(&line, self.unit) {
+            Ok(Some(reading)) => {
+                (self.nonsense, self.overloads) = (0, 0);
+                if reading.decimal_comma && self.note.is_none() {
+                    self.note = Some(format!(
+                        "the instrument at {} sends decimal commas: {:?} is read as {:e} {}",
+                        self.path.display(),
+                        String::from_utf8_lossy(line.trim_ascii()),
+                        reading.si,
+                        if self.reads_volts() { "V" } else { "m" }
+                    ));
                 }
+                Ok(Some(reading.si))
+            }
+            Ok(None) => self.without_number(&line).map(|()| None),
+            // Some instruments report one while they change their range.
+            Err(LineFault::Overload { .. }) if self.overloads + 1 < OVERLOADS => {
+                self.overloads += 1;
                 Ok(None)
             }
+            Err(fault) => bail!("the instrument at {} {fault}", self.path.display()),
         }
+    }
+
+    /// Counts a line without a number.
+    fn without_number(&mut self, line: &[u8]) -> anyhow::Result<()> {
+        let text = String::from_utf8_lossy(line);
+        let Some(word) = text.split_whitespace().next() else {
+            return Ok(());
+        };
+        self.nonsense += 1;
+        if self.nonsense >= NONSENSE_LINES {
+            bail!(
+                "the instrument at {} sends no numbers ({word:?}): check port and baud; it must send one a line, an amplitude in {} or a meter's volts",
+                self.path.display(),
+                LineUnit::micrometres()
+            );
+        }
+        Ok(())
     }
 }
 
@@ -230,9 +255,12 @@ mod tests {
     use super::*;
     use std::io::Cursor;
 
+    fn micrometre_instrument(port: impl Read + Send + 'static) -> Instrument {
+        Instrument::with_port(Box::new(port), Path::new("x"), LineUnit::micrometres())
+    }
+
     fn read(text: &[u8]) -> anyhow::Result<Vec<f64>> {
-        let mut instrument =
-            Instrument::with_port(Box::new(Cursor::new(text.to_vec())), Path::new("x"));
+        let mut instrument = micrometre_instrument(Cursor::new(text.to_vec()));
         let mut amplitudes_m = Vec::new();
         instrument.poll(|m| amplitudes_m.push(m))?;
         Ok(amplitudes_m)
@@ -247,11 +275,22 @@ mod tests {
     }
 
     #[test]
-    fn an_instrument_says_whether_it_reads_volts() {
-        let instrument =
-            || Instrument::with_port(Box::new(Cursor::new(Vec::new())), Path::new("x"));
-        assert!(!instrument().reads_volts());
-        assert!(instrument().in_volts().reads_volts());
+    fn a_line_in_another_unit_ends_the_measurement_and_an_overload_passes_if_it_is_short() {
+        let error = read(b"0.5 um\n0.0005 mm\n").unwrap_err().to_string();
+        assert!(error.contains("--instrument-unit \"mm\""), "{error}");
+        assert_eq!(read(b"9.9E37\n9.9E37\n0.5 um\n").unwrap(), [0.5e-6]);
+        let error = read(&b"9.9E37\n".repeat(8)).unwrap_err().to_string();
+        assert!(error.contains("overload"), "{error}");
+    }
+
+    #[test]
+    fn the_first_decimal_comma_is_noted() {
+        let mut instrument = micrometre_instrument(Cursor::new(b"0,5 um\n0,6 um\n".to_vec()));
+        let mut count = 0;
+        instrument.poll(|_| count += 1).unwrap();
+        assert_eq!(count, 2);
+        let note = instrument.note();
+        assert!(note.is_some_and(|note| note.contains("decimal commas: \"0,5 um\"")));
     }
 
     /// Fault 49.
@@ -265,7 +304,7 @@ mod tests {
                 Ok(buffer.len())
             }
         }
-        let mut instrument = Instrument::with_port(Box::new(Endless), Path::new("x"));
+        let mut instrument = micrometre_instrument(Endless);
         let error = (0..1000).find_map(|_| {
             let mut lines = 0;
             let polled = instrument.poll(|_| {

@@ -12,6 +12,7 @@ pub mod clear;
 pub mod constant_change;
 mod drop_outs;
 pub mod guided;
+pub mod instrument_line;
 pub mod judged;
 pub mod known;
 mod meter;

@@ -76,7 +76,10 @@ mod tests {
     use std::io::empty;
     use std::path::Path;
 
+    use config::MeterReads;
+
     use super::*;
+    use crate::instrument_line::LineUnit;
 
     #[test]
     fn a_reading_in_volts_is_shown_as_no_amplitude() {
@@ -84,8 +87,10 @@ mod tests {
             known_m: Some(2.5),
             ..Meter::default()
         };
-        let instrument = Instrument::with_port(Box::new(empty()), Path::new("x"));
-        assert_eq!(meter.known(Some(&instrument)), (Some(2.5), None));
-        assert_eq!(meter.known(Some(&instrument.in_volts())), (None, Some(2.5)));
+        let instrument = |unit| Instrument::with_port(Box::new(empty()), Path::new("x"), unit);
+        let amplitude = instrument(LineUnit::micrometres());
+        assert_eq!(meter.known(Some(&amplitude)), (Some(2.5), None));
+        let volts = instrument(LineUnit::volts(MeterReads::Rms));
+        assert_eq!(meter.known(Some(&volts)), (None, Some(2.5)));
     }
 }

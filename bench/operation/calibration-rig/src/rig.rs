@@ -42,6 +42,8 @@ pub struct Outcome<P> {
     pub driven_s: f64,
     /// Number of xruns; they did not affect any measured sample.
     pub xruns: u64,
+    /// Note on the form of the instrument's numbers, if they have decimal commas.
+    pub instrument_note: Option<String>,
 }
 
 /// The operator, and the thread of their screen if there is one.
@@ -114,7 +116,7 @@ pub fn run<P: Procedure>(
     let clock = open.life.clock().clone();
     open.life
         .run(tasks, || screen.map_or(Ok(()), DashboardThread::join))?;
-    let (procedure, driven_s, xruns) = outcome
+    let (procedure, driven_s, xruns, instrument_note) = outcome
         .try_recv()
         .ok()
         .context("quit before everything was measured: nothing was written")?;
@@ -125,6 +127,7 @@ pub fn run<P: Procedure>(
         simulated_time: clock.is_simulated(),
         driven_s,
         xruns,
+        instrument_note,
     })
 }
 
@@ -169,7 +172,7 @@ struct RigTask<P> {
     drop_outs: DropOuts,
     driven_frames: u64,
     last_audio_ns: Option<u64>,
-    done: Sender<(P, f64, u64)>,
+    done: Sender<(P, f64, u64, Option<String>)>,
 }
 
 impl<P: Procedure> RigTask<P> {
@@ -585,9 +588,10 @@ impl<P: Procedure> Task for RigTask<P> {
             Step::Done => {
                 if let Some(procedure) = self.procedure.take() {
                     let driven_s = self.driven_frames as f64 / self.rate_hz;
-                    let _ = self
-                        .done
-                        .send((procedure, driven_s, self.drop_outs.xruns()));
+                    let note = self.instrument.as_ref().and_then(Instrument::note);
+                    let xruns = self.drop_outs.xruns();
+                    let note = note.map(str::to_owned);
+                    let _ = self.done.send((procedure, driven_s, xruns, note));
                 }
             }
             _ => {}

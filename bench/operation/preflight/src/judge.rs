@@ -14,6 +14,11 @@ use safety::{DELAY_WITHIN_S, SafetyState, Trip};
 
 /// Longest wait of the first and the last buffer together, s.
 const RATE_SLACK_S: f64 = 0.2;
+/// Smallest rate of a force sensor, Hz; one of 1 kHz may lose some readings.
+const LEAST_FORCE_HZ: f64 = 900.0;
+/// Ratio of a 24-bit sample to itself read as 32-bit, and the tolerance of a ratio like it.
+const SMALL_SHARE: f64 = 1.0 / 256.0;
+const LIKE_SHARE: f64 = 0.1;
 /// Upper bound of the amplitude below which Z_m is masked, m: the minimum of a modulation of 95 % at a mean of 1 µm.
 const QUIET_M: f64 = 5e-8;
 
@@ -56,6 +61,14 @@ pub(super) fn judge(
     }
     if let Some(force) = &config.force {
         judge_force(table, force, config.calibration.zero_n, measured);
+    }
+    for clock in measured.clocks.notable() {
+        let verdict = if clock.is_beyond() {
+            RowVerdict::Failed
+        } else {
+            RowVerdict::Warning
+        };
+        table.verdict_row(clock.sensor, verdict, clock.in_words());
     }
     if let Some(text) = config.forceless_in_words() {
         table.verdict_row("force sensor", RowVerdict::Warning, text);
@@ -183,6 +196,8 @@ fn judge_tone(table: &mut Table, config: &Config, measured: &Measured) {
     let survives = (read_v / expected_v - 1.0).abs() <= config.safety.readback_tolerance;
     let remedy = if survives {
         ""
+    } else if (read_v / expected_v / SMALL_SHARE - 1.0).abs() < LIKE_SHARE {
+        ": 1/256 of it, as of 24-bit samples that are read as 32-bit ones: compare audio.sample_format with the card's"
     } else if read_v < 0.1 * expected_v {
         ": amplifier off, cable out, or a sound layer that resamples the carrier away; use a raw device such as hw:…"
     } else {
@@ -321,9 +336,14 @@ fn judge_inputs(
 
 fn judge_force(table: &mut Table, force: &config::Force, zero_n: f64, measured: &Measured) {
     let rate_hz = measured.force_n.len() as f64 / measured.audio_s.max(1e-9);
-    let talks = rate_hz >= 900.0;
+    let talks = rate_hz >= LEAST_FORCE_HZ;
     let remedy = if talks {
         String::new()
+    } else if rate_hz > 0.0 && measured.corrupt == 0 {
+        format!(
+            ", and at least {LEAST_FORCE_HZ:.0} are needed: raise the sensor's rate (an HX711 sends 10 or 80 and cannot serve); else {}",
+            force.what_to_check()
+        )
     } else {
         format!(": {}", force.what_to_check())
     };

@@ -12,7 +12,7 @@ use config::Effective;
 use devices::acquisition::RecordingCommand;
 use devices::drive_control::{DriveControl, settings};
 use devices::excerpt::Excerpt;
-use devices::{Bench, DeviceReadings, Hardware, ThreadPriorities};
+use devices::{Bench, DeviceReadings, Hardware, SensorClocks, ThreadPriorities};
 use recording::pipeline::{Account, Batch};
 use safety::{FAINT_V, LoopDelay, Pace, SafetyState, Signals, StopTimes};
 use tasks::{StopFlag, Task};
@@ -60,6 +60,8 @@ pub(super) struct Measured {
     pub account: Account,
     pub force_n: Vec<(f64, f64)>,
     pub corrupt: u64,
+    /// State of the sensors' clocks.
+    pub clocks: SensorClocks,
     pub positions: usize,
     /// Samples of all inputs in the silence and in the tone, interleaved; empty if the test ended earlier.
     pub silence: Vec<f32>,
@@ -263,6 +265,7 @@ impl Task for CheckTask {
             measured.positions += batch.position.len();
         }
         measured.corrupt = self.gauges.field.get().unwrap_or_default().force.corrupt;
+        measured.clocks = self.gauges.sensor_clocks();
         if let Some(tone) = self.relay.take() {
             self.drive.sound_disarmed(tone);
             measured.driven = true;

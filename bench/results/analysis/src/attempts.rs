@@ -5,6 +5,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use serde::{Serialize, Serializer};
+use study::identity::Duplicate;
 use study::sessions::Standing;
 
 use crate::findings::Analysis;
@@ -85,6 +86,8 @@ pub struct Attempts {
     pub empty_sessions: Vec<EmptySession>,
     /// Logs that cannot be read, with the reason: the accepted attempts of their sessions are unknown.
     pub unread_logs: Vec<(PathBuf, String)>,
+    /// Copies of other recordings, which are left out.
+    pub copies: Vec<Duplicate>,
 }
 
 impl Attempts {
@@ -95,6 +98,29 @@ impl Attempts {
             .iter()
             .map(|attempt| attempt.path.clone())
             .collect()
+    }
+
+    /// Removes the attempts in `folders`.
+    pub(crate) fn remove(&mut self, folders: &[PathBuf]) {
+        let folders: Vec<PathBuf> = folders.iter().map(|path| canonical_path(path)).collect();
+        let stays = |path: &Path| {
+            let path = canonical_path(path);
+            !folders.iter().any(|folder| path.starts_with(folder))
+        };
+        self.selection.retain(|attempt| stays(&attempt.path));
+        self.omissions.retain(|attempt| stays(&attempt.path));
+    }
+
+    /// Leaves out a copy of another recording.
+    pub(crate) fn leave_out_copy(&mut self, copy: Duplicate) {
+        self.selection.retain(|attempt| attempt.path != copy.path);
+        self.omissions.retain(|attempt| attempt.path != copy.path);
+        self.omissions.push(OmittedAttempt {
+            path: copy.path.clone(),
+            standing: Some(Standing::Unknown),
+            because: format!("it is a copy of {}", copy.original.display()),
+        });
+        self.copies.push(copy);
     }
 
     /// Adds further attempts, except those in `known_folders`.

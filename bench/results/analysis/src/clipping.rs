@@ -55,6 +55,11 @@ impl Extremes {
         }
     }
 
+    /// Returns the largest |sample|.
+    pub(super) fn level(&self) -> f32 {
+        self.top.value.max(self.bottom.value)
+    }
+
     /// Returns the number of clipped samples and their magnitude.
     pub(super) fn clipping(&self) -> Option<(u64, f32)> {
         let clipped_extremes = [&self.top, &self.bottom]

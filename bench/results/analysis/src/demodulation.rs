@@ -10,6 +10,7 @@ use crate::findings::RecordingError;
 use crate::flaw::{Channel, Flaw};
 use crate::levels::Levels;
 use crate::measurements::Measurements;
+use crate::plausibility;
 use crate::row_times;
 use crate::spans::Spans;
 use recording::manifest::Manifest;
@@ -76,6 +77,8 @@ pub fn read(folder: &Path, pickup: PickupOffset) -> Result<DemodulatedRecording,
                 samples: extremes.lost_samples,
             });
         }
+        let name = channel.to_string();
+        flaws.extend(plausibility::channel(&name, extremes.level()).map(Flaw::from));
         if let Some((samples, magnitude)) = extremes.clipping() {
             *level = magnitude;
             flaws.push(Flaw::Clipped {

@@ -22,6 +22,10 @@ use crate::within_laws::WithinLaws;
 /// Length at either end of an instance that is averaged for changes over it, s: the same as for Z_t at rest.
 const EDGE_S: f64 = 5e-3;
 
+/// Largest σ_t that a table contains, m: twenty times the roughest skin's. A larger one stems from forces in another unit, or from
+/// a fit that ran away.
+const LARGEST_SIGMA_T_M: f64 = 1e-4;
+
 /// Instance with its samples and both estimates.
 #[derive(Debug, Clone)]
 pub struct InstanceAnalysis {
@@ -101,8 +105,11 @@ impl InstanceAnalysis {
     }
 
     /// Returns the instance by a method; `None` if its fit cannot be used.
+    ///
+    /// An estimate with a σ_t larger than any skin's is not one: the data do not follow the method's laws.
     pub fn estimate_by(&self, method: Method) -> Option<MethodEstimate<'_>> {
-        self.estimate(method).map(|estimate| MethodEstimate {
+        let estimate = self.estimate(method)?;
+        (estimate.sigma_t_m <= LARGEST_SIGMA_T_M).then_some(MethodEstimate {
             instance: self,
             method,
             estimate,

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use recording::manifest::End;
 use recording::study::{EVENTS_FILE, TrialBlock, TrialLabel};
 use recording::{MANIFEST_FILE, reader};
+use study::identity::{Duplicate, duplicates};
 use study::sessions::{LoggedSession, SessionEnd, Standing};
 
 use crate::attempts::{Attempts, EmptySession, OmittedAttempt, SelectedAttempt};
@@ -27,6 +28,16 @@ pub enum FindError {
         path: PathBuf,
         /// Reason of the failure.
         reason: io::Error,
+    },
+    /// Two folders contain the same attempt with different contents.
+    #[error(
+        "{duplicate}: only one of them can count; look which is right, and leave out the other with \
+         --exclude {}",
+        duplicate.path.display()
+    )]
+    Ambiguous {
+        /// Folder, and the one with the same attempt.
+        duplicate: Duplicate,
     },
     /// The folder is neither a recording nor contains any.
     #[error(
@@ -57,11 +68,24 @@ pub struct TrialFilter {
 
 /// Returns the recordings in `folders`, in order, and the attempts that are left out. A folder with a
 /// `recording.toml` is a recording. For a study, the accepted trials are taken, by the logs of its sessions; for a session
-/// without a log, the last completed attempt at each trial. A folder that is named twice counts once.
+/// without a log, the last completed attempt at each trial. A folder that is named twice counts once, and so does a recording
+/// of which the folders contain copies.
 ///
 /// # Errors
-/// A folder cannot be listed, or contains no recording.
+/// A folder cannot be listed or contains no recording, or two contain the same attempt with different contents.
 pub fn attempts(folders: &[PathBuf], filter: TrialFilter) -> Result<Attempts, FindError> {
+    attempts_except(folders, filter, &[])
+}
+
+/// Returns the recordings found by [`attempts`] outside the folders of `exceptions`.
+///
+/// # Errors
+/// Same as [`attempts`].
+pub fn attempts_except(
+    folders: &[PathBuf],
+    filter: TrialFilter,
+    exceptions: &[PathBuf],
+) -> Result<Attempts, FindError> {
     let mut attempts = Attempts::default();
     let mut known_folders = HashSet::new();
     for path in folders {
@@ -74,7 +98,8 @@ pub fn attempts(folders: &[PathBuf], filter: TrialFilter) -> Result<Attempts, Fi
         } else {
             search.descend(path, DEPTH)?;
         }
-        let folder_attempts = search.attempts;
+        let mut folder_attempts = search.attempts;
+        folder_attempts.remove(exceptions);
         if folder_attempts.selection.is_empty() {
             return Err(FindError::None {
                 path: path.clone(),
@@ -84,7 +109,24 @@ pub fn attempts(folders: &[PathBuf], filter: TrialFilter) -> Result<Attempts, Fi
         }
         attempts.extend(folder_attempts, &mut known_folders);
     }
+    leave_out_duplicates(&mut attempts)?;
     Ok(attempts)
+}
+
+/// Leaves out the copies of other recordings.
+fn leave_out_duplicates(attempts: &mut Attempts) -> Result<(), FindError> {
+    let selection = attempts.selection.iter().map(|attempt| &attempt.path);
+    let omissions = attempts.omissions.iter().map(|attempt| &attempt.path);
+    let folders: Vec<PathBuf> = selection.chain(omissions).cloned().collect();
+    for duplicate in duplicates(folders.iter().map(PathBuf::as_path)) {
+        let is_selected = |path: &Path| attempts.selection.iter().any(|found| found.path == path);
+        if duplicate.is_copy {
+            attempts.leave_out_copy(duplicate);
+        } else if is_selected(&duplicate.path) {
+            return Err(FindError::Ambiguous { duplicate });
+        }
+    }
+    Ok(())
 }
 
 /// Returns the recordings found by [`attempts`], without those that are left out.

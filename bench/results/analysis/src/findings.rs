@@ -141,6 +141,13 @@ impl RecordingFindings {
         self.participant.as_deref()
     }
 
+    /// Returns whether no estimate can be used until the readings are corrected.
+    pub fn is_spoilt(&self) -> bool {
+        let spoils =
+            |flaw: &Flaw| matches!(flaw, Flaw::Implausible(found) if found.spoils_estimates());
+        self.flaws.iter().any(spoils)
+    }
+
     /// Returns the plate's constants.
     pub fn plate(&self) -> &RecordedPlate {
         &self.manifest.plate

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use num_complex::Complex64;
 
 use crate::measurements::LONGEST_GAP_S;
+use crate::plausibility::Implausible;
 use crate::unloaded_plate::UnloadedError;
 use recording::reader;
 use statistics::significant;
@@ -110,6 +111,21 @@ pub enum Flaw {
         measured_hz: f64,
         /// Stated frequency, Hz.
         stated_hz: f64,
+    },
+    /// Readings are such as no finger and no sound channel makes.
+    #[error(transparent)]
+    Implausible(#[from] Implausible),
+    /// The carrier is far from the plate's resonance.
+    #[error(
+        "carrier_hz = {carrier_hz:.0} is {:.0} Hz from resonance_hz = {resonance_hz:.0}: the plate hardly moves there, so its \
+         impedance is uncertain and amplitudes are small",
+        (carrier_hz - resonance_hz).abs()
+    )]
+    CarrierOffResonance {
+        /// Carrier, Hz.
+        carrier_hz: f64,
+        /// Stated resonance of the plate, Hz.
+        resonance_hz: f64,
     },
     /// Readings lie outside the recording's time.
     #[error(

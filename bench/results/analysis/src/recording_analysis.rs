@@ -21,12 +21,16 @@ use crate::free_plate::{FreePlate, pickup_flaws};
 use crate::measurements::Measurements;
 use crate::model_check;
 use crate::plate_references;
+use crate::plausibility::{self, Implausible};
 use crate::under_finger::UnderFinger;
 use crate::whole_trial;
 use recording::Manifest;
 use recording::manifest::RecordedIntervalKind;
 use recording::pipeline::PickupOffset;
 use study::provenance::Provenance;
+
+/// Largest distance of the carrier from the plate's resonance, relative; at Q = 200 the plate moves a quarter as far there.
+const CARRIER_DISTANCE: f64 = 0.01;
 
 /// Analyses the recording in `folder`.
 pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
@@ -45,6 +49,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     let mut reading = demodulation::read(folder, PickupOffset::default())?;
     let (rules, protocol_flaw) = selection_rules(folder, &reading.manifest, settings);
     let is_carrier_missing = reading.is_carrier_missing();
+    let implausible = implausible_forces(&reading);
     let mut zero = subtract_zero(&mut reading);
     let mut plate = FreePlate::read(&reading, rules.contact_n / 2.0);
     let pickup = plate.pickup_offset().unwrap_or_default();
@@ -66,6 +71,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
         .iter()
         .map(|(_, start_s, end_s)| (*start_s, *end_s))
         .collect();
+    flaws.extend(implausible.into_iter().map(Flaw::from));
     flaws.extend(protocol_flaw);
     flaws.extend(rehearsal_flaw(&manifest));
     flaws.extend(zero.flaws());
@@ -111,7 +117,13 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     }
 
     findings.z_p = plate.z_p();
-    findings.flaws.extend(plate.flaws(&findings.manifest));
+    let off_resonance = off_resonance(&findings.manifest);
+    let is_explained =
+        |flaw: &Flaw| off_resonance.is_some() && matches!(flaw, Flaw::PlateScatters { .. });
+    let plate_flaws = plate.flaws(&findings.manifest).into_iter();
+    let plate_flaws = plate_flaws.filter(|flaw| !is_explained(flaw));
+    findings.flaws.extend(plate_flaws);
+    findings.flaws.extend(off_resonance);
 
     for (direction, start_s, end_s) in explorations {
         findings.explore(&record, direction, (start_s, end_s), settings);
@@ -130,6 +142,26 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
             .extend(model_check::flaw(&findings.model_check));
     }
     Ok(findings)
+}
+
+/// Returns the flaw of a carrier far from the plate's resonance.
+fn off_resonance(manifest: &Manifest) -> Option<Flaw> {
+    let (carrier_hz, resonance_hz) = (manifest.carrier_hz, manifest.plate.resonance_hz);
+    let is_off = (carrier_hz / resonance_hz - 1.0).abs() > CARRIER_DISTANCE;
+    is_off.then_some(Flaw::CarrierOffResonance {
+        carrier_hz,
+        resonance_hz,
+    })
+}
+
+/// Returns the forces of a recording that no finger makes.
+fn implausible_forces(reading: &DemodulatedRecording) -> Vec<Implausible> {
+    let explorations = explorations(&reading.manifest).into_iter();
+    let explorations_s: Vec<(f64, f64)> = explorations
+        .map(|(_, start_s, end_s)| (start_s, end_s))
+        .collect();
+    let unloaded_s = reading.manifest.unloaded_s();
+    plausibility::forces(&reading.record.force, &explorations_s, &unloaded_s)
 }
 
 /// Takes the forces of a recording against its own zero, and returns the zero.

@@ -379,6 +379,7 @@ fn run(options: &Run, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     let mut plan = SessionPlan::new(bench, options)?;
     (plan.verbosity, plan.rehearsed) = (verbosity, rehearsed::words(&faults));
     verbosity.note(format_args!("protocol: {}", plan.protocol.file));
+    plan.accept(&options.accept)?;
     let displays = participant::displays(options, &plan.protocol.protocol.texts(), print)?;
     require_terminal(options.headless)?;
     run::require_session(&plan)?;

@@ -115,6 +115,7 @@ impl ForceSource for GaugeForce {
                 ..LineFaults::default()
             },
             clock: None,
+            pace: None,
         }
     }
 

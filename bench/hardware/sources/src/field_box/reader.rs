@@ -11,6 +11,7 @@ use crate::device_time::{DeviceCount, Place};
 use crate::force_source::{LineFaults, SourceHealth};
 use crate::nonsense::NonsenseWatch;
 use crate::numbering::Numbering;
+use crate::pace::{PaceMeter, RawCount};
 use crate::sensor_clock::SensorClock;
 use crate::serial::{ForcePort, MOST_BYTES};
 
@@ -66,6 +67,8 @@ pub(super) struct Reader {
     listener: Listener<FromBox>,
     numbering: Numbering,
     count: DeviceCount,
+    raw: RawCount,
+    pace: PaceMeter,
     clock: SensorClock,
     faults: LineFaults,
     nonsense: NonsenseWatch,
@@ -91,6 +94,8 @@ impl Reader {
             listener: Listener::default(),
             numbering: Numbering::default(),
             count: DeviceCount::default(),
+            raw: RawCount::default(),
+            pace: PaceMeter::default(),
             clock: SensorClock::new(latency_s, COUNTS_PER_S),
             faults: LineFaults::default(),
             nonsense: NonsenseWatch::default(),
@@ -128,6 +133,7 @@ impl Reader {
                 None => {}
                 Some(Ok(FromBox::Identity(identity))) => self.identity = Some(identity),
                 Some(Ok(FromBox::Report(report))) => {
+                    self.raw.take(report.device_us);
                     let place = self.count.place(report.device_us, expected.as_ref());
                     if matches!(place, Place::Restarted(_)) {
                         self.faults.restarted += 1;
@@ -151,6 +157,8 @@ impl Reader {
         // The last report of a burst has waited least, so it alone shows the delay.
         if let Some((count, ..)) = newest {
             self.clock.arrived(count, arrival_s);
+            let advanced_s = self.raw.advanced() as f64 / COUNTS_PER_S;
+            self.pace.take(advanced_s, arrival_s, emptied);
         }
         for (count, restarts, report) in reports {
             let Some(host_s) = self.clock.host_s(count) else {
@@ -177,6 +185,7 @@ impl Reader {
         SourceHealth {
             faults: self.faults,
             clock: Some(self.clock.state()),
+            pace: self.pace.pace(),
         }
     }
 

@@ -17,6 +17,7 @@ use crate::device_time::{DeviceCount, ExpectedCount, Place as CountPlace};
 use crate::force_source::{ForceSource, LineFaults, Moment, SourceHealth, TimedForce};
 use crate::loss::SourceGone;
 use crate::nonsense::NonsenseWatch;
+use crate::pace::{PaceMeter, RawCount};
 use crate::sensor_clock::SensorClock;
 
 /// Port of the device's web page.
@@ -41,6 +42,8 @@ pub struct NetForce {
     axes: [SixAxis; 2],
     corrector: Corrector,
     clock: SensorClock,
+    raw: RawCount,
+    pace: PaceMeter,
     count: DeviceCount,
     /// Expected sample count of the present poll.
     expected: Option<ExpectedCount>,
@@ -120,6 +123,8 @@ pub fn open_net(
         axes: [netft.normal, netft.lateral],
         corrector: Corrector::new(correction, range_n),
         clock: SensorClock::new(latency_s, netft.sample_hz),
+        raw: RawCount::default(),
+        pace: PaceMeter::default(),
         count: DeviceCount::default(),
         expected: None,
         stream: Stream::default(),
@@ -153,6 +158,7 @@ impl NetForce {
         if place != Place::Next {
             return None;
         }
+        self.raw.take(record.sample);
         self.stream.sample = Some(record.sample);
         self.stream.last_s = Some(arrival_s);
         let place = self.count.place(record.sample, self.expected.as_ref());
@@ -258,6 +264,10 @@ impl ForceSource for NetForce {
             }
         }
         let now_s = now_s();
+        if self.polled.1 > 0 {
+            let advanced_s = self.raw.advanced() as f64 / self.sample_hz;
+            self.pace.take(advanced_s, now_s, emptied);
+        }
         if let Some(for_s) = self.backlog.take(now_s, emptied) {
             let device_name = "force sensor";
             return Err(SourceGone::Flood {
@@ -275,6 +285,7 @@ impl ForceSource for NetForce {
                 ..self.faults
             },
             clock: Some(self.clock.state()),
+            pace: self.pace.pace(),
         }
     }
 

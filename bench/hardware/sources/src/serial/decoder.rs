@@ -25,6 +25,8 @@ pub trait Decoder: Send {
     fn expect(&mut self, expected: Option<ExpectedCount>);
     /// Decodes `bytes`, cut anywhere, and appends the complete samples to `samples`.
     fn decode(&mut self, bytes: &[u8], samples: &mut Vec<ForceSample>);
+    /// Returns the advance of the device's counter as sent, µs, which does not continue through a restart.
+    fn advanced_us(&self) -> u64;
     /// Returns the faults since the start.
     fn faults(&self) -> LineFaults;
 }

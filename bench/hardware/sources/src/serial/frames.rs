@@ -6,6 +6,7 @@ use super::decoder::{Decoder, ForceSample};
 use crate::device_time::{DeviceCount, ExpectedCount, Place};
 use crate::force_source::LineFaults;
 use crate::numbering::Numbering;
+use crate::pace::RawCount;
 
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 const VERSION: u8 = 1;
@@ -32,6 +33,7 @@ pub struct FrameDecoder {
     overlong: bool,
     numbering: Numbering,
     clock: DeviceCount,
+    raw: RawCount,
     expected: Option<ExpectedCount>,
     faults: LineFaults,
 }
@@ -81,6 +83,7 @@ impl FrameDecoder {
             self.numbering.corrupt(&mut self.faults);
             return None;
         };
+        self.raw.take(frame.device_us);
         let place = self.clock.place(frame.device_us, self.expected.as_ref());
         if matches!(place, Place::Restarted(_)) {
             self.faults.restarted += 1;
@@ -121,6 +124,10 @@ impl Decoder for FrameDecoder {
                 self.overlong = true;
             }
         }
+    }
+
+    fn advanced_us(&self) -> u64 {
+        self.raw.advanced()
     }
 
     fn faults(&self) -> LineFaults {

@@ -12,6 +12,7 @@ use crate::correct::Corrector;
 use crate::force_source::{ForceSource, Moment, SourceHealth, TimedForce};
 use crate::loss::SourceGone;
 use crate::nonsense::NonsenseWatch;
+use crate::pace::PaceMeter;
 use crate::sensor_clock::SensorClock;
 
 /// Counts of the sensor's clock per second; the clock counts µs.
@@ -22,6 +23,7 @@ pub struct SerialForce {
     port: Box<dyn ForcePort>,
     decoder: Box<dyn Decoder>,
     clock: SensorClock,
+    pace: PaceMeter,
     corrector: Corrector,
     bytes: Vec<u8>,
     samples: Vec<ForceSample>,
@@ -43,6 +45,7 @@ impl SerialForce {
             port,
             decoder: decoder(protocol),
             clock: SensorClock::new(latency_s, COUNTS_PER_S),
+            pace: PaceMeter::default(),
             corrector: Corrector::new(correction, range_n),
             bytes: Vec::new(),
             samples: Vec::new(),
@@ -74,6 +77,9 @@ impl ForceSource for SerialForce {
         // The last sample of a burst has waited least, so it alone shows the delay.
         if let Some(last) = self.samples.last() {
             self.clock.arrived(last.device_us, arrival_s);
+            let advanced_s = self.decoder.advanced_us() as f64 / COUNTS_PER_S;
+            let emptied = self.bytes.len() < MOST_BYTES;
+            self.pace.take(advanced_s, arrival_s, emptied);
         }
         for sample in &self.samples {
             if let Some(host_s) = self.clock.host_s(sample.device_us) {
@@ -99,6 +105,7 @@ impl ForceSource for SerialForce {
         SourceHealth {
             faults: self.decoder.faults(),
             clock: Some(self.clock.state()),
+            pace: self.pace.pace(),
         }
     }
 

@@ -3,6 +3,7 @@
 use super::decoder::{Decoder, ForceSample};
 use crate::device_time::{DeviceCount, ExpectedCount, Place};
 use crate::force_source::LineFaults;
+use crate::pace::RawCount;
 
 /// Largest advance of device time between two lines that confirm a restart, µs.
 const LONGEST_STEP_US: u32 = 1_000_000;
@@ -25,6 +26,7 @@ pub struct LineDecoder {
     /// Whether the first line, usually incomplete, has ended.
     is_synchronised: bool,
     clock: DeviceCount,
+    raw: RawCount,
     expected: Option<ExpectedCount>,
     /// Device time of the last line if it does not match the expected time (restarted device or garbled line), µs.
     suspect: Option<u32>,
@@ -79,6 +81,7 @@ impl LineDecoder {
             self.faults.corrupt += 1;
             return None;
         };
+        self.raw.take(device_us);
         let place = self.clock.place(device_us, self.expected.as_ref());
         if matches!(place, Place::Restarted(_)) {
             if !self.is_confirmed(device_us) {
@@ -116,6 +119,10 @@ impl Decoder for LineDecoder {
                 self.line.push(byte);
             }
         }
+    }
+
+    fn advanced_us(&self) -> u64 {
+        self.raw.advanced()
     }
 
     fn faults(&self) -> LineFaults {

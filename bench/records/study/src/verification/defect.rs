@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::identity::Duplicate;
 use crate::sessions::LogDefect;
 
 /// Defect of a recording.
@@ -139,10 +140,28 @@ pub enum SessionDefect {
         reason: String,
     },
     /// A folder contains a recording that is not a trial of this session.
-    #[error("{name} is a recording, but not a trial of this session; it was put here later")]
+    #[error(
+        "{name} is a recording, but not a trial of this session; it was put here later{}",
+        duplicate.as_ref().map(|duplicate| format!(": {duplicate}")).unwrap_or_default()
+    )]
     ForeignRecording {
         /// Name of the folder.
         name: String,
+        /// Trial of this session that it duplicates, if any.
+        duplicate: Option<Duplicate>,
+    },
+    /// The folder is a copy of another session's.
+    #[error(
+        "{name} is {} of {original}, as a synchronisation program or a backup leaves it: move it out of the study",
+        if *is_equal { "a copy" } else { "a changed copy" }
+    )]
+    CopiedSession {
+        /// Name of the folder.
+        name: String,
+        /// Name of the session's folder.
+        original: String,
+        /// Whether both have the same log.
+        is_equal: bool,
     },
 }
 

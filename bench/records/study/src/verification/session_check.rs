@@ -5,6 +5,7 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
+use crate::identity::{Duplicate, are_equal, duplicates};
 use crate::sessions::{Attempt, LoggedSession, SessionEnd, Standing, history_in};
 
 use crate::verification::defect::{RecordingDefect, SessionDefect};
@@ -12,8 +13,9 @@ use crate::verification::findings::{Integrity, SessionFindings, TrialFindings};
 use crate::verification::recording_check;
 use recording::disk::entries;
 use recording::manifest::{End, Manifest};
+use recording::reader::read_manifest;
 use recording::study::event_log::{self, LogContent};
-use recording::study::{EVENTS_FILE, TrialLabel};
+use recording::study::{EVENTS_FILE, TrialLabel, session_name};
 use recording::{DiskError, MANIFEST_FILE};
 
 /// Returns the recordings that have a folder in the session.
@@ -142,6 +144,9 @@ fn check_copies(folder: &Path, history: &LoggedSession, findings: &mut SessionFi
         for file in copies {
             findings.defects.extend(copy(folder, file).err());
         }
+        findings
+            .defects
+            .extend(copied_session(folder, start.session));
         let log_session = format!("{}, session {}", start.participant, start.session);
         let expected = folder_session(folder);
         if expected
@@ -154,6 +159,23 @@ fn check_copies(folder: &Path, history: &LoggedSession, findings: &mut SessionFi
             });
         }
     }
+}
+
+/// Returns the defect of a folder beside that of its `session`, as synchronisation programs and backups leave it.
+fn copied_session(folder: &Path, session: u32) -> Option<SessionDefect> {
+    let folder = folder.canonicalize().ok()?;
+    let name = folder.file_name()?.to_string_lossy().into_owned();
+    let original = session_name(session);
+    let original_log = folder.parent()?.join(&original).join(EVENTS_FILE);
+    if name == original || !original_log.exists() {
+        return None;
+    }
+    let is_equal = are_equal(&folder.join(EVENTS_FILE), &original_log).unwrap_or(false);
+    Some(SessionDefect::CopiedSession {
+        name,
+        original,
+        is_equal,
+    })
 }
 
 /// Returns participant and session by the names of the folders, if these follow a study's scheme.
@@ -284,6 +306,15 @@ fn label_defect(session: &Path, label: TrialLabel, manifest: &Manifest) -> Optio
     })
 }
 
+/// Returns the trial of the session in `folder` that the recording in `path` duplicates.
+fn duplicate_in(folder: &Path, path: &Path) -> Option<Duplicate> {
+    let label = read_manifest(path).ok()?.trial?.label();
+    let trial = folder.join(label.to_string());
+    duplicates([&*trial, path])
+        .into_iter()
+        .find(|found| found.path == path)
+}
+
 /// Reports folders that are not trials.
 fn report_foreign_folders(folder: &Path, findings: &mut SessionFindings) -> Result<(), DiskError> {
     for name in entries(folder)? {
@@ -292,9 +323,9 @@ fn report_foreign_folders(folder: &Path, findings: &mut SessionFindings) -> Resu
             continue;
         }
         if path.join(MANIFEST_FILE).exists() {
-            findings
-                .defects
-                .push(SessionDefect::ForeignRecording { name });
+            let duplicate = duplicate_in(folder, &path);
+            let defect = SessionDefect::ForeignRecording { name, duplicate };
+            findings.defects.push(defect);
         } else {
             findings
                 .notes

@@ -152,10 +152,26 @@ pub fn verify_study_files(folder: &Path, findings: &mut StudyFindings) -> Result
     }
     for name in entries(folder)? {
         if folder.join(&name).is_dir() && !participants.contains(&name) {
-            findings
-                .notes
-                .push(format!("{name} is not in {PARTICIPANTS_FILE}"));
+            let count = recording_count(&folder.join(&name), DEPTH);
+            let contents = match count {
+                0 => String::new(),
+                _ => format!("; `analyze` reads the {count} recordings in it, except copies"),
+            };
+            let note = format!("{name} is not in {PARTICIPANTS_FILE}{contents}");
+            findings.notes.push(note);
         }
     }
     Ok(())
+}
+
+/// Returns the number of recordings down to `depth` levels below a folder.
+fn recording_count(folder: &Path, depth: usize) -> usize {
+    let names = entries(folder).unwrap_or_default();
+    let folders = names.iter().map(|name| folder.join(name));
+    let count = |path: PathBuf| match depth {
+        _ if path.join(MANIFEST_FILE).exists() => 1,
+        0 => 0,
+        _ => recording_count(&path, depth - 1),
+    };
+    folders.map(count).sum()
 }

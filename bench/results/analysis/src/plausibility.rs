@@ -1,0 +1,279 @@
+//! Plausibility of readings: forces that no finger makes, and channels read at a fraction of their scale.
+//!
+//! A recording made elsewhere may contain millinewtons under `normal_n`, or the sensor's own sign. The estimates would be wrong
+//! by that factor, and some of them would still converge.
+
+use recording::ForceRow;
+use statistics::significant;
+
+/// Largest force of a finger, N; the bench's own limit is 20 N.
+const LARGEST_N: f64 = 20.0;
+/// Smallest force of a finger that touches, N.
+const SMALLEST_N: f64 = 1e-3;
+/// Usual forces of a sliding finger, N, by which a unit is recognised.
+const USUAL_N: [f64; 2] = [0.05, 5.0];
+/// Largest and smallest ratio of the lateral to the normal force of a sliding finger.
+const FRICTION: [f64; 2] = [1e-3, 20.0];
+/// Fewest readings from which a force is judged.
+const FEWEST: usize = 50;
+/// Share of the readings beyond the quantile that stands for the pressing finger.
+const TAIL: f64 = 0.1;
+/// Ratio of the pull to the push above which the normal force has the other sign.
+const OPPOSITE: f64 = 5.0;
+/// Share of full scale that 24-bit samples reach if they are read as 32-bit ones.
+const SMALL_SHARE: f32 = 1.0 / 256.0;
+
+/// Units in which a force may be given in place of newtons: newtons per unit, name, and remedy.
+const UNITS: [(f64, &str, &str); 6] = [
+    (1e-3, "millinewtons", "divide by 1000"),
+    (9.806_65e-3, "grams", "multiply by 0.00980665"),
+    (1e-6, "micronewtons", "divide by 1000000"),
+    (9.806_65e-6, "milligrams", "multiply by 0.00000980665"),
+    (1e3, "kilonewtons", "multiply by 1000"),
+    (1e6, "meganewtons", "multiply by 1000000"),
+];
+
+/// Reading that no finger and no sound channel makes.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Implausible {
+    /// The normal force is too large or too small.
+    #[error(
+        "force.csv: normal_n reads {} N while the finger slides, {} any finger's: {}",
+        significant(*normal_n),
+        if *normal_n > LARGEST_N { "more than" } else { "less than" },
+        unit_remedy(*normal_n)
+    )]
+    Size {
+        /// Size of the force at the 90th percentile, N.
+        normal_n: f64,
+    },
+    /// The normal force is negative while the finger presses.
+    #[error(
+        "force.csv: normal_n is negative while the finger presses ({} N): it has the sensor's sign; multiply it by -1",
+        significant(*normal_n)
+    )]
+    Sign {
+        /// Force at the 10th percentile, N.
+        normal_n: f64,
+    },
+    /// A column has one value throughout.
+    #[error(
+        "force.csv: {column} is {value} in each of {rows} rows: the sensor sent nothing new, or the column was filled in; \
+         look at its cable and at the program that wrote the file"
+    )]
+    Constant {
+        /// Name of the column.
+        column: &'static str,
+        /// Its value.
+        value: f64,
+        /// Number of rows.
+        rows: usize,
+    },
+    /// The lateral force does not fit the normal force.
+    #[error(
+        "force.csv: lateral_n is {} times normal_n while the finger slides, and friction is {} to {}: look at the unit of \
+         lateral_n, and whether the columns are exchanged",
+        significant(*ratio), FRICTION[0], FRICTION[1]
+    )]
+    Friction {
+        /// Ratio of the lateral to the normal force.
+        ratio: f64,
+    },
+    /// A channel uses a small part of its range.
+    #[error(
+        "signals.wav: the {channel} never exceeds 1/{:.0} of full scale: 24-bit samples that were read as 32-bit ones \
+         (multiply them by 256), or an input with too little gain",
+        1.0 / level
+    )]
+    SmallShare {
+        /// Name of the channel.
+        channel: String,
+        /// Largest |sample|, as a share of full scale.
+        level: f32,
+    },
+}
+
+impl Implausible {
+    /// Returns whether the estimates cannot be used until it is corrected.
+    #[must_use]
+    pub fn spoils_estimates(&self) -> bool {
+        matches!(self, Self::Size { .. } | Self::Sign { .. })
+    }
+}
+
+/// Returns the units in which `force_n` would be a usual force of a finger, in words with their remedies.
+fn unit_remedy(force_n: f64) -> String {
+    let [least_n, most_n] = USUAL_N;
+    let units = UNITS.iter();
+    let fitting = units.filter(|(newtons, ..)| (least_n..=most_n).contains(&(newtons * force_n)));
+    let words: Vec<String> = fitting
+        .map(|(_, unit, remedy)| format!("it looks like {unit}: {remedy}"))
+        .collect();
+    if words.is_empty() {
+        return "it looks like volts or counts of the sensor: multiply them by its sensitivity; or no finger was on the plate"
+            .to_owned();
+    }
+    words.join(", or ")
+}
+
+/// Returns the implausible forces among `rows`, which a finger made in `explorations_s` and not in `unloaded_s`.
+#[must_use]
+pub fn forces(
+    rows: &[ForceRow],
+    explorations_s: &[(f64, f64)],
+    unloaded_s: &[(f64, f64)],
+) -> Vec<Implausible> {
+    let columns: [(&str, fn(&ForceRow) -> f64); 2] = [
+        ("normal_n", |row| row.normal_n),
+        ("lateral_n", |row| row.lateral_n),
+    ];
+    let constants = columns.map(|(column, value)| constant(rows, column, value));
+    let [is_normal_constant, is_lateral_constant] = [0, 1].map(|axis| constants[axis].is_some());
+    let mut findings: Vec<Implausible> = constants.into_iter().flatten().collect();
+    let readings = |spans_s: &[(f64, f64)], value: fn(&ForceRow) -> f64| {
+        let is_inside = |row: &&ForceRow| {
+            let mut spans = spans_s.iter();
+            spans.any(|(start_s, end_s)| (*start_s..=*end_s).contains(&row.time_s))
+        };
+        let values = rows.iter().filter(is_inside).map(value);
+        let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+        values.sort_by(f64::total_cmp);
+        values
+    };
+    let [normal, lateral] = columns.map(|(_, value)| {
+        let zero_n = statistics::quantile(&readings(unloaded_s, value), 0.5).unwrap_or_default();
+        let mut under_finger = readings(explorations_s, value);
+        under_finger
+            .iter_mut()
+            .for_each(|force_n| *force_n -= zero_n);
+        under_finger
+    });
+    if normal.len() < FEWEST || is_normal_constant {
+        return findings;
+    }
+    let quantile = |values: &[f64], share| statistics::quantile(values, share).unwrap_or_default();
+    let (pull_n, push_n) = (quantile(&normal, TAIL), quantile(&normal, 1.0 - TAIL));
+    let press_n = push_n.max(-pull_n);
+    if press_n > SMALLEST_N && push_n < -pull_n / OPPOSITE {
+        findings.push(Implausible::Sign { normal_n: pull_n });
+    }
+    if !(SMALLEST_N..=LARGEST_N).contains(&press_n) {
+        findings.push(Implausible::Size { normal_n: press_n });
+        return findings;
+    }
+    let friction_n = quantile(&lateral, 1.0 - TAIL).max(-quantile(&lateral, TAIL));
+    let ratio = friction_n / press_n;
+    let [least, most] = FRICTION;
+    if lateral.len() >= FEWEST && !is_lateral_constant && !(least..=most).contains(&ratio) {
+        findings.push(Implausible::Friction { ratio });
+    }
+    findings
+}
+
+/// Returns the finding of a column that has one value in all its rows.
+fn constant(
+    rows: &[ForceRow],
+    column: &'static str,
+    value: fn(&ForceRow) -> f64,
+) -> Option<Implausible> {
+    let mut values = rows.iter().map(value).filter(|value| value.is_finite());
+    let first = values.next()?;
+    let (rows, is_constant) = values.fold((1, true), |(rows, is_constant), value| {
+        (rows + 1, is_constant && value == first)
+    });
+    (is_constant && rows >= FEWEST).then_some(Implausible::Constant {
+        column,
+        value: first,
+        rows,
+    })
+}
+
+/// Returns the finding of a channel with `level` as its largest |sample|, as a share of full scale.
+#[must_use]
+pub fn channel(name: &str, level: f32) -> Option<Implausible> {
+    (level > 0.0 && level < SMALL_SHARE).then(|| Implausible::SmallShare {
+        channel: name.to_owned(),
+        level,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rows at 1 kHz of a finger that presses with about 0.7 N from 1 to 3 s, scaled.
+    fn rows(normal_scale: f64, lateral_scale: f64) -> Vec<ForceRow> {
+        let row = |i: u32| {
+            let time_s = f64::from(i) * 1e-3;
+            let ripple = 1.0 + 0.2 * (40.0 * time_s).sin();
+            let press_n = if time_s < 1.0 {
+                0.001 * ripple
+            } else {
+                0.7 * ripple
+            };
+            ForceRow {
+                time_s,
+                normal_n: normal_scale * press_n,
+                lateral_n: lateral_scale * 0.5 * press_n,
+            }
+        };
+        (0..3000).map(row).collect()
+    }
+
+    fn words(rows: &[ForceRow]) -> String {
+        let findings = forces(rows, &[(1.0, 3.0)], &[(0.0, 0.9)]);
+        let words: Vec<String> = findings.iter().map(ToString::to_string).collect();
+        words.join("\n")
+    }
+
+    #[test]
+    fn the_forces_of_a_finger_are_plausible_with_any_zero() {
+        assert_eq!(words(&rows(1.0, 1.0)), "");
+        assert_eq!(words(&rows(0.1, -0.1)), "", "a light touch, to the left");
+        let mut shifted = rows(1.0, 1.0);
+        shifted.iter_mut().for_each(|row| row.normal_n -= 30.0);
+        assert_eq!(words(&shifted), "", "a sensor without a tare");
+        let touch = &rows(1e3, 1e3)[990..1030];
+        assert_eq!(words(touch), "", "too few readings");
+    }
+
+    #[test]
+    fn another_unit_is_named_with_its_remedy() {
+        for (scale, unit) in [
+            (1e3, "millinewtons: divide by 1000"),
+            (101.97, "grams: multiply by 0.00980665"),
+            (1e-3, "kilonewtons: multiply by 1000"),
+            (8.4e12, "counts"),
+        ] {
+            let words = words(&rows(scale, scale));
+            assert!(words.contains(unit), "{scale}: {words}");
+            assert!(!words.contains("negative"), "{words}");
+        }
+        let both = words(&rows(-1e3, 1e3));
+        assert!(
+            both.contains("millinewtons") && both.contains("multiply it by -1"),
+            "{both}"
+        );
+    }
+
+    #[test]
+    fn another_sign_a_constant_column_and_an_impossible_friction_are_named() {
+        assert!(words(&rows(-1.0, 1.0)).contains("multiply it by -1"));
+        assert!(words(&rows(1.0, 1e3)).contains("lateral_n is"));
+        let mut constant = rows(1.0, 1.0);
+        constant.iter_mut().for_each(|row| row.lateral_n = 0.25);
+        assert!(words(&constant).contains("lateral_n is 0.25 in each of 3000 rows"));
+    }
+
+    #[test]
+    fn a_channel_below_a_256th_of_full_scale_is_named() {
+        assert_eq!(channel("pickup", 0.3), None);
+        assert_eq!(channel("pickup", 0.0), None, "silence");
+        let finding = channel("pickup", 0.3 / 256.0).unwrap();
+        assert!(
+            finding.to_string().contains("1/853 of full scale"),
+            "{finding}"
+        );
+        assert!(!finding.spoils_estimates());
+    }
+}

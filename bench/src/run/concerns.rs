@@ -1,0 +1,167 @@
+//! Settings of a session that are possible and hardly ever meant: asked on a terminal, refused unattended unless accepted.
+
+use anyhow::bail;
+use clap::ValueEnum;
+use config::Config;
+use devices::drive_control::carrier_hz;
+use jiff::Timestamp;
+use protocols::Protocol;
+
+use crate::confirmation::confirmed;
+
+/// Largest distance of a carrier from the plate's resonance, relative; at Q = 200 the plate moves a quarter as far there.
+const CARRIER_DISTANCE: f64 = 0.01;
+/// First second of 2024, before this program existed, Unix time.
+const EARLIEST_S: i64 = 1_704_067_200;
+
+/// Kind of a concern, as named by `--accept`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ConcernKind {
+    /// A carrier far from the plate's resonance.
+    Carrier,
+    /// Instances longer than the vibration grows.
+    Instance,
+    /// A date before this program existed.
+    Date,
+}
+
+impl ConcernKind {
+    /// Returns the name of the kind on the command line.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Carrier => "carrier",
+            Self::Instance => "instance",
+            Self::Date => "date",
+        }
+    }
+}
+
+/// A setting that is hardly ever meant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Concern {
+    kind: ConcernKind,
+    text: String,
+}
+
+/// Returns the concerns about a session by `protocol` on the bench of `config`, begun at `now`.
+#[must_use]
+pub fn concerns(config: &Config, protocol: &Protocol, now: Timestamp) -> Vec<Concern> {
+    let mut concerns: Vec<Concern> = Vec::new();
+    let mut add = |kind, text: String| {
+        if concerns.iter().all(|concern| concern.text != text) {
+            concerns.push(Concern { kind, text });
+        }
+    };
+    if now.as_second() < EARLIEST_S {
+        let date = now.strftime("%Y-%m-%d");
+        add(
+            ConcernKind::Date,
+            format!(
+                "the computer's clock says {date}: set it, because every recording states the date"
+            ),
+        );
+    }
+    let resonance_hz = config.plate.resonance_hz;
+    for condition in &protocol.conditions {
+        let carrier_hz = carrier_hz(condition.drive.carrier, config);
+        let distance_hz = (carrier_hz - resonance_hz).abs();
+        if distance_hz > CARRIER_DISTANCE * resonance_hz {
+            let text = format!(
+                "the carrier of {carrier_hz:.0} Hz is {distance_hz:.0} Hz from the plate's resonance at {resonance_hz:.0} Hz: \
+                 the plate hardly moves there; set drive.carrier = \"plate resonance\" in the protocol"
+            );
+            add(ConcernKind::Carrier, text);
+        }
+        let (instance_s, modulation_hz) =
+            (protocol.selection.instance_s, condition.drive.modulation_hz);
+        let rise_s = 0.5 / modulation_hz;
+        if modulation_hz > 0.0 && instance_s > rise_s {
+            let text = format!(
+                "selection.instance_s = {instance_s} s is longer than the vibration grows, {rise_s:.3} s (half a period of \
+                 {modulation_hz} Hz): no stretch can become an instance; shorten it"
+            );
+            add(ConcernKind::Instance, text);
+        }
+    }
+    concerns
+}
+
+/// Requires each concern to be accepted: by its kind, or on the terminal if the session is attended. Returns those accepted, in
+/// words.
+///
+/// # Errors
+/// A concern is not accepted; names the option that accepts it.
+pub fn require_accepted(
+    concerns: &[Concern],
+    accepted: &[ConcernKind],
+    attended: bool,
+) -> anyhow::Result<Vec<String>> {
+    for Concern { kind, text } in concerns {
+        if accepted.contains(kind) {
+            continue;
+        }
+        if !attended {
+            bail!("{text}; if it is meant, add --accept {}", kind.name());
+        }
+        if !confirmed(&format!("{text}. Begin all the same? (yes/no)"))? {
+            bail!("not begun: {text}");
+        }
+    }
+    let texts = concerns.iter();
+    Ok(texts
+        .map(|concern| format!("accepted: {}", concern.text))
+        .collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TODAY_S: i64 = 1_780_000_000;
+
+    fn kinds(edit: (&str, &str), now_s: i64) -> Vec<Concern> {
+        let config = Config::parse(config::rigs::MOCK_BENCH, "bench.toml").unwrap();
+        let text = protocols::built_in("demo").unwrap();
+        assert!(text.contains(edit.0), "{}", edit.0);
+        let protocol = Protocol::parse(&text.replacen(edit.0, edit.1, 1), "own.toml").unwrap();
+        concerns(&config, &protocol, Timestamp::from_second(now_s).unwrap())
+    }
+
+    #[test]
+    fn a_distant_carrier_a_long_instance_and_a_wrong_year_are_concerns() {
+        let unchanged = ("instance_s = 0.060", "instance_s = 0.060");
+        assert_eq!(kinds(unchanged, TODAY_S), []);
+        let carrier = |hz: &str| format!("carrier = {hz}");
+        for (edit, kind, words) in [
+            (carrier("31000.0"), ConcernKind::Carrier, "4000 Hz from"),
+            (carrier("36500.0"), ConcernKind::Carrier, "1500 Hz from"),
+        ] {
+            let concerns = kinds(("carrier = \"plate resonance\"", &edit), TODAY_S);
+            assert_eq!(concerns.len(), 1, "{concerns:?}");
+            assert!(
+                concerns[0].kind == kind && concerns[0].text.contains(words),
+                "{concerns:?}"
+            );
+        }
+        let near = carrier("35100.0");
+        assert_eq!(kinds(("carrier = \"plate resonance\"", &near), TODAY_S), []);
+        let concerns = kinds(("instance_s = 0.060", "instance_s = 0.1"), TODAY_S);
+        assert_eq!(concerns[0].kind, ConcernKind::Instance);
+        let concerns = kinds(unchanged, 3600);
+        assert!(concerns[0].kind == ConcernKind::Date && concerns[0].text.contains("1970-01-01"));
+    }
+
+    #[test]
+    fn an_unattended_session_needs_each_concern_accepted_by_its_name() {
+        let concerns = kinds(("instance_s = 0.060", "instance_s = 0.1"), 3600);
+        let accept = |kinds: &[ConcernKind]| require_accepted(&concerns, kinds, false);
+        let error = accept(&[ConcernKind::Date]).unwrap_err().to_string();
+        assert!(error.ends_with("add --accept instance"), "{error}");
+        let accepted = accept(&[ConcernKind::Date, ConcernKind::Instance]).unwrap();
+        assert_eq!(accepted.len(), 2);
+        assert_eq!(
+            require_accepted(&[], &[], false).unwrap(),
+            Vec::<String>::new()
+        );
+    }
+}

@@ -162,6 +162,7 @@ impl Field {
         health.force = so_far;
         health.force_clock = force_clock;
         health.force_samples += count;
+        health.force_stated_hz = source.stated_hz();
         self.gauges.field.set(health);
         self.signals.nonsense.set(source.nonsense(now_ns));
         if restarted {

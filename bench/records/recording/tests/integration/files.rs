@@ -3,7 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use crate::support::{FORMAT_2, force_rows, manifest, ramp, read_all, write_data};
+use crate::support::{
+    FORMAT_2, force_rows, manifest, position_rows, ramp, read_all, write_data,
+};
 use recording::DiskError;
 use recording::manifest::{
     Direction, End, EventKind, ManifestError, RecordedInterval, RecordedIntervalKind,
@@ -356,6 +358,147 @@ fn other_chunks_around_the_samples_are_passed_over() {
 
 /// Fault 38.
 #[test]
+fn a_half_copied_file_is_named_with_its_end() {
+    let temp = tempfile::tempdir().unwrap();
+    let folder = temp.path().join("r");
+    let mut writer = RecordingWriter::create(&folder, manifest(), FORMAT_2).unwrap();
+    writer.write_audio(&ramp(1, 192_000)).unwrap();
+    writer.write_force(&force_rows(0, 10_000)).unwrap();
+    writer.write_position(&position_rows(0, 1000)).unwrap();
+    writer.finish(Ending::Completed).unwrap();
+    let warnings = || {
+        let reader = RecordingReader::open(&folder).unwrap();
+        let mut force = reader.force().unwrap();
+        force.by_ref().for_each(|row| drop(row.unwrap()));
+        [reader.warnings(), &force.warnings()].concat()
+    };
+    assert_eq!(warnings(), []);
+
+    let path = folder.join(FORCE_FILE);
+    let text = fs::read(&path).unwrap();
+    let part = &text[..text.len() / 2];
+    fs::write(&path, part).unwrap();
+    let words: Vec<String> = warnings().iter().map(ToString::to_string).collect();
+    let ends = words.iter().any(|words| {
+        words.contains("force.csv: its rows end at 0.") && words.contains("recording at 1.000 s")
+    });
+    assert!(ends, "{words:?}");
+    fs::write(&path, [part, &vec![0; text.len() - part.len()][..]].concat()).unwrap();
+    let zeroed = |warning: &Warning| matches!(warning, Warning::ZeroedRows { .. });
+    assert!(warnings().iter().any(zeroed), "{:?}", warnings());
+    fs::write(&path, &text).unwrap();
+
+    let path = folder.join(SIGNALS_FILE);
+    let mut samples = fs::read(&path).unwrap();
+    let begin = samples.len() / 8 * 6;
+    samples[begin..].fill(0);
+    fs::write(&path, &samples).unwrap();
+    let warnings = warnings();
+    let [Warning::Signals(WavWarning::ZeroTail { frames, .. })] = warnings[..] else {
+        panic!("{warnings:?}");
+    };
+    assert!(frames.abs_diff(48_000) < 10, "{frames}");
+    assert!(warnings[0].to_string().contains("from 0.750 s on"), "{}", warnings[0]);
+}
+
+/// Returns the chunks of a file, framed by a RIFF header that states their length.
+fn riff(kind: [u8; 4], size: Option<u32>, chunks: &[&[u8]]) -> Vec<u8> {
+    let content = chunks.concat();
+    let size = size.unwrap_or(content.len() as u32 + 4);
+    [&kind[..], &size.to_le_bytes(), b"WAVE", &content].concat()
+}
+
+fn chunk(id: &[u8; 4], content: &[u8]) -> Vec<u8> {
+    [&id[..], &(content.len() as u32).to_le_bytes(), content].concat()
+}
+
+/// Returns a format chunk of one channel at 96 kHz.
+fn format_chunk(tag: u16, bits: u16, bytes: u16) -> Vec<u8> {
+    let rate = 96_000u32.to_le_bytes();
+    let rate_bytes = (96_000 * u32::from(bytes)).to_le_bytes();
+    let words = [tag, 1].map(u16::to_le_bytes).concat();
+    let sizes = [bytes, bits].map(u16::to_le_bytes).concat();
+    chunk(b"fmt ", &[&words[..], &rate, &rate_bytes, &sizes].concat())
+}
+
+fn wav_samples(file: Vec<u8>) -> (Vec<f32>, Vec<WavWarning>) {
+    let (mut reader, warnings) = WavReader::new(std::io::Cursor::new(file)).unwrap();
+    let mut block = Vec::new();
+    reader.read_block(1000, &mut block).unwrap();
+    (block, warnings)
+}
+
+#[test]
+fn files_of_other_writers_are_read() {
+    let values = [0.5, -0.25, 0.125];
+    let floats: Vec<u8> = values.iter().flat_map(|v: &f32| v.to_le_bytes()).collect();
+    let doubles: Vec<u8> = values
+        .iter()
+        .flat_map(|v| f64::from(*v).to_le_bytes())
+        .collect();
+    let low_24_bits: Vec<u8> = values
+        .iter()
+        .flat_map(|v| ((v * 8_388_608.0) as i32 + 1).to_le_bytes())
+        .collect();
+    let (format, data) = (format_chunk(3, 32, 4), chunk(b"data", &floats));
+    let expected = (values.to_vec(), Vec::new());
+
+    let file = riff(
+        *b"RIFF",
+        None,
+        &[&format_chunk(3, 64, 8), &chunk(b"data", &doubles)],
+    );
+    assert_eq!(wav_samples(file), expected);
+
+    let file = riff(
+        *b"RIFF",
+        None,
+        &[&format_chunk(1, 24, 4), &chunk(b"data", &low_24_bits)],
+    );
+    let (samples, _) = wav_samples(file);
+    for (sample, value) in samples.iter().zip(values) {
+        assert!((sample - value).abs() < 2e-7, "{sample}");
+    }
+
+    // A tag that its program did not count in the header, and an odd chunk without a pad byte.
+    let mut file = riff(*b"RIFF", None, &[&chunk(b"bext", b"odd"), &format, &data]);
+    file.extend(chunk(b"LIST", b"INFOISFT"));
+    file.extend([&b"TAG"[..], &[0; 125]].concat());
+    assert_eq!(wav_samples(file), expected);
+
+    // Sizes of 64 bits.
+    let sizes = [100u64, 12, 3].map(u64::to_le_bytes).concat();
+    let mut long_data = data.clone();
+    long_data[4..8].fill(0xff);
+    let sizes = chunk(b"ds64", &[&sizes[..], &[0; 4]].concat());
+    let tag = chunk(b"LIST", b"INFO");
+    for kind in [b"RF64", b"BW64"] {
+        let chunks: [&[u8]; 4] = [&sizes, &format, &long_data, &tag];
+        let file = riff(*kind, Some(u32::MAX), &chunks);
+        assert_eq!(wav_samples(file), expected);
+    }
+    let piped = riff(*b"RIFF", Some(u32::MAX), &[&format, &long_data]);
+    let no_length = WavWarning::NoLength { present_bytes: 12 };
+    assert_eq!(wav_samples(piped), (values.to_vec(), vec![no_length]));
+}
+
+#[test]
+fn an_extensible_header_states_the_valid_bits() {
+    let guid = b"\x01\0\0\0\0\0\x10\0\x80\0\0\xaa\0\x38\x9b\x71";
+    let mut format = format_chunk(0xfffe, 32, 4);
+    format[4..8].copy_from_slice(&40u32.to_le_bytes());
+    format.extend([22, 0, 24, 0, 4, 0, 0, 0]);
+    format.extend(guid);
+    let high: Vec<u8> = [1 << 30, -(1 << 29)]
+        .iter()
+        .flat_map(|value: &i32| value.to_le_bytes())
+        .collect();
+    let file = riff(*b"RIFF", None, &[&format, &chunk(b"data", &high)]);
+    assert_eq!(wav_samples(file), (vec![0.5, -0.25], Vec::new()));
+}
+
+/// Fault 38.
+#[test]
 fn every_damage_of_the_audio_file_has_its_name() {
     let temp = tempfile::tempdir().unwrap();
     let folder = temp.path().join("r");
@@ -367,15 +510,18 @@ fn every_damage_of_the_audio_file_has_its_name() {
         bytes[offset..offset + new.len()].copy_from_slice(new);
         bytes
     };
-    let cases: [(Vec<u8>, &str); 11] = [
+    let cases: [(Vec<u8>, &str); 14] = [
         (Vec::new(), "not a WAV"),
         (intact[..11].to_vec(), "not a WAV"),
-        (damaged(0, b"RF64"), "RF64"),
+        (damaged(0, b"RIFX"), "RIFX"),
+        (damaged(0, b"fLaC"), "FLAC: save"),
+        (b"/annex/objects/MD5E-s8--0.wav".to_vec(), "git annex get"),
+        (damaged(20, &[7]), "(µ-law), which are not read: save"),
         (damaged(12, b"tmf "), "no `fmt ` chunk"),
         (intact[..50].to_vec(), "no `data` chunk"),
         (damaged(16, &[4]), "4 bytes"),
-        (damaged(20, &[85]), "0x0055"),
-        (damaged(34, &[64]), "64 bits"),
+        (damaged(20, &[85]), "MP3"),
+        (damaged(34, &[64]), "bytes per frame is 8"),
         (damaged(22, &[0]), "number of channels is 0"),
         (damaged(24, &[0, 0, 0]), "sample rate is 0"),
         (damaged(32, &[7]), "bytes per frame is 7"),
@@ -388,7 +534,8 @@ fn every_damage_of_the_audio_file_has_its_name() {
                 error,
                 ReadError::Wav {
                     reason: WavError::NotWav { .. }
-                        | WavError::Relative { .. }
+                        | WavError::Elsewhere(_)
+                        | WavError::OtherFormat { .. }
                         | WavError::NoChunk { .. }
                         | WavError::ShortFormat { .. }
                         | WavError::SampleFormat { .. }

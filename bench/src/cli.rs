@@ -1,6 +1,6 @@
 //! The command line.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -29,12 +29,27 @@ impl Cli {
     /// Parses the command line, or ends the program with the error in it; the theme applies from here on.
     #[must_use]
     pub fn read() -> Self {
-        let cli = Self::parse();
+        let cli = Self::try_parse().unwrap_or_else(|error| end(&error));
         if let Some(theme) = cli.printing.theme {
             tui::choose_theme(theme);
         }
         cli
     }
+}
+
+/// Ends the program with the help or the error of the command line, in the characters of the user's locale.
+fn end(error: &clap::Error) -> ! {
+    if !standard_streams::is_ascii() {
+        error.exit();
+    }
+    let text = error.render().to_string();
+    // A closed output does not change the end.
+    let _ = if error.use_stderr() {
+        standard_streams::stderr().write_all(text.as_bytes())
+    } else {
+        standard_streams::stdout().write_all(text.as_bytes())
+    };
+    std::process::exit(error.exit_code())
 }
 
 /// Amount of output in addition to the result.

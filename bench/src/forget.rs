@@ -18,7 +18,7 @@ pub fn run(options: &Forget) -> anyhow::Result<bool> {
     let participant: ParticipantId = options.participant.parse()?;
     let study = Study::open(&options.study)?;
     let traces = study.traces(&participant)?;
-    let mut out = std::io::stdout();
+    let mut out = standard_streams::stdout();
     describe(&traces, &participant, &mut out)?;
     let agreed = match &options.confirm {
         Some(confirmed) if *confirmed == participant.as_str() => true,

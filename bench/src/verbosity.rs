@@ -41,7 +41,11 @@ impl Verbosity {
         if self == Self::Verbose {
             // A closed standard error is ignored.
             let text = text.to_string();
-            let _ = writeln!(standard_streams::stderr(), "friction-bench: {}", escaped_line(&text));
+            let _ = writeln!(
+                standard_streams::stderr(),
+                "friction-bench: {}",
+                escaped_line(&text)
+            );
         }
     }
 

@@ -56,7 +56,9 @@ impl ContentStore {
     pub(crate) fn find_absent(path: &Path) -> Option<Self> {
         if let Ok(target) = fs::read_link(path) {
             let target = target.to_string_lossy().replace('\\', "/");
-            return target.contains(".git/annex/objects/").then_some(Self::Annex);
+            return target
+                .contains(".git/annex/objects/")
+                .then_some(Self::Annex);
         }
         let stub = format!(".{}.icloud", path.file_name()?.to_str()?);
         path.with_file_name(stub).exists().then_some(Self::Icloud)
@@ -127,15 +129,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("signals.wav");
         assert_eq!(ContentStore::find(&path), None);
-        let error = crate::open(&path).unwrap_err();
+        let error = open(&path).unwrap_err();
         assert_eq!(error.kind(), io::ErrorKind::NotFound);
         fs::write(folder.path().join(".signals.wav.icloud"), "").unwrap();
-        assert_eq!(
-            ContentStore::find(&path),
-            Some(ContentStore::Icloud)
-        );
+        assert_eq!(ContentStore::find(&path), Some(ContentStore::Icloud));
         std::os::unix::fs::symlink("../.git/annex/objects/a/b/c.wav", &path).unwrap();
-        let error = crate::open(&path).unwrap_err();
+        let error = open(&path).unwrap_err();
         let elsewhere = Refusal::Elsewhere(ContentStore::Annex);
         assert_eq!(refusal(&error), Some(&elsewhere));
     }

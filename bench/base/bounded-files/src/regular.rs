@@ -18,9 +18,7 @@ pub const TEXT_LIMIT_BYTES: u64 = 1 << 20;
 /// placeholder of git-annex or Git LFS; otherwise the operating system's reason.
 pub fn open(path: &Path) -> io::Result<File> {
     let metadata = fs::metadata(path).map_err(|error| match ContentStore::find_absent(path) {
-        Some(store) if error.kind() == io::ErrorKind::NotFound => {
-            Refusal::Elsewhere(store).into()
-        }
+        Some(store) if error.kind() == io::ErrorKind::NotFound => Refusal::Elsewhere(store).into(),
         _ => error,
     })?;
     // Opening a device may already affect it, such as rewind a tape or reset a board.

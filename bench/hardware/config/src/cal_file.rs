@@ -351,7 +351,9 @@ mod tests {
                 inner[3 + axis][gauge] += origin[next] * force[last] - origin[last] * force[next];
             }
         }
-        let inner_rows: String = (0..6).map(|i| row("Axis", i, inner[i], scales[i])).collect();
+        let inner_rows: String = (0..6)
+            .map(|i| row("Axis", i, inner[i], scales[i]))
+            .collect();
         let newer = MakersMatrix::parse(&file("1.1", user_rows)).unwrap();
         let older = MakersMatrix::parse(&file("1.0", inner_rows.clone())).unwrap();
         assert_eq!(older.serial, newer.serial);

@@ -45,7 +45,9 @@ static FOUND: Mutex<BTreeMap<DiskLimit, Option<PathBuf>>> = Mutex::new(BTreeMap:
 /// Notes that the disk of `folder` has a limit.
 pub(crate) fn note(limit: DiskLimit, folder: &Path) {
     let mut found = FOUND.lock().unwrap_or_else(PoisonError::into_inner);
-    found.entry(limit).or_insert_with(|| Some(folder.to_owned()));
+    found
+        .entry(limit)
+        .or_insert_with(|| Some(folder.to_owned()));
 }
 
 /// Returns the notices that were not returned before, a sentence each.

@@ -80,7 +80,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("a.json");
         fs::write(&file, "{}").unwrap();
-        let mut readers = |folder_mode, file_mode| {
+        let readers = |folder_mode, file_mode| {
             fs::set_permissions(&file, Permissions::from_mode(file_mode)).unwrap();
             fs::set_permissions(folder.path(), Permissions::from_mode(folder_mode)).unwrap();
             other_readers(folder.path(), &file)

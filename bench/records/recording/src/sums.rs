@@ -200,7 +200,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(FORCE_FILE);
         let lines: Vec<String> = (0..20_000).map(|i| format!("{i},0.5")).collect();
-        let mut sum = |end: &str, mark: &str| {
+        let sum = |end: &str, mark: &str| {
             fs::write(&path, format!("{mark}{}{end}", lines.join(end))).unwrap();
             text_sum(&path).unwrap()
         };

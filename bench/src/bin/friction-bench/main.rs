@@ -410,7 +410,11 @@ fn run(options: &Run, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     )?;
     apparatus.displays = displays;
     let (study, participant) = (plan.study.clone(), plan.participant.clone());
-    let (report, kept_up) = run::run(plan, apparatus, run::terminal_front(standard_streams::stdout()))?;
+    let (report, kept_up) = run::run(
+        plan,
+        apparatus,
+        run::terminal_front(standard_streams::stdout()),
+    )?;
     let mut stdout = standard_streams::stdout();
     for line in run::report_lines(&report, &kept_up, &study, &participant) {
         // A closed output does not change the end of the session.
@@ -476,7 +480,8 @@ fn rehearse(options: &Drill, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
             hand: apparatus.fault_hand,
         })
     };
-    let (record, lines) = drilling::run(&course, options, &config, open, standard_streams::stdout())?;
+    let (record, lines) =
+        drilling::run(&course, options, &config, open, standard_streams::stdout())?;
     for line in lines {
         print(format!("{}\n", escaped_line(&line)))?;
     }

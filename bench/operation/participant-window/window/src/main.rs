@@ -29,7 +29,10 @@ fn main() -> ExitCode {
         Ok(Err(message)) => {
             let message = escaping::escaped_line(&message);
             // An error of standard error itself is ignored.
-            let _ = writeln!(standard_streams::stderr(), "friction-bench-participant: {message}");
+            let _ = writeln!(
+                standard_streams::stderr(),
+                "friction-bench-participant: {message}"
+            );
             ExitCode::from(2)
         }
     }

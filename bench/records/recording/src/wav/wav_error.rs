@@ -53,7 +53,9 @@ pub enum WavError {
         bits: u16,
     },
     /// A header field has an impossible value.
-    #[error("the header's {field} is {value}, which is impossible: save the recording again as 32-bit float")]
+    #[error(
+        "the header's {field} is {value}, which is impossible: save the recording again as 32-bit float"
+    )]
     Field {
         /// Name of the field.
         field: &'static str,

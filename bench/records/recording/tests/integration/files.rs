@@ -3,9 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::support::{
-    FORMAT_2, force_rows, manifest, position_rows, ramp, read_all, write_data,
-};
+use crate::support::{FORMAT_2, force_rows, manifest, position_rows, ramp, read_all, write_data};
 use recording::DiskError;
 use recording::manifest::{
     Direction, End, EventKind, ManifestError, RecordedInterval, RecordedIntervalKind,
@@ -369,7 +367,8 @@ fn a_half_copied_file_is_named_with_its_end() {
     let warnings = || {
         let reader = RecordingReader::open(&folder).unwrap();
         let mut force = reader.force().unwrap();
-        force.by_ref().for_each(|row| drop(row.unwrap()));
+        let rows = force.by_ref().map(Result::unwrap).count();
+        assert!(rows > 0);
         [reader.warnings(), &force.warnings()].concat()
     };
     assert_eq!(warnings(), []);
@@ -383,7 +382,11 @@ fn a_half_copied_file_is_named_with_its_end() {
         words.contains("force.csv: its rows end at 0.") && words.contains("recording at 1.000 s")
     });
     assert!(ends, "{words:?}");
-    fs::write(&path, [part, &vec![0; text.len() - part.len()][..]].concat()).unwrap();
+    fs::write(
+        &path,
+        [part, &vec![0; text.len() - part.len()][..]].concat(),
+    )
+    .unwrap();
     let zeroed = |warning: &Warning| matches!(warning, Warning::ZeroedRows { .. });
     assert!(warnings().iter().any(zeroed), "{:?}", warnings());
     fs::write(&path, &text).unwrap();
@@ -398,7 +401,11 @@ fn a_half_copied_file_is_named_with_its_end() {
         panic!("{warnings:?}");
     };
     assert!(frames.abs_diff(48_000) < 10, "{frames}");
-    assert!(warnings[0].to_string().contains("from 0.750 s on"), "{}", warnings[0]);
+    assert!(
+        warnings[0].to_string().contains("from 0.750 s on"),
+        "{}",
+        warnings[0]
+    );
 }
 
 /// Returns the chunks of a file, framed by a RIFF header that states their length.

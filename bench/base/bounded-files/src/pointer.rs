@@ -1,4 +1,4 @@
-//! Placeholders that stand in for a file whose content is stored elsewhere.
+//! Placeholders for files with content that is stored elsewhere.
 
 use std::fmt;
 use std::fs::{self, File};

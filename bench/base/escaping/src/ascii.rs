@@ -109,7 +109,7 @@ fn transcription(c: char) -> Option<&'static str> {
         '┌' | '┐' | '└' | '┘' | '├' | '┤' | '┬' | '┴' | '┼' => "+",
         '█' | '▓' | '▌' | '▐' | '▀' | '▄' => "#",
         '▒' | '░' => ":",
-        _ => return greek(c).or_else(|| latin(c)).or_else(|| lowered(c)),
+        _ => return greek(c).or_else(|| latin(c)).or_else(|| subscript(c)),
     })
 }
 
@@ -185,7 +185,7 @@ fn latin(c: char) -> Option<&'static str> {
 }
 
 /// Transcribes indices below the line.
-fn lowered(c: char) -> Option<&'static str> {
+fn subscript(c: char) -> Option<&'static str> {
     Some(match c {
         '₀' => "0",
         '₁' => "1",

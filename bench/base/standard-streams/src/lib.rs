@@ -35,7 +35,7 @@ pub fn data_out() -> TextStream<Stdout> {
 
 /// Returns a text in the characters of the user's locale, for output by another library.
 #[must_use]
-pub fn printable(text: &str) -> Cow<'_, str> {
+pub fn transcribe(text: &str) -> Cow<'_, str> {
     if is_ascii() {
         escaping::ascii(text)
     } else {

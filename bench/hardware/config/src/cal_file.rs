@@ -102,7 +102,7 @@ impl MakersMatrix {
 
     fn parse(text: &str) -> Result<Self, CalFileError> {
         let xml = Document::parse(text.trim_start_matches('\u{feff}').trim())?;
-        if is_of_net_ft(&xml) {
+        if belongs_to_net_ft(&xml) {
             return Err(CalFileError::NetFt);
         }
         let newtons = unit_factor(
@@ -151,7 +151,7 @@ impl MakersMatrix {
 }
 
 /// Returns whether the file is of a Net F/T: its calibration, the one that the box keeps, or the box's page.
-fn is_of_net_ft(xml: &Document<'_>) -> bool {
+fn belongs_to_net_ft(xml: &Document<'_>) -> bool {
     let root_name = xml.root_element().tag_name().name().to_ascii_lowercase();
     let is_net = |family: &str| family.to_ascii_lowercase().contains("net f");
     let mut families = xml.descendants().filter_map(|node| {

@@ -306,7 +306,7 @@ impl Force {
     /// Returns the remedy for a sensor that sends only `rate_hz` readings a second; `stated_hz` is the rate that it says it
     /// sends.
     #[must_use]
-    pub fn remedy_at(&self, rate_hz: f64, stated_hz: Option<f64>) -> String {
+    pub fn slow_remedy(&self, rate_hz: f64, stated_hz: Option<f64>) -> String {
         match &self.sensor {
             Sensor::Netft(netft) if rate_hz >= 1.0 => {
                 let stated = stated_hz

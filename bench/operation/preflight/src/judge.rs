@@ -321,7 +321,7 @@ fn judge_force(table: &mut Table, force: &config::Force, zero_n: f64, measured: 
     let remedy = if talks {
         String::new()
     } else {
-        format!(": {}", force.remedy_at(rate_hz, measured.force_stated_hz))
+        format!(": {}", force.slow_remedy(rate_hz, measured.force_stated_hz))
     };
     let finding = format!(
         "{rate_hz:.0} samples a second as {}, {} corrupt{remedy}",

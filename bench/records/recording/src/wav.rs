@@ -151,7 +151,7 @@ impl<R: Read + Seek> WavReader<R> {
             });
         }
         source.seek(SeekFrom::Start(data_start))?;
-        let encoding = encoding.placed(Read::by_ref(&mut source).take(frames * frame_bytes))?;
+        let encoding = encoding.resolve(Read::by_ref(&mut source).take(frames * frame_bytes))?;
         source.seek(SeekFrom::Start(data_start))?;
         let reader = Self {
             source,

@@ -84,7 +84,7 @@ impl Encoding {
     }
 
     /// Returns the encoding with the place of 24 bits in four bytes determined from `samples`, the bytes of all of them.
-    pub(super) fn placed(self, samples: impl Read) -> io::Result<Self> {
+    pub(super) fn resolve(self, samples: impl Read) -> io::Result<Self> {
         if self != Self::I24In32 {
             return Ok(self);
         }
@@ -133,7 +133,7 @@ mod tests {
 
     fn decoded(words: &[[u8; 4]]) -> Vec<f32> {
         let bytes = words.concat();
-        let encoding = Encoding::I24In32.placed(bytes.as_slice()).unwrap();
+        let encoding = Encoding::I24In32.resolve(bytes.as_slice()).unwrap();
         let mut out = Vec::new();
         encoding.decode(&bytes, &mut out);
         out

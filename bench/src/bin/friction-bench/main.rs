@@ -2,6 +2,7 @@
 
 mod demonstration;
 mod discovery;
+mod output;
 mod participant;
 mod printed;
 #[cfg_attr(not(target_os = "linux"), path = "no_gpio.rs")]
@@ -21,8 +22,8 @@ use config::{AudioHost, Config, ConfigError, Effective};
 use devices::Hardware;
 use devices::claim::Claim;
 use drill::rehearsed;
+use escaping::escaped_line;
 use escaping::quoted;
-use escaping::{escaped, escaped_line};
 use faults::RehearsedFault;
 use friction_bench::apparatus::{BenchHardware, pace};
 use friction_bench::cli::{
@@ -35,6 +36,7 @@ use friction_bench::{
     analyze, calibrate as calibration, drilling, ending, estop, exclude, forget, monitor, privacy,
     verify,
 };
+use output::{print, print_data};
 use preflight::Extent;
 use signalgen::audio::{HostChoice, open_host};
 use tasks::{Schedule, SystemClock};
@@ -48,34 +50,11 @@ fn main() -> ExitCode {
         let cli = Cli::read();
         let verbosity = Verbosity::from(cli.printing);
         let result = dispatch(cli.command, verbosity);
-        for notice in recording::disk_limit::take_notices() {
-            let _ = writeln!(
-                standard_streams::stderr(),
-                "friction-bench: warning: {}",
-                escaped_line(&notice)
-            );
-        }
+        output::warn_of_disks();
         let took_s = began.elapsed().as_secs_f64();
         verbosity.note(format_args!("took {took_s:.1} s"));
         result
     })
-}
-
-/// Prints to standard output, escaped for terminals; if its reader closed it, the program ends without an error message,
-/// see [`ending::run`].
-fn print(text: impl AsRef<[u8]>) -> anyhow::Result<()> {
-    print_to(standard_streams::stdout(), text)
-}
-
-/// Prints data for a file or another program as [`print`] prints a text; only a terminal shows them in its locale's characters.
-fn print_data(text: impl AsRef<[u8]>) -> anyhow::Result<()> {
-    print_to(standard_streams::data_out(), text)
-}
-
-fn print_to(mut stream: impl Write, text: impl AsRef<[u8]>) -> anyhow::Result<()> {
-    let text = String::from_utf8_lossy(text.as_ref());
-    stream.write_all(escaped(&text).as_bytes())?;
-    Ok(stream.flush()?)
 }
 
 fn passed_or_failed(passed: bool) -> ExitCode {

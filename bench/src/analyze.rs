@@ -120,7 +120,11 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
                 + &lines(&skin)
                 + &law_lines(&analysed);
         }
-        write!(std::io::stdout(), "{}", escaped(&text))?;
+        let mut out = match format {
+            TableFormat::Text { .. } => standard_streams::stdout(),
+            _ => standard_streams::data_out(),
+        };
+        write!(out, "{}", escaped(&text))?;
     }
     let to_pipe = |path: &Option<PathBuf>| path.as_deref() == Some(Path::new("-"));
     let summarised = options.json.is_none() && table.is_none() && !to_pipe(&options.report);
@@ -130,13 +134,13 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
             + &counts
             + &lines(&skin)
             + &law_lines(&analysed);
-        write!(std::io::stdout(), "{}", escaped(&lines))?;
+        write!(standard_streams::stdout(), "{}", escaped(&lines))?;
     }
     // If another program reads the table, standard output has only the table.
     if summarised || matches!(table, Some(TableFormat::Text { .. })) {
-        write!(std::io::stdout(), "{}", escaped(&excluded))?;
+        write!(standard_streams::stdout(), "{}", escaped(&excluded))?;
     } else {
-        let _ = write!(std::io::stderr(), "{}", escaped(&excluded));
+        let _ = write!(standard_streams::stderr(), "{}", escaped(&excluded));
     }
     let all_read = analysed.recordings.iter().all(|r| r.findings.is_ok());
     let spoilt = analysed
@@ -146,7 +150,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     if spoilt > 0 {
         let total = analysed.recordings.len();
         let _ = writeln!(
-            std::io::stderr(),
+            standard_streams::stderr(),
             "warning: no estimate of {spoilt} of {total} recordings can be used: correct their forces as the warnings say"
         );
     }
@@ -170,7 +174,7 @@ fn excluded_recordings(
 
 /// Warns of copies, and of the accepted trials that are not in the analysis, except unreadable ones, which were reported already.
 fn warn(account: &AttemptAccount, attempts: &Attempts) {
-    let mut stderr = std::io::stderr().lock();
+    let mut stderr = standard_streams::stderr();
     for copy in &attempts.copies {
         let copy = copy.to_string();
         let _ = writeln!(stderr, "warning: not counted: {}", escaped_line(&copy));
@@ -252,7 +256,7 @@ fn select(folders: Vec<PathBuf>, include_excluded: bool) -> anyhow::Result<Recor
 fn report(analysis: &RecordingAnalysis) {
     let path = analysis.path.display().to_string();
     let path = escaped_line(&path);
-    let mut stderr = std::io::stderr().lock();
+    let mut stderr = standard_streams::stderr();
     match &analysis.findings {
         Ok(findings) => {
             for flaw in &findings.flaws {

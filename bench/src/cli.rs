@@ -46,15 +46,30 @@ impl Cli {
     pub fn read() -> Self {
         if fault_option::asks_for_list(std::env::args_os()) {
             // A closed output does not change the end of the program.
-            let _ = std::io::stdout().write_all(fault_option::list().as_bytes());
+            let _ = standard_streams::stdout().write_all(fault_option::list().as_bytes());
             std::process::exit(0);
         }
-        let cli = Self::parse();
+        let cli = Self::try_parse().unwrap_or_else(|error| end(&error));
         if let Some(theme) = cli.printing.theme {
             tui::choose_theme(theme);
         }
         cli
     }
+}
+
+/// Ends the program with the help or the error of the command line, in the characters of the user's locale.
+fn end(error: &clap::Error) -> ! {
+    if !standard_streams::is_ascii() {
+        error.exit();
+    }
+    let text = error.render().to_string();
+    // A closed output does not change the end.
+    let _ = if error.use_stderr() {
+        standard_streams::stderr().write_all(text.as_bytes())
+    } else {
+        standard_streams::stdout().write_all(text.as_bytes())
+    };
+    std::process::exit(error.exit_code())
 }
 
 /// Amount of output in addition to the result.

@@ -37,7 +37,7 @@ fn is_closed_pipe(error: &anyhow::Error) -> bool {
 
 /// Prints the error and its causes, a line each, without a backtrace.
 fn complain(error: &anyhow::Error) {
-    let mut stderr = std::io::stderr().lock();
+    let mut stderr = standard_streams::stderr();
     for (i, line) in operator_ui::console::complaint::lines(error)
         .iter()
         .enumerate()

@@ -98,5 +98,5 @@ pub fn press(
 
 /// Prints on standard error; a closed standard error must not end a test of the e-stop.
 fn say(line: &str) {
-    let _ = writeln!(std::io::stderr(), "{line}");
+    let _ = writeln!(standard_streams::stderr(), "{line}");
 }

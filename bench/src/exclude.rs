@@ -33,6 +33,10 @@ pub fn run(options: &Exclude) -> anyhow::Result<()> {
     let study = Study::open(&options.study)?;
     study::exclusions::add(&FileSystem, study.folder(), &exclusion)?;
     let line = format!("{exclusion}; {EXCLUSIONS_FILE} says so, and nothing was deleted");
-    writeln!(std::io::stdout(), "excluded {}", escaped_line(&line))?;
+    writeln!(
+        standard_streams::stdout(),
+        "excluded {}",
+        escaped_line(&line)
+    )?;
     Ok(())
 }

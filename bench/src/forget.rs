@@ -20,7 +20,7 @@ pub fn run(options: &Forget) -> anyhow::Result<bool> {
     let participant = participant(named)?;
     let study = Study::open(folder)?;
     let traces = study.traces(&participant)?;
-    let mut out = std::io::stdout();
+    let mut out = standard_streams::stdout();
     describe(&traces, &participant, &mut out)?;
     let agreed = match &options.confirm {
         Some(confirmed) if *confirmed == participant.as_str() => true,

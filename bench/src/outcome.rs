@@ -19,7 +19,11 @@ pub(crate) fn progress_bar(recordings: u64, verbosity: Verbosity) -> ProgressBar
     };
     let bar = ProgressBar::with_draw_target(Some(recordings), target);
     if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} recordings {eta}") {
-        bar.set_style(style);
+        bar.set_style(if standard_streams::is_ascii() {
+            style.progress_chars("#-")
+        } else {
+            style
+        });
     }
     bar
 }
@@ -71,7 +75,7 @@ fn is_stream(path: &Path) -> bool {
 /// When the system refuses.
 pub(crate) fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
     if path == Path::new("-") {
-        io::stdout().write_all(escaping::escaped(text).as_bytes())?;
+        standard_streams::data_out().write_all(escaping::escaped(text).as_bytes())?;
         return Ok(());
     }
     if is_stream(path) {

@@ -41,14 +41,18 @@ impl Verbosity {
         if self == Self::Verbose {
             // A closed standard error is ignored.
             let text = text.to_string();
-            let _ = writeln!(std::io::stderr(), "friction-bench: {}", escaped_line(&text));
+            let _ = writeln!(
+                standard_streams::stderr(),
+                "friction-bench: {}",
+                escaped_line(&text)
+            );
         }
     }
 
     /// Returns where progress is written: standard error, or nowhere.
     pub fn progress(self) -> Box<dyn Write + Send> {
         if self.shows_progress() {
-            Box::new(std::io::stderr())
+            Box::new(standard_streams::stderr())
         } else {
             Box::new(std::io::sink())
         }

@@ -23,7 +23,7 @@ pub fn run(options: &Verify, verbosity: Verbosity) -> anyhow::Result<bool> {
     match &options.json {
         Some(path) => write_text(path, &study::verification::to_json(&findings)?)?,
         None => write!(
-            std::io::stdout(),
+            standard_streams::stdout(),
             "{}",
             study::verification::to_text(&findings)
         )?,

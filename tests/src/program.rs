@@ -26,10 +26,10 @@ pub fn jack_apparatus() -> &'static Path {
     PATH.get_or_init(|| up_to_date("mock-hw", "jack-apparatus"))
 }
 
-/// Returns a command of the bench with backtraces enabled: none may reach the user.
+/// Returns a command of the bench with backtraces enabled, none of which may reach the user, in a locale with UTF-8.
 pub fn bench() -> Command {
     let mut command = Command::new(friction_bench());
-    command.env("RUST_BACKTRACE", "1");
+    command.env("RUST_BACKTRACE", "1").env("LC_ALL", "C.UTF-8");
     command
 }
 

@@ -38,7 +38,9 @@ pub use drawing::theme::{NoSuchTheme, Theme};
 pub use event::Event;
 pub use frozen::Frozen;
 pub use keyboard::{Reaction, key};
-pub use operator_terminal::{TerminalError, install_panic_hook, restore, size as terminal_size};
+pub use operator_terminal::{
+    TerminalError, install_panic_hook, is_dumb as terminal_is_dumb, restore, size as terminal_size,
+};
 pub use page::{HISTORY_S, Page, Window};
 pub use participant_screen::ScreenView;
 pub use shell::run_operator;

@@ -26,7 +26,7 @@ use crate::event::{Event, SafetyView};
 use crate::keyboard::{at_once, key};
 use crate::page_files;
 use crate::state::State;
-use crate::terminal_kind::{is_ascii, theme};
+use crate::terminal_kind::theme;
 
 /// Time between two frames.
 const FRAME: Duration = Duration::from_millis(33);
@@ -69,7 +69,7 @@ pub fn run_operator(
     // the closed terminal.
     let mut terminal = ManuallyDrop::new(terminal);
     let mut state = State::new(theme());
-    state.ui.ascii = is_ascii(|name| std::env::var_os(name));
+    state.ui.ascii = standard_streams::is_ascii();
     let desk = Arc::new(Desk::new(state));
     let reader = read_keys(TerminalKeys, &desk, actions, act)?;
     let result = operate(

@@ -8,6 +8,7 @@ use drill::rehearsed;
 use live::past_trials::past_trials;
 use operator_ui::console::Front;
 use protocols::{NOT_STATED, PersonDetail, Protocol};
+use recording::disk_limit;
 use tui::Event;
 use tui::event::LogLevel::{self, Info, Warning};
 use tui::event::{BenchFacts, SessionHeader};
@@ -55,6 +56,9 @@ pub(super) fn show_bench(
     }
     for recording in &earlier.losses {
         log(Warning, lost_recordings::warning(recording));
+    }
+    for text in disk_limit::take_notices() {
+        log(Warning, text);
     }
     for text in config.safety.dead_man_in_words().into_iter().chain([left]) {
         log(Info, text);

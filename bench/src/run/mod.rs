@@ -26,7 +26,7 @@ use participant_session::ParticipantSession;
 
 pub use concerns::ConcernKind;
 pub use files::require_session;
-pub use plan::{ProtocolFile, SessionPlan, session_bytes};
+pub use plan::{ProtocolFile, SessionPlan};
 
 /// Runs the session to its end. `open_front` opens the operator's screen; quitting that screen ends the bench.
 ///

@@ -6,11 +6,22 @@ use crate::braille;
 
 /// Replaces every non-ASCII character by an ASCII one.
 pub fn plain_signs(buf: &mut Buffer) {
-    for cell in &mut buf.content {
-        let Some(sign) = cell.symbol().chars().next().filter(|c| !c.is_ascii()) else {
-            continue;
-        };
-        cell.set_char(plain(sign));
+    let width = usize::from(buf.area.width).max(1);
+    for row in buf.content.chunks_mut(width) {
+        for column in 0..row.len() {
+            let symbol = row[column].symbol();
+            let Some(sign) = symbol.chars().next().filter(|c| !c.is_ascii()) else {
+                continue;
+            };
+            row[column].set_char(plain(sign));
+            // The only sign whose meaning needs two characters.
+            if sign == '±'
+                && let Some(next) = row.get_mut(column + 1)
+                && next.symbol() == " "
+            {
+                next.set_char('-');
+            }
+        }
     }
 }
 

@@ -8,6 +8,11 @@ pub enum TerminalError {
     /// Standard input or output is not a terminal.
     #[error("no terminal for the dashboard ({0}); run in a terminal, or with --headless")]
     NoTerminal(#[source] io::Error),
+    /// The terminal understands no commands, by the variable `TERM`.
+    #[error(
+        "the terminal cannot show the dashboard, because TERM=dumb says that it prints lines only; use another terminal, or --headless"
+    )]
+    Dumb,
     /// The terminal failed while it was used, for example because its window was closed.
     #[error("the terminal failed while {operation}: {source}")]
     Terminal {

@@ -11,4 +11,4 @@ mod operator_screen;
 pub use error::TerminalError;
 pub use frames::{FrameWriter, Frames};
 pub use keys::{Keys, TerminalKeys};
-pub use operator_screen::{OperatorScreen, install_panic_hook, restore, size};
+pub use operator_screen::{OperatorScreen, install_panic_hook, is_dumb, restore, size};

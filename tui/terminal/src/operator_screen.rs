@@ -31,6 +31,12 @@ pub fn size() -> Option<(u16, u16)> {
     }
 }
 
+/// Returns whether the terminal only prints lines, by the variable `TERM`.
+#[must_use]
+pub fn is_dumb() -> bool {
+    std::env::var_os("TERM").is_some_and(|kind| kind == "dumb")
+}
+
 /// Restores the operator's terminal and prints the reports that waited for it. Harmless if called twice, from any
 /// thread, or if the dashboard was never shown. Errors are ignored: the terminal is the only place to report them.
 pub fn restore() {
@@ -78,7 +84,7 @@ static WAITING_REPORTS: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 fn say(line: &str) {
     // An error of standard error itself is ignored.
-    let _ = writeln!(io::stderr(), "{line}");
+    let _ = writeln!(standard_streams::stderr(), "{line}");
 }
 
 /// Whether the dashboard has the terminal in raw mode and on the alternate screen.
@@ -97,13 +103,16 @@ impl OperatorScreen {
     /// Sets up this process's terminal; the writer takes its frames.
     ///
     /// # Errors
-    /// [`TerminalError::NoTerminal`] if standard input or output is not a terminal, [`TerminalError::Terminal`] if
-    /// it fails.
+    /// [`TerminalError::NoTerminal`] if standard input or output is not a terminal, [`TerminalError::Dumb`] if it understands
+    /// no commands, [`TerminalError::Terminal`] if it fails.
     pub fn enter() -> Result<(Self, FrameWriter), TerminalError> {
         if !io::stdin().is_terminal() || !io::stdout().is_terminal() {
             return Err(TerminalError::NoTerminal(io::Error::from(
                 io::ErrorKind::NotFound,
             )));
+        }
+        if is_dumb() {
+            return Err(TerminalError::Dumb);
         }
         let failure = || TerminalError::while_doing("setting it up");
         let mut writer = FrameWriter::start(output().map_err(failure())?).map_err(failure())?;

@@ -3,11 +3,13 @@
 
 mod in_place;
 mod lines;
+mod pointer;
 mod refusal;
 mod regular;
 
 pub use in_place::open_in_place;
 pub use lines::{BoundedLines, Line};
+pub use pointer::ContentStore;
 pub use refusal::{FileKind, Refusal, refusal};
 pub use regular::{TEXT_LIMIT_BYTES, open, read, read_limited, read_text};
 

@@ -4,6 +4,8 @@ use std::fmt;
 use std::fs::FileType;
 use std::io;
 
+use crate::pointer::ContentStore;
+
 /// Kind of a file that is not regular.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FileKind {
@@ -79,6 +81,9 @@ pub enum Refusal {
         /// Limit, bytes.
         limit_bytes: u64,
     },
+    /// The file is a placeholder, and its content is not on this computer.
+    #[error("{0}")]
+    Elsewhere(ContentStore),
 }
 
 impl From<Refusal> for io::Error {
@@ -86,7 +91,7 @@ impl From<Refusal> for io::Error {
         let kind = match refusal {
             Refusal::NotRegular(FileKind::Folder) => io::ErrorKind::IsADirectory,
             Refusal::NotRegular(_) | Refusal::Link => io::ErrorKind::InvalidInput,
-            Refusal::TooLong { .. } => io::ErrorKind::InvalidData,
+            Refusal::TooLong { .. } | Refusal::Elsewhere(_) => io::ErrorKind::InvalidData,
         };
         Self::new(kind, refusal)
     }

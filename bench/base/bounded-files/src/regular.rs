@@ -4,6 +4,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read};
 use std::path::Path;
 
+use crate::pointer::ContentStore;
 use crate::refusal::{FileKind, Refusal};
 
 /// Size limit of a text that is read whole, bytes: a hundred times the longest description of a bench, protocol or
@@ -13,18 +14,25 @@ pub const TEXT_LIMIT_BYTES: u64 = 1 << 20;
 /// Opens a regular file for reading; symbolic links are followed.
 ///
 /// # Errors
-/// [`Refusal::NotRegular`] inside the error for any other file, without waiting for it; otherwise the operating system's
-/// reason.
+/// [`Refusal::NotRegular`] inside the error for any other file, without waiting for it, and [`Refusal::Elsewhere`] for a
+/// placeholder of git-annex or Git LFS; otherwise the operating system's reason.
 pub fn open(path: &Path) -> io::Result<File> {
+    let metadata = fs::metadata(path).map_err(|error| match ContentStore::find_absent(path) {
+        Some(store) if error.kind() == io::ErrorKind::NotFound => Refusal::Elsewhere(store).into(),
+        _ => error,
+    })?;
     // Opening a device may already affect it, such as rewind a tape or reset a board.
-    require_regular(&fs::metadata(path)?)?;
+    require_regular(&metadata)?;
     let mut options = OpenOptions::new();
     options.read(true);
     never_wait(&mut options, false);
-    let file = options.open(path)?;
+    let mut file = options.open(path)?;
     // The file may have been replaced in the meantime.
     require_regular(&file.metadata()?)?;
-    Ok(file)
+    match ContentStore::find_in(&mut file)? {
+        Some(store) => Err(Refusal::Elsewhere(store).into()),
+        None => Ok(file),
+    }
 }
 
 pub(crate) fn require_regular(metadata: &fs::Metadata) -> Result<(), Refusal> {

@@ -435,14 +435,18 @@ impl CalibrationFile {
     /// As [`CalibrationFile::read`].
     pub fn parse(text: &str, path: &Path) -> Result<(Self, String), CalibrationFileError> {
         let path = || path.to_owned();
-        let (first, body) = text.split_once('\n').unwrap_or((text, ""));
+        // The hash is of the numbers: line ends and a byte order mark, which editors and git change, do not count.
+        let text = text.trim_start_matches('\u{feff}');
+        let text = text.replace("\r\n", "\n").replace('\r', "\n");
+        let (first, body) = text.split_once('\n').unwrap_or((&text, ""));
         let hash = first
             .strip_prefix(HASH_KEY)
             .and_then(|rest| rest.strip_prefix('"'))
             .and_then(|rest| rest.split_once('"'))
             .map(|(hash, _)| hash)
             .ok_or_else(|| CalibrationFileError::NoHash { path: path() })?;
-        if hash != sha256(body) {
+        let ended_body = format!("{}\n", body.trim_end_matches('\n'));
+        if hash != sha256(body) && hash != sha256(&ended_body) {
             return Err(CalibrationFileError::Edited { path: path() });
         }
         let calibration: Self =

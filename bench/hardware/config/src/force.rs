@@ -13,6 +13,9 @@ use crate::netft::Netft;
 use crate::refusal::{Refused, require_range};
 use crate::sound_card::{Audio, InputMap};
 
+/// RDT Output Rate that a Net F/T needs at least, Hz.
+const RDT_RATE_HZ: u32 = 1000;
+
 /// `[force]`: source of the force sensor's readings, and their correction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -297,6 +300,26 @@ impl Force {
             Sensor::FieldBox(_) => {
                 "check field_box.port, and the wires from the box to its converter"
             }
+        }
+    }
+
+    /// Returns the remedy for a sensor that sends only `rate_hz` readings a second; `stated_hz` is the rate that it says it
+    /// sends.
+    #[must_use]
+    pub fn slow_remedy(&self, rate_hz: f64, stated_hz: Option<f64>) -> String {
+        match &self.sensor {
+            Sensor::Netft(netft) if rate_hz >= 1.0 => {
+                let stated = stated_hz
+                    .map(|hz| format!(", and its page says comrdtrate = {hz:.0}"))
+                    .unwrap_or_default();
+                let ip = netft.socket().map(|address| address.ip().to_string());
+                let ip = ip.as_deref().unwrap_or(&netft.address);
+                format!(
+                    "the box sends too few{stated}: set the RDT Output Rate on the page Communications of http://{ip}/ to \
+                     {RDT_RATE_HZ} Hz or more"
+                )
+            }
+            _ => self.what_to_check().to_owned(),
         }
     }
 

@@ -4,10 +4,11 @@
 //! their process: on files in a folder of the user, and on device nodes, which also work between users.
 
 use std::fs::{self, File};
+use std::path::PathBuf;
 
 use config::{AudioHost, Config, GpioBackend, Sensor};
 use recording::DiskError;
-use recording::lock::{Lock, holder};
+use recording::lock::{HeldLock, Lock, holder};
 
 use crate::device_nodes::{self, NodeInUse};
 use crate::lock_folder::lock_folder;
@@ -28,7 +29,8 @@ use crate::lock_folder::lock_folder;
 /// ```
 #[derive(Debug)]
 pub struct Claim {
-    _locks: Vec<File>,
+    _locks: Vec<HeldLock>,
+    _nodes: Vec<File>,
 }
 
 /// Reason for which hardware cannot be claimed.
@@ -41,6 +43,16 @@ pub enum ClaimError {
         part: String,
         /// Identifier of the process that holds it; `None` if it left no identifier.
         process: Option<u32>,
+    },
+    /// A disk without file locks has a file that says that another instance holds the part.
+    #[error(
+        "{part} is marked as in use by another friction-bench; end that one first, and if it has ended, remove {}", mark.display()
+    )]
+    Marked {
+        /// Part of the bench.
+        part: String,
+        /// The file.
+        mark: PathBuf,
     },
     /// A lock cannot be created.
     #[error(transparent)]
@@ -59,8 +71,11 @@ impl Claim {
         for part in parts(config) {
             let path = folder.join(file_name(&part));
             match Lock::try_take(&path)? {
-                Lock::Taken(file) => locks.push(file),
-                Lock::Held { holder } => {
+                Lock::Taken(lock) => locks.push(lock),
+                Lock::Held {
+                    mark: Some(mark), ..
+                } => return Err(ClaimError::Marked { part, mark }),
+                Lock::Held { holder, mark: None } => {
                     return Err(ClaimError::InUse {
                         part,
                         process: holder,
@@ -69,9 +84,10 @@ impl Claim {
             }
         }
         // Last, because these do not name their holder.
+        let mut node_locks = Vec::new();
         for (part, node) in device_nodes::nodes(config) {
             match device_nodes::lock(&node) {
-                Ok(file) => locks.extend(file),
+                Ok(file) => node_locks.extend(file),
                 Err(NodeInUse) => {
                     return Err(ClaimError::InUse {
                         part,
@@ -80,7 +96,10 @@ impl Claim {
                 }
             }
         }
-        Ok(Self { _locks: locks })
+        Ok(Self {
+            _locks: locks,
+            _nodes: node_locks,
+        })
     }
 }
 

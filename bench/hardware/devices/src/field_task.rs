@@ -165,6 +165,7 @@ impl Field {
         health.force_clock = force_clock;
         health.force_pace = force_pace;
         health.force_samples += count;
+        health.force_stated_hz = source.stated_hz();
         self.gauges.field.set(health);
         self.signals.nonsense.set(source.nonsense(now_ns));
         if restarted {

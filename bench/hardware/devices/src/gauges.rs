@@ -16,6 +16,8 @@ pub struct FieldHealth {
     pub force: LineFaults,
     /// Number of force samples so far.
     pub force_samples: u64,
+    /// Number of force samples a second that the sensor says it sends.
+    pub force_stated_hz: Option<f64>,
     /// State of the force sensor's clock; `None` if it is on the sound card's clock.
     pub force_clock: Option<ClockState>,
     /// Rate of the force sensor's clock over the host's if it surely differs by more than the alignment can follow.

@@ -214,7 +214,11 @@ mod ending {
             if let Some(restore) = RESTORE.get() {
                 restore();
             }
-            let _ = writeln!(std::io::stderr(), "friction-bench: {}", words(&busy));
+            let _ = writeln!(
+                standard_streams::stderr(),
+                "friction-bench: {}",
+                words(&busy)
+            );
             let _ = sender.send(());
         });
         if last_words.is_ok() {

@@ -99,6 +99,11 @@ pub trait ForceSource: Send {
     /// Returns the state of the source.
     fn health(&self) -> SourceHealth;
 
+    /// Returns the number of readings a second that the device says it sends, if it says so.
+    fn stated_hz(&self) -> Option<f64> {
+        None
+    }
+
     /// Returns the amount of invalid data up to the last poll, which was at `now_ns`.
     fn nonsense(&mut self, now_ns: u64) -> Nonsense;
 

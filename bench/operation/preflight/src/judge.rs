@@ -345,7 +345,7 @@ fn judge_force(table: &mut Table, force: &config::Force, zero_n: f64, measured: 
             force.what_to_check()
         )
     } else {
-        format!(": {}", force.what_to_check())
+        format!(": {}", force.slow_remedy(rate_hz, measured.force_stated_hz))
     };
     let finding = format!(
         "{rate_hz:.0} samples a second as {}, {} corrupt{remedy}",

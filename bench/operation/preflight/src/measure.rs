@@ -59,6 +59,8 @@ pub(super) struct Measured {
     pub clocks_s: Option<[(f64, f64); 2]>,
     pub account: Account,
     pub force_n: Vec<(f64, f64)>,
+    /// Force readings a second that the sensor says it sends.
+    pub force_stated_hz: Option<f64>,
     pub corrupt: u64,
     /// State of the sensors' clocks.
     pub clocks: SensorClocks,
@@ -264,7 +266,9 @@ impl Task for CheckTask {
                 .extend(batch.force.iter().map(|row| (row.normal_n, row.lateral_n)));
             measured.positions += batch.position.len();
         }
-        measured.corrupt = self.gauges.field.get().unwrap_or_default().force.corrupt;
+        let health = self.gauges.field.get().unwrap_or_default();
+        (measured.corrupt, measured.force_stated_hz) =
+            (health.force.corrupt, health.force_stated_hz);
         measured.clocks = self.gauges.sensor_clocks();
         if let Some(tone) = self.relay.take() {
             self.drive.sound_disarmed(tone);

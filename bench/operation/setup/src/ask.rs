@@ -10,6 +10,7 @@ use crossterm::style::Print;
 use crossterm::{cursor, execute};
 use inquire::error::InquireResult;
 use inquire::{Confirm, Select, Text};
+use standard_streams::transcribe;
 
 /// Interval at which a waiting question checks for a signal.
 const GLANCE: Duration = Duration::from_millis(50);
@@ -86,18 +87,20 @@ impl Terminal {
 
 impl Ask for Terminal {
     fn choose(&mut self, question: &Question<'_>, choices: &[String]) -> anyhow::Result<usize> {
-        let (text, choices) = (question.text.to_owned(), choices.to_vec());
+        let text = transcribe(question.text).into_owned();
+        let choices = choices.iter().map(|choice| transcribe(choice).into_owned());
+        let choices: Vec<String> = choices.collect();
         let choice = self.answer(move || Select::new(&text, choices).raw_prompt())?;
         Ok(choice.index)
     }
 
     fn text(&mut self, question: &Question<'_>, usual: &str) -> anyhow::Result<String> {
-        let (text, usual) = (question.text.to_owned(), usual.to_owned());
+        let (text, usual) = (transcribe(question.text).into_owned(), usual.to_owned());
         self.answer(move || Text::new(&text).with_default(&usual).prompt())
     }
 
     fn confirm(&mut self, text: &str) -> anyhow::Result<bool> {
-        let text = text.to_owned();
+        let text = transcribe(text).into_owned();
         self.answer(move || Confirm::new(&text).with_default(true).prompt())
     }
 }

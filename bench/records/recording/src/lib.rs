@@ -6,12 +6,14 @@
 
 mod csv_rows;
 pub mod disk;
+pub mod disk_limit;
 pub mod lock;
 pub mod manifest;
 pub mod pipeline;
 mod read_error;
 pub mod reader;
 pub mod recorder;
+pub mod rights;
 mod rows;
 pub mod storage;
 pub mod study;

@@ -16,6 +16,9 @@ pub const MAX_ROW_BYTES: usize = 4096;
 /// Time outside the recording beyond which a row is omitted, s: sensors continue for a moment after the audio.
 pub const OUTSIDE_S: f64 = 2.0;
 
+/// Time before the end of the recording from which on the last row is early, s: no usual sensor is that slow.
+pub const EARLY_END_S: f64 = 0.25;
+
 /// Error of reading a recording.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -191,6 +194,30 @@ pub enum Warning {
         rows: u64,
         /// Line of the first one.
         first_line: u64,
+    },
+    /// Rows contain NUL characters instead of text.
+    #[error(
+        "{file}: zeros instead of text from line {first_line} on, as a broken-off copy or a power cut leaves them; copy the file again from \
+         the computer that recorded it"
+    )]
+    ZeroedRows {
+        /// The file.
+        file: &'static str,
+        /// Line of the first one.
+        first_line: u64,
+    },
+    /// The last row is earlier than the end of the recording.
+    #[error(
+        "{file}: its rows end at {last_s:.3} s, and the recording at {duration_s:.3} s: the file was copied in part, or the sensor fell \
+         silent; compare it with the original"
+    )]
+    EndsEarly {
+        /// The file.
+        file: &'static str,
+        /// Time of the last row, s.
+        last_s: f64,
+        /// Length of the audio, s.
+        duration_s: f64,
     },
     /// No row can be read.
     #[error(

@@ -4,6 +4,8 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
+use bounded_files::Refusal;
+
 use crate::csv_rows::{ForceRow, PositionRow};
 use crate::manifest::{Manifest, ManifestReadError};
 pub use crate::read_error::{ReadError, Warning};
@@ -35,9 +37,15 @@ impl RecordingReader {
     pub fn open(folder: &Path) -> Result<Self, ReadError> {
         let (manifest, manifest_text, manifest_file) = parse_manifest(folder)?;
         let path = folder.join(SIGNALS_FILE);
-        let file = bounded_files::open(&path).map_err(|reason| ReadError::Io {
-            path: path.clone(),
-            reason,
+        let file = bounded_files::open(&path).map_err(|reason| {
+            let path = path.clone();
+            match bounded_files::refusal(&reason) {
+                Some(Refusal::Elsewhere(store)) => ReadError::Wav {
+                    path,
+                    reason: WavError::Elsewhere(*store),
+                },
+                _ => ReadError::Io { path, reason },
+            }
         })?;
         let (wav, wav_warnings) = WavReader::new(BufReader::with_capacity(BUFFER_BYTES, file))
             .map_err(|reason| match reason {

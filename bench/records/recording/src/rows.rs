@@ -9,7 +9,7 @@ use bounded_files::BoundedLines;
 
 use crate::csv_rows::CsvRow;
 use crate::read_error::{
-    MAX_ROW_BYTES, MAX_ROWS_PER_S, MEAN_ROW_BYTES, OUTSIDE_S, ReadError, Warning,
+    EARLY_END_S, MAX_ROW_BYTES, MAX_ROWS_PER_S, MEAN_ROW_BYTES, OUTSIDE_S, ReadError, Warning,
 };
 
 /// Bytes per read.
@@ -45,6 +45,8 @@ pub struct RowReader<R> {
     rows: u64,
     unreadable_rows: Tally,
     first_unreadable: String,
+    /// Rows with NUL characters.
+    zeroed_rows: Tally,
     disordered_rows: Tally,
     leap_rows: Tally,
     outside_rows: Tally,
@@ -133,6 +135,7 @@ impl<R: CsvRow> RowReader<R> {
             rows: 0,
             unreadable_rows: Tally::default(),
             first_unreadable: String::new(),
+            zeroed_rows: Tally::default(),
             disordered_rows: Tally::default(),
             leap_rows: Tally::default(),
             outside_rows: Tally::default(),
@@ -156,6 +159,10 @@ impl<R: CsvRow> RowReader<R> {
                 first_line,
                 first: self.first_unreadable.clone(),
             });
+        }
+        let Tally { rows, first_line } = self.zeroed_rows;
+        if rows > 0 {
+            warnings.push(Warning::ZeroedRows { file, first_line });
         }
         let Tally { rows, first_line } = self.disordered_rows;
         if rows > 0 {
@@ -194,6 +201,14 @@ impl<R: CsvRow> RowReader<R> {
         }
         if self.rows == 0 && self.outside_rows.rows == 0 {
             warnings.push(Warning::NoRows { file });
+        }
+        let (last_s, duration_s) = (self.last_time_s, self.duration_s);
+        if self.is_at_end && last_s >= 0.0 && duration_s - last_s > EARLY_END_S {
+            warnings.push(Warning::EndsEarly {
+                file,
+                last_s,
+                duration_s,
+            });
         }
         warnings
     }
@@ -241,6 +256,7 @@ impl<R: CsvRow> RowReader<R> {
                         is_finite,
                     }));
                 }
+                None if text.contains(&0) => self.zeroed_rows.count(self.line),
                 None => {
                     if self.unreadable_rows.rows == 0 {
                         self.first_unreadable = beginning(text);

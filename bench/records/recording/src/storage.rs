@@ -5,6 +5,8 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Seek, Write};
 use std::path::Path;
 
+use crate::disk_limit::{self, DiskLimit, cannot_sync_folder};
+
 /// File open for writing. A write may be partial or interrupted.
 pub trait StoredFile: Write + Seek + Debug + Send {
     /// Cuts or extends the file to `bytes`.
@@ -118,8 +120,13 @@ impl Storage for FileSystem {
 
     fn keep_permissions(&self, source: &Path, target: &Path) -> io::Result<()> {
         match fs::metadata(source) {
+            // A disk without rights refuses to set them, and shows all files alike.
             Ok(metadata) if metadata.is_file() => {
-                fs::set_permissions(target, metadata.permissions())
+                let permissions = metadata.permissions();
+                if fs::metadata(target)?.permissions() == permissions {
+                    return Ok(());
+                }
+                fs::set_permissions(target, permissions)
             }
             _ => Ok(()),
         }
@@ -141,7 +148,8 @@ impl Storage for FileSystem {
         fs::metadata(path).map(drop)
     }
 
-    /// Does nothing on systems other than Unix, where a folder cannot be opened for syncing.
+    /// Does nothing on systems other than Unix, where a folder cannot be opened for syncing; a disk that cannot sync folders is
+    /// noted as [`DiskLimit::FolderSync`].
     fn sync_folder(&self, path: &Path) -> io::Result<()> {
         if cfg!(not(unix)) {
             return Ok(());
@@ -151,6 +159,12 @@ impl Storage for FileSystem {
         } else {
             path
         };
-        File::open(path).and_then(|folder| folder.sync_all())
+        match File::open(path).and_then(|folder| folder.sync_all()) {
+            Err(error) if cannot_sync_folder(&error) => {
+                disk_limit::note(DiskLimit::FolderSync, path);
+                Ok(())
+            }
+            result => result,
+        }
     }
 }

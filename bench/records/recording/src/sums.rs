@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt::Write;
-use std::io::{self, Read};
+use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -114,6 +114,40 @@ impl Summation {
     }
 }
 
+/// Returns the SHA-256 of a text file with the line ends of the recorder, which are LF, and without a byte order mark.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn text_sum(path: &Path) -> io::Result<String> {
+    let mut source = BufReader::with_capacity(BUFFER_BYTES, bounded_files::open(path)?);
+    let mut digest = Sha256::new();
+    let mut text = Vec::with_capacity(BUFFER_BYTES);
+    let (mut is_at_start, mut ends_with_cr) = (true, false);
+    loop {
+        let bytes = source.fill_buf()?;
+        if bytes.is_empty() {
+            return Ok(hex_text(&digest.finalize()));
+        }
+        let n_read = bytes.len();
+        let content = bytes
+            .strip_prefix("\u{feff}".as_bytes())
+            .filter(|_| is_at_start)
+            .unwrap_or(bytes);
+        text.clear();
+        for &byte in content {
+            match byte {
+                b'\n' if ends_with_cr => {}
+                b'\r' => text.push(b'\n'),
+                byte => text.push(byte),
+            }
+            ends_with_cr = byte == b'\r';
+        }
+        digest.update(&text);
+        source.consume(n_read);
+        is_at_start = false;
+    }
+}
+
 impl std::fmt::Debug for Summation {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Summation")
@@ -159,6 +193,25 @@ mod tests {
         assert_eq!(sums.len(), FILES.len());
         assert_eq!(sums[SIGNALS_FILE], ABC);
         assert_eq!(sums[FORCE_FILE], EMPTY);
+    }
+
+    #[test]
+    fn line_ends_and_a_byte_order_mark_do_not_change_the_sum_of_a_text() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(FORCE_FILE);
+        let lines: Vec<String> = (0..20_000).map(|i| format!("{i},0.5")).collect();
+        let sum = |end: &str, mark: &str| {
+            fs::write(&path, format!("{mark}{}{end}", lines.join(end))).unwrap();
+            text_sum(&path).unwrap()
+        };
+        let recorded_sum = sum("\n", "");
+        for end in ["\n", "\r\n", "\r"] {
+            assert_eq!(sum(end, ""), recorded_sum);
+            assert_eq!(sum(end, "\u{feff}"), recorded_sum);
+        }
+        assert_ne!(sum("\n\n", ""), recorded_sum);
+        fs::write(&path, "abc").unwrap();
+        assert_eq!(text_sum(&path).unwrap(), ABC);
     }
 
     #[test]

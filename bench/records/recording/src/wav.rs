@@ -3,7 +3,15 @@
 //! `hound` reads and writes WAV too, but its `Drop` discards write errors and it refuses files with inconsistent sizes;
 //! the tests use it as an independent reader and writer.
 
+mod encoding;
+mod riff;
+mod wav_error;
+
 use std::io::{self, Read, Seek, SeekFrom};
+
+use encoding::Encoding;
+use riff::{DataChunk, RiffHeader};
+pub use wav_error::{WavError, WavWarning};
 
 /// Bytes before the first sample in files written by this module.
 pub const HEADER_BYTES: u64 = 58;
@@ -14,10 +22,12 @@ pub const SAMPLE_BYTES: u64 = 4;
 /// Maximum number of sample bytes in a file written by this module: the RIFF size has 32 bits and excludes 8 bytes.
 pub const MAX_DATA_BYTES: u64 = u32::MAX as u64 - (HEADER_BYTES - 8);
 
-/// Maximum number of chunks before the samples, of channels, and sampling rate, Hz, of a file that is read.
-const MAX_CHUNKS: u64 = 1000;
+/// Maximum number of channels, and sampling rate, Hz, of a file that is read.
 const MAX_CHANNELS: u64 = 256;
 const MAX_SAMPLE_RATE_HZ: u64 = 2_000_000;
+
+/// Reciprocal of the shortest tail of zeros with a warning, Hz: converters never read exactly zero that long.
+const ZERO_TAILS_PER_S: u64 = 100;
 
 const TAG_PCM: u16 = 1;
 const TAG_FLOAT: u16 = 3;
@@ -87,155 +97,11 @@ pub fn header(format: AudioFormat, frames: u64) -> [u8; HEADER_BYTES as usize] {
     out
 }
 
-/// Error of reading a WAV file.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum WavError {
-    /// The operating system refused.
-    #[error(transparent)]
-    Io(#[from] io::Error),
-    /// The file is too short for a header, or is not RIFF/WAVE.
-    #[error("not a WAV file: it starts with {found:?} instead of \"RIFF\" … \"WAVE\"")]
-    NotWav {
-        /// First bytes of the file.
-        found: String,
-    },
-    /// The file has a 64-bit or big-endian format related to WAV.
-    #[error("{kind} files are not supported; save it as plain RIFF/WAVE (under 4 GiB)")]
-    Relative {
-        /// `RF64`, `BW64` or `RIFX`.
-        kind: String,
-    },
-    /// A required chunk is missing.
-    #[error("no `{chunk}` chunk before the end of the file")]
-    NoChunk {
-        /// `fmt ` or `data`.
-        chunk: &'static str,
-    },
-    /// The `fmt ` chunk is too short.
-    #[error("the `fmt ` chunk has {bytes} bytes, needed are {needed}")]
-    ShortFormat {
-        /// Bytes in the chunk.
-        bytes: u32,
-        /// Bytes required by the format tag.
-        needed: u32,
-    },
-    /// The samples are neither 16, 24 or 32-bit integers nor 32-bit floats.
-    #[error(
-        "sample format {bits} bits with tag {tag:#06x} is not supported; supported are 16, 24 and 32-bit integer and 32-bit float"
-    )]
-    SampleFormat {
-        /// Format tag; for an extensible format, that of the sub-format.
-        tag: u16,
-        /// Bits per sample.
-        bits: u16,
-    },
-    /// A header field has an impossible value.
-    #[error("the header's {field} is {value}, which is impossible")]
-    Field {
-        /// Name of the field.
-        field: &'static str,
-        /// Value of the field.
-        value: u64,
-    },
-    /// The file exceeds a limit.
-    #[error("its {what} is {value} or more; at most {limit} is read")]
-    OverLimit {
-        /// Limited quantity.
-        what: &'static str,
-        /// Number in the file, as far as it was read.
-        value: u64,
-        /// Limit.
-        limit: u64,
-    },
-}
-
 fn require_limit(what: &'static str, value: u64, limit: u64) -> Result<(), WavError> {
     if value > limit {
         return Err(WavError::OverLimit { what, value, limit });
     }
     Ok(())
-}
-
-/// Defect of a WAV file that can still be read.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum WavWarning {
-    /// The file ends before the length in the header.
-    #[error(
-        "the header declares {declared_bytes} bytes of samples, the file has {present_bytes}: truncated"
-    )]
-    Truncated {
-        /// Bytes according to the header.
-        declared_bytes: u64,
-        /// Bytes in the file.
-        present_bytes: u64,
-    },
-    /// The file is longer than the length in the header: its writer was killed before it updated the header.
-    #[error(
-        "the header declares {declared_bytes} bytes of samples, the file has {present_bytes}: its writer was killed; all of them are read"
-    )]
-    StaleHeader {
-        /// Bytes according to the header.
-        declared_bytes: u64,
-        /// Bytes in the file.
-        present_bytes: u64,
-    },
-    /// The last frame is incomplete.
-    #[error("the last {bytes} bytes are not a whole frame and are left out")]
-    PartialFrame {
-        /// Omitted bytes.
-        bytes: u64,
-    },
-    /// The file has no samples.
-    #[error("no samples")]
-    Empty,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Encoding {
-    I16,
-    I24,
-    I32,
-    F32,
-}
-
-impl Encoding {
-    fn bytes(self) -> u64 {
-        match self {
-            Self::I16 => 2,
-            Self::I24 => 3,
-            Self::I32 | Self::F32 => 4,
-        }
-    }
-
-    /// Appends the samples to `out`; full scale of integers becomes ±1.
-    fn decode(self, bytes: &[u8], out: &mut Vec<f32>) {
-        match self {
-            Self::I16 => out.extend(
-                bytes
-                    .as_chunks()
-                    .0
-                    .iter()
-                    .map(|b| f32::from(i16::from_le_bytes(*b)) / 32_768.0),
-            ),
-            Self::I24 => {
-                out.extend(
-                    bytes.as_chunks().0.iter().map(|&[a, b, c]| {
-                        (i32::from_le_bytes([0, a, b, c]) >> 8) as f32 / 8_388_608.0
-                    }),
-                )
-            }
-            Self::I32 => out.extend(
-                bytes
-                    .as_chunks()
-                    .0
-                    .iter()
-                    .map(|b| i32::from_le_bytes(*b) as f32 / 2_147_483_648.0),
-            ),
-            Self::F32 => out.extend(bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b))),
-        }
-    }
 }
 
 /// Reader of the samples of a WAV file in blocks.
@@ -257,57 +123,15 @@ impl<R: Read + Seek> WavReader<R> {
     pub fn new(mut source: R) -> Result<(Self, Vec<WavWarning>), WavError> {
         let file_bytes = source.seek(SeekFrom::End(0))?;
         source.seek(SeekFrom::Start(0))?;
-        let riff_end = read_riff(&mut source, file_bytes)?;
-        let mut format = None;
-        let mut offset = 12;
-        let mut chunks = 0;
-        let (data_start, declared_bytes) = loop {
-            require_limit("number of chunks before the samples", chunks, MAX_CHUNKS)?;
-            chunks += 1;
-            if offset + 8 > file_bytes {
-                let chunk = if format.is_none() { "fmt " } else { "data" };
-                return Err(WavError::NoChunk { chunk });
-            }
-            source.seek(SeekFrom::Start(offset))?;
-            let id: [u8; 4] = read_array(&mut source)?;
-            let size = u32::from_le_bytes(read_array(&mut source)?);
-            offset += 8;
-            match &id {
-                b"fmt " => format = Some(read_format(&mut source, size, file_bytes - offset)?),
-                b"data" => break (offset, u64::from(size)),
-                _ => {}
-            }
-            offset += u64::from(size) + u64::from(size % 2);
-        };
-        let (format, encoding) = format.ok_or(WavError::NoChunk { chunk: "fmt " })?;
-
-        let mut warnings = Vec::new();
-        let present_bytes = file_bytes - data_start;
-        let data_end = data_start + declared_bytes;
-        // Bytes after the data belong to them only if the RIFF size excludes these bytes too; otherwise they are other
-        // chunks.
-        let padded_end = data_end + declared_bytes % 2;
-        let has_more = file_bytes > padded_end
-            && if declared_bytes == 0 {
-                file_bytes != riff_end
-            } else {
-                file_bytes > riff_end && padded_end >= riff_end
-            };
-        let data_bytes = if declared_bytes > present_bytes {
-            warnings.push(WavWarning::Truncated {
-                declared_bytes,
-                present_bytes,
-            });
-            present_bytes
-        } else if has_more {
-            warnings.push(WavWarning::StaleHeader {
-                declared_bytes,
-                present_bytes,
-            });
-            present_bytes
-        } else {
-            declared_bytes
-        };
+        let header = RiffHeader::read(&mut source)?;
+        let chunk = header.find_data(&mut source, file_bytes, read_format)?;
+        let (data_bytes, warning) = data_bytes(&mut source, file_bytes, &chunk)?;
+        let DataChunk {
+            format: (format, encoding),
+            start: data_start,
+            ..
+        } = chunk;
+        let mut warnings = Vec::from_iter(warning);
         let frame_bytes = u64::from(format.channels) * encoding.bytes();
         let frames = data_bytes / frame_bytes;
         if data_bytes % frame_bytes != 0 {
@@ -318,6 +142,16 @@ impl<R: Read + Seek> WavReader<R> {
         if frames == 0 {
             warnings.push(WavWarning::Empty);
         }
+        let zero_frames = zero_tail(&mut source, data_start, frames, frame_bytes)?;
+        if zero_frames > u64::from(format.sample_rate_hz) / ZERO_TAILS_PER_S {
+            warnings.push(WavWarning::ZeroTail {
+                first_frame: frames - zero_frames,
+                frames: zero_frames,
+                sample_rate_hz: format.sample_rate_hz,
+            });
+        }
+        source.seek(SeekFrom::Start(data_start))?;
+        let encoding = encoding.resolve(Read::by_ref(&mut source).take(frames * frame_bytes))?;
         source.seek(SeekFrom::Start(data_start))?;
         let reader = Self {
             source,
@@ -362,24 +196,61 @@ impl<R: Read + Seek> WavReader<R> {
     }
 }
 
-/// Reads the 12 bytes of the RIFF header; returns the end of the RIFF chunk by its declared size, without pad byte.
-fn read_riff<R: Read>(source: &mut R, file_bytes: u64) -> Result<u64, WavError> {
-    let mut start = Vec::new();
-    source.take(12).read_to_end(&mut start)?;
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    match start.first_chunk::<4>() {
-        Some(kind @ (b"RF64" | b"BW64" | b"RIFX")) => {
-            return Err(WavError::Relative { kind: text(kind) });
-        }
-        Some(b"RIFF") if file_bytes >= 12 && start[8..] == *b"WAVE" => {}
-        _ => {
-            return Err(WavError::NotWav {
-                found: text(&start),
-            });
+/// Returns the bytes of samples in the file, and a warning if they are not those of the header. Bytes after the declared
+/// ones belong to the samples if the RIFF size excludes them too, and they are not tags.
+fn data_bytes<R: Read + Seek, F>(
+    source: &mut R,
+    file_bytes: u64,
+    chunk: &DataChunk<F>,
+) -> io::Result<(u64, Option<WavWarning>)> {
+    let present_bytes = file_bytes - chunk.start;
+    let Some(declared_bytes) = chunk.declared_bytes else {
+        return Ok((present_bytes, Some(WavWarning::NoLength { present_bytes })));
+    };
+    if declared_bytes > present_bytes {
+        let warning = WavWarning::Truncated {
+            declared_bytes,
+            present_bytes,
+        };
+        return Ok((present_bytes, Some(warning)));
+    }
+    let padded_end = riff::chunk_end(source, chunk.start, declared_bytes, file_bytes)?;
+    let has_more = file_bytes > padded_end
+        && if declared_bytes == 0 {
+            file_bytes != chunk.riff_end
+        } else {
+            file_bytes > chunk.riff_end && padded_end >= chunk.riff_end
+        };
+    if has_more && !riff::are_tags(source, padded_end, file_bytes)? {
+        let warning = WavWarning::StaleHeader {
+            declared_bytes,
+            present_bytes,
+        };
+        return Ok((present_bytes, Some(warning)));
+    }
+    Ok((declared_bytes, None))
+}
+
+/// Returns the number of frames at the end with all bytes zero, of `frames` frames from the offset `start` on.
+fn zero_tail<R: Read + Seek>(
+    source: &mut R,
+    start: u64,
+    frames: u64,
+    frame_bytes: u64,
+) -> io::Result<u64> {
+    let most_frames = (1 << 16) / frame_bytes + 1;
+    let (mut frames_left, mut bytes) = (frames, Vec::new());
+    while frames_left > 0 {
+        let n_frames = frames_left.min(most_frames);
+        frames_left -= n_frames;
+        bytes.resize((n_frames * frame_bytes) as usize, 0);
+        source.seek(SeekFrom::Start(start + frames_left * frame_bytes))?;
+        source.read_exact(&mut bytes)?;
+        if let Some(last) = bytes.iter().rposition(|byte| *byte != 0) {
+            return Ok(frames - frames_left - (last as u64 / frame_bytes + 1));
         }
     }
-    let size = u32::from_le_bytes([start[4], start[5], start[6], start[7]]);
-    Ok(8 + u64::from(size))
+    Ok(frames)
 }
 
 fn read_format<R: Read>(
@@ -401,20 +272,19 @@ fn read_format<R: Read>(
     let _byte_rate: [u8; 4] = read_array(source)?;
     let frame_bytes = u16::from_le_bytes(read_array(source)?);
     let bits = u16::from_le_bytes(read_array(source)?);
+    let mut valid_bits = bits;
     if tag == TAG_EXTENSIBLE {
         if usable_bytes < 40 {
             return Err(short_format(40));
         }
-        let _size_valid_bits_and_mask: [u8; 8] = read_array(source)?;
+        let _size: [u8; 2] = read_array(source)?;
+        match u16::from_le_bytes(read_array(source)?) {
+            0 => {}
+            stated => valid_bits = stated.min(bits),
+        }
+        let _channel_mask: [u8; 4] = read_array(source)?;
         tag = u16::from_le_bytes(read_array(source)?);
     }
-    let encoding = match (tag, bits) {
-        (TAG_PCM, 16) => Encoding::I16,
-        (TAG_PCM, 24) => Encoding::I24,
-        (TAG_PCM, 32) => Encoding::I32,
-        (TAG_FLOAT, 32) => Encoding::F32,
-        _ => return Err(WavError::SampleFormat { tag, bits }),
-    };
     if channels == 0 {
         return Err(WavError::Field {
             field: "number of channels",
@@ -433,12 +303,21 @@ fn read_format<R: Read>(
         sample_rate_hz.into(),
         MAX_SAMPLE_RATE_HZ,
     )?;
-    if u64::from(frame_bytes) != u64::from(channels) * encoding.bytes() {
+    let is_float = tag == TAG_FLOAT;
+    if !is_float && tag != TAG_PCM {
+        return Err(WavError::SampleFormat { tag, bits });
+    }
+    let sample_bytes = u64::from(frame_bytes) / u64::from(channels);
+    let is_whole = u64::from(frame_bytes) == u64::from(channels) * sample_bytes;
+    if !is_whole || sample_bytes * 8 < u64::from(bits) {
         return Err(WavError::Field {
             field: "bytes per frame",
             value: u64::from(frame_bytes),
         });
     }
+    let used_bits = if is_float { bits } else { valid_bits };
+    let encoding = Encoding::new(is_float, used_bits, sample_bytes)
+        .ok_or(WavError::SampleFormat { tag, bits })?;
     Ok((
         AudioFormat {
             sample_rate_hz,

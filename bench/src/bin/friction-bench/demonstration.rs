@@ -17,8 +17,8 @@ pub fn run(options: &DemoOptions, verbosity: Verbosity) -> anyhow::Result<ExitCo
         Verbosity::Normal => &[],
         Verbosity::Verbose => &["--verbose"],
     };
-    let stdout = std::io::stdout();
-    let bold = stdout.is_terminal();
+    let bold = std::io::stdout().is_terminal();
+    let stdout = standard_streams::stdout();
     Ok(
         match demo::run(options, (&program, arg0), verbosity_flags, stdout, bold)? {
             DemoEnd::Completed => ExitCode::SUCCESS,

@@ -2,6 +2,7 @@
 
 mod demonstration;
 mod discovery;
+mod output;
 mod participant;
 mod printed;
 #[cfg_attr(not(target_os = "linux"), path = "no_gpio.rs")]
@@ -21,8 +22,8 @@ use config::{AudioHost, Config, ConfigError, Effective};
 use devices::Hardware;
 use devices::claim::Claim;
 use drill::rehearsed;
+use escaping::escaped_line;
 use escaping::quoted;
-use escaping::{escaped, escaped_line};
 use faults::RehearsedFault;
 use friction_bench::apparatus::{BenchHardware, pace};
 use friction_bench::cli::{
@@ -35,6 +36,7 @@ use friction_bench::{
     analyze, calibrate as calibration, drilling, ending, estop, exclude, forget, monitor, privacy,
     protocol_outlook, verify,
 };
+use output::{print, print_data};
 use preflight::Extent;
 use signalgen::audio::{HostChoice, open_host};
 use tasks::{Schedule, SystemClock};
@@ -48,19 +50,11 @@ fn main() -> ExitCode {
         let cli = Cli::read();
         let verbosity = Verbosity::from(cli.printing);
         let result = dispatch(cli.command, verbosity);
+        output::warn_of_disks();
         let took_s = began.elapsed().as_secs_f64();
         verbosity.note(format_args!("took {took_s:.1} s"));
         result
     })
-}
-
-/// Prints to standard output, escaped for terminals; if its reader closed it, the program ends without an error message,
-/// see [`ending::run`].
-fn print(text: impl AsRef<[u8]>) -> anyhow::Result<()> {
-    let mut stdout = std::io::stdout().lock();
-    let text = String::from_utf8_lossy(text.as_ref());
-    stdout.write_all(escaped(&text).as_bytes())?;
-    Ok(stdout.flush()?)
 }
 
 fn passed_or_failed(passed: bool) -> ExitCode {
@@ -97,11 +91,12 @@ fn dispatch(command: Command, verbosity: Verbosity) -> anyhow::Result<ExitCode> 
             }
             Ok(ExitCode::SUCCESS)
         }
-        Command::Schema { .. }
-        | Command::Completions { .. }
-        | Command::Manual { .. }
-        | Command::Messages(_) => {
+        Command::Messages(_) => {
             print(printed::text(&command)?)?;
+            Ok(ExitCode::SUCCESS)
+        }
+        Command::Schema { .. } | Command::Completions { .. } | Command::Manual { .. } => {
+            print_data(printed::text(&command)?)?;
             Ok(ExitCode::SUCCESS)
         }
     }
@@ -120,7 +115,7 @@ fn configuration(
     if let (None, Some(scenario)) = (&options.config, &scenario) {
         let text = simulated::config(scenario);
         if options.print_config {
-            print(text)?;
+            print_data(text)?;
             return Ok(None);
         }
         verbosity.note(format_args!("configuration: the simulated bench's own"));
@@ -139,7 +134,7 @@ fn configuration(
             .map_or_else(|error| bounded_files::refusal(&error).is_none(), |_| true)
     };
     if options.print_config && options.config.is_none() && unwritten() {
-        print(config::TEMPLATE)?;
+        print_data(config::TEMPLATE)?;
         return Ok(None);
     }
     let config = Config::read(path).map_err(|error| match &error {
@@ -149,7 +144,7 @@ fn configuration(
         _ => error.into(),
     })?;
     if options.print_config {
-        print(config.to_toml()?)?;
+        print_data(config.to_toml()?)?;
         return Ok(None);
     }
     verbosity.note(format_args!("configuration: {}", path.display()));
@@ -180,7 +175,7 @@ fn faults(
     faults.extend(&typed.faults);
     rehearsed::require_possible(&faults, config, options.mock.is_some())?;
     if let Some(notice) = rehearsed::notice(&rehearsed::words(&faults)) {
-        let _ = writeln!(std::io::stderr(), "friction-bench: {notice}");
+        let _ = writeln!(standard_streams::stderr(), "friction-bench: {notice}");
     }
     Ok(faults)
 }
@@ -364,6 +359,9 @@ fn require_terminal(headless: bool) -> anyhow::Result<()> {
     if !headless && !std::io::stdout().is_terminal() {
         anyhow::bail!("the dashboard needs a terminal; without one add --headless");
     }
+    if !headless && tui::terminal_is_dumb() {
+        return Err(tui::TerminalError::Dumb.into());
+    }
     Ok(())
 }
 
@@ -401,8 +399,12 @@ fn run(options: &Run, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     )?;
     apparatus.displays = displays;
     let (study, participant) = (plan.study.clone(), plan.participant.clone());
-    let (report, kept_up) = run::run(plan, apparatus, run::terminal_front(std::io::stdout()))?;
-    let mut stdout = std::io::stdout();
+    let (report, kept_up) = run::run(
+        plan,
+        apparatus,
+        run::terminal_front(standard_streams::stdout()),
+    )?;
+    let mut stdout = standard_streams::stdout();
     for line in run::report_lines(&report, &kept_up, &study, &participant) {
         // A closed output does not change the end of the session.
         let _ = writeln!(stdout, "{}", escaped_line(&line));
@@ -436,7 +438,7 @@ fn watch(options: &Monitor, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
         None,
         &faults,
     )?;
-    let completed = monitor::run(plan, apparatus, std::io::stdout())?;
+    let completed = monitor::run(plan, apparatus, standard_streams::stdout())?;
     Ok(passed_or_failed(completed))
 }
 
@@ -467,7 +469,8 @@ fn rehearse(options: &Drill, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
             hand: apparatus.fault_hand,
         })
     };
-    let (record, lines) = drilling::run(&course, options, &config, open, std::io::stdout())?;
+    let (record, lines) =
+        drilling::run(&course, options, &config, open, standard_streams::stdout())?;
     for line in lines {
         print(format!("{}\n", escaped_line(&line)))?;
     }
@@ -488,6 +491,7 @@ fn calibrate(options: &Calibrate, verbosity: Verbosity) -> anyhow::Result<ExitCo
     let Some(config) = configuration(&measure.hardware, verbosity)? else {
         return Ok(ExitCode::SUCCESS);
     };
+    require_terminal(!measure.attended())?;
     let faults = faults(&config, &measure.hardware, &measure.rehearsal)?;
     let drives = !matches!(options, Calibrate::Force(_));
     // Opened once all typed values have been checked.
@@ -513,11 +517,11 @@ fn calibrate(options: &Calibrate, verbosity: Verbosity) -> anyhow::Result<ExitCo
             calibration::channels(config, options, verbosity, delays_s, open)?
         }
     };
-    print(if measure.json {
-        report.to_json()?
+    if measure.json {
+        print_data(report.to_json()?)?;
     } else {
-        report.to_text()
-    })?;
+        print(report.to_text())?;
+    }
     Ok(passed_or_failed(report.passed))
 }
 
@@ -532,7 +536,7 @@ fn play(options: &replay::ReplayOptions, verbosity: Verbosity) -> anyhow::Result
     let plan = replay::ReplayPlan::new(options)?;
     verbosity.note(format_args!("recording: {}", options.recording.display()));
     require_terminal(options.headless)?;
-    let report = replay::run(plan, std::io::stdout())?;
+    let report = replay::run(plan, standard_streams::stdout())?;
     for line in report.lines() {
         print(format!("{}\n", escaped_line(&line)))?;
     }
@@ -569,7 +573,10 @@ fn checked(options: &Check, verbosity: Verbosity) -> anyhow::Result<Option<prefl
         Extent::Whole {
             study: options.study.clone(),
             session_bytes: protocol_check::session_bytes(bench.config(), &file.protocol),
-            dashboard: !simulated && !options.json && std::io::stdout().is_terminal(),
+            dashboard: !simulated
+                && !options.json
+                && std::io::stdout().is_terminal()
+                && !tui::terminal_is_dumb(),
         }
     };
     let pace = pace(bench.config(), &options.hardware);
@@ -577,11 +584,11 @@ fn checked(options: &Check, verbosity: Verbosity) -> anyhow::Result<Option<prefl
         Ok(apparatus(bench.config(), &options.hardware, speed, None, &faults)?.hardware)
     })
     .table;
-    print(if options.json {
-        table.to_json()?
+    if options.json {
+        print_data(table.to_json()?)?;
     } else {
-        table.to_text()
-    })?;
+        print(table.to_text())?;
+    }
     Ok(Some(table))
 }
 
@@ -589,7 +596,7 @@ fn checked(options: &Check, verbosity: Verbosity) -> anyhow::Result<Option<prefl
 fn protocol(options: &cli::ProtocolOptions, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     let Some(cli::ProtocolCommand::Check(options)) = &options.command else {
         let name = options.template.as_ref().and_then(Option::as_deref);
-        print(protocol_outlook::template(name)?)?;
+        print_data(protocol_outlook::template(name)?)?;
         return Ok(ExitCode::SUCCESS);
     };
     let hardware = &options.hardware;
@@ -641,10 +648,10 @@ fn init(options: &setup::InitOptions, verbosity: Verbosity) -> anyhow::Result<Ex
 
 fn list(options: &Devices) -> anyhow::Result<ExitCode> {
     let listing = discovery::listing(options.mock.then_some("nominal"))?;
-    print(if options.json {
-        listing.to_json()?
+    if options.json {
+        print_data(listing.to_json()?)?;
     } else {
-        listing.to_text()
-    })?;
+        print(listing.to_text())?;
+    }
     Ok(ExitCode::SUCCESS)
 }

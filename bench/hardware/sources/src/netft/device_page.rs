@@ -14,7 +14,12 @@ const LIMIT_BYTES: u64 = 256 * 1024;
 pub struct DevicePage {
     /// Counts per newton.
     pub counts_per_n: f64,
+    /// Records that the device sends a second, RDT Output Rate.
+    pub stated_hz: Option<f64>,
 }
+
+/// Force units in the order of the codes of `cfgfu`, from 1 on (ATI 9620-05-NET FT).
+const FORCE_UNITS: [&str; 6] = ["lbf", "N", "klbf", "kN", "kg", "g"];
 
 /// Reason why the page cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -87,22 +92,51 @@ impl DevicePage {
             element.text().map(str::trim)
         };
         let setting_error = |why: String| PageError::Setting { address, why };
-        let unit = setting("scfgfu").unwrap_or("N");
-        if unit != "N" {
-            return Err(setting_error(format!(
-                "the device counts in {unit}: set its force unit to N on its page of configurations"
-            )));
+        require_newtons(setting("scfgfu"), setting("cfgfu")).map_err(setting_error)?;
+        let is_off = |state: &str| state == "0" || state.eq_ignore_ascii_case("disabled");
+        if setting("comrdte").is_some_and(is_off) {
+            return Err(setting_error(
+                "the device does not send: enable RDT on its page Communications".to_owned(),
+            ));
         }
+        let stated_hz = setting("comrdtrate")
+            .and_then(|rate| rate.parse().ok())
+            .filter(|rate_hz| (1.0..=1e6).contains(rate_hz));
         let counts = setting("cfgcpf")
             .or_else(|| setting("calcpf"))
             .ok_or_else(|| setting_error("the counts per force, cfgcpf, are missing".to_owned()))?;
         match counts.parse() {
-            Ok(counts_per_n) if (1.0..=1e9).contains(&counts_per_n) => Ok(Self { counts_per_n }),
+            Ok(counts_per_n) if (1.0..=1e9).contains(&counts_per_n) => Ok(Self {
+                counts_per_n,
+                stated_hz,
+            }),
             _ => Err(setting_error(format!(
                 "{counts} counts per force are out of 1 to 1e9"
             ))),
         }
     }
+}
+
+/// Requires the page's force unit, by its name `scfgfu` and its code `cfgfu`, to be the newton.
+fn require_newtons(name: Option<&str>, code: Option<&str>) -> Result<(), String> {
+    let name = name.filter(|name| !name.is_empty());
+    let code = code.filter(|code| !code.is_empty());
+    let coded_name = |code: &str| {
+        let index = code.parse::<usize>().ok()?.checked_sub(1)?;
+        FORCE_UNITS.get(index).copied()
+    };
+    let fault = match (name, code) {
+        (None, None) => "the page states no force unit".to_owned(),
+        (Some(name), _) if name != "N" => format!("the device counts in {name}"),
+        (_, Some(code)) if coded_name(code) != Some("N") => format!(
+            "the device counts in {} (cfgfu = {code})",
+            coded_name(code).unwrap_or("an unknown unit")
+        ),
+        _ => return Ok(()),
+    };
+    Err(format!(
+        "{fault}: set its force unit to N on its page of configurations"
+    ))
 }
 
 /// Returns the whole answer; the server closes the connection.
@@ -150,9 +184,28 @@ mod tests {
     fn the_counts_per_newton_are_read_from_the_page() {
         let page = page_from(
             "HTTP/1.0 200 OK\r\nContent-Type: text/xml\r\n\r\n<?xml version=\"1.0\"?><netftapi2><runstat>0x00000000</runstat>\
-             <scfgfu>N</scfgfu><cfgcpf>1000000</cfgcpf><cfgcpt>1000000</cfgcpt></netftapi2>\n",
+             <scfgfu>N</scfgfu><cfgcpf>1000000</cfgcpf><cfgcpt>1000000</cfgcpt><comrdte>Enabled</comrdte>\
+             <comrdtrate>100</comrdtrate></netftapi2>\n",
         );
-        assert_eq!(page.unwrap(), DevicePage { counts_per_n: 1e6 });
+        let expected = DevicePage {
+            counts_per_n: 1e6,
+            stated_hz: Some(100.0),
+        };
+        assert_eq!(page.unwrap(), expected);
+    }
+
+    #[test]
+    fn the_force_unit_is_never_assumed() {
+        let fault = |name, code| require_newtons(name, code).err().unwrap_or_default();
+        assert_eq!(fault(Some("N"), None), "");
+        assert_eq!(fault(Some("N"), Some("2")), "");
+        assert_eq!(fault(None, Some("2")), "");
+        assert!(fault(None, Some("1")).contains("lbf (cfgfu = 1)"));
+        assert!(fault(None, Some("6")).contains("counts in g "));
+        assert!(fault(None, Some("9")).contains("unknown unit"));
+        assert!(fault(Some("lbf"), Some("2")).contains("counts in lbf"));
+        assert!(fault(Some("N"), Some("1")).contains("lbf"));
+        assert!(fault(Some(""), None).contains("no force unit"));
     }
 
     #[test]
@@ -171,8 +224,10 @@ mod tests {
         for page in [
             "HTTP/1.0 200 OK\r\n\r\n<a><scfgfu>lbf</scfgfu><cfgcpf>1000</cfgcpf></a>",
             "HTTP/1.0 200 OK\r\n\r\n<a><scfgfu>N</scfgfu></a>",
-            "HTTP/1.0 200 OK\r\n\r\n<a><cfgcpf>0</cfgcpf></a>",
-            "HTTP/1.0 200 OK\r\n\r\n<a><cfgcpf>NaN</cfgcpf></a>",
+            "HTTP/1.0 200 OK\r\n\r\n<a><cfgcpf>1000000</cfgcpf></a>",
+            "HTTP/1.0 200 OK\r\n\r\n<a><scfgfu>N</scfgfu><cfgcpf>0</cfgcpf></a>",
+            "HTTP/1.0 200 OK\r\n\r\n<a><scfgfu>N</scfgfu><cfgcpf>NaN</cfgcpf></a>",
+            "HTTP/1.0 200 OK\r\n\r\n<a><scfgfu>N</scfgfu><cfgcpf>1000</cfgcpf><comrdte>Disabled</comrdte></a>",
         ] {
             assert!(
                 matches!(page_from(page), Err(PageError::Setting { .. })),

@@ -38,6 +38,8 @@ const MOST_DATAGRAMS: usize = 128;
 pub struct NetForce {
     socket: UdpSocket,
     counts_per_n: f64,
+    /// Records a second by the device's page.
+    stated_hz: Option<f64>,
     sample_hz: f64,
     axes: [SixAxis; 2],
     corrector: Corrector,
@@ -86,15 +88,20 @@ pub fn open_net(
             netft.address
         )
     })?;
-    let counts_per_n = match netft.counts_per_n {
-        Some(counts_per_n) => counts_per_n,
+    let DevicePage {
+        counts_per_n,
+        stated_hz,
+    } = match netft.counts_per_n {
+        Some(counts_per_n) => DevicePage {
+            counts_per_n,
+            stated_hz: None,
+        },
         None => {
             let page = SocketAddr::new(address.ip(), PAGE_PORT);
-            let page = DevicePage::ask(page, PAGE_PATIENCE).context(
+            DevicePage::ask(page, PAGE_PATIENCE).context(
                 "the Net F/T does not say how many counts a newton is: check force.netft.address in bench.toml, or state \
                  force.netft.counts_per_n there",
-            )?;
-            page.counts_per_n
+            )?
         }
     };
     let wildcard: SocketAddr = if address.is_ipv4() {
@@ -119,6 +126,7 @@ pub fn open_net(
     Ok(NetForce {
         socket,
         counts_per_n,
+        stated_hz,
         sample_hz: netft.sample_hz,
         axes: [netft.normal, netft.lateral],
         corrector: Corrector::new(correction, range_n),
@@ -287,6 +295,10 @@ impl ForceSource for NetForce {
             clock: Some(self.clock.state()),
             pace: self.pace.pace(),
         }
+    }
+
+    fn stated_hz(&self) -> Option<f64> {
+        self.stated_hz
     }
 
     fn nonsense(&mut self, now_ns: u64) -> Nonsense {

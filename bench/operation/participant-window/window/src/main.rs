@@ -29,7 +29,10 @@ fn main() -> ExitCode {
         Ok(Err(message)) => {
             let message = escaping::escaped_line(&message);
             // An error of standard error itself is ignored.
-            let _ = writeln!(std::io::stderr(), "friction-bench-participant: {message}");
+            let _ = writeln!(
+                standard_streams::stderr(),
+                "friction-bench-participant: {message}"
+            );
             ExitCode::from(2)
         }
     }
@@ -54,7 +57,7 @@ fn open() -> Result<(), String> {
     std::panic::set_hook(Box::new(|info| {
         let line = format!("an error in the program itself: {info}");
         let _ = writeln!(
-            std::io::stderr(),
+            standard_streams::stderr(),
             "friction-bench-participant: {}",
             escaping::escaped_line(&line.replace('\n', " "))
         );

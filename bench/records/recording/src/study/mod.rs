@@ -19,7 +19,7 @@ mod session_folder;
 mod study_error;
 mod table_lines;
 
-use std::fs::{self, File};
+use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -36,7 +36,9 @@ pub use study_error::{DESCRIPTION_FILE, EXCLUSIONS_FILE, PARTICIPANTS_FILE, Stud
 pub use table_lines::{TableLine, table_lines};
 
 use crate::disk::{self, DiskError, OnPath};
-use crate::lock::Lock;
+use crate::disk_limit::{self, DiskLimit};
+use crate::lock::{HeldLock, Lock};
+use crate::rights;
 use crate::storage::{FileSystem, Storage};
 
 /// Lock file of the instance that uses the study.
@@ -70,7 +72,7 @@ pub struct Study {
     folder: PathBuf,
     storage: Arc<dyn Storage>,
     description: Description,
-    _lock: Option<File>,
+    _lock: Option<HeldLock>,
 }
 
 impl Study {
@@ -87,6 +89,9 @@ impl Study {
             });
         }
         let lock = lock(folder)?;
+        if !rights::are_kept(folder) {
+            disk_limit::note(DiskLimit::Rights, folder);
+        }
         Self::open_locked(Arc::new(FileSystem), folder, generated_by, Some(lock))
     }
 
@@ -106,7 +111,7 @@ impl Study {
         storage: Arc<dyn Storage>,
         folder: &Path,
         generated_by: GeneratedBy,
-        lock: Option<File>,
+        lock: Option<HeldLock>,
     ) -> Result<Self, StudyError> {
         let description_path = folder.join(DESCRIPTION_FILE);
         if !disk::exists(&*storage, &description_path)? {
@@ -323,9 +328,11 @@ fn study_name(folder: &Path) -> String {
 
 /// Returns whether a folder contains only a lock, left by an instance that was killed while creating the study.
 fn is_unused(folder: &Path) -> Result<bool, StudyError> {
-    Ok(disk::entries(folder)?
-        .iter()
-        .all(|name| name == LOCK_FILE || name.strip_suffix(".tmp") == Some(DESCRIPTION_FILE)))
+    Ok(disk::entries(folder)?.iter().all(|name| {
+        name.starts_with(LOCK_FILE)
+            || name == rights::PROBE_FILE
+            || name.strip_suffix(".tmp") == Some(DESCRIPTION_FILE)
+    }))
 }
 
 fn create_description(
@@ -352,10 +359,18 @@ fn read_description(storage: &dyn Storage, path: &Path) -> Result<Description, S
 }
 
 /// Takes the study's lock.
-fn lock(folder: &Path) -> Result<File, StudyError> {
+fn lock(folder: &Path) -> Result<HeldLock, StudyError> {
     match Lock::try_take(&folder.join(LOCK_FILE))? {
-        Lock::Taken(file) => Ok(file),
-        Lock::Held { holder } => Err(StudyError::InUse {
+        Lock::Taken(lock) => Ok(lock),
+        Lock::Held {
+            holder,
+            mark: Some(mark),
+        } => Err(StudyError::Marked {
+            path: folder.to_owned(),
+            mark,
+            holder,
+        }),
+        Lock::Held { holder, mark: None } => Err(StudyError::InUse {
             path: folder.to_owned(),
             holder,
         }),

@@ -85,6 +85,19 @@ pub enum StudyError {
         /// Process that holds the lock, if known.
         holder: Option<u32>,
     },
+    /// A disk without file locks has a file that says that another instance uses the study.
+    #[error(
+        "study {} is marked as in use by another friction-bench{}: quit that one first; if it has ended, on every computer, remove {}",
+        path.display(), lock::holder(*.holder), mark.display()
+    )]
+    Marked {
+        /// The study.
+        path: PathBuf,
+        /// The file.
+        mark: PathBuf,
+        /// Process that created the file, if known.
+        holder: Option<u32>,
+    },
     /// The session exists already.
     #[error(
         "{} exists already and is never overwritten; go on with it by `--resume`, or begin session {next} by `--new-session`",

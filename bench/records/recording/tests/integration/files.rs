@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::support::{FORMAT_2, force_rows, manifest, ramp, read_all, write_data};
+use crate::support::{FORMAT_2, force_rows, manifest, position_rows, ramp, read_all, write_data};
 use recording::DiskError;
 use recording::manifest::{
     Direction, End, EventKind, ManifestError, RecordedInterval, RecordedIntervalKind,
@@ -356,6 +356,60 @@ fn other_chunks_around_the_samples_are_passed_over() {
 
 /// Fault 38.
 #[test]
+fn a_half_copied_file_is_named_with_its_end() {
+    let temp = tempfile::tempdir().unwrap();
+    let folder = temp.path().join("r");
+    let mut writer = RecordingWriter::create(&folder, manifest(), FORMAT_2).unwrap();
+    writer.write_audio(&ramp(1, 192_000)).unwrap();
+    writer.write_force(&force_rows(0, 10_000)).unwrap();
+    writer.write_position(&position_rows(0, 1000)).unwrap();
+    writer.finish(Ending::Completed).unwrap();
+    let warnings = || {
+        let reader = RecordingReader::open(&folder).unwrap();
+        let mut force = reader.force().unwrap();
+        let rows = force.by_ref().map(Result::unwrap).count();
+        assert!(rows > 0);
+        [reader.warnings(), &force.warnings()].concat()
+    };
+    assert_eq!(warnings(), []);
+
+    let path = folder.join(FORCE_FILE);
+    let text = fs::read(&path).unwrap();
+    let part = &text[..text.len() / 2];
+    fs::write(&path, part).unwrap();
+    let words: Vec<String> = warnings().iter().map(ToString::to_string).collect();
+    let ends = words.iter().any(|words| {
+        words.contains("force.csv: its rows end at 0.") && words.contains("recording at 1.000 s")
+    });
+    assert!(ends, "{words:?}");
+    fs::write(
+        &path,
+        [part, &vec![0; text.len() - part.len()][..]].concat(),
+    )
+    .unwrap();
+    let zeroed = |warning: &Warning| matches!(warning, Warning::ZeroedRows { .. });
+    assert!(warnings().iter().any(zeroed), "{:?}", warnings());
+    fs::write(&path, &text).unwrap();
+
+    let path = folder.join(SIGNALS_FILE);
+    let mut samples = fs::read(&path).unwrap();
+    let begin = samples.len() / 8 * 6;
+    samples[begin..].fill(0);
+    fs::write(&path, &samples).unwrap();
+    let warnings = warnings();
+    let [Warning::Signals(WavWarning::ZeroTail { frames, .. })] = warnings[..] else {
+        panic!("{warnings:?}");
+    };
+    assert!(frames.abs_diff(48_000) < 10, "{frames}");
+    assert!(
+        warnings[0].to_string().contains("from 0.750 s on"),
+        "{}",
+        warnings[0]
+    );
+}
+
+/// Fault 38.
+#[test]
 fn every_damage_of_the_audio_file_has_its_name() {
     let temp = tempfile::tempdir().unwrap();
     let folder = temp.path().join("r");
@@ -367,15 +421,18 @@ fn every_damage_of_the_audio_file_has_its_name() {
         bytes[offset..offset + new.len()].copy_from_slice(new);
         bytes
     };
-    let cases: [(Vec<u8>, &str); 11] = [
+    let cases: [(Vec<u8>, &str); 14] = [
         (Vec::new(), "not a WAV"),
         (intact[..11].to_vec(), "not a WAV"),
-        (damaged(0, b"RF64"), "RF64"),
+        (damaged(0, b"RIFX"), "RIFX"),
+        (damaged(0, b"fLaC"), "FLAC: save"),
+        (b"/annex/objects/MD5E-s8--0.wav".to_vec(), "git annex get"),
+        (damaged(20, &[7]), "(µ-law), which are not read: save"),
         (damaged(12, b"tmf "), "no `fmt ` chunk"),
         (intact[..50].to_vec(), "no `data` chunk"),
         (damaged(16, &[4]), "4 bytes"),
-        (damaged(20, &[85]), "0x0055"),
-        (damaged(34, &[64]), "64 bits"),
+        (damaged(20, &[85]), "MP3"),
+        (damaged(34, &[64]), "bytes per frame is 8"),
         (damaged(22, &[0]), "number of channels is 0"),
         (damaged(24, &[0, 0, 0]), "sample rate is 0"),
         (damaged(32, &[7]), "bytes per frame is 7"),
@@ -388,7 +445,8 @@ fn every_damage_of_the_audio_file_has_its_name() {
                 error,
                 ReadError::Wav {
                     reason: WavError::NotWav { .. }
-                        | WavError::Relative { .. }
+                        | WavError::Elsewhere(_)
+                        | WavError::OtherFormat { .. }
                         | WavError::NoChunk { .. }
                         | WavError::ShortFormat { .. }
                         | WavError::SampleFormat { .. }

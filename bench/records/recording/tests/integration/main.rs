@@ -4,6 +4,7 @@
 mod damage;
 mod files;
 mod limits;
+mod other_writers;
 #[cfg(unix)]
 mod process;
 mod recorder;

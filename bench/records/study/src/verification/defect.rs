@@ -13,14 +13,24 @@ pub enum RecordingDefect {
     #[error("its folder is missing")]
     NoFolder,
     /// A file is missing.
-    #[error("{file} is missing")]
+    #[error("{file} is missing{reason}")]
     NoFile {
         /// The file.
         file: String,
+        /// Reason and remedy as the end of the sentence, if known.
+        reason: String,
     },
     /// The SHA-256 of a file differs from the one in the log.
     #[error("{file} has changed since it was recorded: its SHA-256 differs from the log's")]
     SumDiffers {
+        /// The file.
+        file: String,
+    },
+    /// The SHA-256 of a file differs from the one in the log only by the line ends.
+    #[error(
+        "{file} is not as it was recorded: its line ends changed, as by git's core.autocrlf; no number changed, and `analyze` reads it"
+    )]
+    LineEndsDiffer {
         /// The file.
         file: String,
     },

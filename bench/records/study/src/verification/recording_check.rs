@@ -3,18 +3,26 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use bounded_files::ContentStore;
+
 use crate::verification::defect::RecordingDefect;
 use recording::manifest::{End, EventKind, Manifest, RecordedIntervalKind};
 use recording::reader::{ReadError, RecordingReader, RowReader, Warning};
 use recording::storage::FileSystem;
-use recording::sums::{FILES, Summation, Sums};
+use recording::sums::{FILES, Summation, Sums, text_sum};
 use recording::wav::WavWarning;
-use recording::{FORCE_FILE, POSITION_FILE};
+use recording::{FORCE_FILE, POSITION_FILE, SIGNALS_FILE};
 
 /// Frames per read.
 const BLOCK_FRAMES: usize = 1 << 14;
 /// Longest gap in the readings of a continuously sending sensor within an exploration, s.
 const LONGEST_GAP_S: f64 = 0.5;
+/// Events that explain missing rows.
+const LOSS_KINDS: [EventKind; 3] = [
+    EventKind::ForceLost,
+    EventKind::Gap,
+    EventKind::TimeDisorder,
+];
 /// Bytes hashed per read.
 const SUM_BYTES: usize = 1 << 24;
 
@@ -36,9 +44,12 @@ pub struct RecordingCheck {
 pub fn check(folder: &Path, sums: Option<&Sums>) -> RecordingCheck {
     let mut check = RecordingCheck::default();
     for file in FILES {
-        if !folder.join(file).is_file() {
+        let path = folder.join(file);
+        let store = ContentStore::find(&path);
+        if store.is_some() || !path.is_file() {
+            let reason = store.map_or_else(String::new, |store| format!(": {store}"));
             let file = file.to_owned();
-            check.defects.push(RecordingDefect::NoFile { file });
+            check.defects.push(RecordingDefect::NoFile { file, reason });
         }
     }
     // Any further defects would follow from these.
@@ -75,9 +86,15 @@ impl RecordingCheck {
         let differences = sums
             .iter()
             .filter(|(file, sum)| actual_sums.get(*file) != Some(*sum));
-        self.defects.extend(
-            differences.map(|(file, _)| RecordingDefect::SumDiffers { file: file.clone() }),
-        );
+        self.defects.extend(differences.map(|(file, sum)| {
+            let file = file.clone();
+            let text_sum = text_sum(&folder.join(&file)).ok();
+            if file != SIGNALS_FILE && text_sum.as_ref() == Some(sum) {
+                RecordingDefect::LineEndsDiffer { file }
+            } else {
+                RecordingDefect::SumDiffers { file }
+            }
+        }));
     }
 
     fn read(&mut self, folder: &Path) -> Result<(), ReadError> {
@@ -109,6 +126,9 @@ impl RecordingCheck {
                 Warning::OutsideRecording {
                     from_s, duration_s, ..
                 } if from_s > duration_s => end == Some(End::Completed),
+                Warning::EndsEarly { .. } => {
+                    end == Some(End::Completed) && !LOSS_KINDS.into_iter().any(has_event)
+                }
                 // A killed program leaves such recordings.
                 _ => end.is_some(),
             };
@@ -214,15 +234,10 @@ fn rows<R: recording::CsvRow>(
     for ((_, end_s), position_s) in explorations.iter().zip(&positions_s) {
         record_gap(*position_s, *end_s);
     }
-    let loss_kinds = [
-        EventKind::ForceLost,
-        EventKind::Gap,
-        EventKind::TimeDisorder,
-    ];
     let is_reported = manifest
         .events
         .iter()
-        .any(|event| loss_kinds.contains(&event.kind));
+        .any(|event| LOSS_KINDS.contains(&event.kind));
     let defect = longest_gap
         .filter(|_| !is_reported)
         .map(|(from_s, to_s)| RecordingDefect::NoRowsOf { file, from_s, to_s });

@@ -9,7 +9,7 @@ use recording::disk::entries;
 use recording::study::{
     DESCRIPTION_FILE, Description, EVENTS_FILE, PARTICIPANTS_FILE, TrialLabel, table_lines,
 };
-use recording::{DiskError, MANIFEST_FILE};
+use recording::{DiskError, MANIFEST_FILE, rights};
 
 /// Levels of folders below a study: participants, sessions.
 const DEPTH: usize = 2;
@@ -114,6 +114,9 @@ pub fn verify_study_files(folder: &Path, findings: &mut StudyFindings) -> Result
     if !description.exists() {
         return Ok(());
     }
+    findings
+        .notes
+        .extend(rights::other_readers(folder, &description));
     let unreadable_defect =
         |path: PathBuf, reason: String| StudyDefect::Unreadable { path, reason };
     let description_result = fs::read(&description)

@@ -1,0 +1,44 @@
+//! Standard output and standard error in the characters that the user's locale has: in a locale without UTF-8 every text is
+//! printed in ASCII.
+//!
+//! All of the program's texts go through [`stdout`] and [`stderr`]; data for files and other programs, such as JSON, go through
+//! [`data_out`], which changes them only on a terminal.
+
+mod locale;
+mod text_stream;
+
+pub use locale::{is_ascii, locale_is_ascii};
+pub use text_stream::TextStream;
+
+use std::borrow::Cow;
+use std::io::{IsTerminal, Stderr, Stdout};
+
+/// Returns standard output for texts.
+#[must_use]
+pub fn stdout() -> TextStream<Stdout> {
+    TextStream::new(std::io::stdout(), is_ascii())
+}
+
+/// Returns standard error for texts.
+#[must_use]
+pub fn stderr() -> TextStream<Stderr> {
+    TextStream::new(std::io::stderr(), is_ascii())
+}
+
+/// Returns standard output for data: unchanged unless a terminal shows them.
+#[must_use]
+pub fn data_out() -> TextStream<Stdout> {
+    let stdout = std::io::stdout();
+    let is_shown = stdout.is_terminal();
+    TextStream::new(stdout, is_shown && is_ascii())
+}
+
+/// Returns a text in the characters of the user's locale, for output by another library.
+#[must_use]
+pub fn transcribe(text: &str) -> Cow<'_, str> {
+    if is_ascii() {
+        escaping::ascii(text)
+    } else {
+        Cow::Borrowed(text)
+    }
+}

@@ -189,7 +189,7 @@ fn warn(account: &AttemptAccount, attempts: &Attempts) {
 
 /// Warns of recordings that are no calibrated measurement on a person, made with all stops.
 fn warn_of_provenance(analysed: &Analysis) {
-    let mut stderr = std::io::stderr().lock();
+    let mut stderr = standard_streams::stderr();
     for count in &analysed.provenance().counts {
         let _ = writeln!(stderr, "warning: {}", escaped(&count.to_string()));
     }
@@ -199,7 +199,7 @@ fn warn_of_provenance(analysed: &Analysis) {
 fn report_written(path: &Path, verbosity: Verbosity) {
     if verbosity.shows_progress() && path != Path::new("-") {
         let path = path.display().to_string();
-        let _ = writeln!(std::io::stderr(), "wrote {}", escaped_line(&path));
+        let _ = writeln!(standard_streams::stderr(), "wrote {}", escaped_line(&path));
     }
 }
 

@@ -282,7 +282,11 @@ impl<'a> CalibrationRun<'a> {
             .procedure
             .judge(outcome.date, &self.measure.operator)?;
         if let Some(note) = &outcome.instrument_note {
-            let _ = writeln!(std::io::stderr(), "warning: {}", escaped_line(note));
+            let _ = writeln!(
+                standard_streams::stderr(),
+                "warning: {}",
+                escaped_line(note)
+            );
         }
         if let Some(notice) = &notice {
             let extra_figures = side_files

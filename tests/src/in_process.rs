@@ -151,6 +151,7 @@ pub fn config(changes: &[(&str, &str)]) -> Config {
 /// Returns the options of a session of one exploration.
 pub fn options(study: &Path) -> cli::Run {
     cli::Run {
+        accept: Vec::new(),
         rehearsal: cli::Rehearsal::default(),
         hardware: cli::HardwareOptions {
             config: None,

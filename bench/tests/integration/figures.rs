@@ -250,9 +250,11 @@ fn trial_is_drawn_with_the_others_and_replaces_dynamic_in_fig_13() {
     let figures = published_figures(&analysed, &Sessions::default(), &FigureSelection::default());
     // The readings of `trial` are those of `dynamic`, and are drawn once.
     assert_eq!(names(&figures[0], 1), ["dynamic", "paper"]);
-    for panel in [3, 4, 5] {
+    for panel in [3, 5] {
         assert_eq!(names(&figures[0], panel), ["dynamic", "trial", "paper"]);
     }
+    let friction_series = ["dynamic", "trial", "paper", "measured friction"];
+    assert_eq!(names(&figures[0], 4), friction_series);
     let trial_series = ["trial, model", "paper, model", "trial", "paper"];
     assert_eq!(names(&figures[1], 0), trial_series);
     assert!(
@@ -293,6 +295,32 @@ fn trial_is_drawn_with_the_others_and_replaces_dynamic_in_fig_13() {
         1,
         "the trial in time"
     );
+}
+
+#[test]
+fn the_fall_of_friction_comes_first_and_every_figure_states_a_simulation() {
+    let mut analysed = analysed();
+    let findings = analysed.recordings[0].findings.as_mut().unwrap();
+    findings.provenance.simulated = true;
+    let figures = measured_figures(&analysed, &Sessions::default(), &FigureSelection::default());
+    assert_eq!(figures[0].name, "friction_fall");
+    let fall = points(&figures[0], 1, "mean");
+    assert_eq!(fall.len(), 1);
+    assert!((0.0..100.0).contains(&fall[0].1), "{fall:?} %");
+    for figure in &figures {
+        assert!(
+            figure.caption.ends_with("simulated (1 of 1)."),
+            "{}",
+            figure.caption
+        );
+        let svg = figure.to_svg().unwrap();
+        let words = "Recordings: simulated (1 of 1)";
+        assert!(
+            texts(&svg).iter().any(|text| text == words),
+            "{}",
+            figure.name
+        );
+    }
 }
 
 /// Returns the points of the first series of this name in a panel.

@@ -43,7 +43,7 @@ pub fn figure(description: &Description) -> Option<Figure> {
             let is_theirs = |group: &&Group| {
                 group.level == Level::Participant && group.participant == trial.participant
             };
-            let place = groups.iter().position(|group| is_theirs(group))?;
+            let place = groups.iter().position(is_theirs)?;
             let value = trial.mean(quantity).value * quantity.factor();
             Some((place as f64 + 1.0 + shift, value))
         });

@@ -11,6 +11,8 @@ use crate::quantity::Quantity;
 
 /// Text for an unknown value.
 const UNKNOWN: &str = "–";
+/// Number of columns from which each mean has its interval next to it.
+const WIDE: u16 = 120;
 
 impl Description {
     /// Returns the groups as a table, wrapped to the width of the terminal if it is given; then the legend. Empty without an instance.
@@ -26,14 +28,19 @@ impl Description {
         if let Some(columns) = columns {
             table.set_width(columns);
         }
+        let is_narrow = columns.is_some_and(|columns| columns < WIDE);
         let headings = Quantity::ALL.map(|quantity| quantity.heading().to_owned());
+        let over = if is_narrow { "n" } else { "over" };
         table.set_header(row(
             "mean (95 % interval)".to_owned(),
             headings,
-            "over".to_owned(),
+            over.to_owned(),
         ));
         for group in &self.groups {
-            table.add_row(row(group.label(), group.cells(), group.over_text()));
+            table.add_row(match is_narrow {
+                true => row(group.label(), group.short_cells(), group.n().to_string()),
+                false => row(group.label(), group.cells(), group.over_text()),
+            });
         }
         let lines = table.lines().map(|line| line.trim_end().to_owned() + "\n");
         lines.collect::<String>() + &wrapped(self.legend(), columns)
@@ -56,7 +63,7 @@ impl Description {
             format!(
                 "gap (estimated {gap}) and amplitude (peak, under the finger) at the crest; force: mean of the instance"
             ),
-            "interval: 95 % by Student's t over the instances, trials or participants of the last column; one alone has none"
+            "interval: 95 % by Student's t over a trial's instances, a participant's trials, or the participants; one alone has none"
                 .to_owned(),
         ]
     }
@@ -103,6 +110,17 @@ impl Group {
     #[must_use]
     pub fn cells(&self) -> [String; Quantity::ALL.len()] {
         Quantity::ALL.map(|quantity| quantity.cell(self.mean(quantity)))
+    }
+}
+
+impl Group {
+    /// Returns the means, with the interval of the fall alone.
+    fn short_cells(&self) -> [String; Quantity::ALL.len()] {
+        Quantity::ALL.map(|quantity| {
+            let mean = *self.mean(quantity);
+            let interval95 = mean.interval95.filter(|_| quantity == Quantity::Fall);
+            quantity.cell(&Mean { interval95, ..mean })
+        })
     }
 }
 

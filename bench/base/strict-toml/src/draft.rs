@@ -389,8 +389,8 @@ mod tests {
         assert_eq!(
             messages("[plate]\nlength_m = 0.1\n"),
             [
-                ": key `name` is missing",
                 ", table [plate]: key `holes` is missing",
+                ": key `name` is missing",
                 ": key `inputs` is missing",
                 ": key `mode` is missing",
             ]

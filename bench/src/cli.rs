@@ -232,12 +232,6 @@ pub struct Run {
     /// Print progress instead of showing the dashboard; verdicts follow the protocol's rules.
     #[arg(long)]
     pub headless: bool,
-    /// Pace of simulated hardware.
-    #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock", help_heading = SIMULATION)]
-    pub speed: Speed,
-    /// Existing folder for the simulated truth, for tests; never read by the bench.
-    #[arg(long, value_name = "DIR", requires = "mock", hide = true)]
-    pub mock_truth: Option<PathBuf>,
     /// Create files with the umask's permissions [default: readable by you only].
     #[arg(long)]
     pub shared: bool,
@@ -253,6 +247,12 @@ pub struct Run {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub rehearsal: Rehearsal,
+    /// Pace of simulated hardware.
+    #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock", help_heading = SIMULATION)]
+    pub speed: Speed,
+    /// Existing folder for the simulated truth, for tests; never read by the bench.
+    #[arg(long, value_name = "DIR", requires = "mock", hide = true)]
+    pub mock_truth: Option<PathBuf>,
 }
 
 /// `monitor`
@@ -277,9 +277,6 @@ pub struct Monitor {
     /// Print one line a second instead of showing the dashboard.
     #[arg(long)]
     pub headless: bool,
-    /// Pace of simulated hardware.
-    #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock", help_heading = SIMULATION)]
-    pub speed: Speed,
     /// Stop after this many seconds of audio.
     #[arg(long, value_name = "SECONDS", value_parser = published_figures::model::positive, allow_negative_numbers = true)]
     pub duration_s: Option<f64>,
@@ -289,6 +286,9 @@ pub struct Monitor {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub rehearsal: Rehearsal,
+    /// Pace of simulated hardware.
+    #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock", help_heading = SIMULATION)]
+    pub speed: Speed,
 }
 
 /// `calibrate`
@@ -309,9 +309,6 @@ pub enum Calibrate {
 /// Options of every calibration.
 #[derive(Debug, Clone, Args)]
 pub struct Measure {
-    /// Pace of simulated hardware.
-    #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock", help_heading = SIMULATION)]
-    pub speed: Speed,
     /// Name of the operator, stored in the calibration file.
     #[arg(long, value_name = "NAME")]
     pub operator: String,
@@ -334,6 +331,9 @@ pub struct Measure {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub rehearsal: Rehearsal,
+    /// Pace of simulated hardware.
+    #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock", help_heading = SIMULATION)]
+    pub speed: Speed,
 }
 
 impl Measure {
@@ -552,15 +552,15 @@ pub struct Drill {
     /// Run unattended: a script acts as operator, and lines are printed; only with --mock.
     #[arg(long, requires = "mock")]
     pub headless: bool,
-    /// Pace of simulated hardware; max only with --headless.
-    #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock", help_heading = SIMULATION)]
-    pub speed: Speed,
     /// Create files with the umask's permissions [default: readable by you only].
     #[arg(long)]
     pub shared: bool,
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub hardware: HardwareOptions,
+    /// Pace of simulated hardware; max only with --headless.
+    #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock", help_heading = SIMULATION)]
+    pub speed: Speed,
 }
 
 /// `check`

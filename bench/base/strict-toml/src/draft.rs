@@ -77,7 +77,7 @@ impl Repair<'_> {
         while self.errors.len() < MOST_ERRORS {
             let failure = match self.attempt() {
                 Ok(value) => return Some(value),
-                Err(failure) => failure,
+                Err(failure) => *failure,
             };
             match &failure.error {
                 TomlError::MissingKey { table, key, .. } => {
@@ -117,11 +117,13 @@ impl Repair<'_> {
         None
     }
 
-    fn attempt<T: DeserializeOwned>(&self) -> Result<T, Failure> {
+    fn attempt<T: DeserializeOwned>(&self) -> Result<T, Box<Failure>> {
         let text = self.sheet.text();
-        toml::from_str(&text).map_err(|error| Failure {
-            offset: error.span().map(|span| span.start),
-            error: explain(error, &text, self.file),
+        toml::from_str(&text).map_err(|error| {
+            Box::new(Failure {
+                offset: error.span().map(|span| span.start),
+                error: explain(error, &text, self.file),
+            })
         })
     }
 
@@ -389,8 +391,8 @@ mod tests {
         assert_eq!(
             messages("[plate]\nlength_m = 0.1\n"),
             [
-                ": key `name` is missing",
                 ", table [plate]: key `holes` is missing",
+                ": key `name` is missing",
                 ": key `inputs` is missing",
                 ": key `mode` is missing",
             ]

@@ -10,7 +10,6 @@ use crate::findings::RecordingError;
 use crate::flaw::{Channel, Flaw};
 use crate::levels::Levels;
 use crate::measurements::Measurements;
-use crate::plausibility;
 use crate::row_times;
 use crate::spans::Spans;
 use recording::manifest::Manifest;

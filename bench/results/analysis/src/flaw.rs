@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use num_complex::Complex64;
 
 use crate::measurements::LONGEST_GAP_S;
-use crate::plausibility::Implausible;
 use crate::unloaded_plate::UnloadedError;
+use plausibility::Implausible;
 use recording::reader;
 use statistics::significant;
 
@@ -115,18 +115,6 @@ pub enum Flaw {
     /// Readings are such as no finger and no sound channel makes.
     #[error(transparent)]
     Implausible(#[from] Implausible),
-    /// The carrier is far from the plate's resonance.
-    #[error(
-        "carrier_hz = {carrier_hz:.0} is {:.0} Hz from resonance_hz = {resonance_hz:.0}: the plate hardly moves there, so its \
-         impedance is uncertain and amplitudes are small",
-        (carrier_hz - resonance_hz).abs()
-    )]
-    CarrierOffResonance {
-        /// Carrier, Hz.
-        carrier_hz: f64,
-        /// Stated resonance of the plate, Hz.
-        resonance_hz: f64,
-    },
     /// Readings lie outside the recording's time.
     #[error(
         "{file}: its times run from {from_s:.3} to {to_s:.3} s, but the recording from 0 to {duration_s:.3} s: is it on another clock? time_s counts from the first sample of signals.wav"

@@ -30,7 +30,6 @@ pub mod motion;
 mod people;
 pub mod pickup_correction;
 mod plate_references;
-pub mod plausibility;
 pub mod printed_settings;
 mod prior_settings;
 pub mod published;

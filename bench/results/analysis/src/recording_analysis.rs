@@ -21,16 +21,13 @@ use crate::free_plate::{FreePlate, pickup_flaws};
 use crate::measurements::Measurements;
 use crate::model_check;
 use crate::plate_references;
-use crate::plausibility::{self, Implausible};
 use crate::under_finger::UnderFinger;
 use crate::whole_trial;
+use plausibility::Implausible;
 use recording::Manifest;
 use recording::manifest::RecordedIntervalKind;
 use recording::pipeline::PickupOffset;
 use study::provenance::Provenance;
-
-/// Largest distance of the carrier from the plate's resonance, relative; at Q = 200 the plate moves a quarter as far there.
-const CARRIER_DISTANCE: f64 = 0.01;
 
 /// Analyses the recording in `folder`.
 pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
@@ -117,13 +114,14 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     }
 
     findings.z_p = plate.z_p();
-    let off_resonance = off_resonance(&findings.manifest);
+    let resonance_hz = findings.plate().resonance_hz;
+    let off_resonance = plausibility::carrier(findings.manifest.carrier_hz, resonance_hz);
     let is_explained =
         |flaw: &Flaw| off_resonance.is_some() && matches!(flaw, Flaw::PlateScatters { .. });
     let plate_flaws = plate.flaws(&findings.manifest).into_iter();
     let plate_flaws = plate_flaws.filter(|flaw| !is_explained(flaw));
     findings.flaws.extend(plate_flaws);
-    findings.flaws.extend(off_resonance);
+    findings.flaws.extend(off_resonance.map(Flaw::from));
 
     for (direction, start_s, end_s) in explorations {
         findings.explore(&record, direction, (start_s, end_s), settings);
@@ -142,16 +140,6 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
             .extend(model_check::flaw(&findings.model_check));
     }
     Ok(findings)
-}
-
-/// Returns the flaw of a carrier far from the plate's resonance.
-fn off_resonance(manifest: &Manifest) -> Option<Flaw> {
-    let (carrier_hz, resonance_hz) = (manifest.carrier_hz, manifest.plate.resonance_hz);
-    let is_off = (carrier_hz / resonance_hz - 1.0).abs() > CARRIER_DISTANCE;
-    is_off.then_some(Flaw::CarrierOffResonance {
-        carrier_hz,
-        resonance_hz,
-    })
 }
 
 /// Returns the forces of a recording that no finger makes.

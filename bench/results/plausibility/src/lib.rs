@@ -20,6 +20,8 @@ const FEWEST: usize = 50;
 const TAIL: f64 = 0.1;
 /// Ratio of the pull to the push above which the normal force has the other sign.
 const OPPOSITE: f64 = 5.0;
+/// Largest distance of a carrier from the plate's resonance, relative; at Q = 200 the plate moves a quarter as far there.
+const CARRIER_DISTANCE: f64 = 0.01;
 /// Share of full scale that 24-bit samples reach if they are read as 32-bit ones.
 const SMALL_SHARE: f32 = 1.0 / 256.0;
 
@@ -78,6 +80,18 @@ pub enum Implausible {
     Friction {
         /// Ratio of the lateral to the normal force.
         ratio: f64,
+    },
+    /// The carrier is far from the plate's resonance.
+    #[error(
+        "carrier_hz = {carrier_hz:.0} is {:.0} Hz from resonance_hz = {resonance_hz:.0}: the plate hardly moves there, so its \
+         impedance is uncertain and amplitudes are small",
+        (carrier_hz - resonance_hz).abs()
+    )]
+    Carrier {
+        /// Carrier, Hz.
+        carrier_hz: f64,
+        /// Stated resonance of the plate, Hz.
+        resonance_hz: f64,
     },
     /// A channel uses a small part of its range.
     #[error(
@@ -188,6 +202,16 @@ fn constant(
     })
 }
 
+/// Returns the finding of a carrier far from the plate's resonance.
+#[must_use]
+pub fn carrier(carrier_hz: f64, resonance_hz: f64) -> Option<Implausible> {
+    let is_off = (carrier_hz / resonance_hz - 1.0).abs() > CARRIER_DISTANCE;
+    is_off.then_some(Implausible::Carrier {
+        carrier_hz,
+        resonance_hz,
+    })
+}
+
 /// Returns the finding of a channel with `level` as its largest |sample|, as a share of full scale.
 #[must_use]
 pub fn channel(name: &str, level: f32) -> Option<Implausible> {
@@ -196,6 +220,11 @@ pub fn channel(name: &str, level: f32) -> Option<Implausible> {
         level,
     })
 }
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;
 
 #[cfg(test)]
 mod tests {

@@ -208,7 +208,7 @@ pub enum Warning {
     },
     /// The last row is earlier than the end of the recording.
     #[error(
-        "{file}: its rows end at {last_s:.3} s, and the recording at {duration_s:.3} s: the file was copied in part, or the sensor fell \
+        "{file}: it ends at {last_s:.3} s, and the recording at {duration_s:.3} s: the file was copied in part, or the sensor fell \
          silent; compare it with the original"
     )]
     EndsEarly {

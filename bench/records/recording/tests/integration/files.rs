@@ -379,7 +379,7 @@ fn a_half_copied_file_is_named_with_its_end() {
     fs::write(&path, part).unwrap();
     let words: Vec<String> = warnings().iter().map(ToString::to_string).collect();
     let ends = words.iter().any(|words| {
-        words.contains("force.csv: its rows end at 0.") && words.contains("recording at 1.000 s")
+        words.contains("force.csv: it ends at 0.") && words.contains("recording at 1.000 s")
     });
     assert!(ends, "{words:?}");
     fs::write(

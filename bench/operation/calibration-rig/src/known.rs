@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use anyhow::{Context, bail};
 use serialport::SerialPort;
+use text_tables::Columns;
 
 use crate::operator::MICROMETRE_M;
 use crate::reference::Reference;
@@ -46,26 +47,24 @@ pub struct KnownRow {
     pub at_hz: Option<f64>,
 }
 
-/// Reads a table with the columns `drive_v,known_um`, or `drive_v,known_um,known_at_hz`.
+/// Reads a table with the columns `drive_v`, `known_um` and, optionally, `known_at_hz`.
 ///
 /// # Errors
 /// If the table cannot be read, or a column is missing.
 pub fn read_table(path: &Path) -> anyhow::Result<Vec<KnownRow>> {
-    #[derive(serde::Deserialize)]
-    struct Row {
-        drive_v: f64,
-        known_um: f64,
-        known_at_hz: Option<f64>,
-    }
-    let rows = typed_table::rows::<Row>(path, "drive_v,known_um or drive_v,known_um,known_at_hz")?;
-    Ok(rows
-        .iter()
-        .map(|row| KnownRow {
-            drive_v: row.drive_v,
-            known_m: row.known_um * MICROMETRE_M,
-            at_hz: row.known_at_hz,
+    const COLUMNS: Columns = Columns {
+        required: &["drive_v", "known_um"],
+        optional: &["known_at_hz"],
+    };
+    let rows = typed_table::rows(path, &COLUMNS)?;
+    let known = rows.iter().filter_map(|row| {
+        Some(KnownRow {
+            drive_v: row.number(0)?,
+            known_m: row.number(1)? * MICROMETRE_M,
+            at_hz: row.number(2),
         })
-        .collect())
+    });
+    Ok(known.collect())
 }
 
 /// Converts typed micrometres to metres.
@@ -293,6 +292,15 @@ mod tests {
         let known = [row(5.0, 0.42 * 1e-6, Some(35_012.5))];
         assert_eq!(read_table(&path).unwrap(), known);
         std::fs::write(&path, "volts,um\n5,0.42\n").unwrap();
-        assert!(format!("{:#}", read_table(&path).unwrap_err()).contains("drive_v,known_um"));
+        let error = format!("{:#}", read_table(&path).unwrap_err());
+        assert!(error.contains("drive_v and known_um"), "{error}");
+        std::fs::write(&path, "known_um;drive_v\r\n0,42;5\r\n").unwrap();
+        assert_eq!(read_table(&path).unwrap(), [row(5.0, 0.42 * 1e-6, None)]);
+        std::fs::write(&path, "drive_v,known_nm\n5,420\n").unwrap();
+        let error = format!("{:#}", read_table(&path).unwrap_err());
+        assert!(
+            error.contains("known.csv") && error.contains("`known_nm`"),
+            "{error}"
+        );
     }
 }

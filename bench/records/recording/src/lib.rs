@@ -6,6 +6,7 @@
 
 mod csv_rows;
 pub mod disk;
+mod json_fault;
 pub mod lock;
 pub mod manifest;
 pub mod pipeline;

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use recording::disk::{self, OnPath};
 use recording::storage::Storage;
-use recording::study::{EXCLUSIONS_FILE, TableLine, table_lines};
+use recording::study::{EXCLUSIONS_FILE, ID_COLUMN};
+use text_tables::{Separator, TabTable, TableFault, TableLine, tab_cell};
 
 use crate::exclusions::exclusion::{ALL, AllOrOne, Exclusion, number};
 use crate::exclusions::exclusions_error::ExclusionsError;
@@ -62,31 +63,34 @@ pub fn read(folder: &Path) -> Result<Exclusions, ExclusionsError> {
 
 fn parse(bytes: &[u8], folder: &Path) -> Result<Exclusions, ExclusionsError> {
     let path = || folder.join(EXCLUSIONS_FILE);
-    let text = std::str::from_utf8(bytes).map_err(|_| ExclusionsError::NoText { path: path() })?;
+    let table_error = |fault| ExclusionsError::Table {
+        path: path(),
+        fault,
+    };
+    let text = bounded_files::as_text(bytes).map_err(|refusal| ExclusionsError::NoText {
+        path: path(),
+        refusal,
+    })?;
     let mut exclusions = Exclusions {
         study: folder.to_owned(),
         list: Vec::new(),
         lines: Vec::new(),
     };
-    let mut lines = table_lines(text).into_iter();
-    let Some(TableLine { cells: columns, .. }) = lines.next() else {
-        return Ok(exclusions);
+    let table = match TabTable::parse(text.to_owned(), ID_COLUMN) {
+        Err(TableFault::Empty { .. }) => return Ok(exclusions),
+        table => table.map_err(table_error)?,
     };
-    let places = places(&columns, &path)?;
+    let places = places(table.columns(), &path)?;
+    if let Some(fault) = table.uneven_row() {
+        return Err(table_error(fault));
+    }
     for TableLine {
         number: line,
         cells,
         ..
-    } in lines
+    } in table.rows()
     {
-        if cells.len() != columns.len() {
-            return Err(ExclusionsError::Cells {
-                path: path(),
-                line,
-                cells: cells.len(),
-                columns: columns.len(),
-            });
-        }
+        let line = *line;
         let cell = |column: usize| places[column].map_or("", |index| cells[index].as_str());
         let exclusion = exclusion(cell).map_err(|(column, why)| ExclusionsError::Cell {
             path: path(),
@@ -122,9 +126,14 @@ fn places(
     }
     for (column, place) in COLUMNS.into_iter().zip(places) {
         if place.is_none() && !OPTIONAL.contains(&column) {
-            return Err(ExclusionsError::MissingColumn {
+            return Err(ExclusionsError::Table {
                 path: path(),
-                column,
+                fault: TableFault::MissingColumn {
+                    column: column.to_owned(),
+                    header: columns.join(" "),
+                    separator: Separator::Tab,
+                    nearest: None,
+                },
             });
         }
     }
@@ -232,9 +241,9 @@ pub fn add(
     Ok(disk::replace_file_on(storage, &path, text.as_bytes())?)
 }
 
-/// Returns a text as one cell that a spreadsheet does not read as a formula.
+/// Returns a text as one cell, which a spreadsheet does not read as a formula.
 fn cell(text: &str) -> String {
-    escaping::to_cell(&escape(text))
+    tab_cell(&escaping::to_cell(&escape(text))).into_owned()
 }
 
 /// Escapes the characters that would end a cell.
@@ -354,10 +363,13 @@ mod tests {
         let error = error_in("sub-07\tall\t3");
         assert!(matches!(
             error,
-            ExclusionsError::Cells {
-                line: 2,
-                cells: 3,
-                columns: 6,
+            ExclusionsError::Table {
+                fault: TableFault::Cells {
+                    line: 2,
+                    cells: 3,
+                    columns: 6,
+                    ..
+                },
                 ..
             }
         ));
@@ -374,11 +386,23 @@ mod tests {
         let error = parse_text("participant_id\ttrial\tby\n").unwrap_err();
         assert!(matches!(
             error,
-            ExclusionsError::MissingColumn {
-                column: "reason",
-                ..
-            }
+            ExclusionsError::Table { fault: TableFault::MissingColumn { column, .. }, .. } if column == "reason"
         ));
+        for separator in [',', ';'] {
+            let text = format!("{header}sub-07\tall\tall\tx\ty\tn/a\n")
+                .replace('\t', &separator.to_string());
+            let error = parse_text(&text).unwrap_err();
+            assert!(
+                matches!(
+                    error,
+                    ExclusionsError::Table {
+                        fault: TableFault::NotTabs { line: 1, .. },
+                        ..
+                    }
+                ),
+                "{error}"
+            );
+        }
         assert!(matches!(
             parse(b"\xff", Path::new("study")),
             Err(ExclusionsError::NoText { .. })

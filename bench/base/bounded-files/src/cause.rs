@@ -42,8 +42,13 @@ pub fn cause(error: &Error) -> String {
         | ErrorKind::NetworkUnreachable
         | ErrorKind::NetworkDown
         | ErrorKind::NotConnected => {
-            "the disk or network share does not answer; connect it again, and check its cable"
+            "the disk, device or network does not answer; check its cable and power, and connect it again"
         }
+        ErrorKind::ConnectionRefused => "nothing answers there; check the address and its power",
+        ErrorKind::ConnectionReset | ErrorKind::ConnectionAborted | ErrorKind::BrokenPipe => {
+            "the other side closed the connection; start it again"
+        }
+        ErrorKind::AddrInUse => "another program uses this address; end that program",
         ErrorKind::OutOfMemory => "memory is short; end other programs",
         ErrorKind::WriteZero => "the disk accepts no more bytes; check it, or choose another one",
         ErrorKind::UnexpectedEof => "it ends early; copy it again",
@@ -53,7 +58,7 @@ pub fn cause(error: &Error) -> String {
             Some(code) => match by_code(code) {
                 Some(words) => words,
                 None => {
-                    return format!("the system refuses it ({error}); try another disk or folder");
+                    return format!("the system refuses it ({error})");
                 }
             },
         },

@@ -181,23 +181,49 @@ fn exclusion<'a>(cell: impl Fn(usize) -> &'a str) -> Result<Exclusion, (usize, S
 pub fn to_tsv<'a>(list: impl IntoIterator<Item = &'a Exclusion>) -> String {
     let mut text = COLUMNS.join("\t") + "\n";
     for exclusion in list {
-        let cells = [
-            exclusion.participant.to_string(),
-            exclusion.session.to_string(),
-            exclusion.trial.to_string(),
-            cell(&exclusion.reason),
-            cell(&exclusion.by),
-            exclusion
-                .date
-                .as_deref()
-                .map_or_else(|| NOT_STATED.to_owned(), cell),
-        ];
+        let cells = cells(exclusion);
+        let cells: Vec<_> = cells.iter().map(|cell| tab_cell(cell)).collect();
         text += &(cells.join("\t") + "\n");
     }
     text
 }
 
-/// Adds an exclusion to the table of the study in `folder`; the file is replaced as a whole.
+/// Returns the cells of an exclusion, in the order of [`COLUMNS`].
+fn cells(exclusion: &Exclusion) -> [String; 6] {
+    [
+        exclusion.participant.to_string(),
+        exclusion.session.to_string(),
+        exclusion.trial.to_string(),
+        cell(&exclusion.reason),
+        cell(&exclusion.by),
+        exclusion
+            .date
+            .as_deref()
+            .map_or_else(|| NOT_STATED.to_owned(), cell),
+    ]
+}
+
+/// Returns the text of a table with a further exclusion; every other byte is kept.
+fn with_exclusion(text: &str, exclusion: &Exclusion) -> String {
+    let Ok(mut table) = TabTable::parse(text.to_owned(), ID_COLUMN) else {
+        return to_tsv([exclusion]);
+    };
+    for column in COLUMNS {
+        // Without its column, an exclusion of one session would be one of all sessions.
+        if table.column(column).is_none() {
+            table.add_column(column);
+        }
+    }
+    let cells = cells(exclusion);
+    let values: Vec<_> = COLUMNS
+        .into_iter()
+        .zip(cells.iter().map(String::as_str))
+        .collect();
+    table.add_row(&values);
+    table.text().to_owned()
+}
+
+/// Adds an exclusion to the table of the study in `folder`; every other byte of the table is kept.
 ///
 /// # Errors
 /// The study does not have the named participant, session or trial, the exclusion exists already, or the disk
@@ -237,13 +263,13 @@ pub fn add(
             existing: existing.to_string(),
         });
     }
-    let text = to_tsv(exclusions.list.iter().chain([exclusion]));
+    let text = with_exclusion(&String::from_utf8_lossy(&bytes), exclusion);
     Ok(disk::replace_file_on(storage, &path, text.as_bytes())?)
 }
 
 /// Returns a text as one cell, which a spreadsheet does not read as a formula.
 fn cell(text: &str) -> String {
-    tab_cell(&escaping::to_cell(&escape(text))).into_owned()
+    escaping::to_cell(&escape(text))
 }
 
 /// Escapes the characters that would end a cell.
@@ -452,6 +478,26 @@ mod tests {
             exclusions.require_known(),
             Err(ExclusionsError::Unknown { line: Some(2), .. })
         ));
+    }
+
+    #[test]
+    fn an_added_exclusion_keeps_the_rest_of_the_table() {
+        let mut added = exclusion_of("sub-08", AllOrOne::All);
+        added.session = AllOrOne::One(2);
+        added.reason = "\"hot\" plate".to_owned();
+        let text =
+            "\u{feff}by\ttrial\treason\tparticipant_id\r\nN. H.\t1\t\"a \"\"b\"\"\"\tsub-07\r\n";
+        let text = with_exclusion(text, &added);
+        assert_eq!(
+            text,
+            "\u{feff}by\ttrial\treason\tparticipant_id\tsession\tdate\r\n\
+             N. H.\t1\t\"a \"\"b\"\"\"\tsub-07\tn/a\tn/a\r\n\
+             N. H.\tall\t\"\"\"hot\"\" plate\"\tsub-08\t2\tn/a\r\n"
+        );
+        let list = parse_text(&text).unwrap().list;
+        assert_eq!(list[0].reason, "a \"b\"");
+        assert_eq!(list[1], added);
+        assert_eq!(with_exclusion("", &added), to_tsv([&added]));
     }
 
     /// A reason that begins with `=` must not become a formula in a spreadsheet.

@@ -103,7 +103,7 @@ mod tests {
             [
                 line(b"1234", true, true),
                 line(b"", false, true),
-                line(b"abcd", true, true),
+                line(b"abcd", false, true),
                 line(b"torn", false, false)
             ]
         );

@@ -252,7 +252,16 @@ impl<R: CsvRow> RowReader<R> {
                     }));
                 }
                 None => {
-                    if self.below_header <= PROBED_LINES && self.is_unitary(text)? {
+                    let is_probed = self.below_header <= PROBED_LINES;
+                    let is_first = self.below_header == 1;
+                    if is_probed
+                        && is_units(text, self.line, &self.header, is_first).map_err(|fault| {
+                            ReadError::Table {
+                                path: self.path.clone(),
+                                fault,
+                            }
+                        })?
+                    {
                         continue;
                     }
                     if self.unreadable_rows.rows == 0 {
@@ -262,33 +271,6 @@ impl<R: CsvRow> RowReader<R> {
                 }
             }
         }
-    }
-
-    /// Returns whether a line that is no row is the row of units below the header.
-    ///
-    /// # Errors
-    /// The units are others than those in the columns' names, or commas are separators and decimal signs in one.
-    fn is_unitary(&self, line: &[u8]) -> Result<bool, ReadError> {
-        let table_error = |fault| ReadError::Table {
-            path: self.path.clone(),
-            fault,
-        };
-        let (text, header) = (String::from_utf8_lossy(line), &self.header);
-        let cells = cells(&text, header.separator);
-        let line = usize::try_from(self.line).unwrap_or(usize::MAX);
-        if self.below_header == 1 && units_row(&cells, line, header).map_err(table_error)? {
-            return Ok(true);
-        }
-        let is_part = |cell: &str| !cell.contains('.') && cell.parse::<f64>().is_ok();
-        let is_cut_up = cells.len() > header.width && cells.iter().all(|cell| is_part(cell));
-        if header.separator == Separator::Comma && is_cut_up {
-            return Err(table_error(TableFault::DecimalCommas {
-                line,
-                cells: cells.len(),
-                columns: header.width,
-            }));
-        }
-        Ok(false)
     }
 
     /// Accepts a row, or counts the reason to omit it.
@@ -440,6 +422,29 @@ fn row<R: CsvRow>(
     let row = R::from_fields(values)?;
     let is_finite = values.iter().all(|value| value.is_finite());
     row.time_s().is_finite().then_some((row, is_finite))
+}
+
+/// Returns whether a line that is no row is the row of units, which may be the first one below the header.
+///
+/// # Errors
+/// The units are others than those in the columns' names, or commas are separators and decimal signs in one.
+fn is_units(line: &[u8], number: u64, header: &Header, is_first: bool) -> Result<bool, TableFault> {
+    let text = String::from_utf8_lossy(line);
+    let cells = cells(&text, header.separator);
+    let line = usize::try_from(number).unwrap_or(usize::MAX);
+    if is_first && units_row(&cells, line, header)? {
+        return Ok(true);
+    }
+    let is_part = |cell: &str| !cell.contains('.') && cell.parse::<f64>().is_ok();
+    let is_cut_up = cells.len() > header.width && cells.iter().all(|cell| is_part(cell));
+    if header.separator == Separator::Comma && is_cut_up {
+        return Err(TableFault::DecimalCommas {
+            line,
+            cells: cells.len(),
+            columns: header.width,
+        });
+    }
+    Ok(false)
 }
 
 /// Returns the first 80 characters of a line, for messages.

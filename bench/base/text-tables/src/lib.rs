@@ -28,6 +28,7 @@ mod separator;
 mod tab_table;
 mod table;
 mod unit;
+mod units_row;
 
 pub use cells::{cells, tab_cell};
 pub use fault::TableFault;
@@ -37,4 +38,4 @@ pub use number::{NumberFault, Numbers};
 pub use separator::Separator;
 pub use tab_table::TabTable;
 pub use table::{Table, TableRow};
-pub use unit::units_row;
+pub use units_row::units_row;

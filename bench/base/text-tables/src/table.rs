@@ -6,7 +6,8 @@ use crate::header::{Columns, Header, stated_separator};
 use crate::lines::{content, places};
 use crate::number::{NumberFault, Numbers};
 use crate::separator::Separator;
-use crate::unit::{unit, units_row};
+use crate::unit::unit;
+use crate::units_row::units_row;
 
 /// Table with a header, read whole.
 #[derive(Debug, Clone)]

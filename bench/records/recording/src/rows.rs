@@ -234,7 +234,11 @@ impl<R: CsvRow> RowReader<R> {
             };
             self.line += 1;
             let text = line.bytes.trim_ascii();
-            if text.is_empty() && !line.cut {
+            let separator = self.header.separator.byte();
+            let is_blank = text
+                .iter()
+                .all(|byte| *byte == separator || byte.is_ascii_whitespace());
+            if is_blank && !line.cut {
                 continue;
             }
             let is_complete = line.ended && !line.cut;

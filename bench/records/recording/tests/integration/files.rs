@@ -486,7 +486,7 @@ fn rows_are_read_by_the_names_of_their_columns_and_bad_ones_counted() {
 }
 
 /// Rows of a `force.csv` with these bytes, and the reader's warnings.
-fn force_rows(bytes: &[u8]) -> Result<(Vec<ForceRow>, Vec<Warning>), String> {
+fn rows_of_file(bytes: &[u8]) -> Result<(Vec<ForceRow>, Vec<Warning>), String> {
     let temp = tempfile::tempdir().unwrap();
     let folder = temp.path().join("r");
     finished(&folder);
@@ -518,7 +518,7 @@ fn rows_of_other_programs_read_the_same() {
         plain.replace("lateral_n\n", "lateral_n\n[s],N,newton\n"),
         semicolons.replace("0,75", "\"0,75\"") + ";;\n\n",
     ] {
-        let (rows, warnings) = force_rows(text.as_bytes()).unwrap();
+        let (rows, warnings) = rows_of_file(text.as_bytes()).unwrap();
         assert_eq!((&rows, &warnings[..]), (&expected, &[][..]), "{text:?}");
     }
 }
@@ -545,18 +545,18 @@ fn rows_that_are_ambiguous_or_in_another_unit_are_refused_by_their_cause() {
         ),
         (String::new(), "it is empty"),
     ] {
-        let error = force_rows(text.as_bytes()).unwrap_err();
+        let error = rows_of_file(text.as_bytes()).unwrap_err();
         assert!(
             error.contains(FORCE_FILE) && error.contains(words),
             "{error}"
         );
     }
     let utf16: Vec<u8> = header.encode_utf16().flat_map(u16::to_le_bytes).collect();
-    let error = force_rows(&utf16).unwrap_err();
+    let error = rows_of_file(&utf16).unwrap_err();
     assert!(error.contains("UTF-16"), "{error}");
     // A row with the other decimal sign is not read.
     let (rows, warnings) =
-        force_rows(b"time_s;normal_n;lateral_n\n0,0;0,5;0,5\n0.1;0,5;0,5\n").unwrap();
+        rows_of_file(b"time_s;normal_n;lateral_n\n0,0;0,5;0,5\n0.1;0,5;0,5\n").unwrap();
     assert_eq!(rows.len(), 1);
     assert!(matches!(
         warnings[..],

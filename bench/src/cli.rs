@@ -354,7 +354,7 @@ pub struct CalibratePickup {
     /// Known peak amplitude at each level, µm.
     #[arg(long, value_name = "MICROMETRES", value_delimiter = ',', conflicts_with_all = ["known_csv", "instrument"], requires = "levels_v")]
     pub known_um: Vec<f64>,
-    /// CSV file of levels and known peak amplitudes, with the columns drive_v,known_um and optionally known_at_hz.
+    /// CSV file of levels and known peak amplitudes, with the columns drive_v, known_um and optionally known_at_hz.
     #[arg(long, value_name = "FILE", conflicts_with = "instrument")]
     pub known_csv: Option<PathBuf>,
     /// Frequency at which the known amplitudes are valid, Hz; the plate's resonance must be there now.

@@ -28,7 +28,7 @@ pub fn run(options: &Exclude) -> anyhow::Result<()> {
         trial: options.trial.map_or(AllOrOne::All, AllOrOne::One),
         reason: options.because.trim().to_owned(),
         by: options.by.trim().to_owned(),
-        date: Some(dates::now().strftime("%Y-%m-%d").to_string()),
+        date: Some(calendar::day(dates::now())),
     };
     let study = Study::open(&options.study)?;
     study::exclusions::add(&FileSystem, study.folder(), &exclusion)?;

@@ -38,7 +38,7 @@ pub fn run(options: &Forget) -> anyhow::Result<bool> {
         writeln!(out, "nothing was removed")?;
         return Ok(false);
     }
-    let date = SystemClock::start().utc().strftime("%Y-%m-%d").to_string();
+    let date = SystemClock::start().day();
     study.remove(&traces, &date)?;
     writeln!(
         out,

@@ -323,14 +323,18 @@ fn write_page(desk: &Arc<Desk>, name: &'static str, theme: Theme, screen: Buffer
         .spawn(move || {
             let text = match page_files::write(Path::new("."), name, theme, &screen) {
                 Ok(name) => format!("wrote {name} and its text file"),
-                Err(error) => format!("the page is not written: {error}"),
+                Err(error) => format!(
+                    "the page is not written here: {}",
+                    bounded_files::cause(&error)
+                ),
             };
             writer.is_writing.store(false, Ordering::Release);
             note(&writer, text);
         });
     if let Err(error) = result {
         desk.is_writing.store(false, Ordering::Release);
-        note(desk, format!("the page is not written: {error}"));
+        let cause = bounded_files::cause(&error);
+        note(desk, format!("the page is not written: {cause}"));
     }
 }
 

@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use ::study::sessions;
 use devices::Life;
-use jiff::tz::TimeZone;
 use live::resumed::Resumed;
 use protocols::{NOT_STATED, Person, PersonDetail, Session, TrialRecord};
 use recording::study::event_log::Start;
@@ -57,7 +56,7 @@ impl ParticipantSession {
             &plan.study,
             protocol_check::session_bytes(plan.bench.config(), protocol),
         )?;
-        let date = clock.utc().to_zoned(TimeZone::UTC).date().to_string();
+        let date = clock.day();
         let (number, folder, is_resumed) = open_session(&study, plan, &date)?;
         let history = earlier_history(plan, &folder);
         let mut machine = machine(plan, &folder, &history)?;

@@ -254,7 +254,7 @@ fn the_wall_clock_is_read_in_one_place_and_used_only_for_dates() {
     };
     assert!(clock.ends_with("clock.rs"), "{clock}");
     // The calibration's age and date, the check of the volts, the age of driving times and of a plate's warmth, the session's
-    // folder and log, the press of the e-stop, the day of a removal, the folder of a drill, and the age of the calibrations
+    // folder and log, the press of the e-stop, the folder of a drill, and the age of the calibrations
     // that a dashboard names.
     let dates = [
         "devices/src/assembly.rs",
@@ -266,7 +266,6 @@ fn the_wall_clock_is_read_in_one_place_and_used_only_for_dates() {
         "devices/src/driving_time.rs",
         "src/dates.rs",
         "src/estop.rs",
-        "src/forget.rs",
         "operation/journal/src/lib.rs",
         "src/run/participant_session.rs",
     ];

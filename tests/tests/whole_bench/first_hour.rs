@@ -417,7 +417,7 @@ fn a_folder_that_cannot_be_written_is_named_and_the_cause_said_once() {
         let output = finish(command);
         assert_refusal(&output, &[&path.display().to_string()]);
         let errors = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(errors.matches("os error").count(), 1, "{errors}");
+        assert!(!errors.contains("os error"), "{errors}");
     }
 }
 

@@ -1,17 +1,21 @@
 //! Opens only regular files and reads them up to a limit, so that a folder from somebody else is refused before it costs
 //! time or memory.
 
+mod cause;
 mod in_place;
 mod lines;
 mod pointer;
 mod refusal;
 mod regular;
+mod text;
 
+pub use cause::cause;
 pub use in_place::open_in_place;
 pub use lines::{BoundedLines, Line};
 pub use pointer::ContentStore;
 pub use refusal::{FileKind, Refusal, refusal};
 pub use regular::{TEXT_LIMIT_BYTES, open, read, read_limited, read_text};
+pub use text::{as_text, without_mark};
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

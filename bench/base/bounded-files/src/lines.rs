@@ -20,6 +20,8 @@ pub struct BoundedLines<R> {
     limit_bytes: usize,
     line: Vec<u8>,
     read_bytes: u64,
+    /// Whether the latest line ended in CR, of which LF may be the second half.
+    is_after_return: bool,
 }
 
 impl<R: BufRead> BoundedLines<R> {
@@ -30,6 +32,7 @@ impl<R: BufRead> BoundedLines<R> {
             limit_bytes,
             line: Vec::new(),
             read_bytes: 0,
+            is_after_return: false,
         }
     }
 
@@ -39,7 +42,7 @@ impl<R: BufRead> BoundedLines<R> {
         self.read_bytes
     }
 
-    /// Returns the next line; `None` at the end. A line without an end within `most_bytes` is returned as read so far and
+    /// Returns the next line, which ends in LF, CR LF or CR; `None` at the end. A line without an end within `most_bytes` is returned as read so far and
     /// continues as the next one.
     ///
     /// # Errors
@@ -55,12 +58,18 @@ impl<R: BufRead> BoundedLines<R> {
             if buffer.is_empty() {
                 break;
             }
-            let end = buffer.iter().position(|byte| *byte == b'\n');
+            if std::mem::take(&mut self.is_after_return) && buffer[0] == b'\n' {
+                self.read_bytes += 1;
+                self.source.consume(1);
+                continue;
+            }
+            let end = buffer.iter().position(|byte| matches!(byte, b'\n' | b'\r'));
             let part = &buffer[..end.unwrap_or(buffer.len())];
             let room = self.limit_bytes.saturating_sub(self.line.len());
             self.line.extend_from_slice(&part[..part.len().min(room)]);
             length += part.len() as u64;
             ended = end.is_some();
+            self.is_after_return = end.is_some_and(|end| buffer[end] == b'\r');
             let used = part.len() + usize::from(ended);
             self.read_bytes += used as u64;
             self.source.consume(used);
@@ -94,11 +103,29 @@ mod tests {
             [
                 line(b"1234", true, true),
                 line(b"", false, true),
-                line(b"abcd", true, true),
+                line(b"abcd", false, true),
                 line(b"torn", false, false)
             ]
         );
         assert_eq!(lines.read_bytes(), 19);
+    }
+
+    #[test]
+    fn a_line_ends_in_any_way() {
+        let text = ["a", "", "b", "c"];
+        for end in ["\n", "\r\n", "\r"] {
+            for capacity in [1, 2, 64] {
+                let bytes = text.join(end);
+                let source = BufReader::with_capacity(capacity, bytes.as_bytes());
+                let mut lines = BoundedLines::new(source, 8);
+                let mut read = Vec::new();
+                while let Some(line) = lines.next_line(u64::MAX).unwrap() {
+                    read.push(String::from_utf8(line.bytes.to_vec()).unwrap());
+                }
+                assert_eq!(read, text, "{end:?}");
+                assert_eq!(lines.read_bytes(), bytes.len() as u64);
+            }
+        }
     }
 
     #[test]

@@ -84,6 +84,29 @@ pub enum Refusal {
     /// The file is a placeholder, and its content is not on this computer.
     #[error("{0}")]
     Elsewhere(ContentStore),
+    /// The text is UTF-16, as some programs of Windows save it.
+    #[error("it is UTF-16 text; save it as UTF-8")]
+    Utf16,
+    /// A byte of the text is not UTF-8.
+    #[error("line {line} has the byte {byte:#04X}, which is not UTF-8{}; save it as UTF-8", in_western(*.byte))]
+    NotUtf8 {
+        /// Line of the byte, from 1.
+        line: usize,
+        /// The byte.
+        byte: u8,
+    },
+}
+
+/// Returns the letter that a byte is in the older encodings of Western Europe, for a message.
+fn in_western(byte: u8) -> String {
+    if byte >= 0xa0 {
+        format!(
+            " (in Windows-1252 and Latin-1 it is `{}`)",
+            char::from(byte)
+        )
+    } else {
+        String::new()
+    }
 }
 
 impl From<Refusal> for io::Error {
@@ -91,7 +114,10 @@ impl From<Refusal> for io::Error {
         let kind = match refusal {
             Refusal::NotRegular(FileKind::Folder) => io::ErrorKind::IsADirectory,
             Refusal::NotRegular(_) | Refusal::Link => io::ErrorKind::InvalidInput,
-            Refusal::TooLong { .. } | Refusal::Elsewhere(_) => io::ErrorKind::InvalidData,
+            Refusal::TooLong { .. }
+            | Refusal::Utf16
+            | Refusal::NotUtf8 { .. }
+            | Refusal::Elsewhere(_) => io::ErrorKind::InvalidData,
         };
         Self::new(kind, refusal)
     }

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use crate::pointer::ContentStore;
 use crate::refusal::{FileKind, Refusal};
+use crate::text::as_text;
 
 /// Size limit of a text that is read whole, bytes: a hundred times the longest description of a bench, protocol or
 /// calibration.
@@ -83,13 +84,8 @@ pub fn read_limited(source: impl Read, limit_bytes: u64) -> io::Result<Vec<u8>> 
 /// # Errors
 /// As [`read`]; also if the bytes are not UTF-8.
 pub fn read_text(path: &Path, limit_bytes: u64) -> io::Result<String> {
-    String::from_utf8(read(path, limit_bytes)?).map_err(|error| {
-        let offset = error.utf8_error().valid_up_to();
-        io::Error::new(
-            io::ErrorKind::InvalidData,
-            format!("it is not UTF-8 text: byte {offset} is invalid"),
-        )
-    })
+    let bytes = read(path, limit_bytes)?;
+    Ok(as_text(&bytes)?.to_owned())
 }
 
 #[cfg(test)]
@@ -108,7 +104,11 @@ mod tests {
         fs::write(&path, b"\xff").unwrap();
         let error = read_text(&path, 4).unwrap_err();
         assert_eq!(error.kind(), io::ErrorKind::InvalidData);
-        assert_eq!(refusal(&error), None);
+        let byte = Refusal::NotUtf8 {
+            line: 1,
+            byte: 0xff,
+        };
+        assert_eq!(refusal(&error), Some(&byte));
         let absent = read(&folder.path().join("absent"), 4).unwrap_err();
         assert_eq!(absent.kind(), io::ErrorKind::NotFound);
     }

@@ -7,7 +7,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::place::line_at;
 use crate::toml_error::TomlError;
-use crate::toml_file::explain;
+use crate::toml_file::{Failure, attempt};
 
 /// Largest number of errors reported of one file.
 const MOST_ERRORS: usize = 50;
@@ -66,12 +66,6 @@ struct Repair<'a> {
     file: &'a str,
 }
 
-/// An error and the byte at which it was found.
-struct Failure {
-    error: TomlError,
-    offset: Option<usize>,
-}
-
 impl Repair<'_> {
     fn read<T: DeserializeOwned>(&mut self) -> Option<T> {
         while self.errors.len() < MOST_ERRORS {
@@ -118,13 +112,7 @@ impl Repair<'_> {
     }
 
     fn attempt<T: DeserializeOwned>(&self) -> Result<T, Box<Failure>> {
-        let text = self.sheet.text();
-        toml::from_str(&text).map_err(|error| {
-            Box::new(Failure {
-                offset: error.span().map(|span| span.start),
-                error: explain(error, &text, self.file),
-            })
-        })
+        attempt(&self.sheet.text(), self.file)
     }
 
     /// Adds the error of a missing key, unless the key or its whole table was reported before.

@@ -1,7 +1,8 @@
 //! Strict reading of TOML files: an unknown key is reported with its line and the nearest known key, a value out of range
 //! with its range and unit, in the same words for every file of the bench.
 //!
-//! - [`parse`] reads a file into a type and explains failures as a [`TomlError`]; [`read`] goes on after an error.
+//! - [`parse`] reads a file into a type and explains failures as a [`TomlError`], slips of typing among them: decimal
+//!   commas, characters of a word processor, paths of Windows; [`read`] goes on after an error.
 //! - [`require_range`] and [`count_within`] are the range rule; [`OutOfRange`] names key, value, range and unit.
 //! - [`InFile`] and [`line_of`] locate an error about a value that parses but is not allowed.
 //! - [`nearest`] suggests the most similar known word.
@@ -24,9 +25,13 @@
 //! # Ok::<(), strict_toml::TomlError>(())
 //! ```
 
+mod character;
+mod document;
 mod draft;
+mod parts;
 mod place;
 mod range;
+mod slip;
 mod suggestion;
 mod toml_error;
 mod toml_file;

@@ -1,11 +1,12 @@
 //! Strict reading of TOML files, with explanations of errors.
 
-use std::ops::Range;
-
 use serde::de::DeserializeOwned;
+use toml::de::DeTable;
 
+use crate::document::{self, Mismatch};
 use crate::draft::read;
 use crate::place::line_at;
+use crate::slip::{Slip, path_slip, shown_line, slip};
 use crate::suggestion::nearest;
 use crate::toml_error::TomlError;
 use crate::wrong_value::{self, WrongValue};
@@ -36,23 +37,52 @@ use crate::wrong_value::{self, WrongValue};
 /// # Ok::<(), TomlError>(())
 /// ```
 pub fn parse<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, TomlError> {
-    toml::from_str(text).map_err(|error| {
-        let first = explain(error, text, file);
-        TomlError::of_several(read::<T>(text, file).errors).unwrap_or(first)
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if let Some(slip) = path_slip(text) {
+        return Err(slip_error(slip, file.to_owned(), None));
+    }
+    attempt(text, file).map_err(|first| {
+        TomlError::of_several(read::<T>(text, file).errors).unwrap_or(first.error)
     })
 }
 
-pub(crate) fn explain(mut error: toml::de::Error, text: &str, file: &str) -> TomlError {
+/// An error and the byte at which it was found.
+pub(crate) struct Failure {
+    pub error: TomlError,
+    pub offset: Option<usize>,
+}
+
+/// Reads `text` up to its first error.
+pub(crate) fn attempt<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, Box<Failure>> {
+    let failure = |error, offset| Box::new(Failure { error, offset });
+    let document = DeTable::parse(text).map_err(|error| {
+        let offset = error.span().map(|span| span.start);
+        failure(not_toml(&error, text, file.to_owned()), offset)
+    })?;
+    document::read(document).map_err(|mismatch| {
+        let offset = mismatch.span.as_ref().map(|span| span.start);
+        failure(explain(mismatch, text, file), offset)
+    })
+}
+
+fn slip_error(slip: Slip, file: String, key: Option<String>) -> TomlError {
+    TomlError::Invalid {
+        file,
+        line: slip.line,
+        key,
+        message: slip.words,
+    }
+}
+
+fn explain(mismatch: Mismatch, text: &str, file: &str) -> TomlError {
     let file = file.to_owned();
-    let span = error.span();
-    let line = span.as_ref().map_or(1, |span| line_at(text, span.start));
-    let message = error.message().trim_end().to_owned();
-    // The path of keys appears only in the text of an error without its input.
-    error.set_input(None);
-    let path = error
-        .to_string()
-        .rsplit_once("\nin `")
-        .and_then(|(_, rest)| rest.trim_end().strip_suffix('`').map(str::to_owned));
+    let Mismatch {
+        message,
+        keys,
+        span,
+    } = mismatch;
+    let line = span.map_or(1, |span| line_at(text, span.start));
+    let path = (!keys.is_empty()).then(|| keys.join("."));
     if let Some((key, known)) = unknown(&message, "unknown field ") {
         return TomlError::UnknownKey {
             nearest: nearest(&key, &known),
@@ -81,7 +111,13 @@ pub(crate) fn explain(mut error: toml::de::Error, text: &str, file: &str) -> Tom
     if let Some(mismatch) = wrong_value::from_message(&message) {
         return wrong_type(mismatch, file, line, path);
     }
-    not_toml(message, text, span, file, line, path)
+    let message = wrong_value::length_words(&message).unwrap_or(message);
+    TomlError::Invalid {
+        file,
+        line,
+        key: path,
+        message,
+    }
 }
 
 fn wrong_type(mismatch: WrongValue, file: String, line: usize, key: Option<String>) -> TomlError {
@@ -91,6 +127,13 @@ fn wrong_type(mismatch: WrongValue, file: String, line: usize, key: Option<Strin
             line,
             key,
             number,
+        },
+        WrongValue::QuotedSlip { text, number } => TomlError::WrongType {
+            file,
+            line,
+            key,
+            given_text: format!("the text \"{text}\""),
+            expected: number,
         },
         WrongValue::NumberWithUnit(value) => TomlError::NumberWithUnit {
             file,
@@ -111,18 +154,21 @@ fn wrong_type(mismatch: WrongValue, file: String, line: usize, key: Option<Strin
     }
 }
 
-/// Explains an error from the text itself: a number with a unit is not TOML.
-fn not_toml(
-    message: String,
-    text: &str,
-    span: Option<Range<usize>>,
-    file: String,
-    line: usize,
-    path: Option<String>,
-) -> TomlError {
+/// Explains a text that is not TOML, such as a number with a unit.
+fn not_toml(error: &toml::de::Error, text: &str, file: String) -> TomlError {
     /// The parser's message for most words outside quotes and for a missing value.
     const BARE_WORD: &str = "string values must be quoted";
-    let unreadable = span.and_then(|span| wrong_value::unreadable(text, span.start));
+    let message = error.message();
+    let offset = error.span().map_or(0, |span| span.start);
+    let line = line_at(text, offset);
+    let unreadable = wrong_value::unreadable(text, offset);
+    let has_unit = unreadable
+        .as_ref()
+        .is_some_and(|found| found.is_number_with_unit());
+    if let Some(slip) = slip(text, offset).filter(|_| !has_unit) {
+        let key = unreadable.and_then(|found| found.key);
+        return slip_error(slip, file, key);
+    }
     match unreadable {
         Some(found) if found.is_number_with_unit() => TomlError::NumberWithUnit {
             file,
@@ -148,10 +194,32 @@ fn not_toml(
         _ => TomlError::Invalid {
             file,
             line,
-            key: path,
-            message,
+            key: None,
+            message: words(message, text, offset),
         },
     }
+}
+
+/// Returns the parser's message in a user's words, with the line.
+fn words(message: &str, text: &str, offset: usize) -> String {
+    let line = shown_line(text, offset);
+    if message.contains("duplicate key") {
+        return format!("`{line}` repeats a key or a table; keep one of them");
+    }
+    let cause = if message.contains("unclosed array") {
+        "a bracket is not closed"
+    } else if message.contains("unclosed") || message.contains("brace") {
+        "a bracket or brace is not closed"
+    } else if line.matches('"').count() % 2 == 1 || line.matches('\'').count() % 2 == 1 {
+        "a quotation mark is not closed"
+    } else if message.contains("overflow") {
+        "the number is too large"
+    } else if message.contains("newline") && message.contains("carriage") {
+        "its line ends are those of an old Macintosh (CR); save it with LF or CR LF"
+    } else {
+        "a line is `key = value`, `[table]` or a comment after #"
+    };
+    format!("`{line}` is not TOML: {cause}")
 }
 
 /// Parses serde's "unknown field `a`, expected one of `b`, `c`".
@@ -419,6 +487,94 @@ mod tests {
         assert!(
             matches!(&error, TomlError::Invalid { line: 2, .. }),
             "{error:?}"
+        );
+    }
+
+    /// Words of the parser and of serde that no user should read.
+    const FOREIGN: [&str; 8] = [
+        "expected",
+        "unexpected",
+        "invalid",
+        "mantissa",
+        "missing opening",
+        "unquoted",
+        "literal",
+        "escape code",
+    ];
+
+    #[test]
+    fn slips_of_typing_are_named_with_their_remedy() {
+        for (from, to, line, words) in [
+            ("35e3", "35000,5", 1, "write 35000.5"),
+            ("0.05", "0,05", 5, "write 0.05"),
+            ("0.05", "\"0,05\"", 5, "write 0.05"),
+            ("0.05", ".05", 5, "write 0.05"),
+            ("0.05", "5.", 5, "write 5.0"),
+            ("0.05", "-.5", 5, "write -0.5"),
+            ("0.05", "00.05", 5, "write 0.05"),
+            ("35e3", "35'000", 1, "without groups"),
+            ("35e3", "\u{a0}35e3", 1, "U+00A0 (no-break space)"),
+            ("35e3", "35e3\u{200b}", 1, "U+200B (zero-width space)"),
+            ("0.05", "\u{2212}0.05", 5, "U+2212 (minus sign)"),
+            ("0.05", "\u{2013}0.05", 5, "U+2013 (dash)"),
+            ("\"fixed\"", "“fixed”", 2, "U+201C (typographic quotes)"),
+            ("\"fixed\"", "„fixed“", 2, "typographic quotes"),
+            (
+                "\"fixed\"",
+                "\"C:\\Users\\lab\"",
+                2,
+                "'C:\\Users\\lab' between single quotes",
+            ),
+            (
+                "\"fixed\"",
+                "\"D:\\test\\new\"",
+                2,
+                "'D:\\test\\new' between single quotes",
+            ),
+            ("\"fixed\"", "\"fixed", 2, "a quotation mark is not closed"),
+            ("[[plate]]", "[[plate", 4, "not closed"),
+            ("35e3", "35e3\ncarrier_hz = 1", 2, "keep one of them"),
+            ("carrier_hz =", "carrier hz =", 1, "is not TOML"),
+            ("= 35e3", "= 35e3 1", 1, "is neither a number"),
+        ] {
+            let text = GOOD.replace(from, to);
+            assert_ne!(text, GOOD, "{from}");
+            let error = failure(&text).to_string();
+            let place = format!("bench.toml, line {line}");
+            assert!(
+                error.starts_with(&place) && error.contains(words),
+                "{to}: {error}"
+            );
+            let foreign = FOREIGN.iter().find(|word| error.contains(*word));
+            assert_eq!(foreign, None, "{error}");
+        }
+        let inline = "carrier_hz = 1.0\norder = \"fixed\"\nplate = [{ centre_m = 0,05 }]\n";
+        assert!(
+            failure(inline).to_string().contains("write 0.05"),
+            "{}",
+            failure(inline)
+        );
+    }
+
+    #[test]
+    fn a_byte_order_mark_and_line_ends_of_windows_are_read() {
+        let text = format!("\u{feff}{}", GOOD.replace('\n', "\r\n"));
+        assert!(parse::<Outer>(&text, "bench.toml").is_ok());
+        let error = failure(&GOOD.replace('\n', "\r")).to_string();
+        assert!(error.contains("line ends"), "{error}");
+    }
+
+    #[test]
+    fn a_list_of_another_length_is_named() {
+        #[derive(Debug, Deserialize)]
+        struct Pair {
+            #[expect(dead_code, reason = "only its type is looked at")]
+            range_n: [f64; 2],
+        }
+        let error = parse::<Pair>("range_n = [1.0]", "bench.toml").unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "bench.toml, line 1, key `range_n`: the list has 1 values; write a list of 2"
         );
     }
 

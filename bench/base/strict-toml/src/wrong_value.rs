@@ -1,10 +1,14 @@
 //! Unreadable values, and the values expected in their place.
 
+use crate::slip;
+
 /// Kind of wrong value.
 #[derive(Debug, PartialEq)]
 pub(crate) enum WrongValue {
     /// A number between quotes where a number is expected.
     QuotedNumber(String),
+    /// A number between quotes that is not written as TOML writes it.
+    QuotedSlip { text: String, number: String },
     /// A number and a unit.
     NumberWithUnit(String),
     /// Another type, or a whole number outside the type's range.
@@ -24,6 +28,12 @@ pub(crate) fn from_message(message: &str) -> Option<WrongValue> {
         .strip_prefix("string \"")
         .and_then(|text| text.strip_suffix('"'));
     if let Some(text) = text.filter(|_| is_number_wanted(expected_type)) {
+        if let Some(number) = slip::corrected(text.trim()) {
+            return Some(WrongValue::QuotedSlip {
+                text: text.to_owned(),
+                number,
+            });
+        }
         let (number, unit) = split_number(text);
         if !number.is_empty() && unit.is_empty() {
             return Some(WrongValue::QuotedNumber(text.to_owned()));
@@ -36,6 +46,20 @@ pub(crate) fn from_message(message: &str) -> Option<WrongValue> {
         given_text: found_in_words(given_text),
         expected: wanted_in_words(expected_type),
     })
+}
+
+/// Returns serde's "invalid length 2, expected an array of length 3" in a user's words; `None` for any other message.
+pub(crate) fn length_words(message: &str) -> Option<String> {
+    let rest = message.strip_prefix("invalid length ")?;
+    let (given, expected) = rest.split_once(", expected ")?;
+    let count = expected
+        .rsplit(' ')
+        .find_map(|word| word.parse::<usize>().ok());
+    let wanted = count.map_or_else(
+        || "another number of values".to_owned(),
+        |n| format!("a list of {n}"),
+    );
+    Some(format!("the list has {given} values; write {wanted}"))
 }
 
 /// Value that is not TOML, as written.

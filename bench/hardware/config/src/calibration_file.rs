@@ -348,7 +348,7 @@ pub enum CalibrationFileError {
         path: PathBuf,
     },
     /// The file cannot be read or written.
-    #[error("{}: {source}", path.display())]
+    #[error("cannot read {}: {}", path.display(), bounded_files::cause(source))]
     Io {
         /// The file.
         path: PathBuf,
@@ -367,6 +367,9 @@ pub enum CalibrationFileError {
         /// The file.
         path: PathBuf,
     },
+    /// The contents are not TOML, or have other keys than this version's.
+    #[error(transparent)]
+    Toml(#[from] strict_toml::TomlError),
     /// The contents cannot be read by this version.
     #[error("{}: {reason}", path.display())]
     Content {
@@ -449,11 +452,9 @@ impl CalibrationFile {
         if hash != sha256(body) && hash != sha256(&ended_body) {
             return Err(CalibrationFileError::Edited { path: path() });
         }
+        // With a line in place of the hash, so that errors name the file's lines.
         let calibration: Self =
-            toml::from_str(body).map_err(|error| CalibrationFileError::Content {
-                path: path(),
-                reason: error.to_string(),
-            })?;
+            strict_toml::parse(&format!("\n{body}"), &path().display().to_string())?;
         if calibration.format != FORMAT {
             return Err(CalibrationFileError::Content {
                 path: path(),

@@ -110,7 +110,8 @@ pub enum WrongDate {
     },
     /// The calibration is dated in the future.
     #[error(
-        "the calibration is dated {date}, in the future: set the computer's clock, or calibrate again"
+        "the calibration is dated {}, in the future: set the computer's clock, or calibrate again",
+        calendar::moment(*date)
     )]
     Future {
         /// Date of the calibration.
@@ -383,7 +384,7 @@ impl InForce {
 fn signed(provenance: &Provenance) -> String {
     format!(
         "{}, {}",
-        provenance.date.strftime("%Y-%m-%d"),
+        calendar::day(provenance.date),
         provenance.operator
     )
 }
@@ -420,7 +421,7 @@ pub fn unverified(config: &Config, file: Option<&CalibrationFile>, now: Timestam
         Some(output) => format!(
             "the volts were checked against a meter on {}, too long ago: run `friction-bench calibrate output --meter \
              NAME`",
-            output.measured.date.strftime("%Y-%m-%d")
+            calendar::day(output.measured.date)
         ),
         None => "the volts were never checked against an independent meter: run `friction-bench calibrate output \
                  --meter NAME`"

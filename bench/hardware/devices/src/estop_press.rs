@@ -205,7 +205,8 @@ impl EstopPress {
             }
             Err(error) => return Err(unreadable(error.into())),
         };
-        let press: Self = toml::from_str(&text).map_err(|error| unreadable(error.into()))?;
+        let press: Self = toml::from_str(&text)
+            .map_err(|_| unreadable(anyhow::anyhow!("it is damaged, or of another version")))?;
         if press.line != line {
             return Err(EstopPressError::OtherLine {
                 found: press.line,

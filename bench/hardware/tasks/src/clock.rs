@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use jiff::tz::TimeZone;
 use jiff::{SignedDuration, Timestamp};
 
 /// Source of time for the bench. All code that stamps an arrival or writes a date uses it, so that a simulated
@@ -21,6 +22,15 @@ pub trait Clock: Send + Sync {
     /// Returns whether the calendar time comes from a free-running simulation.
     fn is_simulated(&self) -> bool {
         false
+    }
+    /// Returns the laboratory's day, as `2026-01-31`; that of UTC on a free-running simulation, so that the same run gives
+    /// the same files everywhere.
+    fn day(&self) -> String {
+        if self.is_simulated() {
+            calendar::day_in(self.utc(), TimeZone::UTC)
+        } else {
+            calendar::day(self.utc())
+        }
     }
     /// Returns the time since the origin, s, suspensions included: the clock for records that outlast the program.
     fn since_origin_s(&self) -> f64 {

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use anyhow::{Context, bail};
 use serialport::SerialPort;
+use text_tables::Columns;
 
 use crate::instrument_line::{self, LineFault, LineUnit};
 use crate::operator::MICROMETRE_M;
@@ -49,33 +50,32 @@ pub struct KnownRow {
     pub at_hz: Option<f64>,
 }
 
-/// Reads a table with the columns `drive_v,known_um`, or `drive_v,known_um,known_at_hz`; further columns are ignored, as those
-/// of the table that `calibrate pickup` writes. In place of `known_um`, `known_m` is read.
+/// Reads a table with the columns `drive_v`, `known_um` and, optionally, `known_at_hz`, or `known_m` in place of `known_um`, as in
+/// the table that `calibrate pickup` writes.
 ///
 /// # Errors
 /// If the table cannot be read, or a column is missing.
 pub fn read_table(path: &Path) -> anyhow::Result<Vec<KnownRow>> {
-    #[derive(serde::Deserialize)]
-    struct Row {
-        drive_v: f64,
-        known_um: Option<f64>,
-        known_m: Option<f64>,
-        known_at_hz: Option<f64>,
-    }
-    let columns = "drive_v,known_um or drive_v,known_um,known_at_hz";
-    let rows = typed_table::rows::<Row>(path, columns)?;
-    rows.iter()
-        .map(|row| {
-            let known_m = row.known_um.map(|known_um| known_um * MICROMETRE_M);
-            Ok(KnownRow {
-                drive_v: row.drive_v,
-                known_m: known_m.or(row.known_m).with_context(|| {
-                    format!("{}: the columns must be {columns}", path.display())
-                })?,
-                at_hz: row.known_at_hz,
-            })
+    const MICROMETRES: Columns = Columns {
+        required: &["drive_v", "known_um"],
+        optional: &["known_at_hz"],
+    };
+    const METRES: Columns = Columns {
+        required: &["drive_v", "known_m"],
+        optional: &["known_at_hz"],
+    };
+    let (rows, unit_m) = match typed_table::rows(path, &METRES) {
+        Ok(rows) => (rows, 1.0),
+        Err(_) => (typed_table::rows(path, &MICROMETRES)?, MICROMETRE_M),
+    };
+    let known = rows.iter().filter_map(|row| {
+        Some(KnownRow {
+            drive_v: row.number(0)?,
+            known_m: row.number(1)? * unit_m,
+            at_hz: row.number(2),
         })
-        .collect()
+    });
+    Ok(known.collect())
 }
 
 /// Converts typed micrometres to metres.
@@ -340,9 +340,16 @@ mod tests {
         assert_eq!(read_table(&path).unwrap(), known);
         std::fs::write(&path, "known_m,drive_v\n4.2e-7,5\n").unwrap();
         assert_eq!(read_table(&path).unwrap(), [row(5.0, 4.2e-7, None)]);
-        std::fs::write(&path, "drive_v,mm\n5,0.42\n").unwrap();
-        assert!(format!("{:#}", read_table(&path).unwrap_err()).contains("drive_v,known_um"));
         std::fs::write(&path, "volts,um\n5,0.42\n").unwrap();
-        assert!(format!("{:#}", read_table(&path).unwrap_err()).contains("drive_v,known_um"));
+        let error = format!("{:#}", read_table(&path).unwrap_err());
+        assert!(error.contains("drive_v and known_um"), "{error}");
+        std::fs::write(&path, "known_um;drive_v\r\n0,42;5\r\n").unwrap();
+        assert_eq!(read_table(&path).unwrap(), [row(5.0, 0.42 * 1e-6, None)]);
+        std::fs::write(&path, "drive_v,known_nm\n5,420\n").unwrap();
+        let error = format!("{:#}", read_table(&path).unwrap_err());
+        assert!(
+            error.contains("known.csv") && error.contains("`known_nm`"),
+            "{error}"
+        );
     }
 }

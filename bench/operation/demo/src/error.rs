@@ -7,7 +7,8 @@ use std::path::PathBuf;
 pub enum DemoError {
     /// The folder cannot be created.
     #[error(
-        "cannot make a folder for the demonstration, {folder}: {source}; name another: `friction-bench demo FOLDER`"
+        "cannot make a folder for the demonstration, {folder}: {}; name another: `friction-bench demo FOLDER`",
+        bounded_files::cause(source)
     )]
     Folder {
         /// The folder.
@@ -17,7 +18,10 @@ pub enum DemoError {
         source: std::io::Error,
     },
     /// The program cannot be run.
-    #[error("cannot run {program} for the next step: {source}")]
+    #[error(
+        "cannot run {program} for the next step: {}",
+        bounded_files::cause(source)
+    )]
     Program {
         /// The program.
         program: PathBuf,

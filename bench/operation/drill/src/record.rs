@@ -190,7 +190,7 @@ impl DrillFolder {
     pub fn create(parent: &Path, began: Timestamp) -> anyhow::Result<Self> {
         let cannot = |path: &Path| format!("cannot create {}", path.display());
         std::fs::create_dir_all(parent).with_context(|| cannot(parent))?;
-        let name = began.strftime("%Y-%m-%d_%H%M%SZ").to_string();
+        let name = calendar::folder_name(began);
         for number in 1..=SAME_SECOND {
             let path = match number {
                 1 => parent.join(&name),
@@ -266,12 +266,9 @@ mod tests {
             let text = std::fs::read_to_string(folder.file()).unwrap();
             assert_eq!(toml::from_str::<DrillRecord>(&text).unwrap(), record);
         }
-        assert!(folders[0].file().ends_with("2026-05-04_120000Z/drill.toml"));
-        assert!(
-            folders[2]
-                .file()
-                .ends_with("2026-05-04_120000Z-3/drill.toml")
-        );
+        let name = calendar::folder_name(record.began);
+        assert!(folders[0].file().ends_with(format!("{name}/drill.toml")));
+        assert!(folders[2].file().ends_with(format!("{name}-3/drill.toml")));
     }
 
     #[test]

@@ -23,7 +23,7 @@ pub enum LaunchError {
         folder: PathBuf,
     },
     /// The system refused to run it.
-    #[error("{program} does not start: {source}")]
+    #[error("{program} does not start: {}", bounded_files::cause(source))]
     Refused {
         /// The program.
         program: PathBuf,

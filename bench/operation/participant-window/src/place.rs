@@ -41,7 +41,7 @@ pub enum PlaceError {
         path: PathBuf,
     },
     /// The system returned an error.
-    #[error("{path}: {source}")]
+    #[error("{path}: {}", bounded_files::cause(source))]
     System {
         /// Folder or socket.
         path: PathBuf,

@@ -50,7 +50,7 @@ pub enum ScalesError {
         pixel_m: f64,
     },
     /// The file cannot be read or written.
-    #[error("{file}: {source}")]
+    #[error("{file}: {}", bounded_files::cause(source))]
     File {
         /// The file.
         file: String,

@@ -2,6 +2,8 @@
 
 use std::io::Write;
 
+use text_tables::Columns;
+
 /// Reading of the force sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ForceRow {
@@ -27,7 +29,7 @@ pub struct PositionRow {
 /// Times are written to 1 ns and values as the shortest decimal of the nearest `f32` (relative error under 1.2e-7).
 pub trait CsvRow: Sized + Copy {
     /// Names of the columns; the first one is the time.
-    const COLUMNS: &'static [&'static str];
+    const COLUMNS: Columns;
 
     /// Returns the time, seconds from sample 0.
     fn time_s(&self) -> f64;
@@ -40,7 +42,10 @@ pub trait CsvRow: Sized + Copy {
 }
 
 impl CsvRow for ForceRow {
-    const COLUMNS: &'static [&'static str] = &["time_s", "normal_n", "lateral_n"];
+    const COLUMNS: Columns = Columns {
+        required: &["time_s", "normal_n", "lateral_n"],
+        optional: &[],
+    };
 
     fn time_s(&self) -> f64 {
         self.time_s
@@ -63,7 +68,10 @@ impl CsvRow for ForceRow {
 }
 
 impl CsvRow for PositionRow {
-    const COLUMNS: &'static [&'static str] = &["time_s", "position_m"];
+    const COLUMNS: Columns = Columns {
+        required: &["time_s", "position_m"],
+        optional: &[],
+    };
 
     fn time_s(&self) -> f64 {
         self.time_s

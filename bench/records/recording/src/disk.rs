@@ -13,7 +13,7 @@ const BATCH_BYTES: usize = 1 << 18;
 
 /// Failure of a file operation.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot {action} {}: {}", path.display(), cause(source))]
+#[error("cannot {action} {}: {}", path.display(), bounded_files::cause(source))]
 pub struct DiskError {
     /// Attempted operation, such as `write`.
     pub action: &'static str,
@@ -21,23 +21,6 @@ pub struct DiskError {
     pub path: PathBuf,
     /// Reason given by the operating system.
     pub source: io::Error,
-}
-
-fn cause(error: &io::Error) -> String {
-    let remedy = match error.kind() {
-        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-            "the disk is full; make room on it or choose another study folder"
-        }
-        io::ErrorKind::FileTooLarge => "a limit on file sizes is in force (see `ulimit -f`)",
-        io::ErrorKind::ReadOnlyFilesystem => {
-            "the file system is read-only; choose another study folder"
-        }
-        io::ErrorKind::PermissionDenied => "permission is missing; choose another study folder",
-        io::ErrorKind::Unsupported => "this is not available on this platform",
-        io::ErrorKind::NotFound => "the file or its folder does not exist",
-        _ => return error.to_string(),
-    };
-    format!("{remedy} ({error})")
 }
 
 /// Extension that adds action and path to the error of an operation.

@@ -7,6 +7,7 @@
 mod csv_rows;
 pub mod disk;
 pub mod disk_limit;
+mod json_fault;
 pub mod lock;
 pub mod manifest;
 pub mod pipeline;

@@ -3,6 +3,8 @@
 use std::io;
 use std::path::PathBuf;
 
+use text_tables::TableFault;
+
 use crate::manifest::ManifestReadError;
 use crate::wav::{WavError, WavWarning};
 use crate::{MANIFEST_FILE, SIGNALS_FILE};
@@ -24,7 +26,7 @@ pub const EARLY_END_S: f64 = 0.25;
 #[non_exhaustive]
 pub enum ReadError {
     /// A file of the recording is missing, or the operating system refused.
-    #[error("cannot read {}: {reason}", path.display())]
+    #[error("cannot read {}: {}", path.display(), bounded_files::cause(reason))]
     Io {
         /// The file.
         path: PathBuf,
@@ -77,18 +79,13 @@ pub enum ReadError {
         /// Reason.
         reason: WavError,
     },
-    /// A CSV file lacks a column.
-    #[error(
-        "{}: no column `{column}`; its header is `{header}`, columns are separated by commas",
-        path.display()
-    )]
-    MissingColumn {
+    /// A CSV file has a fault that concerns all its rows.
+    #[error("{}: {fault}", path.display())]
+    Table {
         /// The file.
         path: PathBuf,
-        /// The column.
-        column: &'static str,
-        /// Header of the file.
-        header: String,
+        /// Fault.
+        fault: TableFault,
     },
 }
 
@@ -220,9 +217,7 @@ pub enum Warning {
         duration_s: f64,
     },
     /// No row can be read.
-    #[error(
-        "{file}: no row can be read; columns are separated by commas, and the decimal sign is a point"
-    )]
+    #[error("{file}: no row can be read below its header")]
     NoRows {
         /// The file.
         file: &'static str,

@@ -5,7 +5,8 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-use bounded_files::BoundedLines;
+use bounded_files::{BoundedLines, as_text};
+use text_tables::{Header, Numbers, Separator, TableFault, cells, stated_separator, units_row};
 
 use crate::csv_rows::CsvRow;
 use crate::read_error::{
@@ -16,6 +17,8 @@ use crate::read_error::{
 const BUFFER_BYTES: usize = 1 << 16;
 /// Step in time between rows that later rows must confirm, s.
 const LEAP_S: f64 = 0.1;
+/// Number of lines below the header that may show that no line can be read.
+const PROBED_LINES: u64 = 3;
 /// Number of rows that confirm a jump in time.
 const CONFIRMING_ROWS: usize = 64;
 
@@ -29,9 +32,12 @@ pub struct RowReader<R> {
     file: &'static str,
     path: PathBuf,
     lines: BoundedLines<BufReader<File>>,
+    header: Header,
+    /// Place of each column in a line.
     columns: Vec<usize>,
-    /// Number of columns in the header.
-    width: usize,
+    numbers: Numbers,
+    /// Number of lines below the header, without blank ones.
+    below_header: u64,
     /// Length of the audio, s.
     duration_s: f64,
     limit_rows: u64,
@@ -93,7 +99,11 @@ impl<R: CsvRow> RowReader<R> {
         let source = BufReader::with_capacity(BUFFER_BYTES, source);
         let mut lines = BoundedLines::new(source, MAX_ROW_BYTES);
         let limit_rows = ((duration_s + OUTSIDE_S) * MAX_ROWS_PER_S as f64) as u64;
-        let (mut line, mut header) = (0, Vec::new());
+        let table_error = |fault| ReadError::Table {
+            path: path.clone(),
+            fault,
+        };
+        let (mut line, mut stated, mut header) = (0, None, String::new());
         while header.is_empty() {
             let limit_bytes = limit_rows.saturating_mul(MEAN_ROW_BYTES);
             let bytes_left = limit_bytes.saturating_sub(lines.read_bytes());
@@ -101,30 +111,25 @@ impl<R: CsvRow> RowReader<R> {
                 break;
             };
             line += 1;
-            header = next.bytes.trim_ascii().to_vec();
+            let text = as_text(next.bytes).map_err(|refusal| io_error(refusal.into()))?;
+            match stated_separator(text) {
+                Some(separator) => stated = Some(separator),
+                None => header = text.trim_matches(['\u{feff}', ' ']).to_owned(),
+            }
         }
-        let names = header
-            .strip_prefix("\u{feff}".as_bytes())
-            .unwrap_or(&header);
-        let names: Vec<&[u8]> = fields(names).collect();
-        let columns = R::COLUMNS
-            .iter()
-            .map(|&column| {
-                names
-                    .iter()
-                    .position(|name| *name == column.as_bytes())
-                    .ok_or_else(|| ReadError::MissingColumn {
-                        path: path.clone(),
-                        column,
-                        header: beginning(&header),
-                    })
-            })
-            .collect::<Result<_, _>>()?;
+        if header.is_empty() {
+            let columns = R::COLUMNS.names().map(str::to_owned).collect();
+            return Err(table_error(TableFault::Empty { columns }));
+        }
+        let header = Header::read(&header, stated, &R::COLUMNS).map_err(table_error)?;
+        let columns = header.places().filter_map(|(_, place)| place).collect();
         Ok(Self {
             file,
             lines,
+            numbers: Numbers::new(header.separator),
+            header,
             columns,
-            width: names.len(),
+            below_header: 0,
             duration_s,
             limit_rows,
             line,
@@ -244,11 +249,20 @@ impl<R: CsvRow> RowReader<R> {
             };
             self.line += 1;
             let text = line.bytes.trim_ascii();
-            if text.is_empty() && !line.cut {
+            let separator = self.header.separator.byte();
+            let is_blank = text
+                .iter()
+                .all(|byte| *byte == separator || byte.is_ascii_whitespace());
+            if is_blank && !line.cut {
                 continue;
             }
             let is_complete = line.ended && !line.cut;
-            match parse::<R>(text, &self.columns, self.width).filter(|_| is_complete) {
+            self.below_header += 1;
+            let row = match fast_row(text, &self.header, &self.columns, &mut self.numbers) {
+                None => careful_row(text, &self.header, &self.columns, &mut self.numbers),
+                row => row,
+            };
+            match row.filter(|_| is_complete) {
                 Some((row, is_finite)) => {
                     return Ok(Some(ParsedRow {
                         row,
@@ -258,6 +272,18 @@ impl<R: CsvRow> RowReader<R> {
                 }
                 None if text.contains(&0) => self.zeroed_rows.count(self.line),
                 None => {
+                    let is_probed = self.below_header <= PROBED_LINES;
+                    let is_first = self.below_header == 1;
+                    if is_probed
+                        && is_units(text, self.line, &self.header, is_first).map_err(|fault| {
+                            ReadError::Table {
+                                path: self.path.clone(),
+                                fault,
+                            }
+                        })?
+                    {
+                        continue;
+                    }
                     if self.unreadable_rows.rows == 0 {
                         self.first_unreadable = beginning(text);
                     }
@@ -346,32 +372,99 @@ impl<R: CsvRow> Iterator for RowReader<R> {
     }
 }
 
-/// Returns the fields of a line, without surrounding spaces.
-fn fields(line: &[u8]) -> impl Iterator<Item = &[u8]> {
-    line.split(|byte| *byte == b',').map(<[u8]>::trim_ascii)
-}
-
-/// Returns the row and whether all its values are finite; `None` if it is not a row with a finite time.
-fn parse<R: CsvRow>(line: &[u8], columns: &[usize], width: usize) -> Option<(R, bool)> {
-    if !fields(line).skip(width).all(<[u8]>::is_empty) {
+/// Returns the row in a line of plain numbers with decimal points, and whether all its values are finite; `None` if it is
+/// not such a line, which [`careful_row`] reads.
+fn fast_row<R: CsvRow>(
+    line: &[u8],
+    header: &Header,
+    columns: &[usize],
+    numbers: &mut Numbers,
+) -> Option<(R, bool)> {
+    if numbers.has_commas() || line.contains(&b'"') {
         return None;
     }
+    let separator = header.separator.byte();
+    let fields = || {
+        line.split(|byte| *byte == separator)
+            .map(<[u8]>::trim_ascii)
+    };
+    if !fields().skip(header.width).all(<[u8]>::is_empty) {
+        return None;
+    }
+    let row = row(columns, |values| {
+        let mut n_missing = columns.len();
+        for (index, field) in fields().enumerate() {
+            for (value, _) in values
+                .iter_mut()
+                .zip(columns)
+                .filter(|(_, column)| **column == index)
+            {
+                *value = std::str::from_utf8(field).ok()?.parse().ok()?;
+                n_missing -= 1;
+            }
+        }
+        (n_missing == 0).then_some(())
+    });
+    if row.is_some() && numbers.is_undecided() && line.contains(&b'.') {
+        numbers.assume_points();
+    }
+    row
+}
+
+/// Returns the row in a line, with quotation marks, decimal commas and missing values, and whether all its values are
+/// finite; `None` if it is not a row with a finite time.
+fn careful_row<R: CsvRow>(
+    line: &[u8],
+    header: &Header,
+    columns: &[usize],
+    numbers: &mut Numbers,
+) -> Option<(R, bool)> {
+    let cells = cells(std::str::from_utf8(line).ok()?, header.separator);
+    if !cells.iter().skip(header.width).all(|cell| cell.is_empty()) {
+        return None;
+    }
+    row(columns, |values| {
+        for (value, column) in values.iter_mut().zip(columns) {
+            *value = numbers.read(cells.get(*column)?).ok()?;
+        }
+        Some(())
+    })
+}
+
+/// Returns the row of the values that `fill` finds, and whether all are finite; `None` without a finite time.
+fn row<R: CsvRow>(
+    columns: &[usize],
+    fill: impl FnOnce(&mut [f64]) -> Option<()>,
+) -> Option<(R, bool)> {
     let mut values = [0.0; 4];
     let values = values.get_mut(..columns.len())?;
-    let mut n_missing = columns.len();
-    for (index, field) in fields(line).enumerate() {
-        for (value, _) in values
-            .iter_mut()
-            .zip(columns)
-            .filter(|(_, column)| **column == index)
-        {
-            *value = std::str::from_utf8(field).ok()?.parse().ok()?;
-            n_missing -= 1;
-        }
-    }
-    let row = R::from_fields(values).filter(|_| n_missing == 0)?;
+    fill(values)?;
+    let row = R::from_fields(values)?;
     let is_finite = values.iter().all(|value| value.is_finite());
     row.time_s().is_finite().then_some((row, is_finite))
+}
+
+/// Returns whether a line that is no row is the row of units, which may be the first one below the header.
+///
+/// # Errors
+/// The units are others than those in the columns' names, or commas are separators and decimal signs in one.
+fn is_units(line: &[u8], number: u64, header: &Header, is_first: bool) -> Result<bool, TableFault> {
+    let text = String::from_utf8_lossy(line);
+    let cells = cells(&text, header.separator);
+    let line = usize::try_from(number).unwrap_or(usize::MAX);
+    if is_first && units_row(&cells, line, header)? {
+        return Ok(true);
+    }
+    let is_part = |cell: &str| !cell.contains('.') && cell.parse::<f64>().is_ok();
+    let is_cut_up = cells.len() > header.width && cells.iter().all(|cell| is_part(cell));
+    if header.separator == Separator::Comma && is_cut_up {
+        return Err(TableFault::DecimalCommas {
+            line,
+            cells: cells.len(),
+            columns: header.width,
+        });
+    }
+    Ok(false)
 }
 
 /// Returns the first 80 characters of a line, for messages.

@@ -534,7 +534,7 @@ impl CsvFile {
         folder: &Path,
         name: &'static str,
     ) -> Result<Self, DiskError> {
-        let head = R::COLUMNS.join(",") + "\n";
+        let head = R::COLUMNS.required.join(",") + "\n";
         Ok(Self {
             name,
             file: AppendFile::create(storage, folder.join(name), head.as_bytes(), Records::Lines)?,

@@ -22,7 +22,7 @@ const DEPTH: usize = 3;
 #[derive(Debug, thiserror::Error)]
 pub enum FindError {
     /// The folder cannot be listed.
-    #[error("cannot list {}: {reason}", path.display())]
+    #[error("cannot list {}: {}", path.display(), bounded_files::cause(reason))]
     List {
         /// Folder given.
         path: PathBuf,

@@ -220,7 +220,7 @@ fn protocol_copy(folder: &Path, manifest: &Manifest) -> Result<Option<Protocol>,
         Err(error) if error.kind() == ErrorKind::NotFound && protocol_file.is_none() => {
             return Ok(None);
         }
-        Err(error) => Err(format!("{file}: {error}")),
+        Err(error) => Err(format!("{file}: {}", bounded_files::cause(&error))),
         Ok(text) => Protocol::parse(&text, &file).map_err(|error| error.to_string()),
     };
     protocol

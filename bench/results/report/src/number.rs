@@ -101,9 +101,9 @@ pub(crate) fn count_text(n: usize, singular: &str, plural: &str) -> String {
     }
 }
 
-/// Returns a date to the day.
+/// Returns a date to the laboratory's day.
 pub(crate) fn date(time: Timestamp) -> String {
-    time.strftime("%Y-%m-%d").to_string()
+    calendar::day(time)
 }
 
 #[cfg(test)]

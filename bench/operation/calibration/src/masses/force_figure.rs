@@ -70,7 +70,7 @@ pub(crate) fn force_figure(
             force.normal_per_lateral,
             force.lateral_per_normal,
             force.lateral_per_lateral,
-            force.measured.date,
+            calendar::moment(force.measured.date),
             force.measured.operator,
             force.measured.method,
         ),

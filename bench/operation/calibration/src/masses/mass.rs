@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
+use anyhow::bail;
 use calibration_rig::operator::{ForceAxis, GRAM_KG};
 use calibration_rig::typed_table;
+use text_tables::Columns;
 
 /// Known mass and the axis that it loads.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,37 +31,34 @@ pub fn from_g(axis: ForceAxis, masses_g: &[f64]) -> Vec<Mass> {
         .collect()
 }
 
-/// Reads a table with the columns `axis,mass_g` and, optionally, `sigma_g`.
+/// Reads a table with the columns `axis`, `mass_g` and, optionally, `sigma_g`.
 ///
 /// # Errors
 /// If it cannot be read, a column is missing or an axis is neither `normal` nor `lateral`.
 pub fn read_table(path: &Path) -> anyhow::Result<Vec<Mass>> {
-    #[derive(serde::Deserialize)]
-    #[serde(rename_all = "lowercase")]
-    enum Named {
-        Normal,
-        Lateral,
-    }
-    #[derive(serde::Deserialize)]
-    struct Row {
-        axis: Named,
-        mass_g: f64,
-        #[serde(default)]
-        sigma_g: Option<f64>,
-    }
-    let columns = "axis,mass_g or axis,mass_g,sigma_g, an axis normal or lateral";
-    let rows = typed_table::rows::<Row>(path, columns)?;
-    Ok(rows
-        .iter()
-        .map(|row| Mass {
-            axis: match row.axis {
-                Named::Normal => ForceAxis::Normal,
-                Named::Lateral => ForceAxis::Lateral,
-            },
-            mass_kg: row.mass_g * GRAM_KG,
-            sigma_kg: row.sigma_g.unwrap_or(0.0) * GRAM_KG,
+    const COLUMNS: Columns = Columns {
+        required: &["axis", "mass_g"],
+        optional: &["sigma_g"],
+    };
+    let rows = typed_table::rows(path, &COLUMNS)?;
+    rows.iter()
+        .map(|row| {
+            let axis = match row.text(0) {
+                "normal" => ForceAxis::Normal,
+                "lateral" => ForceAxis::Lateral,
+                other => bail!(
+                    "{}, line {}: axis is {other:?}; write normal or lateral",
+                    path.display(),
+                    row.line
+                ),
+            };
+            Ok(Mass {
+                axis,
+                mass_kg: row.number(1).unwrap_or_default() * GRAM_KG,
+                sigma_kg: row.number(2).unwrap_or_default() * GRAM_KG,
+            })
         })
-        .collect())
+        .collect()
 }
 
 /// Relative standard uncertainties of the known forces.
@@ -95,6 +94,9 @@ mod tests {
         assert_eq!(masses[1].sigma_kg, 0.0);
         std::fs::write(&path, "axis,mass_g\nvertical,20\n").unwrap();
         let message = format!("{:#}", read_table(&path).unwrap_err());
-        assert!(message.contains("axis,mass_g"), "{message}");
+        assert!(
+            message.contains("line 2") && message.contains("vertical"),
+            "{message}"
+        );
     }
 }

@@ -185,7 +185,7 @@ fn draw(
             "Amplitude by the vibrometer at places across the plate over that of the pickup (circles; bars: two standard errors of the \
              readings), and the fitted cosine, without sign (line). The finger slides along 0. {}. Measured {} by {}: {}.",
             capital(words),
-            across.measured.date,
+            calendar::moment(across.measured.date),
             across.measured.operator,
             across.measured.method,
         ),

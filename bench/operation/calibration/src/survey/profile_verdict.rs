@@ -254,7 +254,7 @@ fn draw(places: &[ProfilePoint], profile: &MeasuredProfile) -> Figure {
              mean, and ±{:.0} % about it (dashed; Huloux 2021, section III-B: uniform along the length). {}. Measured {} by {}: {}.",
             100.0 * UNIFORM,
             words(profile),
-            profile.measured.date,
+            calendar::moment(profile.measured.date),
             profile.measured.operator,
             profile.measured.method,
         ),

@@ -74,7 +74,7 @@ fn calibrations(
             let age_s = time.duration_since(measured.date).as_secs_f64();
             CalibrationFact {
                 name: name.to_owned(),
-                date: Some(measured.date.strftime("%Y-%m-%d").to_string()),
+                date: Some(calendar::day(measured.date)),
                 age_days: (same_time(name) && age_s >= 0.0).then_some(age_s / DAY_S),
                 operator: measured.operator.clone(),
                 value,

@@ -1,14 +1,20 @@
 //! An error and its causes as lines of text without repetition.
 
-/// Returns the error and its causes, outermost first. A cause contained in an earlier line is omitted.
+/// Returns the error and its causes, outermost first, those of the operating system in a user's words. A cause contained in
+/// an earlier line is omitted.
 pub fn lines(error: &anyhow::Error) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
-    for cause in error.chain().map(ToString::to_string) {
+    for cause in error.chain().map(words) {
         if !lines.iter().any(|line| line.contains(&cause)) {
             lines.push(cause);
         }
     }
     lines
+}
+
+fn words(cause: &(dyn std::error::Error + 'static)) -> String {
+    let system = cause.downcast_ref::<std::io::Error>();
+    system.map_or_else(|| cause.to_string(), bounded_files::cause)
 }
 
 #[cfg(test)]
@@ -24,5 +30,8 @@ mod tests {
         assert_eq!(lines(&error), expected);
         let error = anyhow::anyhow!("busy").context("cannot open the port");
         assert_eq!(lines(&error), ["cannot open the port", "busy"]);
+        let error = std::io::Error::from(std::io::ErrorKind::NotFound);
+        let lines = lines(&anyhow::Error::from(error).context("cannot read bench.toml"));
+        assert!(lines[1].starts_with("it does not exist"), "{lines:?}");
     }
 }

@@ -32,7 +32,7 @@ pub enum WindowError {
     #[error(transparent)]
     Scales(#[from] ScalesError),
     /// The font file cannot be read.
-    #[error("{}: {source}", .path.display())]
+    #[error("cannot read {}: {}", .path.display(), bounded_files::cause(source))]
     FontFile {
         /// The file.
         path: PathBuf,

@@ -13,6 +13,7 @@ use serde_json::{Map, Value};
 
 use crate::DiskError;
 use crate::disk::{self, OnPath};
+use crate::json_fault::parse_json;
 use crate::storage::{FileSystem, Storage, StoredFile};
 
 /// Maximum size of a log, bytes: some 120 000 events, four hundred times as many as in a long session.
@@ -146,13 +147,13 @@ pub enum EventLogError {
     #[error(transparent)]
     Disk(#[from] DiskError),
     /// A line is not a document, and was not merely torn by a killed process.
-    #[error("{}: line {line}: {reason}", path.display())]
+    #[error("{}, line {line}: {reason}", path.display())]
     Line {
         /// Path of the log.
         path: PathBuf,
         /// Number of the line, from 1.
         line: usize,
-        /// Error text of the parser.
+        /// Words for the fault.
         reason: String,
     },
     /// The log would become too long to be read.
@@ -389,9 +390,11 @@ pub fn read(path: &Path) -> Result<LogContent, EventLogError> {
 fn parse(bytes: &[u8], path: &Path) -> Result<LogContent, EventLogError> {
     let mut content = LogContent::default();
     let mut unreadable_line: Option<(usize, String)> = None;
-    let lines = bytes.split(|byte| *byte == b'\n').enumerate();
-    for (index, line) in lines.filter(|(_, line)| !line.is_empty()) {
-        let document = serde_json::from_slice::<Document>(line);
+    let lines = bounded_files::without_mark(bytes)
+        .split(|byte| *byte == b'\n')
+        .enumerate();
+    for (index, line) in lines.filter(|(_, line)| !line.trim_ascii().is_empty()) {
+        let document = parse_json::<Document>(line);
         if let Some((line, reason)) = unreadable_line.take() {
             if !matches!(document, Ok(Document::Start(_))) {
                 return Err(EventLogError::Line {
@@ -404,7 +407,7 @@ fn parse(bytes: &[u8], path: &Path) -> Result<LogContent, EventLogError> {
         }
         match document {
             Ok(document) => content.documents.push(document),
-            Err(error) => unreadable_line = Some((index + 1, error.to_string())),
+            Err(reason) => unreadable_line = Some((index + 1, reason)),
         }
     }
     content

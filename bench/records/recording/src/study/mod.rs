@@ -17,7 +17,6 @@ mod removal;
 mod room;
 mod session_folder;
 mod study_error;
-mod table_lines;
 
 use std::fs;
 use std::io;
@@ -28,15 +27,16 @@ use protocols::{ParticipantId, Person};
 use serde::{Deserialize, Serialize};
 
 pub use event_log::{Document, EventLog, EventLogError};
+pub use participants::ID_COLUMN;
 pub use protocols::{TrialBlock, TrialLabel};
 pub use removal::{REMOVALS_FILE, Traces};
 pub use room::{DataRates, free_bytes, require_room};
 pub use session_folder::{EVENTS_FILE, RecordedTrial, SessionFolder};
 pub use study_error::{DESCRIPTION_FILE, EXCLUSIONS_FILE, PARTICIPANTS_FILE, StudyError};
-pub use table_lines::{TableLine, table_lines};
 
 use crate::disk::{self, DiskError, OnPath};
 use crate::disk_limit::{self, DiskLimit};
+use crate::json_fault::parse_json;
 use crate::lock::{HeldLock, Lock};
 use crate::rights;
 use crate::storage::{FileSystem, Storage};
@@ -352,10 +352,18 @@ fn create_description(
 
 fn read_description(storage: &dyn Storage, path: &Path) -> Result<Description, StudyError> {
     let text = disk::read_on(storage, path, bounded_files::TEXT_LIMIT_BYTES)?;
-    serde_json::from_slice(&text).map_err(|error| StudyError::Description {
+    parse_description(&text).map_err(|reason| StudyError::Description {
         path: path.to_owned(),
-        reason: error.to_string(),
+        reason,
     })
+}
+
+/// Reads the content of `dataset_description.json`.
+///
+/// # Errors
+/// The words for its fault.
+pub fn parse_description(text: &[u8]) -> Result<Description, String> {
+    parse_json(text)
 }
 
 /// Takes the study's lock.

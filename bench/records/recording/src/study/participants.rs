@@ -5,75 +5,77 @@
 use std::path::Path;
 
 use protocols::{NOT_STATED, ParticipantId, Person, PersonDetail};
+use text_tables::{TabTable, TableLine};
 
 use super::study_error::{PARTICIPANTS_FILE, StudyError};
-use super::table_lines::table_lines;
 use crate::disk::{self, DiskError};
 use crate::storage::Storage;
 
-const ID: &str = "participant_id";
 const DATE: &str = "first_session_date";
 const PROTOCOL: &str = "protocol";
 const HEADER: &str = "participant_id\tfirst_session_date\tprotocol\tage\tsex\thandedness\n";
 
+/// Column with the participants' identifiers, as in BIDS.
+pub const ID_COLUMN: &str = "participant_id";
+
 /// Table in memory.
 pub(super) struct Table {
-    columns: Vec<String>,
-    rows: Vec<Vec<String>>,
+    table: TabTable,
+    id_column: usize,
 }
 
 impl Table {
+    /// Reads the table, which can be continued without damage: each row has an identifier, and no more cells than the
+    /// header.
     pub(super) fn read(storage: &dyn Storage, path: &Path) -> Result<Self, StudyError> {
         let bytes = disk::read_on(storage, path, bounded_files::TEXT_LIMIT_BYTES)?;
-        let table_error = |reason: &str| StudyError::Table {
+        let table_error = |reason: String| StudyError::Table {
             path: path.to_owned(),
-            reason: reason.to_owned(),
+            reason,
         };
-        let text = String::from_utf8(bytes).map_err(|_| table_error("it is not UTF-8 text"))?;
-        let mut lines = table_lines(&text).into_iter().map(|line| line.cells);
-        let columns = lines.next().unwrap_or_default();
-        if columns.first().is_none_or(|column| column != ID) {
-            return Err(table_error("its first column is not participant_id"));
+        let text =
+            bounded_files::as_text(&bytes).map_err(|error| table_error(error.to_string()))?;
+        let table = TabTable::parse(text.to_owned(), ID_COLUMN)
+            .map_err(|fault| table_error(fault.to_string()))?;
+        let id_column = table.column(ID_COLUMN).unwrap_or_default();
+        let table = Self { table, id_column };
+        let is_row = |row: &TableLine| {
+            let id = table.id(row);
+            row.cells.len() <= table.table.columns().len() && id.parse::<ParticipantId>().is_ok()
+        };
+        if !table.table.rows().iter().all(is_row)
+            && let Some(fault) = table.table.uneven_row()
+        {
+            return Err(table_error(fault.to_string()));
         }
-        let rows = lines.collect();
-        Ok(Self { columns, rows })
+        Ok(table)
     }
 
-    /// Replaces the file as a whole, so that lines are never torn.
+    fn id<'a>(&self, row: &'a TableLine) -> &'a str {
+        row.cells.get(self.id_column).map_or("", String::as_str)
+    }
+
     fn write(&self, storage: &dyn Storage, path: &Path) -> Result<(), DiskError> {
-        let mut text = self.columns.join("\t") + "\n";
-        for row in &self.rows {
-            text += &(row.join("\t") + "\n");
-        }
-        disk::replace_file_on(storage, path, text.as_bytes())
+        disk::replace_file_on(storage, path, self.table.text().as_bytes())
     }
 
     /// Returns the participant with an identifier that differs from this one only in case.
     pub(super) fn case_variant(&self, participant: &ParticipantId) -> Option<&str> {
         let name = participant.as_str();
-        let mut ids = self.rows.iter().map(|row| row[0].as_str());
+        let mut ids = self.table.rows().iter().map(|row| self.id(row));
         ids.find(|id| *id != name && id.eq_ignore_ascii_case(name))
     }
 
     fn row(&self, participant: &ParticipantId) -> Option<usize> {
-        let is_participant = |row: &Vec<String>| row[0] == participant.as_str();
-        self.rows.iter().position(is_participant)
+        let is_participant = |row: &TableLine| self.id(row) == participant.as_str();
+        self.table.rows().iter().position(is_participant)
     }
 
-    /// Returns the index of a column, which is added to every row if it is missing.
-    fn column(&mut self, name: &str) -> usize {
-        let index = self.columns.iter().position(|column| column == name);
-        index.unwrap_or_else(|| {
-            self.columns.push(name.to_owned());
-            self.columns.len() - 1
-        })
-    }
-
-    /// Makes every row as long as the header.
-    fn pad(&mut self) {
-        for row in &mut self.rows {
-            row.resize(self.columns.len().max(row.len()), NOT_STATED.to_owned());
-        }
+    /// Returns the cell of a row; an absent one has no value.
+    fn cell(&self, row: usize, column: &str) -> &str {
+        let index = self.table.column(column);
+        let cell = index.and_then(|index| self.table.rows()[row].cells.get(index));
+        cell.map_or(NOT_STATED, String::as_str)
     }
 
     /// Returns the data of a participant; a cell with an unknown value counts as not stated.
@@ -81,9 +83,7 @@ impl Table {
         let mut person = Person::default();
         if let Some(row) = self.row(participant) {
             for detail in PersonDetail::ALL {
-                let index = self.columns.iter().position(|c| c == detail.column());
-                let cell = index.and_then(|index| self.rows[row].get(index));
-                let _ = cell.map(|cell| person.set(detail, cell));
+                let _ = person.set(detail, self.cell(row, detail.column()));
             }
         }
         person
@@ -111,7 +111,7 @@ pub(super) fn require_cells(date: &str, protocol: &str) -> Result<(), StudyError
     Ok(())
 }
 
-/// Adds the participant's line if it is missing.
+/// Adds the participant's line if it is missing, in the columns that the table has.
 pub(super) fn register(
     storage: &dyn Storage,
     folder: &Path,
@@ -125,19 +125,17 @@ pub(super) fn register(
         // This also syncs a file that an earlier attempt left unsynced.
         return Ok(disk::sync_parent(storage, path)?);
     }
-    let (date_column, protocol_column) = (table.column(DATE), table.column(PROTOCOL));
-    for detail in PersonDetail::ALL {
-        table.column(detail.column());
-    }
-    let mut row = vec![NOT_STATED.to_owned(); table.columns.len()];
-    row[0] = participant.as_str().to_owned();
-    (row[date_column], row[protocol_column]) = (date.to_owned(), escaping::to_cell(protocol));
-    table.rows.push(row);
-    table.pad();
+    let protocol = escaping::to_cell(protocol);
+    table.table.add_row(&[
+        (ID_COLUMN, participant.as_str()),
+        (DATE, date),
+        (PROTOCOL, &protocol),
+    ]);
     Ok(table.write(storage, path)?)
 }
 
-/// Fills in missing data of a participant. Existing data are kept: an age is the one at the first session.
+/// Fills in missing data of a participant. Existing data are kept, also those of other programs that are not understood: an
+/// age is the one at the first session. A column is added only for data that were stated.
 pub(super) fn describe(
     storage: &dyn Storage,
     folder: &Path,
@@ -146,20 +144,22 @@ pub(super) fn describe(
 ) -> Result<(), StudyError> {
     let path = &folder.join(PARTICIPANTS_FILE);
     let mut table = Table::read(storage, path)?;
-    let (Some(row), existing) = (table.row(participant), table.person(participant)) else {
+    let Some(row) = table.row(participant) else {
         return Ok(());
     };
     let is_new = |detail: &PersonDetail| {
-        existing.text(*detail) == NOT_STATED && person.text(*detail) != NOT_STATED
+        let cell = table.cell(row, detail.column());
+        (cell.is_empty() || cell == NOT_STATED) && person.text(*detail) != NOT_STATED
     };
     let details: Vec<_> = PersonDetail::ALL.into_iter().filter(is_new).collect();
     if details.is_empty() {
         return Ok(());
     }
     for detail in details {
-        let index = table.column(detail.column());
-        table.pad();
-        table.rows[row][index] = person.text(detail);
+        let name = detail.column();
+        let column = table.table.column(name);
+        let column = column.unwrap_or_else(|| table.table.add_column(name));
+        table.table.set(row, column, &person.text(detail));
     }
     Ok(table.write(storage, path)?)
 }

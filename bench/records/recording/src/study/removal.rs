@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 use protocols::ParticipantId;
 
 use super::study_error::{EXCLUSIONS_FILE, PARTICIPANTS_FILE, StudyError};
-use super::table_lines::{TableLine, table_lines, without_lines};
+use text_tables::{TabTable, TableLine, table_lines, without_lines};
+
+use super::participants::ID_COLUMN;
 use crate::disk::{self, DiskError, OnPath};
 
 /// File with one line for each removed participant: the date, without any personal data.
@@ -66,9 +68,11 @@ impl Traces {
             Err(error) if error.kind() == ErrorKind::NotFound => {}
             Err(error) => return Err(error).with_path("read", &folder)?,
         }
-        traces.is_listed = table_lines(&read_table(study, PARTICIPANTS_FILE)?)
+        let participants = read_table(study, PARTICIPANTS_FILE)?;
+        let id_column = id_column(study, &participants)?;
+        traces.is_listed = table_lines(&participants)
             .iter()
-            .any(|line| traces.is_listed_in(line));
+            .any(|line| traces.is_listed_in(line, id_column));
         traces.exclusions = table_lines(&read_table(study, EXCLUSIONS_FILE)?)
             .iter()
             .filter(|line| traces.is_excluded_by(line))
@@ -83,8 +87,8 @@ impl Traces {
         Ok(traces)
     }
 
-    fn is_listed_in(&self, line: &TableLine) -> bool {
-        line.cells.first() == Some(&self.participant)
+    fn is_listed_in(&self, line: &TableLine, id_column: usize) -> bool {
+        line.cells.get(id_column) == Some(&self.participant)
     }
 
     /// Returns whether a line of `exclusions.tsv` is about the participant; its columns may be in any order.
@@ -174,7 +178,9 @@ impl Traces {
             remove_lines(study, EXCLUSIONS_FILE, |line| self.is_excluded_by(line))?;
         }
         if self.is_listed {
-            remove_lines(study, PARTICIPANTS_FILE, |line| self.is_listed_in(line))?;
+            let id_column = id_column(study, &read_table(study, PARTICIPANTS_FILE)?)?;
+            let is_listed = |line: &TableLine| self.is_listed_in(line, id_column);
+            remove_lines(study, PARTICIPANTS_FILE, is_listed)?;
         }
         Ok(())
     }
@@ -187,6 +193,18 @@ fn remove_lines(
 ) -> Result<(), DiskError> {
     let rest = without_lines(&read_table(study, name)?, is_removed);
     disk::replace_file(&study.join(name), rest.as_bytes())
+}
+
+/// Returns the column of the participants' identifiers in the text of `participants.tsv`, which may be empty.
+fn id_column(study: &Path, text: &str) -> Result<usize, StudyError> {
+    if table_lines(text).is_empty() {
+        return Ok(0);
+    }
+    let table = TabTable::parse(text.to_owned(), ID_COLUMN).map_err(|fault| StudyError::Table {
+        path: study.join(PARTICIPANTS_FILE),
+        reason: fault.to_string(),
+    })?;
+    Ok(table.column(ID_COLUMN).unwrap_or_default())
 }
 
 fn read_table(study: &Path, name: &str) -> Result<String, DiskError> {

@@ -490,7 +490,7 @@ fn missing_files_and_columns_are_named() {
         assert!(std::error::Error::source(&error).is_none());
         let error = error.to_string();
         assert!(
-            error.contains(name) && error.contains("os error"),
+            error.contains(name) && error.contains("does not exist"),
             "{error}"
         );
     }
@@ -541,6 +541,89 @@ fn rows_are_read_by_the_names_of_their_columns_and_bad_ones_counted() {
         file: POSITION_FILE,
     };
     assert_eq!(position.warnings(), [no_rows]);
+}
+
+/// Rows of a `force.csv` with these bytes, and the reader's warnings.
+fn rows_of_file(bytes: &[u8]) -> Result<(Vec<ForceRow>, Vec<Warning>), String> {
+    let temp = tempfile::tempdir().unwrap();
+    let folder = temp.path().join("r");
+    finished(&folder);
+    fs::write(folder.join(FORCE_FILE), bytes).unwrap();
+    let reader = RecordingReader::open(&folder).unwrap();
+    let mut force = reader.force().map_err(|error| error.to_string())?;
+    let rows: Result<_, _> = force.by_ref().collect();
+    Ok((rows.map_err(|error| error.to_string())?, force.warnings()))
+}
+
+#[test]
+fn rows_of_other_programs_read_the_same() {
+    let row = |time_s, normal_n, lateral_n| ForceRow {
+        time_s,
+        normal_n,
+        lateral_n,
+    };
+    let expected = vec![row(0.0, 0.625, -0.5), row(0.1, 0.75, 1e-3)];
+    let plain = "time_s,normal_n,lateral_n\n0,0.625,-0.5\n0.1,0.75,1e-3\n";
+    let semicolons = plain.replace(',', ";").replace('.', ",");
+    for text in [
+        plain.to_owned(),
+        plain.replace('\n', "\r"),
+        semicolons.replace('\n', "\r\n"),
+        format!("sep=;\r\n{}", semicolons.replace('\n', "\r\n")),
+        semicolons.replace(';', "\t"),
+        "\"\",\"lateral_n\",\"time_s\",\"normal_n\"\n\"1\",-0.5,0,0.625\n\"2\",0.001,0.1,0.75\n"
+            .to_owned(),
+        plain.replace("lateral_n\n", "lateral_n\n[s],N,newton\n"),
+        semicolons.replace("0,75", "\"0,75\"") + ";;\n\n",
+    ] {
+        let (rows, warnings) = rows_of_file(text.as_bytes()).unwrap();
+        assert_eq!((&rows, &warnings[..]), (&expected, &[][..]), "{text:?}");
+    }
+}
+
+#[test]
+fn rows_that_are_ambiguous_or_in_another_unit_are_refused_by_their_cause() {
+    let header = "time_s,normal_n,lateral_n\n";
+    for (text, words) in [
+        (
+            format!("{header}0,0,0\n0,1,0,625,0,5\n"),
+            "line 3: 6 cells where the header has 3",
+        ),
+        (
+            format!("{header}s,mN,mN\n0,625,-500\n"),
+            "\"mN\" for the column `normal_n`",
+        ),
+        (
+            "time_s;normal_mn;lateral_mn\n0;625;-500\n".to_owned(),
+            "`normal_mn`",
+        ),
+        (
+            "time_s,time_s,normal_n,lateral_n\n".to_owned(),
+            "`time_s` is there twice",
+        ),
+        (String::new(), "it is empty"),
+    ] {
+        let error = rows_of_file(text.as_bytes()).unwrap_err();
+        assert!(
+            error.contains(FORCE_FILE) && error.contains(words),
+            "{error}"
+        );
+    }
+    let utf16: Vec<u8> = header.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    let error = rows_of_file(&utf16).unwrap_err();
+    assert!(error.contains("UTF-16"), "{error}");
+    // A row with the other decimal sign is not read.
+    let (rows, warnings) =
+        rows_of_file(b"time_s;normal_n;lateral_n\n0,0;0,5;0,5\n0.1;0,5;0,5\n").unwrap();
+    assert_eq!(rows.len(), 1);
+    assert!(matches!(
+        warnings[..],
+        [Warning::UnreadableRows {
+            rows: 1,
+            first_line: 3,
+            ..
+        }]
+    ));
 }
 
 #[test]

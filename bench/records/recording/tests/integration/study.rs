@@ -231,16 +231,49 @@ fn a_table_of_an_earlier_version_or_with_a_laboratorys_own_columns_is_continued(
         .unwrap();
     assert_eq!(
         fs::read_to_string(&table).unwrap(),
-        "participant_id\tgroup\tfirst_session_date\tprotocol\tage\tsex\thandedness\n\
-         sub-01\tdry\t2026-01-31\tdemo\t31\tmale\tn/a\n\
-         sub-02\twet\tn/a\tn/a\tn/a\tn/a\tn/a\n\
-         sub-03\tn/a\t2026-11-21\thuloux2021\tn/a\tn/a\tn/a\n"
+        "\u{feff}participant_id\tgroup\tfirst_session_date\tprotocol\tage\tsex\r\n\
+         sub-01\tdry\t2026-01-31\tdemo\t31\tmale\r\n\
+         sub-02\twet\tn/a\tn/a\tn/a\tn/a\r\n\
+         sub-03\tn/a\t2026-11-21\thuloux2021\tn/a\tn/a\r\n"
     );
 }
 
 #[test]
+fn a_table_of_another_program_keeps_its_columns_cells_and_line_ends() {
+    for end in ["\n", "\r\n", "\r"] {
+        let temp = tempfile::tempdir().unwrap();
+        let study = open(temp.path()).unwrap();
+        let path = temp.path().join(PARTICIPANTS_FILE);
+        let text = [
+            "sex\tparticipant_id\tage\tsite",
+            "F\tsub-01\t18-38\t\"a \"\"b\"\"\"",
+        ]
+        .join(end)
+            + end;
+        fs::write(&path, &text).unwrap();
+        begin(&study, "sub-02", 1).unwrap();
+        // Cells in other words are not overwritten.
+        study
+            .describe(&participant("sub-01"), &person("31", "male"))
+            .unwrap();
+        study
+            .describe(&participant("sub-02"), &person("31", "n/a"))
+            .unwrap();
+        let expected = format!("{text}n/a\tsub-02\t31\tn/a{end}");
+        assert_eq!(fs::read_to_string(&path).unwrap(), expected);
+    }
+}
+
+#[test]
 fn a_table_that_is_none_is_named_and_left_as_it_is() {
-    for text in [&b"name\tage\nsub-01\t3\n"[..], b"\xff\xfe", b""] {
+    for text in [
+        &b"name\tage\nsub-01\t3\n"[..],
+        b"participant_id,age\nsub-01,3\n",
+        b"participant_id\tage\nsub-01  3\n",
+        b"participant_id\tage\nsub-01\t3\t4\n",
+        b"\xff\xfe",
+        b"",
+    ] {
         let temp = tempfile::tempdir().unwrap();
         let study = open(temp.path()).unwrap();
         let table = temp.path().join(PARTICIPANTS_FILE);

@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
+use bounded_files::Refusal;
 use recording::DiskError;
+use text_tables::TableFault;
 
 /// Error of a table of exclusions. Lines count from 1, the header.
 #[derive(Debug, thiserror::Error)]
@@ -12,22 +14,23 @@ pub enum ExclusionsError {
     #[error(transparent)]
     Disk(#[from] DiskError),
     /// The file is not text.
-    #[error("{}: it is not UTF-8 text; save it as tab-separated text", path.display())]
+    #[error("{}: {refusal}", path.display())]
     NoText {
         /// The file.
         path: PathBuf,
+        /// Reason.
+        refusal: Refusal,
     },
-    /// The header lacks a column.
+    /// The file is not a table with the needed columns, or a line has another number of cells.
     #[error(
-        "{}: there is no column `{column}`; the first line names participant_id, trial, reason and by, with tabs between \
-         them",
+        "{}: {fault}; the first line names participant_id, trial, reason and by, and each line has a cell for each column",
         path.display()
     )]
-    MissingColumn {
+    Table {
         /// The file.
         path: PathBuf,
-        /// The column.
-        column: &'static str,
+        /// Fault.
+        fault: TableFault,
     },
     /// The header names an unknown column, or one column twice.
     #[error(
@@ -42,18 +45,6 @@ pub enum ExclusionsError {
         column: String,
         /// Column with the most similar name.
         nearest: Option<String>,
-    },
-    /// The number of cells in a line differs from that of the header.
-    #[error("{}, line {line}: {cells} cells where the header has {columns}; tabs part them", path.display())]
-    Cells {
-        /// The file.
-        path: PathBuf,
-        /// The line.
-        line: usize,
-        /// Number of its cells.
-        cells: usize,
-        /// Number of cells in the header.
-        columns: usize,
     },
     /// A cell cannot be read.
     #[error("{}, line {line}: {column} is {value:?}: {why}", path.display())]

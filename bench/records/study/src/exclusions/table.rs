@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use recording::disk::{self, OnPath};
 use recording::storage::Storage;
-use recording::study::{EXCLUSIONS_FILE, TableLine, table_lines};
+use recording::study::{EXCLUSIONS_FILE, ID_COLUMN};
+use text_tables::{Separator, TabTable, TableFault, TableLine, tab_cell};
 
 use crate::exclusions::exclusion::{ALL, AllOrOne, Exclusion, number};
 use crate::exclusions::exclusions_error::ExclusionsError;
@@ -62,31 +63,34 @@ pub fn read(folder: &Path) -> Result<Exclusions, ExclusionsError> {
 
 fn parse(bytes: &[u8], folder: &Path) -> Result<Exclusions, ExclusionsError> {
     let path = || folder.join(EXCLUSIONS_FILE);
-    let text = std::str::from_utf8(bytes).map_err(|_| ExclusionsError::NoText { path: path() })?;
+    let table_error = |fault| ExclusionsError::Table {
+        path: path(),
+        fault,
+    };
+    let text = bounded_files::as_text(bytes).map_err(|refusal| ExclusionsError::NoText {
+        path: path(),
+        refusal,
+    })?;
     let mut exclusions = Exclusions {
         study: folder.to_owned(),
         list: Vec::new(),
         lines: Vec::new(),
     };
-    let mut lines = table_lines(text).into_iter();
-    let Some(TableLine { cells: columns, .. }) = lines.next() else {
-        return Ok(exclusions);
+    let table = match TabTable::parse(text.to_owned(), ID_COLUMN) {
+        Err(TableFault::Empty { .. }) => return Ok(exclusions),
+        table => table.map_err(table_error)?,
     };
-    let places = places(&columns, &path)?;
+    let places = places(table.columns(), &path)?;
+    if let Some(fault) = table.uneven_row() {
+        return Err(table_error(fault));
+    }
     for TableLine {
         number: line,
         cells,
         ..
-    } in lines
+    } in table.rows()
     {
-        if cells.len() != columns.len() {
-            return Err(ExclusionsError::Cells {
-                path: path(),
-                line,
-                cells: cells.len(),
-                columns: columns.len(),
-            });
-        }
+        let line = *line;
         let cell = |column: usize| places[column].map_or("", |index| cells[index].as_str());
         let exclusion = exclusion(cell).map_err(|(column, why)| ExclusionsError::Cell {
             path: path(),
@@ -122,9 +126,14 @@ fn places(
     }
     for (column, place) in COLUMNS.into_iter().zip(places) {
         if place.is_none() && !OPTIONAL.contains(&column) {
-            return Err(ExclusionsError::MissingColumn {
+            return Err(ExclusionsError::Table {
                 path: path(),
-                column,
+                fault: TableFault::MissingColumn {
+                    column: column.to_owned(),
+                    header: columns.join(" "),
+                    separator: Separator::Tab,
+                    nearest: None,
+                },
             });
         }
     }
@@ -172,23 +181,49 @@ fn exclusion<'a>(cell: impl Fn(usize) -> &'a str) -> Result<Exclusion, (usize, S
 pub fn to_tsv<'a>(list: impl IntoIterator<Item = &'a Exclusion>) -> String {
     let mut text = COLUMNS.join("\t") + "\n";
     for exclusion in list {
-        let cells = [
-            exclusion.participant.to_string(),
-            exclusion.session.to_string(),
-            exclusion.trial.to_string(),
-            cell(&exclusion.reason),
-            cell(&exclusion.by),
-            exclusion
-                .date
-                .as_deref()
-                .map_or_else(|| NOT_STATED.to_owned(), cell),
-        ];
+        let cells = cells(exclusion);
+        let cells: Vec<_> = cells.iter().map(|cell| tab_cell(cell)).collect();
         text += &(cells.join("\t") + "\n");
     }
     text
 }
 
-/// Adds an exclusion to the table of the study in `folder`; the file is replaced as a whole.
+/// Returns the cells of an exclusion, in the order of [`COLUMNS`].
+fn cells(exclusion: &Exclusion) -> [String; 6] {
+    [
+        exclusion.participant.to_string(),
+        exclusion.session.to_string(),
+        exclusion.trial.to_string(),
+        cell(&exclusion.reason),
+        cell(&exclusion.by),
+        exclusion
+            .date
+            .as_deref()
+            .map_or_else(|| NOT_STATED.to_owned(), cell),
+    ]
+}
+
+/// Returns the text of a table with a further exclusion; every other byte is kept.
+fn with_exclusion(text: &str, exclusion: &Exclusion) -> String {
+    let Ok(mut table) = TabTable::parse(text.to_owned(), ID_COLUMN) else {
+        return to_tsv([exclusion]);
+    };
+    for column in COLUMNS {
+        // Without its column, an exclusion of one session would be one of all sessions.
+        if table.column(column).is_none() {
+            table.add_column(column);
+        }
+    }
+    let cells = cells(exclusion);
+    let values: Vec<_> = COLUMNS
+        .into_iter()
+        .zip(cells.iter().map(String::as_str))
+        .collect();
+    table.add_row(&values);
+    table.text().to_owned()
+}
+
+/// Adds an exclusion to the table of the study in `folder`; every other byte of the table is kept.
 ///
 /// # Errors
 /// The study does not have the named participant, session or trial, the exclusion exists already, or the disk
@@ -228,11 +263,11 @@ pub fn add(
             existing: existing.to_string(),
         });
     }
-    let text = to_tsv(exclusions.list.iter().chain([exclusion]));
+    let text = with_exclusion(&String::from_utf8_lossy(&bytes), exclusion);
     Ok(disk::replace_file_on(storage, &path, text.as_bytes())?)
 }
 
-/// Returns a text as one cell that a spreadsheet does not read as a formula.
+/// Returns a text as one cell, which a spreadsheet does not read as a formula.
 fn cell(text: &str) -> String {
     escaping::to_cell(&escape(text))
 }
@@ -354,10 +389,13 @@ mod tests {
         let error = error_in("sub-07\tall\t3");
         assert!(matches!(
             error,
-            ExclusionsError::Cells {
-                line: 2,
-                cells: 3,
-                columns: 6,
+            ExclusionsError::Table {
+                fault: TableFault::Cells {
+                    line: 2,
+                    cells: 3,
+                    columns: 6,
+                    ..
+                },
                 ..
             }
         ));
@@ -374,11 +412,23 @@ mod tests {
         let error = parse_text("participant_id\ttrial\tby\n").unwrap_err();
         assert!(matches!(
             error,
-            ExclusionsError::MissingColumn {
-                column: "reason",
-                ..
-            }
+            ExclusionsError::Table { fault: TableFault::MissingColumn { column, .. }, .. } if column == "reason"
         ));
+        for separator in [',', ';'] {
+            let text = format!("{header}sub-07\tall\tall\tx\ty\tn/a\n")
+                .replace('\t', &separator.to_string());
+            let error = parse_text(&text).unwrap_err();
+            assert!(
+                matches!(
+                    error,
+                    ExclusionsError::Table {
+                        fault: TableFault::NotTabs { line: 1, .. },
+                        ..
+                    }
+                ),
+                "{error}"
+            );
+        }
         assert!(matches!(
             parse(b"\xff", Path::new("study")),
             Err(ExclusionsError::NoText { .. })
@@ -428,6 +478,26 @@ mod tests {
             exclusions.require_known(),
             Err(ExclusionsError::Unknown { line: Some(2), .. })
         ));
+    }
+
+    #[test]
+    fn an_added_exclusion_keeps_the_rest_of_the_table() {
+        let mut added = exclusion_of("sub-08", AllOrOne::All);
+        added.session = AllOrOne::One(2);
+        added.reason = "\"hot\" plate".to_owned();
+        let text =
+            "\u{feff}by\ttrial\treason\tparticipant_id\r\nN. H.\t1\t\"a \"\"b\"\"\"\tsub-07\r\n";
+        let text = with_exclusion(text, &added);
+        assert_eq!(
+            text,
+            "\u{feff}by\ttrial\treason\tparticipant_id\tsession\tdate\r\n\
+             N. H.\t1\t\"a \"\"b\"\"\"\tsub-07\tn/a\tn/a\r\n\
+             N. H.\tall\t\"\"\"hot\"\" plate\"\tsub-08\t2\tn/a\r\n"
+        );
+        let list = parse_text(&text).unwrap().list;
+        assert_eq!(list[0].reason, "a \"b\"");
+        assert_eq!(list[1], added);
+        assert_eq!(with_exclusion("", &added), to_tsv([&added]));
     }
 
     /// A reason that begins with `=` must not become a formula in a spreadsheet.

@@ -142,11 +142,11 @@ pub enum SessionDefect {
         file: String,
     },
     /// The session's copy of a file is not TOML.
-    #[error("{file} cannot be read: {reason}")]
+    #[error("the session's copy of a file cannot be read: {reason}")]
     BrokenCopy {
         /// The file.
         file: String,
-        /// Error text of the parser.
+        /// Words for the fault, with the file.
         reason: String,
     },
     /// A folder contains a recording that is not a trial of this session.

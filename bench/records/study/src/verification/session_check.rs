@@ -1,7 +1,6 @@
 //! Verification of a session: its log, its copies of files, and its recordings against the log.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::io;
 use std::path::Path;
 
@@ -119,18 +118,20 @@ fn copy(folder: &Path, file: &str) -> Result<String, SessionDefect> {
         file: file.to_owned(),
         reason,
     };
-    let text = fs::read_to_string(folder.join(file)).map_err(|error| {
-        if error.kind() == io::ErrorKind::NotFound {
-            SessionDefect::NoCopy {
-                file: file.to_owned(),
+    let path = folder.join(file);
+    let text =
+        bounded_files::read_text(&path, bounded_files::TEXT_LIMIT_BYTES).map_err(|error| {
+            if error.kind() == io::ErrorKind::NotFound {
+                SessionDefect::NoCopy {
+                    file: file.to_owned(),
+                }
+            } else {
+                broken_copy(format!("{file}: {}", bounded_files::cause(&error)))
             }
-        } else {
-            broken_copy(error.to_string())
-        }
-    })?;
-    match text.parse::<toml::Table>() {
+        })?;
+    match strict_toml::parse::<toml::Table>(&text, file) {
         Ok(_) => Ok(text),
-        Err(error) => Err(broken_copy(error.message().to_owned())),
+        Err(error) => Err(broken_copy(error.to_string())),
     }
 }
 

@@ -1,15 +1,15 @@
 //! Verification of a study's sessions and of its other files.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::verification::defect::StudyDefect;
 use crate::verification::findings::StudyFindings;
 use recording::disk::entries;
 use recording::study::{
-    DESCRIPTION_FILE, Description, EVENTS_FILE, PARTICIPANTS_FILE, TrialLabel, table_lines,
+    DESCRIPTION_FILE, EVENTS_FILE, ID_COLUMN, PARTICIPANTS_FILE, TrialLabel, parse_description,
 };
 use recording::{DiskError, MANIFEST_FILE, rights};
+use text_tables::TabTable;
 
 /// Levels of folders below a study: participants, sessions.
 const DEPTH: usize = 2;
@@ -105,6 +105,25 @@ fn nearest(path: &Path) -> Option<String> {
     Some(parent.join(name).display().to_string())
 }
 
+/// Returns the participants in the table at `path`.
+///
+/// # Errors
+/// The words for the fault of the table.
+fn participants(path: &Path) -> Result<Vec<String>, String> {
+    let text = bounded_files::read_text(path, bounded_files::TEXT_LIMIT_BYTES);
+    let text = text.map_err(|error| bounded_files::cause(&error))?;
+    let table = TabTable::parse(text, ID_COLUMN).map_err(|fault| fault.to_string())?;
+    if let Some(fault) = table.uneven_row() {
+        return Err(fault.to_string());
+    }
+    let id_column = table.column(ID_COLUMN).unwrap_or_default();
+    let ids = table
+        .rows()
+        .iter()
+        .filter_map(|row| row.cells.get(id_column));
+    Ok(ids.filter(|id| !id.is_empty()).cloned().collect())
+}
+
 /// Verifies the files of the study outside its sessions, if `folder` is a whole study.
 ///
 /// # Errors
@@ -119,32 +138,22 @@ pub fn verify_study_files(folder: &Path, findings: &mut StudyFindings) -> Result
         .extend(rights::other_readers(folder, &description));
     let unreadable_defect =
         |path: PathBuf, reason: String| StudyDefect::Unreadable { path, reason };
-    let description_result = fs::read(&description)
-        .map_err(|error| error.to_string())
-        .and_then(|text| {
-            serde_json::from_slice::<Description>(&text).map_err(|error| error.to_string())
-        });
+    let description_result = bounded_files::read(&description, bounded_files::TEXT_LIMIT_BYTES)
+        .map_err(|error| bounded_files::cause(&error))
+        .and_then(|text| parse_description(&text));
     if let Err(reason) = description_result {
         findings
             .defects
             .push(unreadable_defect(description, reason));
     }
     let table = folder.join(PARTICIPANTS_FILE);
-    let text = match bounded_files::read_text(&table, bounded_files::TEXT_LIMIT_BYTES) {
-        Ok(text) => text,
-        Err(error) => {
-            findings
-                .defects
-                .push(unreadable_defect(table, error.to_string()));
+    let participants = match participants(&table) {
+        Ok(participants) => participants,
+        Err(reason) => {
+            findings.defects.push(unreadable_defect(table, reason));
             return Ok(());
         }
     };
-    let participants: Vec<String> = table_lines(&text)
-        .into_iter()
-        .skip(1)
-        .filter_map(|line| line.cells.into_iter().next())
-        .filter(|name| !name.is_empty())
-        .collect();
     for participant in &participants {
         if !folder.join(participant).is_dir() {
             let participant = participant.clone();

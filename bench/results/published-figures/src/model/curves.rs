@@ -72,7 +72,7 @@ impl Curves {
 fn table<R: Serialize>(folder: &Path, name: &str, rows: &[R]) -> anyhow::Result<PathBuf> {
     let path = folder.join(name);
     let write = || -> anyhow::Result<()> {
-        let mut writer = csv::Writer::from_path(&path)?;
+        let mut writer = csv::Writer::from_writer(std::fs::File::create(&path)?);
         for row in rows {
             writer.serialize(row)?;
         }

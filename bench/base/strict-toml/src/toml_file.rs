@@ -41,9 +41,8 @@ pub fn parse<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, TomlError
     if let Some(slip) = path_slip(text) {
         return Err(slip_error(slip, file.to_owned(), None));
     }
-    attempt(text, file).map_err(|first| {
-        TomlError::of_several(read::<T>(text, file).errors).unwrap_or(first.error)
-    })
+    attempt(text, file)
+        .map_err(|first| TomlError::of_several(read::<T>(text, file).errors).unwrap_or(first.error))
 }
 
 /// An error and the byte at which it was found.

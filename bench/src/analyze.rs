@@ -9,6 +9,7 @@ use crate::cli::Analyze;
 use crate::dates;
 use crate::outcome::{progress_bar, require_writable, write_text};
 use crate::verbosity::Verbosity;
+use analysis::assumed_errors::assumptions;
 use analysis::attempts::{AttemptAccount, Attempts};
 use analysis::find::TrialFilter;
 use analysis::published::{TableFormat, statistics};
@@ -63,6 +64,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
 
     let account = attempts.account(&analysed, &excluded_recordings(&attempts, &selection)?);
     warn(&account);
+    note_assumptions(&analysed);
     let skin = Skin::from_analysis(&analysed);
     let sessions = Sessions::from_recordings(folders.iter().map(PathBuf::as_path));
     if options.json.is_some() || options.report.is_some() {
@@ -139,6 +141,22 @@ fn warn(account: &AttemptAccount) {
     }
     for log in &account.unread_logs {
         let _ = writeln!(stderr, "warning: {}", escaped(log));
+    }
+}
+
+/// Reports the standard errors that are assumed of the recordings' constants.
+fn note_assumptions(analysed: &Analysis) {
+    let budgets = analysed
+        .findings()
+        .map(|findings| findings.errors.assumptions);
+    let terms = assumptions(&budgets.collect::<Vec<_>>());
+    if !terms.is_empty() {
+        let _ = writeln!(
+            std::io::stderr(),
+            "note: the total intervals include standard errors assumed of constants of which a recording neither states nor shows \
+             the error: {}; calibrate the bench, or state them in recording.toml ([standard_errors], [room])",
+            terms.join(", ")
+        );
     }
 }
 

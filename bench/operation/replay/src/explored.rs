@@ -1,5 +1,6 @@
 //! Explorations of a recording so far, which are fitted together.
 
+use analysis::assumed_errors::ErrorBudget;
 use analysis::measurements::Measurements;
 use analysis::trial_fit::{FitRequest, SelectedExploration};
 use protocols::{SelectionRules, Stretch};
@@ -49,7 +50,7 @@ impl Explored {
                 count => format!("explorations 1 to {count}"),
             },
             carrier_hz: manifest.carrier_hz,
-            calibration: manifest.standard_errors.unwrap_or_default(),
+            errors: ErrorBudget::without_assumptions(manifest.standard_errors.unwrap_or_default()),
             pickup: unloaded.pickup,
             plate: unloaded.plate,
             record,

@@ -18,8 +18,7 @@ use super::layout::{FreeLaws, LAWS, Law, OWN, PUBLISHED, SharedParameter};
 use super::members::{Covariance, Step, TrialMinimum};
 use super::search::{FINAL_TERMINATION, Search};
 use crate::conditions::ModeAcross;
-use contact::calibration_errors::{self, ByError};
-use contact::parameters::PARAMETERS;
+use contact::calibration_errors;
 
 /// Number of times that the skin's transients and the weights of the samples are computed anew at the second minimum.
 const REFINEMENTS: usize = 1;
@@ -60,13 +59,10 @@ impl Search<'_> {
 
     /// Fits the laws in doubt, from the minimum with the laws as published; `None` if the data and the priors do not determine them.
     /// The laws stay free, and the weights of the samples are restored.
-    pub(super) fn doubt(
-        &mut self,
-        published: &TrialMinimum,
-        by_error: &ByError<PARAMETERS>,
-    ) -> Option<Doubt> {
+    pub(super) fn doubt(&mut self, published: &TrialMinimum) -> Option<Doubt> {
         self.follow_fingers(published)?;
         let refinement = self.refinement();
+        let by_error = self.unfitted_errors();
         let mut start = published.clone();
         for law in Law::ALL {
             if !self.free_laws[law as usize] {
@@ -75,7 +71,7 @@ impl Search<'_> {
         }
         self.set_free_laws([true; LAWS]);
         let doubt = self.minimum_in_doubt(start).and_then(|minimum| {
-            let covariance = self.covariance(&minimum, by_error)?;
+            let covariance = self.covariance(&minimum, &by_error)?;
             let instances = minimum.own.iter().zip(&published.own);
             let difference = Step {
                 shared: minimum.shared - published.shared,

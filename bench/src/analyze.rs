@@ -9,7 +9,7 @@ use crate::cli::Analyze;
 use crate::dates;
 use crate::outcome::{progress_bar, require_writable, write_text};
 use crate::verbosity::Verbosity;
-use analysis::assumed_errors::assumptions;
+use analysis::assumed_errors::assumed_terms;
 use analysis::attempts::{AttemptAccount, Attempts};
 use analysis::find::TrialFilter;
 use analysis::published::{TableFormat, statistics};
@@ -149,7 +149,7 @@ fn note_assumptions(analysed: &Analysis) {
     let budgets = analysed
         .findings()
         .map(|findings| findings.errors.assumptions);
-    let terms = assumptions(&budgets.collect::<Vec<_>>());
+    let terms = assumed_terms(&budgets.collect::<Vec<_>>());
     if !terms.is_empty() {
         let _ = writeln!(
             std::io::stderr(),

@@ -150,7 +150,7 @@ impl AssumedErrors {
 }
 
 /// Returns each assumed error of an analysis, with the number of its recordings unless it is assumed of all.
-pub fn assumptions(recordings: &[AssumedErrors]) -> Vec<String> {
+pub fn assumed_terms(recordings: &[AssumedErrors]) -> Vec<String> {
     let all: Vec<Vec<String>> = recordings.iter().map(AssumedErrors::terms).collect();
     let mut distinct: Vec<&String> = Vec::new();
     for term in all.iter().flatten() {
@@ -290,11 +290,11 @@ mod tests {
             ..UNSTATED
         };
         let partly_stated = budget(all_stated, &read_zero(), false).assumptions;
-        let texts = assumptions(&[partly_stated, partly_stated]);
+        let texts = assumed_terms(&[partly_stated, partly_stated]);
         assert_eq!(texts, ["lateral force 1 %", "ambient pressure 5 %"]);
-        let texts = assumptions(&[partly_stated, AssumedErrors::default()]);
+        let texts = assumed_terms(&[partly_stated, AssumedErrors::default()]);
         assert_eq!(texts[0], "lateral force 1 % (in 1 of 2 recordings)");
-        assert_eq!(assumptions(&[]), Vec::<String>::new());
+        assert_eq!(assumed_terms(&[]), Vec::<String>::new());
         assert!(!partly_stated.is_empty() && AssumedErrors::default().is_empty());
     }
 }

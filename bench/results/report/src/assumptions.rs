@@ -1,7 +1,7 @@
 //! Assumptions, the results that depend on them, and the sources of the methods.
 
 use analysis::Settings;
-use analysis::assumed_errors::assumptions;
+use analysis::assumed_errors::assumed_terms;
 use analysis::method::Method;
 use analysis::printed_settings::PrintedSettings;
 use maud::{Markup, html};
@@ -266,7 +266,7 @@ pub(crate) fn dependencies(recordings: &[RecordingEntry<'_>]) -> Markup {
     };
     let of_recordings = recordings.iter().filter(|entry| entry.manifest.is_some());
     let of_recordings = of_recordings.map(|entry| entry.result.assumed_errors);
-    let assumed_errors = assumptions(&of_recordings.collect::<Vec<_>>());
+    let assumed_errors = assumed_terms(&of_recordings.collect::<Vec<_>>());
     let profiles = recordings
         .iter()
         .filter(|recording| recording.result.plate_profile)

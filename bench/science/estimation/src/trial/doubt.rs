@@ -12,6 +12,8 @@
 //! is the better value: on the simulated bench `population-unkind`, of the published laws, errors that no parameter describes
 //! (sensors, tremor, warmth) make ℓᵀ C_ℓℓ⁻¹ ℓ up to 275, as large as in most worlds of other laws.
 
+use std::ops::RangeInclusive;
+
 use arrowhead::minimise;
 
 use super::layout::{FreeLaws, LAWS, Law, OWN, PUBLISHED, SharedParameter};
@@ -23,10 +25,34 @@ use contact::calibration_errors;
 /// Number of times that the skin's transients and the weights of the samples are computed anew at the second minimum.
 const REFINEMENTS: usize = 1;
 
-/// Laws whose parameters have no negative values; a minimum below the second number may be in a false valley, and the search is
-/// repeated from the third. The starts are trapped air with as much stiffness as the rest of the film, and a contact of 0.4
-/// wavelengths.
-const POSITIVE: [(Law, f64, f64); 2] = [(Law::TrappedAir, -0.01, 0.03), (Law::Width, -0.05, 0.16)];
+/// Further start of a search that may have ended in a false valley.
+struct Restart {
+    law: Law,
+    /// Values of a minimum that give reason to start again.
+    suspect: RangeInclusive<f64>,
+    start: f64,
+}
+
+/// Trapped air and width have no negative values: the starts are trapped air with as much stiffness as the rest of the film, and a
+/// contact of 0.4 wavelengths. A contact of more than that is also searched from 0.6 wavelengths, where the mode changes its sign
+/// under the edges.
+const RESTARTS: [Restart; 3] = [
+    Restart {
+        law: Law::TrappedAir,
+        suspect: f64::NEG_INFINITY..=-0.01,
+        start: 0.03,
+    },
+    Restart {
+        law: Law::Width,
+        suspect: f64::NEG_INFINITY..=-0.05,
+        start: 0.16,
+    },
+    Restart {
+        law: Law::Width,
+        suspect: 0.16..=f64::INFINITY,
+        start: 0.35,
+    },
+];
 
 /// Result of the second fit.
 pub(super) struct Doubt {
@@ -91,11 +117,11 @@ impl Search<'_> {
     fn minimum_in_doubt(&mut self, start: TrialMinimum) -> Option<TrialMinimum> {
         let (shared, own) = (start.shared, start.own);
         let mut minimum = minimise(self, shared, own.clone(), FINAL_TERMINATION)?;
-        for (law, lowest, value) in POSITIVE {
-            let parameter = SharedParameter::Law(law);
-            if minimum.shared[parameter] < lowest {
+        for restart in RESTARTS {
+            let parameter = SharedParameter::Law(restart.law);
+            if restart.suspect.contains(&minimum.shared[parameter]) {
                 let mut shared = shared;
-                shared[parameter] = value;
+                shared[parameter] = restart.start;
                 let candidate = minimise(self, shared, own.clone(), FINAL_TERMINATION)
                     .filter(|candidate| candidate.squares < minimum.squares);
                 minimum = candidate.unwrap_or(minimum);

@@ -16,7 +16,9 @@ use std::ops::RangeInclusive;
 
 use arrowhead::minimise;
 
-use super::layout::{FreeLaws, LAWS, Law, OWN, PUBLISHED, SharedParameter};
+use super::layout::{
+    FreeLaws, InstanceParameter, LAWS, Law, OWN, Own, PUBLISHED, Shared, SharedParameter,
+};
 use super::members::{Covariance, Step, TrialMinimum};
 use super::search::{FINAL_TERMINATION, Search};
 use crate::conditions::ModeAcross;
@@ -35,7 +37,7 @@ struct Restart {
 
 /// Trapped air and width have no negative values: the starts are trapped air with as much stiffness as the rest of the film, and a
 /// contact of 0.4 wavelengths. A contact of more than that is also searched from 0.6 wavelengths, where the mode changes its sign
-/// under the edges.
+/// under the edges. Each is tried with the tissues of the published laws and with those that fit it best.
 const RESTARTS: [Restart; 3] = [
     Restart {
         law: Law::TrappedAir,
@@ -114,6 +116,20 @@ impl Search<'_> {
         doubt
     }
 
+    /// Returns the parameters of the instances with the best Z_t and reactance of each; `None` where the model allows none.
+    fn with_best_tissues(&mut self, shared: &Shared, own: &[Own]) -> Option<Vec<Own>> {
+        let instances = own.iter().enumerate().map(|(index, own)| {
+            let fits = self.fit_candidates(&[index], shared, own)?;
+            let fit = fits.first()?;
+            let mut start = *own;
+            start[InstanceParameter::ReZT] = fit.z_t.re;
+            start[InstanceParameter::ImZT] = fit.z_t.im;
+            start[InstanceParameter::Reactance] += fit.reactance;
+            Some(start)
+        });
+        instances.collect()
+    }
+
     fn minimum_in_doubt(&mut self, start: TrialMinimum) -> Option<TrialMinimum> {
         let (shared, own) = (start.shared, start.own);
         let mut minimum = minimise(self, shared, own.clone(), FINAL_TERMINATION)?;
@@ -122,9 +138,12 @@ impl Search<'_> {
             if restart.suspect.contains(&minimum.shared[parameter]) {
                 let mut shared = shared;
                 shared[parameter] = restart.start;
-                let candidate = minimise(self, shared, own.clone(), FINAL_TERMINATION)
-                    .filter(|candidate| candidate.squares < minimum.squares);
-                minimum = candidate.unwrap_or(minimum);
+                let tissues = self.with_best_tissues(&shared, &own);
+                for own in [Some(own.clone()), tissues].into_iter().flatten() {
+                    let candidate = minimise(self, shared, own, FINAL_TERMINATION)
+                        .filter(|candidate| candidate.squares < minimum.squares);
+                    minimum = candidate.unwrap_or(minimum);
+                }
             }
         }
         for _ in 0..REFINEMENTS {

@@ -42,9 +42,9 @@ pub struct CalibrationErrors {
 }
 
 impl CalibrationErrors {
-    /// Returns the errors with independent ones added.
+    /// Returns the errors of two independent sources together.
     #[must_use]
-    pub fn with(&self, other: &Self) -> Self {
+    pub fn sum(&self, other: &Self) -> Self {
         let Self {
             amplitude_relative,
             impedance_relative,

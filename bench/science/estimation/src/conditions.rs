@@ -62,7 +62,7 @@ impl FitConditions {
 
     /// Returns the errors of the calibration with the assumed ones.
     pub(super) fn total_errors(&self) -> CalibrationErrors {
-        self.calibration.with(&self.assumed_errors)
+        self.calibration.sum(&self.assumed_errors)
     }
 
     /// Returns the carrier's angular frequency ω, rad/s.

@@ -44,7 +44,7 @@ const MAX_DEVIATIONS: f64 = 4.0;
 const MAX_SQUARES: f64 = 19.2;
 /// Range of |Z_t|, N·s/m, that includes 95 % of fingers: from two standard deviations below the published mean (3.2 ± 0.6, Huloux
 /// 2021) to four times that mean, because `paper`, by which it was found, reads Z_t low (docs/predictive-test.md). It judges a fit
-/// and is no prior of it: a finger on a film of other laws is often fitted with tissues of less than 1 N·s/m.
+/// and is not a prior of it: a finger on a film of other laws is often fitted with tissues of less than 1 N·s/m.
 const TISSUE_N_S_PER_M: [f64; 2] = [1.9, 12.0];
 /// RMS of estimated − measured friction from which on the model does not explain it.
 const MAX_RMS_MU: f64 = 0.03;

@@ -245,6 +245,15 @@ fn quantities_that_hold_under_every_law_tried_are_marked() {
     assert!(!page.contains('†'));
 }
 
+#[test]
+fn assumed_errors_are_among_the_assumptions() {
+    let study = SmallStudy::new("sub-01");
+    let mut results = study.results();
+    results.recordings[0].assumed_errors.ambient_pressure_relative = 0.05;
+    let page = page_of_results(&results, "sub-01", &[]).unwrap();
+    assert!(page.contains("ambient pressure 5 %"), "{page}");
+}
+
 /// An instance outside the laws of `paper` or `dynamic` is named with its signs, and its values have no errors.
 #[test]
 fn an_instance_outside_the_laws_of_a_method_is_shown_with_its_signs() {

@@ -249,7 +249,9 @@ fn quantities_that_hold_under_every_law_tried_are_marked() {
 fn assumed_errors_are_among_the_assumptions() {
     let study = SmallStudy::new("sub-01");
     let mut results = study.results();
-    results.recordings[0].assumed_errors.ambient_pressure_relative = 0.05;
+    results.recordings[0]
+        .assumed_errors
+        .ambient_pressure_relative = 0.05;
     let page = page_of_results(&results, "sub-01", &[]).unwrap();
     assert!(page.contains("ambient pressure 5 %"), "{page}");
 }

@@ -7,6 +7,7 @@ use std::hint::black_box;
 use std::path::Path;
 
 use analysis::amplitude_profile::AmplitudeProfile;
+use analysis::assumed_errors::ErrorBudget;
 use analysis::trial_fit::{FitRequest, SelectedExploration, fit};
 use analysis::{Settings, demodulation, unloaded_plate};
 use contact::AssumedConstants;
@@ -44,7 +45,9 @@ fn trial() -> anyhow::Result<FitRequest> {
     Ok(FitRequest {
         label: "trial 1".to_owned(),
         carrier_hz: reading.manifest.carrier_hz,
-        calibration: reading.manifest.standard_errors.unwrap_or_default(),
+        errors: ErrorBudget::without_assumptions(
+            reading.manifest.standard_errors.unwrap_or_default(),
+        ),
         pickup: PickupOffset::default(),
         plate,
         record: reading.record,

@@ -10,6 +10,7 @@ use crate::cli::Analyze;
 use crate::dates;
 use crate::outcome::{progress_bar, require_writable, write_text};
 use crate::verbosity::Verbosity;
+use analysis::assumed_errors::assumed_terms;
 use analysis::attempts::{AttemptAccount, Attempts};
 use analysis::find::TrialFilter;
 use analysis::findings::{RecordingFindings, rejection_counts};
@@ -64,6 +65,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     let account = attempts.account(&analysed, &excluded_recordings(&attempts, &selection)?);
     warn(&account, &attempts);
     warn_of_provenance(&analysed);
+    note_assumptions(&analysed);
     let description = Description::new(&analysed);
     let skin = Skin::from_analysis(&analysed);
     let sessions = Sessions::from_recordings(folders.iter().map(PathBuf::as_path));
@@ -200,6 +202,22 @@ fn report_written(path: &Path, verbosity: Verbosity) {
     if verbosity.shows_progress() && path != Path::new("-") {
         let path = path.display().to_string();
         let _ = writeln!(standard_streams::stderr(), "wrote {}", escaped_line(&path));
+    }
+}
+
+/// Reports the standard errors that are assumed of the recordings' constants.
+fn note_assumptions(analysed: &Analysis) {
+    let budgets = analysed
+        .findings()
+        .map(|findings| findings.errors.assumptions);
+    let terms = assumed_terms(&budgets.collect::<Vec<_>>());
+    if !terms.is_empty() {
+        let _ = writeln!(
+            standard_streams::stderr(),
+            "note: the total intervals include standard errors assumed of constants of which a recording neither states nor shows \
+             the error: {}; calibrate the bench, or state them in recording.toml ([standard_errors], [room])",
+            terms.join(", ")
+        );
     }
 }
 

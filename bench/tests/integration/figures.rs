@@ -593,6 +593,7 @@ fn analysed() -> Analysis {
         z_p_plain_n_s_per_m: Z_P,
         z_p_corrected_n_s_per_m: Z_P,
         calibration: CalibrationErrors::default(),
+        assumed_errors: CalibrationErrors::default(),
         mode_across: None,
     };
     let under_finger = UnderFinger::new(&series, &AmplitudeProfile::default(), Some(Z_P));
@@ -623,7 +624,7 @@ fn analysed() -> Analysis {
         manifest,
         provenance: Default::default(),
         zero: analysis::force_zero::ForceZero::default(),
-        standard_errors: recording::manifest::StandardErrors::default(),
+        errors: analysis::assumed_errors::ErrorBudget::default(),
         z_p: Some(PlateReading {
             plain_n_s_per_m: Z_P,
             corrected_n_s_per_m: Z_P,

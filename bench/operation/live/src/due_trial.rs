@@ -1,5 +1,6 @@
 //! A completed trial, and the data for its verdict and its fit.
 
+use analysis::assumed_errors::ErrorBudget;
 use analysis::force_zero::ForceZero;
 use analysis::measurements::Measurements;
 use analysis::pickup_correction;
@@ -11,7 +12,6 @@ use devices::recorded_bench::{plate_constants, recorded_errors};
 use protocols::{
     Interval, IntervalKind, Protocol, SelectionRules, TrialAnalysis, TrialKey, TrialLabel,
 };
-use recording::manifest::StandardErrors;
 use recording::pipeline::{Account, PickupOffset};
 use tui::action::AttemptName;
 
@@ -78,7 +78,8 @@ impl DueTrial {
         let touch = request
             .record
             .force_under_finger(&explored_s, rules.contact_n);
-        request.calibration = zero.standard_errors(errors, &touch);
+        let errors = zero.standard_errors(errors, &touch);
+        request.errors = ErrorBudget::without_assumptions(errors);
         AnalysedTrial {
             analysis,
             attempt: attempt_name(label),
@@ -116,7 +117,7 @@ fn fit_request(
     FitRequest {
         label: label.trial_name(),
         carrier_hz,
-        calibration: StandardErrors::default(),
+        errors: ErrorBudget::default(),
         pickup,
         plate: plate.map(|reading| reading.plate),
         record,

@@ -132,20 +132,20 @@ fn curves(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use analysis::assumed_errors::ErrorBudget;
     use analysis::instance::PlateReading;
     use analysis::measurements::Measurements;
     use analysis::trial_fit::SelectedExploration;
     use analysis::unloaded_plate::UnloadedError;
     use num_complex::Complex64;
     use protocols::SelectionRules;
-    use recording::manifest::StandardErrors;
     use recording::pipeline::PickupOffset;
 
     fn request(plate: Result<PlateReading, UnloadedError>) -> FitRequest {
         FitRequest {
             label: "trial 1".to_owned(),
             carrier_hz: 35_000.0,
-            calibration: StandardErrors::default(),
+            errors: ErrorBudget::default(),
             pickup: PickupOffset::default(),
             plate,
             record: Measurements::default(),

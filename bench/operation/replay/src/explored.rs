@@ -1,5 +1,6 @@
 //! Explorations of a recording so far, which are fitted together.
 
+use analysis::assumed_errors::ErrorBudget;
 use analysis::force_zero::ForceZero;
 use analysis::measurements::Measurements;
 use analysis::trial_fit::{FitRequest, SelectedExploration};
@@ -54,7 +55,7 @@ impl Explored {
                 count => format!("explorations 1 to {count}"),
             },
             carrier_hz: manifest.carrier_hz,
-            calibration: zero.standard_errors(stated, &touch),
+            errors: ErrorBudget::without_assumptions(zero.standard_errors(stated, &touch)),
             pickup: unloaded.pickup,
             plate: unloaded.plate,
             record,

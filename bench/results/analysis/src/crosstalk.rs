@@ -18,9 +18,21 @@ const LEVITATED: f64 = 0.05;
 /// Fewest cells of an exploration.
 const FEWEST_CELLS: usize = 40;
 
-/// Returns the lateral force per newton of normal force that does not turn with the slide, by the explorations in these spans,
-/// s; 0 if they do not show it.
-pub(super) fn seen(record: &Measurements, spans_s: &[(f64, f64)], rules: &SelectionRules) -> f64 {
+/// Crosstalk that a recording shows.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct SeenCrosstalk {
+    /// Lateral force per newton of normal force that does not turn with the slide; 0 if none is seen.
+    pub(crate) per_normal: f64,
+    /// Whether the crosstalk cannot be much larger: slides of one direction show only a part of it.
+    pub(crate) is_bounded: bool,
+}
+
+/// Returns the crosstalk by the explorations in these spans, s.
+pub(super) fn seen(
+    record: &Measurements,
+    spans_s: &[(f64, f64)],
+    rules: &SelectionRules,
+) -> SeenCrosstalk {
     let lowest = |direction: f64| -> Option<f64> {
         let ratios = spans_s.iter().map(|&span_s| ratios(record, span_s, rules));
         let slides = ratios.filter_map(|ratios| {
@@ -33,9 +45,15 @@ pub(super) fn seen(record: &Measurements, spans_s: &[(f64, f64)], rules: &Select
         (!slides.is_empty()).then(|| slides.iter().sum::<f64>() / slides.len() as f64)
     };
     match (lowest(1.0), lowest(-1.0)) {
-        (Some(forth), Some(back)) => 0.5 * (forth - back).abs(),
-        (Some(friction), None) | (None, Some(friction)) => (-friction).max(0.0),
-        (None, None) => 0.0,
+        (Some(forth), Some(back)) => SeenCrosstalk {
+            per_normal: 0.5 * (forth - back).abs(),
+            is_bounded: true,
+        },
+        (Some(friction), None) | (None, Some(friction)) => SeenCrosstalk {
+            per_normal: (-friction).max(0.0),
+            is_bounded: false,
+        },
+        (None, None) => SeenCrosstalk::default(),
     }
 }
 
@@ -97,7 +115,11 @@ mod tests {
     fn slides_forth_and_back_show_the_crosstalk() {
         for crosstalk in [0.0, 0.03, -0.03] {
             let seen = seen(&record(crosstalk), &[FORTH, BACK], &rules());
-            assert!((seen - crosstalk.abs()).abs() < 1e-3, "{crosstalk}: {seen}");
+            let difference = (seen.per_normal - crosstalk.abs()).abs();
+            assert!(
+                difference < 1e-3 && seen.is_bounded,
+                "{crosstalk}: {seen:?}"
+            );
         }
     }
 
@@ -109,8 +131,12 @@ mod tests {
             (0.15, BACK, 0.045),
         ] {
             let seen = seen(&record(crosstalk), &[span], &rules());
-            assert!((seen - expected).abs() < 0.01, "{crosstalk}: {seen}");
+            let difference = (seen.per_normal - expected).abs();
+            assert!(
+                difference < 0.01 && !seen.is_bounded,
+                "{crosstalk}: {seen:?}"
+            );
         }
-        assert_eq!(seen(&record(0.03), &[], &rules()), 0.0);
+        assert_eq!(seen(&record(0.03), &[], &rules()), SeenCrosstalk::default());
     }
 }

@@ -10,6 +10,7 @@ use protocols::{Direction, SelectionRules};
 
 use crate::amplitude_profile::mode_across;
 use crate::analysis_settings::Settings;
+use crate::assumed_errors::ErrorBudget;
 pub use crate::estimate::{Deltas, InstanceAnalysis, InstanceEstimate, Method};
 pub use crate::exploration_findings::ExplorationFindings;
 use crate::flaw::Flaw;
@@ -17,7 +18,7 @@ use crate::force_zero::ForceZero;
 pub use crate::instance::PlateReading;
 pub use crate::model_check::Band;
 use crate::within_laws;
-use recording::manifest::{Manifest, RecordedPlate, RecordedRoom, StandardErrors};
+use recording::manifest::{Manifest, RecordedPlate, RecordedRoom};
 use recording::pipeline::DemodulationError;
 use recording::pipeline::PickupOffset;
 use recording::reader::ReadError;
@@ -114,9 +115,9 @@ pub struct RecordingFindings {
     pub pickup: PickupOffset,
     /// Zero of the force sensor, subtracted in all other findings.
     pub zero: ForceZero,
-    /// Stated standard errors of the constants; those of the forces include the zero's, relative to the mean force of the touch,
-    /// and the crosstalk that the recording shows if none is stated.
-    pub standard_errors: StandardErrors,
+    /// Errors of the constants; those of the forces include the zero's, relative to the mean force of the touch, and the crosstalk
+    /// that the recording shows if none is stated.
+    pub errors: ErrorBudget,
     /// Impedance of the unloaded plate; `None` if it could not be read.
     pub z_p: Option<PlateReading>,
     /// Explorations, as time series.
@@ -166,7 +167,7 @@ impl RecordingFindings {
         let assumed = self.assumed(settings);
         let z_p = self.z_p?;
         let mode_across = self.plate().across.as_ref().map(mode_across);
-        let (carrier_hz, errors) = (self.manifest.carrier_hz, &self.standard_errors);
+        let (carrier_hz, errors) = (self.manifest.carrier_hz, &self.errors);
         Some(z_p.conditions(assumed, carrier_hz, errors, mode_across))
     }
 

@@ -152,6 +152,13 @@ pub enum Flaw {
         /// Largest reading of the lateral axis without a finger, N.
         lateral_n: f64,
     },
+    /// The recording does not show the force sensor's zero.
+    #[error(
+        "the force sensor's zero cannot be read: the plate is nowhere free for 0.2 s, or the sensor reads more than 150 mN there; \
+         forces are taken as read, and ± 50 mN of each axis are in the total intervals: leave the plate free for a second before \
+         and after each trial, and tare the sensor with `friction-bench calibrate force --tare`"
+    )]
+    ForceZeroUnread,
     /// The force sensor's zero changed during the recording by more than its errors.
     #[error(
         "the force sensor's zero moved by {:+.0} mN between two stretches without a finger; forces between them are known \

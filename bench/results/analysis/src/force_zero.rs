@@ -98,7 +98,12 @@ impl ForceZero {
         let Some(z_p) = typical_impedance(record, unloaded_s) else {
             return Self::default();
         };
-        let blocks = free_blocks(&record.frames, z_p);
+        let mut blocks = free_blocks(&record.frames, z_p);
+        // A film at a large amplitude carries a finger so well that the plate hardly feels it.
+        blocks.retain(|block| {
+            mean_force(&record.force, (block.start_s, block.end_s))
+                .is_none_or(|force| force.normal_n.abs() <= GREATEST_ZERO_N)
+        });
         let stretches = blocks.chunk_by(|block, next| next.index == block.index + 1);
         let readings = stretches.filter_map(|stretch| {
             let is_first = stretch.first()?.index == 0;
@@ -182,31 +187,28 @@ impl ForceZero {
         }
     }
 
-    /// Returns the standard errors of the constants with the zero's among those of the forces. An error δ of the zero acts on the
-    /// force F of a touch as a relative one of δ/F, with the root mean square of δ and the mean of |F| over the `touch`.
+    /// Returns the standard errors of the constants with the zero's among those of the forces. With the root mean square of δ and the
+    /// mean normal force N over the `touch`, an error δ of the normal zero acts as a relative one of δ/N, and one of the lateral zero
+    /// as a crosstalk of δ/N, since both add the same to every friction.
     pub fn standard_errors(&self, stated: StandardErrors, touch: &[ForceRow]) -> StandardErrors {
         let n = touch.len() as f64;
         if touch.is_empty() {
             return stated;
         }
-        let relative = |force: fn(&ForceRow) -> f64, std: fn(Axes) -> f64, stated_n: f64| {
+        let mean_n = touch.iter().map(|row| row.normal_n.abs()).sum::<f64>() / n;
+        let relative = |std: fn(Axes) -> f64, stated_n: f64| {
             let squares = touch.iter().map(|row| std(self.std_at(row.time_s)).powi(2));
-            let mean_n = touch.iter().map(|row| force(row).abs()).sum::<f64>() / n;
             (squares.sum::<f64>() / n).sqrt().hypot(stated_n) / mean_n
         };
-        let normal = relative(|row| row.normal_n, |std| std.normal_n, stated.normal_zero_n);
-        let lateral = relative(
-            |row| row.lateral_n,
-            |std| std.lateral_n,
-            stated.lateral_zero_n,
-        );
+        let normal = relative(|std| std.normal_n, stated.normal_zero_n);
+        let lateral = relative(|std| std.lateral_n, stated.lateral_zero_n);
         let with_zero = |stated: f64, zero: f64| {
             let sum = stated.hypot(zero);
             if sum.is_finite() { sum } else { stated }
         };
         StandardErrors {
             normal_force_relative: with_zero(stated.normal_force_relative, normal),
-            lateral_force_relative: with_zero(stated.lateral_force_relative, lateral),
+            lateral_per_normal: with_zero(stated.lateral_per_normal, lateral),
             ..stated
         }
     }
@@ -555,6 +557,23 @@ mod tests {
         }
     }
 
+    /// Regression test: of a finger that the film carries all the time, the impedance is that of the free plate throughout, and its
+    /// force was the median of the whole recording, too large for a zero.
+    #[test]
+    fn a_finger_that_the_plate_hardly_feels_does_not_hide_the_zero() {
+        let hardly_felt = Complex64::new(0.05, -0.1);
+        let zero = Axes {
+            normal_n: -0.038,
+            lateral_n: 0.01,
+        };
+        let record = record(hardly_felt, |time_s| touch(time_s, zero));
+        let read = ForceZero::read(&record, &[(0.2, 1.2)]);
+        assert_eq!(read.readings.len(), 2, "{read:?}");
+        for reading in &read.readings {
+            assert_relative_eq!(reading.zero.normal_n, zero.normal_n, epsilon = 1e-6);
+        }
+    }
+
     /// Hazard of a tare: a weight on the plate would be taken for the zero.
     #[test]
     fn a_finger_that_never_leaves_is_not_taken_for_the_zero() {
@@ -610,5 +629,12 @@ mod tests {
             "{measured:?}"
         );
         assert_eq!(zero.standard_errors(stated, &[]), stated);
+        let lateral = StandardErrors {
+            lateral_zero_n: 0.012,
+            ..StandardErrors::default()
+        };
+        let errors = zero.standard_errors(lateral, &touch);
+        assert_relative_eq!(errors.lateral_per_normal, 0.02, max_relative = 0.05);
+        assert!(errors.lateral_force_relative.abs() < 1e-12);
     }
 }

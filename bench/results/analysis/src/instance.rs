@@ -2,14 +2,14 @@
 
 use std::ops::Range;
 
-use contact::{AssumedConstants, CalibrationErrors};
+use contact::AssumedConstants;
 use estimation::trial::PlacedInstance;
 use estimation::{FitConditions, FitError, InstanceSamples, InstanceSeries, ModeAcross};
 use impedance::smoothing::LowPass;
 use impedance::{Mask, ZmFrame};
 use num_complex::Complex64;
-use recording::manifest::StandardErrors;
 
+use crate::assumed_errors::ErrorBudget;
 use crate::measurements::{FrameSeries, SMOOTHING_HZ};
 use crate::method::Method;
 use crate::under_finger::UnderFinger;
@@ -242,13 +242,13 @@ impl PlateReading {
         }
     }
 
-    /// Returns the conditions shared by all fits of the recording, with the stated errors of its calibration, and the mode across
-    /// its plate if that is known.
+    /// Returns the conditions shared by all fits of the recording, with the errors of its constants, and the mode across its plate if
+    /// that is known.
     pub fn conditions(
         &self,
         assumed: AssumedConstants,
         carrier_hz: f64,
-        standard_errors: &StandardErrors,
+        errors: &ErrorBudget,
         mode_across: Option<ModeAcross>,
     ) -> FitConditions {
         FitConditions {
@@ -256,14 +256,8 @@ impl PlateReading {
             carrier_hz,
             z_p_plain_n_s_per_m: self.plain_n_s_per_m,
             z_p_corrected_n_s_per_m: self.corrected_n_s_per_m,
-            calibration: CalibrationErrors {
-                amplitude_relative: standard_errors.amplitude_relative,
-                impedance_relative: standard_errors.impedance_relative,
-                phase_rad: standard_errors.pickup_phase_rad,
-                normal_force_relative: standard_errors.normal_force_relative,
-                lateral_force_relative: standard_errors.lateral_force_relative,
-                lateral_per_normal: standard_errors.lateral_per_normal,
-            },
+            calibration: errors.known,
+            assumed_errors: errors.assumed,
             mode_across,
         }
     }

@@ -7,6 +7,7 @@
 pub mod amplitude_profile;
 pub mod analysis_settings;
 mod assumable;
+pub mod assumed_errors;
 pub mod attempts;
 pub mod average_model;
 mod clipping;

@@ -8,6 +8,7 @@ use protocols::{Direction, Protocol, SelectionRules};
 
 use crate::amplitude_profile::AmplitudeProfile;
 use crate::analysis_settings::Settings;
+use crate::assumed_errors::{ErrorBudget, Evidence};
 use crate::crosstalk;
 use crate::demodulation::{self, DemodulatedRecording};
 use crate::findings::{RecordingAnalysis, RecordingError, RecordingFindings, RejectedStretch};
@@ -72,12 +73,14 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     flaws.extend(protocol_flaw);
     flaws.extend(rehearsal_flaw(&manifest));
     flaws.extend(zero.flaws());
-    let stated_errors = manifest.standard_errors.unwrap_or_default();
     let touch = record.force_under_finger(&exploration_spans_s, rules.contact_n);
-    let mut standard_errors = zero.standard_errors(stated_errors, &touch);
-    if stated_errors.lateral_per_normal == 0.0 {
-        standard_errors.lateral_per_normal = crosstalk::seen(&record, &exploration_spans_s, &rules);
-    }
+    let evidence = Evidence {
+        zero: &zero,
+        crosstalk: crosstalk::seen(&record, &exploration_spans_s, &rules),
+        has_pressure: manifest.room.is_some(),
+    };
+    let stated_errors = manifest.standard_errors.unwrap_or_default();
+    let errors = ErrorBudget::new(stated_errors, &evidence, &touch);
     let mut findings = RecordingFindings {
         path: folder.to_owned(),
         participant: manifest
@@ -86,7 +89,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
             .map(|participant| participant.id.clone()),
         rules,
         pickup,
-        standard_errors,
+        errors,
         zero,
         z_p: None,
         explorations: Vec::new(),
@@ -114,6 +117,9 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     }
 
     findings.z_p = plate.z_p();
+    if findings.zero.readings.is_empty() && findings.z_p.is_some() && !explorations.is_empty() {
+        findings.flaws.push(Flaw::ForceZeroUnread);
+    }
     let resonance_hz = findings.plate().resonance_hz;
     let off_resonance = plausibility::carrier(findings.manifest.carrier_hz, resonance_hz);
     let is_explained =

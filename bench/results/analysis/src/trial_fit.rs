@@ -8,10 +8,10 @@ use num_complex::Complex64;
 use protocols::{
     Instance, Interval, IntervalKind, SelectionRules, Stretch, TrialAnalysis, Validity,
 };
-use recording::manifest::StandardErrors;
 use recording::pipeline::PickupOffset;
 
 use crate::amplitude_profile::AmplitudeProfile;
+use crate::assumed_errors::ErrorBudget;
 use crate::instance::{PlateReading, PreparedInstance};
 use crate::measurements::{FrameSeries, Measurements};
 use crate::method::Method;
@@ -28,7 +28,7 @@ pub struct FitRequest {
     /// Carrier of the drive, Hz.
     pub carrier_hz: f64,
     /// Errors of the calibration in force.
-    pub calibration: StandardErrors,
+    pub errors: ErrorBudget,
     /// Deviation of the pickup from its stated values, for which `plate` and `record` are corrected.
     pub pickup: PickupOffset,
     /// Impedance of the unloaded plate, or the reason why it could not be read.
@@ -50,7 +50,7 @@ impl FitRequest {
         assumed: AssumedConstants,
     ) -> FitConditions {
         let mode_across = profile.mode_across();
-        plate.conditions(assumed, self.carrier_hz, &self.calibration, mode_across)
+        plate.conditions(assumed, self.carrier_hz, &self.errors, mode_across)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Assumptions, the results that depend on them, and the sources of the methods.
 
 use analysis::Settings;
+use analysis::assumed_errors::assumed_terms;
 use analysis::method::Method;
 use analysis::printed_settings::PrintedSettings;
 use maud::{Markup, html};
@@ -237,13 +238,12 @@ fn errors_note(recordings: &[RecordingEntry<'_>]) -> String {
         .filter(|manifest| manifest.standard_errors.is_some())
         .count();
     match (n_stated, recordings.len()) {
-        (0, _) => "No recording states the errors of its constants: they are taken as exact, and no interval here includes \
-                   their errors."
-            .to_owned(),
-        (k, n) if k == n => "Every interval includes its standard errors, as the recordings state them.".to_owned(),
+        (0, _) => "No recording states the errors of its constants.".to_owned(),
+        (k, n) if k == n => {
+            "Every interval includes its standard errors, as the recordings state them.".to_owned()
+        }
         (k, n) => format!(
-            "Its standard errors are stated by {k} of {n} recordings and included in their intervals; the constants of the others \
-             are taken as exact."
+            "Its standard errors are stated by {k} of {n} recordings and included in their intervals."
         ),
     }
 }
@@ -264,6 +264,9 @@ pub(crate) fn dependencies(recordings: &[RecordingEntry<'_>]) -> Markup {
             statistics::median(values.filter(|value| value.is_finite()))
         })
     };
+    let of_recordings = recordings.iter().filter(|entry| entry.manifest.is_some());
+    let of_recordings = of_recordings.map(|entry| entry.result.assumed_errors);
+    let assumed_errors = assumed_terms(&of_recordings.collect::<Vec<_>>());
     let profiles = recordings
         .iter()
         .filter(|recording| recording.result.plate_profile)
@@ -275,6 +278,11 @@ pub(crate) fn dependencies(recordings: &[RecordingEntry<'_>]) -> Markup {
     html! {
         ul {
             li { "All results depend on the " a href="#calibration" { "calibration" } ". " (errors_note(recordings)) }
+            @if !assumed_errors.is_empty() {
+                li { "Standard errors assumed of the constants of which a recording neither states nor shows the error: "
+                      (assumed_errors.join(", ")) ". They are in the total intervals of " b { "trial" } " and in the standard errors of "
+                      b { "dynamic" } ", and not in the intervals " i { "within the laws" } "." }
+            }
             li { b { "paper" } " and " b { "dynamic" } ": σ" sub { "t" } ", Z" sub { "t" } " and τ are conditional on the assumed S, \
                   q₀, E, ν, η and p₀; friction hardly depends on them. The table below gives the sensitivities." }
             li { b { "trial" } ": of the skin, only E and ν are assumed, and its q₀ absorbs them; p₀ is also assumed where a recording does not state it. σ" sub { "t" }

@@ -224,8 +224,9 @@ fn a_recording_outside_the_published_laws_has_total_intervals_alone() {
 fn quantities_that_hold_under_every_law_tried_are_marked() {
     let study = SmallStudy::new("sub-01");
     let mut results = study.results();
-    let json = results.to_json().unwrap();
-    assert!(json.contains("\"holds_under_every_law_tried\": []"));
+    assert_eq!(results.holds_under_every_law_tried, [TrialQuantity::Mu0]);
+    let page = page_of_results(&results, "sub-01", &[]).unwrap();
+    assert_eq!(page.matches(">†</sup>").count(), 1, "{page}");
     results.holds_under_every_law_tried = vec![
         TrialQuantity::Mu0,
         TrialQuantity::GapPerSigmaT,
@@ -240,7 +241,20 @@ fn quantities_that_hold_under_every_law_tried_are_marked() {
     assert!(page.contains("† Holds under every law tried."));
     // μ0 of the instances, and τ of the recording and of the participants.
     assert_eq!(page.matches(">†</sup>").count(), 3, "{page}");
-    assert!(!page_of("sub-01", &study, &[]).unwrap().contains('†'));
+    results.holds_under_every_law_tried = Vec::new();
+    let page = page_of_results(&results, "sub-01", &[]).unwrap();
+    assert!(!page.contains('†'));
+}
+
+#[test]
+fn assumed_errors_are_among_the_assumptions() {
+    let study = SmallStudy::new("sub-01");
+    let mut results = study.results();
+    results.recordings[0]
+        .assumed_errors
+        .ambient_pressure_relative = 0.05;
+    let page = page_of_results(&results, "sub-01", &[]).unwrap();
+    assert!(page.contains("ambient pressure 5 %"), "{page}");
 }
 
 /// An instance outside the laws of `paper` or `dynamic` is named with its signs, and its values have no errors.

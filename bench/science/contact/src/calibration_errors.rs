@@ -20,7 +20,8 @@ pub const LAWS: usize = 5;
 /// Effect of one standard deviation of each error on the parameters.
 pub type ByError<const N: usize> = SMatrix<f64, N, ERRORS>;
 
-/// Standard errors of the constants that turn volts into forces and amplitudes, independent of each other; 0 means exact.
+/// Standard errors of the constants that turn volts into forces and amplitudes, and of the ambient pressure, independent of each
+/// other; 0 means exact.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct CalibrationErrors {
     /// Relative standard error of the plate's amplitude: the pickup's sensitivity.
@@ -35,9 +36,37 @@ pub struct CalibrationErrors {
     pub lateral_force_relative: f64,
     /// Standard error of the lateral force per newton of normal force, from crosstalk between the axes.
     pub lateral_per_normal: f64,
+    /// Relative standard error of the ambient pressure p0. Only p0 S and q0 S are measured, so that it acts on S and q0 alone, where
+    /// these are fitted.
+    pub ambient_pressure_relative: f64,
 }
 
 impl CalibrationErrors {
+    /// Returns the errors of two independent sources together.
+    #[must_use]
+    pub fn sum(&self, other: &Self) -> Self {
+        let Self {
+            amplitude_relative,
+            impedance_relative,
+            phase_rad,
+            normal_force_relative,
+            lateral_force_relative,
+            lateral_per_normal,
+            ambient_pressure_relative,
+        } = *other;
+        Self {
+            amplitude_relative: self.amplitude_relative.hypot(amplitude_relative),
+            impedance_relative: self.impedance_relative.hypot(impedance_relative),
+            phase_rad: self.phase_rad.hypot(phase_rad),
+            normal_force_relative: self.normal_force_relative.hypot(normal_force_relative),
+            lateral_force_relative: self.lateral_force_relative.hypot(lateral_force_relative),
+            lateral_per_normal: self.lateral_per_normal.hypot(lateral_per_normal),
+            ambient_pressure_relative: self
+                .ambient_pressure_relative
+                .hypot(ambient_pressure_relative),
+        }
+    }
+
     /// Returns the direct effect of each error on the parameters, before the fitted ones respond.
     pub fn by_parameter(&self) -> ByError<PARAMETERS> {
         let mut effect = ByError::zeros();

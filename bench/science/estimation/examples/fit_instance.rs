@@ -230,6 +230,7 @@ fn parse(mut arguments: impl Iterator<Item = String>) -> Result<Arguments, Strin
             z_p_plain_n_s_per_m: z_p,
             z_p_corrected_n_s_per_m: z_p,
             calibration: CalibrationErrors::default(),
+            assumed_errors: CalibrationErrors::default(),
             mode_across: None,
         },
     })

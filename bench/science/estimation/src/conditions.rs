@@ -85,6 +85,9 @@ pub struct FitConditions {
     pub z_p_corrected_n_s_per_m: Complex64,
     /// Errors of the calibration.
     pub calibration: CalibrationErrors,
+    /// Errors assumed of constants whose errors are not known. They are in the total errors, and not in those within the published
+    /// laws.
+    pub assumed_errors: CalibrationErrors,
     /// Plate's mode across its width; `None` if the wavelength is not known.
     pub mode_across: Option<ModeAcross>,
 }
@@ -98,8 +101,14 @@ impl FitConditions {
             z_p_plain_n_s_per_m: z_p,
             z_p_corrected_n_s_per_m: z_p,
             calibration: CalibrationErrors::default(),
+            assumed_errors: CalibrationErrors::default(),
             mode_across: None,
         }
+    }
+
+    /// Returns the errors of the calibration with the assumed ones.
+    pub(super) fn total_errors(&self) -> CalibrationErrors {
+        self.calibration.sum(&self.assumed_errors)
     }
 
     /// Returns the carrier's angular frequency ω, rad/s.

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use analysis::amplitude_profile::AmplitudeProfile;
+use analysis::assumed_errors::ErrorBudget;
 use analysis::estimate::Method;
 use analysis::findings::RecordingFindings;
 use analysis::printed_settings::PrintedSettings;
@@ -88,7 +89,9 @@ pub(super) fn fit_request(folder: &Path) -> FitRequest {
     FitRequest {
         label: "trial 1".to_owned(),
         carrier_hz: reading.manifest.carrier_hz,
-        calibration: reading.manifest.standard_errors.unwrap_or_default(),
+        errors: ErrorBudget::without_assumptions(
+            reading.manifest.standard_errors.unwrap_or_default(),
+        ),
         pickup: PickupOffset::default(),
         plate: Ok(findings(folder).z_p.unwrap()),
         record: reading.record,

@@ -7,7 +7,7 @@ use super::manifest_error::{ManifestError, require_range};
 /// Largest allowed standard error, relative, in rad or in N; beyond it the measurement would be meaningless.
 const MAX_STANDARD_ERROR: f64 = 0.5;
 
-/// Standard errors of the constants, independent of each other; 0 if not stated.
+/// Standard errors of the constants, independent of each other; 0 if not stated, of which an analysis assumes an error.
 ///
 /// ```
 /// use recording::manifest::StandardErrors;
@@ -32,7 +32,7 @@ pub struct StandardErrors {
     /// Relative standard error of the lateral force.
     pub lateral_force_relative: f64,
     /// Standard error of the lateral force per newton of normal force: of the crosstalk between the axes. If it is 0, an
-    /// analysis takes the crosstalk that the recording shows.
+    /// analysis takes the crosstalk that the recording shows, or assumes one.
     pub lateral_per_normal: f64,
     /// Standard error of the normal force's zero, N, in addition to that with which a recording shows its zero.
     pub normal_zero_n: f64,

@@ -172,6 +172,12 @@ impl Verdict {
         is_unflagged && (self.sigma_t_ratio - 1.0).abs() < 0.2 && self.sigma_t_uncertainty < 0.6
     }
 
+    /// Whether each error of a quantity is within its limit.
+    pub fn is_right_in(&self, quantity: Quantity) -> bool {
+        let mut comparisons = self.comparisons.iter().filter(|c| c.quantity == quantity);
+        comparisons.all(Comparison::is_right)
+    }
+
     /// Returns the median error of a quantity over the instances, with its sign; `None` without any.
     pub fn error(&self, quantity: Quantity) -> Option<f64> {
         let comparisons = self.comparisons.iter().filter(|c| c.quantity == quantity);
@@ -193,6 +199,9 @@ impl fmt::Display for Verdict {
                 self.rms_mu,
                 self.r2
             )?;
+        }
+        if let Some(error) = self.error(Quantity::Mu0) {
+            write!(f, ", mu0 off {:+.1} %", 100.0 * error)?;
         }
         if let Some(ratio) = self.area_ratio {
             write!(f, ", S/true {ratio:.2}")?;

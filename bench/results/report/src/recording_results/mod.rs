@@ -2,6 +2,7 @@
 
 mod rows;
 
+use analysis::assumed_errors::AssumedErrors;
 use analysis::findings::{
     Band, InstanceAnalysis, InstanceEstimate, RecordingAnalysis, RecordingFindings,
 };
@@ -40,6 +41,7 @@ impl From<&RecordingAnalysis> for Recording {
                     plate_profile: false,
                     plate_across: None,
                     standard_errors: None,
+                    assumed_errors: AssumedErrors::default(),
                     room: None,
                     force_zero: Vec::new(),
                     pickup_undone: None,
@@ -69,6 +71,7 @@ impl From<&RecordingAnalysis> for Recording {
             plate_profile: findings.plate().profile.is_some(),
             plate_across: findings.plate().across,
             standard_errors: findings.manifest.standard_errors,
+            assumed_errors: findings.errors.assumptions,
             room: findings.manifest.room,
             force_zero: findings.zero.readings.clone(),
             pickup_undone: Some(PickupUndone {

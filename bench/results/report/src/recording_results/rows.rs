@@ -5,6 +5,7 @@ use recording::manifest::{RecordedAcross, RecordedRoom, StandardErrors};
 use serde::Serialize;
 use study::provenance::Provenance;
 
+use analysis::assumed_errors::AssumedErrors;
 use analysis::force_zero::ZeroReading;
 
 /// Lower and upper end.
@@ -39,6 +40,9 @@ pub struct Recording {
     /// Errors of the calibration as stated in the recording.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub standard_errors: Option<StandardErrors>,
+    /// Standard errors assumed of the constants of which the recording neither states nor shows the error; 0 for the others.
+    #[serde(skip_serializing_if = "AssumedErrors::is_empty")]
+    pub assumed_errors: AssumedErrors,
     /// Room as stated in the recording; its pressure is p0 of every estimate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub room: Option<RecordedRoom>,

@@ -3,6 +3,7 @@
 
 use std::path::PathBuf;
 
+use analysis::assumed_errors::AssumedErrors;
 use analysis::attempts::AttemptAccount;
 use analysis::cluster_test::Clustered;
 use analysis::published::{Level, MethodStatistic, Statistic, StatisticRow, Statistics};
@@ -110,6 +111,7 @@ fn unreadable_recording() -> Recording {
         plate_profile: false,
         plate_across: None,
         standard_errors: None,
+        assumed_errors: AssumedErrors::default(),
         room: None,
         force_zero: Vec::new(),
         pickup_undone: None,

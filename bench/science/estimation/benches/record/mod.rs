@@ -192,6 +192,7 @@ pub fn conditions() -> FitConditions {
         z_p_plain_n_s_per_m: Z_P,
         z_p_corrected_n_s_per_m: Z_P,
         calibration: CalibrationErrors::default(),
+        assumed_errors: CalibrationErrors::default(),
         mode_across: None,
     }
 }

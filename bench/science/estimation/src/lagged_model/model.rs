@@ -74,7 +74,7 @@ impl<'a> LaggedModel<'a> {
         let zeros = || vec![0.0; samples.time_s.len()];
         Ok(Self {
             assumed: conditions.assumed,
-            calibration: conditions.calibration,
+            calibration: conditions.total_errors(),
             carrier_rad_per_s: conditions.carrier_rad_per_s()?,
             interval_s: instance.interval_s(),
             z_p: conditions.z_p_corrected_n_s_per_m,

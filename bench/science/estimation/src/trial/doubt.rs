@@ -12,22 +12,49 @@
 //! is the better value: on the simulated bench `population-unkind`, of the published laws, errors that no parameter describes
 //! (sensors, tremor, warmth) make ℓᵀ C_ℓℓ⁻¹ ℓ up to 275, as large as in most worlds of other laws.
 
+use std::ops::RangeInclusive;
+
 use arrowhead::minimise;
 
-use super::layout::{FreeLaws, LAWS, Law, OWN, PUBLISHED, SharedParameter};
+use super::layout::{
+    FreeLaws, InstanceParameter, LAWS, Law, OWN, Own, PUBLISHED, Shared, SharedParameter,
+};
 use super::members::{Covariance, Step, TrialMinimum};
 use super::search::{FINAL_TERMINATION, Search};
 use crate::conditions::ModeAcross;
-use contact::calibration_errors::{self, ByError};
-use contact::parameters::PARAMETERS;
+use contact::calibration_errors;
 
 /// Number of times that the skin's transients and the weights of the samples are computed anew at the second minimum.
 const REFINEMENTS: usize = 1;
 
-/// Laws whose parameters have no negative values; a minimum below the second number may be in a false valley, and the search is
-/// repeated from the third. The starts are trapped air with as much stiffness as the rest of the film, and a contact of 0.4
-/// wavelengths.
-const POSITIVE: [(Law, f64, f64); 2] = [(Law::TrappedAir, -0.01, 0.03), (Law::Width, -0.05, 0.16)];
+/// Further start of a search that may have ended in a false valley.
+struct Restart {
+    law: Law,
+    /// Values of a minimum that give reason to start again.
+    suspect: RangeInclusive<f64>,
+    start: f64,
+}
+
+/// Trapped air and width have no negative values: the starts are trapped air with as much stiffness as the rest of the film, and a
+/// contact of 0.4 wavelengths. A contact of more than that is also searched from 0.6 wavelengths, where the mode changes its sign
+/// under the edges. Each is tried with the tissues of the published laws and with those that fit it best.
+const RESTARTS: [Restart; 3] = [
+    Restart {
+        law: Law::TrappedAir,
+        suspect: f64::NEG_INFINITY..=-0.01,
+        start: 0.03,
+    },
+    Restart {
+        law: Law::Width,
+        suspect: f64::NEG_INFINITY..=-0.05,
+        start: 0.16,
+    },
+    Restart {
+        law: Law::Width,
+        suspect: 0.16..=f64::INFINITY,
+        start: 0.35,
+    },
+];
 
 /// Result of the second fit.
 pub(super) struct Doubt {
@@ -60,13 +87,10 @@ impl Search<'_> {
 
     /// Fits the laws in doubt, from the minimum with the laws as published; `None` if the data and the priors do not determine them.
     /// The laws stay free, and the weights of the samples are restored.
-    pub(super) fn doubt(
-        &mut self,
-        published: &TrialMinimum,
-        by_error: &ByError<PARAMETERS>,
-    ) -> Option<Doubt> {
+    pub(super) fn doubt(&mut self, published: &TrialMinimum) -> Option<Doubt> {
         self.follow_fingers(published)?;
         let refinement = self.refinement();
+        let by_error = self.unfitted_errors();
         let mut start = published.clone();
         for law in Law::ALL {
             if !self.free_laws[law as usize] {
@@ -75,7 +99,7 @@ impl Search<'_> {
         }
         self.set_free_laws([true; LAWS]);
         let doubt = self.minimum_in_doubt(start).and_then(|minimum| {
-            let covariance = self.covariance(&minimum, by_error)?;
+            let covariance = self.covariance(&minimum, &by_error)?;
             let instances = minimum.own.iter().zip(&published.own);
             let difference = Step {
                 shared: minimum.shared - published.shared,
@@ -92,17 +116,34 @@ impl Search<'_> {
         doubt
     }
 
+    /// Returns the parameters of the instances with the best Z_t and reactance of each; `None` where the model allows none.
+    fn with_best_tissues(&mut self, shared: &Shared, own: &[Own]) -> Option<Vec<Own>> {
+        let instances = own.iter().enumerate().map(|(index, own)| {
+            let fits = self.fit_candidates(&[index], shared, own)?;
+            let fit = fits.first()?;
+            let mut start = *own;
+            start[InstanceParameter::ReZT] = fit.z_t.re;
+            start[InstanceParameter::ImZT] = fit.z_t.im;
+            start[InstanceParameter::Reactance] += fit.reactance;
+            Some(start)
+        });
+        instances.collect()
+    }
+
     fn minimum_in_doubt(&mut self, start: TrialMinimum) -> Option<TrialMinimum> {
         let (shared, own) = (start.shared, start.own);
         let mut minimum = minimise(self, shared, own.clone(), FINAL_TERMINATION)?;
-        for (law, lowest, value) in POSITIVE {
-            let parameter = SharedParameter::Law(law);
-            if minimum.shared[parameter] < lowest {
+        for restart in RESTARTS {
+            let parameter = SharedParameter::Law(restart.law);
+            if restart.suspect.contains(&minimum.shared[parameter]) {
                 let mut shared = shared;
-                shared[parameter] = value;
-                let candidate = minimise(self, shared, own.clone(), FINAL_TERMINATION)
-                    .filter(|candidate| candidate.squares < minimum.squares);
-                minimum = candidate.unwrap_or(minimum);
+                shared[parameter] = restart.start;
+                let tissues = self.with_best_tissues(&shared, &own);
+                for own in [Some(own.clone()), tissues].into_iter().flatten() {
+                    let candidate = minimise(self, shared, own, FINAL_TERMINATION)
+                        .filter(|candidate| candidate.squares < minimum.squares);
+                    minimum = candidate.unwrap_or(minimum);
+                }
             }
         }
         for _ in 0..REFINEMENTS {

@@ -72,19 +72,18 @@ pub fn fit(
         return Err(FitError::NoStart);
     }
     let mut search = Search::new(members, readings, options.priors);
-    let by_error = solution::unfitted_errors(&conditions.calibration, &options.priors);
-    let crosstalk = conditions.calibration.lateral_per_normal;
+    search.set_calibration(conditions.calibration);
     let published = search.solve()?;
-    let within_laws =
-        Solution::new(&mut search, published.clone(), by_error)?.trial_fit(crosstalk)?;
-    let Some(doubt) = search.doubt(&published, &by_error) else {
+    let within_laws = Solution::new(&mut search, published.clone())?.trial_fit()?;
+    search.set_calibration(conditions.total_errors());
+    let Some(doubt) = search.doubt(&published) else {
         // Without the second fit the errors lack the doubt about the laws, so that they must not be taken for the whole.
         return Ok(within_laws.without_doubt());
     };
     let verdict = within_laws.shared.verdict.clone();
-    let solution = Solution::in_doubt(&mut search, published, doubt, by_error, verdict)?;
+    let solution = Solution::in_doubt(&mut search, published, doubt, verdict)?;
     Ok(TrialFit {
         within_laws: Some(Box::new(within_laws)),
-        ..solution.trial_fit(crosstalk)?
+        ..solution.trial_fit()?
     })
 }

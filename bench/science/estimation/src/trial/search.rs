@@ -262,7 +262,7 @@ impl<'a> Search<'a> {
     }
 
     /// Returns the best Z_t and reactance at each of some instances; `None` where the model allows no such contact.
-    fn fit_candidates(
+    pub(super) fn fit_candidates(
         &mut self,
         indices: &[usize],
         shared: &Shared,

@@ -9,7 +9,6 @@ use super::identifiability;
 use super::layout::{OWN, Shared, SharedParameter};
 use super::members::{Covariance, ParameterSlopes, TrialMinimum};
 use super::misfit;
-use super::prior::TrialPriors;
 use super::search::Search;
 use super::shared_fit::SharedFit;
 use super::trial_fit::TrialFit;
@@ -38,16 +37,29 @@ pub(super) struct Solution<'s, 'a> {
     verdict: FitVerdict,
 }
 
-/// Returns the direct effect of each error that is not fitted on the model's parameters.
-pub(super) fn unfitted_errors(
-    calibration: &CalibrationErrors,
-    priors: &TrialPriors,
-) -> ByError<PARAMETERS> {
-    let mut by_error = calibration.by_parameter();
-    // The component common to all places and that of each place add in quadrature.
-    by_error[(FILM_MOBILITY, OTHER_MODES)] =
-        std::f64::consts::SQRT_2 * priors.residual_mobility_std_m_per_n_s;
-    by_error
+impl Search<'_> {
+    /// Changes the errors of the calibration, which act on no minimum.
+    pub(super) fn set_calibration(&mut self, calibration: CalibrationErrors) {
+        for member in &mut self.members {
+            member.model.calibration = calibration;
+        }
+    }
+
+    fn calibration(&self) -> CalibrationErrors {
+        let first = self.members.first();
+        first.map_or_else(CalibrationErrors::default, |member| {
+            member.model.calibration
+        })
+    }
+
+    /// Returns the direct effect of each error that is not fitted on the model's parameters.
+    pub(super) fn unfitted_errors(&self) -> ByError<PARAMETERS> {
+        let mut by_error = self.calibration().by_parameter();
+        // The component common to all places and that of each place add in quadrature.
+        by_error[(FILM_MOBILITY, OTHER_MODES)] =
+            std::f64::consts::SQRT_2 * self.priors.residual_mobility_std_m_per_n_s;
+        by_error
+    }
 }
 
 /// Friction of a trial with the errors due to the contact.
@@ -59,17 +71,14 @@ pub(super) struct FrictionSolution {
 
 impl<'s, 'a> Solution<'s, 'a> {
     /// Computes residuals, covariance and verdict at a minimum.
-    pub(super) fn new(
-        search: &'s mut Search<'a>,
-        minimum: TrialMinimum,
-        by_error: ByError<PARAMETERS>,
-    ) -> Result<Self, FitError> {
+    pub(super) fn new(search: &'s mut Search<'a>, minimum: TrialMinimum) -> Result<Self, FitError> {
         search
             .follow_other_modes(&minimum)
             .ok_or(FitError::NoStart)?;
+        let by_error = search.unfitted_errors();
         let covariance = search.covariance(&minimum, &by_error);
         let verdict = identifiability::verdict(&minimum, covariance.as_ref());
-        Self::with_covariance(search, minimum, by_error, covariance, verdict)
+        Self::with_covariance(search, minimum, covariance, verdict)
     }
 
     /// Computes the solution at the minimum with the laws as published, with the errors of a fit of the laws in doubt and the verdict
@@ -78,20 +87,18 @@ impl<'s, 'a> Solution<'s, 'a> {
         search: &'s mut Search<'a>,
         published: TrialMinimum,
         doubt: Doubt,
-        by_error: ByError<PARAMETERS>,
         verdict: FitVerdict,
     ) -> Result<Self, FitError> {
         search
             .follow_other_modes(&published)
             .ok_or(FitError::NoStart)?;
         let minimum = published.with_normal_of(doubt.minimum);
-        Self::with_covariance(search, minimum, by_error, Some(doubt.covariance), verdict)
+        Self::with_covariance(search, minimum, Some(doubt.covariance), verdict)
     }
 
     fn with_covariance(
         search: &'s mut Search<'a>,
         minimum: TrialMinimum,
-        by_error: ByError<PARAMETERS>,
         covariance: Option<Covariance>,
         verdict: FitVerdict,
     ) -> Result<Self, FitError> {
@@ -104,19 +111,20 @@ impl<'s, 'a> Solution<'s, 'a> {
             })
             .unzip();
         Ok(Self {
+            by_error: search.unfitted_errors(),
             search,
             minimum,
             parameters,
             parameter_slopes,
             residuals,
-            by_error,
             covariance,
             verdict,
         })
     }
 
-    /// Returns the result of all instances and the parameters that they share, with a crosstalk of the normal into the lateral force.
-    pub(super) fn trial_fit(mut self, crosstalk: f64) -> Result<TrialFit, FitError> {
+    /// Returns the result of all instances and the parameters that they share.
+    pub(super) fn trial_fit(mut self) -> Result<TrialFit, FitError> {
+        let crosstalk = self.search.calibration().lateral_per_normal;
         let friction = self.friction();
         let instances = self.instance_fits(friction.as_ref())?;
         let mut shared = self.shared_fit(friction.as_ref(), &instances);
@@ -237,6 +245,13 @@ impl<'s, 'a> Solution<'s, 'a> {
             value: shared[parameter].exp(),
             ln_std: std(parameter),
         };
+        // Film and trapped air go with p0 S, the asperities with q0 S: a p0 that is 1 % too high makes S 1 % too small and q0 1 %
+        // too large, and leaves all else.
+        let pressure_error = self.search.calibration().ambient_pressure_relative;
+        let under_pressure = |parameter: SharedParameter| LogUncertain {
+            ln_std: std(parameter).hypot(pressure_error),
+            ..log_uncertain(parameter)
+        };
         let uncertain = |parameter: SharedParameter| Uncertain {
             value: shared[parameter],
             std: std(parameter),
@@ -245,8 +260,8 @@ impl<'s, 'a> Solution<'s, 'a> {
         let plate = self.search.plate_deviation(&self.minimum);
         SharedFit {
             verdict: self.verdict.clone(),
-            contact_area_m2: log_uncertain(SharedParameter::LnArea),
-            q0_rad_per_m: log_uncertain(SharedParameter::LnQ0),
+            contact_area_m2: under_pressure(SharedParameter::LnArea),
+            q0_rad_per_m: under_pressure(SharedParameter::LnQ0),
             loss_factor: log_uncertain(SharedParameter::LnLossFactor),
             tau_s: self.tau_at_mean_gap(),
             area_exponent: uncertain(SharedParameter::AreaExponent),

@@ -66,6 +66,12 @@ impl<'a> Row<'a> {
         verdicts.filter(|verdict| matches!(verdict.outcome, Outcome::WrongInSilence(_)))
     }
 
+    /// Returns the worlds without a flag in which a quantity has an error beyond its limit.
+    pub fn wrong_in(&self, quantity: Quantity) -> impl Iterator<Item = &Verdict> {
+        self.unflagged()
+            .filter(move |verdict| !verdict.is_right_in(quantity))
+    }
+
     /// Asserts that intervals within the laws cover the truth, and that few worlds are flagged, as it must be where the laws are as
     /// published.
     pub fn assert_within_laws(&self) {

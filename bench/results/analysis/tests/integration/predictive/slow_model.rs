@@ -4,12 +4,12 @@
 use std::f64::consts::TAU;
 
 use analysis::Settings;
+use analysis::assumed_errors::ErrorBudget;
 use analysis::instance::PlateReading;
 use contact::{AssumedConstants, Contact};
 use estimation::{InstanceSamples, InstanceSeries, paper};
 use impedance::smoothing::LowPass;
 use num_complex::Complex64;
-use recording::manifest::StandardErrors;
 
 use super::truth::{Printed, Truth};
 
@@ -74,7 +74,7 @@ pub fn printed(truth: &Truth) -> Option<Printed> {
     let conditions = plate.conditions(
         AssumedConstants::ESTIMATION,
         CARRIER_HZ,
-        &StandardErrors::default(),
+        &ErrorBudget::default(),
         None,
     );
     let fit = paper::fit(&series, &conditions, &settings.paper()).ok()?;

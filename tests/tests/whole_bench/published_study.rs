@@ -25,7 +25,7 @@ fn script(name: &str, arguments: &[&Path]) -> Value {
 /// Runs the Python lines of the handbook's chapter where the folder `tables` is.
 fn run_handbook_lines(folder: &Path) {
     let chapter = workspace().join("docs/handbook/src/your-recordings.md");
-    let chapter = std::fs::read_to_string(chapter).unwrap();
+    let chapter = std::fs::read_to_string(chapter).expect("the chapter");
     let blocks = chapter.split("```python\n").skip(1);
     let lines: String = blocks
         .filter_map(|block| block.split("```").next())

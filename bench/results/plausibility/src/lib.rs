@@ -130,6 +130,9 @@ fn unit_remedy(force_n: f64) -> String {
     words.join(", or ")
 }
 
+/// One of the forces of a row, N.
+type Column = fn(&ForceRow) -> f64;
+
 /// Returns the implausible forces among `rows`, which a finger made in `explorations_s` and not in `unloaded_s`.
 #[must_use]
 pub fn forces(
@@ -137,7 +140,7 @@ pub fn forces(
     explorations_s: &[(f64, f64)],
     unloaded_s: &[(f64, f64)],
 ) -> Vec<Implausible> {
-    let columns: [(&str, fn(&ForceRow) -> f64); 2] = [
+    let columns: [(&str, Column); 2] = [
         ("normal_n", |row| row.normal_n),
         ("lateral_n", |row| row.lateral_n),
     ];

@@ -147,7 +147,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     let all_read = analysed.recordings.iter().all(|r| r.findings.is_ok());
     let spoilt = analysed
         .findings()
-        .filter(|found| found.is_spoilt())
+        .filter(|findings| findings.is_spoilt())
         .count();
     if spoilt > 0 {
         let total = analysed.recordings.len();

@@ -163,9 +163,9 @@ fn not_toml(error: &toml::de::Error, text: &str, file: String) -> TomlError {
     let unreadable = wrong_value::unreadable(text, offset);
     let has_unit = unreadable
         .as_ref()
-        .is_some_and(|found| found.is_number_with_unit());
+        .is_some_and(wrong_value::Unreadable::is_number_with_unit);
     if let Some(slip) = slip(text, offset).filter(|_| !has_unit) {
-        let key = unreadable.and_then(|found| found.key);
+        let key = unreadable.and_then(|passage| passage.key);
         return slip_error(slip, file, key);
     }
     match unreadable {

@@ -384,9 +384,9 @@ mod tests {
 
     #[test]
     fn an_invalid_file_is_refused_with_its_fault() {
-        let refusal = |from: &str, to: &str| {
-            assert!(FILE.contains(from));
-            MakersMatrix::parse(&FILE.replacen(from, to, 1)).unwrap_err()
+        let refusal = |original: &str, replacement: &str| {
+            assert!(FILE.contains(original));
+            MakersMatrix::parse(&FILE.replacen(original, replacement, 1)).unwrap_err()
         };
         let no_row = refusal("UserAxis Name=\"Fz\"", "UserAxis Name=\"Fq\"");
         assert!(matches!(no_row, CalFileError::NoRow("Fz")));

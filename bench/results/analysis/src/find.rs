@@ -119,7 +119,12 @@ fn leave_out_duplicates(attempts: &mut Attempts) -> Result<(), FindError> {
     let omissions = attempts.omissions.iter().map(|attempt| &attempt.path);
     let folders: Vec<PathBuf> = selection.chain(omissions).cloned().collect();
     for duplicate in duplicates(folders.iter().map(PathBuf::as_path)) {
-        let is_selected = |path: &Path| attempts.selection.iter().any(|found| found.path == path);
+        let is_selected = |path: &Path| {
+            attempts
+                .selection
+                .iter()
+                .any(|attempt| attempt.path == path)
+        };
         if duplicate.is_copy {
             attempts.leave_out_copy(duplicate);
         } else if is_selected(&duplicate.path) {

@@ -83,7 +83,7 @@ pub(super) fn panel_key(
         0.5 * (frame.top + frame.bottom - height),
     ];
     let ink_points = inked_points(panel, placement);
-    let corners = tops.iter().flat_map(|&top| lefts.map(|left| (left, top)));
+    let corners = tops.iter().flat_map(|&top| lefts.map(|x| (x, top)));
     let (left, top) = corners.min_by_key(|&(left, top)| {
         // Among places that cover no points, prefers one with room around it.
         [0.5 * inset, 2.0 * inset].map(|clearance| {

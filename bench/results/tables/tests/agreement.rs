@@ -242,7 +242,7 @@ fn no_two_rows_share_their_key_and_csv_and_parquet_agree() {
                     "{name}.{column}"
                 );
                 let cell = &row[column];
-                let same = match field {
+                let is_equal = match field {
                     Field::Double(value) if value.is_nan() => cell.is_empty(),
                     Field::Double(value) => cell.parse() == Ok(*value),
                     Field::Long(value) => cell.parse() == Ok(*value),
@@ -250,7 +250,7 @@ fn no_two_rows_share_their_key_and_csv_and_parquet_agree() {
                     Field::Str(text) => escaping::from_cell(cell) == text,
                     other => panic!("{name}.{column}: {other:?}"),
                 };
-                assert!(same, "{name}.{column}: {cell:?} and {field:?}");
+                assert!(is_equal, "{name}.{column}: {cell:?} and {field:?}");
             }
         }
         let reader = SerializedFileReader::new(fs::File::open(&path).unwrap()).unwrap();

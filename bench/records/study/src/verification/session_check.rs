@@ -313,7 +313,7 @@ fn duplicate_in(folder: &Path, path: &Path) -> Option<Duplicate> {
     let trial = folder.join(label.to_string());
     duplicates([&*trial, path])
         .into_iter()
-        .find(|found| found.path == path)
+        .find(|recording| recording.path == path)
 }
 
 /// Reports folders that are not trials.

@@ -4,8 +4,8 @@ use protocols::Direction;
 use recording::manifest::{RecordedAcross, RecordedRoom, StandardErrors};
 use serde::Serialize;
 
-use analysis::assumed_errors::AssumedErrors;
 use analysis::force_zero::ZeroReading;
+use recording::manifest::assumed_errors::AssumedErrors;
 
 /// Lower and upper end.
 pub type Interval = [f64; 2];

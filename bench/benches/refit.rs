@@ -7,7 +7,7 @@ use std::hint::black_box;
 use std::path::Path;
 
 use analysis::amplitude_profile::AmplitudeProfile;
-use analysis::assumed_errors::ErrorBudget;
+use analysis::error_budget::ErrorBudget;
 use analysis::trial_fit::{FitRequest, SelectedExploration, fit};
 use analysis::{Settings, demodulation, unloaded_plate};
 use contact::AssumedConstants;

@@ -624,7 +624,7 @@ fn analysed() -> Analysis {
         manifest,
         provenance: Default::default(),
         zero: analysis::force_zero::ForceZero::default(),
-        errors: analysis::assumed_errors::ErrorBudget::default(),
+        errors: analysis::error_budget::ErrorBudget::default(),
         z_p: Some(PlateReading {
             plain_n_s_per_m: Z_P,
             corrected_n_s_per_m: Z_P,

@@ -1,6 +1,6 @@
 //! A completed trial, and the data for its verdict and its fit.
 
-use analysis::assumed_errors::ErrorBudget;
+use analysis::error_budget::ErrorBudget;
 use analysis::force_zero::ForceZero;
 use analysis::measurements::Measurements;
 use analysis::pickup_correction;

@@ -132,7 +132,7 @@ fn curves(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use analysis::assumed_errors::ErrorBudget;
+    use analysis::error_budget::ErrorBudget;
     use analysis::instance::PlateReading;
     use analysis::measurements::Measurements;
     use analysis::trial_fit::SelectedExploration;

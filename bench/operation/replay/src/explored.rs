@@ -1,6 +1,6 @@
 //! Explorations of a recording so far, which are fitted together.
 
-use analysis::assumed_errors::ErrorBudget;
+use analysis::error_budget::ErrorBudget;
 use analysis::force_zero::ForceZero;
 use analysis::measurements::Measurements;
 use analysis::trial_fit::{FitRequest, SelectedExploration};

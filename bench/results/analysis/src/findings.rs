@@ -10,7 +10,7 @@ use protocols::{Direction, SelectionRules};
 
 use crate::amplitude_profile::mode_across;
 use crate::analysis_settings::Settings;
-use crate::assumed_errors::ErrorBudget;
+use crate::error_budget::ErrorBudget;
 pub use crate::estimate::{Deltas, InstanceAnalysis, InstanceEstimate, Method};
 pub use crate::exploration_findings::ExplorationFindings;
 use crate::flaw::Flaw;

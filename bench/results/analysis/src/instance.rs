@@ -9,7 +9,7 @@ use impedance::smoothing::LowPass;
 use impedance::{Mask, ZmFrame};
 use num_complex::Complex64;
 
-use crate::assumed_errors::ErrorBudget;
+use crate::error_budget::ErrorBudget;
 use crate::measurements::{FrameSeries, SMOOTHING_HZ};
 use crate::method::Method;
 use crate::under_finger::UnderFinger;

@@ -7,7 +7,6 @@
 pub mod amplitude_profile;
 pub mod analysis_settings;
 mod assumable;
-pub mod assumed_errors;
 pub mod attempts;
 pub mod average_model;
 mod clipping;
@@ -15,6 +14,7 @@ pub mod cluster_test;
 mod crosstalk;
 mod damping;
 pub mod demodulation;
+pub mod error_budget;
 pub mod estimate;
 pub mod exploration_findings;
 pub mod find;

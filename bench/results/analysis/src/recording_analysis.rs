@@ -8,9 +8,9 @@ use protocols::{Direction, Protocol, SelectionRules};
 
 use crate::amplitude_profile::AmplitudeProfile;
 use crate::analysis_settings::Settings;
-use crate::assumed_errors::{ErrorBudget, Evidence};
 use crate::crosstalk;
 use crate::demodulation::{self, DemodulatedRecording};
+use crate::error_budget::ErrorBudget;
 use crate::findings::{RecordingAnalysis, RecordingError, RecordingFindings, RejectedStretch};
 use estimation::trial::PlateReadings;
 
@@ -74,13 +74,10 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     flaws.extend(rehearsal_flaw(&manifest));
     flaws.extend(zero.flaws());
     let touch = record.force_under_finger(&exploration_spans_s, rules.contact_n);
-    let evidence = Evidence {
-        zero: &zero,
-        crosstalk: crosstalk::seen(&record, &exploration_spans_s, &rules),
-        has_pressure: manifest.room.is_some(),
-    };
+    let crosstalk = crosstalk::seen(&record, &exploration_spans_s, &rules);
     let stated_errors = manifest.standard_errors.unwrap_or_default();
-    let errors = ErrorBudget::new(stated_errors, &evidence, &touch);
+    let has_pressure = manifest.room.is_some();
+    let errors = ErrorBudget::new(stated_errors, (&zero, crosstalk), &touch, has_pressure);
     let mut findings = RecordingFindings {
         path: folder.to_owned(),
         participant: manifest

@@ -11,7 +11,7 @@ use protocols::{
 use recording::pipeline::PickupOffset;
 
 use crate::amplitude_profile::AmplitudeProfile;
-use crate::assumed_errors::ErrorBudget;
+use crate::error_budget::ErrorBudget;
 use crate::instance::{PlateReading, PreparedInstance};
 use crate::measurements::{FrameSeries, Measurements};
 use crate::method::Method;

@@ -1,10 +1,10 @@
 //! Assumptions, the results that depend on them, and the sources of the methods.
 
 use analysis::Settings;
-use analysis::assumed_errors::assumed_terms;
 use analysis::method::Method;
 use analysis::printed_settings::PrintedSettings;
 use maud::{Markup, html};
+use recording::manifest::assumed_errors::assumed_terms;
 
 use crate::content::{RecordingEntry, ReportContent};
 use crate::instance;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use analysis::amplitude_profile::AmplitudeProfile;
-use analysis::assumed_errors::ErrorBudget;
+use analysis::error_budget::ErrorBudget;
 use analysis::estimate::Method;
 use analysis::findings::RecordingFindings;
 use analysis::printed_settings::PrintedSettings;

@@ -4,6 +4,7 @@
 //! `trial`, `hardware`, `software` and `events` are written by this bench and may be absent in a recording made
 //! elsewhere.
 
+pub mod assumed_errors;
 mod interval;
 mod manifest_error;
 mod origin;

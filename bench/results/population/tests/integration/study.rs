@@ -75,7 +75,7 @@ fn recording(
             rules: SelectionRules::published(0.05),
             pickup: recording::pipeline::PickupOffset::default(),
             zero: analysis::force_zero::ForceZero::default(),
-            errors: analysis::assumed_errors::ErrorBudget::default(),
+            errors: analysis::error_budget::ErrorBudget::default(),
             z_p: None,
             explorations: Vec::new(),
             instances: Vec::new(),

@@ -2,7 +2,6 @@
 
 mod rows;
 
-use analysis::assumed_errors::AssumedErrors;
 use analysis::findings::{
     Band, InstanceAnalysis, InstanceEstimate, RecordingAnalysis, RecordingFindings,
 };
@@ -11,6 +10,7 @@ use contact::uncertain::{LogUncertain, Uncertain};
 use estimation::Sensitivities;
 use estimation::trial::SharedFit;
 use num_complex::Complex64;
+use recording::manifest::assumed_errors::AssumedErrors;
 
 pub use rows::{
     AveragedModel, BandRow, Estimate, Instance, InstanceIntervals, Interval, Methods, Parts,

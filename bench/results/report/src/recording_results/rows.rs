@@ -5,8 +5,8 @@ use recording::manifest::{RecordedAcross, RecordedRoom, StandardErrors};
 use serde::Serialize;
 use study::provenance::Provenance;
 
-use analysis::assumed_errors::AssumedErrors;
 use analysis::force_zero::ZeroReading;
+use recording::manifest::assumed_errors::AssumedErrors;
 
 /// Lower and upper end.
 pub type Interval = [f64; 2];

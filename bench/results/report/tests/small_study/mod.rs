@@ -3,7 +3,6 @@
 
 use std::path::PathBuf;
 
-use analysis::assumed_errors::AssumedErrors;
 use analysis::attempts::AttemptAccount;
 use analysis::cluster_test::Clustered;
 use analysis::published::{Level, MethodStatistic, Statistic, StatisticRow, Statistics};
@@ -13,6 +12,7 @@ use population::skin::{
     LeftOut, Parameters, PersonParameter, PersonSkin, Ranged, Skin, StudyParameter, TrialParameter,
 };
 use protocols::Direction;
+use recording::manifest::assumed_errors::AssumedErrors;
 use recording::study::TrialBlock;
 use report::Results;
 use report::recording_results::{

@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 
 use analysis::Settings;
-use analysis::assumed_errors::ErrorBudget;
+use analysis::error_budget::ErrorBudget;
 use analysis::instance::PlateReading;
 use contact::{AssumedConstants, Contact};
 use estimation::{InstanceSamples, InstanceSeries, paper};

@@ -14,13 +14,9 @@
 //! No error is assumed of the position, which selects samples and places them along the plate (the amplitude's tilt and bow have
 //! priors), of a delay of the forces, which is fitted as a lag up to 5 ms, and of E and ν, for which q0 is stated.
 
-use contact::CalibrationErrors;
-use recording::ForceRow;
-use recording::manifest::StandardErrors;
 use serde::Serialize;
 
-use crate::crosstalk::SeenCrosstalk;
-use crate::force_zero::ForceZero;
+use super::standard_errors::StandardErrors;
 
 /// Errors of a constant without a stated one.
 const UNSTATED: StandardErrors = StandardErrors {
@@ -37,14 +33,15 @@ const UNSTATED: StandardErrors = StandardErrors {
 };
 const UNSTATED_PRESSURE: f64 = 0.05;
 
-/// Evidence of a recording about the errors of its constants.
-pub(crate) struct Evidence<'a> {
-    /// Zero of the forces.
-    pub(crate) zero: &'a ForceZero,
-    /// Crosstalk that the recording shows.
-    pub(crate) crosstalk: SeenCrosstalk,
-    /// Whether the recording states the ambient pressure.
-    pub(crate) has_pressure: bool,
+/// Evidence of a recording about the errors of its constants, in addition to those that it states.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Evidence {
+    /// Whether it shows the zero of the forces.
+    pub has_zero: bool,
+    /// Whether its slides bound the crosstalk.
+    pub has_crosstalk: bool,
+    /// Whether it states the ambient pressure.
+    pub has_pressure: bool,
 }
 
 /// Standard errors assumed of a recording's constants; 0 for those that the recording states or shows.
@@ -58,11 +55,12 @@ pub struct AssumedErrors {
 }
 
 impl AssumedErrors {
-    fn new(stated: &StandardErrors, evidence: &Evidence<'_>) -> Self {
+    /// Returns the errors to be assumed of a recording that states these, with this evidence.
+    #[must_use]
+    pub fn new(stated: &StandardErrors, evidence: Evidence) -> Self {
         let unless = |is_known: bool, error: f64| if is_known { 0.0 } else { error };
         let unstated = |value: f64, error: f64| unless(value > 0.0, error);
-        let is_zero_read = !evidence.zero.readings.is_empty();
-        let is_crosstalk_known = stated.lateral_per_normal > 0.0 || evidence.crosstalk.is_bounded;
+        let is_crosstalk_known = stated.lateral_per_normal > 0.0 || evidence.has_crosstalk;
         Self {
             constants: StandardErrors {
                 amplitude_relative: unstated(
@@ -83,8 +81,8 @@ impl AssumedErrors {
                     UNSTATED.lateral_force_relative,
                 ),
                 lateral_per_normal: unless(is_crosstalk_known, UNSTATED.lateral_per_normal),
-                normal_zero_n: unless(is_zero_read, UNSTATED.normal_zero_n),
-                lateral_zero_n: unless(is_zero_read, UNSTATED.lateral_zero_n),
+                normal_zero_n: unless(evidence.has_zero, UNSTATED.normal_zero_n),
+                lateral_zero_n: unless(evidence.has_zero, UNSTATED.lateral_zero_n),
             },
             ambient_pressure_relative: unless(evidence.has_pressure, UNSTATED_PRESSURE),
         }
@@ -98,7 +96,7 @@ impl AssumedErrors {
 
     /// Returns each assumed error with its constant, as in "crosstalk between the axes of the force sensor 0.025 N/N".
     fn terms(&self) -> Vec<String> {
-        let percent = |error: f64| format!("{} %", statistics::significant(100.0 * error));
+        let percent = |error: f64| format!("{} %", decimal(100.0 * error));
         let errors = &self.constants;
         let terms = [
             (
@@ -134,7 +132,7 @@ impl AssumedErrors {
             (
                 "zero of the force sensor",
                 errors.normal_zero_n,
-                format!("{} mN", statistics::significant(1e3 * errors.normal_zero_n)),
+                format!("{} mN", decimal(1e3 * errors.normal_zero_n)),
             ),
             (
                 "ambient pressure",
@@ -168,133 +166,33 @@ pub fn assumed_terms(recordings: &[AssumedErrors]) -> Vec<String> {
     counted.collect()
 }
 
-/// Errors of the constants of a recording.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct ErrorBudget {
-    /// Errors that the recording states or shows.
-    pub known: CalibrationErrors,
-    /// Errors assumed in addition, as they act on the forces of the touch.
-    pub assumed: CalibrationErrors,
-    /// Constants of which an error is assumed.
-    pub assumptions: AssumedErrors,
-}
-
-impl ErrorBudget {
-    /// Returns the budget of a recording that states these errors, for the forces of the `touch`.
-    pub(crate) fn new(
-        mut stated: StandardErrors,
-        evidence: &Evidence<'_>,
-        touch: &[ForceRow],
-    ) -> Self {
-        let assumptions = AssumedErrors::new(&stated, evidence);
-        if stated.lateral_per_normal == 0.0 {
-            stated.lateral_per_normal = evidence.crosstalk.per_normal;
-        }
-        let known = evidence.zero.standard_errors(stated, touch);
-        let assumed = ForceZero::default().standard_errors(assumptions.constants, touch);
-        Self {
-            known: calibration_errors(&known),
-            assumed: CalibrationErrors {
-                ambient_pressure_relative: assumptions.ambient_pressure_relative,
-                ..calibration_errors(&assumed)
-            },
-            assumptions,
-        }
-    }
-
-    /// Returns the budget of these errors, with nothing assumed.
-    #[must_use]
-    pub fn without_assumptions(errors: StandardErrors) -> Self {
-        Self {
-            known: calibration_errors(&errors),
-            ..Self::default()
-        }
-    }
-}
-
-fn calibration_errors(errors: &StandardErrors) -> CalibrationErrors {
-    CalibrationErrors {
-        amplitude_relative: errors.amplitude_relative,
-        impedance_relative: errors.impedance_relative,
-        phase_rad: errors.pickup_phase_rad,
-        normal_force_relative: errors.normal_force_relative,
-        lateral_force_relative: errors.lateral_force_relative,
-        lateral_per_normal: errors.lateral_per_normal,
-        ambient_pressure_relative: 0.0,
-    }
+/// Returns a number without the rounding errors of its last digits.
+fn decimal(value: f64) -> f64 {
+    (1e6 * value).round() / 1e6
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::force_zero::{Axes, ZeroReading};
-
-    const TOUCH: [ForceRow; 1] = [ForceRow {
-        time_s: 2.0,
-        normal_n: 0.58,
-        lateral_n: 0.3,
-    }];
-
-    fn read_zero() -> ForceZero {
-        ForceZero {
-            readings: vec![ZeroReading {
-                time_s: 1.0,
-                zero: Axes::default(),
-                std: Axes::default(),
-            }],
-        }
-    }
-
-    fn budget(stated: StandardErrors, zero: &ForceZero, is_bounded: bool) -> ErrorBudget {
-        let evidence = Evidence {
-            zero,
-            crosstalk: SeenCrosstalk {
-                per_normal: 0.004,
-                is_bounded,
-            },
-            has_pressure: false,
-        };
-        ErrorBudget::new(stated, &evidence, &TOUCH)
-    }
-
-    #[test]
-    fn errors_are_assumed_of_what_is_neither_stated_nor_shown() {
-        let stated = StandardErrors {
-            amplitude_relative: 0.004,
-            normal_force_relative: 0.003,
-            ..StandardErrors::default()
-        };
-        let budget_of_slides = |is_bounded| budget(stated, &read_zero(), is_bounded);
-        let one_way = budget_of_slides(false);
-        assert_eq!(one_way.known.amplitude_relative, 0.004);
-        assert_eq!(one_way.assumed.amplitude_relative, 0.0);
-        assert_eq!(one_way.assumed.impedance_relative, 0.03);
-        assert_eq!(one_way.assumed.normal_force_relative, 0.0);
-        assert_eq!(one_way.known.lateral_per_normal, 0.004);
-        assert_eq!(one_way.assumed.lateral_per_normal, 0.025);
-        assert_eq!(one_way.assumed.ambient_pressure_relative, 0.05);
-        let both_ways = budget_of_slides(true);
-        assert_eq!(both_ways.known.lateral_per_normal, 0.004);
-        assert_eq!(both_ways.assumed.lateral_per_normal, 0.0);
-        // 29 mN of 0.58 N are 5 %.
-        let unread = budget(stated, &ForceZero::default(), true);
-        assert!((unread.assumed.normal_force_relative - 0.05).abs() < 1e-12);
-        assert!((unread.assumed.lateral_per_normal - 0.05).abs() < 1e-12);
-        assert_eq!(unread.known, both_ways.known);
-    }
 
     #[test]
     fn assumptions_are_named_once_and_counted() {
-        let all_stated = StandardErrors {
+        let stated = StandardErrors {
             lateral_force_relative: 0.0,
             ..UNSTATED
         };
-        let partly_stated = budget(all_stated, &read_zero(), false).assumptions;
+        let evidence = Evidence {
+            has_zero: true,
+            ..Evidence::default()
+        };
+        let partly_stated = AssumedErrors::new(&stated, evidence);
         let texts = assumed_terms(&[partly_stated, partly_stated]);
         assert_eq!(texts, ["lateral force 1 %", "ambient pressure 5 %"]);
         let texts = assumed_terms(&[partly_stated, AssumedErrors::default()]);
         assert_eq!(texts[0], "lateral force 1 % (in 1 of 2 recordings)");
         assert_eq!(assumed_terms(&[]), Vec::<String>::new());
+        let unread = AssumedErrors::new(&stated, Evidence::default());
+        assert!(assumed_terms(&[unread]).contains(&"zero of the force sensor 29 mN".to_owned()));
         assert!(!partly_stated.is_empty() && AssumedErrors::default().is_empty());
     }
 }

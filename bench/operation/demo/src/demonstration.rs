@@ -149,8 +149,8 @@ mod tests {
             .lines()
             .filter(|line| line.contains("(friction-bench "))
             .collect();
-        assert_eq!(commands.len(), 7, "{kept}");
-        assert_eq!(titles.len(), 7, "{shown}");
+        assert_eq!(commands.len(), 8, "{kept}");
+        assert_eq!(titles.len(), 8, "{shown}");
         for (command, title) in commands.iter().zip(titles) {
             // The title names the command that runs.
             let named = title.split_once("(friction-bench ").unwrap().1;

@@ -261,8 +261,8 @@ impl<'a> CalibrationRun<'a> {
             None => stem.to_owned(),
         };
         let bench = &self.bench;
-        let in_force = self.calibration.clone();
-        let procedure = ReviewProcedure::new(procedure, attended, in_force, config.clone());
+        let in_force = self.in_force.clone();
+        let procedure = ReviewProcedure::new(procedure, attended, in_force, self.configured.clone());
         let outcome = rig::run(
             bench, hardware, ledger, hands, instrument, attend, procedure,
         );

@@ -324,8 +324,10 @@ impl<'a> CalibrationRun<'a> {
         if faults.is_empty() && notice.is_none() && !self.measure.replace {
             faults.extend(unwanted_changes(&changes, self.attended)?);
         }
-        remarks.extend(changes.iter().map(ConstantChange::in_words));
         let passed = faults.is_empty();
+        let is_fault = |words: &String| faults.iter().any(|fault| fault.starts_with(words));
+        let changes = changes.iter().map(ConstantChange::in_words);
+        remarks.extend(changes.filter(|words| !is_fault(words)));
         if passed {
             remarks.extend(part.put_into(&mut self.calibration));
             let simulated = outcome.simulated_time;

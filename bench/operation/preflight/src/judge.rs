@@ -9,6 +9,7 @@ use calibration::{channel_match, channels};
 use config::{
     CalibrationError, Config, Effective, MeasuredAcross, MeasuredChannels, wavelength_in_words,
 };
+use devices::NotableClock;
 use recording::pipeline::Account;
 use safety::{DELAY_WITHIN_S, SafetyState, Trip};
 
@@ -62,7 +63,8 @@ pub(super) fn judge(
     if let Some(force) = &config.force {
         judge_force(table, force, config.calibration.zero_n, measured);
     }
-    for clock in measured.clocks.notable() {
+    let notable = measured.clocks.notable();
+    for clock in notable.filter(|clock| !is_force_beyond(clock)) {
         let verdict = if clock.is_beyond() {
             RowVerdict::Failed
         } else {
@@ -334,6 +336,11 @@ fn judge_inputs(
     }
 }
 
+/// Returns whether a clock is the force sensor's, and beyond its tolerance.
+fn is_force_beyond(clock: &NotableClock) -> bool {
+    clock.sensor == "force sensor" && clock.is_beyond()
+}
+
 fn judge_force(table: &mut Table, force: &config::Force, zero_n: f64, measured: &Measured) {
     let rate_hz = measured.force_n.len() as f64 / measured.audio_s.max(1e-9);
     let talks = rate_hz >= LEAST_FORCE_HZ;
@@ -352,7 +359,13 @@ fn judge_force(table: &mut Table, force: &config::Force, zero_n: f64, measured: 
         force.in_words(),
         measured.corrupt
     );
-    table.row("force sensor", talks, finding);
+    let beyond = measured.clocks.notable().find(is_force_beyond);
+    let clock = beyond.map_or_else(String::new, |clock| format!("; {}", clock.in_words()));
+    table.row(
+        "force sensor",
+        talks && beyond.is_none(),
+        format!("{finding}{clock}"),
+    );
     if talks {
         let (normal_n, lateral_n) = (
             mean(measured.force_n.iter().map(|f| f.0)),

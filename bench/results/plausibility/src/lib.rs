@@ -35,6 +35,9 @@ const UNITS: [(f64, &str, &str); 6] = [
     (1e6, "meganewtons", "multiply by 1000000"),
 ];
 
+/// Value of a column in a row.
+type Column = fn(&ForceRow) -> f64;
+
 /// Reading that no finger and no sound channel makes.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Implausible {
@@ -147,7 +150,7 @@ pub fn forces(
     let constants = columns.map(|(column, value)| constant(rows, column, value));
     let [is_normal_constant, is_lateral_constant] = [0, 1].map(|axis| constants[axis].is_some());
     let mut findings: Vec<Implausible> = constants.into_iter().flatten().collect();
-    let readings = |spans_s: &[(f64, f64)], value: fn(&ForceRow) -> f64| {
+    let readings = |spans_s: &[(f64, f64)], value: Column| {
         let is_inside = |row: &&ForceRow| {
             let mut spans = spans_s.iter();
             spans.any(|(start_s, end_s)| (*start_s..=*end_s).contains(&row.time_s))
@@ -188,11 +191,7 @@ pub fn forces(
 }
 
 /// Returns the finding of a column that has one value in all its rows.
-fn constant(
-    rows: &[ForceRow],
-    column: &'static str,
-    value: fn(&ForceRow) -> f64,
-) -> Option<Implausible> {
+fn constant(rows: &[ForceRow], column: &'static str, value: Column) -> Option<Implausible> {
     let mut values = rows.iter().map(value).filter(|value| value.is_finite());
     let first = values.next()?;
     let (rows, is_constant) = values.fold((1, true), |(rows, is_constant), value| {

@@ -156,7 +156,9 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
             "warning: no estimate of {spoilt} of {total} recordings can be used: correct their forces as the warnings say"
         );
     }
-    Ok(all_read && spoilt == 0 && account.missed().next().is_none())
+    // A part of a study, as on a medium of a few trials, is analysed as what it is: `verify` judges whether a study is complete.
+    let damaged = account.missed().any(|attempt| attempt.path.exists());
+    Ok(all_read && spoilt == 0 && !damaged)
 }
 
 /// Returns the attempts that were excluded by decision, including those that could not be analysed anyway.

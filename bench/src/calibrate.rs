@@ -262,7 +262,8 @@ impl<'a> CalibrationRun<'a> {
         };
         let bench = &self.bench;
         let in_force = self.in_force.clone();
-        let procedure = ReviewProcedure::new(procedure, attended, in_force, self.configured.clone());
+        let procedure =
+            ReviewProcedure::new(procedure, attended, in_force, self.configured.clone());
         let outcome = rig::run(
             bench, hardware, ledger, hands, instrument, attend, procedure,
         );

@@ -393,7 +393,7 @@ fn an_operator_is_guided_through_the_pickups_calibration_and_measures_a_point_ag
     terminal.expect_text(&["step 6 of 7"]);
     terminal.type_amplitude(40.0, 1.0);
     let screen = terminal.expect_text(&[
-        "measure one of the points again",
+        "measure one of the points",
         "step 7 of 7",
         "worst",
         "depart from a line",
@@ -476,7 +476,7 @@ fn an_operator_is_guided_through_the_plates_calibration() {
     terminal.confirm_clear_plate();
     let screen = terminal.expect_text(&[
         "calibrate plate",
-        "measure one of them again",
+        "measure one of the points",
         "resonance",
         "quality",
     ]);
@@ -484,6 +484,8 @@ fn an_operator_is_guided_through_the_plates_calibration() {
         screen.contains("calibrate pickup` first"),
         "what is missing is told:\n{screen}"
     );
+    terminal.press(&["Enter"]);
+    terminal.expect_text(&["Enter once more"]);
     terminal.press(&["Enter"]);
     assert_eq!(
         terminal.expect_file("status").trim(),
@@ -525,7 +527,7 @@ fn an_operator_names_the_masses_and_is_guided_through_the_force_sensors_calibrat
     terminal.expect_text(&["over the pulley"]);
     terminal.press(&["Enter"]);
     terminal.expect_text(&["step 1 of 5", "Take everything off"]);
-    let screen = terminal.obey_until("measure one of them again");
+    let screen = terminal.obey_until("measure one of the points");
     assert!(
         screen.contains("50 g lateral") && screen.contains("worst"),
         "{screen}"

@@ -217,11 +217,7 @@ fn remove_in_trial(speed: &str) -> String {
     let status = running.wait(MINUTE);
     let transcript = running.output();
     // The message is the same whether the recorder or the log accesses the disk first.
-    require_failure(
-        status,
-        &transcript,
-        &["the file or its folder does not exist"],
-    );
+    require_failure(status, &transcript, &["does not exist"]);
     assert!(!participant.exists(), "made anew");
     // Moved away, not lost.
     let recording = Recording::read(&new_path.join("ses-01/practice-01_attempt-1"));

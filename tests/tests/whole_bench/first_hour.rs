@@ -56,7 +56,9 @@ fn the_demo_succeeds_in_a_terminal_without_a_size() {
     require_whole(&demo.join("study"));
     // The last line of the output is a command that can be copied.
     let last_line = transcript.trim_end().lines().last().unwrap();
-    let script = format!("set -- {last_line}; shift 6; printf %s \"$1\"");
+    let script = format!(
+        "set -- {last_line}; while [ \"$1\" != --study ]; do shift; done; printf %s \"$2\""
+    );
     let study = finish(Command::new("bash").args(["-c", &script])).stdout;
     assert_eq!(OsStr::from_bytes(&study), demo.join("study"), "{last_line}");
     // The working folder has no other new files.
@@ -217,7 +219,7 @@ fn a_misspelt_name_suggests_the_right_one_first() {
         ),
         (&["check", "--mock", "--protocol", "dmeo"], "`demo`"),
         (&["analyze", "--assume", "area=3", "."], "`contact_area_m2`"),
-        (&["analyse", "."], "'analyze'"),
+        (&["analize", "."], "'analyze'"),
     ] {
         assert_refusal(&finish(bench().args(words)), &[suggestion]);
     }

@@ -133,9 +133,6 @@ fn unit_remedy(force_n: f64) -> String {
     words.join(", or ")
 }
 
-/// One of the forces of a row, N.
-type Column = fn(&ForceRow) -> f64;
-
 /// Returns the implausible forces among `rows`, which a finger made in `explorations_s` and not in `unloaded_s`.
 #[must_use]
 pub fn forces(

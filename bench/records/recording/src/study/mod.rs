@@ -204,6 +204,10 @@ impl Study {
     /// would be the same on a disk that ignores case.
     fn require_one_case(&self, participant: &ParticipantId) -> Result<(), StudyError> {
         let path = self.folder.join(PARTICIPANTS_FILE);
+        // Lost, as by a copy: the session that begins writes it anew.
+        if !disk::exists(&*self.storage, &path)? {
+            return Ok(());
+        }
         let table = participants::Table::read(&*self.storage, &path)?;
         match table.case_variant(participant) {
             Some(id) => Err(StudyError::OtherCase {

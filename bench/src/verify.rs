@@ -73,7 +73,7 @@ fn edited_calibration(session: &Path) -> Option<SessionDefect> {
         Err(CalibrationFileError::Edited { .. } | CalibrationFileError::NoHash { .. }) => {
             Some(SessionDefect::BrokenCopy {
                 file: CALIBRATION_COPY.to_owned(),
-                reason: "it was edited after it was measured".to_owned(),
+                reason: "calibration.toml: it was edited after it was measured".to_owned(),
             })
         }
         _ => None,

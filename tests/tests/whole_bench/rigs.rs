@@ -64,12 +64,19 @@ impl Rig {
             .args(words)
             .current_dir(&rig.folder);
         let output = finish(&mut init);
-        assert!(output.status.success(), "{}", text(&output));
         let transcript = text(&output);
+        // A sensor in the network has a page of its own, which the simulated one lacks: its check stops there.
+        let has_page = words.contains(&"--net-ft");
+        assert_eq!(output.status.success(), !has_page, "{transcript}");
+        let last_step = if has_page {
+            "Correct this first"
+        } else {
+            "calibrate plate"
+        };
         for step in [
             "is written for",
             "limits           as by default",
-            "calibrate plate",
+            last_step,
         ] {
             assert!(transcript.contains(step), "no {step:?} in {transcript}");
         }

@@ -192,7 +192,7 @@ fn a_missing_file_and_a_missing_folder_are_found() {
     fs::remove_file(study.session().join("bench.toml")).unwrap();
     fs::write(study.session().join("calibration.toml"), "format = 1\n").unwrap();
     study.require_damage(&[
-        "calibration.toml cannot be read: it was edited",
+        "calibration.toml: it was edited",
         "DAMAGED",
         "force.csv is missing",
         "practice-01_attempt-1      practice              MISSING",

@@ -37,7 +37,7 @@ fn a_font_that_is_not_there_is_named() {
     assert_eq!(output.status.code(), Some(2));
     let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(
-        stderr.starts_with("friction-bench-participant: absent\\u0007.ttf: "),
+        stderr.starts_with("friction-bench-participant: cannot read absent\\u0007.ttf: "),
         "{stderr}"
     );
 }

@@ -5,14 +5,12 @@ use std::path::PathBuf;
 use calibration_rig::operator::Hands;
 use config::{AudioHost, Config};
 use devices::Hardware;
-use devices::loudspeaker::Tone;
 use safety::Pace;
 
 use crate::cli;
 use crate::displays::Displays;
 
-/// Observer of the participant's view, button and tones: a simulated person.
-pub type Watcher = Box<dyn FnMut(&tui::ScreenView, bool, Option<Tone>) + Send>;
+pub use live::monitor_task::Watcher;
 
 /// The hardware of a bench, real or simulated, with the observers and hands around it.
 pub struct BenchHardware {

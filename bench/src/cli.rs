@@ -8,18 +8,16 @@ use faults::{FaultKind, RehearsedFault};
 use study::exclusions::SessionTrial;
 
 pub use crate::analyze_options::Analyze;
-use crate::fault_option::{self, NamedFault};
+pub use crate::hardware_options::HardwareOptions;
+use crate::hardware_options::SIMULATION;
 pub use crate::protocol_options::{ProtocolCheck, ProtocolCommand, ProtocolOptions};
 use crate::run::ConcernKind;
 use calibration_rig::instrument_line::LineUnit;
 use calibration_rig::reference_options::ReferenceOptions;
+use drill::fault_option::{self, NamedFault};
 pub use participant_window::participant_options::ParticipantOptions;
 pub use replay::Speed;
 
-/// Heading of the options that describe the bench.
-pub(crate) const BENCH: &str = "Bench options";
-/// Heading of the options of simulated hardware, the last of a command's own.
-pub(crate) const SIMULATION: &str = "Simulation";
 /// Heading of the options of every command.
 const GLOBAL: &str = "Global options";
 /// Heading of the options that resume a session.
@@ -143,26 +141,6 @@ pub enum Command {
     },
     /// Look up a message of the program: its meaning and the remedy.
     Messages(help::messages::MessagesOptions),
-}
-
-/// Options of every command that uses the bench.
-#[derive(Debug, Clone, Args)]
-pub struct HardwareOptions {
-    /// Configuration of the bench [default: bench.toml, or that of the simulated bench with --mock].
-    #[arg(long, value_name = "FILE", help_heading = BENCH)]
-    pub config: Option<PathBuf>,
-    /// Use simulated hardware, as described by a built-in scenario or a scenario file.
-    #[arg(long, value_name = "SCENARIO", num_args = 0..=1, default_missing_value = "nominal", help_heading = SIMULATION)]
-    pub mock: Option<String>,
-    /// Seed of the simulated hardware and of all random choices [default: the protocol's].
-    #[arg(long, value_parser = seed, allow_negative_numbers = true, help_heading = BENCH)]
-    pub seed: Option<u64>,
-    /// Print the effective configuration and exit; if there is no configuration yet, a commented template.
-    #[arg(long, help_heading = BENCH)]
-    pub print_config: bool,
-    /// Calibration file [default: calibration.toml; with --mock, no file].
-    #[arg(long, value_name = "FILE", help_heading = BENCH)]
-    pub calibration: Option<PathBuf>,
 }
 
 /// Faults that are injected into simulated hardware.
@@ -661,12 +639,4 @@ impl Forget {
             None => (&self.study, &self.participant),
         }
     }
-}
-
-fn seed(text: &str) -> Result<u64, String> {
-    const LARGEST: u64 = i64::MAX as u64;
-    text.parse()
-        .ok()
-        .filter(|seed| *seed <= LARGEST)
-        .ok_or_else(|| format!("a seed is a whole number from 0 to {LARGEST}"))
 }

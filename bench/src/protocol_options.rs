@@ -2,7 +2,7 @@
 
 use clap::{Args, Subcommand};
 
-use crate::cli::HardwareOptions;
+use crate::hardware_options::HardwareOptions;
 
 /// `protocol`
 #[derive(Debug, Args)]

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use protocols::{OperatorCommand, Person};
 use tui::calibration_page::Reply;
 
-use super::questions::Questions;
+use operator_ui::questions::Questions;
 
 /// Commands that wait for the protocol's state machine. The consent joins them once no question is open.
 pub(super) struct CommandQueue {

@@ -7,14 +7,13 @@ mod end_state;
 mod last_halt;
 mod last_safety;
 mod operator_request;
-mod questions;
 mod report;
 mod saved;
 mod stop_kind;
 mod task;
 mod wiring;
 
-pub use questions::Questions;
+pub use operator_ui::questions::Questions;
 pub use report::{KeptUp, SessionReport, summary_lines};
 pub use task::SessionTask;
 pub use wiring::{Admit, BeginRecording, Wiring};

@@ -44,7 +44,6 @@ use super::end_state::EndState;
 use super::last_halt::LastHalt;
 use super::last_safety::LastSafety;
 use super::operator_request::OperatorRequest;
-use super::questions::Questions;
 use super::report::{SessionReport, summary_lines};
 use super::saved::{self, Recordings};
 use super::stop_kind::{cue_tone, interruption_kind, stop_kind};
@@ -56,6 +55,7 @@ use live::carrier_decision::CarrierEffect;
 use live::due_trial::DueTrial;
 use live::live_side::FitNews;
 use live::{past_trials, screen_words};
+use operator_ui::questions::Questions;
 
 /// Task that steps the protocol.
 pub struct SessionTask {

@@ -2,6 +2,7 @@
 //! time or memory.
 
 mod cause;
+mod content_store;
 mod in_place;
 mod lines;
 mod pointer;
@@ -10,9 +11,9 @@ mod regular;
 mod text;
 
 pub use cause::cause;
+pub use content_store::ContentStore;
 pub use in_place::open_in_place;
 pub use lines::{BoundedLines, Line};
-pub use pointer::ContentStore;
 pub use refusal::{FileKind, Refusal, refusal};
 pub use regular::{TEXT_LIMIT_BYTES, open, read, read_limited, read_text};
 pub use text::{as_text, without_mark};

@@ -4,7 +4,7 @@ use std::fmt;
 use std::fs::FileType;
 use std::io;
 
-use crate::pointer::ContentStore;
+use crate::content_store::ContentStore;
 
 /// Kind of a file that is not regular.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read};
 use std::path::Path;
 
-use crate::pointer::ContentStore;
+use crate::content_store::ContentStore;
 use crate::refusal::{FileKind, Refusal};
 use crate::text::as_text;
 

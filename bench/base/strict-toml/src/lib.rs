@@ -28,6 +28,7 @@
 mod character;
 mod document;
 mod draft;
+mod parse;
 mod parts;
 mod place;
 mod range;
@@ -38,11 +39,11 @@ mod toml_file;
 mod wrong_value;
 
 pub use draft::{Draft, read};
+pub use parse::parse;
 pub use place::{InFile, line_of};
 pub use range::{OutOfRange, count_within, require_range};
 pub use suggestion::nearest;
 pub use toml_error::TomlError;
-pub use toml_file::parse;
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

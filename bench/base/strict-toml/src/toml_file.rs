@@ -1,49 +1,14 @@
-//! Strict reading of TOML files, with explanations of errors.
+//! One reading of a TOML file, with the explanation of its first error.
 
 use serde::de::DeserializeOwned;
 use toml::de::DeTable;
 
 use crate::document::{self, Mismatch};
-use crate::draft::read;
 use crate::place::line_at;
-use crate::slip::{Slip, path_slip, shown_line, slip};
+use crate::slip::{Slip, shown_line, slip};
 use crate::suggestion::nearest;
 use crate::toml_error::TomlError;
 use crate::wrong_value::{self, WrongValue};
-
-/// Reads `text` into `T`; `file` only names the file in errors.
-///
-/// `T` and the types in it must carry `#[serde(deny_unknown_fields)]` and no `flatten` or `untagged`, which hide keys
-/// from serde.
-///
-/// # Errors
-/// [`TomlError`] for an unknown or missing key, a value of the wrong type, and for text that is not TOML; all errors of the
-/// file together if there are several.
-///
-/// ```
-/// use strict_toml::TomlError;
-///
-/// #[derive(Debug, serde::Deserialize)]
-/// #[serde(deny_unknown_fields)]
-/// struct Audio {
-///     rate_hz: u32,
-/// }
-///
-/// let audio: Audio = strict_toml::parse("rate_hz = 192000", "bench.toml")?;
-/// assert_eq!(audio.rate_hz, 192_000);
-///
-/// let error = strict_toml::parse::<Audio>("rate_hz = \"192000\"", "bench.toml").unwrap_err();
-/// assert!(matches!(error, TomlError::QuotedNumber { line: 1, .. }));
-/// # Ok::<(), TomlError>(())
-/// ```
-pub fn parse<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, TomlError> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    if let Some(slip) = path_slip(text) {
-        return Err(slip_error(slip, file.to_owned(), None));
-    }
-    attempt(text, file)
-        .map_err(|first| TomlError::of_several(read::<T>(text, file).errors).unwrap_or(first.error))
-}
 
 /// An error and the byte at which it was found.
 pub(crate) struct Failure {
@@ -64,7 +29,7 @@ pub(crate) fn attempt<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, 
     })
 }
 
-fn slip_error(slip: Slip, file: String, key: Option<String>) -> TomlError {
+pub(crate) fn slip_error(slip: Slip, file: String, key: Option<String>) -> TomlError {
     TomlError::Invalid {
         file,
         line: slip.line,
@@ -240,6 +205,7 @@ fn unknown(message: &str, prefix: &str) -> Option<(String, Vec<String>)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::parse::parse;
     use serde::Deserialize;
 
     #[derive(Debug, Deserialize, PartialEq)]

@@ -8,6 +8,7 @@ mod course;
 mod draw;
 mod drill_task;
 mod exercise;
+pub mod fault_option;
 mod page;
 mod panels;
 mod record;

@@ -14,6 +14,7 @@ pub mod live_contact;
 pub mod live_meter;
 pub mod live_side;
 mod live_zero;
+pub mod monitor_task;
 pub mod outlook;
 pub mod participant_screen;
 pub mod participant_skin;

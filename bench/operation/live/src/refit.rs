@@ -133,7 +133,7 @@ fn curves(
 mod tests {
     use super::*;
     use analysis::error_budget::ErrorBudget;
-    use analysis::instance::PlateReading;
+    use analysis::findings::PlateReading;
     use analysis::measurements::Measurements;
     use analysis::trial_fit::SelectedExploration;
     use analysis::unloaded_plate::UnloadedError;

@@ -1,6 +1,6 @@
 //! Plate and pickup of the recording, from its last unloaded interval.
 
-use analysis::instance::PlateReading;
+use analysis::findings::PlateReading;
 use analysis::measurements::Measurements;
 use analysis::pickup_correction;
 use analysis::unloaded_plate::{self, UnloadedError};

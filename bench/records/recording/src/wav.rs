@@ -10,7 +10,7 @@ mod wav_error;
 use std::io::{self, Read, Seek, SeekFrom};
 
 use encoding::Encoding;
-use riff::{DataChunk, RiffHeader};
+use riff::{DataChunk, RiffHeader, read_array, require_limit};
 pub use wav_error::{WavError, WavWarning};
 
 /// Bytes before the first sample in files written by this module.
@@ -95,13 +95,6 @@ pub fn header(format: AudioFormat, frames: u64) -> [u8; HEADER_BYTES as usize] {
     put(b"data");
     put(&data_bytes.to_le_bytes());
     out
-}
-
-fn require_limit(what: &'static str, value: u64, limit: u64) -> Result<(), WavError> {
-    if value > limit {
-        return Err(WavError::OverLimit { what, value, limit });
-    }
-    Ok(())
 }
 
 /// Reader of the samples of a WAV file in blocks.
@@ -325,10 +318,4 @@ fn read_format<R: Read>(
         },
         encoding,
     ))
-}
-
-fn read_array<const N: usize, R: Read>(source: &mut R) -> io::Result<[u8; N]> {
-    let mut bytes = [0; N];
-    source.read_exact(&mut bytes)?;
-    Ok(bytes)
 }

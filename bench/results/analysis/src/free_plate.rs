@@ -7,7 +7,7 @@ use num_complex::Complex64;
 
 use crate::demodulation::DemodulatedRecording;
 use crate::flaw::Flaw;
-use crate::instance::PlateReading;
+use crate::plate_reading::PlateReading;
 use crate::unloaded_plate::{self, UnloadedError};
 use recording::Manifest;
 use recording::manifest::RecordedPlate;

@@ -30,6 +30,7 @@ pub mod model_check;
 pub mod motion;
 mod people;
 pub mod pickup_correction;
+mod plate_reading;
 mod plate_references;
 pub mod printed_settings;
 mod prior_settings;

@@ -3,8 +3,8 @@
 use estimation::trial::{PlateReadings, PlateReference};
 use num_complex::Complex64;
 
-use crate::instance::FEWEST_PLATE_FRAMES;
 use crate::measurements::{FrameSeries, Measurements};
+use crate::plate_reading::FEWEST_PLATE_FRAMES;
 
 /// Longest stretch of one reference, s: short compared with the seconds in which a plate cools.
 const LONGEST_S: f64 = 0.1;

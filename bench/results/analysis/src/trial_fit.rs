@@ -12,9 +12,10 @@ use recording::pipeline::PickupOffset;
 
 use crate::amplitude_profile::AmplitudeProfile;
 use crate::error_budget::ErrorBudget;
-use crate::instance::{PlateReading, PreparedInstance};
+use crate::instance::PreparedInstance;
 use crate::measurements::{FrameSeries, Measurements};
 use crate::method::Method;
+use crate::plate_reading::PlateReading;
 use crate::plate_references;
 use crate::under_finger::UnderFinger;
 use crate::unloaded_plate::UnloadedError;

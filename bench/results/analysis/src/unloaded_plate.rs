@@ -2,8 +2,8 @@
 
 use impedance::ZmFrame;
 
-use crate::instance::{FEWEST_PLATE_FRAMES, PlateReading, plate};
 use crate::measurements::Measurements;
+use crate::plate_reading::{FEWEST_PLATE_FRAMES, PlateReading, plate};
 
 /// Largest scatter of the corrected Z_p of a free plate, N·s/m; a finger adds several N·s/m.
 const GREATEST_SCATTER_N_S_PER_M: f64 = 0.5;

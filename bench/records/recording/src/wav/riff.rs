@@ -3,7 +3,6 @@
 use std::io::{self, Read, Seek, SeekFrom};
 
 use super::wav_error::WavError;
-use super::{read_array, require_limit};
 
 /// Maximum number of chunks before or after the samples.
 pub(super) const MAX_CHUNKS: u64 = 1000;
@@ -181,4 +180,17 @@ fn refusal(start: &[u8]) -> WavError {
             found: String::from_utf8_lossy(start).into_owned(),
         },
     }
+}
+
+pub(super) fn require_limit(what: &'static str, value: u64, limit: u64) -> Result<(), WavError> {
+    if value > limit {
+        return Err(WavError::OverLimit { what, value, limit });
+    }
+    Ok(())
+}
+
+pub(super) fn read_array<const N: usize, R: Read>(source: &mut R) -> io::Result<[u8; N]> {
+    let mut bytes = [0; N];
+    source.read_exact(&mut bytes)?;
+    Ok(bytes)
 }

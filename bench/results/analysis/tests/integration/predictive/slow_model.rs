@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use analysis::Settings;
 use analysis::error_budget::ErrorBudget;
-use analysis::instance::PlateReading;
+use analysis::findings::PlateReading;
 use contact::{AssumedConstants, Contact};
 use estimation::{InstanceSamples, InstanceSeries, paper};
 use impedance::smoothing::LowPass;

@@ -10,7 +10,7 @@ use analysis::amplitude_profile::AmplitudeProfile;
 use analysis::estimate::{InstanceAnalysis, Method, estimate};
 use analysis::exploration_findings::ExplorationFindings;
 use analysis::findings::RecordingFindings;
-use analysis::instance::PlateReading;
+use analysis::findings::PlateReading;
 use analysis::measurements::FrameSeries;
 use analysis::under_finger::UnderFinger;
 use analysis::{Analysis, RecordingAnalysis, Settings, average_model};

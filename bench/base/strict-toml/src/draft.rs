@@ -12,8 +12,10 @@ use crate::toml_file::{Failure, attempt};
 /// Largest number of errors reported of one file.
 const MOST_ERRORS: usize = 50;
 
+/// Stand-in for a missing table.
+const TABLE: &str = "{}";
 /// Values that may stand in for a missing one: the first of the key's type is taken.
-const STAND_INS: [&str; 6] = ["1", "0.5", "\"x\"", "true", "[]", "{}"];
+const STAND_INS: [&str; 6] = ["1", "0.5", "\"x\"", "true", "[]", TABLE];
 
 /// A file that was read as far as possible.
 #[derive(Debug)]
@@ -218,6 +220,11 @@ impl Sheet {
     /// of the new lines, or `None` if the table has no header.
     fn insert(&mut self, table: Option<&str>, key: &str, value: &str) -> Option<Vec<usize>> {
         let mut inserted = Vec::new();
+        if value == TABLE {
+            // Below a header, missing keys can be inserted.
+            self.lines.push((1, format!("[{}]", path(table, key))));
+            return Some(vec![self.lines.len() - 1]);
+        }
         let Some(table) = table else {
             self.lines.insert(0, (1, format!("{key} = {value}")));
             return Some(vec![0]);

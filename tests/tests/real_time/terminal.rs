@@ -409,7 +409,7 @@ fn an_operator_is_guided_through_the_pickups_calibration_and_measures_a_point_ag
     terminal.press(&["r"]);
     terminal.type_amplitude(20.0, 1.0);
     terminal.expect_text(&[
-        "one of the points again",
+        "measure one of the points",
         "Enter accepts",
         "nonlinearity 0.",
     ]);

@@ -72,7 +72,7 @@ fn session_number(study: &Study, plan: &SessionPlan) -> anyhow::Result<u32> {
 /// Requires, before anything is driven, that the participant's session may begin or be resumed. Creates nothing.
 ///
 /// # Errors
-/// As [`open_session`], as far as the study's folder shows it.
+/// As the opening of a session, as far as the study's folder shows it.
 pub fn require_session(plan: &SessionPlan) -> anyhow::Result<()> {
     match Study::open(&plan.study) {
         Ok(study) => session_number(&study, plan).map(drop),

@@ -28,20 +28,20 @@
 mod character;
 mod document;
 mod draft;
-mod parse;
 mod parts;
 mod place;
 mod range;
 mod slip;
+mod strict_reading;
 mod suggestion;
 mod toml_error;
 mod toml_file;
 mod wrong_value;
 
 pub use draft::{Draft, read};
-pub use parse::parse;
 pub use place::{InFile, line_of};
 pub use range::{OutOfRange, count_within, require_range};
+pub use strict_reading::parse;
 pub use suggestion::nearest;
 pub use toml_error::TomlError;
 

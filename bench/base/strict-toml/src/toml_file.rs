@@ -205,7 +205,7 @@ fn unknown(message: &str, prefix: &str) -> Option<(String, Vec<String>)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parse::parse;
+    use crate::strict_reading::parse;
     use serde::Deserialize;
 
     #[derive(Debug, Deserialize, PartialEq)]

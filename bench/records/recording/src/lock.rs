@@ -11,7 +11,7 @@ use crate::disk_limit::{self, DiskLimit, cannot_lock};
 
 /// Outcome of trying to take a lock.
 ///
-/// A disk without file locks has an [owner mark](OwnerMark) in their place.
+/// A disk without file locks has an owner's mark in their place.
 #[derive(Debug)]
 pub enum Lock {
     /// The lock is held until it is dropped.

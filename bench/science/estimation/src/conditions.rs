@@ -16,7 +16,7 @@ pub struct ModeAcross {
     pub crest_m: Uncertain,
 }
 
-/// Shortest wavelength of a [`ModeAcross`], m. A contact [`CONTACT_WIDTH_M`] wide is 1.4 wavelengths wide there, and the model has none
+/// Shortest wavelength of a [`ModeAcross`], m. A fingertip's contact is 1.4 wavelengths wide there, and the model has none
 /// wider than 1.5 (`contact::mode_moments`).
 pub const SHORTEST_WAVELENGTH_M: f64 = 8e-3;
 

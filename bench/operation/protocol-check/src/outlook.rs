@@ -15,7 +15,7 @@ use crate::disk::session_bytes;
 /// let text = protocols::built_in("demo").expect("a built-in protocol");
 /// let demo = protocols::Protocol::parse(text, "demo.toml")?;
 /// let outlook = protocol_check::session_outlook(&demo);
-/// assert!(outlook.contains("0:01:54  rest of 2 s or more"), "{outlook}");
+/// assert!(outlook.contains("0:01:09  rest of 2 s or more"), "{outlook}");
 /// # Ok::<(), protocols::ProtocolError>(())
 /// ```
 #[must_use]

@@ -3,6 +3,7 @@
 use anyhow::Context;
 use config::{Config, Effective};
 use escaping::quoted;
+use protocols::Protocol;
 use std::path::Path;
 
 use crate::apparatus::pace;
@@ -47,7 +48,7 @@ pub fn check(options: &ProtocolCheck, config: Option<Config>) -> anyhow::Result<
     let Some(config) = config else {
         text += "\nvolts, micrometres, driving time and disk are not checked: there is no bench.toml in this folder; name one \
                  with --config FILE, or check on the simulated bench with --mock\n";
-        let faults = protocol_check::futile_demands(protocol, None);
+        let faults = futile_texts(protocol, None);
         return Ok(judged(text, &faults, &options.protocol));
     };
     let hardware = &options.hardware;
@@ -61,12 +62,14 @@ pub fn check(options: &ProtocolCheck, config: Option<Config>) -> anyhow::Result<
         .iter()
         .map(ToString::to_string)
         .chain(obstacles.iter().map(|error| format!("{error:#}")))
-        .chain(protocol_check::futile_demands(
-            protocol,
-            Some(bench.config()),
-        ))
+        .chain(futile_texts(protocol, Some(bench.config())))
         .collect();
     Ok(judged(text, &faults, &options.protocol))
+}
+
+fn futile_texts(protocol: &Protocol, config: Option<&Config>) -> Vec<String> {
+    let demands = protocol_check::futile_demands(protocol, config);
+    demands.into_iter().map(|demand| demand.text).collect()
 }
 
 /// Returns the bench with its calibration if it has a valid one, and a line on its origin.

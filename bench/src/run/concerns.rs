@@ -3,14 +3,12 @@
 use anyhow::bail;
 use clap::ValueEnum;
 use config::Config;
-use devices::drive_control::carrier_hz;
 use jiff::Timestamp;
+use protocol_check::{FutileDemand, FutileKind, futile_demands};
 use protocols::Protocol;
 
 use crate::confirmation::confirmed;
 
-/// Largest distance of a carrier from the plate's resonance, relative; at Q = 200 the plate moves a quarter as far there.
-const CARRIER_DISTANCE: f64 = 0.01;
 /// First second of 2024, before this program existed, Unix time.
 const EARLIEST_S: i64 = 1_704_067_200;
 
@@ -61,26 +59,12 @@ pub fn concerns(config: &Config, protocol: &Protocol, now: Timestamp) -> Vec<Con
             ),
         );
     }
-    let resonance_hz = config.plate.resonance_hz;
-    for condition in &protocol.conditions {
-        let carrier_hz = carrier_hz(condition.drive.carrier, config);
-        let distance_hz = (carrier_hz - resonance_hz).abs();
-        if distance_hz > CARRIER_DISTANCE * resonance_hz {
-            let text = format!(
-                "the carrier of {carrier_hz:.0} Hz is {distance_hz:.0} Hz from the plate's resonance at {resonance_hz:.0} Hz: \
-                 the plate hardly moves there; set drive.carrier = \"plate resonance\" in the protocol"
-            );
-            add(ConcernKind::Carrier, text);
-        }
-        let (instance_s, modulation_hz) =
-            (protocol.selection.instance_s, condition.drive.modulation_hz);
-        let rise_s = 0.5 / modulation_hz;
-        if modulation_hz > 0.0 && instance_s > rise_s {
-            let text = format!(
-                "selection.instance_s = {instance_s} s is longer than the vibration grows, {rise_s:.3} s (half a period of \
-                 {modulation_hz} Hz): no stretch can become an instance; shorten it"
-            );
-            add(ConcernKind::Instance, text);
+    for FutileDemand { kind, text } in futile_demands(protocol, Some(config)) {
+        match kind {
+            FutileKind::Carrier => add(ConcernKind::Carrier, text),
+            FutileKind::Instance => add(ConcernKind::Instance, text),
+            // Refused by `protocol check`; a session can still be practised.
+            FutileKind::Periods => {}
         }
     }
     concerns

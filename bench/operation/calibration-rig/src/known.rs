@@ -64,10 +64,8 @@ pub fn read_table(path: &Path) -> anyhow::Result<Vec<KnownRow>> {
         required: &["drive_v", "known_m"],
         optional: &["known_at_hz"],
     };
-    let (rows, unit_m) = match typed_table::rows(path, &METRES) {
-        Ok(rows) => (rows, 1.0),
-        Err(_) => (typed_table::rows(path, &MICROMETRES)?, MICROMETRE_M),
-    };
+    let (layout, rows) = typed_table::rows_of_either(path, [&MICROMETRES, &METRES])?;
+    let unit_m = [MICROMETRE_M, 1.0][layout];
     let known = rows.iter().filter_map(|row| {
         Some(KnownRow {
             drive_v: row.number(0)?,
@@ -340,6 +338,12 @@ mod tests {
         assert_eq!(read_table(&path).unwrap(), known);
         std::fs::write(&path, "known_m,drive_v\n4.2e-7,5\n").unwrap();
         assert_eq!(read_table(&path).unwrap(), [row(5.0, 4.2e-7, None)]);
+        std::fs::write(&path, "known_m,drive_v\n4.2e-7,5\nhalf,6\n").unwrap();
+        let error = format!("{:#}", read_table(&path).unwrap_err());
+        assert!(
+            error.contains("line 3") && error.contains("known_m"),
+            "{error}"
+        );
         std::fs::write(&path, "volts,um\n5,0.42\n").unwrap();
         let error = format!("{:#}", read_table(&path).unwrap_err());
         assert!(error.contains("drive_v and known_um"), "{error}");

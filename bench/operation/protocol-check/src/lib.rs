@@ -6,6 +6,7 @@ mod outlook;
 
 pub use disk::session_bytes;
 pub use obstacles::{
-    SeveralObstacles, futile_demands, obstacles, require_drivable, require_possible,
+    FutileDemand, FutileKind, SeveralObstacles, futile_demands, obstacles, require_drivable,
+    require_possible,
 };
 pub use outlook::{bench_outlook, session_outlook};

@@ -9,10 +9,6 @@ use protocols::Protocol;
 use safety::Pace;
 use signalgen::DriveSettings;
 
-/// Largest distance of a carrier from the plate's resonance, as a fraction of it (an assumption: five half-widths of a mode
-/// with Q = 250, and more than any drift).
-const FARTHEST: f64 = 0.01;
-
 /// Obstacles of one protocol, a line each.
 #[derive(Debug, thiserror::Error)]
 #[error("{}", .0.join("\n"))]
@@ -94,15 +90,40 @@ pub fn require_drivable(
     Ok(())
 }
 
+/// Kind of a futile demand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FutileKind {
+    /// A carrier far from the plate's resonance.
+    Carrier,
+    /// Instances longer than the vibration grows.
+    Instance,
+    /// Fewer periods in a trial than it needs instances.
+    Periods,
+}
+
+/// A demand that would be followed in vain.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FutileDemand {
+    /// Its kind.
+    pub kind: FutileKind,
+    /// The demand and the remedy, in words.
+    pub text: String,
+}
+
 /// Returns the demands that would be followed in vain: carriers that hardly move the plate of `config`, and trials that
 /// no finger can pass.
 #[must_use]
-pub fn futile_demands(protocol: &Protocol, config: Option<&Config>) -> Vec<String> {
+pub fn futile_demands(protocol: &Protocol, config: Option<&Config>) -> Vec<FutileDemand> {
+    let demand = |kind| move |text| FutileDemand { kind, text };
     let distant = config.and_then(|config| distant_carrier(protocol, config));
+    let distant = distant.map(demand(FutileKind::Carrier));
     let hopeless = protocol.conditions.iter().filter_map(|condition| {
         let (name, modulation_hz) = (&condition.name, condition.drive.modulation_hz);
-        long_instance(protocol, name, modulation_hz)
-            .or_else(|| too_few_periods(protocol, name, modulation_hz))
+        let instance =
+            long_instance(protocol, name, modulation_hz).map(demand(FutileKind::Instance));
+        instance.or_else(|| {
+            too_few_periods(protocol, name, modulation_hz).map(demand(FutileKind::Periods))
+        })
     });
     distant.into_iter().chain(hopeless).collect()
 }
@@ -141,7 +162,7 @@ fn distant_carrier(protocol: &Protocol, config: &Config) -> Option<String> {
     let resonance_hz = config.plate.resonance_hz;
     let distant_hz = carriers(protocol, config)
         .into_iter()
-        .find(|hz| (hz - resonance_hz).abs() > FARTHEST * resonance_hz)?;
+        .find(|hz| plausibility::carrier(*hz, resonance_hz).is_some())?;
     Some(format!(
         "drive.carrier = {distant_hz:.0} Hz is {:.0} Hz from the plate's resonance of {resonance_hz:.0} Hz: the plate will \
          hardly move; write \"plate resonance\", or the frequency of a resonance that this bench is calibrated at",
@@ -235,8 +256,10 @@ mod tests {
     #[test]
     fn a_carrier_far_from_the_resonance_and_a_trial_without_instances_are_futile() {
         let bench = bench();
-        let futile =
-            |changes: &[(&str, &str)]| futile_demands(&protocol(changes), Some(bench.config()));
+        let futile = |changes: &[(&str, &str)]| -> Vec<String> {
+            let demands = futile_demands(&protocol(changes), Some(bench.config()));
+            demands.into_iter().map(|demand| demand.text).collect()
+        };
         assert_eq!(futile(&[]), [""; 0]);
         let near_hz = bench.config().plate.resonance_hz + 200.0;
         let carrier = |hz: f64| format!("carrier = {hz}");

@@ -17,8 +17,12 @@ pub fn cause(error: &Error) -> String {
         return error.to_string();
     }
     let words = match error.kind() {
-        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
-            "the disk is full; make room on it, or choose a folder on another one"
+        // With the system's own phrase, for which people search.
+        ErrorKind::StorageFull => {
+            "the disk is full (No space left on device); make room on it, or choose a folder on another one"
+        }
+        ErrorKind::QuotaExceeded => {
+            "this user's share of the disk is full (Disk quota exceeded); make room, or choose a folder on another disk"
         }
         ErrorKind::FileTooLarge => "a limit on file sizes is in force (see `ulimit -f`)",
         ErrorKind::ReadOnlyFilesystem => {
@@ -104,7 +108,7 @@ mod tests {
             (Errno::ACCESS, "permission is missing"),
             (Errno::PERM, "permission is missing"),
             (Errno::NOSPC, "the disk is full"),
-            (Errno::DQUOT, "the disk is full"),
+            (Errno::DQUOT, "share of the disk is full"),
             (Errno::ROFS, "read-only"),
             (Errno::IO, "the disk reports an error"),
             (Errno::NOTDIR, "not a folder"),

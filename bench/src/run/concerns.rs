@@ -9,9 +9,6 @@ use protocols::Protocol;
 
 use crate::confirmation::confirmed;
 
-/// First second of 2024, before this program existed, Unix time.
-const EARLIEST_S: i64 = 1_704_067_200;
-
 /// Kind of a concern, as named by `--accept`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ConcernKind {
@@ -50,14 +47,8 @@ pub fn concerns(config: &Config, protocol: &Protocol, now: Timestamp) -> Vec<Con
             concerns.push(Concern { kind, text });
         }
     };
-    if now.as_second() < EARLIEST_S {
-        let date = now.strftime("%Y-%m-%d");
-        add(
-            ConcernKind::Date,
-            format!(
-                "the computer's clock says {date}: set it, because every recording states the date"
-            ),
-        );
+    if let Some(text) = calendar::complaint(now) {
+        add(ConcernKind::Date, text);
     }
     for FutileDemand { kind, text } in futile_demands(protocol, Some(config)) {
         match kind {

@@ -54,3 +54,17 @@ pub fn folder_name(time: Timestamp) -> String {
     let zoned = time.to_zoned(TimeZone::system());
     zoned.strftime("%Y-%m-%d_%H%M%S%z").to_string()
 }
+
+/// First second of 2024, before this program existed, Unix time.
+const EARLIEST_S: i64 = 1_704_067_200;
+
+/// Returns the complaint about a clock that shows a day before this program existed; `None` for every later day.
+#[must_use]
+pub fn complaint(now: Timestamp) -> Option<String> {
+    (now.as_second() < EARLIEST_S).then(|| {
+        format!(
+            "the computer's clock says {}: set it, because every recording states the date",
+            now.strftime("%Y-%m-%d")
+        )
+    })
+}

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use jiff::Timestamp;
+
 /// Thoroughness of a preflight.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Extent {
@@ -19,5 +21,7 @@ pub enum Extent {
         session_bytes: u64,
         /// Whether the session's dashboard will be shown on this terminal.
         dashboard: bool,
+        /// Present time by the computer's clock.
+        now: Timestamp,
     },
 }

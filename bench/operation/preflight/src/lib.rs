@@ -57,8 +57,10 @@ pub fn run(
         study,
         session_bytes,
         dashboard,
+        now,
     } = extent
     {
+        surroundings::judge_date(&mut table, *now);
         surroundings::judge_disk(&mut table, study, *session_bytes);
         if *dashboard {
             surroundings::judge_terminal(&mut table, tui::terminal_size());

@@ -1,9 +1,22 @@
-//! Resources of the computer for a session: disk space, and the terminal's size for a dashboard.
+//! Surroundings of a session: the computer's date and disk space, and the terminal's size for a dashboard.
 
 use std::path::Path;
 
+use jiff::Timestamp;
+
 use crate::table::{RowVerdict, Table};
 use recording::study::free_bytes;
+
+/// Judges the date of the computer's clock.
+pub(super) fn judge_date(table: &mut Table, now: Timestamp) {
+    let complaint = calendar::complaint(now);
+    let finding = || now.strftime("%Y-%m-%d").to_string();
+    table.row(
+        "date",
+        complaint.is_none(),
+        complaint.unwrap_or_else(finding),
+    );
+}
 
 /// Judges the free space on the disk of `study`.
 pub(super) fn judge_disk(table: &mut Table, study: &Path, session_bytes: u64) {
@@ -74,6 +87,19 @@ mod tests {
             judge_disk(&mut table, &folder.path().join("not/yet"), bytes);
             assert_eq!(table.rows[0].passed, enough, "{:?}", table.rows[0]);
             assert!(table.rows[0].found.contains("GB free"));
+        }
+    }
+
+    #[test]
+    fn a_clock_that_was_never_set_fails() {
+        for (second, passed, finding) in [
+            (0, false, "1970-01-01: set it"),
+            (1_780_000_000, true, "2026-05-28"),
+        ] {
+            let mut table = Table::default();
+            judge_date(&mut table, Timestamp::from_second(second).unwrap());
+            assert_eq!(table.rows[0].passed, passed, "{:?}", table.rows[0]);
+            assert!(table.rows[0].found.contains(finding));
         }
     }
 

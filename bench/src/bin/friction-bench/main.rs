@@ -33,8 +33,8 @@ use friction_bench::displays::Displays;
 use friction_bench::run::{self, ProtocolFile, SessionPlan};
 use friction_bench::verbosity::Verbosity;
 use friction_bench::{
-    analyze, calibrate as calibration, drilling, ending, estop, exclude, forget, monitor, privacy,
-    protocol_outlook, verify,
+    analyze, calibrate as calibration, dates, drilling, ending, estop, exclude, forget, monitor,
+    privacy, protocol_outlook, verify,
 };
 use output::{print, print_data};
 use preflight::Extent;
@@ -577,6 +577,7 @@ fn checked(options: &Check, verbosity: Verbosity) -> anyhow::Result<Option<prefl
                 && !options.json
                 && std::io::stdout().is_terminal()
                 && !tui::terminal_is_dumb(),
+            now: dates::now(),
         }
     };
     let pace = pace(bench.config(), &options.hardware);

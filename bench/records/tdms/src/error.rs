@@ -15,7 +15,9 @@ pub enum TdmsError {
         first: Vec<u8>,
     },
     /// An index file, which contains no samples.
-    #[error("an index (.tdms_index), which contains no samples: name the .tdms file of the same name")]
+    #[error(
+        "an index (.tdms_index), which contains no samples: name the .tdms file of the same name"
+    )]
     Index,
     /// Contents that the format does not allow.
     #[error("segment {segment}, byte {byte}: {defect}")]

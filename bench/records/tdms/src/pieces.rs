@@ -65,8 +65,7 @@ pub(crate) fn pieces(
             pieces.push(place.piece(&stretch, 0, place.values * whole_chunks));
         } else {
             pieces.extend(
-                (0..whole_chunks)
-                    .map(|n| place.piece(&stretch, n * chunk.bytes, place.values)),
+                (0..whole_chunks).map(|n| place.piece(&stretch, n * chunk.bytes, place.values)),
             );
         }
     }
@@ -249,7 +248,9 @@ impl Chunk {
             widths.clone_from(row_bytes);
             rows.resize(widths.len(), 0);
             for scaler in scalers {
-                let rows = rows.get_mut(scaler.buffer).ok_or("a buffer that is missing")?;
+                let rows = rows
+                    .get_mut(scaler.buffer)
+                    .ok_or("a buffer that is missing")?;
                 if *rows != 0 && *rows != values {
                     return Err("channels of one DAQmx buffer with different lengths".to_owned());
                 }
@@ -260,7 +261,10 @@ impl Chunk {
         let mut bytes = 0_u64;
         for (width, rows) in widths.iter().zip(&rows) {
             begins.push(bytes);
-            let Some(next) = width.checked_mul(*rows).and_then(|size| bytes.checked_add(size)) else {
+            let Some(next) = width
+                .checked_mul(*rows)
+                .and_then(|size| bytes.checked_add(size))
+            else {
                 return Ok(None);
             };
             bytes = next;

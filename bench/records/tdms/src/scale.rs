@@ -14,10 +14,19 @@ const STORED: u32 = 0xffff_ffff;
 #[derive(Debug, Clone, PartialEq)]
 enum Step {
     /// Coefficients from the constant upward.
-    Polynomial { source: u32, coefficients: Vec<f64> },
+    Polynomial {
+        source: u32,
+        coefficients: Vec<f64>,
+    },
     /// Points of a table, by growing abscissa; the ends are kept beyond it.
-    Table { source: u32, points: Vec<(f64, f64)> },
-    Sum { sources: [u32; 2], sign: f64 },
+    Table {
+        source: u32,
+        points: Vec<(f64, f64)>,
+    },
+    Sum {
+        sources: [u32; 2],
+        sign: f64,
+    },
     /// The stored number that has this number in DAQmx's list.
     Stored,
 }
@@ -119,7 +128,11 @@ impl Scales {
                 .map_or(f64::NAN, |(_, value)| *value)
         };
         let Some(depth) = depth.checked_sub(1).filter(|_| step != STORED) else {
-            return if step == STORED { by_number() } else { f64::NAN };
+            return if step == STORED {
+                by_number()
+            } else {
+                f64::NAN
+            };
         };
         let source = |source: u32| self.value(source, stored, depth);
         match self.steps.get(step as usize) {
@@ -132,7 +145,10 @@ impl Scales {
                 let x = source(*from);
                 coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
             }
-            Some(Step::Table { source: from, points }) => interpolated(points, source(*from)),
+            Some(Step::Table {
+                source: from,
+                points,
+            }) => interpolated(points, source(*from)),
             Some(Step::Sum { sources, sign }) => source(sources[0]) + sign * source(sources[1]),
         }
     }
@@ -140,7 +156,10 @@ impl Scales {
 
 fn interpolated(points: &[(f64, f64)], x: f64) -> f64 {
     let after = points.partition_point(|(abscissa, _)| *abscissa < x);
-    match (after.checked_sub(1).and_then(|i| points.get(i)), points.get(after)) {
+    match (
+        after.checked_sub(1).and_then(|i| points.get(i)),
+        points.get(after),
+    ) {
         (Some((x0, y0)), Some((x1, y1))) if x1 > x0 => y0 + (x - x0) / (x1 - x0) * (y1 - y0),
         (_, Some((_, y))) | (Some((_, y)), None) => *y,
         (None, None) => f64::NAN,

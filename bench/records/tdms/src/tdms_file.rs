@@ -158,7 +158,10 @@ impl<R: Read + Seek> TdmsFile<R> {
                 if is_unfinished {
                     break;
                 }
-                return Err(damaged(byte, "metadata longer than their segment".to_owned()));
+                return Err(damaged(
+                    byte,
+                    "metadata longer than their segment".to_owned(),
+                ));
             }
             if lead_in.has_metadata {
                 let listed = listed_objects(&mut source, content, &lead_in)
@@ -203,8 +206,9 @@ impl<R: Read + Seek> TdmsFile<R> {
         }
         let channels = channels.into_iter().map(|(group, name, object)| {
             // A channel without scales takes those of its group, then of the file.
-            let has_scales =
-                |properties: &BTreeMap<String, Value>| properties.keys().any(|key| key.starts_with("NI_Scale["));
+            let has_scales = |properties: &BTreeMap<String, Value>| {
+                properties.keys().any(|key| key.starts_with("NI_Scale["))
+            };
             let scaled = [
                 Some(&object.properties),
                 group_properties.get(&group),
@@ -291,7 +295,9 @@ impl<R: Read + Seek> TdmsFile<R> {
         if let Some(other) = channel.sample_type.filter(|kind| !is_number(*kind)) {
             return Err(unsupported(format!("its samples are of type {other:?}")));
         }
-        let first = channel.begins.partition_point(|begin| *begin <= stretch.start);
+        let first = channel
+            .begins
+            .partition_point(|begin| *begin <= stretch.start);
         let pieces = channel.pieces.iter().zip(&channel.begins);
         for (piece, begin) in pieces.skip(first.saturating_sub(1)) {
             if *begin >= stretch.end {
@@ -329,9 +335,9 @@ fn read_piece<R: Read + Seek>(
         for bytes in block.chunks(piece.row_bytes as usize).take(count as usize) {
             stored.clear();
             for field in piece.fields.iter() {
-                let number = bytes.get(field.offset as usize..).and_then(|bytes| {
-                    field.sample_type.number(bytes, piece.is_big_endian)
-                });
+                let number = bytes
+                    .get(field.offset as usize..)
+                    .and_then(|bytes| field.sample_type.number(bytes, piece.is_big_endian));
                 let number = match (number, field.bit) {
                     (Some(number), Some(bit)) => f64::from(number as u32 >> bit & 1),
                     (number, _) => number.unwrap_or(f64::NAN),

@@ -44,18 +44,56 @@ impl Channel {
         self.sample_type
     }
 
+    /// Returns whether scales make the channel's values from the stored samples.
+    #[must_use]
+    pub fn is_scaled(&self) -> bool {
+        self.scales.as_ref().is_ok_and(|scales| !scales.is_empty())
+    }
+
+    /// Returns whether samples have an imaginary part.
+    #[must_use]
+    pub fn is_complex(&self) -> bool {
+        self.types().any(SampleType::is_complex)
+    }
+
+    /// Returns why the channel cannot be read; `None` if it can.
+    #[must_use]
+    pub fn defect(&self) -> Option<String> {
+        if let Err(scale) = &self.scales {
+            return Some(scale.clone());
+        }
+        let text = self.sample_type.filter(|kind| *kind == SampleType::Text);
+        let other = text.or_else(|| self.types().find(|kind| kind.size().is_none()));
+        if let Some(other) = other {
+            return Some(format!("its samples are {other}, which are not read"));
+        }
+        (self.is_complex() && self.is_scaled())
+            .then(|| "its samples are complex and have scales".to_owned())
+    }
+
+    fn types(&self) -> impl Iterator<Item = SampleType> {
+        let fields = self.pieces.iter().flat_map(|piece| piece.fields.iter());
+        fields.map(|field| field.sample_type)
+    }
+
     /// Returns the number of samples.
     #[must_use]
     pub fn length(&self) -> u64 {
-        let last = self.pieces.last().map_or(0, |piece| piece.values);
+        let last = self.pieces.last().map_or(0, Piece::values);
         self.begins.last().map_or(0, |begin| begin + last)
     }
 
     /// Returns the sampling rate, Hz, from the waveform's interval (`wf_increment`, s); `None` if the file states none.
+    ///
+    /// A rate within rounding of a whole number is that number.
     #[must_use]
     pub fn rate_hz(&self) -> Option<f64> {
         let increment_s = self.properties.get("wf_increment")?.number()?;
-        (increment_s > 0.0).then(|| 1.0 / increment_s)
+        let rate_hz = 1.0 / increment_s;
+        let whole = rate_hz.round();
+        let is_whole = (rate_hz - whole).abs() <= 1e-12 * rate_hz;
+        let rate_hz = if is_whole { whole } else { rate_hz };
+        (increment_s > 0.0 && rate_hz.is_finite()).then_some(rate_hz)
     }
 
     /// Returns the time of the first sample within the waveform, s (`wf_start_offset`); 0 if the file states none.
@@ -63,6 +101,12 @@ impl Channel {
     pub fn start_s(&self) -> f64 {
         let offset = self.properties.get("wf_start_offset");
         offset.and_then(Value::number).unwrap_or(0.0)
+    }
+
+    /// Returns the time of the waveform's begin, s since 1904-01-01 UTC (`wf_start_time`), if the file states it.
+    #[must_use]
+    pub fn start_time_s(&self) -> Option<f64> {
+        self.properties.get("wf_start_time")?.number()
     }
 
     /// Returns the unit that the file states.

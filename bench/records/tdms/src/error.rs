@@ -9,7 +9,7 @@ pub enum TdmsError {
     #[error("the disk returns no data")]
     Io(#[from] io::Error),
     /// The file does not begin with TDMS's mark.
-    #[error("not a TDMS file: it begins with {first:02x?}, not with \"TDSm\"")]
+    #[error("not a TDMS file: it begins with the bytes {first:02x?}, not with \"TDSm\"")]
     OtherFormat {
         /// First bytes.
         first: Vec<u8>,
@@ -29,11 +29,11 @@ pub enum TdmsError {
         /// Description.
         defect: String,
     },
-    /// No channel has this name.
-    #[error("no channel \"{name}\"")]
+    /// No channel has this number.
+    #[error("no channel has the number {index}")]
     NoChannel {
-        /// Group and channel, as in [`crate::Channel::name`].
-        name: String,
+        /// Number of the channel, from 0.
+        index: usize,
     },
     /// A channel's samples are of a kind that is not read.
     #[error("channel \"{channel}\": {reason}")]

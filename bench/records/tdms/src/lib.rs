@@ -6,16 +6,20 @@
 //! task, whose scalers say where in a buffer a channel's integers stand.
 //!
 //! - [`TdmsFile::open`] reads the metadata of all segments and no samples; [`TdmsFile::channels`] lists the channels.
-//! - [`TdmsFile::read`] reads samples, a stretch at a time, as `f64` in the channel's unit: scales are applied.
+//! - [`TdmsFile::read`] reads samples, a stretch at a time, as `f64` in the channel's unit: scales are applied;
+//!   [`TdmsFile::read_complex`], as real and imaginary parts.
 //!
 //! A file whose writer was killed is read as far as it goes ([`TdmsFile::is_truncated`]).
 
 mod bytes;
 mod channel;
+mod chunk;
 mod error;
 mod lead_in;
 mod metadata;
+mod objects;
 mod pieces;
+mod samples;
 mod scale;
 mod tdms_file;
 mod value;

@@ -5,11 +5,10 @@ use crate::value::{SampleType, Value};
 
 const NO_SAMPLES: u32 = 0xffff_ffff;
 const AS_BEFORE: u32 = 0;
-const DAQMX_FORMAT: u32 = 0x0000_1269;
-const DAQMX_DIGITAL: u32 = 0x0000_126a;
-/// As above, with the bytes exchanged: LabVIEW writes the mark in either order.
-const DAQMX_FORMAT_EXCHANGED: u32 = 0x6912_0000;
-const DAQMX_DIGITAL_EXCHANGED: u32 = 0x6913_0000;
+/// Format-changing scalers of DAQmx; the second as some writers order its bytes.
+const DAQMX_FORMAT: [u32; 2] = [0x0000_1269, 0x6912_0000];
+/// Digital lines of DAQmx: as files have the mark, as the note states it, and both with the bytes exchanged.
+const DAQMX_LINES: [u32; 4] = [0x0000_126a, 0x0000_1369, 0x6a12_0000, 0x6913_0000];
 
 /// How an object's samples in a chunk are stored.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -101,9 +100,7 @@ fn objects(bytes: &mut Bytes<'_>) -> Read<Vec<ListedObject>> {
             let name = present!(bytes.text());
             let sample_type = SampleType::from_code(present!(bytes.u32()));
             if sample_type.size().is_none() && sample_type != SampleType::Text {
-                return Err(format!(
-                    "property \"{name}\" is of a type that is not known ({sample_type:?})"
-                ));
+                return Err(format!("property \"{name}\" of {path} is {sample_type}"));
             }
             properties.push((name, present!(Value::read(sample_type, bytes))));
         }
@@ -121,8 +118,8 @@ fn samples(bytes: &mut Bytes<'_>) -> Read<Samples> {
     let storage = match index {
         NO_SAMPLES => return Ok(Some(Samples::None)),
         AS_BEFORE => return Ok(Some(Samples::AsBefore)),
-        DAQMX_FORMAT | DAQMX_FORMAT_EXCHANGED => present!(daqmx(bytes, false)?),
-        DAQMX_DIGITAL | DAQMX_DIGITAL_EXCHANGED => present!(daqmx(bytes, true)?),
+        _ if DAQMX_FORMAT.contains(&index) => present!(daqmx(bytes, false)?),
+        _ if DAQMX_LINES.contains(&index) => present!(daqmx(bytes, true)?),
         _ => present!(plain(bytes)?),
     };
     Ok(Some(Samples::Stored(storage)))
@@ -158,7 +155,7 @@ fn daqmx(bytes: &mut Bytes<'_>, is_line: bool) -> Read<Storage> {
     let scaler_count = present!(bytes.u32());
     let mut scalers = Vec::new();
     for _ in 0..scaler_count {
-        let sample_type = daqmx_type(present!(bytes.u32()))?;
+        let sample_type = daqmx_type(present!(bytes.u32()));
         let buffer = present!(bytes.u32()) as usize;
         let offset = u64::from(present!(bytes.u32()));
         // A bitmap of the sample's format; of a line one byte.
@@ -200,15 +197,20 @@ fn daqmx(bytes: &mut Bytes<'_>, is_line: bool) -> Read<Storage> {
     }))
 }
 
-/// DAQmx numbers its types otherwise than TDMS.
-fn daqmx_type(code: u32) -> Result<SampleType, String> {
-    Ok(match code {
+/// Returns the type of DAQmx's own number for it.
+fn daqmx_type(code: u32) -> SampleType {
+    match code {
         0 => SampleType::U8,
         1 => SampleType::I8,
         2 => SampleType::U16,
         3 => SampleType::I16,
         4 => SampleType::U32,
         5 => SampleType::I32,
-        _ => return Err(format!("DAQmx's type {code} of samples is not known")),
-    })
+        6 => SampleType::U64,
+        7 => SampleType::I64,
+        8 => SampleType::F32,
+        9 => SampleType::F64,
+        0xffff_ffff => SampleType::Timestamp,
+        other => SampleType::OtherOfDaqmx(other),
+    }
 }

@@ -1,23 +1,21 @@
 //! A file: its segments joined to channels, and samples read from it.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::fmt;
 use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
-use std::sync::Arc;
 
 use crate::channel::Channel;
 use crate::error::TdmsError;
 use crate::lead_in::{LEAD_IN_BYTES, LeadIn, Start};
-use crate::metadata::{self, ListedObject, Samples, Storage};
-use crate::pieces::{Piece, Stretch, pieces};
-use crate::scale::Scales;
-use crate::value::{SampleType, Value};
+use crate::metadata::{self, ListedObject};
+use crate::objects::Objects;
+use crate::pieces::Stretch;
+use crate::samples::{Numbers, read_rows};
+use crate::value::Value;
 
 /// Most bytes of metadata in one segment; LabVIEW writes some hundred.
-const MOST_METADATA_BYTES: u64 = 64 << 20;
-/// Bytes that are read at once.
-const BLOCK_BYTES: u64 = 1 << 20;
+const MOST_METADATA_BYTES: u64 = 16 << 20;
 
 /// A TDMS file, open for reading.
 pub struct TdmsFile<R> {
@@ -33,86 +31,6 @@ impl<R> fmt::Debug for TdmsFile<R> {
             .field("channels", &self.channels)
             .field("is_truncated", &self.is_truncated)
             .finish_non_exhaustive()
-    }
-}
-
-/// Objects as the segments read so far list them.
-#[derive(Default)]
-struct Objects {
-    /// Path, and what is known of the object.
-    known: Vec<Object>,
-    by_path: HashMap<String, usize>,
-    /// Objects with samples in the current segment, in their order in the chunk.
-    current: Vec<usize>,
-}
-
-#[derive(Default)]
-struct Object {
-    path: String,
-    properties: BTreeMap<String, Value>,
-    storage: Option<Arc<Storage>>,
-    pieces: Vec<Piece>,
-}
-
-impl Objects {
-    /// Takes over a segment's list.
-    fn update(&mut self, listed: Vec<ListedObject>, has_new_list: bool) -> Result<(), String> {
-        if has_new_list {
-            self.current.clear();
-        }
-        for ListedObject {
-            path,
-            samples,
-            properties,
-        } in listed
-        {
-            let index = *self.by_path.entry(path.clone()).or_insert_with(|| {
-                self.known.push(Object {
-                    path: path.clone(),
-                    ..Object::default()
-                });
-                self.known.len() - 1
-            });
-            let Some(object) = self.known.get_mut(index) else {
-                continue;
-            };
-            object.properties.extend(properties);
-            let has_samples = match samples {
-                Samples::None => false,
-                Samples::AsBefore if object.storage.is_none() => {
-                    return Err(format!(
-                        "{path} has samples as before, and there were none before"
-                    ));
-                }
-                Samples::AsBefore => true,
-                Samples::Stored(storage) => {
-                    object.storage = Some(Arc::new(storage));
-                    true
-                }
-            };
-            match (has_samples, self.current.contains(&index)) {
-                (true, false) => self.current.push(index),
-                (false, true) => self.current.retain(|other| *other != index),
-                (true, true) | (false, false) => {}
-            }
-        }
-        Ok(())
-    }
-
-    /// Adds the pieces of a segment; returns whether its last chunk is cut.
-    fn add_samples(&mut self, stretch: Stretch) -> Result<bool, String> {
-        let storages: Vec<Arc<Storage>> = self
-            .current
-            .iter()
-            .filter_map(|index| self.known.get(*index)?.storage.clone())
-            .collect();
-        let (pieces, is_cut) = pieces(&storages, stretch)?;
-        for (index, pieces) in self.current.iter().zip(pieces) {
-            if let Some(object) = self.known.get_mut(*index) {
-                object.pieces.extend(pieces);
-            }
-        }
-        Ok(is_cut)
     }
 }
 
@@ -174,12 +92,11 @@ impl<R: Read + Seek> TdmsFile<R> {
                 let stretch = Stretch {
                     begin: samples_begin,
                     end,
-                    is_interleaved: lead_in.is_interleaved,
                     is_big_endian: lead_in.is_big_endian,
                     is_unfinished,
                 };
                 is_truncated |= objects
-                    .add_samples(stretch)
+                    .add_samples(stretch, lead_in.is_interleaved)
                     .map_err(|defect| damaged(samples_begin, defect))?;
             }
             byte = end;
@@ -187,63 +104,13 @@ impl<R: Read + Seek> TdmsFile<R> {
         if segment == 0 {
             return Err(TdmsError::OtherFormat { first: Vec::new() });
         }
-        Ok(Self::joined(source, objects, is_truncated))
-    }
-
-    fn joined(source: R, objects: Objects, is_truncated: bool) -> Self {
-        let mut properties = BTreeMap::new();
-        let mut group_properties: HashMap<String, BTreeMap<String, Value>> = HashMap::new();
-        let mut channels = Vec::new();
-        for object in objects.known {
-            let mut names = path_names(&object.path).into_iter();
-            match (names.next(), names.next()) {
-                (None, _) => properties = object.properties,
-                (Some(group), None) => {
-                    group_properties.insert(group, object.properties);
-                }
-                (Some(group), Some(name)) => channels.push((group, name, object)),
-            }
-        }
-        let channels = channels.into_iter().map(|(group, name, object)| {
-            // A channel without scales takes those of its group, then of the file.
-            let has_scales = |properties: &BTreeMap<String, Value>| {
-                properties.keys().any(|key| key.starts_with("NI_Scale["))
-            };
-            let scaled = [
-                Some(&object.properties),
-                group_properties.get(&group),
-                Some(&properties),
-            ];
-            let scales = scaled.into_iter().flatten().find(|p| has_scales(p));
-            let mut begin = 0;
-            let begins = object
-                .pieces
-                .iter()
-                .map(|piece| {
-                    let first = begin;
-                    begin += piece.values;
-                    first
-                })
-                .collect();
-            Channel {
-                scales: scales.map_or_else(|| Ok(Scales::default()), Scales::read),
-                sample_type: object.storage.as_deref().map(|storage| match storage {
-                    Storage::Plain { sample_type, .. } => *sample_type,
-                    Storage::Daqmx { .. } => SampleType::Daqmx,
-                }),
-                group,
-                name,
-                properties: object.properties,
-                pieces: object.pieces,
-                begins,
-            }
-        });
-        Self {
-            channels: channels.collect(),
+        let (properties, channels) = objects.into_channels();
+        Ok(Self {
             source,
             properties,
+            channels,
             is_truncated,
-        }
+        })
     }
 
     /// Returns the file's own properties.
@@ -264,89 +131,81 @@ impl<R: Read + Seek> TdmsFile<R> {
         self.is_truncated
     }
 
-    /// Appends samples of a channel, in its unit, to `samples`; `stretch` counts samples from 0 and may end beyond the last.
+    /// Appends samples of the channel at `index` of [`Self::channels`], in its unit, to `samples`; `stretch` counts samples from 0
+    /// and may end beyond the last.
     ///
     /// # Errors
     /// [`TdmsError`] for a channel that does not exist or is not made of real numbers, and for a disk that does not return its data.
     pub fn read(
         &mut self,
-        name: &str,
+        index: usize,
         stretch: Range<u64>,
         samples: &mut Vec<f64>,
     ) -> Result<(), TdmsError> {
-        let channel = self
-            .channels
-            .iter()
-            .find(|channel| channel.name() == name)
-            .ok_or_else(|| TdmsError::NoChannel {
-                name: name.to_owned(),
-            })?;
-        let unsupported = |reason: String| TdmsError::Unsupported {
-            channel: name.to_owned(),
-            reason,
-        };
-        let scales = channel.scales.clone().map_err(unsupported)?;
-        let is_number = |sample_type| {
-            !matches!(
-                sample_type,
-                SampleType::Text | SampleType::Complex64 | SampleType::Complex128
-            )
-        };
-        if let Some(other) = channel.sample_type.filter(|kind| !is_number(*kind)) {
-            return Err(unsupported(format!("its samples are of type {other:?}")));
+        let channel = readable(&self.channels, index)?;
+        if channel.is_complex() {
+            return Err(unsupported(channel, "its samples are complex".to_owned()));
         }
-        let first = channel
-            .begins
-            .partition_point(|begin| *begin <= stretch.start);
-        let pieces = channel.pieces.iter().zip(&channel.begins);
-        for (piece, begin) in pieces.skip(first.saturating_sub(1)) {
-            if *begin >= stretch.end {
-                break;
-            }
-            let from = stretch.start.saturating_sub(*begin).min(piece.values);
-            let to = (stretch.end - begin).min(piece.values);
-            read_piece(&mut self.source, piece, from..to, &scales, samples)?;
+        let scales = channel.scales.as_ref();
+        let scales = scales.map_err(|scale| unsupported(channel, scale.clone()))?;
+        let values = samples;
+        let mut numbers = Numbers::Real { scales, values };
+        read_stretch(&mut self.source, channel, stretch, &mut numbers)
+    }
+
+    /// Appends samples of the channel at `index` of [`Self::channels`] as real and imaginary parts; those of real samples are 0.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn read_complex(
+        &mut self,
+        index: usize,
+        stretch: Range<u64>,
+        samples: &mut Vec<[f64; 2]>,
+    ) -> Result<(), TdmsError> {
+        let channel = readable(&self.channels, index)?;
+        if channel.is_complex() {
+            let mut numbers = Numbers::Complex(samples);
+            return read_stretch(&mut self.source, channel, stretch, &mut numbers);
         }
+        let mut values = Vec::new();
+        self.read(index, stretch, &mut values)?;
+        samples.extend(values.into_iter().map(|value| [value, 0.0]));
         Ok(())
     }
 }
 
-/// Reads rows of a piece, a block at a time.
-fn read_piece<R: Read + Seek>(
+fn unsupported(channel: &Channel, reason: String) -> TdmsError {
+    TdmsError::Unsupported {
+        channel: channel.name(),
+        reason,
+    }
+}
+
+fn readable(channels: &[Channel], index: usize) -> Result<&Channel, TdmsError> {
+    let channel = channels.get(index).ok_or(TdmsError::NoChannel { index })?;
+    match channel.defect() {
+        None => Ok(channel),
+        Some(defect) => Err(unsupported(channel, defect)),
+    }
+}
+
+fn read_stretch<R: Read + Seek>(
     source: &mut R,
-    piece: &Piece,
-    rows: Range<u64>,
-    scales: &Scales,
-    samples: &mut Vec<f64>,
+    channel: &Channel,
+    stretch: Range<u64>,
+    numbers: &mut Numbers<'_>,
 ) -> Result<(), TdmsError> {
-    let rows_per_block = (BLOCK_BYTES / piece.row_bytes).max(1);
-    let mut stored = Vec::with_capacity(piece.fields.len());
-    let mut block = Vec::new();
-    let mut row = rows.start;
-    while row < rows.end {
-        let count = rows_per_block.min(rows.end - row);
-        source.seek(SeekFrom::Start(piece.byte + row * piece.row_bytes))?;
-        // The last row of an interleaved channel may end with its own sample.
-        block.clear();
-        source
-            .by_ref()
-            .take(count * piece.row_bytes)
-            .read_to_end(&mut block)?;
-        for bytes in block.chunks(piece.row_bytes as usize).take(count as usize) {
-            stored.clear();
-            for field in piece.fields.iter() {
-                let number = bytes
-                    .get(field.offset as usize..)
-                    .and_then(|bytes| field.sample_type.number(bytes, piece.is_big_endian));
-                let number = match (number, field.bit) {
-                    (Some(number), Some(bit)) => f64::from(number as u32 >> bit & 1),
-                    (number, _) => number.unwrap_or(f64::NAN),
-                };
-                stored.push((field.scale_id, number));
-            }
-            samples.push(scales.apply(&stored));
+    let begins = &channel.begins;
+    let first = begins.partition_point(|begin| *begin <= stretch.start);
+    let pieces = channel.pieces.iter().zip(begins);
+    for (piece, begin) in pieces.skip(first.saturating_sub(1)) {
+        if *begin >= stretch.end {
+            break;
         }
-        row += count;
+        let from = stretch.start.saturating_sub(*begin).min(piece.values());
+        let to = (stretch.end - begin).min(piece.values());
+        read_rows(source, piece, from..to, numbers)?;
     }
     Ok(())
 }
@@ -367,6 +226,13 @@ fn other_format<R: Read + Seek>(source: &mut R) -> Result<TdmsError, TdmsError> 
     source.seek(SeekFrom::Start(0))?;
     let mut first = Vec::new();
     source.by_ref().take(8).read_to_end(&mut first)?;
+    if first.starts_with(b"TDSm") {
+        return Ok(TdmsError::Damaged {
+            segment: 1,
+            byte: 0,
+            defect: format!("the file ends before byte {LEAD_IN_BYTES}"),
+        });
+    }
     Ok(TdmsError::OtherFormat { first })
 }
 
@@ -391,7 +257,10 @@ fn listed_objects<R: Read + Seek>(
     lead_in: &LeadIn,
 ) -> Result<Vec<ListedObject>, Problem> {
     if lead_in.metadata_bytes > MOST_METADATA_BYTES {
-        let defect = format!("{} bytes of metadata", lead_in.metadata_bytes);
+        let defect = format!(
+            "{} bytes of metadata; {MOST_METADATA_BYTES} are the most",
+            lead_in.metadata_bytes
+        );
         return Err(Problem::Defect(content, defect));
     }
     let mut bytes = Vec::new();
@@ -406,28 +275,4 @@ fn listed_objects<R: Read + Seek>(
         .map_err(Problem::Disk)?;
     metadata::read(&bytes, lead_in.is_big_endian)
         .map_err(|(byte, defect)| Problem::Defect(content + byte, defect))
-}
-
-/// Returns the names in a path such as `/'group'/'channel'`, in which `''` is a quote.
-fn path_names(path: &str) -> Vec<String> {
-    let mut names = Vec::new();
-    let mut rest = path;
-    while let Some(quoted) = rest.trim_start_matches('/').strip_prefix('\'') {
-        let mut name = String::new();
-        let mut characters = quoted.char_indices().peekable();
-        let mut end = quoted.len();
-        while let Some((index, character)) = characters.next() {
-            if character != '\'' {
-                name.push(character);
-            } else if characters.next_if(|(_, next)| *next == '\'').is_some() {
-                name.push('\'');
-            } else {
-                end = index + 1;
-                break;
-            }
-        }
-        names.push(name);
-        rest = quoted.get(end..).unwrap_or("");
-    }
-    names
 }

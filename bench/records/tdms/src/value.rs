@@ -1,5 +1,7 @@
 //! Types of samples and properties.
 
+use std::fmt;
+
 use crate::bytes::Bytes;
 
 /// Type of a channel's samples in the file.
@@ -21,14 +23,41 @@ pub enum SampleType {
     Text,
     /// Seconds since 1904 with a fraction, 16 bytes; read as seconds since 1904-01-01 UTC.
     Timestamp,
-    /// Real and imaginary part, `f32`; not read as samples.
+    /// Real and imaginary part, `f32`.
     Complex64,
-    /// Real and imaginary part, `f64`; not read as samples.
+    /// Real and imaginary part, `f64`.
     Complex128,
     /// Buffers of a DAQmx task.
     Daqmx,
-    /// A type that the note does not define or that no computer here can hold.
+    /// A type that the note does not define, or of which no size is known.
     Other(u32),
+    /// A type of a DAQmx task that is not known.
+    OtherOfDaqmx(u32),
+}
+
+impl fmt::Display for SampleType {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Text => f.write_str("text"),
+            Self::Boolean => f.write_str("true or false"),
+            Self::Timestamp => f.write_str("times"),
+            Self::Complex64 => f.write_str("complex f32"),
+            Self::Complex128 => f.write_str("complex f64"),
+            Self::Daqmx => f.write_str("buffers of a DAQmx task"),
+            Self::Other(code) => write!(f, "an unknown type (0x{code:x})"),
+            Self::OtherOfDaqmx(code) => write!(f, "an unknown DAQmx type ({code})"),
+            Self::I8 => f.write_str("i8"),
+            Self::I16 => f.write_str("i16"),
+            Self::I32 => f.write_str("i32"),
+            Self::I64 => f.write_str("i64"),
+            Self::U8 => f.write_str("u8"),
+            Self::U16 => f.write_str("u16"),
+            Self::U32 => f.write_str("u32"),
+            Self::U64 => f.write_str("u64"),
+            Self::F32 => f.write_str("f32"),
+            Self::F64 => f.write_str("f64"),
+        }
+    }
 }
 
 impl SampleType {
@@ -64,11 +93,28 @@ impl SampleType {
             Self::I32 | Self::U32 | Self::F32 => Some(4),
             Self::I64 | Self::U64 | Self::F64 | Self::Complex64 => Some(8),
             Self::Timestamp | Self::Complex128 => Some(16),
-            Self::Text | Self::Daqmx | Self::Other(_) => None,
+            Self::Text | Self::Daqmx | Self::Other(_) | Self::OtherOfDaqmx(_) => None,
         }
     }
 
-    /// Returns a sample as a number; `None` for types that are no number.
+    /// Returns whether samples have an imaginary part.
+    pub(crate) fn is_complex(self) -> bool {
+        matches!(self, Self::Complex64 | Self::Complex128)
+    }
+
+    /// Returns a sample's real and imaginary part; `None` for types that are no number.
+    pub(crate) fn complex(self, bytes: &[u8], is_big_endian: bool) -> Option<[f64; 2]> {
+        let (part, size) = match self {
+            Self::Complex64 => (Self::F32, 4),
+            Self::Complex128 => (Self::F64, 8),
+            real => return real.number(bytes, is_big_endian).map(|re| [re, 0.0]),
+        };
+        let re = part.number(bytes, is_big_endian)?;
+        let im = part.number(bytes.get(size..)?, is_big_endian)?;
+        Some([re, im])
+    }
+
+    /// Returns a sample as a real number; `None` for types that are no real number.
     pub(crate) fn number(self, bytes: &[u8], is_big_endian: bool) -> Option<f64> {
         let mut bytes = Bytes::new(bytes, is_big_endian);
         Some(match self {
@@ -83,9 +129,12 @@ impl SampleType {
             Self::F32 => f64::from(bytes.ordered().map(f32::from_le_bytes)?),
             Self::F64 => bytes.ordered().map(f64::from_le_bytes)?,
             Self::Timestamp => bytes.timestamp()?,
-            Self::Text | Self::Complex64 | Self::Complex128 | Self::Daqmx | Self::Other(_) => {
-                return None;
-            }
+            Self::Text
+            | Self::Complex64
+            | Self::Complex128
+            | Self::Daqmx
+            | Self::Other(_)
+            | Self::OtherOfDaqmx(_) => return None,
         })
     }
 }

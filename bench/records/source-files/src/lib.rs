@@ -6,8 +6,11 @@
 mod array;
 mod error;
 mod format;
+mod hdf5;
 mod kind;
+mod matlab73;
 mod name;
+mod tdms;
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -269,8 +272,8 @@ fn open_reader(path: &Path) -> Result<Box<dyn ArrayReader>, SourceError> {
     let kind = kind::find(&head, |offset, bytes| has_bytes(&mut file, offset, bytes))?;
     file.seek(SeekFrom::Start(0))?;
     match kind {
-        Kind::Hdf5 => Err(kind::foreign("an HDF5 file", "save it as NPY or CSV").into()),
-        Kind::Tdms => Err(kind::foreign("a TDMS file", "save it as NPY or CSV").into()),
+        Kind::Hdf5 => hdf5::open(file),
+        Kind::Tdms => tdms::open(file),
         _ => Err(kind::foreign("a file of another kind", "save it as NPY or CSV").into()),
     }
 }

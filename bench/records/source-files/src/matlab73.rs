@@ -9,7 +9,8 @@ mod objects;
 use std::collections::HashMap;
 
 use hdf5_reader::error::Result as Hdf5Result;
-use hdf5_reader::{Attribute, Dataset, Datatype, Group, Hdf5File};
+use hdf5_reader::group::Group;
+use hdf5_reader::{Attribute, Dataset, Datatype, Hdf5File};
 
 use crate::array::{ArrayInfo, Element};
 use crate::error::{SourceError, SourceFault};
@@ -22,6 +23,8 @@ use crate::hdf5::listing::{Content, Listing, Text};
 const REFERENCES: &str = "#refs#";
 /// Group of the table of objects.
 const SUBSYSTEM: &str = "#subsystem#";
+/// Field of an enumeration within another value.
+const ENUMERATION: &str = "EnumerationInstanceTag";
 /// Deepest structure or cell array.
 const MOST_DEPTH: usize = 24;
 /// Most values that are looked into.
@@ -33,7 +36,7 @@ const MOST_CELLS: u64 = 50_000;
 pub(crate) fn is_matlab(file: &Hdf5File) -> Result<bool, SourceError> {
     guarded("group `/`", || {
         let (groups, datasets) = file.root_group()?.members()?;
-        let mut values = datasets.into_iter().map(Value::Dataset);
+        let mut values = datasets.into_iter().map(Value::dataset);
         Ok(values.any(|value| value.class().is_some())
             || groups
                 .into_iter()
@@ -47,7 +50,7 @@ pub(crate) fn list(file: &Hdf5File) -> Result<Listing, SourceError> {
     let (groups, datasets) = guarded("group `/`", || file.root_group()?.members())?;
     let mut variables = Variables::new(&groups)?;
     for dataset in datasets {
-        variables.variable(Value::Dataset(dataset))?;
+        variables.variable(Value::dataset(dataset))?;
     }
     for group in groups {
         if ![REFERENCES, SUBSYSTEM].contains(&group.name()) {
@@ -60,11 +63,15 @@ pub(crate) fn list(file: &Hdf5File) -> Result<Listing, SourceError> {
 /// Value of a variable, a field or a cell.
 #[derive(Clone)]
 enum Value {
-    Dataset(Dataset),
+    Dataset(Box<Dataset>),
     Group(Group),
 }
 
 impl Value {
+    fn dataset(dataset: Dataset) -> Self {
+        Self::Dataset(Box::new(dataset))
+    }
+
     fn name(&self) -> &str {
         match self {
             Self::Dataset(dataset) => dataset.name(),
@@ -88,7 +95,7 @@ impl Value {
         let Self::Group(group) = self else {
             return None;
         };
-        let dataset = group.dataset(name).map(Self::Dataset);
+        let dataset = group.dataset(name).map(Self::dataset);
         dataset.or_else(|_| group.group(name).map(Self::Group)).ok()
     }
 
@@ -117,6 +124,12 @@ impl Value {
         let field = fields.first()?;
         Some(Column::new(dataset, field, AxisOrder::Reversed))
     }
+}
+
+/// Returns whether a value has its lengths instead of values.
+fn is_empty(attributes: &[Attribute]) -> bool {
+    let mark = attribute(attributes, "MATLAB_empty").and_then(attributes::number);
+    mark.is_some_and(|mark| mark != 0.0)
 }
 
 fn attribute<'a>(attributes: &'a [Attribute], name: &str) -> Option<&'a Attribute> {
@@ -148,6 +161,8 @@ struct Variables {
     /// Values that cells refer to, by their addresses.
     referred: HashMap<u64, Value>,
     objects: Vec<mcos::Object>,
+    /// Objects that are being looked into: one may refer to itself.
+    open: Vec<usize>,
     /// Cells of the table of objects.
     cells: Vec<Value>,
     looked_into: usize,
@@ -163,13 +178,14 @@ impl Variables {
                 .into_iter()
                 .map(|group| (group.address(), Value::Group(group)));
             let datasets = datasets.into_iter();
-            let datasets = datasets.map(|dataset| (dataset.address(), Value::Dataset(dataset)));
+            let datasets = datasets.map(|dataset| (dataset.address(), Value::dataset(dataset)));
             referred.extend(groups.chain(datasets));
         }
         let mut variables = Self {
             listing: Listing::default(),
             referred,
             objects: Vec::new(),
+            open: Vec::new(),
             cells: Vec::new(),
             looked_into: 0,
         };
@@ -195,21 +211,24 @@ impl Variables {
     /// Adds a value, and those within it, under a name.
     fn value(&mut self, name: &str, value: &Value, depth: usize) -> Result<(), SourceError> {
         self.looked_into += 1;
-        if depth > MOST_DEPTH || self.looked_into > MOST_VALUES {
+        if self.looked_into > MOST_VALUES {
             let fault = SourceFault::Unread {
                 content: format!(
-                    "more than {MOST_DEPTH} levels or {MOST_VALUES} values of structures and cells"
+                    "a file with more than {MOST_VALUES} values in structures and cells"
                 ),
                 remedy: "save the recording's arrays as variables of their own",
             };
             return Err(SourceError::at(format!("array `{name}`"), fault));
+        }
+        if depth > MOST_DEPTH {
+            return self.opaque(name, "values nested too deeply");
         }
         let place = format!("array `{name}`");
         let stored = guarded(&place, || Ok(value.attributes()))?;
         let class = attribute(&stored, "MATLAB_class").and_then(attributes::text);
         let class = class.unwrap_or_default();
         let mark = |name: &str| attribute(&stored, name).and_then(attributes::number);
-        if mark("MATLAB_empty").is_some_and(|empty| empty != 0.0) {
+        if is_empty(&stored) {
             return self.empty(name, value, &class);
         }
         match value {
@@ -220,11 +239,17 @@ impl Variables {
             Value::Dataset(dataset) if class == "char" => {
                 let shape: Vec<u64> = dataset.shape().iter().rev().copied().collect();
                 let info = ArrayInfo::new(name, Element::Text, shape);
-                self.listing
-                    .add(info, Content::Text(Text::Characters(dataset.clone())))
+                self.listing.add(
+                    info,
+                    Content::Text(Text::Characters(Dataset::clone(dataset))),
+                )
             }
             Value::Dataset(dataset) if matches!(dataset.dtype(), Datatype::Reference { .. }) => {
                 self.cell_array(name, dataset, depth)
+            }
+            // Within other values, an object has the class of its numbers.
+            Value::Dataset(dataset) if class == "uint32" && depth > 0 && self.refers(value) => {
+                self.objects(name, dataset, "object", depth)
             }
             Value::Dataset(dataset) => {
                 let before = self.listing.arrays.len();
@@ -242,6 +267,9 @@ impl Variables {
                 if class == "function_handle" || mark("MATLAB_object_decode") == Some(3.0) =>
             {
                 self.opaque(name, &class)
+            }
+            Value::Group(group) if group.dataset(ENUMERATION).is_ok() => {
+                self.opaque(name, "enumeration")
             }
             Value::Group(group) => {
                 let separator = if class.is_empty() { "/" } else { "." };
@@ -301,7 +329,7 @@ impl Variables {
                 }
             } else {
                 let name = format!("{name}{separator}{}", dataset.name());
-                self.value(&name, &Value::Dataset(dataset), depth + 1)?;
+                self.value(&name, &Value::dataset(dataset), depth + 1)?;
             }
         }
         for group in groups {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::error::Unread;
 use crate::pieces::Piece;
 use crate::scale::Scales;
 use crate::value::{SampleType, Value};
@@ -56,19 +57,18 @@ impl Channel {
         self.types().any(SampleType::is_complex)
     }
 
-    /// Returns why the channel cannot be read; `None` if it can.
+    /// Returns the content that is not read; `None` if the channel can be read.
     #[must_use]
-    pub fn defect(&self) -> Option<String> {
+    pub fn unread(&self) -> Option<Unread> {
         if let Err(scale) = &self.scales {
-            return Some(scale.clone());
+            return Some(Unread::scale(scale));
         }
         let text = self.sample_type.filter(|kind| *kind == SampleType::Text);
         let other = text.or_else(|| self.types().find(|kind| kind.size().is_none()));
         if let Some(other) = other {
-            return Some(format!("its samples are {other}, which are not read"));
+            return Some(Unread::samples(other));
         }
-        (self.is_complex() && self.is_scaled())
-            .then(|| "its samples are complex and have scales".to_owned())
+        (self.is_complex() && self.is_scaled()).then(|| Unread::scale("a scale of complex samples"))
     }
 
     fn types(&self) -> impl Iterator<Item = SampleType> {

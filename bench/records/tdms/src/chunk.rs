@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::error::{Flaw, Unread};
 use crate::metadata::{Scaler, Storage};
 use crate::pieces::Field;
 use crate::value::SampleType;
@@ -54,7 +55,7 @@ impl Chunk {
     ///
     /// # Errors
     /// A description of what cannot be stored so.
-    pub fn new(objects: &[Stored<'_>], is_interleaved: bool) -> Result<Self, String> {
+    pub fn new(objects: &[Stored<'_>], is_interleaved: bool) -> Result<Self, Flaw> {
         let is_daqmx = |object: &Stored<'_>| matches!(object.storage, Storage::Daqmx { .. });
         let chunk = if objects.iter().any(is_daqmx) {
             Self::daqmx(objects)
@@ -63,11 +64,11 @@ impl Chunk {
         } else {
             Self::contiguous(objects)
         };
-        chunk?.ok_or_else(|| TOO_LARGE.to_owned())
+        chunk?.ok_or_else(|| TOO_LARGE.to_owned().into())
     }
 
     /// Objects one after the other.
-    fn contiguous(objects: &[Stored<'_>]) -> Result<Option<Self>, String> {
+    fn contiguous(objects: &[Stored<'_>]) -> Result<Option<Self>, Flaw> {
         let mut bytes = 0_u64;
         let mut places = Vec::new();
         for object in objects {
@@ -105,7 +106,7 @@ impl Chunk {
     }
 
     /// Rows with one sample of each object.
-    fn interleaved(objects: &[Stored<'_>]) -> Result<Option<Self>, String> {
+    fn interleaved(objects: &[Stored<'_>]) -> Result<Option<Self>, Flaw> {
         let mut row_bytes = 0_u64;
         let mut offsets = Vec::new();
         for object in objects {
@@ -120,10 +121,9 @@ impl Chunk {
         }
         let values = objects.first().map_or(0, |object| object.storage.values());
         if let Some(other) = objects.iter().find(|o| o.storage.values() != values) {
-            return Err(format!(
-                "interleaved channels of different lengths ({})",
-                other.path
-            ));
+            return Err(
+                format!("interleaved channels of different lengths ({})", other.path).into(),
+            );
         }
         let Some(bytes) = row_bytes.checked_mul(values) else {
             return Ok(None);
@@ -144,7 +144,7 @@ impl Chunk {
     }
 
     /// A task's buffers one after the other, in rows.
-    fn daqmx(objects: &[Stored<'_>]) -> Result<Option<Self>, String> {
+    fn daqmx(objects: &[Stored<'_>]) -> Result<Option<Self>, Flaw> {
         let mut widths: Option<&Vec<u64>> = None;
         let mut rows: Vec<u64> = Vec::new();
         for object in objects {
@@ -160,7 +160,8 @@ impl Chunk {
                 return Err(format!(
                     "channels of one DAQmx task with buffers of different widths ({})",
                     object.path
-                ));
+                )
+                .into());
             }
             widths = Some(row_bytes);
             rows.resize(row_bytes.len(), 0);
@@ -172,7 +173,8 @@ impl Chunk {
                     return Err(format!(
                         "channels of one DAQmx buffer with different lengths ({})",
                         object.path
-                    ));
+                    )
+                    .into());
                 }
                 *rows = *values;
             }
@@ -201,7 +203,7 @@ impl Chunk {
                 continue;
             };
             if scalers.iter().any(|scaler| scaler.buffer != buffer) {
-                return Err(format!("{} lies in two DAQmx buffers", object.path));
+                return Err(format!("{} lies in two DAQmx buffers", object.path).into());
             }
             let at = (begins.get(buffer), widths.get(buffer));
             places.push(match at {
@@ -246,12 +248,15 @@ impl Chunk {
     }
 }
 
-fn mixed(path: &str) -> String {
-    format!("samples of a DAQmx task beside others ({path})")
+fn mixed(path: &str) -> Flaw {
+    format!("samples of a DAQmx task among others ({path})").into()
 }
 
-fn unknown(path: &str, sample_type: SampleType) -> String {
-    format!("{path} has samples of {sample_type}, which are not read")
+fn unknown(path: &str, sample_type: SampleType) -> Flaw {
+    Flaw::Unread {
+        path: path.to_owned(),
+        unread: Unread::samples(sample_type),
+    }
 }
 
 fn plain_field(sample_type: SampleType, offset: u64) -> Arc<[Field]> {

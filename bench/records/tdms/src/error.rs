@@ -2,6 +2,8 @@
 
 use std::io;
 
+use crate::value::SampleType;
+
 /// Why a file or a channel cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum TdmsError {
@@ -35,12 +37,59 @@ pub enum TdmsError {
         /// Number of the channel, from 0.
         index: usize,
     },
-    /// A channel's samples are of a kind that is not read.
-    #[error("channel \"{channel}\": {reason}")]
+    /// Content that TDMS allows and this reader does not read.
+    #[error("{channel}: {unread}")]
     Unsupported {
+        /// Group and channel, or the path of the object.
+        channel: String,
+        /// The content.
+        unread: Unread,
+    },
+    /// A channel is complex where real samples are needed.
+    #[error("{channel} has complex samples")]
+    Complex {
         /// Group and channel.
         channel: String,
-        /// Description.
-        reason: String,
     },
+}
+
+/// Content that is not read, and the remedy.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{content} is not read: {remedy}")]
+pub struct Unread {
+    /// The content, with its article.
+    pub content: String,
+    /// Remedy.
+    pub remedy: &'static str,
+}
+
+impl Unread {
+    pub(crate) fn scale(content: &str) -> Self {
+        Self {
+            content: content.to_owned(),
+            remedy: "let LabVIEW write the channel scaled, in its unit",
+        }
+    }
+
+    pub(crate) fn samples(sample_type: SampleType) -> Self {
+        Self {
+            content: format!("a channel of {sample_type}"),
+            remedy: "let LabVIEW write it as numbers",
+        }
+    }
+}
+
+/// Flaw of a segment.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Flaw {
+    /// Contents that contradict each other.
+    Contradiction(String),
+    /// An object whose content is not read.
+    Unread { path: String, unread: Unread },
+}
+
+impl From<String> for Flaw {
+    fn from(contradiction: String) -> Self {
+        Self::Contradiction(contradiction)
+    }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::channel::Channel;
 use crate::chunk::{Chunk, Stored};
+use crate::error::{Flaw, Unread};
 use crate::metadata::{ListedObject, Samples, Storage};
 use crate::pieces::{Piece, Stretch, pieces};
 use crate::scale::Scales;
@@ -94,7 +95,7 @@ impl Objects {
     ///
     /// # Errors
     /// A description of samples that cannot be located.
-    pub fn add_samples(&mut self, stretch: Stretch, is_interleaved: bool) -> Result<bool, String> {
+    pub fn add_samples(&mut self, stretch: Stretch, is_interleaved: bool) -> Result<bool, Flaw> {
         let chunk = match self.chunk.take() {
             Some((chunk, interleaved)) if interleaved == is_interleaved => chunk,
             _ => self.layout(is_interleaved)?,
@@ -118,14 +119,18 @@ impl Objects {
             }
         }
         if self.piece_count > MOST_PIECES {
-            return Err(format!(
-                "the channels are in more than {MOST_PIECES} pieces: defragment the file in LabVIEW (TDMS Defragment)"
-            ));
+            return Err(Flaw::Unread {
+                path: "the file".to_owned(),
+                unread: Unread {
+                    content: format!("a file in more than {MOST_PIECES} pieces"),
+                    remedy: "defragment it in LabVIEW (TDMS Defragment)",
+                },
+            });
         }
         Ok(segment.is_cut)
     }
 
-    fn layout(&self, is_interleaved: bool) -> Result<Chunk, String> {
+    fn layout(&self, is_interleaved: bool) -> Result<Chunk, Flaw> {
         let objects = self.current.iter().filter_map(|index| {
             let object = self.known.get(*index)?;
             object.has_samples.then_some(())?;

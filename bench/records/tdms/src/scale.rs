@@ -56,7 +56,7 @@ impl Scales {
         });
         let count = listed.unwrap_or_else(|| found.max().map_or(0, |last| last + 1));
         if count > 64 {
-            return Err(format!("it has {count} scales; 64 are the most"));
+            return Err(format!("a chain of {count} scales"));
         }
         let mut steps = Vec::new();
         for n in 0..count {
@@ -65,13 +65,11 @@ impl Scales {
             let array = |name: &str, default: usize| -> Result<Vec<f64>, String> {
                 let count = number(&key(&format!("{name}_Size"))).map_or(default, |n| n as usize);
                 if count > MOST_POINTS {
-                    return Err(format!(
-                        "its scale {n} has {count} numbers; {MOST_POINTS} are the most"
-                    ));
+                    return Err(format!("a scale of {count} numbers"));
                 }
                 let values = (0..count).map(|i| number(&key(&format!("{name}[{i}]"))));
                 let values: Option<Vec<f64>> = values.collect();
-                values.ok_or_else(|| format!("its scale {n} lacks a number of {name}"))
+                values.ok_or_else(|| format!("a scale without some of its {name}"))
             };
             steps.push(match text(&key("Scale_Type")) {
                 None => Step::Stored,
@@ -79,14 +77,13 @@ impl Scales {
                     source: source("Linear_Input_Source"),
                     coefficients: vec![
                         number(&key("Linear_Y_Intercept")).unwrap_or(0.0),
-                        number(&key("Linear_Slope"))
-                            .ok_or_else(|| format!("its scale {n} is linear, without a slope"))?,
+                        number(&key("Linear_Slope")).ok_or("a linear scale without a slope")?,
                     ],
                 },
                 Some("Polynomial") => {
                     let coefficients = array("Polynomial_Coefficients", 4)?;
                     if coefficients.is_empty() {
-                        return Err(format!("its scale {n} is a polynomial without coefficients"));
+                        return Err("a polynomial without coefficients".to_owned());
                     }
                     Step::Polynomial {
                         source: source("Polynomial_Input_Source"),
@@ -98,14 +95,14 @@ impl Scales {
                     let stored = array("Table_Pre_Scaled_Values", 0)?;
                     if stored.len() != scaled.len() || stored.is_empty() {
                         let lengths = format!("{} and {} points", stored.len(), scaled.len());
-                        return Err(format!("its scale {n} is a table of {lengths}"));
+                        return Err(format!("a table of {lengths}"));
                     }
                     let mut points: Vec<(f64, f64)> = stored.into_iter().zip(scaled).collect();
                     if points.first() > points.last() {
                         points.reverse();
                     }
                     if !points.is_sorted_by(|a, b| a.0 < b.0) {
-                        return Err(format!("its scale {n} is a table that rises and falls"));
+                        return Err("a table that rises and falls".to_owned());
                     }
                     Step::Table {
                         source: source("Table_Input_Source"),
@@ -125,9 +122,7 @@ impl Scales {
                     coefficients: vec![0.0, 1.0],
                 },
                 Some(other) => {
-                    return Err(format!(
-                        "its scale {n} is of type \"{other}\", which is not read: let LabVIEW write the channel scaled, in its unit"
-                    ));
+                    return Err(format!("a scale of type \"{other}\""));
                 }
             });
         }
@@ -157,8 +152,8 @@ impl Scales {
         match costs.last() {
             None => Ok(()),
             Some(Some(cost)) if *cost <= MOST_EVALUATIONS => Ok(()),
-            Some(Some(_)) => Err("its scales refer to each other too often".to_owned()),
-            Some(None) => Err("its scales lead to no stored number".to_owned()),
+            Some(Some(_)) => Err("a chain of scales that refer to each other too often".to_owned()),
+            Some(None) => Err("a chain of scales that leads to no stored number".to_owned()),
         }
     }
 

@@ -6,7 +6,7 @@ use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 
 use crate::channel::Channel;
-use crate::error::TdmsError;
+use crate::error::{Flaw, TdmsError, Unread};
 use crate::lead_in::{LEAD_IN_BYTES, LeadIn, Start};
 use crate::metadata::{self, ListedObject};
 use crate::objects::Objects;
@@ -97,7 +97,13 @@ impl<R: Read + Seek> TdmsFile<R> {
                 };
                 is_truncated |= objects
                     .add_samples(stretch, lead_in.is_interleaved)
-                    .map_err(|defect| damaged(samples_begin, defect))?;
+                    .map_err(|flaw| match flaw {
+                        Flaw::Contradiction(defect) => damaged(samples_begin, defect),
+                        Flaw::Unread { path, unread } => TdmsError::Unsupported {
+                            channel: path,
+                            unread,
+                        },
+                    })?;
             }
             byte = end;
         }
@@ -144,10 +150,11 @@ impl<R: Read + Seek> TdmsFile<R> {
     ) -> Result<(), TdmsError> {
         let channel = readable(&self.channels, index)?;
         if channel.is_complex() {
-            return Err(unsupported(channel, "its samples are complex".to_owned()));
+            let channel = channel.name();
+            return Err(TdmsError::Complex { channel });
         }
         let scales = channel.scales.as_ref();
-        let scales = scales.map_err(|scale| unsupported(channel, scale.clone()))?;
+        let scales = scales.map_err(|scale| unsupported(channel, Unread::scale(scale)))?;
         let values = samples;
         let mut numbers = Numbers::Real { scales, values };
         read_stretch(&mut self.source, channel, stretch, &mut numbers)
@@ -175,18 +182,18 @@ impl<R: Read + Seek> TdmsFile<R> {
     }
 }
 
-fn unsupported(channel: &Channel, reason: String) -> TdmsError {
+fn unsupported(channel: &Channel, unread: Unread) -> TdmsError {
     TdmsError::Unsupported {
         channel: channel.name(),
-        reason,
+        unread,
     }
 }
 
 fn readable(channels: &[Channel], index: usize) -> Result<&Channel, TdmsError> {
     let channel = channels.get(index).ok_or(TdmsError::NoChannel { index })?;
-    match channel.defect() {
+    match channel.unread() {
         None => Ok(channel),
-        Some(defect) => Err(unsupported(channel, defect)),
+        Some(unread) => Err(unsupported(channel, unread)),
     }
 }
 

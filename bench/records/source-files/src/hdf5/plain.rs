@@ -2,7 +2,8 @@
 
 use std::collections::HashSet;
 
-use hdf5_reader::{Dataset, Datatype, Group, Hdf5File};
+use hdf5_reader::group::Group;
+use hdf5_reader::{Dataset, Datatype, Hdf5File};
 
 use crate::array::{ArrayInfo, Element};
 use crate::error::SourceError;

@@ -21,6 +21,16 @@ struct Rate {
 }
 
 impl Variables {
+    /// Returns whether a value's numbers refer to objects.
+    pub(super) fn refers(&self, value: &Value) -> bool {
+        let numbers = value.numbers(MOST_NUMBERS).ok().flatten();
+        let referred = numbers.as_deref().and_then(mcos::references);
+        referred.is_some_and(|(_, numbers)| {
+            let mut numbers = numbers.iter();
+            numbers.all(|number| self.objects.get(*number).is_some())
+        })
+    }
+
     /// Adds the objects of a variable.
     pub(super) fn objects(
         &mut self,
@@ -29,7 +39,7 @@ impl Variables {
         class: &str,
         depth: usize,
     ) -> Result<(), SourceError> {
-        let value = Value::Dataset(dataset.clone());
+        let value = Value::dataset(dataset.clone());
         let numbers = guarded(&format!("array `{name}`"), || value.numbers(MOST_NUMBERS))?;
         let referred = numbers.as_deref().and_then(mcos::references);
         let Some((_, numbers)) = referred else {
@@ -44,13 +54,16 @@ impl Variables {
                 .objects
                 .get(number)
                 .filter(|object| !object.class.is_empty());
-            match (object.cloned(), is_single) {
-                (None, _) => self.opaque(name, class)?,
-                (Some(object), true) => self.object(name, &object, depth)?,
-                (Some(object), false) => {
-                    self.object(&format!("{name}[{index}]"), &object, depth)?
-                }
-            }
+            let Some(object) = object.cloned().filter(|_| !self.open.contains(&number)) else {
+                self.opaque(name, class)?;
+                continue;
+            };
+            self.open.push(number);
+            let indexed = format!("{name}[{index}]");
+            let name = if is_single { name } else { &indexed };
+            let added = self.object(name, &object, depth);
+            self.open.pop();
+            added?;
         }
         Ok(())
     }
@@ -70,7 +83,8 @@ impl Variables {
             found.map(|(_, value)| value)
         };
         let place = format!("array `{name}`");
-        let is_known = match object.class.as_str() {
+        let class = object.class.as_str();
+        let added = match class {
             "string" => property("any").map(|any| self.string(name, any, &place)),
             "datetime" => property("data").map(|data| self.time(name, data)),
             "duration" => property("millis").map(|millis| self.duration(name, millis)),
@@ -82,16 +96,16 @@ impl Variables {
             }
             "timetable" => property("any").map(|any| self.timetable(name, any, depth)),
             "containers.Map" => property("serialization").map(|map| self.map(name, map, depth)),
-            _ => None,
+            _ => {
+                self.opaque(name, class)?;
+                for (property, value) in &properties {
+                    self.value(&format!("{name}.{property}"), value, depth + 1)?;
+                }
+                return Ok(());
+            }
         };
-        if let Some(done) = is_known {
-            return done;
-        }
-        self.opaque(name, &object.class)?;
-        for (property, value) in &properties {
-            self.value(&format!("{name}.{property}"), value, depth + 1)?;
-        }
-        Ok(())
+        // Properties with the class's own values are not stored.
+        added.unwrap_or_else(|| self.opaque(name, &format!("{class}, empty")))
     }
 
     fn string(&mut self, name: &str, any: &Value, place: &str) -> Result<(), SourceError> {
@@ -115,24 +129,30 @@ impl Variables {
 
     /// Adds points in time, stored as ms since 1970: the sum of two doubles, which a complex number holds.
     fn time(&mut self, name: &str, data: &Value) -> Result<(), SourceError> {
-        match data.column() {
+        let column = data
+            .column()
+            .filter(|_| !super::is_empty(&data.attributes()));
+        match column {
             Some(column) => {
                 let info = ArrayInfo::new(name, Element::Time, Vec::new());
                 self.listing
                     .add_column(info, column.summed().scaled(MILLISECOND_S))
             }
-            None => self.opaque(name, "datetime"),
+            None => self.opaque(name, "datetime, empty"),
         }
     }
 
     fn duration(&mut self, name: &str, millis: &Value) -> Result<(), SourceError> {
-        match millis.column() {
+        let column = millis
+            .column()
+            .filter(|_| !super::is_empty(&millis.attributes()));
+        match column {
             Some(column) => {
                 let mut info = ArrayInfo::new(name, Element::Float { bits: 64 }, Vec::new());
                 info.unit = Some("s".to_owned());
                 self.listing.add_column(info, column.scaled(MILLISECOND_S))
             }
-            None => self.opaque(name, "duration"),
+            None => self.opaque(name, "duration, empty"),
         }
     }
 
@@ -215,7 +235,10 @@ impl Variables {
             } else {
                 "millis"
             };
-            let (_, cell) = object.properties.iter().find(|(name, _)| name == key)?;
+            let Some((_, cell)) = object.properties.iter().find(|(name, _)| name == key) else {
+                // Properties with the class's own value, 0 ms, are not stored.
+                return Some(0.0);
+            };
             let column = self.cells.get(*cell)?.column()?.summed();
             Some(column.first().ok()?? * MILLISECOND_S)
         };
@@ -256,7 +279,7 @@ impl Variables {
     fn texts(&self, cells: &Value) -> Vec<String> {
         let text = |value: &Value| match value {
             Value::Dataset(dataset) if value.class().as_deref() == Some("char") => {
-                let text = Text::Characters(dataset.clone()).read();
+                let text = Text::Characters(Dataset::clone(dataset)).read();
                 let is_empty = super::attribute(&value.attributes(), "MATLAB_empty").is_some();
                 text.ok()
                     .flatten()

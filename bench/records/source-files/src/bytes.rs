@@ -74,6 +74,15 @@ impl Section {
         Self::new(Arc::clone(&self.file), at(start), at(end))
     }
 
+    /// Reads bytes from an offset on, as many as there are; returns their number.
+    ///
+    /// # Errors
+    /// The operating system refused.
+    pub(crate) fn read_from(&mut self, offset: u64, buffer: &mut [u8]) -> io::Result<usize> {
+        self.position = self.start.saturating_add(offset).min(self.end);
+        self.read(buffer)
+    }
+
     /// Returns the number of its bytes.
     pub(crate) fn len(&self) -> u64 {
         self.end - self.start
@@ -282,7 +291,9 @@ mod tests {
         let section = Section::new(file(&stored), 6, stored.len() as u64);
         let mut inflated = Inflated::new(section, Compression::Zlib);
         // Two vectors side by side, then backwards, then at random.
-        let offsets = [0, 150_000, 100, 150_100, 299_900, 5, 200_000, 70_000, 10, 0, 99];
+        let offsets = [
+            0, 150_000, 100, 150_100, 299_900, 5, 200_000, 70_000, 10, 0, 99,
+        ];
         for offset in offsets {
             let mut buffer = [0; 100];
             inflated.read_at(offset, &mut buffer).unwrap();

@@ -10,7 +10,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use list::{Found, Lister, Values as Content};
-use node::{COMPRESSED, Elements, MATRIX, Node, Numeric, Tag};
+use node::{COMPRESSED, Elements, MATRIX, Node, Numeric};
 use num_complex::Complex64;
 use objects::Objects;
 
@@ -165,7 +165,10 @@ impl MatlabReader {
             found: Vec::new(),
             visits: 0,
         };
-        for variable in variables.iter().filter(|variable| !variable.name.is_empty()) {
+        for variable in variables
+            .iter()
+            .filter(|variable| !variable.name.is_empty())
+        {
             lister.add(&variable.name, &variable.node, variable.source, 0)?;
         }
         let is_full = lister.is_full();
@@ -281,8 +284,12 @@ impl ArrayReader for MatlabReader {
             return self.part(index, &numeric, numeric.real, place, &range, each);
         };
         let (mut re, mut im) = (Vec::new(), Vec::new());
-        self.part(index, &numeric, numeric.real, place, &range, &mut |value| re.push(value))?;
-        self.part(index, &numeric, imaginary, place, &range, &mut |value| im.push(value))?;
+        self.part(index, &numeric, numeric.real, place, &range, &mut |value| {
+            re.push(value)
+        })?;
+        self.part(index, &numeric, imaginary, place, &range, &mut |value| {
+            im.push(value)
+        })?;
         for (re, im) in re.into_iter().zip(im) {
             values.push_complex(Complex64::new(re, im));
         }

@@ -103,7 +103,11 @@ impl Matlab4Reader {
         let name = name.split('\0').next().unwrap_or_default();
         let shape = vec![header.rows, header.columns];
         self.arrays.push(match header.kind {
-            0 => ArrayInfo::new(name, header.encoding.number.element(header.is_complex), shape),
+            0 => ArrayInfo::new(
+                name,
+                header.encoding.number.element(header.is_complex),
+                shape,
+            ),
             1 => ArrayInfo::new(name, Element::Text, shape),
             _ => ArrayInfo::opaque(name, "sparse matrix"),
         });
@@ -208,7 +212,8 @@ impl ArrayReader for Matlab4Reader {
         range: Range<u64>,
         values: &mut Values<'_>,
     ) -> Result<(), SourceError> {
-        let (Some(&content), Some(info)) = (self.contents.get(index), self.arrays.get(index)) else {
+        let (Some(&content), Some(info)) = (self.contents.get(index), self.arrays.get(index))
+        else {
             return Ok(());
         };
         let size = content.encoding.number.bytes();
@@ -219,7 +224,8 @@ impl ArrayReader for Matlab4Reader {
             bytes: size,
             count: range.end - range.start,
         };
-        let failed = |(offset, error): (u64, std::io::Error)| read_error(&info.name, offset, &error);
+        let failed =
+            |(offset, error): (u64, std::io::Error)| read_error(&info.name, offset, &error);
         if !content.is_complex {
             let each = |bytes: &[u8]| values.push(content.encoding.decode(bytes));
             return stride.each(&mut self.file, each).map_err(failed);

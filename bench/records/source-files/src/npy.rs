@@ -95,7 +95,14 @@ impl NpyArray {
         let present = n_bytes.saturating_sub(start);
         let mut notes = Vec::new();
         let shape = match parsed.dtype().num_bytes() {
-            Some(item) => shape_present(shape, parsed.order(), item as u64, present, name, &mut notes)?,
+            Some(item) => shape_present(
+                shape,
+                parsed.order(),
+                item as u64,
+                present,
+                name,
+                &mut notes,
+            )?,
             None => shape,
         };
         let columns = columns(name, &parsed, &shape);
@@ -205,8 +212,9 @@ fn header_bytes(source: &mut dyn Bytes, n_bytes: u64) -> Result<usize, SourceErr
     }
     let length = match start[6] {
         1 => 10 + usize::from(u16::from_le_bytes([start[8], start[9]])),
-        _ => 12usize
-            .saturating_add(u32::from_le_bytes([start[8], start[9], start[10], start[11]]) as usize),
+        _ => 12usize.saturating_add(
+            u32::from_le_bytes([start[8], start[9], start[10], start[11]]) as usize,
+        ),
     };
     if length > MOST_HEADER_BYTES {
         return Err(damaged("its header is longer than any of NumPy"));
@@ -363,10 +371,15 @@ fn plain(name: &str, ty: &TypeStr, shape: &[u64]) -> (ColumnKind, ArrayInfo) {
         (ColumnKind::Unread, info)
     };
     match (ty.type_char(), number) {
-        (TypeChar::Bool, Some(number)) => (ColumnKind::Real(encoding(number)), array(Element::Logical)),
+        (TypeChar::Bool, Some(number)) => {
+            (ColumnKind::Real(encoding(number)), array(Element::Logical))
+        }
         (TypeChar::DateTime | TypeChar::TimeDelta, Some(number)) => {
             match ty.time_units().and_then(unit_s) {
-                Some(unit_s) => (ColumnKind::Time(encoding(number), unit_s), array(Element::Time)),
+                Some(unit_s) => (
+                    ColumnKind::Time(encoding(number), unit_s),
+                    array(Element::Time),
+                ),
                 None => unread(format!("NumPy's {ty}")),
             }
         }
@@ -374,7 +387,10 @@ fn plain(name: &str, ty: &TypeStr, shape: &[u64]) -> (ColumnKind, ArrayInfo) {
             ColumnKind::Complex(encoding(number)),
             array(number.element(true)),
         ),
-        (_, Some(number)) => (ColumnKind::Real(encoding(number)), array(number.element(false))),
+        (_, Some(number)) => (
+            ColumnKind::Real(encoding(number)),
+            array(number.element(false)),
+        ),
         (TypeChar::ByteStr | TypeChar::UnicodeStr, None) => {
             let is_wide = ty.type_char() == TypeChar::UnicodeStr;
             let bytes = ty.num_bytes().unwrap_or(0) as u64;

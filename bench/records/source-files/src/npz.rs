@@ -34,10 +34,17 @@ impl NpzReader {
     pub(crate) fn open(file: File) -> Result<Box<dyn ArrayReader>, SourceError> {
         let file_bytes = file.metadata()?.len();
         let mut archive = ZipArchive::new(BufReader::new(file.try_clone()?)).map_err(|_| {
-            SourceError::damaged("its end", "the table of contents of this ZIP archive is missing")
+            SourceError::damaged(
+                "its end",
+                "the table of contents of this ZIP archive is missing",
+            )
         })?;
         if archive.len() > MOST_ENTRIES {
-            return Err(foreign("a ZIP archive of many files", "unpack it, and name a file in it").into());
+            return Err(foreign(
+                "a ZIP archive of many files",
+                "unpack it, and name a file in it",
+            )
+            .into());
         }
         let file = Arc::new(file);
         let mut reader = Self {
@@ -73,7 +80,9 @@ impl NpzReader {
                 reader.places.push(None);
                 continue;
             };
-            let end = start.saturating_add(entry.compressed_size()).min(file_bytes);
+            let end = start
+                .saturating_add(entry.compressed_size())
+                .min(file_bytes);
             let section = Section::new(Arc::clone(&file), start, end);
             let n_bytes = match compression {
                 None => section.len(),
@@ -98,7 +107,12 @@ impl NpzReader {
         Ok(Box::new(reader))
     }
 
-    fn add(&mut self, name: &str, mut bytes: Box<dyn Bytes>, n_bytes: u64) -> Result<(), SourceError> {
+    fn add(
+        &mut self,
+        name: &str,
+        mut bytes: Box<dyn Bytes>,
+        n_bytes: u64,
+    ) -> Result<(), SourceError> {
         let array = NpyArray::open(&mut *bytes, name, n_bytes).map_err(|error| SourceError {
             place: Some(format!("array `{name}`")),
             ..error

@@ -124,10 +124,7 @@ mod tests {
             number,
             is_big_endian,
         };
-        let (little, big) = (
-            (-2i16).to_le_bytes(),
-            (-2i16).to_be_bytes(),
-        );
+        let (little, big) = ((-2i16).to_le_bytes(), (-2i16).to_be_bytes());
         assert_eq!(encoding(NumberType::I16, false).decode(&little), -2.0);
         assert_eq!(encoding(NumberType::I16, true).decode(&big), -2.0);
         let value = encoding(NumberType::F64, true).decode(&0.1f64.to_be_bytes());

@@ -81,7 +81,13 @@ impl TextReader {
     /// Returns the lines from the start of a block on.
     fn lines(&self, block: usize) -> Lines {
         let (offset, number) = self.index.blocks[block];
-        Lines::new(Arc::clone(&self.file), self.end, offset, number, self.index.limit)
+        Lines::new(
+            Arc::clone(&self.file),
+            self.end,
+            offset,
+            number,
+            self.index.limit,
+        )
     }
 
     /// Calls `each` with the number and text of the rows `range`.
@@ -127,22 +133,32 @@ impl TextReader {
             let cells = self.layout.split.cells(line.text);
             let mut numbers = self.layout.numbers.clone();
             let columns = self.layout.columns.iter().zip(&cells);
-            let mut filled = columns.filter(|(column, cell)| column.kind != ColumnKind::Text && !cell.is_empty());
+            let mut filled = columns
+                .filter(|(column, cell)| column.kind != ColumnKind::Text && !cell.is_empty());
             let has_numbers = filled.any(|(column, cell)| match column.kind {
                 ColumnKind::Time => time_s(cell).is_some(),
                 _ => number(cell, &mut numbers).is_ok(),
             });
-            tail.push((line.offset, line.number, cells.len(), has_numbers, line.is_ended));
+            tail.push((
+                line.offset,
+                line.number,
+                cells.len(),
+                has_numbers,
+                line.is_ended,
+            ));
         }
         let mut n_words = 0;
-        while tail.len() > 1 && n_words < MOST_FOOTER_ROWS && tail.last().is_some_and(|row| !row.3) {
+        while tail.len() > 1 && n_words < MOST_FOOTER_ROWS && tail.last().is_some_and(|row| !row.3)
+        {
             let (offset, ..) = tail.pop().unwrap_or_default();
             self.index.limit = offset;
             self.index.rows -= 1;
             n_words += 1;
         }
         if n_words > 0 {
-            self.notes.push(format!("the last {n_words} lines have no numbers and are left out"));
+            self.notes.push(format!(
+                "the last {n_words} lines have no numbers and are left out"
+            ));
         }
         if let [.., before, last] = tail.as_slice()
             && n_words == 0
@@ -184,10 +200,12 @@ impl TextReader {
             self.attributes.insert(format!("@{name}"), attribute);
         }
         if self.layout.numbers.has_commas() {
-            self.notes.push("its numbers have decimal commas".to_owned());
+            self.notes
+                .push("its numbers have decimal commas".to_owned());
         }
         if !self.index.is_utf8 {
-            self.notes.push("its text is not UTF-8, and is read as that of Western Europe".to_owned());
+            self.notes
+                .push("its text is not UTF-8, and is read as that of Western Europe".to_owned());
         }
         let times: Vec<String> = self
             .layout
@@ -203,7 +221,10 @@ impl TextReader {
                 times.join(", ")
             ));
         }
-        self.notes.insert(0, format!("its cells are separated by {}", self.layout.split.name()));
+        self.notes.insert(
+            0,
+            format!("its cells are separated by {}", self.layout.split.name()),
+        );
         Ok(())
     }
 
@@ -294,7 +315,11 @@ impl ArrayReader for TextReader {
         let mut text = None;
         if self.index.rows == 1 {
             self.each_row(0..1, |_, row| {
-                text = self.layout.split.cell(row, index).map(|cell| cell.into_owned());
+                text = self
+                    .layout
+                    .split
+                    .cell(row, index)
+                    .map(|cell| cell.into_owned());
                 Ok(())
             })?;
         }

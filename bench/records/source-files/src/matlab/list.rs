@@ -212,7 +212,9 @@ impl Lister<'_> {
         let mut texts = Vec::new();
         for node in nodes {
             texts.push(match node {
-                Node::Text { content, .. } => self.elements(self.objects_source).characters(*content)?,
+                Node::Text { content, .. } => {
+                    self.elements(self.objects_source).characters(*content)?
+                }
                 _ => texts.len().to_string(),
             });
         }

@@ -131,26 +131,33 @@ impl Elements<'_> {
             },
         };
         if tag.data + tag.bytes > end || first >> 16 > 4 {
-            return Err(damaged(offset, "an element is longer than the array around it"));
+            return Err(damaged(
+                offset,
+                "an element is longer than the array around it",
+            ));
         }
         Ok(tag)
     }
 
     /// Reads the array at an offset, with its name.
-    pub(crate) fn matrix(
-        &mut self,
-        tag: Tag,
-        depth: usize,
-    ) -> Result<(String, Node), SourceError> {
+    pub(crate) fn matrix(&mut self, tag: Tag, depth: usize) -> Result<(String, Node), SourceError> {
         self.nodes += 1;
         if depth > MOST_DEPTH {
-            return Err(damaged(tag.data, "its structures are nested deeper than 32 levels"));
+            return Err(damaged(
+                tag.data,
+                "its structures are nested deeper than 32 levels",
+            ));
         }
         if self.nodes > MOST_NODES {
             return Err(damaged(tag.data, "it has more than 500 000 parts"));
         }
         if tag.bytes == 0 {
-            return Ok((String::new(), Node::Other { class: "empty array".to_owned() }));
+            return Ok((
+                String::new(),
+                Node::Other {
+                    class: "empty array".to_owned(),
+                },
+            ));
         }
         let end = tag.data + tag.bytes;
         let flags = self.tag(tag.data, end)?;
@@ -179,10 +186,16 @@ impl Elements<'_> {
                 let content = self.content(next, end)?.0;
                 Node::Text { shape, content }
             }
-            5 => Node::Other { class: "sparse matrix".to_owned() },
+            5 => Node::Other {
+                class: "sparse matrix".to_owned(),
+            },
             6..=15 => self.numeric(shape, class, is_complex, is_logical, next, end)?,
-            16 => Node::Other { class: "function handle".to_owned() },
-            class => Node::Other { class: format!("array of the unknown class {class}") },
+            16 => Node::Other {
+                class: "function handle".to_owned(),
+            },
+            class => Node::Other {
+                class: format!("array of the unknown class {class}"),
+            },
         };
         Ok((name, node))
     }
@@ -225,7 +238,12 @@ impl Elements<'_> {
             9 => NumberType::F64,
             12 => NumberType::I64,
             13 => NumberType::U64,
-            _ => return Err(damaged(offset, "the type of the numbers of an array is unknown")),
+            _ => {
+                return Err(damaged(
+                    offset,
+                    "the type of the numbers of an array is unknown",
+                ));
+            }
         };
         let content = Content {
             offset: tag.data,
@@ -264,10 +282,15 @@ impl Elements<'_> {
             true => Some(self.content(next, end)?.0),
             false => None,
         };
-        let needed = shape.iter().fold(1u64, |count, length| count.saturating_mul(*length));
+        let needed = shape
+            .iter()
+            .fold(1u64, |count, length| count.saturating_mul(*length));
         let is_short = |content: &Content| content.count < needed;
         if is_short(&real) || imaginary.as_ref().is_some_and(is_short) {
-            return Err(damaged(offset, "an array has fewer numbers than its shape says"));
+            return Err(damaged(
+                offset,
+                "an array has fewer numbers than its shape says",
+            ));
         }
         Ok(Node::Numeric(Numeric {
             shape,
@@ -279,9 +302,18 @@ impl Elements<'_> {
     }
 
     /// Reads so many arrays from an offset on.
-    fn matrices(&mut self, count: u64, offset: u64, end: u64, depth: usize) -> Result<Vec<Node>, SourceError> {
+    fn matrices(
+        &mut self,
+        count: u64,
+        offset: u64,
+        end: u64,
+        depth: usize,
+    ) -> Result<Vec<Node>, SourceError> {
         if count > end.saturating_sub(offset) / 8 {
-            return Err(damaged(offset, "it has fewer cells or fields than its shape says"));
+            return Err(damaged(
+                offset,
+                "it has fewer cells or fields than its shape says",
+            ));
         }
         let mut nodes = Vec::new();
         let mut offset = offset;
@@ -296,19 +328,36 @@ impl Elements<'_> {
         Ok(nodes)
     }
 
-    fn cells(&mut self, shape: Vec<u64>, offset: u64, end: u64, depth: usize) -> Result<Node, SourceError> {
-        let count = shape.iter().fold(1u64, |count, length| count.saturating_mul(*length));
+    fn cells(
+        &mut self,
+        shape: Vec<u64>,
+        offset: u64,
+        end: u64,
+        depth: usize,
+    ) -> Result<Node, SourceError> {
+        let count = shape
+            .iter()
+            .fold(1u64, |count, length| count.saturating_mul(*length));
         let cells = self.matrices(count, offset, end, depth)?;
         Ok(Node::Cells { shape, cells })
     }
 
-    fn structures(&mut self, shape: Vec<u64>, offset: u64, end: u64, depth: usize) -> Result<Node, SourceError> {
+    fn structures(
+        &mut self,
+        shape: Vec<u64>,
+        offset: u64,
+        end: u64,
+        depth: usize,
+    ) -> Result<Node, SourceError> {
         let length = self.tag(offset, end)?;
         let bytes = self.bytes(length.data, length.bytes.min(4))?;
         let name_bytes = self.word(&bytes) as usize;
         let list = self.tag(length.next, end)?;
         if name_bytes == 0 || list.bytes > MOST_TEXT_BYTES {
-            return Err(damaged(length.data, "the names of a structure's fields are missing"));
+            return Err(damaged(
+                length.data,
+                "the names of a structure's fields are missing",
+            ));
         }
         let bytes = self.bytes(list.data, list.bytes)?;
         let names: Vec<String> = bytes
@@ -318,7 +367,9 @@ impl Elements<'_> {
                 String::from_utf8_lossy(name).into_owned()
             })
             .collect();
-        let count = shape.iter().fold(names.len() as u64, |count, length| count.saturating_mul(*length));
+        let count = shape.iter().fold(names.len() as u64, |count, length| {
+            count.saturating_mul(*length)
+        });
         let fields = self.matrices(count, list.next, end, depth)?;
         Ok(Node::Structures {
             shape,
@@ -328,7 +379,12 @@ impl Elements<'_> {
     }
 
     /// Reads an object: its name, the system of its class, the class, and a reference.
-    fn opaque(&mut self, offset: u64, end: u64, depth: usize) -> Result<(String, Node), SourceError> {
+    fn opaque(
+        &mut self,
+        offset: u64,
+        end: u64,
+        depth: usize,
+    ) -> Result<(String, Node), SourceError> {
         let name = self.tag(offset, end)?;
         let system = self.tag(name.next, end)?;
         let class = self.tag(system.next, end)?;
@@ -341,10 +397,12 @@ impl Elements<'_> {
         let tag = self.tag(next, end)?;
         let content = self.matrix(tag, depth + 1)?.1;
         let node = match content {
-            Node::Numeric(numeric) if numeric.real.encoding.number == NumberType::U32 => Node::Object {
-                class,
-                reference: self.words(numeric.real)?,
-            },
+            Node::Numeric(numeric) if numeric.real.encoding.number == NumberType::U32 => {
+                Node::Object {
+                    class,
+                    reference: self.words(numeric.real)?,
+                }
+            }
             // The objects' store itself.
             cells @ Node::Cells { .. } => cells,
             _ => Node::Other { class },
@@ -363,7 +421,10 @@ impl Elements<'_> {
     /// Reads a text of one line.
     pub(crate) fn characters(&mut self, content: Content) -> Result<String, SourceError> {
         let size = content.encoding.number.bytes();
-        let bytes = content.count.saturating_mul(size as u64).min(MOST_TEXT_BYTES);
+        let bytes = content
+            .count
+            .saturating_mul(size as u64)
+            .min(MOST_TEXT_BYTES);
         let bytes = self.bytes(content.offset, bytes)?;
         if size == 1 {
             return Ok(match String::from_utf8(bytes) {
@@ -371,7 +432,9 @@ impl Elements<'_> {
                 Err(error) => error.into_bytes().into_iter().map(char::from).collect(),
             });
         }
-        let units = bytes.chunks_exact(size).map(|bytes| content.encoding.decode(bytes) as u32);
+        let units = bytes
+            .chunks_exact(size)
+            .map(|bytes| content.encoding.decode(bytes) as u32);
         Ok(match size {
             2 => char::decode_utf16(units.map(|unit| unit as u16))
                 .map(|character| character.unwrap_or(char::REPLACEMENT_CHARACTER))

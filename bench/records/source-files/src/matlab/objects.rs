@@ -59,7 +59,11 @@ impl Objects {
         let (words, _) = bytes.as_chunks::<4>();
         let words: Vec<u32> = words.iter().map(|word| u32::from_le_bytes(*word)).collect();
         let names_count = *words.get(1)? as usize;
-        let parts: Vec<usize> = words.get(2..8)?.iter().map(|offset| *offset as usize / 4).collect();
+        let parts: Vec<usize> = words
+            .get(2..8)?
+            .iter()
+            .map(|offset| *offset as usize / 4)
+            .collect();
         let names = bytes.get(40..parts[0] * 4)?.split(|byte| *byte == 0);
         let names: Vec<String> = names
             .take(names_count)
@@ -85,18 +89,24 @@ impl Objects {
         }
         let object = *rest.first()? as usize;
         // An object: class, two unused words, its properties as saved, or as they are, and dependencies.
-        let entry = self.words.get(self.parts.get(2)? + object.checked_mul(6)?..)?;
+        let entry = self
+            .words
+            .get(self.parts.get(2)? + object.checked_mul(6)?..)?;
         let (saved, plain) = (*entry.get(3)? as usize, *entry.get(4)? as usize);
         let block = match (saved, plain) {
             (0, 0) => return None,
             (0, plain) => self.block(*self.parts.get(3)?, plain)?,
             (saved, _) => self.block(*self.parts.get(1)?, saved)?,
         };
-        let properties = block.as_chunks::<3>().0.iter().filter_map(|[name, kind, value]| {
-            let name = self.names.get((*name as usize).checked_sub(1)?)?;
-            let value = (*kind == 1).then(|| self.cells.get(*value as usize + 2))??;
-            Some((name.as_str(), value))
-        });
+        let properties = block
+            .as_chunks::<3>()
+            .0
+            .iter()
+            .filter_map(|[name, kind, value]| {
+                let name = self.names.get((*name as usize).checked_sub(1)?)?;
+                let value = (*kind == 1).then(|| self.cells.get(*value as usize + 2))??;
+                Some((name.as_str(), value))
+            });
         Some(properties.collect())
     }
 

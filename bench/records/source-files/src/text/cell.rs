@@ -26,7 +26,10 @@ impl Split {
     pub(crate) fn cells(self, line: &str) -> Vec<Cow<'_, str>> {
         match self {
             Self::At(separator) => cells(line, separator),
-            Self::Blanks => line.split_whitespace().map(|cell| Cow::Borrowed(cell.trim_matches('"'))).collect(),
+            Self::Blanks => line
+                .split_whitespace()
+                .map(|cell| Cow::Borrowed(cell.trim_matches('"')))
+                .collect(),
         }
     }
 
@@ -87,7 +90,11 @@ pub(crate) fn number(cell: &str, numbers: &mut Numbers) -> Result<f64, String> {
     }
     // Fortran writes exponents of double precision with a D.
     let with_exponent;
-    let cell = match cell.bytes().filter(|byte| matches!(byte, b'd' | b'D')).count() {
+    let cell = match cell
+        .bytes()
+        .filter(|byte| matches!(byte, b'd' | b'D'))
+        .count()
+    {
         1 => {
             with_exponent = cell.replace(['d', 'D'], "e");
             with_exponent.as_str()
@@ -135,7 +142,9 @@ fn clock_s(text: &str) -> Option<f64> {
     let hours: u32 = hours.parse().ok()?;
     let minutes: u32 = minutes.parse().ok()?;
     let seconds = seconds.replace(',', ".");
-    let is_clock = seconds.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.');
+    let is_clock = seconds
+        .bytes()
+        .all(|byte| byte.is_ascii_digit() || byte == b'.');
     let seconds: f64 = seconds.parse().ok().filter(|_| is_clock)?;
     Some(f64::from(hours * 3600 + minutes * 60) + seconds)
 }
@@ -153,7 +162,11 @@ fn day(text: &str) -> Option<f64> {
         return None;
     }
     // Days of the civil calendar, counted from March.
-    let (year, month) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
+    let (year, month) = if month > 2 {
+        (year, month - 3)
+    } else {
+        (year - 1, month + 9)
+    };
     let days = year * 365 + year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400);
     Some((days + (153 * month + 2) / 5 + day - 1 - 719_468) as f64)
 }
@@ -202,7 +215,11 @@ mod tests {
             for line in ["a,b;c\td e", " 1 , 2 ", "\"x;y\";2\t3", ""] {
                 let cells = split.cells(line);
                 for column in 0..4 {
-                    assert_eq!(split.cell(line, column), cells.get(column).cloned(), "{line:?}");
+                    assert_eq!(
+                        split.cell(line, column),
+                        cells.get(column).cloned(),
+                        "{line:?}"
+                    );
                 }
             }
         }

@@ -76,7 +76,9 @@ impl Layout {
             Some(separator) => vec![Split::At(separator)],
             None => Split::ALL.to_vec(),
         };
-        let candidates = splits.into_iter().filter_map(|split| candidate(lines, split));
+        let candidates = splits
+            .into_iter()
+            .filter_map(|split| candidate(lines, split));
         let rank = |candidate: &Candidate| (candidate.has_header, candidate.numeric());
         let mut best: Option<Candidate> = None;
         for candidate in candidates {
@@ -126,7 +128,10 @@ fn candidate(lines: &[String], split: Split) -> Option<Candidate> {
         .map(|column| {
             let filled = |rows: &[usize]| {
                 let cells = rows.iter().map(|row| &*cells[*row][column]);
-                cells.filter(|cell| !cell.is_empty()).map(str::to_owned).collect::<Vec<_>>()
+                cells
+                    .filter(|cell| !cell.is_empty())
+                    .map(str::to_owned)
+                    .collect::<Vec<_>>()
             };
             let late = filled(sample);
             let filled = if late.is_empty() { filled(&rows) } else { late };
@@ -135,7 +140,9 @@ fn candidate(lines: &[String], split: Split) -> Option<Candidate> {
                 return ColumnKind::Text;
             }
             let count = column().count();
-            let numeric = column().filter(|cell| number(cell, &mut split.numbers()).is_ok() || is_decimal_group(cell, split));
+            let numeric = column().filter(|cell| {
+                number(cell, &mut split.numbers()).is_ok() || is_decimal_group(cell, split)
+            });
             if numeric.count() == count {
                 ColumnKind::Number
             } else if column().all(|cell| time_s(cell).is_some()) {
@@ -157,7 +164,9 @@ fn candidate(lines: &[String], split: Split) -> Option<Candidate> {
         !cells.is_empty()
             && cells.len() <= width
             && cells.iter().enumerate().all(fits)
-            && cells.iter().any(|cell| cell.bytes().any(|byte| byte.is_ascii_digit()))
+            && cells
+                .iter()
+                .any(|cell| cell.bytes().any(|byte| byte.is_ascii_digit()))
     };
     let data: Vec<usize> = (0..cells.len()).filter(|i| is_data(*i)).collect();
     let has_numbers = kinds.iter().any(|kind| *kind != ColumnKind::Text);
@@ -208,7 +217,8 @@ fn require_one_comma(lines: &[String], best: &Candidate) -> Result<(), SourceErr
         return Ok(());
     };
     let header = trimmed(best.split.cells(above)).len();
-    let is_doubled = header > 1 && best.width == 2 * header || header == 1 && best.width == 2 && !above.contains(',');
+    let is_doubled = header > 1 && best.width == 2 * header
+        || header == 1 && best.width == 2 && !above.contains(',');
     if !is_doubled {
         return Ok(());
     }
@@ -245,7 +255,10 @@ impl Candidate {
         let mut numbers = self.split.numbers();
         for line in lines[self.first..].iter().filter(|line| is_row(line)) {
             for (column, cell) in self.split.cells(line).iter().enumerate() {
-                if columns.get(column).is_some_and(|column| column.kind == ColumnKind::Number) {
+                if columns
+                    .get(column)
+                    .is_some_and(|column| column.kind == ColumnKind::Number)
+                {
                     let _ = number(cell, &mut numbers);
                 }
             }
@@ -261,10 +274,19 @@ impl Candidate {
 
     /// Returns the names of the columns and the row of units.
     fn header(&self, lines: &[String]) -> (Vec<String>, Vec<String>) {
-        let owned = |cells: Vec<Cow<'_, str>>| cells.into_iter().map(Cow::into_owned).collect::<Vec<String>>();
-        let is_wide = |cells: &Vec<String>| cells.len() == self.width || cells.len() + 1 == self.width && self.width > 2;
+        let owned = |cells: Vec<Cow<'_, str>>| {
+            cells
+                .into_iter()
+                .map(Cow::into_owned)
+                .collect::<Vec<String>>()
+        };
+        let is_wide = |cells: &Vec<String>| {
+            cells.len() == self.width || cells.len() + 1 == self.width && self.width > 2
+        };
         let is_words = |cells: &Vec<String>| {
-            cells.iter().any(|cell| !cell.is_empty() && cell.parse::<f64>().is_err())
+            cells
+                .iter()
+                .any(|cell| !cell.is_empty() && cell.parse::<f64>().is_err())
         };
         let above = lines[..self.first].iter().enumerate().rev();
         let rows: Vec<(usize, Vec<String>)> = above
@@ -272,24 +294,41 @@ impl Candidate {
             .take(2)
             .map(|(i, line)| (i, owned(trimmed(self.split.cells(line)))))
             .collect();
-        let comments = lines[..self.first].iter().rev().filter_map(|line| comment(line));
+        let comments = lines[..self.first]
+            .iter()
+            .rev()
+            .filter_map(|line| comment(line));
         let mut comments = comments.map(|text| {
             let cells = owned(trimmed(self.split.cells(text)));
-            if cells.len() == self.width { cells } else { owned(Split::Blanks.cells(text)) }
+            if cells.len() == self.width {
+                cells
+            } else {
+                owned(Split::Blanks.cells(text))
+            }
         });
-        let units_of = |cells: &[String]| cells.iter().map(|cell| unit_text(cell).to_owned()).collect();
+        let units_of = |cells: &[String]| {
+            cells
+                .iter()
+                .map(|cell| unit_text(cell).to_owned())
+                .collect()
+        };
         match rows.as_slice() {
             [(_, below), (_, names), ..]
-                if is_wide_or_units(below, self.width) && is_units(below) && is_wide(names) && is_words(names) =>
+                if is_wide_or_units(below, self.width)
+                    && is_units(below)
+                    && is_wide(names)
+                    && is_words(names) =>
             {
                 (names.clone(), units_of(below))
             }
             [(_, names), ..] if is_wide(names) && is_words(names) => (names.clone(), Vec::new()),
             _ => match comments.find(|cells| cells.len() == self.width && is_words(cells)) {
-                Some(below) if is_units(&below) => match comments.find(|cells| cells.len() == self.width) {
-                    Some(names) => (names, units_of(&below)),
-                    None => (below, Vec::new()),
-                },
+                Some(below) if is_units(&below) => {
+                    match comments.find(|cells| cells.len() == self.width) {
+                        Some(names) => (names, units_of(&below)),
+                        None => (below, Vec::new()),
+                    }
+                }
                 Some(names) => (names, Vec::new()),
                 None => (Vec::new(), Vec::new()),
             },
@@ -302,13 +341,25 @@ impl Candidate {
             let text = comment(line).unwrap_or(line);
             let cells = trimmed(self.split.cells(text));
             if let [name, value] = cells.as_slice() {
-                return Some((name.trim_end_matches([':', '=']).trim().to_owned(), value.to_string()));
+                return Some((
+                    name.trim_end_matches([':', '=']).trim().to_owned(),
+                    value.to_string(),
+                ));
             }
             let (name, value) = text.split_once(['=', ':'])?;
-            Some((name.trim().trim_matches('"').to_owned(), value.trim().trim_matches([',', ';', '\t', '"']).trim().to_owned()))
+            Some((
+                name.trim().trim_matches('"').to_owned(),
+                value
+                    .trim()
+                    .trim_matches([',', ';', '\t', '"'])
+                    .trim()
+                    .to_owned(),
+            ))
         };
         let above = lines[..self.first].iter().filter_map(pair);
-        above.filter(|(name, value)| !name.is_empty() && !value.is_empty()).collect()
+        above
+            .filter(|(name, value)| !name.is_empty() && !value.is_empty())
+            .collect()
     }
 }
 

@@ -158,5 +158,6 @@ pub(crate) fn comment(text: &str) -> Option<&str> {
 
 /// Returns whether a line is one of a table: neither blank nor a comment.
 pub(crate) fn is_row(text: &str) -> bool {
-    text.contains(|c: char| !c.is_whitespace() && !matches!(c, ',' | ';' | '"')) && comment(text).is_none()
+    text.contains(|c: char| !c.is_whitespace() && !matches!(c, ',' | ';' | '"'))
+        && comment(text).is_none()
 }

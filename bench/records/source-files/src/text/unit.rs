@@ -2,10 +2,11 @@
 
 /// Units that a row of units may consist of.
 const UNITS: [&str; 62] = [
-    "", "-", "--", "s", "sec", "second", "seconds", "ms", "us", "µs", "ns", "min", "h", "N", "mN", "kN", "uN", "µN", "g", "kg", "mg",
-    "gf", "kgf", "lbf", "V", "mV", "uV", "µV", "kV", "A", "mA", "C", "pC", "nC", "m", "cm", "mm", "um", "µm", "nm", "m/s", "mm/s",
-    "cm/s", "um/s", "µm/s", "m/s^2", "m/s²", "Hz", "kHz", "MHz", "rad", "deg", "°", "°C", "%", "dB", "Pa", "kPa", "counts", "samples",
-    "Nm", "a.u.",
+    "", "-", "--", "s", "sec", "second", "seconds", "ms", "us", "µs", "ns", "min", "h", "N", "mN",
+    "kN", "uN", "µN", "g", "kg", "mg", "gf", "kgf", "lbf", "V", "mV", "uV", "µV", "kV", "A", "mA",
+    "C", "pC", "nC", "m", "cm", "mm", "um", "µm", "nm", "m/s", "mm/s", "cm/s", "um/s", "µm/s",
+    "m/s^2", "m/s²", "Hz", "kHz", "MHz", "rad", "deg", "°", "°C", "%", "dB", "Pa", "kPa", "counts",
+    "samples", "Nm", "a.u.",
 ];
 
 /// Returns a cell of a row of units without brackets, and with one sign for micro.
@@ -17,7 +18,8 @@ pub(crate) fn unit_text(cell: &str) -> &str {
 pub(crate) fn is_unit(cell: &str) -> bool {
     let text = unit_text(cell).replace('μ', "µ");
     let is_bracketed = cell.starts_with(['[', '(']) && cell.ends_with([']', ')']);
-    UNITS.contains(&text.as_str()) || is_bracketed && text.len() <= 12 && text.parse::<f64>().is_err()
+    UNITS.contains(&text.as_str())
+        || is_bracketed && text.len() <= 12 && text.parse::<f64>().is_err()
 }
 
 /// Splits a column's name into the name and the unit that ends it: `Force (N)`, `Force [N]`, `F / N`.
@@ -33,7 +35,9 @@ pub(crate) fn name_and_unit(name: &str) -> (&str, Option<&str>) {
         }
     }
     match name.rsplit_once('/') {
-        Some((stem, unit)) if !unit.trim().is_empty() && !stem.trim().is_empty() && is_unit(unit.trim()) => {
+        Some((stem, unit))
+            if !unit.trim().is_empty() && !stem.trim().is_empty() && is_unit(unit.trim()) =>
+        {
             (stem.trim_end(), Some(unit.trim()))
         }
         _ => (name, None),
@@ -44,7 +48,18 @@ pub(crate) fn name_and_unit(name: &str) -> (&str, Option<&str>) {
 pub(crate) fn is_time_name(name: &str) -> bool {
     let (name, _) = name_and_unit(name);
     let stem = name.split('.').next().unwrap_or(name).trim().to_lowercase();
-    ["t", "time", "times", "zeit", "temps", "tempo", "tid", "x_value", "timestamp"].contains(&stem.as_str())
+    [
+        "t",
+        "time",
+        "times",
+        "zeit",
+        "temps",
+        "tempo",
+        "tid",
+        "x_value",
+        "timestamp",
+    ]
+    .contains(&stem.as_str())
         || stem.starts_with("time_")
         || stem.starts_with("time ")
         || stem.starts_with("t_")

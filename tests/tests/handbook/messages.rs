@@ -69,6 +69,7 @@ const LEFT_OUT: &[&str] = &[
     "SettingError",
     "SeveralObstacles",
     "SmoothingError",
+    "SourceError",
     "SpectrumError",
     "TableError",
     "TableFault",

@@ -300,3 +300,8 @@ fn has_bytes(file: &mut File, offset: u64, bytes: &[u8]) -> bool {
         && file.read_exact(&mut found).is_ok()
         && found == bytes
 }
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

@@ -58,12 +58,13 @@ impl TextReader {
         let end = LineEnd::find(head);
         let file = Arc::new(file);
         let file_bytes = file.metadata()?.len();
-        let (texts, offsets) = first_lines(&file, end)?;
+        let (texts, offsets, is_utf8) = first_lines(&file, end)?;
         let layout = Layout::find(&texts)?;
         let start = offsets[layout.first];
         let number = layout.first as u64 + 1;
         let lines = Lines::new(Arc::clone(&file), end, start, number, file_bytes);
-        let index = Index::scan(lines, file_bytes)?;
+        let mut index = Index::scan(lines, file_bytes)?;
+        index.is_utf8 &= is_utf8;
         let mut reader = Self {
             file,
             end,
@@ -251,17 +252,21 @@ impl TextReader {
     }
 }
 
-/// Returns the first lines of a file, and their offsets.
-fn first_lines(file: &Arc<File>, end: LineEnd) -> Result<(Vec<String>, Vec<u64>), SourceError> {
-    let (mut texts, mut offsets) = (Vec::new(), Vec::new());
+/// Returns the first lines of a file, their offsets, and whether all are UTF-8.
+fn first_lines(
+    file: &Arc<File>,
+    end: LineEnd,
+) -> Result<(Vec<String>, Vec<u64>, bool), SourceError> {
+    let (mut texts, mut offsets, mut is_utf8) = (Vec::new(), Vec::new(), true);
     let mut lines = Lines::new(Arc::clone(file), end, 0, 1, HEAD_BYTES);
     while texts.len() < HEAD_LINES
         && let Some(line) = lines.next_line()?
     {
         texts.push(line.text.to_owned());
         offsets.push(line.offset);
+        is_utf8 &= line.is_utf8;
     }
-    Ok((texts, offsets))
+    Ok((texts, offsets, is_utf8))
 }
 
 impl Index {

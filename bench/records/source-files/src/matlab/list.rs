@@ -1,10 +1,11 @@
 //! Arrays in the variables of a file.
 
 use super::node::{Content, Elements, Node, Numeric};
-use super::objects::Objects;
+use super::objects::{Objects, REFERENCE};
 use crate::array::{ArrayInfo, Element};
 use crate::bytes::Sources;
 use crate::error::SourceError;
+use crate::numbers::NumberType;
 
 /// Maximum depth of structures, cells and objects in one another.
 const MOST_DEPTH: usize = 32;
@@ -12,6 +13,12 @@ const MOST_DEPTH: usize = 32;
 /// Maximum number of arrays that are listed, and of parts that are visited for it.
 const MOST_ARRAYS: usize = 20_000;
 const MOST_VISITS: usize = 1_000_000;
+
+/// Maximum number of words of a reference to one object.
+const MOST_REFERENCE_WORDS: u64 = 64;
+
+/// Field of a structure in place of a value that an enumeration names.
+const ENUMERATION: &str = "EnumerationInstanceTag";
 
 /// Milliseconds, in seconds.
 const MILLISECOND_S: f64 = 1e-3;
@@ -68,6 +75,14 @@ impl Lister<'_> {
         }
         match node {
             Node::Numeric(numeric) => {
+                if let Some(reference) = self.reference(numeric, source)? {
+                    let class = self
+                        .objects
+                        .class(&reference)
+                        .unwrap_or("object")
+                        .to_owned();
+                    return self.object(name, &class, &reference, depth);
+                }
                 let element = match numeric.is_logical {
                     true => Element::Logical,
                     false => numeric.class.element(numeric.imaginary.is_some()),
@@ -93,6 +108,10 @@ impl Lister<'_> {
                 names,
                 fields,
             } => {
+                if names.iter().any(|name| name == ENUMERATION) {
+                    self.push_unread(name, "enumeration");
+                    return Ok(());
+                }
                 let is_single = shape.iter().all(|length| *length == 1);
                 for (i, fields) in fields.chunks(names.len().max(1)).enumerate() {
                     let stem = match is_single {
@@ -112,6 +131,27 @@ impl Lister<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Returns the reference to an object that a property consists of.
+    fn reference(
+        &mut self,
+        numeric: &Numeric,
+        source: usize,
+    ) -> Result<Option<Vec<u32>>, SourceError> {
+        let Content {
+            offset,
+            encoding,
+            count,
+        } = numeric.real;
+        let is_short = (5..=MOST_REFERENCE_WORDS).contains(&count);
+        if encoding.number != NumberType::U32 || !is_short || source != self.objects_source {
+            return Ok(None);
+        }
+        let bytes = self.elements(source).bytes(offset, 4 * count)?;
+        let words = bytes.chunks_exact(4);
+        let words: Vec<u32> = words.map(|word| encoding.decode(word) as u32).collect();
+        Ok((words[0] == REFERENCE).then_some(words))
     }
 
     fn push_numbers(

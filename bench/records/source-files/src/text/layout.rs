@@ -173,7 +173,11 @@ fn candidate(lines: &[String], split: Split) -> Option<Candidate> {
     let first = first_of_table(&data, &cells, width)?;
     let above = cells[..first].iter().rev().find(|cells| !cells.is_empty());
     let commented = lines[..first].iter().rev().find_map(|line| comment(line));
-    let has_header = above.is_some_and(|cells| cells.len() == width)
+    let is_header = |cells: &Vec<Cow<'_, str>>| match split {
+        Split::At(_) => cells.len() >= width,
+        Split::Blanks => cells.len() == width,
+    };
+    let has_header = above.is_some_and(is_header)
         || commented.is_some_and(|text| trimmed(split.cells(text)).len() == width);
     has_numbers.then_some(Candidate {
         split,
@@ -280,19 +284,17 @@ impl Candidate {
                 .map(Cow::into_owned)
                 .collect::<Vec<String>>()
         };
-        let is_wide = |cells: &Vec<String>| {
-            cells.len() == self.width || cells.len() + 1 == self.width && self.width > 2
-        };
+        let is_wide = |cells: &Vec<String>| self.is_header_width(cells.len());
         let is_words = |cells: &Vec<String>| {
             cells
                 .iter()
                 .any(|cell| !cell.is_empty() && cell.parse::<f64>().is_err())
         };
-        let above = lines[..self.first].iter().enumerate().rev();
-        let rows: Vec<(usize, Vec<String>)> = above
-            .filter(|(_, line)| is_row(line))
+        let above = lines[..self.first].iter().rev();
+        let rows: Vec<Vec<String>> = above
+            .filter(|line| is_row(line))
             .take(2)
-            .map(|(i, line)| (i, owned(trimmed(self.split.cells(line)))))
+            .map(|line| self.header_cells(line))
             .collect();
         let comments = lines[..self.first]
             .iter()
@@ -313,7 +315,7 @@ impl Candidate {
                 .collect()
         };
         match rows.as_slice() {
-            [(_, below), (_, names), ..]
+            [below, names, ..]
                 if is_wide_or_units(below, self.width)
                     && is_units(below)
                     && is_wide(names)
@@ -321,7 +323,7 @@ impl Candidate {
             {
                 (names.clone(), units_of(below))
             }
-            [(_, names), ..] if is_wide(names) && is_words(names) => (names.clone(), Vec::new()),
+            [names, ..] if is_wide(names) && is_words(names) => (names.clone(), Vec::new()),
             _ => match comments.find(|cells| cells.len() == self.width && is_words(cells)) {
                 Some(below) if is_units(&below) => {
                     match comments.find(|cells| cells.len() == self.width) {
@@ -333,6 +335,25 @@ impl Candidate {
                 None => (Vec::new(), Vec::new()),
             },
         }
+    }
+
+    /// Returns whether a line of so many cells may name the columns: it may name more, which are empty.
+    fn is_header_width(&self, cells: usize) -> bool {
+        match self.split {
+            Split::At(_) => cells >= self.width,
+            Split::Blanks => cells == self.width,
+        }
+    }
+
+    /// Returns the cells of a line above the numbers, with an empty first one where R leaves out that of the rows' names.
+    fn header_cells(&self, line: &str) -> Vec<String> {
+        let cells = self.split.cells(line);
+        let lacks_first = cells.len() + 1 == self.width && self.width > 2;
+        let mut cells: Vec<String> = trimmed(cells).into_iter().map(Cow::into_owned).collect();
+        if lacks_first && cells.len() + 1 == self.width {
+            cells.insert(0, String::new());
+        }
+        cells
     }
 
     /// Returns the names and values above the table: `name: value`, `name = value`, or two cells.

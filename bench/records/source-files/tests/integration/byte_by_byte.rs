@@ -122,7 +122,8 @@ fn object_table(names: &[&str], objects: &[&[(u32, u32)]]) -> Vec<u8> {
         .flat_map(|name| [name.as_bytes(), b"\0"].concat())
         .collect();
     text.resize(text.len().next_multiple_of(8), 0);
-    let classes = vec![0u32; 8];
+    // Class 1 has the last of the names.
+    let classes = vec![0, 0, 0, 0, 0, names.len() as u32, 0, 0];
     let saved = vec![0u32; 2];
     let mut entries = vec![0u32; 6];
     let mut blocks = vec![0u32; 2];
@@ -164,6 +165,7 @@ fn file_with_objects() -> Vec<u8> {
         "serialization",
         "Speed",
         "millis",
+        "duration",
     ];
     let fields = |names: &[&str], fields: &[Vec<u8>]| {
         let list: Vec<u8> = names
@@ -183,7 +185,12 @@ fn file_with_objects() -> Vec<u8> {
     };
     let columns = mat.cells(
         "",
-        &[mat.doubles("", &[1.0, 2.0]), mat.doubles("", &[-3.0, -4.0])],
+        &[
+            mat.doubles("", &[1.0, 2.0]),
+            mat.doubles("", &[-3.0, -4.0]),
+            // An object within an object has no class of its own.
+            mat.reference(5, 1),
+        ],
     );
     let duration = mat.object("", "MCOS", "duration", &mat.reference(5, 1));
     let any = fields(
@@ -209,7 +216,7 @@ fn file_with_objects() -> Vec<u8> {
     let cells = [
         mat.element(14, &[]),
         columns,
-        texts(&["U", "F"]),
+        texts(&["U", "F", "when"]),
         any,
         map,
         mat.doubles("", &[0.25]),
@@ -255,6 +262,7 @@ fn tables_maps_and_objects_of_matlab_are_looked_into() {
     let mut source = SourceFile::open(&path).unwrap();
     assert_eq!(values(&mut source, "T.U"), [1.0, 2.0]);
     assert_eq!(values(&mut source, "T.F"), [-3.0, -4.0]);
+    assert_eq!(values(&mut source, "T.when"), [0.5, 1.5]);
     assert_eq!(values(&mut source, "TT.Fn"), [7.0, 8.0]);
     assert_eq!(values(&mut source, "TT.When"), [0.5, 1.5]);
     assert_eq!(source.scalar("M.rate").unwrap(), 1000.0);

@@ -3,6 +3,7 @@
 
 mod byte_by_byte;
 mod damaged;
+#[cfg(target_os = "linux")]
 mod long_files;
 mod other_programs;
 mod tables;

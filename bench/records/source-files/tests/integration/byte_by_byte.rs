@@ -278,6 +278,46 @@ fn tables_maps_and_objects_of_matlab_are_looked_into() {
 }
 
 #[test]
+fn files_that_matlab_wrote_have_their_tables_and_times() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/matlab");
+    let open = |file: &str| SourceFile::open(&folder.join(file)).unwrap();
+    let mut tables = open("test_tables_v7.mat");
+    assert_eq!(values(&mut tables, "table_numeric.Var1"), [1.1, 2.2, 3.3]);
+    assert_eq!(
+        values(&mut tables, "table_var_names.Y"),
+        [100.0, 200.0, 300.0]
+    );
+    assert_eq!(
+        values(&mut tables, "table_time.Duration"),
+        [30.0, 60.0, 90.0]
+    );
+    let days = [18_262.0, 18_263.0, 18_264.0].map(|day| day * 86_400.0);
+    assert_eq!(values(&mut tables, "table_time.Time"), days);
+    assert_eq!(
+        values(&mut tables, "table_multi_col_data.multicoldata[:,1]"),
+        [4.0, 5.0, 6.0]
+    );
+    assert_eq!(
+        values(&mut tables, "timetable_duration.Time"),
+        [10.0, 20.0, 30.0]
+    );
+    assert_eq!(
+        values(&mut tables, "timetable_var_names.Pressure"),
+        [1.0, 2.0, 3.0]
+    );
+    let sampled = tables.locate("timetable_from_sample_rate.data1").unwrap();
+    assert_eq!(sampled.rate_hz(), Some(10_000.0));
+    let stepped = tables.locate("timetable_from_duration.data1").unwrap();
+    assert_eq!(stepped.rate_hz(), Some(1.0));
+    let error = tables.locate("table_strings.Var1").unwrap_err().to_string();
+    assert!(error.contains("an object of the class `string`"), "{error}");
+    let mut maps = open("test_maps_v7.mat");
+    assert_eq!(maps.scalar("map_char_keys.b").unwrap(), 2.0);
+    let mut times = open("test_time_v7.mat");
+    assert_eq!(times.scalar("dur_hms").unwrap(), 3723.0);
+}
+
+#[test]
 fn matlab_files_of_both_byte_orders_are_read_and_their_cut_ends_named() {
     let folder = tempfile::tempdir().unwrap();
     for is_big_endian in [false, true] {

@@ -38,6 +38,7 @@ const LEFT_OUT: &[&str] = &[
     "FinishError",
     "FitError",
     "LayoutError",
+    "LayoutFault",
     "LimitError",
     "ManifestError",
     "ManifestReadError",

@@ -1,19 +1,14 @@
 //! Tables as text: CSV, TSV and TXT of instruments, spreadsheets and statistics programs, read by stretches of lines.
 
-mod cell;
-mod layout;
 mod lines;
-mod unit;
 
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::ops::Range;
 use std::sync::Arc;
 
-use cell::{number, time_s};
-use layout::{ColumnKind, Layout};
-use lines::{LineEnd, Lines, is_row};
-use unit::is_time_name;
+use lines::{LineEnd, Lines};
+use text_tables::layout::{ColumnKind, Layout, LayoutFault, is_row, is_time_name, number, time_s};
 
 use crate::array::{ArrayInfo, Attribute, Element};
 use crate::error::{SourceError, SourceFault};
@@ -59,7 +54,7 @@ impl TextReader {
         let file = Arc::new(file);
         let file_bytes = file.metadata()?.len();
         let (texts, offsets, is_utf8) = first_lines(&file, end)?;
-        let layout = Layout::find(&texts)?;
+        let layout = Layout::find(&texts).map_err(refusal)?;
         let start = offsets[layout.first];
         let number = layout.first as u64 + 1;
         let lines = Lines::new(Arc::clone(&file), end, start, number, file_bytes);
@@ -267,6 +262,24 @@ fn first_lines(
         is_utf8 &= line.is_utf8;
     }
     Ok((texts, offsets, is_utf8))
+}
+
+/// Returns the refusal of lines without a layout.
+fn refusal(fault: LayoutFault) -> SourceError {
+    match fault {
+        LayoutFault::NoTable => SourceFault::Foreign {
+            kind: fault.to_string(),
+            remedy: "name a file with columns of numbers",
+        }
+        .into(),
+        LayoutFault::TwoCommas { line, .. } => SourceError::at(
+            format!("line {line}"),
+            SourceFault::Unread {
+                content: fault.to_string(),
+                remedy: "save it with semicolons or tabs between cells",
+            },
+        ),
+    }
 }
 
 impl Index {

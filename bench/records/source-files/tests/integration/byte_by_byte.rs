@@ -309,6 +309,14 @@ fn files_that_matlab_wrote_have_their_tables_and_times() {
     assert_eq!(sampled.rate_hz(), Some(10_000.0));
     let stepped = tables.locate("timetable_from_duration.data1").unwrap();
     assert_eq!(stepped.rate_hz(), Some(1.0));
+    let late = tables
+        .locate("timetable_from_starttime_duration.data1")
+        .unwrap();
+    assert_eq!((late.rate_hz(), late.start_s()), (Some(1.0), Some(10.0)));
+    assert_eq!(
+        tables.locate("timetable_with_attrs.data1").unwrap().unit(),
+        Some("m/s")
+    );
     let error = tables.locate("table_strings.Var1").unwrap_err().to_string();
     assert!(error.contains("an object of the class `string`"), "{error}");
     let mut maps = open("test_maps_v7.mat");

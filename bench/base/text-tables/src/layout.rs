@@ -1,43 +1,69 @@
-//! Layout of a table, found from its first lines.
+//! Layout of a table of any program, found from its first lines: separator, decimal sign, header, units.
+
+mod number_cell;
+mod rows;
+mod unit_text;
 
 use std::borrow::Cow;
 
-use text_tables::{Numbers, Separator, stated_separator};
+use crate::header::stated_separator;
+use crate::number::Numbers;
+use crate::separator::Separator;
+pub use number_cell::{Split, number, time_s};
+use rows::comment;
+pub use rows::is_row;
+pub use unit_text::is_time_name;
+use unit_text::{is_unit, name_and_unit, unit_text};
 
-use super::cell::{Split, number, time_s};
-use super::lines::{comment, is_row};
-use super::unit::{is_unit, name_and_unit, unit_text};
-use crate::error::{SourceError, SourceFault};
+/// Reason why lines have no layout.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum LayoutFault {
+    /// No row of numbers is there.
+    #[error("text without a table of numbers")]
+    NoTable,
+    /// Commas separate cells, and seem to be decimal signs.
+    #[error(
+        "a row of {cells} cells below a header of {header}, in which commas seem to be decimal signs and to separate cells"
+    )]
+    TwoCommas {
+        /// Number of the line, from 1.
+        line: usize,
+        /// Cells of the row.
+        cells: usize,
+        /// Cells of the header.
+        header: usize,
+    },
+}
 
 /// Layout of a table.
 #[derive(Debug, Clone)]
-pub(crate) struct Layout {
+pub struct Layout {
     /// Separator of cells.
-    pub(crate) split: Split,
+    pub split: Split,
     /// Columns, in order.
-    pub(crate) columns: Vec<Column>,
+    pub columns: Vec<LayoutColumn>,
     /// Index of the first row of numbers among the lines.
-    pub(crate) first: usize,
+    pub first: usize,
     /// Reader of numbers that knows the decimal sign where the lines show it.
-    pub(crate) numbers: Numbers,
+    pub numbers: Numbers,
     /// Names and values stated above the table.
-    pub(crate) stated: Vec<(String, String)>,
+    pub stated: Vec<(String, String)>,
 }
 
 /// Column of a table.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Column {
+pub struct LayoutColumn {
     /// Name in the header, or the column's number.
-    pub(crate) name: String,
+    pub name: String,
     /// Unit in the header or in a row of units.
-    pub(crate) unit: Option<String>,
+    pub unit: Option<String>,
     /// Content of the cells.
-    pub(crate) kind: ColumnKind,
+    pub kind: ColumnKind,
 }
 
 /// Content of a column's cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum ColumnKind {
+pub enum ColumnKind {
     /// Numbers.
     Number,
     /// Times of day, or dates with them.
@@ -70,7 +96,7 @@ impl Layout {
     ///
     /// # Errors
     /// No table of numbers is there, or its commas have two meanings.
-    pub(crate) fn find(lines: &[String]) -> Result<Self, SourceError> {
+    pub fn find(lines: &[String]) -> Result<Self, LayoutFault> {
         let stated = lines.first().and_then(|line| stated_separator(line));
         let splits = match stated {
             Some(separator) => vec![Split::At(separator)],
@@ -92,8 +118,7 @@ impl Layout {
             }
         }
         let Some(best) = best else {
-            let kind = "text without a table of numbers";
-            return Err(crate::kind::foreign(kind, "name a file with columns of numbers").into());
+            return Err(LayoutFault::NoTable);
         };
         require_one_comma(lines, &best)?;
         Ok(best.layout(lines))
@@ -215,7 +240,7 @@ fn trimmed(cells: Vec<Cow<'_, str>>) -> Vec<Cow<'_, str>> {
 }
 
 /// Refuses a table in which commas separate cells and are decimal signs too.
-fn require_one_comma(lines: &[String], best: &Candidate) -> Result<(), SourceError> {
+fn require_one_comma(lines: &[String], best: &Candidate) -> Result<(), LayoutFault> {
     let above = lines[..best.first].iter().rev().find(|line| is_row(line));
     let Some(above) = above.filter(|_| best.split == Split::At(Separator::Comma)) else {
         return Ok(());
@@ -226,22 +251,17 @@ fn require_one_comma(lines: &[String], best: &Candidate) -> Result<(), SourceErr
     if !is_doubled {
         return Ok(());
     }
-    Err(SourceError::at(
-        format!("line {}", best.first + 1),
-        SourceFault::Unread {
-            content: format!(
-                "a row of {} cells below a header of {header}, in which commas seem to be decimal signs and to separate cells",
-                best.width
-            ),
-            remedy: "save it with semicolons or tabs between cells",
-        },
-    ))
+    Err(LayoutFault::TwoCommas {
+        line: best.first + 1,
+        cells: best.width,
+        header,
+    })
 }
 
 impl Candidate {
     fn layout(self, lines: &[String]) -> Layout {
         let (names, units) = self.header(lines);
-        let mut columns: Vec<Column> = Vec::new();
+        let mut columns: Vec<LayoutColumn> = Vec::new();
         for (i, kind) in self.kinds.iter().enumerate() {
             let text = names.get(i).map_or("", String::as_str);
             let (_, unit) = name_and_unit(text);
@@ -250,7 +270,7 @@ impl Candidate {
                 "" => i.to_string(),
                 text => text.to_owned(),
             };
-            columns.push(Column {
+            columns.push(LayoutColumn {
                 name: unique(name, &columns),
                 unit: below.cloned().or(unit.map(str::to_owned)),
                 kind: *kind,
@@ -393,7 +413,7 @@ fn is_units(cells: &[String]) -> bool {
 }
 
 /// Returns a name that no earlier column has: `time.1` for the second `time`.
-fn unique(name: String, columns: &[Column]) -> String {
+fn unique(name: String, columns: &[LayoutColumn]) -> String {
     let is_taken = |name: &str| columns.iter().any(|column| column.name == name);
     if !is_taken(&name) {
         return name;

@@ -167,9 +167,9 @@ fn find<'a>(arrays: &'a [ArrayInfo], is_table: bool, name: &str) -> Result<Named
         }
     }
     if is_table {
-        let mut same =
+        let mut matches =
             (0..arrays.len()).filter(|array| without_unit(&arrays[*array].name) == plain);
-        if let (Some(array), None) = (same.next(), same.next()) {
+        if let (Some(array), None) = (matches.next(), matches.next()) {
             return Ok(named(array, None));
         }
     }
@@ -293,10 +293,10 @@ fn selection(info: &ArrayInfo, finding: &str) -> SourceFault {
 
 /// Returns names, the ones most similar to `name` first.
 pub(crate) fn nearest(names: impl Iterator<Item = String>, name: &str) -> Vec<String> {
-    let likeness = |other: &String| {
-        let is_part = other.contains(name) && !name.is_empty();
+    let likeness = |candidate: &String| {
+        let is_part = candidate.contains(name) && !name.is_empty();
         let likeness =
-            strsim::normalized_damerau_levenshtein(&other.to_lowercase(), &name.to_lowercase());
+            strsim::normalized_damerau_levenshtein(&candidate.to_lowercase(), &name.to_lowercase());
         f64::from(u8::from(is_part)) + likeness
     };
     let mut names: Vec<_> = names

@@ -86,11 +86,11 @@ impl TextReader {
         )
     }
 
-    /// Calls `each` with the number and text of the rows `range`.
-    fn each_row(
+    /// Calls `visitor` with the number and text of the rows `range`.
+    fn visit_rows(
         &self,
         range: Range<u64>,
-        mut each: impl FnMut(u64, &str) -> Result<(), SourceError>,
+        mut visitor: impl FnMut(u64, &str) -> Result<(), SourceError>,
     ) -> Result<(), SourceError> {
         let block = (range.start / BLOCK_ROWS) as usize;
         if range.is_empty() || block >= self.index.blocks.len() {
@@ -105,7 +105,7 @@ impl TextReader {
                 continue;
             }
             if row >= range.start {
-                each(line.number, line.text)?;
+                visitor(line.number, line.text)?;
             }
             row += 1;
         }
@@ -231,7 +231,7 @@ impl TextReader {
             let end = (start + BLOCK_ROWS).min(self.index.rows);
             let mut filled = None;
             let mut row = start;
-            self.each_row(start..end, |_, text| {
+            self.visit_rows(start..end, |_, text| {
                 let cell = self.layout.split.cell(text, column);
                 row += 1;
                 if cell.is_some_and(|cell| !cell.is_empty()) {
@@ -332,7 +332,7 @@ impl ArrayReader for TextReader {
     fn text(&mut self, index: usize) -> Result<Option<String>, SourceError> {
         let mut text = None;
         if self.index.rows == 1 {
-            self.each_row(0..1, |_, row| {
+            self.visit_rows(0..1, |_, row| {
                 text = self
                     .layout
                     .split
@@ -355,7 +355,7 @@ impl ArrayReader for TextReader {
             return Ok(());
         };
         let mut numbers = self.layout.numbers.clone();
-        self.each_row(range, |line, text| {
+        self.visit_rows(range, |line, text| {
             let cell = self.layout.split.cell(text, index).unwrap_or_default();
             let value = match column.kind {
                 ColumnKind::Time => time_s(&cell).ok_or_else(|| "is not a time".to_owned()),

@@ -39,7 +39,7 @@ pub(crate) enum Values {
     Numbers { numeric: Numeric, scale: f64 },
     /// Text.
     Text(Content),
-    /// None that are read.
+    /// Values that are not read.
     Unread,
 }
 
@@ -196,7 +196,7 @@ impl Lister<'_> {
         let before = self.arrays.len();
         if let Some(properties) = properties {
             let property = |name: &str| {
-                let found = properties.iter().find(|(other, _)| other == name);
+                let found = properties.iter().find(|(property, _)| property == name);
                 found.map(|(_, node)| node)
             };
             let source = self.objects_source;
@@ -385,7 +385,7 @@ fn field<'a>(node: &'a Node, name: &str) -> Option<&'a Node> {
     let Node::Structures { names, fields, .. } = node else {
         return None;
     };
-    let place = names.iter().position(|other| other == name)?;
+    let place = names.iter().position(|field| field == name)?;
     fields.get(place)
 }
 

@@ -49,7 +49,7 @@ impl Mat {
         self.element(kind, &content)
     }
 
-    /// Returns an array of a class with what follows its name.
+    /// Returns an array of a class with the elements after its name.
     fn matrix(self, class: u32, shape: &[u32], name: &str, rest: &[Vec<u8>]) -> Vec<u8> {
         let head = [
             self.words(6, &[class, 0]),

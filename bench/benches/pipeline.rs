@@ -61,6 +61,7 @@ fn manifest() -> Manifest {
         trial: None,
         hardware: None,
         software: None,
+        origin: None,
         clocks: Vec::new(),
         events: Vec::new(),
     }

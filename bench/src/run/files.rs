@@ -297,6 +297,7 @@ pub(super) fn begin_recording(
                         name: NAME.to_owned(),
                         version: VERSION.to_owned(),
                     }),
+                    origin: None,
                     clocks: Vec::new(),
                     events: Vec::new(),
                 },

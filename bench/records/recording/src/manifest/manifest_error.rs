@@ -69,6 +69,16 @@ pub enum ManifestError {
         /// Allowed values in words.
         allowed: String,
     },
+    /// A text is not one of those allowed.
+    #[error("`{key}` is \"{value}\", allowed is {allowed}")]
+    Text {
+        /// The key, with its tables.
+        key: String,
+        /// Value of the key.
+        value: String,
+        /// Allowed values in words.
+        allowed: &'static str,
+    },
     /// A list has too many entries.
     #[error("`{key}` has {count} entries; at most {MAX_ENTRIES} are read")]
     TooMany {
@@ -174,7 +184,7 @@ impl ManifestError {
         Some(match self {
             Self::NotToml { .. } => return None,
             Self::Format { .. } => "format".to_owned(),
-            Self::Value { key, .. } => key.clone(),
+            Self::Value { key, .. } | Self::Text { key, .. } => key.clone(),
             Self::TooMany { key, .. } => (*key).to_owned(),
             Self::ProfilePlaces { .. } => "plate.profile.positions_m".to_owned(),
             Self::IntervalTime { .. } => "intervals".to_owned(),
@@ -196,6 +206,14 @@ pub(super) fn value_error(key: &str, value: f64, allowed: &str) -> ManifestError
         key: key.to_owned(),
         value,
         allowed: allowed.to_owned(),
+    }
+}
+
+pub(super) fn text_error(key: &str, value: &str, allowed: &'static str) -> ManifestError {
+    ManifestError::Text {
+        key: key.to_owned(),
+        value: value.to_owned(),
+        allowed,
     }
 }
 

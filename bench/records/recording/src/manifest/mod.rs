@@ -5,6 +5,7 @@
 //! elsewhere.
 
 pub mod assumed_errors;
+mod import_origin;
 mod interval;
 mod manifest_error;
 mod origin;
@@ -18,6 +19,7 @@ mod standard_errors;
 mod tests;
 mod transducers;
 
+pub use import_origin::{FoundValue, Imported, ImportedMap, ImportedSource, Origin};
 pub use interval::{RecordedInterval, RecordedIntervalKind};
 pub use manifest_error::{FORMAT, MAX_ENTRIES, MAX_INTERVALS_S, ManifestError, ManifestReadError};
 pub use origin::{
@@ -100,6 +102,9 @@ pub struct Manifest {
     /// Program that wrote the recording.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub software: Option<Software>,
+    /// Origin, if the recording was imported from files of another program.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<Origin>,
     /// Clocks by which readings were placed in time; absent in recordings of earlier versions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub clocks: Vec<RecordedClock>,
@@ -261,6 +266,9 @@ impl Manifest {
         }
         if let Some(hardware) = &self.hardware {
             hardware.validate()?;
+        }
+        if let Some(origin) = &self.origin {
+            origin.validate()?;
         }
         for (index, clock) in self.clocks.iter().enumerate() {
             clock.validate(index)?;

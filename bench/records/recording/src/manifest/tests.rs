@@ -139,6 +139,56 @@ fn unknown_keys_are_named_with_line_and_nearest_key_in_every_table() {
     }
 }
 
+const ORIGIN: &str = r#"
+[origin.imported]
+version = "0.1.0"
+map = { file = "map.toml", sha256 = "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08" }
+interval_reasons = ["normal < 0.05 N for 0.3 s", "marks.csv, line 2"]
+
+[[origin.imported.sources]]
+file = "day 1/S01_T03.mat"
+sha256 = "60303ae22b998861bce3b28f33eec1be758a213c86c93c076dbe9f558c11c752"
+reader = "matrw 0.1.4"
+
+[[origin.imported.found]]
+name = "normal.offset_s"
+value = -0.0042
+error = 0.0003
+unit = "s"
+evidence = "residual of the friction over the shift"
+"#;
+
+#[test]
+fn the_origin_of_an_import_reads_back_as_it_was_written() {
+    assert!(!full_manifest().to_toml().unwrap().contains("origin"));
+    let manifest = parse(&format!("{EXAMPLE}{BENCH_TABLES}{ORIGIN}")).unwrap();
+    let imported = &manifest.origin.as_ref().unwrap().imported;
+    assert_eq!(imported.sources[0].reader, "matrw 0.1.4");
+    assert_eq!(imported.found[0].error, Some(0.0003));
+    assert_eq!(imported.interval_reasons.len(), 2);
+    assert_eq!(parse(&manifest.to_toml().unwrap()).unwrap(), manifest);
+}
+
+#[test]
+fn an_invalid_origin_is_refused_with_its_line() {
+    for (right, wrong, words) in [
+        ("9f86d0", "9F86D0", "64 digits"),
+        ("60303ae2", "60303ae", "64 digits"),
+        ("\"0.1.0\"\nmap", "\"\"\nmap", "not empty"),
+        ("\"matrw 0.1.4\"", "\" \"", "not empty"),
+        ("value = -0.0042", "value = nan", "finite"),
+        ("error = 0.0003", "error = -0.0003", "from 0"),
+        ("evidence", "evidense", "evidence"),
+        ("sources", "source", "sources"),
+    ] {
+        let text = format!("{EXAMPLE}{ORIGIN}").replacen(right, wrong, 1);
+        assert!(text.contains(wrong), "{wrong}");
+        let error = parse(&text).unwrap_err().to_string();
+        assert!(error.contains(words), "{wrong}: {error}");
+        assert!(error.contains(", line "), "{wrong}: {error}");
+    }
+}
+
 #[test]
 fn a_recording_without_a_pressure_has_no_room() {
     let manifest = parse(EXAMPLE).unwrap();

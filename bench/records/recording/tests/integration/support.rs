@@ -63,6 +63,7 @@ pub fn manifest() -> Manifest {
             name: "friction-bench".to_owned(),
             version: "0.1.0".to_owned(),
         }),
+        origin: None,
         clocks: Vec::new(),
         events: Vec::new(),
     }

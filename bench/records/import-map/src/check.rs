@@ -14,8 +14,7 @@ pub(crate) struct Check<'a> {
 }
 
 const ARRAY: &str = "write the name of the array, such as \"F[:,2]\"";
-const RATE: &str =
-    "write a number in Hz, the name of a scalar, or \"file\", or in its place `time` with the name of an array of times";
+const RATE: &str = "write a number in Hz, the name of a scalar, or \"file\", or in its place `time` with the name of an array of times";
 
 /// Times as written.
 pub(crate) struct RawTime {
@@ -32,7 +31,12 @@ pub(crate) struct RawClocking {
 }
 
 impl Check<'_> {
-    pub fn missing(&mut self, table: Option<&'static str>, key: &'static str, remedy: &'static str) {
+    pub fn missing(
+        &mut self,
+        table: Option<&'static str>,
+        key: &'static str,
+        remedy: &'static str,
+    ) {
         self.errors.push(MapError::Missing {
             file: self.file.to_owned(),
             table,
@@ -43,8 +47,8 @@ impl Check<'_> {
 
     pub fn wrong(&mut self, key: &str, fault: impl Into<String>) {
         let table = key.split_once('.').map_or(key, |(table, _)| table);
-        let line = strict_toml::line_of(self.text, key)
-            .or_else(|| strict_toml::line_of(self.text, table));
+        let line =
+            strict_toml::line_of(self.text, key).or_else(|| strict_toml::line_of(self.text, table));
         self.errors.push(MapError::Value {
             file: self.file.to_owned(),
             line,
@@ -67,24 +71,45 @@ impl Check<'_> {
     }
 
     /// Returns a number within its range.
-    pub fn within(&mut self, key: &str, value: f64, (low, high): (f64, f64), unit: &str) -> Option<f64> {
+    pub fn within(
+        &mut self,
+        key: &str,
+        value: f64,
+        (low, high): (f64, f64),
+        unit: &str,
+    ) -> Option<f64> {
         match strict_toml::require_range(key, value, low, high, unit) {
             Ok(()) => Some(value),
             Err(_) => {
-                let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-                self.wrong(key, format!("= {value}{unit} is outside {low} to {high}{unit}"));
+                let unit = if unit.is_empty() {
+                    String::new()
+                } else {
+                    format!(" {unit}")
+                };
+                self.wrong(
+                    key,
+                    format!("= {value}{unit} is outside {low} to {high}{unit}"),
+                );
                 None
             }
         }
     }
 
     /// Returns a scale, which is a number other than 0.
-    pub fn scale(&mut self, table: &'static str, key: &'static str, value: Option<f64>) -> Option<f64> {
+    pub fn scale(
+        &mut self,
+        table: &'static str,
+        key: &'static str,
+        value: Option<f64>,
+    ) -> Option<f64> {
         let remedy = "write the factor by which a value of the array is multiplied; a negative one turns its direction";
         let value = self.require(table, key, value, remedy)?;
         let is_scale = value.is_finite() && value != 0.0;
         if !is_scale {
-            self.wrong(&format!("{table}.{key}"), format!("= {value} makes every value the same; {remedy}"));
+            self.wrong(
+                &format!("{table}.{key}"),
+                format!("= {value} makes every value the same; {remedy}"),
+            );
         }
         is_scale.then_some(value)
     }
@@ -142,12 +167,18 @@ impl Check<'_> {
             seconds_per_unit,
         } = raw;
         if let (Some(_), None) = (seconds_per_unit, &time) {
-            self.wrong(&format!("{table}.seconds_per_unit"), "is the unit of `time`, which is missing");
+            self.wrong(
+                &format!("{table}.seconds_per_unit"),
+                "is the unit of `time`, which is missing",
+            );
             return None;
         }
         match (rate_hz, time) {
             (Some(_), Some(_)) => {
-                self.wrong(&format!("{table}.rate_hz"), "and `time` both state the times: delete one");
+                self.wrong(
+                    &format!("{table}.rate_hz"),
+                    "and `time` both state the times: delete one",
+                );
                 None
             }
             (Some(NumberOrName::Number(hz)), None) => {
@@ -216,4 +247,3 @@ impl Check<'_> {
         })
     }
 }
-

@@ -35,6 +35,8 @@ mod people;
 mod raw;
 mod reading;
 mod streams;
+#[cfg(test)]
+mod tests;
 mod value;
 
 pub use map::{

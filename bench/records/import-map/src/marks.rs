@@ -31,20 +31,30 @@ pub fn marks(text: &str) -> Result<Vec<Mark>, String> {
         let direction = match (row.text(0), row.text(3)) {
             ("unloaded", "" | "n/a") => None,
             ("unloaded", other) => {
-                return Err(format!("line {line}: direction `{other}` of an unloaded stretch: leave it empty"));
+                return Err(format!(
+                    "line {line}: direction `{other}` of an unloaded stretch: leave it empty"
+                ));
             }
             ("exploration", "left_to_right") => Some(Direction::LeftToRight),
             ("exploration", "right_to_left") => Some(Direction::RightToLeft),
             ("exploration", other) => {
-                return Err(format!("line {line}: direction `{other}`; write left_to_right (growing position) or right_to_left"));
+                return Err(format!(
+                    "line {line}: direction `{other}`; write left_to_right (growing position) or right_to_left"
+                ));
             }
-            (other, _) => return Err(format!("line {line}: kind `{other}`; write unloaded or exploration")),
+            (other, _) => {
+                return Err(format!(
+                    "line {line}: kind `{other}`; write unloaded or exploration"
+                ));
+            }
         };
         let (Some(start_s), Some(end_s)) = (row.number(1), row.number(2)) else {
             return Err(format!("line {line}: start_s or end_s is empty"));
         };
         if end_s <= start_s {
-            return Err(format!("line {line}: end_s {end_s} is not after start_s {start_s}"));
+            return Err(format!(
+                "line {line}: end_s {end_s} is not after start_s {start_s}"
+            ));
         }
         marks.push(Mark {
             direction,
@@ -61,12 +71,28 @@ mod tests {
 
     #[test]
     fn marks_are_read_with_their_directions() {
-        let text = "kind;direction;start_s;end_s\nunloaded;;0,2;1,0\nexploration;right_to_left;1,4;3,1\n";
+        let text =
+            "kind;direction;start_s;end_s\nunloaded;;0,2;1,0\nexploration;right_to_left;1,4;3,1\n";
         let found = marks(text).unwrap();
-        assert_eq!(found[0], Mark { direction: None, start_s: 0.2, end_s: 1.0 });
+        assert_eq!(
+            found[0],
+            Mark {
+                direction: None,
+                start_s: 0.2,
+                end_s: 1.0
+            }
+        );
         assert_eq!(found[1].direction, Some(Direction::RightToLeft));
-        for wrong in ["exploration,,1,2", "unloaded,left_to_right,1,2", "rest,,1,2", "unloaded,,2,1"] {
-            assert!(marks(&format!("kind,direction,start_s,end_s\n{wrong}\n")).is_err(), "{wrong}");
+        for wrong in [
+            "exploration,,1,2",
+            "unloaded,left_to_right,1,2",
+            "rest,,1,2",
+            "unloaded,,2,1",
+        ] {
+            assert!(
+                marks(&format!("kind,direction,start_s,end_s\n{wrong}\n")).is_err(),
+                "{wrong}"
+            );
         }
     }
 }

@@ -30,7 +30,9 @@ pub struct NamedFile {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NameError {
     /// No letter and no digit is captured.
-    #[error("participant `{text}` has no letter and no digit: let the group participant capture one")]
+    #[error(
+        "participant `{text}` has no letter and no digit: let the group participant capture one"
+    )]
     NoName {
         /// Captured text.
         text: String,
@@ -47,7 +49,9 @@ pub enum NameError {
         id: String,
     },
     /// A captured number is none.
-    #[error("`{group}` captures `{text}`, which is not a whole number: capture its digits alone, as in (?<{group}>\\d+)")]
+    #[error(
+        "`{group}` captures `{text}`, which is not a whole number: capture its digits alone, as in (?<{group}>\\d+)"
+    )]
     NotNumber {
         /// Group.
         group: &'static str,
@@ -109,7 +113,10 @@ pub fn assign(pattern: &FilePattern, paths: &[String]) -> Assignment {
             Ok(candidate) => {
                 // Folders that differ in case alone are one folder on many disks.
                 let id = candidate.participant.as_str().to_lowercase();
-                texts.entry(id).or_default().insert(participant_text(&candidate.captures).to_owned());
+                texts
+                    .entry(id)
+                    .or_default()
+                    .insert(participant_text(&candidate.captures).to_owned());
                 candidates.push(candidate);
             }
             Err(error) => assignment.refusals.push((path.clone(), error)),
@@ -129,16 +136,24 @@ pub fn assign(pattern: &FilePattern, paths: &[String]) -> Assignment {
         false
     });
     if !pattern.groups().any(|group| group == "participant") && !candidates.is_empty() {
-        assignment.notes.push(
-            "`files` captures no participant: all recordings are of sub-01".to_owned(),
-        );
+        assignment
+            .notes
+            .push("`files` captures no participant: all recordings are of sub-01".to_owned());
     }
     for (index, group) in NUMBERS.into_iter().enumerate() {
-        if candidates.iter().any(|candidate| candidate.numbers[index] == Some(0)) {
-            for number in candidates.iter_mut().filter_map(|candidate| candidate.numbers[index].as_mut()) {
+        if candidates
+            .iter()
+            .any(|candidate| candidate.numbers[index] == Some(0))
+        {
+            for number in candidates
+                .iter_mut()
+                .filter_map(|candidate| candidate.numbers[index].as_mut())
+            {
                 *number = number.saturating_add(1);
             }
-            assignment.notes.push(format!("{group}s are numbered from 0 in the names: each number is one more in the study"));
+            assignment.notes.push(format!(
+                "{group}s are numbered from 0 in the names: each number is one more in the study"
+            ));
         }
     }
     place(candidates, &mut assignment);
@@ -197,7 +212,9 @@ fn place(candidates: Vec<Candidate>, assignment: &mut Assignment) {
         } = candidate;
         let session = session.unwrap_or(1);
         let mut next = || {
-            let count = counts.entry((participant.clone(), session, trial, attempt)).or_default();
+            let count = counts
+                .entry((participant.clone(), session, trial, attempt))
+                .or_default();
             *count += 1;
             *count
         };
@@ -242,11 +259,20 @@ fn natural(a: &str, b: &str) -> Ordering {
             return rest_a.len().cmp(&rest_b.len()).then_with(|| a.cmp(b));
         };
         if first_a.is_ascii_digit() && first_b.is_ascii_digit() {
-            let digits = |text: &str| text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
+            let digits = |text: &str| {
+                text.find(|c: char| !c.is_ascii_digit())
+                    .unwrap_or(text.len())
+            };
             let (number_a, tail_a) = rest_a.split_at(digits(rest_a));
             let (number_b, tail_b) = rest_b.split_at(digits(rest_b));
-            let (short_a, short_b) = (number_a.trim_start_matches('0'), number_b.trim_start_matches('0'));
-            let order = short_a.len().cmp(&short_b.len()).then_with(|| short_a.cmp(short_b));
+            let (short_a, short_b) = (
+                number_a.trim_start_matches('0'),
+                number_b.trim_start_matches('0'),
+            );
+            let order = short_a
+                .len()
+                .cmp(&short_b.len())
+                .then_with(|| short_a.cmp(short_b));
             if order.is_ne() {
                 return order;
             }
@@ -273,7 +299,15 @@ mod tests {
     fn places(assignment: &Assignment) -> Vec<(&str, &str, u32, u32, u32)> {
         let files = assignment.files.iter();
         files
-            .map(|file| (&*file.path, file.participant.as_str(), file.session, file.trial, file.attempt))
+            .map(|file| {
+                (
+                    &*file.path,
+                    file.participant.as_str(),
+                    file.session,
+                    file.trial,
+                    file.attempt,
+                )
+            })
             .collect()
     }
 
@@ -285,7 +319,10 @@ mod tests {
         );
         assert_eq!(
             places(&found),
-            [("P 1_x/day1_T1.mat", "sub-P1x", 1, 1, 1), ("sub-A/day2_T03.mat", "sub-A", 2, 3, 1)]
+            [
+                ("sub-A/day2_T03.mat", "sub-A", 2, 3, 1),
+                ("P 1_x/day1_T1.mat", "sub-P1x", 1, 1, 1)
+            ]
         );
         assert!(found.refusals.is_empty());
     }
@@ -295,28 +332,52 @@ mod tests {
         let found = assigned(r"(?<participant>..)_.*", &["ab_r10", "ab_r9", "cd_x"]);
         assert_eq!(
             places(&found),
-            [("ab_r9", "sub-ab", 1, 1, 1), ("ab_r10", "sub-ab", 1, 2, 1), ("cd_x", "sub-cd", 1, 1, 1)]
+            [
+                ("ab_r9", "sub-ab", 1, 1, 1),
+                ("ab_r10", "sub-ab", 1, 2, 1),
+                ("cd_x", "sub-cd", 1, 1, 1)
+            ]
         );
         let found = assigned(r"T(?<trial>\d+).*", &["T0a", "T0b", "T1"]);
         assert_eq!(
             places(&found),
-            [("T0a", "sub-01", 1, 1, 1), ("T0b", "sub-01", 1, 1, 2), ("T1", "sub-01", 1, 2, 1)]
+            [
+                ("T0a", "sub-01", 1, 1, 1),
+                ("T0b", "sub-01", 1, 1, 2),
+                ("T1", "sub-01", 1, 2, 1)
+            ]
         );
         assert_eq!(found.notes.len(), 2, "{:?}", found.notes);
     }
 
     #[test]
     fn names_that_become_one_are_refused_by_name() {
-        let found = assigned(r"(?<participant>.*)\.mat", &["a-1.mat", "a1.mat", "A1.mat", "b.mat"]);
+        let found = assigned(
+            r"(?<participant>.*)\.mat",
+            &["a-1.mat", "a1.mat", "A1.mat", "b.mat"],
+        );
         assert_eq!(places(&found), [("b.mat", "sub-b", 1, 1, 1)]);
         assert_eq!(found.refusals.len(), 3);
         let text = found.refusals[0].1.to_string();
         assert!(text.contains("`A1` and `a-1` and `a1`"), "{text}");
 
-        let found = assigned(r"S(?<participant>\d+)_T(?<trial>\d+)_(?<attempt>\d).*", &["S1_T1_1a", "S1_T1_1b"]);
+        let found = assigned(
+            r"S(?<participant>\d+)_T(?<trial>\d+)_(?<attempt>\d).*",
+            &["S1_T1_1a", "S1_T1_1b"],
+        );
         assert_eq!(found.refusals.len(), 2);
         assert!(matches!(found.refusals[0].1, NameError::SamePlace { .. }));
         let found = assigned(r"(?<participant>.*)_(?<trial>.*)", &["é_1", "a_x"]);
-        assert!(matches!(found.refusals[..], [(_, NameError::NotNumber { .. }), (_, NameError::NoName { .. })]), "{:?}", found.refusals);
+        assert!(
+            matches!(
+                found.refusals[..],
+                [
+                    (_, NameError::NotNumber { .. }),
+                    (_, NameError::NoName { .. })
+                ]
+            ),
+            "{:?}",
+            found.refusals
+        );
     }
 }

@@ -36,8 +36,10 @@ impl FilePattern {
 
     /// Makes the pattern of a name with placeholders: `{participant}` stands for any text without `/`, and for digits in the
     /// place of numbers.
-    #[must_use]
-    pub fn from_template(template: &Template) -> Self {
+    ///
+    /// # Errors
+    /// The reason in words.
+    pub fn from_template(template: &Template) -> Result<Self, String> {
         let mut text = String::new();
         let mut seen = Vec::new();
         for part in &template.parts {
@@ -55,12 +57,7 @@ impl FilePattern {
                 }
             }
         }
-        // Placeholders are identifiers and literals are escaped, so the pattern is valid; one that is not matches nothing.
-        let regex = Regex::new(&format!("^{text}$")).or_else(|_| Regex::new(r"[^\s\S]"));
-        match regex {
-            Ok(regex) => Self { regex },
-            Err(error) => unreachable!("an empty class is a regular expression: {error}"),
-        }
+        Self::parse(&text)
     }
 
     /// Returns the names of the groups.
@@ -108,7 +105,9 @@ impl Template {
             let name = close.map(|close| &rest[open + 1..close]);
             let is_name = |name: &&str| {
                 let mut letters = name.chars();
-                letters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
+                letters
+                    .next()
+                    .is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
                     && letters.all(|c| c.is_ascii_alphanumeric() || c == '_')
             };
             let (Some(close), Some(name)) = (close, name.filter(is_name)) else {
@@ -165,10 +164,19 @@ mod tests {
 
     #[test]
     fn the_pattern_matches_the_whole_path_and_names_its_groups() {
-        let pattern = FilePattern::parse(r"day \d/S(?<participant>\d+)_T(?<trial>\d+)\.mat").unwrap();
+        let pattern =
+            FilePattern::parse(r"day \d/S(?<participant>\d+)_T(?<trial>\d+)\.mat").unwrap();
         let captures = pattern.captures("day 2/S01_T12.mat").unwrap();
-        assert_eq!((&*captures["participant"], &*captures["trial"]), ("01", "12"));
-        for other in ["S01_T12.mat", "day 2/S01_T12.mat.bak", "x/day 2/S01_T12.mat", "day 2/S01_T12xmat"] {
+        assert_eq!(
+            (&*captures["participant"], &*captures["trial"]),
+            ("01", "12")
+        );
+        for other in [
+            "S01_T12.mat",
+            "day 2/S01_T12.mat.bak",
+            "x/day 2/S01_T12.mat",
+            "day 2/S01_T12xmat",
+        ] {
             assert!(pattern.captures(other).is_none(), "{other}");
         }
         let alternatives = FilePattern::parse("a|b").unwrap();
@@ -180,8 +188,11 @@ mod tests {
     #[test]
     fn a_name_with_placeholders_is_filled_and_matched() {
         let template = Template::parse("force_S{participant}_T{trial}.csv").unwrap();
-        assert_eq!(template.placeholders().collect::<Vec<_>>(), ["participant", "trial"]);
-        let pattern = FilePattern::from_template(&template);
+        assert_eq!(
+            template.placeholders().collect::<Vec<_>>(),
+            ["participant", "trial"]
+        );
+        let pattern = FilePattern::from_template(&template).unwrap();
         let captures = pattern.captures("force_SAB_T07.csv").unwrap();
         assert_eq!(template.fill(&captures), "force_SAB_T07.csv");
         assert!(pattern.captures("force_SAB_Tx.csv").is_none());

@@ -20,7 +20,9 @@ impl People {
     /// The reason in words.
     pub fn parse(text: &str) -> Result<Self, String> {
         let text = text.trim_start_matches('\u{feff}');
-        let mut lines = (1..).zip(text.split(['\n', '\r'])).filter(|(_, line)| !line.trim().is_empty());
+        let mut lines = (1..)
+            .zip(text.split(['\n', '\r']))
+            .filter(|(_, line)| !line.trim().is_empty());
         let mut header = lines.next().map(|(_, line)| line);
         let stated = header.and_then(stated_separator);
         if stated.is_some() {
@@ -29,20 +31,33 @@ impl People {
         let header = header.ok_or_else(|| "the table is empty".to_owned())?;
         let place = |separator: Separator| {
             let names = cells(header, separator);
-            ID_COLUMNS.into_iter().find_map(|id| names.iter().position(|name| name.eq_ignore_ascii_case(id)))
+            ID_COLUMNS
+                .into_iter()
+                .find_map(|id| names.iter().position(|name| name.eq_ignore_ascii_case(id)))
         };
         let candidates = stated.map_or(Separator::ALL.to_vec(), |separator| vec![separator]);
-        let found = candidates.into_iter().find_map(|separator| Some((separator, place(separator)?)));
+        let found = candidates
+            .into_iter()
+            .find_map(|separator| Some((separator, place(separator)?)));
         let (separator, id) = found.ok_or_else(|| {
             let shown: String = header.chars().take(80).collect();
             format!("no column is named participant or participant_id in `{shown}`: name the column with the participants so")
         })?;
-        let names: Vec<String> = cells(header, separator).into_iter().map(String::from).collect();
-        let kept: Vec<usize> = (0..names.len()).filter(|column| *column != id && !names[*column].is_empty()).collect();
+        let names: Vec<String> = cells(header, separator)
+            .into_iter()
+            .map(String::from)
+            .collect();
+        let kept: Vec<usize> = (0..names.len())
+            .filter(|column| *column != id && !names[*column].is_empty())
+            .collect();
         let mut rows: Vec<(String, Vec<String>)> = Vec::new();
         for (_, line) in lines {
             let cells = cells(line, separator);
-            let cell = |column: usize| cells.get(column).map_or(String::new(), |cell| cell.to_string());
+            let cell = |column: usize| {
+                cells
+                    .get(column)
+                    .map_or(String::new(), |cell| cell.to_string())
+            };
             let name = cell(id);
             if name.is_empty() {
                 continue;
@@ -99,7 +114,11 @@ mod tests {
             "sep=;\nparticipant;age;note\n1;30;a, b\nP2;41\n",
         ] {
             let people = People::parse(text).unwrap();
-            assert_eq!(people.row(&id("sub-01")), Some(vec![("age", "30"), ("note", "a, b")]), "{text:?}");
+            assert_eq!(
+                people.row(&id("sub-01")),
+                Some(vec![("age", "30"), ("note", "a, b")]),
+                "{text:?}"
+            );
             assert_eq!(people.row(&id("sub-P2")).unwrap()[0], ("age", "41"));
             assert_eq!(people.row(&id("sub-03")), None);
         }

@@ -11,14 +11,17 @@ use crate::map::{
 use crate::map_error::{MapError, MapErrors};
 use crate::pattern::{FilePattern, KNOWN_GROUPS, Template};
 use crate::raw::{
-    RawDrive, RawEnvelopes, RawIntervals, RawLateral, RawMap, RawModulation, RawNormal, RawPickup, RawPlate,
+    RawDrive, RawEnvelopes, RawIntervals, RawLateral, RawMap, RawModulation, RawNormal, RawPickup,
+    RawPlate,
 };
 use crate::streams::{
     ArraySource, Clock, Drive, Envelopes, Lateral, LateralTare, LockInFilter, Normal, NormalTare,
     Pickup, PickupConversion, PickupQuantity, PickupScale, Position, Quantity, Rate, TimeBase,
     Travel,
 };
-use crate::value::{CarrierWord, CentreWord, FoundWord, LateralTareWord, NormalTareWord, NumberOr, ScaleWord};
+use crate::value::{
+    CarrierWord, CentreWord, FoundWord, LateralTareWord, NormalTareWord, NumberOr, ScaleWord,
+};
 
 /// Version of the map's layout.
 const FORMAT: u32 = 1;
@@ -52,7 +55,13 @@ impl ImportMap {
 impl Check<'_> {
     fn map(&mut self, raw: RawMap) -> Option<ImportMap> {
         if raw.format != FORMAT {
-            self.wrong("format", format!("= {} is not read by this version; write format = {FORMAT}", raw.format));
+            self.wrong(
+                "format",
+                format!(
+                    "= {} is not read by this version; write format = {FORMAT}",
+                    raw.format
+                ),
+            );
         }
         let pattern = self.pattern(&raw);
         let electrical = self.electrical(&raw);
@@ -64,7 +73,9 @@ impl Check<'_> {
             _ => None,
         };
         let normal_table = raw.normal.clone();
-        let normal = raw.normal.map(|normal| self.normal(normal, drive_time.as_ref()));
+        let normal = raw
+            .normal
+            .map(|normal| self.normal(normal, drive_time.as_ref()));
         let reference = normal.as_ref().and_then(Option::as_ref);
         let reference = reference.map(|normal| (normal.time.clone(), normal.clock));
         let is_normal_wrong = normal.as_ref().is_some_and(Option::is_none);
@@ -73,40 +84,86 @@ impl Check<'_> {
             true => Some((TimeBase::Rate(Rate::File), OWN_CLOCK)),
             false => reference,
         };
-        let lateral = raw.lateral.map(|lateral| self.lateral(lateral, reference.as_ref()));
+        let lateral = raw
+            .lateral
+            .map(|lateral| self.lateral(lateral, reference.as_ref()));
         let reference = reference.or_else(|| {
             let lateral = lateral.as_ref()?.as_ref()?;
             Some((lateral.time.clone(), lateral.clock))
         });
         let place = match (raw.position, raw.velocity) {
             (Some(_), Some(_)) => {
-                self.wrong("velocity", "and [position] both state the place of the finger: delete one");
+                self.wrong(
+                    "velocity",
+                    "and [position] both state the place of the finger: delete one",
+                );
                 None
             }
             (Some(table), None) => {
                 let source = self.source("position", table.file.as_deref(), table.from);
-                let time = RawTime { rate_hz: table.rate_hz, time: table.time, seconds_per_unit: table.seconds_per_unit };
-                let clock = RawClocking { clock: table.clock, offset_s: table.offset_s, ppm: table.ppm };
+                let time = RawTime {
+                    rate_hz: table.rate_hz,
+                    time: table.time,
+                    seconds_per_unit: table.seconds_per_unit,
+                };
+                let clock = RawClocking {
+                    clock: table.clock,
+                    offset_s: table.offset_s,
+                    ppm: table.ppm,
+                };
                 let metres = self.scale("position", "metres_per_unit", table.metres_per_unit);
                 let bits = table.wrap_bits.filter(|bits| !(2..=63).contains(bits));
                 if let Some(bits) = bits {
-                    self.wrong("position.wrap_bits", format!("= {bits} is outside 2 to 63: write the number of bits of the counter"));
+                    self.wrong(
+                        "position.wrap_bits",
+                        format!(
+                            "= {bits} is outside 2 to 63: write the number of bits of the counter"
+                        ),
+                    );
                 }
-                let travel = metres.map(|metres_per_unit| Travel::Position { metres_per_unit, wrap_bits: table.wrap_bits });
-                Some(self.place("position", (source, time, clock, travel), reference.as_ref()))
+                let travel = metres.map(|metres_per_unit| Travel::Position {
+                    metres_per_unit,
+                    wrap_bits: table.wrap_bits,
+                });
+                Some(self.place(
+                    "position",
+                    (source, time, clock, travel),
+                    reference.as_ref(),
+                ))
             }
             (None, Some(table)) => {
                 let source = self.source("velocity", table.file.as_deref(), table.from);
-                let time = RawTime { rate_hz: table.rate_hz, time: table.time, seconds_per_unit: table.seconds_per_unit };
-                let clock = RawClocking { clock: table.clock, offset_s: table.offset_s, ppm: table.ppm };
-                let metres = self.scale("velocity", "metres_per_unit", Some(table.metres_per_unit.unwrap_or(1.0)));
-                let travel = metres.map(|metres_per_s_per_unit| Travel::Velocity { metres_per_s_per_unit });
-                Some(self.place("velocity", (source, time, clock, travel), reference.as_ref()))
+                let time = RawTime {
+                    rate_hz: table.rate_hz,
+                    time: table.time,
+                    seconds_per_unit: table.seconds_per_unit,
+                };
+                let clock = RawClocking {
+                    clock: table.clock,
+                    offset_s: table.offset_s,
+                    ppm: table.ppm,
+                };
+                let metres = self.scale(
+                    "velocity",
+                    "metres_per_unit",
+                    Some(table.metres_per_unit.unwrap_or(1.0)),
+                );
+                let travel = metres.map(|metres_per_s_per_unit| Travel::Velocity {
+                    metres_per_s_per_unit,
+                });
+                Some(self.place(
+                    "velocity",
+                    (source, time, clock, travel),
+                    reference.as_ref(),
+                ))
             }
             (None, None) => None,
         };
         let intervals = self.intervals(raw.intervals);
-        if matches!(electrical, Some(Electrical::Stimulus(_))) && normal_table.is_none() && lateral.is_none() {
+        if matches!(electrical, Some(Electrical::Stimulus(_)))
+            && normal_table.is_none()
+            && lateral.is_none()
+        {
             self.missing(
                 None,
                 "drive",
@@ -127,14 +184,8 @@ impl Check<'_> {
 
     fn pattern(&mut self, raw: &RawMap) -> Option<FilePattern> {
         let stream_files = self.stream_files(raw);
-        let pattern = match &raw.files {
-            Some(text) => match FilePattern::parse(text) {
-                Ok(pattern) => pattern,
-                Err(fault) => {
-                    self.wrong("files", fault);
-                    return None;
-                }
-            },
+        let parsed = match &raw.files {
+            Some(text) => FilePattern::parse(text),
             None => match stream_files.first() {
                 Some((_, template)) => FilePattern::from_template(template),
                 None => {
@@ -147,26 +198,49 @@ impl Check<'_> {
                 }
             },
         };
+        let pattern = match parsed {
+            Ok(pattern) => pattern,
+            Err(fault) => {
+                self.wrong("files", fault);
+                return None;
+            }
+        };
         let groups: BTreeSet<String> = pattern.groups().map(str::to_owned).collect();
         let used: BTreeSet<String> = stream_files
             .iter()
             .flat_map(|(_, template)| template.placeholders().map(str::to_owned))
             .collect();
         for (key, template) in &stream_files {
-            for name in template.placeholders().filter(|name| !groups.contains(*name)) {
+            for name in template
+                .placeholders()
+                .filter(|name| !groups.contains(*name))
+            {
                 let known: Vec<String> = groups.iter().cloned().collect();
                 let meant = strict_toml::nearest(name, &known);
-                let meant = meant.map(|meant| format!(", did you mean {{{meant}}}?")).unwrap_or_default();
-                self.wrong(key, format!("names {{{name}}}, which `files` does not capture{meant}"));
+                let meant = meant
+                    .map(|meant| format!(", did you mean {{{meant}}}?"))
+                    .unwrap_or_default();
+                self.wrong(
+                    key,
+                    format!("names {{{name}}}, which `files` does not capture{meant}"),
+                );
             }
         }
         let known = KNOWN_GROUPS.map(str::to_owned);
-        for group in groups.iter().filter(|group| !known.contains(group) && !used.contains(*group)) {
+        for group in groups
+            .iter()
+            .filter(|group| !known.contains(group) && !used.contains(*group))
+        {
             let meant = strict_toml::nearest(group, &known);
-            let meant = meant.map(|meant| format!(", did you mean `{meant}`?")).unwrap_or_default();
+            let meant = meant
+                .map(|meant| format!(", did you mean `{meant}`?"))
+                .unwrap_or_default();
             self.wrong(
                 "files",
-                format!("captures `{group}`, which nothing uses{meant}; known: {}", KNOWN_GROUPS.join(", ")),
+                format!(
+                    "captures `{group}`, which nothing uses{meant}; known: {}",
+                    KNOWN_GROUPS.join(", ")
+                ),
             );
         }
         Some(pattern)
@@ -175,19 +249,53 @@ impl Check<'_> {
     /// Returns the names of files with placeholders, the streams' first, with their keys.
     fn stream_files(&mut self, raw: &RawMap) -> Vec<(&'static str, Template)> {
         let names = [
-            ("drive.file", raw.drive.as_ref().and_then(|table| table.file.as_deref())),
-            ("envelopes.file", raw.envelopes.as_ref().and_then(|table| table.file.as_deref())),
-            ("normal.file", raw.normal.as_ref().and_then(|table| table.file.as_deref())),
-            ("lateral.file", raw.lateral.as_ref().and_then(|table| table.file.as_deref())),
-            ("pickup.file", raw.pickup.as_ref().and_then(|table| table.file.as_deref())),
-            ("position.file", raw.position.as_ref().and_then(|table| table.file.as_deref())),
-            ("velocity.file", raw.velocity.as_ref().and_then(|table| table.file.as_deref())),
-            ("intervals.marks", raw.intervals.as_ref().and_then(|table| table.marks.as_deref())),
-            ("baseline.file", raw.baseline.as_ref().map(|table| table.file.as_str())),
+            (
+                "drive.file",
+                raw.drive.as_ref().and_then(|table| table.file.as_deref()),
+            ),
+            (
+                "envelopes.file",
+                raw.envelopes
+                    .as_ref()
+                    .and_then(|table| table.file.as_deref()),
+            ),
+            (
+                "normal.file",
+                raw.normal.as_ref().and_then(|table| table.file.as_deref()),
+            ),
+            (
+                "lateral.file",
+                raw.lateral.as_ref().and_then(|table| table.file.as_deref()),
+            ),
+            (
+                "pickup.file",
+                raw.pickup.as_ref().and_then(|table| table.file.as_deref()),
+            ),
+            (
+                "position.file",
+                raw.position
+                    .as_ref()
+                    .and_then(|table| table.file.as_deref()),
+            ),
+            (
+                "velocity.file",
+                raw.velocity
+                    .as_ref()
+                    .and_then(|table| table.file.as_deref()),
+            ),
+            (
+                "intervals.marks",
+                raw.intervals
+                    .as_ref()
+                    .and_then(|table| table.marks.as_deref()),
+            ),
+            (
+                "baseline.file",
+                raw.baseline.as_ref().map(|table| table.file.as_str()),
+            ),
         ];
-        let parsed = |(key, text): (&'static str, Option<&str>)| {
-            Some((key, Template::parse(text?).ok()?))
-        };
+        let parsed =
+            |(key, text): (&'static str, Option<&str>)| Some((key, Template::parse(text?).ok()?));
         names.into_iter().filter_map(parsed).collect()
     }
 
@@ -195,7 +303,10 @@ impl Check<'_> {
         match (&raw.drive, &raw.pickup, &raw.envelopes) {
             (None, None, Some(table)) => self.envelopes(raw, table),
             (_, _, Some(_)) => {
-                self.wrong("envelopes", "stands in place of [drive] and [pickup]: delete the one or the others");
+                self.wrong(
+                    "envelopes",
+                    "stands in place of [drive] and [pickup]: delete the one or the others",
+                );
                 None
             }
             (Some(drive), Some(pickup), None) => self.signals(raw, drive, pickup),
@@ -212,9 +323,15 @@ impl Check<'_> {
                 None
             }
             (None, None, None) => {
-                for (table, is_there) in [("carrier", raw.carrier.is_some()), ("plate", raw.plate.is_some())] {
+                for (table, is_there) in [
+                    ("carrier", raw.carrier.is_some()),
+                    ("plate", raw.plate.is_some()),
+                ] {
                     if is_there {
-                        self.wrong(table, "needs [drive] and [pickup], or [envelopes]: delete it, or write those");
+                        self.wrong(
+                            table,
+                            "needs [drive] and [pickup], or [envelopes]: delete it, or write those",
+                        );
                     }
                 }
                 Some(Electrical::Stimulus(None))
@@ -222,15 +339,29 @@ impl Check<'_> {
         }
     }
 
-    fn signals(&mut self, raw: &RawMap, drive: &RawDrive, pickup: &RawPickup) -> Option<Electrical> {
+    fn signals(
+        &mut self,
+        raw: &RawMap,
+        drive: &RawDrive,
+        pickup: &RawPickup,
+    ) -> Option<Electrical> {
         let carrier = self.carrier(raw);
         let modulation = self.modulation(raw.modulation.as_ref());
         let drive = self.drive(drive);
         let source = self.source("pickup", pickup.file.as_deref(), pickup.from.clone());
-        let conversion = self.conversion("pickup", pickup.quantity, pickup.metres_per_unit, pickup.skew_s, pickup.phase_rad);
+        let conversion = self.conversion(
+            "pickup",
+            pickup.quantity,
+            pickup.metres_per_unit,
+            pickup.skew_s,
+            pickup.phase_rad,
+        );
         let plate = self.plate(raw.plate.as_ref());
         if let (Some(Carrier::Follows), Some(plate)) = (carrier, &plate)
-            && matches!(plate.constants, PlateConstants::Stated { quality: None, .. })
+            && matches!(
+                plate.constants,
+                PlateConstants::Stated { quality: None, .. }
+            )
         {
             self.missing(Some("plate"), "quality", "a carrier that moves needs the plate's impedance at each frequency: write the quality factor, or sweep");
             return None;
@@ -284,14 +415,25 @@ impl Check<'_> {
     fn modulation(&mut self, raw: Option<&RawModulation>) -> Option<Modulation> {
         let hz = raw.and_then(|modulation| modulation.hz);
         let index = raw.and_then(|modulation| modulation.index);
-        let hz = self.require("modulation", "hz", hz, "write a number in Hz, 0 without modulation, or \"found\"");
-        let index = self.require("modulation", "index", index, "write a number from 0 to 1, or \"found\"");
+        let hz = self.require(
+            "modulation",
+            "hz",
+            hz,
+            "write a number in Hz, 0 without modulation, or \"found\"",
+        );
+        let index = self.require(
+            "modulation",
+            "index",
+            index,
+            "write a number from 0 to 1, or \"found\"",
+        );
         let quantity = |check: &mut Self, key: &str, value, range, unit: &str| match value {
             NumberOr::Word(FoundWord::Found) => Some(Quantity::Found),
             NumberOr::Number(value) => check.within(key, value, range, unit).map(Quantity::Stated),
         };
         let hz = hz.and_then(|hz| quantity(self, "modulation.hz", hz, (0.0, 1e4), "Hz"));
-        let index = index.and_then(|index| quantity(self, "modulation.index", index, (0.0, 1.0), ""));
+        let index =
+            index.and_then(|index| quantity(self, "modulation.index", index, (0.0, 1.0), ""));
         Some(Modulation {
             hz: hz?,
             index: index?,
@@ -306,7 +448,12 @@ impl Check<'_> {
         skew_s: Option<NumberOr<FoundWord>>,
         phase_rad: Option<NumberOr<FoundWord>>,
     ) -> Option<PickupConversion> {
-        let quantity = self.require(table, "quantity", quantity, "write displacement, velocity, acceleration or charge");
+        let quantity = self.require(
+            table,
+            "quantity",
+            quantity,
+            "write displacement, velocity, acceleration or charge",
+        );
         let remedy = "write the displacement in metres per unit of the array (of a velocity m/s, of an acceleration m/s²), or \"from modal mass\"";
         let scale = match self.require(table, "metres_per_unit", metres_per_unit, remedy) {
             None => None,
@@ -346,15 +493,34 @@ impl Check<'_> {
         };
         let time = self.time("envelopes", time, None);
         let volts_per_unit = self.scale("envelopes", "volts_per_unit", table.volts_per_unit);
-        let conversion = self.conversion("envelopes", table.quantity, table.metres_per_unit, table.skew_s, table.phase_rad);
-        let convention = self.require("envelopes", "convention", table.convention, "write exp(+iwt) or exp(-iwt)");
-        let is_rms = self.require("envelopes", "rms", table.rms, "write true if the instrument writes RMS values, false if peak values");
+        let conversion = self.conversion(
+            "envelopes",
+            table.quantity,
+            table.metres_per_unit,
+            table.skew_s,
+            table.phase_rad,
+        );
+        let convention = self.require(
+            "envelopes",
+            "convention",
+            table.convention,
+            "write exp(+iwt) or exp(-iwt)",
+        );
+        let is_rms = self.require(
+            "envelopes",
+            "rms",
+            table.rms,
+            "write true if the instrument writes RMS values, false if peak values",
+        );
         let low_pass = match &table.low_pass {
             None => Some(None),
             Some(filter) => {
                 let order = filter.order;
                 if !(1..=8).contains(&order) {
-                    self.wrong("envelopes.low_pass.order", format!("= {order} is outside 1 to 8"));
+                    self.wrong(
+                        "envelopes.low_pass.order",
+                        format!("= {order} is outside 1 to 8"),
+                    );
                 }
                 self.within("envelopes.low_pass.tau_s", filter.tau_s, (1e-9, 10.0), "s")
                     .map(|tau_s| Some(LockInFilter { order, tau_s }))
@@ -362,7 +528,10 @@ impl Check<'_> {
         };
         let plate = self.plate(raw.plate.as_ref());
         if raw.baseline.is_some() {
-            self.wrong("baseline", "is read with [drive] and [pickup] alone: delete it");
+            self.wrong(
+                "baseline",
+                "is read with [drive] and [pickup] alone: delete it",
+            );
         }
         Some(Electrical::Envelopes {
             carrier_hz: carrier_hz?,
@@ -385,22 +554,33 @@ impl Check<'_> {
     fn plate(&mut self, raw: Option<&RawPlate>) -> Option<Plate> {
         let mass = raw.and_then(|plate| plate.modal_mass_kg);
         let mass = self.require("plate", "modal_mass_kg", mass, "write the modal mass in kg");
-        let mass = mass.and_then(|mass| self.within("plate.modal_mass_kg", mass, (1e-9, 1e3), "kg"));
+        let mass =
+            mass.and_then(|mass| self.within("plate.modal_mass_kg", mass, (1e-9, 1e3), "kg"));
         let raw = raw?;
         let centre = match raw.centre_m {
             None | Some(NumberOr::Word(CentreWord::MiddleOfTravel)) => Some(Centre::MiddleOfTravel),
-            Some(NumberOr::Number(value)) => self.finite("plate.centre_m", value).map(Centre::Stated),
+            Some(NumberOr::Number(value)) => {
+                self.finite("plate.centre_m", value).map(Centre::Stated)
+            }
         };
         let constants = match &raw.sweep {
             Some(file) => {
-                for (key, is_there) in [("resonance_hz", raw.resonance_hz.is_some()), ("quality", raw.quality.is_some())] {
+                for (key, is_there) in [
+                    ("resonance_hz", raw.resonance_hz.is_some()),
+                    ("quality", raw.quality.is_some()),
+                ] {
                     if is_there {
-                        self.wrong(&format!("plate.{key}"), "and `sweep` both state the resonance: delete one");
+                        self.wrong(
+                            &format!("plate.{key}"),
+                            "and `sweep` both state the resonance: delete one",
+                        );
                     }
                 }
                 let factor = match raw.force_factor_n_per_v {
                     None => Some(None),
-                    stated => self.scale("plate", "force_factor_n_per_v", stated).map(Some),
+                    stated => self
+                        .scale("plate", "force_factor_n_per_v", stated)
+                        .map(Some),
                 };
                 factor.map(|force_factor_n_per_v| PlateConstants::Sweep {
                     file: file.clone(),
@@ -408,19 +588,33 @@ impl Check<'_> {
                 })
             }
             None => {
-                let remedy = "write it, or sweep = \"FILE\" with a sweep that was measured elsewhere";
+                let remedy =
+                    "write it, or sweep = \"FILE\" with a sweep that was measured elsewhere";
                 let resonance = self.require("plate", "resonance_hz", raw.resonance_hz, remedy);
-                let resonance = resonance.and_then(|hz| self.within("plate.resonance_hz", hz, (1.0, 1e7), "Hz"));
+                let resonance = resonance
+                    .and_then(|hz| self.within("plate.resonance_hz", hz, (1.0, 1e7), "Hz"));
                 let remedy = "write the actuators' force per volt in N/V, or sweep = \"FILE\" with a sweep that was measured elsewhere";
-                let factor = self.require("plate", "force_factor_n_per_v", raw.force_factor_n_per_v, remedy);
-                let factor = factor.and_then(|factor| self.scale("plate", "force_factor_n_per_v", Some(factor)));
+                let factor = self.require(
+                    "plate",
+                    "force_factor_n_per_v",
+                    raw.force_factor_n_per_v,
+                    remedy,
+                );
+                let factor = factor
+                    .and_then(|factor| self.scale("plate", "force_factor_n_per_v", Some(factor)));
                 let quality = match raw.quality {
                     None => Some(None),
-                    Some(quality) => self.within("plate.quality", quality, (0.5, 1e7), "").map(Some),
+                    Some(quality) => self
+                        .within("plate.quality", quality, (0.5, 1e7), "")
+                        .map(Some),
                 };
-                resonance.zip(factor).zip(quality).map(|((resonance_hz, force_factor_n_per_v), quality)| {
-                    PlateConstants::Stated { resonance_hz, quality, force_factor_n_per_v }
-                })
+                resonance.zip(factor).zip(quality).map(
+                    |((resonance_hz, force_factor_n_per_v), quality)| PlateConstants::Stated {
+                        resonance_hz,
+                        quality,
+                        force_factor_n_per_v,
+                    },
+                )
             }
         };
         Some(Plate {
@@ -450,7 +644,9 @@ impl Check<'_> {
         let tare = match table.tare {
             None | Some(NumberOr::Word(NormalTareWord::None)) => Some(NormalTare::Stated(0.0)),
             Some(NumberOr::Word(NormalTareWord::NoContact)) => Some(NormalTare::NoContact),
-            Some(NumberOr::Number(value)) => self.finite("normal.tare", value).map(NormalTare::Stated),
+            Some(NumberOr::Number(value)) => {
+                self.finite("normal.tare", value).map(NormalTare::Stated)
+            }
         };
         Some(Normal {
             source: source?,
@@ -461,7 +657,11 @@ impl Check<'_> {
         })
     }
 
-    fn lateral(&mut self, table: RawLateral, normal: Option<&(TimeBase, Clock)>) -> Option<Lateral> {
+    fn lateral(
+        &mut self,
+        table: RawLateral,
+        normal: Option<&(TimeBase, Clock)>,
+    ) -> Option<Lateral> {
         let source = self.source("lateral", table.file.as_deref(), table.from);
         let time = RawTime {
             rate_hz: table.rate_hz,
@@ -482,7 +682,9 @@ impl Check<'_> {
             Some(NumberOr::Word(LateralTareWord::SymmetricStrokes)) => {
                 Some(LateralTare::SymmetricStrokes)
             }
-            Some(NumberOr::Number(value)) => self.finite("lateral.tare", value).map(LateralTare::Stated),
+            Some(NumberOr::Number(value)) => {
+                self.finite("lateral.tare", value).map(LateralTare::Stated)
+            }
         };
         Some(Lateral {
             source: source?,
@@ -517,9 +719,15 @@ impl Check<'_> {
             });
         };
         if let Some(marks) = &raw.marks {
-            for (key, rule) in [("unloaded", &raw.unloaded), ("exploration", &raw.exploration)] {
+            for (key, rule) in [
+                ("unloaded", &raw.unloaded),
+                ("exploration", &raw.exploration),
+            ] {
                 if rule.is_some() {
-                    self.wrong(&format!("intervals.{key}"), "and `marks` both state intervals: delete one");
+                    self.wrong(
+                        &format!("intervals.{key}"),
+                        "and `marks` both state intervals: delete one",
+                    );
                 }
             }
             let marks = self.template("intervals.marks", Some(marks)).ok()??;

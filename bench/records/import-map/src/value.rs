@@ -74,7 +74,9 @@ impl<'de, W: Word> Deserialize<'de> for NumberOr<W> {
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str("a number")?;
-                W::WORDS.iter().try_for_each(|word| write!(f, " or \"{word}\""))
+                W::WORDS
+                    .iter()
+                    .try_for_each(|word| write!(f, " or \"{word}\""))
             }
 
             fn visit_f64<E: de::Error>(self, value: f64) -> Result<Self::Value, E> {

@@ -50,6 +50,12 @@ impl Intervals {
             .collect()
     }
 
+    /// Adds an interval over the whole recording, so that all of it is demodulated.
+    pub fn cover(&mut self, duration_s: f64) {
+        let kind = RecordedIntervalKind::Exploration(Direction::LeftToRight);
+        self.add(kind, (0.0, duration_s), "the whole recording".to_owned());
+    }
+
     fn add(&mut self, kind: RecordedIntervalKind, (start_s, end_s): (f64, f64), why: String) {
         self.intervals.push(RecordedInterval { kind, start_s, end_s });
         self.reasons.push(why);

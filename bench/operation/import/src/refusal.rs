@@ -186,6 +186,18 @@ pub enum ImportRefusal {
         /// Recording.
         recording: String,
     },
+    /// Forces or positions do not overlap the drive in time.
+    #[error("{stream} is from {from_s:.3} to {to_s:.3} s, and the drive from 0 to {duration_s:.3} s: state offset_s, with which both overlap")]
+    Apart {
+        /// Stream.
+        stream: &'static str,
+        /// First time, s.
+        from_s: f64,
+        /// Last time, s.
+        to_s: f64,
+        /// Length of the drive, s.
+        duration_s: f64,
+    },
     /// The recording's description would not be valid.
     #[error("{0}")]
     Manifest(#[from] recording::manifest::ManifestError),

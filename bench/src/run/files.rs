@@ -269,11 +269,16 @@ pub(super) fn begin_recording(
                 format,
                 manifest: Manifest {
                     format: manifest::FORMAT,
-                    carrier_hz: carrier_hz(drive.carrier, config),
-                    modulation_hz: drive.modulation_hz,
-                    modulation_index: drive.modulation_index,
-                    channels: recorded::recorded_channels(config),
-                    plate: recorded::recorded_plate(bench),
+                    streams: manifest::Streams::Signals(manifest::RecordedSignals {
+                        carrier: manifest::Carrier::Steady(carrier_hz(drive.carrier, config)),
+                        modulation: manifest::Modulation {
+                            frequency_hz: drive.modulation_hz,
+                            index: drive.modulation_index,
+                        },
+                        channels: recorded::recorded_channels(config),
+                        plate: recorded::recorded_plate(bench),
+                    }),
+                    contact: manifest::RecordedContact::default(),
                     standard_errors: recorded::recorded_errors(bench),
                     room: recorded::recorded_room(config),
                     intervals: Vec::new(),

@@ -3,15 +3,16 @@
 use std::fs;
 use std::path::Path;
 
-use import_map::{
-    Carrier, Centre, Drive, Electrical, ImportMap, Modulation, Pickup, Plate, PlateConstants as MapPlate,
-    Quantity,
-};
 use impedance::PlateConstants;
-use recording::manifest::{
-    FoundValue, RecordedChannels, RecordedDrive, RecordedPickup, RecordedPlate,
+use import_map::{
+    Carrier, Centre, Drive, Electrical, ImportMap, Modulation, Pickup, Plate,
+    PlateConstants as MapPlate, Quantity,
 };
-use recording::{MANIFEST_FILE, SIGNALS_FILE};
+use recording::SIGNALS_FILE;
+use recording::manifest::{
+    self, FoundValue, RecordedChannels, RecordedDrive, RecordedPickup, RecordedPlate,
+    RecordedSignals, Streams,
+};
 
 use crate::alignment::{self, FoundClock};
 use crate::checks;
@@ -27,8 +28,6 @@ use crate::sources::{BLOCK, Column, Sources};
 use crate::survey::{self, Channel};
 use crate::wav_file::{WavFile, Width};
 
-/// Name of the figure.
-pub(crate) const FIGURE_FILE: &str = "import.svg";
 /// Rates of recordings, Hz.
 const RATES_HZ: (f64, f64) = (80e3, 2e6);
 
@@ -65,16 +64,24 @@ pub(crate) fn convert(
     (folder, name): (&Path, &str),
     describe: &Description<'_>,
 ) -> Result<(Vec<FoundValue>, Vec<String>), ImportRefusal> {
-    let Electrical::Signals { carrier, modulation, drive, pickup, plate, baseline } = &map.electrical else {
+    let Electrical::Signals {
+        carrier,
+        modulation,
+        drive,
+        pickup,
+        plate,
+        baseline,
+    } = &map.electrical
+    else {
         unreachable!("the caller chose by the kind of the recording");
     };
-    let parts = SignalMap { carrier: *carrier, modulation: *modulation, drive, pickup, plate };
-    if *carrier == Carrier::Follows {
-        return Err(ImportRefusal::Unsupported {
-            key: "carrier.hz",
-            reason: "\"follows\" is not converted by this version; write \"found\" if the carrier moves by less than 10 Hz".to_owned(),
-        });
-    }
+    let parts = SignalMap {
+        carrier: *carrier,
+        modulation: *modulation,
+        drive,
+        pickup,
+        plate,
+    };
     if baseline.is_some() {
         return Err(ImportRefusal::Unsupported {
             key: "baseline.file",
@@ -93,7 +100,11 @@ pub(crate) fn convert(
     checks::overlap(&readings, drive_time)?;
     checks::force_rate(map, &readings, signals.tone.modulation_hz, drive_time)?;
     let (resonance_hz, force_factor_n_per_v) = match &plate.constants {
-        MapPlate::Stated { resonance_hz, force_factor_n_per_v, .. } => (*resonance_hz, *force_factor_n_per_v),
+        MapPlate::Stated {
+            resonance_hz,
+            force_factor_n_per_v,
+            ..
+        } => (*resonance_hz, *force_factor_n_per_v),
         MapPlate::Sweep { .. } => {
             return Err(ImportRefusal::Unsupported {
                 key: "plate.sweep",
@@ -120,8 +131,18 @@ pub(crate) fn convert(
         },
         drive_time,
     };
-    checks::exchanged(&signals.channels, signals.tone.modulation_hz, &readings.intervals.unloaded_s())?;
-    let clock = state.find(folder, (&mut stated, &mut readings), describe, &mut found, &mut notes)?;
+    checks::exchanged(
+        &signals.channels,
+        signals.tone.modulation_hz,
+        &readings.intervals.unloaded_s(),
+    )?;
+    let clock = state.find(
+        folder,
+        (&mut stated, &mut readings),
+        describe,
+        &mut found,
+        &mut notes,
+    )?;
     if plate.centre == Centre::MiddleOfTravel && clock.is_some() {
         state.plate.centre_m = checks::middle_of_travel(&readings, &mut Vec::new());
     }
@@ -141,18 +162,8 @@ pub(crate) fn convert(
         clock: clock.as_ref(),
         found: &found,
     });
-    write_figure(folder, svg)?;
+    figure::write(folder, svg)?;
     Ok((found, notes))
-}
-
-/// Writes the figure of a recording.
-pub(crate) fn write_figure(
-    folder: &Path,
-    svg: Result<String, plotting::FigureError>,
-) -> Result<(), ImportRefusal> {
-    let svg = svg.map_err(|error| ImportRefusal::ReadBack(error.to_string()))?;
-    let path = folder.join(FIGURE_FILE);
-    fs::write(&path, svg).map_err(|error| ImportRefusal::system(&path, &error))
 }
 
 /// Reads drive and pickup once: rate, carrier, modulation, and the state of the channels.
@@ -162,7 +173,10 @@ fn survey(
     found: &mut Vec<FoundValue>,
     notes: &mut Vec<String>,
 ) -> Result<(Signals, f64), ImportRefusal> {
-    let columns = [sources.column(&parts.drive.source)?, sources.column(&parts.pickup.source)?];
+    let columns = [
+        sources.column(&parts.drive.source)?,
+        sources.column(&parts.pickup.source)?,
+    ];
     require_same_length(&columns[0], &columns[1])?;
     let (rate_hz, first_s) = sources.even_times(&parts.drive.time, &columns[0], "drive")?;
     if !(RATES_HZ.0..=RATES_HZ.1).contains(&rate_hz) {
@@ -173,20 +187,34 @@ fn survey(
         });
     }
     if (columns[0].len() as f64) < 0.2 * rate_hz {
-        return Err(ImportRefusal::Short { name: columns[0].name(), length: columns[0].len() });
+        return Err(ImportRefusal::Short {
+            name: columns[0].name(),
+            length: columns[0].len(),
+        });
     }
     let strongest_hz = survey::strongest_tone(sources, &columns[0], rate_hz)?;
     let reference_hz = match (parts.carrier, strongest_hz) {
         (_, Some(hz)) => hz,
         (Carrier::Constant(Quantity::Stated(hz)), None) => hz,
-        (_, None) => return Err(ImportRefusal::NoCarrier { name: columns[0].name() }),
+        (_, None) => {
+            return Err(ImportRefusal::NoCarrier {
+                name: columns[0].name(),
+            });
+        }
     };
     let drive_channel = survey::channel(sources, &columns[0], rate_hz, reference_hz)?;
     let pickup_channel = survey::channel(sources, &columns[1], rate_hz, reference_hz)?;
-    for (stream, channel, column) in [("drive", &drive_channel, &columns[0]), ("pickup", &pickup_channel, &columns[1])] {
+    for (stream, channel, column) in [
+        ("drive", &drive_channel, &columns[0]),
+        ("pickup", &pickup_channel, &columns[1]),
+    ] {
         let range = channel.range;
         if range.least >= range.greatest {
-            return Err(ImportRefusal::Dead { stream, name: column.name(), value: range.least });
+            return Err(ImportRefusal::Dead {
+                stream,
+                name: column.name(),
+                value: range.least,
+            });
         }
         if range.is_clipped() {
             notes.push(format!(
@@ -195,15 +223,26 @@ fn survey(
             ));
         }
         if range.lost > 0 {
-            notes.push(format!("{stream} ({}) lacks {} samples, which are not numbers", column.name(), range.lost));
+            notes.push(format!(
+                "{stream} ({}) lacks {} samples, which are not numbers",
+                column.name(),
+                range.lost
+            ));
         }
     }
     let measured = survey::carrier(&drive_channel.envelope);
     if strongest_hz.is_none() && measured.is_none() {
-        return Err(ImportRefusal::NoCarrier { name: columns[0].name() });
+        return Err(ImportRefusal::NoCarrier {
+            name: columns[0].name(),
+        });
     }
     let modulated = modulation::find(&drive_channel.envelope);
-    let tone = checks::tone((parts.carrier, parts.modulation), (measured, modulated), rate_hz, found)?;
+    let tone = checks::tone(
+        (parts.carrier, parts.modulation),
+        (measured, modulated),
+        rate_hz,
+        found,
+    )?;
     Ok((
         Signals {
             rate_hz,
@@ -253,7 +292,11 @@ fn write_signals_as(
     let count = drive_column.len();
     let rate_hz = signals.rate_hz.round() as u32;
     let mut file = WavFile::create(&path, rate_hz, width, count).map_err(system)?;
-    let mut integrator = Integrator::new(pickup.conversion.quantity, signals.tone.carrier_hz, signals.rate_hz);
+    let mut integrator = Integrator::new(
+        pickup.conversion.quantity,
+        signals.tone.carrier_hz,
+        signals.rate_hz,
+    );
     let (mut drive, mut raw, mut displacement) = (Vec::new(), Vec::new(), Vec::new());
     for start in (0..count).step_by(BLOCK as usize) {
         let end = (start + BLOCK).min(count);
@@ -265,7 +308,10 @@ fn write_signals_as(
             integrator.finish(&mut displacement);
         }
         let ready = drive.len().min(displacement.len());
-        if !file.append(&drive[..ready], &displacement[..ready]).map_err(system)? {
+        if !file
+            .append(&drive[..ready], &displacement[..ready])
+            .map_err(system)?
+        {
             return Ok(false);
         }
         drive.drain(..ready);
@@ -298,8 +344,14 @@ impl State<'_> {
         describe: &Description<'_>,
         found: &[FoundValue],
     ) -> Result<(), ImportRefusal> {
-        let Tone { carrier_hz, modulation_hz, modulation_index } = self.signals.tone;
+        let Tone {
+            carrier_hz,
+            modulation_hz,
+            modulation_index,
+        } = self.signals.tone;
+        let rate_hz = self.signals.rate_hz;
         let channels = RecordedChannels {
+            rate_hz: (rate_hz.fract() != 0.0).then_some(rate_hz),
             drive: RecordedDrive {
                 index: 0,
                 volts_per_unit: self.parts.drive.volts_per_unit,
@@ -312,10 +364,19 @@ impl State<'_> {
                 clip_units: None,
             },
         };
-        let tone = [carrier_hz, modulation_hz, modulation_index];
-        let manifest = describe.signals(tone, (channels, self.plate.clone()), &readings.intervals, found);
-        let path = folder.join(MANIFEST_FILE);
-        fs::write(&path, manifest.to_toml()?).map_err(|error| ImportRefusal::system(&path, &error))
+        let streams = Streams::Signals(RecordedSignals {
+            carrier: match self.parts.carrier {
+                Carrier::Follows => manifest::Carrier::Follows,
+                Carrier::Constant(_) => manifest::Carrier::Steady(carrier_hz),
+            },
+            modulation: manifest::Modulation {
+                frequency_hz: modulation_hz,
+                index: modulation_index,
+            },
+            channels,
+            plate: self.plate.clone(),
+        });
+        describe.write(folder, streams, &readings.intervals, found)
     }
 
     /// Finds what the unloaded plate and the friction show: the pickup's scale and phase, the clock of the forces.
@@ -349,21 +410,35 @@ impl State<'_> {
         let unloaded_s = readings.intervals.unloaded_s();
         if constants::is_to_be_found(conversion) {
             let record = demodulated(*stated, readings, false)?.record;
-            let plate = UnloadedPlate::read(&record, &unloaded_s, modulation_hz).map_err(|reason| {
-                ImportRefusal::NotFound { key: "pickup.phase_rad", reason }
-            })?;
+            let plate =
+                UnloadedPlate::read(&record, &unloaded_s, modulation_hz).map_err(|reason| {
+                    ImportRefusal::NotFound {
+                        key: "pickup.phase_rad",
+                        reason,
+                    }
+                })?;
             let (pickup, mut values) = plate.find(conversion, *stated, drive)?;
             *stated = pickup;
             found.append(&mut values);
         }
-        let (Some(clock), Some(normal), Some(lateral)) = (asks_for_clock, &readings.normal, &readings.lateral) else {
+        let (Some(clock), Some(normal), Some(lateral)) =
+            (asks_for_clock, &readings.normal, &readings.lateral)
+        else {
             return Ok(None);
         };
         let record = demodulated(*stated, readings, true)?.record;
         let plate = UnloadedPlate::read(&record, &unloaded_s, modulation_hz).map_err(|reason| {
-            ImportRefusal::NotFound { key: "normal.offset_s", reason }
+            ImportRefusal::NotFound {
+                key: "normal.offset_s",
+                reason,
+            }
         })?;
-        let slides_s: Vec<(f64, f64)> = readings.intervals.strokes().iter().map(|(_, from_s, to_s)| (*from_s, *to_s)).collect();
+        let slides_s: Vec<(f64, f64)> = readings
+            .intervals
+            .strokes()
+            .iter()
+            .map(|(_, from_s, to_s)| (*from_s, *to_s))
+            .collect();
         let mut placed = alignment::find(
             (normal, lateral),
             clock,

@@ -1,0 +1,221 @@
+//! Formats, and the trait by which each is read.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::ops::Range;
+
+use num_complex::Complex64;
+
+use crate::array::{ArrayInfo, Attribute};
+use crate::error::SourceError;
+
+/// Format of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// MATLAB v4.
+    Matlab4,
+    /// MATLAB v5 or v6, without compression.
+    Matlab5,
+    /// MATLAB v7, with compression.
+    Matlab7,
+    /// MATLAB v7.3, within HDF5.
+    Matlab73,
+    /// HDF5.
+    Hdf5,
+    /// TDMS of National Instruments.
+    Tdms,
+    /// One array of NumPy.
+    Npy,
+    /// Archive of NumPy's arrays.
+    Npz,
+    /// WAV.
+    Wav,
+    /// RF64.
+    Rf64,
+    /// BW64.
+    Bw64,
+    /// Wave64 of Sony.
+    Wave64,
+    /// FLAC.
+    Flac,
+    /// Table as text.
+    Text,
+    /// Parquet.
+    Parquet,
+}
+
+impl Format {
+    /// All formats.
+    pub const ALL: [Self; 15] = [
+        Self::Matlab4,
+        Self::Matlab5,
+        Self::Matlab7,
+        Self::Matlab73,
+        Self::Hdf5,
+        Self::Tdms,
+        Self::Npy,
+        Self::Npz,
+        Self::Wav,
+        Self::Rf64,
+        Self::Bw64,
+        Self::Wave64,
+        Self::Flac,
+        Self::Text,
+        Self::Parquet,
+    ];
+
+    /// Returns the reader and its version.
+    #[must_use]
+    pub fn reader(self) -> &'static str {
+        match self {
+            Self::Npy | Self::Npz => "npyz 0.9.1",
+            Self::Flac => "symphonia 0.6.1",
+            Self::Parquet => "parquet 60.1.0",
+            Self::Matlab73 | Self::Hdf5 => "hdf5-reader 0.12.1",
+            _ => concat!("friction-bench ", env!("CARGO_PKG_VERSION")),
+        }
+    }
+
+    /// Returns whether the arrays are columns of one table, which numbers name too.
+    pub(crate) fn is_table(self) -> bool {
+        matches!(self, Self::Text | Self::Parquet)
+    }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Matlab4 => "MATLAB v4",
+            Self::Matlab5 => "MATLAB v5",
+            Self::Matlab7 => "MATLAB v7",
+            Self::Matlab73 => "MATLAB v7.3",
+            Self::Hdf5 => "HDF5",
+            Self::Tdms => "TDMS",
+            Self::Npy => "NPY",
+            Self::Npz => "NPZ",
+            Self::Wav => "WAV",
+            Self::Rf64 => "RF64",
+            Self::Bw64 => "BW64",
+            Self::Wave64 => "Wave64",
+            Self::Flac => "FLAC",
+            Self::Text => "text",
+            Self::Parquet => "Parquet",
+        })
+    }
+}
+
+/// Place of a vector in an array.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(crate) struct Place {
+    /// Axis along which it runs.
+    pub(crate) axis: usize,
+    /// Index on each of the other axes, in their order.
+    pub(crate) fixed: Vec<u64>,
+}
+
+impl Place {
+    /// Returns the offset of the first element and the distance between elements, in elements, in an array whose index of
+    /// smallest stride is the last one.
+    pub(crate) fn row_major(&self, shape: &[u64]) -> (u64, u64) {
+        self.offset_and_stride(shape, (0..shape.len()).rev())
+    }
+
+    /// Returns the offset of the first element and the distance between elements, in elements, in an array whose index of
+    /// smallest stride is the first one.
+    pub(crate) fn column_major(&self, shape: &[u64]) -> (u64, u64) {
+        self.offset_and_stride(shape, 0..shape.len())
+    }
+
+    fn offset_and_stride(&self, shape: &[u64], axes: impl Iterator<Item = usize>) -> (u64, u64) {
+        let (mut offset, mut own_stride, mut stride) = (0u64, 1, 1u64);
+        for axis in axes {
+            if axis == self.axis {
+                own_stride = stride;
+            } else {
+                let fixed = axis - usize::from(axis > self.axis);
+                let index = self.fixed.get(fixed).copied().unwrap_or(0);
+                offset = offset.saturating_add(index.saturating_mul(stride));
+            }
+            stride = stride.saturating_mul(shape[axis]);
+        }
+        (offset, own_stride)
+    }
+}
+
+/// Values that a reader appends to.
+pub(crate) enum Values<'a> {
+    /// Real values.
+    Real(&'a mut Vec<f64>),
+    /// Complex values.
+    Complex(&'a mut Vec<Complex64>),
+}
+
+impl Values<'_> {
+    /// Appends a real value.
+    pub(crate) fn push(&mut self, value: f64) {
+        match self {
+            Self::Real(values) => values.push(value),
+            Self::Complex(values) => values.push(Complex64::new(value, 0.0)),
+        }
+    }
+
+    /// Appends a complex value; only its real part to real values.
+    pub(crate) fn push_complex(&mut self, value: Complex64) {
+        match self {
+            Self::Real(values) => values.push(value.re),
+            Self::Complex(values) => values.push(value),
+        }
+    }
+
+    /// Returns the number of values.
+    pub(crate) fn len(&self) -> usize {
+        match self {
+            Self::Real(values) => values.len(),
+            Self::Complex(values) => values.len(),
+        }
+    }
+}
+
+/// Reader of one format.
+pub(crate) trait ArrayReader: Send {
+    /// Returns the format.
+    fn format(&self) -> Format;
+
+    /// Returns the arrays, in the order of the file.
+    fn arrays(&self) -> &[ArrayInfo];
+
+    /// Returns the attributes, by names as `/g/x@fs`.
+    fn attributes(&self) -> &BTreeMap<String, Attribute>;
+
+    /// Returns the sampling rate that the file states for all its arrays, Hz.
+    fn stated_rate_hz(&self) -> Option<f64> {
+        None
+    }
+
+    /// Returns sentences for a user about the content.
+    fn notes(&self) -> &[String] {
+        &[]
+    }
+
+    /// Returns the text of the array `index`, where its elements are texts and it is short.
+    ///
+    /// # Errors
+    /// The file cannot be read there.
+    fn text(&mut self, _index: usize) -> Result<Option<String>, SourceError> {
+        Ok(None)
+    }
+
+    /// Appends the elements `range` along the place's axis of the array `index`.
+    ///
+    /// The range is within the array, and the array numeric.
+    ///
+    /// # Errors
+    /// The file cannot be read there.
+    fn read(
+        &mut self,
+        index: usize,
+        place: &Place,
+        range: Range<u64>,
+        values: &mut Values<'_>,
+    ) -> Result<(), SourceError>;
+}

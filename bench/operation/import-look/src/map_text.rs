@@ -161,7 +161,7 @@ mod tests {
         map.table("drive");
         map.key("from", "\"U\"", sure("named"));
         map.key("volts_per_unit", "20.0", check("no file\nstates it"));
-        let expected = "format = 1  # version of the map\n\n[drive]\nfrom = \"U\"            # named\n\
+        let expected = "format = 1  # version of the map\n\n[drive]\nfrom = \"U\"             # named\n\
                         volts_per_unit = 20.0  # CHECK: no file states it\n";
         assert_eq!(map.text(), expected);
         assert_eq!(map.checks(), 1);

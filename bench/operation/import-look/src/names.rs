@@ -251,10 +251,26 @@ pub(crate) fn leaf(name: &str) -> String {
     let name = name
         .rsplit_once('[')
         .map_or(name, |(stem, _)| if stem.is_empty() { name } else { stem });
-    let last = name
-        .rsplit(['/', '.', '@'])
-        .find(|part| !part.trim().is_empty());
-    last.unwrap_or(name).to_owned()
+    // The slash of a unit parts no names.
+    let parts: Vec<&str> = name.split_inclusive(['/', '.', '@']).collect();
+    let is_end = |index: usize| {
+        index + 1 == parts.len()
+            || !(parts[index].ends_with("m/") && parts[index + 1].starts_with('s'))
+    };
+    let last = (0..parts.len())
+        .rev()
+        .find(|index| !parts[*index].trim_matches(['/', '.', '@', ' ']).is_empty());
+    let Some(last) = last else {
+        return name.to_owned();
+    };
+    let mut first = last;
+    while first > 0 && !is_end(first - 1) {
+        first -= 1;
+    }
+    parts[first..=last]
+        .concat()
+        .trim_end_matches(['/', '.', '@'])
+        .to_owned()
 }
 
 /// Quantity and SI value of a unit.

@@ -66,6 +66,9 @@ const CHANGE_S: f64 = 0.05;
 const CHANGE_PART: f64 = 0.005;
 /// Excursion relative to the noise from which on it is a step.
 const LEAST_STEP: f64 = 6.0;
+/// Frequency above which a sinusoid is no finger that goes to and fro, Hz, and periods in a stretch where the rate is unknown.
+const LOWEST_MODULATION_HZ: f64 = 2.0;
+const MOST_STROKES: f64 = 15.0;
 /// Number of blocks of a stretch.
 const BLOCKS: usize = 8_192;
 /// Spans by which a counter of so many bits begins again.
@@ -83,7 +86,13 @@ pub(crate) fn slow(excerpt: &Excerpt, rate_hz: Option<f64>) -> Slow {
     let blocks = Blocks::new(stretch);
     let interval_s = rate_hz.map(|rate| blocks.length as f64 / rate);
     if let Some(found) = periodicity(&blocks.means, interval_s.unwrap_or(blocks.length as f64)) {
-        return Slow::Oscillation(found);
+        let lowest = match rate_hz {
+            Some(_) => LOWEST_MODULATION_HZ,
+            None => MOST_STROKES / stretch.len() as f64,
+        };
+        if found.frequency_hz > lowest {
+            return Slow::Oscillation(found);
+        }
     }
     let course: Vec<f64> = excerpt
         .course()
@@ -279,13 +288,13 @@ fn rest(sorted: &[f64]) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::excerpt::Piece;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
 
     fn kind(value: impl Fn(f64) -> f64) -> Slow {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
         let values: Vec<f64> = (0..100_000)
-            .map(|n: u64| {
-                let noise = ((n * 7_919) % 1_009) as f64 / 1_009.0 - 0.5;
-                value(n as f64 * 1e-4) + 1e-3 * noise
-            })
+            .map(|n| value(f64::from(n) * 1e-4) + 1e-3 * random.random_range(-0.5..0.5))
             .collect();
         of_values(values)
     }
@@ -300,7 +309,7 @@ mod tests {
 
     fn stroke(t: f64) -> f64 {
         let phase = (t - 2.0).rem_euclid(4.0);
-        if (2.0..8.0).contains(&t) {
+        if (2.0..10.0).contains(&t) {
             if phase < 2.0 {
                 0.03 * phase
             } else {
@@ -341,7 +350,7 @@ mod tests {
             panic!()
         };
         assert!((travel.range - 0.6).abs() < 0.01, "{travel:?}");
-        assert!(travel.strokes >= 2, "{travel:?}");
+        assert_eq!(travel.strokes, 4, "{travel:?}");
         let counted: Vec<f64> = (0..100_000)
             .map(|n| (stroke(f64::from(n) * 1e-4) / 5e-7).round() + 12_345.0)
             .collect();

@@ -117,7 +117,7 @@ mod tests {
         );
         assert_eq!(found.likely_unit(100_000), (TimeUnit::Seconds, true));
         let jittery: Vec<f64> = (0..1_000)
-            .map(|n| f64::from(n) + 0.1 * f64::from(n * 37 % 11))
+            .map(|n| f64::from(n) + 0.05 * f64::from(n * 37 % 11))
             .collect();
         let found = time_axis(&jittery).unwrap();
         assert!((0.1..0.5).contains(&found.jitter), "{found:?}");

@@ -83,6 +83,12 @@ pub enum SourceFault {
         /// Remedy.
         remedy: &'static str,
     },
+    /// The samples of a sound file are of a kind that is not read.
+    #[error("{fault}")]
+    Sound {
+        /// The fault, with its remedy.
+        fault: String,
+    },
     /// The content contradicts itself or ends early.
     #[error(
         "{finding}: the file is damaged; copy it again, or save it again from the program that made it"

@@ -114,32 +114,36 @@ pub(crate) struct Place {
 }
 
 impl Place {
-    /// Returns the offset of the first element and the distance between elements, in elements, in an array whose index of
-    /// smallest stride is the last one.
-    pub(crate) fn row_major(&self, shape: &[u64]) -> (u64, u64) {
-        self.offset_and_stride(shape, (0..shape.len()).rev())
-    }
-
-    /// Returns the offset of the first element and the distance between elements, in elements, in an array whose index of
-    /// smallest stride is the first one.
-    pub(crate) fn column_major(&self, shape: &[u64]) -> (u64, u64) {
-        self.offset_and_stride(shape, 0..shape.len())
-    }
-
-    fn offset_and_stride(&self, shape: &[u64], axes: impl Iterator<Item = usize>) -> (u64, u64) {
-        let (mut offset, mut own_stride, mut stride) = (0u64, 1, 1u64);
-        for axis in axes {
+    /// Returns the offset of the first element and the distance between elements, from the distances along each axis.
+    pub(crate) fn offset_and_step(&self, strides: &[u64]) -> (u64, u64) {
+        let mut fixed = self.fixed.iter();
+        let (mut offset, mut step) = (0u64, 0);
+        for (axis, stride) in strides.iter().enumerate() {
             if axis == self.axis {
-                own_stride = stride;
+                step = *stride;
             } else {
-                let fixed = axis - usize::from(axis > self.axis);
-                let index = self.fixed.get(fixed).copied().unwrap_or(0);
-                offset = offset.saturating_add(index.saturating_mul(stride));
+                let index = fixed.next().copied().unwrap_or(0);
+                offset = offset.saturating_add(index.saturating_mul(*stride));
             }
-            stride = stride.saturating_mul(shape[axis]);
         }
-        (offset, own_stride)
+        (offset, step)
     }
+}
+
+/// Returns the distances between elements of `item` bytes along each axis of an array.
+pub(crate) fn strides(shape: &[u64], item: u64, is_column_major: bool) -> Vec<u64> {
+    let mut strides = vec![0; shape.len()];
+    let mut stride = item;
+    for i in 0..shape.len() {
+        let axis = if is_column_major {
+            i
+        } else {
+            shape.len() - 1 - i
+        };
+        strides[axis] = stride;
+        stride = stride.saturating_mul(shape[axis]);
+    }
+    strides
 }
 
 /// Values that a reader appends to.

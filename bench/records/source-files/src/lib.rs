@@ -4,10 +4,21 @@
 //! appends a stretch of it. A refusal names the file, the place in it and the remedy.
 
 mod array;
+mod bytes;
 mod error;
+mod flac;
 mod format;
+mod guard;
 mod kind;
+mod matlab;
+mod matlab4;
 mod name;
+mod npy;
+mod npz;
+mod numbers;
+mod parquet_file;
+mod text;
+mod wave;
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -271,7 +282,14 @@ fn open_reader(path: &Path) -> Result<Box<dyn ArrayReader>, SourceError> {
     match kind {
         Kind::Hdf5 => Err(kind::foreign("an HDF5 file", "save it as NPY or CSV").into()),
         Kind::Tdms => Err(kind::foreign("a TDMS file", "save it as NPY or CSV").into()),
-        _ => Err(kind::foreign("a file of another kind", "save it as NPY or CSV").into()),
+        Kind::Matlab5 => matlab::MatlabReader::open(file),
+        Kind::Matlab4 => matlab4::Matlab4Reader::open(file),
+        Kind::Npy => npy::NpyReader::open(file),
+        Kind::Zip => npz::NpzReader::open(file),
+        Kind::Text => text::TextReader::open(file, &head),
+        Kind::Wav => wave::WaveReader::open(file, &head),
+        Kind::Flac => flac::FlacReader::open(file),
+        Kind::Parquet => parquet_file::ParquetReader::open(file),
     }
 }
 

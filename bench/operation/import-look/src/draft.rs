@@ -430,7 +430,7 @@ impl Draft<'_> {
     fn tare(&mut self, vector: &VectorPortrait) {
         match &vector.nature {
             Nature::Slow(Slow::Steps(steps)) => {
-                let text = format!("it rests at {} where nothing touches", statistics::significant((steps.rest * 1e4).round() / 1e4));
+                let text = format!("it rests at {} where nothing touches", statistics::significant((steps.rest * 1e4).round() / 1e4 + 0.0));
                 self.map.key("tare", "\"no contact\"", sure(text));
             }
             _ => self.map.key("tare", "\"none\"", check("no rest is seen: write \"no contact\" if the recording has stretches without contact")),
@@ -535,6 +535,28 @@ impl Draft<'_> {
         }
     }
 
+    fn contact(&mut self, roles: &Roles<'_>) {
+        self.map.table("contact");
+        let forces = [&roles.normal, &roles.lateral].into_iter().flatten();
+        let largest = forces.filter_map(|chosen| {
+            let extremes = chosen.vector.extremes.as_ref()?;
+            let size = extremes.greatest.abs().max(extremes.least.abs());
+            has_force_unit(chosen.vector).then(|| size * newtons(chosen.vector, None).0.abs())
+        });
+        let largest_n = largest.fold(0.0, f64::max);
+        let reason =
+            check("a finger or another body? \"other\" turns the ranges off that hold for fingers");
+        self.map.key(
+            "body",
+            if largest_n > MOST_OF_FINGER_N {
+                "\"other\""
+            } else {
+                "\"finger\""
+            },
+            reason,
+        );
+    }
+
     fn intervals(&mut self, roles: &Roles<'_>, marks: Option<&Family>) {
         self.map.table("intervals");
         if let Some(marks) = marks {
@@ -545,7 +567,7 @@ impl Draft<'_> {
         }
         if let Some(normal) = &roles.normal {
             let is_clear = match &normal.vector.nature {
-                Nature::Slow(Slow::Steps(steps)) => {
+                Nature::Slow(Slow::Steps(steps)) if has_force_unit(normal.vector) => {
                     newtons(normal.vector, None).0.abs() * steps.up.max(steps.down) > 0.2
                 }
                 _ => false,
@@ -602,7 +624,7 @@ impl Draft<'_> {
             }
         }
         let is_rest = |vector: &&VectorPortrait| {
-            !matches!(vector.nature, Nature::Time(_))
+            !matches!(vector.nature, Nature::Time(_) | Nature::Ramp(_))
                 && !used.iter().any(|other| std::ptr::eq(*other, *vector))
         };
         let rest: Vec<&VectorPortrait> = self
@@ -810,6 +832,10 @@ fn newtons(vector: &VectorPortrait, is_upside_down: Option<bool>) -> (f64, Reaso
     }
 }
 
+fn has_force_unit(vector: &VectorPortrait) -> bool {
+    matches!(vector.unit_meaning(), Some(UnitMeaning::Newtons(_)))
+}
+
 /// Returns metres, or m/s, per unit.
 fn metres(vector: &VectorPortrait, is_velocity: bool) -> (f64, Reason) {
     match vector.unit_meaning() {
@@ -863,6 +889,8 @@ fn metres(vector: &VectorPortrait, is_velocity: bool) -> (f64, Reason) {
     }
 }
 
+/// Largest force of a finger in experiments, N.
+const MOST_OF_FINGER_N: f64 = 20.0;
 /// Speeds of a rule about the median speed of the strokes.
 const SPEED_BAND: (f64, f64) = (0.7, 1.3);
 
@@ -893,17 +921,20 @@ fn exploration(vector: &VectorPortrait, is_velocity: bool) -> (String, Reason) {
         .filter(|speed| speed.is_finite())
         .fold(0.0, f64::max);
     let moving = speeds.into_iter().filter(|speed| *speed > 0.2 * fastest);
-    let Some(median) = statistics::median(moving).filter(|median| (1e-3..=2.0).contains(median))
+    let Some(median) = statistics::median(moving).filter(|median| (1e-6..=2.0).contains(median))
     else {
         return default();
     };
-    let mm = |speed: f64| (speed * 1e3).round().max(1.0);
+    let mm = |share: f64| two_digits(1e3 * share * median);
     let rule = format!(
         "{} to {} mm/s for 0.5 s",
-        mm(SPEED_BAND.0 * median),
-        mm(SPEED_BAND.1 * median).max(mm(SPEED_BAND.0 * median) + 1.0)
+        mm(SPEED_BAND.0),
+        mm(SPEED_BAND.1)
     );
-    let text = format!("the strokes' median speed is {:.1} mm/s", 1e3 * median);
+    let text = format!(
+        "the strokes' median speed is {} mm/s",
+        two_digits(1e3 * median)
+    );
     (
         rule,
         Reason {
@@ -911,4 +942,8 @@ fn exploration(vector: &VectorPortrait, is_velocity: bool) -> (String, Reason) {
             is_sure: scale_reason.is_sure,
         },
     )
+}
+
+fn two_digits(value: f64) -> String {
+    statistics::significant(format!("{value:.1e}").parse().unwrap_or(value))
 }

@@ -16,6 +16,22 @@ pub(crate) enum Role {
     Other,
 }
 
+impl Role {
+    /// Returns the role in words; `None` where it has no meaning for a recording.
+    pub fn words(self) -> Option<&'static str> {
+        Some(match self {
+            Self::Drive => "drive",
+            Self::Pickup => "pickup",
+            Self::Normal => "normal force",
+            Self::Lateral => "lateral force",
+            Self::Position => "position",
+            Self::Velocity => "velocity",
+            Self::Time => "time",
+            Self::Other => return None,
+        })
+    }
+}
+
 /// Words of names, lower case, by role. A word of one letter or two must be the whole name but for numbers and units.
 const WORDS: &[(Role, &[&str])] = &[
     (

@@ -14,15 +14,18 @@ pub(crate) enum Nature {
     Lost,
     Constant,
     Time(TimeAxis),
+    /// Increases in equal steps, in a unit that is not one of time.
+    Ramp(TimeAxis),
     Carrier(Carrier),
     Slow(Slow),
 }
 
-/// Returns the kind of an excerpt's signal, sampled at `rate_hz` if that is known.
+/// Returns the kind of an excerpt's signal, sampled at `rate_hz` if that is known; `may_be_time` unless its unit is another.
 pub(crate) fn nature(
     excerpt: &Excerpt,
     extremes: Option<&Extremes>,
     rate_hz: Option<f64>,
+    may_be_time: bool,
 ) -> Nature {
     let Some(extremes) = extremes else {
         return Nature::Lost;
@@ -31,7 +34,11 @@ pub(crate) fn nature(
         return Nature::Constant;
     }
     if let Some(axis) = time_axis(excerpt.longest()) {
-        return Nature::Time(axis);
+        return if may_be_time {
+            Nature::Time(axis)
+        } else {
+            Nature::Ramp(axis)
+        };
     }
     match carrier(excerpt.longest(), rate_hz) {
         Some(carrier) => Nature::Carrier(carrier),
@@ -75,13 +82,37 @@ fn percent(share: f64) -> String {
     format!("{} %", significant((share * 100.0).round()))
 }
 
+/// Largest modulation index that is printed.
+const MOST_INDEX: f64 = 1.5;
+
 impl Nature {
+    /// Returns the roles that the kind suggests, in words; `None` where it suggests none.
+    pub fn suggestion(&self) -> Option<&'static str> {
+        match self {
+            Self::Lost | Self::Constant | Self::Time(_) | Self::Ramp(_) => None,
+            Self::Carrier(_) => Some("drive or pickup"),
+            Self::Slow(Slow::Levels(_)) => Some("trigger or marks"),
+            Self::Slow(Slow::Counts(_)) => Some("encoder"),
+            Self::Slow(Slow::Travel(_)) => Some("position"),
+            Self::Slow(Slow::Steps(steps)) if steps.modulation.is_some() => {
+                Some("friction under modulation, the lateral force")
+            }
+            Self::Slow(Slow::Steps(steps)) if steps.is_one_way() => {
+                Some("a force at contact, normal?")
+            }
+            Self::Slow(Slow::Steps(_)) => Some("a force both ways, lateral?"),
+            Self::Slow(Slow::Oscillation(_)) => Some("an envelope"),
+            Self::Slow(Slow::Noise) => None,
+        }
+    }
+
     /// Returns the kind in words.
     pub fn text(&self, rate_hz: Option<f64>, length: u64, unit: Option<TimeUnit>) -> String {
         match self {
             Self::Lost => "no finite value".to_owned(),
             Self::Constant => "constant".to_owned(),
             Self::Time(axis) => time_text(*axis, length, unit),
+            Self::Ramp(_) => "increases in equal steps".to_owned(),
             Self::Carrier(carrier) => carrier_text(carrier, rate_hz),
             Self::Slow(slow) => slow_text(slow, rate_hz),
         }
@@ -118,7 +149,6 @@ fn carrier_text(carrier: &Carrier, rate_hz: Option<f64>) -> String {
         }
         None => text += ", not modulated",
     }
-    text += ": drive or pickup";
     if carrier.clipped_share > CLIPPED {
         text += &format!(
             "; clipped: {} of its values are its extremes",
@@ -132,16 +162,16 @@ fn slow_text(slow: &Slow, rate_hz: Option<f64>) -> String {
     match slow {
         Slow::Levels(levels) => {
             let levels: Vec<String> = levels.iter().map(|level| significant(*level)).collect();
-            format!("only {}: trigger or marks", levels.join(" and "))
+            format!("only {}", levels.join(" and "))
         }
         Slow::Counts(Counts { travel, wrap_bits }) => {
             let wrap = wrap_bits.map_or(String::new(), |bits| {
                 format!(", beginning again after {bits} bits")
             });
-            format!("counts, {}{wrap}: encoder", strokes(travel))
+            format!("counts, {}{wrap}", strokes(travel))
         }
-        Slow::Travel(travel) => format!("moves smoothly, {}: position", strokes(travel)),
-        Slow::Steps(steps) => steps_text(steps),
+        Slow::Travel(travel) => format!("moves smoothly, {}", strokes(travel)),
+        Slow::Steps(steps) => steps_text(steps, rate_hz),
         Slow::Oscillation(found) => {
             let frequency = match rate_hz {
                 Some(_) => format!(
@@ -150,10 +180,11 @@ fn slow_text(slow: &Slow, rate_hz: Option<f64>) -> String {
                 ),
                 None => format!("{:.3e} of the rate", found.frequency_hz),
             };
-            format!(
-                "oscillates at {frequency}, {}: an envelope, or a force under modulation",
-                percent(found.index)
-            )
+            // The index has no meaning about a mean near zero.
+            match found.index {
+                index if index > MOST_INDEX => format!("oscillates at {frequency}"),
+                index => format!("oscillates at {frequency}, {}", percent(index)),
+            }
         }
         Slow::Noise => "noise about its mean".to_owned(),
     }
@@ -174,12 +205,21 @@ fn magnitude(value: f64) -> f64 {
     10_f64.powi(value.abs().max(f64::MIN_POSITIVE).log10().ceil() as i32)
 }
 
-fn steps_text(steps: &Steps) -> String {
+fn steps_text(steps: &Steps, rate_hz: Option<f64>) -> String {
     let rest = rounded(steps.rest, steps.up.max(steps.down));
     let times = match steps.count {
         1 => "once".to_owned(),
         count => format!("{count} times"),
     };
+    let modulated = steps.modulation.map_or(String::new(), |found| {
+        let hz = rate_hz.map(|_| {
+            format!(
+                " at {} Hz",
+                significant((found.frequency_hz * 100.0).round() / 100.0)
+            )
+        });
+        format!(", oscillating{} in between", hz.unwrap_or_default())
+    });
     let extreme = |excursion: f64| rounded(steps.rest + excursion, excursion.abs());
     if steps.is_one_way() {
         let to = if steps.balance > 0.0 {
@@ -187,17 +227,18 @@ fn steps_text(steps: &Steps) -> String {
         } else {
             extreme(-steps.down)
         };
-        format!("steps from {rest} to {to}, {times}: a force at contact, normal?")
+        format!("steps from {rest} to {to}, {times}{modulated}")
     } else {
         let (low, high) = (extreme(-steps.down), extreme(steps.up));
-        format!("steps from {rest} to {low} and {high}, {times}: a force both ways, lateral?")
+        format!("steps from {rest} to {low} and {high}, {times}{modulated}")
     }
 }
 
 /// Returns a value to three digits of `scale`.
 fn rounded(value: f64, scale: f64) -> String {
     let unit = magnitude(scale) / 1e3;
-    significant((value / unit).round() * unit)
+    // The sum turns −0 into 0.
+    significant((value / unit).round() * unit + 0.0)
 }
 
 #[cfg(test)]
@@ -233,7 +274,12 @@ mod tests {
             distortion: None,
             clipped_share: 0.0,
         };
-        let text = Nature::Carrier(carrier).text(Some(192e3), 1_000, None);
+        let nature = Nature::Carrier(carrier);
+        let text = format!(
+            "{}: {}",
+            nature.text(Some(192e3), 1_000, None),
+            nature.suggestion().unwrap()
+        );
         assert_eq!(
             text.replace('\u{a0}', " "),
             "carrier 35 000 Hz, modulated at 6 Hz, 95 %: drive or pickup"
@@ -248,10 +294,11 @@ mod tests {
             down: 0.004,
             count: 3,
             balance: 0.99,
+            modulation: None,
         };
         assert_eq!(
-            steps_text(&steps),
-            "steps from 0.012 to 0.612, 3 times: a force at contact, normal?"
+            steps_text(&steps, None),
+            "steps from 0.012 to 0.612, 3 times"
         );
         let axis = TimeAxis {
             interval: 1e-4,

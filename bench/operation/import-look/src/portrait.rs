@@ -103,21 +103,62 @@ impl VectorPortrait {
         }
     }
 
-    /// Returns the kind in words.
+    /// Returns the kind in words, with the role that name, unit or kind suggest.
     pub fn nature_text(&self) -> String {
+        let text = self.kind_text();
+        match self.suggestion() {
+            Some(suggestion) => format!("{text}: {suggestion}"),
+            None => text,
+        }
+    }
+
+    /// Returns the kind in words.
+    pub fn kind_text(&self) -> String {
         let text = self
             .nature
             .text(self.rate_hz(), self.length, self.time_unit());
         match (self.is_complex, &self.nature) {
             (false, _) => text,
-            (true, Nature::Slow(Slow::Oscillation(found))) => {
+            (true, Nature::Slow(Slow::Oscillation(found))) if self.rate.is_some() => {
                 format!(
-                    "complex envelope, modulated at {:.4} Hz, {:.0} %",
+                    "complex envelope, modulated at {:.2} Hz, {:.0} %",
                     found.frequency_hz,
                     100.0 * found.index
                 )
             }
-            (true, _) => format!("complex; magnitude: {text}"),
+            (true, _) => format!("complex; its magnitude {text}"),
+        }
+    }
+
+    /// Returns the role that the name states, or that the kind suggests unless the unit is of another quantity.
+    fn suggestion(&self) -> Option<String> {
+        let is_signal = !matches!(
+            self.nature,
+            Nature::Lost | Nature::Constant | Nature::Time(_) | Nature::Ramp(_)
+        );
+        if let Some((role, word)) = self.role().filter(|_| is_signal && !self.is_complex) {
+            return role.words().map(|words| format!("{words}, named {word:?}"));
+        }
+        let suggestion = self.nature.suggestion().filter(|_| !self.is_complex)?;
+        let is_force = matches!(self.unit_meaning(), Some(UnitMeaning::Newtons(_)));
+        let is_slow = matches!(self.nature, Nature::Slow(_));
+        let may_be = match (&self.nature, self.unit_meaning()) {
+            (_, None | Some(UnitMeaning::Volts(_))) => {
+                self.unit_text().is_none() || self.unit_meaning().is_some()
+            }
+            (Nature::Slow(Slow::Steps(_)), Some(UnitMeaning::Newtons(_))) => true,
+            (
+                Nature::Slow(Slow::Travel(_) | Slow::Counts(_)),
+                Some(UnitMeaning::Metres(_) | UnitMeaning::Counts),
+            ) => true,
+            (Nature::Carrier(_), Some(UnitMeaning::Newtons(_))) => false,
+            (Nature::Carrier(_), Some(_)) => true,
+            _ => false,
+        };
+        match (may_be, is_force && is_slow) {
+            (true, _) => Some(suggestion.to_owned()),
+            (false, true) => Some("a force".to_owned()),
+            (false, false) => None,
         }
     }
 }

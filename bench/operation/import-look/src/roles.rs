@@ -146,7 +146,7 @@ fn signals<'a>(all: &[(usize, &'a VectorPortrait)]) -> Option<(Chosen<'a>, Chose
     let pair = drive_pair(&candidates)?;
     let chosen = |index: usize| {
         let (file, vector, _) = channels[index];
-        let reason = format!("{}; {}", vector.nature_text(), pair.evidence);
+        let reason = format!("{}; {}", vector.kind_text(), pair.evidence);
         Chosen {
             file,
             vector,
@@ -229,7 +229,7 @@ fn position_score(vector: &VectorPortrait) -> Score {
         Nature::Slow(Slow::Levels(_)) => return None,
         _ => {}
     }
-    reasons.push(vector.nature_text());
+    reasons.push(vector.kind_text());
     Some((score, reasons))
 }
 
@@ -244,7 +244,7 @@ fn velocity_score(vector: &VectorPortrait) -> Score {
         Some(_) => return None,
         None => {}
     }
-    reasons.push(vector.nature_text());
+    reasons.push(vector.kind_text());
     Some((score, reasons))
 }
 
@@ -263,10 +263,15 @@ fn force_score(vector: &VectorPortrait, role: Role, correlation: Option<f64>) ->
     match &vector.nature {
         Nature::Slow(Slow::Steps(steps)) => {
             score += 1.0;
-            if steps.is_one_way() == is_normal {
+            // Friction oscillates with the film, the normal force hardly.
+            let is_alike = match steps.modulation {
+                Some(_) => !is_normal,
+                None => steps.is_one_way() == is_normal,
+            };
+            if is_alike {
                 score += 1.0;
             }
-            reasons.push(vector.nature_text());
+            reasons.push(vector.kind_text());
         }
         Nature::Slow(Slow::Levels(_) | Slow::Counts(_)) => return None,
         // A force under modulation oscillates with it.

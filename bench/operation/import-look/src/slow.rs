@@ -16,6 +16,8 @@ pub(crate) struct Steps {
     pub count: usize,
     /// Balance of the excursions: 1 all up, −1 all down, 0 both ways alike.
     pub balance: f64,
+    /// Oscillation away from rest, as of friction under a modulated film.
+    pub modulation: Option<Periodicity>,
 }
 
 impl Steps {
@@ -69,6 +71,9 @@ const LEAST_STEP: f64 = 6.0;
 /// Frequency above which a sinusoid is no finger that goes to and fro, Hz, and periods in a stretch where the rate is unknown.
 const LOWEST_MODULATION_HZ: f64 = 2.0;
 const MOST_STROKES: f64 = 15.0;
+/// Range of a period in which a modulated signal rests, relative to its whole range, and least share of such periods.
+const QUIET: f64 = 0.15;
+const LEAST_REST: f64 = 0.08;
 /// Number of blocks of a stretch.
 const BLOCKS: usize = 8_192;
 /// Spans by which a counter of so many bits begins again.
@@ -91,7 +96,14 @@ pub(crate) fn slow(excerpt: &Excerpt, rate_hz: Option<f64>) -> Slow {
             None => MOST_STROKES / stretch.len() as f64,
         };
         if found.frequency_hz > lowest {
-            return Slow::Oscillation(found);
+            let period = 1.0 / (found.frequency_hz * interval_s.unwrap_or(blocks.length as f64));
+            return match blocks.modulated_steps(period) {
+                Some(steps) => Slow::Steps(Steps {
+                    modulation: Some(found),
+                    ..steps
+                }),
+                None => Slow::Oscillation(found),
+            };
         }
     }
     let course: Vec<f64> = excerpt
@@ -146,6 +158,34 @@ impl Blocks {
             length,
             noise,
         }
+    }
+
+    /// Returns the steps of a signal that oscillates in a part of the time and rests in another.
+    fn modulated_steps(&self, period: f64) -> Option<Steps> {
+        let whole = range(&self.means);
+        let periods: Vec<&[f64]> = self
+            .means
+            .chunks((period.round() as usize).max(1))
+            .collect();
+        let quiet = periods
+            .iter()
+            .filter(|period| range(period) < QUIET * whole)
+            .count();
+        let rests = quiet as f64 / periods.len() as f64;
+        let is_mixed = rests > LEAST_REST && rests < 1.0 - LEAST_REST;
+        let means: Vec<f64> = periods
+            .iter()
+            .map(|period| period.iter().sum::<f64>() / period.len() as f64)
+            .collect();
+        let steps = is_mixed.then(|| steps(&means, self.noise))??;
+        let excursion = |extreme: f64| (extreme - steps.rest).abs();
+        let greatest = self.means.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let least = self.means.iter().copied().fold(f64::INFINITY, f64::min);
+        Some(Steps {
+            up: excursion(greatest),
+            down: excursion(least),
+            ..steps
+        })
     }
 
     /// Returns the largest change within 50 ms relative to the range.
@@ -269,6 +309,7 @@ fn steps(course: &[f64], noise: f64) -> Option<Steps> {
         down: down.max(0.0),
         count,
         balance,
+        modulation: None,
     })
 }
 
@@ -342,6 +383,30 @@ mod tests {
             panic!()
         };
         assert!(!lateral.is_one_way(), "{lateral:?}");
+    }
+
+    #[test]
+    fn friction_under_modulation_steps_and_oscillates() {
+        let friction = |t: f64| match t {
+            t if (1.0..3.0).contains(&t) => 0.4 + 0.35 * (std::f64::consts::TAU * 6.0 * t).sin(),
+            t if (4.0..6.0).contains(&t) => -0.4 + 0.35 * (std::f64::consts::TAU * 6.0 * t).sin(),
+            _ => 0.01,
+        };
+        let Slow::Steps(steps) = kind(friction) else {
+            panic!()
+        };
+        assert!(
+            (steps.modulation.unwrap().frequency_hz - 6.0).abs() < 0.1,
+            "{steps:?}"
+        );
+        assert!(
+            !steps.is_one_way() && steps.count == 2 && (steps.rest - 0.01).abs() < 0.01,
+            "{steps:?}"
+        );
+        let Slow::Steps(steps) = kind(|t| friction(t).abs()) else {
+            panic!()
+        };
+        assert!(steps.is_one_way(), "{steps:?}");
     }
 
     #[test]

@@ -81,6 +81,7 @@ pub(crate) fn survey(
             &excerpt,
             extremes.as_ref(),
             rate.as_ref().map(|rate| rate.hz),
+            may_be_time(vector),
         );
         portraits.push(VectorPortrait {
             name: vector.name().to_owned(),
@@ -203,10 +204,19 @@ fn shortened(text: &str) -> String {
     format!("\"{}{end}\"", escaping::escaped_line(&start))
 }
 
+/// Returns whether no unit of another quantity is stated.
+fn may_be_time(vector: &Vector) -> bool {
+    let unit = vector
+        .unit()
+        .map(str::to_owned)
+        .or_else(|| names::unit_in_name(vector.name()));
+    unit.is_none_or(|unit| TimeUnit::parse(&unit).is_some() || vector.element() == Element::Time)
+}
+
 /// Returns the vector as an array of times, if it begins as one and ends as one.
 fn times(file: &mut SourceFile, vector: &Vector) -> Result<Option<Times>, SourceError> {
     let length = vector.len();
-    if vector.is_complex() || length < 8 {
+    if vector.is_complex() || length < 8 || !may_be_time(vector) {
         return Ok(None);
     }
     let mut head = Vec::new();

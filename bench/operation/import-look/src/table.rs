@@ -12,6 +12,8 @@ use crate::nature::grouped;
 use crate::portrait::{FilePortrait, RateOrigin, VectorPortrait};
 use crate::survey::survey;
 
+/// Columns of a terminal from which on each array has one line.
+const WIDE: u16 = 120;
 /// Text for an unknown value.
 const UNKNOWN: &str = "–";
 
@@ -64,7 +66,39 @@ fn table(file: &FilePortrait, columns: Option<u16>) -> String {
     for note in &file.notes {
         text += &format!("  note: {}\n", escaped_line(note));
     }
-    if !file.vectors.is_empty() {
+    if !file.vectors.is_empty() && columns.is_some_and(|columns| columns < WIDE) {
+        let rows = file.vectors.iter().map(|vector| {
+            let [
+                name,
+                element,
+                shape,
+                _,
+                rate,
+                unit,
+                least,
+                mean,
+                greatest,
+                nature,
+            ] = vector_row(vector);
+            let mut details = format!("{element}, {shape}");
+            if rate != UNKNOWN {
+                details += &format!(", at {rate}");
+            }
+            if unit != UNKNOWN {
+                details += &format!(", in {unit}");
+            }
+            [
+                name,
+                format!("{details}\nmin {least}, mean {mean}, max {greatest}\n{nature}"),
+            ]
+        });
+        text += &lines(
+            ["array", "looks like"].map(str::to_owned),
+            rows,
+            0..0,
+            columns,
+        );
+    } else if !file.vectors.is_empty() {
         let headings = [
             "array",
             "type",

@@ -160,9 +160,7 @@ mod tests {
                 .map(|(i, t)| 0.5 * pulse(*t, 1.0, 4.0) + 0.02 * noise(i))
                 .collect();
             let velocity_m_per_s = (time_s.iter().enumerate())
-                .map(|(i, t)| {
-                    0.05 * (pulse(*t, 1.2, 2.4) - pulse(*t, 2.5, 3.7)) + 0.004 * noise(i)
-                })
+                .map(|(i, t)| 0.05 * (pulse(*t, 1.2, 2.4) - pulse(*t, 2.5, 3.7)) + 0.004 * noise(i))
                 .collect();
             Self {
                 time_s,

@@ -9,7 +9,7 @@ use crate::modulation::{FoundModulation, harmonic_fit};
 use crate::readings::{DriveTime, Readings};
 use crate::refusal::ImportRefusal;
 use crate::series::Samples;
-use crate::survey::{CarrierFrequency, Channel};
+use crate::survey::{CarrierFrequency, Envelope};
 
 /// Difference from which on a carrier is another, Hz; two clocks differ by less.
 const OTHER_CARRIER_HZ: f64 = 10.0;
@@ -126,37 +126,32 @@ pub(crate) fn tone(
 
 /// Refuses a drive that follows the pickup: the plate's amplitude follows its voltage by 2 m/b, some milliseconds.
 pub(crate) fn exchanged(
-    [drive, pickup]: &[Channel; 2],
+    [drive, pickup]: [&Envelope; 2],
     modulation_hz: f64,
     unloaded_s: &[(f64, f64)],
 ) -> Result<(), ImportRefusal> {
     if !(modulation_hz > 0.0) {
         return Ok(());
     }
-    let step_s = drive.envelope.step_s;
-    let count = drive
-        .envelope
-        .values
-        .len()
-        .min(pickup.envelope.values.len());
+    let step_s = drive.step_s;
+    let count = drive.values.len().min(pickup.values.len());
     let stretches: Vec<(f64, f64)> = match unloaded_s {
-        [] => vec![(drive.envelope.time_s(0), drive.envelope.time_s(count))],
+        [] => vec![(drive.time_s(0), drive.time_s(count))],
         stretches => stretches.to_vec(),
     };
     let (mut sum, mut weight) = (0.0, 0.0);
     let mut leads = Vec::new();
     for (from_s, to_s) in stretches {
-        let index = |time_s: f64| {
-            (((time_s - drive.envelope.first_s) / step_s).ceil().max(0.0) as usize).min(count)
-        };
+        let index =
+            |time_s: f64| (((time_s - drive.first_s) / step_s).ceil().max(0.0) as usize).min(count);
         // Whole periods, so that the mean does not leak into the harmonic.
         let periods = ((to_s - from_s) * modulation_hz).floor();
         if periods < 1.0 {
             continue;
         }
         let range = index(from_s)..index(from_s + periods / modulation_hz);
-        let amplitude = |channel: &Channel| -> Vec<f64> {
-            channel.envelope.values[range.clone()]
+        let amplitude = |channel: &Envelope| -> Vec<f64> {
+            channel.values[range.clone()]
                 .iter()
                 .map(|value| value.norm())
                 .collect()

@@ -9,14 +9,17 @@ mod constants;
 mod data_files;
 mod derivative;
 mod description;
+mod envelopes;
 mod figure;
 mod files;
 mod forces_alone;
 mod intervals;
 mod modulation;
 mod place;
+mod plate;
 mod readings;
 mod refusal;
+mod search;
 mod series;
 mod signals;
 mod sources;
@@ -338,10 +341,9 @@ fn import_file(
         Electrical::Signals { .. } => {
             signals::convert(&plan.map, &mut sources, target, &description)
         }
-        Electrical::Envelopes { .. } => Err(ImportRefusal::Unsupported {
-            key: "envelopes",
-            reason: "is not converted by this version".to_owned(),
-        }),
+        Electrical::Envelopes { .. } => {
+            envelopes::convert(&plan.map, &mut sources, target, &description)
+        }
         Electrical::Stimulus(_) => {
             forces_alone::convert(&plan.map, &mut sources, target, &description)
         }

@@ -104,7 +104,7 @@ impl Readings {
             Some(file) => {
                 let text = sources.text(file, "text-tables")?;
                 let found = intervals::by_marks(&text, file, drive.first_s, drive.duration_s);
-                Some(found.map_err(|reason| ImportRefusal::Marks {
+                Some(found.map_err(|reason| ImportRefusal::Table {
                     file: file.clone(),
                     reason,
                 })?)

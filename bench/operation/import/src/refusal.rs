@@ -20,9 +20,9 @@ pub enum ImportRefusal {
         /// Reason and remedy.
         cause: String,
     },
-    /// A table of marks cannot be read.
+    /// A table of marks or a sweep cannot be read.
     #[error("{file}: {reason}")]
-    Marks {
+    Table {
         /// File.
         file: String,
         /// Reason and remedy.
@@ -103,6 +103,28 @@ pub enum ImportRefusal {
         name: String,
         /// Number of values.
         length: u64,
+    },
+    /// An array has too many values.
+    #[error(
+        "{name} has {length} values, and the limit for envelopes is {limit}: cut the recording into parts"
+    )]
+    Long {
+        /// Name of the array.
+        name: String,
+        /// Number of values.
+        length: u64,
+        /// Greatest number.
+        limit: u64,
+    },
+    /// A low-pass cannot be undone.
+    #[error(
+        "envelopes.low_pass can be undone up to {reach_hz:.0} Hz, and the modulation needs {needed_hz:.0} Hz: record with a shorter time constant or a lower order"
+    )]
+    LowPass {
+        /// Frequency up to which it can be undone, Hz.
+        reach_hz: f64,
+        /// Frequency that the modulation needs, Hz.
+        needed_hz: f64,
     },
     /// A channel is dead.
     #[error(

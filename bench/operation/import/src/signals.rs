@@ -1,12 +1,9 @@
 //! Recordings with samples of drive and pickup.
 
-use std::fs;
 use std::path::Path;
 
-use impedance::PlateConstants;
 use import_map::{
-    Carrier, Centre, Drive, Electrical, ImportMap, Modulation, Pickup, Plate,
-    PlateConstants as MapPlate, Quantity,
+    Carrier, Centre, Drive, Electrical, ImportMap, Modulation, Pickup, Quantity,
 };
 use recording::SIGNALS_FILE;
 use recording::manifest::{
@@ -14,16 +11,17 @@ use recording::manifest::{
     RecordedSignals, Streams,
 };
 
-use crate::alignment::{self, FoundClock};
 use crate::checks;
-use crate::constants::{self, StatedPickup, UnloadedPlate};
+use crate::constants::StatedPickup;
 use crate::data_files;
 use crate::derivative::Integrator;
 use crate::description::Description;
 use crate::figure::{self, Evidence};
 use crate::modulation;
+use crate::plate;
 use crate::readings::{DriveTime, Readings, require_same_length};
 use crate::refusal::ImportRefusal;
+use crate::search::Search;
 use crate::sources::{BLOCK, Column, Sources};
 use crate::survey::{self, Channel};
 use crate::wav_file::{WavFile, Width};
@@ -54,7 +52,6 @@ struct SignalMap<'a> {
     modulation: Modulation,
     drive: &'a Drive,
     pickup: &'a Pickup,
-    plate: &'a Plate,
 }
 
 /// Converts a recording into `folder`, which exists; returns its found values and its notes.
@@ -80,7 +77,6 @@ pub(crate) fn convert(
         modulation: *modulation,
         drive,
         pickup,
-        plate,
     };
     if baseline.is_some() {
         return Err(ImportRefusal::Unsupported {
@@ -99,47 +95,39 @@ pub(crate) fn convert(
     let mut readings = Readings::read(map, sources, drive_time)?;
     checks::overlap(&readings, drive_time)?;
     checks::force_rate(map, &readings, signals.tone.modulation_hz, drive_time)?;
-    let (resonance_hz, force_factor_n_per_v) = match &plate.constants {
-        MapPlate::Stated {
-            resonance_hz,
-            force_factor_n_per_v,
-            ..
-        } => (*resonance_hz, *force_factor_n_per_v),
-        MapPlate::Sweep { .. } => {
-            return Err(ImportRefusal::Unsupported {
-                key: "plate.sweep",
-                reason: "is not converted by this version: run `friction-bench calibrate plate --from` and write resonance_hz and force_factor_n_per_v".to_owned(),
-            });
-        }
-    };
-    let centre_m = match plate.centre {
-        Centre::Stated(metres) => metres,
-        Centre::MiddleOfTravel => checks::middle_of_travel(&readings, &mut notes),
-    };
+    let recorded_plate = plate::recorded(
+        plate,
+        signals.tone.carrier_hz,
+        sources,
+        &readings,
+        &mut found,
+        &mut notes,
+    )?;
     let mut stated = StatedPickup::provisional(pickup.conversion, signals.tone.carrier_hz);
     let mut state = State {
-        map,
         parts,
         signals: &signals,
-        plate: RecordedPlate {
-            resonance_hz,
-            modal_mass_kg: plate.modal_mass_kg,
-            force_factor_n_per_v,
-            centre_m,
-            profile: None,
-            across: None,
-        },
-        drive_time,
+        plate: recorded_plate,
     };
     checks::exchanged(
-        &signals.channels,
+        [&signals.channels[0].envelope, &signals.channels[1].envelope],
         signals.tone.modulation_hz,
         &readings.intervals.unloaded_s(),
     )?;
-    let clock = state.find(
+    let search = Search {
+        map,
         folder,
+        conversion: pickup.conversion,
+        carrier_hz: signals.tone.carrier_hz,
+        modulation_hz: signals.tone.modulation_hz,
+        plate: state.plate.constants(),
+        drive_time,
+    };
+    let write =
+        |pickup, readings: &Readings| state.describe(folder, pickup, readings, describe, &[]);
+    let clock = search.run(
         (&mut stated, &mut readings),
-        describe,
+        &write,
         &mut found,
         &mut notes,
     )?;
@@ -323,18 +311,12 @@ fn write_signals_as(
 
 /// Recording of which the signals are written.
 struct State<'a> {
-    map: &'a ImportMap,
     parts: SignalMap<'a>,
     signals: &'a Signals,
     plate: RecordedPlate,
-    drive_time: DriveTime,
 }
 
 impl State<'_> {
-    fn constants(&self) -> PlateConstants {
-        self.plate.constants()
-    }
-
     /// Writes `recording.toml`.
     fn describe(
         &self,
@@ -377,77 +359,5 @@ impl State<'_> {
             plate: self.plate.clone(),
         });
         describe.write(folder, streams, &readings.intervals, found)
-    }
-
-    /// Finds what the unloaded plate and the friction show: the pickup's scale and phase, the clock of the forces.
-    fn find(
-        &self,
-        folder: &Path,
-        (stated, readings): (&mut StatedPickup, &mut Readings),
-        describe: &Description<'_>,
-        found: &mut Vec<FoundValue>,
-        notes: &mut Vec<String>,
-    ) -> Result<Option<FoundClock>, ImportRefusal> {
-        let conversion = self.parts.pickup.conversion;
-        let clock = self.map.normal.as_ref().map(|normal| normal.clock);
-        let asks_for_clock = clock.filter(|clock| alignment::is_to_be_found(*clock));
-        if !constants::is_to_be_found(conversion) && asks_for_clock.is_none() {
-            return Ok(None);
-        }
-        let carrier_hz = self.signals.tone.carrier_hz;
-        let modulation_hz = self.signals.tone.modulation_hz;
-        let drive = (carrier_hz, &self.constants());
-        let demodulated = |pickup: StatedPickup, readings: &Readings, is_whole: bool| {
-            data_files::write(folder, readings)?;
-            let mut all = readings.clone();
-            if is_whole {
-                all.intervals.cover(self.drive_time.duration_s);
-            }
-            self.describe(folder, pickup, &all, describe, &[])?;
-            analysis::demodulation::read(folder, recording::pipeline::PickupOffset::default())
-                .map_err(|error| ImportRefusal::ReadBack(error.to_string()))
-        };
-        let unloaded_s = readings.intervals.unloaded_s();
-        if constants::is_to_be_found(conversion) {
-            let record = demodulated(*stated, readings, false)?.record;
-            let plate =
-                UnloadedPlate::read(&record, &unloaded_s, modulation_hz).map_err(|reason| {
-                    ImportRefusal::NotFound {
-                        key: "pickup.phase_rad",
-                        reason,
-                    }
-                })?;
-            let (pickup, mut values) = plate.find(conversion, *stated, drive)?;
-            *stated = pickup;
-            found.append(&mut values);
-        }
-        let (Some(clock), Some(normal), Some(lateral)) =
-            (asks_for_clock, &readings.normal, &readings.lateral)
-        else {
-            return Ok(None);
-        };
-        let record = demodulated(*stated, readings, true)?.record;
-        let plate = UnloadedPlate::read(&record, &unloaded_s, modulation_hz).map_err(|reason| {
-            ImportRefusal::NotFound {
-                key: "normal.offset_s",
-                reason,
-            }
-        })?;
-        let slides_s: Vec<(f64, f64)> = readings
-            .intervals
-            .strokes()
-            .iter()
-            .map(|(_, from_s, to_s)| (*from_s, *to_s))
-            .collect();
-        let mut placed = alignment::find(
-            (normal, lateral),
-            clock,
-            (&record.frames, plate.z_p_n_s_per_m),
-            (modulation_hz, &slides_s),
-        )?;
-        found.append(&mut placed.found.clone());
-        notes.append(&mut placed.notes);
-        readings.align(self.map, self.drive_time, (placed.offset_s, placed.ppm));
-        Ok(Some(placed))
     }
 }

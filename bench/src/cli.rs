@@ -10,6 +10,7 @@ use study::exclusions::SessionTrial;
 pub use crate::analyze_options::Analyze;
 pub use crate::hardware_options::HardwareOptions;
 use crate::hardware_options::SIMULATION;
+pub use crate::import_options::Import;
 pub use crate::protocol_options::{ProtocolCheck, ProtocolCommand, ProtocolOptions};
 use crate::run::ConcernKind;
 use calibration_rig::instrument_line::LineUnit;
@@ -111,6 +112,11 @@ pub enum Command {
     Demo(demo::DemoOptions),
     /// List the audio devices, serial ports and GPIO chips of this computer.
     Devices(Devices),
+    /// Import recordings made elsewhere into a study, by a map; look at their files, or guess the map.
+    #[command(
+        override_usage = "friction-bench import <MAP> --study <DIR> [--remove]\n       friction-bench import <MAP> --dry-run\n       friction-bench import --look <FILE>...\n       friction-bench import --guess <FILE>... --to <MAP>"
+    )]
+    Import(Import),
     /// Analyse recordings: impedance, gap and friction by each method.
     #[command(alias = "analyse")]
     Analyze(Analyze),

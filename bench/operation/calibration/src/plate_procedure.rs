@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use anyhow::{Context, bail};
 use metrology::FittedValue;
-use metrology::plate_fit::{CHANNEL_MATCH, PlateFit, Response, find_resonance};
+use metrology::plate_fit::{CHANNEL_MATCH, CoarseResonance, PlateFit, Response, find_resonance};
 use num_complex::Complex64;
 use signalgen::{ToneList, Waveform};
 use std::f64::consts::{PI, TAU};
@@ -129,7 +129,10 @@ impl PlateProcedure {
     }
 
     fn close_look(&mut self, look: &[Response]) -> anyhow::Result<NextStep> {
-        let (resonance_hz, quality) = find_resonance(look).with_context(|| {
+        let CoarseResonance {
+            resonance_hz,
+            quality,
+        } = find_resonance(look).with_context(|| {
             format!(
                 "looked {:.0} Hz to either side of {:.0} Hz; --about-hz looks elsewhere",
                 LOOK_STEP_HZ * (LOOK_TONES / 2) as f64,

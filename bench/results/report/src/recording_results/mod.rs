@@ -67,9 +67,9 @@ impl From<&RecordingAnalysis> for Recording {
             uncalibrated: (findings.manifest.hardware.as_ref())
                 .is_some_and(|hardware| hardware.uncalibrated),
             provenance: Some(findings.provenance.clone()),
-            carrier_hz: Some(findings.manifest.carrier_hz),
-            plate_profile: findings.plate().profile.is_some(),
-            plate_across: findings.plate().across,
+            carrier_hz: findings.carrier_hz(),
+            plate_profile: findings.plate().is_some_and(|plate| plate.profile.is_some()),
+            plate_across: findings.plate().and_then(|plate| plate.across),
             standard_errors: findings.manifest.standard_errors,
             assumed_errors: findings.errors.assumptions,
             room: findings.manifest.room,

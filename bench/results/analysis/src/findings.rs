@@ -18,6 +18,7 @@ use crate::force_zero::ForceZero;
 pub use crate::model_check::Band;
 pub use crate::plate_reading::PlateReading;
 use crate::within_laws;
+use plausibility::Implausible;
 use recording::manifest::{Manifest, RecordedPlate, RecordedRoom};
 use recording::pipeline::DemodulationError;
 use recording::pipeline::PickupOffset;
@@ -144,9 +145,27 @@ impl RecordingFindings {
 
     /// Returns whether no estimate can be used until the readings are corrected.
     pub fn is_spoilt(&self) -> bool {
-        let spoils =
-            |flaw: &Flaw| matches!(flaw, Flaw::Implausible(found) if found.spoils_estimates());
-        self.flaws.iter().any(spoils)
+        self.withheld_reason().is_some()
+    }
+
+    /// Returns the reason why all estimates are withheld, if a flaw makes them meaningless.
+    pub fn withheld_reason(&self) -> Option<String> {
+        let found = self.implausible().find(|found| found.spoils_estimates())?;
+        Some(format!("withheld because of a flaw ({})", found.name()))
+    }
+
+    /// Returns the implausible readings.
+    pub(crate) fn implausible(&self) -> impl Iterator<Item = &Implausible> {
+        self.flaws.iter().filter_map(|flaw| match flaw {
+            Flaw::Implausible(found) => Some(found),
+            _ => None,
+        })
+    }
+
+    /// Returns whether the analysis has a result: an instance, or the plate's impedance of a recording without explorations.
+    pub fn has_result(&self) -> bool {
+        let is_plate_alone = self.flaws.contains(&Flaw::NoExploration) && self.z_p.is_some();
+        !self.instances.is_empty() || is_plate_alone
     }
 
     /// Returns the plate's constants.

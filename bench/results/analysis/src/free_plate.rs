@@ -89,15 +89,31 @@ impl FreePlate {
         let scatter_flaw = reading
             .scatter_n_s_per_m
             .map(|scatter_n_s_per_m| Flaw::PlateScatters { scatter_n_s_per_m });
-        let mass_flaw = self.heavy_transient.map(|transient| Flaw::PlateMass {
-            mass_ratio: transient.mass_ratio,
-            delay_s: transient.delay_s,
-        });
+        if let Some(exchanged) =
+            plausibility::channel_order(&reading.free_frames, manifest.modulation_hz)
+        {
+            // All other numbers of the plate follow from it.
+            return vec![Flaw::from(exchanged)];
+        }
+        let transient = self.transient.or(self.heavy_transient);
+        let mut implausible = transient
+            .as_ref()
+            .map(plausibility::plate)
+            .unwrap_or_default();
+        let is_named = implausible
+            .iter()
+            .any(plausibility::Implausible::spoils_plate);
+        let mass_flaw =
+            self.heavy_transient
+                .filter(|_| !is_named)
+                .map(|transient| Flaw::PlateMass {
+                    mass_ratio: transient.mass_ratio,
+                    delay_s: transient.delay_s,
+                });
         let reactance_flaw = self.reactance_flaw(reading.plate, manifest);
-        [mass_flaw, reactance_flaw, touch_flaw, scatter_flaw]
-            .into_iter()
-            .flatten()
-            .collect()
+        let implausible = implausible.drain(..).map(Flaw::from);
+        let flaws = [mass_flaw, reactance_flaw, touch_flaw, scatter_flaw].into_iter();
+        implausible.chain(flaws.flatten()).collect()
     }
 
     /// Returns the flaw of a Z_p with a phase that differs from the plate's constants. It is attributed to the resonance if

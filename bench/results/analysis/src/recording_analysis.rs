@@ -8,6 +8,7 @@ use protocols::{Direction, Protocol, SelectionRules};
 
 use crate::amplitude_profile::AmplitudeProfile;
 use crate::analysis_settings::Settings;
+use crate::consistency::{self, ForceClock};
 use crate::crosstalk;
 use crate::demodulation::{self, DemodulatedRecording};
 use crate::error_budget::ErrorBudget;
@@ -24,7 +25,6 @@ use crate::model_check;
 use crate::plate_references;
 use crate::under_finger::UnderFinger;
 use crate::whole_trial;
-use plausibility::Implausible;
 use recording::Manifest;
 use recording::manifest::RecordedIntervalKind;
 use recording::pipeline::PickupOffset;
@@ -47,17 +47,31 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     let mut reading = demodulation::read(folder, PickupOffset::default())?;
     let (rules, protocol_flaw) = selection_rules(folder, &reading.manifest, settings);
     let is_carrier_missing = reading.is_carrier_missing();
-    let implausible = implausible_forces(&reading);
+    let mut implausible = consistency::implausible(&reading);
     let mut zero = subtract_zero(&mut reading);
     let mut plate = FreePlate::read(&reading, rules.contact_n / 2.0);
     let pickup = plate.pickup_offset().unwrap_or_default();
-    if pickup != PickupOffset::default() {
-        reading = demodulation::read(folder, pickup)?;
+    let read_again = |clock: Option<ForceClock>| -> Result<_, RecordingError> {
+        let mut reading = demodulation::read(folder, pickup)?;
         reading
             .flaws
             .extend(pickup_flaws(pickup, &reading.manifest));
-        zero = subtract_zero(&mut reading);
-        plate = FreePlate::read(&reading, rules.contact_n / 2.0);
+        clock.inspect(|clock| clock.correct(&mut reading.record.force));
+        let zero = subtract_zero(&mut reading);
+        let plate = FreePlate::read(&reading, rules.contact_n / 2.0);
+        Ok((reading, zero, plate))
+    };
+    if pickup != PickupOffset::default() {
+        (reading, zero, plate) = read_again(None)?;
+    }
+    let clock = ForceClock::read(&reading, plate.z_p()).filter(|_| implausible.is_empty());
+    if clock.is_some() {
+        (reading, zero, plate) = read_again(clock)?;
+    }
+    implausible.extend(clock.iter().flat_map(ForceClock::flaws));
+    implausible.extend(consistency::tared(&reading, rules.contact_n));
+    if is_carrier_missing {
+        implausible.extend(consistency::without_carrier(folder, &reading)?);
     }
     let DemodulatedRecording {
         manifest,
@@ -125,12 +139,21 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     let plate_flaws = plate_flaws.filter(|flaw| !is_explained(flaw));
     findings.flaws.extend(plate_flaws);
     findings.flaws.extend(off_resonance.map(Flaw::from));
+    if findings.withheld_reason().is_some() {
+        findings.withhold();
+        return Ok(findings);
+    }
 
     for (direction, start_s, end_s) in explorations {
         findings.explore(&record, direction, (start_s, end_s), settings);
     }
     let readings = plate_references::read(&record, rules.contact_n / 2.0);
     findings.fit_together(&readings, settings);
+    findings.flaws.extend(consistency::contact_area(&findings));
+    if findings.withheld_reason().is_some() {
+        findings.withhold();
+        return Ok(findings);
+    }
     if let Some(instance) = findings.first_dynamic_instance() {
         findings.model_check = model_check::bands(
             &instance.finger,
@@ -143,16 +166,6 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
             .extend(model_check::flaw(&findings.model_check));
     }
     Ok(findings)
-}
-
-/// Returns the forces of a recording that no finger makes.
-fn implausible_forces(reading: &DemodulatedRecording) -> Vec<Implausible> {
-    let explorations = explorations(&reading.manifest).into_iter();
-    let explorations_s: Vec<(f64, f64)> = explorations
-        .map(|(_, start_s, end_s)| (start_s, end_s))
-        .collect();
-    let unloaded_s = reading.manifest.unloaded_s();
-    plausibility::forces(&reading.record.force, &explorations_s, &unloaded_s)
 }
 
 /// Takes the forces of a recording against its own zero, and returns the zero.
@@ -169,7 +182,7 @@ fn rehearsal_flaw(manifest: &Manifest) -> Option<Flaw> {
 }
 
 /// Returns direction, start and end of each exploration, in time order.
-fn explorations(manifest: &Manifest) -> Vec<(Direction, f64, f64)> {
+pub(crate) fn explorations(manifest: &Manifest) -> Vec<(Direction, f64, f64)> {
     let mut explorations: Vec<_> = manifest
         .intervals
         .iter()
@@ -246,7 +259,7 @@ fn copies_flaw(folder: &Path, manifest: &Manifest) -> Option<Flaw> {
 
 impl RecordingFindings {
     /// Rejects a stretch for a reason that begins with its kind.
-    fn reject(&mut self, direction: Direction, span: (f64, f64), reason: &str) {
+    pub(crate) fn reject(&mut self, direction: Direction, span: (f64, f64), reason: &str) {
         let kind = reason.split(": ").next().unwrap_or(reason);
         self.reject_as(direction, span, (reason, kind));
     }

@@ -5,6 +5,7 @@
 
 mod motion;
 mod plate;
+mod tone;
 
 use force_alignment::TellingFactor;
 use recording::ForceRow;
@@ -12,6 +13,7 @@ use statistics::significant;
 
 pub use motion::{Slide, lateral_sign, positions};
 pub use plate::{Quantity, channel_order, plate};
+pub use tone::without_carrier;
 
 /// Largest force of a finger, N; the bench's own limit is 20 N.
 const LARGEST_N: f64 = 20.0;
@@ -247,6 +249,17 @@ pub enum Implausible {
         /// Contact area, m².
         area_m2: f64,
     },
+    /// A channel has one value throughout.
+    #[error(
+        "signals.wav: the {channel} is {value} in each sample: a dead channel; look at its cable, its index and the program that \
+         wrote the file"
+    )]
+    DeadChannel {
+        /// Name of the channel.
+        channel: String,
+        /// Its value.
+        value: String,
+    },
     /// The signal's strongest tone is far from the stated carrier.
     #[error(
         "signals.wav: the strongest tone of the drive is at {found_hz:.0} Hz, and carrier_hz = {stated_hz:.0} is not in it: state \
@@ -262,6 +275,15 @@ pub enum Implausible {
 }
 
 impl Implausible {
+    /// Returns whether the plate's impedance cannot be used until it is corrected.
+    #[must_use]
+    pub fn spoils_plate(&self) -> bool {
+        matches!(
+            self,
+            Self::ChannelsExchanged { .. } | Self::ScaleFactor { .. } | Self::Scale { .. }
+        )
+    }
+
     /// Returns the name of the flaw, for the reason why a stretch has no estimate.
     #[must_use]
     pub fn name(&self) -> &'static str {
@@ -284,6 +306,7 @@ impl Implausible {
             Self::ScaleFactor { .. } | Self::Scale { .. } => "scale of drive or pickup",
             Self::PickupQuantity { .. } => "quantity of the pickup",
             Self::ContactArea { .. } => "scale of the normal force",
+            Self::DeadChannel { .. } => "dead channel",
             Self::OtherCarrier { .. } => "carrier not that of the data",
         }
     }
@@ -311,6 +334,7 @@ impl Implausible {
             | Self::ForcesLate { .. }
             | Self::ForcesClock { .. }
             | Self::PickupQuantity { .. }
+            | Self::DeadChannel { .. }
             | Self::OtherCarrier { .. } => false,
         }
     }

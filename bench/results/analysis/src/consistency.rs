@@ -118,12 +118,10 @@ pub(super) fn tared(reading: &DemodulatedRecording, contact_n: f64) -> Option<Im
     plausibility::lateral_sign(&reading.record.force, &slides(&reading.manifest), contact_n)
 }
 
-/// Returns the flaw of a contact area that no finger has, if the fit of the trial holds.
+/// Returns the flaw of a contact area that no finger has.
 pub(super) fn contact_area(findings: &RecordingFindings) -> Option<Flaw> {
     let fit = findings.trial.as_ref()?;
-    let holds = fit.verdict.is_usable() && fit.misfit.is_empty();
-    let area = plausibility::contact_area(fit.contact_area_m2.value);
-    area.filter(|_| holds).map(Flaw::from)
+    plausibility::contact_area(fit.contact_area_m2.value).map(Flaw::from)
 }
 
 /// Returns the reasons why channels lack their carrier.

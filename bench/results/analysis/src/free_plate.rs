@@ -9,6 +9,7 @@ use crate::demodulation::DemodulatedRecording;
 use crate::flaw::Flaw;
 use crate::plate_reading::PlateReading;
 use crate::unloaded_plate::{self, UnloadedError};
+use plausibility::Implausible;
 use recording::Manifest;
 use recording::manifest::RecordedPlate;
 use recording::pipeline::PickupOffset;
@@ -89,20 +90,18 @@ impl FreePlate {
         let scatter_flaw = reading
             .scatter_n_s_per_m
             .map(|scatter_n_s_per_m| Flaw::PlateScatters { scatter_n_s_per_m });
-        if let Some(exchanged) =
-            plausibility::channel_order(&reading.free_frames, manifest.modulation_hz)
-        {
+        let envelopes = plausibility::envelopes(
+            &reading.free_frames,
+            manifest.modulation_hz,
+            manifest.modulation_index,
+        );
+        if let Some(found) = envelopes.clone().filter(Implausible::spoils_plate) {
             // All other numbers of the plate follow from it.
-            return vec![Flaw::from(exchanged)];
+            return vec![Flaw::from(found)];
         }
         let transient = self.transient.or(self.heavy_transient);
-        let mut implausible = transient
-            .as_ref()
-            .map(plausibility::plate)
-            .unwrap_or_default();
-        let is_named = implausible
-            .iter()
-            .any(plausibility::Implausible::spoils_plate);
+        let scale = transient.as_ref().and_then(plausibility::plate_scale);
+        let is_named = scale.is_some();
         let mass_flaw =
             self.heavy_transient
                 .filter(|_| !is_named)
@@ -111,7 +110,7 @@ impl FreePlate {
                     delay_s: transient.delay_s,
                 });
         let reactance_flaw = self.reactance_flaw(reading.plate, manifest);
-        let implausible = implausible.drain(..).map(Flaw::from);
+        let implausible = envelopes.into_iter().chain(scale).map(Flaw::from);
         let flaws = [mass_flaw, reactance_flaw, touch_flaw, scatter_flaw].into_iter();
         implausible.chain(flaws.flatten()).collect()
     }
@@ -189,5 +188,7 @@ pub(super) fn pickup_flaws(offset: PickupOffset, manifest: &Manifest) -> Vec<Fla
         found_rad: Complex64::cis(stated_rad + turn_rad).arg(),
     });
     let delay_flaw = (delay_s.abs() > REPORTED_DELAY_S).then_some(Flaw::PickupLate { delay_s });
-    [phase_flaw, delay_flaw].into_iter().flatten().collect()
+    let quantity_flaw = plausibility::pickup_quantity(turn_rad).map(Flaw::from);
+    let flaws = [quantity_flaw, phase_flaw, delay_flaw].into_iter();
+    flaws.flatten().collect()
 }

@@ -68,8 +68,10 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     if clock.is_some() {
         (reading, zero, plate) = read_again(clock)?;
     }
+    if implausible.is_empty() {
+        implausible.extend(consistency::tared(&reading, rules.contact_n));
+    }
     implausible.extend(clock.iter().flat_map(ForceClock::flaws));
-    implausible.extend(consistency::tared(&reading, rules.contact_n));
     if is_carrier_missing {
         implausible.extend(consistency::without_carrier(folder, &reading)?);
     }

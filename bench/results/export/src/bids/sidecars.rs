@@ -1,0 +1,103 @@
+//! Sidecars: descriptions in JSON of the tables.
+
+use serde_json::{Map, Value, json};
+
+use crate::bids::names::TASK;
+use crate::column::ExportedTable;
+use crate::content::RecordingContent;
+use crate::stream::RowTimes;
+
+/// Returns the text of a JSON file.
+pub(crate) fn to_text(value: &Value) -> String {
+    format!("{value:#}\n")
+}
+
+/// Returns the sidecar of a table without a header, with rows at `rate_hz` from `start_s` on.
+pub(crate) fn physio(
+    content: &RecordingContent,
+    table: &ExportedTable,
+    (rate_hz, start_s): (f64, f64),
+) -> String {
+    let mut sidecar = task(content);
+    let names = table.columns.iter().map(|column| &*column.name);
+    sidecar.insert("SamplingFrequency".to_owned(), rate_hz.into());
+    sidecar.insert("StartTime".to_owned(), start_s.into());
+    sidecar.insert("Columns".to_owned(), names.collect());
+    sidecar.insert("PhysioType".to_owned(), "generic".into());
+    for column in &table.columns {
+        let mut words = Map::new();
+        words.insert("Description".to_owned(), (&*column.meaning).into());
+        if !column.unit.is_empty() {
+            words.insert("Units".to_owned(), column.unit.into());
+        }
+        sidecar.insert(column.name.clone().into_owned(), words.into());
+    }
+    to_text(&sidecar.into())
+}
+
+/// Returns the sidecar of the positions.
+pub(crate) fn motion(content: &RecordingContent, times: RowTimes) -> String {
+    let mut sidecar = task(content);
+    let hardware = content.manifest.hardware.as_ref();
+    let sensor = hardware.and_then(|hardware| hardware.position_sensor.as_deref());
+    for (name, value) in [
+        ("SamplingFrequency", times.rate_hz.into()),
+        ("TrackingSystemName", "position".into()),
+        ("MotionChannelCount", 1.into()),
+        ("TrackedPointsCount", 1.into()),
+        ("POSChannelCount", 1.into()),
+        ("LATENCYChannelCount", 1.into()),
+        ("MissingValues", "n/a".into()),
+    ] {
+        sidecar.insert(name.to_owned(), value);
+    }
+    if let Some(sensor) = sensor {
+        sidecar.insert("ManufacturersModelName".to_owned(), sensor.into());
+    }
+    to_text(&sidecar.into())
+}
+
+/// Returns the description of the columns of all tables of events.
+pub(crate) fn events() -> String {
+    to_text(&json!({
+        "TaskName": TASK,
+        "TaskDescription": TASK_DESCRIPTION,
+        "onset": { "Description": "time from sample 0 of the recording", "Units": "s" },
+        "duration": { "Description": "length; n/a for an event without one", "Units": "s" },
+        "trial_type": {
+            "Description": "interval or event; the kinds of events are those of recording.toml of friction-bench",
+            "Levels": {
+                "unloaded": "no finger is on the plate",
+                "exploration": "the finger slides over the plate"
+            }
+        },
+        "direction": {
+            "Description": "direction of an exploration",
+            "Levels": {
+                "left_to_right": "towards growing position",
+                "right_to_left": "towards falling position"
+            }
+        },
+        "condition": { "Description": "condition of the protocol" }
+    }))
+}
+
+/// Description of the task.
+const TASK_DESCRIPTION: &str = "A fingertip slides over a glass plate that vibrates at an ultrasonic frequency with a modulated amplitude.";
+
+/// Returns the keys that describe the task and the trial.
+fn task(content: &RecordingContent) -> Map<String, Value> {
+    let mut sidecar = Map::new();
+    sidecar.insert("TaskName".to_owned(), TASK.into());
+    sidecar.insert("TaskDescription".to_owned(), TASK_DESCRIPTION.into());
+    let trial = content.manifest.trial.as_ref();
+    for (name, value) in [
+        ("Condition", trial.map(|trial| trial.condition.as_str())),
+        ("Protocol", trial.map(|trial| trial.protocol.as_str())),
+    ] {
+        if let Some(value) = value.filter(|value| !value.is_empty()) {
+            sidecar.insert(name.to_owned(), value.into());
+        }
+    }
+    sidecar
+}

@@ -3,9 +3,7 @@
 use std::path::Path;
 
 use analysis::Settings;
-use recording::{
-    FORCE_FILE, ForceRow, Manifest, POSITION_FILE, PositionRow, RecordingReader,
-};
+use recording::{FORCE_FILE, ForceRow, Manifest, POSITION_FILE, PositionRow, RecordingReader};
 
 use crate::column::{ColumnValues, ExportedColumn, ExportedTable};
 use crate::constants::{Constant, constants};
@@ -78,7 +76,11 @@ impl RecordingContent {
         }
         let mut warnings = Vec::new();
         let mut friction = None;
-        match analysed.recordings.first().map(|recording| &recording.findings) {
+        match analysed
+            .recordings
+            .first()
+            .map(|recording| &recording.findings)
+        {
             Some(Ok(findings)) => {
                 warnings.extend(findings.flaws.iter().map(ToString::to_string));
                 friction = Some(FrictionSeries::new(findings));
@@ -126,7 +128,10 @@ impl RecordingContent {
             meaning,
             value,
         };
-        let method = self.friction.as_ref().map(|friction| friction.method.name());
+        let method = self
+            .friction
+            .as_ref()
+            .map(|friction| friction.method.name());
         let software = self.manifest.software.as_ref();
         let software = software.map(|program| format!("{} {}", program.name, program.version));
         vec![
@@ -206,14 +211,18 @@ pub(crate) enum FactValue {
 fn signals(reader: &RecordingReader) -> ExportedTable {
     let (folder, manifest, format) = (reader.folder(), reader.manifest(), reader.format());
     let (drive, pickup) = (&manifest.channels.drive, &manifest.channels.pickup);
-    let names = manifest.hardware.as_ref().map(|hardware| &hardware.channel_names);
+    let names = manifest
+        .hardware
+        .as_ref()
+        .map(|hardware| &hardware.channel_names);
     let column = |index: u16| {
         let stream = |factor| ColumnValues::Stream(Stream::channel(folder, index, factor));
         if index == drive.index {
             let meaning = "voltage across the actuators, sampled";
             ExportedColumn::new("drive_v", "V", meaning, stream(drive.volts_per_unit))
         } else if index == pickup.index {
-            let meaning = "displacement of the plate at the carrier, sampled; without pickup_phase_rad";
+            let meaning =
+                "displacement of the plate at the carrier, sampled; without pickup_phase_rad";
             ExportedColumn::new("pickup_m", "m", meaning, stream(pickup.metres_per_unit))
         } else {
             let name = names.and_then(|names| names.get(usize::from(index)));
@@ -243,24 +252,34 @@ fn forces(folder: &Path, times: RowTimes) -> ExportedTable {
         rows: times.rows,
         columns: vec![
             column("time_s", "s", TIME, |row| row.time_s),
-            column("normal_n", "N", "normal force as recorded", |row| row.normal_n),
-            column("lateral_n", "N", "lateral force as recorded", |row| row.lateral_n),
+            column("normal_n", "N", "normal force as recorded", |row| {
+                row.normal_n
+            }),
+            column("lateral_n", "N", "lateral force as recorded", |row| {
+                row.lateral_n
+            }),
         ],
     }
 }
 
 fn positions(folder: &Path, times: RowTimes) -> ExportedTable {
-    let column = |name: &'static str, unit, meaning: &'static str, value: fn(&PositionRow) -> f64| {
-        let values = ColumnValues::Stream(Stream::position(folder, value));
-        ExportedColumn::new(name, unit, meaning, values)
-    };
+    let column =
+        |name: &'static str, unit, meaning: &'static str, value: fn(&PositionRow) -> f64| {
+            let values = ColumnValues::Stream(Stream::position(folder, value));
+            ExportedColumn::new(name, unit, meaning, values)
+        };
     ExportedTable {
         name: "positions",
         rate_hz: None,
         rows: times.rows,
         columns: vec![
             column("time_s", "s", TIME, |row| row.time_s),
-            column("position_m", "m", "position of the finger along the plate", |row| row.position_m),
+            column(
+                "position_m",
+                "m",
+                "position of the finger along the plate",
+                |row| row.position_m,
+            ),
         ],
     }
 }

@@ -22,14 +22,23 @@ use crate::target_folder::{FileState, TargetFolder};
 const DICTIONARY: &str = "columns.csv";
 /// Tables in a recording's folder.
 const TABLES: [&str; 8] = [
-    "recording", "constants", "signals", "forces", "positions", "friction", "intervals", "events",
+    "recording",
+    "constants",
+    "signals",
+    "forces",
+    "positions",
+    "friction",
+    "intervals",
+    "events",
 ];
 /// Name of the column with the times of an even time base.
 const TIME: &str = "time_s";
 
 /// Returns the names of a recording's files.
 pub(crate) fn names(identity: &RecordingIdentity, with_signals: bool) -> Vec<PathBuf> {
-    let tables = TABLES.iter().filter(|table| with_signals || **table != "signals");
+    let tables = TABLES
+        .iter()
+        .filter(|table| with_signals || **table != "signals");
     tables.map(|table| name(identity, table)).collect()
 }
 
@@ -66,13 +75,21 @@ pub(crate) fn write(
     });
     let warnings = content.warnings.iter();
     let warnings = warnings.map(|text| vec!["warning".to_owned(), to_cell(text)]);
-    states.push(put("recording", &["name", "value"], facts.chain(warnings).collect())?);
+    states.push(put(
+        "recording",
+        &["name", "value"],
+        facts.chain(warnings).collect(),
+    )?);
     let constants = content.constants.iter().map(|constant| {
         let mut value = String::new();
         number(&mut value, constant.value);
         vec![constant.name.to_owned(), value, constant.unit.to_owned()]
     });
-    states.push(put("constants", &["name", "value", "unit"], constants.collect())?);
+    states.push(put(
+        "constants",
+        &["name", "value", "unit"],
+        constants.collect(),
+    )?);
     for table in content.tables() {
         let name = name(identity, table.name);
         states.push(target.put(&name, folder, |out| write_table(table, out))?);
@@ -95,7 +112,12 @@ pub(crate) fn write_dictionary(
             "rate_hz" => (TIME, "s", "time from sample 0 of the recording"),
             column => (column, entry.unit, entry.meaning.as_str()),
         };
-        [table, column.to_owned(), unit.to_owned(), meaning.to_owned()]
+        [
+            table,
+            column.to_owned(),
+            unit.to_owned(),
+            meaning.to_owned(),
+        ]
     });
     let rows: Vec<_> = rows.collect();
     target.put(Path::new(DICTIONARY), Path::new(DICTIONARY), |out| {

@@ -28,7 +28,15 @@ mod tests {
 
     #[test]
     fn numbers_read_back_and_unknown_ones_are_empty() {
-        for value in [0.0, -0.5, 1e-4, 1.234_567_891_234_5e-7, -9.9e22, 3.0e14, f64::MIN_POSITIVE] {
+        for value in [
+            0.0,
+            -0.5,
+            1e-4,
+            1.234_567_891_234_5e-7,
+            -9.9e22,
+            3.0e14,
+            f64::MIN_POSITIVE,
+        ] {
             let mut text = String::new();
             number(&mut text, value);
             assert_eq!(text.parse::<f64>().unwrap(), value, "{text}");

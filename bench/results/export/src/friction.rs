@@ -60,14 +60,19 @@ impl FrictionSeries {
                 for (sample, time_s) in instance.samples.time_s().iter().enumerate() {
                     let times_s = &exploration.time_s;
                     let frame = times_s.partition_point(|&frame_s| frame_s < time_s - SLACK_S);
-                    if times_s.get(frame).is_some_and(|frame_s| *frame_s <= time_s + SLACK_S) {
+                    if times_s
+                        .get(frame)
+                        .is_some_and(|frame_s| *frame_s <= time_s + SLACK_S)
+                    {
                         estimated.set(start + frame, *number, by_method.estimate, sample);
                     }
                 }
             }
         }
         let z_m: Vec<_> = explorations.iter().flat_map(|e| e.z_m(method)).collect();
-        let amplitude_m = explorations.iter().flat_map(|e| e.method_amplitude_m(method));
+        let amplitude_m = explorations
+            .iter()
+            .flat_map(|e| e.method_amplitude_m(method));
         let real = ExportedColumn::real;
         let columns = vec![
             real(
@@ -146,7 +151,9 @@ impl FrictionSeries {
         table.columns.extend(estimated.into_columns());
         Self {
             table,
-            interval_s: explorations.iter().find_map(ExplorationFindings::interval_s),
+            interval_s: explorations
+                .iter()
+                .find_map(ExplorationFindings::interval_s),
             method,
         }
     }

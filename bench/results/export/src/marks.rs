@@ -23,12 +23,82 @@ pub(crate) fn interval_name(kind: RecordedIntervalKind) -> (&'static str, Option
     }
 }
 
-/// Returns the name of a kind of event, as in `recording.toml`.
-pub(crate) fn event_name(kind: EventKind) -> String {
-    let name = serde_json::to_value(kind).ok();
-    let name = name.as_ref().and_then(serde_json::Value::as_str);
-    name.unwrap_or_default().to_owned()
+/// Returns the name of a kind of event, as in `recording.toml`, and its meaning.
+pub(crate) fn event_words(kind: EventKind) -> (&'static str, &'static str) {
+    match kind {
+        EventKind::Gap => ("gap", "samples were lost"),
+        EventKind::InputXrun => ("input_xrun", "the input stream reported an overrun"),
+        EventKind::OutputXrun => (
+            "output_xrun",
+            "the output stream ran dry and the drive paused",
+        ),
+        EventKind::Clipping => (
+            "clipping",
+            "samples of drive or pickup reached the limits of the converter",
+        ),
+        EventKind::NonFinite => ("non_finite", "the converter gave NaN or infinity"),
+        EventKind::ReadbackMismatch => (
+            "readback_mismatch",
+            "the drive was stopped because its read-back differed from the command",
+        ),
+        EventKind::ForceLost => ("force_lost", "readings of the force sensor were lost"),
+        EventKind::SensorClock => (
+            "sensor_clock",
+            "a sensor restarted, or its readings disagree with its clock",
+        ),
+        EventKind::ForceOverRange => (
+            "force_over_range",
+            "an axis of the force sensor was at the end of its range",
+        ),
+        EventKind::PositionJump => (
+            "position_jump",
+            "positions further apart than a finger can move",
+        ),
+        EventKind::TimeDisorder => ("time_disorder", "times of a table do not increase"),
+        EventKind::RecorderOverflow => (
+            "recorder_overflow",
+            "the disk was too slow; the recording ends there",
+        ),
+        EventKind::EmergencyStop => ("emergency_stop", "the emergency stop stopped the drive"),
+        EventKind::Safe => ("safe", "another fault stopped the drive"),
+        EventKind::Interference => (
+            "interference",
+            "a constant offset, mains hum or a foreign tone on drive or pickup",
+        ),
+        EventKind::Abort => ("abort", "the trial was aborted"),
+        EventKind::Pause => ("pause", "a pause interrupted the trial"),
+        EventKind::Resume => ("resume", "the session resumed with this trial"),
+        EventKind::Redo => (
+            "redo",
+            "the trial is to be repeated, or is a further attempt",
+        ),
+        EventKind::Note => ("note", "a remark"),
+    }
 }
+
+/// All kinds of events.
+pub(crate) const EVENT_KINDS: [EventKind; 20] = [
+    EventKind::Gap,
+    EventKind::InputXrun,
+    EventKind::OutputXrun,
+    EventKind::Clipping,
+    EventKind::NonFinite,
+    EventKind::ReadbackMismatch,
+    EventKind::ForceLost,
+    EventKind::SensorClock,
+    EventKind::ForceOverRange,
+    EventKind::PositionJump,
+    EventKind::TimeDisorder,
+    EventKind::RecorderOverflow,
+    EventKind::EmergencyStop,
+    EventKind::Safe,
+    EventKind::Interference,
+    EventKind::Abort,
+    EventKind::Pause,
+    EventKind::Resume,
+    EventKind::Redo,
+    EventKind::Note,
+];
 
 /// Returns the table of intervals.
 pub(crate) fn intervals(manifest: &Manifest) -> ExportedTable {
@@ -71,7 +141,11 @@ pub(crate) fn intervals(manifest: &Manifest) -> ExportedTable {
 /// Returns the table of events, in a recording with this sample rate.
 pub(crate) fn events(manifest: &Manifest, sample_rate_hz: f64) -> ExportedTable {
     let list = &manifest.events;
-    let lengths_s = list.iter().map(|event| event.frames.map_or(f64::NAN, |frames| frames as f64 / sample_rate_hz));
+    let lengths_s = list.iter().map(|event| {
+        event
+            .frames
+            .map_or(f64::NAN, |frames| frames as f64 / sample_rate_hz)
+    });
     ExportedTable {
         name: "events",
         rate_hz: None,
@@ -80,20 +154,46 @@ pub(crate) fn events(manifest: &Manifest, sample_rate_hz: f64) -> ExportedTable 
             ExportedColumn::text(
                 "kind",
                 "kind of event, by the names of recording.toml",
-                list.iter().map(|event| event_name(event.kind)).collect(),
+                list.iter()
+                    .map(|event| event_words(event.kind).0.to_owned())
+                    .collect(),
             ),
             ExportedColumn::real(
                 "time_s",
                 "s",
                 "time of the event",
-                list.iter().map(|event| event.sample as f64 / sample_rate_hz).collect(),
+                list.iter()
+                    .map(|event| event.sample as f64 / sample_rate_hz)
+                    .collect(),
             ),
-            ExportedColumn::real("length_s", "s", "length; NaN or empty without one", lengths_s.collect()),
+            ExportedColumn::real(
+                "length_s",
+                "s",
+                "length; NaN or empty without one",
+                lengths_s.collect(),
+            ),
             ExportedColumn::text(
                 "text",
                 "details",
-                list.iter().map(|event| event.text.clone().unwrap_or_default()).collect(),
+                list.iter()
+                    .map(|event| event.text.clone().unwrap_or_default())
+                    .collect(),
             ),
         ],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn events_have_the_names_of_recording_toml() {
+        let names = EVENT_KINDS.map(|kind| event_words(kind).0);
+        for (kind, name) in EVENT_KINDS.into_iter().zip(names) {
+            assert_eq!(serde_json::to_value(kind).unwrap(), name);
+        }
+        let distinct: std::collections::BTreeSet<&str> = names.into_iter().collect();
+        assert_eq!(distinct.len(), EVENT_KINDS.len());
     }
 }

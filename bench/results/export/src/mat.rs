@@ -4,8 +4,10 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::PathBuf;
 
-use crate::column::ExportedTable;
+use escaping::ascii;
+
 use crate::content::{FactValue, RecordingContent};
+use crate::dictionary::DictionaryEntry;
 use crate::export_error::ExportError;
 use crate::fill_error::FillError;
 use crate::identity::RecordingIdentity;
@@ -42,9 +44,9 @@ pub(crate) fn write(
         });
     }
     let names = names(&content.identity);
-    let states = names.iter().map(|name| {
-        target.put(name, folder, |out| write_file(&variables, out))
-    });
+    let states = names
+        .iter()
+        .map(|name| target.put(name, folder, |out| write_file(&variables, out)));
     states.collect()
 }
 
@@ -63,15 +65,18 @@ fn write_file(
 /// Returns the variables of a recording, each of at most `limit_bytes` where its columns can be split: the struct, and the samples as
 /// separate variables if the struct is too large with them.
 fn variables(content: &RecordingContent, limit_bytes: u64) -> Vec<(String, MatArray<'_>)> {
-    let recording = structure(content, content.signals.as_ref().map(|table| (table, true)));
+    let recording = structure(content, true);
     if recording.bytes(VARIABLE) <= limit_bytes {
         return vec![(VARIABLE.to_owned(), recording)];
     }
-    let recording = structure(content, content.signals.as_ref().map(|table| (table, false)));
+    let recording = structure(content, false);
     let mut variables = vec![(VARIABLE.to_owned(), recording)];
-    for table in &content.signals {
+    if let Some(table) = &content.signals {
         for column in &table.columns {
-            let size = column.values.number_type().map_or(8, |number| number.bytes());
+            let size = column
+                .values
+                .number_type()
+                .map_or(8, |number| number.bytes());
             let most_rows = (limit_bytes.saturating_sub(HEAD_BYTES) / size).max(1);
             let parts = table.rows.div_ceil(most_rows);
             for part in 0..parts {
@@ -87,11 +92,8 @@ fn variables(content: &RecordingContent, limit_bytes: u64) -> Vec<(String, MatAr
     variables
 }
 
-/// Returns the struct of a recording; the signals have their samples or only their time base.
-fn structure<'a>(
-    content: &'a RecordingContent,
-    signals: Option<(&'a ExportedTable, bool)>,
-) -> MatArray<'a> {
+/// Returns the struct of a recording; its signals have their samples or only their time base.
+fn structure(content: &RecordingContent, with_samples: bool) -> MatArray<'_> {
     let mut fields = Vec::new();
     for fact in content.facts() {
         let value = match fact.value {
@@ -102,52 +104,103 @@ fn structure<'a>(
     }
     let constants = content.constants.iter();
     let constants = constants.map(|c| (c.name.to_owned(), MatArray::Real(c.value)));
-    fields.push(("constants".to_owned(), MatArray::Struct(constants.collect())));
-    let (mut units, mut meanings) = (constant_words(content, |c| c.unit), constant_words(content, |c| c.meaning));
+    let constants = MatArray::Struct(constants.collect());
+    fields.push(("constants".to_owned(), constants));
     for table in content.tables() {
-        let is_left_out = signals.is_some_and(|(signals, with_samples)| {
-            std::ptr::eq(signals, table) && !with_samples
-        });
-        let columns = if is_left_out { &[] } else { table.columns.as_slice() };
-        let mut values = time_base(table);
-        for column in columns {
-            let value = MatArray::column(&column.values, table.rows);
-            values.push((column.name.clone().into_owned(), value));
+        let mut values = Vec::new();
+        if let Some(rate_hz) = table.rate_hz {
+            values.push(("rate_hz".to_owned(), MatArray::Real(rate_hz)));
+            values.push(("start_s".to_owned(), MatArray::Real(0.0)));
+        }
+        for column in &table.columns {
+            if with_samples || table.rate_hz.is_none() {
+                let value = MatArray::column(&column.values, table.rows);
+                values.push((column.name.clone().into_owned(), value));
+            }
         }
         fields.push((table.name.to_owned(), MatArray::Struct(values)));
-        let words = |word: fn(&crate::column::ExportedColumn) -> &str| {
-            let columns = table.columns.iter();
-            let words = columns.map(|column| {
-                let text = MatArray::Text(word(column).to_owned());
-                (column.name.clone().into_owned(), text)
-            });
-            (table.name.to_owned(), MatArray::Struct(words.collect()))
-        };
-        units.push(words(|column| column.unit));
-        meanings.push(words(|column| &column.meaning));
     }
-    fields.push(("units".to_owned(), MatArray::Struct(units)));
-    fields.push(("meanings".to_owned(), MatArray::Struct(meanings)));
+    let units = words(content, |entry| entry.unit);
+    fields.push(("units".to_owned(), units));
+    let meanings = words(content, |entry| &entry.meaning);
+    fields.push(("meanings".to_owned(), meanings));
     fields.push(("warnings".to_owned(), MatArray::Cells(&content.warnings)));
     MatArray::Struct(fields)
 }
 
-/// Returns the fields of an even time base.
-fn time_base(table: &ExportedTable) -> Vec<(String, MatArray<'static>)> {
-    match table.rate_hz {
-        Some(rate_hz) => vec![
-            ("rate_hz".to_owned(), MatArray::Real(rate_hz)),
-            ("start_s".to_owned(), MatArray::Real(0.0)),
-        ],
-        None => Vec::new(),
+/// Returns a struct with the fields of the recording's struct, and a word on each in place of its value. The words are ASCII, which
+/// Octave needs.
+fn words<'a>(content: &RecordingContent, word: impl Fn(&DictionaryEntry) -> &str) -> MatArray<'a> {
+    let mut tables: Vec<(String, Vec<(String, MatArray<'a>)>)> = Vec::new();
+    for entry in DictionaryEntry::of_recording(content) {
+        let text = MatArray::Text(ascii(word(&entry)).into_owned());
+        if tables.last().is_none_or(|(table, _)| table != entry.table) {
+            tables.push((entry.table.to_owned(), Vec::new()));
+        }
+        if let Some((_, fields)) = tables.last_mut() {
+            fields.push((entry.column, text));
+        }
     }
+    let tables = tables.into_iter();
+    MatArray::Struct(
+        tables
+            .map(|(table, fields)| (table, MatArray::Struct(fields)))
+            .collect(),
+    )
 }
 
-fn constant_words<'a>(
-    content: &RecordingContent,
-    word: fn(&crate::constants::Constant) -> &'static str,
-) -> Vec<(String, MatArray<'a>)> {
-    let constants = content.constants.iter();
-    let words = constants.map(|c| (c.name.to_owned(), MatArray::Text(word(c).to_owned())));
-    vec![("constants".to_owned(), MatArray::Struct(words.collect()))]
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identity::RecordingIdentity;
+    use recording::manifest::MINIMAL;
+    use recording::writer::Ending;
+    use recording::{AudioFormat, Manifest, RecordingWriter};
+
+    #[test]
+    fn samples_beyond_the_limit_are_variables_in_parts() {
+        let study = tempfile::tempdir().unwrap();
+        let folder = study.path().join("long");
+        let manifest = Manifest::parse(MINIMAL, "recording.toml").unwrap();
+        let format = AudioFormat {
+            sample_rate_hz: 96_000,
+            channels: 2,
+        };
+        let frames: u16 = 20_000;
+        let mut writer = RecordingWriter::create(&folder, manifest, format).unwrap();
+        let samples = (0..2 * frames).map(|n| f32::from(n) / 65_536.0);
+        writer.write_audio(&samples.collect::<Vec<_>>()).unwrap();
+        writer.finish(Ending::Completed).unwrap();
+        let content = RecordingContent::read(&RecordingIdentity::read(&folder), true).unwrap();
+        assert_eq!(variables(&content, LIMIT_BYTES).len(), 1);
+
+        // The struct without its samples has less than 30 kB; each channel has 80 kB.
+        let limit_bytes = 40_000;
+        let split = variables(&content, limit_bytes);
+        let names: Vec<&str> = split.iter().map(|(name, _)| name.as_str()).collect();
+        let parts = ["drive_v_part1", "drive_v_part2", "drive_v_part3"];
+        assert_eq!(names[..4], [&["recording"], &parts[..]].concat());
+        assert_eq!(names.len(), 7);
+        assert!(
+            split
+                .iter()
+                .all(|(name, array)| array.bytes(name) <= limit_bytes)
+        );
+        // The parts together are the channel.
+        let numbers = |arrays: &[(String, MatArray<'_>)]| {
+            let mut bytes = Vec::new();
+            for (_, array) in arrays {
+                let MatArray::Numbers(values, range) = array else {
+                    panic!("{array:?}");
+                };
+                crate::numbers::write_numbers(values, range.clone(), &mut bytes).unwrap();
+            }
+            bytes
+        };
+        let column = &content.signals.as_ref().unwrap().columns[1].values;
+        let mut whole = Vec::new();
+        crate::numbers::write_numbers(column, 0..frames.into(), &mut whole).unwrap();
+        assert_eq!(whole.len(), 80_000);
+        assert!(numbers(&split[4..]) == whole);
+    }
 }

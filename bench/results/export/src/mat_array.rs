@@ -19,13 +19,13 @@ const FIELD_BYTES: usize = 64;
 
 // Types of data elements.
 const INT8: u32 = 1;
-const UINT16: u32 = 4;
 const INT32: u32 = 5;
 const UINT32: u32 = 6;
 const SINGLE: u32 = 7;
 const DOUBLE: u32 = 9;
 const INT64: u32 = 12;
 const MATRIX: u32 = 14;
+const UTF8: u32 = 16;
 
 /// Bytes of the tag of an element.
 const TAG_BYTES: u64 = 8;
@@ -66,7 +66,7 @@ impl<'a> MatArray<'a> {
                 let values = fields.iter().map(|(_, value)| TAG_BYTES + value.bytes(""));
                 TAG_BYTES + TAG_BYTES + names + values.sum::<u64>()
             }
-            Self::Text(text) => TAG_BYTES + padded(2 * text.encode_utf16().count() as u64),
+            Self::Text(text) => TAG_BYTES + padded(text.len() as u64),
             Self::Cells(texts) => {
                 let cell = |text: &String| TAG_BYTES + Self::Text(text.clone()).bytes("");
                 texts.iter().map(cell).sum()
@@ -108,10 +108,7 @@ impl<'a> MatArray<'a> {
                     value.write("", out)?;
                 }
             }
-            Self::Text(text) => {
-                let bytes: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
-                element(out, UINT16, &bytes)?;
-            }
+            Self::Text(text) => element(out, UTF8, text.as_bytes())?,
             Self::Cells(texts) => {
                 for text in *texts {
                     Self::Text(text.clone()).write("", out)?;
@@ -154,7 +151,7 @@ impl<'a> MatArray<'a> {
         let length = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
         match self {
             Self::Struct(_) | Self::Real(_) | Self::Whole(_) => [1, 1],
-            Self::Text(text) => match text.encode_utf16().count() {
+            Self::Text(text) => match text.chars().count() {
                 0 => [0, 0],
                 n => [1, length(n)],
             },

@@ -36,16 +36,13 @@ pub(crate) fn write(
 ) -> Result<Vec<FileState>, ExportError> {
     let names = names(&content.identity);
     let folder = &content.identity.folder;
-    let states = names.iter().map(|name| {
-        target.put(name, folder, |out| write_archive(content, out))
-    });
+    let states = names
+        .iter()
+        .map(|name| target.put(name, folder, |out| write_archive(content, out)));
     states.collect()
 }
 
-fn write_archive(
-    content: &RecordingContent,
-    out: &mut BufWriter<File>,
-) -> Result<(), FillError> {
+fn write_archive(content: &RecordingContent, out: &mut BufWriter<File>) -> Result<(), FillError> {
     let mut archive = Archive {
         zip: ZipWriter::new(out),
     };
@@ -84,9 +81,18 @@ fn write_archive(
         table => format!("{table}_{}", entry.column),
     };
     for (name, words) in [
-        ("dictionary_array", entries.iter().map(array_name).collect::<Vec<_>>()),
-        ("dictionary_unit", entries.iter().map(|entry| entry.unit.to_owned()).collect()),
-        ("dictionary_meaning", entries.iter().map(|entry| entry.meaning.clone()).collect()),
+        (
+            "dictionary_array",
+            entries.iter().map(array_name).collect::<Vec<_>>(),
+        ),
+        (
+            "dictionary_unit",
+            entries.iter().map(|entry| entry.unit.to_owned()).collect(),
+        ),
+        (
+            "dictionary_meaning",
+            entries.iter().map(|entry| entry.meaning.clone()).collect(),
+        ),
     ] {
         archive.texts(name, &shape, &words)?;
     }

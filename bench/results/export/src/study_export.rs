@@ -11,8 +11,8 @@ use study::exclusions::study_of;
 use crate::content::RecordingContent;
 use crate::dictionary::DictionaryEntry;
 use crate::export_error::ExportError;
-use crate::export_origin::ExportOrigin;
 use crate::export_format::ExportFormat;
+use crate::export_origin::ExportOrigin;
 use crate::identity::RecordingIdentity;
 use crate::target_folder::{FileState, TargetFolder};
 use crate::{bids, csv_tables, mat, npz};
@@ -114,15 +114,24 @@ pub fn export(
         (exported.files.is_ok(), entries)
     });
     let exports: Vec<(bool, BTreeSet<DictionaryEntry>)> = exports.collect();
-    let exported = exports.iter().filter(|(is_exported, _)| *is_exported).count();
+    let exported = exports
+        .iter()
+        .filter(|(is_exported, _)| *is_exported)
+        .count();
     match options.format {
         ExportFormat::Mat | ExportFormat::Npz => {}
         ExportFormat::Csv => {
-            let entries = exports.into_iter().flat_map(|(_, entries)| entries).collect();
+            let entries = exports
+                .into_iter()
+                .flat_map(|(_, entries)| entries)
+                .collect();
             csv_tables::write_dictionary(&entries, &target)?;
         }
         ExportFormat::Bids => {
-            let done = identities.iter().zip(&exports).filter(|(_, (is_exported, _))| *is_exported);
+            let done = identities
+                .iter()
+                .zip(&exports)
+                .filter(|(_, (is_exported, _))| *is_exported);
             let places = done.filter_map(|(identity, _)| identity.place.as_ref());
             let participants: BTreeSet<String> = places
                 .map(|place| place.participant.as_str().to_owned())
@@ -192,7 +201,11 @@ fn file_names(
             }
         }
     }
-    Ok(owners.into_keys().chain(shared).chain(study_names).collect())
+    Ok(owners
+        .into_keys()
+        .chain(shared)
+        .chain(study_names)
+        .collect())
 }
 
 /// Requires a target that is neither the study nor in it.
@@ -202,7 +215,9 @@ fn require_outside(target: &Path, study: &Path) -> Result<(), ExportError> {
     };
     // The target need not exist, nor the folders above it.
     let absolute = std::path::absolute(target).unwrap_or_else(|_| target.to_owned());
-    let mut existing = absolute.ancestors().filter_map(|path| path.canonicalize().ok());
+    let mut existing = absolute
+        .ancestors()
+        .filter_map(|path| path.canonicalize().ok());
     match existing.next() {
         Some(folder) if folder.starts_with(&study) => Err(ExportError::InsideStudy {
             target: target.to_owned(),

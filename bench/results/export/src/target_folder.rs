@@ -227,7 +227,10 @@ mod tests {
         ] {
             assert_eq!(target.put_text(name, text).unwrap(), state);
         }
-        assert_eq!(target.put_draft(name, "three").unwrap(), FileState::Unchanged);
+        assert_eq!(
+            target.put_draft(name, "three").unwrap(),
+            FileState::Unchanged
+        );
         let text = fs::read_to_string(folder.path().join(name)).unwrap();
         assert_eq!(text, "two");
         // Nothing else remains.
@@ -270,7 +273,11 @@ mod tests {
         let source = folder.path().join("source");
         fs::write(&source, vec![7; BLOCK_BYTES + 3]).unwrap();
         let target = TargetFolder::open(&folder.path().join("to"), &names(&[])).unwrap();
-        let copy = || target.copy(&source, Path::new("copy"), folder.path()).unwrap();
+        let copy = || {
+            target
+                .copy(&source, Path::new("copy"), folder.path())
+                .unwrap()
+        };
         assert_eq!(copy(), FileState::Written);
         assert_eq!(copy(), FileState::Unchanged);
         let mut bytes = vec![7; BLOCK_BYTES + 3];

@@ -35,13 +35,13 @@ pub(crate) fn write(
         "DatasetType": "raw",
         "GeneratedBy": [{ "Name": "friction-bench", "Version": version, "Description": "friction-bench export" }]
     });
-    let readme = format!(
-        "# {name}\n\n{}\n",
-        include_str!("readme.md").trim_end()
-    );
+    let readme = format!("# {name}\n\n{}\n", include_str!("readme.md").trim_end());
     let changes = format!("1.0.0 {day}\n  - First export, by friction-bench {version}.\n");
     Ok(vec![
-        target.put_draft(Path::new(DESCRIPTION_FILE), &sidecars::to_text(&description))?,
+        target.put_draft(
+            Path::new(DESCRIPTION_FILE),
+            &sidecars::to_text(&description),
+        )?,
         target.put_draft(Path::new(README), &readme)?,
         target.put_draft(Path::new(CHANGES), &changes)?,
         target.put_text(Path::new(PARTICIPANTS_FILE), &table.to_text())?,
@@ -57,12 +57,13 @@ fn participant_table(
     let path = study.map(|study| study.join(PARTICIPANTS_FILE));
     let path = path.filter(|path| path.exists());
     let read = |path: &Path| {
-        bounded_files::read_text(path, bounded_files::TEXT_LIMIT_BYTES)
-            .map_err(|source| recording::DiskError {
+        bounded_files::read_text(path, bounded_files::TEXT_LIMIT_BYTES).map_err(|source| {
+            recording::DiskError {
                 action: "read",
                 path: path.to_owned(),
                 source,
-            })
+            }
+        })
     };
     let text = path.as_deref().map(read).transpose()?;
     ParticipantTable::new(text, participants).map_err(|fault| ExportError::Participants {
@@ -74,7 +75,10 @@ fn participant_table(
 /// Returns the name of the study, by its description or its folder.
 fn study_name(study: Option<&Path>) -> String {
     let described = |study: &Path| {
-        let text = bounded_files::read_text(&study.join(DESCRIPTION_FILE), bounded_files::TEXT_LIMIT_BYTES);
+        let text = bounded_files::read_text(
+            &study.join(DESCRIPTION_FILE),
+            bounded_files::TEXT_LIMIT_BYTES,
+        );
         let description = recording::study::parse_description(text.ok()?.as_bytes()).ok()?;
         Some(description.name).filter(|name| !name.is_empty())
     };

@@ -49,7 +49,11 @@ impl DatasetNames {
             label,
         } = place;
         let (participant, session) = (participant.as_str(), session_name(*session));
-        let practice = if label.is_practice() { "_acq-practice" } else { "" };
+        let practice = if label.is_practice() {
+            "_acq-practice"
+        } else {
+            ""
+        };
         let source_session = Path::new("sourcedata").join(participant).join(&session);
         Ok(Self {
             subject: format!("{participant}_{session}_task-{TASK}"),

@@ -8,7 +8,7 @@ use recording::study::ID_COLUMN;
 use crate::bids::rows::{NO_VALUE, cell};
 use crate::bids::sidecars::to_text;
 
-/// Columns with the words that BIDS allows, besides numbers of years.
+/// Columns of which BIDS states the content: a number of years, or one of these words.
 const AGE: &str = "age";
 const SEX: (&str, [&str; 3]) = ("sex", ["female", "male", "other"]);
 const HANDEDNESS: (&str, [&str; 3]) = ("handedness", ["left", "right", "ambidextrous"]);
@@ -28,7 +28,10 @@ impl ParticipantTable {
     ///
     /// # Errors
     /// The study's table has no column of participants, or other separators.
-    pub(crate) fn new(study_table: Option<String>, participants: &[String]) -> Result<Self, TableFault> {
+    pub(crate) fn new(
+        study_table: Option<String>,
+        participants: &[String],
+    ) -> Result<Self, TableFault> {
         let text = study_table.unwrap_or_else(|| format!("{ID_COLUMN}\n"));
         let table = TabTable::parse(text, ID_COLUMN)?;
         let id_column = table.column(ID_COLUMN).unwrap_or_default();
@@ -49,28 +52,34 @@ impl ParticipantTable {
             columns: std::iter::once(ID_COLUMN.to_owned()).chain(names).collect(),
             rows: rows.collect(),
         };
-        table.separate(AGE, &is_age);
+        table.translate(AGE, &age);
         for (column, words) in [SEX, HANDEDNESS] {
-            table.separate(column, &|text| is_word(text, &words));
+            table.translate(column, &|text| word(text, &words));
         }
         Ok(table)
     }
 
-    /// Moves the cells of a column that BIDS does not allow into another one.
-    fn separate(&mut self, column: &str, is_allowed: &dyn Fn(&str) -> bool) {
+    /// Translates the cells of a column into words that BIDS allows, or `n/a`; if any changes, another column has them as stated.
+    fn translate(&mut self, column: &str, translation: &dyn Fn(&str) -> Option<String>) {
         let Some(index) = self.columns.iter().position(|name| name == column) else {
             return;
         };
-        let is_sound = |row: &Vec<String>| row[index] == NO_VALUE || is_allowed(&row[index]);
-        if self.rows.iter().all(is_sound) {
+        let translated = self.rows.iter().map(|row| match row[index].as_str() {
+            NO_VALUE => NO_VALUE.to_owned(),
+            stated => translation(stated).unwrap_or_else(|| NO_VALUE.to_owned()),
+        });
+        let translated: Vec<String> = translated.collect();
+        if self
+            .rows
+            .iter()
+            .zip(&translated)
+            .all(|(row, cell)| row[index] == *cell)
+        {
             return;
         }
         self.columns.push(format!("{column}{AS_STATED}"));
-        for row in &mut self.rows {
-            let stated = row[index].clone();
-            if !is_sound(row) {
-                NO_VALUE.clone_into(&mut row[index]);
-            }
+        for (row, cell) in self.rows.iter_mut().zip(translated) {
+            let stated = std::mem::replace(&mut row[index], cell);
             row.push(stated);
         }
     }
@@ -115,21 +124,17 @@ fn description(column: &str) -> Value {
     }
 }
 
-fn is_age(text: &str) -> bool {
-    text == "89+" || text.parse::<f64>().is_ok_and(f64::is_finite)
+/// Returns an age that BIDS allows; `None` for other texts.
+fn age(text: &str) -> Option<String> {
+    let is_number = text.parse::<f64>().is_ok_and(f64::is_finite);
+    (is_number || text == "89+").then(|| text.to_owned())
 }
 
-/// Returns whether a text is one of `words` in lower case, with a capital or in capitals, or its first letter.
-fn is_word(text: &str, words: &[&str]) -> bool {
-    let is_form = |word: &&str| {
-        let forms = [(*word).to_owned(), word.to_uppercase()];
-        let initial = &word[..1];
-        let capital = initial.to_uppercase() + &word[1..];
-        forms.iter().any(|form| form == text)
-            || text == capital
-            || text.eq_ignore_ascii_case(initial)
-    };
-    words.iter().any(|word| is_form(&word))
+/// Returns the word that a text is, whatever its case, or of which it is the first letter.
+fn word(text: &str, words: &[&str]) -> Option<String> {
+    let is_form =
+        |word: &&&str| text.eq_ignore_ascii_case(word) || text.eq_ignore_ascii_case(&word[..1]);
+    words.iter().find(is_form).map(|word| (*word).to_owned())
 }
 
 #[cfg(test)]
@@ -157,7 +162,7 @@ mod tests {
         assert_eq!(
             table.to_text(),
             "participant_id\tage\tsex\tage_as_stated\tsex_as_stated\n\
-             sub-01\tn/a\tF\t18-38\tF\nsub-02\t40\tn/a\t40\tx\n"
+             sub-01\tn/a\tfemale\t18-38\tF\nsub-02\t40\tn/a\t40\tx\n"
         );
         let sidecar: Value = serde_json::from_str(&table.sidecar()).unwrap();
         assert_eq!(sidecar["age"]["Units"], "year");

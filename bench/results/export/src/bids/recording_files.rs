@@ -15,7 +15,7 @@ use crate::content::RecordingContent;
 use crate::export_error::ExportError;
 use crate::fill_error::FillError;
 use crate::identity::RecordingIdentity;
-use crate::marks::{direction_name, event_name, interval_name};
+use crate::marks::{direction_name, event_words, interval_name};
 use crate::target_folder::{FileState, TargetFolder};
 
 /// Header of a table of events.
@@ -41,9 +41,11 @@ pub(crate) fn write(
         let name = names.physio("forces");
         let sidecar = sidecars::physio(content, table, (times.rate_hz, times.first_s));
         states.push(target.put_text(&with_extension(&name, ".json"), &sidecar)?);
-        states.push(target.put(&with_extension(&name, ".tsv.gz"), folder, |out| {
-            compressed(out, |out| write_streams(table, out))
-        })?);
+        states.push(
+            target.put(&with_extension(&name, ".tsv.gz"), folder, |out| {
+                compressed(out, |out| write_streams(table, out))
+            })?,
+        );
     }
     if let Some(friction) = &content.friction
         && let Some(interval_s) = friction.interval_s
@@ -52,9 +54,11 @@ pub(crate) fn write(
         let (name, table) = (names.physio("friction"), &friction.table);
         let sidecar = sidecars::physio(content, table, (1.0 / interval_s, first_s));
         states.push(target.put_text(&with_extension(&name, ".json"), &sidecar)?);
-        states.push(target.put(&with_extension(&name, ".tsv.gz"), folder, |out| {
-            compressed(out, |out| write_even(table, interval_s, out))
-        })?);
+        states.push(
+            target.put(&with_extension(&name, ".tsv.gz"), folder, |out| {
+                compressed(out, |out| write_even(table, interval_s, out))
+            })?,
+        );
     }
     if let Some((table, times)) = &content.positions {
         let sidecar = sidecars::motion(content, *times);
@@ -121,12 +125,24 @@ fn events(content: &RecordingContent) -> String {
     for interval in &manifest.intervals {
         let (kind, direction) = interval_name(interval.kind);
         let length_s = interval.end_s - interval.start_s;
-        rows.push((interval.start_s, length_s, kind.to_owned(), direction_name(direction)));
+        rows.push((
+            interval.start_s,
+            length_s,
+            kind.to_owned(),
+            direction_name(direction),
+        ));
     }
     for event in &manifest.events {
         let time_s = event.sample as f64 / content.sample_rate_hz;
-        let length_s = event.frames.map(|frames| frames as f64 / content.sample_rate_hz);
-        rows.push((time_s, length_s.unwrap_or(f64::NAN), event_name(event.kind), ""));
+        let length_s = event
+            .frames
+            .map(|frames| frames as f64 / content.sample_rate_hz);
+        rows.push((
+            time_s,
+            length_s.unwrap_or(f64::NAN),
+            event_words(event.kind).0.to_owned(),
+            "",
+        ));
     }
     rows.sort_by(|a, b| a.0.total_cmp(&b.0));
     let condition = manifest.trial.as_ref().map_or("", |trial| &trial.condition);

@@ -5,6 +5,7 @@ use serde_json::{Map, Value, json};
 use crate::bids::names::TASK;
 use crate::column::ExportedTable;
 use crate::content::RecordingContent;
+use crate::marks::{EVENT_KINDS, event_words};
 use crate::stream::RowTimes;
 
 /// Returns the text of a JSON file.
@@ -59,18 +60,21 @@ pub(crate) fn motion(content: &RecordingContent, times: RowTimes) -> String {
 
 /// Returns the description of the columns of all tables of events.
 pub(crate) fn events() -> String {
+    let mut levels = Map::new();
+    levels.insert("unloaded".to_owned(), "no finger is on the plate".into());
+    levels.insert(
+        "exploration".to_owned(),
+        "the finger slides over the plate".into(),
+    );
+    for (name, meaning) in EVENT_KINDS.map(event_words) {
+        levels.insert(name.to_owned(), meaning.into());
+    }
     to_text(&json!({
         "TaskName": TASK,
         "TaskDescription": TASK_DESCRIPTION,
         "onset": { "Description": "time from sample 0 of the recording", "Units": "s" },
         "duration": { "Description": "length; n/a for an event without one", "Units": "s" },
-        "trial_type": {
-            "Description": "interval or event; the kinds of events are those of recording.toml of friction-bench",
-            "Levels": {
-                "unloaded": "no finger is on the plate",
-                "exploration": "the finger slides over the plate"
-            }
-        },
+        "trial_type": { "Description": "interval, or event of the recording", "Levels": levels },
         "direction": {
             "Description": "direction of an exploration",
             "Levels": {

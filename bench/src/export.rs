@@ -58,7 +58,7 @@ fn report(recording: &ExportedRecording, verbosity: Verbosity) {
     }
 }
 
-/// Returns the numbers of files by their state, such as `files 2 written, 1 unchanged`.
+/// Returns the numbers of files by their state, such as `2 files written, 1 unchanged`.
 fn states(files: &ExportedFiles) -> String {
     let count = |state| files.states.iter().filter(|s| **s == state).count();
     let parts = [
@@ -67,8 +67,12 @@ fn states(files: &ExportedFiles) -> String {
         (count(FileState::Unchanged), "unchanged"),
     ];
     let parts = parts.iter().filter(|(n, _)| *n > 0);
-    let texts: Vec<String> = parts.map(|(n, word)| format!("{n} {word}")).collect();
-    format!("files {}", texts.join(", "))
+    let text = |(index, (n, word)): (usize, &(usize, &str))| match (index, n) {
+        (0, 1) => format!("1 file {word}"),
+        (0, n) => format!("{n} files {word}"),
+        (_, n) => format!("{n} {word}"),
+    };
+    parts.enumerate().map(text).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]
@@ -81,6 +85,6 @@ mod tests {
             states: vec![FileState::Unchanged, FileState::Written, FileState::Written],
             missing: Vec::new(),
         };
-        assert_eq!(states(&files), "files 2 written, 1 unchanged");
+        assert_eq!(states(&files), "2 files written, 1 unchanged");
     }
 }

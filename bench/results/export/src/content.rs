@@ -5,6 +5,9 @@ use std::path::Path;
 use analysis::Settings;
 use recording::{FORCE_FILE, ForceRow, Manifest, POSITION_FILE, PositionRow, RecordingReader};
 
+use study::provenance::Provenance;
+use study::sessions::Sessions;
+
 use crate::column::{ColumnValues, ExportedColumn, ExportedTable};
 use crate::constants::{Constant, constants};
 use crate::export_error::ExportError;
@@ -22,6 +25,8 @@ pub(crate) struct RecordingContent {
     pub(crate) manifest: Manifest,
     /// Rate of the samples, Hz.
     pub(crate) sample_rate_hz: f64,
+    /// Whether it is a calibrated measurement on a person.
+    pub(crate) provenance: Provenance,
     /// Constants.
     pub(crate) constants: Vec<Constant>,
     /// Samples of all channels; `None` if they are left out.
@@ -93,6 +98,7 @@ impl RecordingContent {
         let sample_rate_hz = f64::from(reader.format().sample_rate_hz);
         Ok(Self {
             sample_rate_hz,
+            provenance: provenance(folder, &manifest),
             identity: identity.clone(),
             constants: constants(&manifest),
             signals: with_signals.then(|| signals(&reader)),
@@ -117,7 +123,7 @@ impl RecordingContent {
         streams.into_iter().flatten().chain(marks)
     }
 
-    /// Returns the facts that identify it, each with its name, its value and its meaning.
+    /// Returns the facts that identify it and its origin, each with its name, its value and its meaning.
     pub(crate) fn facts(&self) -> Vec<Fact> {
         let place = self.identity.place.as_ref();
         let trial = self.manifest.trial.as_ref();
@@ -181,12 +187,39 @@ impl RecordingContent {
                 text(software.as_deref()),
             ),
             fact(
+                "simulated",
+                "1 if the bench was simulated and nobody took part, otherwise 0",
+                FactValue::Whole(self.provenance.simulated.into()),
+            ),
+            fact(
+                "calibrated",
+                "1 if the recording names the calibration of its constants, otherwise 0",
+                FactValue::Whole(self.provenance.calibrated.into()),
+            ),
+            fact(
+                "rehearsed",
+                "faults injected on purpose: such a recording is a rehearsal, not data; empty otherwise",
+                FactValue::Text(self.provenance.rehearsed.join("; ")),
+            ),
+            fact(
+                "waived",
+                "hardware stops that were waived; empty otherwise",
+                FactValue::Text(self.provenance.waived.join("; ")),
+            ),
+            fact(
                 "method",
                 "method of gap_m and mu in the friction over time: trial, or dynamic if that fit cannot be used; empty without it",
                 text(method),
             ),
         ]
     }
+}
+
+/// Returns the provenance of a recording, by its description and its session's log.
+fn provenance(folder: &Path, manifest: &Manifest) -> Provenance {
+    let sessions = Sessions::from_recordings([folder]);
+    let session = sessions.session_of(folder);
+    Provenance::new(manifest, session.map(|(_, session)| session))
 }
 
 /// Fact that identifies a recording.

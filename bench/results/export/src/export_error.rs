@@ -28,7 +28,7 @@ pub enum ExportError {
     },
     /// The target is the study, or a folder in it.
     #[error(
-        "{} is in the study {}, which holds recordings alone: name a folder outside it after --to",
+        "{} is in the study {}, which is for recordings alone: name a folder outside it after --to",
         target.display(), study.display()
     )]
     InsideStudy {
@@ -39,7 +39,7 @@ pub enum ExportError {
     },
     /// The target has files that this export does not write.
     #[error(
-        "{} has {count} files that do not belong to this export, the first {}: remove them, or name an empty or new folder after --to",
+        "{} has files that do not belong to this export ({count}, the first {}): remove them, or name an empty or new folder after --to",
         folder.display(), first.display()
     )]
     Foreign {

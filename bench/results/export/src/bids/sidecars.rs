@@ -89,12 +89,19 @@ pub(crate) fn events() -> String {
 /// Description of the task.
 const TASK_DESCRIPTION: &str = "A fingertip slides over a glass plate that vibrates at an ultrasonic frequency with a modulated amplitude.";
 
-/// Returns the keys that describe the task and the trial.
+/// Returns the keys that describe the task, the trial and its origin.
 fn task(content: &RecordingContent) -> Map<String, Value> {
     let mut sidecar = Map::new();
     sidecar.insert("TaskName".to_owned(), TASK.into());
     sidecar.insert("TaskDescription".to_owned(), TASK_DESCRIPTION.into());
     let trial = content.manifest.trial.as_ref();
+    let provenance = &content.provenance;
+    sidecar.insert("Simulated".to_owned(), provenance.simulated.into());
+    sidecar.insert("Calibrated".to_owned(), provenance.calibrated.into());
+    if !provenance.rehearsed.is_empty() {
+        let faults = provenance.rehearsed.as_slice();
+        sidecar.insert("Rehearsed".to_owned(), faults.into());
+    }
     for (name, value) in [
         ("Condition", trial.map(|trial| trial.condition.as_str())),
         ("Protocol", trial.map(|trial| trial.protocol.as_str())),

@@ -13,7 +13,8 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use live::live_meter::LiveMeter;
 use recording::AudioFormat;
 use recording::manifest::{
-    FORMAT, Manifest, RecordedChannels, RecordedDrive, RecordedPickup, RecordedPlate,
+    Carrier, FORMAT, Manifest, Modulation, RecordedChannels, RecordedContact, RecordedDrive, RecordedPickup, RecordedPlate,
+    RecordedSignals, Streams,
 };
 use recording::pipeline::{Batch, Pipeline};
 use recording::recorder::{Begin, RecorderMessage, RecorderNotice, recorder};
@@ -30,10 +31,14 @@ const BLOCK_FRAMES: usize = 1024;
 fn manifest() -> Manifest {
     Manifest {
         format: FORMAT,
-        carrier_hz: CARRIER_HZ,
-        modulation_hz: 6.0,
-        modulation_index: 0.95,
+        streams: Streams::Signals(RecordedSignals {
+        carrier: Carrier::Steady(CARRIER_HZ),
+        modulation: Modulation {
+            frequency_hz: 6.0,
+            index: 0.95,
+        },
         channels: RecordedChannels {
+            rate_hz: None,
             drive: RecordedDrive {
                 index: 0,
                 volts_per_unit: 60.0,
@@ -54,6 +59,8 @@ fn manifest() -> Manifest {
             profile: None,
             across: None,
         },
+        }),
+        contact: RecordedContact::default(),
         standard_errors: None,
         room: None,
         intervals: Vec::new(),
@@ -61,6 +68,7 @@ fn manifest() -> Manifest {
         trial: None,
         hardware: None,
         software: None,
+        origin: None,
         clocks: Vec::new(),
         events: Vec::new(),
     }

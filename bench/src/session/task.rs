@@ -332,7 +332,7 @@ impl SessionTask {
         let withdrawn = self.wiring.carrier.withdraw("a trial began");
         self.apply(withdrawn)?;
         let begin = (self.wiring.begin)(key, drive, &self.bench)?;
-        let carrier_hz = begin.manifest.carrier_hz;
+        let carrier_hz = (begin.manifest.carrier_hz()).context("the trial has no carrier")?;
         self.wiring.live.modulate(drive.modulation_hz);
         self.recordings.begin(key.clone(), begin.folder.clone());
         self.wiring.send(RecordingCommand::Begin(Box::new(begin)));

@@ -122,6 +122,7 @@ pub fn recorded_room(config: &Config) -> Option<manifest::RecordedRoom> {
 pub fn recorded_channels(config: &Config) -> manifest::RecordedChannels {
     let (drive, pickup) = (&config.channels.drive, &config.channels.pickup);
     manifest::RecordedChannels {
+        rate_hz: None,
         drive: manifest::RecordedDrive {
             index: drive.index,
             volts_per_unit: drive.volts_per_unit,

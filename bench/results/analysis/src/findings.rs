@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use contact::{AssumedConstants, FittedFinger};
+use envelope_files::EnvelopeError;
 use estimation::FitConditions;
 use estimation::trial::SharedFit;
 use protocols::{Direction, SelectionRules};
@@ -17,6 +18,7 @@ use crate::flaw::Flaw;
 use crate::force_zero::ForceZero;
 pub use crate::model_check::Band;
 pub use crate::plate_reading::PlateReading;
+use crate::vibration::Vibration;
 use crate::within_laws;
 use recording::manifest::{Manifest, RecordedPlate, RecordedRoom};
 use recording::pipeline::DemodulationError;
@@ -96,6 +98,9 @@ pub enum RecordingError {
     /// The audio cannot be demodulated with the stated constants.
     #[error(transparent)]
     Demodulation(#[from] DemodulationError),
+    /// The envelopes cannot be read.
+    #[error(transparent)]
+    Envelopes(#[from] EnvelopeError),
 }
 
 /// Findings in a recording.
@@ -107,6 +112,8 @@ pub struct RecordingFindings {
     pub participant: Option<String>,
     /// Description of the recording.
     pub manifest: Manifest,
+    /// Vibration of the plate; `None` if only forces were recorded.
+    pub vibration: Option<Vibration>,
     /// Provenance by this description and the session's log.
     pub provenance: Provenance,
     /// Selection rules of the instances.
@@ -149,9 +156,16 @@ impl RecordingFindings {
         self.flaws.iter().any(spoils)
     }
 
-    /// Returns the plate's constants.
-    pub fn plate(&self) -> &RecordedPlate {
-        &self.manifest.plate
+    /// Returns the plate's constants; `None` if only forces were recorded.
+    pub fn plate(&self) -> Option<&RecordedPlate> {
+        self.vibration.as_ref().map(|vibration| &vibration.plate)
+    }
+
+    /// Returns the frequency to which impedances refer, Hz; `None` if only forces were recorded.
+    pub fn carrier_hz(&self) -> Option<f64> {
+        self.vibration
+            .as_ref()
+            .map(|vibration| vibration.carrier_hz)
     }
 
     /// Returns the constants of skin and air of a fit: those of the settings, with the ambient pressure of the recording if it
@@ -166,9 +180,11 @@ impl RecordingFindings {
     pub(crate) fn conditions(&self, settings: &Settings) -> Option<FitConditions> {
         let assumed = self.assumed(settings);
         let z_p = self.z_p?;
-        let mode_across = self.plate().across.as_ref().map(mode_across);
-        let (carrier_hz, errors) = (self.manifest.carrier_hz, &self.errors);
-        Some(z_p.conditions(assumed, carrier_hz, errors, mode_across))
+        let Vibration {
+            carrier_hz, plate, ..
+        } = self.vibration.as_ref()?;
+        let mode_across = plate.across.as_ref().map(mode_across);
+        Some(z_p.conditions(assumed, *carrier_hz, &self.errors, mode_across))
     }
 
     /// Returns the parameters shared by the instances with the laws as published taken as true. `None` if a fit cannot be used, or

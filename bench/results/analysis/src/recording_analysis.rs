@@ -18,6 +18,7 @@ use crate::estimate::{InstanceAnalysis, estimate};
 use crate::exploration_findings::ExplorationFindings;
 use crate::flaw::Flaw;
 use crate::force_zero::ForceZero;
+use crate::forces_alone;
 use crate::free_plate::{FreePlate, pickup_flaws};
 use crate::measurements::Measurements;
 use crate::model_check;
@@ -26,7 +27,7 @@ use crate::under_finger::UnderFinger;
 use crate::whole_trial;
 use plausibility::Implausible;
 use recording::Manifest;
-use recording::manifest::RecordedIntervalKind;
+use recording::manifest::{Body, RecordedIntervalKind};
 use recording::pipeline::PickupOffset;
 use study::provenance::Provenance;
 
@@ -46,6 +47,9 @@ pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
 fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, RecordingError> {
     let mut reading = demodulation::read(folder, PickupOffset::default())?;
     let (rules, protocol_flaw) = selection_rules(folder, &reading.manifest, settings);
+    if reading.vibration.is_none() {
+        return Ok(forces_alone::findings(folder, reading, rules));
+    }
     let is_carrier_missing = reading.is_carrier_missing();
     let implausible = implausible_forces(&reading);
     let mut zero = subtract_zero(&mut reading);
@@ -55,12 +59,13 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
         reading = demodulation::read(folder, pickup)?;
         reading
             .flaws
-            .extend(pickup_flaws(pickup, &reading.manifest));
+            .extend(pickup_flaws(pickup, stated_phase_rad(&reading.manifest)));
         zero = subtract_zero(&mut reading);
         plate = FreePlate::read(&reading, rules.contact_n / 2.0);
     }
     let DemodulatedRecording {
         manifest,
+        vibration,
         record,
         mut flaws,
     } = reading;
@@ -98,6 +103,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
         flaws,
         provenance: Provenance::new(&manifest, None),
         manifest,
+        vibration,
     };
     if explorations.is_empty() {
         findings.flaws.push(Flaw::NoExploration);
@@ -114,17 +120,20 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     }
 
     findings.z_p = plate.z_p();
-    if findings.zero.readings.is_empty() && findings.z_p.is_some() && !explorations.is_empty() {
+    let has_touch = !explorations.is_empty() && !record.force.is_empty();
+    if findings.zero.readings.is_empty() && findings.z_p.is_some() && has_touch {
         findings.flaws.push(Flaw::ForceZeroUnread);
     }
-    let resonance_hz = findings.plate().resonance_hz;
-    let off_resonance = plausibility::carrier(findings.manifest.carrier_hz, resonance_hz);
-    let is_explained =
-        |flaw: &Flaw| off_resonance.is_some() && matches!(flaw, Flaw::PlateScatters { .. });
-    let plate_flaws = plate.flaws(&findings.manifest).into_iter();
-    let plate_flaws = plate_flaws.filter(|flaw| !is_explained(flaw));
-    findings.flaws.extend(plate_flaws);
-    findings.flaws.extend(off_resonance.map(Flaw::from));
+    if let Some(vibration) = &findings.vibration {
+        let resonance_hz = vibration.plate.resonance_hz;
+        let off_resonance = plausibility::carrier(vibration.carrier_hz, resonance_hz);
+        let is_explained =
+            |flaw: &Flaw| off_resonance.is_some() && matches!(flaw, Flaw::PlateScatters { .. });
+        let plate_flaws = plate.flaws(vibration).into_iter();
+        let plate_flaws = plate_flaws.filter(|flaw| !is_explained(flaw));
+        findings.flaws.extend(plate_flaws);
+        findings.flaws.extend(off_resonance.map(Flaw::from));
+    }
 
     for (direction, start_s, end_s) in explorations {
         findings.explore(&record, direction, (start_s, end_s), settings);
@@ -145,8 +154,17 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     Ok(findings)
 }
 
-/// Returns the forces of a recording that no finger makes.
-fn implausible_forces(reading: &DemodulatedRecording) -> Vec<Implausible> {
+/// Returns the stated phase of the pickup, rad; that of envelopes is included in them.
+fn stated_phase_rad(manifest: &Manifest) -> f64 {
+    let signals = manifest.signals();
+    signals.map_or(0.0, |signals| signals.channels.pickup.phase_rad)
+}
+
+/// Returns the forces of a recording that no finger makes; of another body nothing is known.
+pub(crate) fn implausible_forces(reading: &DemodulatedRecording) -> Vec<Implausible> {
+    if reading.manifest.contact.body == Body::Other {
+        return Vec::new();
+    }
     let explorations = explorations(&reading.manifest).into_iter();
     let explorations_s: Vec<(f64, f64)> = explorations
         .map(|(_, start_s, end_s)| (start_s, end_s))
@@ -169,7 +187,7 @@ fn rehearsal_flaw(manifest: &Manifest) -> Option<Flaw> {
 }
 
 /// Returns direction, start and end of each exploration, in time order.
-fn explorations(manifest: &Manifest) -> Vec<(Direction, f64, f64)> {
+pub(crate) fn explorations(manifest: &Manifest) -> Vec<(Direction, f64, f64)> {
     let mut explorations: Vec<_> = manifest
         .intervals
         .iter()
@@ -192,7 +210,8 @@ pub fn selection_rules(
     manifest: &Manifest,
     settings: &Settings,
 ) -> (SelectionRules, Option<Flaw>) {
-    let centre_m = manifest.plate.centre_m;
+    // Forces alone are not selected by place.
+    let centre_m = manifest.plate().map_or(0.0, |plate| plate.centre_m);
     match protocol_copy(folder, manifest) {
         Ok(Some(protocol)) => {
             let rules = protocol.selection_rules(centre_m);
@@ -277,7 +296,9 @@ impl RecordingFindings {
     ) {
         let series = record.series(span.0, span.1);
         let z_p = self.z_p.map(|z_p| z_p.corrected_n_s_per_m);
-        let profile = AmplitudeProfile::from(self.plate());
+        let profile = self
+            .plate()
+            .map_or_else(AmplitudeProfile::default, AmplitudeProfile::from);
         let under_finger = UnderFinger::new(&series, &profile, z_p);
         // Frames come from one demodulator, so they are evenly spaced.
         let stretches = select(&series.exploration(direction), &self.rules).unwrap_or_default();
@@ -285,6 +306,7 @@ impl RecordingFindings {
             self.reject(direction, span, "no stretch of rising amplitude");
         }
         let conditions = self.conditions(settings);
+        let modal_mass_kg = self.plate().map_or(f64::NAN, |plate| plate.modal_mass_kg);
         for stretch in &stretches {
             let instance = match stretch.outcome {
                 StretchOutcome::Accepted(instance) => instance,
@@ -298,7 +320,7 @@ impl RecordingFindings {
             let analysis = match &conditions {
                 Some(conditions) => {
                     let exploration_key = (self.explorations.len(), direction);
-                    let plate = (conditions, self.manifest.plate.modal_mass_kg);
+                    let plate = (conditions, modal_mass_kg);
                     estimate(
                         (&series, &under_finger),
                         exploration_key,
@@ -324,11 +346,11 @@ impl RecordingFindings {
 
     /// Fits all instances together. Those that `paper` or `dynamic` cannot use are kept only if this fit can use them.
     fn fit_together(&mut self, readings: &PlateReadings, settings: &Settings) {
-        let Some(conditions) = self.conditions(settings) else {
+        let Some((conditions, plate)) = self.conditions(settings).zip(self.plate().cloned()) else {
             return;
         };
         let fit = |findings: &mut Self| {
-            let plate = (&conditions, &findings.manifest.plate);
+            let plate = (&conditions, &plate);
             let fits = whole_trial::fit(&mut findings.instances, plate, readings, settings).ok();
             (findings.trial, findings.within_laws) = match fits {
                 Some(fits) => (Some(fits.total), fits.within_laws),

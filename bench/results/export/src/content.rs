@@ -3,18 +3,19 @@
 use std::path::Path;
 
 use analysis::Settings;
-use recording::{FORCE_FILE, ForceRow, Manifest, POSITION_FILE, PositionRow, RecordingReader};
-
+use analysis::estimate::Method;
+use analysis::flaw::Flaw;
+use recording::Manifest;
 use study::provenance::Provenance;
 use study::sessions::Sessions;
 
-use crate::column::{ColumnValues, ExportedColumn, ExportedTable};
+use crate::column::ExportedTable;
 use crate::constants::{Constant, constants};
 use crate::export_error::ExportError;
 use crate::friction::FrictionSeries;
 use crate::identity::RecordingIdentity;
 use crate::marks;
-use crate::stream::{RowTimes, Stream};
+use crate::recorded_tables::RecordedTables;
 
 /// Content of an exported recording. Its streams stay in the recording's files.
 #[derive(Debug)]
@@ -23,19 +24,13 @@ pub(crate) struct RecordingContent {
     pub(crate) identity: RecordingIdentity,
     /// Description.
     pub(crate) manifest: Manifest,
-    /// Rate of the samples, Hz.
-    pub(crate) sample_rate_hz: f64,
     /// Whether it is a calibrated measurement on a person.
     pub(crate) provenance: Provenance,
     /// Constants.
     pub(crate) constants: Vec<Constant>,
-    /// Samples of all channels; `None` if they are left out.
-    pub(crate) signals: Option<ExportedTable>,
-    /// Forces with the times of their rows; `None` if there are none.
-    pub(crate) forces: Option<(ExportedTable, RowTimes)>,
-    /// Positions with the times of their rows; `None` if there are none.
-    pub(crate) positions: Option<(ExportedTable, RowTimes)>,
-    /// Friction over time; `None` if the recording cannot be analysed.
+    /// Streams.
+    pub(crate) streams: RecordedTables,
+    /// Friction over time; `None` if the recording cannot be analysed, or has no exploration.
     pub(crate) friction: Option<FrictionSeries>,
     /// Marked intervals.
     pub(crate) intervals: ExportedTable,
@@ -57,56 +52,36 @@ impl RecordingContent {
         with_signals: bool,
     ) -> Result<Self, ExportError> {
         let folder = &identity.folder;
-        let reader = RecordingReader::open(folder)?;
-        let forces = match folder.join(FORCE_FILE).exists() {
-            true => RowTimes::read(reader.force()?)?.map(|times| (forces(folder, times), times)),
-            false => None,
-        };
-        let positions = match folder.join(POSITION_FILE).exists() {
-            true => {
-                RowTimes::read(reader.position()?)?.map(|times| (positions(folder, times), times))
-            }
-            false => None,
-        };
+        let manifest = recording::reader::read_manifest(folder)?;
+        let streams = RecordedTables::read(folder, &manifest, with_signals)?;
         let analysed =
             analysis::analyse(std::slice::from_ref(folder), &Settings::default(), |_| ());
-        let mut missing = Vec::new();
-        for (file, is_there) in [
-            (FORCE_FILE, forces.is_some()),
-            (POSITION_FILE, positions.is_some()),
-        ] {
-            if !is_there {
-                missing.push(format!("{file} is missing or has no rows"));
-            }
-        }
-        let mut warnings = Vec::new();
-        let mut friction = None;
-        match analysed
-            .recordings
-            .first()
-            .map(|recording| &recording.findings)
-        {
+        let findings = analysed.recordings.first();
+        let (mut warnings, mut missing) = (Vec::new(), Vec::new());
+        let (mut friction, mut carrier_hz) = (None, manifest.carrier_hz());
+        match findings.map(|recording| &recording.findings) {
             Some(Ok(findings)) => {
                 warnings.extend(findings.flaws.iter().map(ToString::to_string));
-                friction = Some(FrictionSeries::new(findings));
+                let lacks = |flaw: &&Flaw| matches!(flaw, Flaw::Missing(_));
+                let flaws = findings.flaws.iter().filter(lacks);
+                missing.extend(flaws.map(ToString::to_string));
+                friction = FrictionSeries::new(findings);
+                carrier_hz = carrier_hz.or(findings.carrier_hz());
             }
-            Some(Err(error)) => missing.push(format!("no friction over time: {error}")),
+            Some(Err(error)) => {
+                missing.push(format!("no friction over time: {error}"));
+                warnings.clone_from(&missing);
+            }
             None => {}
         }
-        warnings.extend(missing.iter().cloned());
-        let manifest = reader.manifest().clone();
-        let sample_rate_hz = f64::from(reader.format().sample_rate_hz);
         Ok(Self {
-            sample_rate_hz,
-            provenance: provenance(folder, &manifest),
             identity: identity.clone(),
-            constants: constants(&manifest),
-            signals: with_signals.then(|| signals(&reader)),
-            forces,
-            positions,
+            provenance: provenance(folder, &manifest),
+            constants: constants(&manifest, carrier_hz),
             friction,
             intervals: marks::intervals(&manifest),
-            events: marks::events(&manifest, sample_rate_hz),
+            events: marks::events(&manifest, streams.rate_hz),
+            streams,
             warnings,
             missing,
             manifest,
@@ -116,11 +91,10 @@ impl RecordingContent {
     /// Returns its tables, in the order of the files.
     pub(crate) fn tables(&self) -> impl Iterator<Item = &ExportedTable> {
         let friction = self.friction.as_ref().map(|friction| &friction.table);
-        let forces = self.forces.as_ref().map(|(table, _)| table);
-        let positions = self.positions.as_ref().map(|(table, _)| table);
-        let streams = [self.signals.as_ref(), forces, positions, friction];
+        let timed = self.streams.timed.iter().map(|timed| &timed.table);
+        let streams = self.streams.signals.iter().chain(timed);
         let marks = [&self.intervals, &self.events];
-        streams.into_iter().flatten().chain(marks)
+        streams.chain(friction).chain(marks)
     }
 
     /// Returns the facts that identify it and its origin, each with its name, its value and its meaning.
@@ -134,10 +108,8 @@ impl RecordingContent {
             meaning,
             value,
         };
-        let method = self
-            .friction
-            .as_ref()
-            .map(|friction| friction.method.name());
+        let method = self.friction.as_ref().and_then(|friction| friction.method);
+        let method = method.map(Method::name);
         let software = self.manifest.software.as_ref();
         let software = software.map(|program| format!("{} {}", program.name, program.version));
         vec![
@@ -239,83 +211,3 @@ pub(crate) enum FactValue {
     /// A whole number.
     Whole(i64),
 }
-
-/// Returns the table of samples: the drive in volts, the pickup in metres, other channels as recorded.
-fn signals(reader: &RecordingReader) -> ExportedTable {
-    let (folder, manifest, format) = (reader.folder(), reader.manifest(), reader.format());
-    let (drive, pickup) = (&manifest.channels.drive, &manifest.channels.pickup);
-    let names = manifest
-        .hardware
-        .as_ref()
-        .map(|hardware| &hardware.channel_names);
-    let column = |index: u16| {
-        let stream = |factor| ColumnValues::Stream(Stream::channel(folder, index, factor));
-        if index == drive.index {
-            let meaning = "voltage across the actuators, sampled";
-            ExportedColumn::new("drive_v", "V", meaning, stream(drive.volts_per_unit))
-        } else if index == pickup.index {
-            let meaning =
-                "displacement of the plate at the carrier, sampled; without pickup_phase_rad";
-            ExportedColumn::new("pickup_m", "m", meaning, stream(pickup.metres_per_unit))
-        } else {
-            let name = names.and_then(|names| names.get(usize::from(index)));
-            let meaning = match name {
-                Some(name) => format!("input `{name}` as recorded, full scale 1"),
-                None => "further input as recorded, full scale 1".to_owned(),
-            };
-            ExportedColumn::new(format!("channel_{index}"), "1", meaning, stream(1.0))
-        }
-    };
-    ExportedTable {
-        name: "signals",
-        rate_hz: Some(f64::from(format.sample_rate_hz)),
-        rows: reader.frames(),
-        columns: (0..format.channels).map(column).collect(),
-    }
-}
-
-fn forces(folder: &Path, times: RowTimes) -> ExportedTable {
-    let column = |name: &'static str, unit, meaning: &'static str, value: fn(&ForceRow) -> f64| {
-        let values = ColumnValues::Stream(Stream::force(folder, value));
-        ExportedColumn::new(name, unit, meaning, values)
-    };
-    ExportedTable {
-        name: "forces",
-        rate_hz: None,
-        rows: times.rows,
-        columns: vec![
-            column("time_s", "s", TIME, |row| row.time_s),
-            column("normal_n", "N", "normal force as recorded", |row| {
-                row.normal_n
-            }),
-            column("lateral_n", "N", "lateral force as recorded", |row| {
-                row.lateral_n
-            }),
-        ],
-    }
-}
-
-fn positions(folder: &Path, times: RowTimes) -> ExportedTable {
-    let column =
-        |name: &'static str, unit, meaning: &'static str, value: fn(&PositionRow) -> f64| {
-            let values = ColumnValues::Stream(Stream::position(folder, value));
-            ExportedColumn::new(name, unit, meaning, values)
-        };
-    ExportedTable {
-        name: "positions",
-        rate_hz: None,
-        rows: times.rows,
-        columns: vec![
-            column("time_s", "s", TIME, |row| row.time_s),
-            column(
-                "position_m",
-                "m",
-                "position of the finger along the plate",
-                |row| row.position_m,
-            ),
-        ],
-    }
-}
-
-/// Meaning of the times of a sensor's rows.
-const TIME: &str = "time from sample 0 of the recording; rows that were lost are missing";

@@ -15,18 +15,21 @@ use crate::dictionary::DictionaryEntry;
 use crate::export_error::ExportError;
 use crate::fill_error::FillError;
 use crate::identity::RecordingIdentity;
+use crate::recorded_tables::{ENVELOPES, STIMULUS};
 use crate::stream::{BLOCK, OpenStream};
 use crate::target_folder::{FileState, TargetFolder};
 
 /// Dictionary of the columns.
 const DICTIONARY: &str = "columns.csv";
 /// Tables in a recording's folder.
-const TABLES: [&str; 8] = [
+const TABLES: [&str; 10] = [
     "recording",
     "constants",
     "signals",
+    ENVELOPES,
     "forces",
     "positions",
+    STIMULUS,
     "friction",
     "intervals",
     "events",

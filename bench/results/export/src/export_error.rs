@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use analysis::find::FindError;
+use envelope_files::EnvelopeError;
 use recording::DiskError;
 use recording::reader::ReadError;
 use study::exclusions::ExclusionsError;
@@ -95,6 +96,9 @@ pub enum ExportError {
     /// A recording cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
+    /// The envelopes of a recording cannot be read.
+    #[error(transparent)]
+    Envelopes(#[from] EnvelopeError),
     /// The study's table of participants cannot be read.
     #[error("{}: {fault}", path.display())]
     Participants {

@@ -2,6 +2,7 @@
 
 use std::io;
 
+use envelope_files::EnvelopeError;
 use recording::reader::ReadError;
 
 /// Failure while the content of an exported file is made.
@@ -11,6 +12,8 @@ pub(crate) enum FillError {
     Write(io::Error),
     /// The recording cannot be read.
     Read(ReadError),
+    /// Its envelopes cannot be read.
+    Envelopes(EnvelopeError),
     /// The recording has another length than before.
     Changed,
 }
@@ -18,6 +21,12 @@ pub(crate) enum FillError {
 impl From<io::Error> for FillError {
     fn from(error: io::Error) -> Self {
         Self::Write(error)
+    }
+}
+
+impl From<EnvelopeError> for FillError {
+    fn from(error: EnvelopeError) -> Self {
+        Self::Envelopes(error)
     }
 }
 

@@ -16,8 +16,8 @@ pub(crate) struct FrictionSeries {
     pub(crate) table: ExportedTable,
     /// Time between frames, s; `None` without an exploration of two frames.
     pub(crate) interval_s: Option<f64>,
-    /// Method of the estimates.
-    pub(crate) method: Method,
+    /// Method of the estimates; `None` if only forces were recorded.
+    pub(crate) method: Option<Method>,
 }
 
 /// Returns the method of a recording's estimates: `trial` if its fit can be used, otherwise `dynamic`.
@@ -30,133 +30,126 @@ fn method(findings: &RecordingFindings) -> Method {
 }
 
 impl FrictionSeries {
-    /// Takes the frames of all explorations, in time order. Estimates that no reading supports are left out.
-    pub(crate) fn new(findings: &RecordingFindings) -> Self {
-        let method = method(findings);
-        let explorations = &findings.explorations;
-        let numbers = explorations.iter().zip(1..);
-        let repeated = |value: fn(&ExplorationFindings) -> i64| -> Vec<i64> {
-            explorations
-                .iter()
-                .flat_map(|exploration| vec![value(exploration); exploration.time_s.len()])
-                .collect()
-        };
-        let joined = |values: fn(&ExplorationFindings) -> &[f64]| -> Vec<f64> {
-            explorations.iter().flat_map(values).copied().collect()
-        };
-        let mut estimated = EstimatedColumns::default();
-        for (exploration, index) in explorations.iter().zip(0..) {
-            let within = |instance: &&(i64, &InstanceAnalysis)| instance.1.exploration == index;
-            let numbered: Vec<(i64, &InstanceAnalysis)> = (1..).zip(&findings.instances).collect();
-            let start = estimated.instance.len();
-            estimated.extend(exploration.time_s.len());
-            if findings.is_spoilt() {
-                continue;
-            }
-            for (number, instance) in numbered.iter().filter(within) {
-                let Some(by_method) = instance.estimate_by(method) else {
-                    continue;
-                };
-                for (sample, time_s) in instance.samples.time_s().iter().enumerate() {
-                    let times_s = &exploration.time_s;
-                    let frame = times_s.partition_point(|&frame_s| frame_s < time_s - SLACK_S);
-                    if times_s
-                        .get(frame)
-                        .is_some_and(|frame_s| *frame_s <= time_s + SLACK_S)
-                    {
-                        estimated.set(start + frame, *number, by_method.estimate, sample);
-                    }
-                }
-            }
+    /// Takes the frames of all explorations, in time order; `None` if there are none. Estimates that no reading supports are left out,
+    /// and so are the columns of streams that the recording lacks.
+    pub(crate) fn new(findings: &RecordingFindings) -> Option<Self> {
+        let explorations = findings.explorations.as_slice();
+        let rows: usize = explorations.iter().map(|e| e.time_s.len()).sum();
+        if rows == 0 {
+            return None;
         }
-        let z_m: Vec<_> = explorations.iter().flat_map(|e| e.z_m(method)).collect();
-        let amplitude_m = explorations
+        let method = method(findings);
+        let mut columns = motion_columns(explorations);
+        if findings.vibration.is_some() {
+            columns.extend(vibration_columns(explorations, method));
+            columns.extend(EstimatedColumns::new(findings, method).into_list());
+        } else if explorations
             .iter()
-            .flat_map(|e| e.method_amplitude_m(method));
-        let real = ExportedColumn::real;
-        let columns = vec![
-            real(
-                "time_s",
-                "s",
-                "time from sample 0 of the recording",
-                joined(|e| &e.time_s),
-            ),
-            ExportedColumn::whole(
-                "exploration",
-                "number of the exploration, from 1",
-                numbers
-                    .flat_map(|(exploration, number)| vec![number; exploration.time_s.len()])
-                    .collect(),
-            ),
-            ExportedColumn::whole(
-                "direction",
-                "direction of the exploration: 1 left to right (growing position), -1 right to left",
-                repeated(|e| e.direction.sign() as i64),
-            ),
-            real(
-                "position_m",
-                "m",
-                "position of the finger along the plate",
-                joined(|e| &e.position_m),
-            ),
-            real(
-                "velocity_m_per_s",
-                "m/s",
-                "velocity of the finger",
-                joined(|e| &e.velocity_m_per_s),
-            ),
-            real(
-                "normal_n",
-                "N",
-                "normal force against the recording's own zero, low-passed at 100 Hz",
-                joined(|e| &e.normal_n),
-            ),
-            real(
-                "lateral_n",
-                "N",
-                "lateral force against the recording's own zero, low-passed at 100 Hz",
-                joined(|e| &e.lateral_n),
-            ),
-            real(
-                "measured_mu",
-                "1",
-                "measured friction, |lateral force|/normal force",
-                joined(|e| &e.mu),
-            ),
-            real(
-                "amplitude_m",
-                "m",
-                "vibration amplitude under the finger, peak",
-                amplitude_m.copied().collect(),
-            ),
-            real(
-                "re_z_m_n_s_per_m",
-                "N·s/m",
-                "observed impedance Z_m, real part",
-                z_m.iter().map(|z_m| z_m.re).collect(),
-            ),
-            real(
-                "im_z_m_n_s_per_m",
-                "N·s/m",
-                "observed impedance Z_m, imaginary part",
-                z_m.iter().map(|z_m| z_m.im).collect(),
-            ),
-        ];
-        let mut table = ExportedTable {
-            name: "friction",
-            rate_hz: None,
-            rows: z_m.len() as u64,
-            columns,
-        };
-        table.columns.extend(estimated.into_columns());
-        Self {
-            table,
+            .flat_map(|e| &e.stimulus)
+            .any(|v| v.is_finite())
+        {
+            let values = joined(explorations, |e| &e.stimulus);
+            let meaning = "stimulus of the surface, in the unit of stimulus.csv";
+            columns.push(ExportedColumn::real("stimulus", "", meaning, values));
+        }
+        Some(Self {
+            table: ExportedTable {
+                name: "friction",
+                rate_hz: None,
+                rows: rows as u64,
+                columns,
+            },
             interval_s: explorations
                 .iter()
                 .find_map(ExplorationFindings::interval_s),
-            method,
-        }
+            method: findings.vibration.is_some().then_some(method),
+        })
     }
+}
+
+/// Joins a series of all explorations.
+fn joined(
+    explorations: &[ExplorationFindings],
+    values: fn(&ExplorationFindings) -> &[f64],
+) -> Vec<f64> {
+    explorations.iter().flat_map(values).copied().collect()
+}
+
+/// Returns the columns that every recording has.
+fn motion_columns(explorations: &[ExplorationFindings]) -> Vec<ExportedColumn> {
+    let real = |name, unit, meaning, values| {
+        ExportedColumn::real(name, unit, meaning, joined(explorations, values))
+    };
+    let numbers = (1..).zip(explorations);
+    let numbers = numbers.flat_map(|(number, e)| vec![number; e.time_s.len()]);
+    let directions = explorations.iter();
+    let directions = directions.flat_map(|e| vec![e.direction.sign() as i64; e.time_s.len()]);
+    vec![
+        real("time_s", "s", "time from sample 0 of the recording", |e| {
+            &e.time_s
+        }),
+        ExportedColumn::whole(
+            "exploration",
+            "number of the exploration, from 1",
+            numbers.collect(),
+        ),
+        ExportedColumn::whole(
+            "direction",
+            "direction of the exploration: 1 left to right (growing position), -1 right to left",
+            directions.collect(),
+        ),
+        real(
+            "position_m",
+            "m",
+            "position of the finger along the plate",
+            |e| &e.position_m,
+        ),
+        real("velocity_m_per_s", "m/s", "velocity of the finger", |e| {
+            &e.velocity_m_per_s
+        }),
+        real(
+            "normal_n",
+            "N",
+            "normal force against the recording's own zero, low-passed at 100 Hz; as recorded if only forces were",
+            |e| &e.normal_n,
+        ),
+        real("lateral_n", "N", "lateral force, likewise", |e| {
+            &e.lateral_n
+        }),
+        real(
+            "measured_mu",
+            "1",
+            "measured friction, |lateral force|/normal force",
+            |e| &e.mu,
+        ),
+    ]
+}
+
+/// Returns the columns of a recording with a vibration of the plate, as the method reads it.
+fn vibration_columns(explorations: &[ExplorationFindings], method: Method) -> [ExportedColumn; 3] {
+    let z_m: Vec<_> = explorations.iter().flat_map(|e| e.z_m(method)).collect();
+    let amplitude_m = explorations.iter();
+    let amplitude_m = amplitude_m.flat_map(|e| e.method_amplitude_m(method));
+    [
+        ExportedColumn::real(
+            "amplitude_m",
+            "m",
+            "vibration amplitude under the finger, peak",
+            amplitude_m.copied().collect(),
+        ),
+        ExportedColumn::real(
+            "re_z_m_n_s_per_m",
+            "N·s/m",
+            "observed impedance Z_m, real part",
+            z_m.iter().map(|z_m| z_m.re).collect(),
+        ),
+        ExportedColumn::real(
+            "im_z_m_n_s_per_m",
+            "N·s/m",
+            "observed impedance Z_m, imaginary part",
+            z_m.iter().map(|z_m| z_m.im).collect(),
+        ),
+    ]
 }
 
 /// Columns of the estimates, NaN outside the instances.
@@ -170,6 +163,32 @@ struct EstimatedColumns {
 }
 
 impl EstimatedColumns {
+    /// Places the estimates of each instance at the frames of its exploration.
+    fn new(findings: &RecordingFindings, method: Method) -> Self {
+        let mut columns = Self::default();
+        for (index, exploration) in findings.explorations.iter().enumerate() {
+            let start = columns.instance.len();
+            let times_s = &exploration.time_s;
+            columns.extend(times_s.len());
+            // Readings that no finger makes support no estimate.
+            let instances = findings.instances.iter().filter(|_| !findings.is_spoilt());
+            let numbered = (1..).zip(instances);
+            for (number, instance) in numbered.filter(|(_, i)| i.exploration == index) {
+                let Some(by_method) = instance.estimate_by(method) else {
+                    continue;
+                };
+                for (sample, time_s) in instance.samples.time_s().iter().enumerate() {
+                    let frame = times_s.partition_point(|&frame_s| frame_s < time_s - SLACK_S);
+                    let is_same = |frame_s: &f64| *frame_s <= time_s + SLACK_S;
+                    if times_s.get(frame).is_some_and(is_same) {
+                        columns.set(start + frame, number, by_method.estimate, sample);
+                    }
+                }
+            }
+        }
+        columns
+    }
+
     fn extend(&mut self, frames: usize) {
         let end = self.instance.len() + frames;
         self.instance.resize(end, 0);
@@ -192,7 +211,7 @@ impl EstimatedColumns {
         self.mu_std[row] = series.mu_std[sample];
     }
 
-    fn into_columns(self) -> [ExportedColumn; 5] {
+    fn into_list(self) -> [ExportedColumn; 5] {
         let real = |name: &'static str, unit, meaning: &'static str, values| {
             ExportedColumn::new(name, unit, meaning, ColumnValues::Real(values))
         };

@@ -28,6 +28,7 @@ mod mat;
 mod mat_array;
 mod npz;
 mod numbers;
+mod recorded_tables;
 mod stream;
 mod study_export;
 mod target_folder;

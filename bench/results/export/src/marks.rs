@@ -138,13 +138,18 @@ pub(crate) fn intervals(manifest: &Manifest) -> ExportedTable {
     }
 }
 
-/// Returns the table of events, in a recording with this sample rate.
-pub(crate) fn events(manifest: &Manifest, sample_rate_hz: f64) -> ExportedTable {
+/// Returns the time of a sample, s, at a rate; NaN without one.
+pub(crate) fn sample_time_s(sample: u64, rate_hz: Option<f64>) -> f64 {
+    rate_hz.map_or(f64::NAN, |rate_hz| sample as f64 / rate_hz)
+}
+
+/// Returns the table of events, counted in samples at this rate.
+pub(crate) fn events(manifest: &Manifest, rate_hz: Option<f64>) -> ExportedTable {
     let list = &manifest.events;
     let lengths_s = list.iter().map(|event| {
         event
             .frames
-            .map_or(f64::NAN, |frames| frames as f64 / sample_rate_hz)
+            .map_or(f64::NAN, |frames| sample_time_s(frames, rate_hz))
     });
     ExportedTable {
         name: "events",
@@ -163,7 +168,7 @@ pub(crate) fn events(manifest: &Manifest, sample_rate_hz: f64) -> ExportedTable 
                 "s",
                 "time of the event",
                 list.iter()
-                    .map(|event| event.sample as f64 / sample_rate_hz)
+                    .map(|event| sample_time_s(event.sample, rate_hz))
                     .collect(),
             ),
             ExportedColumn::real(

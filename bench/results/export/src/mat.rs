@@ -71,7 +71,7 @@ fn variables(content: &RecordingContent, limit_bytes: u64) -> Vec<(String, MatAr
     }
     let recording = structure(content, false);
     let mut variables = vec![(VARIABLE.to_owned(), recording)];
-    if let Some(table) = &content.signals {
+    if let Some(table) = &content.streams.signals {
         for column in &table.columns {
             let size = column
                 .values
@@ -197,7 +197,7 @@ mod tests {
             }
             bytes
         };
-        let column = &content.signals.as_ref().unwrap().columns[1].values;
+        let column = &content.streams.signals.as_ref().unwrap().columns[1].values;
         let mut whole = Vec::new();
         crate::numbers::write_numbers(column, 0..frames.into(), &mut whole).unwrap();
         assert_eq!(whole.len(), 80_000);

@@ -2,8 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use recording::reader::{ReadError, RowReader};
-use recording::{CsvRow, ForceRow, PositionRow, RecordingReader};
+use envelope_files::{EnvelopeReader, EnvelopeRow};
+use recording::reader::{ReadError, RowReader, force_rows, position_rows, stimulus_rows};
+use recording::{CsvRow, ENVELOPES_FILE, ForceRow, PositionRow, RecordingReader, StimulusRow};
+
+use crate::fill_error::FillError;
 
 /// Values per block.
 pub(crate) const BLOCK: usize = 1 << 14;
@@ -12,34 +15,26 @@ pub(crate) const BLOCK: usize = 1 << 14;
 #[derive(Debug, Clone)]
 pub(crate) struct Stream {
     recording: PathBuf,
-    source: Source,
+    source: StreamSource,
 }
 
 /// Source of a stream.
 #[derive(Debug, Clone, Copy)]
-enum Source {
+pub(crate) enum StreamSource {
     /// Channel of `signals.wav`; values are multiplied by `factor`.
     Channel { index: u16, factor: f64 },
-    /// Column of `force.csv`.
-    Force(fn(&ForceRow) -> f64),
-    /// Column of `position.csv`.
-    Position(fn(&PositionRow) -> f64),
+    /// Column of `envelopes.parquet`.
+    Envelopes(fn(&EnvelopeRow) -> f64),
+    /// Column of `force.csv`, in a recording of this length, s.
+    Force(fn(&ForceRow) -> f64, f64),
+    /// Column of `position.csv`, likewise.
+    Position(fn(&PositionRow) -> f64, f64),
+    /// Column of `stimulus.csv`, likewise.
+    Stimulus(fn(&StimulusRow) -> f64, f64),
 }
 
 impl Stream {
-    pub(crate) fn channel(recording: &Path, index: u16, factor: f64) -> Self {
-        Self::new(recording, Source::Channel { index, factor })
-    }
-
-    pub(crate) fn force(recording: &Path, value: fn(&ForceRow) -> f64) -> Self {
-        Self::new(recording, Source::Force(value))
-    }
-
-    pub(crate) fn position(recording: &Path, value: fn(&PositionRow) -> f64) -> Self {
-        Self::new(recording, Source::Position(value))
-    }
-
-    fn new(recording: &Path, source: Source) -> Self {
+    pub(crate) fn new(recording: &Path, source: StreamSource) -> Self {
         Self {
             recording: recording.to_owned(),
             source,
@@ -48,22 +43,36 @@ impl Stream {
 
     /// Returns whether its values have single precision, as audio samples do.
     pub(crate) fn is_single(&self) -> bool {
-        matches!(self.source, Source::Channel { .. })
+        matches!(self.source, StreamSource::Channel { .. })
     }
 
     /// Opens its file.
-    pub(crate) fn open(&self) -> Result<OpenStream, ReadError> {
-        let reader = RecordingReader::open(&self.recording)?;
+    pub(crate) fn open(&self) -> Result<OpenStream, FillError> {
+        let folder = &self.recording;
         Ok(match self.source {
-            Source::Channel { index, factor } => OpenStream::Channel {
-                channels: usize::from(reader.format().channels),
-                reader: Box::new(reader),
-                index: usize::from(index),
-                factor,
-                frames: Vec::new(),
-            },
-            Source::Force(value) => OpenStream::Force(Box::new(reader.force()?), value),
-            Source::Position(value) => OpenStream::Position(Box::new(reader.position()?), value),
+            StreamSource::Channel { index, factor } => {
+                let reader = RecordingReader::open(folder)?;
+                OpenStream::Channel {
+                    channels: usize::from(reader.format().channels),
+                    reader: Box::new(reader),
+                    index: usize::from(index),
+                    factor,
+                    frames: Vec::new(),
+                }
+            }
+            StreamSource::Envelopes(value) => {
+                let reader = EnvelopeReader::open(&folder.join(ENVELOPES_FILE))?;
+                OpenStream::Envelopes(Box::new(reader), value)
+            }
+            StreamSource::Force(value, duration_s) => {
+                OpenStream::Force(Box::new(force_rows(folder, duration_s)?), value)
+            }
+            StreamSource::Position(value, duration_s) => {
+                OpenStream::Position(Box::new(position_rows(folder, duration_s)?), value)
+            }
+            StreamSource::Stimulus(value, duration_s) => {
+                OpenStream::Stimulus(Box::new(stimulus_rows(folder, duration_s)?), value)
+            }
         })
     }
 }
@@ -78,15 +87,19 @@ pub(crate) enum OpenStream {
         factor: f64,
         frames: Vec<f32>,
     },
+    /// Column of `envelopes.parquet`.
+    Envelopes(Box<EnvelopeReader>, fn(&EnvelopeRow) -> f64),
     /// Column of `force.csv`.
     Force(Box<RowReader<ForceRow>>, fn(&ForceRow) -> f64),
     /// Column of `position.csv`.
     Position(Box<RowReader<PositionRow>>, fn(&PositionRow) -> f64),
+    /// Column of `stimulus.csv`.
+    Stimulus(Box<RowReader<StimulusRow>>, fn(&StimulusRow) -> f64),
 }
 
 impl OpenStream {
-    /// Replaces the content of `block` with the next values, at most [`BLOCK`]; none at the end.
-    pub(crate) fn read(&mut self, block: &mut Vec<f64>) -> Result<(), ReadError> {
+    /// Replaces the content of `block` with the next values: [`BLOCK`] of them, fewer only at the end.
+    pub(crate) fn read(&mut self, block: &mut Vec<f64>) -> Result<(), FillError> {
         block.clear();
         match self {
             Self::Channel {
@@ -99,11 +112,17 @@ impl OpenStream {
                 reader.read_block(BLOCK, frames)?;
                 let samples = frames.iter().skip(*index).step_by(*channels);
                 block.extend(samples.map(|sample| f64::from(*sample) * *factor));
-                Ok(())
             }
-            Self::Force(rows, value) => read_rows(rows, *value, block),
-            Self::Position(rows, value) => read_rows(rows, *value, block),
+            Self::Envelopes(reader, value) => {
+                let mut rows = Vec::new();
+                while rows.len() < BLOCK && reader.read(BLOCK - rows.len(), &mut rows)? > 0 {}
+                block.extend(rows.iter().map(*value));
+            }
+            Self::Force(rows, value) => read_rows(rows, *value, block)?,
+            Self::Position(rows, value) => read_rows(rows, *value, block)?,
+            Self::Stimulus(rows, value) => read_rows(rows, *value, block)?,
         }
+        Ok(())
     }
 }
 

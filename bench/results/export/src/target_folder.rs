@@ -145,6 +145,7 @@ fn write(
     let mut out = BufWriter::with_capacity(BLOCK_BYTES, file);
     fill(&mut out).map_err(|error| match error {
         FillError::Read(error) => ExportError::Read(error),
+        FillError::Envelopes(error) => ExportError::Envelopes(error),
         FillError::Changed => ExportError::Changed {
             recording: recording.to_owned(),
         },

@@ -4,7 +4,9 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use recording::study::{DESCRIPTION_FILE, PARTICIPANTS_FILE, session_name};
-use recording::{FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE};
+use recording::{
+    ENVELOPES_FILE, FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE, STIMULUS_FILE,
+};
 
 use crate::export_error::ExportError;
 use crate::identity::{RecordingIdentity, StudyPlace};
@@ -69,6 +71,11 @@ impl DatasetNames {
         self.beh(&format!("_recording-{recording}_physio"))
     }
 
+    /// Returns the name of the stimulus, without its extension.
+    pub(crate) fn stimulus(&self) -> PathBuf {
+        self.beh("_stim")
+    }
+
     /// Returns the name of the table of events.
     pub(crate) fn events(&self) -> PathBuf {
         self.beh("_events.tsv")
@@ -94,7 +101,14 @@ pub(crate) fn with_extension(name: &Path, extension: &str) -> PathBuf {
 }
 
 /// Files of a recording as it was made.
-const SOURCE_FILES: [&str; 4] = [MANIFEST_FILE, SIGNALS_FILE, FORCE_FILE, POSITION_FILE];
+const SOURCE_FILES: [&str; 6] = [
+    MANIFEST_FILE,
+    SIGNALS_FILE,
+    ENVELOPES_FILE,
+    FORCE_FILE,
+    POSITION_FILE,
+    STIMULUS_FILE,
+];
 
 /// Returns the names of the files in a recording's folder that are copied, in order.
 pub(crate) fn source_files(folder: &Path, with_signals: bool) -> Vec<String> {
@@ -120,8 +134,8 @@ pub(crate) fn names(identity: &RecordingIdentity, with_signals: bool) -> Vec<Pat
         return Vec::new();
     };
     let mut list = vec![names.events()];
-    for recording in ["forces", "friction"] {
-        let name = names.physio(recording);
+    let physio = ["envelopes", "forces", "friction"].map(|recording| names.physio(recording));
+    for name in physio.into_iter().chain([names.stimulus()]) {
         list.extend([".tsv.gz", ".json"].map(|extension| with_extension(&name, extension)));
     }
     list.extend(["motion.tsv", "motion.json", "channels.tsv"].map(|end| names.motion(end)));

@@ -15,7 +15,8 @@ use crate::content::RecordingContent;
 use crate::export_error::ExportError;
 use crate::fill_error::FillError;
 use crate::identity::RecordingIdentity;
-use crate::marks::{direction_name, event_words, interval_name};
+use crate::marks::{direction_name, event_words, interval_name, sample_time_s};
+use crate::recorded_tables::{POSITIONS, STIMULUS, TimedTable};
 use crate::target_folder::{FileState, TargetFolder};
 
 /// Header of a table of events.
@@ -37,9 +38,14 @@ pub(crate) fn write(
     let names = DatasetNames::new(&content.identity)?;
     let folder = &content.identity.folder;
     let mut states = vec![target.put_text(&names.events(), &events(content))?];
-    if let Some((table, times)) = &content.forces {
-        let name = names.physio("forces");
-        let sidecar = sidecars::physio(content, table, (times.rate_hz, times.first_s));
+    for timed in &content.streams.timed {
+        let TimedTable { table, times } = timed;
+        let name = match table.name {
+            POSITIONS => continue,
+            STIMULUS => names.stimulus(),
+            recording => names.physio(recording),
+        };
+        let sidecar = sidecars::series(content, table, (times.rate_hz, times.first_s));
         states.push(target.put_text(&with_extension(&name, ".json"), &sidecar)?);
         states.push(
             target.put(&with_extension(&name, ".tsv.gz"), folder, |out| {
@@ -52,7 +58,7 @@ pub(crate) fn write(
         && let Some(first_s) = first(friction.table.columns.first().map(|c| &c.values))
     {
         let (name, table) = (names.physio("friction"), &friction.table);
-        let sidecar = sidecars::physio(content, table, (1.0 / interval_s, first_s));
+        let sidecar = sidecars::series(content, table, (1.0 / interval_s, first_s));
         states.push(target.put_text(&with_extension(&name, ".json"), &sidecar)?);
         states.push(
             target.put(&with_extension(&name, ".tsv.gz"), folder, |out| {
@@ -60,7 +66,7 @@ pub(crate) fn write(
             })?,
         );
     }
-    if let Some((table, times)) = &content.positions {
+    if let Some(TimedTable { table, times }) = content.streams.timed(POSITIONS) {
         let sidecar = sidecars::motion(content, *times);
         states.push(target.put_text(&names.motion("motion.json"), &sidecar)?);
         states.push(target.put_text(&names.motion("channels.tsv"), CHANNELS)?);
@@ -133,10 +139,9 @@ fn events(content: &RecordingContent) -> String {
         ));
     }
     for event in &manifest.events {
-        let time_s = event.sample as f64 / content.sample_rate_hz;
-        let length_s = event
-            .frames
-            .map(|frames| frames as f64 / content.sample_rate_hz);
+        let rate_hz = content.streams.rate_hz;
+        let time_s = sample_time_s(event.sample, rate_hz);
+        let length_s = event.frames.map(|frames| sample_time_s(frames, rate_hz));
         rows.push((
             time_s,
             length_s.unwrap_or(f64::NAN),

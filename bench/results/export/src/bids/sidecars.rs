@@ -6,6 +6,7 @@ use crate::bids::names::TASK;
 use crate::column::ExportedTable;
 use crate::content::RecordingContent;
 use crate::marks::{EVENT_KINDS, event_words};
+use crate::recorded_tables::STIMULUS;
 use crate::stream::RowTimes;
 
 /// Returns the text of a JSON file.
@@ -14,7 +15,7 @@ pub(crate) fn to_text(value: &Value) -> String {
 }
 
 /// Returns the sidecar of a table without a header, with rows at `rate_hz` from `start_s` on.
-pub(crate) fn physio(
+pub(crate) fn series(
     content: &RecordingContent,
     table: &ExportedTable,
     (rate_hz, start_s): (f64, f64),
@@ -24,7 +25,9 @@ pub(crate) fn physio(
     sidecar.insert("SamplingFrequency".to_owned(), rate_hz.into());
     sidecar.insert("StartTime".to_owned(), start_s.into());
     sidecar.insert("Columns".to_owned(), names.collect());
-    sidecar.insert("PhysioType".to_owned(), "generic".into());
+    if table.name != STIMULUS {
+        sidecar.insert("PhysioType".to_owned(), "generic".into());
+    }
     for column in &table.columns {
         let mut words = Map::new();
         words.insert("Description".to_owned(), (&*column.meaning).into());

@@ -61,7 +61,7 @@ fn export_and_open(format: &str) {
     let study = SmallStudy::new();
     let to = study.folder("export");
     let (summary, report) = run(&[&study.study(), &to], format).unwrap();
-    assert_eq!((summary.exported, summary.failed), (2, 1), "{report:?}");
+    assert_eq!((summary.exported, summary.failed), (4, 1), "{report:?}");
     assert!(report.failures[0].contains("recording.toml"), "{report:?}");
     for file in ["force.csv", "position.csv"] {
         let names_it = |missing: &String| missing.starts_with(file);

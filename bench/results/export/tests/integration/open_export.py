@@ -12,6 +12,9 @@ from scipy.io import loadmat, wavfile
 
 form, export, recording = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3])
 NAME = "sub-01_ses-01_trial-001_attempt-1"
+SILENT = "sub-02_ses-01_trial-002_attempt-1"
+FORCES = "sub-04_ses-01_trial-001_attempt-1"
+ENVELOPES = "sub-05_ses-02_trial-003_attempt-2"
 
 manifest = tomllib.loads((recording / "recording.toml").read_text())
 rate_hz, samples = wavfile.read(recording / "signals.wav")
@@ -58,7 +61,7 @@ force, position = numbers(recording / "force.csv"), numbers(recording / "positio
 
 def mat():
     files = sorted(path.name for path in export.iterdir())
-    assert files == [f"{NAME}.mat", "sub-02_ses-01_trial-002_attempt-1.mat"], files
+    assert files == [f"{name}.mat" for name in (NAME, SILENT, FORCES, ENVELOPES)], files
     content = loadmat(export / f"{NAME}.mat", squeeze_me=True, struct_as_record=False)
     assert [name for name in content if not name.startswith("__")] == ["recording"]
     trial = content["recording"]
@@ -85,6 +88,13 @@ def mat():
         assert len(getattr(trial.meanings.friction, name)) > 5
     silent = loadmat(export / files[1], squeeze_me=True, struct_as_record=False)["recording"]
     assert not hasattr(silent, "forces") and (silent.signals.channel_2 == 0.25).all()
+    forces = loadmat(export / files[2], squeeze_me=True, struct_as_record=False)["recording"]
+    assert set(forces.friction._fieldnames) >= {"measured_mu", "stimulus"} and not hasattr(forces.friction, "amplitude_m")
+    assert np.allclose(forces.friction.measured_mu, 0.4) and set(forces.friction.stimulus) == {0, 1}
+    assert not hasattr(forces, "signals") and np.isnan(forces.constants.carrier_hz) and forces.stimulus.time_s.shape == (2000,)
+    envelopes = loadmat(export / files[3], squeeze_me=True, struct_as_record=False)["recording"]
+    same(envelopes.envelopes.drive_im_v, np.arange(2000.0))
+    assert (envelopes.envelopes.pickup_im_m == 1e-6).all() and (envelopes.session, envelopes.attempt) == (2, 2)
     # Matrices have one column.
     assert loadmat(export / f"{NAME}.mat")["recording"]["forces"][0, 0]["time_s"][0, 0].shape == (len(force["time_s"]), 1)
 
@@ -165,8 +175,13 @@ def bids():
     for file in ["recording.toml", "signals.wav", "force.csv", "position.csv"]:
         assert (source / file).read_bytes() == (recording / file).read_bytes()
     assert (source.parent / "demo.toml").exists()
+    sidecar, stimulus = series(export / f"sub-04/ses-01/beh/{begin.replace('01', '04', 1)}_run-001_stim.tsv.gz")
+    assert stimulus["stimulus"].mean() == 0.5 and "PhysioType" not in sidecar
+    name = f"{begin.replace('sub-01_ses-01', 'sub-05_ses-02')}_run-003_recording-envelopes_physio.tsv.gz"
+    sidecar, envelopes = series(export / "sub-05/ses-02/beh" / name)
+    assert (envelopes["drive_re_v"] == 10).all() and np.isclose(sidecar["SamplingFrequency"], 1e4)
     people = rows(export / "participants.tsv", "\t")
-    assert [row[0] for row in people] == ["participant_id", "sub-01", "sub-02"], people
+    assert [row[0] for row in people] == ["participant_id", "sub-01", "sub-02", "sub-04", "sub-05"], people
     assert people[1][2:4] == ["n/a", "female"] and people[1][people[0].index("age_as_stated")] == "18-38"
     assert json.loads((export / "dataset_description.json").read_text())["Name"] == "Wet and dry"
 

@@ -43,7 +43,7 @@ fn validate(python: &Path, dataset: &Path) {
         .collect();
     assert!(errors.is_empty(), "{errors:#?}");
     assert!(output.status.success(), "{}", text(&output));
-    assert_eq!(found["summary"]["subjects"].as_array().unwrap().len(), 2);
+    assert_eq!(found["summary"]["subjects"].as_array().unwrap().len(), 4);
 }
 
 fn python() -> PathBuf {

@@ -1,8 +1,10 @@
-//! A study of two recordings that can be read, and one that cannot.
+//! A study of four recordings that can be read, and one that cannot.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use envelope_files::{EnvelopeRow, EnvelopeWriter};
+use num_complex::Complex64;
 use recording::manifest::MINIMAL;
 use recording::writer::Ending;
 use recording::{AudioFormat, Manifest, RecordingWriter};
@@ -36,8 +38,8 @@ text = "a remark"
 "#;
 
 impl SmallStudy {
-    /// Makes the study: a simulated recording (bench/tests/data/reference), silence without forces and positions, and a folder
-    /// with a broken description.
+    /// Makes the study: a simulated recording (bench/tests/data/reference), silence without forces and positions, forces alone under a
+    /// stimulus, envelopes alone, and a folder with a broken description.
     pub fn new() -> Self {
         let temporary = tempfile::tempdir().unwrap();
         let study = Self { temporary };
@@ -64,13 +66,15 @@ impl SmallStudy {
         for file in ["force.csv", "position.csv"] {
             fs::remove_file(silence.join(file)).unwrap();
         }
+        write_forces_alone(&study.study().join("sub-04/ses-01/trial-001_attempt-1"));
+        write_envelopes(&study.study().join("sub-05/ses-02/trial-003_attempt-2"));
         let broken = study.study().join("sub-03/ses-01/trial-001_attempt-1");
         fs::create_dir_all(&broken).unwrap();
         fs::write(broken.join("recording.toml"), "format = ").unwrap();
         let description = r#"{ "Name": "Wet and dry", "DatasetType": "raw", "GeneratedBy": [{ "Name": "friction-bench", "Version": "0.1.0" }] }"#;
         fs::write(study.study().join("dataset_description.json"), description).unwrap();
         let participants = "participant_id\tfirst_session_date\tage\tsex\tskin\n\
-            sub-01\t2026-01-30\t18-38\tF\tdry\nsub-02\t2026-01-31\t40\tmale\t\nsub-04\tn/a\t50\tn/a\t\n";
+            sub-01\t2026-01-30\t18-38\tF\tdry\nsub-02\t2026-01-31\t40\tmale\t\nsub-09\tn/a\t50\tn/a\t\n";
         fs::write(study.study().join("participants.tsv"), participants).unwrap();
         study
     }
@@ -117,4 +121,41 @@ fn write_silence(folder: &Path) {
     let mut writer = RecordingWriter::create(folder, manifest, format).unwrap();
     writer.write_audio(&vec![0.25; 3 * 9600]).unwrap();
     writer.finish(Ending::Completed).unwrap();
+}
+
+/// Writes two seconds of forces, positions and a stimulus, with one exploration.
+fn write_forces_alone(folder: &Path) {
+    fs::create_dir_all(folder).unwrap();
+    let slide = "format = 1\n[[intervals]]\nkind = \"exploration\"\ndirection = \"right_to_left\"\nstart_s = 0.2\nend_s = 1.8\n";
+    fs::write(folder.join("recording.toml"), slide).unwrap();
+    let mut force = String::from("time_s,normal_n,lateral_n\n");
+    let mut position = String::from("time_s,position_m\n");
+    let mut stimulus = String::from("time_s,stimulus\n");
+    for row in 0..2000 {
+        let time_s = f64::from(row) * 1e-3;
+        force += &format!("{time_s},0.5,0.2\n");
+        position += &format!("{time_s},{}\n", 0.1 - 0.04 * time_s);
+        stimulus += &format!("{time_s},{}\n", row / 100 % 2);
+    }
+    fs::write(folder.join("force.csv"), force).unwrap();
+    fs::write(folder.join("position.csv"), position).unwrap();
+    fs::write(folder.join("stimulus.csv"), stimulus).unwrap();
+}
+
+/// Writes a fifth of a second of envelopes.
+fn write_envelopes(folder: &Path) {
+    fs::create_dir_all(folder).unwrap();
+    let without_channels = MINIMAL.lines().filter(|line| !line.starts_with("channels"));
+    let manifest: Vec<&str> = without_channels.collect();
+    fs::write(folder.join("recording.toml"), manifest.join("\n")).unwrap();
+    let rows: Vec<EnvelopeRow> = (0..2000)
+        .map(|row| EnvelopeRow {
+            time_s: f64::from(row) * 1e-4,
+            drive_v: Complex64::new(10.0, f64::from(row)),
+            pickup_m: Complex64::new(0.0, 1e-6),
+        })
+        .collect();
+    let mut writer = EnvelopeWriter::create(&folder.join("envelopes.parquet")).unwrap();
+    writer.write(&rows).unwrap();
+    writer.finish().unwrap();
 }

@@ -26,6 +26,10 @@ const RESUMING: &str = "Sessions begun before";
 /// Heading of the options on the participant.
 const PARTICIPANT: &str = "Participant's details and screen";
 
+/// Exit status of `export`.
+const EXPORT_STATUS: &str = "Exit status: 0 if every recording was exported, 1 if some could not be and are named, 2 if none was, as into a \
+     folder with other files.";
+
 /// Test bench controller for ultrasonic friction modulation.
 #[derive(Debug, Parser)]
 #[command(version = env!("FRICTION_BENCH_VERSION"), about, arg_required_else_help = true, max_term_width = 100)]
@@ -120,6 +124,9 @@ pub enum Command {
     /// Analyse recordings: impedance, gap and friction by each method.
     #[command(alias = "analyse")]
     Analyze(Analyze),
+    /// Export a study to MATLAB, NumPy, tables of text or a BIDS dataset.
+    #[command(override_usage = "friction-bench export <STUDY> --to <DIR> --as <FORMAT> [OPTIONS]", after_help = EXPORT_STATUS)]
+    Export(export::ExportOptions),
     /// Verify that a study is complete and unchanged since it was recorded.
     Verify(Verify),
     /// Exclude a participant, a session or a trial from a study's analysis, with the reason.

@@ -14,6 +14,7 @@ pub mod drilling;
 pub mod ending;
 pub mod estop;
 pub mod exclude;
+pub mod export;
 pub mod forget;
 mod hardware_options;
 mod import_options;

@@ -22,7 +22,7 @@ fn script(name: &str, arguments: &[&Path]) -> Value {
     serde_json::from_slice(&output.stdout).expect("the script prints JSON")
 }
 
-/// Runs the Python lines of the handbook's chapter where the folder `tables` is.
+/// Runs the Python lines of the handbook's chapter where the folders `tables` and `my-export` are.
 fn run_handbook_lines(folder: &Path) {
     let chapter = workspace().join("docs/handbook/src/your-recordings.md");
     let chapter = std::fs::read_to_string(chapter).expect("the chapter");
@@ -37,7 +37,7 @@ fn run_handbook_lines(folder: &Path) {
     );
     assert!(output.status.success(), "{lines}{}", text(&output));
     let printed = String::from_utf8_lossy(&output.stdout);
-    for part in ["fall_of_mu_low95", "sub-03", " m/N"] {
+    for part in ["fall_of_mu_low95", "sub-03", " m/N", " at 350"] {
         assert!(printed.contains(part), "{part}: {printed}");
     }
 }
@@ -102,6 +102,14 @@ fn pandas_and_scipy_find_every_row_and_every_point_in_the_tables() {
     assert!(output.status.success(), "{}", text(&output));
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(errors.contains(reason), "{errors}");
+    let mut command = bench();
+    command
+        .args(["export", "--as", "npz", "--no-signals"])
+        .arg(&study)
+        .arg("--to")
+        .arg(path.join("my-export"));
+    let exported = finish(&mut command);
+    assert!(exported.status.success(), "{}", text(&exported));
     run_handbook_lines(path);
     let table = path.join("table.csv");
     std::fs::write(&table, &output.stdout).unwrap();

@@ -33,7 +33,8 @@ use friction_bench::displays::Displays;
 use friction_bench::run::{self, ProtocolFile, SessionPlan};
 use friction_bench::verbosity::Verbosity;
 use friction_bench::{
-    analyze, calibrate as calibration, dates, drilling, ending, estop, exclude, forget, importing,
+    analyze, calibrate as calibration, dates, drilling, ending, estop, exclude, export, forget,
+    importing,
     monitor, privacy, protocol_outlook, verify,
 };
 use output::{print, print_data};
@@ -80,6 +81,7 @@ fn dispatch(command: Command, verbosity: Verbosity) -> anyhow::Result<ExitCode> 
         Command::Devices(options) => list(&options),
         Command::Import(options) => Ok(passed_or_failed(importing::run(&options, verbosity)?)),
         Command::Analyze(options) => Ok(passed_or_failed(analyze::run(&options, verbosity)?)),
+        Command::Export(options) => Ok(passed_or_failed(export::run(&options, verbosity)?)),
         Command::Verify(options) => Ok(passed_or_failed(verify::run(&options, verbosity)?)),
         Command::Exclude(options) => {
             exclude::run(&options)?;

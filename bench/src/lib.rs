@@ -8,7 +8,7 @@ pub mod calibrate;
 pub mod calibration_report;
 pub mod cli;
 mod confirmation;
-mod dates;
+pub mod dates;
 pub mod displays;
 pub mod drilling;
 pub mod ending;

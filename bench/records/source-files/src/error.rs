@@ -14,7 +14,7 @@ pub struct SourceError {
     /// Place in the file: a byte, a row and column, an array.
     pub place: Option<String>,
     /// The fault.
-    pub fault: SourceFault,
+    pub fault: Box<SourceFault>,
 }
 
 impl SourceError {
@@ -23,7 +23,7 @@ impl SourceError {
         Self {
             file: PathBuf::new(),
             place: Some(place.into()),
-            fault,
+            fault: Box::new(fault),
         }
     }
 
@@ -43,7 +43,7 @@ impl From<SourceFault> for SourceError {
         Self {
             file: PathBuf::new(),
             place: None,
-            fault,
+            fault: Box::new(fault),
         }
     }
 }

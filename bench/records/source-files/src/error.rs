@@ -3,7 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
-use crate::format::Format;
+use crate::file_format::Format;
 
 /// Refusal of a file or of a name in it: the file, the place in it, the fault, and the remedy.
 #[derive(Debug, thiserror::Error)]

@@ -2,7 +2,7 @@
 
 use crate::array::{ArrayInfo, Vector};
 use crate::error::SourceFault;
-use crate::format::Place;
+use crate::place::Place;
 
 /// Index of one axis in a name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,9 +2,7 @@
 
 use std::path::Path;
 
-use import_map::{
-    Carrier, Centre, Drive, Electrical, ImportMap, Modulation, Pickup, Quantity,
-};
+use import_map::{Carrier, Centre, Drive, Electrical, ImportMap, Modulation, Pickup, Quantity};
 use recording::SIGNALS_FILE;
 use recording::manifest::{
     self, FoundValue, RecordedChannels, RecordedDrive, RecordedPickup, RecordedPlate,
@@ -125,12 +123,7 @@ pub(crate) fn convert(
     };
     let write =
         |pickup, readings: &Readings| state.describe(folder, pickup, readings, describe, &[]);
-    let clock = search.run(
-        (&mut stated, &mut readings),
-        &write,
-        &mut found,
-        &mut notes,
-    )?;
+    let clock = search.run((&mut stated, &mut readings), &write, &mut found, &mut notes)?;
     if plate.centre == Centre::MiddleOfTravel && clock.is_some() {
         state.plate.centre_m = checks::middle_of_travel(&readings, &mut Vec::new());
     }

@@ -11,9 +11,9 @@ mod format;
 mod guard;
 mod hdf5;
 mod kind;
+mod matlab;
 mod matlab4;
 mod matlab73;
-mod matlab;
 mod name;
 mod npy;
 mod npz;
@@ -121,7 +121,7 @@ impl SourceFile {
     /// (`/g/x@fs`).
     ///
     /// # Errors
-    /// Nothing has the name, or it is no single number.
+    /// No array or attribute has the name, or it is not a single number.
     pub fn scalar(&mut self, name: &str) -> Result<f64, SourceError> {
         self.read_scalar(name)
             .map_err(|error| with_file(error, &self.path))
@@ -303,3 +303,8 @@ fn has_bytes(file: &mut File, offset: u64, bytes: &[u8]) -> bool {
         && file.read_exact(&mut found).is_ok()
         && found == bytes
 }
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

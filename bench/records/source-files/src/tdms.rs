@@ -131,7 +131,7 @@ fn refusal(error: TdmsError) -> SourceError {
             SourceError::damaged(format!("channel {index}"), "it is missing")
         }
         TdmsError::Unsupported { channel, unread } => {
-            let tdms_files::Unread { content, remedy } = unread;
+            let tdms_files::UnreadContent { content, remedy } = unread;
             SourceError::at(
                 format!("channel `{channel}`"),
                 SourceFault::Unread { content, remedy },

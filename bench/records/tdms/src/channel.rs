@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::error::Unread;
+use crate::error::UnreadContent;
 use crate::pieces::Piece;
 use crate::scale::Scales;
 use crate::value::{SampleType, Value};
@@ -59,16 +59,17 @@ impl Channel {
 
     /// Returns the content that is not read; `None` if the channel can be read.
     #[must_use]
-    pub fn unread(&self) -> Option<Unread> {
+    pub fn unread(&self) -> Option<UnreadContent> {
         if let Err(scale) = &self.scales {
-            return Some(Unread::scale(scale));
+            return Some(UnreadContent::scale(scale));
         }
         let text = self.sample_type.filter(|kind| *kind == SampleType::Text);
         let other = text.or_else(|| self.types().find(|kind| kind.size().is_none()));
         if let Some(other) = other {
-            return Some(Unread::samples(other));
+            return Some(UnreadContent::samples(other));
         }
-        (self.is_complex() && self.is_scaled()).then(|| Unread::scale("a scale of complex samples"))
+        (self.is_complex() && self.is_scaled())
+            .then(|| UnreadContent::scale("a scale of complex samples"))
     }
 
     fn types(&self) -> impl Iterator<Item = SampleType> {

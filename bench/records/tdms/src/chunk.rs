@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::error::{Flaw, Unread};
+use crate::error::{SegmentDefect, UnreadContent};
 use crate::metadata::{Scaler, Storage};
 use crate::pieces::Field;
 use crate::value::SampleType;
@@ -55,7 +55,7 @@ impl Chunk {
     ///
     /// # Errors
     /// A description of what cannot be stored so.
-    pub fn new(objects: &[Stored<'_>], is_interleaved: bool) -> Result<Self, Flaw> {
+    pub fn new(objects: &[Stored<'_>], is_interleaved: bool) -> Result<Self, SegmentDefect> {
         let is_daqmx = |object: &Stored<'_>| matches!(object.storage, Storage::Daqmx { .. });
         let chunk = if objects.iter().any(is_daqmx) {
             Self::daqmx(objects)
@@ -68,7 +68,7 @@ impl Chunk {
     }
 
     /// Objects one after the other.
-    fn contiguous(objects: &[Stored<'_>]) -> Result<Option<Self>, Flaw> {
+    fn contiguous(objects: &[Stored<'_>]) -> Result<Option<Self>, SegmentDefect> {
         let mut bytes = 0_u64;
         let mut places = Vec::new();
         for object in objects {
@@ -106,7 +106,7 @@ impl Chunk {
     }
 
     /// Rows with one sample of each object.
-    fn interleaved(objects: &[Stored<'_>]) -> Result<Option<Self>, Flaw> {
+    fn interleaved(objects: &[Stored<'_>]) -> Result<Option<Self>, SegmentDefect> {
         let mut row_bytes = 0_u64;
         let mut offsets = Vec::new();
         for object in objects {
@@ -144,7 +144,7 @@ impl Chunk {
     }
 
     /// A task's buffers one after the other, in rows.
-    fn daqmx(objects: &[Stored<'_>]) -> Result<Option<Self>, Flaw> {
+    fn daqmx(objects: &[Stored<'_>]) -> Result<Option<Self>, SegmentDefect> {
         let mut widths: Option<&Vec<u64>> = None;
         let mut rows: Vec<u64> = Vec::new();
         for object in objects {
@@ -248,14 +248,14 @@ impl Chunk {
     }
 }
 
-fn mixed(path: &str) -> Flaw {
+fn mixed(path: &str) -> SegmentDefect {
     format!("samples of a DAQmx task among others ({path})").into()
 }
 
-fn unknown(path: &str, sample_type: SampleType) -> Flaw {
-    Flaw::Unread {
+fn unknown(path: &str, sample_type: SampleType) -> SegmentDefect {
+    SegmentDefect::Unread {
         path: path.to_owned(),
-        unread: Unread::samples(sample_type),
+        unread: UnreadContent::samples(sample_type),
     }
 }
 

@@ -43,7 +43,7 @@ pub enum TdmsError {
         /// Group and channel, or the path of the object.
         channel: String,
         /// The content.
-        unread: Unread,
+        unread: UnreadContent,
     },
     /// A channel is complex where real samples are needed.
     #[error("{channel} has complex samples")]
@@ -56,14 +56,14 @@ pub enum TdmsError {
 /// Content that is not read, and the remedy.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{content} is not read: {remedy}")]
-pub struct Unread {
+pub struct UnreadContent {
     /// The content, with its article.
     pub content: String,
     /// Remedy.
     pub remedy: &'static str,
 }
 
-impl Unread {
+impl UnreadContent {
     pub(crate) fn scale(content: &str) -> Self {
         Self {
             content: content.to_owned(),
@@ -79,16 +79,16 @@ impl Unread {
     }
 }
 
-/// Flaw of a segment.
+/// SegmentDefect of a segment.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Flaw {
+pub(crate) enum SegmentDefect {
     /// Contents that contradict each other.
     Contradiction(String),
     /// An object whose content is not read.
-    Unread { path: String, unread: Unread },
+    Unread { path: String, unread: UnreadContent },
 }
 
-impl From<String> for Flaw {
+impl From<String> for SegmentDefect {
     fn from(contradiction: String) -> Self {
         Self::Contradiction(contradiction)
     }

@@ -25,6 +25,6 @@ mod tdms_file;
 mod value;
 
 pub use channel::Channel;
-pub use error::{TdmsError, Unread};
+pub use error::{TdmsError, UnreadContent};
 pub use tdms_file::TdmsFile;
 pub use value::{SampleType, Value};

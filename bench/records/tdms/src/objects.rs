@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::channel::Channel;
 use crate::chunk::{Chunk, Stored};
-use crate::error::{Flaw, Unread};
+use crate::error::{SegmentDefect, UnreadContent};
 use crate::metadata::{ListedObject, Samples, Storage};
 use crate::pieces::{Piece, Stretch, pieces};
 use crate::scale::Scales;
@@ -95,7 +95,11 @@ impl Objects {
     ///
     /// # Errors
     /// A description of samples that cannot be located.
-    pub fn add_samples(&mut self, stretch: Stretch, is_interleaved: bool) -> Result<bool, Flaw> {
+    pub fn add_samples(
+        &mut self,
+        stretch: Stretch,
+        is_interleaved: bool,
+    ) -> Result<bool, SegmentDefect> {
         let chunk = match self.chunk.take() {
             Some((chunk, interleaved)) if interleaved == is_interleaved => chunk,
             _ => self.layout(is_interleaved)?,
@@ -119,9 +123,9 @@ impl Objects {
             }
         }
         if self.piece_count > MOST_PIECES {
-            return Err(Flaw::Unread {
+            return Err(SegmentDefect::Unread {
                 path: "the file".to_owned(),
-                unread: Unread {
+                unread: UnreadContent {
                     content: format!("a file in more than {MOST_PIECES} pieces"),
                     remedy: "defragment it in LabVIEW (TDMS Defragment)",
                 },
@@ -130,7 +134,7 @@ impl Objects {
         Ok(segment.is_cut)
     }
 
-    fn layout(&self, is_interleaved: bool) -> Result<Chunk, Flaw> {
+    fn layout(&self, is_interleaved: bool) -> Result<Chunk, SegmentDefect> {
         let objects = self.current.iter().filter_map(|index| {
             let object = self.known.get(*index)?;
             object.has_samples.then_some(())?;

@@ -6,7 +6,7 @@ use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 
 use crate::channel::Channel;
-use crate::error::{Flaw, TdmsError, Unread};
+use crate::error::{SegmentDefect, TdmsError, UnreadContent};
 use crate::lead_in::{LEAD_IN_BYTES, LeadIn, Start};
 use crate::metadata::{self, ListedObject};
 use crate::objects::Objects;
@@ -98,8 +98,8 @@ impl<R: Read + Seek> TdmsFile<R> {
                 is_truncated |= objects
                     .add_samples(stretch, lead_in.is_interleaved)
                     .map_err(|flaw| match flaw {
-                        Flaw::Contradiction(defect) => damaged(samples_begin, defect),
-                        Flaw::Unread { path, unread } => TdmsError::Unsupported {
+                        SegmentDefect::Contradiction(defect) => damaged(samples_begin, defect),
+                        SegmentDefect::Unread { path, unread } => TdmsError::Unsupported {
                             channel: path,
                             unread,
                         },
@@ -154,7 +154,7 @@ impl<R: Read + Seek> TdmsFile<R> {
             return Err(TdmsError::Complex { channel });
         }
         let scales = channel.scales.as_ref();
-        let scales = scales.map_err(|scale| unsupported(channel, Unread::scale(scale)))?;
+        let scales = scales.map_err(|scale| unsupported(channel, UnreadContent::scale(scale)))?;
         let values = samples;
         let mut numbers = Numbers::Real { scales, values };
         read_stretch(&mut self.source, channel, stretch, &mut numbers)
@@ -182,7 +182,7 @@ impl<R: Read + Seek> TdmsFile<R> {
     }
 }
 
-fn unsupported(channel: &Channel, unread: Unread) -> TdmsError {
+fn unsupported(channel: &Channel, unread: UnreadContent) -> TdmsError {
     TdmsError::Unsupported {
         channel: channel.name(),
         unread,

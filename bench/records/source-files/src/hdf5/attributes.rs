@@ -6,7 +6,7 @@ use hdf5_reader::error::Result;
 use hdf5_reader::{Attribute as Stored, Datatype};
 
 use crate::array::Attribute;
-use crate::hdf5::number::Number;
+use crate::hdf5::number::{self, encoding};
 
 /// Most attributes of a file that are kept.
 const MOST_ATTRIBUTES: usize = 50_000;
@@ -55,9 +55,9 @@ fn value(attribute: &Stored) -> Option<Attribute> {
 /// Returns an attribute that is one number.
 pub(crate) fn number(attribute: &Stored) -> Option<f64> {
     let count = attribute.num_elements().ok()?;
-    let (number, _) = Number::of(&attribute.datatype)?;
+    let (encoding, _) = encoding(&attribute.datatype)?;
     let is_single = count == 1 && !attribute.raw_data.is_empty();
-    is_single.then(|| number.value(&attribute.raw_data))?
+    is_single.then(|| number::value(encoding, &attribute.raw_data))?
 }
 
 /// Returns an attribute that is one text.

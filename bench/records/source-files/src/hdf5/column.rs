@@ -8,7 +8,8 @@ use num_complex::Complex64;
 
 use crate::array::Element;
 use crate::format::{Place, Values};
-use crate::hdf5::number::{Bytes, Number, Real};
+use crate::hdf5::number::{self, Bytes, Real};
+use crate::numbers::Encoding;
 
 /// Bytes of elements that are read at once.
 const SLAB_BYTES: u64 = 1 << 20;
@@ -30,16 +31,16 @@ pub(crate) enum Part {
     /// The element is the number.
     Whole,
     /// A number in the element.
-    Real { number: Number, offset: usize },
+    Real { encoding: Encoding, offset: usize },
     /// Two numbers in the element.
     Complex {
-        number: Number,
+        encoding: Encoding,
         re: usize,
         im: usize,
     },
     /// The sum of a complex number's parts: time in ms, as MATLAB's points in time have it.
     Sum {
-        number: Number,
+        encoding: Encoding,
         re: usize,
         im: usize,
     },
@@ -104,22 +105,19 @@ fn collect(
         inner: inner.clone(),
         number_bytes,
     };
-    if let Some((number, element)) = Number::of(base) {
+    if let Some((encoding, element)) = number::encoding(base) {
         let part = if is_whole && inner.is_empty() {
             Part::Whole
         } else {
-            Part::Real { number, offset }
+            Part::Real { encoding, offset }
         };
         fields.push(field(element, part));
         return;
     }
-    if let Some((number, re, im)) = complex_parts(base) {
-        let bits = number.bytes() as u8 * 8;
+    if let Some((encoding, re, im)) = complex_parts(base) {
+        let element = encoding.number.element(true);
         let (re, im) = (offset + re, offset + im);
-        fields.push(field(
-            Element::Complex { bits },
-            Part::Complex { number, re, im },
-        ));
+        fields.push(field(element, Part::Complex { encoding, re, im }));
         return;
     }
     match base {
@@ -138,7 +136,7 @@ fn collect(
 }
 
 /// Returns the two floats of an element that is a complex number, and their offsets.
-pub(crate) fn complex_parts(datatype: &Datatype) -> Option<(Number, usize, usize)> {
+pub(crate) fn complex_parts(datatype: &Datatype) -> Option<(Encoding, usize, usize)> {
     const NAMES: [[&str; 2]; 4] = [
         ["r", "i"],
         ["re", "im"],
@@ -153,10 +151,10 @@ pub(crate) fn complex_parts(datatype: &Datatype) -> Option<(Number, usize, usize
     };
     let names = [re.name.to_lowercase(), im.name.to_lowercase()];
     let is_complex = NAMES.iter().any(|known| *known == names);
-    let (number, element) = Number::of(&re.datatype)?;
+    let (encoding, element) = number::encoding(&re.datatype)?;
     let is_alike = re.datatype == im.datatype
         && matches!(element, Element::Float { .. } | Element::Integer { .. });
-    (is_complex && is_alike).then_some((number, re.byte_offset as usize, im.byte_offset as usize))
+    (is_complex && is_alike).then_some((encoding, re.byte_offset as usize, im.byte_offset as usize))
 }
 
 /// Returns the name of a type that is no number, as messages show it.
@@ -196,7 +194,7 @@ impl Column {
     /// Returns the real column of a complex one that is the sum of its parts.
     pub(crate) fn summed(self) -> Self {
         let part = match self.part {
-            Part::Complex { number, re, im } => Part::Sum { number, re, im },
+            Part::Complex { encoding, re, im } => Part::Sum { encoding, re, im },
             other => other,
         };
         Self { part, ..self }
@@ -379,23 +377,22 @@ impl Column {
 
     /// Appends the number of an element's bytes.
     fn push(&self, bytes: &[u8], inner_offset: usize, values: &mut Values<'_>) -> Result<()> {
-        let at = |number: Number, offset: usize| {
+        let at = |encoding: Encoding, offset: usize| {
             let bytes = bytes.get(offset.saturating_add(inner_offset)..);
-            let value = bytes.and_then(|bytes| number.value(bytes));
+            let value = bytes.and_then(|bytes| number::value(encoding, bytes));
             value
                 .map(|value| value * self.factor)
                 .ok_or_else(|| Error::InvalidData("a field beyond its element".to_owned()))
         };
         match self.part {
             Part::Whole => {
-                let number = Number::of(self.dataset.dtype());
-                let (number, _) = number.ok_or_else(unordered)?;
-                values.push(at(number, 0)?);
+                let (encoding, _) = number::encoding(self.dataset.dtype()).ok_or_else(unordered)?;
+                values.push(at(encoding, 0)?);
             }
-            Part::Real { number, offset } => values.push(at(number, offset)?),
-            Part::Sum { number, re, im } => values.push(at(number, re)? + at(number, im)?),
-            Part::Complex { number, re, im } => {
-                values.push_complex(Complex64::new(at(number, re)?, at(number, im)?));
+            Part::Real { encoding, offset } => values.push(at(encoding, offset)?),
+            Part::Sum { encoding, re, im } => values.push(at(encoding, re)? + at(encoding, im)?),
+            Part::Complex { encoding, re, im } => {
+                values.push_complex(Complex64::new(at(encoding, re)?, at(encoding, im)?));
             }
         }
         Ok(())

@@ -1,19 +1,18 @@
 //! Refusals in place of the reader's errors and panics.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
-
 use hdf5_reader::error::Error;
 
 use crate::error::{SourceError, SourceFault};
+use crate::guard;
 
 /// Calls the reader; its errors, and a panic on a damaged file, become a refusal at `place`.
 pub(crate) fn guarded<T>(
     place: &str,
     call: impl FnOnce() -> hdf5_reader::error::Result<T>,
 ) -> Result<T, SourceError> {
-    match catch_unwind(AssertUnwindSafe(call)) {
-        Ok(result) => result.map_err(|error| refusal(place, error)),
-        Err(_) => Err(contradictory(place)),
+    match guard::guarded(call) {
+        Some(result) => result.map_err(|error| refusal(place, error)),
+        None => Err(contradictory(place)),
     }
 }
 

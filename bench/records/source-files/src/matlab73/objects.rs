@@ -96,16 +96,22 @@ impl Variables {
             }
             "timetable" => property("any").map(|any| self.timetable(name, any, depth)),
             "containers.Map" => property("serialization").map(|map| self.map(name, map, depth)),
+            "categorical" => None,
             _ => {
-                self.opaque(name, class)?;
+                let before = self.listing.arrays.len();
                 for (property, value) in &properties {
                     self.value(&format!("{name}.{property}"), value, depth + 1)?;
+                }
+                if self.listing.arrays.len() == before {
+                    self.opaque(name, class)?;
                 }
                 return Ok(());
             }
         };
         // Properties with the class's own values are not stored.
-        added.unwrap_or_else(|| self.opaque(name, &format!("{class}, empty")))
+        let is_categorical = class == "categorical";
+        let rest = if is_categorical { "" } else { ", empty" };
+        added.unwrap_or_else(|| self.opaque(name, &format!("{class}{rest}")))
     }
 
     fn string(&mut self, name: &str, any: &Value, place: &str) -> Result<(), SourceError> {

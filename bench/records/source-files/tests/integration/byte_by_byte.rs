@@ -49,7 +49,7 @@ impl Mat {
         self.element(kind, &content)
     }
 
-    /// Returns an array of a class with what follows its name.
+    /// Returns an array of a class with the elements after its name.
     fn matrix(self, class: u32, shape: &[u32], name: &str, rest: &[Vec<u8>]) -> Vec<u8> {
         let head = [
             self.words(6, &[class, 0]),
@@ -122,7 +122,8 @@ fn object_table(names: &[&str], objects: &[&[(u32, u32)]]) -> Vec<u8> {
         .flat_map(|name| [name.as_bytes(), b"\0"].concat())
         .collect();
     text.resize(text.len().next_multiple_of(8), 0);
-    let classes = vec![0u32; 8];
+    // Class 1 has the last of the names.
+    let classes = vec![0, 0, 0, 0, 0, names.len() as u32, 0, 0];
     let saved = vec![0u32; 2];
     let mut entries = vec![0u32; 6];
     let mut blocks = vec![0u32; 2];
@@ -164,6 +165,7 @@ fn file_with_objects() -> Vec<u8> {
         "serialization",
         "Speed",
         "millis",
+        "duration",
     ];
     let fields = |names: &[&str], fields: &[Vec<u8>]| {
         let list: Vec<u8> = names
@@ -183,7 +185,12 @@ fn file_with_objects() -> Vec<u8> {
     };
     let columns = mat.cells(
         "",
-        &[mat.doubles("", &[1.0, 2.0]), mat.doubles("", &[-3.0, -4.0])],
+        &[
+            mat.doubles("", &[1.0, 2.0]),
+            mat.doubles("", &[-3.0, -4.0]),
+            // An object within an object has no class of its own.
+            mat.reference(5, 1),
+        ],
     );
     let duration = mat.object("", "MCOS", "duration", &mat.reference(5, 1));
     let any = fields(
@@ -209,7 +216,7 @@ fn file_with_objects() -> Vec<u8> {
     let cells = [
         mat.element(14, &[]),
         columns,
-        texts(&["U", "F"]),
+        texts(&["U", "F", "when"]),
         any,
         map,
         mat.doubles("", &[0.25]),
@@ -255,6 +262,7 @@ fn tables_maps_and_objects_of_matlab_are_looked_into() {
     let mut source = SourceFile::open(&path).unwrap();
     assert_eq!(values(&mut source, "T.U"), [1.0, 2.0]);
     assert_eq!(values(&mut source, "T.F"), [-3.0, -4.0]);
+    assert_eq!(values(&mut source, "T.when"), [0.5, 1.5]);
     assert_eq!(values(&mut source, "TT.Fn"), [7.0, 8.0]);
     assert_eq!(values(&mut source, "TT.When"), [0.5, 1.5]);
     assert_eq!(source.scalar("M.rate").unwrap(), 1000.0);
@@ -267,6 +275,54 @@ fn tables_maps_and_objects_of_matlab_are_looked_into() {
             "{error}"
         );
     }
+}
+
+#[test]
+fn files_that_matlab_wrote_have_their_tables_and_times() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/matlab");
+    let open = |file: &str| SourceFile::open(&folder.join(file)).unwrap();
+    let mut tables = open("test_tables_v7.mat");
+    assert_eq!(values(&mut tables, "table_numeric.Var1"), [1.1, 2.2, 3.3]);
+    assert_eq!(
+        values(&mut tables, "table_var_names.Y"),
+        [100.0, 200.0, 300.0]
+    );
+    assert_eq!(
+        values(&mut tables, "table_time.Duration"),
+        [30.0, 60.0, 90.0]
+    );
+    let days = [18_262.0, 18_263.0, 18_264.0].map(|day| day * 86_400.0);
+    assert_eq!(values(&mut tables, "table_time.Time"), days);
+    assert_eq!(
+        values(&mut tables, "table_multi_col_data.multicoldata[:,1]"),
+        [4.0, 5.0, 6.0]
+    );
+    assert_eq!(
+        values(&mut tables, "timetable_duration.Time"),
+        [10.0, 20.0, 30.0]
+    );
+    assert_eq!(
+        values(&mut tables, "timetable_var_names.Pressure"),
+        [1.0, 2.0, 3.0]
+    );
+    let sampled = tables.locate("timetable_from_sample_rate.data1").unwrap();
+    assert_eq!(sampled.rate_hz(), Some(10_000.0));
+    let stepped = tables.locate("timetable_from_duration.data1").unwrap();
+    assert_eq!(stepped.rate_hz(), Some(1.0));
+    let late = tables
+        .locate("timetable_from_starttime_duration.data1")
+        .unwrap();
+    assert_eq!((late.rate_hz(), late.start_s()), (Some(1.0), Some(10.0)));
+    assert_eq!(
+        tables.locate("timetable_with_attrs.data1").unwrap().unit(),
+        Some("m/s")
+    );
+    let error = tables.locate("table_strings.Var1").unwrap_err().to_string();
+    assert!(error.contains("an object of the class `string`"), "{error}");
+    let mut maps = open("test_maps_v7.mat");
+    assert_eq!(maps.scalar("map_char_keys.b").unwrap(), 2.0);
+    let mut times = open("test_time_v7.mat");
+    assert_eq!(times.scalar("dur_hms").unwrap(), 3723.0);
 }
 
 #[test]

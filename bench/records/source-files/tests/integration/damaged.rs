@@ -141,6 +141,7 @@ fn damaged_files_are_read_or_refused() {
     for file in FILES {
         let bytes = fs::read(folder.path().join(file)).unwrap();
         let path = folder.path().join(format!("damaged-{file}"));
+        let started = std::time::Instant::now();
         let mut runner = TestRunner::new(Config {
             cases,
             max_shrink_iters: 200,
@@ -154,5 +155,6 @@ fn damaged_files_are_read_or_refused() {
                 Ok(())
             })
             .unwrap_or_else(|error| panic!("{file}: {error}"));
+        println!("TIME {file} {:?}", started.elapsed());
     }
 }

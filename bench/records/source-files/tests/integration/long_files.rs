@@ -13,7 +13,8 @@ const MOST_MEMORY_BYTES: u64 = 200 << 20;
 /// Bytes of the long files, of which only the ends are on the disk.
 const LONG_BYTES: u64 = 4 << 30;
 
-fn require_little_memory() {
+/// Requires that this process took little memory.
+pub fn require_little_memory() {
     let status = std::fs::read_to_string("/proc/self/status").unwrap();
     let peak = status
         .lines()
@@ -23,7 +24,8 @@ fn require_little_memory() {
     assert!(peak * 1024 < MOST_MEMORY_BYTES, "{peak} kB");
 }
 
-fn last_values(path: &Path, name: &str) -> Vec<f64> {
+/// Returns the last values of a vector, after others from its start.
+pub fn last_values(path: &Path, name: &str) -> Vec<f64> {
     let mut source = SourceFile::open(path).unwrap_or_else(|error| panic!("{error}"));
     let vector = source.locate(name).unwrap();
     let mut values = Vec::new();

@@ -3,6 +3,8 @@
 
 mod byte_by_byte;
 mod damaged;
+mod hierarchies;
+#[cfg(target_os = "linux")]
 mod long_files;
 mod other_programs;
 mod tables;

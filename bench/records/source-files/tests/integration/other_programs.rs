@@ -21,7 +21,13 @@ pub fn python() -> PathBuf {
 
 /// Writes the files of other programs into a folder.
 pub fn write_files(folder: &Path) {
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/python/write_files.py");
+    run("write_files.py", folder);
+}
+
+/// Runs a script of `tests/python` that writes files into a folder.
+pub fn run(script: &str, folder: &Path) {
+    let scripts = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/python");
+    let script = scripts.join(script);
     let output = Command::new(python())
         .arg(script)
         .arg(folder)
@@ -59,14 +65,20 @@ fn require_same(found: &[f64], expected: &[f64], case: &str) {
 fn every_file_of_another_program_has_numpys_values() {
     let folder = tempfile::tempdir().unwrap();
     write_files(folder.path());
-    let cases = std::fs::read_to_string(folder.path().join("cases.txt")).unwrap();
+    require_numpys_values(folder.path());
+    require_formats(folder.path());
+}
+
+/// Requires the values of each line of `cases.txt`.
+pub fn require_numpys_values(folder: &Path) {
+    let cases = std::fs::read_to_string(folder.join("cases.txt")).unwrap();
     for case in cases.lines() {
         let [file, name, kind, values] = case.split('\t').collect::<Vec<_>>()[..] else {
             panic!("{case}");
         };
-        let expected = expected(&folder.path().join(values));
+        let expected = expected(&folder.join(values));
         let mut source =
-            SourceFile::open(&folder.path().join(file)).unwrap_or_else(|error| panic!("{error}"));
+            SourceFile::open(&folder.join(file)).unwrap_or_else(|error| panic!("{error}"));
         if kind == "scalar" {
             let value = source
                 .scalar(name)
@@ -103,7 +115,10 @@ fn every_file_of_another_program_has_numpys_values() {
             .unwrap();
         require_same(&parts(&again), &parts(&found[middle as usize..]), case);
     }
-    let format = |file: &str| SourceFile::open(&folder.path().join(file)).unwrap();
+}
+
+fn require_formats(folder: &Path) {
+    let format = |file: &str| SourceFile::open(&folder.join(file)).unwrap();
     for (file, kind, rate_hz) in [
         ("v4.mat", Format::Matlab4, None),
         ("v5.mat", Format::Matlab5, None),

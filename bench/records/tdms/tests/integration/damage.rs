@@ -52,9 +52,9 @@ fn damage() -> impl Strategy<Value = Damage> {
     ]
 }
 
-/// Cases: few among the tests; more as the campaign `fuzz` runs them.
+/// Returns the number of damaged files: few, or as many as `FRICTION_BENCH_DAMAGED_FILES` says.
 fn cases() -> u32 {
-    let stated = std::env::var("FRICTION_BENCH_FUZZ_CASES").ok();
+    let stated = std::env::var("FRICTION_BENCH_DAMAGED_FILES").ok();
     stated.and_then(|cases| cases.parse().ok()).unwrap_or(2000)
 }
 

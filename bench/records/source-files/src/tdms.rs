@@ -172,18 +172,15 @@ impl ArrayReader for TdmsReader {
         range: Range<u64>,
         values: &mut Values<'_>,
     ) -> Result<(), SourceError> {
-        let is_time = self
-            .arrays
-            .get(index)
-            .is_some_and(|info| info.element == Element::Time);
+        let info = self.arrays.get(index);
+        let is_time = info.is_some_and(|info| info.element == Element::Time);
+        let origin_s = if is_time { SECONDS_TO_1970 } else { 0.0 };
         match values {
             Values::Real(values) => {
                 let before = values.len();
                 self.file.read(index, range, values).map_err(refusal)?;
-                if is_time {
-                    for value in values.iter_mut().skip(before) {
-                        *value -= SECONDS_TO_1970;
-                    }
+                for value in values.iter_mut().skip(before) {
+                    *value -= origin_s;
                 }
             }
             Values::Complex(values) => {
@@ -191,7 +188,8 @@ impl ArrayReader for TdmsReader {
                 self.file
                     .read_complex(index, range, &mut parts)
                     .map_err(refusal)?;
-                values.extend(parts.into_iter().map(|[re, im]| Complex64::new(re, im)));
+                let parts = parts.into_iter();
+                values.extend(parts.map(|[re, im]| Complex64::new(re - origin_s, im)));
             }
         }
         Ok(())

@@ -104,7 +104,7 @@ fn require_variables(mut source: SourceFile) {
     let mut text = |name: &str| source.text(name).unwrap();
     assert_eq!(text("C[1]").as_deref(), Some("words"));
     assert_eq!(text("T[1].label").as_deref(), Some("ii"));
-    assert_eq!(text("out"), None);
+    assert_eq!(text("sr"), None);
 }
 
 fn require_channels(source: &SourceFile) {

@@ -891,6 +891,8 @@ fn metres(vector: &VectorPortrait, is_velocity: bool) -> (f64, Reason) {
 
 /// Largest force of a finger in experiments, N.
 const MOST_OF_FINGER_N: f64 = 20.0;
+/// Parts of a course over which a speed is taken: few enough for a stroke, many for even counts of samples.
+const SPEED_PARTS: usize = 8;
 /// Speeds of a rule about the median speed of the strokes.
 const SPEED_BAND: (f64, f64) = (0.7, 1.3);
 
@@ -911,8 +913,10 @@ fn exploration(vector: &VectorPortrait, is_velocity: bool) -> (String, Reason) {
         true => vector.course.iter().map(|v| (v * scale).abs()).collect(),
         false => vector
             .course
-            .windows(2)
-            .map(|pair| ((pair[1] - pair[0]) * scale / part_s).abs())
+            .windows(SPEED_PARTS + 1)
+            .map(|parts| {
+                ((parts[SPEED_PARTS] - parts[0]) * scale / part_s / SPEED_PARTS as f64).abs()
+            })
             .collect(),
     };
     let fastest = speeds

@@ -13,6 +13,7 @@ use crate::hardware_options::SIMULATION;
 pub use crate::import_options::Import;
 pub use crate::protocol_options::{ProtocolCheck, ProtocolCommand, ProtocolOptions};
 use crate::run::ConcernKind;
+use calibration::swept_plate::SweepOptions;
 use calibration_rig::instrument_line::LineUnit;
 use calibration_rig::reference_options::ReferenceOptions;
 use drill::fault_option::{self, NamedFault};
@@ -284,7 +285,8 @@ pub enum Calibrate {
     Channels(CalibrateChannels),
     /// Calibrate the pickup's sensitivity against known amplitudes.
     Pickup(CalibratePickup),
-    /// Measure the plate's resonance, damping and force factor, with nothing on the plate.
+    /// Measure the plate's resonance, damping and force factor with nothing on the plate, or take them from a sweep measured
+    /// elsewhere.
     Plate(CalibratePlate),
     /// Calibrate the force sensor's zero, sensitivity and crosstalk with known masses; the plate is not driven.
     Force(CalibrateForce),
@@ -478,6 +480,9 @@ pub struct CalibratePlate {
     /// Search for the resonance around this frequency, Hz [default: the last known resonance].
     #[arg(long, value_name = "HZ", value_parser = published_figures::model::positive, allow_negative_numbers = true)]
     pub about_hz: Option<f64>,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub sweep: SweepOptions,
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub measure: Measure,

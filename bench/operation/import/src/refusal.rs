@@ -258,14 +258,6 @@ pub enum ImportRefusal {
     /// The recording cannot be read back.
     #[error("the recording cannot be read back: {0}")]
     ReadBack(String),
-    /// A part of the map that this version does not convert.
-    #[error("{key}: {reason}")]
-    Unsupported {
-        /// Key.
-        key: &'static str,
-        /// Reason and remedy.
-        reason: String,
-    },
 }
 
 impl From<SourceError> for ImportRefusal {

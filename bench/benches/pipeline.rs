@@ -13,7 +13,8 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use live::live_meter::LiveMeter;
 use recording::AudioFormat;
 use recording::manifest::{
-    FORMAT, Manifest, RecordedChannels, RecordedDrive, RecordedPickup, RecordedPlate,
+    Carrier, FORMAT, Manifest, Modulation, RecordedChannels, RecordedContact, RecordedDrive,
+    RecordedPickup, RecordedPlate, RecordedSignals, Streams,
 };
 use recording::pipeline::{Batch, Pipeline};
 use recording::recorder::{Begin, RecorderMessage, RecorderNotice, recorder};
@@ -30,30 +31,36 @@ const BLOCK_FRAMES: usize = 1024;
 fn manifest() -> Manifest {
     Manifest {
         format: FORMAT,
-        carrier_hz: CARRIER_HZ,
-        modulation_hz: 6.0,
-        modulation_index: 0.95,
-        channels: RecordedChannels {
-            drive: RecordedDrive {
-                index: 0,
-                volts_per_unit: 60.0,
-                clip_units: None,
+        streams: Streams::Signals(RecordedSignals {
+            carrier: Carrier::Steady(CARRIER_HZ),
+            modulation: Modulation {
+                frequency_hz: 6.0,
+                index: 0.95,
             },
-            pickup: RecordedPickup {
-                index: 1,
-                metres_per_unit: 5e-6,
-                phase_rad: 0.2,
-                clip_units: None,
+            channels: RecordedChannels {
+                rate_hz: None,
+                drive: RecordedDrive {
+                    index: 0,
+                    volts_per_unit: 60.0,
+                    clip_units: None,
+                },
+                pickup: RecordedPickup {
+                    index: 1,
+                    metres_per_unit: 5e-6,
+                    phase_rad: 0.2,
+                    clip_units: None,
+                },
             },
-        },
-        plate: RecordedPlate {
-            resonance_hz: CARRIER_HZ,
-            modal_mass_kg: 0.008,
-            force_factor_n_per_v: 0.13,
-            centre_m: 0.0525,
-            profile: None,
-            across: None,
-        },
+            plate: RecordedPlate {
+                resonance_hz: CARRIER_HZ,
+                modal_mass_kg: 0.008,
+                force_factor_n_per_v: 0.13,
+                centre_m: 0.0525,
+                profile: None,
+                across: None,
+            },
+        }),
+        contact: RecordedContact::default(),
         standard_errors: None,
         room: None,
         intervals: Vec::new(),
@@ -61,6 +68,7 @@ fn manifest() -> Manifest {
         trial: None,
         hardware: None,
         software: None,
+        origin: None,
         clocks: Vec::new(),
         events: Vec::new(),
     }

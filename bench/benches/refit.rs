@@ -20,7 +20,8 @@ use recording::pipeline::PickupOffset;
 fn trial() -> anyhow::Result<FitRequest> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/reference/recording-a");
     let reading = demodulation::read(&folder, PickupOffset::default())?;
-    let rules = Settings::default().selection_rules(reading.manifest.plate.centre_m);
+    let vibration = reading.vibration.context("no impedance")?;
+    let rules = Settings::default().selection_rules(vibration.plate.centre_m);
     let (mut free, mut explorations) = (Vec::new(), Vec::new());
     for interval in &reading.manifest.intervals {
         let (start_s, end_s) = (interval.start_s, interval.end_s);
@@ -39,12 +40,12 @@ fn trial() -> anyhow::Result<FitRequest> {
             }
         }
     }
-    let modulation_hz = reading.manifest.modulation_hz;
+    let modulation_hz = vibration.modulation.frequency_hz;
     let plate = unloaded_plate::read(&reading.record, &free, modulation_hz, rules.contact_n / 2.0)
         .map(|reading| reading.plate);
     Ok(FitRequest {
         label: "trial 1".to_owned(),
-        carrier_hz: reading.manifest.carrier_hz,
+        carrier_hz: vibration.carrier_hz,
         errors: ErrorBudget::without_assumptions(
             reading.manifest.standard_errors.unwrap_or_default(),
         ),

@@ -19,6 +19,7 @@
 //! | outcome known, unattended | the recorder has saved the last recording | the bench ends |
 //! | any | the bench ends | an open recording is interrupted, and the report is sent |
 
+use anyhow::Context;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -332,7 +333,7 @@ impl SessionTask {
         let withdrawn = self.wiring.carrier.withdraw("a trial began");
         self.apply(withdrawn)?;
         let begin = (self.wiring.begin)(key, drive, &self.bench)?;
-        let carrier_hz = begin.manifest.carrier_hz;
+        let carrier_hz = (begin.manifest.carrier_hz()).context("the trial has no carrier")?;
         self.wiring.live.modulate(drive.modulation_hz);
         self.recordings.begin(key.clone(), begin.folder.clone());
         self.wiring.send(RecordingCommand::Begin(Box::new(begin)));

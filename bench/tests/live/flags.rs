@@ -246,7 +246,7 @@ fn a_saturated_axis_is_one_flag_for_as_long_as_it_lasts() {
     };
     assert!((to_s - from_s - lasted_s).abs() < 1e-4);
     let manifest = RecordingReader::open(&folder).unwrap().manifest().clone();
-    let [(start_s, end_s)] = manifest.saturated_s(RATE_HZ)[..] else {
+    let [(start_s, end_s)] = manifest.saturated_s(f64::from(RATE_HZ))[..] else {
         panic!("{:?}", manifest.events);
     };
     assert_eq!(start_s, *sample as f64 / f64::from(RATE_HZ));

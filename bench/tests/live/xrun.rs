@@ -108,7 +108,7 @@ fn frames_that_the_output_alone_lost_are_counted_exactly_and_cost_the_frames_abo
 
         // Both live and in the recording, only the frames near the gap are excluded.
         let manifest = RecordingReader::open(&folder).unwrap().manifest().clone();
-        assert_eq!(manifest.drive_gaps_s(RATE_HZ).len(), 1);
+        assert_eq!(manifest.drive_gaps_s(f64::from(RATE_HZ)).len(), 1);
         let series = rig.record.series(now_s - 0.1, now_s + 0.2);
         let gap_times_s: Vec<f64> = (series.time_s.iter().zip(&series.validity))
             .filter(|(_, validity)| **validity == Validity::DriveGap)
@@ -151,7 +151,7 @@ fn an_output_xrun_that_cost_nothing_costs_no_frame() {
         "{events:?}"
     );
     let manifest = RecordingReader::open(&folder).unwrap().manifest().clone();
-    assert_eq!(manifest.drive_gaps_s(RATE_HZ).len(), 1);
+    assert_eq!(manifest.drive_gaps_s(f64::from(RATE_HZ)).len(), 1);
     assert_eq!(rig.account.output_xruns, 2);
     // An xrun that cannot be judged counts as a loss.
     let costly = rig.account.costly_xruns_since(&Account::default());

@@ -94,7 +94,7 @@ fn assert_profile_recorded(room: &Room, name: &str, is_measured: bool) {
     let recordings = find::recordings(&[study], false).unwrap();
     assert!(!recordings.is_empty());
     for recording in recordings {
-        let profile = Recording::read(&recording).manifest.plate.profile;
+        let profile = Recording::read(&recording).manifest.plate().unwrap().profile.clone();
         assert_eq!(profile, expected);
     }
 }
@@ -108,7 +108,8 @@ fn assert_errors_recorded(room: &Room, name: &str, seed: u64) {
     let force = calibration.force.unwrap().correction().matrix;
     for recording in find::recordings(&[study], false).unwrap() {
         let manifest = Recording::read(&recording).manifest;
-        let (pickup, plate) = (&manifest.channels.pickup, &manifest.plate);
+        let signals = manifest.signals().unwrap();
+        let (pickup, plate) = (&signals.channels.pickup, &signals.plate);
         let standard_errors = manifest.standard_errors.unwrap();
         let deviation = |value: f64, truth: f64| value / truth - 1.0;
         let (amplitude, factor) = (
@@ -220,7 +221,7 @@ fn a_session_records_the_wavelength_across_the_plate() {
     let recordings = find::recordings(std::slice::from_ref(&study), false).unwrap();
     assert!(!recordings.is_empty());
     for recording in &recordings {
-        let across = Recording::read(recording).manifest.plate.across.unwrap();
+        let across = Recording::read(recording).manifest.plate().unwrap().across.unwrap();
         assert_eq!(across.source, WavelengthSource::Measured);
         let error_m = (across.wavelength_m - 0.022).abs();
         assert!(

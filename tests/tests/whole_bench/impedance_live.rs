@@ -16,7 +16,7 @@ use impedance::{
     PlateConstants, Zm, ZmFrame,
 };
 use num_complex::Complex64;
-use recording::manifest::RecordedIntervalKind;
+use recording::manifest::{RecordedIntervalKind, RecordedSignals};
 use serde_json::Value;
 
 /// Required accuracy, relative to the plate's true impedance, where the amplitude exceeds [`LEAST_AMPLITUDE_M`].
@@ -32,22 +32,22 @@ fn true_z_p(truth: &Path) -> Complex64 {
 
 /// Computes impedance frames from the content of a recording alone.
 fn frames(recording: &Recording) -> Vec<ZmFrame> {
-    let manifest = &recording.manifest;
+    let RecordedSignals { channels: recorded, plate, .. } = recording.manifest.signals().unwrap();
     let filter = Filter::new(FilterSettings {
         sample_rate_hz: recording.rate_hz,
-        carrier_hz: manifest.carrier_hz,
+        carrier_hz: recording.manifest.carrier_hz().unwrap(),
         output_rate_hz: OUTPUT_RATE_HZ,
     })
     .unwrap();
     let plate = PlateConstants {
-        resonance_hz: manifest.plate.resonance_hz,
-        modal_mass_kg: manifest.plate.modal_mass_kg,
-        force_factor_n_per_v: manifest.plate.force_factor_n_per_v,
+        resonance_hz: plate.resonance_hz,
+        modal_mass_kg: plate.modal_mass_kg,
+        force_factor_n_per_v: plate.force_factor_n_per_v,
     };
     let channels = ChannelScales {
-        drive_volts_per_unit: manifest.channels.drive.volts_per_unit,
-        pickup_metres_per_unit: manifest.channels.pickup.metres_per_unit,
-        pickup_phase_rad: manifest.channels.pickup.phase_rad,
+        drive_volts_per_unit: recorded.drive.volts_per_unit,
+        pickup_metres_per_unit: recorded.pickup.metres_per_unit,
+        pickup_phase_rad: recorded.pickup.phase_rad,
     };
     let zm = Zm::new(plate, channels, &filter).unwrap();
     let input = |channel: u16| InputChannel {
@@ -57,8 +57,8 @@ fn frames(recording: &Recording) -> Vec<ZmFrame> {
     let mut demodulator = Demodulator::drive_and_pickup(
         filter,
         recording.channels,
-        input(manifest.channels.drive.index),
-        input(manifest.channels.pickup.index),
+        input(recorded.drive.index),
+        input(recorded.pickup.index),
     )
     .unwrap();
     let mut frames = Vec::new();

@@ -84,10 +84,10 @@ fn the_carrier_follows_the_resonance_between_trials_if_the_protocol_says_so() {
         panic!("two trials");
     };
     assert_eq!(
-        (first_manifest.carrier_hz, second_manifest.carrier_hz),
-        (from_hz, to_hz)
+        (first_manifest.carrier_hz(), second_manifest.carrier_hz()),
+        (Some(from_hz), Some(to_hz))
     );
-    assert_eq!(second_manifest.plate.resonance_hz, to_hz);
+    assert_eq!(second_manifest.plate().unwrap().resonance_hz, to_hz);
     // The drift continues, and is measured from the new carrier.
     let fits: Vec<_> = session.named("fit").collect();
     assert_eq!(fits.len(), 2);
@@ -110,8 +110,8 @@ fn the_carrier_follows_the_resonance_between_trials_if_the_protocol_says_so() {
         panic!("two trials");
     };
     assert_eq!(
-        (first_manifest.carrier_hz, second_manifest.carrier_hz),
-        (from_hz, to_hz)
+        (first_manifest.carrier_hz(), second_manifest.carrier_hz()),
+        (Some(from_hz), Some(to_hz))
     );
     let fits: Vec<_> = resumed_session.named("fit").collect();
     assert_eq!(fits.len(), 2);

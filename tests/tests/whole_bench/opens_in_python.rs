@@ -27,7 +27,7 @@ fn a_trial_opens_in_scipy_and_pandas() {
         .recordings()
         .remove(0);
     let recording = Recording::read(&path);
-    let channels = &recording.manifest.channels;
+    let channels = &recording.manifest.signals().unwrap().channels;
     let output = finish(
         Command::new(&python)
             .arg(workspace().join("tests/python/read_trial.py"))

@@ -4,6 +4,7 @@ use analysis::error_budget::ErrorBudget;
 use analysis::force_zero::ForceZero;
 use analysis::measurements::Measurements;
 use analysis::trial_fit::{FitRequest, SelectedExploration};
+use analysis::vibration::Vibration;
 use protocols::{SelectionRules, Stretch};
 use recording::manifest::Manifest;
 
@@ -33,7 +34,7 @@ impl Explored {
     /// its forces against their zero.
     pub(crate) fn request(
         &self,
-        manifest: &Manifest,
+        (manifest, vibration): (&Manifest, &Vibration),
         unloaded: &Unloaded,
         (record, zero): (Measurements, &ForceZero),
         rules: SelectionRules,
@@ -54,7 +55,7 @@ impl Explored {
                 1 => "exploration 1".to_owned(),
                 count => format!("explorations 1 to {count}"),
             },
-            carrier_hz: manifest.carrier_hz,
+            carrier_hz: vibration.carrier_hz,
             errors: ErrorBudget::without_assumptions(zero.standard_errors(stated, &touch)),
             pickup: unloaded.pickup,
             plate: unloaded.plate,

@@ -131,8 +131,7 @@ pub fn replay(
     stop: &StopFlag,
 ) -> anyhow::Result<ReplayReport> {
     let (refits, fits, refit) = {
-        let manifest = plan.source.manifest();
-        let profile = AmplitudeProfile::from(&manifest.plate);
+        let profile = AmplitudeProfile::from(&plan.source.vibration().plate);
         Refit::new(plan.assumed, profile, ParticipantSkin::default())
     };
     let (reports, report) = crossbeam_channel::bounded(1);
@@ -213,10 +212,10 @@ impl Replay {
             .iter()
             .filter(|interval| matches!(interval.kind, RecordedIntervalKind::Exploration(_)));
         let planned = explorations.count() as u32;
-        let meter = initial::meter(plan.source.manifest());
+        let meter = initial::meter(plan.source.vibration());
         Self {
             planned,
-            contact: initial::contact(plan.source.manifest(), &plan.rules),
+            contact: initial::contact(plan.source.vibration(), &plan.rules),
             source: plan.source,
             front,
             refits,
@@ -318,9 +317,9 @@ impl Replay {
     }
 
     fn read_plate(&mut self, interval: &RecordedInterval) {
-        let (manifest, off_n) = (self.source.manifest(), self.rules.contact_n / 2.0);
+        let (vibration, off_n) = (self.source.vibration(), self.rules.contact_n / 2.0);
         let (record, _) = self.tare(interval.end_s);
-        self.unloaded = Unloaded::read(&record, interval, manifest, off_n);
+        self.unloaded = Unloaded::read(&record, interval, vibration, off_n);
         match &self.unloaded.plate {
             Ok(plate) => {
                 let z = plate.corrected_n_s_per_m;
@@ -362,11 +361,14 @@ impl Replay {
         let crop = crop(self.name(), direction, span_s, &series, &stretches);
         self.front.show(tui::Event::Crop(crop));
         self.fits_requested += 1;
-        let manifest = self.source.manifest();
-        let record = self.unloaded.corrected(&record, manifest);
-        let request = self
-            .explored
-            .request(manifest, &self.unloaded, (record, &zero), self.rules);
+        let (manifest, vibration) = (self.source.manifest(), self.source.vibration());
+        let record = self.unloaded.corrected(&record, vibration);
+        let request = self.explored.request(
+            (manifest, vibration),
+            &self.unloaded,
+            (record, &zero),
+            self.rules,
+        );
         // The fitting task ends earlier only if it fails, and that stops the replay.
         let _ = self.refits.send(request);
     }
@@ -431,8 +433,8 @@ impl Replay {
             self.source = Source::open(&self.folder)?;
             self.intervals = in_order(self.source.manifest());
             self.record = Measurements::from_faults(self.source.manifest(), self.source.rate_hz());
-            self.contact = initial::contact(self.source.manifest(), &self.rules);
-            self.meter = initial::meter(self.source.manifest());
+            self.contact = initial::contact(self.source.vibration(), &self.rules);
+            self.meter = initial::meter(self.source.vibration());
             self.account = Account::default();
             self.unloaded = Unloaded::default();
             (self.audio_s, self.played_s, self.screen_due_s) = (0.0, 0.0, 0.0);
@@ -498,7 +500,7 @@ impl Replay {
             }
         }
         let wall_ns = u64::try_from(self.began.elapsed().as_nanos()).unwrap_or(u64::MAX);
-        let (gauges, rate_hz) = (DeviceReadings::default(), self.source.rate_hz());
+        let (gauges, rate_hz) = (DeviceReadings::default(), self.source.header_rate_hz());
         let meter = &mut self.meter.health;
         if let Some(health) = meter.read(wall_ns, &self.account, &gauges, rate_hz) {
             self.front.show(tui::Event::Health(SystemHealth {
@@ -532,7 +534,7 @@ impl Replay {
             audio_s: self.audio_s,
             read_s: self.pace.read_s,
             took_s: self.pace.took_s(),
-            rate_hz: self.source.rate_hz(),
+            rate_hz: self.source.header_rate_hz(),
             account: self.account,
             frames: self.frames,
             explorations: self.explored.count() as usize,

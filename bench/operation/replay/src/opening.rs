@@ -9,7 +9,7 @@ use crate::source::Source;
 pub(crate) fn events(source: &Source, rules: &SelectionRules, name: &str) -> Vec<tui::Event> {
     let manifest = source.manifest();
     let half_m = rules.central_m / 2.0;
-    let centre_m = manifest.plate.centre_m;
+    let centre_m = source.vibration().plate.centre_m;
     let hardware = manifest.hardware.as_ref();
     let calibration = hardware.and_then(|hardware| hardware.calibration.as_ref());
     let waiver = hardware.and_then(|hardware| {

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use anyhow::Context;
 
+use analysis::vibration::Vibration;
 use recording::manifest::Manifest;
 use recording::pipeline::{Batch, Pipeline};
 use recording::reader::{ReadError, RowReader, Warning};
@@ -15,6 +16,7 @@ const BLOCK_FRAMES: usize = 4096;
 /// Audio through the live pipeline, with the sensor rows of the same time.
 pub struct Source {
     reader: RecordingReader,
+    vibration: Vibration,
     pipeline: Pipeline,
     force: Rows<ForceRow>,
     position: Rows<PositionRow>,
@@ -31,10 +33,13 @@ impl Source {
         let reader = RecordingReader::open(folder)?;
         let pipeline = Pipeline::from_recording(reader.manifest(), reader.format())
             .context("the recording cannot be demodulated")?;
+        let vibration = Vibration::stated(reader.manifest())
+            .context("the recording has no carrier, and a replay needs one")?;
         Ok(Self {
             force: Rows::new(reader.force()?)?,
             position: Rows::new(reader.position()?)?,
             reader,
+            vibration,
             pipeline,
             block: Vec::new(),
             ended: false,
@@ -46,14 +51,24 @@ impl Source {
         self.reader.manifest()
     }
 
-    /// Returns the sampling rate, Hz.
-    pub fn rate_hz(&self) -> u32 {
+    /// Returns the vibration of the plate.
+    pub fn vibration(&self) -> &Vibration {
+        &self.vibration
+    }
+
+    /// Returns the sampling rate of the file's header, Hz.
+    pub fn header_rate_hz(&self) -> u32 {
         self.reader.format().sample_rate_hz
+    }
+
+    /// Returns the sampling rate, Hz.
+    pub fn rate_hz(&self) -> f64 {
+        self.reader.rate_hz()
     }
 
     /// Returns the length of the recording, s.
     pub fn duration_s(&self) -> f64 {
-        self.reader.frames() as f64 / f64::from(self.rate_hz())
+        self.reader.duration_s()
     }
 
     /// Whether everything has been read.

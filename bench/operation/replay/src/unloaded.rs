@@ -4,7 +4,8 @@ use analysis::findings::PlateReading;
 use analysis::measurements::Measurements;
 use analysis::pickup_correction;
 use analysis::unloaded_plate::{self, UnloadedError};
-use recording::manifest::{Manifest, RecordedInterval};
+use analysis::vibration::Vibration;
+use recording::manifest::RecordedInterval;
 use recording::pipeline::PickupOffset;
 
 /// Plate and pickup so far.
@@ -30,18 +31,19 @@ impl Unloaded {
     pub(crate) fn read(
         record: &Measurements,
         interval: &RecordedInterval,
-        manifest: &Manifest,
+        vibration: &Vibration,
         off_n: f64,
     ) -> Self {
         let span_s = [(interval.start_s, interval.end_s)];
-        let constants = manifest.plate.constants();
-        let drive = (manifest.carrier_hz, &constants);
+        let constants = vibration.plate.constants();
+        let drive = (vibration.carrier_hz, &constants);
         let unloaded = Self {
             pickup: pickup_correction::find(record, &span_s, off_n, drive),
             ..Self::default()
         };
-        let record = unloaded.corrected(record, manifest);
-        let reading = unloaded_plate::read(&record, &span_s, manifest.modulation_hz, off_n);
+        let record = unloaded.corrected(record, vibration);
+        let modulation_hz = vibration.modulation.frequency_hz;
+        let reading = unloaded_plate::read(&record, &span_s, modulation_hz, off_n);
         Self {
             plate: reading.map(|reading| reading.plate),
             ..unloaded
@@ -49,10 +51,10 @@ impl Unloaded {
     }
 
     /// Returns the record corrected for the deviation of the pickup.
-    pub(crate) fn corrected(&self, record: &Measurements, manifest: &Manifest) -> Measurements {
-        let constants = manifest.plate.constants();
+    pub(crate) fn corrected(&self, record: &Measurements, vibration: &Vibration) -> Measurements {
+        let constants = vibration.plate.constants();
         let mut record = record.clone();
-        let drive = (manifest.carrier_hz, &constants);
+        let drive = (vibration.carrier_hz, &constants);
         pickup_correction::undo(&mut record.frames, self.pickup, drive);
         record
     }

@@ -24,6 +24,15 @@ pub struct PositionRow {
     pub position_m: f64,
 }
 
+/// Reading of the stimulus of a surface, in the unit of its modulator.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StimulusRow {
+    /// Time on the clock of the forces, s.
+    pub time_s: f64,
+    /// Stimulus: a voltage, an amplitude, or 0 and 1 for off and on; NaN if lost.
+    pub stimulus: f64,
+}
+
 /// Row of a CSV file with a fixed header, time first.
 ///
 /// Times are written to 1 ns and values as the shortest decimal of the nearest `f32` (relative error under 1.2e-7).
@@ -86,6 +95,28 @@ impl CsvRow for PositionRow {
 
     fn write_line(&self, line: &mut Vec<u8>) {
         write_line(line, self.time_s, &[self.position_m]);
+    }
+}
+
+impl CsvRow for StimulusRow {
+    const COLUMNS: Columns = Columns {
+        required: &["time_s", "stimulus"],
+        optional: &[],
+    };
+
+    fn time_s(&self) -> f64 {
+        self.time_s
+    }
+
+    fn from_fields(fields: &[f64]) -> Option<Self> {
+        let &[time_s, stimulus] = fields else {
+            return None;
+        };
+        Some(Self { time_s, stimulus })
+    }
+
+    fn write_line(&self, line: &mut Vec<u8>) {
+        write_line(line, self.time_s, &[self.stimulus]);
     }
 }
 

@@ -2,7 +2,8 @@
 //! stream.
 //!
 //! A recording folder contains [`MANIFEST_FILE`], [`SIGNALS_FILE`], [`FORCE_FILE`] and [`POSITION_FILE`]. Sample 0 of the
-//! audio is time 0; lost samples are NaN, never dropped.
+//! audio is time 0; lost samples are NaN, never dropped. A recording made elsewhere may have [`ENVELOPES_FILE`] in place of the
+//! signals, or forces alone.
 
 mod csv_rows;
 pub mod disk;
@@ -10,6 +11,7 @@ pub mod disk_limit;
 mod json_fault;
 pub mod lock;
 pub mod manifest;
+pub mod moving_pipeline;
 pub mod pipeline;
 mod read_error;
 pub mod reader;
@@ -22,7 +24,7 @@ pub mod sums;
 pub mod wav;
 pub mod writer;
 
-pub use csv_rows::{CsvRow, ForceRow, PositionRow};
+pub use csv_rows::{CsvRow, ForceRow, PositionRow, StimulusRow};
 pub use disk::DiskError;
 pub use manifest::Manifest;
 pub use reader::RecordingReader;
@@ -33,10 +35,17 @@ pub use writer::RecordingWriter;
 pub const MANIFEST_FILE: &str = "recording.toml";
 /// Samples of all audio channels.
 pub const SIGNALS_FILE: &str = "signals.wav";
+/// Complex envelopes of drive and pickup, in place of their samples.
+pub const ENVELOPES_FILE: &str = "envelopes.parquet";
 /// Normal and lateral force.
 pub const FORCE_FILE: &str = "force.csv";
 /// Positions along the plate.
 pub const POSITION_FILE: &str = "position.csv";
+/// Stimulus of a surface of which only forces were recorded.
+pub const STIMULUS_FILE: &str = "stimulus.csv";
+
+/// Files of a recording made elsewhere, in addition to [`sums::FILES`].
+pub const OTHER_FILES: [&str; 2] = [ENVELOPES_FILE, STIMULUS_FILE];
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

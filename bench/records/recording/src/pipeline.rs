@@ -2,12 +2,13 @@
 
 use std::f64::consts::PI;
 
+use impedance::moving_carrier::MovingCarrierError;
 use impedance::{
     ChannelFlaws, ChannelScales, ConstantError, Demodulator, DemodulatorError, Filter, FilterError,
-    FilterSettings, InputChannel, Mask, Zm, ZmFrame, output_rate_hz,
+    InputChannel, Mask, Zm, ZmFrame, samples_per_frame,
 };
 
-use crate::manifest::Manifest;
+use crate::manifest::{Manifest, RecordedSignals};
 use crate::{AudioFormat, ForceRow, PositionRow};
 
 /// Data acquired since the last batch, on the audio clock: time of the frames read since the stream was opened, s.
@@ -127,15 +128,15 @@ const FULL_SCALE: f64 = 0.999;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DemodulationError {
-    /// The sampling rate has no divisor that gives a frame rate near 2 kHz.
+    /// The carrier moves, or there are no raw signals.
     #[error(
-        "signals.wav: a sample rate of {sample_rate_hz} Hz has no whole divisor from 1500 to 2500 Hz, the rate of the impedance \
-         frames"
+        "recording.toml: `carrier_hz` states no frequency, because the carrier moves or only forces were recorded; `analyze` reads \
+         such a recording"
     )]
-    FrameRate {
-        /// Sampling rate of the audio, Hz.
-        sample_rate_hz: u32,
-    },
+    NoSteadyCarrier,
+    /// The carrier moves and cannot be followed.
+    #[error("signals.wav: {0}")]
+    MovingCarrier(#[from] MovingCarrierError),
     /// No filter can be designed for the carrier and the sampling rate.
     #[error(transparent)]
     Filter(#[from] FilterError),
@@ -191,7 +192,7 @@ const LOST_PIECE: u64 = 1024;
 impl Pipeline {
     /// Creates a pipeline for a stream of `channels` interleaved channels.
     pub fn new(demodulator: Demodulator<2>, zm: Zm, channels: usize) -> Self {
-        let rate_hz = f64::from(demodulator.filter().settings().sample_rate_hz);
+        let rate_hz = demodulator.filter().sample_rate_hz();
         Self {
             demodulator,
             zm,
@@ -230,32 +231,15 @@ impl Pipeline {
         format: AudioFormat,
         properties: &SignalProperties,
     ) -> Result<Self, DemodulationError> {
-        let filter = Filter::new(FilterSettings {
-            sample_rate_hz: format.sample_rate_hz,
-            carrier_hz: manifest.carrier_hz,
-            output_rate_hz: frame_rate_hz(format.sample_rate_hz)?,
-        })?;
-        let zm = recorded_zm(manifest, properties, &filter)?;
-        // Older recordings of this bench do not state the clipping level, but their unit is full scale; for other
-        // recordings the range is unknown.
-        let default_clip_level = if manifest.hardware.is_some() {
-            FULL_SCALE
-        } else {
-            f64::INFINITY
-        };
-        let input = |index: u16, clip_units: Option<f64>, observed_level: f32| InputChannel {
-            channel: usize::from(index),
-            clip_level: observed_level.min(clip_units.unwrap_or(default_clip_level) as f32),
-        };
+        let signals = manifest.signals();
+        let steady = signals.and_then(|signals| Some((signals, manifest.carrier_hz()?)));
+        let (signals, carrier_hz) = steady.ok_or(DemodulationError::NoSteadyCarrier)?;
+        let rate_hz = sample_rate_hz(signals, format);
+        let filter = Filter::with_hop(rate_hz, carrier_hz, samples_per_frame(rate_hz))?;
+        let zm = recorded_zm(signals, properties, &filter)?;
+        let [drive, pickup] = recorded_inputs(manifest, signals, properties);
         let channels = usize::from(format.channels);
-        let (drive_channel, pickup_channel) = (&manifest.channels.drive, &manifest.channels.pickup);
-        let [drive, pickup] = properties.clip_levels;
-        let demodulator = Demodulator::drive_and_pickup(
-            filter,
-            channels,
-            input(drive_channel.index, drive_channel.clip_units, drive),
-            input(pickup_channel.index, pickup_channel.clip_units, pickup),
-        )?;
+        let demodulator = Demodulator::drive_and_pickup(filter, channels, drive, pickup)?;
         Ok(Self::new(demodulator, zm, channels))
     }
 
@@ -372,21 +356,47 @@ impl Pipeline {
     }
 }
 
-/// Returns the rate of the impedance frames of a recording, Hz.
-fn frame_rate_hz(sample_rate_hz: u32) -> Result<u32, DemodulationError> {
-    output_rate_hz(sample_rate_hz).ok_or(DemodulationError::FrameRate { sample_rate_hz })
+/// Returns the sampling rate of a recording's signals, Hz.
+pub(crate) fn sample_rate_hz(signals: &RecordedSignals, format: AudioFormat) -> f64 {
+    let header_hz = f64::from(format.sample_rate_hz);
+    signals.channels.rate_hz.unwrap_or(header_hz)
+}
+
+/// Returns the channels of drive and pickup with their clipping levels.
+pub(crate) fn recorded_inputs(
+    manifest: &Manifest,
+    signals: &RecordedSignals,
+    properties: &SignalProperties,
+) -> [InputChannel; 2] {
+    // Older recordings of this bench do not state the clipping level, but their unit is full scale; for other
+    // recordings the range is unknown.
+    let default_clip_level = if manifest.hardware.is_some() {
+        FULL_SCALE
+    } else {
+        f64::INFINITY
+    };
+    let input = |index: u16, clip_units: Option<f64>, observed_level: f32| InputChannel {
+        channel: usize::from(index),
+        clip_level: observed_level.min(clip_units.unwrap_or(default_clip_level) as f32),
+    };
+    let (drive, pickup) = (&signals.channels.drive, &signals.channels.pickup);
+    let [drive_level, pickup_level] = properties.clip_levels;
+    [
+        input(drive.index, drive.clip_units, drive_level),
+        input(pickup.index, pickup.clip_units, pickup_level),
+    ]
 }
 
 /// Returns the Z_m converter for a recording. The recording may state a channel or the force factor with the opposite
 /// sign, which becomes a phase of half a turn.
-fn recorded_zm(
-    manifest: &Manifest,
+pub(crate) fn recorded_zm(
+    signals: &RecordedSignals,
     properties: &SignalProperties,
     filter: &Filter,
 ) -> Result<Zm, ConstantError> {
-    let Manifest {
+    let RecordedSignals {
         channels, plate, ..
-    } = manifest;
+    } = signals;
     let signs = [
         channels.drive.volts_per_unit,
         channels.pickup.metres_per_unit,
@@ -568,20 +578,41 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         assert_eq!(stream.account().frames, 30_000);
     }
 
+    /// Rates without a whole divisor near 2 kHz, as of many converters, have frames at exact times.
     #[test]
-    fn frame_rates_divide_the_sample_rate() {
-        for (sample_rate_hz, frames_hz) in [
-            (96_000, 2000),
-            (100_000, 2000),
-            (192_000, 2000),
-            (88_200, 1960),
-            (102_400, 2048),
-            (176_400, 1960),
-            (250_000, 2000),
+    fn any_sample_rate_has_frames() {
+        for (header_hz, stated_hz) in [
+            (156_250, None),
+            (100_003, None),
+            (136_533, Some(409_600.0 / 3.0)),
         ] {
-            assert_eq!(frame_rate_hz(sample_rate_hz).unwrap(), frames_hz);
+            let stated = stated_hz.map_or(String::new(), |rate_hz: f64| {
+                format!("channels.rate_hz = {rate_hz}\n")
+            });
+            let text = MANIFEST.replace("channels.drive", &format!("{stated}channels.drive"));
+            let manifest = Manifest::parse(&text, "recording.toml").unwrap();
+            let format = AudioFormat {
+                sample_rate_hz: header_hz,
+                channels: 3,
+            };
+            let mut pipeline = Pipeline::from_recording(&manifest, format).unwrap();
+            let rate_hz = stated_hz.unwrap_or(f64::from(header_hz));
+            assert_eq!(pipeline.rate_hz(), rate_hz);
+            let mut frames = Vec::new();
+            pipeline.process(&signal(40_000), &mut frames).unwrap();
+            let step_s = frames[1].time_s - frames[0].time_s;
+            assert!((1500.0..2500.0).contains(&step_s.recip()), "{step_s}");
+            for frame in &frames {
+                assert_eq!(frame.time_s, frame.sample as f64 / rate_hz);
+            }
         }
-        let error = frame_rate_hz(100_003).unwrap_err();
-        assert!(error.to_string().contains("100003 Hz"), "{error}");
+    }
+
+    #[test]
+    fn a_carrier_that_moves_is_not_demodulated_at_one_frequency() {
+        let text = MANIFEST.replace("35000.0\nmodulation", "\"follows\"\nmodulation");
+        let manifest = Manifest::parse(&text, "recording.toml").unwrap();
+        let error = Pipeline::from_recording(&manifest, FORMAT).err();
+        assert_eq!(error, Some(DemodulationError::NoSteadyCarrier));
     }
 }

@@ -41,6 +41,15 @@ pub enum ReadError {
         /// Source of its rows where the sensor is missing.
         remedy: &'static str,
     },
+    /// The recording has no raw signals.
+    #[error(
+        "{}: without `[channels]` the recording has no drive and pickup as sampled, which are needed here; `analyze` reads it",
+        path.display()
+    )]
+    NoSignals {
+        /// The manifest.
+        path: PathBuf,
+    },
     /// A file has more rows than any sensor gives in the time of the recording.
     #[error(
         "{}: more than {limit_rows} rows in a recording of {duration_s:.3} s; at most {MAX_ROWS_PER_S} a second are read",

@@ -6,12 +6,14 @@ use std::path::{Path, PathBuf};
 
 use bounded_files::Refusal;
 
-use crate::csv_rows::{ForceRow, PositionRow};
-use crate::manifest::{Manifest, ManifestReadError};
+use crate::csv_rows::{CsvRow, ForceRow, PositionRow, StimulusRow};
+use crate::manifest::{Manifest, ManifestReadError, Streams};
 pub use crate::read_error::{ReadError, Warning};
 pub use crate::rows::RowReader;
 use crate::wav::{AudioFormat, WavError, WavReader};
-use crate::{FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE};
+use crate::{
+    ENVELOPES_FILE, FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE, STIMULUS_FILE,
+};
 
 /// Bytes of audio per read.
 const BUFFER_BYTES: usize = 1 << 18;
@@ -19,13 +21,14 @@ const BUFFER_BYTES: usize = 1 << 18;
 /// Maximum size of `recording.toml`, bytes: the maximum numbers of events and intervals, with twice the usual length.
 const MANIFEST_LIMIT_BYTES: u64 = 2 << 20;
 
-/// Recording folder opened for reading; the audio is read in blocks. [`RecordingWriter`](crate::RecordingWriter) has an
+/// Recording with raw signals, opened for reading; the audio is read in blocks. [`RecordingWriter`](crate::RecordingWriter) has an
 /// example.
 #[derive(Debug)]
 pub struct RecordingReader {
     folder: PathBuf,
     manifest: Manifest,
     wav: WavReader<BufReader<File>>,
+    rate_hz: f64,
     warnings: Vec<Warning>,
 }
 
@@ -37,6 +40,11 @@ impl RecordingReader {
     pub fn open(folder: &Path) -> Result<Self, ReadError> {
         let (manifest, manifest_text, manifest_file) = parse_manifest(folder)?;
         let path = folder.join(SIGNALS_FILE);
+        if manifest.signals().is_none() {
+            return Err(ReadError::NoSignals {
+                path: folder.join(MANIFEST_FILE),
+            });
+        }
         let file = bounded_files::open(&path).map_err(|reason| {
             let path = path.clone();
             match bounded_files::refusal(&reason) {
@@ -59,10 +67,10 @@ impl RecordingReader {
                 },
             })?;
         let format = wav.format();
-        manifest
+        let rate_hz = manifest
             .validate_audio(format.sample_rate_hz, format.channels)
             .map_err(|rule| ManifestReadError::with_line(rule, &manifest_text, &manifest_file))?;
-        let duration_s = wav.frames() as f64 / f64::from(format.sample_rate_hz);
+        let duration_s = wav.frames() as f64 / rate_hz;
         manifest
             .validate_length(duration_s)
             .map_err(|rule| ManifestReadError::with_line(rule, &manifest_text, &manifest_file))?;
@@ -83,6 +91,7 @@ impl RecordingReader {
             folder: folder.to_owned(),
             manifest,
             wav,
+            rate_hz,
             warnings,
         })
     }
@@ -99,7 +108,13 @@ impl RecordingReader {
         &self.manifest
     }
 
-    /// Returns the sampling rate and the number of channels.
+    /// Returns the sampling rate, Hz: that of `recording.toml` where it states one, as the header of a WAV file has a whole number.
+    #[must_use]
+    pub fn rate_hz(&self) -> f64 {
+        self.rate_hz
+    }
+
+    /// Returns the sampling rate of the header and the number of channels.
     #[must_use]
     pub fn format(&self) -> AudioFormat {
         self.wav.format()
@@ -114,7 +129,7 @@ impl RecordingReader {
     /// Returns the length of the audio, s.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
-        self.frames() as f64 / f64::from(self.format().sample_rate_hz)
+        self.frames() as f64 / self.rate_hz
     }
 
     /// Returns the defects of the description and the audio.
@@ -146,8 +161,7 @@ impl RecordingReader {
     /// # Errors
     /// The file or one of its columns is missing.
     pub fn force(&self) -> Result<RowReader<ForceRow>, ReadError> {
-        RowReader::open(&self.folder, FORCE_FILE, self.duration_s())
-            .map_err(|error| error.or_absent(NO_FORCES))
+        force_rows(&self.folder, self.duration_s())
     }
 
     /// Opens the rows of `position.csv`.
@@ -155,8 +169,49 @@ impl RecordingReader {
     /// # Errors
     /// The file or one of its columns is missing.
     pub fn position(&self) -> Result<RowReader<PositionRow>, ReadError> {
-        RowReader::open(&self.folder, POSITION_FILE, self.duration_s())
-            .map_err(|error| error.or_absent(NO_POSITIONS))
+        position_rows(&self.folder, self.duration_s())
+    }
+}
+
+/// Opens the rows of `force.csv` in the folder of a recording of `duration_s`, infinite if only its rows tell it.
+///
+/// # Errors
+/// The file or one of its columns is missing.
+pub fn force_rows(folder: &Path, duration_s: f64) -> Result<RowReader<ForceRow>, ReadError> {
+    rows(folder, (FORCE_FILE, NO_FORCES), duration_s)
+}
+
+/// Opens the rows of `position.csv`, as [`force_rows`] those of the forces.
+///
+/// # Errors
+/// The file or one of its columns is missing.
+pub fn position_rows(folder: &Path, duration_s: f64) -> Result<RowReader<PositionRow>, ReadError> {
+    rows(folder, (POSITION_FILE, NO_POSITIONS), duration_s)
+}
+
+/// Opens the rows of `stimulus.csv`, as [`force_rows`] those of the forces.
+///
+/// # Errors
+/// The file or one of its columns is missing.
+pub fn stimulus_rows(folder: &Path, duration_s: f64) -> Result<RowReader<StimulusRow>, ReadError> {
+    rows(folder, (STIMULUS_FILE, NO_STIMULUS), duration_s)
+}
+
+fn rows<R: CsvRow>(
+    folder: &Path,
+    (file, remedy): (&'static str, &'static str),
+    duration_s: f64,
+) -> Result<RowReader<R>, ReadError> {
+    RowReader::open(folder, file, duration_s).map_err(|error| error.or_absent(remedy))
+}
+
+/// Returns the file that a recording cannot lack, in addition to `recording.toml`.
+#[must_use]
+pub fn required_file(streams: &Streams) -> &'static str {
+    match streams {
+        Streams::Signals(_) => SIGNALS_FILE,
+        Streams::Envelopes(_) => ENVELOPES_FILE,
+        Streams::Forces(_) => FORCE_FILE,
     }
 }
 
@@ -165,6 +220,10 @@ const NO_FORCES: &str = "write the forces of the finger there, with the columns 
 /// Remedy for a recording without positions, as without an encoder.
 const NO_POSITIONS: &str = "without an encoder, write the positions of the motor or of the slider that the finger followed \
                             there, with the columns time_s,position_m (docs/RECORDING.md)";
+
+/// Remedy for a recording without a stimulus.
+const NO_STIMULUS: &str =
+    "write the stimulus of the surface there, with the columns time_s,stimulus (docs/RECORDING.md)";
 
 /// Reads and checks the `recording.toml` of a folder.
 ///

@@ -208,7 +208,8 @@ impl<R: CsvRow> RowReader<R> {
             warnings.push(Warning::NoRows { file });
         }
         let (last_s, duration_s) = (self.last_time_s, self.duration_s);
-        if self.is_at_end && last_s >= 0.0 && duration_s - last_s > EARLY_END_S {
+        let is_early = duration_s.is_finite() && duration_s - last_s > EARLY_END_S;
+        if self.is_at_end && last_s >= 0.0 && is_early {
             warnings.push(Warning::EndsEarly {
                 file,
                 last_s,

@@ -144,7 +144,7 @@ impl From<&protocols::TrialEnd> for Ending {
 /// assert_eq!(reader.read_block(1024, &mut block)?, 3);
 /// assert_eq!(block[..4], [0.5, 0.25, 0.5, 0.25]);
 /// assert!(block[4].is_nan() && block[5].is_nan(), "lost samples are NaN");
-/// assert_eq!(reader.manifest().carrier_hz, 35e3);
+/// assert_eq!(reader.manifest().carrier_hz(), Some(35e3));
 /// assert_eq!(reader.force()?.next().unwrap()?.lateral_n as f32, -0.3);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

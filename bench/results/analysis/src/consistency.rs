@@ -6,6 +6,7 @@ use force_alignment::strokes::{Stroke, lateral_zero};
 use force_alignment::{Film, ForceSample, Unaligned, align, roles};
 use plausibility::{Implausible, Slide};
 use protocols::Direction;
+use recording::manifest::Body;
 use recording::reader::RecordingReader;
 use recording::{ForceRow, Manifest};
 
@@ -52,7 +53,7 @@ impl ForceClock {
         reading: &DemodulatedRecording,
         plate: Option<PlateReading>,
     ) -> Result<Option<Self>, Implausible> {
-        let Some(plate) = plate else {
+        let Some((plate, modulation)) = plate.zip(reading.manifest.modulation()) else {
             return Ok(None);
         };
         let DemodulatedRecording {
@@ -62,7 +63,7 @@ impl ForceClock {
         let film = Film {
             frames: &record.frames,
             z_p_n_s_per_m: plate.corrected_n_s_per_m,
-            modulation_hz: manifest.modulation_hz,
+            modulation_hz: modulation.frequency_hz,
             slides_s: &slides_s,
         };
         let is_off = |delay_s: f64| delay_s.abs() > UNCLEAR_DELAY_S;
@@ -120,7 +121,20 @@ pub(super) fn implausible(reading: &DemodulatedRecording) -> Vec<Implausible> {
     } = reading;
     let spans_s = spans_s(manifest);
     let mut found = plausibility::forces(&record.force, &spans_s, &manifest.unloaded_s());
-    let exchanged = roles::exchanged(&samples(&record.force), &spans_s, manifest.modulation_hz);
+    if manifest.contact.body == Body::Other {
+        // The ranges of a finger do not apply.
+        found.retain(|found| {
+            matches!(
+                found,
+                Implausible::Constant { .. } | Implausible::Sign { .. }
+            )
+        });
+        return found;
+    }
+    let modulation = manifest.modulation();
+    let exchanged = modulation.and_then(|modulation| {
+        roles::exchanged(&samples(&record.force), &spans_s, modulation.frequency_hz)
+    });
     if let Some(shares) = exchanged {
         // Signs and sizes of exchanged columns are those of the other one.
         found.retain(|found| matches!(found, Implausible::Constant { .. }));
@@ -147,7 +161,11 @@ pub(super) fn strokes_zero(reading: &mut DemodulatedRecording) -> Option<Implaus
     };
     let strokes: Vec<Stroke> = slides(&reading.manifest).iter().map(stroke).collect();
     let forces = samples(&reading.record.force);
-    let zero = lateral_zero(&forces, &strokes, reading.manifest.modulation_hz)?;
+    let zero = lateral_zero(
+        &forces,
+        &strokes,
+        reading.manifest.modulation()?.frequency_hz,
+    )?;
     if zero.value.abs() < SMALLEST_ZERO_N + zero.half_width95() {
         return None;
     }
@@ -175,15 +193,15 @@ pub(super) fn without_carrier(
     reading: &DemodulatedRecording,
 ) -> Result<Vec<Implausible>, RecordingError> {
     let manifest = &reading.manifest;
+    let Some((signals, vibration)) = manifest.signals().zip(reading.vibration.as_ref()) else {
+        return Ok(Vec::new());
+    };
     let mut reader = RecordingReader::open(folder)?;
     let channels = usize::from(reader.format().channels);
-    let rate_hz = f64::from(reader.format().sample_rate_hz);
+    let rate_hz = reader.rate_hz();
     let start_s = spans_s(manifest).first().map_or(0.0, |span| span.0);
     let (mut passed, mut samples, mut block) = (0, [Vec::new(), Vec::new()], Vec::new());
-    let indices = [
-        manifest.channels.drive.index,
-        manifest.channels.pickup.index,
-    ];
+    let indices = [signals.channels.drive.index, signals.channels.pickup.index];
     while samples[0].len() < SPECTRUM_SAMPLES && reader.read_block(BLOCK_FRAMES, &mut block)? > 0 {
         passed += block.len() / channels;
         if passed as f64 > start_s * rate_hz {
@@ -197,7 +215,7 @@ pub(super) fn without_carrier(
     let found = named.filter_map(|(channel, samples)| {
         let is_missing = |flaw: &Flaw| matches!(flaw, Flaw::CarrierMissing { channel: missing, .. } if *missing == channel);
         let is_missing = reading.flaws.iter().any(is_missing);
-        let found = plausibility::without_carrier(&channel.to_string(), samples, rate_hz, manifest.carrier_hz);
+        let found = plausibility::without_carrier(&channel.to_string(), samples, rate_hz, vibration.carrier_hz);
         found.filter(|found| {
             is_missing && (channel == Channel::Drive || matches!(found, Implausible::DeadChannel { .. }))
         })

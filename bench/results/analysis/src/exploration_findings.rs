@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 use protocols::{Direction, Stretch, Validity};
 
-use crate::measurements::FrameSeries;
+use crate::measurements::{ForceSeries, FrameSeries};
 use crate::method::Method;
 use crate::under_finger::UnderFinger;
 
@@ -38,6 +38,8 @@ pub struct ExplorationFindings {
     pub z_m_plain_n_s_per_m: Vec<Complex64>,
     /// Whether amplitude and impedance could be read.
     pub validity: Vec<Validity>,
+    /// Stimulus of a surface of which only forces were recorded; NaN in other recordings, and without a stimulus.
+    pub stimulus: Vec<f64>,
     /// Stretches of rising amplitude, each with its instance or the reason for its rejection.
     pub stretches: Vec<Stretch>,
 }
@@ -51,18 +53,7 @@ impl ExplorationFindings {
         (start_s, end_s): (f64, f64),
         stretches: Vec<Stretch>,
     ) -> Self {
-        let mu = series
-            .lateral_n
-            .iter()
-            .zip(&series.normal_n)
-            .map(|(lateral, normal)| {
-                if *normal > 0.0 {
-                    lateral.abs() / normal
-                } else {
-                    f64::NAN
-                }
-            })
-            .collect();
+        let mu = friction(&series.lateral_n, &series.normal_n);
         let plain = series.frames.iter().map(|frame| frame.plain_n_s_per_m);
         Self {
             direction,
@@ -71,6 +62,7 @@ impl ExplorationFindings {
             drive_peak_v: drive_peak_v(&series),
             mu,
             z_m_plain_n_s_per_m: plain.collect(),
+            stimulus: vec![f64::NAN; series.time_s.len()],
             under_finger,
             time_s: series.time_s,
             amplitude_m: series.amplitude_m,
@@ -80,6 +72,39 @@ impl ExplorationFindings {
             velocity_m_per_s: series.velocity_m_per_s,
             validity: series.validity,
             stretches,
+        }
+    }
+
+    /// Makes the findings of a slide of which only forces were recorded, at the times of their rows.
+    pub(crate) fn from_forces(
+        series: ForceSeries,
+        direction: Direction,
+        (start_s, end_s): (f64, f64),
+    ) -> Self {
+        let n = series.time_s.len();
+        let unknown = vec![f64::NAN; n];
+        let unknown_z_m = vec![Complex64::new(f64::NAN, f64::NAN); n];
+        Self {
+            direction,
+            start_s,
+            end_s,
+            drive_peak_v: f64::NAN,
+            mu: friction(&series.lateral_n, &series.normal_n),
+            z_m_plain_n_s_per_m: unknown_z_m.clone(),
+            under_finger: UnderFinger {
+                ratio: unknown.clone(),
+                amplitude_m: unknown.clone(),
+                z_m_n_s_per_m: unknown_z_m,
+            },
+            time_s: series.time_s,
+            amplitude_m: unknown,
+            normal_n: series.normal_n,
+            lateral_n: series.lateral_n,
+            position_m: series.position_m,
+            velocity_m_per_s: series.velocity_m_per_s,
+            validity: vec![Validity::LostSamples; n],
+            stimulus: series.stimulus,
+            stretches: Vec::new(),
         }
     }
 
@@ -104,6 +129,20 @@ impl ExplorationFindings {
         let n = self.time_s.len();
         (n > 1).then(|| (self.time_s[n - 1] - self.time_s[0]) / (n - 1) as f64)
     }
+}
+
+/// Returns |f_t|/f_n; NaN where the body does not press.
+fn friction(lateral_n: &[f64], normal_n: &[f64]) -> Vec<f64> {
+    let pairs = lateral_n.iter().zip(normal_n);
+    pairs
+        .map(|(lateral, normal)| {
+            if *normal > 0.0 {
+                lateral.abs() / normal
+            } else {
+                f64::NAN
+            }
+        })
+        .collect()
 }
 
 /// Share of the frames with a smaller drive than its peak: the modulation is within 0.2 % of its peak for the rest, and a single

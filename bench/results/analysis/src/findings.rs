@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use contact::{AssumedConstants, FittedFinger};
+use envelope_files::EnvelopeError;
 use estimation::FitConditions;
 use estimation::trial::SharedFit;
 use protocols::{Direction, SelectionRules};
@@ -17,6 +18,8 @@ use crate::flaw::Flaw;
 use crate::force_zero::ForceZero;
 pub use crate::model_check::Band;
 pub use crate::plate_reading::PlateReading;
+use crate::unloaded_plate::UnloadedError;
+use crate::vibration::Vibration;
 use crate::within_laws;
 use plausibility::Implausible;
 use recording::manifest::{Manifest, RecordedPlate, RecordedRoom};
@@ -97,6 +100,9 @@ pub enum RecordingError {
     /// The audio cannot be demodulated with the stated constants.
     #[error(transparent)]
     Demodulation(#[from] DemodulationError),
+    /// The envelopes cannot be read.
+    #[error(transparent)]
+    Envelopes(#[from] EnvelopeError),
 }
 
 /// Findings in a recording.
@@ -108,6 +114,8 @@ pub struct RecordingFindings {
     pub participant: Option<String>,
     /// Description of the recording.
     pub manifest: Manifest,
+    /// Vibration of the plate; `None` if only forces were recorded.
+    pub vibration: Option<Vibration>,
     /// Provenance by this description and the session's log.
     pub provenance: Provenance,
     /// Selection rules of the instances.
@@ -162,15 +170,34 @@ impl RecordingFindings {
         })
     }
 
-    /// Returns whether the analysis has a result: an instance, or the plate's impedance of a recording without explorations.
+    /// Returns whether the analysis has a result: an instance, the plate's impedance of a recording without explorations, or
+    /// friction and amplitudes of a recording that lacks a stream or an unloaded interval, and so can have no instance.
     pub fn has_result(&self) -> bool {
         let is_plate_alone = self.flaws.contains(&Flaw::NoExploration) && self.z_p.is_some();
-        !self.instances.is_empty() || is_plate_alone
+        let is_lack = |flaw: &Flaw| {
+            matches!(
+                flaw,
+                Flaw::Missing(_) | Flaw::Unloaded(UnloadedError::NoInterval)
+            )
+        };
+        let is_partial = self.flaws.iter().any(is_lack)
+            && self.explorations.iter().any(|exploration| {
+                let mut values = exploration.mu.iter().chain(&exploration.amplitude_m);
+                values.any(|value| value.is_finite())
+            });
+        !self.instances.is_empty() || is_plate_alone || is_partial
     }
 
-    /// Returns the plate's constants.
-    pub fn plate(&self) -> &RecordedPlate {
-        &self.manifest.plate
+    /// Returns the plate's constants; `None` if only forces were recorded.
+    pub fn plate(&self) -> Option<&RecordedPlate> {
+        self.vibration.as_ref().map(|vibration| &vibration.plate)
+    }
+
+    /// Returns the frequency to which impedances refer, Hz; `None` if only forces were recorded.
+    pub fn carrier_hz(&self) -> Option<f64> {
+        self.vibration
+            .as_ref()
+            .map(|vibration| vibration.carrier_hz)
     }
 
     /// Returns the constants of skin and air of a fit: those of the settings, with the ambient pressure of the recording if it
@@ -185,9 +212,11 @@ impl RecordingFindings {
     pub(crate) fn conditions(&self, settings: &Settings) -> Option<FitConditions> {
         let assumed = self.assumed(settings);
         let z_p = self.z_p?;
-        let mode_across = self.plate().across.as_ref().map(mode_across);
-        let (carrier_hz, errors) = (self.manifest.carrier_hz, &self.errors);
-        Some(z_p.conditions(assumed, carrier_hz, errors, mode_across))
+        let Vibration {
+            carrier_hz, plate, ..
+        } = self.vibration.as_ref()?;
+        let mode_across = plate.across.as_ref().map(mode_across);
+        Some(z_p.conditions(assumed, *carrier_hz, &self.errors, mode_across))
     }
 
     /// Returns the parameters shared by the instances with the laws as published taken as true. `None` if a fit cannot be used, or

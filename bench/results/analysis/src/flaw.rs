@@ -29,6 +29,27 @@ impl fmt::Display for Channel {
     }
 }
 
+/// Stream that a recording lacks, with the results that lack it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum MissingStream {
+    /// Forces.
+    #[error(
+        "force.csv is missing: there are no friction, no fits and no check of the self-sensed force; amplitudes and impedances stand"
+    )]
+    Forces,
+    /// Positions.
+    #[error(
+        "position.csv is missing: there are no speed, no place on the plate and no selected instances, so no fits; amplitudes, \
+         impedances and friction over time stand"
+    )]
+    Positions,
+    /// Drive and pickup.
+    #[error(
+        "neither signals.wav nor envelopes.parquet: there are no amplitudes, impedances, gaps and fits; friction stands"
+    )]
+    Vibration,
+}
+
 /// Defect of a recording that can still be analysed, fully or in part.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -258,4 +279,26 @@ pub enum Flaw {
     /// The recording has no exploration to analyse.
     #[error("no exploration interval")]
     NoExploration,
+    /// A stream was not recorded.
+    #[error(transparent)]
+    Missing(#[from] MissingStream),
+    /// The carrier moves and was followed.
+    #[error(
+        "drive: the carrier moves from {lowest_hz:.0} to {highest_hz:.0} Hz and is followed; impedances are referred to \
+         {reference_hz:.0} Hz by the plate's constants, and phase and delay of the pickup are taken as stated"
+    )]
+    CarrierFollowed {
+        /// Lowest frequency, Hz.
+        lowest_hz: f64,
+        /// Highest frequency, Hz.
+        highest_hz: f64,
+        /// Frequency to which the impedances are referred, Hz.
+        reference_hz: f64,
+    },
+    /// The recording has envelopes in place of samples.
+    #[error(
+        "envelopes.parquet in place of signals.wav: there is no check of the converter: clipping, offsets, hum and foreign tones do \
+         not show"
+    )]
+    ConverterUnchecked,
 }

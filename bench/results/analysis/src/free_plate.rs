@@ -9,8 +9,8 @@ use crate::demodulation::DemodulatedRecording;
 use crate::flaw::Flaw;
 use crate::plate_reading::PlateReading;
 use crate::unloaded_plate::{self, UnloadedError};
+use crate::vibration::Vibration;
 use plausibility::Implausible;
-use recording::Manifest;
 use recording::manifest::RecordedPlate;
 use recording::pipeline::PickupOffset;
 
@@ -42,20 +42,28 @@ pub(super) struct FreePlate {
 }
 
 impl FreePlate {
-    /// Reads the unloaded intervals; a normal force of `off_n` or more counts as a finger.
+    /// Reads the unloaded intervals; a normal force of `off_n` or more counts as a finger. A carrier that moves shows no phase or
+    /// delay of the pickup.
     pub(super) fn read(
         DemodulatedRecording {
-            manifest, record, ..
+            manifest,
+            vibration,
+            record,
+            ..
         }: &DemodulatedRecording,
         off_n: f64,
     ) -> Self {
-        let unloaded_s = manifest.unloaded_s();
-        let reading = unloaded_plate::read(record, &unloaded_s, manifest.modulation_hz, off_n);
-        let transient = reading.as_ref().ok().and_then(|reading| {
+        let modulation = manifest.modulation();
+        let modulation_hz = modulation.map_or(0.0, |modulation| modulation.frequency_hz);
+        let reading = unloaded_plate::read(record, &manifest.unloaded_s(), modulation_hz, off_n);
+        // The envelopes of a carrier that moves have no common phase.
+        let steady = vibration.as_ref().filter(|vibration| !vibration.moves);
+        let transient = steady.zip(reading.as_ref().ok());
+        let transient = transient.and_then(|(vibration, reading)| {
             Transient::fit(
                 &reading.free_frames,
-                manifest.carrier_hz,
-                &manifest.plate.constants(),
+                vibration.carrier_hz,
+                &vibration.plate.constants(),
             )
         });
         let scaled_transient = transient.filter(|transient| {
@@ -86,7 +94,7 @@ impl FreePlate {
     }
 
     /// Returns the flaws of the intervals, and of the recording's stated values of plate and pickup.
-    pub(super) fn flaws(&self, manifest: &Manifest) -> Vec<Flaw> {
+    pub(super) fn flaws(&self, vibration: &Vibration) -> Vec<Flaw> {
         let reading = match &self.reading {
             Ok(reading) => reading,
             Err(error) => return vec![Flaw::Unloaded(*error)],
@@ -99,8 +107,8 @@ impl FreePlate {
             .map(|scatter_n_s_per_m| Flaw::PlateScatters { scatter_n_s_per_m });
         let envelopes = plausibility::envelopes(
             &reading.free_frames,
-            manifest.modulation_hz,
-            manifest.modulation_index,
+            vibration.modulation.frequency_hz,
+            vibration.modulation.index,
         );
         if let Some(found) = envelopes.clone().filter(Implausible::spoils_plate) {
             // All other numbers of the plate follow from it.
@@ -121,7 +129,7 @@ impl FreePlate {
                     mass_ratio: transient.mass_ratio,
                     delay_s: transient.delay_s,
                 });
-        let reactance_flaw = self.reactance_flaw(reading.plate, manifest);
+        let reactance_flaw = self.reactance_flaw(reading.plate, vibration);
         let implausible = envelopes
             .into_iter()
             .chain(finger)
@@ -134,13 +142,13 @@ impl FreePlate {
 
     /// Returns the flaw of a Z_p with a phase that differs from the plate's constants. It is attributed to the resonance if
     /// the response to the modulation confirms the pickup; otherwise either of the two may be wrong.
-    fn reactance_flaw(&self, plate: PlateReading, manifest: &Manifest) -> Option<Flaw> {
+    fn reactance_flaw(&self, plate: PlateReading, vibration: &Vibration) -> Option<Flaw> {
         let RecordedPlate {
             resonance_hz,
             modal_mass_kg,
             ..
-        } = manifest.plate;
-        let carrier_hz = manifest.carrier_hz;
+        } = vibration.plate;
+        let carrier_hz = vibration.carrier_hz;
         let z_p_n_s_per_m = plate.corrected_n_s_per_m;
         // Im Z_p = ω m_p − k_p/ω, solved for the resonance.
         let expected_im_n_s_per_m =
@@ -197,9 +205,8 @@ fn significant(transient: &Transient) -> Option<PickupOffset> {
 }
 
 /// Returns the flaws that report an offset of the pickup, if it is large enough.
-pub(super) fn pickup_flaws(offset: PickupOffset, manifest: &Manifest) -> Vec<Flaw> {
+pub(super) fn pickup_flaws(offset: PickupOffset, stated_rad: f64) -> Vec<Flaw> {
     let PickupOffset { turn_rad, delay_s } = offset;
-    let stated_rad = manifest.channels.pickup.phase_rad;
     let phase_flaw = (turn_rad.abs() > REPORTED_TURN_RAD).then_some(Flaw::PickupPhase {
         stated_rad,
         found_rad: Complex64::cis(stated_rad + turn_rad).arg(),

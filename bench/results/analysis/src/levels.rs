@@ -8,7 +8,8 @@ use num_complex::Complex64;
 
 use crate::flaw::{Channel, Flaw};
 use crate::spans::Spans;
-use recording::manifest::Manifest;
+use crate::vibration::Vibration;
+use recording::manifest::{Manifest, RecordedChannels};
 
 /// Ratio of the carrier's power to the rest below which the carrier counts as missing, and as weak, dB.
 const MISSING_DB: f64 = 0.0;
@@ -30,12 +31,12 @@ pub(super) struct Levels {
 }
 
 impl Levels {
-    pub(super) fn new(manifest: &Manifest, sample_rate_hz: u32) -> Self {
+    pub(super) fn new(manifest: &Manifest, channels: &RecordedChannels, rate_hz: f64) -> Self {
         Self {
-            spans: Spans::new(manifest).samples(sample_rate_hz),
+            spans: Spans::new(manifest).samples(rate_hz),
             units: [
-                manifest.channels.drive.volts_per_unit,
-                manifest.channels.pickup.metres_per_unit,
+                channels.drive.volts_per_unit,
+                channels.pickup.metres_per_unit,
             ],
             samples: [0; 2],
             total: [0.0; 2],
@@ -84,7 +85,9 @@ impl Levels {
         }
     }
 
-    pub(super) fn flaws(&self, carrier_hz: f64) -> Vec<Flaw> {
+    /// Returns the flaws of the carrier; one that moves is followed.
+    pub(super) fn flaws(&self, vibration: &Vibration) -> Vec<Flaw> {
+        let carrier_hz = vibration.carrier_hz;
         if self.frames == 0 {
             return Vec::new();
         }
@@ -121,7 +124,7 @@ impl Levels {
             )
         });
         let offset_hz = self.rotation.offset_hz();
-        if is_driven && offset_hz.abs() > REPORTED_OFFSET_HZ {
+        if is_driven && !vibration.moves && offset_hz.abs() > REPORTED_OFFSET_HZ {
             flaws.push(Flaw::CarrierElsewhere {
                 measured_hz: carrier_hz + offset_hz,
                 stated_hz: carrier_hz,

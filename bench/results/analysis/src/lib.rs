@@ -22,6 +22,7 @@ pub mod find;
 pub mod findings;
 pub mod flaw;
 pub mod force_zero;
+mod forces_alone;
 mod free_plate;
 pub mod instance;
 mod levels;
@@ -40,12 +41,14 @@ pub mod recording_analysis;
 mod row_times;
 mod spans;
 pub mod statistics;
+pub mod stroke;
 #[cfg(test)]
 mod tests;
 pub mod trial_fit;
 pub mod trial_selection;
 pub mod under_finger;
 pub mod unloaded_plate;
+pub mod vibration;
 pub mod whole_trial;
 pub mod within_laws;
 

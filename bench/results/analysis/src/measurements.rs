@@ -7,7 +7,7 @@ use protocols::{Direction, ExplorationSeries, Validity};
 
 use recording::manifest::{Manifest, QUIET_S};
 use recording::pipeline::{Batch, DriveGap};
-use recording::{ForceRow, PositionRow};
+use recording::{ForceRow, PositionRow, StimulusRow};
 
 /// Cut-off of the second-order Butterworth filter on forces and position, Hz (Huloux 2021, section IV).
 pub const SMOOTHING_HZ: f64 = 100.0;
@@ -21,6 +21,8 @@ pub struct Measurements {
     pub force: Vec<ForceRow>,
     /// Position readings.
     pub position: Vec<PositionRow>,
+    /// Stimulus of a surface of which only forces were recorded.
+    pub stimulus: Vec<StimulusRow>,
     /// Spans during which the force sensor was at the end of its range, s; none touch.
     pub saturated: Vec<(f64, f64)>,
     /// Stretches in which the drive may have been interrupted, in order.
@@ -51,6 +53,23 @@ pub struct FrameSeries {
     pub validity: Vec<Validity>,
 }
 
+/// Forces of an interval at the times of their rows, each with position and stimulus; NaN where they were not measured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ForceSeries {
+    /// Times of the rows, s.
+    pub time_s: Vec<f64>,
+    /// Normal force as recorded, N.
+    pub normal_n: Vec<f64>,
+    /// Lateral force as recorded, N.
+    pub lateral_n: Vec<f64>,
+    /// Position, interpolated between its readings, m.
+    pub position_m: Vec<f64>,
+    /// Velocity, m/s.
+    pub velocity_m_per_s: Vec<f64>,
+    /// Stimulus, interpolated between its readings.
+    pub stimulus: Vec<f64>,
+}
+
 impl FrameSeries {
     /// Returns the series for the selection.
     pub fn exploration(&self, direction: Direction) -> ExplorationSeries<'_> {
@@ -74,11 +93,11 @@ impl Measurements {
     }
 
     /// Returns a recording's stated faults, without any data.
-    pub fn from_faults(manifest: &Manifest, sample_rate_hz: u32) -> Self {
-        let gaps = (0..).zip(manifest.drive_gaps_s(sample_rate_hz));
+    pub fn from_faults(manifest: &Manifest, rate_hz: f64) -> Self {
+        let gaps = (0..).zip(manifest.drive_gaps_s(rate_hz));
         let gap = |(xrun, (from_s, to_s))| DriveGap { xrun, from_s, to_s };
         Self {
-            saturated: manifest.saturated_s(sample_rate_hz),
+            saturated: manifest.saturated_s(rate_hz),
             drive_gaps: gaps.map(gap).collect(),
             ..Self::default()
         }
@@ -189,6 +208,40 @@ impl Measurements {
             Validity::BelowNoise
         } else {
             Validity::Valid
+        }
+    }
+
+    /// Returns the forces from `start_s` to `end_s` as recorded.
+    pub fn force_series(&self, start_s: f64, end_s: f64) -> ForceSeries {
+        let rows = self.force.iter();
+        let rows: Vec<&ForceRow> = rows
+            .filter(|row| (start_s..=end_s).contains(&row.time_s))
+            .collect();
+        let time_s: Vec<f64> = rows.iter().map(|row| row.time_s).collect();
+        let position_at = |time_s: &f64| {
+            interpolate(
+                &self.position,
+                |row| row.time_s,
+                |row| row.position_m,
+                *time_s,
+            )
+        };
+        let stimulus_at = |time_s: &f64| {
+            interpolate(
+                &self.stimulus,
+                |row| row.time_s,
+                |row| row.stimulus,
+                *time_s,
+            )
+        };
+        let position_m: Vec<f64> = time_s.iter().map(position_at).collect();
+        ForceSeries {
+            normal_n: rows.iter().map(|row| row.normal_n).collect(),
+            lateral_n: rows.iter().map(|row| row.lateral_n).collect(),
+            velocity_m_per_s: derivative(&time_s, &position_m),
+            stimulus: time_s.iter().map(stimulus_at).collect(),
+            position_m,
+            time_s,
         }
     }
 

@@ -147,8 +147,8 @@ mod tests {
         };
         let mut stated = demodulation::read(&folder, PickupOffset::default()).unwrap();
         let corrected = demodulation::read(&folder, offset).unwrap();
-        let plate = stated.manifest.plate.constants();
-        let carrier_hz = stated.manifest.carrier_hz;
+        let vibration = stated.vibration.clone().unwrap();
+        let (carrier_hz, plate) = (vibration.carrier_hz, vibration.plate.constants());
         let deviation = |frames: &[ZmFrame]| {
             let pairs = frames.iter().zip(&corrected.record.frames);
             let clear = pairs.filter(|(_, corrected)| corrected.mask.is_clear());
@@ -179,8 +179,9 @@ mod tests {
         let folder =
             Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/reference/recording-a");
         let mut reading = demodulation::read(&folder, PickupOffset::default()).unwrap();
-        let plate = reading.manifest.plate.constants();
-        let drive = (reading.manifest.carrier_hz, &plate);
+        let vibration = reading.vibration.clone().unwrap();
+        let plate = vibration.plate.constants();
+        let drive = (vibration.carrier_hz, &plate);
         let unloaded_s = reading.manifest.unloaded_s();
         let stated = find(&reading.record, &unloaded_s, 0.05, drive);
         let turned = PickupOffset {

@@ -51,10 +51,11 @@ impl PrintedSettings {
     pub fn new(analysed: &Analysis) -> Self {
         let (mut recordings, mut profiles, mut pressures, mut wavelengths) = (0, 0, 0, 0);
         for findings in analysed.findings() {
+            let plate = findings.plate();
             recordings += 1;
-            profiles += usize::from(findings.plate().profile.is_some());
+            profiles += usize::from(plate.is_some_and(|plate| plate.profile.is_some()));
             pressures += usize::from(findings.manifest.room.is_some());
-            wavelengths += usize::from(findings.plate().across.is_some());
+            wavelengths += usize::from(plate.is_some_and(|plate| plate.across.is_some()));
         }
         Self {
             normal_force: ForceSource {

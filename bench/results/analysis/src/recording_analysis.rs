@@ -19,6 +19,7 @@ use crate::estimate::{InstanceAnalysis, estimate};
 use crate::exploration_findings::ExplorationFindings;
 use crate::flaw::Flaw;
 use crate::force_zero::ForceZero;
+use crate::forces_alone;
 use crate::free_plate::{FreePlate, pickup_flaws};
 use crate::measurements::Measurements;
 use crate::model_check;
@@ -46,6 +47,9 @@ pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
 fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, RecordingError> {
     let mut reading = demodulation::read(folder, PickupOffset::default())?;
     let (rules, protocol_flaw) = selection_rules(folder, &reading.manifest, settings);
+    if reading.vibration.is_none() {
+        return Ok(forces_alone::findings(folder, reading, rules));
+    }
     let is_carrier_missing = reading.is_carrier_missing();
     let mut implausible = consistency::implausible(&reading);
     let mut zero = subtract_zero(&mut reading);
@@ -55,7 +59,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
         let mut reading = demodulation::read(folder, pickup)?;
         reading
             .flaws
-            .extend(pickup_flaws(pickup, &reading.manifest));
+            .extend(pickup_flaws(pickup, stated_phase_rad(&reading.manifest)));
         clock.inspect(|clock| clock.correct(&mut reading.record.force));
         let zero = subtract_zero(&mut reading);
         let plate = FreePlate::read(&reading, rules.contact_n / 2.0);
@@ -67,7 +71,9 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     let clock = match ForceClock::read(&reading, plate.z_p()) {
         Ok(clock) => clock.filter(|_| implausible.is_empty()),
         Err(unclear) => {
-            implausible.push(unclear);
+            if implausible.is_empty() {
+                implausible.push(unclear);
+            }
             None
         }
     };
@@ -86,6 +92,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     }
     let DemodulatedRecording {
         manifest,
+        vibration,
         record,
         mut flaws,
     } = reading;
@@ -123,6 +130,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
         flaws,
         provenance: Provenance::new(&manifest, None),
         manifest,
+        vibration,
     };
     if explorations.is_empty() {
         findings.flaws.push(Flaw::NoExploration);
@@ -139,17 +147,20 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     }
 
     findings.z_p = plate.z_p();
-    if findings.zero.readings.is_empty() && findings.z_p.is_some() && !explorations.is_empty() {
+    let has_touch = !explorations.is_empty() && !record.force.is_empty();
+    if findings.zero.readings.is_empty() && findings.z_p.is_some() && has_touch {
         findings.flaws.push(Flaw::ForceZeroUnread);
     }
-    let resonance_hz = findings.plate().resonance_hz;
-    let off_resonance = plausibility::carrier(findings.manifest.carrier_hz, resonance_hz);
-    let is_explained =
-        |flaw: &Flaw| off_resonance.is_some() && matches!(flaw, Flaw::PlateScatters { .. });
-    let plate_flaws = plate.flaws(&findings.manifest).into_iter();
-    let plate_flaws = plate_flaws.filter(|flaw| !is_explained(flaw));
-    findings.flaws.extend(plate_flaws);
-    findings.flaws.extend(off_resonance.map(Flaw::from));
+    if let Some(vibration) = &findings.vibration {
+        let resonance_hz = vibration.plate.resonance_hz;
+        let off_resonance = plausibility::carrier(vibration.carrier_hz, resonance_hz);
+        let is_explained =
+            |flaw: &Flaw| off_resonance.is_some() && matches!(flaw, Flaw::PlateScatters { .. });
+        let plate_flaws = plate.flaws(vibration).into_iter();
+        let plate_flaws = plate_flaws.filter(|flaw| !is_explained(flaw));
+        findings.flaws.extend(plate_flaws);
+        findings.flaws.extend(off_resonance.map(Flaw::from));
+    }
     if findings.withheld_reason().is_some() {
         findings.withhold();
         return Ok(findings);
@@ -177,6 +188,12 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
             .extend(model_check::flaw(&findings.model_check));
     }
     Ok(findings)
+}
+
+/// Returns the stated phase of the pickup, rad; that of envelopes is included in them.
+fn stated_phase_rad(manifest: &Manifest) -> f64 {
+    let signals = manifest.signals();
+    signals.map_or(0.0, |signals| signals.channels.pickup.phase_rad)
 }
 
 /// Takes the forces of a recording against its own zero, and returns the zero.
@@ -216,7 +233,8 @@ pub fn selection_rules(
     manifest: &Manifest,
     settings: &Settings,
 ) -> (SelectionRules, Option<Flaw>) {
-    let centre_m = manifest.plate.centre_m;
+    // Forces alone are not selected by place.
+    let centre_m = manifest.plate().map_or(0.0, |plate| plate.centre_m);
     match protocol_copy(folder, manifest) {
         Ok(Some(protocol)) => {
             let rules = protocol.selection_rules(centre_m);
@@ -301,7 +319,9 @@ impl RecordingFindings {
     ) {
         let series = record.series(span.0, span.1);
         let z_p = self.z_p.map(|z_p| z_p.corrected_n_s_per_m);
-        let profile = AmplitudeProfile::from(self.plate());
+        let profile = self
+            .plate()
+            .map_or_else(AmplitudeProfile::default, AmplitudeProfile::from);
         let under_finger = UnderFinger::new(&series, &profile, z_p);
         // Frames come from one demodulator, so they are evenly spaced.
         let stretches = select(&series.exploration(direction), &self.rules).unwrap_or_default();
@@ -309,6 +329,7 @@ impl RecordingFindings {
             self.reject(direction, span, "no stretch of rising amplitude");
         }
         let conditions = self.conditions(settings);
+        let modal_mass_kg = self.plate().map_or(f64::NAN, |plate| plate.modal_mass_kg);
         for stretch in &stretches {
             let instance = match stretch.outcome {
                 StretchOutcome::Accepted(instance) => instance,
@@ -322,7 +343,7 @@ impl RecordingFindings {
             let analysis = match &conditions {
                 Some(conditions) => {
                     let exploration_key = (self.explorations.len(), direction);
-                    let plate = (conditions, self.manifest.plate.modal_mass_kg);
+                    let plate = (conditions, modal_mass_kg);
                     estimate(
                         (&series, &under_finger),
                         exploration_key,
@@ -348,11 +369,11 @@ impl RecordingFindings {
 
     /// Fits all instances together. Those that `paper` or `dynamic` cannot use are kept only if this fit can use them.
     fn fit_together(&mut self, readings: &PlateReadings, settings: &Settings) {
-        let Some(conditions) = self.conditions(settings) else {
+        let Some((conditions, plate)) = self.conditions(settings).zip(self.plate().cloned()) else {
             return;
         };
         let fit = |findings: &mut Self| {
-            let plate = (&conditions, &findings.manifest.plate);
+            let plate = (&conditions, &plate);
             let fits = whole_trial::fit(&mut findings.instances, plate, readings, settings).ok();
             (findings.trial, findings.within_laws) = match fits {
                 Some(fits) => (Some(fits.total), fits.within_laws),

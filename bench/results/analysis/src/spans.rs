@@ -48,8 +48,8 @@ impl Spans {
     }
 
     /// Returns the spans in samples.
-    pub(super) fn samples(&self, sample_rate_hz: u32) -> Vec<Range<u64>> {
-        let sample = |time_s: f64| (time_s * f64::from(sample_rate_hz)) as u64;
+    pub(super) fn samples(&self, rate_hz: f64) -> Vec<Range<u64>> {
+        let sample = |time_s: f64| (time_s * rate_hz) as u64;
         let spans = self.0.iter();
         spans
             .map(|&(start_s, end_s)| sample(start_s)..sample(end_s))

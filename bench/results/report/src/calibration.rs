@@ -6,6 +6,7 @@ use config::{CalibrationFile, Quantity};
 use jiff::Timestamp;
 use maud::{Markup, html};
 use recording::Manifest;
+use recording::manifest::RecordedSignals;
 
 use crate::content::{RecordingEntry, ReportContent};
 use crate::number::{NumberFormat, count_text, date, significant};
@@ -210,23 +211,29 @@ fn constant_text(value: f64) -> String {
 
 /// Returns the constants of a recording, each with its name and unit.
 fn manifest_constants(manifest: &Manifest) -> Vec<(&'static str, f64, &'static str)> {
-    let (channels, plate) = (&manifest.channels, &manifest.plate);
-    let mut constants = vec![
-        (
-            "drive, volts per sample value",
-            channels.drive.volts_per_unit,
-            "V",
-        ),
-        (
-            "pickup, displacement per sample value",
-            channels.pickup.metres_per_unit,
-            "m",
-        ),
-        ("pickup, phase", channels.pickup.phase_rad, "rad"),
-        ("plate, resonance", plate.resonance_hz, "Hz"),
-        ("plate, modal mass", plate.modal_mass_kg, "kg"),
-        ("plate, force factor", plate.force_factor_n_per_v, "N/V"),
-    ];
+    let mut constants = Vec::new();
+    if let Some(RecordedSignals { channels, .. }) = manifest.signals() {
+        constants.extend([
+            (
+                "drive, volts per sample value",
+                channels.drive.volts_per_unit,
+                "V",
+            ),
+            (
+                "pickup, displacement per sample value",
+                channels.pickup.metres_per_unit,
+                "m",
+            ),
+            ("pickup, phase", channels.pickup.phase_rad, "rad"),
+        ]);
+    }
+    if let Some(plate) = manifest.plate() {
+        constants.extend([
+            ("plate, resonance", plate.resonance_hz, "Hz"),
+            ("plate, modal mass", plate.modal_mass_kg, "kg"),
+            ("plate, force factor", plate.force_factor_n_per_v, "N/V"),
+        ]);
+    }
     if let Some(errors) = &manifest.standard_errors {
         let percent = 100.0;
         constants.extend([

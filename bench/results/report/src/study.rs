@@ -151,17 +151,20 @@ pub(crate) fn study(content: &ReportContent<'_>, recordings: &[RecordingEntry<'_
         (
             "Carrier",
             distinct_values(recordings, |recording| {
-                let carrier_hz = recording.manifest?.carrier_hz;
-                Some(format!("{} Hz", statistics::significant(carrier_hz)))
+                Some(match recording.manifest?.carrier_hz() {
+                    Some(carrier_hz) => format!("{} Hz", statistics::significant(carrier_hz)),
+                    None if recording.manifest?.signals().is_some() => "moves".to_owned(),
+                    None => "none: forces alone".to_owned(),
+                })
             }),
         ),
         (
             "Modulation",
             distinct_values(recordings, |recording| {
-                let manifest = recording.manifest?;
+                let modulation = recording.manifest?.modulation()?;
                 Some(format!(
                     "{} Hz, index {}",
-                    manifest.modulation_hz, manifest.modulation_index
+                    modulation.frequency_hz, modulation.index
                 ))
             }),
         ),

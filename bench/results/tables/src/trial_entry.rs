@@ -8,6 +8,7 @@ use analysis::attempts::Attempts;
 use analysis::findings::RecordingFindings;
 use descriptive::TrialKey;
 use descriptive::trial_key;
+use recording::manifest::Modulation;
 use study::exclusions::RecordingSelection;
 use study::provenance::Concern;
 use study::sessions::Standing;
@@ -145,22 +146,28 @@ pub(crate) fn provenance_columns<R: TrialRow>(columns: &mut Columns<'_, R>) {
     );
 }
 
+/// Returns a value of a trial's modulation; NaN without one.
+fn modulation<R: TrialRow>(row: &R, value: fn(&Modulation) -> f64) -> f64 {
+    let modulation = row.entry().findings.manifest.modulation();
+    modulation.as_ref().map_or(f64::NAN, value)
+}
+
 /// Adds the drive of a trial.
 pub(crate) fn drive_columns<R: TrialRow>(columns: &mut Columns<'_, R>) {
     columns.real("carrier_hz", "Hz", "carrier frequency", |row| {
-        row.entry().findings.manifest.carrier_hz
+        row.entry().findings.carrier_hz().unwrap_or(f64::NAN)
     });
     columns.real(
         "modulation_hz",
         "Hz",
         "frequency of the amplitude modulation",
-        |row| row.entry().findings.manifest.modulation_hz,
+        |row| modulation(row, |modulation| modulation.frequency_hz),
     );
     columns.real(
         "modulation_index",
         "1",
         "modulation index: amplitude = mean · (1 + index · sin 2πft)",
-        |row| row.entry().findings.manifest.modulation_index,
+        |row| modulation(row, |modulation| modulation.index),
     );
     columns.real(
         "drive_v",

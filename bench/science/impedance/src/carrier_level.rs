@@ -109,7 +109,7 @@ impl CarrierLevel {
             return Ok(());
         }
         Err(CarrierError::Missing {
-            carrier_hz: filter.settings().carrier_hz,
+            carrier_hz: filter.carrier_hz(),
             ratio_db,
             least_db,
         })

@@ -10,7 +10,8 @@ const LONGEST_TABLE: u64 = 4096;
 ///
 /// A carrier of a whole number of hertz repeats every `rate / gcd(carrier, rate)` samples (192 for 35 kHz at 192 kHz):
 /// its phase is an exact fraction, read from a table if the period is short. The phase of any other carrier comes from a 64-bit
-/// accumulator of turns, with an error of at most 2⁻⁶⁴ turns per sample: 10⁻⁹ rad after three hours at 192 kHz.
+/// accumulator of turns, with an error of at most 2⁻⁶⁴ turns per sample: 10⁻⁹ rad after three hours at 192 kHz; at a sample rate
+/// that is no whole number, of 2⁻⁵⁴ turns per sample: 10⁻⁶ rad.
 #[derive(Clone, Debug)]
 pub(crate) struct CarrierPhase(Turns);
 
@@ -23,8 +24,14 @@ enum Turns {
 
 impl CarrierPhase {
     /// Prepares the phase; `carrier_hz` must be positive and below `sample_rate_hz`.
-    pub(crate) fn new(carrier_hz: f64, sample_rate_hz: u32) -> Self {
-        let rate = u64::from(sample_rate_hz);
+    pub(crate) fn new(carrier_hz: f64, sample_rate_hz: f64) -> Self {
+        if sample_rate_hz.fract() != 0.0 {
+            let turns = carrier_hz / sample_rate_hz;
+            return Self(Turns::Accumulator {
+                per_sample: (turns * 2f64.powi(64)) as u64,
+            });
+        }
+        let rate = sample_rate_hz as u64;
         if carrier_hz.fract() == 0.0 {
             let carrier = carrier_hz as u64;
             let divisor = gcd(carrier, rate);
@@ -86,7 +93,7 @@ mod tests {
             (35_012.7, 350_127, 10),
             (34_999.123, 34_999_123, 1000),
         ] {
-            let phase = CarrierPhase::new(carrier_hz, 192_000);
+            let phase = CarrierPhase::new(carrier_hz, 192_000.0);
             for sample in [0, 1, 191, 192, 1_000_003, ten_hours + 17] {
                 let error = (phase.rotation_at(sample)
                     / exact(numerator, denominator, 192_000, sample))
@@ -97,6 +104,16 @@ mod tests {
                     assert!(error.abs() < 1e-14, "{carrier_hz} at {sample}: {error}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_sample_rate_that_is_no_whole_number_has_its_phase() {
+        // 102 400/3 Hz: 10 kHz advances by 30 000/102 400 turns a sample.
+        let phase = CarrierPhase::new(10_000.0, 102_400.0 / 3.0);
+        for sample in [1, 1000, 34_133 * 3600] {
+            let error = (phase.rotation_at(sample) / exact(30_000, 1, 102_400, sample)).arg();
+            assert!(error.abs() < 1e-6, "at {sample}: {error}");
         }
     }
 }

@@ -339,7 +339,7 @@ impl<const N: usize> Demodulator<N> {
                 .map(|channel| channel.envelope(&self.filter, sample, window.clone()));
             emit(&EnvelopeFrame {
                 sample,
-                time_s: sample as f64 / f64::from(self.filter.settings().sample_rate_hz),
+                time_s: sample as f64 / self.filter.sample_rate_hz(),
                 envelopes,
             });
             self.next_frame += 1;

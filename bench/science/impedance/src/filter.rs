@@ -26,9 +26,34 @@ pub fn output_rate_hz(sample_rate_hz: u32) -> Option<u32> {
         .min_by_key(|rate| rate.abs_diff(OUTPUT_RATE_HZ))
 }
 
+/// Returns the number of samples per frame at a sample rate: that of [`output_rate_hz`] if there is one, else a multiple of 8 near
+/// the usual frame rate. Frames then have a rate that is not a whole number, and exact times all the same.
+///
+/// ```
+/// assert_eq!(impedance::samples_per_frame(192_000.0), 96);
+/// assert_eq!(impedance::samples_per_frame(156_250.0), 80);
+/// ```
+#[must_use]
+pub fn samples_per_frame(sample_rate_hz: f64) -> u32 {
+    let whole_rate_hz = sample_rate_hz as u32;
+    let whole_output_rate_hz = (f64::from(whole_rate_hz) == sample_rate_hz)
+        .then(|| output_rate_hz(whole_rate_hz))
+        .flatten();
+    match whole_output_rate_hz {
+        Some(output_rate_hz) => whole_rate_hz / output_rate_hz,
+        None => {
+            let first_stage_rate_hz = f64::from(SMALLEST_SECOND_DECIMATION * OUTPUT_RATE_HZ);
+            let first_decimation = (sample_rate_hz / first_stage_rate_hz).round().max(1.0);
+            SMALLEST_SECOND_DECIMATION * first_decimation as u32
+        }
+    }
+}
+
 /// Minimum number of samples per output frame after the first stage, so that the noise can be
 /// observed at two and three output rates from the carrier, well outside the envelope's band.
 const SMALLEST_SECOND_DECIMATION: u32 = 8;
+/// Fewest envelopes a second: the plate follows its drive within 2 ms.
+pub const LEAST_ENVELOPE_RATE_HZ: f64 = 500.0;
 /// Length of the first stage in its own output samples, and its Kaiser β: 105 dB from 14.3 to 17.7 kHz.
 const FIRST_SPAN: f64 = 5.0;
 const FIRST_BETA: f64 = 13.8;
@@ -67,20 +92,29 @@ pub enum FilterError {
         /// Rate of the frames.
         output_rate_hz: u32,
     },
+    /// Envelopes are too far apart to follow the modulation.
+    #[error(
+        "{} envelopes a second are too few: at least {LEAST_ENVELOPE_RATE_HZ} are needed", significant(*.rate_hz)
+    )]
+    SlowEnvelopes {
+        /// Rate of the envelopes, Hz.
+        rate_hz: f64,
+    },
     /// Too few samples per frame.
     #[error(
-        "sample rate {sample_rate_hz} Hz is under {SMALLEST_SECOND_DECIMATION} times the output rate {output_rate_hz} Hz"
+        "sample rate {} Hz is under {SMALLEST_SECOND_DECIMATION} times the output rate {} Hz",
+        significant(*.sample_rate_hz), significant(*.output_rate_hz)
     )]
     TooFewSamplesPerFrame {
         /// Rate of the audio samples.
-        sample_rate_hz: u32,
+        sample_rate_hz: f64,
         /// Rate of the frames.
-        output_rate_hz: u32,
+        output_rate_hz: f64,
     },
     /// The carrier or its filter does not fit between zero and half the sample rate.
     #[error(
-        "carrier {} Hz is outside {}..{} Hz, the range at a sample rate of {sample_rate_hz} Hz",
-        significant(*.carrier_hz), significant(*.lowest_hz), significant(*.highest_hz)
+        "carrier {} Hz is outside {}..{} Hz, the range at a sample rate of {} Hz",
+        significant(*.carrier_hz), significant(*.lowest_hz), significant(*.highest_hz), significant(*.sample_rate_hz)
     )]
     CarrierOutOfBand {
         /// Requested carrier.
@@ -90,7 +124,7 @@ pub enum FilterError {
         /// Highest carrier at these rates.
         highest_hz: f64,
         /// Rate of the audio samples.
-        sample_rate_hz: u32,
+        sample_rate_hz: f64,
     },
 }
 
@@ -121,11 +155,19 @@ pub enum FilterError {
 /// around a gap.
 #[derive(Clone, Debug)]
 pub struct Filter {
-    settings: FilterSettings,
+    rates: Rates,
     pub(crate) phase: CarrierPhase,
     pub(crate) first: FirstStage,
     pub(crate) second: SecondStage,
     impulse: Impulse,
+}
+
+/// Rates of a filter: a whole number of samples per frame.
+#[derive(Clone, Copy, Debug)]
+struct Rates {
+    sample_rate_hz: f64,
+    carrier_hz: f64,
+    output_rate_hz: f64,
 }
 
 /// Carrier and window in one complex FIR from −`lead` to `half` around its centre, zero before −`half`.
@@ -179,16 +221,29 @@ impl Filter {
             });
         }
         let hop = sample_rate_hz / output_rate_hz;
+        Self::with_hop(f64::from(sample_rate_hz), carrier_hz, hop)
+    }
+
+    /// Designs the filter for a sample rate that may be any, with a frame every `hop` samples.
+    ///
+    /// # Errors
+    /// When a frame has fewer than 8 samples, or the carrier does not fit.
+    pub fn with_hop(sample_rate_hz: f64, carrier_hz: f64, hop: u32) -> Result<Self, FilterError> {
+        let output_rate_hz = sample_rate_hz / f64::from(hop);
         if hop < SMALLEST_SECOND_DECIMATION {
             return Err(FilterError::TooFewSamplesPerFrame {
                 sample_rate_hz,
                 output_rate_hz,
             });
         }
-        let rate = f64::from(sample_rate_hz);
+        let rates = Rates {
+            sample_rate_hz,
+            carrier_hz,
+            output_rate_hz,
+        };
         // DC and the mirror image, twice the carrier away and aliased, must lie in the stopband.
-        let guard_hz = STOPBAND * f64::from(output_rate_hz);
-        let (lowest_hz, highest_hz) = (guard_hz, (rate - guard_hz) / 2.0);
+        let guard_hz = STOPBAND * output_rate_hz;
+        let (lowest_hz, highest_hz) = (guard_hz, (sample_rate_hz - guard_hz) / 2.0);
         if !(carrier_hz >= lowest_hz && carrier_hz <= highest_hz) {
             return Err(FilterError::CarrierOutOfBand {
                 carrier_hz,
@@ -204,10 +259,10 @@ impl Filter {
             .unwrap_or(1);
         let phase = CarrierPhase::new(carrier_hz, sample_rate_hz);
         let window = first_window(first_decimation);
-        let (second, impulse) = SecondStage::design(&window, first_decimation, hop, settings);
+        let (second, impulse) = SecondStage::design(&window, first_decimation, hop, rates);
         let first = FirstStage::design(&window, first_decimation, hop, &phase);
         Ok(Self {
-            settings,
+            rates,
             phase,
             first,
             second,
@@ -215,10 +270,50 @@ impl Filter {
         })
     }
 
-    /// Returns the settings of the filter.
+    /// Designs the second stage alone, for envelopes of a carrier at an even rate.
+    ///
+    /// # Errors
+    /// Fewer than [`LEAST_ENVELOPE_RATE_HZ`] envelopes a second.
+    pub fn for_envelopes(rate_hz: f64, carrier_hz: f64) -> Result<Self, FilterError> {
+        if !(rate_hz >= LEAST_ENVELOPE_RATE_HZ && rate_hz.is_finite()) {
+            return Err(FilterError::SlowEnvelopes { rate_hz });
+        }
+        let hop = (rate_hz / f64::from(OUTPUT_RATE_HZ)).round().max(1.0) as u32;
+        let rates = Rates {
+            sample_rate_hz: rate_hz,
+            carrier_hz,
+            output_rate_hz: rate_hz / f64::from(hop),
+        };
+        // Envelopes do not turn with the carrier.
+        let phase = CarrierPhase::new(0.0, rate_hz);
+        let window = first_window(1);
+        let (second, impulse) = SecondStage::design(&window, 1, hop, rates);
+        let first = FirstStage::design(&window, 1, hop, &phase);
+        Ok(Self {
+            rates,
+            phase,
+            first,
+            second,
+            impulse,
+        })
+    }
+
+    /// Returns the rate of the audio samples, Hz.
     #[must_use]
-    pub fn settings(&self) -> FilterSettings {
-        self.settings
+    pub fn sample_rate_hz(&self) -> f64 {
+        self.rates.sample_rate_hz
+    }
+
+    /// Returns the frequency of the carrier, Hz.
+    #[must_use]
+    pub fn carrier_hz(&self) -> f64 {
+        self.rates.carrier_hz
+    }
+
+    /// Returns the rate of the frames, Hz; not necessarily a whole number.
+    #[must_use]
+    pub fn output_rate_hz(&self) -> f64 {
+        self.rates.output_rate_hz
     }
 
     /// Returns the number of samples from one frame to the next.
@@ -237,14 +332,14 @@ impl Filter {
     /// Returns the time from a frame's centre until it can be computed, s.
     #[must_use]
     pub fn group_delay_s(&self) -> f64 {
-        self.half_support() as f64 / f64::from(self.settings.sample_rate_hz)
+        self.half_support() as f64 / self.rates.sample_rate_hz
     }
 
     /// Returns the gain for a component `offset_hz` from the carrier; real, because the phase is linear and referred to
     /// the frame's centre.
     #[must_use]
     pub fn response(&self, offset_hz: f64) -> f64 {
-        let step = TAU * offset_hz / f64::from(self.settings.sample_rate_hz);
+        let step = TAU * offset_hz / self.rates.sample_rate_hz;
         centred(&self.impulse.taps[0])
             .map(|(n, h)| h * (step * n).cos())
             .sum()
@@ -253,7 +348,7 @@ impl Filter {
     /// Returns the offset from the carrier, Hz, from which on everything is rejected by at least 100 dB.
     #[must_use]
     pub fn stopband_hz(&self) -> f64 {
-        STOPBAND * f64::from(self.settings.output_rate_hz)
+        STOPBAND * self.rates.output_rate_hz
     }
 
     /// Returns the ratio of the standard deviation of one quadrature of the envelope to that of white noise of the samples.
@@ -299,16 +394,11 @@ impl FirstStage {
 }
 
 impl SecondStage {
-    fn design(
-        first: &[f64],
-        first_decimation: u32,
-        hop: u32,
-        settings: FilterSettings,
-    ) -> (Self, Impulse) {
+    fn design(first: &[f64], first_decimation: u32, hop: u32, rates: Rates) -> (Self, Impulse) {
         let decimation = hop / first_decimation;
-        let rate = f64::from(settings.sample_rate_hz);
+        let rate = rates.sample_rate_hz;
         let step_s = f64::from(first_decimation) / rate;
-        let cutoff_hz = CUTOFF * f64::from(settings.output_rate_hz);
+        let cutoff_hz = CUTOFF * rates.output_rate_hz;
         let edge = f64::from(decimation * SECOND_SPAN_HOPS) / 2.0;
         let half = edge as usize - 1;
         let kaiser = Kaiser::new(SECOND_BETA);
@@ -336,7 +426,7 @@ impl SecondStage {
 
         // Probe at the offset Δ: p(m) = h(m) e^{−iΔm}, the low-pass moved to +Δ; its conjugate is at −Δ.
         let probes = PROBE_OFFSETS.map(|offset| {
-            let turn = TAU * offset * f64::from(settings.output_rate_hz) * step_s;
+            let turn = TAU * offset * rates.output_rate_hz * step_s;
             let part = |f: fn(f64) -> f64| -> Vec<f64> {
                 centred(&taps[0]).map(|(m, h)| h * f(-turn * m)).collect()
             };

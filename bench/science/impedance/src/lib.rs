@@ -5,6 +5,8 @@
 //! | the common demodulation filter and its measured response | [`Filter`] |
 //! | interleaved samples → complex envelopes of drive and pickup | [`Demodulator`] |
 //! | envelopes → Z_m, as published and corrected for envelope dynamics | [`Zm`] |
+//! | complex envelopes in place of samples | [`EnvelopeStream`] |
+//! | a carrier that moves | [`moving_carrier`] |
 //! | reasons to reject a frame | [`Mask`] |
 //! | detection of the carrier in a signal | [`CarrierLevel`] |
 //! | a pickup's phase and delay from the unloaded plate's response to the modulation | [`Transient`] |
@@ -29,10 +31,12 @@ mod carrier_level;
 mod carrier_phase;
 pub mod clock_alignment;
 mod demodulator;
+mod envelope_stream;
 mod filter;
 mod flaws;
 mod kernel;
 mod mask;
+pub mod moving_carrier;
 mod noise;
 pub mod sample_loss;
 pub mod smoothing;
@@ -45,7 +49,11 @@ pub use carrier_level::{CarrierError, CarrierLevel};
 pub use demodulator::{
     ChannelEnvelope, Demodulator, DemodulatorError, EnvelopeFrame, InputChannel,
 };
-pub use filter::{Filter, FilterError, FilterSettings, OUTPUT_RATE_HZ, output_rate_hz};
+pub use envelope_stream::EnvelopeStream;
+pub use filter::{
+    Filter, FilterError, FilterSettings, LEAST_ENVELOPE_RATE_HZ, OUTPUT_RATE_HZ, output_rate_hz,
+    samples_per_frame,
+};
 pub use flaws::{ChannelFlaws, Flawed};
 pub use mask::Mask;
 pub use transient::Transient;

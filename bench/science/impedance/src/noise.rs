@@ -22,7 +22,7 @@ pub(crate) struct NoiseFloor {
 
 impl NoiseFloor {
     pub(crate) fn new(filter: &Filter) -> Self {
-        let looks_per_s = f64::from(filter.settings().output_rate_hz) / FRAMES_PER_LOOK as f64;
+        let looks_per_s = filter.output_rate_hz() / FRAMES_PER_LOOK as f64;
         Self {
             variance: [[0.0; 2]; PROBE_PAIRS],
             looks: 0,

@@ -135,7 +135,7 @@ pub fn lost_frames(
         });
     }
 
-    let phase = CarrierPhase::new(carrier_hz, sample_rate_hz);
+    let phase = CarrierPhase::new(carrier_hz, f64::from(sample_rate_hz));
     let mut nearest_rad = PI;
     let mut fitting = (lowest..=highest).filter(|&k| {
         let residual_rad = wrap_rad(jump_rad - phase.rotation_at(k).arg()).abs();

@@ -212,7 +212,7 @@ impl Zm {
             });
         }
         Ok(Self {
-            omega: TAU * filter.settings().carrier_hz,
+            omega: TAU * filter.carrier_hz(),
             mass_kg: plate.modal_mass_kg,
             stiffness_n_per_m: plate.stiffness_n_per_m(),
             newtons_per_unit: plate.force_factor_n_per_v * channels.drive_volts_per_unit,

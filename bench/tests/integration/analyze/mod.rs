@@ -114,7 +114,7 @@ fn edit_samples(recording: &Path, channel: usize, change: impl Fn(f64, f32) -> f
 
 fn pickup(recording: &Path) -> usize {
     let manifest = read_manifest(recording).unwrap();
-    usize::from(manifest.channels.pickup.index)
+    usize::from(manifest.signals().unwrap().channels.pickup.index)
 }
 
 fn analyze(arguments: &[&str], recordings: &[&Path]) -> Output {

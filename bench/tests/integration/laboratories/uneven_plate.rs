@@ -82,13 +82,14 @@ fn a_plate_that_moves_less_at_its_ends_serves_once_its_profile_is_known() {
 pub(super) fn fit_request(folder: &Path) -> FitRequest {
     let reading = demodulation::read(folder, PickupOffset::default()).unwrap();
     let settings = Settings::default();
-    let rules = settings.selection_rules(reading.manifest.plate.centre_m);
+    let vibration = reading.vibration.unwrap();
+    let rules = settings.selection_rules(vibration.plate.centre_m);
     let (start_s, end_s) = EXPLORATION_S;
     let series = reading.record.series(start_s, end_s);
     let stretches = select(&series.exploration(Direction::LeftToRight), &rules).unwrap();
     FitRequest {
         label: "trial 1".to_owned(),
-        carrier_hz: reading.manifest.carrier_hz,
+        carrier_hz: vibration.carrier_hz,
         errors: ErrorBudget::without_assumptions(
             reading.manifest.standard_errors.unwrap_or_default(),
         ),

@@ -69,6 +69,16 @@ pub enum ManifestError {
         /// Allowed values in words.
         allowed: String,
     },
+    /// A text is not one of those allowed.
+    #[error("`{key}` is \"{value}\", allowed is {allowed}")]
+    Text {
+        /// The key, with its tables.
+        key: String,
+        /// Value of the key.
+        value: String,
+        /// Allowed values in words.
+        allowed: &'static str,
+    },
     /// A list has too many entries.
     #[error("`{key}` has {count} entries; at most {MAX_ENTRIES} are read")]
     TooMany {
@@ -153,14 +163,41 @@ pub enum ManifestError {
         /// Rate of the audio file, Hz.
         audio_hz: u32,
     },
+    /// `channels.rate_hz` differs from the audio file's.
+    #[error(
+        "`channels.rate_hz` is {stated_hz}, but signals.wav has {audio_hz} Hz; a stated rate differs from that of the header by \
+         less than 1 Hz"
+    )]
+    StatedRate {
+        /// Rate in the manifest, Hz.
+        stated_hz: f64,
+        /// Rate of the audio file, Hz.
+        audio_hz: u32,
+    },
+    /// A key that the streams need is missing.
+    #[error(
+        "`{key}` is missing, which {reason} needs; a recording of forces alone has neither `carrier_hz` nor `[channels]` nor \
+         `[plate]`"
+    )]
+    MissingKey {
+        /// The key.
+        key: &'static str,
+        /// Streams that need it.
+        reason: &'static str,
+    },
+    /// Envelopes that refer to a carrier that moves.
+    #[error(
+        "`carrier_hz` is \"follows\" without `[channels]`; envelopes refer to one frequency, which `carrier_hz` states in Hz"
+    )]
+    MovingEnvelopes,
     /// The modulated carrier is not below half the sampling rate.
     #[error(
-        "sample rate {sample_rate_hz} Hz is not above 2 · (`carrier_hz` {carrier_hz} + `modulation_hz` {modulation_hz}) = {} Hz",
+        "sample rate {rate_hz} Hz is not above 2 · (`carrier_hz` {carrier_hz} + `modulation_hz` {modulation_hz}) = {} Hz",
         (2e3 * (.carrier_hz + .modulation_hz)).round() / 1e3
     )]
     Undersampled {
         /// Sample rate, Hz.
-        sample_rate_hz: u32,
+        rate_hz: f64,
         /// Carrier, Hz.
         carrier_hz: f64,
         /// Modulation, Hz.
@@ -174,7 +211,7 @@ impl ManifestError {
         Some(match self {
             Self::NotToml { .. } => return None,
             Self::Format { .. } => "format".to_owned(),
-            Self::Value { key, .. } => key.clone(),
+            Self::Value { key, .. } | Self::Text { key, .. } => key.clone(),
             Self::TooMany { key, .. } => (*key).to_owned(),
             Self::ProfilePlaces { .. } => "plate.profile.positions_m".to_owned(),
             Self::IntervalTime { .. } => "intervals".to_owned(),
@@ -186,7 +223,10 @@ impl ManifestError {
             Self::NoSuchChannel { key, .. } => (*key).to_owned(),
             Self::ChannelNames { .. } => "hardware.channel_names".to_owned(),
             Self::SampleRate { .. } => "hardware.sample_rate_hz".to_owned(),
-            Self::Undersampled { .. } => "carrier_hz".to_owned(),
+            Self::StatedRate { .. } => "channels.rate_hz".to_owned(),
+            // The line of the table that needs the key; without it, none.
+            Self::MissingKey { .. } => "channels".to_owned(),
+            Self::MovingEnvelopes | Self::Undersampled { .. } => "carrier_hz".to_owned(),
         })
     }
 }
@@ -196,6 +236,14 @@ pub(super) fn value_error(key: &str, value: f64, allowed: &str) -> ManifestError
         key: key.to_owned(),
         value,
         allowed: allowed.to_owned(),
+    }
+}
+
+pub(super) fn text_error(key: &str, value: &str, allowed: &'static str) -> ManifestError {
+    ManifestError::Text {
+        key: key.to_owned(),
+        value: value.to_owned(),
+        allowed,
     }
 }
 

@@ -1,23 +1,29 @@
 //! `recording.toml`: origin of a recording, and conversion of its samples to volts and metres.
 //!
-//! Peak amplitudes and exp(+iωt) throughout. The tables `channels`, `plate` and `intervals` are fixed; `participant`,
+//! Peak amplitudes and exp(+iωt) throughout. [`Streams`] are raw signals, envelopes, or forces alone; the tables `channels`,
+//! `plate` and `intervals` are fixed; `participant`,
 //! `trial`, `hardware`, `software` and `events` are written by this bench and may be absent in a recording made
 //! elsewhere.
 
 pub mod assumed_errors;
+mod import_origin;
 mod interval;
 mod manifest_error;
 mod origin;
+mod raw_manifest;
 mod recorded_across;
 mod recorded_clock;
+mod recorded_contact;
 mod recorded_profile;
 mod recorded_room;
 mod recording_event;
 mod standard_errors;
+mod streams;
 #[cfg(test)]
 mod tests;
 mod transducers;
 
+pub use import_origin::{FoundValue, Imported, ImportedMap, ImportedSource, Origin};
 pub use interval::{RecordedInterval, RecordedIntervalKind};
 pub use manifest_error::{FORMAT, MAX_ENTRIES, MAX_INTERVALS_S, ManifestError, ManifestReadError};
 pub use origin::{
@@ -27,18 +33,18 @@ pub use origin::{
 pub use protocols::Direction;
 pub use recorded_across::{FARTHEST_CREST, RecordedAcross, WAVELENGTHS_M, WavelengthSource};
 pub use recorded_clock::{ClockDevice, RecordedClock};
+pub use recorded_contact::{Body, RecordedContact};
 pub use recorded_profile::{PROFILE_RATIOS, RecordedProfile};
 pub use recorded_room::{PRESSURE_HPA, RecordedRoom};
 pub use recording_event::{EventKind, QUIET_S, RecordingEvent};
 pub use standard_errors::StandardErrors;
+pub use streams::{Carrier, Modulation, RecordedEnvelopes, RecordedSignals, Streams};
 pub use transducers::{RecordedChannels, RecordedDrive, RecordedPickup, RecordedPlate};
 
 use serde::{Deserialize, Serialize};
 
-use manifest_error::{
-    MAX_OVERLAP, require_finite, require_from_one, require_not_negative, require_not_zero,
-    require_positive, require_range,
-};
+use manifest_error::{MAX_OVERLAP, require_from_one};
+use raw_manifest::RawManifest;
 
 /// Content of `recording.toml`.
 ///
@@ -55,7 +61,7 @@ use manifest_error::{
 /// plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
 /// "#;
 /// let manifest = Manifest::parse(text, "recording.toml").unwrap();
-/// assert_eq!(manifest.plate.modal_mass_kg, 0.008);
+/// assert_eq!(manifest.plate().unwrap().modal_mass_kg, 0.008);
 ///
 /// let error = Manifest::parse(&text.replace("0.95", "1.5"), "recording.toml").unwrap_err();
 /// assert!(matches!(
@@ -65,50 +71,44 @@ use manifest_error::{
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "RawManifest", into = "RawManifest")]
 pub struct Manifest {
     /// Version of the file's layout; 1.
     pub format: u32,
-    /// Carrier frequency, Hz.
-    pub carrier_hz: f64,
-    /// Frequency of the amplitude modulation, Hz; 0 for no modulation.
-    pub modulation_hz: f64,
-    /// Modulation index, 0 to 1: A(t) = A_mean (1 + index · sin 2πft).
-    pub modulation_index: f64,
-    /// Channels from which the impedance is computed.
-    pub channels: RecordedChannels,
-    /// Plate under the finger.
-    pub plate: RecordedPlate,
+    /// Streams from which results follow, with their constants.
+    pub streams: Streams,
+    /// Body that touches the plate.
+    pub contact: RecordedContact,
     /// Standard errors of the constants, from the calibration; if absent, the constants are taken as exact.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub standard_errors: Option<StandardErrors>,
     /// Room; if absent, its ambient pressure is not known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub room: Option<RecordedRoom>,
     /// Intervals of the recording with a known meaning.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub intervals: Vec<RecordedInterval>,
     /// Participant.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub participant: Option<Participant>,
     /// Trial, protocol, and the end of the recording.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trial: Option<Trial>,
     /// Hardware of the recording.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hardware: Option<RecordedHardware>,
     /// Program that wrote the recording.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub software: Option<Software>,
+    /// Origin, if the recording was imported from files of another program.
+    pub origin: Option<Origin>,
     /// Clocks by which readings were placed in time; absent in recordings of earlier versions.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub clocks: Vec<RecordedClock>,
     /// Events during the recording.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<RecordingEvent>,
 }
 
-/// The required keys of a `recording.toml`.
+fn require_format(format: u32) -> Result<(), ManifestError> {
+    match format {
+        FORMAT => Ok(()),
+        value => Err(ManifestError::Format { value }),
+    }
+}
+
+/// The required keys of a `recording.toml` that describes `signals.wav`.
 pub const MINIMAL: &str = include_str!("minimal.toml");
 /// Time by which a gap in the drive may precede the report of its output xrun, s.
 pub const BEFORE_REPORT_S: f64 = 0.1;
@@ -122,7 +122,9 @@ impl Manifest {
     /// [`ManifestReadError`] names the key, its line, its value and the allowed values; for unknown keys the nearest
     /// known key.
     pub fn parse(text: &str, file: &str) -> Result<Self, ManifestReadError> {
-        let manifest: Self = strict_toml::parse(text, file)?;
+        let with_line = |rule| ManifestReadError::with_line(rule, text, file);
+        let raw: RawManifest = strict_toml::parse(text, file)?;
+        let manifest = Self::try_from(raw).map_err(with_line)?;
         let counts = [
             ("intervals", manifest.intervals.len()),
             ("clocks", manifest.clocks.len()),
@@ -134,7 +136,49 @@ impl Manifest {
         });
         match length_result.and_then(|()| manifest.validate()) {
             Ok(()) => Ok(manifest),
-            Err(rule) => Err(ManifestReadError::with_line(rule, text, file)),
+            Err(rule) => Err(with_line(rule)),
+        }
+    }
+
+    /// Returns the description of `signals.wav`; `None` without raw drive and pickup.
+    #[must_use]
+    pub fn signals(&self) -> Option<&RecordedSignals> {
+        match &self.streams {
+            Streams::Signals(signals) => Some(signals),
+            Streams::Envelopes(_) | Streams::Forces(_) => None,
+        }
+    }
+
+    /// Returns the plate; `None` if only forces were recorded.
+    #[must_use]
+    pub fn plate(&self) -> Option<&RecordedPlate> {
+        match &self.streams {
+            Streams::Signals(signals) => Some(&signals.plate),
+            Streams::Envelopes(envelopes) => Some(&envelopes.plate),
+            Streams::Forces(_) => None,
+        }
+    }
+
+    /// Returns the stated frequency of the carrier, Hz; `None` if it moves, or if only forces were recorded.
+    #[must_use]
+    pub fn carrier_hz(&self) -> Option<f64> {
+        match &self.streams {
+            Streams::Signals(signals) => match signals.carrier {
+                Carrier::Steady(carrier_hz) => Some(carrier_hz),
+                Carrier::Follows => None,
+            },
+            Streams::Envelopes(envelopes) => Some(envelopes.carrier_hz),
+            Streams::Forces(_) => None,
+        }
+    }
+
+    /// Returns the modulation of drive or stimulus; `None` for forces without a stimulus.
+    #[must_use]
+    pub fn modulation(&self) -> Option<Modulation> {
+        match &self.streams {
+            Streams::Signals(signals) => Some(signals.modulation),
+            Streams::Envelopes(envelopes) => Some(envelopes.modulation),
+            Streams::Forces(modulation) => *modulation,
         }
     }
 
@@ -161,8 +205,7 @@ impl Manifest {
 
     /// Returns the stretches with the force sensor at the end of its range, s; in order and disjoint.
     #[must_use]
-    pub fn saturated_s(&self, sample_rate_hz: u32) -> Vec<(f64, f64)> {
-        let rate_hz = f64::from(sample_rate_hz);
+    pub fn saturated_s(&self, rate_hz: f64) -> Vec<(f64, f64)> {
         self.spans_s(EventKind::ForceOverRange, |sample, frames| {
             let end = sample.saturating_add(frames.unwrap_or(1));
             (sample as f64 / rate_hz, end as f64 / rate_hz)
@@ -172,8 +215,7 @@ impl Manifest {
     /// Returns the stretches in which an output xrun may have interrupted the drive, s; in order and disjoint. Recordings
     /// of versions that did not locate the gap state only the time of the xrun's report.
     #[must_use]
-    pub fn drive_gaps_s(&self, sample_rate_hz: u32) -> Vec<(f64, f64)> {
-        let rate_hz = f64::from(sample_rate_hz);
+    pub fn drive_gaps_s(&self, rate_hz: f64) -> Vec<(f64, f64)> {
         let mut spans_s = self.spans_s(EventKind::OutputXrun, |sample, frames| {
             let report_s = sample as f64 / rate_hz;
             match frames {
@@ -211,39 +253,8 @@ impl Manifest {
     /// # Errors
     /// The first violated rule.
     pub fn validate(&self) -> Result<(), ManifestError> {
-        if self.format != FORMAT {
-            return Err(ManifestError::Format { value: self.format });
-        }
-        require_positive("carrier_hz", self.carrier_hz)?;
-        require_not_negative("modulation_hz", self.modulation_hz)?;
-        require_range("modulation_index", self.modulation_index, 0.0..=1.0)?;
-        require_not_zero(
-            "channels.drive.volts_per_unit",
-            self.channels.drive.volts_per_unit,
-        )?;
-        require_not_zero(
-            "channels.pickup.metres_per_unit",
-            self.channels.pickup.metres_per_unit,
-        )?;
-        require_finite("channels.pickup.phase_rad", self.channels.pickup.phase_rad)?;
-        if self.channels.drive.index == self.channels.pickup.index {
-            return Err(ManifestError::SameChannel {
-                index: self.channels.drive.index,
-            });
-        }
-        require_positive("plate.resonance_hz", self.plate.resonance_hz)?;
-        require_positive("plate.modal_mass_kg", self.plate.modal_mass_kg)?;
-        require_not_zero(
-            "plate.force_factor_n_per_v",
-            self.plate.force_factor_n_per_v,
-        )?;
-        require_finite("plate.centre_m", self.plate.centre_m)?;
-        if let Some(profile) = &self.plate.profile {
-            profile.validate()?;
-        }
-        if let Some(across) = &self.plate.across {
-            across.validate()?;
-        }
+        require_format(self.format)?;
+        self.streams.validate()?;
         if let Some(errors) = &self.standard_errors {
             errors.validate()?;
         }
@@ -261,6 +272,9 @@ impl Manifest {
         }
         if let Some(hardware) = &self.hardware {
             hardware.validate()?;
+        }
+        if let Some(origin) = &self.origin {
+            origin.validate()?;
         }
         for (index, clock) in self.clocks.iter().enumerate() {
             clock.validate(index)?;
@@ -285,7 +299,8 @@ impl Manifest {
         Ok(())
     }
 
-    /// Checks the manifest against the audio that it describes.
+    /// Checks the manifest against the audio that it describes, and returns the audio's rate, Hz: the stated one, or else that of
+    /// the file.
     ///
     /// # Errors
     /// A channel does not exist, or the sampling rate differs from the stated one or is too low for the modulated
@@ -294,25 +309,42 @@ impl Manifest {
         &self,
         sample_rate_hz: u32,
         channel_count: u16,
-    ) -> Result<(), ManifestError> {
-        for (key, index) in [
-            ("channels.drive.index", self.channels.drive.index),
-            ("channels.pickup.index", self.channels.pickup.index),
-        ] {
-            if index >= channel_count {
-                return Err(ManifestError::NoSuchChannel {
-                    key,
-                    index,
-                    channels: channel_count,
-                });
+    ) -> Result<f64, ManifestError> {
+        let mut rate_hz = f64::from(sample_rate_hz);
+        if let Some(signals) = self.signals() {
+            let channels = &signals.channels;
+            for (key, index) in [
+                ("channels.drive.index", channels.drive.index),
+                ("channels.pickup.index", channels.pickup.index),
+            ] {
+                if index >= channel_count {
+                    return Err(ManifestError::NoSuchChannel {
+                        key,
+                        index,
+                        channels: channel_count,
+                    });
+                }
             }
-        }
-        if f64::from(sample_rate_hz) <= 2.0 * (self.carrier_hz + self.modulation_hz) {
-            return Err(ManifestError::Undersampled {
-                sample_rate_hz,
-                carrier_hz: self.carrier_hz,
-                modulation_hz: self.modulation_hz,
-            });
+            if let Some(stated_hz) = channels.rate_hz {
+                // A WAV header has a whole number.
+                if (stated_hz - rate_hz).abs() >= 1.0 {
+                    return Err(ManifestError::StatedRate {
+                        stated_hz,
+                        audio_hz: sample_rate_hz,
+                    });
+                }
+                rate_hz = stated_hz;
+            }
+            if let Carrier::Steady(carrier_hz) = signals.carrier {
+                let modulation_hz = signals.modulation.frequency_hz;
+                if rate_hz <= 2.0 * (carrier_hz + modulation_hz) {
+                    return Err(ManifestError::Undersampled {
+                        rate_hz,
+                        carrier_hz,
+                        modulation_hz,
+                    });
+                }
+            }
         }
         if let Some(hardware) = &self.hardware {
             if hardware.sample_rate_hz != sample_rate_hz {
@@ -328,6 +360,6 @@ impl Manifest {
                 });
             }
         }
-        Ok(())
+        Ok(rate_hz)
     }
 }

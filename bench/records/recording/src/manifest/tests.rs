@@ -91,7 +91,10 @@ fn full_manifest() -> Manifest {
 #[test]
 fn a_recording_made_elsewhere_needs_the_fixed_tables_only() {
     let manifest = parse(EXAMPLE).unwrap();
-    assert_eq!(manifest.channels.pickup.metres_per_unit, 2.0e-6);
+    assert_eq!(
+        manifest.signals().unwrap().channels.pickup.metres_per_unit,
+        2.0e-6
+    );
     assert_eq!(
         manifest.intervals[1].kind,
         RecordedIntervalKind::Exploration(Direction::LeftToRight)
@@ -103,8 +106,10 @@ fn a_recording_made_elsewhere_needs_the_fixed_tables_only() {
 fn a_written_manifest_reads_back_with_the_same_bytes() {
     let mut manifest = full_manifest();
     // 0.1 + 0.2 and 1e-300 need every digit of a double.
-    manifest.plate.centre_m = 0.1 + 0.2;
-    manifest.channels.pickup.metres_per_unit = 1e-300;
+    if let Streams::Signals(signals) = &mut manifest.streams {
+        signals.plate.centre_m = 0.1 + 0.2;
+        signals.channels.pickup.metres_per_unit = 1e-300;
+    }
     let text = manifest.to_toml().unwrap();
     assert_eq!(parse(&text).unwrap(), manifest);
     assert_eq!(manifest.clone().to_toml().unwrap(), text);
@@ -136,6 +141,56 @@ fn unknown_keys_are_named_with_line_and_nearest_key_in_every_table() {
             }) => assert_eq!((line, n.as_deref()), (wrong_line, Some(nearest)), "{wrong}"),
             other => panic!("{wrong}: {other}"),
         }
+    }
+}
+
+const ORIGIN: &str = r#"
+[origin.imported]
+version = "0.1.0"
+map = { file = "map.toml", sha256 = "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08" }
+interval_reasons = ["normal < 0.05 N for 0.3 s", "marks.csv, line 2"]
+
+[[origin.imported.sources]]
+file = "day 1/S01_T03.mat"
+sha256 = "60303ae22b998861bce3b28f33eec1be758a213c86c93c076dbe9f558c11c752"
+reader = "matrw 0.1.4"
+
+[[origin.imported.found]]
+name = "normal.offset_s"
+value = -0.0042
+error = 0.0003
+unit = "s"
+evidence = "residual of the friction over the shift"
+"#;
+
+#[test]
+fn the_origin_of_an_import_reads_back_as_it_was_written() {
+    assert!(!full_manifest().to_toml().unwrap().contains("origin"));
+    let manifest = parse(&format!("{EXAMPLE}{BENCH_TABLES}{ORIGIN}")).unwrap();
+    let imported = &manifest.origin.as_ref().unwrap().imported;
+    assert_eq!(imported.sources[0].reader, "matrw 0.1.4");
+    assert_eq!(imported.found[0].error, Some(0.0003));
+    assert_eq!(imported.interval_reasons.len(), 2);
+    assert_eq!(parse(&manifest.to_toml().unwrap()).unwrap(), manifest);
+}
+
+#[test]
+fn an_invalid_origin_is_refused_with_its_line() {
+    for (right, wrong, words) in [
+        ("9f86d0", "9F86D0", "64 digits"),
+        ("60303ae2", "60303ae", "64 digits"),
+        ("\"0.1.0\"\nmap", "\"\"\nmap", "not empty"),
+        ("\"matrw 0.1.4\"", "\" \"", "not empty"),
+        ("value = -0.0042", "value = nan", "finite"),
+        ("error = 0.0003", "error = -0.0003", "from 0"),
+        ("evidence", "evidense", "evidence"),
+        ("sources", "source", "sources"),
+    ] {
+        let text = format!("{EXAMPLE}{ORIGIN}").replacen(right, wrong, 1);
+        assert!(text.contains(wrong), "{wrong}");
+        let error = parse(&text).unwrap_err().to_string();
+        assert!(error.contains(words), "{wrong}: {error}");
+        assert!(error.contains(", line "), "{wrong}: {error}");
     }
 }
 
@@ -227,6 +282,100 @@ fn every_rule_refuses_with_line_value_and_range() {
     }
 }
 
+const FORCES: &str = r#"format = 1
+
+[contact]
+body = "other"
+
+[[intervals]]
+kind = "exploration"
+direction = "left_to_right"
+start_s = 1.4
+end_s = 3.1
+"#;
+
+/// Returns the example without its lines from the one that begins with `from` to the one before `to`.
+fn without(from: &str, to: &str) -> String {
+    let (start, end) = (EXAMPLE.find(from).unwrap(), EXAMPLE.find(to).unwrap());
+    [&EXAMPLE[..start], &EXAMPLE[end..]].concat()
+}
+
+#[test]
+fn the_keys_tell_signals_envelopes_and_forces_apart() {
+    assert!(parse(EXAMPLE).unwrap().signals().is_some());
+    let envelopes = parse(&without("[channels.drive]", "[plate]")).unwrap();
+    assert!(matches!(envelopes.streams, Streams::Envelopes(_)));
+    assert_eq!(envelopes.carrier_hz(), Some(35_000.0));
+    assert_eq!(envelopes.plate().unwrap().centre_m, 0.0525);
+    let forces = parse(FORCES).unwrap();
+    assert_eq!(forces.streams, Streams::Forces(None));
+    assert_eq!((forces.plate(), forces.carrier_hz()), (None, None));
+    assert_eq!(forces.contact.body, Body::Other);
+    let stimulus = "format = 1\nmodulation_hz = 2.0\nmodulation_index = 1.0\n";
+    let modulation = parse(&FORCES.replace("format = 1\n", stimulus))
+        .unwrap()
+        .modulation();
+    assert_eq!(modulation.unwrap().frequency_hz, 2.0);
+    let moving =
+        parse(&EXAMPLE.replace("carrier_hz = 35000.0", "carrier_hz = \"follows\"")).unwrap();
+    assert_eq!(moving.signals().unwrap().carrier, Carrier::Follows);
+    assert_eq!(moving.carrier_hz(), None);
+    for manifest in [envelopes, forces, moving] {
+        assert_eq!(parse(&manifest.to_toml().unwrap()).unwrap(), manifest);
+    }
+}
+
+#[test]
+fn a_key_that_the_streams_need_is_named() {
+    for (text, words) in [
+        (
+            without("carrier_hz", "modulation_hz"),
+            "`carrier_hz` is missing",
+        ),
+        (
+            without("modulation_hz", "modulation_index"),
+            "`modulation_hz` is missing",
+        ),
+        (without("[plate]", "[[intervals]]"), "`plate` is missing"),
+        (
+            FORCES.replace("format = 1\n", "format = 1\nmodulation_hz = 2.0\n"),
+            "`modulation_index` is missing",
+        ),
+        (
+            FORCES.replace("format = 1\n", "format = 1\ncarrier_hz = 35e3\n"),
+            "`modulation_hz` is missing",
+        ),
+        (
+            without("[channels.drive]", "[plate]").replacen("35000.0", "\"follows\"", 1),
+            "refer to one frequency",
+        ),
+        (
+            EXAMPLE.replace("carrier_hz = 35000.0", "carrier_hz = \"moves\""),
+            "\"follows\"",
+        ),
+        (FORCES.replace("\"other\"", "\"steel\""), "finger"),
+    ] {
+        let error = parse(&text).unwrap_err().to_string();
+        assert!(error.contains(words), "{words}: {error}");
+    }
+}
+
+#[test]
+fn a_rate_that_a_header_cannot_hold_is_stated() {
+    let text = EXAMPLE.replace(
+        "[channels.drive]",
+        "[channels]\nrate_hz = 136533.33333333334\n\n[channels.drive]",
+    );
+    let manifest = parse(&text).unwrap();
+    assert_eq!(
+        manifest.validate_audio(136_533, 2),
+        Ok(136_533.333_333_333_34)
+    );
+    let error = manifest.validate_audio(136_532, 2).unwrap_err().to_string();
+    assert!(error.contains("signals.wav has 136532 Hz"), "{error}");
+    assert_eq!(parse(&manifest.to_toml().unwrap()).unwrap(), manifest);
+}
+
 #[test]
 fn only_explorations_have_a_direction() {
     let missing_direction = EXAMPLE.replace("direction = \"left_to_right\"\n", "");
@@ -264,7 +413,7 @@ fn the_largest_seed_is_that_of_a_toml_integer() {
 #[test]
 fn audio_must_fit_the_description() {
     let manifest = full_manifest();
-    assert_eq!(manifest.validate_audio(192_000, 2), Ok(()));
+    assert_eq!(manifest.validate_audio(192_000, 2), Ok(192_000.0));
     assert!(matches!(
         manifest.validate_audio(192_000, 1),
         Err(ManifestError::NoSuchChannel { index: 1, .. })
@@ -281,7 +430,7 @@ fn audio_must_fit_the_description() {
     // 2 · (35 000 + 6) Hz is just too low; 1 Hz more is enough.
     let error = example.validate_audio(70_012, 2).unwrap_err();
     assert!(error.to_string().contains("= 70012 Hz"), "{error}");
-    assert_eq!(example.validate_audio(70_013, 2), Ok(()));
+    assert_eq!(example.validate_audio(70_013, 2), Ok(70_013.0));
 }
 
 const PROFILE: &str = "
@@ -299,7 +448,7 @@ fn profile_text() -> String {
 
 #[test]
 fn a_profile_is_optional_and_reads_back_as_it_was_written() {
-    assert_eq!(parse(EXAMPLE).unwrap().plate.profile, None);
+    assert_eq!(parse(EXAMPLE).unwrap().plate().unwrap().profile, None);
     assert!(
         !parse(EXAMPLE)
             .unwrap()
@@ -308,7 +457,7 @@ fn a_profile_is_optional_and_reads_back_as_it_was_written() {
             .contains("profile")
     );
     let manifest = parse(&profile_text()).unwrap();
-    let profile = manifest.plate.profile.as_ref().unwrap();
+    let profile = manifest.plate().unwrap().profile.as_ref().unwrap();
     assert_eq!(profile.positions_m, [0.005, 0.0525, 0.1]);
     assert_eq!(profile.ratios, [0.92, 1.0, 0.92]);
     let text = format!("{}{BENCH_TABLES}", profile_text());
@@ -331,10 +480,10 @@ fn across_text() -> String {
 #[test]
 fn a_wavelength_across_is_optional_and_reads_back_as_it_was_written() {
     let manifest = parse(EXAMPLE).unwrap();
-    assert_eq!(manifest.plate.across, None);
+    assert_eq!(manifest.plate().unwrap().across, None);
     assert!(!manifest.to_toml().unwrap().contains("across"));
     let manifest = parse(&across_text()).unwrap();
-    let across = manifest.plate.across.unwrap();
+    let across = manifest.plate().unwrap().across.unwrap();
     assert_eq!(across.wavelength_m, 0.022);
     assert_eq!(across.source, WavelengthSource::Measured);
     assert_eq!((across.crest_m, across.crest_standard_error_m), (0.0, 0.0));
@@ -343,8 +492,8 @@ fn a_wavelength_across_is_optional_and_reads_back_as_it_was_written() {
     let text = across_text().replacen("source", crest, 1);
     let text = format!("{text}{PROFILE}{BENCH_TABLES}");
     let manifest = parse(&text).unwrap();
-    assert!(manifest.plate.profile.is_some());
-    assert_eq!(manifest.plate.across.unwrap().crest_m, -4e-4);
+    assert!(manifest.plate().unwrap().profile.is_some());
+    assert_eq!(manifest.plate().unwrap().across.unwrap().crest_m, -4e-4);
     assert_eq!(parse(&manifest.to_toml().unwrap()).unwrap(), manifest);
 }
 

@@ -11,6 +11,9 @@ use super::recorded_profile::RecordedProfile;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RecordedChannels {
+    /// Sampling rate, Hz, if it is no whole number, as the header of `signals.wav` needs; within 1 Hz of that of the header.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate_hz: Option<f64>,
     /// Channel of the read-back of the voltage across the actuators.
     pub drive: RecordedDrive,
     /// Channel of the displacement of the plate.

@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::support::{FORMAT_2, force_rows, manifest, position_rows, ramp, read_all, write_data};
 use recording::DiskError;
 use recording::manifest::{
-    Direction, End, EventKind, ManifestError, RecordedInterval, RecordedIntervalKind,
+    Direction, End, EventKind, ManifestError, RecordedInterval, RecordedIntervalKind, Streams,
 };
 use recording::reader::{ReadError, Warning};
 use recording::wav::{MAX_DATA_BYTES, WavError, WavReader, WavWarning, header};
@@ -220,7 +220,9 @@ fn an_unreadable_recording_is_not_begun() {
     let temp = tempfile::tempdir().unwrap();
     let folder = temp.path().join("r");
     let mut invalid = manifest();
-    invalid.modulation_index = 1.5;
+    if let Streams::Signals(signals) = &mut invalid.streams {
+        signals.modulation.index = 1.5;
+    }
     let error = RecordingWriter::create(&folder, invalid, FORMAT_2).unwrap_err();
     assert!(error.to_string().contains("1.5"), "{error}");
     let slow = AudioFormat {

@@ -327,7 +327,7 @@ fn saturated_spans_are_in_order_and_apart() {
         saturated(200, Some(50)),
         saturated(u64::MAX, Some(u64::MAX)),
     ];
-    let spans = manifest.saturated_s(100);
+    let spans = manifest.saturated_s(100.0);
     assert_eq!(spans[..2], [(1.0, 3.0), (5.0, 6.0)]);
     assert_eq!(spans.len(), 3);
     manifest.intervals = vec![RecordedInterval {

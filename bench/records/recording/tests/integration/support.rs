@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use recording::manifest::{
-    FORMAT, Manifest, Participant, RecordedChannels, RecordedDrive, RecordedPickup, RecordedPlate,
-    Software, Trial,
+    Carrier, FORMAT, Manifest, Modulation, Participant, RecordedChannels, RecordedContact,
+    RecordedDrive, RecordedPickup, RecordedPlate, RecordedSignals, Software, Streams, Trial,
 };
 use recording::{AudioFormat, ForceRow, PositionRow, RecordingReader, RecordingWriter};
 
@@ -16,30 +16,36 @@ pub const FORMAT_2: AudioFormat = AudioFormat {
 pub fn manifest() -> Manifest {
     Manifest {
         format: FORMAT,
-        carrier_hz: 35_000.0,
-        modulation_hz: 6.0,
-        modulation_index: 0.95,
-        channels: RecordedChannels {
-            drive: RecordedDrive {
-                index: 0,
-                volts_per_unit: 100.0,
-                clip_units: None,
+        streams: Streams::Signals(RecordedSignals {
+            carrier: Carrier::Steady(35_000.0),
+            modulation: Modulation {
+                frequency_hz: 6.0,
+                index: 0.95,
             },
-            pickup: RecordedPickup {
-                index: 1,
-                metres_per_unit: 2e-6,
-                phase_rad: 0.1,
-                clip_units: None,
+            channels: RecordedChannels {
+                rate_hz: None,
+                drive: RecordedDrive {
+                    index: 0,
+                    volts_per_unit: 100.0,
+                    clip_units: None,
+                },
+                pickup: RecordedPickup {
+                    index: 1,
+                    metres_per_unit: 2e-6,
+                    phase_rad: 0.1,
+                    clip_units: None,
+                },
             },
-        },
-        plate: RecordedPlate {
-            resonance_hz: 35_000.0,
-            modal_mass_kg: 0.008,
-            force_factor_n_per_v: 0.13,
-            centre_m: 0.0525,
-            profile: None,
-            across: None,
-        },
+            plate: RecordedPlate {
+                resonance_hz: 35_000.0,
+                modal_mass_kg: 0.008,
+                force_factor_n_per_v: 0.13,
+                centre_m: 0.0525,
+                profile: None,
+                across: None,
+            },
+        }),
+        contact: RecordedContact::default(),
         standard_errors: None,
         room: None,
         intervals: Vec::new(),
@@ -63,6 +69,7 @@ pub fn manifest() -> Manifest {
             name: "friction-bench".to_owned(),
             version: "0.1.0".to_owned(),
         }),
+        origin: None,
         clocks: Vec::new(),
         events: Vec::new(),
     }

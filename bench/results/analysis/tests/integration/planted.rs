@@ -288,7 +288,7 @@ fn clock(folder: &Path, late_s: f64, rate: f64) -> (f64, Estimate, Estimate) {
     let film = Film {
         frames,
         z_p_n_s_per_m: sum / weights,
-        modulation_hz: reading.manifest.modulation_hz,
+        modulation_hz: reading.manifest.modulation().unwrap().frequency_hz,
         slides_s: &[(1.4, 3.1)],
     };
     let alignment = align(&film, &forces).unwrap();

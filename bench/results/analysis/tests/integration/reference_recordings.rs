@@ -212,7 +212,7 @@ fn forces_and_skin_motion_agree_with_the_true_values() {
     let z_p = findings.z_p.unwrap().corrected_n_s_per_m;
     let mut forces = Vec::new();
     for exploration in &findings.explorations {
-        let omega = TAU * findings.manifest.carrier_hz;
+        let omega = TAU * findings.carrier_hz().unwrap();
         let frames = exploration.z_m(Method::Dynamic).iter();
         let force_n: Vec<Complex64> = frames
             .zip(&exploration.amplitude_m)

@@ -147,7 +147,8 @@ fn at_reference(parameter: LogUncertain, exponent: Uncertain, ln_ratio: f64) -> 
 
 /// Returns the settings of a recording: the drive level as measured, the frequencies as stated.
 fn condition(findings: &RecordingFindings) -> Condition {
-    let manifest = &findings.manifest;
+    let modulation = findings.manifest.modulation();
+    let index = modulation.map_or(f64::NAN, |modulation| modulation.index);
     let peak_v = mean(
         findings
             .explorations
@@ -155,9 +156,9 @@ fn condition(findings: &RecordingFindings) -> Condition {
             .map(|exploration| exploration.drive_peak_v),
     );
     Condition {
-        drive_v: peak_v / (1.0 + manifest.modulation_index),
-        modulation_hz: manifest.modulation_hz,
-        carrier_hz: manifest.carrier_hz,
+        drive_v: peak_v / (1.0 + index),
+        modulation_hz: modulation.map_or(f64::NAN, |modulation| modulation.frequency_hz),
+        carrier_hz: findings.carrier_hz().unwrap_or(f64::NAN),
     }
 }
 

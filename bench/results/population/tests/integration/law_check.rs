@@ -10,6 +10,7 @@ use std::path::Path;
 
 use analysis::{Analysis, Settings, analyse};
 use population::law_check::{Difference, LawCheck, Setting, law_checks};
+use recording::manifest::Streams;
 
 /// Returns two analyses of each recording with this name, all of one participant, with these modulation frequencies.
 fn analysed(names: [&str; 2], modulations_hz: [f64; 2]) -> Analysis {
@@ -19,7 +20,9 @@ fn analysed(names: [&str; 2], modulations_hz: [f64; 2]) -> Analysis {
     for (number, recording) in analysed.recordings.iter_mut().enumerate() {
         recording.participant = Some("sub-01".to_owned());
         let findings = recording.findings.as_mut().unwrap();
-        findings.manifest.modulation_hz = modulations_hz[number / 2];
+        if let Streams::Signals(signals) = &mut findings.manifest.streams {
+            signals.modulation.frequency_hz = modulations_hz[number / 2];
+        }
     }
     analysed
 }

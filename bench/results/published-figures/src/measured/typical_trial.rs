@@ -59,7 +59,7 @@ pub(super) fn figure(
     let correcting_method = correcting_method
         .into_iter()
         .find(|method| selection.methods.contains(method));
-    let profile_method = correcting_method.filter(|_| findings.plate().profile.is_some());
+    let profile_method = correcting_method.filter(|_| findings.plate().is_some_and(|plate| plate.profile.is_some()));
     if let Some(method) = profile_method {
         let finger_amplitude = time_course(exploration.method_amplitude_m(method), MICRO);
         amplitude.push(line(method, finger_amplitude));
@@ -98,9 +98,9 @@ pub(super) fn figure(
         }
     };
     let reaction = selection.methods.iter().filter_map(|&method| {
-        let z_p = z_p(method)?;
+        let (z_p, carrier_hz) = z_p(method).zip(findings.carrier_hz())?;
         Some(curve(method, &|z_m, amplitude_m| {
-            let v_p = TAU * findings.manifest.carrier_hz * amplitude_m;
+            let v_p = TAU * carrier_hz * amplitude_m;
             ((z_m - z_p) * v_p).norm()
         }))
     });

@@ -5,7 +5,7 @@
     reason = "a test that cannot go on should stop with the error"
 )]
 
-use impedance::{Filter, FilterError, FilterSettings, OUTPUT_RATE_HZ};
+use impedance::{Filter, FilterError, FilterSettings, OUTPUT_RATE_HZ, samples_per_frame};
 
 fn filter(sample_rate_hz: u32) -> Filter {
     Filter::new(FilterSettings {
@@ -126,4 +126,45 @@ fn rates_without_a_whole_ratio_and_carriers_without_room_are_named() {
         Filter::new(settings),
         Err(FilterError::RatioNotInteger { .. })
     ));
+}
+
+/// At any rate from 80 kHz to 2 MHz the filter has the response of the usual rates.
+#[test]
+fn any_sample_rate_has_frames_near_the_usual_rate() {
+    for sample_rate_hz in [
+        80_000.0,
+        83_333.0,
+        100_003.0,
+        131_072.0,
+        156_250.0,
+        312_500.0 / 3.0,
+        409_600.0 / 3.0,
+        1_999_999.0,
+    ] {
+        let hop = samples_per_frame(sample_rate_hz);
+        let filter = Filter::with_hop(sample_rate_hz, 0.3 * sample_rate_hz, hop).unwrap();
+        let output_rate_hz = filter.output_rate_hz();
+        assert!(
+            (1500.0..=2500.0).contains(&output_rate_hz),
+            "{sample_rate_hz}: {output_rate_hz}"
+        );
+        assert_eq!(filter.hop(), u64::from(hop));
+        for (offset_hz, tolerance) in [(6.0, 1e-7), (100.0, 2e-5), (280.0, 2e-4)] {
+            let error = filter.response(offset_hz) - 1.0;
+            assert!(
+                error.abs() < tolerance,
+                "{sample_rate_hz} Hz, {offset_hz} Hz: {error:e}"
+            );
+        }
+        let stopband = filter.response(filter.stopband_hz()).abs();
+        assert!(stopband < 1e-5, "{sample_rate_hz}: {stopband:e}");
+    }
+    for (sample_rate_hz, hop) in [
+        (96_000.0, 48),
+        (100_000.0, 50),
+        (192_000.0, 96),
+        (88_200.0, 45),
+    ] {
+        assert_eq!(samples_per_frame(sample_rate_hz), hop);
+    }
 }

@@ -1,0 +1,133 @@
+//! `[origin.imported]`: files, map and program by which a recording made elsewhere was imported, and the values found in them.
+
+use serde::{Deserialize, Serialize};
+
+use super::manifest_error::{
+    MAX_ENTRIES, ManifestError, require_finite, require_not_negative, text_error,
+};
+
+/// Origin of a recording that this bench did not make.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Origin {
+    /// Import of the recording.
+    pub imported: Imported,
+}
+
+/// Import of a recording from files of another program.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Imported {
+    /// Version of the program that imported the recording.
+    pub version: String,
+    /// Map by which the files were read.
+    pub map: ImportedMap,
+    /// Files from which the recording was made, in the order of their names.
+    pub sources: Vec<ImportedSource>,
+    /// Values that neither map nor files state, found in the data.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub found: Vec<FoundValue>,
+    /// Reason of each interval, in the order of `[[intervals]]`: the rule that it follows, or the file of its mark.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub interval_reasons: Vec<String>,
+}
+
+/// Map of an import.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct ImportedMap {
+    /// Name of the map's file.
+    pub file: String,
+    /// SHA-256 of its bytes, in lower-case hexadecimal.
+    pub sha256: String,
+}
+
+/// File of another program.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct ImportedSource {
+    /// Path relative to the map's folder, with `/` between its parts.
+    pub file: String,
+    /// SHA-256 of its bytes, in lower-case hexadecimal.
+    pub sha256: String,
+    /// Reader of its format, such as `matrw 0.1.4`.
+    pub reader: String,
+}
+
+/// Value found in the data of an imported recording.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct FoundValue {
+    /// Key of the map that asks for the value, such as `normal.offset_s`.
+    pub name: String,
+    /// The value.
+    pub value: f64,
+    /// Its standard error; absent if it is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<f64>,
+    /// Unit of both, such as `s`; empty for a ratio.
+    pub unit: String,
+    /// Data from which the value follows, in words.
+    pub evidence: String,
+}
+
+impl Origin {
+    /// Checks the sums, the names and the numbers.
+    pub(super) fn validate(&self) -> Result<(), ManifestError> {
+        let Imported {
+            version,
+            map,
+            sources,
+            found,
+            interval_reasons,
+        } = &self.imported;
+        let lists = [
+            ("origin.imported.sources", sources.len()),
+            ("origin.imported.found", found.len()),
+            ("origin.imported.interval_reasons", interval_reasons.len()),
+        ];
+        if let Some((key, count)) = lists.into_iter().find(|(_, count)| *count > MAX_ENTRIES) {
+            return Err(ManifestError::TooMany { key, count });
+        }
+        require_text("origin.imported.version", version)?;
+        require_text("origin.imported.map.file", &map.file)?;
+        require_sum("origin.imported.map.sha256", &map.sha256)?;
+        for (index, source) in sources.iter().enumerate() {
+            let key = |name: &str| format!("origin.imported.sources.{index}.{name}");
+            require_text(&key("file"), &source.file)?;
+            require_sum(&key("sha256"), &source.sha256)?;
+            require_text(&key("reader"), &source.reader)?;
+        }
+        for (index, value) in found.iter().enumerate() {
+            let key = |name: &str| format!("origin.imported.found.{index}.{name}");
+            require_text(&key("name"), &value.name)?;
+            require_finite(&key("value"), value.value)?;
+            require_not_negative(&key("error"), value.error.unwrap_or(0.0))?;
+        }
+        Ok(())
+    }
+}
+
+fn require_text(key: &str, text: &str) -> Result<(), ManifestError> {
+    match text.trim().is_empty() {
+        true => Err(text_error(key, text, "a text that is not empty")),
+        false => Ok(()),
+    }
+}
+
+fn require_sum(key: &str, text: &str) -> Result<(), ManifestError> {
+    let is_digit = |byte: u8| matches!(byte, b'0'..=b'9' | b'a'..=b'f');
+    match text.len() == 64 && text.bytes().all(is_digit) {
+        true => Ok(()),
+        false => Err(text_error(
+            key,
+            text,
+            "the 64 digits 0 to 9 and a to f of a SHA-256, as `sha256sum` prints them",
+        )),
+    }
+}

@@ -1,0 +1,65 @@
+//! Friction of a recording of forces alone, on any surface under any modulator: over time, speed and stimulus.
+//!
+//! The intervals are those of the recording, at any speed and place. The forces are taken as recorded, at the times of their rows, so
+//! that μ of a row is |lateral|/normal of that row.
+
+use std::path::Path;
+
+use protocols::SelectionRules;
+use study::provenance::Provenance;
+
+use crate::consistency;
+use crate::demodulation::DemodulatedRecording;
+use crate::error_budget::ErrorBudget;
+use crate::exploration_findings::ExplorationFindings;
+use crate::findings::RecordingFindings;
+use crate::flaw::{Flaw, MissingStream};
+use crate::force_zero::ForceZero;
+use crate::recording_analysis::explorations;
+use recording::pipeline::PickupOffset;
+
+/// Returns the findings of a recording without an impedance.
+pub(crate) fn findings(
+    folder: &Path,
+    reading: DemodulatedRecording,
+    rules: SelectionRules,
+) -> RecordingFindings {
+    let implausible = consistency::implausible(&reading);
+    let DemodulatedRecording {
+        manifest,
+        record,
+        mut flaws,
+        ..
+    } = reading;
+    let slides = explorations(&manifest);
+    flaws.push(Flaw::Missing(MissingStream::Vibration));
+    flaws.extend(implausible.into_iter().map(Flaw::from));
+    flaws.extend(slides.is_empty().then_some(Flaw::NoExploration));
+    let explorations: Vec<ExplorationFindings> = slides
+        .into_iter()
+        .map(|(direction, start_s, end_s)| {
+            let series = record.force_series(start_s, end_s);
+            ExplorationFindings::from_forces(series, direction, (start_s, end_s))
+        })
+        .collect();
+    let participant = manifest.participant.as_ref();
+    RecordingFindings {
+        path: folder.to_owned(),
+        participant: participant.map(|participant| participant.id.clone()),
+        provenance: Provenance::new(&manifest, None),
+        manifest,
+        vibration: None,
+        rules,
+        pickup: PickupOffset::default(),
+        zero: ForceZero::default(),
+        errors: ErrorBudget::default(),
+        z_p: None,
+        explorations,
+        instances: Vec::new(),
+        trial: None,
+        within_laws: None,
+        model_check: Vec::new(),
+        rejected: Vec::new(),
+        flaws,
+    }
+}

@@ -130,7 +130,7 @@ pub(crate) fn exchanged(
     modulation_hz: f64,
     unloaded_s: &[(f64, f64)],
 ) -> Result<(), ImportRefusal> {
-    if !(modulation_hz > 0.0) {
+    if modulation_hz <= 0.0 {
         return Ok(());
     }
     let step_s = drive.step_s;
@@ -163,7 +163,10 @@ pub(crate) fn exchanged(
         let error = |fit: crate::modulation::HarmonicFit| {
             (2.0 * fit.residual / n / (n / 20.0).max(1.0)).sqrt() / fit.amplitude
         };
-        if fits.iter().any(|fit| !(fit.amplitude > 0.05 * fit.mean)) {
+        if fits
+            .iter()
+            .any(|fit| fit.amplitude.is_nan() || fit.amplitude <= 0.05 * fit.mean)
+        {
             continue;
         }
         let lead_rad =
@@ -228,7 +231,7 @@ pub(crate) fn force_rate(
     };
     let length_s = lateral.drive_s(lateral.len() - 1) - lateral.drive_s(0);
     let factor = drive.duration_s / length_s;
-    if (0.9..1.1).contains(&factor) || !(modulation_hz > 0.0) {
+    if (0.9..1.1).contains(&factor) || modulation_hz <= 0.0 {
         return Ok(());
     }
     // Stretched by the factor, the forces are as long as the drive.
@@ -291,7 +294,7 @@ pub(crate) fn middle_of_travel(readings: &Readings, notes: &mut Vec<String>) -> 
         (low, high) if low <= high => (low, high),
         _ => range(true),
     };
-    if !(low <= high) {
+    if low > high {
         return 0.0;
     }
     let middle_m = 0.5 * (low + high);

@@ -58,6 +58,11 @@ impl Intervals {
         self.add(kind, (0.0, duration_s), "the whole recording".to_owned());
     }
 
+    /// Adds a stretch without a finger, s.
+    pub fn add_unloaded(&mut self, span_s: (f64, f64), why: String) {
+        self.add(RecordedIntervalKind::Unloaded, span_s, why);
+    }
+
     fn add(&mut self, kind: RecordedIntervalKind, (start_s, end_s): (f64, f64), why: String) {
         self.intervals.push(RecordedInterval {
             kind,

@@ -8,7 +8,7 @@ use source_files::SourceError;
 pub enum ImportRefusal {
     /// A file cannot be read, or lacks an array.
     #[error(transparent)]
-    Source(#[from] SourceError),
+    Source(Box<SourceError>),
     /// The file's name gives no place in a study.
     #[error(transparent)]
     Name(#[from] NameError),
@@ -258,14 +258,12 @@ pub enum ImportRefusal {
     /// The recording cannot be read back.
     #[error("the recording cannot be read back: {0}")]
     ReadBack(String),
-    /// A part of the map that this version does not convert.
-    #[error("{key}: {reason}")]
-    Unsupported {
-        /// Key.
-        key: &'static str,
-        /// Reason and remedy.
-        reason: String,
-    },
+}
+
+impl From<SourceError> for ImportRefusal {
+    fn from(error: SourceError) -> Self {
+        Self::Source(Box::new(error))
+    }
 }
 
 impl ImportRefusal {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use import_map::{
-    Carrier, Centre, Drive, Electrical, ImportMap, Modulation, Pickup, Quantity,
+    Carrier, Centre, Drive, Electrical, ImportMap, Modulation, Pickup, Quantity, Template,
 };
 use recording::SIGNALS_FILE;
 use recording::manifest::{
@@ -78,21 +78,22 @@ pub(crate) fn convert(
         drive,
         pickup,
     };
-    if baseline.is_some() {
-        return Err(ImportRefusal::Unsupported {
-            key: "baseline.file",
-            reason: "is not converted by this version: state stretches without contact of each file in [intervals]".to_owned(),
-        });
-    }
     let mut found = Vec::new();
     let mut notes = Vec::new();
     let (signals, first_s) = survey(parts, sources, &mut found, &mut notes)?;
-    write_signals(folder, sources, &signals, pickup)?;
+    let baseline = match baseline {
+        None => None,
+        Some(template) => Some(Baseline::find(sources, template, parts, signals.rate_hz)?),
+    };
+    write_signals(folder, sources, (&signals, baseline.as_ref()), pickup)?;
     let drive_time = DriveTime {
         first_s,
         duration_s: signals.columns[0].len() as f64 / signals.rate_hz,
     };
     let mut readings = Readings::read(map, sources, drive_time)?;
+    if let Some(baseline) = &baseline {
+        baseline.add_interval(&signals, &mut readings);
+    }
     checks::overlap(&readings, drive_time)?;
     checks::force_rate(map, &readings, signals.tone.modulation_hz, drive_time)?;
     let recorded_plate = plate::recorded(
@@ -125,12 +126,11 @@ pub(crate) fn convert(
     };
     let write =
         |pickup, readings: &Readings| state.describe(folder, pickup, readings, describe, &[]);
-    let clock = search.run(
-        (&mut stated, &mut readings),
-        &write,
-        &mut found,
-        &mut notes,
-    )?;
+    let clock = search.run((&mut stated, &mut readings), &write, &mut found, &mut notes)?;
+    if let (Some(_), Some(baseline)) = (&clock, &baseline) {
+        // The intervals were found anew on the forces' clock.
+        baseline.add_interval(&signals, &mut readings);
+    }
     if plate.centre == Centre::MiddleOfTravel && clock.is_some() {
         state.plate.centre_m = checks::middle_of_travel(&readings, &mut Vec::new());
     }
@@ -246,11 +246,60 @@ fn survey(
     ))
 }
 
+/// The plate alone, recorded once a session; it follows the recording's own samples.
+struct Baseline {
+    columns: [Column; 2],
+    frames: u64,
+    /// Lost frames between the recording and the plate alone.
+    gap_frames: u64,
+}
+
+/// Longest stretch of the plate alone that is added to a recording, s, and the gap before it.
+const BASELINE_S: f64 = 3.0;
+const GAP_S: f64 = 0.05;
+
+impl Baseline {
+    fn find(
+        sources: &mut Sources<'_>,
+        template: &Template,
+        parts: SignalMap<'_>,
+        rate_hz: f64,
+    ) -> Result<Self, ImportRefusal> {
+        let file = sources.file_name(Some(template));
+        let columns = [
+            sources.column_in(&file, &parts.drive.source.name)?,
+            sources.column_in(&file, &parts.pickup.source.name)?,
+        ];
+        require_same_length(&columns[0], &columns[1])?;
+        let (baseline_hz, _) = sources.even_times(&parts.drive.time, &columns[0], "drive")?;
+        if (baseline_hz / rate_hz - 1.0).abs() > 1e-6 {
+            return Err(ImportRefusal::OtherRate {
+                key: "the rate of the recording".to_owned(),
+                stated_hz: rate_hz,
+                file,
+                file_hz: baseline_hz,
+            });
+        }
+        Ok(Self {
+            frames: columns[0].len().min((BASELINE_S * rate_hz) as u64),
+            gap_frames: (GAP_S * rate_hz) as u64,
+            columns,
+        })
+    }
+
+    fn add_interval(&self, signals: &Signals, readings: &mut Readings) {
+        let start = signals.columns[0].len() + self.gap_frames;
+        let span_s = [start, start + self.frames].map(|frame| frame as f64 / signals.rate_hz);
+        let why = format!("the plate alone, from {}", self.columns[0].file);
+        readings.intervals.add_unloaded((span_s[0], span_s[1]), why);
+    }
+}
+
 /// Writes `signals.wav`.
 fn write_signals(
     folder: &Path,
     sources: &mut Sources<'_>,
-    signals: &Signals,
+    signals: (&Signals, Option<&Baseline>),
     pickup: &Pickup,
 ) -> Result<(), ImportRefusal> {
     let is_integrated = pickup.conversion.quantity.derivatives() > 0;
@@ -271,41 +320,71 @@ fn write_signals_as(
     width: Width,
     folder: &Path,
     sources: &mut Sources<'_>,
-    signals: &Signals,
+    (signals, baseline): (&Signals, Option<&Baseline>),
     pickup: &Pickup,
 ) -> Result<bool, ImportRefusal> {
     let path = folder.join(SIGNALS_FILE);
     let system = |error: std::io::Error| ImportRefusal::system(&path, &error);
-    let [drive_column, pickup_column] = &signals.columns;
-    let count = drive_column.len();
+    let count = signals.columns[0].len();
+    let extra = baseline.map_or(0, |baseline| baseline.gap_frames + baseline.frames);
     let rate_hz = signals.rate_hz.round() as u32;
-    let mut file = WavFile::create(&path, rate_hz, width, count).map_err(system)?;
-    let mut integrator = Integrator::new(
-        pickup.conversion.quantity,
-        signals.tone.carrier_hz,
-        signals.rate_hz,
-    );
+    let mut file = WavFile::create(&path, rate_hz, width, count + extra).map_err(system)?;
+    if !copy(
+        &mut file,
+        &path,
+        sources,
+        (&signals.columns, count),
+        (signals, pickup),
+    )? {
+        return Ok(false);
+    }
+    if let Some(baseline) = baseline {
+        let lost = vec![f64::NAN; baseline.gap_frames as usize];
+        file.append(&lost, &lost).map_err(system)?;
+        if !copy(
+            &mut file,
+            &path,
+            sources,
+            (&baseline.columns, baseline.frames),
+            (signals, pickup),
+        )? {
+            return Ok(false);
+        }
+    }
+    file.finish().map_err(system)?;
+    Ok(true)
+}
+
+/// Appends the first `count` samples of drive and pickup; returns `false` if a sample needs a greater width.
+fn copy(
+    file: &mut WavFile,
+    path: &Path,
+    sources: &mut Sources<'_>,
+    (columns, count): (&[Column; 2], u64),
+    (signals, pickup): (&Signals, &Pickup),
+) -> Result<bool, ImportRefusal> {
+    let quantity = pickup.conversion.quantity;
+    let mut integrator = Integrator::new(quantity, signals.tone.carrier_hz, signals.rate_hz);
     let (mut drive, mut raw, mut displacement) = (Vec::new(), Vec::new(), Vec::new());
     for start in (0..count).step_by(BLOCK as usize) {
         let end = (start + BLOCK).min(count);
-        sources.read(drive_column, start..end, &mut drive)?;
+        sources.read(&columns[0], start..end, &mut drive)?;
         raw.clear();
-        sources.read(pickup_column, start..end, &mut raw)?;
+        sources.read(&columns[1], start..end, &mut raw)?;
         integrator.apply(&raw, &mut displacement);
         if end == count {
             integrator.finish(&mut displacement);
         }
         let ready = drive.len().min(displacement.len());
-        if !file
+        let is_written = file
             .append(&drive[..ready], &displacement[..ready])
-            .map_err(system)?
-        {
+            .map_err(|error| ImportRefusal::system(path, &error))?;
+        if !is_written {
             return Ok(false);
         }
         drive.drain(..ready);
         displacement.drain(..ready);
     }
-    file.finish().map_err(system)?;
     Ok(true)
 }
 

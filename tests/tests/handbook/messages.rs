@@ -78,6 +78,7 @@ const LEFT_OUT: &[&str] = &[
     "TripCause",
     "UnknownFault",
     "UnknownFormat",
+    "UnknownQuantity",
     "VerifyError",
     "WavError",
     "WavWarning",

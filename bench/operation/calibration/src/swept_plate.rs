@@ -27,7 +27,7 @@ const SAME_MASS: f64 = 0.01;
 const UNKNOWN_PHASE_RAD: f64 = 0.5;
 /// Ratios of a resonance to the configured one that a unit of frequency explains, and their relative tolerance.
 const UNIT_RATIOS: [(f64, &str); 3] = [(1e3, "kHz"), (1e6, "MHz"), (TAU, "rad/s")];
-const UNIT_TOLERANCE: f64 = 0.1;
+const UNIT_TOLERANCE: f64 = 0.01;
 /// Distance, in bandwidths, and share of the peak from which another resonance disturbs.
 const NEAR_BANDWIDTHS: f64 = 5.0;
 const NEAR_SHARE: f64 = 0.1;
@@ -313,6 +313,13 @@ impl SweptPlate {
                 "drift            {drift_hz:+.2} Hz since the calibration before"
             ));
         }
+        let highest_hz = 0.5 * f64::from(self.config.audio.rate_hz);
+        if plate.resonance_hz.value >= highest_hz {
+            remarks.push(format!(
+                "WARNING          the resonance is above {highest_hz:.0} Hz, the highest frequency of a card at audio.rate_hz = {}: this bench cannot drive it; another card can, or name another mode with --about-hz",
+                self.config.audio.rate_hz
+            ));
+        }
         if self.source == ScaleSource::Configured {
             remarks.push(format!(
                 "modal mass       {} kg of bench.toml, on which the force factor, damping and stiffness stand; a sweep does not give it: state another with --modal-mass, or the force factor with --force-factor",
@@ -350,13 +357,6 @@ impl SweptPlate {
         if let Some((_, unit)) = unit {
             faults.push(format!(
                 "the resonance, {resonance_hz:.0} Hz, is {ratio:.4} times that of the bench, {configured_hz:.0} Hz: correct the unit of the frequencies in --columns, as in f[{unit}] or f[Hz]"
-            ));
-        }
-        let highest_hz = 0.5 * f64::from(self.config.audio.rate_hz);
-        if resonance_hz >= highest_hz {
-            faults.push(format!(
-                "the resonance, {resonance_hz:.0} Hz, is above {highest_hz:.0} Hz, the highest frequency of a card at audio.rate_hz = {}: this plate needs another card, or another of its modes with --about-hz",
-                self.config.audio.rate_hz
             ));
         }
         let configured_kg = self.config.plate.modal_mass_kg;

@@ -23,6 +23,8 @@ const TURNED_RAD: f64 = 0.2;
 const QUARTER_RAD: f64 = 0.3;
 /// Largest number of responses in a fit.
 const MOST_FITTED: usize = 4000;
+/// Largest response of a neighbouring mode at the resonance, of the peak.
+const LARGEST_OF_A_NEIGHBOUR: f64 = 1.0 / 3.0;
 /// Share of the frequencies at each end of a sweep to which a response may rise.
 const ENDS: usize = 20;
 
@@ -129,6 +131,12 @@ impl SweepFit {
         }
         notes.extend(phase_note(quantity, fit.pickup_phase_rad.value));
         let clamped = clamped(quantity, &fit)?;
+        if clamped.is_some_and(|clamped| clamped.capacitance_f < 0.0) {
+            notes.push(
+                "the clamped capacitance comes out negative: a neighbouring mode adds to it, or admittance and impedance are exchanged"
+                    .to_owned(),
+            );
+        }
         let others = others(&resonances, chosen, &fit, quantity);
         Ok(Self {
             quantity,
@@ -310,8 +318,8 @@ fn clamped(
     };
     let motional_f = fit.static_ratio.value;
     let capacitance_f = fit.offset.re;
-    // An impedance is −1/(ω² C0) where an admittance over iω is C0.
-    if capacitance_f < -motional_f {
+    // An impedance is −1/(ω² C0) where an admittance over iω is C0. A mode as strong as this one adds less at 1.5 bandwidths.
+    if capacitance_f < -LARGEST_OF_A_NEIGHBOUR * fit.mode_peak() {
         return Err(SweepFault::OtherDual {
             read: quantity,
             likely,

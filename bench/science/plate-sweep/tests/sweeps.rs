@@ -322,9 +322,9 @@ fn several_modes_are_seen_and_the_nearest_can_be_chosen() {
         "{strongest:?}"
     );
     let mut others: Vec<f64> = strongest
-        .others
+        .further_modes
         .iter()
-        .map(|other| other.resonance_hz)
+        .map(|mode| mode.resonance_hz)
         .collect();
     others.sort_by(f64::total_cmp);
     assert!(

@@ -155,7 +155,7 @@ fn likelihood(responses: &[Response], coarse: CoarseResonance) -> Option<f64> {
     let n = part.len() as f64;
     // Two complex parameters of the line, and four real ones of a resonance.
     let freedom = (n - 4.0).max(1.0);
-    let floor = f64::MIN_POSITIVE.max(1e-24 * without);
+    let floor = f64::MIN_POSITIVE.max(1e-24 * line_squares);
     Some(freedom * (line_squares.max(floor) / mode_squares.max(floor)).ln() - 2.0 * n.ln())
 }
 

@@ -351,7 +351,7 @@ fn further_modes(
         .iter()
         .map(|resonance| {
             let share = strength(quantity, &resonance.fit) / strength(quantity, fit);
-            other(
+            mode(
                 resonance.fit.resonance_hz.value,
                 resonance.fit.quality.value,
                 share,

@@ -103,9 +103,9 @@ pub(crate) fn candidates(responses: &[Response]) -> Vec<Candidate> {
         |candidate: &Candidate| candidate.coarse.resonance_hz / candidate.coarse.quality;
     let mut kept: Vec<Candidate> = Vec::new();
     for candidate in tried {
-        let is_apart = |other: &Candidate| {
-            let distance_hz = (candidate.coarse.resonance_hz - other.coarse.resonance_hz).abs();
-            distance_hz > bandwidth_hz(&candidate).max(bandwidth_hz(other))
+        let is_apart = |rival: &Candidate| {
+            let distance_hz = (candidate.coarse.resonance_hz - rival.coarse.resonance_hz).abs();
+            distance_hz > bandwidth_hz(&candidate).max(bandwidth_hz(rival))
         };
         if kept.iter().all(is_apart) {
             kept.push(candidate);
@@ -149,18 +149,21 @@ fn likelihood(responses: &[Response], coarse: CoarseResonance) -> Option<f64> {
         Complex64::new(1.0 - r * r, r / quality).inv()
     });
     let data: Vec<Complex64> = part.iter().map(|response| response.ratio).collect();
-    let without = LinearFit::new(line.to_vec(), &data)?.squares;
+    let line_squares = LinearFit::new(line.to_vec(), &data)?.squares;
     let [one, slope] = line;
-    let with = LinearFit::new(vec![one, slope, mode], &data)?.squares;
+    let mode_squares = LinearFit::new(vec![one, slope, mode], &data)?.squares;
     let n = part.len() as f64;
     // Two complex parameters of the line, and four real ones of a resonance.
     let freedom = (n - 4.0).max(1.0);
-    let floor = f64::MIN_POSITIVE.max(1e-24 * without);
-    Some(freedom * (without.max(floor) / with.max(floor)).ln() - 2.0 * n.ln())
+    let floor = f64::MIN_POSITIVE.max(1e-24 * line_squares);
+    Some(freedom * (line_squares.max(floor) / mode_squares.max(floor)).ln() - 2.0 * n.ln())
 }
 
 /// Fits the resonance of a candidate in a band that follows its bandwidth; `None` if the responses determine none there.
-pub(crate) fn found(responses: &[Response], candidate: Candidate) -> Option<FoundResonance> {
+pub(crate) fn fit_candidate(
+    responses: &[Response],
+    candidate: Candidate,
+) -> Option<FoundResonance> {
     let mut coarse = candidate.coarse;
     let mut last = None;
     for _ in 0..5 {
@@ -184,14 +187,14 @@ pub(crate) fn found(responses: &[Response], candidate: Candidate) -> Option<Foun
             break;
         }
     }
-    last.filter(|found| is_resonance(responses, found))
+    last.filter(|resonance| is_resonance(responses, resonance))
 }
 
 /// Returns whether a fit is that of a resonance within the sweep.
-fn is_resonance(responses: &[Response], found: &FoundResonance) -> bool {
-    let fit = &found.fit;
+fn is_resonance(responses: &[Response], resonance: &FoundResonance) -> bool {
+    let fit = &resonance.fit;
     let resonance_hz = fit.resonance_hz.value;
-    let band = &responses[found.band.clone()];
+    let band = &responses[resonance.band.clone()];
     let below = band
         .iter()
         .filter(|r| r.frequency_hz < resonance_hz)
@@ -202,7 +205,7 @@ fn is_resonance(responses: &[Response], found: &FoundResonance) -> bool {
     below >= 2
         && band.len() - below >= 2
         && fit.quality.value > 2.0
-        && found.bandwidth_hz() < to_hz - from_hz
+        && resonance.bandwidth_hz() < to_hz - from_hz
         && errors.quality < LARGEST_ERROR
         && errors.static_ratio < LARGEST_ERROR
         && fit.mode_peak() > LEAST_PEAK * fit.residual * largest

@@ -213,13 +213,42 @@ impl<'a> Slides<'a> {
         (0..=steps).map(point).collect()
     }
 
-    /// Finds delay and rate within the range that the contact allows.
+    /// Finds delay and rate within the range that the contact allows. The contact determines the rate poorly, so the search begins
+    /// from its rate and from that of clocks that agree; the least residual counts.
     pub(crate) fn fit(
         &self,
         search: &ContactSearch<'_>,
         contact: &ContactFit,
     ) -> Result<FrictionFit, Unaligned> {
-        let mut shift = contact.shift;
+        let rates = [contact.shift.rate, 0.0];
+        let distinct = &rates[..if rates[0] == rates[1] { 1 } else { 2 }];
+        let fits: Vec<Result<FrictionFit, Unaligned>> = distinct
+            .iter()
+            .map(|rate| self.fit_from(*rate, search, contact))
+            .collect();
+        let residual = |fit: &&FrictionFit| self.residual(fit.shift);
+        let best = fits.iter().filter_map(|fit| fit.as_ref().ok());
+        let best = best.min_by(|a, b| residual(a).total_cmp(&residual(b)));
+        best.copied().map_or_else(
+            || {
+                fits.into_iter()
+                    .last()
+                    .unwrap_or(Err(Unaligned::NoFriction))
+            },
+            Ok,
+        )
+    }
+
+    fn fit_from(
+        &self,
+        rate: f64,
+        search: &ContactSearch<'_>,
+        contact: &ContactFit,
+    ) -> Result<FrictionFit, Unaligned> {
+        let mut shift = Shift {
+            rate,
+            ..contact.shift
+        };
         let curve = self.scan(contact.range_s, STEP_S, shift.rate);
         let best = least(&curve).ok_or(Unaligned::TooShort)?;
         if best.residual.is_nan() || best.residual > GREATEST_RESIDUAL {

@@ -6,8 +6,9 @@ use std::path::{Component, Path, PathBuf};
 use escaping::escaped_line;
 use source_files::SourceError;
 
-use crate::draft::{Family, NoStreams, draft};
+use crate::draft::{NoStreams, draft};
 use crate::file_pattern::families;
+use crate::purpose::Family;
 use crate::survey::survey;
 
 /// A map that was written.
@@ -39,7 +40,7 @@ pub enum GuessError {
     },
     /// None of the files can be looked at.
     #[error("{0}")]
-    Unread(SourceError),
+    Unread(Box<SourceError>),
     /// No array looks like a stream.
     #[error(transparent)]
     NoStreams(#[from] NoStreams),

@@ -28,7 +28,7 @@ const MOST_CHARACTERS: usize = 60;
 pub(crate) fn survey(
     path: &Path,
     progress: &mut dyn FnMut(usize, usize),
-) -> Result<FilePortrait, SourceError> {
+) -> Result<FilePortrait, Box<SourceError>> {
     let mut file = SourceFile::open(path)?;
     let infos = file.arrays().to_vec();
     let is_single = |info: &ArrayInfo| info.count() == 1 || !info.element.is_numeric();
@@ -214,7 +214,7 @@ fn may_be_time(vector: &Vector) -> bool {
 }
 
 /// Returns the vector as an array of times, if it begins as one and ends as one.
-fn times(file: &mut SourceFile, vector: &Vector) -> Result<Option<Times>, SourceError> {
+fn times(file: &mut SourceFile, vector: &Vector) -> Result<Option<Times>, Box<SourceError>> {
     let length = vector.len();
     if vector.is_complex() || length < 8 || !may_be_time(vector) {
         return Ok(None);
@@ -228,7 +228,8 @@ fn times(file: &mut SourceFile, vector: &Vector) -> Result<Option<Times>, Source
     file.read(vector, length - 1..length, &mut end)?;
     let interval = (end[0] - head[0]) / (length - 1) as f64;
     // An encoder moves on at a steady pace for a while, but not to the end.
-    if !((interval / axis.interval - 1.0).abs() < 0.2) {
+    let is_steady = (interval / axis.interval - 1.0).abs() < 0.2;
+    if !is_steady {
         return Ok(None);
     }
     let unit = vector
@@ -252,7 +253,7 @@ fn times(file: &mut SourceFile, vector: &Vector) -> Result<Option<Times>, Source
 }
 
 /// Reads the stretches of a vector; of complex values the magnitudes.
-fn excerpt(file: &mut SourceFile, vector: &Vector) -> Result<Excerpt, SourceError> {
+fn excerpt(file: &mut SourceFile, vector: &Vector) -> Result<Excerpt, Box<SourceError>> {
     let mut pieces = Vec::new();
     for range in plan(vector.len()) {
         let start = range.start;
@@ -271,7 +272,7 @@ fn values(
     file: &mut SourceFile,
     vector: &Vector,
     range: Range<u64>,
-) -> Result<Vec<f64>, SourceError> {
+) -> Result<Vec<f64>, Box<SourceError>> {
     let mut values = Vec::new();
     if vector.is_complex() {
         let mut complex: Vec<Complex64> = Vec::new();

@@ -95,7 +95,7 @@ pub(crate) fn draft(families: Vec<Family>) -> Result<MapText, NoStreams> {
     Ok(draft.map)
 }
 
-/// Returns the file whose names `files` describes: that of the drive, or of the first stream.
+/// Returns the file that stands for `files`: that of the drive, or of the first stream.
 fn main_file(roles: &Roles<'_>) -> Option<usize> {
     let signals = roles.signals.as_ref().map(|(drive, _)| drive.file);
     let envelopes = roles.envelopes.as_ref().map(|pair| pair.file);
@@ -401,7 +401,7 @@ impl Draft<'_> {
         }
         let is_rest = |vector: &&VectorPortrait| {
             !matches!(vector.nature, Nature::Time(_) | Nature::Ramp(_))
-                && !used.iter().any(|other| std::ptr::eq(*other, *vector))
+                && !used.iter().any(|stream| std::ptr::eq(*stream, *vector))
         };
         let rest: Vec<&VectorPortrait> = self
             .portraits

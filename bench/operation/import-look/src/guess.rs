@@ -38,8 +38,8 @@ pub enum GuessError {
         /// Folder of the map.
         folder: PathBuf,
     },
-    /// None of the files can be looked at.
-    #[error("{0}")]
+    /// No file can be looked at; this is the last one's reason.
+    #[error(transparent)]
     Unread(Box<SourceError>),
     /// No array looks like a stream.
     #[error(transparent)]

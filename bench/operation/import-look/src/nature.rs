@@ -211,11 +211,11 @@ fn steps_text(steps: &Steps, rate_hz: Option<f64>) -> String {
         1 => "once".to_owned(),
         count => format!("{count} times"),
     };
-    let modulated = steps.modulation.map_or(String::new(), |found| {
+    let modulated = steps.modulation.map_or(String::new(), |sinusoid| {
         let hz = rate_hz.map(|_| {
             format!(
                 " at {} Hz",
-                significant((found.frequency_hz * 100.0).round() / 100.0)
+                significant((sinusoid.frequency_hz * 100.0).round() / 100.0)
             )
         });
         format!(", oscillating{} in between", hz.unwrap_or_default())

@@ -131,8 +131,8 @@ fn column_names(info: &ArrayInfo) -> Vec<String> {
         .max_by_key(|axis| (info.shape[*axis], info.shape.len() - axis))
         .unwrap_or(0);
     let others: Vec<u64> = (0..info.shape.len())
-        .filter(|other| *other != axis)
-        .map(|other| info.shape[other])
+        .filter(|index| *index != axis)
+        .map(|index| info.shape[index])
         .collect();
     let count = others
         .iter()

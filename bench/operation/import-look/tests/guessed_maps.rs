@@ -279,3 +279,21 @@ fn forces_alone_are_mapped_and_a_table_of_words_is_refused() {
     let error = guess(&[words], &maps.path().join("map.toml"), &mut |_| {}).unwrap_err();
     assert!(matches!(error, GuessError::Outside { .. }), "{error}");
 }
+
+#[test]
+fn the_maps_of_the_handbook_are_maps() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../../docs/handbook/src/recordings-you-have.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let maps: Vec<&str> = page
+        .split("```toml\n")
+        .skip(1)
+        .filter_map(|rest| rest.split("```").next())
+        .collect();
+    assert_eq!(maps.len(), 3);
+    for text in maps {
+        let map =
+            ImportMap::parse(text, "map.toml").unwrap_or_else(|error| panic!("{error}\n{text}"));
+        assert!(map.normal.is_some() && map.lateral.is_some() && map.position.is_some());
+    }
+}

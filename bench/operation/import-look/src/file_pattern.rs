@@ -122,7 +122,7 @@ pub(crate) fn families(names: &[String]) -> Vec<FileFamily> {
     groups.into_iter().map(FileFamily::new).collect()
 }
 
-/// Joins groups whose names differ in one word alone, as people's names do.
+/// Joins groups with names that differ in one word alone, as those of people.
 fn merge_words(groups: &mut Vec<Vec<String>>) {
     // Names of streams (force_1.csv, audio_1.wav) also differ in a word; those have the same numbers.
     let mut index = 0;

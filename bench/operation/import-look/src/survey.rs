@@ -24,7 +24,7 @@ const MOST_CHARACTERS: usize = 60;
 /// Looks at a file; `progress` is called with the number of vectors done and the number of all.
 ///
 /// # Errors
-/// The file cannot be opened, or not read where it was looked at.
+/// The file cannot be opened.
 pub(crate) fn survey(
     path: &Path,
     progress: &mut dyn FnMut(usize, usize),
@@ -68,21 +68,23 @@ pub(crate) fn survey(
         times: Vec::new(),
     };
     for (vector, _) in &vectors {
-        rates.times.extend(times(&mut file, vector)?);
+        // An array that cannot be read is listed with the reason below.
+        rates.times.extend(times(&mut file, vector).ok().flatten());
     }
     let lengths: Vec<u64> = vectors.iter().map(|(vector, _)| vector.len()).collect();
     let mut portraits = Vec::new();
     for (done, (vector, info)) in vectors.iter().enumerate() {
         progress(done, vectors.len());
         let rate = rates.rate(vector.name(), vector.len(), vector.rate_hz(), &lengths);
-        let excerpt = excerpt(&mut file, vector)?;
-        let extremes = excerpt.extremes();
-        let nature = nature(
-            &excerpt,
-            extremes.as_ref(),
-            rate.as_ref().map(|rate| rate.hz),
-            may_be_time(vector),
-        );
+        let (extremes, nature, course) = match excerpt(&mut file, vector) {
+            Ok(excerpt) => {
+                let extremes = excerpt.extremes();
+                let rate_hz = rate.as_ref().map(|rate| rate.hz);
+                let nature = nature(&excerpt, extremes.as_ref(), rate_hz, may_be_time(vector));
+                (extremes, nature, excerpt.course())
+            }
+            Err(error) => (None, Nature::Unread(error.to_string()), Vec::new()),
+        };
         portraits.push(VectorPortrait {
             name: vector.name().to_owned(),
             element: info.element.to_string(),
@@ -94,7 +96,7 @@ pub(crate) fn survey(
             rate: rate.filter(|_| !matches!(nature, Nature::Time(_))),
             extremes,
             nature,
-            course: excerpt.course(),
+            course,
         });
     }
     Ok(FilePortrait {

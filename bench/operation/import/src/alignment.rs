@@ -51,10 +51,19 @@ pub(crate) fn find(
                 true => lateral.values.get(index).copied().unwrap_or(f64::NAN),
                 false => lateral.at(time_s),
             };
-            ForceSample { time_s, normal: normal.values[index], lateral }
+            ForceSample {
+                time_s,
+                normal: normal.values[index],
+                lateral,
+            }
         })
         .collect();
-    let film = Film { frames, z_p_n_s_per_m, modulation_hz, slides_s };
+    let film = Film {
+        frames,
+        z_p_n_s_per_m,
+        modulation_hz,
+        slides_s,
+    };
     let alignment: Alignment = align(&film, &forces).map_err(|error| ImportRefusal::NotFound {
         key,
         reason: error.to_string(),
@@ -78,7 +87,10 @@ pub(crate) fn find(
     if let Some(minima) = evidence.as_ref().map(|curves| &curves.false_minima)
         && !minima.is_empty()
     {
-        let places: Vec<String> = minima.iter().map(|minimum| format!("{:+.3} s", minimum.delay_s)).collect();
+        let places: Vec<String> = minima
+            .iter()
+            .map(|minimum| format!("{:+.3} s", minimum.delay_s))
+            .collect();
         notes.push(format!(
             "the friction's residual has further minima at a delay of {}, which the contact excludes: they lie one period of the modulation away",
             places.join(" and ")
@@ -91,7 +103,8 @@ pub(crate) fn find(
             value: total_offset_s,
             error: Some(offset.std),
             unit: "s".to_owned(),
-            evidence: "contact and the plate's impedance, then the least residual of the friction".to_owned(),
+            evidence: "contact and the plate's impedance, then the least residual of the friction"
+                .to_owned(),
         });
     }
     if clock.ppm == Quantity::Found {
@@ -100,7 +113,10 @@ pub(crate) fn find(
             value: total_ppm,
             error: Some(ppm.std),
             unit: "ppm".to_owned(),
-            evidence: format!("the least residual of the friction over {:.1} s", alignment.length_s),
+            evidence: format!(
+                "the least residual of the friction over {:.1} s",
+                alignment.length_s
+            ),
         });
     }
     Ok(FoundClock {

@@ -31,7 +31,9 @@ impl StatedPickup {
     pub fn provisional(conversion: PickupConversion, carrier_hz: f64) -> Self {
         let omega = TAU * carrier_hz;
         let metres_per_unit = match conversion.scale {
-            PickupScale::MetresPerUnit(value) => value / omega.powi(conversion.quantity.derivatives() as i32),
+            PickupScale::MetresPerUnit(value) => {
+                value / omega.powi(conversion.quantity.derivatives() as i32)
+            }
             PickupScale::FromModalMass => PROVISIONAL_M,
         };
         let phase_rad = conversion.phase_rad.stated().unwrap_or(0.0);
@@ -64,7 +66,11 @@ pub(crate) struct UnloadedPlate {
 
 impl UnloadedPlate {
     /// Reads the unloaded stretches of a demodulated recording.
-    pub fn read(record: &Measurements, unloaded_s: &[(f64, f64)], modulation_hz: f64) -> Result<Self, String> {
+    pub fn read(
+        record: &Measurements,
+        unloaded_s: &[(f64, f64)],
+        modulation_hz: f64,
+    ) -> Result<Self, String> {
         let reading = unloaded_plate::read(record, unloaded_s, modulation_hz, TOUCH_N);
         let reading = reading.map_err(|error| error.to_string())?;
         Ok(Self {
@@ -82,10 +88,15 @@ impl UnloadedPlate {
     ) -> Result<(StatedPickup, Vec<FoundValue>), ImportRefusal> {
         let key = match conversion.scale {
             PickupScale::FromModalMass => "pickup.metres_per_unit",
-            PickupScale::MetresPerUnit(_) if conversion.phase_rad == Quantity::Found => "pickup.phase_rad",
+            PickupScale::MetresPerUnit(_) if conversion.phase_rad == Quantity::Found => {
+                "pickup.phase_rad"
+            }
             PickupScale::MetresPerUnit(_) => "pickup.skew_s",
         };
-        let refusal = |reason: &str| ImportRefusal::NotFound { key, reason: reason.to_owned() };
+        let refusal = |reason: &str| ImportRefusal::NotFound {
+            key,
+            reason: reason.to_owned(),
+        };
         let omega = TAU * carrier_hz;
         let mut pickup = stated;
         let mut found = Vec::new();
@@ -93,17 +104,21 @@ impl UnloadedPlate {
         if conversion.scale == PickupScale::FromModalMass {
             // With a scale far too large the sum of mass and delay is solvable; the mass is then right in proportion.
             scale(&mut frames, 1.0 / PROVISIONAL_M);
-            let coarse = Transient::fit(&frames, carrier_hz, plate)
-                .ok_or_else(|| refusal("the drive is not modulated, or too few frames are without a finger"))?;
+            let coarse = Transient::fit(&frames, carrier_hz, plate).ok_or_else(|| {
+                refusal("the drive is not modulated, or too few frames are without a finger")
+            })?;
             scale(&mut frames, coarse.mass_ratio);
             pickup.metres_per_unit = coarse.mass_ratio;
         }
         let transient = Transient::fit(&frames, carrier_hz, plate)
             .ok_or_else(|| refusal("the unloaded plate does not answer its modulation as one mode with the stated resonance and modal mass"))?;
-        if transient.residual > GREATEST_RESIDUAL || transient.phase_error_rad > GREATEST_PHASE_ERROR_RAD {
+        if transient.residual > GREATEST_RESIDUAL
+            || transient.phase_error_rad > GREATEST_PHASE_ERROR_RAD
+        {
             return Err(refusal(&format!(
                 "the unloaded plate's answer to its modulation leaves {:.1} % unexplained, with ±{:.3} rad: a finger is on the plate, or the modulation is too weak",
-                100.0 * transient.residual, transient.phase_error_rad
+                100.0 * transient.residual,
+                transient.phase_error_rad
             )));
         }
         let evidence = format!(
@@ -121,8 +136,17 @@ impl UnloadedPlate {
             let per_unit = omega.powi(conversion.quantity.derivatives() as i32);
             let in_units = pickup.metres_per_unit * per_unit;
             let unit = ["m", "m/s", "m/s²"][conversion.quantity.derivatives() as usize];
-            let evidence = format!("{evidence}; it stands on the modal mass of {} kg", plate.modal_mass_kg);
-            found.push(value("pickup.metres_per_unit", in_units, in_units * transient.phase_error_rad, unit, evidence));
+            let evidence = format!(
+                "{evidence}; it stands on the modal mass of {} kg",
+                plate.modal_mass_kg
+            );
+            found.push(value(
+                "pickup.metres_per_unit",
+                in_units,
+                in_units * transient.phase_error_rad,
+                unit,
+                evidence,
+            ));
         }
         let stated_rad = conversion.phase_rad.stated().unwrap_or(0.0);
         match (conversion.phase_rad, conversion.skew_s) {
@@ -132,15 +156,29 @@ impl UnloadedPlate {
                 let skew_rad = skew.stated().map_or(0.0, |skew_s| omega * skew_s);
                 let evidence = match skew {
                     Quantity::Stated(_) => evidence,
-                    Quantity::Found => format!("{evidence}; the sum of the converter's skew and the pickup's phase"),
+                    Quantity::Found => format!(
+                        "{evidence}; the sum of the converter's skew and the pickup's phase"
+                    ),
                 };
                 let phase_rad = half_turn(pickup.phase_rad + skew_rad);
-                found.push(value("pickup.phase_rad", phase_rad, transient.phase_error_rad, "rad", evidence));
+                found.push(value(
+                    "pickup.phase_rad",
+                    phase_rad,
+                    transient.phase_error_rad,
+                    "rad",
+                    evidence,
+                ));
             }
             (Quantity::Stated(_), Quantity::Found) => {
                 pickup.phase_rad = half_turn(stated.phase_rad + transient.phase_rad);
                 let skew_s = half_turn(stated_rad - pickup.phase_rad) / omega;
-                found.push(value("pickup.skew_s", skew_s, transient.phase_error_rad / omega, "s", evidence));
+                found.push(value(
+                    "pickup.skew_s",
+                    skew_s,
+                    transient.phase_error_rad / omega,
+                    "s",
+                    evidence,
+                ));
             }
         }
         Ok((pickup, found))

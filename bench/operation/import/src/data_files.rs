@@ -16,7 +16,9 @@ pub(crate) fn write(folder: &Path, readings: &Readings) -> Result<(), ImportRefu
     if let Some(reference) = normal.or(lateral) {
         let value = |samples: Option<&Samples>, index: usize, time_s: f64| match samples {
             None => f64::NAN,
-            Some(samples) if samples.times == reference.times && samples.clock == reference.clock => {
+            Some(samples)
+                if samples.times == reference.times && samples.clock == reference.clock =>
+            {
                 samples.values.get(index).copied().unwrap_or(f64::NAN)
             }
             Some(samples) => samples.at(time_s),

@@ -63,7 +63,8 @@ impl Integrator {
         for value in block {
             let [p0, p1, p2, p3] = self.past;
             // `value` is two samples later than the output.
-            let filtered = taps[0] * value + taps[1] * p0 + taps[2] * p1 + taps[3] * p2 + taps[4] * p3;
+            let filtered =
+                taps[0] * value + taps[1] * p0 + taps[2] * p1 + taps[3] * p2 + taps[4] * p3;
             self.past = [*value, p0, p1, p2];
             self.taken += 1;
             if self.taken > DELAY {
@@ -91,12 +92,18 @@ mod tests {
         for quantity in [PickupQuantity::Velocity, PickupQuantity::Acceleration] {
             let n_derivatives = quantity.derivatives();
             // x = Re Σ c_k e^{iω_k t}, so the n-th derivative has the factors (iω_k)^n.
-            let lines = [(carrier_hz, 1.0), (carrier_hz + modulation_hz, 0.4), (carrier_hz - modulation_hz, 0.4)];
+            let lines = [
+                (carrier_hz, 1.0),
+                (carrier_hz + modulation_hz, 0.4),
+                (carrier_hz - modulation_hz, 0.4),
+            ];
             let sample = |derivatives: u32, n: usize| {
                 let t = n as f64 / rate_hz;
                 let value = |(hz, amplitude): (f64, f64)| {
                     let omega = TAU * hz;
-                    amplitude * omega.powi(derivatives as i32) * (omega * t + f64::from(derivatives) * TAU / 4.0).cos()
+                    amplitude
+                        * omega.powi(derivatives as i32)
+                        * (omega * t + f64::from(derivatives) * TAU / 4.0).cos()
                 };
                 lines.into_iter().map(value).sum::<f64>()
             };
@@ -110,7 +117,11 @@ mod tests {
             assert_eq!(output.len(), input.len());
             let unit = (TAU * carrier_hz).powi(-(n_derivatives as i32));
             for (n, value) in output.iter().enumerate().take(19_000).skip(10) {
-                assert!((value * unit - sample(0, n)).abs() < 2e-5, "{quantity:?} {n} {}", value * unit);
+                assert!(
+                    (value * unit - sample(0, n)).abs() < 2e-5,
+                    "{quantity:?} {n} {}",
+                    value * unit
+                );
             }
         }
     }

@@ -1,13 +1,17 @@
 //! `recording.toml` of an imported recording.
 
+use std::fs;
+use std::path::Path;
+
 use import_map::NamedFile;
-use recording::Manifest;
 use recording::manifest::{
-    End, FORMAT, FoundValue, Imported, ImportedMap, ImportedSource, Origin, Participant,
-    RecordedChannels, RecordedPlate, Software, Trial,
+    Body, End, FORMAT, FoundValue, Imported, ImportedMap, ImportedSource, Origin, Participant,
+    RecordedContact, Software, Streams, Trial,
 };
+use recording::{MANIFEST_FILE, Manifest};
 
 use crate::intervals::Intervals;
+use crate::refusal::ImportRefusal;
 
 /// Name of the protocol of an imported trial.
 const PROTOCOL: &str = "imported";
@@ -23,25 +27,28 @@ pub(crate) struct Description<'a> {
     pub sources: Vec<ImportedSource>,
     /// Version of the program.
     pub version: &'a str,
+    /// Body that touches the plate.
+    pub body: import_map::Body,
 }
 
 impl Description<'_> {
-    /// Describes a recording with samples of drive and pickup.
-    pub fn signals(
+    /// Describes a recording.
+    pub fn manifest(
         &self,
-        [carrier_hz, modulation_hz, modulation_index]: [f64; 3],
-        (channels, plate): (RecordedChannels, RecordedPlate),
+        streams: Streams,
         intervals: &Intervals,
         found: &[FoundValue],
     ) -> Manifest {
         let file = self.file;
         Manifest {
             format: FORMAT,
-            carrier_hz,
-            modulation_hz,
-            modulation_index,
-            channels,
-            plate,
+            streams,
+            contact: RecordedContact {
+                body: match self.body {
+                    import_map::Body::Finger => Body::Finger,
+                    import_map::Body::Other => Body::Other,
+                },
+            },
             standard_errors: None,
             room: None,
             intervals: intervals.intervals.clone(),
@@ -53,7 +60,10 @@ impl Description<'_> {
                 number: file.trial,
                 attempt: file.attempt,
                 practice: false,
-                condition: file.condition.clone().unwrap_or_else(|| PROTOCOL.to_owned()),
+                condition: file
+                    .condition
+                    .clone()
+                    .unwrap_or_else(|| PROTOCOL.to_owned()),
                 protocol: PROTOCOL.to_owned(),
                 protocol_file: None,
                 seed: 0,
@@ -77,5 +87,18 @@ impl Description<'_> {
             clocks: Vec::new(),
             events: Vec::new(),
         }
+    }
+
+    /// Writes `recording.toml`.
+    pub fn write(
+        &self,
+        folder: &Path,
+        streams: Streams,
+        intervals: &Intervals,
+        found: &[FoundValue],
+    ) -> Result<(), ImportRefusal> {
+        let path = folder.join(MANIFEST_FILE);
+        let text = self.manifest(streams, intervals, found).to_toml()?;
+        fs::write(&path, text).map_err(|error| ImportRefusal::system(&path, &error))
     }
 }

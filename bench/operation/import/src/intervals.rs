@@ -44,7 +44,9 @@ impl Intervals {
         let intervals = self.intervals.iter();
         intervals
             .filter_map(|interval| match interval.kind {
-                RecordedIntervalKind::Exploration(direction) => Some((direction, interval.start_s, interval.end_s)),
+                RecordedIntervalKind::Exploration(direction) => {
+                    Some((direction, interval.start_s, interval.end_s))
+                }
                 RecordedIntervalKind::Unloaded => None,
             })
             .collect()
@@ -56,8 +58,17 @@ impl Intervals {
         self.add(kind, (0.0, duration_s), "the whole recording".to_owned());
     }
 
+    /// Adds a stretch without a finger, s.
+    pub fn add_unloaded(&mut self, span_s: (f64, f64), why: String) {
+        self.add(RecordedIntervalKind::Unloaded, span_s, why);
+    }
+
     fn add(&mut self, kind: RecordedIntervalKind, (start_s, end_s): (f64, f64), why: String) {
-        self.intervals.push(RecordedInterval { kind, start_s, end_s });
+        self.intervals.push(RecordedInterval {
+            kind,
+            start_s,
+            end_s,
+        });
         self.reasons.push(why);
     }
 
@@ -94,16 +105,28 @@ fn quantity(rule: &Rule, streams: Streams<'_>) -> Result<(Vec<f64>, Vec<f64>), &
 
 fn speed(streams: Streams<'_>) -> Option<(Vec<f64>, Vec<f64>)> {
     let (time_s, position_m) = streams.position?.coarse();
-    let speed = velocity(&Series { time_s: &time_s, values: &position_m });
+    let speed = velocity(&Series {
+        time_s: &time_s,
+        values: &position_m,
+    });
     Some((time_s, speed))
 }
 
 /// Returns the stretches in which the rule of unloaded ones holds.
-pub(crate) fn unloaded(rule: &Rule, streams: Streams<'_>) -> Result<Vec<(f64, f64, String)>, String> {
+pub(crate) fn unloaded(
+    rule: &Rule,
+    streams: Streams<'_>,
+) -> Result<Vec<(f64, f64, String)>, String> {
     let lacking = |name| format!("the rule \"{rule}\" needs {name}, which the map does not state");
     let (time_s, values) = quantity(rule, streams).map_err(lacking)?;
-    let spans = rule.spans(&Series { time_s: &time_s, values: &values });
-    Ok(spans.into_iter().map(|span| (span.from_s, span.to_s, span.why)).collect())
+    let spans = rule.spans(&Series {
+        time_s: &time_s,
+        values: &values,
+    });
+    Ok(spans
+        .into_iter()
+        .map(|span| (span.from_s, span.to_s, span.why))
+        .collect())
 }
 
 /// Finds intervals by rules.
@@ -116,7 +139,9 @@ pub(crate) fn by_rules(
     if let Some(rule) = unloaded_rule {
         match unloaded(rule, streams) {
             Ok(spans) if spans.is_empty() => {
-                found.notes.push(format!("no stretch is unloaded by the rule \"{rule}\""));
+                found
+                    .notes
+                    .push(format!("no stretch is unloaded by the rule \"{rule}\""));
             }
             Ok(spans) => {
                 for (from_s, to_s, why) in spans {
@@ -129,18 +154,32 @@ pub(crate) fn by_rules(
     if let Some(rule) = exploration_rule {
         match (quantity(rule, streams), speed(streams)) {
             (Ok((time_s, values)), Some((speed_time_s, speed))) => {
-                let series = Series { time_s: &time_s, values: &values };
-                let motion = Series { time_s: &speed_time_s, values: &speed };
+                let series = Series {
+                    time_s: &time_s,
+                    values: &values,
+                };
+                let motion = Series {
+                    time_s: &speed_time_s,
+                    values: &speed,
+                };
                 let strokes = rule.explorations(&series, &motion);
                 if strokes.is_empty() {
-                    found.notes.push(format!("no exploration follows the rule \"{rule}\""));
+                    found
+                        .notes
+                        .push(format!("no exploration follows the rule \"{rule}\""));
                 }
                 for stroke in strokes {
                     let kind = RecordedIntervalKind::Exploration(stroke.direction);
-                    found.add(kind, (stroke.span.from_s, stroke.span.to_s), stroke.span.why);
+                    found.add(
+                        kind,
+                        (stroke.span.from_s, stroke.span.to_s),
+                        stroke.span.why,
+                    );
                 }
             }
-            (Err(name), _) => found.notes.push(format!("the rule \"{rule}\" needs {name}, which the map does not state")),
+            (Err(name), _) => found.notes.push(format!(
+                "the rule \"{rule}\" needs {name}, which the map does not state"
+            )),
             (Ok(_), None) => found.notes.push(format!(
                 "the rule \"{rule}\" needs a position or velocity, whose sign is the direction"
             )),
@@ -153,17 +192,36 @@ pub(crate) fn by_rules(
 ///
 /// # Errors
 /// The reason and the remedy in words.
-pub(crate) fn by_marks(text: &str, file: &str, first_s: f64, duration_s: f64) -> Result<Intervals, String> {
+pub(crate) fn by_marks(
+    text: &str,
+    file: &str,
+    first_s: f64,
+    duration_s: f64,
+) -> Result<Intervals, String> {
     let mut found = Intervals::default();
-    for Mark { direction, start_s, end_s } in marks(text)? {
-        let kind = direction.map_or(RecordedIntervalKind::Unloaded, RecordedIntervalKind::Exploration);
-        found.add(kind, (start_s - first_s, end_s - first_s), format!("marked in {file}"));
+    for Mark {
+        direction,
+        start_s,
+        end_s,
+    } in marks(text)?
+    {
+        let kind = direction.map_or(
+            RecordedIntervalKind::Unloaded,
+            RecordedIntervalKind::Exploration,
+        );
+        found.add(
+            kind,
+            (start_s - first_s, end_s - first_s),
+            format!("marked in {file}"),
+        );
     }
     let count = found.intervals.len();
     let mut found = found.placed(duration_s);
     let outside = count - found.intervals.len();
     if outside > 0 {
-        found.notes.push(format!("{outside} of the {count} marks in {file} lie outside the recording"));
+        found.notes.push(format!(
+            "{outside} of the {count} marks in {file} lie outside the recording"
+        ));
     }
     Ok(found)
 }

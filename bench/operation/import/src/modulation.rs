@@ -28,7 +28,11 @@ pub(crate) struct FoundModulation {
 
 /// Longest stretch in which the drive is on with a steady modulation, as indices.
 fn steady(amplitude: &[f64], step_s: f64) -> std::ops::Range<usize> {
-    let mut sorted: Vec<f64> = amplitude.iter().copied().filter(|value| value.is_finite()).collect();
+    let mut sorted: Vec<f64> = amplitude
+        .iter()
+        .copied()
+        .filter(|value| value.is_finite())
+        .collect();
     sorted.sort_by(f64::total_cmp);
     let Some(top) = sorted.get(sorted.len() * 9 / 10) else {
         return 0..0;
@@ -80,16 +84,18 @@ pub(crate) fn find(envelope: &Envelope) -> Option<FoundModulation> {
     let resolution_hz = 1.0 / (envelope.step_s * size as f64);
     let bin = |hz: f64| ((hz / resolution_hz) as usize).clamp(1, output.len() - 1);
     let lowest_hz = RANGE_HZ.0.max(1.0 / length_s);
-    let peak = (bin(lowest_hz)..bin(RANGE_HZ.1)).max_by(|a, b| {
-        output[*a].norm_sqr().total_cmp(&output[*b].norm_sqr())
-    })?;
+    let peak = (bin(lowest_hz)..bin(RANGE_HZ.1))
+        .max_by(|a, b| output[*a].norm_sqr().total_cmp(&output[*b].norm_sqr()))?;
     let mut hz = peak as f64 * resolution_hz;
     // Gauss–Newton on the frequency, with the amplitude of mean, sine and their second harmonics solved for linearly.
     let mut fit = harmonic_fit(on, envelope.step_s, hz);
     let mut width_hz = 0.5 / length_s;
     for _ in 0..40 {
-        let trials = [hz - width_hz, hz + width_hz].map(|hz| (hz, harmonic_fit(on, envelope.step_s, hz)));
-        let better = trials.into_iter().find(|(trial, candidate)| *trial > 0.0 && candidate.residual < fit.residual);
+        let trials =
+            [hz - width_hz, hz + width_hz].map(|hz| (hz, harmonic_fit(on, envelope.step_s, hz)));
+        let better = trials
+            .into_iter()
+            .find(|(trial, candidate)| *trial > 0.0 && candidate.residual < fit.residual);
         match better {
             Some((trial, candidate)) => (hz, fit) = (trial, candidate),
             None => width_hz *= 0.5,
@@ -97,7 +103,12 @@ pub(crate) fn find(envelope: &Envelope) -> Option<FoundModulation> {
     }
     let index = fit.amplitude / fit.mean;
     if index < LEAST_INDEX {
-        return Some(FoundModulation { hz: 0.0, hz_error: 0.0, index: 0.0, index_error: LEAST_INDEX });
+        return Some(FoundModulation {
+            hz: 0.0,
+            hz_error: 0.0,
+            index: 0.0,
+            index_error: LEAST_INDEX,
+        });
     }
     // Neighbouring values of the residual are not independent: that of 20 values counts as one.
     let count = (on.len() as f64 / 20.0).max(1.0);
@@ -157,7 +168,11 @@ pub(crate) fn harmonic_fit(values: &[f64], step_s: f64, hz: f64) -> HarmonicFit 
 /// Solves a small system of equations by elimination with pivots; 0 for an unknown that it does not determine.
 fn solve<const N: usize, const M: usize>(mut matrix: [[f64; M]; N]) -> [f64; N] {
     for column in 0..N {
-        let pivot = (column..N).max_by(|a, b| matrix[*a][column].abs().total_cmp(&matrix[*b][column].abs()));
+        let pivot = (column..N).max_by(|a, b| {
+            matrix[*a][column]
+                .abs()
+                .total_cmp(&matrix[*b][column].abs())
+        });
         matrix.swap(column, pivot.unwrap_or(column));
         let head = matrix[column];
         if head[column] == 0.0 {
@@ -203,7 +218,10 @@ mod tests {
     fn frequency_and_index_are_found_within_their_errors() {
         for (hz, index) in [(6.0, 0.95), (3.37, 0.5), (40.0, 0.1), (1.5, 0.8)] {
             let found = find(&envelope(hz, index)).unwrap();
-            assert!((found.hz - hz).abs() < (5.0 * found.hz_error).max(2e-3 * hz), "{hz} {found:?}");
+            assert!(
+                (found.hz - hz).abs() < (5.0 * found.hz_error).max(2e-3 * hz),
+                "{hz} {found:?}"
+            );
             assert!((found.index - index).abs() < 0.01, "{index} {found:?}");
         }
         assert_eq!(find(&envelope(6.0, 0.0)).unwrap().index, 0.0);

@@ -49,7 +49,11 @@ impl Readings {
     }
 
     /// Reads the streams of a recording.
-    pub fn read(map: &ImportMap, sources: &mut Sources<'_>, drive: DriveTime) -> Result<Self, ImportRefusal> {
+    pub fn read(
+        map: &ImportMap,
+        sources: &mut Sources<'_>,
+        drive: DriveTime,
+    ) -> Result<Self, ImportRefusal> {
         let mut readings = Self::default();
         if let Some(normal) = &map.normal {
             let stream = ("normal", &normal.source, &normal.time);
@@ -65,11 +69,19 @@ impl Readings {
             && normal.time == lateral.time
             && normal.source.file == lateral.source.file
         {
-            let columns = (sources.column(&normal.source)?, sources.column(&lateral.source)?);
+            let columns = (
+                sources.column(&normal.source)?,
+                sources.column(&lateral.source)?,
+            );
             require_same_length(&columns.0, &columns.1)?;
         }
         if let Some(position) = &map.position {
-            let stream = (&position.source, &position.time, position.clock, position.travel);
+            let stream = (
+                &position.source,
+                &position.time,
+                position.clock,
+                position.travel,
+            );
             readings.position = Some(from_drive(series::read_position(sources, stream)?, drive));
         }
         readings.tare(map, sources, drive)?;
@@ -77,7 +89,12 @@ impl Readings {
     }
 
     /// Finds the tares and the intervals, which depend on each other.
-    fn tare(&mut self, map: &ImportMap, sources: &mut Sources<'_>, drive: DriveTime) -> Result<(), ImportRefusal> {
+    fn tare(
+        &mut self,
+        map: &ImportMap,
+        sources: &mut Sources<'_>,
+        drive: DriveTime,
+    ) -> Result<(), ImportRefusal> {
         let marks = match &map.intervals {
             IntervalSource::Marks(template) => Some(sources.file_name(Some(template))),
             IntervalSource::Rules { .. } => None,
@@ -87,11 +104,17 @@ impl Readings {
             Some(file) => {
                 let text = sources.text(file, "text-tables")?;
                 let found = intervals::by_marks(&text, file, drive.first_s, drive.duration_s);
-                Some(found.map_err(|reason| ImportRefusal::Marks { file: file.clone(), reason })?)
+                Some(found.map_err(|reason| ImportRefusal::Table {
+                    file: file.clone(),
+                    reason,
+                })?)
             }
         };
         let rules = match &map.intervals {
-            IntervalSource::Rules { unloaded, exploration } => (unloaded.as_ref(), exploration.as_ref()),
+            IntervalSource::Rules {
+                unloaded,
+                exploration,
+            } => (unloaded.as_ref(), exploration.as_ref()),
             IntervalSource::Marks(_) => (None, None),
         };
         if let (Some(samples), Some(normal)) = (&mut self.normal, &map.normal) {
@@ -104,14 +127,25 @@ impl Readings {
                     };
                     shift(samples, level);
                     // The rule's stretches, read again with the tare found in them.
-                    let mut total = Tare { newtons: level, error: f64::NAN };
+                    let mut total = Tare {
+                        newtons: level,
+                        error: f64::NAN,
+                    };
                     for _ in 0..3 {
-                        let streams = Streams { normal: Some(&*samples), ..Streams::default() };
+                        let streams = Streams {
+                            normal: Some(&*samples),
+                            ..Streams::default()
+                        };
                         let stretches = match (&marked, rules.0) {
                             (Some(marked), _) => marked.unloaded_s(),
                             (None, Some(rule)) => intervals::unloaded(rule, streams).map_or_else(
                                 |_| still(samples),
-                                |spans| spans.into_iter().map(|(from_s, to_s, _)| (from_s, to_s)).collect(),
+                                |spans| {
+                                    spans
+                                        .into_iter()
+                                        .map(|(from_s, to_s, _)| (from_s, to_s))
+                                        .collect()
+                                },
                             ),
                             (None, None) => still(samples),
                         };
@@ -119,7 +153,10 @@ impl Readings {
                             break;
                         };
                         shift(samples, rest.newtons);
-                        total = Tare { newtons: total.newtons + rest.newtons, error: rest.error };
+                        total = Tare {
+                            newtons: total.newtons + rest.newtons,
+                            error: rest.error,
+                        };
                     }
                     if total.error.is_nan() {
                         return Err(ImportRefusal::NotFound {
@@ -127,7 +164,11 @@ impl Readings {
                             reason: "no stretch is without contact by the rule or the marks of [intervals]".to_owned(),
                         });
                     }
-                    self.found.push(found_tare("normal.tare", total, "mean over the stretches without contact"));
+                    self.found.push(found_tare(
+                        "normal.tare",
+                        total,
+                        "mean over the stretches without contact",
+                    ));
                 }
             }
         }
@@ -146,21 +187,39 @@ impl Readings {
             }
             Some(LateralTare::NoContact) => {
                 let stretches = match self.intervals.unloaded_s() {
-                    stretches if stretches.is_empty() => self.normal.as_ref().map(still).unwrap_or_default(),
+                    stretches if stretches.is_empty() => {
+                        self.normal.as_ref().map(still).unwrap_or_default()
+                    }
                     stretches => stretches,
                 };
-                let tare = self.lateral.as_ref().and_then(|samples| tare::without_contact(samples, &stretches));
-                Some((tare, "mean over the stretches without contact", "no stretch is without contact by the rule or the marks of [intervals]"))
+                let tare = self
+                    .lateral
+                    .as_ref()
+                    .and_then(|samples| tare::without_contact(samples, &stretches));
+                Some((
+                    tare,
+                    "mean over the stretches without contact",
+                    "no stretch is without contact by the rule or the marks of [intervals]",
+                ))
             }
             Some(LateralTare::SymmetricStrokes) => {
                 let strokes = self.intervals.strokes();
-                let tare = self.lateral.as_ref().and_then(|samples| tare::symmetric_strokes(samples, self.normal.as_ref(), &strokes));
-                Some((tare, "mean of the strokes in both directions", "it needs explorations in both directions"))
+                let tare = self.lateral.as_ref().and_then(|samples| {
+                    tare::symmetric_strokes(samples, self.normal.as_ref(), &strokes)
+                });
+                Some((
+                    tare,
+                    "mean of the strokes in both directions",
+                    "it needs explorations in both directions",
+                ))
             }
         };
         if let Some((tare, evidence, lacking)) = found {
             let Some(tare) = tare else {
-                return Err(ImportRefusal::NotFound { key: "lateral.tare", reason: lacking.to_owned() });
+                return Err(ImportRefusal::NotFound {
+                    key: "lateral.tare",
+                    reason: lacking.to_owned(),
+                });
             };
             if let Some(samples) = &mut self.lateral {
                 shift(samples, tare.newtons);
@@ -173,9 +232,18 @@ impl Readings {
     /// Moves forces, positions and intervals that are on the normal force's clock by a found offset and rate.
     pub fn align(&mut self, map: &ImportMap, drive: DriveTime, (offset_s, ppm): (f64, f64)) {
         let followers = [
-            (&mut self.normal, map.normal.as_ref().map(|normal| normal.clock)),
-            (&mut self.lateral, map.lateral.as_ref().map(|lateral| lateral.clock)),
-            (&mut self.position, map.position.as_ref().map(|position| position.clock)),
+            (
+                &mut self.normal,
+                map.normal.as_ref().map(|normal| normal.clock),
+            ),
+            (
+                &mut self.lateral,
+                map.lateral.as_ref().map(|lateral| lateral.clock),
+            ),
+            (
+                &mut self.position,
+                map.position.as_ref().map(|position| position.clock),
+            ),
         ];
         let reference = map.normal.as_ref().map(|normal| normal.clock);
         for (samples, clock) in followers {
@@ -186,7 +254,11 @@ impl Readings {
                 samples.clock.ppm = ppm;
             }
         }
-        if let IntervalSource::Rules { unloaded, exploration } = &map.intervals {
+        if let IntervalSource::Rules {
+            unloaded,
+            exploration,
+        } = &map.intervals
+        {
             let rules = (unloaded.as_ref(), exploration.as_ref());
             self.intervals = intervals::by_rules(rules, self.streams(), drive.duration_s);
             self.intervals.notes.clear();
@@ -203,7 +275,10 @@ fn from_drive(mut samples: Samples, drive: DriveTime) -> Samples {
 }
 
 fn shift(samples: &mut Samples, newtons: f64) {
-    samples.values.iter_mut().for_each(|value| *value -= newtons);
+    samples
+        .values
+        .iter_mut()
+        .for_each(|value| *value -= newtons);
 }
 
 /// Returns the stretches in which a tared force is near 0.

@@ -8,7 +8,7 @@ use source_files::SourceError;
 pub enum ImportRefusal {
     /// A file cannot be read, or lacks an array.
     #[error(transparent)]
-    Source(#[from] SourceError),
+    Source(Box<SourceError>),
     /// The file's name gives no place in a study.
     #[error(transparent)]
     Name(#[from] NameError),
@@ -20,9 +20,9 @@ pub enum ImportRefusal {
         /// Reason and remedy.
         cause: String,
     },
-    /// A table of marks cannot be read.
+    /// A table of marks or a sweep cannot be read.
     #[error("{file}: {reason}")]
-    Marks {
+    Table {
         /// File.
         file: String,
         /// Reason and remedy.
@@ -37,7 +37,9 @@ pub enum ImportRefusal {
         file: String,
     },
     /// The file states another rate.
-    #[error("{key} = {stated_hz} Hz, but {file} states {file_hz} Hz: correct it, or write \"file\"")]
+    #[error(
+        "{key} = {stated_hz} Hz, but {file} states {file_hz} Hz: correct it, or write \"file\""
+    )]
     OtherRate {
         /// Key.
         key: String,
@@ -59,7 +61,9 @@ pub enum ImportRefusal {
         remedy: &'static str,
     },
     /// Times of samples are not even.
-    #[error("{key}: sample {sample} is {deviation:.2} sampling intervals from an even spacing: resample the data, or write rate_hz if the times are rounded")]
+    #[error(
+        "{key}: sample {sample} is {deviation:.2} sampling intervals from an even spacing: resample the data, or write rate_hz if the times are rounded"
+    )]
     Uneven {
         /// Key.
         key: String,
@@ -69,7 +73,9 @@ pub enum ImportRefusal {
         deviation: f64,
     },
     /// Times go back.
-    #[error("{key}: the time of sample {sample} is not after the one before: sort the rows, and join recordings file by file")]
+    #[error(
+        "{key}: the time of sample {sample} is not after the one before: sort the rows, and join recordings file by file"
+    )]
     Backwards {
         /// Key.
         key: String,
@@ -77,7 +83,9 @@ pub enum ImportRefusal {
         sample: u64,
     },
     /// Two arrays that belong together differ in length.
-    #[error("{first} has {first_length} values and {second} {second_length}: they are of one stream, so name arrays of the same length")]
+    #[error(
+        "{first} has {first_length} values and {second} {second_length}: they are of one stream, so name arrays of the same length"
+    )]
     Lengths {
         /// First array.
         first: String,
@@ -96,8 +104,32 @@ pub enum ImportRefusal {
         /// Number of values.
         length: u64,
     },
+    /// An array has too many values.
+    #[error(
+        "{name} has {length} values, and the limit for envelopes is {limit}: cut the recording into parts"
+    )]
+    Long {
+        /// Name of the array.
+        name: String,
+        /// Number of values.
+        length: u64,
+        /// Greatest number.
+        limit: u64,
+    },
+    /// A low-pass cannot be undone.
+    #[error(
+        "envelopes.low_pass can be undone up to {reach_hz:.0} Hz, and the modulation needs {needed_hz:.0} Hz: record with a shorter time constant or a lower order"
+    )]
+    LowPass {
+        /// Frequency up to which it can be undone, Hz.
+        reach_hz: f64,
+        /// Frequency that the modulation needs, Hz.
+        needed_hz: f64,
+    },
     /// A channel is dead.
-    #[error("{stream} ({name}) is dead: all its values are {value}; name the right array, or look for the plug")]
+    #[error(
+        "{stream} ({name}) is dead: all its values are {value}; name the right array, or look for the plug"
+    )]
     Dead {
         /// Stream.
         stream: &'static str,
@@ -107,7 +139,9 @@ pub enum ImportRefusal {
         value: f64,
     },
     /// The carrier of the map is not in the data.
-    #[error("carrier.hz = {stated_hz} Hz is not the carrier of the data: the drive's strongest tone is at {found_hz:.2} Hz; correct carrier.hz, or write \"found\"")]
+    #[error(
+        "carrier.hz = {stated_hz} Hz is not the carrier of the data: the drive's strongest tone is at {found_hz:.2} Hz; correct carrier.hz, or write \"found\""
+    )]
     Carrier {
         /// Stated carrier, Hz.
         stated_hz: f64,
@@ -115,19 +149,25 @@ pub enum ImportRefusal {
         found_hz: f64,
     },
     /// No carrier stands out of the drive.
-    #[error("no carrier stands out of the drive ({name}): name the array of the voltage across the actuators")]
+    #[error(
+        "no carrier stands out of the drive ({name}): name the array of the voltage across the actuators"
+    )]
     NoCarrier {
         /// Array.
         name: String,
     },
     /// The carrier moves.
-    #[error("the carrier moves by {range_hz:.1} Hz within the recording: write carrier.hz = \"follows\"")]
+    #[error(
+        "the carrier moves by {range_hz:.1} Hz within the recording: write carrier.hz = \"follows\""
+    )]
     CarrierMoves {
         /// Range, Hz.
         range_hz: f64,
     },
     /// The modulation of the map is not in the data.
-    #[error("modulation.hz = {stated_hz} Hz, but the drive is modulated at {found_hz:.3} Hz: correct modulation.hz, or write \"found\"")]
+    #[error(
+        "modulation.hz = {stated_hz} Hz, but the drive is modulated at {found_hz:.3} Hz: correct modulation.hz, or write \"found\""
+    )]
     Modulation {
         /// Stated frequency, Hz.
         stated_hz: f64,
@@ -135,13 +175,17 @@ pub enum ImportRefusal {
         found_hz: f64,
     },
     /// The drive is not modulated.
-    #[error("modulation.{key} = \"found\", but the drive is not modulated: write hz = 0 and index = 0 if that is right")]
+    #[error(
+        "modulation.{key} = \"found\", but the drive is not modulated: write hz = 0 and index = 0 if that is right"
+    )]
     NoModulation {
         /// Key.
         key: &'static str,
     },
     /// Carrier and modulation are off by the same factor.
-    #[error("drive.rate_hz = {stated_hz} Hz is not that of the data: carrier and modulation are both {factor:.4} times the stated ones, so the rate would be {meant_hz:.0} Hz")]
+    #[error(
+        "drive.rate_hz = {stated_hz} Hz is not that of the data: carrier and modulation are both {factor:.4} times the stated ones, so the rate would be {meant_hz:.0} Hz"
+    )]
     DriveRate {
         /// Stated rate, Hz.
         stated_hz: f64,
@@ -151,7 +195,9 @@ pub enum ImportRefusal {
         meant_hz: f64,
     },
     /// The forces' rate is not that of the data.
-    #[error("normal.rate_hz = {stated_hz} Hz is not that of the data: the friction follows the modulation at {factor:.3} times its frequency, so the rate would be {meant_hz:.0} Hz")]
+    #[error(
+        "normal.rate_hz = {stated_hz} Hz is not that of the data: the friction follows the modulation at {factor:.3} times its frequency, so the rate would be {meant_hz:.0} Hz"
+    )]
     ForceRate {
         /// Stated rate, Hz.
         stated_hz: f64,
@@ -161,7 +207,9 @@ pub enum ImportRefusal {
         meant_hz: f64,
     },
     /// Drive and pickup are exchanged.
-    #[error("drive and pickup are exchanged: the amplitude of [drive] follows that of [pickup] by {lag_ms:.2} ms, as a plate follows its voltage; exchange their arrays")]
+    #[error(
+        "drive and pickup are exchanged: the amplitude of [drive] follows that of [pickup] by {lag_ms:.2} ms, as a plate follows its voltage; exchange their arrays"
+    )]
     Exchanged {
         /// Lag, ms.
         lag_ms: f64,
@@ -175,19 +223,25 @@ pub enum ImportRefusal {
         reason: String,
     },
     /// Two participants have the same bytes.
-    #[error("it has the same bytes as {other}, which is of another participant: one of the two is a copy under a wrong name")]
+    #[error(
+        "it has the same bytes as {other}, which is of another participant: one of the two is a copy under a wrong name"
+    )]
     SameBytes {
         /// Other file.
         other: String,
     },
     /// A recording that did not come from this map is in the way.
-    #[error("{recording} is there already and did not come from this map: use another study, session or trial")]
+    #[error(
+        "{recording} is there already and did not come from this map: use another study, session or trial"
+    )]
     Occupied {
         /// Recording.
         recording: String,
     },
     /// Forces or positions do not overlap the drive in time.
-    #[error("{stream} is from {from_s:.3} to {to_s:.3} s, and the drive from 0 to {duration_s:.3} s: state offset_s, with which both overlap")]
+    #[error(
+        "{stream} is from {from_s:.3} to {to_s:.3} s, and the drive from 0 to {duration_s:.3} s: state offset_s, with which both overlap"
+    )]
     Apart {
         /// Stream.
         stream: &'static str,
@@ -204,14 +258,12 @@ pub enum ImportRefusal {
     /// The recording cannot be read back.
     #[error("the recording cannot be read back: {0}")]
     ReadBack(String),
-    /// A part of the map that this version does not convert.
-    #[error("{key}: {reason}")]
-    Unsupported {
-        /// Key.
-        key: &'static str,
-        /// Reason and remedy.
-        reason: String,
-    },
+}
+
+impl From<SourceError> for ImportRefusal {
+    fn from(error: SourceError) -> Self {
+        Self::Source(Box::new(error))
+    }
 }
 
 impl ImportRefusal {

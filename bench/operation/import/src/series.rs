@@ -110,15 +110,26 @@ impl Samples {
     /// Returns times on the drive's clock and values at about 1 kHz, as means.
     pub fn coarse(&self) -> (Vec<f64>, Vec<f64>) {
         let count = self.len();
-        let span_s = if count > 1 { self.drive_s(count - 1) - self.drive_s(0) } else { 0.0 };
-        let rate_hz = if span_s > 0.0 { (count - 1) as f64 / span_s } else { RULE_HZ };
+        let span_s = if count > 1 {
+            self.drive_s(count - 1) - self.drive_s(0)
+        } else {
+            0.0
+        };
+        let rate_hz = if span_s > 0.0 {
+            (count - 1) as f64 / span_s
+        } else {
+            RULE_HZ
+        };
         let group = ((rate_hz / RULE_HZ).floor() as usize).max(1);
         let starts = (0..count).step_by(group);
         starts
             .filter(|start| start + group <= count)
             .map(|start| {
                 let time_s = 0.5 * (self.drive_s(start) + self.drive_s(start + group - 1));
-                (time_s, self.values[start..start + group].iter().sum::<f64>() / group as f64)
+                (
+                    time_s,
+                    self.values[start..start + group].iter().sum::<f64>() / group as f64,
+                )
             })
             .unzip()
     }
@@ -132,7 +143,9 @@ pub(crate) fn read(
     scale: f64,
 ) -> Result<Samples, ImportRefusal> {
     let column = sources.column(source)?;
-    read_with(sources, (table, &column, time), clock, |value| scale * value)
+    read_with(sources, (table, &column, time), clock, |value| {
+        scale * value
+    })
 }
 
 /// Reads the place of the finger, m.
@@ -142,13 +155,18 @@ pub(crate) fn read_position(
 ) -> Result<Samples, ImportRefusal> {
     let column = sources.column(source)?;
     match travel {
-        Travel::Position { metres_per_unit, wrap_bits } => {
+        Travel::Position {
+            metres_per_unit,
+            wrap_bits,
+        } => {
             let mut unwrapped = Unwrapped::new(wrap_bits);
             read_with(sources, ("position", &column, time), clock, |count| {
                 metres_per_unit * unwrapped.next(count)
             })
         }
-        Travel::Velocity { metres_per_s_per_unit } => {
+        Travel::Velocity {
+            metres_per_s_per_unit,
+        } => {
             let mut samples = read_with(sources, ("velocity", &column, time), clock, |value| {
                 metres_per_s_per_unit * value
             })?;
@@ -196,10 +214,18 @@ fn integrate(samples: &mut Samples) {
         let (time_s, velocity) = (samples.drive_s(index), samples.values[index]);
         if let Some((before_s, before)) = previous {
             let mean = 0.5 * (before + velocity);
-            place_m += if mean.is_finite() { mean * (time_s - before_s) } else { 0.0 };
+            place_m += if mean.is_finite() {
+                mean * (time_s - before_s)
+            } else {
+                0.0
+            };
         }
         previous = Some((time_s, velocity));
-        samples.values[index] = if velocity.is_finite() { place_m } else { f64::NAN };
+        samples.values[index] = if velocity.is_finite() {
+            place_m
+        } else {
+            f64::NAN
+        };
     }
 }
 
@@ -217,9 +243,10 @@ fn read_with(
     }
     let listed = match time {
         TimeBase::Rate(_) => None,
-        TimeBase::Column { name, seconds_per_unit } => {
-            Some((sources.time_column(column, name)?, *seconds_per_unit))
-        }
+        TimeBase::Column {
+            name,
+            seconds_per_unit,
+        } => Some((sources.time_column(column, name)?, *seconds_per_unit)),
     };
     let rate_hz = match (time, &listed) {
         (TimeBase::Rate(rate), _) => sources.rate_hz(rate, column, table)?,
@@ -228,8 +255,11 @@ fn read_with(
             sources.read(times, 0..1, &mut ends)?;
             sources.read(times, times.len() - 1..times.len(), &mut ends)?;
             let span_s = (ends[1] - ends[0]) * unit_s;
-            if !(span_s > 0.0) {
-                return Err(ImportRefusal::Backwards { key: format!("{table}.time"), sample: times.len() - 1 });
+            if span_s.is_nan() || span_s <= 0.0 {
+                return Err(ImportRefusal::Backwards {
+                    key: format!("{table}.time"),
+                    sample: times.len() - 1,
+                });
             }
             (times.len() - 1) as f64 / span_s
         }
@@ -251,8 +281,11 @@ fn read_with(
             let mut last = f64::NEG_INFINITY;
             sources.for_each_block(&times, |start, block| {
                 for (sample, time) in (start..).zip(block) {
-                    if !(*time > last) {
-                        return Err(ImportRefusal::Backwards { key: format!("{table}.time"), sample });
+                    if time.is_nan() || *time <= last {
+                        return Err(ImportRefusal::Backwards {
+                            key: format!("{table}.time"),
+                            sample,
+                        });
                     }
                     last = *time;
                     means.take(time * unit_s);
@@ -308,19 +341,25 @@ mod tests {
     #[test]
     fn counts_go_on_where_the_counter_begins_again() {
         let mut unwrapped = Unwrapped::new(Some(8));
-        let counts = [250.0, 254.0, 2.0, f64::NAN, 6.0, 254.0, 120.0];
+        let counts = [250.0, 254.0, 2.0, f64::NAN, 6.0, 254.0, 130.0];
         let places: Vec<f64> = counts.map(|count| unwrapped.next(count)).to_vec();
         assert_eq!(places[..3], [250.0, 254.0, 258.0]);
         assert!(places[3].is_nan());
-        assert_eq!(places[4..], [262.0, 254.0, 120.0]);
+        assert_eq!(places[4..], [262.0, 254.0, 130.0]);
     }
 
     #[test]
     fn a_velocity_is_integrated_and_values_are_interpolated_on_the_drives_clock() {
         let mut samples = Samples {
-            times: Times::Even { first_s: 0.0, step_s: 0.1 },
+            times: Times::Even {
+                first_s: 0.0,
+                step_s: 0.1,
+            },
             values: vec![1.0, 1.0, 3.0],
-            clock: PlacedClock { offset_s: 1.0, ppm: 0.0 },
+            clock: PlacedClock {
+                offset_s: 1.0,
+                ppm: 0.0,
+            },
         };
         integrate(&mut samples);
         assert!((samples.values[1] - 0.1).abs() < 1e-12 && (samples.values[2] - 0.3).abs() < 1e-12);

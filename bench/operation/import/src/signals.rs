@@ -1,34 +1,31 @@
 //! Recordings with samples of drive and pickup.
 
-use std::fs;
 use std::path::Path;
 
 use import_map::{
-    Carrier, Centre, Drive, Electrical, ImportMap, Modulation, Pickup, Plate, PlateConstants as MapPlate,
-    Quantity,
+    Carrier, Centre, Drive, Electrical, ImportMap, Modulation, Pickup, Quantity, Template,
 };
-use impedance::PlateConstants;
+use recording::SIGNALS_FILE;
 use recording::manifest::{
-    FoundValue, RecordedChannels, RecordedDrive, RecordedPickup, RecordedPlate,
+    self, FoundValue, RecordedChannels, RecordedDrive, RecordedPickup, RecordedPlate,
+    RecordedSignals, Streams,
 };
-use recording::{MANIFEST_FILE, SIGNALS_FILE};
 
-use crate::alignment::{self, FoundClock};
 use crate::checks;
-use crate::constants::{self, StatedPickup, UnloadedPlate};
+use crate::constants::StatedPickup;
 use crate::data_files;
 use crate::derivative::Integrator;
 use crate::description::Description;
 use crate::figure::{self, Evidence};
 use crate::modulation;
+use crate::plate;
 use crate::readings::{DriveTime, Readings, require_same_length};
 use crate::refusal::ImportRefusal;
+use crate::search::Search;
 use crate::sources::{BLOCK, Column, Sources};
 use crate::survey::{self, Channel};
 use crate::wav_file::{WavFile, Width};
 
-/// Name of the figure.
-pub(crate) const FIGURE_FILE: &str = "import.svg";
 /// Rates of recordings, Hz.
 const RATES_HZ: (f64, f64) = (80e3, 2e6);
 
@@ -55,7 +52,6 @@ struct SignalMap<'a> {
     modulation: Modulation,
     drive: &'a Drive,
     pickup: &'a Pickup,
-    plate: &'a Plate,
 }
 
 /// Converts a recording into `folder`, which exists; returns its found values and its notes.
@@ -65,63 +61,76 @@ pub(crate) fn convert(
     (folder, name): (&Path, &str),
     describe: &Description<'_>,
 ) -> Result<(Vec<FoundValue>, Vec<String>), ImportRefusal> {
-    let Electrical::Signals { carrier, modulation, drive, pickup, plate, baseline } = &map.electrical else {
+    let Electrical::Signals {
+        carrier,
+        modulation,
+        drive,
+        pickup,
+        plate,
+        baseline,
+    } = &map.electrical
+    else {
         unreachable!("the caller chose by the kind of the recording");
     };
-    let parts = SignalMap { carrier: *carrier, modulation: *modulation, drive, pickup, plate };
-    if *carrier == Carrier::Follows {
-        return Err(ImportRefusal::Unsupported {
-            key: "carrier.hz",
-            reason: "\"follows\" is not converted by this version; write \"found\" if the carrier moves by less than 10 Hz".to_owned(),
-        });
-    }
-    if baseline.is_some() {
-        return Err(ImportRefusal::Unsupported {
-            key: "baseline.file",
-            reason: "is not converted by this version: state stretches without contact of each file in [intervals]".to_owned(),
-        });
-    }
+    let parts = SignalMap {
+        carrier: *carrier,
+        modulation: *modulation,
+        drive,
+        pickup,
+    };
     let mut found = Vec::new();
     let mut notes = Vec::new();
     let (signals, first_s) = survey(parts, sources, &mut found, &mut notes)?;
-    write_signals(folder, sources, &signals, pickup)?;
+    let baseline = match baseline {
+        None => None,
+        Some(template) => Some(Baseline::find(sources, template, parts, signals.rate_hz)?),
+    };
+    write_signals(folder, sources, (&signals, baseline.as_ref()), pickup)?;
     let drive_time = DriveTime {
         first_s,
         duration_s: signals.columns[0].len() as f64 / signals.rate_hz,
     };
     let mut readings = Readings::read(map, sources, drive_time)?;
+    if let Some(baseline) = &baseline {
+        baseline.add_interval(&signals, &mut readings);
+    }
     checks::overlap(&readings, drive_time)?;
     checks::force_rate(map, &readings, signals.tone.modulation_hz, drive_time)?;
-    let (resonance_hz, force_factor_n_per_v) = match &plate.constants {
-        MapPlate::Stated { resonance_hz, force_factor_n_per_v, .. } => (*resonance_hz, *force_factor_n_per_v),
-        MapPlate::Sweep { .. } => {
-            return Err(ImportRefusal::Unsupported {
-                key: "plate.sweep",
-                reason: "is not converted by this version: run `friction-bench calibrate plate --from` and write resonance_hz and force_factor_n_per_v".to_owned(),
-            });
-        }
-    };
-    let centre_m = match plate.centre {
-        Centre::Stated(metres) => metres,
-        Centre::MiddleOfTravel => checks::middle_of_travel(&readings, &mut notes),
-    };
+    let recorded_plate = plate::recorded(
+        plate,
+        signals.tone.carrier_hz,
+        sources,
+        &readings,
+        &mut found,
+        &mut notes,
+    )?;
     let mut stated = StatedPickup::provisional(pickup.conversion, signals.tone.carrier_hz);
     let mut state = State {
-        map,
         parts,
         signals: &signals,
-        plate: RecordedPlate {
-            resonance_hz,
-            modal_mass_kg: plate.modal_mass_kg,
-            force_factor_n_per_v,
-            centre_m,
-            profile: None,
-            across: None,
-        },
+        plate: recorded_plate,
+    };
+    checks::exchanged(
+        [&signals.channels[0].envelope, &signals.channels[1].envelope],
+        signals.tone.modulation_hz,
+        &readings.intervals.unloaded_s(),
+    )?;
+    let search = Search {
+        map,
+        folder,
+        conversion: pickup.conversion,
+        carrier_hz: signals.tone.carrier_hz,
+        modulation_hz: signals.tone.modulation_hz,
+        plate: state.plate.constants(),
         drive_time,
     };
-    checks::exchanged(&signals.channels, signals.tone.modulation_hz, &readings.intervals.unloaded_s())?;
-    let clock = state.find(folder, (&mut stated, &mut readings), describe, &mut found, &mut notes)?;
+    let write =
+        |pickup, readings: &Readings| state.describe(folder, pickup, readings, describe, &[]);
+    let clock = search.run((&mut stated, &mut readings), &write, &mut found, &mut notes)?;
+    if let (Some(_), Some(baseline)) = (&clock, &baseline) {
+        // The intervals were found anew on the forces' clock.
+        baseline.add_interval(&signals, &mut readings);
+    }
     if plate.centre == Centre::MiddleOfTravel && clock.is_some() {
         state.plate.centre_m = checks::middle_of_travel(&readings, &mut Vec::new());
     }
@@ -141,18 +150,8 @@ pub(crate) fn convert(
         clock: clock.as_ref(),
         found: &found,
     });
-    write_figure(folder, svg)?;
+    figure::write(folder, svg)?;
     Ok((found, notes))
-}
-
-/// Writes the figure of a recording.
-pub(crate) fn write_figure(
-    folder: &Path,
-    svg: Result<String, plotting::FigureError>,
-) -> Result<(), ImportRefusal> {
-    let svg = svg.map_err(|error| ImportRefusal::ReadBack(error.to_string()))?;
-    let path = folder.join(FIGURE_FILE);
-    fs::write(&path, svg).map_err(|error| ImportRefusal::system(&path, &error))
 }
 
 /// Reads drive and pickup once: rate, carrier, modulation, and the state of the channels.
@@ -162,7 +161,10 @@ fn survey(
     found: &mut Vec<FoundValue>,
     notes: &mut Vec<String>,
 ) -> Result<(Signals, f64), ImportRefusal> {
-    let columns = [sources.column(&parts.drive.source)?, sources.column(&parts.pickup.source)?];
+    let columns = [
+        sources.column(&parts.drive.source)?,
+        sources.column(&parts.pickup.source)?,
+    ];
     require_same_length(&columns[0], &columns[1])?;
     let (rate_hz, first_s) = sources.even_times(&parts.drive.time, &columns[0], "drive")?;
     if !(RATES_HZ.0..=RATES_HZ.1).contains(&rate_hz) {
@@ -173,20 +175,34 @@ fn survey(
         });
     }
     if (columns[0].len() as f64) < 0.2 * rate_hz {
-        return Err(ImportRefusal::Short { name: columns[0].name(), length: columns[0].len() });
+        return Err(ImportRefusal::Short {
+            name: columns[0].name(),
+            length: columns[0].len(),
+        });
     }
     let strongest_hz = survey::strongest_tone(sources, &columns[0], rate_hz)?;
     let reference_hz = match (parts.carrier, strongest_hz) {
         (_, Some(hz)) => hz,
         (Carrier::Constant(Quantity::Stated(hz)), None) => hz,
-        (_, None) => return Err(ImportRefusal::NoCarrier { name: columns[0].name() }),
+        (_, None) => {
+            return Err(ImportRefusal::NoCarrier {
+                name: columns[0].name(),
+            });
+        }
     };
     let drive_channel = survey::channel(sources, &columns[0], rate_hz, reference_hz)?;
     let pickup_channel = survey::channel(sources, &columns[1], rate_hz, reference_hz)?;
-    for (stream, channel, column) in [("drive", &drive_channel, &columns[0]), ("pickup", &pickup_channel, &columns[1])] {
+    for (stream, channel, column) in [
+        ("drive", &drive_channel, &columns[0]),
+        ("pickup", &pickup_channel, &columns[1]),
+    ] {
         let range = channel.range;
         if range.least >= range.greatest {
-            return Err(ImportRefusal::Dead { stream, name: column.name(), value: range.least });
+            return Err(ImportRefusal::Dead {
+                stream,
+                name: column.name(),
+                value: range.least,
+            });
         }
         if range.is_clipped() {
             notes.push(format!(
@@ -195,15 +211,26 @@ fn survey(
             ));
         }
         if range.lost > 0 {
-            notes.push(format!("{stream} ({}) lacks {} samples, which are not numbers", column.name(), range.lost));
+            notes.push(format!(
+                "{stream} ({}) lacks {} samples, which are not numbers",
+                column.name(),
+                range.lost
+            ));
         }
     }
     let measured = survey::carrier(&drive_channel.envelope);
     if strongest_hz.is_none() && measured.is_none() {
-        return Err(ImportRefusal::NoCarrier { name: columns[0].name() });
+        return Err(ImportRefusal::NoCarrier {
+            name: columns[0].name(),
+        });
     }
     let modulated = modulation::find(&drive_channel.envelope);
-    let tone = checks::tone((parts.carrier, parts.modulation), (measured, modulated), rate_hz, found)?;
+    let tone = checks::tone(
+        (parts.carrier, parts.modulation),
+        (measured, modulated),
+        rate_hz,
+        found,
+    )?;
     Ok((
         Signals {
             rate_hz,
@@ -219,11 +246,60 @@ fn survey(
     ))
 }
 
+/// The plate alone, recorded once a session; it follows the recording's own samples.
+struct Baseline {
+    columns: [Column; 2],
+    frames: u64,
+    /// Lost frames between the recording and the plate alone.
+    gap_frames: u64,
+}
+
+/// Longest stretch of the plate alone that is added to a recording, s, and the gap before it.
+const BASELINE_S: f64 = 3.0;
+const GAP_S: f64 = 0.05;
+
+impl Baseline {
+    fn find(
+        sources: &mut Sources<'_>,
+        template: &Template,
+        parts: SignalMap<'_>,
+        rate_hz: f64,
+    ) -> Result<Self, ImportRefusal> {
+        let file = sources.file_name(Some(template));
+        let columns = [
+            sources.column_in(&file, &parts.drive.source.name)?,
+            sources.column_in(&file, &parts.pickup.source.name)?,
+        ];
+        require_same_length(&columns[0], &columns[1])?;
+        let (baseline_hz, _) = sources.even_times(&parts.drive.time, &columns[0], "drive")?;
+        if (baseline_hz / rate_hz - 1.0).abs() > 1e-6 {
+            return Err(ImportRefusal::OtherRate {
+                key: "the rate of the recording".to_owned(),
+                stated_hz: rate_hz,
+                file,
+                file_hz: baseline_hz,
+            });
+        }
+        Ok(Self {
+            frames: columns[0].len().min((BASELINE_S * rate_hz) as u64),
+            gap_frames: (GAP_S * rate_hz) as u64,
+            columns,
+        })
+    }
+
+    fn add_interval(&self, signals: &Signals, readings: &mut Readings) {
+        let start = signals.columns[0].len() + self.gap_frames;
+        let span_s = [start, start + self.frames].map(|frame| frame as f64 / signals.rate_hz);
+        let why = format!("the plate alone, from {}", self.columns[0].file);
+        readings.intervals.add_unloaded((span_s[0], span_s[1]), why);
+    }
+}
+
 /// Writes `signals.wav`.
 fn write_signals(
     folder: &Path,
     sources: &mut Sources<'_>,
-    signals: &Signals,
+    signals: (&Signals, Option<&Baseline>),
     pickup: &Pickup,
 ) -> Result<(), ImportRefusal> {
     let is_integrated = pickup.conversion.quantity.derivatives() > 0;
@@ -244,51 +320,82 @@ fn write_signals_as(
     width: Width,
     folder: &Path,
     sources: &mut Sources<'_>,
-    signals: &Signals,
+    (signals, baseline): (&Signals, Option<&Baseline>),
     pickup: &Pickup,
 ) -> Result<bool, ImportRefusal> {
     let path = folder.join(SIGNALS_FILE);
     let system = |error: std::io::Error| ImportRefusal::system(&path, &error);
-    let [drive_column, pickup_column] = &signals.columns;
-    let count = drive_column.len();
+    let count = signals.columns[0].len();
+    let extra = baseline.map_or(0, |baseline| baseline.gap_frames + baseline.frames);
     let rate_hz = signals.rate_hz.round() as u32;
-    let mut file = WavFile::create(&path, rate_hz, width, count).map_err(system)?;
-    let mut integrator = Integrator::new(pickup.conversion.quantity, signals.tone.carrier_hz, signals.rate_hz);
-    let (mut drive, mut raw, mut displacement) = (Vec::new(), Vec::new(), Vec::new());
-    for start in (0..count).step_by(BLOCK as usize) {
-        let end = (start + BLOCK).min(count);
-        sources.read(drive_column, start..end, &mut drive)?;
-        raw.clear();
-        sources.read(pickup_column, start..end, &mut raw)?;
-        integrator.apply(&raw, &mut displacement);
-        if end == count {
-            integrator.finish(&mut displacement);
-        }
-        let ready = drive.len().min(displacement.len());
-        if !file.append(&drive[..ready], &displacement[..ready]).map_err(system)? {
+    let mut file = WavFile::create(&path, rate_hz, width, count + extra).map_err(system)?;
+    if !copy(
+        &mut file,
+        &path,
+        sources,
+        (&signals.columns, count),
+        (signals, pickup),
+    )? {
+        return Ok(false);
+    }
+    if let Some(baseline) = baseline {
+        let lost = vec![f64::NAN; baseline.gap_frames as usize];
+        file.append(&lost, &lost).map_err(system)?;
+        if !copy(
+            &mut file,
+            &path,
+            sources,
+            (&baseline.columns, baseline.frames),
+            (signals, pickup),
+        )? {
             return Ok(false);
         }
-        drive.drain(..ready);
-        displacement.drain(..ready);
     }
     file.finish().map_err(system)?;
     Ok(true)
 }
 
+/// Appends the first `count` samples of drive and pickup; returns `false` if a sample needs a greater width.
+fn copy(
+    file: &mut WavFile,
+    path: &Path,
+    sources: &mut Sources<'_>,
+    (columns, count): (&[Column; 2], u64),
+    (signals, pickup): (&Signals, &Pickup),
+) -> Result<bool, ImportRefusal> {
+    let quantity = pickup.conversion.quantity;
+    let mut integrator = Integrator::new(quantity, signals.tone.carrier_hz, signals.rate_hz);
+    let (mut drive, mut raw, mut displacement) = (Vec::new(), Vec::new(), Vec::new());
+    for start in (0..count).step_by(BLOCK as usize) {
+        let end = (start + BLOCK).min(count);
+        sources.read(&columns[0], start..end, &mut drive)?;
+        raw.clear();
+        sources.read(&columns[1], start..end, &mut raw)?;
+        integrator.apply(&raw, &mut displacement);
+        if end == count {
+            integrator.finish(&mut displacement);
+        }
+        let ready = drive.len().min(displacement.len());
+        let is_written = file
+            .append(&drive[..ready], &displacement[..ready])
+            .map_err(|error| ImportRefusal::system(path, &error))?;
+        if !is_written {
+            return Ok(false);
+        }
+        drive.drain(..ready);
+        displacement.drain(..ready);
+    }
+    Ok(true)
+}
+
 /// Recording of which the signals are written.
 struct State<'a> {
-    map: &'a ImportMap,
     parts: SignalMap<'a>,
     signals: &'a Signals,
     plate: RecordedPlate,
-    drive_time: DriveTime,
 }
 
 impl State<'_> {
-    fn constants(&self) -> PlateConstants {
-        self.plate.constants()
-    }
-
     /// Writes `recording.toml`.
     fn describe(
         &self,
@@ -298,8 +405,14 @@ impl State<'_> {
         describe: &Description<'_>,
         found: &[FoundValue],
     ) -> Result<(), ImportRefusal> {
-        let Tone { carrier_hz, modulation_hz, modulation_index } = self.signals.tone;
+        let Tone {
+            carrier_hz,
+            modulation_hz,
+            modulation_index,
+        } = self.signals.tone;
+        let rate_hz = self.signals.rate_hz;
         let channels = RecordedChannels {
+            rate_hz: (rate_hz.fract() != 0.0).then_some(rate_hz),
             drive: RecordedDrive {
                 index: 0,
                 volts_per_unit: self.parts.drive.volts_per_unit,
@@ -312,67 +425,18 @@ impl State<'_> {
                 clip_units: None,
             },
         };
-        let tone = [carrier_hz, modulation_hz, modulation_index];
-        let manifest = describe.signals(tone, (channels, self.plate.clone()), &readings.intervals, found);
-        let path = folder.join(MANIFEST_FILE);
-        fs::write(&path, manifest.to_toml()?).map_err(|error| ImportRefusal::system(&path, &error))
-    }
-
-    /// Finds what the unloaded plate and the friction show: the pickup's scale and phase, the clock of the forces.
-    fn find(
-        &self,
-        folder: &Path,
-        (stated, readings): (&mut StatedPickup, &mut Readings),
-        describe: &Description<'_>,
-        found: &mut Vec<FoundValue>,
-        notes: &mut Vec<String>,
-    ) -> Result<Option<FoundClock>, ImportRefusal> {
-        let conversion = self.parts.pickup.conversion;
-        let clock = self.map.normal.as_ref().map(|normal| normal.clock);
-        let asks_for_clock = clock.filter(|clock| alignment::is_to_be_found(*clock));
-        if !constants::is_to_be_found(conversion) && asks_for_clock.is_none() {
-            return Ok(None);
-        }
-        let carrier_hz = self.signals.tone.carrier_hz;
-        let modulation_hz = self.signals.tone.modulation_hz;
-        let drive = (carrier_hz, &self.constants());
-        let demodulated = |pickup: StatedPickup, readings: &Readings, is_whole: bool| {
-            data_files::write(folder, readings)?;
-            let mut all = readings.clone();
-            if is_whole {
-                all.intervals.cover(self.drive_time.duration_s);
-            }
-            self.describe(folder, pickup, &all, describe, &[])?;
-            analysis::demodulation::read(folder, recording::pipeline::PickupOffset::default())
-                .map_err(|error| ImportRefusal::ReadBack(error.to_string()))
-        };
-        let unloaded_s = readings.intervals.unloaded_s();
-        if constants::is_to_be_found(conversion) {
-            let record = demodulated(*stated, readings, false)?.record;
-            let plate = UnloadedPlate::read(&record, &unloaded_s, modulation_hz).map_err(|reason| {
-                ImportRefusal::NotFound { key: "pickup.phase_rad", reason }
-            })?;
-            let (pickup, mut values) = plate.find(conversion, *stated, drive)?;
-            *stated = pickup;
-            found.append(&mut values);
-        }
-        let (Some(clock), Some(normal), Some(lateral)) = (asks_for_clock, &readings.normal, &readings.lateral) else {
-            return Ok(None);
-        };
-        let record = demodulated(*stated, readings, true)?.record;
-        let plate = UnloadedPlate::read(&record, &unloaded_s, modulation_hz).map_err(|reason| {
-            ImportRefusal::NotFound { key: "normal.offset_s", reason }
-        })?;
-        let slides_s: Vec<(f64, f64)> = readings.intervals.strokes().iter().map(|(_, from_s, to_s)| (*from_s, *to_s)).collect();
-        let mut placed = alignment::find(
-            (normal, lateral),
-            clock,
-            (&record.frames, plate.z_p_n_s_per_m),
-            (modulation_hz, &slides_s),
-        )?;
-        found.append(&mut placed.found.clone());
-        notes.append(&mut placed.notes);
-        readings.align(self.map, self.drive_time, (placed.offset_s, placed.ppm));
-        Ok(Some(placed))
+        let streams = Streams::Signals(RecordedSignals {
+            carrier: match self.parts.carrier {
+                Carrier::Follows => manifest::Carrier::Follows,
+                Carrier::Constant(_) => manifest::Carrier::Steady(carrier_hz),
+            },
+            modulation: manifest::Modulation {
+                frequency_hz: modulation_hz,
+                index: modulation_index,
+            },
+            channels,
+            plate: self.plate.clone(),
+        });
+        describe.write(folder, streams, &readings.intervals, found)
     }
 }

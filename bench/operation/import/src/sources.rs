@@ -5,7 +5,9 @@ use std::io::Read;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use import_map::{ArraySource, Captures, Rate, TimeBase};
+use import_map::{
+    ArraySource, Captures, Electrical, ImportMap, Intervals, Rate, Template, TimeBase,
+};
 use num_complex::Complex64;
 use recording::manifest::ImportedSource;
 use sha2::{Digest, Sha256};
@@ -60,8 +62,11 @@ impl<'a> Sources<'a> {
     }
 
     /// Returns the name of a stream's file.
-    pub fn file_name(&self, source: Option<&import_map::Template>) -> String {
-        source.map_or_else(|| self.main.clone(), |template| template.fill(self.captures))
+    pub fn file_name(&self, source: Option<&Template>) -> String {
+        source.map_or_else(
+            || self.main.clone(),
+            |template| template.fill(self.captures),
+        )
     }
 
     fn open(&mut self, file: &str) -> Result<&mut SourceFile, ImportRefusal> {
@@ -73,6 +78,49 @@ impl<'a> Sources<'a> {
             Some(opened) => Ok(opened),
             None => unreachable!("the file was inserted"),
         }
+    }
+
+    /// Opens every file that a map names, so that their sums are known before they are read.
+    pub fn open_all(&mut self, map: &ImportMap) -> Result<(), ImportRefusal> {
+        let mut templates: Vec<Option<&Template>> = Vec::new();
+        match &map.electrical {
+            Electrical::Signals {
+                drive,
+                pickup,
+                baseline,
+                ..
+            } => {
+                templates.extend([drive.source.file.as_ref(), pickup.source.file.as_ref()]);
+                templates.extend(baseline.as_ref().map(Some));
+            }
+            Electrical::Envelopes { envelopes, .. } => templates.push(envelopes.file.as_ref()),
+            Electrical::Stimulus(Some(drive)) => templates.push(drive.source.file.as_ref()),
+            Electrical::Stimulus(None) => {}
+        }
+        templates.extend(
+            map.normal
+                .as_ref()
+                .map(|normal| normal.source.file.as_ref()),
+        );
+        templates.extend(
+            map.lateral
+                .as_ref()
+                .map(|lateral| lateral.source.file.as_ref()),
+        );
+        templates.extend(
+            map.position
+                .as_ref()
+                .map(|position| position.source.file.as_ref()),
+        );
+        for template in templates {
+            let file = self.file_name(template);
+            self.open(&file)?;
+        }
+        if let Intervals::Marks(template) = &map.intervals {
+            let file = self.file_name(Some(template));
+            self.text(&file, "text-tables")?;
+        }
+        Ok(())
     }
 
     /// Finds the array of a stream.
@@ -91,8 +139,15 @@ impl<'a> Sources<'a> {
     }
 
     /// Appends a stretch of an array.
-    pub fn read(&mut self, column: &Column, range: Range<u64>, values: &mut Vec<f64>) -> Result<(), ImportRefusal> {
-        Ok(self.open(&column.file)?.read(&column.vector, range, values)?)
+    pub fn read(
+        &mut self,
+        column: &Column,
+        range: Range<u64>,
+        values: &mut Vec<f64>,
+    ) -> Result<(), ImportRefusal> {
+        Ok(self
+            .open(&column.file)?
+            .read(&column.vector, range, values)?)
     }
 
     /// Appends a stretch of a complex array.
@@ -102,7 +157,9 @@ impl<'a> Sources<'a> {
         range: Range<u64>,
         values: &mut Vec<Complex64>,
     ) -> Result<(), ImportRefusal> {
-        Ok(self.open(&column.file)?.read_complex(&column.vector, range, values)?)
+        Ok(self
+            .open(&column.file)?
+            .read_complex(&column.vector, range, values)?)
     }
 
     /// Calls `take` with consecutive blocks of an array and the index of each block's first value.
@@ -114,17 +171,29 @@ impl<'a> Sources<'a> {
         let mut values = Vec::new();
         for start in (0..column.len()).step_by(BLOCK as usize) {
             values.clear();
-            self.read(column, start..(start + BLOCK).min(column.len()), &mut values)?;
+            self.read(
+                column,
+                start..(start + BLOCK).min(column.len()),
+                &mut values,
+            )?;
             take(start, &values)?;
         }
         Ok(())
     }
 
     /// Returns the rate of a stream, Hz; `table` names its table in errors.
-    pub fn rate_hz(&mut self, rate: &Rate, column: &Column, table: &str) -> Result<f64, ImportRefusal> {
+    pub fn rate_hz(
+        &mut self,
+        rate: &Rate,
+        column: &Column,
+        table: &str,
+    ) -> Result<f64, ImportRefusal> {
         let key = format!("{table}.rate_hz");
         let main = self.main.clone();
-        let stated_hz = column.vector.rate_hz().or(self.open(&column.file)?.stated_rate_hz());
+        let stated_hz = column
+            .vector
+            .rate_hz()
+            .or(self.open(&column.file)?.stated_rate_hz());
         let hz = match rate {
             Rate::Hz(hz) => *hz,
             Rate::File => stated_hz.ok_or_else(|| ImportRefusal::NoRate {
@@ -177,10 +246,18 @@ impl<'a> Sources<'a> {
     }
 
     /// Returns the constant rate of a stream and the time of its first sample, s.
-    pub fn even_times(&mut self, base: &TimeBase, column: &Column, table: &str) -> Result<(f64, f64), ImportRefusal> {
+    pub fn even_times(
+        &mut self,
+        base: &TimeBase,
+        column: &Column,
+        table: &str,
+    ) -> Result<(f64, f64), ImportRefusal> {
         let (name, unit_s) = match base {
             TimeBase::Rate(rate) => return Ok((self.rate_hz(rate, column, table)?, 0.0)),
-            TimeBase::Column { name, seconds_per_unit } => (name, *seconds_per_unit),
+            TimeBase::Column {
+                name,
+                seconds_per_unit,
+            } => (name, *seconds_per_unit),
         };
         let times = self.time_column(column, name)?;
         let key = format!("{table}.time");
@@ -190,13 +267,20 @@ impl<'a> Sources<'a> {
         self.read(&times, count - 1..count, &mut ends)?;
         let (first, step) = (ends[0], (ends[1] - ends[0]) / (count - 1) as f64);
         if !(step > 0.0 && step.is_finite()) {
-            return Err(ImportRefusal::Backwards { key, sample: count - 1 });
+            return Err(ImportRefusal::Backwards {
+                key,
+                sample: count - 1,
+            });
         }
         self.for_each_block(&times, |start, values| {
             for (sample, time) in (start..).zip(values) {
                 let deviation = (time - first) / step - sample as f64;
                 if deviation.abs() > 0.5 || deviation.is_nan() {
-                    return Err(ImportRefusal::Uneven { key: key.clone(), sample, deviation });
+                    return Err(ImportRefusal::Uneven {
+                        key: key.clone(),
+                        sample,
+                        deviation,
+                    });
                 }
             }
             Ok(())
@@ -221,7 +305,10 @@ impl<'a> Sources<'a> {
     pub fn origins(&self, sums: &mut Sums) -> Result<Vec<ImportedSource>, ImportRefusal> {
         let opened = self.files.iter();
         let opened = opened.map(|(file, source)| (file, source.format().reader().to_owned()));
-        let others = self.other_files.iter().map(|(file, reader)| (file, reader.clone()));
+        let others = self
+            .other_files
+            .iter()
+            .map(|(file, reader)| (file, reader.clone()));
         let mut origins = Vec::new();
         for (file, reader) in opened.chain(others) {
             origins.push(ImportedSource {
@@ -237,7 +324,10 @@ impl<'a> Sources<'a> {
     /// Returns the sentences that the readers have for a user.
     pub fn notes(&self) -> Vec<String> {
         let notes = self.files.iter().flat_map(|(file, source)| {
-            source.notes().iter().map(move |note| format!("{file}: {note}"))
+            source
+                .notes()
+                .iter()
+                .map(move |note| format!("{file}: {note}"))
         });
         notes.collect()
     }

@@ -40,8 +40,16 @@ impl Envelope {
 
     /// Returns the indices of values from which on the envelope is lower than that.
     fn loud(&self) -> Vec<bool> {
-        let largest = self.values.iter().map(|value| value.norm()).filter(|norm| norm.is_finite()).fold(0.0, f64::max);
-        self.values.iter().map(|value| value.norm() > OFF_SHARE * largest).collect()
+        let largest = self
+            .values
+            .iter()
+            .map(|value| value.norm())
+            .filter(|norm| norm.is_finite())
+            .fold(0.0, f64::max);
+        self.values
+            .iter()
+            .map(|value| value.norm() > OFF_SHARE * largest)
+            .collect()
     }
 }
 
@@ -80,7 +88,9 @@ impl Range {
         }
         if value > self.greatest || value < self.least {
             // Runs at an end that is none any longer do not count.
-            if value > self.greatest + 1e-9 * self.greatest.abs() || value < self.least - 1e-9 * self.least.abs() {
+            if value > self.greatest + 1e-9 * self.greatest.abs()
+                || value < self.least - 1e-9 * self.least.abs()
+            {
                 self.flat_runs = 0;
             }
             self.greatest = self.greatest.max(value);
@@ -124,14 +134,22 @@ pub(crate) fn strongest_tone(
     let (mut input, mut output) = (transform.make_input_vec(), transform.make_output_vec());
     let mut power = vec![0.0; output.len()];
     for stretch in 0..count {
-        let start = if count == 1 { 0 } else { (column.len() - length) / (count - 1) * stretch };
+        let start = if count == 1 {
+            0
+        } else {
+            (column.len() - length) / (count - 1) * stretch
+        };
         let mut values = Vec::new();
         sources.read(column, start..start + length, &mut values)?;
         let finite = values.iter().filter(|value| value.is_finite());
         let mean = finite.clone().sum::<f64>() / (finite.count().max(1)) as f64;
         for (n, (x, value)) in input.iter_mut().zip(&values).enumerate() {
             let window = 0.5 - 0.5 * (TAU * (n as f64 + 0.5) / size as f64).cos();
-            *x = if value.is_finite() { window * (value - mean) } else { 0.0 };
+            *x = if value.is_finite() {
+                window * (value - mean)
+            } else {
+                0.0
+            };
         }
         // The transform made the buffers, so they fit.
         if transform.process(&mut input, &mut output).is_ok() {
@@ -144,7 +162,8 @@ pub(crate) fn strongest_tone(
     let lowest = ((LOWEST_CARRIER_HZ / resolution_hz).ceil() as usize).clamp(1, power.len());
     let peak = (lowest..power.len()).max_by(|a, b| power[*a].total_cmp(&power[*b]));
     let median = statistics::median(power[lowest..].iter().copied()).unwrap_or(0.0);
-    let Some(peak) = peak.filter(|peak| power[*peak] > 0.0 && power[*peak] > STANDS_OUT * median) else {
+    let Some(peak) = peak.filter(|peak| power[*peak] > 0.0 && power[*peak] > STANDS_OUT * median)
+    else {
         return Ok(None);
     };
     let bins = peak.saturating_sub(2)..(peak + 3).min(power.len());
@@ -226,7 +245,9 @@ pub(crate) fn carrier(envelope: &Envelope) -> Option<CarrierFrequency> {
             start += 1;
             continue;
         }
-        let end = (start..loud.len()).find(|index| !loud[*index]).unwrap_or(loud.len());
+        let end = (start..loud.len())
+            .find(|index| !loud[*index])
+            .unwrap_or(loud.len());
         // Parts of a second at most, so that a carrier that moves shows.
         let longest = ((1.0 / envelope.step_s) as usize).max(8);
         let parts = (end - start).div_ceil(longest);
@@ -239,15 +260,24 @@ pub(crate) fn carrier(envelope: &Envelope) -> Option<CarrierFrequency> {
     }
     // The phase of a stretch of n values with equal errors has a slope with the variance ∝ n⁻³.
     let weights: f64 = slopes.iter().map(|(_, weight)| weight).sum();
-    if !(weights > 0.0) {
+    if weights.is_nan() || weights <= 0.0 {
         return None;
     }
-    let mean = slopes.iter().map(|(slope, weight)| slope * weight).sum::<f64>() / weights;
+    let mean = slopes
+        .iter()
+        .map(|(slope, weight)| slope * weight)
+        .sum::<f64>()
+        / weights;
     let to_hz = 1.0 / (TAU * envelope.step_s);
-    let scatter = slopes.iter().map(|(slope, weight)| weight * (slope - mean).powi(2)).sum::<f64>() / weights;
-    let (low, high) = slopes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (slope, _)| {
-        (low.min(*slope), high.max(*slope))
-    });
+    let scatter = slopes
+        .iter()
+        .map(|(slope, weight)| weight * (slope - mean).powi(2))
+        .sum::<f64>()
+        / weights;
+    let (low, high) = slopes.iter().fold(
+        (f64::INFINITY, f64::NEG_INFINITY),
+        |(low, high), (slope, _)| (low.min(*slope), high.max(*slope)),
+    );
     let count = slopes.len() as f64;
     let error = (scatter / count.max(2.0)).sqrt();
     Some(CarrierFrequency {
@@ -280,7 +310,9 @@ fn slope(values: &[Complex64], mean_rad: f64) -> Option<(f64, f64)> {
     }
     let spread = square - sum * sum / weight;
     let slope = (moment - sum * phases / weight) / spread;
-    slope.is_finite().then_some((slope, spread / weight * values.len() as f64))
+    slope
+        .is_finite()
+        .then_some((slope, spread / weight * values.len() as f64))
 }
 
 #[cfg(test)]

@@ -35,11 +35,19 @@ pub(crate) fn resting_level(force: &Samples) -> Option<f64> {
         let variance = part.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / window as f64;
         windows.push((mean, variance.sqrt()));
     }
-    let quietest = windows.iter().map(|(_, deviation)| *deviation).fold(f64::INFINITY, f64::min);
+    let quietest = windows
+        .iter()
+        .map(|(_, deviation)| *deviation)
+        .fold(f64::INFINITY, f64::min);
     let range = values.iter().copied().filter(|value| value.is_finite());
-    let (low, high) = range.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    let (low, high) = range.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+        (low.min(value), high.max(value))
+    });
     let limit = (4.0 * quietest).max(0.01 * (high - low));
-    let still = windows.iter().filter(|(_, deviation)| *deviation <= limit).map(|(mean, _)| *mean);
+    let still = windows
+        .iter()
+        .filter(|(_, deviation)| *deviation <= limit)
+        .map(|(mean, _)| *mean);
     let lowest = still.clone().fold(f64::INFINITY, f64::min);
     // Windows at this level, within the noise of their samples.
     statistics::median(still.filter(|mean| mean - lowest <= limit))
@@ -71,7 +79,8 @@ pub(crate) fn without_contact(force: &Samples, stretches_s: &[(f64, f64)]) -> Op
     let mean = sum / count;
     // Drift and hum are alike over a tenth of a second.
     let variance = (square / count - mean * mean).max(0.0);
-    let stretch_variance = means.iter().map(|part| (part - mean).powi(2)).sum::<f64>() / (means.len() as f64).max(1.0);
+    let stretch_variance =
+        means.iter().map(|part| (part - mean).powi(2)).sum::<f64>() / (means.len() as f64).max(1.0);
     let independent = (count / 100.0).max(1.0);
     Some(Tare {
         newtons: mean,
@@ -113,7 +122,13 @@ pub(crate) fn symmetric_strokes(
         let weight = 1.0 / points.len() as f64;
         for (load, force) in points {
             let x = sign * load;
-            let terms = [weight, weight * x, weight * x * x, weight * force, weight * x * force];
+            let terms = [
+                weight,
+                weight * x,
+                weight * x * x,
+                weight * force,
+                weight * x * force,
+            ];
             for (sum, term) in sums.iter_mut().zip(terms) {
                 *sum += term;
             }
@@ -128,14 +143,23 @@ pub(crate) fn symmetric_strokes(
     let slope = (w * wxf - wx * wf) / determinant;
     let residuals = points.iter().enumerate().flat_map(|(side, points)| {
         let sign = if side == 0 { 1.0 } else { -1.0 };
-        points.iter().map(move |(load, force)| (force - tare - slope * sign * load).powi(2))
+        points
+            .iter()
+            .map(move |(load, force)| (force - tare - slope * sign * load).powi(2))
     });
     let count = points.iter().map(Vec::len).sum::<usize>() as f64;
     let variance = residuals.sum::<f64>() / (count - 2.0).max(1.0);
     // With one stroke each way the line is exact, and the strokes' difference of friction is not known: 5 % of it is assumed.
     let assumed = 0.05 * slope.abs() * wxx.sqrt() / 2f64.sqrt();
-    let error = if count > 2.0 { (variance * wxx / determinant).sqrt() } else { assumed };
-    Some(Tare { newtons: tare, error })
+    let error = if count > 2.0 {
+        (variance * wxx / determinant).sqrt()
+    } else {
+        assumed
+    };
+    Some(Tare {
+        newtons: tare,
+        error,
+    })
 }
 
 #[cfg(test)]
@@ -145,14 +169,26 @@ mod tests {
 
     fn samples(value: impl Fn(f64) -> f64) -> Samples {
         Samples {
-            times: Times::Even { first_s: 0.0, step_s: 1e-3 },
-            values: (0..6000).map(|n| value(f64::from(n) * 1e-3) + 0.003 * (f64::from(n) * 1.7).sin()).collect(),
-            clock: PlacedClock { offset_s: 0.0, ppm: 0.0 },
+            times: Times::Even {
+                first_s: 0.0,
+                step_s: 1e-3,
+            },
+            values: (0..6000)
+                .map(|n| value(f64::from(n) * 1e-3) + 0.003 * (f64::from(n) * 1.7).sin())
+                .collect(),
+            clock: PlacedClock {
+                offset_s: 0.0,
+                ppm: 0.0,
+            },
         }
     }
 
     fn pressed(t: f64) -> f64 {
-        if (1.0..5.0).contains(&t) { 0.6 + 0.05 * (9.0 * t).sin() } else { 0.0 }
+        if (1.0..5.0).contains(&t) {
+            0.6 + 0.05 * (9.0 * t).sin()
+        } else {
+            0.0
+        }
     }
 
     #[test]
@@ -161,7 +197,10 @@ mod tests {
         let level = resting_level(&force).unwrap();
         assert!((level - 0.37).abs() < 0.01, "{level}");
         let tare = without_contact(&force, &[(0.1, 0.9), (5.1, 5.9)]).unwrap();
-        assert!((tare.newtons - 0.37).abs() < 1e-3 && tare.error < 2e-3, "{tare:?}");
+        assert!(
+            (tare.newtons - 0.37).abs() < 1e-3 && tare.error < 2e-3,
+            "{tare:?}"
+        );
         assert_eq!(without_contact(&force, &[]), None);
     }
 
@@ -169,9 +208,15 @@ mod tests {
     fn strokes_there_and_back_show_the_lateral_tare() {
         let normal = samples(pressed);
         let lateral = samples(|t| 0.12 + 0.7 * pressed(t) * if t < 3.0 { 1.0 } else { -1.0 });
-        let strokes = [(Direction::LeftToRight, 1.2, 2.8), (Direction::RightToLeft, 3.2, 4.8)];
+        let strokes = [
+            (Direction::LeftToRight, 1.2, 2.8),
+            (Direction::RightToLeft, 3.2, 4.8),
+        ];
         let tare = symmetric_strokes(&lateral, Some(&normal), &strokes).unwrap();
         assert!((tare.newtons - 0.12).abs() < 2e-3, "{tare:?}");
-        assert_eq!(symmetric_strokes(&lateral, Some(&normal), &strokes[..1]), None);
+        assert_eq!(
+            symmetric_strokes(&lateral, Some(&normal), &strokes[..1]),
+            None
+        );
     }
 }

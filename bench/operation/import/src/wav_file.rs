@@ -126,7 +126,10 @@ mod tests {
     fn the_file_is_read_back_and_a_sample_that_needs_doubles_is_told() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("signals.wav");
-        for (width, values) in [(Width::Single, [0.5, -0.25, f64::NAN]), (Width::Double, [0.1, -0.3, 2.0])] {
+        for (width, values) in [
+            (Width::Single, [0.5, -0.25, f64::NAN]),
+            (Width::Double, [0.1, -0.3, 2.0]),
+        ] {
             let mut file = WavFile::create(&path, 100_000, width, 3).unwrap();
             assert!(file.append(&values, &values).unwrap());
             file.finish().unwrap();

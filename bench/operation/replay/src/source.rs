@@ -56,6 +56,11 @@ impl Source {
         &self.vibration
     }
 
+    /// Returns the sampling rate of the file's header, Hz.
+    pub fn header_rate_hz(&self) -> u32 {
+        self.reader.format().sample_rate_hz
+    }
+
     /// Returns the sampling rate, Hz.
     pub fn rate_hz(&self) -> f64 {
         self.reader.rate_hz()

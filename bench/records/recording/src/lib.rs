@@ -44,6 +44,9 @@ pub const POSITION_FILE: &str = "position.csv";
 /// Stimulus of a surface of which only forces were recorded.
 pub const STIMULUS_FILE: &str = "stimulus.csv";
 
+/// Files of a recording made elsewhere, in addition to [`sums::FILES`].
+pub const OTHER_FILES: [&str; 2] = [ENVELOPES_FILE, STIMULUS_FILE];
+
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -132,7 +132,7 @@ impl Samples {
         let header = RiffHeader::read(source)?;
         let chunk = header.find_data(source, file_bytes, read_format)?;
         let (data_bytes, warning) = data_bytes(source, file_bytes, &chunk)?;
-        let (samples, warnings) = Self::within(source, chunk.format, chunk.start, data_bytes)?;
+        let (samples, warnings) = Self::part(source, chunk.format, chunk.start, data_bytes)?;
         Ok((
             samples,
             Vec::from_iter(warning)
@@ -155,10 +155,10 @@ impl Samples {
         let size = u32::try_from(format_chunk.len()).unwrap_or(u32::MAX);
         let mut content = format_chunk;
         let format = read_format(&mut content, size, size.into())?;
-        Self::within(source, format, start, bytes)
+        Self::part(source, format, start, bytes)
     }
 
-    fn within<R: Read + Seek>(
+    fn part<R: Read + Seek>(
         source: &mut R,
         (format, encoding): (AudioFormat, Encoding),
         start: u64,

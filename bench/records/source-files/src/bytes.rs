@@ -38,7 +38,7 @@ impl Sources {
 
     /// Returns a source for use.
     pub(crate) fn get(&mut self, index: usize) -> &mut dyn Bytes {
-        self.recent.retain(|other| *other != index);
+        self.recent.retain(|open| *open != index);
         if self.recent.len() >= MOST_OPEN {
             let oldest = self.recent.remove(0);
             self.sources[oldest].close();
@@ -228,14 +228,14 @@ pub(crate) struct Stride {
 const MOST_STEP: u64 = 4096;
 
 impl Stride {
-    /// Calls `each` with the bytes of every element, in order.
+    /// Calls `visitor` with the bytes of every element, in order.
     ///
     /// # Errors
     /// The bytes cannot be read, with the offset of the part that failed.
-    pub(crate) fn each(
+    pub(crate) fn visit(
         self,
         source: &mut dyn Bytes,
-        mut each: impl FnMut(&[u8]),
+        mut visitor: impl FnMut(&[u8]),
     ) -> Result<(), (u64, io::Error)> {
         if self.count == 0 || self.bytes == 0 {
             return Ok(());
@@ -259,7 +259,7 @@ impl Stride {
                 .map_err(|error| (offset, error))?;
             for i in 0..n as usize {
                 let start = i * self.step as usize;
-                each(&buffer[start..start + self.bytes]);
+                visitor(&buffer[start..start + self.bytes]);
             }
             done += n;
         }
@@ -315,7 +315,7 @@ mod tests {
                 count: count - 1,
             };
             let mut values = Vec::new();
-            let read = stride.each(&mut section, |bytes| {
+            let read = stride.visit(&mut section, |bytes| {
                 values.push(u32::from_le_bytes(*bytes.first_chunk().unwrap()));
             });
             assert!(read.is_ok());

@@ -97,20 +97,6 @@ pub enum SourceFault {
         /// The contradiction.
         finding: String,
     },
-    /// A part is larger than the reader's limit.
-    #[error(
-        "{part} has {size} bytes, and the limit is {limit}: save it in parts, or as {alternative}, which is read by stretches"
-    )]
-    OverLimit {
-        /// The part.
-        part: String,
-        /// Its size, bytes.
-        size: u64,
-        /// Limit, bytes.
-        limit: u64,
-        /// Format without the limit.
-        alternative: &'static str,
-    },
     /// The file has no numbers.
     #[error("no array of numbers is in this {format} file: is it the right file?")]
     NoNumbers {

@@ -223,3 +223,30 @@ pub(crate) trait ArrayReader: Send {
         values: &mut Values<'_>,
     ) -> Result<(), SourceError>;
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn readers_are_named_with_the_versions_in_use() {
+        let lock = include_str!("../../../../Cargo.lock");
+        for format in Format::ALL {
+            let (name, version) = format.reader().split_once(' ').unwrap();
+            let entry = format!("name = \"{name}\"\nversion = \"{version}\"");
+            assert!(lock.contains(&entry), "{format}: {name} {version}");
+        }
+    }
+
+    #[test]
+    fn elements_lie_by_rows_or_by_columns() {
+        let shape = [2, 3, 4];
+        assert_eq!(strides(&shape, 8, false), [96, 32, 8]);
+        assert_eq!(strides(&shape, 8, true), [8, 16, 48]);
+        let place = Place {
+            axis: 1,
+            fixed: vec![1, 3],
+        };
+        assert_eq!(place.offset_and_step(&[96, 32, 8]), (120, 32));
+    }
+}

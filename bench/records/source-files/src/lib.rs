@@ -9,14 +9,17 @@ mod error;
 mod flac;
 mod format;
 mod guard;
+mod hdf5;
 mod kind;
 mod matlab;
 mod matlab4;
+mod matlab73;
 mod name;
 mod npy;
 mod npz;
 mod numbers;
 mod parquet_file;
+mod tdms;
 mod text;
 mod wave;
 
@@ -118,7 +121,7 @@ impl SourceFile {
     /// (`/g/x@fs`).
     ///
     /// # Errors
-    /// Nothing has the name, or it is no single number.
+    /// No array or attribute has the name, or it is not a single number.
     pub fn scalar(&mut self, name: &str) -> Result<f64, SourceError> {
         self.read_scalar(name)
             .map_err(|error| with_file(error, &self.path))
@@ -280,8 +283,8 @@ fn open_reader(path: &Path) -> Result<Box<dyn ArrayReader>, SourceError> {
     let kind = kind::find(&head, |offset, bytes| has_bytes(&mut file, offset, bytes))?;
     file.seek(SeekFrom::Start(0))?;
     match kind {
-        Kind::Hdf5 => Err(kind::foreign("an HDF5 file", "save it as NPY or CSV").into()),
-        Kind::Tdms => Err(kind::foreign("a TDMS file", "save it as NPY or CSV").into()),
+        Kind::Hdf5 => hdf5::open(file),
+        Kind::Tdms => tdms::open(file),
         Kind::Matlab5 => matlab::MatlabReader::open(file),
         Kind::Matlab4 => matlab4::Matlab4Reader::open(file),
         Kind::Npy => npy::NpyReader::open(file),
@@ -300,3 +303,8 @@ fn has_bytes(file: &mut File, offset: u64, bytes: &[u8]) -> bool {
         && file.read_exact(&mut found).is_ok()
         && found == bytes
 }
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

@@ -198,7 +198,7 @@ impl MatlabReader {
         content: node::Content,
         place: &Place,
         range: &Range<u64>,
-        each: &mut dyn FnMut(f64),
+        visitor: &mut dyn FnMut(f64),
     ) -> Result<(), SourceError> {
         let size = content.encoding.number.bytes();
         let strides = strides(&numeric.shape, size as u64, true);
@@ -211,7 +211,7 @@ impl MatlabReader {
         };
         let source = self.sources.get(self.found[index].source);
         stride
-            .each(source, |bytes| each(content.encoding.decode(bytes)))
+            .visit(source, |bytes| visitor(content.encoding.decode(bytes)))
             .map_err(|(offset, error)| read_error(&self.arrays[index].name, offset, &error))
     }
 }
@@ -275,13 +275,13 @@ impl ArrayReader for MatlabReader {
         values: &mut Values<'_>,
     ) -> Result<(), SourceError> {
         let Some(Content::Numbers { numeric, scale }) =
-            self.found.get(index).map(|found| found.values.clone())
+            self.found.get(index).map(|array| array.values.clone())
         else {
             return Ok(());
         };
         let Some(imaginary) = numeric.imaginary else {
-            let each = &mut |value| values.push(value * scale);
-            return self.part(index, &numeric, numeric.real, place, &range, each);
+            let push = &mut |value| values.push(value * scale);
+            return self.part(index, &numeric, numeric.real, place, &range, push);
         };
         let (mut re, mut im) = (Vec::new(), Vec::new());
         self.part(index, &numeric, numeric.real, place, &range, &mut |value| {

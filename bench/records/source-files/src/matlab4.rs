@@ -227,18 +227,18 @@ impl ArrayReader for Matlab4Reader {
         let failed =
             |(offset, error): (u64, std::io::Error)| read_error(&info.name, offset, &error);
         if !content.is_complex {
-            let each = |bytes: &[u8]| values.push(content.encoding.decode(bytes));
-            return stride.each(&mut self.file, each).map_err(failed);
+            let push = |bytes: &[u8]| values.push(content.encoding.decode(bytes));
+            return stride.visit(&mut self.file, push).map_err(failed);
         }
         let (mut re, mut im) = (Vec::new(), Vec::new());
         let imaginary = Stride {
             offset: stride.offset + content.bytes,
             ..stride
         };
-        let each = |bytes: &[u8]| re.push(content.encoding.decode(bytes));
-        stride.each(&mut self.file, each).map_err(failed)?;
-        let each = |bytes: &[u8]| im.push(content.encoding.decode(bytes));
-        imaginary.each(&mut self.file, each).map_err(failed)?;
+        let push = |bytes: &[u8]| re.push(content.encoding.decode(bytes));
+        stride.visit(&mut self.file, push).map_err(failed)?;
+        let push = |bytes: &[u8]| im.push(content.encoding.decode(bytes));
+        imaginary.visit(&mut self.file, push).map_err(failed)?;
         for (re, im) in re.into_iter().zip(im) {
             values.push_complex(Complex64::new(re, im));
         }

@@ -167,9 +167,9 @@ fn find<'a>(arrays: &'a [ArrayInfo], is_table: bool, name: &str) -> Result<Named
         }
     }
     if is_table {
-        let mut same =
+        let mut matches =
             (0..arrays.len()).filter(|array| without_unit(&arrays[*array].name) == plain);
-        if let (Some(array), None) = (same.next(), same.next()) {
+        if let (Some(array), None) = (matches.next(), matches.next()) {
             return Ok(named(array, None));
         }
     }
@@ -293,10 +293,10 @@ fn selection(info: &ArrayInfo, finding: &str) -> SourceFault {
 
 /// Returns names, the ones most similar to `name` first.
 pub(crate) fn nearest(names: impl Iterator<Item = String>, name: &str) -> Vec<String> {
-    let likeness = |other: &String| {
-        let is_part = other.contains(name) && !name.is_empty();
+    let likeness = |candidate: &String| {
+        let is_part = candidate.contains(name) && !name.is_empty();
         let likeness =
-            strsim::normalized_damerau_levenshtein(&other.to_lowercase(), &name.to_lowercase());
+            strsim::normalized_damerau_levenshtein(&candidate.to_lowercase(), &name.to_lowercase());
         f64::from(u8::from(is_part)) + likeness
     };
     let mut names: Vec<_> = names
@@ -309,3 +309,102 @@ pub(crate) fn nearest(names: impl Iterator<Item = String>, name: &str) -> Vec<St
 
 /// Number of names that are compared for a message.
 const MOST_NAMES: usize = 1000;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::array::Element;
+
+    fn arrays(shapes: &[(&str, &[u64])]) -> Vec<ArrayInfo> {
+        let array = |(name, shape): &(&str, &[u64])| {
+            ArrayInfo::new(*name, Element::Float { bits: 64 }, shape.to_vec())
+        };
+        shapes.iter().map(array).collect()
+    }
+
+    fn found(arrays: &[ArrayInfo], name: &str) -> (usize, usize, Vec<u64>, u64) {
+        let vector = vector(arrays, false, name).unwrap();
+        (
+            vector.array,
+            vector.place.axis,
+            vector.place.fixed,
+            vector.length,
+        )
+    }
+
+    #[test]
+    fn names_choose_vectors() {
+        let arrays = arrays(&[
+            ("U", &[9, 1]),
+            ("S.F", &[9, 3]),
+            ("g/x", &[9]),
+            ("cube", &[2, 3, 4]),
+            ("odd[0]", &[1, 5]),
+            ("one", &[]),
+        ]);
+        for name in ["U", "/U", " U ", "U[:]", "U[:,0]", "U[0,:]"] {
+            assert_eq!(found(&arrays, name), (0, 0, vec![0], 9), "{name}");
+        }
+        assert_eq!(found(&arrays, "S.F[:,2]"), (1, 0, vec![2], 9));
+        assert_eq!(found(&arrays, "S.F[ 4 , : ]"), (1, 1, vec![4], 3));
+        assert_eq!(found(&arrays, "/g/x"), (2, 0, vec![], 9));
+        assert_eq!(found(&arrays, "cube[1,:,3]"), (3, 1, vec![1, 3], 3));
+        assert_eq!(found(&arrays, "odd[0]"), (4, 1, vec![0], 5));
+        assert_eq!(found(&arrays, "one"), (5, 0, vec![], 1));
+    }
+
+    #[test]
+    fn indices_that_choose_no_vector_are_refused_with_an_example() {
+        let arrays = arrays(&[("S.F", &[9, 3]), ("U", &[9])]);
+        for (name, words) in [
+            ("S.F", "`S.F` is 9 × 3, and no column of it is named"),
+            ("S.F[:,3]", "the index 3 is beyond its end"),
+            ("S.F[:,:]", "one `:`"),
+            ("S.F[1]", "one `:`"),
+            ("S.F[:,0,1]", "the name has 3 of its 2 indices"),
+        ] {
+            let text = vector(&arrays, false, name).unwrap_err().to_string();
+            assert!(
+                text.contains(words) && text.contains("`S.F[:,0]`"),
+                "{text}"
+            );
+        }
+        let text = vector(&arrays, false, "F").unwrap_err().to_string();
+        assert_eq!(text, "no array `F` is in it; it has `S.F`, `U`");
+    }
+
+    #[test]
+    fn columns_of_a_table_have_numbers_and_units() {
+        let arrays = arrays(&[("t [s]", &[9]), ("F (N)", &[9]), ("x / mm", &[9])]);
+        let column = |name: &str| vector(&arrays, true, name).map(|vector| vector.array);
+        for (name, index) in [("t", 0), ("F", 1), ("F (N)", 1), ("1", 1), ("[:,2]", 2)] {
+            assert_eq!(column(name), Ok(index), "{name}");
+        }
+        assert!(column("3").is_err() && column("[:,3]").is_err());
+        // A bare array of two axes has columns too.
+        let bare = super::tests::arrays(&[("", &[9, 2])]);
+        assert_eq!(found(&bare, "1"), (0, 0, vec![1], 9));
+        assert_eq!(found(&bare, "[:,1]"), (0, 0, vec![1], 9));
+    }
+
+    #[test]
+    fn single_numbers_are_elements() {
+        let arrays = arrays(&[("fs", &[1, 1]), ("p", &[1, 4]), ("A", &[2, 3])]);
+        let element = |name: &str| {
+            let single = single(&arrays, false, name).unwrap();
+            (
+                single.array,
+                single.place.axis,
+                single.place.fixed,
+                single.index,
+            )
+        };
+        assert_eq!(element("fs"), (0, 0, vec![0], 0));
+        assert_eq!(element("p[3]"), (1, 1, vec![0], 3));
+        assert_eq!(element("p[0,3]"), (1, 0, vec![3], 0));
+        assert_eq!(element("A[1,2]"), (2, 0, vec![2], 1));
+        for name in ["p", "A", "A[1]", "p[4]", "A[2,0]", "A[:,0]"] {
+            assert!(single(&arrays, false, name).is_err(), "{name}");
+        }
+    }
+}

@@ -137,7 +137,7 @@ impl NpyArray {
             bytes: count * encoding.number.bytes(),
             count: range.end - range.start,
         };
-        let read = stride.each(source, |bytes| match column.kind {
+        let read = stride.visit(source, |bytes| match column.kind {
             ColumnKind::Complex(_) => values.push_complex(encoding.decode_complex(bytes)),
             ColumnKind::Time(_, unit_s) => values.push(seconds(encoding.decode(bytes), unit_s)),
             _ => values.push(encoding.decode(bytes)),

@@ -65,7 +65,7 @@ enum Meaning {
     Half,
     /// Times of the older kind.
     Int96,
-    /// None that are read.
+    /// Values that are not read.
     Unread,
 }
 

@@ -1,19 +1,14 @@
 //! Tables as text: CSV, TSV and TXT of instruments, spreadsheets and statistics programs, read by stretches of lines.
 
-mod cell;
-mod layout;
 mod lines;
-mod unit;
 
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::ops::Range;
 use std::sync::Arc;
 
-use cell::{number, time_s};
-use layout::{ColumnKind, Layout};
-use lines::{LineEnd, Lines, is_row};
-use unit::is_time_name;
+use lines::{LineEnd, Lines};
+use text_tables::layout::{ColumnKind, Layout, LayoutFault, is_row, is_time_name, number, time_s};
 
 use crate::array::{ArrayInfo, Attribute, Element};
 use crate::error::{SourceError, SourceFault};
@@ -58,12 +53,13 @@ impl TextReader {
         let end = LineEnd::find(head);
         let file = Arc::new(file);
         let file_bytes = file.metadata()?.len();
-        let (texts, offsets) = first_lines(&file, end)?;
-        let layout = Layout::find(&texts)?;
+        let (texts, offsets, is_utf8) = first_lines(&file, end)?;
+        let layout = Layout::find(&texts).map_err(refusal)?;
         let start = offsets[layout.first];
         let number = layout.first as u64 + 1;
         let lines = Lines::new(Arc::clone(&file), end, start, number, file_bytes);
-        let index = Index::scan(lines, file_bytes)?;
+        let mut index = Index::scan(lines, file_bytes)?;
+        index.is_utf8 &= is_utf8;
         let mut reader = Self {
             file,
             end,
@@ -90,11 +86,11 @@ impl TextReader {
         )
     }
 
-    /// Calls `each` with the number and text of the rows `range`.
-    fn each_row(
+    /// Calls `visitor` with the number and text of the rows `range`.
+    fn visit_rows(
         &self,
         range: Range<u64>,
-        mut each: impl FnMut(u64, &str) -> Result<(), SourceError>,
+        mut visitor: impl FnMut(u64, &str) -> Result<(), SourceError>,
     ) -> Result<(), SourceError> {
         let block = (range.start / BLOCK_ROWS) as usize;
         if range.is_empty() || block >= self.index.blocks.len() {
@@ -109,7 +105,7 @@ impl TextReader {
                 continue;
             }
             if row >= range.start {
-                each(line.number, line.text)?;
+                visitor(line.number, line.text)?;
             }
             row += 1;
         }
@@ -235,7 +231,7 @@ impl TextReader {
             let end = (start + BLOCK_ROWS).min(self.index.rows);
             let mut filled = None;
             let mut row = start;
-            self.each_row(start..end, |_, text| {
+            self.visit_rows(start..end, |_, text| {
                 let cell = self.layout.split.cell(text, column);
                 row += 1;
                 if cell.is_some_and(|cell| !cell.is_empty()) {
@@ -251,17 +247,39 @@ impl TextReader {
     }
 }
 
-/// Returns the first lines of a file, and their offsets.
-fn first_lines(file: &Arc<File>, end: LineEnd) -> Result<(Vec<String>, Vec<u64>), SourceError> {
-    let (mut texts, mut offsets) = (Vec::new(), Vec::new());
+/// Returns the first lines of a file, their offsets, and whether all are UTF-8.
+fn first_lines(
+    file: &Arc<File>,
+    end: LineEnd,
+) -> Result<(Vec<String>, Vec<u64>, bool), SourceError> {
+    let (mut texts, mut offsets, mut is_utf8) = (Vec::new(), Vec::new(), true);
     let mut lines = Lines::new(Arc::clone(file), end, 0, 1, HEAD_BYTES);
     while texts.len() < HEAD_LINES
         && let Some(line) = lines.next_line()?
     {
         texts.push(line.text.to_owned());
         offsets.push(line.offset);
+        is_utf8 &= line.is_utf8;
     }
-    Ok((texts, offsets))
+    Ok((texts, offsets, is_utf8))
+}
+
+/// Returns the refusal of lines without a layout.
+fn refusal(fault: LayoutFault) -> SourceError {
+    match fault {
+        LayoutFault::NoTable => SourceFault::Foreign {
+            kind: fault.to_string(),
+            remedy: "name a file with columns of numbers",
+        }
+        .into(),
+        LayoutFault::TwoCommas { line, .. } => SourceError::at(
+            format!("line {line}"),
+            SourceFault::Unread {
+                content: fault.to_string(),
+                remedy: "save it with semicolons or tabs between cells",
+            },
+        ),
+    }
 }
 
 impl Index {
@@ -314,7 +332,7 @@ impl ArrayReader for TextReader {
     fn text(&mut self, index: usize) -> Result<Option<String>, SourceError> {
         let mut text = None;
         if self.index.rows == 1 {
-            self.each_row(0..1, |_, row| {
+            self.visit_rows(0..1, |_, row| {
                 text = self
                     .layout
                     .split
@@ -337,7 +355,7 @@ impl ArrayReader for TextReader {
             return Ok(());
         };
         let mut numbers = self.layout.numbers.clone();
-        self.each_row(range, |line, text| {
+        self.visit_rows(range, |line, text| {
             let cell = self.layout.split.cell(text, index).unwrap_or_default();
             let value = match column.kind {
                 ColumnKind::Time => time_s(&cell).ok_or_else(|| "is not a time".to_owned()),

@@ -198,8 +198,8 @@ impl ArrayReader for WaveReader {
             bytes: encoding.bytes() as usize,
             count: range.end - range.start,
         };
-        let each = |bytes: &[u8]| encoding.each(bytes, |sample| values.push(sample));
-        let read = stride.each(&mut self.section, each);
+        let push = |bytes: &[u8]| encoding.visit(bytes, |sample| values.push(sample));
+        let read = stride.visit(&mut self.section, push);
         let start = self.samples.start;
         read.map_err(|(offset, error)| read_error("", start + offset, &error))
     }

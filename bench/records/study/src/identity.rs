@@ -130,7 +130,7 @@ pub fn duplicates<'a>(folders: impl IntoIterator<Item = &'a Path>) -> Vec<Duplic
 
 /// Returns whether the files of two recordings are equal.
 fn have_equal_files(one: &Path, other: &Path) -> io::Result<bool> {
-    for file in sums::FILES {
+    for file in sums::FILES.into_iter().chain(recording::OTHER_FILES) {
         let (one, other) = (one.join(file), other.join(file));
         let present = one.is_file();
         if present != other.is_file() || present && !are_equal(&one, &other)? {

@@ -232,7 +232,7 @@ mod tests {
         assert_eq!((stroke.n, stroke.effect), (2000, None));
         assert_relative_eq!(stroke.mu, 0.8, epsilon = 1e-12);
         assert_relative_eq!(stroke.mu_std, 0.0, epsilon = 1e-12);
-        assert_relative_eq!(stroke.speed_m_per_s, 0.04);
+        assert_relative_eq!(stroke.speed_m_per_s, 0.04, epsilon = 1e-12);
         assert!(stroke.amplitude_m.is_nan());
     }
 }

@@ -5,13 +5,15 @@
 
 mod motion;
 mod plate;
+mod tone;
 
 use force_alignment::TellingFactor;
 use recording::ForceRow;
 use statistics::significant;
 
 pub use motion::{Slide, lateral_sign, positions};
-pub use plate::{Quantity, channel_order, plate};
+pub use plate::{Quantity, envelopes, pickup_quantity, plate_scale};
+pub use tone::without_carrier;
 
 /// Largest force of a finger, N; the bench's own limit is 20 N.
 const LARGEST_N: f64 = 20.0;
@@ -25,8 +27,11 @@ const FRICTION: [f64; 2] = [0.1, 5.0];
 const ANY_FRICTION: [f64; 2] = [0.02, 20.0];
 /// Largest zero of a sensor, N, three times that with which a session may begin.
 const LARGEST_ZERO_N: f64 = 0.15;
-/// Smallest and largest contact area of a finger pad, m²: three standard deviations about the median of 164 mm².
-const CONTACT_AREA_M2: [f64; 2] = [35e-6, 770e-6];
+/// Smallest and largest contact area of a finger pad, m²: two and a half standard deviations about the median of 164 mm².
+const CONTACT_AREA_M2: [f64; 2] = [45e-6, 600e-6];
+/// The median, m², and the factor of a force beyond which no estimate has a meaning; the area that fits grows with its cube.
+const USUAL_AREA_M2: f64 = 164e-6;
+const GREATEST_FORCE_FACTOR: f64 = 2.0;
 /// Fewest readings from which a force is judged.
 const FEWEST: usize = 50;
 /// Share of the readings beyond the quantile that stands for the pressing finger.
@@ -151,9 +156,9 @@ pub enum Implausible {
     LateralSign,
     /// The forces come late or early.
     #[error(
-        "force.csv: the forces come {} ± {:.1} ms {} against drive and pickup, as contact and friction show; analysed with their \
+        "force.csv: the forces come {:.1} ± {:.1} ms {} against drive and pickup, as contact and friction show; analysed with their \
          times corrected: add {:+.4} s to time_s, and look for a trigger or a filter in the path of the sensor",
-        significant(late_s.abs() * 1e3), half_width95_s * 1e3, if *late_s > 0.0 { "late" } else { "early" }, -late_s
+        late_s.abs() * 1e3, half_width95_s * 1e3, if *late_s > 0.0 { "late" } else { "early" }, -late_s
     )]
     ForcesLate {
         /// Delay, s.
@@ -228,6 +233,18 @@ pub enum Implausible {
         /// Ratio of the modal mass by the plate's answer to the stated one.
         ratio: f64,
     },
+    /// The stated modulation is not in the drive.
+    #[error(
+        "the drive's envelope is modulated at modulation_hz = {stated_hz} by {:.0} % only: state the frequency of the modulation, \
+         or correct the sample rate",
+        share * 100.0
+    )]
+    OtherModulation {
+        /// Stated frequency, Hz.
+        stated_hz: f64,
+        /// Share of the envelope's mean that is at that frequency.
+        share: f64,
+    },
     /// The pickup reads another quantity than the displacement.
     #[error(
         "pickup: its phase is that of {}, not of a displacement: {}",
@@ -239,13 +256,24 @@ pub enum Implausible {
     },
     /// The self-sensed normal force fits the measured one only with a contact area that no finger has.
     #[error(
-        "the self-sensed normal force is that of normal_n only with a contact of {} mm², and a finger pad's is {:.0} to {:.0}: \
-         look at the unit and the gain of normal_n",
-        significant(area_m2 * 1e6), CONTACT_AREA_M2[0] * 1e6, CONTACT_AREA_M2[1] * 1e6
+        "the self-sensed normal force is that of normal_n only with a contact of {} mm², and a finger pad's is {:.0} to {:.0}: normal_n \
+         is some {:.1} times too large, or another scale is off; look at its unit and its gain",
+        significant(area_m2 * 1e6), CONTACT_AREA_M2[0] * 1e6, CONTACT_AREA_M2[1] * 1e6, force_factor(*area_m2)
     )]
     ContactArea {
         /// Contact area, m².
         area_m2: f64,
+    },
+    /// A channel has one value throughout.
+    #[error(
+        "signals.wav: the {channel} is {value} in each sample: a dead channel; look at its cable, its index and the program that \
+         wrote the file"
+    )]
+    DeadChannel {
+        /// Name of the channel.
+        channel: String,
+        /// Its value.
+        value: String,
     },
     /// The signal's strongest tone is far from the stated carrier.
     #[error(
@@ -262,6 +290,15 @@ pub enum Implausible {
 }
 
 impl Implausible {
+    /// Returns whether the plate's impedance cannot be used until it is corrected.
+    #[must_use]
+    pub fn spoils_plate(&self) -> bool {
+        matches!(
+            self,
+            Self::ChannelsExchanged { .. } | Self::ScaleFactor { .. } | Self::Scale { .. }
+        )
+    }
+
     /// Returns the name of the flaw, for the reason why a stretch has no estimate.
     #[must_use]
     pub fn name(&self) -> &'static str {
@@ -282,8 +319,10 @@ impl Implausible {
             Self::PositionStill => "dead position",
             Self::ChannelsExchanged { .. } => "drive and pickup exchanged",
             Self::ScaleFactor { .. } | Self::Scale { .. } => "scale of drive or pickup",
+            Self::OtherModulation { .. } => "modulation not that of the data",
             Self::PickupQuantity { .. } => "quantity of the pickup",
             Self::ContactArea { .. } => "scale of the normal force",
+            Self::DeadChannel { .. } => "dead channel",
             Self::OtherCarrier { .. } => "carrier not that of the data",
         }
     }
@@ -293,6 +332,10 @@ impl Implausible {
     pub fn spoils_estimates(&self) -> bool {
         match self {
             Self::Friction { ratio } => !(ANY_FRICTION[0]..=ANY_FRICTION[1]).contains(ratio),
+            Self::ContactArea { area_m2 } => {
+                let factor = force_factor(*area_m2);
+                factor.max(factor.recip()) > GREATEST_FORCE_FACTOR
+            }
             Self::Size { .. }
             | Self::Sign { .. }
             | Self::Constant { .. }
@@ -303,14 +346,15 @@ impl Implausible {
             | Self::PositionStill
             | Self::ChannelsExchanged { .. }
             | Self::ScaleFactor { .. }
-            | Self::Scale { .. }
-            | Self::ContactArea { .. } => true,
+            | Self::Scale { .. } => true,
             Self::Carrier { .. }
             | Self::SmallShare { .. }
             | Self::LateralSign
             | Self::ForcesLate { .. }
             | Self::ForcesClock { .. }
             | Self::PickupQuantity { .. }
+            | Self::OtherModulation { .. }
+            | Self::DeadChannel { .. }
             | Self::OtherCarrier { .. } => false,
         }
     }
@@ -356,10 +400,15 @@ pub fn forces(
         values
     };
     let unloaded_n = |value: Column| statistics::quantile(&readings(unloaded_s, value), 0.5);
-    findings.extend(untared(
+    let (without_finger, touched) = (
         unloaded_n(columns[0].1),
-        &readings(explorations_s, columns[0].1),
-    ));
+        readings(explorations_s, columns[0].1),
+    );
+    if let Some(untared) = untared(without_finger, &touched) {
+        // Signs and sizes are relative to a zero that the recording does not show.
+        findings.push(untared);
+        return findings;
+    }
     let [normal, lateral] = columns.map(|(_, value)| {
         let zero_n = unloaded_n(value).unwrap_or_default();
         let mut under_finger = readings(explorations_s, value);
@@ -397,6 +446,11 @@ fn untared(unloaded_n: Option<f64>, touched: &[f64]) -> Option<Implausible> {
     // A force in another unit has a zero in it too.
     let is_far = normal_n.abs() > LARGEST_ZERO_N && normal_n.abs() > 0.1 * pressed_n.abs();
     (is_far && touched.len() >= FEWEST).then_some(Implausible::Untared { normal_n })
+}
+
+/// Returns the factor by which a normal force is too large if the usual area of a finger pad becomes `area_m2` by it.
+fn force_factor(area_m2: f64) -> f64 {
+    (area_m2 / USUAL_AREA_M2).cbrt()
 }
 
 /// Returns the finding of a contact area that no finger has.

@@ -19,6 +19,8 @@ const GREATEST_RATIO: f64 = 1.9;
 const GREATEST_LEAD_S: f64 = 0.3e-3;
 /// Fewest periods of the modulation by which a lead is read.
 const FEWEST_PERIODS: f64 = 2.0;
+/// Smallest share of the stated modulation that envelopes must have at its frequency: a triangle or a square has more.
+const SMALLEST_SHARE: f64 = 0.5;
 /// Smallest modulation of both envelopes relative to their means.
 const SMALLEST_MODULATION: f64 = 0.1;
 
@@ -46,29 +48,37 @@ impl Quantity {
     }
 }
 
-/// Returns the findings of the free plate's answer to the modulation; `transient` must be clear.
+/// Returns the finding of a phase that must be added to the pickup's and that is that of another quantity.
 #[must_use]
-pub fn plate(transient: &Transient) -> Vec<Implausible> {
-    let is_near = |phase_rad: f64| wrap_rad(transient.phase_rad - phase_rad).abs() < PHASE_RAD;
+pub fn pickup_quantity(turn_rad: f64) -> Option<Implausible> {
+    let is_near = |phase_rad: f64| wrap_rad(turn_rad - phase_rad).abs() < PHASE_RAD;
     let quantity = if is_near(-FRAC_PI_2) {
         Some(Quantity::Velocity)
     } else {
         is_near(PI).then_some(Quantity::Acceleration)
     };
-    let ratio = transient.mass_ratio;
-    let factor = TellingFactor::of_ratio(ratio, FACTOR_TOLERANCE);
-    let is_off = ratio.is_nan() || ratio.max(ratio.recip()) > GREATEST_RATIO;
-    let quantity = quantity.map(|quantity| Implausible::PickupQuantity { quantity });
-    let scale = match factor {
-        Some(factor) => Some(Implausible::ScaleFactor { ratio, factor }),
-        None => is_off.then_some(Implausible::Scale { ratio }),
-    };
-    quantity.into_iter().chain(scale).collect()
+    quantity.map(|quantity| Implausible::PickupQuantity { quantity })
 }
 
-/// Returns the finding of a pickup whose envelope leads that of the drive, by frames of the free plate: a plate follows its drive.
+/// Returns the finding of the scales by the free plate's answer to the modulation, which must be clear.
 #[must_use]
-pub fn channel_order(frames: &[ZmFrame], modulation_hz: f64) -> Option<Implausible> {
+pub fn plate_scale(transient: &Transient) -> Option<Implausible> {
+    let ratio = transient.mass_ratio;
+    let is_off = ratio.is_nan() || ratio.max(ratio.recip()) > GREATEST_RATIO;
+    match TellingFactor::of_ratio(ratio, FACTOR_TOLERANCE) {
+        Some(factor) => Some(Implausible::ScaleFactor { ratio, factor }),
+        None => is_off.then_some(Implausible::Scale { ratio }),
+    }
+}
+
+/// Returns the finding of the envelopes of drive and pickup, by frames of the free plate: a modulation of another frequency, or a
+/// pickup that leads, although a plate follows its drive.
+#[must_use]
+pub fn envelopes(
+    frames: &[ZmFrame],
+    modulation_hz: f64,
+    modulation_index: f64,
+) -> Option<Implausible> {
     let (first, last) = (frames.first()?, frames.last()?);
     let periods = ((last.time_s - first.time_s) * modulation_hz).floor();
     if periods.is_nan() || periods < FEWEST_PERIODS {
@@ -90,7 +100,16 @@ pub fn channel_order(frames: &[ZmFrame], modulation_hz: f64) -> Option<Implausib
     };
     let drive = tone(|frame| frame.drive_v.norm());
     let pickup = tone(|frame| frame.amplitude_m);
-    if drive.norm().min(pickup.norm()) < SMALLEST_MODULATION {
+    let share = drive.norm();
+    if share < SMALLEST_SHARE * modulation_index
+        && pickup.norm() < SMALLEST_SHARE * modulation_index
+    {
+        return Some(Implausible::OtherModulation {
+            stated_hz: modulation_hz,
+            share,
+        });
+    }
+    if share.min(pickup.norm()) < SMALLEST_MODULATION {
         return None;
     }
     let lead_s = (pickup * drive.conj()).arg() / (TAU * modulation_hz);
@@ -103,9 +122,9 @@ mod tests {
 
     use super::*;
 
-    fn transient(phase_rad: f64, mass_ratio: f64) -> Transient {
+    fn transient(mass_ratio: f64) -> Transient {
         Transient {
-            phase_rad,
+            phase_rad: 0.0,
             phase_error_rad: 1e-3,
             delay_s: 0.0,
             delay_error_s: 1e-6,
@@ -116,23 +135,32 @@ mod tests {
 
     #[test]
     fn telling_factors_and_other_quantities_are_named() {
-        assert_eq!(plate(&transient(0.1, 1.05)), []);
+        assert_eq!(plate_scale(&transient(1.05)), None);
         for (ratio, words) in [
             (20.0, "20, as the gain"),
             (0.051, "1/20, as the gain"),
-            (1.43, "1.41, as RMS"),
+            (1.43, "√2, as RMS"),
             (0.49, "1/2, as peak-to-peak"),
-            (2.9, "2.83, as peak-to-peak values in place of RMS"),
+            (2.9, "2√2, as peak-to-peak values in place of RMS"),
         ] {
-            let [found] = &plate(&transient(0.0, ratio))[..] else {
-                panic!("{ratio}");
-            };
+            let found = plate_scale(&transient(ratio)).unwrap();
             assert!(found.to_string().contains(words), "{found}");
             assert!(found.spoils_estimates());
         }
-        let found = plate(&transient(-FRAC_PI_2, 1.0 / (TAU * 35e3)));
-        assert!(found[0].to_string().contains("a velocity"), "{found:?}");
-        assert!(found.iter().any(Implausible::spoils_estimates));
+        let far = plate_scale(&transient(1.0 / (TAU * 35e3))).unwrap();
+        assert!(
+            matches!(far, Implausible::Scale { .. }) && far.spoils_plate(),
+            "{far:?}"
+        );
+        assert_eq!(pickup_quantity(0.3), None);
+        for (turn_rad, words) in [
+            (-FRAC_PI_2, "a velocity"),
+            (-PI, "an acceleration"),
+            (3.1, "an acceleration"),
+        ] {
+            let found = pickup_quantity(turn_rad).unwrap();
+            assert!(found.to_string().contains(words), "{found}");
+        }
     }
 
     #[test]
@@ -158,13 +186,13 @@ mod tests {
             };
             (0..1600).map(frame).collect()
         };
-        assert_eq!(channel_order(&frames(2.3e-3), 6.0), None);
+        assert_eq!(envelopes(&frames(2.3e-3), 6.0, 0.95), None);
         assert_eq!(
-            channel_order(&frames(2.3e-3)[..400], 6.0),
+            envelopes(&frames(2.3e-3)[..400], 6.0, 0.95),
             None,
             "too short"
         );
-        let found = channel_order(&frames(-2.3e-3), 6.0);
+        let found = envelopes(&frames(-2.3e-3), 6.0, 0.95);
         assert!(
             matches!(found, Some(Implausible::ChannelsExchanged { .. })),
             "{found:?}"

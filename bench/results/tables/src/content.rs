@@ -12,7 +12,10 @@ use crate::column::Table;
 #[cfg(feature = "parquet")]
 use crate::parquet_file;
 use crate::table_error::TableError;
-use crate::{csv_file, dictionary, group_table, instance_table, rows, sample_table, trial_entry};
+use crate::{
+    csv_file, dictionary, group_table, instance_table, rows, sample_table, stroke_table,
+    trial_entry,
+};
 
 /// Content of the tables.
 #[derive(Debug, Clone, Copy)]
@@ -67,6 +70,17 @@ impl Content<'_> {
             name: "samples",
             row: "sample of an instance and method; identified by participant, session, trial, attempt, instance, method, time_s",
             columns: sample_table::columns(&rows::samples(&estimates), ROW_METHOD),
+        })?;
+        let strokes = stroke_table::strokes(&entries);
+        take(&Table {
+            name: "explorations",
+            row: "exploration; identified by participant, session, trial, attempt, exploration",
+            columns: stroke_table::stroke_columns(&strokes),
+        })?;
+        take(&Table {
+            name: "friction",
+            row: "sample of an exploration of a recording without instances; identified by participant, session, trial, attempt, exploration, time_s",
+            columns: stroke_table::friction_columns(&stroke_table::friction(&strokes)),
         })
     }
 

@@ -5,6 +5,8 @@
 //! | `instances` | instance: measured quantities, and the estimates of one method |
 //! | `estimates` | instance and method |
 //! | `samples` | sample of an instance and method |
+//! | `explorations` | exploration: its friction, and contrast and lag under a stimulus |
+//! | `friction` | sample of an exploration of a recording without instances |
 //! | `trials` | trial |
 //! | `participants` | participant and condition |
 //! | `descriptive` | group of the description: study, conditions, participants, trials |
@@ -25,6 +27,7 @@ mod metadata;
 mod parquet_file;
 mod rows;
 mod sample_table;
+mod stroke_table;
 mod table_error;
 mod trial_entry;
 

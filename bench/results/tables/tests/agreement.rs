@@ -158,7 +158,22 @@ fn csv_rows(file: &Path) -> Vec<BTreeMap<String, String>> {
 }
 
 /// Key of each table within a study of known participants; a recording made elsewhere is numbered.
-const KEYS: [(&str, &[&str]); 6] = [
+const KEYS: [(&str, &[&str]); 8] = [
+    (
+        "explorations",
+        &["participant", "session", "trial", "attempt", "exploration"],
+    ),
+    (
+        "friction",
+        &[
+            "participant",
+            "session",
+            "trial",
+            "attempt",
+            "exploration",
+            "time_s",
+        ],
+    ),
     (
         "instances",
         &["participant", "session", "trial", "attempt", "instance"],

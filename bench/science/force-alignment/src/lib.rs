@@ -18,6 +18,7 @@
 //! | common rate of several recordings of a clock | [`joint_rate`] |
 //! | factors of amplifiers, RMS and peak-to-peak values | [`TellingFactor`] |
 //! | columns of forces that are exchanged | [`roles`] |
+//! | zero of the lateral force by strokes there and back | [`strokes`] |
 
 mod bins;
 pub mod contact;
@@ -25,6 +26,7 @@ pub mod friction;
 mod grid;
 mod least;
 pub mod roles;
+pub mod strokes;
 mod telling_factor;
 
 use impedance::ZmFrame;

@@ -72,7 +72,11 @@ impl fmt::Display for TellingFactor {
         } else {
             self.factor
         };
-        let size = significant(size);
+        let size = match self.cause {
+            Cause::Rms => "√2".to_owned(),
+            Cause::PeakToPeakForRms => "2√2".to_owned(),
+            Cause::Gain | Cause::PeakToPeak | Cause::Prefix => significant(size),
+        };
         if is_inverse {
             write!(f, "1/{size}")?
         } else {

@@ -18,6 +18,7 @@
 //! No input or output, no threads: `clippy.toml` in the parent folder disallows them.
 
 mod column_choice;
+mod encoding;
 mod heading;
 mod modal_scale;
 mod resonances;
@@ -29,6 +30,7 @@ mod sweep_unit;
 mod swept_quantity;
 
 pub use column_choice::ColumnChoice;
+pub use encoding::text_of;
 pub use modal_scale::{ModalScale, SweptConstants};
 pub use sweep::{LEAST_FREQUENCIES, Sweep};
 pub use sweep_fault::SweepFault;

@@ -346,7 +346,7 @@ fn a_key_that_the_streams_need_is_named() {
             "`modulation_hz` is missing",
         ),
         (
-            without("[channels.drive]", "[plate]").replace("35000.0\nmod", "\"follows\"\nmod"),
+            without("[channels.drive]", "[plate]").replacen("35000.0", "\"follows\"", 1),
             "refer to one frequency",
         ),
         (

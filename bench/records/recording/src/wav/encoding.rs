@@ -70,50 +70,50 @@ impl Encoding {
         if self == Self::F32 {
             out.extend(bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)));
         } else {
-            self.each(bytes, |sample| out.push(sample as f32));
+            self.visit(bytes, |sample| out.push(sample as f32));
         }
     }
 
-    /// Calls `each` with every sample in `bytes`; full scale of integers becomes ±1.
-    pub fn each(self, bytes: &[u8], mut each: impl FnMut(f64)) {
+    /// Calls `visitor` with every sample in `bytes`; full scale of integers becomes ±1.
+    pub fn visit(self, bytes: &[u8], mut visitor: impl FnMut(f64)) {
         let i32_units = |bytes: [u8; 4]| f64::from(i32::from_le_bytes(bytes)) / 2_147_483_648.0;
         match self {
             Self::U8 => bytes
                 .iter()
-                .for_each(|byte| each((f64::from(*byte) - 128.0) / 128.0)),
+                .for_each(|byte| visitor((f64::from(*byte) - 128.0) / 128.0)),
             Self::I16 => {
                 for b in bytes.as_chunks().0 {
-                    each(f64::from(i16::from_le_bytes(*b)) / 32_768.0);
+                    visitor(f64::from(i16::from_le_bytes(*b)) / 32_768.0);
                 }
             }
             Self::I24 => {
                 for &[a, b, c] in bytes.as_chunks().0 {
-                    each(i32_units([0, a, b, c]));
+                    visitor(i32_units([0, a, b, c]));
                 }
             }
             Self::I32 | Self::I24In32 => {
                 for b in bytes.as_chunks().0 {
-                    each(i32_units(*b));
+                    visitor(i32_units(*b));
                 }
             }
             Self::LowI24 => {
                 for &[a, b, c, _] in bytes.as_chunks().0 {
-                    each(i32_units([0, a, b, c]));
+                    visitor(i32_units([0, a, b, c]));
                 }
             }
             Self::I64 => {
                 for b in bytes.as_chunks().0 {
-                    each(i64::from_le_bytes(*b) as f64 / 9_223_372_036_854_775_808.0);
+                    visitor(i64::from_le_bytes(*b) as f64 / 9_223_372_036_854_775_808.0);
                 }
             }
             Self::F32 => {
                 for b in bytes.as_chunks().0 {
-                    each(f64::from(f32::from_le_bytes(*b)));
+                    visitor(f64::from(f32::from_le_bytes(*b)));
                 }
             }
             Self::F64 => {
                 for b in bytes.as_chunks().0 {
-                    each(f64::from_le_bytes(*b));
+                    visitor(f64::from_le_bytes(*b));
                 }
             }
         }

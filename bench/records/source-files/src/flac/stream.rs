@@ -221,8 +221,8 @@ impl Stream {
             track_id: 0,
         };
         let found = guarded(|| decoding.reader.seek(SeekMode::Accurate, to).ok()).flatten();
-        let is_before = found.is_some_and(|found| {
-            u64::try_from(found.actual_ts.get()).is_ok_and(|start| start <= frame)
+        let is_before = found.is_some_and(|position| {
+            u64::try_from(position.actual_ts.get()).is_ok_and(|start| start <= frame)
         });
         if is_before { Some(()) } else { self.restart() }
     }
@@ -255,12 +255,12 @@ impl Stream {
         Ok(there)
     }
 
-    /// Calls `each` with the samples `range` of a channel.
+    /// Calls `visitor` with the samples `range` of a channel.
     pub(super) fn read(
         &mut self,
         range: Range<u64>,
         channel: usize,
-        mut each: impl FnMut(f64),
+        mut visitor: impl FnMut(f64),
     ) -> Result<(), SourceError> {
         let mut frame = range.start;
         while frame < range.end {
@@ -271,7 +271,7 @@ impl Stream {
             let count = (end - frame) as usize;
             let frames = block.samples.chunks_exact(self.channels);
             for samples in frames.skip(first).take(count) {
-                each(f64::from(samples[channel]) / FULL_SCALE);
+                visitor(f64::from(samples[channel]) / FULL_SCALE);
             }
             frame = end;
         }

@@ -1,10 +1,11 @@
 //! Arrays in the variables of a file.
 
 use super::node::{Content, Elements, Node, Numeric};
-use super::objects::Objects;
+use super::objects::{Objects, REFERENCE};
 use crate::array::{ArrayInfo, Element};
 use crate::bytes::Sources;
 use crate::error::SourceError;
+use crate::numbers::NumberType;
 
 /// Maximum depth of structures, cells and objects in one another.
 const MOST_DEPTH: usize = 32;
@@ -12,6 +13,12 @@ const MOST_DEPTH: usize = 32;
 /// Maximum number of arrays that are listed, and of parts that are visited for it.
 const MOST_ARRAYS: usize = 20_000;
 const MOST_VISITS: usize = 1_000_000;
+
+/// Maximum number of words of a reference to one object.
+const MOST_REFERENCE_WORDS: u64 = 64;
+
+/// Field of a structure in place of a value that an enumeration names.
+const ENUMERATION: &str = "EnumerationInstanceTag";
 
 /// Milliseconds, in seconds.
 const MILLISECOND_S: f64 = 1e-3;
@@ -32,7 +39,7 @@ pub(crate) enum Values {
     Numbers { numeric: Numeric, scale: f64 },
     /// Text.
     Text(Content),
-    /// None that are read.
+    /// Values that are not read.
     Unread,
 }
 
@@ -68,6 +75,14 @@ impl Lister<'_> {
         }
         match node {
             Node::Numeric(numeric) => {
+                if let Some(reference) = self.reference(numeric, source)? {
+                    let class = self
+                        .objects
+                        .class(&reference)
+                        .unwrap_or("object")
+                        .to_owned();
+                    return self.object(name, &class, &reference, depth);
+                }
                 let element = match numeric.is_logical {
                     true => Element::Logical,
                     false => numeric.class.element(numeric.imaginary.is_some()),
@@ -93,6 +108,10 @@ impl Lister<'_> {
                 names,
                 fields,
             } => {
+                if names.iter().any(|name| name == ENUMERATION) {
+                    self.push_unread(name, "enumeration");
+                    return Ok(());
+                }
                 let is_single = shape.iter().all(|length| *length == 1);
                 for (i, fields) in fields.chunks(names.len().max(1)).enumerate() {
                     let stem = match is_single {
@@ -112,6 +131,27 @@ impl Lister<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Returns the reference to an object that a property consists of.
+    fn reference(
+        &mut self,
+        numeric: &Numeric,
+        source: usize,
+    ) -> Result<Option<Vec<u32>>, SourceError> {
+        let Content {
+            offset,
+            encoding,
+            count,
+        } = numeric.real;
+        let is_short = (5..=MOST_REFERENCE_WORDS).contains(&count);
+        if encoding.number != NumberType::U32 || !is_short || source != self.objects_source {
+            return Ok(None);
+        }
+        let bytes = self.elements(source).bytes(offset, 4 * count)?;
+        let words = bytes.chunks_exact(4);
+        let words: Vec<u32> = words.map(|word| encoding.decode(word) as u32).collect();
+        Ok((words[0] == REFERENCE).then_some(words))
     }
 
     fn push_numbers(
@@ -156,20 +196,23 @@ impl Lister<'_> {
         let before = self.arrays.len();
         if let Some(properties) = properties {
             let property = |name: &str| {
-                let found = properties.iter().find(|(other, _)| other == name);
+                let found = properties.iter().find(|(property, _)| property == name);
                 found.map(|(_, node)| node)
             };
             let source = self.objects_source;
             match (class, property("any"), property("serialization")) {
                 ("table", ..) => {
-                    self.columns(name, property("data"), property("varnames"), depth)?;
+                    self.columns(name, property("data"), property("varnames"), None, depth)?;
                 }
                 ("timetable", Some(any), _) => self.timetable(name, any, depth)?,
                 ("containers.Map", _, Some(map)) => {
-                    self.columns(name, field(map, "values"), field(map, "keys"), depth)?;
+                    self.columns(name, field(map, "values"), field(map, "keys"), None, depth)?;
                 }
-                ("duration", ..) => self.time(name, property("millis"), source),
-                ("datetime", ..) => self.time(name, property("data"), source),
+                ("duration", ..) => {
+                    let element = Element::Float { bits: 64 };
+                    self.time(name, element, property("millis"), source);
+                }
+                ("datetime", ..) => self.time(name, Element::Time, property("data"), source),
                 ("string" | "categorical", ..) => {}
                 _ => {
                     for (property, node) in &properties {
@@ -184,21 +227,31 @@ impl Lister<'_> {
         Ok(())
     }
 
-    /// Adds columns with their names.
+    /// Adds columns with their names and units.
     fn columns(
         &mut self,
         name: &str,
         columns: Option<&Node>,
         names: Option<&Node>,
+        units: Option<&Node>,
         depth: usize,
     ) -> Result<(), SourceError> {
         let (Some(Node::Cells { cells, .. }), Some(names)) = (columns, names) else {
             return Ok(());
         };
         let names = self.texts(names)?;
-        for (column, node) in names.iter().zip(cells) {
+        let units = match units {
+            Some(units @ Node::Cells { .. }) => self.texts(units)?,
+            _ => Vec::new(),
+        };
+        for (i, (column, node)) in names.iter().zip(cells).enumerate() {
+            let before = self.arrays.len();
             let name = format!("{name}.{column}");
             self.add(&name, node, self.objects_source, depth + 1)?;
+            let unit = units.get(i).filter(|unit| !unit.is_empty());
+            for info in &mut self.arrays[before..] {
+                info.unit = unit.cloned().or(info.unit.take());
+            }
         }
         Ok(())
     }
@@ -215,6 +268,7 @@ impl Lister<'_> {
                 Node::Text { content, .. } => {
                     self.elements(self.objects_source).characters(*content)?
                 }
+                Node::Other { .. } => String::new(),
                 _ => texts.len().to_string(),
             });
         }
@@ -229,32 +283,79 @@ impl Lister<'_> {
             None => None,
         };
         let times = format!("{name}.{}", dimension.as_deref().unwrap_or("Time"));
-        let rows = field(any, "rowTimes");
-        let mut rate_hz = None;
-        match rows {
-            Some(rows @ Node::Structures { .. }) => {
-                if let Some(Node::Numeric(rate)) = field(rows, "sampleRate") {
-                    rate_hz = self.single(rate)?.filter(|rate| *rate > 0.0);
-                }
-            }
+        let mut steps = None;
+        match field(any, "rowTimes") {
+            Some(rows @ Node::Structures { .. }) => steps = self.steps(rows)?,
             Some(rows) => self.add(&times, rows, self.objects_source, depth + 1)?,
             None => {}
         }
-        self.columns(name, field(any, "data"), field(any, "varNames"), depth)?;
-        for info in &mut self.arrays[before..] {
-            info.rate_hz = rate_hz;
+        let units = field(any, "varUnits");
+        self.columns(
+            name,
+            field(any, "data"),
+            field(any, "varNames"),
+            units,
+            depth,
+        )?;
+        if let Some((rate_hz, start_s)) = steps {
+            for info in &mut self.arrays[before..] {
+                (info.rate_hz, info.start_s) = (Some(rate_hz), Some(start_s));
+            }
         }
         Ok(())
     }
 
+    /// Returns the rate of a timetable's rows, Hz, and the time of the first one, s, where their steps are equal.
+    fn steps(&mut self, rows: &Node) -> Result<Option<(f64, f64)>, SourceError> {
+        let is_rate = match field(rows, "specifiedAsRate") {
+            Some(Node::Numeric(is_rate)) => self.single(is_rate)? == Some(1.0),
+            _ => false,
+        };
+        let rate_hz = match (is_rate, field(rows, "sampleRate")) {
+            (true, Some(Node::Numeric(rate))) => self.single(rate)?,
+            _ => self
+                .seconds(field(rows, "stepSize"))?
+                .map(|step_s| 1.0 / step_s),
+        };
+        let start_s = self.seconds(field(rows, "origin"))?.unwrap_or(0.0);
+        let rate_hz = rate_hz.filter(|rate_hz| rate_hz.is_finite() && *rate_hz > 0.0);
+        Ok(rate_hz.map(|rate_hz| (rate_hz, start_s)))
+    }
+
+    /// Returns the seconds of a duration or of a point in time.
+    fn seconds(&mut self, node: Option<&Node>) -> Result<Option<f64>, SourceError> {
+        let reference = match node {
+            Some(Node::Object { reference, .. }) => Some(reference.clone()),
+            Some(Node::Numeric(numeric)) => self.reference(numeric, self.objects_source)?,
+            _ => None,
+        };
+        let properties = reference.and_then(|reference| self.objects.properties(&reference));
+        let milliseconds = properties.and_then(|properties| {
+            properties.into_iter().find_map(|(name, node)| match node {
+                Node::Numeric(numeric) if name == "millis" || name == "data" => {
+                    Some(numeric.clone())
+                }
+                _ => None,
+            })
+        });
+        let milliseconds = match milliseconds {
+            Some(numeric) => self.single(&numeric)?,
+            None => None,
+        };
+        Ok(milliseconds.map(|milliseconds| milliseconds * MILLISECOND_S))
+    }
+
     /// Adds times in milliseconds.
-    fn time(&mut self, name: &str, node: Option<&Node>, source: usize) {
+    fn time(&mut self, name: &str, element: Element, node: Option<&Node>, source: usize) {
         if let Some(Node::Numeric(numeric)) = node {
             let real = Numeric {
                 imaginary: None,
                 ..numeric.clone()
             };
-            self.push_numbers(name, Element::Time, &real, source, MILLISECOND_S);
+            self.push_numbers(name, element, &real, source, MILLISECOND_S);
+            if let Some(info) = self.arrays.last_mut() {
+                info.unit = Some("s".to_owned());
+            }
         }
     }
 
@@ -284,7 +385,7 @@ fn field<'a>(node: &'a Node, name: &str) -> Option<&'a Node> {
     let Node::Structures { names, fields, .. } = node else {
         return None;
     };
-    let place = names.iter().position(|other| other == name)?;
+    let place = names.iter().position(|field| field == name)?;
     fields.get(place)
 }
 

@@ -1,4 +1,4 @@
-//! Variables of MATLAB v5 to v7 as trees whose numbers stay in the file.
+//! Variables of MATLAB v5 to v7 as trees; their numbers stay in the file.
 
 use crate::bytes::Bytes;
 use crate::error::SourceError;
@@ -61,7 +61,7 @@ pub(crate) enum Node {
         names: Vec<String>,
         fields: Vec<Node>,
     },
-    /// Object whose properties are stored with all other objects: its class and the reference to it.
+    /// Object in the store of all objects: its class and the reference to it.
     Object { class: String, reference: Vec<u32> },
     /// Array of a kind that is not read, by its class.
     Other { class: String },

@@ -5,7 +5,7 @@ use crate::error::SourceError;
 use crate::numbers::NumberType;
 
 /// First word of a reference to objects.
-const REFERENCE: u32 = 0xdd00_0000;
+pub(crate) const REFERENCE: u32 = 0xdd00_0000;
 
 /// Maximum bytes of the table of classes and properties.
 const MOST_TABLE_BYTES: u64 = 1 << 26;
@@ -108,6 +108,19 @@ impl Objects {
                 Some((name.as_str(), value))
             });
         Some(properties.collect())
+    }
+
+    /// Returns the class of the object that a reference within another object means.
+    pub(crate) fn class(&self, reference: &[u32]) -> Option<&str> {
+        let [REFERENCE, .., class] = reference else {
+            return None;
+        };
+        // A class: its package, its name, and two unused words.
+        let entry = self
+            .words
+            .get(self.parts.first()? + (*class as usize).checked_mul(4)?..)?;
+        let name = (*entry.get(1)? as usize).checked_sub(1)?;
+        self.names.get(name).map(String::as_str)
     }
 
     /// Returns the words of a block of properties; blocks begin with their number of properties and fill eight bytes.

@@ -6,12 +6,18 @@ use std::sync::Arc;
 use bounded_files::ContentStore;
 
 use crate::verification::defect::RecordingDefect;
-use recording::manifest::{End, EventKind, Manifest, RecordedIntervalKind};
-use recording::reader::{ReadError, RecordingReader, RowReader, Warning};
+use envelope_files::{EnvelopeError, EvenRows};
+use recording::manifest::{End, EventKind, Manifest, RecordedIntervalKind, Streams};
+use recording::reader::{
+    ReadError, RecordingReader, RowReader, Warning, force_rows, position_rows, read_manifest,
+    required_file,
+};
 use recording::storage::FileSystem;
 use recording::sums::{FILES, Summation, Sums, text_sum};
 use recording::wav::WavWarning;
-use recording::{FORCE_FILE, POSITION_FILE, SIGNALS_FILE};
+use recording::{
+    ENVELOPES_FILE, FORCE_FILE, MANIFEST_FILE, OTHER_FILES, POSITION_FILE, SIGNALS_FILE,
+};
 
 /// Frames per read.
 const BLOCK_FRAMES: usize = 1 << 14;
@@ -43,10 +49,11 @@ pub struct RecordingCheck {
 #[must_use]
 pub fn check(folder: &Path, sums: Option<&Sums>) -> RecordingCheck {
     let mut check = RecordingCheck::default();
-    for file in FILES {
+    let required = required_files(folder);
+    for file in FILES.into_iter().chain(OTHER_FILES) {
         let path = folder.join(file);
         let store = ContentStore::find(&path);
-        if store.is_some() || !path.is_file() {
+        if store.is_some() || (required.contains(&file) && !path.is_file()) {
             let reason = store.map_or_else(String::new, |store| format!(": {store}"));
             let file = file.to_owned();
             check.defects.push(RecordingDefect::NoFile { file, reason });
@@ -65,6 +72,17 @@ pub fn check(folder: &Path, sums: Option<&Sums>) -> RecordingCheck {
         });
     }
     check
+}
+
+/// Returns the files that a recording cannot lack: all that the bench writes, or of a recording made elsewhere those that its
+/// description needs.
+fn required_files(folder: &Path) -> Vec<&'static str> {
+    match read_manifest(folder) {
+        Ok(manifest) if manifest.hardware.is_none() => {
+            vec![MANIFEST_FILE, required_file(&manifest.streams)]
+        }
+        _ => FILES.to_vec(),
+    }
 }
 
 impl RecordingCheck {
@@ -98,17 +116,35 @@ impl RecordingCheck {
     }
 
     fn read(&mut self, folder: &Path) -> Result<(), ReadError> {
-        let mut reader = RecordingReader::open(folder)?;
-        let manifest = reader.manifest().clone();
+        let manifest = read_manifest(folder)?;
         let end = manifest.trial.as_ref().and_then(|trial| trial.end);
-        let mut warnings = reader.warnings().to_vec();
-        self.lost_frames(&mut reader, &manifest, end.is_some())?;
+        let mut warnings = Vec::new();
+        let duration_s = match &manifest.streams {
+            Streams::Signals(_) => {
+                let mut reader = RecordingReader::open(folder)?;
+                warnings.extend_from_slice(reader.warnings());
+                self.lost_frames(&mut reader, &manifest, end.is_some())?;
+                reader.duration_s()
+            }
+            Streams::Envelopes(_) => match envelopes_end_s(folder) {
+                Ok(end_s) => end_s,
+                Err(error) => {
+                    let reason = error.to_string();
+                    self.defects.push(RecordingDefect::Unreadable { reason });
+                    return Ok(());
+                }
+            },
+            // Only its rows tell the length of a recording of forces alone.
+            Streams::Forces(_) => f64::INFINITY,
+        };
         let hardware = manifest.hardware.as_ref();
         let has_force = hardware.is_some_and(|hardware| hardware.force_sensor.is_some());
         let has_position = hardware.is_some_and(|hardware| hardware.position_sensor.is_some());
-        let (row_warnings, force) = rows(reader.force()?, &manifest, FORCE_FILE)?;
+        let force = present(folder, FORCE_FILE).then(|| force_rows(folder, duration_s));
+        let (row_warnings, force) = rows(force.transpose()?, &manifest, FORCE_FILE)?;
         warnings.extend(row_warnings);
-        let (row_warnings, position) = rows(reader.position()?, &manifest, POSITION_FILE)?;
+        let position = present(folder, POSITION_FILE).then(|| position_rows(folder, duration_s));
+        let (row_warnings, position) = rows(position.transpose()?, &manifest, POSITION_FILE)?;
         warnings.extend(row_warnings);
         self.not_covered.extend(force.filter(|_| has_force));
         self.not_covered.extend(position.filter(|_| has_position));
@@ -197,13 +233,30 @@ impl RecordingCheck {
     }
 }
 
-/// Reads all rows. Returns their warnings, and the longest part of an exploration without rows, if it exceeds
+fn present(folder: &Path, file: &str) -> bool {
+    folder.join(file).is_file()
+}
+
+/// Reads all envelopes, and returns the time of the last, s.
+fn envelopes_end_s(folder: &Path) -> Result<f64, EnvelopeError> {
+    let mut rows = EvenRows::open(&folder.join(ENVELOPES_FILE))?;
+    let mut envelopes = Vec::new();
+    while rows.read(&mut envelopes)? > 0 {
+        envelopes.clear();
+    }
+    Ok(rows.end_s())
+}
+
+/// Reads all rows of a file that is there. Returns their warnings, and the longest part of an exploration without rows, if it exceeds
 /// [`LONGEST_GAP_S`] and no event of the recording explains it.
 fn rows<R: recording::CsvRow>(
-    mut rows: RowReader<R>,
+    rows: Option<RowReader<R>>,
     manifest: &Manifest,
     file: &'static str,
 ) -> Result<(Vec<Warning>, Option<RecordingDefect>), ReadError> {
+    let Some(mut rows) = rows else {
+        return Ok((Vec::new(), None));
+    };
     let explorations = manifest.intervals.iter();
     let mut explorations: Vec<(f64, f64)> = explorations
         .filter(|interval| matches!(interval.kind, RecordedIntervalKind::Exploration(_)))

@@ -71,6 +71,7 @@ fn recording(
             path,
             participant,
             manifest: Manifest::parse(&text, "recording.toml").unwrap(),
+            vibration: None,
             provenance: Default::default(),
             rules: SelectionRules::published(0.05),
             pickup: recording::pipeline::PickupOffset::default(),

@@ -3,8 +3,10 @@
 mod rows;
 
 use analysis::findings::{
-    Band, InstanceAnalysis, InstanceEstimate, RecordingAnalysis, RecordingFindings,
+    Band, ExplorationFindings, InstanceAnalysis, InstanceEstimate, RecordingAnalysis,
+    RecordingFindings,
 };
+use analysis::stroke::Stroke;
 use analysis::within_laws::WithinLaws;
 use contact::uncertain::{LogUncertain, Uncertain};
 use estimation::Sensitivities;
@@ -13,9 +15,9 @@ use num_complex::Complex64;
 use recording::manifest::assumed_errors::AssumedErrors;
 
 pub use rows::{
-    AveragedModel, BandRow, Estimate, Instance, InstanceIntervals, Interval, Methods, Parts,
-    PickupUndone, Recording, RejectedRow, RestSamples, SensitivityRow, SensitivityRows, Std, Trial,
-    TrialEstimate, TrialIntervals,
+    AveragedModel, BandRow, Estimate, ExplorationRow, Instance, InstanceIntervals, Interval,
+    Methods, Parts, PickupUndone, Recording, RejectedRow, RestSamples, SensitivityRow,
+    SensitivityRows, Std, StimulusRow, Trial, TrialEstimate, TrialIntervals,
 };
 
 fn pair(z: Complex64) -> Parts {
@@ -49,6 +51,7 @@ impl From<&RecordingAnalysis> for Recording {
                         paper: None,
                         dynamic: None,
                     },
+                    explorations: Vec::new(),
                     instances: Vec::new(),
                     trial: None,
                     model_check: Vec::new(),
@@ -68,7 +71,9 @@ impl From<&RecordingAnalysis> for Recording {
                 .is_some_and(|hardware| hardware.uncalibrated),
             provenance: Some(findings.provenance.clone()),
             carrier_hz: findings.carrier_hz(),
-            plate_profile: findings.plate().is_some_and(|plate| plate.profile.is_some()),
+            plate_profile: findings
+                .plate()
+                .is_some_and(|plate| plate.profile.is_some()),
             plate_across: findings.plate().and_then(|plate| plate.across),
             standard_errors: findings.manifest.standard_errors,
             assumed_errors: findings.errors.assumptions,
@@ -82,6 +87,11 @@ impl From<&RecordingAnalysis> for Recording {
                 paper: findings.z_p.map(|z_p| pair(z_p.plain_n_s_per_m)),
                 dynamic: findings.z_p.map(|z_p| pair(z_p.corrected_n_s_per_m)),
             },
+            explorations: findings
+                .explorations
+                .iter()
+                .map(ExplorationRow::from)
+                .collect(),
             instances: findings
                 .instances
                 .iter()
@@ -101,6 +111,30 @@ impl From<&RecordingAnalysis> for Recording {
                 })
                 .collect(),
             warnings: findings.flaws.iter().map(ToString::to_string).collect(),
+        }
+    }
+}
+
+impl From<&ExplorationFindings> for ExplorationRow {
+    fn from(exploration: &ExplorationFindings) -> Self {
+        let stroke = Stroke::new(exploration);
+        Self {
+            start_s: stroke.start_s,
+            end_s: stroke.end_s,
+            direction: stroke.direction,
+            n: stroke.n,
+            mu: stroke.mu,
+            mu_scatter: stroke.mu_std,
+            normal_n: stroke.normal_n,
+            speed_m_per_s: stroke.speed_m_per_s,
+            amplitude_m: stroke.amplitude_m,
+            stimulus: stroke.effect.map(|effect| StimulusRow {
+                mu_at_least: effect.mu_at_least,
+                mu_at_greatest: effect.mu_at_greatest,
+                contrast: effect.contrast,
+                lag_s: effect.lag_s,
+                r2: effect.r2,
+            }),
         }
     }
 }

@@ -54,6 +54,9 @@ pub struct Recording {
     pub pickup_undone: Option<PickupUndone>,
     /// Impedance of the unloaded plate, N·s/m.
     pub z_p_n_s_per_m: Methods<Option<Parts>>,
+    /// Friction of each exploration, in time order.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub explorations: Vec<ExplorationRow>,
     /// Estimated instances, in time order.
     pub instances: Vec<Instance>,
     /// Parameters shared by the instances; `None` if their fit failed.
@@ -326,4 +329,45 @@ pub struct RejectedRow {
     pub reason: String,
     /// Kind of the reason, without its numbers.
     pub kind: String,
+}
+
+/// Friction of an exploration.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ExplorationRow {
+    /// Start, s.
+    pub start_s: f64,
+    /// End, s.
+    pub end_s: f64,
+    /// Direction.
+    pub direction: Direction,
+    /// Number of samples with a friction.
+    pub n: usize,
+    /// Mean of the friction |lateral|/normal over them.
+    pub mu: f64,
+    /// Standard deviation of the friction over them.
+    pub mu_scatter: f64,
+    /// Mean normal force, N.
+    pub normal_n: f64,
+    /// Mean speed, m/s.
+    pub speed_m_per_s: f64,
+    /// Mean amplitude at the pickup, m.
+    pub amplitude_m: f64,
+    /// Effect of the stimulus, of which only forces were recorded; `None` without one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stimulus: Option<StimulusRow>,
+}
+
+/// Effect of a stimulus on the friction of an exploration.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StimulusRow {
+    /// Friction at the least stimulus.
+    pub mu_at_least: f64,
+    /// Friction at the greatest stimulus.
+    pub mu_at_greatest: f64,
+    /// 1 − friction at the greatest over friction at the least stimulus.
+    pub contrast: f64,
+    /// Lag of the friction behind the stimulus, s.
+    pub lag_s: f64,
+    /// Share of the variance of the friction that the stimulus explains.
+    pub r2: f64,
 }

@@ -119,6 +119,7 @@ fn unreadable_recording() -> Recording {
             paper: None,
             dynamic: None,
         },
+        explorations: Vec::new(),
         instances: Vec::new(),
         trial: None,
         model_check: Vec::new(),

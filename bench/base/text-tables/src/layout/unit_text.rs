@@ -45,7 +45,8 @@ pub(crate) fn name_and_unit(name: &str) -> (&str, Option<&str>) {
 }
 
 /// Returns whether a column's name is one of a time.
-pub(crate) fn is_time_name(name: &str) -> bool {
+#[must_use]
+pub fn is_time_name(name: &str) -> bool {
     let (name, _) = name_and_unit(name);
     let stem = name.split('.').next().unwrap_or(name).trim().to_lowercase();
     [

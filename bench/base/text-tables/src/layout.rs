@@ -1,43 +1,69 @@
-//! Layout of a table, found from its first lines.
+//! Layout of a table of any program, found from its first lines: separator, decimal sign, header, units.
+
+mod number_cell;
+mod rows;
+mod unit_text;
 
 use std::borrow::Cow;
 
-use text_tables::{Numbers, Separator, stated_separator};
+use crate::header::stated_separator;
+use crate::number::Numbers;
+use crate::separator::Separator;
+pub use number_cell::{Split, number, time_s};
+use rows::comment;
+pub use rows::is_row;
+pub use unit_text::is_time_name;
+use unit_text::{is_unit, name_and_unit, unit_text};
 
-use super::cell::{Split, number, time_s};
-use super::lines::{comment, is_row};
-use super::unit::{is_unit, name_and_unit, unit_text};
-use crate::error::{SourceError, SourceFault};
+/// Reason why lines have no layout.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum LayoutFault {
+    /// No row of numbers is there.
+    #[error("text without a table of numbers")]
+    NoTable,
+    /// Commas separate cells, and seem to be decimal signs.
+    #[error(
+        "a row of {cells} cells below a header of {header}, in which commas seem to be decimal signs and to separate cells"
+    )]
+    TwoCommas {
+        /// Number of the line, from 1.
+        line: usize,
+        /// Cells of the row.
+        cells: usize,
+        /// Cells of the header.
+        header: usize,
+    },
+}
 
 /// Layout of a table.
 #[derive(Debug, Clone)]
-pub(crate) struct Layout {
+pub struct Layout {
     /// Separator of cells.
-    pub(crate) split: Split,
+    pub split: Split,
     /// Columns, in order.
-    pub(crate) columns: Vec<Column>,
+    pub columns: Vec<LayoutColumn>,
     /// Index of the first row of numbers among the lines.
-    pub(crate) first: usize,
+    pub first: usize,
     /// Reader of numbers that knows the decimal sign where the lines show it.
-    pub(crate) numbers: Numbers,
+    pub numbers: Numbers,
     /// Names and values stated above the table.
-    pub(crate) stated: Vec<(String, String)>,
+    pub stated: Vec<(String, String)>,
 }
 
 /// Column of a table.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Column {
+pub struct LayoutColumn {
     /// Name in the header, or the column's number.
-    pub(crate) name: String,
+    pub name: String,
     /// Unit in the header or in a row of units.
-    pub(crate) unit: Option<String>,
+    pub unit: Option<String>,
     /// Content of the cells.
-    pub(crate) kind: ColumnKind,
+    pub kind: ColumnKind,
 }
 
 /// Content of a column's cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum ColumnKind {
+pub enum ColumnKind {
     /// Numbers.
     Number,
     /// Times of day, or dates with them.
@@ -70,7 +96,7 @@ impl Layout {
     ///
     /// # Errors
     /// No table of numbers is there, or its commas have two meanings.
-    pub(crate) fn find(lines: &[String]) -> Result<Self, SourceError> {
+    pub fn find(lines: &[String]) -> Result<Self, LayoutFault> {
         let stated = lines.first().and_then(|line| stated_separator(line));
         let splits = match stated {
             Some(separator) => vec![Split::At(separator)],
@@ -92,8 +118,7 @@ impl Layout {
             }
         }
         let Some(best) = best else {
-            let kind = "text without a table of numbers";
-            return Err(crate::kind::foreign(kind, "name a file with columns of numbers").into());
+            return Err(LayoutFault::NoTable);
         };
         require_one_comma(lines, &best)?;
         Ok(best.layout(lines))
@@ -173,7 +198,11 @@ fn candidate(lines: &[String], split: Split) -> Option<Candidate> {
     let first = first_of_table(&data, &cells, width)?;
     let above = cells[..first].iter().rev().find(|cells| !cells.is_empty());
     let commented = lines[..first].iter().rev().find_map(|line| comment(line));
-    let has_header = above.is_some_and(|cells| cells.len() == width)
+    let is_header = |cells: &Vec<Cow<'_, str>>| match split {
+        Split::At(_) => cells.len() >= width,
+        Split::Blanks => cells.len() == width,
+    };
+    let has_header = above.is_some_and(is_header)
         || commented.is_some_and(|text| trimmed(split.cells(text)).len() == width);
     has_numbers.then_some(Candidate {
         split,
@@ -211,7 +240,7 @@ fn trimmed(cells: Vec<Cow<'_, str>>) -> Vec<Cow<'_, str>> {
 }
 
 /// Refuses a table in which commas separate cells and are decimal signs too.
-fn require_one_comma(lines: &[String], best: &Candidate) -> Result<(), SourceError> {
+fn require_one_comma(lines: &[String], best: &Candidate) -> Result<(), LayoutFault> {
     let above = lines[..best.first].iter().rev().find(|line| is_row(line));
     let Some(above) = above.filter(|_| best.split == Split::At(Separator::Comma)) else {
         return Ok(());
@@ -222,22 +251,17 @@ fn require_one_comma(lines: &[String], best: &Candidate) -> Result<(), SourceErr
     if !is_doubled {
         return Ok(());
     }
-    Err(SourceError::at(
-        format!("line {}", best.first + 1),
-        SourceFault::Unread {
-            content: format!(
-                "a row of {} cells below a header of {header}, in which commas seem to be decimal signs and to separate cells",
-                best.width
-            ),
-            remedy: "save it with semicolons or tabs between cells",
-        },
-    ))
+    Err(LayoutFault::TwoCommas {
+        line: best.first + 1,
+        cells: best.width,
+        header,
+    })
 }
 
 impl Candidate {
     fn layout(self, lines: &[String]) -> Layout {
         let (names, units) = self.header(lines);
-        let mut columns: Vec<Column> = Vec::new();
+        let mut columns: Vec<LayoutColumn> = Vec::new();
         for (i, kind) in self.kinds.iter().enumerate() {
             let text = names.get(i).map_or("", String::as_str);
             let (_, unit) = name_and_unit(text);
@@ -246,7 +270,7 @@ impl Candidate {
                 "" => i.to_string(),
                 text => text.to_owned(),
             };
-            columns.push(Column {
+            columns.push(LayoutColumn {
                 name: unique(name, &columns),
                 unit: below.cloned().or(unit.map(str::to_owned)),
                 kind: *kind,
@@ -280,19 +304,17 @@ impl Candidate {
                 .map(Cow::into_owned)
                 .collect::<Vec<String>>()
         };
-        let is_wide = |cells: &Vec<String>| {
-            cells.len() == self.width || cells.len() + 1 == self.width && self.width > 2
-        };
+        let is_wide = |cells: &Vec<String>| self.is_header_width(cells.len());
         let is_words = |cells: &Vec<String>| {
             cells
                 .iter()
                 .any(|cell| !cell.is_empty() && cell.parse::<f64>().is_err())
         };
-        let above = lines[..self.first].iter().enumerate().rev();
-        let rows: Vec<(usize, Vec<String>)> = above
-            .filter(|(_, line)| is_row(line))
+        let above = lines[..self.first].iter().rev();
+        let rows: Vec<Vec<String>> = above
+            .filter(|line| is_row(line))
             .take(2)
-            .map(|(i, line)| (i, owned(trimmed(self.split.cells(line)))))
+            .map(|line| self.header_cells(line))
             .collect();
         let comments = lines[..self.first]
             .iter()
@@ -313,7 +335,7 @@ impl Candidate {
                 .collect()
         };
         match rows.as_slice() {
-            [(_, below), (_, names), ..]
+            [below, names, ..]
                 if is_wide_or_units(below, self.width)
                     && is_units(below)
                     && is_wide(names)
@@ -321,7 +343,7 @@ impl Candidate {
             {
                 (names.clone(), units_of(below))
             }
-            [(_, names), ..] if is_wide(names) && is_words(names) => (names.clone(), Vec::new()),
+            [names, ..] if is_wide(names) && is_words(names) => (names.clone(), Vec::new()),
             _ => match comments.find(|cells| cells.len() == self.width && is_words(cells)) {
                 Some(below) if is_units(&below) => {
                     match comments.find(|cells| cells.len() == self.width) {
@@ -333,6 +355,25 @@ impl Candidate {
                 None => (Vec::new(), Vec::new()),
             },
         }
+    }
+
+    /// Returns whether a line of so many cells may name the columns: it may name more, which are empty.
+    fn is_header_width(&self, cells: usize) -> bool {
+        match self.split {
+            Split::At(_) => cells >= self.width,
+            Split::Blanks => cells == self.width,
+        }
+    }
+
+    /// Returns the cells of a line above the numbers, with an empty first one where R leaves out that of the rows' names.
+    fn header_cells(&self, line: &str) -> Vec<String> {
+        let cells = self.split.cells(line);
+        let lacks_first = cells.len() + 1 == self.width && self.width > 2;
+        let mut cells: Vec<String> = trimmed(cells).into_iter().map(Cow::into_owned).collect();
+        if lacks_first && cells.len() + 1 == self.width {
+            cells.insert(0, String::new());
+        }
+        cells
     }
 
     /// Returns the names and values above the table: `name: value`, `name = value`, or two cells.
@@ -372,7 +413,7 @@ fn is_units(cells: &[String]) -> bool {
 }
 
 /// Returns a name that no earlier column has: `time.1` for the second `time`.
-fn unique(name: String, columns: &[Column]) -> String {
+fn unique(name: String, columns: &[LayoutColumn]) -> String {
     let is_taken = |name: &str| columns.iter().any(|column| column.name == name);
     if !is_taken(&name) {
         return name;

@@ -2,11 +2,13 @@
 
 use std::borrow::Cow;
 
-use text_tables::{Numbers, Separator, cells};
+use crate::cells::cells;
+use crate::number::{NumberFault, Numbers};
+use crate::separator::Separator;
 
 /// Separator of the cells of a table, runs of blanks included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Split {
+pub enum Split {
     /// One character.
     At(Separator),
     /// Runs of blanks.
@@ -15,7 +17,7 @@ pub(crate) enum Split {
 
 impl Split {
     /// All separators, the safest first.
-    pub(crate) const ALL: [Self; 4] = [
+    pub const ALL: [Self; 4] = [
         Self::At(Separator::Tab),
         Self::At(Separator::Semicolon),
         Self::At(Separator::Comma),
@@ -23,7 +25,8 @@ impl Split {
     ];
 
     /// Returns the cells of a line.
-    pub(crate) fn cells(self, line: &str) -> Vec<Cow<'_, str>> {
+    #[must_use]
+    pub fn cells(self, line: &str) -> Vec<Cow<'_, str>> {
         match self {
             Self::At(separator) => cells(line, separator),
             Self::Blanks => line
@@ -34,7 +37,8 @@ impl Split {
     }
 
     /// Returns the cell of a column; `None` where the line is shorter.
-    pub(crate) fn cell(self, line: &str, column: usize) -> Option<Cow<'_, str>> {
+    #[must_use]
+    pub fn cell(self, line: &str, column: usize) -> Option<Cow<'_, str>> {
         match self {
             Self::At(separator) if !line.contains('"') => line
                 .split(separator.character())
@@ -49,7 +53,8 @@ impl Split {
     }
 
     /// Returns the separator in words.
-    pub(crate) fn name(self) -> &'static str {
+    #[must_use]
+    pub fn name(self) -> &'static str {
         match self {
             Self::At(separator) => separator.name(),
             Self::Blanks => "blanks",
@@ -57,7 +62,8 @@ impl Split {
     }
 
     /// Returns a reader of numbers in such cells.
-    pub(crate) fn numbers(self) -> Numbers {
+    #[must_use]
+    pub fn numbers(self) -> Numbers {
         Numbers::new(match self {
             Self::At(separator) => separator,
             Self::Blanks => Separator::Tab,
@@ -72,7 +78,7 @@ const MISSING: [&str; 9] = ["", "-", "--", "na", "n/a", "#n/a", "null", "none", 
 ///
 /// # Errors
 /// The reason why the cell is not a number.
-pub(crate) fn number(cell: &str, numbers: &mut Numbers) -> Result<f64, String> {
+pub fn number(cell: &str, numbers: &mut Numbers) -> Result<f64, String> {
     if is_plain(cell) && (!cell.contains('.') || !numbers.is_undecided() && !numbers.has_commas()) {
         return cell.parse().map_err(|_| "is not a number".to_owned());
     }
@@ -105,7 +111,7 @@ pub(crate) fn number(cell: &str, numbers: &mut Numbers) -> Result<f64, String> {
         return Err("is not a number".to_owned());
     }
     numbers.read(cell).map_err(|fault| match fault {
-        text_tables::NumberFault::NotNumber => "is not a number".to_owned(),
+        NumberFault::NotNumber => "is not a number".to_owned(),
         fault => format!("is not one number: {fault}"),
     })
 }
@@ -122,7 +128,8 @@ fn is_plain(cell: &str) -> bool {
 }
 
 /// Reads a time as seconds: `2026-11-26T12:34:56.789` since 1970, `12:34:56.789` since midnight; NaN for a missing value.
-pub(crate) fn time_s(cell: &str) -> Option<f64> {
+#[must_use]
+pub fn time_s(cell: &str) -> Option<f64> {
     if MISSING.contains(&cell.to_ascii_lowercase().as_str()) {
         return Some(f64::NAN);
     }

@@ -1,4 +1,8 @@
 //! Looks and guessed maps of sessions that were written as other programs write them.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -268,7 +272,7 @@ fn forces_alone_are_mapped_and_a_table_of_words_is_refused() {
     let words = folder.path().join("words.csv");
     std::fs::write(&words, "kind,time\nfinger,1\nfinger,2\nfinger,3\nfinger,4\nfinger,5\nfinger,6\nfinger,7\nfinger,8\nfinger,9\n").unwrap();
     let error = guess(
-        &[words.clone()],
+        std::slice::from_ref(&words),
         &folder.path().join("other.toml"),
         &mut |_| {},
     )

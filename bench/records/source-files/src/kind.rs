@@ -48,8 +48,11 @@ const KINDS: [(&[u8], Kind); 11] = [
     (b"PAR1", Kind::Parquet),
 ];
 
+/// First bytes and names of kinds.
+type Starts = &'static [(&'static [u8], &'static str)];
+
 /// Remedies for kinds that are not read, with their first bytes and names.
-const FOREIGN: [(&str, &[(&[u8], &str)]); 11] = [
+const FOREIGN: [(&str, Starts); 11] = [
     (
         "name the .tdms file next to it",
         &[(b"TDSh", "the index of a TDMS file")],

@@ -95,6 +95,8 @@ fn require_variables(mut source: SourceFile) {
         info(&source, "sparse").unreadable.as_deref(),
         Some("sparse matrix")
     );
+    let many = info(&source, "many").unreadable.as_deref();
+    assert_eq!(many, Some("cell array of very many cells"));
     let error = source.locate("fun").unwrap_err().to_string();
     assert!(
         error.contains("an object of the class `my.Class`"),

@@ -101,7 +101,9 @@ pub(crate) fn find(envelope: &Envelope) -> Option<FoundModulation> {
             None => width_hz *= 0.5,
         }
     }
-    let index = fit.amplitude / fit.mean;
+    // Each value is a mean over its interval, which lowers a sine by sin(πfT)/(πfT).
+    let half_rad = TAU / 2.0 * hz * envelope.step_s;
+    let index = fit.amplitude / fit.mean * half_rad / half_rad.sin();
     if index < LEAST_INDEX {
         return Some(FoundModulation {
             hz: 0.0,

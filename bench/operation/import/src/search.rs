@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use force_alignment::Estimate;
 use impedance::PlateConstants;
 use import_map::{ImportMap, PickupConversion};
 use recording::manifest::FoundValue;
@@ -29,6 +30,8 @@ pub(crate) struct Search<'a> {
     pub plate: PlateConstants,
     /// Time of the drive.
     pub drive_time: DriveTime,
+    /// Common excess of the rate of the forces' clock in all recordings of the session, parts per million.
+    pub common_ppm: Option<Estimate>,
 }
 
 /// Writes the files of a recording that depend on the pickup and on the intervals.
@@ -77,6 +80,7 @@ impl Search<'_> {
             clock,
             (&record.frames, unloaded.z_p_n_s_per_m),
             (self.modulation_hz, &slides_s),
+            self.common_ppm,
         )?;
         found.append(&mut placed.found);
         notes.append(&mut placed.notes);

@@ -206,7 +206,7 @@ fn mistakes_that_show_are_refused_by_name() {
         ("hz = 6.0", "hz = 5.0", "the drive is modulated at 6.0"),
         (
             "rate_hz = \"file\"",
-            "rate_hz = 100e3",
+            "rate_hz = 96e3",
             "correct it, or write \"file\"",
         ),
         ("'[:,0]'", "'[:,9]'", "[:,9]"),

@@ -5,7 +5,7 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use import_map::{Drive, Electrical, ImportMap};
-use recording::manifest::{FoundValue, Streams};
+use recording::manifest::Streams;
 use recording::{CsvRow, STIMULUS_FILE, StimulusRow};
 
 use crate::converted::Converted;

@@ -436,7 +436,7 @@ fn common_rates(plan: &Plan, study: &Path, scratch: &Path, context: &Context<'_>
     };
     let due = sessions
         .into_iter()
-        .filter(|(_, files)| files.len() > 1 && files.iter().any(|file| is_due(file)));
+        .filter(|(_, files)| files.len() > 1 && files.iter().any(is_due));
     due.filter_map(|(session, files)| {
         let rates: Vec<Estimate> = files.par_iter().filter_map(rate).collect();
         let common = joint_rate(&rates).filter(|_| rates.len() > 1)?;

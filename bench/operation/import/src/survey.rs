@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use num_complex::Complex64;
 
 use crate::refusal::ImportRefusal;
-use crate::sources::{BLOCK, Column, Sources};
+use crate::sources::{Column, Sources};
 
 /// Rate of the envelopes, Hz.
 const FRAMES_HZ: f64 = 2000.0;
@@ -215,7 +215,6 @@ pub(crate) fn channel(
         }
         Ok(())
     })?;
-    debug_assert!(BLOCK > 0);
     Ok(Channel {
         envelope: Envelope {
             first_s: (group - 1) as f64 / 2.0 / rate_hz,

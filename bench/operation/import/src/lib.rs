@@ -1,7 +1,7 @@
 //! Recordings made elsewhere, written into a study by a map.
 //!
-//! [`import`] reads each file that the map's pattern matches, converts it, and puts it into its place in the study; [`remove`] takes
-//! back what a map brought. Files are independent: one that is refused stops no other.
+//! [`import`] reads each file that the map's pattern matches, converts it, and puts it into its place in the study; [`remove`]
+//! removes the recordings of a map. Files are independent: one that is refused stops no other.
 
 mod alignment;
 mod checks;
@@ -156,7 +156,7 @@ impl Plan {
             .file_name()
             .map(|name| name.to_string_lossy().into_owned());
         if assignment.files.is_empty() && assignment.refusals.is_empty() {
-            let example = paths.into_iter().find(|other| Some(other) != name.as_ref());
+            let example = paths.into_iter().find(|path| Some(path) != name.as_ref());
             return Err(ImportError::NoFile { folder, example });
         }
         let people = match &map.participants {
@@ -248,7 +248,7 @@ pub fn import(
     }
     let mut context = Context {
         program,
-        sums: Sums::of_all(plan.main_paths()),
+        sums: Sums::compute(plan.main_paths()),
         rates: CommonRates::new(),
     };
     let copies = copies(plan, &context.sums);
@@ -263,9 +263,7 @@ pub fn import(
             notes: Vec::new(),
         };
         file_report.outcome = match copies.get(&file.path) {
-            Some(other) => Err(ImportRefusal::SameBytes {
-                other: other.clone(),
-            }),
+            Some(twin) => Err(ImportRefusal::SameBytes { twin: twin.clone() }),
             None => import_file(
                 plan,
                 file,
@@ -308,7 +306,7 @@ pub fn import(
 fn copies(plan: &Plan, sums: &Sums) -> BTreeMap<String, String> {
     let files = plan.assignment.files.iter();
     let sums: Vec<(&NamedFile, Option<String>)> = files
-        .map(|file| (file, sums.clone().of(&plan.folder.join(&file.path)).ok()))
+        .map(|file| (file, sums.clone().sum(&plan.folder.join(&file.path)).ok()))
         .collect();
     let mut by_sum: BTreeMap<&str, Vec<&NamedFile>> = BTreeMap::new();
     for (file, sum) in &sums {
@@ -319,11 +317,11 @@ fn copies(plan: &Plan, sums: &Sums) -> BTreeMap<String, String> {
     let mut copies = BTreeMap::new();
     for files in by_sum.values() {
         for file in files {
-            let other = files
+            let twin = files
                 .iter()
-                .find(|other| other.participant != file.participant);
-            if let Some(other) = other {
-                copies.insert(file.path.clone(), other.path.clone());
+                .find(|twin| twin.participant != file.participant);
+            if let Some(twin) = twin {
+                copies.insert(file.path.clone(), twin.path.clone());
             }
         }
     }
@@ -392,7 +390,7 @@ impl<'a> Job<'a> {
     }
 }
 
-/// What all files of an import share.
+/// Data common to all files of an import.
 struct Context<'a> {
     program: Program<'a>,
     /// Sums of the files that the map's pattern matches.
@@ -480,16 +478,16 @@ fn import_file(
     })
 }
 
-/// What a removal did.
+/// Outcome of a removal.
 #[derive(Debug, Default)]
 pub struct Removal {
     /// Recordings that were removed, within the study.
     pub removed: Vec<String>,
-    /// Sentences for a user: what stays, and why.
+    /// Sentences for a user about recordings and files that stay, with the reason.
     pub notes: Vec<String>,
 }
 
-/// Takes back what the map at `path` brought into a study: recordings whose description states the map's sum, and the rows that
+/// Removes the contribution of the map at `path` from a study: recordings whose description states the map's sum, and the rows that
 /// the import added to `participants.tsv`.
 ///
 /// # Errors

@@ -224,11 +224,11 @@ pub enum ImportRefusal {
     },
     /// Two participants have the same bytes.
     #[error(
-        "it has the same bytes as {other}, which is of another participant: one of the two is a copy under a wrong name"
+        "it has the same bytes as {twin}, which is of another participant: one of the two is a copy under a wrong name"
     )]
     SameBytes {
-        /// Other file.
-        other: String,
+        /// The other file.
+        twin: String,
     },
     /// A recording that did not come from this map is in the way.
     #[error(

@@ -38,7 +38,7 @@ pub(crate) struct Search<'a> {
 pub(crate) type Write<'a> = &'a dyn Fn(StatedPickup, &Readings) -> Result<(), ImportRefusal>;
 
 impl Search<'_> {
-    /// Finds what the map asks for; places pickup and readings accordingly.
+    /// Finds the values that the map leaves open; places pickup and readings accordingly.
     pub fn run(
         &self,
         (stated, readings): (&mut StatedPickup, &mut Readings),

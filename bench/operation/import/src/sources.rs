@@ -314,7 +314,7 @@ impl<'a> Sources<'a> {
         for (file, reader) in opened.chain(others) {
             origins.push(ImportedSource {
                 file: file.clone(),
-                sha256: sums.of(&self.folder.join(file))?,
+                sha256: sums.sum(&self.folder.join(file))?,
                 reader,
             });
         }
@@ -342,7 +342,7 @@ pub(crate) struct Sums {
 
 impl Sums {
     /// Computes the sums of files in parallel; one that cannot be read is left out.
-    pub fn of_all(paths: Vec<PathBuf>) -> Self {
+    pub fn compute(paths: Vec<PathBuf>) -> Self {
         let sums = paths.into_par_iter().filter_map(|path| {
             let sum = file_sum(&path).ok()?;
             Some((path, sum))
@@ -353,7 +353,7 @@ impl Sums {
     }
 
     /// Returns the sum of a file in hexadecimal.
-    pub fn of(&mut self, path: &Path) -> Result<String, ImportRefusal> {
+    pub fn sum(&mut self, path: &Path) -> Result<String, ImportRefusal> {
         if let Some(sum) = self.by_path.get(path) {
             return Ok(sum.clone());
         }

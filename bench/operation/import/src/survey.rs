@@ -342,8 +342,8 @@ mod tests {
                 .map(|n| {
                     let t = f64::from(n) * step_s;
                     let amplitude = 1.0 + 0.95 * (TAU * 6.0 * t).sin();
-                    let on = if n > 500 { 1.0 } else { 0.0 };
-                    on * amplitude * Complex64::cis(TAU * 3.25 * t)
+                    let level = if n > 500 { 1.0 } else { 0.0 };
+                    level * amplitude * Complex64::cis(TAU * 3.25 * t)
                 })
                 .collect(),
         };

@@ -216,13 +216,13 @@ impl Check<'_> {
                 .filter(|name| !groups.contains(*name))
             {
                 let known: Vec<String> = groups.iter().cloned().collect();
-                let meant = strict_toml::nearest(name, &known);
-                let meant = meant
-                    .map(|meant| format!(", did you mean {{{meant}}}?"))
+                let nearest = strict_toml::nearest(name, &known);
+                let nearest = nearest
+                    .map(|nearest| format!(", did you mean {{{nearest}}}?"))
                     .unwrap_or_default();
                 self.wrong(
                     key,
-                    format!("names {{{name}}}, which `files` does not capture{meant}"),
+                    format!("names {{{name}}}, which `files` does not capture{nearest}"),
                 );
             }
         }
@@ -231,14 +231,14 @@ impl Check<'_> {
             .iter()
             .filter(|group| !known.contains(group) && !used.contains(*group))
         {
-            let meant = strict_toml::nearest(group, &known);
-            let meant = meant
-                .map(|meant| format!(", did you mean `{meant}`?"))
+            let nearest = strict_toml::nearest(group, &known);
+            let nearest = nearest
+                .map(|nearest| format!(", did you mean `{nearest}`?"))
                 .unwrap_or_default();
             self.wrong(
                 "files",
                 format!(
-                    "captures `{group}`, which nothing uses{meant}; known: {}",
+                    "captures `{group}`, which nothing uses{nearest}; known: {}",
                     KNOWN_GROUPS.join(", ")
                 ),
             );
@@ -406,7 +406,7 @@ impl Check<'_> {
             NumberOr::Word(CarrierWord::Found) => Some(Carrier::Constant(Quantity::Found)),
             NumberOr::Word(CarrierWord::Follows) => Some(Carrier::Follows),
             NumberOr::Number(hz) => {
-                let hz = self.within("carrier.hz", hz, (1.0, 1e7), "Hz")?;
+                let hz = self.number("carrier.hz", hz, (1.0, 1e7), "Hz")?;
                 Some(Carrier::Constant(Quantity::Stated(hz)))
             }
         }
@@ -429,7 +429,7 @@ impl Check<'_> {
         );
         let quantity = |check: &mut Self, key: &str, value, range, unit: &str| match value {
             NumberOr::Word(FoundWord::Found) => Some(Quantity::Found),
-            NumberOr::Number(value) => check.within(key, value, range, unit).map(Quantity::Stated),
+            NumberOr::Number(value) => check.number(key, value, range, unit).map(Quantity::Stated),
         };
         let hz = hz.and_then(|hz| quantity(self, "modulation.hz", hz, (0.0, 1e4), "Hz"));
         let index =
@@ -522,7 +522,7 @@ impl Check<'_> {
                         format!("= {order} is outside 1 to 8"),
                     );
                 }
-                self.within("envelopes.low_pass.tau_s", filter.tau_s, (1e-9, 10.0), "s")
+                self.number("envelopes.low_pass.tau_s", filter.tau_s, (1e-9, 10.0), "s")
                     .map(|tau_s| Some(LockInFilter { order, tau_s }))
             }
         };
@@ -555,7 +555,7 @@ impl Check<'_> {
         let mass = raw.and_then(|plate| plate.modal_mass_kg);
         let mass = self.require("plate", "modal_mass_kg", mass, "write the modal mass in kg");
         let mass =
-            mass.and_then(|mass| self.within("plate.modal_mass_kg", mass, (1e-9, 1e3), "kg"));
+            mass.and_then(|mass| self.number("plate.modal_mass_kg", mass, (1e-9, 1e3), "kg"));
         let raw = raw?;
         let centre = match raw.centre_m {
             None | Some(NumberOr::Word(CentreWord::MiddleOfTravel)) => Some(Centre::MiddleOfTravel),
@@ -592,7 +592,7 @@ impl Check<'_> {
                     "write it, or sweep = \"FILE\" with a sweep that was measured elsewhere";
                 let resonance = self.require("plate", "resonance_hz", raw.resonance_hz, remedy);
                 let resonance = resonance
-                    .and_then(|hz| self.within("plate.resonance_hz", hz, (1.0, 1e7), "Hz"));
+                    .and_then(|hz| self.number("plate.resonance_hz", hz, (1.0, 1e7), "Hz"));
                 let remedy = "write the actuators' force per volt in N/V, or sweep = \"FILE\" with a sweep that was measured elsewhere";
                 let factor = self.require(
                     "plate",

@@ -8,6 +8,7 @@ use import_map::{Drive, Electrical, ImportMap};
 use recording::manifest::Streams;
 use recording::{CsvRow, STIMULUS_FILE, StimulusRow};
 
+use crate::alignment;
 use crate::converted::Converted;
 use crate::data_files;
 use crate::description::Description;
@@ -27,6 +28,13 @@ pub(crate) fn convert(
     (folder, name): (&Path, &str),
     describe: &Description<'_>,
 ) -> Result<Converted, ImportRefusal> {
+    let clock = map.normal.as_ref().map(|normal| normal.clock);
+    if clock.is_some_and(alignment::is_to_be_found) {
+        return Err(ImportRefusal::NotFound {
+            key: "normal.offset_s",
+            reason: "without drive and pickup there is no other clock".to_owned(),
+        });
+    }
     let mut first_s = 0.0;
     if let Electrical::Stimulus(Some(drive)) = &map.electrical {
         first_s = write_stimulus(folder, sources, drive)?;

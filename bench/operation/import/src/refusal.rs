@@ -96,6 +96,18 @@ pub enum ImportRefusal {
         /// Its length.
         second_length: u64,
     },
+    /// The position follows the normal force's rate with another number of values.
+    #[error(
+        "{name} has {length} values and the normal force {force_length}, and both would have one rate: state rate_hz of the position"
+    )]
+    PositionRate {
+        /// Array of the position.
+        name: String,
+        /// Its length.
+        length: u64,
+        /// Length of the normal force.
+        force_length: u64,
+    },
     /// An array has too few values.
     #[error("{name} has {length} values: too few for a recording; name the right array")]
     Short {

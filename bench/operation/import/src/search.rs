@@ -64,10 +64,14 @@ impl Search<'_> {
         }
         let clock = self.map.normal.as_ref().map(|normal| normal.clock);
         let clock = clock.filter(|clock| alignment::is_to_be_found(*clock));
-        let (Some(clock), Some(normal), Some(lateral)) =
-            (clock, &readings.normal, &readings.lateral)
-        else {
+        let Some(clock) = clock else {
             return Ok(None);
+        };
+        let (Some(normal), Some(lateral)) = (&readings.normal, &readings.lateral) else {
+            return Err(ImportRefusal::NotFound {
+                key: "normal.offset_s",
+                reason: "it needs the normal and the lateral force".to_owned(),
+            });
         };
         let (record, unloaded) = plate(*stated, readings, "normal.offset_s", true)?;
         let strokes = readings.intervals.strokes();

@@ -219,6 +219,15 @@ impl Check<'_> {
         if let (None, None, None, Some(following)) = (clock, offset_s, ppm, following) {
             return Some(following);
         }
+        for (key, value) in [("offset_s", offset_s), ("ppm", ppm)] {
+            if table != "normal" && value == Some(NumberOr::Word(FoundWord::Found)) {
+                self.wrong(
+                    &format!("{table}.{key}"),
+                    "is found for [normal], and the other streams follow it: delete it here, or write a number",
+                );
+                return None;
+            }
+        }
         let is_drives = match clock {
             Some(clock) => clock == RawClock::Same,
             None => following.is_some_and(|clock| clock.is_drives),

@@ -605,7 +605,7 @@ impl Check<'_> {
                 let quality = match raw.quality {
                     None => Some(None),
                     Some(quality) => self
-                        .within("plate.quality", quality, (0.5, 1e7), "")
+                        .number("plate.quality", quality, (0.5, 1e7), "")
                         .map(Some),
                 };
                 resonance.zip(factor).zip(quality).map(

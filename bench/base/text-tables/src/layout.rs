@@ -143,19 +143,21 @@ fn candidate(lines: &[String], split: Split) -> Option<Candidate> {
             *widths.entry(cells.len()).or_insert(0usize) += cells.len();
         }
     }
-    let (&width, _) = widths.iter().max_by_key(|(_, weight)| **weight)?;
+    let (&usual, _) = widths.iter().max_by_key(|(_, weight)| **weight)?;
+    let width = widest(&cells, usual, &mut is_number);
     let rows: Vec<usize> = (0..cells.len())
-        .filter(|i| cells[*i].len() == width && cells[*i].iter().any(|cell| is_number(cell)))
+        .filter(|i| cells[*i].len() <= width && cells[*i].iter().any(|cell| is_number(cell)))
+        .filter(|i| cells[*i].len() == width || width > usual)
         .collect();
     // The second half of the lines is beyond headers, and decides what each column has.
     let sample = &rows[rows.len() / 2..];
     let kinds: Vec<ColumnKind> = (0..width)
         .map(|column| {
             let filled = |rows: &[usize]| {
-                let cells = rows.iter().map(|row| &*cells[*row][column]);
+                let cells = rows.iter().filter_map(|row| cells[*row].get(column));
                 cells
                     .filter(|cell| !cell.is_empty())
-                    .map(str::to_owned)
+                    .map(ToString::to_string)
                     .collect::<Vec<_>>()
             };
             let late = filled(sample);
@@ -189,13 +191,12 @@ fn candidate(lines: &[String], split: Split) -> Option<Candidate> {
         !cells.is_empty()
             && cells.len() <= width
             && cells.iter().enumerate().all(fits)
-            && cells
-                .iter()
-                .any(|cell| cell.bytes().any(|byte| byte.is_ascii_digit()))
+            && cells.iter().any(|cell| has_value(cell))
     };
     let data: Vec<usize> = (0..cells.len()).filter(|i| is_data(*i)).collect();
     let has_numbers = kinds.iter().any(|kind| *kind != ColumnKind::Text);
-    let first = first_of_table(&data, &cells, width)?;
+    let is_wide = |i: usize| cells[i].len() >= usual || split.cells(&lines[i]).len() >= width;
+    let first = first_of_table(&data, &cells, is_wide)?;
     let above = cells[..first].iter().rev().find(|cells| !cells.is_empty());
     let commented = lines[..first].iter().rev().find_map(|line| comment(line));
     let is_header = |cells: &Vec<Cow<'_, str>>| match split {
@@ -214,13 +215,42 @@ fn candidate(lines: &[String], split: Split) -> Option<Candidate> {
     })
 }
 
-/// Returns the first row of the table: the first of full width, after which only rows of the table or nothing come next.
-fn first_of_table(data: &[usize], cells: &[Vec<Cow<'_, str>>], width: usize) -> Option<usize> {
+/// Returns the number of columns: more than most rows have if the header has as many, or if there is none. Rows with words,
+/// as above a table, do not count.
+fn widest(
+    cells: &[Vec<Cow<'_, str>>],
+    usual: usize,
+    is_number: &mut impl FnMut(&str) -> bool,
+) -> usize {
+    let mut is_bare = |cells: &Vec<Cow<'_, str>>| {
+        !cells.is_empty() && cells.iter().all(|cell| cell.is_empty() || is_number(cell))
+    };
+    let bare: Vec<usize> = (0..cells.len()).filter(|i| is_bare(&cells[*i])).collect();
+    let widest = bare.iter().map(|i| cells[*i].len()).max().unwrap_or(usual);
+    let first = bare.first().copied().unwrap_or(0);
+    let above = cells[..first].iter().rev().find(|cells| !cells.is_empty());
+    match above {
+        Some(header) if header.len() < widest => usual,
+        _ => widest.max(usual),
+    }
+}
+
+/// Returns the first row of the table: the first wide one after which only rows of the table or nothing come next.
+fn first_of_table(
+    data: &[usize],
+    cells: &[Vec<Cow<'_, str>>],
+    is_wide: impl Fn(usize) -> bool,
+) -> Option<usize> {
     let next_line = |row: usize| (row + 1..cells.len()).find(|i| !cells[*i].is_empty());
     data.iter().copied().find(|row| {
         let is_followed = next_line(*row).is_none_or(|next| data.binary_search(&next).is_ok());
-        cells[*row].len() == width && is_followed
+        is_wide(*row) && is_followed
     })
+}
+
+/// Returns whether a cell has a digit, or is a missing value of a column of numbers.
+fn has_value(cell: &str) -> bool {
+    cell.bytes().any(|byte| byte.is_ascii_digit()) || cell.to_ascii_lowercase().ends_with("nan")
 }
 
 /// Returns whether a cell is a number that groups thousands or has a decimal comma, where a comma does not separate cells.

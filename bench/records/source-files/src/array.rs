@@ -150,7 +150,7 @@ pub enum Attribute {
 pub struct Vector {
     pub(crate) name: String,
     pub(crate) array: usize,
-    pub(crate) place: crate::format::Place,
+    pub(crate) place: crate::place::Place,
     pub(crate) length: u64,
     pub(crate) element: Element,
     pub(crate) rate_hz: Option<f64>,

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
-use crate::format::Format;
+use crate::file_format::Format;
 
 /// Refusal of a file or of a name in it: the file, the place in it, the fault, and the remedy.
 #[derive(Debug, thiserror::Error)]
@@ -14,7 +14,7 @@ pub struct SourceError {
     /// Place in the file: a byte, a row and column, an array.
     pub place: Option<String>,
     /// The fault.
-    pub fault: SourceFault,
+    pub fault: Box<SourceFault>,
 }
 
 impl SourceError {
@@ -23,7 +23,7 @@ impl SourceError {
         Self {
             file: PathBuf::new(),
             place: Some(place.into()),
-            fault,
+            fault: Box::new(fault),
         }
     }
 
@@ -43,7 +43,7 @@ impl From<SourceFault> for SourceError {
         Self {
             file: PathBuf::new(),
             place: None,
-            fault,
+            fault: Box::new(fault),
         }
     }
 }

@@ -11,7 +11,7 @@ use stream::Stream;
 
 use crate::array::{ArrayInfo, Attribute, Element};
 use crate::bytes::{Bytes, Section};
-use crate::error::{SourceError, SourceFault};
+use crate::error::SourceError;
 use crate::format::{ArrayReader, Format, Place, Values};
 
 /// Bytes of the block that describes the stream.
@@ -170,14 +170,4 @@ impl ArrayReader for FlacReader {
         }
         Ok(())
     }
-}
-
-/// Creates the refusal of samples that cannot be decoded.
-fn undecoded(frame: u64) -> SourceError {
-    SourceError::at(
-        format!("sample {frame}"),
-        SourceFault::Damaged {
-            finding: "the samples from here on cannot be decoded".to_owned(),
-        },
-    )
 }

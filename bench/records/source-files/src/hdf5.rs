@@ -47,7 +47,7 @@ pub(crate) fn open(mut file: File) -> Result<Box<dyn ArrayReader>, SourceError> 
         .read_to_end(&mut head)?;
     let storage = Arc::new(BoundedFile::new(file)?);
     let with_cache = |cache_bytes| -> Result<(Format, Listing), SourceError> {
-        let hdf5 = guarded("its structure", || {
+        let hdf5 = guarded("header", || {
             Hdf5File::from_storage_with_options(Arc::clone(&storage) as _, options(cache_bytes))
         })?;
         if head == MATLAB || matlab73::is_matlab(&hdf5)? {

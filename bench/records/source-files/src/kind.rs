@@ -48,111 +48,70 @@ const KINDS: [(&[u8], Kind); 11] = [
     (b"PAR1", Kind::Parquet),
 ];
 
-/// First bytes of kinds that are not read, their names, and the remedies.
-const FOREIGN: [(&[u8], &str, &str); 24] = [
+/// First bytes and names of kinds.
+type Starts = &'static [(&'static [u8], &'static str)];
+
+/// Remedies for kinds that are not read, with their first bytes and names.
+const FOREIGN: [(&str, Starts); 11] = [
     (
-        b"TDSh",
-        "the index of a TDMS file",
         "name the .tdms file next to it",
+        &[(b"TDSh", "the index of a TDMS file")],
     ),
     (
-        b"PARE",
-        "an encrypted Parquet file",
         "save it without encryption",
+        &[(b"PARE", "an encrypted Parquet file")],
     ),
-    (b"RIFX", "a big-endian WAV file", "save it as WAV"),
+    ("save it as WAV", &[(b"RIFX", "a big-endian WAV file")]),
     (
-        b"FORM",
-        "an AIFF file",
         "save it as WAV with 32-bit float samples",
+        &[
+            (b"FORM", "an AIFF file"),
+            (b"caff", "a file of Apple's Core Audio"),
+            (b".snd", "a Sun audio file"),
+        ],
     ),
     (
-        b"caff",
-        "a file of Apple's Core Audio",
-        "save it as WAV with 32-bit float samples",
-    ),
-    (
-        b"OggS",
-        "an Ogg file",
         "save the original recording as WAV or FLAC",
+        &[(b"OggS", "an Ogg file"), (b"ID3", "an MP3 file")],
     ),
     (
-        b".snd",
-        "a Sun audio file",
-        "save it as WAV with 32-bit float samples",
-    ),
-    (
-        b"ID3",
-        "an MP3 file",
-        "save the original recording as WAV or FLAC",
-    ),
-    (
-        b"\x1f\x8b",
-        "a gzip archive",
         "unpack it, and name the file in it",
+        &[
+            (b"\x1f\x8b", "a gzip archive"),
+            (b"BZh", "a bzip2 archive"),
+            (b"\xfd7zXZ", "an xz archive"),
+            (b"7z\xbc\xaf", "a 7-Zip archive"),
+            (b"Rar!", "a RAR archive"),
+            (b"\x28\xb5\x2f\xfd", "a Zstandard archive"),
+        ],
     ),
     (
-        b"BZh",
-        "a bzip2 archive",
-        "unpack it, and name the file in it",
-    ),
-    (
-        b"\xfd7zXZ",
-        "an xz archive",
-        "unpack it, and name the file in it",
-    ),
-    (
-        b"7z\xbc\xaf",
-        "a 7-Zip archive",
-        "unpack it, and name the file in it",
-    ),
-    (
-        b"Rar!",
-        "a RAR archive",
-        "unpack it, and name the file in it",
-    ),
-    (
-        b"\x28\xb5\x2f\xfd",
-        "a Zstandard archive",
-        "unpack it, and name the file in it",
-    ),
-    (
-        b"\xd0\xcf\x11\xe0",
-        "an old Excel or Office file",
         "save the sheet as CSV",
+        &[(b"\xd0\xcf\x11\xe0", "an old Excel or Office file")],
     ),
     (
-        b"ARROW1",
-        "an Arrow (Feather) file",
         "save it as Parquet or CSV",
+        &[
+            (b"ARROW1", "an Arrow (Feather) file"),
+            (b"ORC", "an ORC file"),
+        ],
     ),
-    (b"ORC", "an ORC file", "save it as Parquet or CSV"),
     (
-        b"\x0eCDF",
-        "a netCDF file of version 3",
         "save it as netCDF of version 4, or as CSV",
+        &[
+            (b"\x0eCDF", "a netCDF file of version 3"),
+            (b"CDF\x01", "a netCDF file of version 3"),
+            (b"CDF\x02", "a netCDF file of version 3"),
+            (b"CDF\x05", "a netCDF file of version 3"),
+        ],
     ),
     (
-        b"CDF\x01",
-        "a netCDF file of version 3",
-        "save it as netCDF of version 4, or as CSV",
+        "name the file of the data",
+        &[(b"\x89PNG", "a picture"), (b"%PDF", "a PDF file")],
     ),
     (
-        b"CDF\x02",
-        "a netCDF file of version 3",
-        "save it as netCDF of version 4, or as CSV",
-    ),
-    (
-        b"CDF\x05",
-        "a netCDF file of version 3",
-        "save it as netCDF of version 4, or as CSV",
-    ),
-    (b"\x89PNG", "a picture", "name the file of the data"),
-    (b"%PDF", "a PDF file", "name the file of the data"),
-    (
-        b"\x80\x04\x95",
-        "a pickle of Python",
         "save the arrays with numpy.savez",
+        &[(b"\x80\x04\x95", "a pickle of Python")],
     ),
 ];
 
@@ -170,8 +129,10 @@ pub(crate) fn find(
     if let Some((_, kind)) = KINDS.iter().find(|(start, _)| head.starts_with(start)) {
         return Ok(*kind);
     }
-    if let Some((_, kind, remedy)) = FOREIGN.iter().find(|(start, ..)| head.starts_with(start)) {
-        return Err(foreign(kind, remedy));
+    for (remedy, kinds) in FOREIGN {
+        if let Some((_, kind)) = kinds.iter().find(|(start, _)| head.starts_with(start)) {
+            return Err(foreign(kind, remedy));
+        }
     }
     let mut powers = HDF5_OFFSETS.map(|power| 1u64 << power);
     if !is_text(head) && powers.any(|offset| has_bytes(offset, HDF5)) {

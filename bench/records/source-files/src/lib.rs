@@ -6,6 +6,7 @@
 mod array;
 mod bytes;
 mod error;
+mod file_format;
 mod flac;
 mod format;
 mod guard;
@@ -19,6 +20,7 @@ mod npy;
 mod npz;
 mod numbers;
 mod parquet_file;
+mod place;
 mod tdms;
 mod text;
 mod wave;
@@ -32,7 +34,7 @@ use num_complex::Complex64;
 
 pub use array::{ArrayInfo, Attribute, Element, Vector};
 pub use error::{SourceError, SourceFault};
-pub use format::Format;
+pub use file_format::Format;
 use format::{ArrayReader, Values};
 use kind::Kind;
 

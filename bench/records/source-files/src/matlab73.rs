@@ -136,6 +136,11 @@ fn attribute<'a>(attributes: &'a [Attribute], name: &str) -> Option<&'a Attribut
     attributes.iter().find(|attribute| attribute.name == name)
 }
 
+/// Returns whether a dataset refers to more values than are looked into.
+fn is_long(dataset: &Dataset) -> bool {
+    dataset.num_elements().is_ok_and(|count| count > MOST_CELLS)
+}
+
 /// Element of an array of MATLAB's class.
 fn element(class: &str) -> Element {
     let integer = |bits, is_signed| Element::Integer { bits, is_signed };
@@ -318,6 +323,9 @@ impl Variables {
         };
         let is_array =
             groups.is_empty() && !datasets.is_empty() && datasets.iter().all(is_reference);
+        if is_array && datasets.iter().any(is_long) {
+            return self.opaque(name, "array of very many structures");
+        }
         for dataset in datasets {
             if is_array {
                 for (index, value) in self.indexed(&dataset, &place)? {
@@ -345,6 +353,9 @@ impl Variables {
         dataset: &Dataset,
         depth: usize,
     ) -> Result<(), SourceError> {
+        if is_long(dataset) {
+            return self.opaque(name, "cell array of very many cells");
+        }
         for (index, value) in self.indexed(dataset, &format!("cell array `{name}`"))? {
             self.value(&format!("{name}{index}"), &value, depth + 1)?;
         }
@@ -382,7 +393,7 @@ impl Variables {
                 "cells that are no references".to_owned(),
             ));
         }
-        if dataset.num_elements()? > MOST_CELLS {
+        if is_long(dataset) {
             return Err(Error::ResourceLimit("cells".to_owned()));
         }
         let width = dataset.raw_element_size()?.max(1);

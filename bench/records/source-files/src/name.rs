@@ -2,7 +2,7 @@
 
 use crate::array::{ArrayInfo, Vector};
 use crate::error::SourceFault;
-use crate::format::Place;
+use crate::place::Place;
 
 /// Index of one axis in a name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -382,7 +382,7 @@ mod tests {
         }
         assert!(column("3").is_err() && column("[:,3]").is_err());
         // A bare array of two axes has columns too.
-        let bare = super::tests::arrays(&[("", &[9, 2])]);
+        let bare = [ArrayInfo::new("", Element::Logical, vec![9, 2])];
         assert_eq!(found(&bare, "1"), (0, 0, vec![1], 9));
         assert_eq!(found(&bare, "[:,1]"), (0, 0, vec![1], 9));
     }

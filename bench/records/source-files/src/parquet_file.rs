@@ -1,5 +1,7 @@
 //! Parquet: columns read by stretches, page by page.
 
+mod strict_end;
+
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::ops::Range;
@@ -9,6 +11,7 @@ use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{DataType, Int96};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
+use strict_end::StrictFile;
 
 use crate::array::{ArrayInfo, Attribute, Element};
 use crate::error::SourceError;
@@ -29,7 +32,7 @@ const DAY_S: f64 = 86_400.0;
 
 /// Reader of a Parquet file.
 pub(crate) struct ParquetReader {
-    file: SerializedFileReader<File>,
+    file: SerializedFileReader<StrictFile>,
     /// First row of each group, and the number of all rows.
     starts: Vec<u64>,
     arrays: Vec<ArrayInfo>,
@@ -72,6 +75,7 @@ enum Meaning {
 impl ParquetReader {
     /// Opens a file that begins as Parquet does.
     pub(crate) fn open(file: File) -> Result<Box<dyn ArrayReader>, SourceError> {
+        let file = StrictFile::new(file)?;
         let opened = guarded(|| SerializedFileReader::new(file));
         let Some(Ok(file)) = opened else {
             return Err(SourceError::damaged(

@@ -295,7 +295,7 @@ impl Index {
             if !is_row(line.text) {
                 continue;
             }
-            if index.rows % BLOCK_ROWS == 0 {
+            if index.rows.is_multiple_of(BLOCK_ROWS) {
                 index.blocks.push((line.offset, line.number));
             }
             index.rows += 1;

@@ -54,7 +54,7 @@ impl Chunk {
     /// Lays out the samples of `objects`, in their order.
     ///
     /// # Errors
-    /// A description of what cannot be stored so.
+    /// The contradiction between the objects.
     pub fn new(objects: &[Stored<'_>], is_interleaved: bool) -> Result<Self, SegmentDefect> {
         let is_daqmx = |object: &Stored<'_>| matches!(object.storage, Storage::Daqmx { .. });
         let chunk = if objects.iter().any(is_daqmx) {

@@ -84,7 +84,7 @@ impl UnreadContent {
 pub(crate) enum SegmentDefect {
     /// Contents that contradict each other.
     Contradiction(String),
-    /// An object whose content is not read.
+    /// Content of an object that is not read.
     Unread { path: String, unread: UnreadContent },
 }
 

@@ -4,7 +4,7 @@ use crate::bytes::Bytes;
 
 /// Length of a lead-in, bytes.
 pub(crate) const LEAD_IN_BYTES: u64 = 28;
-/// Offset of a segment whose writer did not finish it.
+/// Length of a segment that its writer did not finish.
 const UNFINISHED: u64 = u64::MAX;
 
 /// Contents of a segment, as its lead-in states them.
@@ -22,7 +22,7 @@ pub(crate) struct LeadIn {
     pub metadata_bytes: u64,
 }
 
-/// What a segment begins with.
+/// First bytes of a segment.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Start {
     Segment(LeadIn),

@@ -47,7 +47,7 @@ pub(crate) struct Scaler {
     pub scale_id: u32,
 }
 
-/// What the metadata say of an object's samples.
+/// Samples of an object, as the metadata describe them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Samples {
     None,

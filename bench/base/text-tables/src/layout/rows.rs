@@ -10,9 +10,8 @@ pub(crate) fn comment(text: &str) -> Option<&str> {
     Some(text.trim_start_matches(mark).trim())
 }
 
-/// Returns whether a line is one of a table: neither blank nor a comment.
+/// Returns whether a line is one of a table: neither blank nor a comment. A line of separators alone is a row without values.
 #[must_use]
 pub fn is_row(text: &str) -> bool {
-    text.contains(|c: char| !c.is_whitespace() && !matches!(c, ',' | ';' | '"'))
-        && comment(text).is_none()
+    text.bytes().any(|byte| byte != b' ') && comment(text).is_none()
 }

@@ -11,9 +11,8 @@ use symphonia::core::units::Timestamp;
 use symphonia::default::codecs::FlacDecoder;
 use symphonia::default::formats::FlacReader;
 
-use super::undecoded;
 use crate::bytes::Section;
-use crate::error::SourceError;
+use crate::error::{SourceError, SourceFault};
 use crate::guard::guarded;
 
 /// Maximum number of decoded samples that are kept, of all channels.
@@ -277,4 +276,14 @@ impl Stream {
         }
         Ok(())
     }
+}
+
+/// Creates the refusal of samples that cannot be decoded.
+fn undecoded(frame: u64) -> SourceError {
+    SourceError::at(
+        format!("sample {frame}"),
+        SourceFault::Damaged {
+            finding: "the samples from here on cannot be decoded".to_owned(),
+        },
+    )
 }

@@ -157,7 +157,7 @@ pub(crate) fn complex_parts(datatype: &Datatype) -> Option<(Encoding, usize, usi
     (is_complex && is_alike).then_some((encoding, re.byte_offset as usize, im.byte_offset as usize))
 }
 
-/// Returns the name of a type that is no number, as messages show it.
+/// Returns the name of a type that is not numeric, as messages show it.
 pub(crate) fn type_name(datatype: &Datatype) -> String {
     match datatype {
         Datatype::String { .. } => "text".to_owned(),
@@ -279,7 +279,7 @@ impl Column {
         }
     }
 
-    /// Returns the offset of a number in an element with axes of its own; an open axis has the index `open`.
+    /// Returns the offset of a number in an element that is an array; an open axis has the index `open`.
     fn inner_offset(&self, inner: &[Option<u64>], open: u64) -> usize {
         let index = inner.iter().zip(&self.inner);
         let linear = index.fold(0_u64, |linear, (index, length)| {

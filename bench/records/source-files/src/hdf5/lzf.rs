@@ -25,7 +25,7 @@ pub(crate) fn decompress(
     expand(compressed, most).ok_or_else(|| Error::DecompressionError("LZF".to_owned()))
 }
 
-/// Expands literals and references; `None` if the input ends early, refers to what is not there, or gives more than `most` bytes.
+/// Expands literals and references; `None` if the input ends early, refers to bytes before the first, or gives more than `most` bytes.
 fn expand(input: &[u8], most: usize) -> Option<Vec<u8>> {
     let mut output = Vec::new();
     let mut rest = input.iter().copied();

@@ -1,7 +1,7 @@
 //! MATLAB's table of objects: the classes, and the places of the properties, of tables, maps, times and a user's own classes.
 //!
 //! MathWorks does not document it. Read as [mat-io](https://github.com/foreverallama/matio) describes it: names, then regions of
-//! 32-bit numbers, whose offsets stand at the begin.
+//! 32-bit numbers, with their offsets at the begin.
 
 /// First number of a variable that is an object.
 const MAGIC: u32 = 0xdd00_0000;
@@ -9,7 +9,7 @@ const MAGIC: u32 = 0xdd00_0000;
 const HEADER_BYTES: usize = 40;
 /// Versions of the table that are read.
 const VERSIONS: std::ops::RangeInclusive<u32> = 2..=4;
-/// A property that is a value of its own, in a cell.
+/// A property with its value in a cell.
 const IN_CELL: u32 = 1;
 /// Cells before the first property's.
 const FIRST_CELL: usize = 2;
@@ -22,7 +22,7 @@ pub(crate) struct Object {
     pub(crate) properties: Vec<(String, usize)>,
 }
 
-/// Returns the objects of a table, by number; number 0 is none. `None` for a table of another version, or a damaged one.
+/// Returns the objects of a table, by number; number 0 is unused. `None` for a table of another version, or a damaged one.
 pub(crate) fn objects(table: &[u8]) -> Option<Vec<Object>> {
     let word = |index: usize| {
         let bytes = table.get(index.checked_mul(4)?..)?.first_chunk()?;
@@ -74,14 +74,14 @@ pub(crate) fn objects(table: &[u8]) -> Option<Vec<Object>> {
             properties: properties.collect::<Option<_>>()?,
         })
     };
-    let none = Object {
+    let unused = Object {
         class: String::new(),
         properties: Vec::new(),
     };
     let listed = objects.as_chunks::<6>().0.iter().skip(1);
     // An object that cannot be read leaves the others.
-    let listed = listed.map(|block| object(block).unwrap_or_else(|| none.clone()));
-    Some(std::iter::once(none.clone()).chain(listed).collect())
+    let listed = listed.map(|block| object(block).unwrap_or_else(|| unused.clone()));
+    Some(std::iter::once(unused.clone()).chain(listed).collect())
 }
 
 /// Splits a region into blocks of properties, each with its length before it, at even words.

@@ -213,13 +213,13 @@ impl Variables {
             (None, Some(times)) => self.value(&time, &times, depth + 1)?,
             (None, None) => {}
         }
-        let own = self.listing.arrays.len();
+        let first_column = self.listing.arrays.len();
         let units = any.field("varUnits");
         self.columns(name, [&data, &names], units.as_ref(), depth)?;
         if let Some((info, Content::Ramp { first, step })) = self.listing.arrays.get(before) {
             debug_assert!(info.rate_hz.is_none());
             let (rate_hz, start_s) = (1.0 / step, *first);
-            for (info, _) in self.listing.arrays.iter_mut().skip(own) {
+            for (info, _) in self.listing.arrays.iter_mut().skip(first_column) {
                 info.rate_hz = Some(rate_hz);
                 info.start_s = Some(start_s);
             }

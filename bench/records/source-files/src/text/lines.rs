@@ -10,7 +10,7 @@ use crate::error::SourceError;
 const MOST_LINE_BYTES: u64 = 1 << 20;
 
 /// Bytes read from the file at once.
-const BUFFER_BYTES: usize = 1 << 18;
+const BUFFER_BYTES: usize = 1 << 16;
 
 /// Ends of lines: LF, which may follow CR, or CR alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

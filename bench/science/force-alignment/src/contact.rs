@@ -3,7 +3,7 @@
 //! With the finger's impedance ΔZ = Z_m − Z_p, the film's state by the amplitude |x̃_p|, and the normal force F at the delay d:
 //!
 //! ```text
-//! ΔZ(t) = a_k + b_k F(t + d + r (t − t_c)) + e,   k the bin of |x̃_p(t)|
+//! ΔZ(t) = a_k + b_k F(t + d + r (t − t_c)) + e,   k the bin of |x̃_p(t − τ)|
 //! ```
 //!
 //! Without contact ΔZ is 0, and under contact it grows with F in each bin. The least weighted sum of e² over d and r places the
@@ -29,7 +29,9 @@ const MOST_STEPS: usize = 200;
 /// Rate of the frames that are used, Hz.
 const FRAME_RATE_HZ: f64 = 200.0;
 /// Bins of the amplitude.
-const BINS: usize = 16;
+const BINS: usize = 24;
+/// Time by which the impedance follows the amplitude, s: by the lag of the film's gap and of the plate's answer.
+const FILM_LAG_S: f64 = 1.8e-3;
 /// Scatter of the impedance that no noise explains, N·s/m.
 const MODEL_N_S_PER_M: f64 = 0.03;
 /// Time over which residuals are alike, s.
@@ -99,21 +101,26 @@ impl<'a> ContactSearch<'a> {
         };
         let interval_s = second.time_s - first.time_s;
         let stride = (1.0 / (FRAME_RATE_HZ * interval_s)).round().max(1.0) as usize;
+        let lag = (FILM_LAG_S / interval_s).round() as usize;
         let is_clear =
-            |frame: &&ZmFrame| frame.mask.is_clear() && frame.corrected_n_s_per_m.is_finite();
-        let clear: Vec<&ZmFrame> = film
-            .frames
-            .iter()
-            .filter(is_clear)
+            |frame: &ZmFrame| frame.mask.is_clear() && frame.corrected_n_s_per_m.is_finite();
+        // Each frame with the amplitude by which the film was driven.
+        let driven = film.frames.iter().zip(film.frames.iter().skip(lag));
+        let clear = driven.filter(|(earlier, frame)| earlier.mask.is_clear() && is_clear(frame));
+        let clear: Vec<(f64, &ZmFrame)> = clear
             .step_by(stride)
+            .map(|(earlier, frame)| (earlier.amplitude_m, frame))
             .collect();
         if clear.len() < 4 * BINS {
             return None;
         }
-        let bins = Bins::new(clear.iter().map(|frame| frame.amplitude_m).collect(), BINS);
-        let frames = clear.iter().map(|frame| Seen {
+        let bins = Bins::new(
+            clear.iter().map(|(amplitude_m, _)| *amplitude_m).collect(),
+            BINS,
+        );
+        let frames = clear.iter().map(|(amplitude_m, frame)| Seen {
             time_s: frame.time_s,
-            bin: bins.index(frame.amplitude_m),
+            bin: bins.index(*amplitude_m),
             finger: frame.corrected_n_s_per_m - film.z_p_n_s_per_m,
             weight: (frame.corrected_std_n_s_per_m.powi(2) + MODEL_N_S_PER_M.powi(2)).recip(),
         });
@@ -214,6 +221,11 @@ impl<'a> ContactSearch<'a> {
             (here, residual) = best;
         }
         here
+    }
+
+    /// Returns by how much χ² grows from the best delay to another one.
+    pub(crate) fn growth(&self, delay_s: f64, best: &ContactFit) -> f64 {
+        self.independent * (self.ratio(delay_s, best.shift) - 1.0)
     }
 
     /// Returns the residual at another delay, as a multiple of that at the best one.

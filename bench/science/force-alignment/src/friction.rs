@@ -6,7 +6,7 @@
 //! L(t) = a_k + b_k F(t) + e,   k the bin of |x̃_p(t)|
 //! ```
 //!
-//! d and r are those of the least sum of e². Friction and impedance both follow the amplitude late, by the lag of the film's gap;
+//! d and r are those of the least sum of e² at which |a_k| falls with k. Friction and impedance both follow the amplitude late, by the lag of the film's gap;
 //! the lag with which the impedance follows it is read in the same way, and subtracted. By up to 2 ms more, the skin and a sensor's
 //! lateral axis follow the film. A recording cannot distinguish this time from a delay of the clock: its middle is subtracted
 //! and its width is in the error.
@@ -15,7 +15,7 @@ use impedance::ZmFrame;
 use num_complex::Complex64;
 
 use crate::bins::{Bins, Lines, Observation};
-use crate::contact::{ContactFit, Shift};
+use crate::contact::{ContactFit, ContactSearch, Shift};
 use crate::grid::ForceGrid;
 use crate::least::{least, minima};
 use crate::{CurvePoint, Estimate, Film, Unaligned};
@@ -184,7 +184,12 @@ impl<'a> Slides<'a> {
                     .iter()
                     .map(|seen| (seen.value.re - mean).powi(2))
                     .sum();
-                Lines::fit(&observations, BINS).squares(&observations) / total
+                let lines = Lines::fit(&observations, BINS);
+                // Half a period away, friction would grow with the amplitude.
+                if lines.grows() {
+                    return 1.0;
+                }
+                lines.squares(&observations) / total
             })
         });
         let shares: Vec<f64> = shares.filter(|share| share.is_finite()).collect();
@@ -207,17 +212,32 @@ impl<'a> Slides<'a> {
     }
 
     /// Finds delay and rate within the range that the contact allows.
-    pub(crate) fn fit(&self, contact: &ContactFit) -> Result<FrictionFit, Unaligned> {
+    pub(crate) fn fit(
+        &self,
+        search: &ContactSearch<'_>,
+        contact: &ContactFit,
+    ) -> Result<FrictionFit, Unaligned> {
         let mut shift = contact.shift;
         let curve = self.scan(contact.range_s, STEP_S, shift.rate);
         let best = least(&curve).ok_or(Unaligned::TooShort)?;
         if best.residual.is_nan() || best.residual > GREATEST_RESIDUAL {
             return Err(Unaligned::NoFriction);
         }
-        let excluded = best.residual * (1.0 + EXCLUDED / self.independent());
-        let rivals = minima(&curve).into_iter();
-        let mut rivals = rivals.filter(|rival| (rival.delay_s - best.delay_s).abs() > APART_S);
-        if let Some(rival) = rivals.find(|rival| rival.residual <= excluded) {
+        // χ² of friction and contact together.
+        let growth = |point: &CurvePoint| {
+            let friction = self.independent() * (point.residual / best.residual - 1.0);
+            friction + search.growth(point.delay_s, contact)
+        };
+        let mut candidates: Vec<(f64, CurvePoint)> = minima(&curve)
+            .into_iter()
+            .map(|point| (growth(&point), point))
+            .collect();
+        candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (least_growth, best) = candidates.first().copied().unwrap_or((0.0, best));
+        let mut rivals = candidates
+            .iter()
+            .filter(|(_, rival)| (rival.delay_s - best.delay_s).abs() > APART_S);
+        if let Some((_, rival)) = rivals.find(|(growth, _)| *growth <= least_growth + EXCLUDED) {
             return Err(Unaligned::Ambiguous {
                 first_s: best.delay_s,
                 second_s: rival.delay_s,

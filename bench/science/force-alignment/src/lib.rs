@@ -179,7 +179,7 @@ pub fn align(film: &Film<'_>, forces: &[ForceSample]) -> Result<Alignment, Unali
     let search = ContactSearch::new(film, &grid).ok_or(Unaligned::TooShort)?;
     let contact = search.best().ok_or(Unaligned::NoContact)?;
     let slides = Slides::new(film, &grid).ok_or(Unaligned::TooShort)?;
-    let fit = slides.fit(&contact)?;
+    let fit = slides.fit(&search, &contact)?;
     Ok(Alignment {
         delay_s: fit.delay_s,
         random_std_s: fit.random_std_s,

@@ -25,7 +25,7 @@ pub struct Transient {
     /// Phase to be added to `pickup_phase_rad`, rad.
     pub phase_rad: f64,
     /// Error of `phase_rad`, rad: the standard error and the reduction of M' by noise; large or infinite if the
-    /// amplitude hardly changes.
+    /// amplitude hardly changes, and infinite, with a phase and a delay that are NaN, if the scales contradict any phase.
     pub phase_error_rad: f64,
     /// Delay of the pickup's envelope, s. A modal mass that is 1 % too small has the same effect as 23 µs (m_p = 8 g,
     /// 7 N·s/m).
@@ -35,6 +35,10 @@ pub struct Transient {
     /// Ratio |M'|/M. Without a delay of the pickup it is the factor by which the modal mass is too small, or a scale of force
     /// or displacement wrong.
     pub mass_ratio: f64,
+    /// Error of `mass_ratio`, relative: as of `phase_error_rad`.
+    pub mass_error: f64,
+    /// Angle of M', rad: φ if the pickup has no delay, at any scale of force and displacement.
+    pub mass_angle_rad: f64,
     /// Ratio of the RMS residual force to the RMS force: noise, a finger, or a further mode.
     pub residual: f64,
 }
@@ -123,13 +127,19 @@ impl Transient {
         let error_kg = (FRAC_1_SQRT_2 * mass_error).hypot(free_mass_kg * noise / change_power);
         // With β = arg(M/Z_p), sin β = Im(M'/Z)/|M/Z|: δφ = δβ = δ Im(M'/Z)/Re(M/Z_p). From d = Re(M'/Z) − |M/Z| cos β with
         // equal errors of both parts: δd = |δM'/Z|/cos β = δφ |M/Z|.
-        let phase_error_rad = error_kg / (impedance.norm() * in_phase_s);
-        (phase_rad.is_finite() && delay_s.is_finite()).then(|| Self {
+        let phase_error_rad = if in_phase_s.is_finite() {
+            error_kg / (impedance.norm() * in_phase_s)
+        } else {
+            f64::INFINITY
+        };
+        mass.is_finite().then(|| Self {
             phase_rad,
             phase_error_rad,
             delay_s,
             delay_error_s: phase_error_rad * free_mass_kg / impedance.norm(),
             mass_ratio: mass.norm() / free_mass_kg,
+            mass_error: error_kg / mass.norm(),
+            mass_angle_rad: mass.arg(),
             residual: (residual_power / forces).sqrt(),
         })
     }

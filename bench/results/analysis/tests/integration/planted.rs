@@ -1,0 +1,333 @@
+//! Mistakes planted in recordings of the independent simulation: each is corrected or named, and the number that it makes
+//! meaningless is withheld.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "a helper that fails fails its test, as in the tests themselves"
+)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+
+use analysis::Settings;
+use analysis::demodulation;
+use analysis::findings::RecordingFindings;
+use analysis::method::Method;
+use analysis::recording_analysis::analyse;
+use force_alignment::{Estimate, Film, ForceSample, align, curves, joint_rate};
+use rayon::prelude::*;
+use recording::pipeline::PickupOffset;
+use recording::reader::RecordingReader;
+use recording::{ForceRow, PositionRow};
+use reference_worlds::campaign::{repeats, report};
+use reference_worlds::independent::{compile, random_world, record};
+use reference_worlds::truth::parameter;
+use tempfile::TempDir;
+
+/// A recording of a finger, made once.
+static RECORDING: LazyLock<TempDir> = LazyLock::new(|| {
+    let folder = tempfile::tempdir().unwrap();
+    record(
+        folder.path(),
+        &vec![("seed", 5.0), ("lateral_lag_s", 0.5e-3)],
+    );
+    folder
+});
+
+/// Copy of the recording with a mistake.
+struct Copy(TempDir);
+
+impl Copy {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["recording.toml", "signals.wav", "force.csv", "position.csv"] {
+            fs::copy(RECORDING.path().join(name), folder.path().join(name)).unwrap();
+        }
+        Self(folder)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn forces(self, change: impl Fn(&mut ForceRow)) -> Self {
+        let mut text = "time_s,normal_n,lateral_n\n".to_owned();
+        let reader = RecordingReader::open(RECORDING.path()).unwrap();
+        for row in reader.force().unwrap() {
+            let mut row = row.unwrap();
+            change(&mut row);
+            text += &format!("{},{},{}\n", row.time_s, row.normal_n, row.lateral_n);
+        }
+        fs::write(self.path("force.csv"), text).unwrap();
+        self
+    }
+
+    fn positions(self, change: impl Fn(&mut PositionRow)) -> Self {
+        let mut text = "time_s,position_m\n".to_owned();
+        let reader = RecordingReader::open(RECORDING.path()).unwrap();
+        for row in reader.position().unwrap() {
+            let mut row = row.unwrap();
+            change(&mut row);
+            text += &format!("{},{}\n", row.time_s, row.position_m);
+        }
+        fs::write(self.path("position.csv"), text).unwrap();
+        self
+    }
+
+    fn samples(self, change: impl Fn(&mut [f32])) -> Self {
+        let mut reader = hound::WavReader::open(RECORDING.path().join("signals.wav")).unwrap();
+        let spec = reader.spec();
+        let mut samples: Vec<f32> = reader.samples().map(Result::unwrap).collect();
+        samples.chunks_mut(2).for_each(change);
+        let mut writer = hound::WavWriter::create(self.path("signals.wav"), spec).unwrap();
+        samples
+            .into_iter()
+            .for_each(|sample| writer.write_sample(sample).unwrap());
+        writer.finalize().unwrap();
+        self
+    }
+
+    fn description(self, change: impl Fn(String) -> String) -> Self {
+        let path = self.path("recording.toml");
+        fs::write(&path, change(fs::read_to_string(&path).unwrap())).unwrap();
+        self
+    }
+
+    fn findings(&self) -> RecordingFindings {
+        analyse(self.0.path(), &Settings::default())
+            .findings
+            .unwrap()
+    }
+}
+
+fn words(findings: &RecordingFindings) -> String {
+    let words: Vec<String> = findings.flaws.iter().map(ToString::to_string).collect();
+    words.join("\n")
+}
+
+/// Returns the median friction at rest by `dynamic`.
+fn friction(findings: &RecordingFindings) -> f64 {
+    let estimates = findings.instances.iter();
+    let estimates = estimates.filter_map(|instance| instance.estimate(Method::Dynamic));
+    statistics::median(estimates.map(|estimate| estimate.mu0)).unwrap()
+}
+
+#[test]
+fn a_mistake_that_can_be_undone_is_named_and_leaves_the_estimates() {
+    let untouched = Copy::new().findings();
+    assert_eq!(words(&untouched), "");
+    let (friction_untouched, count) = (friction(&untouched), untouched.instances.len());
+    let late = |row: &mut ForceRow| row.time_s += 0.05;
+    let slow = |row: &mut ForceRow| row.time_s *= 1.01;
+    let untared = |row: &mut ForceRow| row.lateral_n += 0.3;
+    let reversed = |row: &mut ForceRow| row.lateral_n = -row.lateral_n;
+    let changes: [(&dyn Fn(&mut ForceRow), &str); 4] = [
+        (&late, "ms late against drive and pickup"),
+        (&slow, "ppm fast against that of signals.wav"),
+        (&untared, "+300 mN (lateral)"),
+        (&reversed, "lateral_n is negative while the finger slides"),
+    ];
+    for (change, expected) in changes {
+        let findings = Copy::new().forces(change).findings();
+        assert!(
+            words(&findings).contains(expected),
+            "{expected}: {}",
+            words(&findings)
+        );
+        assert_eq!(findings.instances.len(), count, "{expected}");
+        let friction = friction(&findings);
+        assert!(
+            (friction / friction_untouched - 1.0).abs() < 0.02,
+            "{expected}: {friction}, {friction_untouched}"
+        );
+    }
+}
+
+#[test]
+fn a_mistake_that_makes_the_numbers_meaningless_is_named_and_leaves_none() {
+    let swap = |row: &mut ForceRow| std::mem::swap(&mut row.normal_n, &mut row.lateral_n);
+    let reversed = |row: &mut ForceRow| row.normal_n = -row.normal_n;
+    let untared = |row: &mut ForceRow| row.normal_n += 0.5;
+    let grams = |row: &mut ForceRow| row.normal_n *= 101.97;
+    let twice = |row: &mut ForceRow| row.normal_n *= 3.0;
+    let forces: [(&dyn Fn(&mut ForceRow), &str); 5] = [
+        (&swap, "the columns are exchanged"),
+        (&reversed, "normal_n is negative while the finger presses"),
+        (&untared, "it is untared, subtract that reading"),
+        (&grams, "it looks like grams"),
+        (&twice, "times too large"),
+    ];
+    let positions: [(&dyn Fn(&mut PositionRow), &str); 2] = [
+        (
+            &|row: &mut PositionRow| row.position_m *= 1e3,
+            "it looks like millimetres",
+        ),
+        (
+            &|row: &mut PositionRow| row.position_m *= -1.0,
+            "it runs backwards",
+        ),
+    ];
+    let samples: [(&dyn Fn(&mut [f32]), &str); 5] = [
+        (
+            &|frame: &mut [f32]| frame.swap(0, 1),
+            "drive and pickup are exchanged",
+        ),
+        (
+            &|frame: &mut [f32]| frame[0] /= 20.0,
+            "off by 1/20, as the gain",
+        ),
+        (
+            &|frame: &mut [f32]| frame[1] *= 2.0,
+            "off by 1/2, as peak-to-peak",
+        ),
+        (
+            &|frame: &mut [f32]| frame[1] *= std::f32::consts::FRAC_1_SQRT_2,
+            "off by √2, as RMS",
+        ),
+        (
+            &|frame: &mut [f32]| frame[1] = 0.25,
+            "pickup is 0.25 in each sample",
+        ),
+    ];
+    let carrier = |text: String| text.replace("carrier_hz = 35010", "carrier_hz = 30010");
+    let mut copies: Vec<(Copy, &str)> = vec![(
+        Copy::new().description(carrier),
+        "the strongest tone of the drive is at 35010 Hz",
+    )];
+    copies.extend(forces.map(|(change, expected)| (Copy::new().forces(change), expected)));
+    copies.extend(positions.map(|(change, expected)| (Copy::new().positions(change), expected)));
+    copies.extend(samples.map(|(change, expected)| (Copy::new().samples(change), expected)));
+    for (copy, expected) in copies {
+        let findings = copy.findings();
+        assert!(
+            words(&findings).contains(expected),
+            "{expected}: {}",
+            words(&findings)
+        );
+        assert!(
+            findings.instances.is_empty() && findings.trial.is_none(),
+            "{expected}"
+        );
+        assert!(
+            !findings.rejected.is_empty() && !findings.has_result(),
+            "{expected}"
+        );
+    }
+}
+
+/// Delay and rate of the forces of drawn fingers, with a lateral axis that lags by 0 to 2 ms.
+#[test]
+fn the_clock_of_the_forces_is_found_within_its_stated_error() {
+    compile();
+    let seeds: Vec<u64> = (0..repeats("FRICTION_BENCH_CLOCKS", 4) as u64).collect();
+    let found: Vec<(f64, Estimate, Estimate)> = seeds
+        .into_par_iter()
+        .map(|seed| {
+            let folder = tempfile::tempdir().unwrap();
+            let mut world = random_world(400 + seed);
+            let modulation_hz = [6.0, 3.0, 12.0][seed as usize % 3];
+            let late_s = 0.02 * seed as f64 % 0.3;
+            world.extend([("modulation_hz", modulation_hz), ("forces_late_s", 0.0)]);
+            record(folder.path(), &world);
+            clock(
+                folder.path(),
+                late_s,
+                1.005,
+                parameter(&world, "lateral_lag_s").unwrap(),
+            )
+        })
+        .collect();
+    let errors_s = found.iter().map(|(error_s, ..)| error_s.abs());
+    let largest_s = errors_s.clone().reduce(f64::max).unwrap();
+    let near = errors_s.filter(|error_s| *error_s < 1e-3).count();
+    let right = found
+        .iter()
+        .filter(|(error_s, delay_s, _)| error_s.abs() < delay_s.half_width95())
+        .count();
+    let ppm_right = found
+        .iter()
+        .filter(|(.., ppm)| (ppm.value - PPM).abs() < ppm.half_width95())
+        .count();
+    let ppm: Vec<Estimate> = found.iter().map(|(.., ppm)| *ppm).collect();
+    let joint = joint_rate(&ppm).unwrap();
+    let n = found.len();
+    report(
+        "clock of the forces",
+        n,
+        &format!(
+            "largest error {:.2} ms, {near} within 1 ms, {right} within the stated interval; rate {ppm_right} within it, together \
+             {:.0} ± {:.0} ppm of {PPM:.0}",
+            largest_s * 1e3,
+            joint.value,
+            joint.std
+        ),
+    );
+    assert!(10 * right >= 9 * n && 10 * near >= 9 * n, "{found:?}");
+    assert!((joint.value - PPM).abs() < 150.0, "{joint:?}");
+}
+
+/// Rate of a clock whose stated times are 0.5 % too large.
+const PPM: f64 = 1e6 * (1.0 / 1.005 - 1.0);
+
+/// Returns the error of the delay found in the recording with forces late by `late_s` on a clock of another rate, and the
+/// delay and the rate with their errors. The lag of the lateral axis is a delay too, by half: the normal axis has none.
+fn clock(folder: &Path, late_s: f64, rate: f64, lateral_lag_s: f64) -> (f64, Estimate, Estimate) {
+    let reading = demodulation::read(folder, PickupOffset::default()).unwrap();
+    let _ = lateral_lag_s;
+    let frames = &reading.record.frames;
+    let free = frames
+        .iter()
+        .filter(|frame| (0.2..1.0).contains(&frame.time_s) && frame.mask.is_clear());
+    let (weights, sum) = free.fold(
+        (0.0, num_complex::Complex64::ZERO),
+        |(weights, sum), frame| {
+            let weight = frame.amplitude_m.powi(2);
+            (weights + weight, sum + weight * frame.corrected_n_s_per_m)
+        },
+    );
+    let forces = reading.record.force.iter().map(|row| ForceSample {
+        time_s: rate * row.time_s + late_s,
+        normal: row.normal_n,
+        lateral: row.lateral_n,
+    });
+    let forces: Vec<ForceSample> = forces.collect();
+    let film = Film {
+        frames,
+        z_p_n_s_per_m: sum / weights,
+        modulation_hz: reading.manifest.modulation().unwrap().frequency_hz,
+        slides_s: &[(1.4, 3.1)],
+    };
+    let alignment = match align(&film, &forces) {
+        Ok(a) => a,
+        Err(e) => {
+            eprintln!("ERR {folder:?} {e} truth {late_s} f {}", film.modulation_hz);
+            return (
+                f64::NAN,
+                Estimate {
+                    value: 0.0,
+                    std: 1.0,
+                },
+                Estimate {
+                    value: 0.0,
+                    std: 1e9,
+                },
+            );
+        }
+    };
+    let evidence = curves(&film, &forces, &alignment).unwrap();
+    assert!(
+        evidence
+            .false_minima
+            .iter()
+            .all(|minimum| minimum.contact_ratio > 1.5),
+        "{:?}",
+        evidence.false_minima
+    );
+    let true_s = rate * alignment.centre_s + late_s - alignment.centre_s;
+    (
+        alignment.delay_s.value - true_s,
+        alignment.delay_s,
+        alignment.ppm(),
+    )
+}

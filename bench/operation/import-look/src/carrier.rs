@@ -77,7 +77,7 @@ pub(crate) fn carrier(values: &[f64], rate_hz: Option<f64>) -> Option<Carrier> {
     }
     let amplitudes: Vec<f64> = envelope.iter().map(|x| x.norm()).collect();
     let modulation = periodicity(&amplitudes, hop as f64 / rate);
-    let period = modulation.map_or(0.05 * rate, |found| rate / found.frequency_hz);
+    let period = modulation.map_or(0.05 * rate, |sinusoid| rate / sinusoid.frequency_hz);
     let harmonics = [2.0, 3.0].map(|n| {
         let cycles = n * cycles_per_sample;
         (cycles < 0.45).then(|| mean_amplitude(&demodulated(&centred, cycles, hop)))

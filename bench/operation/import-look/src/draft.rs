@@ -1,31 +1,18 @@
 //! The map of files by their looks.
 
+mod electrical;
+
 use std::collections::BTreeMap;
 
 use crate::file_pattern::FileFamily;
 use crate::map_text::{MapText, Reason, check, number, quoted, sure};
-use crate::names::{self, RateWord, UnitMeaning};
-use crate::nature::{Nature, frequency_text, grouped};
+use crate::names::{self, RateWord};
+use crate::nature::{Nature, grouped};
 use crate::portrait::{FilePortrait, RateOrigin, VectorPortrait};
-use crate::roles::{Chosen, EnvelopeArrays, EnvelopePair, Roles, is_upside_down, roles};
+use crate::purpose::{Family, Purpose, purpose};
+use crate::roles::{Chosen, EnvelopeArrays, Roles, is_upside_down, roles};
+use crate::scales::{exploration, has_force_unit, metres, newtons};
 use crate::slow::Slow;
-
-/// Names of files by their streams: one of each family is looked at.
-#[derive(Debug)]
-pub(crate) struct Family {
-    pub files: FileFamily,
-    pub portrait: FilePortrait,
-}
-
-/// Purpose of a family of files other than streams of a recording.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Purpose {
-    Streams,
-    Participants,
-    Marks,
-    Baseline,
-    Sweep,
-}
 
 /// Map without any stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -83,6 +70,9 @@ pub(crate) fn draft(families: Vec<Family>) -> Result<MapText, NoStreams> {
             draft.other_file(&family.files, "named as a recording of the plate alone");
         draft.map.key("file", &name, reason);
     }
+    if roles.signals.is_none() && roles.envelopes.is_none() {
+        draft.contact(&roles);
+    }
     draft.intervals(
         &roles,
         others
@@ -105,7 +95,7 @@ pub(crate) fn draft(families: Vec<Family>) -> Result<MapText, NoStreams> {
     Ok(draft.map)
 }
 
-/// Returns the file whose names `files` describes: that of the drive, or of the first stream.
+/// Returns the file that stands for `files`: that of the drive, or of the first stream.
 fn main_file(roles: &Roles<'_>) -> Option<usize> {
     let signals = roles.signals.as_ref().map(|(drive, _)| drive.file);
     let envelopes = roles.envelopes.as_ref().map(|pair| pair.file);
@@ -115,55 +105,6 @@ fn main_file(roles: &Roles<'_>) -> Option<usize> {
         .or(roles.lateral.as_ref())
         .map(|chosen| chosen.file);
     signals.or(envelopes).or(forces)
-}
-
-/// Names of files of the plate alone.
-const BASELINES: &[&str] = &[
-    "noload",
-    "unloaded",
-    "baseline",
-    "freeplate",
-    "nofinger",
-    "blank",
-    "empty",
-    "notouch",
-];
-
-fn purpose(family: &Family) -> Purpose {
-    let portrait = &family.portrait;
-    let vectors = portrait.vectors.iter().map(|vector| vector.name.as_str());
-    let columns: Vec<String> = vectors
-        .chain(portrait.singles.iter().map(|single| single.name.as_str()))
-        .map(|name| names::leaf(name).to_lowercase())
-        .collect();
-    let has = |name: &str| columns.iter().any(|column| column == name);
-    let short: Vec<String> = columns
-        .iter()
-        .map(|column| names::words(column).first().cloned().unwrap_or_default())
-        .collect();
-    let begins = |name: &str| short.iter().any(|word| word == name);
-    let is_sweep = (begins("f") || begins("freq") || begins("frequency"))
-        && ((begins("g") && begins("b"))
-            || (begins("r") && begins("x"))
-            || (begins("mag") && begins("phase")));
-    let stem = family.files.names[0].rsplit('/').next().unwrap_or_default();
-    let stem: String = names::words(stem.split('.').next().unwrap_or_default()).concat();
-    if has("start_s") && has("end_s") && has("kind") {
-        Purpose::Marks
-    } else if has("participant_id") || has("participant") {
-        Purpose::Participants
-    } else if is_sweep
-        && portrait
-            .vectors
-            .iter()
-            .all(|vector| !matches!(vector.nature, Nature::Carrier(_)))
-    {
-        Purpose::Sweep
-    } else if BASELINES.iter().any(|word| stem.contains(word)) {
-        Purpose::Baseline
-    } else {
-        Purpose::Streams
-    }
 }
 
 /// A map under way.
@@ -212,171 +153,6 @@ impl Draft<'_> {
                 is_sure,
             },
         );
-    }
-
-    fn signals(&mut self, drive: &Chosen<'_>, pickup: &Chosen<'_>) {
-        let Nature::Carrier(carrier) = &drive.vector.nature else {
-            return;
-        };
-        let rate_hz = drive.vector.rate_hz();
-        self.map.table("carrier");
-        let text = format!(
-            "the drive's spectrum has {}",
-            frequency_text(carrier.frequency_hz, rate_hz)
-        );
-        self.map
-            .key("hz", "\"found\"", sure(text.replace('\u{a0}', " ")));
-        self.map.table("modulation");
-        match &carrier.modulation {
-            Some(modulation) => {
-                let text = match rate_hz {
-                    Some(_) => {
-                        format!("the drive's envelope has {:.2} Hz", modulation.frequency_hz)
-                    }
-                    None => "the drive's envelope is modulated".to_owned(),
-                };
-                self.map.key("hz", "\"found\"", sure(text));
-                self.map.key(
-                    "index",
-                    "\"found\"",
-                    sure(format!("the drive's envelope has {:.3}", modulation.index)),
-                );
-            }
-            None => {
-                self.map.key(
-                    "hz",
-                    "0.0",
-                    check("no modulation was seen in the stretch looked at"),
-                );
-                self.map.key(
-                    "index",
-                    "0.0",
-                    check("no modulation was seen in the stretch looked at"),
-                );
-            }
-        }
-        self.map.table("drive");
-        self.source(drive, self.main);
-        self.rate(drive.vector);
-        match drive.vector.unit_meaning() {
-            Some(UnitMeaning::Volts(volts)) => {
-                let text = format!(
-                    "stated in {}: is it the amplifier's output, not its input?",
-                    unit(drive.vector)
-                );
-                self.map.key("volts_per_unit", &number(volts), check(text));
-            }
-            _ => {
-                let text = format!(
-                    "no unit is stated; its crests are {}: write the actuators' volts for 1",
-                    grouped(carrier.amplitude).replace('\u{a0}', " ")
-                );
-                self.map.key("volts_per_unit", "1.0", check(text));
-            }
-        }
-        self.map.table("pickup");
-        self.source(pickup, drive.file);
-        let (quantity, scale, reason) = pickup_scale(pickup.vector);
-        self.map.key("quantity", &quoted(quantity), reason.clone());
-        match scale {
-            Some(scale) => self.map.key(
-                "metres_per_unit",
-                &number(scale),
-                sure(format!("stated in {}", unit(pickup.vector))),
-            ),
-            None => {
-                let text = "no unit of a motion is stated: the scale with which the unloaded plate has the modal mass, or write the number";
-                self.map
-                    .key("metres_per_unit", "\"from modal mass\"", check(text));
-            }
-        }
-        self.map.key(
-            "phase_rad",
-            "\"found\"",
-            sure("from the unloaded plate, with the converter's skew in it"),
-        );
-    }
-
-    fn envelopes(&mut self, pair: &EnvelopePair<'_>) {
-        let first = pair.drive.first();
-        self.map.table("carrier");
-        let stated = self.number_named(&[
-            "carrier",
-            "carrierhz",
-            "fcarrier",
-            "fc",
-            "reffreq",
-            "fref",
-            "frequency",
-            "freq",
-            "demodfreq",
-        ]);
-        match stated.filter(|(_, hz)| (1e3..=1e6).contains(hz)) {
-            Some((name, hz)) => self.map.key(
-                "hz",
-                &number(hz),
-                check(format!("`{name}` states it, by its name")),
-            ),
-            None => self.map.key(
-                "hz",
-                "35000.0",
-                check("no file states it: write the lock-in amplifier's frequency"),
-            ),
-        }
-        self.map.table("modulation");
-        self.map.key("hz", "\"found\"", sure("from the envelope"));
-        self.map
-            .key("index", "\"found\"", sure("from the envelope"));
-        self.map.table("envelopes");
-        let reason = || Reason {
-            text: pair.reason.clone(),
-            is_sure: pair.is_sure,
-        };
-        self.map.key("drive", &arrays(&pair.drive), reason());
-        self.map.key("pickup", &arrays(&pair.pickup), reason());
-        self.rate(first);
-        match first.unit_meaning() {
-            Some(UnitMeaning::Volts(volts)) => {
-                let text = format!(
-                    "stated in {}: is it the amplifier's output, not its input?",
-                    unit(first)
-                );
-                self.map.key("volts_per_unit", &number(volts), check(text));
-            }
-            _ => self.map.key(
-                "volts_per_unit",
-                "1.0",
-                check("no unit is stated: write the actuators' volts for 1"),
-            ),
-        }
-        let (quantity, scale, reason) = pickup_scale(pair.pickup.first());
-        self.map.key("quantity", &quoted(quantity), reason);
-        match scale {
-            Some(scale) => self.map.key(
-                "metres_per_unit",
-                &number(scale),
-                sure(format!("stated in {}", unit(pair.pickup.first()))),
-            ),
-            None => self.map.key(
-                "metres_per_unit",
-                "\"from modal mass\"",
-                check("no unit of a motion is stated: or write the number"),
-            ),
-        }
-        self.map.key(
-            "convention",
-            "\"exp(+iwt)\"",
-            check("files do not state it; most lock-in amplifiers have it"),
-        );
-        self.map.key(
-            "rms",
-            "true",
-            check("files do not state it; most lock-in amplifiers write RMS"),
-        );
-        let text = "a low-pass of the instrument is undone where the map states it: low_pass = { order = 4, tau_s = 1.0e-4 }";
-        self.map.comment(text);
-        self.map
-            .key("phase_rad", "\"found\"", sure("from the unloaded plate"));
     }
 
     /// Adds the forces, and returns the times that the finger's place follows.
@@ -625,7 +401,7 @@ impl Draft<'_> {
         }
         let is_rest = |vector: &&VectorPortrait| {
             !matches!(vector.nature, Nature::Time(_) | Nature::Ramp(_))
-                && !used.iter().any(|other| std::ptr::eq(*other, *vector))
+                && !used.iter().any(|stream| std::ptr::eq(*stream, *vector))
         };
         let rest: Vec<&VectorPortrait> = self
             .portraits
@@ -739,215 +515,5 @@ impl Draft<'_> {
     }
 }
 
-fn unit(vector: &VectorPortrait) -> String {
-    vector.unit_text().unwrap_or_default()
-}
-
-fn arrays(arrays: &EnvelopeArrays<'_>) -> String {
-    match arrays {
-        EnvelopeArrays::Complex(vector) => quoted(&vector.name),
-        EnvelopeArrays::Parts(real, imaginary) => {
-            format!("[{}, {}]", quoted(&real.name), quoted(&imaginary.name))
-        }
-        EnvelopeArrays::Polar(amplitude, phase) => {
-            format!(
-                "{{ amplitude = {}, phase_rad = {} }}",
-                quoted(&amplitude.name),
-                quoted(&phase.name)
-            )
-        }
-    }
-}
-
-/// Returns the quantity of a pickup, and its scale in SI units if the unit states it.
-fn pickup_scale(vector: &VectorPortrait) -> (&'static str, Option<f64>, Reason) {
-    let stated = || sure(format!("stated in {}", unit(vector)));
-    match vector.unit_meaning() {
-        Some(UnitMeaning::Metres(scale)) => ("displacement", Some(scale), stated()),
-        Some(UnitMeaning::MetresPerSecond(scale)) => ("velocity", Some(scale), stated()),
-        Some(UnitMeaning::MetresPerSquareSecond(scale)) => ("acceleration", Some(scale), stated()),
-        Some(UnitMeaning::Coulombs(_)) => ("charge", None, stated()),
-        _ => {
-            let words = names::words(&names::leaf(&vector.name)).concat();
-            let by_name = |parts: &[&str]| parts.iter().any(|part| words.contains(part));
-            if by_name(&["vel", "ldv", "vibrometer", "polytec"]) {
-                (
-                    "velocity",
-                    None,
-                    check("by its name; a vibrometer may also give displacement"),
-                )
-            } else if by_name(&["acc"]) {
-                ("acceleration", None, check("by its name"))
-            } else {
-                (
-                    "displacement",
-                    None,
-                    check("no unit is stated: displacement, velocity, acceleration or charge"),
-                )
-            }
-        }
-    }
-}
-
-/// Returns newtons per unit with the sign that makes pressing positive.
-fn newtons(vector: &VectorPortrait, is_upside_down: Option<bool>) -> (f64, Reason) {
-    let sign = if is_upside_down == Some(true) {
-        -1.0
-    } else {
-        1.0
-    };
-    let direction = match is_upside_down {
-        Some(true) => "; it falls at contact, so its sign is turned",
-        Some(false) => "",
-        None => "; its direction is not seen",
-    };
-    match vector.unit_meaning() {
-        Some(UnitMeaning::Newtons(scale)) => {
-            let text = format!("stated in {}{direction}", unit(vector));
-            (
-                sign * scale,
-                Reason {
-                    text,
-                    is_sure: is_upside_down.is_some(),
-                },
-            )
-        }
-        Some(UnitMeaning::Volts(_)) => (
-            sign,
-            check(format!(
-                "stated in {}: write the sensor's newtons per volt{direction}",
-                unit(vector)
-            )),
-        ),
-        _ => {
-            let largest = vector.extremes.as_ref().map_or(0.0, |extremes| {
-                extremes.greatest.abs().max(extremes.least.abs())
-            });
-            let text = format!(
-                "no unit is stated; its largest value is {}{direction}",
-                statistics::significant(largest)
-            );
-            (sign, check(text))
-        }
-    }
-}
-
-fn has_force_unit(vector: &VectorPortrait) -> bool {
-    matches!(vector.unit_meaning(), Some(UnitMeaning::Newtons(_)))
-}
-
-/// Returns metres, or m/s, per unit.
-fn metres(vector: &VectorPortrait, is_velocity: bool) -> (f64, Reason) {
-    match vector.unit_meaning() {
-        Some(UnitMeaning::Metres(scale)) if !is_velocity => (
-            scale,
-            sure(format!(
-                "stated in {}; left to right is growing position",
-                unit(vector)
-            )),
-        ),
-        Some(UnitMeaning::MetresPerSecond(scale)) if is_velocity => {
-            (scale, sure(format!("stated in {}", unit(vector))))
-        }
-        _ => match &vector.nature {
-            Nature::Slow(Slow::Counts(counts)) => {
-                let text = format!(
-                    "counts of an encoder over {} counts: write the metres of one",
-                    grouped(counts.travel.range).replace('\u{a0}', " ")
-                );
-                (1e-6, check(text))
-            }
-            _ => {
-                let range = vector
-                    .extremes
-                    .as_ref()
-                    .map_or(0.0, |extremes| extremes.greatest - extremes.least);
-                // A finger travels 1 to 50 cm, at up to 0.5 m/s.
-                match range {
-                    range if (0.01..=1.0).contains(&range) => (
-                        1.0,
-                        check(format!(
-                            "no unit is stated; its range of {range:.3} is that of metres"
-                        )),
-                    ),
-                    range if (10.0..=1_000.0).contains(&range) => (
-                        1e-3,
-                        check(format!(
-                            "no unit is stated; its range of {range:.1} is that of millimetres"
-                        )),
-                    ),
-                    range => (
-                        1.0,
-                        check(format!(
-                            "no unit is stated; its range is {}",
-                            statistics::significant(range)
-                        )),
-                    ),
-                }
-            }
-        },
-    }
-}
-
 /// Largest force of a finger in experiments, N.
 const MOST_OF_FINGER_N: f64 = 20.0;
-/// Parts of a course over which a speed is taken: few enough for a stroke, many for even counts of samples.
-const SPEED_PARTS: usize = 8;
-/// Speeds of a rule about the median speed of the strokes.
-const SPEED_BAND: (f64, f64) = (0.7, 1.3);
-
-/// Returns the rule of explorations by the speed of the strokes.
-fn exploration(vector: &VectorPortrait, is_velocity: bool) -> (String, Reason) {
-    let default = || {
-        (
-            "40 to 60 mm/s for 0.5 s".to_owned(),
-            check("the speeds of the published study: write those of your strokes"),
-        )
-    };
-    let (scale, scale_reason) = metres(vector, is_velocity);
-    let Some(rate_hz) = vector.rate_hz() else {
-        return default();
-    };
-    let part_s = vector.length as f64 / rate_hz / vector.course.len().max(1) as f64;
-    let speeds: Vec<f64> = match is_velocity {
-        true => vector.course.iter().map(|v| (v * scale).abs()).collect(),
-        false => vector
-            .course
-            .windows(SPEED_PARTS + 1)
-            .map(|parts| {
-                ((parts[SPEED_PARTS] - parts[0]) * scale / part_s / SPEED_PARTS as f64).abs()
-            })
-            .collect(),
-    };
-    let fastest = speeds
-        .iter()
-        .copied()
-        .filter(|speed| speed.is_finite())
-        .fold(0.0, f64::max);
-    let moving = speeds.into_iter().filter(|speed| *speed > 0.2 * fastest);
-    let Some(median) = statistics::median(moving).filter(|median| (1e-6..=2.0).contains(median))
-    else {
-        return default();
-    };
-    let mm = |share: f64| two_digits(1e3 * share * median);
-    let rule = format!(
-        "{} to {} mm/s for 0.5 s",
-        mm(SPEED_BAND.0),
-        mm(SPEED_BAND.1)
-    );
-    let text = format!(
-        "the strokes' median speed is {} mm/s",
-        two_digits(1e3 * median)
-    );
-    (
-        rule,
-        Reason {
-            text,
-            is_sure: scale_reason.is_sure,
-        },
-    )
-}
-
-fn two_digits(value: f64) -> String {
-    statistics::significant(format!("{value:.1e}").parse().unwrap_or(value))
-}

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 /// Longest vector that is read whole, values.
-const LONGEST_WHOLE: u64 = 1 << 22;
+const LONGEST_WHOLE: u64 = 1 << 21;
 /// Length of the stretch in the middle of a longer one, values.
 const MIDDLE: u64 = 1 << 20;
 /// Length of each other stretch, values.

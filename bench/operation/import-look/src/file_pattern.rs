@@ -116,13 +116,13 @@ pub(crate) fn families(names: &[String]) -> Vec<FileFamily> {
     }
     let mut groups: Vec<Vec<String>> = by_shape.into_values().collect();
     merge_words(&mut groups);
-    let order = |name: &String| names.iter().position(|other| other == name);
+    let order = |name: &String| names.iter().position(|candidate| candidate == name);
     groups.iter_mut().for_each(|group| group.sort_by_key(order));
     groups.sort_by_key(|group| order(&group[0]));
     groups.into_iter().map(FileFamily::new).collect()
 }
 
-/// Joins groups whose names differ in one word alone, as people's names do: only where several groups have the same others.
+/// Joins groups with names that differ in one word alone, as those of people.
 fn merge_words(groups: &mut Vec<Vec<String>>) {
     // Names of streams (force_1.csv, audio_1.wav) also differ in a word; those have the same numbers.
     let mut index = 0;
@@ -202,7 +202,7 @@ impl FileFamily {
                 )
             });
             let group = group.or_else(|| varies.then(|| unnamed_group(run, &used, varying.len())));
-            match group.filter(|(name, ..)| !used.iter().any(|other| other == name)) {
+            match group.filter(|(name, ..)| !used.iter().any(|group| group == name)) {
                 Some((name, reason, is_sure)) => {
                     used.push(name.to_owned());
                     let name = name.to_owned();
@@ -296,7 +296,7 @@ impl FileFamily {
 
 /// Returns the meaning of a part that changes and that no letters explain.
 fn unnamed_group(run: &str, used: &[String], varying: usize) -> (&'static str, String, bool) {
-    let is_free = |name: &str| !used.iter().any(|other| other == name);
+    let is_free = |name: &str| !used.iter().any(|group| group == name);
     let reason = |text: &str| text.to_owned();
     if !is_digits(run) && is_free("participant") {
         return ("participant", reason("the word that changes"), false);

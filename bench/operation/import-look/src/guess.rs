@@ -6,8 +6,9 @@ use std::path::{Component, Path, PathBuf};
 use escaping::escaped_line;
 use source_files::SourceError;
 
-use crate::draft::{Family, NoStreams, draft};
+use crate::draft::{NoStreams, draft};
 use crate::file_pattern::families;
+use crate::purpose::Family;
 use crate::survey::survey;
 
 /// A map that was written.
@@ -37,9 +38,9 @@ pub enum GuessError {
         /// Folder of the map.
         folder: PathBuf,
     },
-    /// None of the files can be looked at.
-    #[error("{0}")]
-    Unread(SourceError),
+    /// No file can be looked at; this is the last one's reason.
+    #[error(transparent)]
+    Unread(Box<SourceError>),
     /// No array looks like a stream.
     #[error(transparent)]
     NoStreams(#[from] NoStreams),

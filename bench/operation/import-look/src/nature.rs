@@ -10,6 +10,8 @@ use crate::time_axis::{TimeAxis, TimeUnit, time_axis};
 /// Kind of signal.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Nature {
+    /// The file cannot be read there, for this reason.
+    Unread(String),
     /// No value is finite.
     Lost,
     Constant,
@@ -89,7 +91,7 @@ impl Nature {
     /// Returns the roles that the kind suggests, in words; `None` where it suggests none.
     pub fn suggestion(&self) -> Option<&'static str> {
         match self {
-            Self::Lost | Self::Constant | Self::Time(_) | Self::Ramp(_) => None,
+            Self::Unread(_) | Self::Lost | Self::Constant | Self::Time(_) | Self::Ramp(_) => None,
             Self::Carrier(_) => Some("drive or pickup"),
             Self::Slow(Slow::Levels(_)) => Some("trigger or marks"),
             Self::Slow(Slow::Counts(_)) => Some("encoder"),
@@ -109,6 +111,7 @@ impl Nature {
     /// Returns the kind in words.
     pub fn text(&self, rate_hz: Option<f64>, length: u64, unit: Option<TimeUnit>) -> String {
         match self {
+            Self::Unread(reason) => format!("not read: {reason}"),
             Self::Lost => "no finite value".to_owned(),
             Self::Constant => "constant".to_owned(),
             Self::Time(axis) => time_text(*axis, length, unit),
@@ -211,11 +214,11 @@ fn steps_text(steps: &Steps, rate_hz: Option<f64>) -> String {
         1 => "once".to_owned(),
         count => format!("{count} times"),
     };
-    let modulated = steps.modulation.map_or(String::new(), |found| {
+    let modulated = steps.modulation.map_or(String::new(), |sinusoid| {
         let hz = rate_hz.map(|_| {
             format!(
                 " at {} Hz",
-                significant((found.frequency_hz * 100.0).round() / 100.0)
+                significant((sinusoid.frequency_hz * 100.0).round() / 100.0)
             )
         });
         format!(", oscillating{} in between", hz.unwrap_or_default())

@@ -107,19 +107,20 @@ fn evidence(a: (&VectorPortrait, &Carrier), b: (&VectorPortrait, &Carrier)) -> V
             ),
             _ => {}
         }
-        match portrait.unit_meaning() {
+        let is_motion = matches!(
+            portrait.unit_meaning(),
             Some(
                 UnitMeaning::Metres(_)
-                | UnitMeaning::MetresPerSecond(_)
-                | UnitMeaning::MetresPerSquareSecond(_),
-            ) => {
-                let unit = portrait.unit_text().unwrap_or_default();
-                add(
-                    -2.0 * sign,
-                    format!("`{}` is in {unit}, a pickup's unit", portrait.name),
-                );
-            }
-            _ => {}
+                    | UnitMeaning::MetresPerSecond(_)
+                    | UnitMeaning::MetresPerSquareSecond(_)
+            )
+        );
+        if is_motion {
+            let unit = portrait.unit_text().unwrap_or_default();
+            add(
+                -2.0 * sign,
+                format!("`{}` is in {unit}, a pickup's unit", portrait.name),
+            );
         }
     }
     let delay = match (&a.1.modulation, &b.1.modulation) {

@@ -134,7 +134,7 @@ impl VectorPortrait {
     fn suggestion(&self) -> Option<String> {
         let is_signal = !matches!(
             self.nature,
-            Nature::Lost | Nature::Constant | Nature::Time(_) | Nature::Ramp(_)
+            Nature::Unread(_) | Nature::Lost | Nature::Constant | Nature::Time(_) | Nature::Ramp(_)
         );
         if let Some((role, word)) = self.role().filter(|_| is_signal && !self.is_complex) {
             return role.words().map(|words| format!("{words}, named {word:?}"));

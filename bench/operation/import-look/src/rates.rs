@@ -1,4 +1,4 @@
-//! Rates of vectors, from what a file states: its own rate, scalars, arrays of times.
+//! Rates of vectors, as a file states them: its own rate, scalars, arrays of times.
 
 use crate::names::{self, RateWord};
 use crate::portrait::{RateOrigin, StatedRate};
@@ -76,8 +76,8 @@ impl Rates {
 
     /// Returns the array of times of the vector's length, the one of its group first.
     fn times(&self, name: &str, length: u64) -> Option<&Times> {
-        let same = self.times.iter().filter(|times| times.length == length);
-        same.max_by_key(|times| common_prefix(&times.name, name))
+        let fitting = self.times.iter().filter(|times| times.length == length);
+        fitting.max_by_key(|times| common_prefix(&times.name, name))
     }
 
     /// Returns the scalar with the rate of the vector: of its group, or the one with which all vectors last as long.

@@ -321,7 +321,7 @@ fn direction(vector: &VectorPortrait, is_position: bool) -> Vec<f64> {
         .collect()
 }
 
-/// Returns the correlation of two courses of the same length where both are known; NaN where there is none.
+/// Returns the correlation of two courses of the same length where both are known; NaN without one.
 fn correlation(a: &[f64], b: &[f64]) -> f64 {
     if a.len() != b.len() {
         return f64::NAN;

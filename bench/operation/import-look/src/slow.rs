@@ -55,7 +55,7 @@ pub(crate) enum Slow {
     Steps(Steps),
     /// A sinusoid of an envelope's frequency.
     Oscillation(Periodicity),
-    /// Nothing of these.
+    /// No other kind.
     Noise,
 }
 
@@ -68,7 +68,7 @@ const CHANGE_S: f64 = 0.05;
 const CHANGE_PART: f64 = 0.005;
 /// Excursion relative to the noise from which on it is a step.
 const LEAST_STEP: f64 = 6.0;
-/// Frequency above which a sinusoid is no finger that goes to and fro, Hz, and periods in a stretch where the rate is unknown.
+/// Highest frequency of a finger that goes to and fro, Hz, and most periods in a stretch where the rate is unknown.
 const LOWEST_MODULATION_HZ: f64 = 2.0;
 const MOST_STROKES: f64 = 15.0;
 /// Range of a period in which a modulated signal rests, relative to its whole range, and least share of such periods.

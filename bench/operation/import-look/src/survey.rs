@@ -24,11 +24,11 @@ const MOST_CHARACTERS: usize = 60;
 /// Looks at a file; `progress` is called with the number of vectors done and the number of all.
 ///
 /// # Errors
-/// The file cannot be opened, or not read where it was looked at.
+/// The file cannot be opened.
 pub(crate) fn survey(
     path: &Path,
     progress: &mut dyn FnMut(usize, usize),
-) -> Result<FilePortrait, SourceError> {
+) -> Result<FilePortrait, Box<SourceError>> {
     let mut file = SourceFile::open(path)?;
     let infos = file.arrays().to_vec();
     let is_single = |info: &ArrayInfo| info.count() == 1 || !info.element.is_numeric();
@@ -68,21 +68,23 @@ pub(crate) fn survey(
         times: Vec::new(),
     };
     for (vector, _) in &vectors {
-        rates.times.extend(times(&mut file, vector)?);
+        // An array that cannot be read is listed with the reason below.
+        rates.times.extend(times(&mut file, vector).ok().flatten());
     }
     let lengths: Vec<u64> = vectors.iter().map(|(vector, _)| vector.len()).collect();
     let mut portraits = Vec::new();
     for (done, (vector, info)) in vectors.iter().enumerate() {
         progress(done, vectors.len());
         let rate = rates.rate(vector.name(), vector.len(), vector.rate_hz(), &lengths);
-        let excerpt = excerpt(&mut file, vector)?;
-        let extremes = excerpt.extremes();
-        let nature = nature(
-            &excerpt,
-            extremes.as_ref(),
-            rate.as_ref().map(|rate| rate.hz),
-            may_be_time(vector),
-        );
+        let (extremes, nature, course) = match excerpt(&mut file, vector) {
+            Ok(excerpt) => {
+                let extremes = excerpt.extremes();
+                let rate_hz = rate.as_ref().map(|rate| rate.hz);
+                let nature = nature(&excerpt, extremes.as_ref(), rate_hz, may_be_time(vector));
+                (extremes, nature, excerpt.course())
+            }
+            Err(error) => (None, Nature::Unread(error.to_string()), Vec::new()),
+        };
         portraits.push(VectorPortrait {
             name: vector.name().to_owned(),
             element: info.element.to_string(),
@@ -94,7 +96,7 @@ pub(crate) fn survey(
             rate: rate.filter(|_| !matches!(nature, Nature::Time(_))),
             extremes,
             nature,
-            course: excerpt.course(),
+            course,
         });
     }
     Ok(FilePortrait {
@@ -131,8 +133,8 @@ fn column_names(info: &ArrayInfo) -> Vec<String> {
         .max_by_key(|axis| (info.shape[*axis], info.shape.len() - axis))
         .unwrap_or(0);
     let others: Vec<u64> = (0..info.shape.len())
-        .filter(|other| *other != axis)
-        .map(|other| info.shape[other])
+        .filter(|index| *index != axis)
+        .map(|index| info.shape[index])
         .collect();
     let count = others
         .iter()
@@ -214,7 +216,7 @@ fn may_be_time(vector: &Vector) -> bool {
 }
 
 /// Returns the vector as an array of times, if it begins as one and ends as one.
-fn times(file: &mut SourceFile, vector: &Vector) -> Result<Option<Times>, SourceError> {
+fn times(file: &mut SourceFile, vector: &Vector) -> Result<Option<Times>, Box<SourceError>> {
     let length = vector.len();
     if vector.is_complex() || length < 8 || !may_be_time(vector) {
         return Ok(None);
@@ -228,7 +230,8 @@ fn times(file: &mut SourceFile, vector: &Vector) -> Result<Option<Times>, Source
     file.read(vector, length - 1..length, &mut end)?;
     let interval = (end[0] - head[0]) / (length - 1) as f64;
     // An encoder moves on at a steady pace for a while, but not to the end.
-    if !((interval / axis.interval - 1.0).abs() < 0.2) {
+    let is_steady = (interval / axis.interval - 1.0).abs() < 0.2;
+    if !is_steady {
         return Ok(None);
     }
     let unit = vector
@@ -252,7 +255,7 @@ fn times(file: &mut SourceFile, vector: &Vector) -> Result<Option<Times>, Source
 }
 
 /// Reads the stretches of a vector; of complex values the magnitudes.
-fn excerpt(file: &mut SourceFile, vector: &Vector) -> Result<Excerpt, SourceError> {
+fn excerpt(file: &mut SourceFile, vector: &Vector) -> Result<Excerpt, Box<SourceError>> {
     let mut pieces = Vec::new();
     for range in plan(vector.len()) {
         let start = range.start;
@@ -271,7 +274,7 @@ fn values(
     file: &mut SourceFile,
     vector: &Vector,
     range: Range<u64>,
-) -> Result<Vec<f64>, SourceError> {
+) -> Result<Vec<f64>, Box<SourceError>> {
     let mut values = Vec::new();
     if vector.is_complex() {
         let mut complex: Vec<Complex64> = Vec::new();

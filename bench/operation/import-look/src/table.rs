@@ -122,7 +122,8 @@ fn table(file: &FilePortrait, columns: Option<u16>) -> String {
         text += &format!("  and {} more, not looked at\n", file.more);
     }
     if !file.singles.is_empty() {
-        let headings = ["single value", "type", "shape", "unit", "value"].map(str::to_owned);
+        let headings =
+            ["text or single value", "type", "shape", "unit", "value"].map(str::to_owned);
         let rows = file.singles.iter().map(|single| {
             let unit = single.unit.as_deref().unwrap_or(UNKNOWN);
             [
@@ -172,7 +173,7 @@ fn vector_row(vector: &VectorPortrait) -> [String; 10] {
         value(extremes.map(|extremes| extremes.least)),
         value(extremes.map(|extremes| extremes.mean)),
         value(extremes.map(|extremes| extremes.greatest)),
-        nature,
+        escaped_line(&nature).into_owned(),
     ]
 }
 

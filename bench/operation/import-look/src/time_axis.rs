@@ -26,7 +26,7 @@ pub(crate) fn time_axis(values: &[f64]) -> Option<TimeAxis> {
     let count = (values.len() - 1) as f64;
     let interval = (values[values.len() - 1] - values[0]) / count;
     let variance = intervals()
-        .map(|other| (other - interval).powi(2))
+        .map(|step| (step - interval).powi(2))
         .sum::<f64>()
         / count;
     let jitter = variance.sqrt() / interval;

@@ -1,4 +1,8 @@
 //! Looks and guessed maps of sessions that were written as other programs write them.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -268,7 +272,7 @@ fn forces_alone_are_mapped_and_a_table_of_words_is_refused() {
     let words = folder.path().join("words.csv");
     std::fs::write(&words, "kind,time\nfinger,1\nfinger,2\nfinger,3\nfinger,4\nfinger,5\nfinger,6\nfinger,7\nfinger,8\nfinger,9\n").unwrap();
     let error = guess(
-        &[words.clone()],
+        std::slice::from_ref(&words),
         &folder.path().join("other.toml"),
         &mut |_| {},
     )
@@ -278,4 +282,22 @@ fn forces_alone_are_mapped_and_a_table_of_words_is_refused() {
     let maps = tempfile::tempdir().unwrap();
     let error = guess(&[words], &maps.path().join("map.toml"), &mut |_| {}).unwrap_err();
     assert!(matches!(error, GuessError::Outside { .. }), "{error}");
+}
+
+#[test]
+fn the_maps_of_the_handbook_are_maps() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../../docs/handbook/src/recordings-you-have.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let maps: Vec<&str> = page
+        .split("```toml\n")
+        .skip(1)
+        .filter_map(|rest| rest.split("```").next())
+        .collect();
+    assert_eq!(maps.len(), 3);
+    for text in maps {
+        let map =
+            ImportMap::parse(text, "map.toml").unwrap_or_else(|error| panic!("{error}\n{text}"));
+        assert!(map.normal.is_some() && map.lateral.is_some() && map.position.is_some());
+    }
 }

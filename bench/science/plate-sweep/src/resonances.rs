@@ -19,7 +19,7 @@ const LEAST_NEAR: usize = 3;
 /// Smallest logarithm of the likelihood ratio of a resonance against a straight line.
 const LEAST_LIKELIHOOD: f64 = 12.0;
 /// Largest number of resonances that are fitted.
-const MOST_FITTED: usize = 16;
+const MOST_FITTED: usize = 32;
 /// Largest number of responses of a fit that only judges a resonance.
 const JUDGED_RESPONSES: usize = 400;
 /// Half-widths of the band of a fit, bandwidths: the first with enough responses is taken.
@@ -107,7 +107,9 @@ pub(crate) fn candidates(responses: &[Response]) -> Vec<Candidate> {
     for candidate in tried {
         let is_apart = |rival: &Candidate| {
             let distance_hz = (candidate.coarse.resonance_hz - rival.coarse.resonance_hz).abs();
-            distance_hz > bandwidth_hz(&candidate).max(bandwidth_hz(rival))
+            let own_hz = bandwidth_hz(&candidate);
+            // A much broader rival is a bend of the background.
+            distance_hz > own_hz.max(bandwidth_hz(rival)).min(3.0 * own_hz)
         };
         if kept.iter().all(is_apart) {
             kept.push(candidate);

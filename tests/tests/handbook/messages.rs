@@ -87,6 +87,7 @@ const LEFT_OUT: &[&str] = &[
     "TripCause",
     "UnknownFault",
     "UnknownFormat",
+    "UnknownQuantity",
     "UnreadContent",
     "VerifyError",
     "WavError",

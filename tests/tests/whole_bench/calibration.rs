@@ -237,6 +237,57 @@ fn a_plate_that_moves_alike_across_has_no_wavelength_there() {
     assert_eq!(across.places.len(), 6);
 }
 
+/// Admittance of the actuators of a bench, S: 10 nF beside the current of the moving plate.
+fn admittance(truth: &Bench, modal_mass_kg: f64, frequency_hz: f64) -> [f64; 2] {
+    let omega = std::f64::consts::TAU * frequency_hz;
+    let omega0 = std::f64::consts::TAU * truth.resonance_hz;
+    let resistance = omega0 * modal_mass_kg / truth.quality;
+    let reactance = omega * modal_mass_kg - omega0 * omega0 * modal_mass_kg / omega;
+    let per_force = truth.force_factor_n_per_v.powi(2) / resistance.hypot(reactance).powi(2);
+    [
+        per_force * resistance,
+        omega * 10e-9 - per_force * reactance,
+    ]
+}
+
+#[test]
+fn a_sweep_from_elsewhere_gives_the_constants_of_the_bench() {
+    let room = Room::new(&unknown_bench(3), 3);
+    let truth = Bench::realise(&unknown_bench(3), 3);
+    let modal_mass_kg = Config::parse(config::rigs::MOCK_BENCH, "test")
+        .unwrap()
+        .plate
+        .modal_mass_kg;
+    let mut table = "f / kHz;G / mS;B / mS\n".to_owned();
+    for n in 0..160 {
+        let frequency_hz = truth.resonance_hz + 10.0 * (f64::from(n) - 75.0);
+        let [g, b] = admittance(&truth, modal_mass_kg, frequency_hz);
+        let row = format!("{};{};{}\n", frequency_hz / 1e3, g * 1e3, b * 1e3);
+        table.push_str(&row.replace('.', ","));
+    }
+    let sweep = room.folder.path().join("sweep.csv");
+    fs::write(&sweep, table).unwrap();
+    room.succeed(&["plate", "--from", sweep.to_str().unwrap()]);
+    assert!(room.folder.path().join("calibration-plate.svg").exists());
+    let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
+    let plate = calibration.plate.unwrap();
+    for (quantity, truth) in [
+        (&plate.resonance_hz, truth.resonance_hz),
+        (&plate.quality, truth.quality),
+        (&plate.force_factor_n_per_v, truth.force_factor_n_per_v),
+    ] {
+        let miss = Miss::relative(quantity, truth);
+        assert!(miss.error.abs() < 1e-3, "{quantity}, truly {truth}");
+    }
+    let origin = plate.sweep.unwrap();
+    assert_eq!(
+        (origin.file.as_str(), origin.quantity.as_str()),
+        ("sweep.csv", "admittance")
+    );
+    let missing = room.calibrate(&["plate", "--from", "nowhere.csv"]);
+    require_refusal(missing, &["nowhere.csv"]);
+}
+
 #[test]
 fn a_plate_is_measured_in_under_twenty_seconds_of_signal() {
     let room = Room::new("", 1);

@@ -33,7 +33,7 @@ impl Files {
         let entries = fs::read_dir(fixtures).unwrap();
         let versions = entries.map(|entry| entry.unwrap().path());
         let files: Vec<_> = versions
-            .filter(|path| path.is_dir())
+            .filter(|path| path.join("files.tar.xz").is_file())
             .map(|path| Self::unpack(&path))
             .collect();
         assert!(!files.is_empty());

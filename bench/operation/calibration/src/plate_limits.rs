@@ -1,4 +1,4 @@
-//! Limits on the constants of a plate, whatever they were measured with.
+//! Limits on the constants of a plate, measured on the bench or elsewhere.
 
 use config::CalibrationRules;
 use metrology::plate_fit::ConstantErrors;

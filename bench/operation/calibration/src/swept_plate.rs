@@ -12,8 +12,7 @@ use config::{CalibrationFile, Config, Provenance, Quantity, SweepOrigin, sha256}
 use metrology::FittedValue;
 use num_complex::Complex64;
 use plate_sweep::{
-    ColumnChoice, ModalScale, OtherResonance, Sweep, SweepFit, SweptConstants, SweptQuantity,
-    text_of,
+    ColumnChoice, FurtherMode, ModalScale, Sweep, SweepFit, SweptConstants, SweptQuantity, text_of,
 };
 
 use crate::plate_limits::FitResults;
@@ -27,7 +26,7 @@ const SAME_MASS: f64 = 0.01;
 const UNKNOWN_PHASE_RAD: f64 = 0.5;
 /// Ratios of a resonance to the configured one that a unit of frequency explains, and their relative tolerance.
 const UNIT_RATIOS: [(f64, &str); 3] = [(1e3, "kHz"), (1e6, "MHz"), (TAU, "rad/s")];
-const UNIT_TOLERANCE: f64 = 0.1;
+const UNIT_TOLERANCE: f64 = 0.01;
 /// Distance, in bandwidths, and share of the peak from which another resonance disturbs.
 const NEAR_BANDWIDTHS: f64 = 5.0;
 const NEAR_SHARE: f64 = 0.1;
@@ -305,12 +304,19 @@ impl SweptPlate {
                 clamped.capacitance_f, clamped.loss_tangent, clamped.motional_f
             ));
         }
-        remarks.extend(self.fit.others.iter().map(other_in_words));
+        remarks.extend(self.fit.further_modes.iter().map(mode_in_words));
         let notes = self.sweep.notes().iter().chain(self.fit.notes());
         remarks.extend(notes.map(|note| format!("WARNING          {note}")));
         if let Some(drift_hz) = plate.drift_hz {
             remarks.push(format!(
                 "drift            {drift_hz:+.2} Hz since the calibration before"
+            ));
+        }
+        let highest_hz = 0.5 * f64::from(self.config.audio.rate_hz);
+        if plate.resonance_hz.value >= highest_hz {
+            remarks.push(format!(
+                "WARNING          the resonance is above {highest_hz:.0} Hz, the highest frequency of a card at audio.rate_hz = {}: this bench cannot drive it; another card can, or name another mode with --about-hz",
+                self.config.audio.rate_hz
             ));
         }
         if self.source == ScaleSource::Configured {
@@ -352,13 +358,6 @@ impl SweptPlate {
                 "the resonance, {resonance_hz:.0} Hz, is {ratio:.4} times that of the bench, {configured_hz:.0} Hz: correct the unit of the frequencies in --columns, as in f[{unit}] or f[Hz]"
             ));
         }
-        let highest_hz = 0.5 * f64::from(self.config.audio.rate_hz);
-        if resonance_hz >= highest_hz {
-            faults.push(format!(
-                "the resonance, {resonance_hz:.0} Hz, is above {highest_hz:.0} Hz, the highest frequency of a card at audio.rate_hz = {}: this plate needs another card, or another of its modes with --about-hz",
-                self.config.audio.rate_hz
-            ));
-        }
         let configured_kg = self.config.plate.modal_mass_kg;
         let mass_kg = constants.modal_mass_kg.value;
         let is_other = (mass_kg / configured_kg - 1.0).abs() > SAME_MASS;
@@ -372,8 +371,8 @@ impl SweptPlate {
 }
 
 /// Returns another resonance in words, with a warning if it disturbs.
-fn other_in_words(other: &OtherResonance) -> String {
-    let is_near = other.bandwidths.abs() < NEAR_BANDWIDTHS && other.share > NEAR_SHARE;
+fn mode_in_words(mode: &FurtherMode) -> String {
+    let is_near = mode.bandwidths.abs() < NEAR_BANDWIDTHS && mode.share > NEAR_SHARE;
     format!(
         "{}{:.1} Hz, Q {:.0}, {:.2} times the peak, {:+.1} bandwidths away{}",
         if is_near {
@@ -381,14 +380,171 @@ fn other_in_words(other: &OtherResonance) -> String {
         } else {
             "another mode     "
         },
-        other.resonance_hz,
-        other.quality,
-        other.share,
-        other.bandwidths,
+        mode.resonance_hz,
+        mode.quality,
+        mode.share,
+        mode.bandwidths,
         if is_near {
             ": it takes part in the plate's motion at the carrier; move supports or choose another mode"
         } else {
             ""
         }
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write as _;
+
+    use super::*;
+    use config::{Identity, rigs};
+
+    const HZ: f64 = 35_150.0;
+
+    fn bench() -> (Config, CalibrationFile) {
+        let config = Config::parse(rigs::MOCK_BENCH, "test").unwrap();
+        let identity = Identity::from_config(&config, String::new(), String::new());
+        (config, CalibrationFile::new(identity))
+    }
+
+    fn options(columns: Option<&str>) -> SweepOptions {
+        SweepOptions {
+            from: None,
+            columns: columns.map(|text| text.parse().unwrap()),
+            quantity: None,
+            modal_mass_kg: None,
+            force_factor_n_per_v: None,
+        }
+    }
+
+    /// Velocity over volts of a mass on a spring with a damper, m/s/V, as a vibrometer exports it.
+    fn sweep(mass_kg: f64, quality: f64, force_factor: f64, unit_hz: f64) -> String {
+        let mut text = "Frequency,real (m/s/V),imag (m/s/V)\n".to_owned();
+        for n in -60..=60 {
+            let hz = HZ + 4.0 * HZ / quality * f64::from(n) / 60.0;
+            let ratio = hz / HZ;
+            let damper = TAU * HZ * mass_kg / quality;
+            let reactance = TAU * HZ * mass_kg * (ratio - 1.0 / ratio);
+            let velocity = force_factor / Complex64::new(damper, reactance);
+            writeln!(text, "{},{:e},{:e}", hz / unit_hz, velocity.re, velocity.im).unwrap();
+        }
+        text
+    }
+
+    fn judged(text: &str, options: &SweepOptions, previous_hz: Option<f64>) -> Judged {
+        let temp = tempfile::tempdir().unwrap();
+        let path = temp.path().join("sweep.csv");
+        std::fs::write(&path, text).unwrap();
+        let (config, mut calibration) = bench();
+        let read = |calibration: &CalibrationFile| {
+            SweptPlate::read(&path, options, None, &config, calibration).unwrap()
+        };
+        let date = jiff::Timestamp::UNIX_EPOCH;
+        if let Some(hz) = previous_hz {
+            let Part::Plate { mut plate, .. } = read(&calibration).judge(date, "A. Tester").part
+            else {
+                panic!("no plate");
+            };
+            plate.resonance_hz.value = hz;
+            plate.pickup_phase_rad = Quantity::new(0.3, 0.01, 5, "rad");
+            calibration.plate = Some(*plate);
+        }
+        read(&calibration).judge(date, "A. Tester")
+    }
+
+    fn plate(judged: &Judged) -> &config::MeasuredPlate {
+        match &judged.part {
+            Part::Plate { plate, .. } => plate,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_sweep_becomes_the_plate_of_a_calibration() {
+        let (config, _) = bench();
+        let mass_kg = config.plate.modal_mass_kg;
+        let text = sweep(mass_kg, 250.0, 0.12, 1.0);
+        let judged = judged(&text, &options(None), Some(HZ + 20.0));
+        assert!(judged.faults.is_empty(), "{:?}", judged.faults);
+        let plate = plate(&judged);
+        let close = |value: f64, truth: f64| (value / truth - 1.0).abs() < 1e-3;
+        assert!(close(plate.resonance_hz.value, HZ) && close(plate.quality.value, 250.0));
+        assert!(close(plate.force_factor_n_per_v.value, 0.12), "{plate:?}");
+        assert!((plate.drift_hz.unwrap() + 20.0).abs() < 0.1);
+        // The phase that no sweep measures stays.
+        assert!((plate.pickup_phase_rad.value - 0.3).abs() < 1e-12);
+        let origin = plate.sweep.as_ref().unwrap();
+        assert_eq!(
+            (origin.file.as_str(), origin.quantity.as_str()),
+            ("sweep.csv", "velocity")
+        );
+        assert_eq!(origin.sha256, sha256(text));
+        // At the resonance the velocity is γ/b_p per volt.
+        let [re, im] = plate.unloaded_ratio;
+        let peak_m = 0.12 / plate.damping_n_s_per_m.value / (TAU * HZ);
+        let units = peak_m * config.channels.drive.volts_per_unit / plate.metres_per_unit;
+        assert!(close(re.hypot(im), units), "{re} {im} {units}");
+        assert!(
+            judged
+                .remarks
+                .iter()
+                .any(|remark| remark.contains("--modal-mass"))
+        );
+        assert_eq!(judged.table.lines().count(), 1 + 61);
+    }
+
+    #[test]
+    fn a_measured_bar_passes() {
+        let bar = include_str!("../../../../tests/fixtures/piezo-bar/admittance.txt");
+        let judged = judged(bar, &options(Some("f,G,B")), None);
+        assert!(judged.faults.is_empty(), "{:?}", judged.faults);
+        assert!(
+            judged
+                .remarks
+                .iter()
+                .any(|remark| remark.starts_with("capacitance"))
+        );
+        assert!(
+            judged
+                .remarks
+                .iter()
+                .any(|remark| remark.contains("audio.rate_hz"))
+        );
+    }
+
+    #[test]
+    fn sweeps_of_other_plates_and_units_are_refused_by_name() {
+        let (config, _) = bench();
+        let mass_kg = config.plate.modal_mass_kg;
+        let fault = |text: &str, options: &SweepOptions, previous_hz| {
+            let faults = judged(text, options, previous_hz).faults;
+            assert_eq!(faults.len(), 1, "{faults:?}");
+            faults[0].clone()
+        };
+        let damped = fault(&sweep(mass_kg, 20.0, 0.12, 1.0), &options(None), None);
+        assert!(
+            damped.contains("Q = 20.0") && damped.contains("calibration.quality"),
+            "{damped}"
+        );
+        let good = sweep(mass_kg, 250.0, 0.12, 1.0);
+        let moved = fault(&good, &options(None), Some(HZ + 300.0));
+        assert!(moved.contains("calibration.drift_hz"), "{moved}");
+        let heavier = SweepOptions {
+            modal_mass_kg: Some(2.0 * mass_kg),
+            ..options(None)
+        };
+        let mass = fault(&good, &heavier, None);
+        assert!(mass.contains("plate.modal_mass_kg"), "{mass}");
+        let by_factor = SweepOptions {
+            force_factor_n_per_v: Some(0.12),
+            ..options(None)
+        };
+        let by_factor = judged(&good, &by_factor, None);
+        assert!(by_factor.faults.is_empty(), "{:?}", by_factor.faults);
+        let (name, mass) = by_factor.values.last().unwrap();
+        assert!(
+            *name == "modal mass" && (mass.value / mass_kg - 1.0).abs() < 1e-3,
+            "{mass}"
+        );
+    }
 }

@@ -11,7 +11,7 @@
 //! apart: one of them must be known ([`ModalScale`]). No sweep of this kind gives the pickup's sensitivity or phase.
 //!
 //! [`Sweep::read`] takes a table as analysers write it, [`Sweep::new`] arrays; [`SweepFit::new`] finds the resonances, fits the
-//! strongest or the one nearest to a frequency with [`metrology::plate_fit`], and names the others. A sweep whose phases have the
+//! strongest or the one nearest to a frequency with [`metrology::plate_fit`], and names the others. A sweep with phases of the
 //! other sign (exp(−iωt)) is recognised by the sense in which its resonances turn: clockwise with growing frequency. It is
 //! fitted with its conjugate, and says so.
 //!
@@ -34,5 +34,10 @@ pub use encoding::text_of;
 pub use modal_scale::{ModalScale, SweptConstants};
 pub use sweep::{LEAST_FREQUENCIES, Sweep};
 pub use sweep_fault::SweepFault;
-pub use sweep_fit::{ClampedCapacitance, OtherResonance, SweepFit};
+pub use sweep_fit::{ClampedCapacitance, FurtherMode, SweepFit};
 pub use swept_quantity::{SweptQuantity, UnknownQuantity};
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

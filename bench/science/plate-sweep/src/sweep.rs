@@ -17,7 +17,7 @@ const PLATES_HZ: std::ops::RangeInclusive<f64> = 1e3..=1e7;
 /// Largest phase that reads as radians, and largest that reads as degrees.
 const LARGEST_RAD: f64 = 6.6;
 const LARGEST_DEG: f64 = 361.0;
-/// Largest phase in degrees of a sweep whose phases turn less than a resonance does.
+/// Largest phase that does not read as degrees: a resonance turns by more.
 const SMALL_DEG: f64 = 3.2;
 /// Smallest range of magnitudes in decibels, dB.
 const LEAST_RANGE_DB: f64 = 0.5;
@@ -276,13 +276,13 @@ fn chosen_column(
 
 /// Returns the place of the column with this name: the whole heading, its name, or another name of the same quantity.
 fn named_column(table: &SweepTable, name: &str) -> Result<usize, SweepFault> {
-    let asked = Heading::parse(name);
+    let query = Heading::parse(name);
     let meaning = |heading: &Heading| heading.role().map(|role| (role, heading.quantity()));
     let fits: [&dyn Fn(&Heading) -> bool; 4] = [
         &|heading| heading.text.eq_ignore_ascii_case(name),
         &|heading| heading.name.eq_ignore_ascii_case(name),
         &|heading| !key(name).is_empty() && key(&heading.name) == key(name),
-        &|heading| meaning(heading).is_some() && meaning(heading) == meaning(&asked),
+        &|heading| meaning(heading).is_some() && meaning(heading) == meaning(&query),
     ];
     for fit in fits {
         let headings = table.headings.iter().enumerate();

@@ -8,7 +8,7 @@ use num_complex::Complex64;
 use statistics::wrap_rad;
 
 use crate::modal_scale::{ModalScale, SweptConstants};
-use crate::resonances::{Candidate, FoundResonance, candidates, found, thinned};
+use crate::resonances::{Candidate, FoundResonance, candidates, fit_candidate, thinned};
 use crate::sweep::Sweep;
 use crate::sweep_fault::SweepFault;
 use crate::swept_quantity::SweptQuantity;
@@ -23,6 +23,10 @@ const TURNED_RAD: f64 = 0.2;
 const QUARTER_RAD: f64 = 0.3;
 /// Largest number of responses in a fit.
 const MOST_FITTED: usize = 4000;
+/// Largest response of a neighbouring mode at the resonance, of the peak.
+const LARGEST_OF_A_NEIGHBOUR: f64 = 1.0 / 3.0;
+/// Smallest rise of a response towards an end of the sweep, of its median.
+const RISE: f64 = 1.15;
 /// Share of the frequencies at each end of a sweep to which a response may rise.
 const ENDS: usize = 20;
 
@@ -39,7 +43,7 @@ pub struct ClampedCapacitance {
 
 /// Another resonance of the sweep.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OtherResonance {
+pub struct FurtherMode {
     /// Resonance, Hz.
     pub resonance_hz: f64,
     /// Quality factor.
@@ -61,7 +65,7 @@ pub struct SweepFit {
     /// Capacitance beside the motional branch; `None` of a mechanical sweep.
     pub clamped: Option<ClampedCapacitance>,
     /// Other resonances, the strongest first.
-    pub others: Vec<OtherResonance>,
+    pub further_modes: Vec<FurtherMode>,
     notes: Vec<String>,
 }
 
@@ -82,7 +86,10 @@ impl SweepFit {
             })
             .collect();
         let turned = candidates(&conjugate);
-        let clearest = |candidates: &[Candidate]| candidates.first().map_or(0.0, |c| c.likelihood);
+        let clearest = |candidates: &[Candidate]| {
+            let likelihoods = candidates.iter().map(|candidate| candidate.likelihood);
+            likelihoods.fold(0.0, f64::max)
+        };
         let is_conjugate = clearest(&turned) > clearest(&straight);
         let (responses, candidates) = if is_conjugate {
             (conjugate, turned)
@@ -92,7 +99,7 @@ impl SweepFit {
         let resonances = distinct(
             candidates
                 .into_iter()
-                .filter_map(|candidate| found(&responses, candidate))
+                .filter_map(|candidate| fit_candidate(&responses, candidate))
                 .collect(),
         );
         let strength = |resonance: &FoundResonance| strength(quantity, &resonance.fit);
@@ -129,14 +136,20 @@ impl SweepFit {
         }
         notes.extend(phase_note(quantity, fit.pickup_phase_rad.value));
         let clamped = clamped(quantity, &fit)?;
-        let others = others(&resonances, chosen, &fit, quantity);
+        if clamped.is_some_and(|clamped| clamped.capacitance_f < 0.0) {
+            notes.push(
+                "the clamped capacitance comes out negative: a neighbouring mode adds to it, or admittance and impedance are exchanged"
+                    .to_owned(),
+            );
+        }
+        let further_modes = further_modes(&resonances, chosen, &fit, quantity);
         Ok(Self {
             quantity,
             responses,
             fit,
             is_conjugate,
             clamped,
-            others,
+            further_modes,
             notes,
         })
     }
@@ -221,14 +234,14 @@ impl SweepFit {
                 let f = response.frequency_hz;
                 let turn = self.fit.pickup_phase_rad.value * f / self.fit.resonance_hz.value;
                 let factor = Complex64::cis(turn) * Complex64::new(0.0, TAU * f) / scale;
-                let other = if is_electrical {
+                let clamped = if is_electrical {
                     *background
                 } else {
                     Complex64::ZERO
                 };
                 (
                     f,
-                    [response.ratio, *model].map(|value| (value - other) * factor),
+                    [response.ratio, *model].map(|value| (value - clamped) * factor),
                 )
             })
             .collect()
@@ -247,9 +260,9 @@ fn strength(quantity: SweptQuantity, fit: &PlateFit) -> f64 {
 fn distinct(found: Vec<FoundResonance>) -> Vec<FoundResonance> {
     let mut kept: Vec<FoundResonance> = Vec::new();
     for resonance in found {
-        let is_apart = |other: &FoundResonance| {
-            let distance_hz = resonance.fit.resonance_hz.value - other.fit.resonance_hz.value;
-            distance_hz.abs() > 0.3 * resonance.bandwidth_hz().min(other.bandwidth_hz())
+        let is_apart = |rival: &FoundResonance| {
+            let distance_hz = resonance.fit.resonance_hz.value - rival.fit.resonance_hz.value;
+            distance_hz.abs() > 0.3 * resonance.bandwidth_hz().min(rival.bandwidth_hz())
         };
         if kept.iter().all(is_apart) {
             kept.push(resonance);
@@ -310,8 +323,8 @@ fn clamped(
     };
     let motional_f = fit.static_ratio.value;
     let capacitance_f = fit.offset.re;
-    // An impedance is −1/(ω² C0) where an admittance over iω is C0.
-    if capacitance_f < -motional_f {
+    // An impedance is −1/(ω² C0) where an admittance over iω is C0. A mode as strong as this one adds less at 1.5 bandwidths.
+    if capacitance_f < -LARGEST_OF_A_NEIGHBOUR * fit.mode_peak() {
         return Err(SweepFault::OtherDual {
             read: quantity,
             likely,
@@ -325,43 +338,50 @@ fn clamped(
 }
 
 /// Returns the other resonances, and the second mode in the band of the fit, the strongest first.
-fn others(
+fn further_modes(
     resonances: &[FoundResonance],
     chosen: &FoundResonance,
     fit: &PlateFit,
     quantity: SweptQuantity,
-) -> Vec<OtherResonance> {
+) -> Vec<FurtherMode> {
     let (resonance_hz, bandwidth_hz) = (fit.resonance_hz.value, chosen.bandwidth_hz());
-    let other = |hz: f64, quality: f64, share: f64| OtherResonance {
+    let mode = |hz: f64, quality: f64, share: f64| FurtherMode {
         resonance_hz: hz,
         quality,
         share,
         bandwidths: (hz - resonance_hz) / bandwidth_hz,
     };
-    let apart = |hz: f64| (hz - resonance_hz).abs() > 0.3 * bandwidth_hz;
-    let mut others: Vec<OtherResonance> = resonances
+    let is_apart_hz = |hz: f64| (hz - resonance_hz).abs() > 0.3 * bandwidth_hz;
+    let mut further_modes: Vec<FurtherMode> = resonances
         .iter()
-        .map(|found| {
-            let share = strength(quantity, &found.fit) / strength(quantity, fit);
-            other(found.fit.resonance_hz.value, found.fit.quality.value, share)
+        .map(|resonance| {
+            let share = strength(quantity, &resonance.fit) / strength(quantity, fit);
+            mode(
+                resonance.fit.resonance_hz.value,
+                resonance.fit.quality.value,
+                share,
+            )
         })
-        .filter(|found| apart(found.resonance_hz))
+        .filter(|mode| is_apart_hz(mode.resonance_hz))
         .collect();
     if let Some(second) = fit.neighbour {
         let width_hz = second.resonance_hz / second.quality;
-        let is_new = others.iter().all(|other| {
-            (other.resonance_hz - second.resonance_hz).abs()
-                > width_hz.max(other.resonance_hz / other.quality)
+        let is_new = further_modes.iter().all(|mode| {
+            (mode.resonance_hz - second.resonance_hz).abs()
+                > width_hz.max(mode.resonance_hz / mode.quality)
         });
         if is_new {
-            others.push(other(second.resonance_hz, second.quality, second.share));
+            further_modes.push(mode(second.resonance_hz, second.quality, second.share));
         }
     }
-    let strongest = others.iter().map(|other| other.share).fold(1.0, f64::max);
-    others.retain(|other| other.share > LEAST_NAMED * strongest);
-    others.sort_by(|a, b| b.share.total_cmp(&a.share));
-    others.truncate(MOST_NAMED);
-    others
+    let strongest = further_modes
+        .iter()
+        .map(|mode| mode.share)
+        .fold(1.0, f64::max);
+    further_modes.retain(|mode| mode.share > LEAST_NAMED * strongest);
+    further_modes.sort_by(|a, b| b.share.total_cmp(&a.share));
+    further_modes.truncate(MOST_NAMED);
+    further_modes
 }
 
 /// Returns the fault of a sweep without a resonance.
@@ -379,7 +399,7 @@ fn without_resonance(sweep: &Sweep) -> SweepFault {
     let (size, edge_hz) = sizes[at];
     sizes.sort_by(|a, b| a.0.total_cmp(&b.0));
     let middle = sizes[sizes.len() / 2].0;
-    if is_at_end && size > 1.5 * middle {
+    if is_at_end && size > RISE * middle {
         return SweepFault::BeyondTheEnd {
             from_hz,
             to_hz,

@@ -122,7 +122,7 @@ impl PlateFit {
         let excess = excess_changes(responses, &used);
         let p = &used.parameters;
         let error = |index: usize, floor: f64| {
-            let change = |other: &PlateSolution| (p[index] - other.parameters[index]).powi(2);
+            let change = |rival: &PlateSolution| (p[index] - rival.parameters[index]).powi(2);
             // A second mode takes the part of C₁ that its absence shows.
             let plain = if is_second_used { 0.0 } else { change(&plain) };
             let model = plain + other.as_ref().map_or(0.0, change) + excess[index];

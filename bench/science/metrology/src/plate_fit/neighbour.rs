@@ -7,7 +7,7 @@ use super::problem::{Terms, mode};
 use super::response::Response;
 use super::solution::{PlateSolution, StartingPoint};
 
-/// Root mean square residual, of the largest response, below which no second mode is sought: what is left cannot move the
+/// Root mean square residual, of the largest response, below which no second mode is sought: smaller ones cannot move the
 /// constants by more than a few thousandths.
 const LEAST_RESIDUAL: f64 = 1e-3;
 /// Resonances tried, and qualities over that of the plate's mode.
@@ -20,7 +20,7 @@ const LEAST_FREEDOM: usize = 8;
 /// Smallest peak of a second mode, of that of the plate's mode.
 const LEAST_SHARE: f64 = 5e-3;
 /// Distance beyond the band within which a second mode may lie, of the band's width.
-const BEYOND: f64 = 0.5;
+const MARGIN: f64 = 0.5;
 const QUALITIES: std::ops::Range<f64> = 2.0..1e6;
 
 /// A mode near the plate's.
@@ -55,8 +55,8 @@ pub(super) fn with_neighbour(
         share: Complex64::new(p[10], p[11]).norm() * p[9].exp() / (p[2] + p[1]).exp(),
     };
     let band = [responses.first()?, responses.last()?].map(|r| r.frequency_hz);
-    let beyond = BEYOND * (band[1] - band[0]);
-    let is_near = (band[0] - beyond..=band[1] + beyond).contains(&neighbour.resonance_hz);
+    let margin_hz = MARGIN * (band[1] - band[0]);
+    let is_near = (band[0] - margin_hz..=band[1] + margin_hz).contains(&neighbour.resonance_hz);
     // A mode as broad as the band is background.
     let is_narrow = neighbour.resonance_hz / neighbour.quality < band[1] - band[0];
     let is_seen = f_ratio > LEAST_F_RATIO
@@ -85,7 +85,7 @@ fn second_mode_start(responses: &[Response], single: &PlateSolution) -> Option<S
     let span_hz = responses.last()?.frequency_hz - from_hz;
     let tried = (0..RESONANCES).flat_map(|n| {
         let share = n as f64 / (RESONANCES - 1) as f64;
-        let second_hz = from_hz + span_hz * ((1.0 + 2.0 * BEYOND) * share - BEYOND);
+        let second_hz = from_hz + span_hz * ((1.0 + 2.0 * MARGIN) * share - MARGIN);
         QUALITY_RATIOS.map(|ratio| (second_hz, ratio * quality))
     });
     let fits = tried.filter_map(|(second_hz, second_quality)| {

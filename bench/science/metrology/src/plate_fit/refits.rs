@@ -1,4 +1,4 @@
-//! Refits in narrower bands, which show what the model lacks.
+//! Refits in narrower bands, which show the errors of the model.
 
 use super::problem::{PARAMETERS, Terms};
 use super::response::Response;
@@ -41,10 +41,10 @@ pub(super) fn excess_changes(responses: &[Response], whole: &PlateSolution) -> [
         };
         for (i, excess) in excess.iter_mut().enumerate().take(terms.count()) {
             let change = (refit.parameters[i] - whole.parameters[i]).powi(2);
-            let explained =
+            let scatter_change =
                 whole.scatter() * (refit.unit_variance[i] - whole.unit_variance[i]).max(0.0);
-            if change > LEAST_VARIANCES * explained {
-                *excess = f64::max(*excess, change - explained);
+            if change > LEAST_VARIANCES * scatter_change {
+                *excess = f64::max(*excess, change - scatter_change);
             }
         }
     }

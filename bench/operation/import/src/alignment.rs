@@ -1,6 +1,6 @@
 //! Offset and rate of the forces' clock, found in the recording.
 
-use force_alignment::{Alignment, Curves, Film, ForceSample, align, curves};
+use force_alignment::{Alignment, Curves, Estimate, Film, ForceSample, align, curves};
 use impedance::ZmFrame;
 use import_map::{Clock, Quantity};
 use num_complex::Complex64;
@@ -16,6 +16,8 @@ pub(crate) struct FoundClock {
     pub offset_s: f64,
     /// Excess of the rate, parts per million.
     pub ppm: f64,
+    /// Excess of the rate that this recording alone shows, if it was to be found, parts per million.
+    pub own_ppm: Option<Estimate>,
     /// Values for the recording's description.
     pub found: Vec<FoundValue>,
     /// Evidence to be drawn.
@@ -37,6 +39,7 @@ pub(crate) fn find(
     clock: Clock,
     (frames, z_p_n_s_per_m): (&[ZmFrame], Complex64),
     (modulation_hz, slides_s): (f64, &[(f64, f64)]),
+    common_ppm: Option<Estimate>,
 ) -> Result<FoundClock, ImportRefusal> {
     let key = match clock.offset_s {
         Quantity::Found => "normal.offset_s",
@@ -68,7 +71,8 @@ pub(crate) fn find(
         key,
         reason: error.to_string(),
     })?;
-    let ppm = alignment.ppm();
+    let own_ppm = alignment.ppm();
+    let ppm = common_ppm.unwrap_or(own_ppm);
     let used_ppm = match clock.ppm {
         Quantity::Found => ppm.value,
         Quantity::Stated(_) => 0.0,
@@ -113,15 +117,20 @@ pub(crate) fn find(
             value: total_ppm,
             error: Some(ppm.std),
             unit: "ppm".to_owned(),
-            evidence: format!(
-                "the least residual of the friction over {:.1} s",
-                alignment.length_s
-            ),
+            evidence: match common_ppm {
+                None => format!(
+                    "the least residual of the friction over {:.1} s",
+                    alignment.length_s
+                ),
+                Some(_) => "the least residual of the friction, over all recordings of the session"
+                    .to_owned(),
+            },
         });
     }
     Ok(FoundClock {
         offset_s: total_offset_s,
         ppm: total_ppm,
+        own_ppm: (clock.ppm == Quantity::Found).then_some(own_ppm),
         found,
         curves: evidence,
         delay_s: alignment.delay_s.value,

@@ -4,6 +4,7 @@ use std::f64::consts::{SQRT_2, TAU};
 use std::path::Path;
 
 use envelope_files::{EnvelopeRow, EnvelopeWriter};
+use force_alignment::Estimate;
 use import_map::{
     ComplexArrays, Convention, Electrical, Envelopes, ImportMap, LockInFilter, Modulation, Quantity,
 };
@@ -13,6 +14,7 @@ use recording::manifest::{self, FoundValue, RecordedEnvelopes, RecordedPlate, St
 
 use crate::checks;
 use crate::constants::StatedPickup;
+use crate::converted::Converted;
 use crate::data_files;
 use crate::description::Description;
 use crate::figure::{self, Evidence};
@@ -33,13 +35,14 @@ const NEEDED_HARMONICS: f64 = 20.0;
 /// Time by which the ends are continued while a filter is undone, in time constants.
 const PADDING_TAU: f64 = 40.0;
 
-/// Converts a recording into `folder`, which exists; returns its found values and its notes.
+/// Converts a recording into `folder`, which exists.
 pub(crate) fn convert(
     map: &ImportMap,
     sources: &mut Sources<'_>,
     (folder, name): (&Path, &str),
     describe: &Description<'_>,
-) -> Result<(Vec<FoundValue>, Vec<String>), ImportRefusal> {
+    common_ppm: Option<Estimate>,
+) -> Result<Converted, ImportRefusal> {
     let Electrical::Envelopes {
         carrier_hz,
         modulation,
@@ -83,6 +86,7 @@ pub(crate) fn convert(
         modulation_hz: tone.frequency_hz,
         plate: recorded_plate.constants(),
         drive_time,
+        common_ppm,
     };
     let streams = |plate: &RecordedPlate| {
         Streams::Envelopes(RecordedEnvelopes {
@@ -117,7 +121,11 @@ pub(crate) fn convert(
         found: &found,
     });
     figure::write(folder, svg)?;
-    Ok((found, notes))
+    Ok(Converted {
+        found,
+        notes,
+        ppm: clock.and_then(|clock| clock.own_ppm),
+    })
 }
 
 /// Reads both envelopes, peak and exp(+iωt), in the units of their arrays.

@@ -1,4 +1,4 @@
-//! Figure of an imported recording: what was found and why.
+//! Figure of an imported recording: its streams, and the found values with their evidence.
 
 use std::fs;
 use std::path::Path;

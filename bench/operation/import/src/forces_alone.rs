@@ -5,9 +5,11 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use import_map::{Drive, Electrical, ImportMap};
-use recording::manifest::{FoundValue, Streams};
+use recording::manifest::Streams;
 use recording::{CsvRow, STIMULUS_FILE, StimulusRow};
 
+use crate::alignment;
+use crate::converted::Converted;
 use crate::data_files;
 use crate::description::Description;
 use crate::figure::{self, Evidence};
@@ -19,13 +21,20 @@ use crate::survey::{self, Channel};
 /// Rate of the rows of a stimulus, Hz.
 const STIMULUS_HZ: f64 = 2000.0;
 
-/// Converts a recording into `folder`, which exists; returns its found values and its notes.
+/// Converts a recording into `folder`, which exists.
 pub(crate) fn convert(
     map: &ImportMap,
     sources: &mut Sources<'_>,
     (folder, name): (&Path, &str),
     describe: &Description<'_>,
-) -> Result<(Vec<FoundValue>, Vec<String>), ImportRefusal> {
+) -> Result<Converted, ImportRefusal> {
+    let clock = map.normal.as_ref().map(|normal| normal.clock);
+    if clock.is_some_and(alignment::is_to_be_found) {
+        return Err(ImportRefusal::NotFound {
+            key: "normal.offset_s",
+            reason: "without drive and pickup there is no other clock".to_owned(),
+        });
+    }
     let mut first_s = 0.0;
     if let Electrical::Stimulus(Some(drive)) = &map.electrical {
         first_s = write_stimulus(folder, sources, drive)?;
@@ -47,7 +56,11 @@ pub(crate) fn convert(
         found: &found,
     });
     figure::write(folder, svg)?;
-    Ok((found, notes))
+    Ok(Converted {
+        found,
+        notes,
+        ppm: None,
+    })
 }
 
 /// Writes `stimulus.csv`: the amplitude of a drive with a carrier, or the drive itself; returns the time of its first sample, s.

@@ -1,11 +1,12 @@
 //! Recordings made elsewhere, written into a study by a map.
 //!
-//! [`import`] reads each file that the map's pattern matches, converts it, and puts it into its place in the study; [`remove`] takes
-//! back what a map brought. Files are independent: one that is refused stops no other.
+//! [`import`] reads each file that the map's pattern matches, converts it, and puts it into its place in the study; [`remove`]
+//! removes the recordings of a map. Files are independent: one that is refused stops no other.
 
 mod alignment;
 mod checks;
 mod constants;
+mod converted;
 mod data_files;
 mod derivative;
 mod description;
@@ -27,14 +28,18 @@ mod survey;
 mod tare;
 mod wav_file;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use import_map::{Assignment, Electrical, ImportMap, MapErrors, NamedFile, People, assign};
+use force_alignment::{Estimate, joint_rate};
+use import_map::{
+    Assignment, Electrical, ImportMap, MapErrors, NamedFile, People, Quantity, assign,
+};
 use rayon::prelude::*;
-use recording::manifest::{FoundValue, ImportedMap};
+use recording::manifest::ImportedMap;
 use recording::study::{GeneratedBy, Study, StudyError};
 
+use converted::Converted;
 use description::Description;
 use place::{Place, State};
 pub use refusal::ImportRefusal;
@@ -82,6 +87,9 @@ pub enum ImportError {
         cause: String,
     },
 }
+
+/// Size from which on a file is converted alone, bytes.
+const LARGE_BYTES: u64 = 200_000_000;
 
 /// A map with its files.
 #[derive(Debug)]
@@ -148,7 +156,7 @@ impl Plan {
             .file_name()
             .map(|name| name.to_string_lossy().into_owned());
         if assignment.files.is_empty() && assignment.refusals.is_empty() {
-            let example = paths.into_iter().find(|other| Some(other) != name.as_ref());
+            let example = paths.into_iter().find(|path| Some(path) != name.as_ref());
             return Err(ImportError::NoFile { folder, example });
         }
         let people = match &map.participants {
@@ -174,6 +182,11 @@ impl Plan {
             assignment,
             people,
         })
+    }
+
+    fn main_paths(&self) -> Vec<PathBuf> {
+        let files = self.assignment.files.iter();
+        files.map(|file| self.folder.join(&file.path)).collect()
     }
 
     /// Returns sentences for a user about all files.
@@ -223,57 +236,61 @@ pub fn import(
     })?;
     let folder = study.unwrap_or(trial_folder.path());
     let mut is_whole = true;
-    for (file, _) in &plan.assignment.refusals {
+    for (file, error) in &plan.assignment.refusals {
         is_whole = false;
-        let error = plan
-            .assignment
-            .refusals
-            .iter()
-            .find(|(other, _)| other == file);
-        if let Some((_, error)) = error {
-            report(&FileReport {
-                file: file.clone(),
-                recording: String::new(),
-                outcome: Err(error.clone().into()),
-                found: Vec::new(),
-                notes: Vec::new(),
-            });
-        }
+        report(&FileReport {
+            file: file.clone(),
+            recording: String::new(),
+            outcome: Err(error.clone().into()),
+            found: Vec::new(),
+            notes: Vec::new(),
+        });
     }
-    let copies = copies(plan);
-    let outcomes: Vec<(&NamedFile, bool)> = plan
-        .assignment
-        .files
+    let mut context = Context {
+        program,
+        sums: Sums::compute(plan.main_paths()),
+        rates: CommonRates::new(),
+    };
+    let copies = copies(plan, &context.sums);
+    let scratch = trial_folder.path().join("rates");
+    context.rates = common_rates(plan, folder, &scratch, &context);
+    let convert = |file: &'_ NamedFile| {
+        let mut file_report = FileReport {
+            file: file.path.clone(),
+            recording: Place::name(file),
+            outcome: Ok(Outcome::Checked),
+            found: Vec::new(),
+            notes: Vec::new(),
+        };
+        file_report.outcome = match copies.get(&file.path) {
+            Some(twin) => Err(ImportRefusal::SameBytes { twin: twin.clone() }),
+            None => import_file(
+                plan,
+                file,
+                (folder, study.is_some()),
+                &context,
+                &mut file_report,
+            ),
+        };
+        report(&file_report);
+        file_report.outcome.is_ok()
+    };
+    // Some formats are held in memory: large files follow each other.
+    let is_large = |file: &&NamedFile| {
+        let metadata = std::fs::metadata(plan.folder.join(&file.path));
+        metadata.is_ok_and(|metadata| metadata.len() > LARGE_BYTES)
+    };
+    let (large, small): (Vec<&NamedFile>, Vec<&NamedFile>) =
+        plan.assignment.files.iter().partition(is_large);
+    let mut outcomes: Vec<(&NamedFile, bool)> = small
         .par_iter()
-        .map(|file| {
-            let mut file_report = FileReport {
-                file: file.path.clone(),
-                recording: Place::name(file),
-                outcome: Ok(Outcome::Checked),
-                found: Vec::new(),
-                notes: Vec::new(),
-            };
-            file_report.outcome = match copies.get(&file.path) {
-                Some(other) => Err(ImportRefusal::SameBytes {
-                    other: other.clone(),
-                }),
-                None => import_file(
-                    plan,
-                    file,
-                    (folder, study.is_some()),
-                    program,
-                    &mut file_report,
-                ),
-            };
-            report(&file_report);
-            (file, file_report.outcome.is_ok())
-        })
+        .map(|file| (*file, convert(file)))
         .collect();
+    outcomes.extend(large.into_iter().map(|file| (file, convert(file))));
     is_whole &= outcomes.iter().all(|(_, is_done)| *is_done);
     if let Some(study) = opened {
         let done = outcomes.iter().filter(|(_, is_done)| *is_done);
-        let mut participants: Vec<_> = done.map(|(file, _)| &file.participant).collect();
-        participants.dedup();
+        let participants: BTreeSet<_> = done.map(|(file, _)| &file.participant).collect();
         for participant in participants {
             let row = plan
                 .people
@@ -286,12 +303,10 @@ pub fn import(
 }
 
 /// Returns the files that have the bytes of a file of another participant, with that file.
-fn copies(plan: &Plan) -> BTreeMap<String, String> {
-    let sums: Vec<(&NamedFile, Option<String>)> = plan
-        .assignment
-        .files
-        .par_iter()
-        .map(|file| (file, Sums::default().of(&plan.folder.join(&file.path)).ok()))
+fn copies(plan: &Plan, sums: &Sums) -> BTreeMap<String, String> {
+    let files = plan.assignment.files.iter();
+    let sums: Vec<(&NamedFile, Option<String>)> = files
+        .map(|file| (file, sums.clone().sum(&plan.folder.join(&file.path)).ok()))
         .collect();
     let mut by_sum: BTreeMap<&str, Vec<&NamedFile>> = BTreeMap::new();
     for (file, sum) in &sums {
@@ -302,83 +317,177 @@ fn copies(plan: &Plan) -> BTreeMap<String, String> {
     let mut copies = BTreeMap::new();
     for files in by_sum.values() {
         for file in files {
-            let other = files
+            let twin = files
                 .iter()
-                .find(|other| other.participant != file.participant);
-            if let Some(other) = other {
-                copies.insert(file.path.clone(), other.path.clone());
+                .find(|twin| twin.participant != file.participant);
+            if let Some(twin) = twin {
+                copies.insert(file.path.clone(), twin.path.clone());
             }
         }
     }
     copies
 }
 
+/// A file on its way to its recording.
+struct Job<'a> {
+    sources: Sources<'a>,
+    description: Description<'a>,
+    place: Place,
+    state: State,
+}
+
+impl<'a> Job<'a> {
+    fn new(
+        plan: &'a Plan,
+        file: &'a NamedFile,
+        study: &Path,
+        context: &Context<'a>,
+    ) -> Result<Self, ImportRefusal> {
+        let place = Place::new(study, file);
+        let mut sources = Sources::new(&plan.folder, &file.path, &file.captures);
+        sources.open_all(&plan.map)?;
+        let origins = sources.origins(&mut context.sums.clone())?;
+        Ok(Self {
+            state: place.state(&plan.origin, &origins, &file.path)?,
+            description: Description {
+                file,
+                map: &plan.origin,
+                sources: origins,
+                version: context.program.version,
+                body: plan.map.body,
+            },
+            sources,
+            place,
+        })
+    }
+
+    /// Converts the file into a folder beside its place; returns the folder too.
+    fn convert(
+        &mut self,
+        map: &ImportMap,
+        common_ppm: Option<Estimate>,
+    ) -> Result<(PathBuf, Converted), ImportRefusal> {
+        let unfinished = self.place.begin()?;
+        let name = Place::name(self.description.file);
+        let target = (unfinished.as_path(), name.as_str());
+        let (sources, description) = (&mut self.sources, &self.description);
+        let converted = match &map.electrical {
+            Electrical::Signals { .. } => {
+                signals::convert(map, sources, target, description, common_ppm)
+            }
+            Electrical::Envelopes { .. } => {
+                envelopes::convert(map, sources, target, description, common_ppm)
+            }
+            Electrical::Stimulus(_) => forces_alone::convert(map, sources, target, description),
+        };
+        match converted {
+            Ok(converted) => Ok((unfinished, converted)),
+            Err(refusal) => {
+                self.place.abandon(&unfinished);
+                Err(refusal)
+            }
+        }
+    }
+}
+
+/// Data common to all files of an import.
+struct Context<'a> {
+    program: Program<'a>,
+    /// Sums of the files that the map's pattern matches.
+    sums: Sums,
+    rates: CommonRates,
+}
+
+/// Rates of the forces' clock, common to the recordings of a session, by participant and session.
+type CommonRates = BTreeMap<(String, u32), Estimate>;
+
+/// Finds the rates of the forces' clocks if the map asks for them: a session's recordings are converted once each in `scratch`, and
+/// the rates that they show are averaged. Sessions with a single recording, or with nothing to import, are left out.
+fn common_rates(plan: &Plan, study: &Path, scratch: &Path, context: &Context<'_>) -> CommonRates {
+    let asks = plan
+        .map
+        .normal
+        .as_ref()
+        .is_some_and(|normal| normal.clock.ppm == Quantity::Found);
+    if !asks {
+        return CommonRates::new();
+    }
+    let mut sessions: BTreeMap<(String, u32), Vec<&NamedFile>> = BTreeMap::new();
+    for file in &plan.assignment.files {
+        sessions
+            .entry((file.participant.to_string(), file.session))
+            .or_default()
+            .push(file);
+    }
+    let is_due = |file: &&NamedFile| {
+        Job::new(plan, file, study, context).is_ok_and(|job| job.state != State::Same)
+    };
+    let rate = |file: &&NamedFile| {
+        let mut job = Job::new(plan, file, scratch, context).ok()?;
+        let (unfinished, converted) = job.convert(&plan.map, None).ok()?;
+        job.place.abandon(&unfinished);
+        let ppm = converted.ppm?;
+        Some(Estimate {
+            value: 1e-6 * ppm.value,
+            std: 1e-6 * ppm.std,
+        })
+    };
+    let due = sessions
+        .into_iter()
+        .filter(|(_, files)| files.len() > 1 && files.iter().any(is_due));
+    due.filter_map(|(session, files)| {
+        let rates: Vec<Estimate> = files.par_iter().filter_map(rate).collect();
+        let common = joint_rate(&rates).filter(|_| rates.len() > 1)?;
+        Some((
+            session,
+            Estimate {
+                value: 1e6 * common.value,
+                std: 1e6 * common.std,
+            },
+        ))
+    })
+    .collect()
+}
+
 fn import_file(
     plan: &Plan,
     file: &NamedFile,
     (study, is_kept): (&Path, bool),
-    program: Program<'_>,
+    context: &Context<'_>,
     report: &mut FileReport,
 ) -> Result<Outcome, ImportRefusal> {
-    let place = Place::new(study, file);
-    let mut sources = Sources::new(&plan.folder, &file.path, &file.captures);
-    sources.open_all(&plan.map)?;
-    let origins = sources.origins(&mut Sums::default())?;
-    let state = place.state(&plan.origin, &origins, &file.path)?;
-    if state == State::Same {
+    let mut job = Job::new(plan, file, study, context)?;
+    if job.state == State::Same {
         return Ok(Outcome::Unchanged);
     }
-    let description = Description {
-        file,
-        map: &plan.origin,
-        sources: origins,
-        version: program.version,
-        body: plan.map.body,
-    };
-    let unfinished = place.begin()?;
-    let target = (unfinished.as_path(), report.recording.as_str());
-    let converted = match &plan.map.electrical {
-        Electrical::Signals { .. } => {
-            signals::convert(&plan.map, &mut sources, target, &description)
-        }
-        Electrical::Envelopes { .. } => {
-            envelopes::convert(&plan.map, &mut sources, target, &description)
-        }
-        Electrical::Stimulus(_) => {
-            forces_alone::convert(&plan.map, &mut sources, target, &description)
-        }
-    };
-    let (found, notes): (Vec<FoundValue>, Vec<String>) = match converted {
-        Ok(converted) => converted,
-        Err(refusal) => {
-            place.abandon(&unfinished);
-            return Err(refusal);
-        }
-    };
-    report.found = found.iter().map(figure::line).collect();
-    report.notes = sources.notes();
-    report.notes.extend(notes);
+    let common_ppm = context
+        .rates
+        .get(&(file.participant.to_string(), file.session));
+    let (unfinished, converted) = job.convert(&plan.map, common_ppm.copied())?;
+    report.found = converted.found.iter().map(figure::line).collect();
+    report.notes = job.sources.notes();
+    report.notes.extend(converted.notes);
     if !is_kept {
-        place.abandon(&unfinished);
+        job.place.abandon(&unfinished);
         return Ok(Outcome::Checked);
     }
-    place.complete(&unfinished)?;
-    Ok(match state {
+    job.place.complete(&unfinished)?;
+    Ok(match job.state {
         State::Earlier => Outcome::Replaced,
         _ => Outcome::Written,
     })
 }
 
-/// What a removal did.
+/// Outcome of a removal.
 #[derive(Debug, Default)]
 pub struct Removal {
     /// Recordings that were removed, within the study.
     pub removed: Vec<String>,
-    /// Sentences for a user: what stays, and why.
+    /// Sentences for a user about recordings and files that stay, with the reason.
     pub notes: Vec<String>,
 }
 
-/// Takes back what the map at `path` brought into a study: recordings whose description states the map's sum, and the rows that
+/// Removes the contribution of the map at `path` from a study: recordings whose description states the map's sum, and the rows that
 /// the import added to `participants.tsv`.
 ///
 /// # Errors

@@ -66,18 +66,17 @@ fn steady(amplitude: &[f64], step_s: f64) -> std::ops::Range<usize> {
 /// Finds frequency and index of the modulation of a drive; an index of 0 without one.
 pub(crate) fn find(envelope: &Envelope) -> Option<FoundModulation> {
     let amplitude: Vec<f64> = envelope.values.iter().map(|value| value.norm()).collect();
-    let on = steady(&amplitude, envelope.step_s);
-    let on = &amplitude[on];
-    let length_s = on.len() as f64 * envelope.step_s;
+    let stretch = &amplitude[steady(&amplitude, envelope.step_s)];
+    let length_s = stretch.len() as f64 * envelope.step_s;
     if length_s < 0.3 {
         return None;
     }
-    let mean = on.iter().sum::<f64>() / on.len() as f64;
-    let size = (4 * on.len()).next_power_of_two();
+    let mean = stretch.iter().sum::<f64>() / stretch.len() as f64;
+    let size = (4 * stretch.len()).next_power_of_two();
     let transform = fourier::forward(size);
     let (mut input, mut output) = (transform.make_input_vec(), transform.make_output_vec());
-    for (n, (x, value)) in input.iter_mut().zip(on).enumerate() {
-        let window = 0.5 - 0.5 * (TAU * (n as f64 + 0.5) / on.len() as f64).cos();
+    for (n, (x, value)) in input.iter_mut().zip(stretch).enumerate() {
+        let window = 0.5 - 0.5 * (TAU * (n as f64 + 0.5) / stretch.len() as f64).cos();
         *x = window * (value - mean);
     }
     transform.process(&mut input, &mut output).ok()?;
@@ -88,11 +87,11 @@ pub(crate) fn find(envelope: &Envelope) -> Option<FoundModulation> {
         .max_by(|a, b| output[*a].norm_sqr().total_cmp(&output[*b].norm_sqr()))?;
     let mut hz = peak as f64 * resolution_hz;
     // Gauss–Newton on the frequency, with the amplitude of mean, sine and their second harmonics solved for linearly.
-    let mut fit = harmonic_fit(on, envelope.step_s, hz);
+    let mut fit = harmonic_fit(stretch, envelope.step_s, hz);
     let mut width_hz = 0.5 / length_s;
     for _ in 0..40 {
-        let trials =
-            [hz - width_hz, hz + width_hz].map(|hz| (hz, harmonic_fit(on, envelope.step_s, hz)));
+        let trials = [hz - width_hz, hz + width_hz]
+            .map(|hz| (hz, harmonic_fit(stretch, envelope.step_s, hz)));
         let better = trials
             .into_iter()
             .find(|(trial, candidate)| *trial > 0.0 && candidate.residual < fit.residual);
@@ -101,7 +100,9 @@ pub(crate) fn find(envelope: &Envelope) -> Option<FoundModulation> {
             None => width_hz *= 0.5,
         }
     }
-    let index = fit.amplitude / fit.mean;
+    // Each value is a mean over its interval, which lowers a sine by sin(πfT)/(πfT).
+    let half_rad = TAU / 2.0 * hz * envelope.step_s;
+    let index = fit.amplitude / fit.mean * half_rad / half_rad.sin();
     if index < LEAST_INDEX {
         return Some(FoundModulation {
             hz: 0.0,
@@ -111,8 +112,8 @@ pub(crate) fn find(envelope: &Envelope) -> Option<FoundModulation> {
         });
     }
     // Neighbouring values of the residual are not independent: that of 20 values counts as one.
-    let count = (on.len() as f64 / 20.0).max(1.0);
-    let rms = (fit.residual / on.len() as f64).sqrt();
+    let count = (stretch.len() as f64 / 20.0).max(1.0);
+    let rms = (fit.residual / stretch.len() as f64).sqrt();
     Some(FoundModulation {
         hz,
         // Rife and Boorstyn 1974: var ω = 12 σ²/(A²/2 · n T²), with σ² of a sample.
@@ -155,13 +156,13 @@ pub(crate) fn harmonic_fit(values: &[f64], step_s: f64, hz: f64) -> HarmonicFit 
     }
     let right: [f64; N] = matrix.map(|line| line[N]);
     let solution = solve(matrix);
-    let explained: f64 = solution.iter().zip(right).map(|(a, b)| a * b).sum();
+    let fitted: f64 = solution.iter().zip(right).map(|(a, b)| a * b).sum();
     let harmonic = Complex64::new(solution[1], -solution[2]);
     HarmonicFit {
         mean: solution[0],
         amplitude: harmonic.norm(),
         phase_rad: harmonic.arg(),
-        residual: (squares - explained).max(0.0),
+        residual: (squares - fitted).max(0.0),
     }
 }
 
@@ -206,9 +207,9 @@ mod tests {
             values: (0..6800)
                 .map(|n| {
                     let t = f64::from(n) * step_s;
-                    let on = ((t - 0.1) / 0.1).clamp(0.0, 1.0);
+                    let ramp = ((t - 0.1) / 0.1).clamp(0.0, 1.0);
                     let ripple = 1e-3 * f64::from(n % 7 - 3);
-                    Complex64::from(on * 8.0 * (1.0 + index * (TAU * hz * t).sin() + ripple))
+                    Complex64::from(ramp * 8.0 * (1.0 + index * (TAU * hz * t).sin() + ripple))
                 })
                 .collect(),
         }

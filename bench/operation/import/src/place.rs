@@ -1,4 +1,4 @@
-//! Places of imported recordings in a study: what is there, what is replaced, what is taken back.
+//! Places of imported recordings in a study: their state before an import, their replacement, their removal.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -92,7 +92,7 @@ impl Place {
         let has_same = |source: &ImportedSource| {
             sources
                 .iter()
-                .any(|other| other.file == source.file && other.sha256 == source.sha256)
+                .any(|known| known.file == source.file && known.sha256 == source.sha256)
         };
         if there.map.sha256 == map.sha256 && there.sources.iter().all(has_same) {
             return Ok(State::Same);

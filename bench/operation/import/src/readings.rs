@@ -12,6 +12,9 @@ use crate::tare::{self, Tare};
 /// Force below which a plate counts as unloaded while its tare is found, N.
 const REST_N: f64 = 0.05;
 
+/// Relative difference below which two lengths are those of one rate.
+const SAME_LENGTH: f64 = 0.01;
+
 /// Forces, position and intervals of a recording.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Readings {
@@ -74,6 +77,24 @@ impl Readings {
                 sources.column(&lateral.source)?,
             );
             require_same_length(&columns.0, &columns.1)?;
+        }
+        if let (Some(normal), Some(position)) = (&map.normal, &map.position)
+            && normal.time == position.time
+            && normal.source.file == position.source.file
+        {
+            // A position that lasts as long as the forces with another number of values has another rate.
+            let columns = (
+                sources.column(&normal.source)?,
+                sources.column(&position.source)?,
+            );
+            let ratio = columns.0.len() as f64 / columns.1.len() as f64;
+            if (ratio - 1.0).abs() > SAME_LENGTH {
+                return Err(ImportRefusal::PositionRate {
+                    name: columns.1.name(),
+                    length: columns.1.len(),
+                    force_length: columns.0.len(),
+                });
+            }
         }
         if let Some(position) = &map.position {
             let stream = (

@@ -96,6 +96,18 @@ pub enum ImportRefusal {
         /// Its length.
         second_length: u64,
     },
+    /// The position follows the normal force's rate with another number of values.
+    #[error(
+        "{name} has {length} values and the normal force {force_length}, and both would have one rate: state rate_hz of the position"
+    )]
+    PositionRate {
+        /// Array of the position.
+        name: String,
+        /// Its length.
+        length: u64,
+        /// Length of the normal force.
+        force_length: u64,
+    },
     /// An array has too few values.
     #[error("{name} has {length} values: too few for a recording; name the right array")]
     Short {
@@ -224,11 +236,11 @@ pub enum ImportRefusal {
     },
     /// Two participants have the same bytes.
     #[error(
-        "it has the same bytes as {other}, which is of another participant: one of the two is a copy under a wrong name"
+        "it has the same bytes as {twin}, which is of another participant: one of the two is a copy under a wrong name"
     )]
     SameBytes {
-        /// Other file.
-        other: String,
+        /// The other file.
+        twin: String,
     },
     /// A recording that did not come from this map is in the way.
     #[error(

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use force_alignment::Estimate;
 use impedance::PlateConstants;
 use import_map::{ImportMap, PickupConversion};
 use recording::manifest::FoundValue;
@@ -29,13 +30,15 @@ pub(crate) struct Search<'a> {
     pub plate: PlateConstants,
     /// Time of the drive.
     pub drive_time: DriveTime,
+    /// Common excess of the rate of the forces' clock in all recordings of the session, parts per million.
+    pub common_ppm: Option<Estimate>,
 }
 
 /// Writes the files of a recording that depend on the pickup and on the intervals.
 pub(crate) type Write<'a> = &'a dyn Fn(StatedPickup, &Readings) -> Result<(), ImportRefusal>;
 
 impl Search<'_> {
-    /// Finds what the map asks for; places pickup and readings accordingly.
+    /// Finds the values that the map leaves open; places pickup and readings accordingly.
     pub fn run(
         &self,
         (stated, readings): (&mut StatedPickup, &mut Readings),
@@ -61,10 +64,14 @@ impl Search<'_> {
         }
         let clock = self.map.normal.as_ref().map(|normal| normal.clock);
         let clock = clock.filter(|clock| alignment::is_to_be_found(*clock));
-        let (Some(clock), Some(normal), Some(lateral)) =
-            (clock, &readings.normal, &readings.lateral)
-        else {
+        let Some(clock) = clock else {
             return Ok(None);
+        };
+        let (Some(normal), Some(lateral)) = (&readings.normal, &readings.lateral) else {
+            return Err(ImportRefusal::NotFound {
+                key: "normal.offset_s",
+                reason: "it needs the normal and the lateral force".to_owned(),
+            });
         };
         let (record, unloaded) = plate(*stated, readings, "normal.offset_s", true)?;
         let strokes = readings.intervals.strokes();
@@ -77,6 +84,7 @@ impl Search<'_> {
             clock,
             (&record.frames, unloaded.z_p_n_s_per_m),
             (self.modulation_hz, &slides_s),
+            self.common_ppm,
         )?;
         found.append(&mut placed.found);
         notes.append(&mut placed.notes);

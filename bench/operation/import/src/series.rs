@@ -45,7 +45,7 @@ pub(crate) struct PlacedClock {
 }
 
 impl PlacedClock {
-    /// Returns the clock as stated, with 0 for what is to be found.
+    /// Returns the clock as stated, with 0 for a value that is to be found.
     pub fn stated(clock: Clock) -> Self {
         let value = |quantity: Quantity| quantity.stated().unwrap_or(0.0);
         Self {

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use force_alignment::Estimate;
 use import_map::{
     Carrier, Centre, Drive, Electrical, ImportMap, Modulation, Pickup, Quantity, Template,
 };
@@ -13,6 +14,7 @@ use recording::manifest::{
 
 use crate::checks;
 use crate::constants::StatedPickup;
+use crate::converted::Converted;
 use crate::data_files;
 use crate::derivative::Integrator;
 use crate::description::Description;
@@ -54,13 +56,14 @@ struct SignalMap<'a> {
     pickup: &'a Pickup,
 }
 
-/// Converts a recording into `folder`, which exists; returns its found values and its notes.
+/// Converts a recording into `folder`, which exists.
 pub(crate) fn convert(
     map: &ImportMap,
     sources: &mut Sources<'_>,
     (folder, name): (&Path, &str),
     describe: &Description<'_>,
-) -> Result<(Vec<FoundValue>, Vec<String>), ImportRefusal> {
+    common_ppm: Option<Estimate>,
+) -> Result<Converted, ImportRefusal> {
     let Electrical::Signals {
         carrier,
         modulation,
@@ -123,6 +126,7 @@ pub(crate) fn convert(
         modulation_hz: signals.tone.modulation_hz,
         plate: state.plate.constants(),
         drive_time,
+        common_ppm,
     };
     let write =
         |pickup, readings: &Readings| state.describe(folder, pickup, readings, describe, &[]);
@@ -151,7 +155,11 @@ pub(crate) fn convert(
         found: &found,
     });
     figure::write(folder, svg)?;
-    Ok((found, notes))
+    Ok(Converted {
+        found,
+        notes,
+        ppm: clock.and_then(|clock| clock.own_ppm),
+    })
 }
 
 /// Reads drive and pickup once: rate, carrier, modulation, and the state of the channels.
@@ -204,10 +212,12 @@ fn survey(
                 value: range.least,
             });
         }
-        if range.is_clipped() {
+        if let Some(count) = range.clipped() {
             notes.push(format!(
-                "{stream} ({}) is clipped: {} runs of equal samples at {} or {}; the analysis leaves these stretches out",
-                column.name(), range.flat_runs, range.least, range.greatest
+                "{stream} ({}) is clipped: {count} samples are at {} or {}; the analysis leaves these stretches out",
+                column.name(),
+                range.least,
+                range.greatest
             ));
         }
         if range.lost > 0 {

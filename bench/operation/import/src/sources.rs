@@ -9,6 +9,7 @@ use import_map::{
     ArraySource, Captures, Electrical, ImportMap, Intervals, Rate, Template, TimeBase,
 };
 use num_complex::Complex64;
+use rayon::prelude::*;
 use recording::manifest::ImportedSource;
 use sha2::{Digest, Sha256};
 use source_files::{SourceFile, Vector};
@@ -313,7 +314,7 @@ impl<'a> Sources<'a> {
         for (file, reader) in opened.chain(others) {
             origins.push(ImportedSource {
                 file: file.clone(),
-                sha256: sums.of(&self.folder.join(file))?,
+                sha256: sums.sum(&self.folder.join(file))?,
                 reader,
             });
         }
@@ -334,14 +335,25 @@ impl<'a> Sources<'a> {
 }
 
 /// SHA-256 sums of files, each computed once.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Sums {
     by_path: BTreeMap<PathBuf, String>,
 }
 
 impl Sums {
+    /// Computes the sums of files in parallel; one that cannot be read is left out.
+    pub fn compute(paths: Vec<PathBuf>) -> Self {
+        let sums = paths.into_par_iter().filter_map(|path| {
+            let sum = file_sum(&path).ok()?;
+            Some((path, sum))
+        });
+        Self {
+            by_path: sums.collect(),
+        }
+    }
+
     /// Returns the sum of a file in hexadecimal.
-    pub fn of(&mut self, path: &Path) -> Result<String, ImportRefusal> {
+    pub fn sum(&mut self, path: &Path) -> Result<String, ImportRefusal> {
         if let Some(sum) = self.by_path.get(path) {
             return Ok(sum.clone());
         }

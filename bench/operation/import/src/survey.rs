@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use num_complex::Complex64;
 
 use crate::refusal::ImportRefusal;
-use crate::sources::{BLOCK, Column, Sources};
+use crate::sources::{Column, Sources};
 
 /// Rate of the envelopes, Hz.
 const FRAMES_HZ: f64 = 2000.0;
@@ -60,11 +60,36 @@ pub(crate) struct Range {
     pub least: f64,
     /// Greatest value.
     pub greatest: f64,
-    /// Number of runs of at least three equal samples at either end.
-    pub flat_runs: u64,
     /// Number of lost samples.
     pub lost: u64,
-    run: (f64, u64),
+    ends: [End; 2],
+}
+
+/// One end of a channel's range: samples at it, and samples near it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct End {
+    level: f64,
+    at: u64,
+    near: u64,
+}
+
+/// Share of the greatest level from which on a sample is near it.
+const NEAR: f64 = 0.98;
+/// Fewest samples at an end of a channel that was cut off.
+const FEWEST_CUT: u64 = 50;
+
+impl End {
+    fn take(&mut self, level: f64) {
+        if level > self.level {
+            let is_near = self.level > NEAR * level;
+            self.near = if is_near { self.near + self.at } else { 0 };
+            (self.level, self.at) = (level, 1);
+        } else if level == self.level {
+            self.at += 1;
+        } else if level > NEAR * self.level {
+            self.near += 1;
+        }
+    }
 }
 
 impl Default for Range {
@@ -72,9 +97,8 @@ impl Default for Range {
         Self {
             least: f64::INFINITY,
             greatest: f64::NEG_INFINITY,
-            flat_runs: 0,
             lost: 0,
-            run: (f64::NAN, 0),
+            ends: [End::default(); 2],
         }
     }
 }
@@ -83,32 +107,21 @@ impl Range {
     fn take(&mut self, value: f64) {
         if !value.is_finite() {
             self.lost += 1;
-            self.run = (f64::NAN, 0);
             return;
         }
-        if value > self.greatest || value < self.least {
-            // Runs at an end that is none any longer do not count.
-            if value > self.greatest + 1e-9 * self.greatest.abs()
-                || value < self.least - 1e-9 * self.least.abs()
-            {
-                self.flat_runs = 0;
-            }
-            self.greatest = self.greatest.max(value);
-            self.least = self.least.min(value);
-        }
-        if value == self.run.0 {
-            self.run.1 += 1;
-            if self.run.1 == 3 && (value == self.greatest || value == self.least) {
-                self.flat_runs += 1;
-            }
-        } else {
-            self.run = (value, 1);
-        }
+        self.greatest = self.greatest.max(value);
+        self.least = self.least.min(value);
+        let [low, high] = &mut self.ends;
+        low.take(-value);
+        high.take(value);
     }
 
-    /// Returns whether the channel was cut off at its ends.
-    pub fn is_clipped(&self) -> bool {
-        self.flat_runs >= 5
+    /// Returns the number of samples at the ends of the range if the channel was cut off there: there are more of them than of
+    /// samples near them, of which a sine has many.
+    pub fn clipped(&self) -> Option<u64> {
+        let is_cut = |end: &&End| end.at >= FEWEST_CUT && end.at > 2 * end.near;
+        let cut: u64 = self.ends.iter().filter(is_cut).map(|end| end.at).sum();
+        (cut > 0).then_some(cut)
     }
 }
 
@@ -202,7 +215,6 @@ pub(crate) fn channel(
         }
         Ok(())
     })?;
-    debug_assert!(BLOCK > 0);
     Ok(Channel {
         envelope: Envelope {
             first_s: (group - 1) as f64 / 2.0 / rate_hz,
@@ -330,8 +342,8 @@ mod tests {
                 .map(|n| {
                     let t = f64::from(n) * step_s;
                     let amplitude = 1.0 + 0.95 * (TAU * 6.0 * t).sin();
-                    let on = if n > 500 { 1.0 } else { 0.0 };
-                    on * amplitude * Complex64::cis(TAU * 3.25 * t)
+                    let level = if n > 500 { 1.0 } else { 0.0 };
+                    level * amplitude * Complex64::cis(TAU * 3.25 * t)
                 })
                 .collect(),
         };
@@ -356,7 +368,7 @@ mod tests {
             }
             range
         };
-        assert!(range(0.9).is_clipped());
-        assert!(!range(1.0).is_clipped());
+        assert!(range(0.9).clipped().is_some());
+        assert_eq!(range(1.0).clipped(), None);
     }
 }

@@ -18,8 +18,8 @@ pub(crate) struct Tare {
     pub error: f64,
 }
 
-/// Estimates the tare of the normal force before anything is known of the contact: the lowest level at which the force stays
-/// still. `None` if it never does.
+/// Estimates the tare of the normal force before anything is known of the contact: of the lowest and the highest level at which the
+/// force stays still, the one with less noise, or else the one at the ends of the recording. `None` if it never stays still.
 pub(crate) fn resting_level(force: &Samples) -> Option<f64> {
     let (time_s, values) = force.coarse();
     let count = time_s.len();
@@ -44,13 +44,44 @@ pub(crate) fn resting_level(force: &Samples) -> Option<f64> {
         (low.min(value), high.max(value))
     });
     let limit = (4.0 * quietest).max(0.01 * (high - low));
-    let still = windows
-        .iter()
-        .filter(|(_, deviation)| *deviation <= limit)
-        .map(|(mean, _)| *mean);
-    let lowest = still.clone().fold(f64::INFINITY, f64::min);
-    // Windows at this level, within the noise of their samples.
-    statistics::median(still.filter(|mean| mean - lowest <= limit))
+    let still: Vec<(usize, f64, f64)> = (0..)
+        .zip(&windows)
+        .filter(|(_, (_, deviation))| *deviation <= limit)
+        .map(|(place, (mean, deviation))| (place, *mean, *deviation))
+        .collect();
+    let means = still.iter().map(|(_, mean, _)| *mean);
+    let (lowest, highest) = means.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), mean| {
+        (low.min(mean), high.max(mean))
+    });
+    // Windows at the lowest level and at the highest, within the noise of their samples.
+    let group = |level: f64| -> Vec<(usize, f64, f64)> {
+        let near = still
+            .iter()
+            .filter(|(_, mean, _)| (mean - level).abs() <= limit);
+        near.copied().collect()
+    };
+    let (low_group, high_group) = (group(lowest), group(highest));
+    let noise = |group: &[(usize, f64, f64)]| {
+        statistics::median(group.iter().map(|(_, _, deviation)| *deviation))
+    };
+    let ends = |group: &[(usize, f64, f64)]| {
+        let is_at_end = |(place, _, _): &&(usize, f64, f64)| {
+            let share = *place as f64 / windows.len() as f64;
+            !(0.1..=0.9).contains(&share)
+        };
+        group.iter().filter(is_at_end).count()
+    };
+    let (low_noise, high_noise) = (noise(&low_group)?, noise(&high_group)?);
+    // Without a finger there is the sensor's noise alone; where a finger is as quiet, the ends of a recording are without one.
+    let is_high = if high_noise < 0.5 * low_noise {
+        true
+    } else if low_noise < 0.5 * high_noise {
+        false
+    } else {
+        ends(&high_group) > ends(&low_group)
+    };
+    let rest = if is_high { high_group } else { low_group };
+    statistics::median(rest.into_iter().map(|(_, mean, _)| mean))
 }
 
 /// Returns the mean force over stretches without contact, s on the drive's clock.
@@ -195,6 +226,9 @@ mod tests {
     fn the_normal_force_rests_at_its_tare() {
         let force = samples(|t| pressed(t) + 0.37);
         let level = resting_level(&force).unwrap();
+        assert!((level - 0.37).abs() < 0.01, "{level}");
+        let upside_down = samples(|t| -pressed(t) + 0.37);
+        let level = resting_level(&upside_down).unwrap();
         assert!((level - 0.37).abs() < 0.01, "{level}");
         let tare = without_contact(&force, &[(0.1, 0.9), (5.1, 5.9)]).unwrap();
         assert!(

@@ -71,7 +71,7 @@ impl Check<'_> {
     }
 
     /// Returns a number within its range.
-    pub fn within(
+    pub fn number(
         &mut self,
         key: &str,
         value: f64,
@@ -182,7 +182,7 @@ impl Check<'_> {
                 None
             }
             (Some(NumberOrName::Number(hz)), None) => {
-                let hz = self.within(&format!("{table}.rate_hz"), hz, (1e-2, 1e8), "Hz")?;
+                let hz = self.number(&format!("{table}.rate_hz"), hz, (1e-2, 1e8), "Hz")?;
                 Some(TimeBase::Rate(Rate::Hz(hz)))
             }
             (Some(NumberOrName::Name(name)), None) => Some(TimeBase::Rate(match name.as_str() {
@@ -192,7 +192,7 @@ impl Check<'_> {
             (None, Some(ArrayName(name))) => {
                 let seconds_per_unit = seconds_per_unit.unwrap_or(1.0);
                 let key = format!("{table}.seconds_per_unit");
-                let seconds_per_unit = self.within(&key, seconds_per_unit, (1e-15, 1e6), "s")?;
+                let seconds_per_unit = self.number(&key, seconds_per_unit, (1e-15, 1e6), "s")?;
                 Some(TimeBase::Column {
                     name,
                     seconds_per_unit,
@@ -218,6 +218,15 @@ impl Check<'_> {
         } = raw;
         if let (None, None, None, Some(following)) = (clock, offset_s, ppm, following) {
             return Some(following);
+        }
+        for (key, value) in [("offset_s", offset_s), ("ppm", ppm)] {
+            if table != "normal" && value == Some(NumberOr::Word(FoundWord::Found)) {
+                self.wrong(
+                    &format!("{table}.{key}"),
+                    "is found for [normal], and the other streams follow it: delete it here, or write a number",
+                );
+                return None;
+            }
         }
         let is_drives = match clock {
             Some(clock) => clock == RawClock::Same,

@@ -26,6 +26,7 @@
 //! ```
 
 mod check;
+mod file_names;
 mod map;
 mod map_error;
 mod marks;
@@ -34,6 +35,7 @@ mod pattern;
 mod people;
 mod raw;
 mod reading;
+mod stream_tables;
 mod streams;
 #[cfg(test)]
 mod tests;

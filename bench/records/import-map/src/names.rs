@@ -48,7 +48,7 @@ pub enum NameError {
         /// The identifier.
         id: String,
     },
-    /// A captured number is none.
+    /// A captured text is no number.
     #[error(
         "`{group}` captures `{text}`, which is not a whole number: capture its digits alone, as in (?<{group}>\\d+)"
     )]

@@ -81,13 +81,13 @@ impl People {
     #[must_use]
     pub fn row(&self, participant: &ParticipantId) -> Option<Vec<(&str, &str)>> {
         let wanted = label(participant.as_str())?;
-        let same = |exact: bool| {
+        let row = |exact: bool| {
             self.rows.iter().find(|(name, _)| match exact {
                 true => *name == wanted,
                 false => name.trim_start_matches('0') == wanted.trim_start_matches('0'),
             })
         };
-        let (_, cells) = same(true).or_else(|| same(false))?;
+        let (_, cells) = row(true).or_else(|| row(false))?;
         let names = self.columns.iter().map(String::as_str);
         Some(names.zip(cells.iter().map(String::as_str)).collect())
     }

@@ -1,27 +1,14 @@
 //! Reading of a map: its tables, turned into streams.
 
-use std::collections::BTreeSet;
-
-use interval_rules::Rule;
-
 use crate::check::{Check, RawClocking, RawTime};
-use crate::map::{
-    Body, Carrier, Centre, Electrical, ImportMap, Intervals, Modulation, Plate, PlateConstants,
-};
+use crate::map::{Body, Carrier, Centre, Electrical, ImportMap, Modulation, Plate, PlateConstants};
 use crate::map_error::{MapError, MapErrors};
-use crate::pattern::{FilePattern, KNOWN_GROUPS, Template};
-use crate::raw::{
-    RawDrive, RawEnvelopes, RawIntervals, RawLateral, RawMap, RawModulation, RawNormal, RawPickup,
-    RawPlate,
-};
+use crate::raw::{RawDrive, RawEnvelopes, RawMap, RawModulation, RawPickup, RawPlate};
 use crate::streams::{
-    ArraySource, Clock, Drive, Envelopes, Lateral, LateralTare, LockInFilter, Normal, NormalTare,
-    Pickup, PickupConversion, PickupQuantity, PickupScale, Position, Quantity, Rate, TimeBase,
-    Travel,
+    Clock, Drive, Envelopes, LockInFilter, Pickup, PickupConversion, PickupQuantity, PickupScale,
+    Quantity, Rate, TimeBase, Travel,
 };
-use crate::value::{
-    CarrierWord, CentreWord, FoundWord, LateralTareWord, NormalTareWord, NumberOr, ScaleWord,
-};
+use crate::value::{CarrierWord, CentreWord, FoundWord, NumberOr, ScaleWord};
 
 /// Version of the map's layout.
 const FORMAT: u32 = 1;
@@ -182,123 +169,6 @@ impl Check<'_> {
         })
     }
 
-    fn pattern(&mut self, raw: &RawMap) -> Option<FilePattern> {
-        let stream_files = self.stream_files(raw);
-        let parsed = match &raw.files {
-            Some(text) => FilePattern::parse(text),
-            None => match stream_files.first() {
-                Some((_, template)) => FilePattern::from_template(template),
-                None => {
-                    self.missing(
-                        None,
-                        "files",
-                        r"write a regular expression for the files' names, such as files = 'S(?<participant>\d+)_T(?<trial>\d+)\.mat'",
-                    );
-                    return None;
-                }
-            },
-        };
-        let pattern = match parsed {
-            Ok(pattern) => pattern,
-            Err(fault) => {
-                self.wrong("files", fault);
-                return None;
-            }
-        };
-        let groups: BTreeSet<String> = pattern.groups().map(str::to_owned).collect();
-        let used: BTreeSet<String> = stream_files
-            .iter()
-            .flat_map(|(_, template)| template.placeholders().map(str::to_owned))
-            .collect();
-        for (key, template) in &stream_files {
-            for name in template
-                .placeholders()
-                .filter(|name| !groups.contains(*name))
-            {
-                let known: Vec<String> = groups.iter().cloned().collect();
-                let meant = strict_toml::nearest(name, &known);
-                let meant = meant
-                    .map(|meant| format!(", did you mean {{{meant}}}?"))
-                    .unwrap_or_default();
-                self.wrong(
-                    key,
-                    format!("names {{{name}}}, which `files` does not capture{meant}"),
-                );
-            }
-        }
-        let known = KNOWN_GROUPS.map(str::to_owned);
-        for group in groups
-            .iter()
-            .filter(|group| !known.contains(group) && !used.contains(*group))
-        {
-            let meant = strict_toml::nearest(group, &known);
-            let meant = meant
-                .map(|meant| format!(", did you mean `{meant}`?"))
-                .unwrap_or_default();
-            self.wrong(
-                "files",
-                format!(
-                    "captures `{group}`, which nothing uses{meant}; known: {}",
-                    KNOWN_GROUPS.join(", ")
-                ),
-            );
-        }
-        Some(pattern)
-    }
-
-    /// Returns the names of files with placeholders, the streams' first, with their keys.
-    fn stream_files(&mut self, raw: &RawMap) -> Vec<(&'static str, Template)> {
-        let names = [
-            (
-                "drive.file",
-                raw.drive.as_ref().and_then(|table| table.file.as_deref()),
-            ),
-            (
-                "envelopes.file",
-                raw.envelopes
-                    .as_ref()
-                    .and_then(|table| table.file.as_deref()),
-            ),
-            (
-                "normal.file",
-                raw.normal.as_ref().and_then(|table| table.file.as_deref()),
-            ),
-            (
-                "lateral.file",
-                raw.lateral.as_ref().and_then(|table| table.file.as_deref()),
-            ),
-            (
-                "pickup.file",
-                raw.pickup.as_ref().and_then(|table| table.file.as_deref()),
-            ),
-            (
-                "position.file",
-                raw.position
-                    .as_ref()
-                    .and_then(|table| table.file.as_deref()),
-            ),
-            (
-                "velocity.file",
-                raw.velocity
-                    .as_ref()
-                    .and_then(|table| table.file.as_deref()),
-            ),
-            (
-                "intervals.marks",
-                raw.intervals
-                    .as_ref()
-                    .and_then(|table| table.marks.as_deref()),
-            ),
-            (
-                "baseline.file",
-                raw.baseline.as_ref().map(|table| table.file.as_str()),
-            ),
-        ];
-        let parsed =
-            |(key, text): (&'static str, Option<&str>)| Some((key, Template::parse(text?).ok()?));
-        names.into_iter().filter_map(parsed).collect()
-    }
-
     fn electrical(&mut self, raw: &RawMap) -> Option<Electrical> {
         match (&raw.drive, &raw.pickup, &raw.envelopes) {
             (None, None, Some(table)) => self.envelopes(raw, table),
@@ -406,7 +276,7 @@ impl Check<'_> {
             NumberOr::Word(CarrierWord::Found) => Some(Carrier::Constant(Quantity::Found)),
             NumberOr::Word(CarrierWord::Follows) => Some(Carrier::Follows),
             NumberOr::Number(hz) => {
-                let hz = self.within("carrier.hz", hz, (1.0, 1e7), "Hz")?;
+                let hz = self.number("carrier.hz", hz, (1.0, 1e7), "Hz")?;
                 Some(Carrier::Constant(Quantity::Stated(hz)))
             }
         }
@@ -429,7 +299,7 @@ impl Check<'_> {
         );
         let quantity = |check: &mut Self, key: &str, value, range, unit: &str| match value {
             NumberOr::Word(FoundWord::Found) => Some(Quantity::Found),
-            NumberOr::Number(value) => check.within(key, value, range, unit).map(Quantity::Stated),
+            NumberOr::Number(value) => check.number(key, value, range, unit).map(Quantity::Stated),
         };
         let hz = hz.and_then(|hz| quantity(self, "modulation.hz", hz, (0.0, 1e4), "Hz"));
         let index =
@@ -522,7 +392,7 @@ impl Check<'_> {
                         format!("= {order} is outside 1 to 8"),
                     );
                 }
-                self.within("envelopes.low_pass.tau_s", filter.tau_s, (1e-9, 10.0), "s")
+                self.number("envelopes.low_pass.tau_s", filter.tau_s, (1e-9, 10.0), "s")
                     .map(|tau_s| Some(LockInFilter { order, tau_s }))
             }
         };
@@ -555,7 +425,7 @@ impl Check<'_> {
         let mass = raw.and_then(|plate| plate.modal_mass_kg);
         let mass = self.require("plate", "modal_mass_kg", mass, "write the modal mass in kg");
         let mass =
-            mass.and_then(|mass| self.within("plate.modal_mass_kg", mass, (1e-9, 1e3), "kg"));
+            mass.and_then(|mass| self.number("plate.modal_mass_kg", mass, (1e-9, 1e3), "kg"));
         let raw = raw?;
         let centre = match raw.centre_m {
             None | Some(NumberOr::Word(CentreWord::MiddleOfTravel)) => Some(Centre::MiddleOfTravel),
@@ -592,7 +462,7 @@ impl Check<'_> {
                     "write it, or sweep = \"FILE\" with a sweep that was measured elsewhere";
                 let resonance = self.require("plate", "resonance_hz", raw.resonance_hz, remedy);
                 let resonance = resonance
-                    .and_then(|hz| self.within("plate.resonance_hz", hz, (1.0, 1e7), "Hz"));
+                    .and_then(|hz| self.number("plate.resonance_hz", hz, (1.0, 1e7), "Hz"));
                 let remedy = "write the actuators' force per volt in N/V, or sweep = \"FILE\" with a sweep that was measured elsewhere";
                 let factor = self.require(
                     "plate",
@@ -605,7 +475,7 @@ impl Check<'_> {
                 let quality = match raw.quality {
                     None => Some(None),
                     Some(quality) => self
-                        .within("plate.quality", quality, (0.5, 1e7), "")
+                        .number("plate.quality", quality, (0.5, 1e7), "")
                         .map(Some),
                 };
                 resonance.zip(factor).zip(quality).map(
@@ -621,131 +491,6 @@ impl Check<'_> {
             modal_mass_kg: mass?,
             constants: constants?,
             centre: centre?,
-        })
-    }
-
-    fn normal(&mut self, table: RawNormal, drive_time: Option<&TimeBase>) -> Option<Normal> {
-        let source = self.source("normal", table.file.as_deref(), table.from);
-        let time = RawTime {
-            rate_hz: table.rate_hz,
-            time: table.time,
-            seconds_per_unit: table.seconds_per_unit,
-        };
-        let clock = RawClocking {
-            clock: table.clock,
-            offset_s: table.offset_s,
-            ppm: table.ppm,
-        };
-        let clock = self.clock("normal", clock, None);
-        // Samples on the drive's clock are its own samples unless another rate is stated.
-        let following = drive_time.filter(|_| clock.is_none_or(|clock| clock.is_drives));
-        let time = self.time("normal", time, following);
-        let newtons_per_unit = self.scale("normal", "newtons_per_unit", table.newtons_per_unit);
-        let tare = match table.tare {
-            None | Some(NumberOr::Word(NormalTareWord::None)) => Some(NormalTare::Stated(0.0)),
-            Some(NumberOr::Word(NormalTareWord::NoContact)) => Some(NormalTare::NoContact),
-            Some(NumberOr::Number(value)) => {
-                self.finite("normal.tare", value).map(NormalTare::Stated)
-            }
-        };
-        Some(Normal {
-            source: source?,
-            time: time?,
-            clock: clock?,
-            newtons_per_unit: newtons_per_unit?,
-            tare: tare?,
-        })
-    }
-
-    fn lateral(
-        &mut self,
-        table: RawLateral,
-        normal: Option<&(TimeBase, Clock)>,
-    ) -> Option<Lateral> {
-        let source = self.source("lateral", table.file.as_deref(), table.from);
-        let time = RawTime {
-            rate_hz: table.rate_hz,
-            time: table.time,
-            seconds_per_unit: table.seconds_per_unit,
-        };
-        let clock = RawClocking {
-            clock: table.clock,
-            offset_s: table.offset_s,
-            ppm: table.ppm,
-        };
-        let time = self.time("lateral", time, normal.map(|(time, _)| time));
-        let clock = self.clock("lateral", clock, normal.map(|(_, clock)| *clock));
-        let newtons_per_unit = self.scale("lateral", "newtons_per_unit", table.newtons_per_unit);
-        let tare = match table.tare {
-            None | Some(NumberOr::Word(LateralTareWord::None)) => Some(LateralTare::Stated(0.0)),
-            Some(NumberOr::Word(LateralTareWord::NoContact)) => Some(LateralTare::NoContact),
-            Some(NumberOr::Word(LateralTareWord::SymmetricStrokes)) => {
-                Some(LateralTare::SymmetricStrokes)
-            }
-            Some(NumberOr::Number(value)) => {
-                self.finite("lateral.tare", value).map(LateralTare::Stated)
-            }
-        };
-        Some(Lateral {
-            source: source?,
-            time: time?,
-            clock: clock?,
-            newtons_per_unit: newtons_per_unit?,
-            tare: tare?,
-        })
-    }
-
-    fn place(
-        &mut self,
-        table: &'static str,
-        (source, time, clock, travel): (Option<ArraySource>, RawTime, RawClocking, Option<Travel>),
-        normal: Option<&(TimeBase, Clock)>,
-    ) -> Option<Position> {
-        let time = self.time(table, time, normal.map(|(time, _)| time));
-        let clock = self.clock(table, clock, normal.map(|(_, clock)| *clock));
-        Some(Position {
-            source: source?,
-            time: time?,
-            clock: clock?,
-            travel: travel?,
-        })
-    }
-
-    fn intervals(&mut self, raw: Option<RawIntervals>) -> Option<Intervals> {
-        let Some(raw) = raw else {
-            return Some(Intervals::Rules {
-                unloaded: None,
-                exploration: None,
-            });
-        };
-        if let Some(marks) = &raw.marks {
-            for (key, rule) in [
-                ("unloaded", &raw.unloaded),
-                ("exploration", &raw.exploration),
-            ] {
-                if rule.is_some() {
-                    self.wrong(
-                        &format!("intervals.{key}"),
-                        "and `marks` both state intervals: delete one",
-                    );
-                }
-            }
-            let marks = self.template("intervals.marks", Some(marks)).ok()??;
-            return Some(Intervals::Marks(marks));
-        }
-        let rule = |check: &mut Self, key: &str, text: Option<&str>| match text.map(Rule::parse) {
-            None => Some(None),
-            Some(Ok(rule)) => Some(Some(rule)),
-            Some(Err(error)) => {
-                check.wrong(key, format!("= {error}"));
-                None
-            }
-        };
-        let unloaded = rule(self, "intervals.unloaded", raw.unloaded.as_deref());
-        let exploration = rule(self, "intervals.exploration", raw.exploration.as_deref());
-        Some(Intervals::Rules {
-            unloaded: unloaded?,
-            exploration: exploration?,
         })
     }
 }

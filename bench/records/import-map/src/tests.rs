@@ -242,6 +242,11 @@ fn contradictions_are_refused_with_their_line() {
             "(?<particpant>",
             "did you mean `participant`?",
         ),
+        (
+            "wrap_bits = 32",
+            "wrap_bits = 32\noffset_s = \"found\"",
+            "is found for [normal]",
+        ),
         ("skew_s", "skew", "did you mean `skew_s`?"),
         ("format = 1", "format = 2", "write format = 1"),
     ] {

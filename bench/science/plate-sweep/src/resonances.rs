@@ -19,7 +19,7 @@ const LEAST_NEAR: usize = 3;
 /// Smallest logarithm of the likelihood ratio of a resonance against a straight line.
 const LEAST_LIKELIHOOD: f64 = 12.0;
 /// Largest number of resonances that are fitted.
-const MOST_FITTED: usize = 16;
+const MOST_FITTED: usize = 32;
 /// Largest number of responses of a fit that only judges a resonance.
 const JUDGED_RESPONSES: usize = 400;
 /// Half-widths of the band of a fit, bandwidths: the first with enough responses is taken.
@@ -37,6 +37,8 @@ const LOWEST_HZ: f64 = 900.0;
 pub(crate) struct Candidate {
     coarse: CoarseResonance,
     pub(crate) likelihood: f64,
+    /// Peak of its response.
+    peak: f64,
 }
 
 /// A resonance that was fitted, with its band.
@@ -67,7 +69,7 @@ pub(crate) fn thinned(responses: &[Response], most: usize) -> Vec<Response> {
     responses.iter().step_by(step).copied().collect()
 }
 
-/// Returns the places in the sweep that a resonance explains far better than a straight line does, the clearest first, each
+/// Returns the places in the sweep that a resonance explains far better than a straight line does, the highest first, each
 /// farther from a clearer one than their bandwidths.
 pub(crate) fn candidates(responses: &[Response]) -> Vec<Candidate> {
     let mut tried = Vec::new();
@@ -86,12 +88,12 @@ pub(crate) fn candidates(responses: &[Response]) -> Vec<Candidate> {
                 resonance_hz,
                 quality,
             };
-            let Some(likelihood) = likelihood(responses, coarse) else {
+            let Some(candidate) = trial(responses, coarse) else {
                 continue;
             };
             has_any = true;
-            if likelihood > LEAST_LIKELIHOOD {
-                tried.push(Candidate { coarse, likelihood });
+            if candidate.likelihood > LEAST_LIKELIHOOD {
+                tried.push(candidate);
             }
         }
         quality *= QUALITY_RATIO;
@@ -105,21 +107,23 @@ pub(crate) fn candidates(responses: &[Response]) -> Vec<Candidate> {
     for candidate in tried {
         let is_apart = |rival: &Candidate| {
             let distance_hz = (candidate.coarse.resonance_hz - rival.coarse.resonance_hz).abs();
-            distance_hz > bandwidth_hz(&candidate).max(bandwidth_hz(rival))
+            let own_hz = bandwidth_hz(&candidate);
+            // A much broader rival is a bend of the background.
+            distance_hz > own_hz.max(bandwidth_hz(rival)).min(3.0 * own_hz)
         };
         if kept.iter().all(is_apart) {
             kept.push(candidate);
         }
-        if kept.len() == MOST_FITTED {
-            break;
-        }
     }
+    // Without noise any bend is a clear resonance, but a low one.
+    kept.sort_by(|a, b| b.peak.total_cmp(&a.peak));
+    kept.truncate(MOST_FITTED);
     kept
 }
 
-/// Returns the logarithm of the likelihood ratio of a resonance beside a straight line against the line alone, less that of its
-/// parameters; `None` where the responses are too few.
-fn likelihood(responses: &[Response], coarse: CoarseResonance) -> Option<f64> {
+/// Tries a resonance beside a straight line. Its likelihood is the logarithm of its likelihood ratio against the line alone, less
+/// that of its parameters; `None` where the responses are too few.
+fn trial(responses: &[Response], coarse: CoarseResonance) -> Option<Candidate> {
     let CoarseResonance {
         resonance_hz,
         quality,
@@ -151,12 +155,17 @@ fn likelihood(responses: &[Response], coarse: CoarseResonance) -> Option<f64> {
     let data: Vec<Complex64> = part.iter().map(|response| response.ratio).collect();
     let line_squares = LinearFit::new(line.to_vec(), &data)?.squares;
     let [one, slope] = line;
-    let mode_squares = LinearFit::new(vec![one, slope, mode], &data)?.squares;
+    let with_mode = LinearFit::new(vec![one, slope, mode], &data)?;
     let n = part.len() as f64;
     // Two complex parameters of the line, and four real ones of a resonance.
     let freedom = (n - 4.0).max(1.0);
     let floor = f64::MIN_POSITIVE.max(1e-24 * line_squares);
-    Some(freedom * (line_squares.max(floor) / mode_squares.max(floor)).ln() - 2.0 * n.ln())
+    let ratio = line_squares.max(floor) / with_mode.squares.max(floor);
+    Some(Candidate {
+        coarse,
+        likelihood: freedom * ratio.ln() - 2.0 * n.ln(),
+        peak: with_mode.coefficients.last()?.norm() * quality,
+    })
 }
 
 /// Fits the resonance of a candidate in a band that follows its bandwidth; `None` if the responses determine none there.

@@ -25,6 +25,8 @@ const QUARTER_RAD: f64 = 0.3;
 const MOST_FITTED: usize = 4000;
 /// Largest response of a neighbouring mode at the resonance, of the peak.
 const LARGEST_OF_A_NEIGHBOUR: f64 = 1.0 / 3.0;
+/// Smallest rise of a response towards an end of the sweep, of its median.
+const RISE: f64 = 1.15;
 /// Share of the frequencies at each end of a sweep to which a response may rise.
 const ENDS: usize = 20;
 
@@ -84,7 +86,10 @@ impl SweepFit {
             })
             .collect();
         let turned = candidates(&conjugate);
-        let clearest = |candidates: &[Candidate]| candidates.first().map_or(0.0, |c| c.likelihood);
+        let clearest = |candidates: &[Candidate]| {
+            let likelihoods = candidates.iter().map(|candidate| candidate.likelihood);
+            likelihoods.fold(0.0, f64::max)
+        };
         let is_conjugate = clearest(&turned) > clearest(&straight);
         let (responses, candidates) = if is_conjugate {
             (conjugate, turned)
@@ -394,7 +399,7 @@ fn without_resonance(sweep: &Sweep) -> SweepFault {
     let (size, edge_hz) = sizes[at];
     sizes.sort_by(|a, b| a.0.total_cmp(&b.0));
     let middle = sizes[sizes.len() / 2].0;
-    if is_at_end && size > 1.5 * middle {
+    if is_at_end && size > RISE * middle {
         return SweepFault::BeyondTheEnd {
             from_hz,
             to_hz,

@@ -1,4 +1,5 @@
 //! Recordings of the reference, as another laboratory would have written them, through the import and back.
+#![expect(clippy::unwrap_used, reason = "helpers of tests may fail a test")]
 
 mod laboratory;
 
@@ -206,7 +207,7 @@ fn mistakes_that_show_are_refused_by_name() {
         ("hz = 6.0", "hz = 5.0", "the drive is modulated at 6.0"),
         (
             "rate_hz = \"file\"",
-            "rate_hz = 100e3",
+            "rate_hz = 96e3",
             "correct it, or write \"file\"",
         ),
         ("'[:,0]'", "'[:,9]'", "[:,9]"),
@@ -271,4 +272,46 @@ intervals = { exploration = "30 to 70 mm/s for 0.5 s" }
     let manifest = recorded(&laboratory);
     assert!(manifest.plate().is_none());
     assert!(!manifest.intervals.is_empty());
+}
+
+#[test]
+fn a_session_shares_the_rate_of_its_clock_and_the_plate_may_be_recorded_apart() {
+    let laboratory = Laboratory::with_forces(|t, normal, lateral| [t * 1.0004, normal, lateral]);
+    let folder = laboratory.folder();
+    // A second trial, and the plate alone.
+    for (name, copy) in [
+        ("rec_7.wav", "rec_7b.wav"),
+        ("rec_7.wav", "plate.wav"),
+        ("force_7.csv", "force_7b.csv"),
+        ("position_7.csv", "position_7b.csv"),
+    ] {
+        fs::copy(folder.join(name), folder.join(copy)).unwrap();
+    }
+    let map = SIGNALS_MAP
+        .replace(r"(?<participant>\d+)", r"(?<participant>\d)(?<letter>b?)")
+        .replace("{participant}", "{participant}{letter}")
+        .replace("tare = \"none\" # normal", "ppm = \"found\"")
+        .replace("[intervals]", "[baseline]\nfile = 'plate.wav'\n[intervals]");
+    let reports = import_all(&laboratory, &map);
+    assert!(
+        reports.iter().all(|report| report.outcome.is_ok()),
+        "{reports:?}"
+    );
+    assert_eq!(reports.len(), 2);
+    let manifest = recorded(&laboratory);
+    let rate = value(&manifest, "normal.ppm");
+    let error = rate.error.unwrap();
+    assert!(
+        (rate.value + 400.0).abs() < 4.0 * error && error < 100.0,
+        "{rate:?}"
+    );
+    assert!(rate.evidence.contains("session"), "{rate:?}");
+    let reasons = &manifest.origin.as_ref().unwrap().imported.interval_reasons;
+    assert!(
+        reasons.iter().any(|why| why.contains("plate.wav")),
+        "{reasons:?}"
+    );
+    let last = manifest.unloaded_s().last().copied().unwrap();
+    let (rate_hz, all) = samples(&laboratory.recording());
+    assert!((last.1 * f64::from(rate_hz) * 2.0) as usize <= all.len());
 }

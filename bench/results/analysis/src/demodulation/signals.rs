@@ -5,7 +5,7 @@ use std::path::Path;
 use impedance::ZmFrame;
 use impedance::moving_carrier::{CarrierTrack, CarrierTracker};
 
-use super::DemodulatedRecording;
+use super::demodulated_recording::DemodulatedRecording;
 use crate::clipping::Extremes;
 use crate::findings::RecordingError;
 use crate::flaw::{Channel, Flaw};

@@ -2,7 +2,7 @@
 
 use drill::rehearsed;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 
@@ -11,9 +11,11 @@ use calibration::masses::{ForceProcedure, ForceSetup};
 use calibration::pickup::{PickupProcedure, PickupSetup};
 use calibration::plate_procedure::{PlateProcedure, PlateSetup};
 use calibration::survey::{FingerProcedure, ProfileProcedure};
+use calibration::swept_plate::SweptPlate;
 use calibration::volts::{OutputProcedure, OutputSetup, VoltMeter};
 use calibration_rig::clear::ClearPlate;
 use calibration_rig::constant_change::{self, ConstantChange};
+use calibration_rig::existing_file::{adopt_identity, existing_calibration, require_apart};
 use calibration_rig::guided::Guided;
 use calibration_rig::instrument_line::LineUnit;
 use calibration_rig::judged::{Calibrates, Judged, SideFile};
@@ -23,9 +25,7 @@ use calibration_rig::review::ReviewProcedure;
 use calibration_rig::rig::{self, AttendingOperator};
 use calibration_rig::side_files::{ended_early, write_files};
 use calibration_rig::unattended::Unattended;
-use config::{
-    CalibrationError, CalibrationFile, CalibrationFileError, Config, Effective, Identity,
-};
+use config::{CalibrationError, CalibrationFile, Config, Effective};
 use devices::{Life, driving_time};
 use escaping::escaped_line;
 use operator_ui::console::LineQueue;
@@ -65,89 +65,6 @@ pub fn effective(
         return Ok(Effective::uncalibrated(config));
     }
     Effective::calibrated(config, &path(options))
-}
-
-/// Returns the existing calibration of the bench of `config`, as it is and without the parts to be measured; devices are compared
-/// once they are open. With `new_sensor`, the force calibration is dropped, since it may be that of another sensor.
-fn existing_calibration(
-    path: &Path,
-    config: &Config,
-    new_sensor: bool,
-) -> anyhow::Result<[CalibrationFile; 2]> {
-    match CalibrationFile::read(path) {
-        Ok((mut calibration, _)) => {
-            let mut in_force = calibration.clone();
-            if in_force.identity.force_sensor != config.force_identity() {
-                in_force.force = None;
-            }
-            if new_sensor {
-                (calibration.force, calibration.identity.force_sensor) = (None, None);
-            }
-            let same_devices = Identity::from_config(
-                config,
-                calibration.identity.input_device.clone(),
-                calibration.identity.output_device.clone(),
-            );
-            calibration
-                .identity
-                .require(&same_devices)
-                .with_context(|| other_bench(path))?;
-            Ok([in_force, calibration])
-        }
-        Err(CalibrationFileError::Absent { .. }) => {
-            let identity = Identity::from_config(config, String::new(), String::new());
-            let empty = CalibrationFile::new(identity);
-            Ok([empty.clone(), empty])
-        }
-        Err(error) => Err(error.into()),
-    }
-}
-
-fn other_bench(path: &Path) -> String {
-    format!(
-        "{} belongs to another bench: name another file with --calibration, or move it away",
-        path.display()
-    )
-}
-
-/// Puts the identity of the opened bench into a new `calibration`; requires an existing one to match it.
-fn adopt_identity(
-    calibration: &mut CalibrationFile,
-    identity: Identity,
-    path: &Path,
-) -> anyhow::Result<()> {
-    if calibration.identity.input_device.is_empty() {
-        calibration.identity = Identity {
-            force_sensor: None,
-            ..identity
-        };
-        return Ok(());
-    }
-    calibration
-        .identity
-        .require(&identity)
-        .with_context(|| other_bench(path))
-}
-
-/// Requires that a file does not mix measured and rehearsed values.
-fn require_apart(
-    calibration: &CalibrationFile,
-    rehearsed: &[String],
-    path: &Path,
-) -> anyhow::Result<()> {
-    let was_rehearsed = !calibration.rehearsed.is_empty();
-    if calibration.is_empty() || was_rehearsed != rehearsed.is_empty() {
-        return Ok(());
-    }
-    let (contents, occasion) = if was_rehearsed {
-        ("a rehearsal", "not a rehearsal")
-    } else {
-        ("measurements", "a rehearsal (faults are injected)")
-    };
-    bail!(
-        "{} contains {contents}, but this is {occasion}: name another file with --calibration",
-        path.display()
-    )
 }
 
 /// A calibration about to begin.
@@ -256,10 +173,6 @@ impl<'a> CalibrationRun<'a> {
         };
         driving_time::require_cool(&ledger.warmth, hardware.clock.as_ref())?;
         let notice = rehearsed::notice(&rehearsed);
-        let file_stem = |stem: &str| match &notice {
-            Some(_) => format!("rehearsal-{stem}"),
-            None => stem.to_owned(),
-        };
         let bench = &self.bench;
         let in_force = self.in_force.clone();
         let procedure =
@@ -267,19 +180,10 @@ impl<'a> CalibrationRun<'a> {
         let outcome = rig::run(
             bench, hardware, ledger, hands, instrument, attend, procedure,
         );
-        let unfinished = file_stem(&format!("{}-unfinished", C::NAME));
+        let unfinished = rehearsal_stem(&format!("{}-unfinished", C::NAME), notice.is_some());
         let outcome = outcome.map_err(|error| ended_early(error, &self.path, &unfinished))?;
         adopt_identity(&mut self.calibration, outcome.identity, &self.path)?;
-        let Judged {
-            part,
-            values,
-            mut remarks,
-            mut faults,
-            stem,
-            table,
-            mut figure,
-            mut side_files,
-        } = outcome
+        let mut judged = outcome
             .procedure
             .judge(outcome.date, &self.measure.operator)?;
         if let Some(note) = &outcome.instrument_note {
@@ -290,14 +194,16 @@ impl<'a> CalibrationRun<'a> {
             );
         }
         if let Some(notice) = &notice {
-            let extra_figures = side_files
+            let extra_figures = judged
+                .side_files
                 .iter_mut()
                 .filter_map(|extra| extra.figure.as_mut());
-            for figure in figure.iter_mut().chain(extra_figures) {
+            for figure in judged.figure.iter_mut().chain(extra_figures) {
                 figure.caption = format!("{notice}. {}", figure.caption);
             }
-            remarks.insert(0, notice.clone());
+            judged.remarks.insert(0, notice.clone());
         }
+        let remarks = &mut judged.remarks;
         remarks.extend(notices);
         remarks.extend(self.bench.config().forceless_in_words());
         remarks.push(format!("driven for       {:.1} s", outcome.driven_s));
@@ -307,6 +213,29 @@ impl<'a> CalibrationRun<'a> {
                 "xruns            {xruns}, none during a measurement"
             ));
         }
+        self.conclude(C::NAME, judged, rehearsed, outcome.simulated_time)
+    }
+
+    /// Writes the files of a judged measurement, and its constants if they pass.
+    fn conclude(
+        mut self,
+        name: &'static str,
+        judged: Judged,
+        rehearsed: Vec<String>,
+        simulated_time: bool,
+    ) -> anyhow::Result<CalibrationReport> {
+        let Judged {
+            part,
+            values,
+            mut remarks,
+            mut faults,
+            stem,
+            table,
+            figure,
+            side_files,
+        } = judged;
+        let is_rehearsal = !rehearsed.is_empty();
+        let file_stem = |stem: &str| rehearsal_stem(stem, is_rehearsal);
         let mut written = write_files(&self.path, &file_stem(stem), &table, figure.as_ref())?;
         for SideFile {
             stem,
@@ -322,7 +251,7 @@ impl<'a> CalibrationRun<'a> {
             )?);
         }
         let changes = constant_change::changes(&part, &self.in_force, &self.configured);
-        if faults.is_empty() && notice.is_none() && !self.measure.replace {
+        if faults.is_empty() && !is_rehearsal && !self.measure.replace {
             faults.extend(unwanted_changes(&changes, self.attended)?);
         }
         let passed = faults.is_empty();
@@ -331,8 +260,7 @@ impl<'a> CalibrationRun<'a> {
         remarks.extend(changes.filter(|words| !is_fault(words)));
         if passed {
             remarks.extend(part.put_into(&mut self.calibration));
-            let simulated = outcome.simulated_time;
-            self.calibration.set_simulated_time(C::NAME, simulated);
+            self.calibration.set_simulated_time(name, simulated_time);
             for fault in rehearsed {
                 if !self.calibration.rehearsed.contains(&fault) {
                     self.calibration.rehearsed.push(fault);
@@ -343,13 +271,22 @@ impl<'a> CalibrationRun<'a> {
             written.push(self.path);
         }
         Ok(CalibrationReport {
-            calibrated: C::NAME,
+            calibrated: name,
             passed,
             values,
             remarks,
             faults,
             written,
         })
+    }
+}
+
+/// Returns the ending of a file's name, which tells a rehearsal from a measurement.
+fn rehearsal_stem(stem: &str, is_rehearsal: bool) -> String {
+    if is_rehearsal {
+        format!("rehearsal-{stem}")
+    } else {
+        stem.to_owned()
     }
 }
 
@@ -384,6 +321,19 @@ pub fn plate(
     open: impl FnOnce(&Config) -> anyhow::Result<BenchHardware>,
 ) -> anyhow::Result<CalibrationReport> {
     let run = CalibrationRun::new(config, &options.measure, verbosity)?;
+    if let Some(path) = &options.sweep.from {
+        require_apart(&run.calibration, &[], &run.path)?;
+        let bench = run.bench.config();
+        let swept = SweptPlate::read(
+            path,
+            &options.sweep,
+            options.about_hz,
+            bench,
+            &run.calibration,
+        )?;
+        let judged = swept.judge(jiff::Timestamp::now(), &options.measure.operator);
+        return run.conclude(PlateProcedure::NAME, judged, Vec::new(), false);
+    }
     let mut setup = PlateSetup::new(run.bench.config(), &run.calibration, options.drive_v)?;
     if let Some(about_hz) = options.about_hz {
         setup.about_hz = about_hz;

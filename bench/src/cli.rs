@@ -10,8 +10,10 @@ use study::exclusions::SessionTrial;
 pub use crate::analyze_options::Analyze;
 pub use crate::hardware_options::HardwareOptions;
 use crate::hardware_options::SIMULATION;
+pub use crate::import_options::Import;
 pub use crate::protocol_options::{ProtocolCheck, ProtocolCommand, ProtocolOptions};
 use crate::run::ConcernKind;
+use calibration::swept_plate::SweepOptions;
 use calibration_rig::instrument_line::LineUnit;
 use calibration_rig::reference_options::ReferenceOptions;
 use drill::fault_option::{self, NamedFault};
@@ -111,6 +113,11 @@ pub enum Command {
     Demo(demo::DemoOptions),
     /// List the audio devices, serial ports and GPIO chips of this computer.
     Devices(Devices),
+    /// Import recordings made elsewhere into a study, by a map; look at their files, or guess the map.
+    #[command(
+        override_usage = "friction-bench import <MAP> --study <DIR> [--remove]\n       friction-bench import <MAP> --dry-run\n       friction-bench import --look <FILE>...\n       friction-bench import --guess <FILE>... --to <MAP>"
+    )]
+    Import(Import),
     /// Analyse recordings: impedance, gap and friction by each method.
     #[command(alias = "analyse")]
     Analyze(Analyze),
@@ -278,7 +285,8 @@ pub enum Calibrate {
     Channels(CalibrateChannels),
     /// Calibrate the pickup's sensitivity against known amplitudes.
     Pickup(CalibratePickup),
-    /// Measure the plate's resonance, damping and force factor, with nothing on the plate.
+    /// Measure the plate's resonance, damping and force factor with nothing on the plate, or take them from a sweep measured
+    /// elsewhere.
     Plate(CalibratePlate),
     /// Calibrate the force sensor's zero, sensitivity and crosstalk with known masses; the plate is not driven.
     Force(CalibrateForce),
@@ -472,6 +480,9 @@ pub struct CalibratePlate {
     /// Search for the resonance around this frequency, Hz [default: the last known resonance].
     #[arg(long, value_name = "HZ", value_parser = published_figures::model::positive, allow_negative_numbers = true)]
     pub about_hz: Option<f64>,
+    #[command(flatten)]
+    #[expect(missing_docs, reason = "flattened")]
+    pub sweep: SweepOptions,
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub measure: Measure,

@@ -16,6 +16,8 @@ pub mod estop;
 pub mod exclude;
 pub mod forget;
 mod hardware_options;
+mod import_options;
+pub mod importing;
 pub mod monitor;
 mod outcome;
 pub mod participant_window;

@@ -2,6 +2,7 @@
 //!
 //! - [`Table::parse`] reads a table of numbers whole; a [`Header`] and [`Numbers`] read one line by line.
 //! - [`TabTable`] reads a table with tabs between cells, and changes it without touching any other byte.
+//! - [`layout`] finds separator, header and units of a table whose columns are not known.
 //! - [`TableFault`] names line, column and cell, and the remedy; the caller names the file.
 //!
 //! Cells are separated by commas, semicolons or tabs, found from the header or stated by a line `sep=;`. Columns are found
@@ -22,6 +23,7 @@
 mod cells;
 mod fault;
 mod header;
+pub mod layout;
 mod lines;
 mod number;
 mod separator;

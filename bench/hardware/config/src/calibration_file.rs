@@ -72,8 +72,31 @@ pub struct MeasuredPlate {
     /// Change of the resonance since the previous calibration, Hz.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drift_hz: Option<f64>,
-    /// Sensitivity of the pickup from which the force factor was computed, m per unit.
+    /// Sensitivity of the pickup from which the force factor was computed, m per unit; that of `unloaded_ratio`, where the
+    /// constants come from a sweep.
     pub metres_per_unit: f64,
+    /// Sweep, measured elsewhere, from which the constants come; absent if the bench measured them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sweep: Option<SweepOrigin>,
+}
+
+/// `[plate.sweep]`: the sweep, measured elsewhere, from which the plate's constants come. The pickup's phase is not measured
+/// by it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct SweepOrigin {
+    /// Name of the file.
+    pub file: String,
+    /// SHA-256 of the file.
+    pub sha256: String,
+    /// Columns that were read: frequency, and two parts of the response.
+    pub columns: String,
+    /// Quantity: admittance, impedance, displacement or velocity.
+    pub quantity: String,
+    /// Whether the phases had the other sign, exp(−iωt).
+    #[serde(default)]
+    pub conjugate: bool,
 }
 
 /// `[finger]`: response of the plate with a finger resting on it, for comparison with the bare plate. The bench does not use
@@ -544,9 +567,10 @@ impl CalibrationFile {
     }
 }
 
-/// Returns the SHA-256 of `text` in hexadecimal.
-fn sha256(text: &str) -> String {
-    Sha256::digest(text.as_bytes())
+/// Returns the SHA-256 of a file's bytes, in hexadecimal digits.
+#[must_use]
+pub fn sha256(bytes: impl AsRef<[u8]>) -> String {
+    Sha256::digest(bytes)
         .iter()
         .map(|byte| format!("{byte:02x}"))
         .collect()

@@ -35,7 +35,7 @@ mod tests;
 pub use calibration_file::{
     CalibrationFile, CalibrationFileError, KeptLength, MeasuredChannels, MeasuredDelay,
     MeasuredFinger, MeasuredForce, MeasuredInput, MeasuredPickup, MeasuredPlate, MeasuredProfile,
-    PROFILE_RATIOS, ProfilePlace, Uniformity,
+    PROFILE_RATIOS, ProfilePlace, SweepOrigin, Uniformity, sha256,
 };
 pub use calibration_order::CalibrationKind;
 pub use calibration_rules::{CalibrationRules, GRAVITY};

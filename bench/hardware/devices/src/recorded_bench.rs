@@ -83,8 +83,13 @@ pub fn recorded_errors(bench: &Effective) -> Option<manifest::StandardErrors> {
     let (pickup, plate) = (calibration.pickup.as_ref()?, calibration.plate.as_ref()?);
     let relative = |quantity: &Quantity| (quantity.standard_error / quantity.value).abs();
     let amplitude_relative = relative(&pickup.metres_per_unit);
-    // The force factor is derived from the pickup's sensitivity; an error in that leaves every impedance unchanged.
-    let variance = relative(&plate.force_factor_n_per_v).powi(2) - amplitude_relative.powi(2);
+    let force_factor_relative = relative(&plate.force_factor_n_per_v);
+    let variance = if plate.sweep.is_some() {
+        force_factor_relative.powi(2) + amplitude_relative.powi(2)
+    } else {
+        // This force factor is derived from the pickup's sensitivity; an error in that leaves every impedance unchanged.
+        force_factor_relative.powi(2) - amplitude_relative.powi(2)
+    };
     let force = calibration.force.as_ref();
     let force_error = |error: &dyn Fn(&MeasuredForce) -> f64| force.map_or(0.0, error);
     Some(manifest::StandardErrors {

@@ -11,6 +11,7 @@ pub mod capture;
 pub mod clear;
 pub mod constant_change;
 mod drop_outs;
+pub mod existing_file;
 pub mod guided;
 pub mod instrument_line;
 pub mod judged;

@@ -5,6 +5,7 @@
 //! | [`channels`] | input channels against each other: gain, phase, noise |
 //! | [`pickup`] | the pickup against a known amplitude |
 //! | [`plate_procedure`] | the unloaded plate: resonance, damping, constants |
+//! | [`swept_plate`] | the same from a sweep measured elsewhere |
 //! | [`volts`] | the bench's volts against an independent meter |
 //! | [`masses`] | the force sensor against known masses |
 //! | [`survey`] | the plate under a finger and along its length |
@@ -16,7 +17,9 @@ pub mod channels;
 mod instrument_mean;
 pub mod masses;
 pub mod pickup;
+mod plate_limits;
 pub mod plate_look;
 pub mod plate_procedure;
 pub mod survey;
+pub mod swept_plate;
 pub mod volts;

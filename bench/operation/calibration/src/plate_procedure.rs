@@ -4,11 +4,12 @@ use std::fmt::Write as _;
 
 use anyhow::{Context, bail};
 use metrology::FittedValue;
-use metrology::plate_fit::{CHANNEL_MATCH, PlateFit, Response, find_resonance};
+use metrology::plate_fit::{CHANNEL_MATCH, CoarseResonance, PlateFit, Response, find_resonance};
 use num_complex::Complex64;
 use signalgen::{ToneList, Waveform};
 use std::f64::consts::{PI, TAU};
 
+use crate::plate_limits::FitResults;
 use crate::plate_look::{
     LOOK_STEP_HZ, LOOK_TONES, SETTLE_TIME_CONSTANTS, highest_level_v, look, look_responses,
     peak_units_per_v, responses, settle_s,
@@ -129,7 +130,10 @@ impl PlateProcedure {
     }
 
     fn close_look(&mut self, look: &[Response]) -> anyhow::Result<NextStep> {
-        let (resonance_hz, quality) = find_resonance(look).with_context(|| {
+        let CoarseResonance {
+            resonance_hz,
+            quality,
+        } = find_resonance(look).with_context(|| {
             format!(
                 "looked {:.0} Hz to either side of {:.0} Hz; --about-hz looks elsewhere",
                 LOOK_STEP_HZ * (LOOK_TONES / 2) as f64,
@@ -305,12 +309,19 @@ impl Calibrates for PlateProcedure {
             residual: fit.residual,
             drift_hz,
             metres_per_unit: sensitivity.value,
+            sweep: None,
         };
         let mut remarks = vec![format!(
             "residual         {:.1e} of the peak",
             plate.residual
         )];
         remarks.extend(plate.force_phase_rad.as_ref().and_then(turned_force));
+        if let Some(neighbour) = fit.neighbour {
+            remarks.push(format!(
+                "another mode     {:.1} Hz, Q {:.0}, {:.2} times the peak: move the supports, or choose another mode",
+                neighbour.resonance_hz, neighbour.quality, neighbour.share
+            ));
+        }
         if let Some(drift_hz) = plate.drift_hz {
             remarks.push(format!(
                 "drift            {drift_hz:+.2} Hz since the calibration before"
@@ -408,31 +419,13 @@ impl PlateProcedure {
 
     /// Returns the reasons to reject the fit.
     fn faults(&self, fit: &PlateFit) -> Vec<String> {
-        let limits = &self.setup.config.calibration;
-        let quality = fit.quality.value;
-        let mut faults = Vec::new();
-        if fit.residual > limits.plate_residual {
-            faults.push(format!(
-                "the response departs from a single resonance by {:.2} % of its peak, more than calibration.plate_residual = {}: check that nothing touches the plate and that its clamp is tight",
-                100.0 * fit.residual,
-                limits.plate_residual
-            ));
-        }
-        let [low, high] = limits.quality;
-        if !(low..=high).contains(&quality) {
-            faults.push(format!(
-                "Q = {:.1} is outside calibration.quality = [{low}, {high}]: a finger or a loose clamp damps the plate",
-                quality
-            ));
-        }
-        if let Some(drift_hz) = self.drift_hz(fit)
-            && drift_hz.abs() > limits.drift_hz
-        {
-            faults.push(format!(
-                "the resonance has moved by {drift_hz:+.1} Hz since the last calibration, more than calibration.drift_hz = {}: check the plate, its clamp and the temperature",
-                limits.drift_hz
-            ));
-        }
+        let results = FitResults {
+            residual: fit.residual,
+            errors: fit.constant_errors(),
+            quality: fit.quality.value,
+            drift_hz: self.drift_hz(fit),
+        };
+        let mut faults = results.faults(&self.setup.config.calibration);
         if !self.setup.metres_per_unit.standard_error.is_finite() {
             faults.push(
                 "the force factor needs the pickup's sensitivity: run `friction-bench calibrate pickup` first".to_owned(),
@@ -501,7 +494,7 @@ impl PlateProcedure {
 }
 
 /// Returns the admittances as CSV.
-fn admittance_csv(response: &[Admittance]) -> String {
+pub(crate) fn admittance_csv(response: &[Admittance]) -> String {
     let mut text = String::from(
         "frequency_hz,re_admittance_m_per_s_per_n,im_admittance_m_per_s_per_n,re_fit_m_per_s_per_n,im_fit_m_per_s_per_n\n",
     );

@@ -9,7 +9,7 @@ mod wav_error;
 
 use std::io::{self, Read, Seek, SeekFrom};
 
-use encoding::Encoding;
+pub use encoding::Encoding;
 use riff::{DataChunk, RiffHeader, read_array, require_limit};
 pub use wav_error::{WavError, WavWarning};
 
@@ -108,34 +108,74 @@ pub struct WavReader<R> {
     bytes: Vec<u8>,
 }
 
-impl<R: Read + Seek> WavReader<R> {
+/// Samples of a file: their format and their place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Samples {
+    /// Sampling rate and number of channels.
+    pub format: AudioFormat,
+    /// Encoding of each sample.
+    pub encoding: Encoding,
+    /// Offset of the first one, bytes.
+    pub start: u64,
+    /// Number of frames.
+    pub frames: u64,
+}
+
+impl Samples {
     /// Reads the header and finds the samples; if the header disagrees with the file's length, the length decides.
     ///
     /// # Errors
     /// [`WavError`] describes the fault; no content causes a panic.
-    pub fn new(mut source: R) -> Result<(Self, Vec<WavWarning>), WavError> {
+    pub fn find<R: Read + Seek>(source: &mut R) -> Result<(Self, Vec<WavWarning>), WavError> {
         let file_bytes = source.seek(SeekFrom::End(0))?;
         source.seek(SeekFrom::Start(0))?;
-        let header = RiffHeader::read(&mut source)?;
-        let chunk = header.find_data(&mut source, file_bytes, read_format)?;
-        let (data_bytes, warning) = data_bytes(&mut source, file_bytes, &chunk)?;
-        let DataChunk {
-            format: (format, encoding),
-            start: data_start,
-            ..
-        } = chunk;
-        let mut warnings = Vec::from_iter(warning);
+        let header = RiffHeader::read(source)?;
+        let chunk = header.find_data(source, file_bytes, read_format)?;
+        let (data_bytes, warning) = data_bytes(source, file_bytes, &chunk)?;
+        let (samples, warnings) = Self::part(source, chunk.format, chunk.start, data_bytes)?;
+        Ok((
+            samples,
+            Vec::from_iter(warning)
+                .into_iter()
+                .chain(warnings)
+                .collect(),
+        ))
+    }
+
+    /// Finds the samples that the content of a format chunk describes, in `bytes` bytes from `start` on.
+    ///
+    /// # Errors
+    /// [`WavError`] describes the fault; no content causes a panic.
+    pub fn described<R: Read + Seek>(
+        source: &mut R,
+        format_chunk: &[u8],
+        start: u64,
+        bytes: u64,
+    ) -> Result<(Self, Vec<WavWarning>), WavError> {
+        let size = u32::try_from(format_chunk.len()).unwrap_or(u32::MAX);
+        let mut content = format_chunk;
+        let format = read_format(&mut content, size, size.into())?;
+        Self::part(source, format, start, bytes)
+    }
+
+    fn part<R: Read + Seek>(
+        source: &mut R,
+        (format, encoding): (AudioFormat, Encoding),
+        start: u64,
+        bytes: u64,
+    ) -> Result<(Self, Vec<WavWarning>), WavError> {
+        let mut warnings = Vec::new();
         let frame_bytes = u64::from(format.channels) * encoding.bytes();
-        let frames = data_bytes / frame_bytes;
-        if data_bytes % frame_bytes != 0 {
+        let frames = bytes / frame_bytes;
+        if bytes % frame_bytes != 0 {
             warnings.push(WavWarning::PartialFrame {
-                bytes: data_bytes % frame_bytes,
+                bytes: bytes % frame_bytes,
             });
         }
         if frames == 0 {
             warnings.push(WavWarning::Empty);
         }
-        let zero_frames = zero_tail(&mut source, data_start, frames, frame_bytes)?;
+        let zero_frames = zero_tail(source, start, frames, frame_bytes)?;
         if zero_frames > u64::from(format.sample_rate_hz) / ZERO_TAILS_PER_S {
             warnings.push(WavWarning::ZeroTail {
                 first_frame: frames - zero_frames,
@@ -143,9 +183,38 @@ impl<R: Read + Seek> WavReader<R> {
                 sample_rate_hz: format.sample_rate_hz,
             });
         }
-        source.seek(SeekFrom::Start(data_start))?;
-        let encoding = encoding.resolve(Read::by_ref(&mut source).take(frames * frame_bytes))?;
-        source.seek(SeekFrom::Start(data_start))?;
+        source.seek(SeekFrom::Start(start))?;
+        let encoding = encoding.resolve(Read::by_ref(source).take(frames * frame_bytes))?;
+        let samples = Self {
+            format,
+            encoding,
+            start,
+            frames,
+        };
+        Ok((samples, warnings))
+    }
+}
+
+impl<R: Read + Seek> WavReader<R> {
+    /// Reads the header and finds the samples; if the header disagrees with the file's length, the length decides.
+    ///
+    /// # Errors
+    /// [`WavError`] describes the fault; no content causes a panic.
+    pub fn new(mut source: R) -> Result<(Self, Vec<WavWarning>), WavError> {
+        let (samples, warnings) = Samples::find(&mut source)?;
+        let Samples {
+            format,
+            encoding,
+            start,
+            frames,
+        } = samples;
+        if !encoding.is_of_recordings() {
+            return Err(WavError::SampleFormat {
+                tag: TAG_PCM,
+                bits: 8 * encoding.bytes() as u16,
+            });
+        }
+        source.seek(SeekFrom::Start(start))?;
         let reader = Self {
             source,
             format,

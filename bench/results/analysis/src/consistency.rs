@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use force_alignment::{Film, ForceSample, align, roles};
+use force_alignment::strokes::{Stroke, lateral_zero};
+use force_alignment::{Film, ForceSample, Unaligned, align, roles};
 use plausibility::{Implausible, Slide};
 use protocols::Direction;
 use recording::manifest::Body;
@@ -17,6 +18,10 @@ use crate::plate_reading::PlateReading;
 
 /// Delay of the forces, s, beyond its 95 % interval, from which it is corrected: fits allow a lag of 5 ms.
 const SMALLEST_DELAY_S: f64 = 1e-3;
+/// Delay beyond which one of several is no agreement, s.
+const UNCLEAR_DELAY_S: f64 = 5e-3;
+/// Smallest zero by strokes that is subtracted, N.
+const SMALLEST_ZERO_N: f64 = 0.01;
 /// Slip of the forces at either end of the slides, s, and standard errors of their rate, beyond which it is corrected.
 const SMALLEST_SLIP_S: f64 = 1e-3;
 const CERTAIN_ERRORS: f64 = 4.0;
@@ -41,21 +46,36 @@ struct Interval95 {
 
 impl ForceClock {
     /// Reads the clock of a recording's forces; `None` where it agrees with drive and pickup, or cannot be told.
+    ///
+    /// # Errors
+    /// The forces are off by one of several delays.
     pub(super) fn read(
         reading: &DemodulatedRecording,
         plate: Option<PlateReading>,
-    ) -> Option<Self> {
+    ) -> Result<Option<Self>, Implausible> {
+        let Some((plate, modulation)) = plate.zip(reading.manifest.modulation()) else {
+            return Ok(None);
+        };
         let DemodulatedRecording {
             manifest, record, ..
         } = reading;
         let slides_s: Vec<(f64, f64)> = spans_s(manifest);
         let film = Film {
             frames: &record.frames,
-            z_p_n_s_per_m: plate?.corrected_n_s_per_m,
-            modulation_hz: manifest.modulation()?.frequency_hz,
+            z_p_n_s_per_m: plate.corrected_n_s_per_m,
+            modulation_hz: modulation.frequency_hz,
             slides_s: &slides_s,
         };
-        let alignment = align(&film, &samples(&record.force)).ok()?;
+        let is_off = |delay_s: f64| delay_s.abs() > UNCLEAR_DELAY_S;
+        let alignment = match align(&film, &samples(&record.force)) {
+            Ok(alignment) => alignment,
+            Err(Unaligned::Ambiguous { first_s, second_s })
+                if is_off(first_s) && is_off(second_s) =>
+            {
+                return Err(Implausible::ForcesUnclear { first_s, second_s });
+            }
+            Err(_) => return Ok(None),
+        };
         let (delay_s, rate, ppm) = (alignment.delay_s, alignment.rate, alignment.ppm());
         let is_late = delay_s.value.abs() > SMALLEST_DELAY_S + delay_s.half_width95();
         let slip_s = 0.5 * alignment.length_s * rate.value.abs();
@@ -64,11 +84,11 @@ impl ForceClock {
             value: estimate.value,
             half_width: estimate.half_width95(),
         };
-        (is_late || is_off).then_some(Self {
+        Ok((is_late || is_off).then_some(Self {
             centre_s: alignment.centre_s,
             late: is_late.then_some(stated(delay_s)),
             ppm: is_off.then_some(stated(ppm)),
-        })
+        }))
     }
 
     /// Returns the flaws of the clock.
@@ -130,6 +150,32 @@ pub(super) fn implausible(reading: &DemodulatedRecording) -> Vec<Implausible> {
 /// Returns the implausible forces of a recording, taken against its zero.
 pub(super) fn tared(reading: &DemodulatedRecording, contact_n: f64) -> Option<Implausible> {
     plausibility::lateral_sign(&reading.record.force, &slides(&reading.manifest), contact_n)
+}
+
+/// Subtracts the zero of the lateral force that strokes there and back show from the readings, and returns its flaw.
+pub(super) fn strokes_zero(reading: &mut DemodulatedRecording) -> Option<Implausible> {
+    let stroke = |slide: &Slide| Stroke {
+        grows: slide.grows,
+        start_s: slide.start_s,
+        end_s: slide.end_s,
+    };
+    let strokes: Vec<Stroke> = slides(&reading.manifest).iter().map(stroke).collect();
+    let forces = samples(&reading.record.force);
+    let zero = lateral_zero(
+        &forces,
+        &strokes,
+        reading.manifest.modulation()?.frequency_hz,
+    )?;
+    if zero.value.abs() < SMALLEST_ZERO_N + zero.half_width95() {
+        return None;
+    }
+    for row in &mut reading.record.force {
+        row.lateral_n -= zero.value;
+    }
+    Some(Implausible::StrokesZero {
+        zero_n: zero.value,
+        half_width95_n: zero.half_width95(),
+    })
 }
 
 /// Returns the flaw of a contact area that no finger has.

@@ -68,9 +68,20 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     if pickup != PickupOffset::default() {
         (reading, zero, plate) = read_again(None)?;
     }
-    let clock = ForceClock::read(&reading, plate.z_p()).filter(|_| implausible.is_empty());
+    let clock = match ForceClock::read(&reading, plate.z_p()) {
+        Ok(clock) => clock.filter(|_| implausible.is_empty()),
+        Err(unclear) => {
+            if implausible.is_empty() {
+                implausible.push(unclear);
+            }
+            None
+        }
+    };
     if clock.is_some() {
         (reading, zero, plate) = read_again(clock)?;
+    }
+    if zero.readings.is_empty() {
+        implausible.extend(consistency::strokes_zero(&mut reading));
     }
     if implausible.is_empty() {
         implausible.extend(consistency::tared(&reading, rules.contact_n));

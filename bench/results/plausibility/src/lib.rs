@@ -166,6 +166,29 @@ pub enum Implausible {
         /// Half width of its 95 % interval, s.
         half_width95_s: f64,
     },
+    /// The forces come late or early by one of two delays.
+    #[error(
+        "force.csv: the forces come late by {first_s:.3} or by {second_s:.3} s against drive and pickup (early if negative): the \
+         recording does not show by which; state the right times"
+    )]
+    ForcesUnclear {
+        /// One delay, s.
+        first_s: f64,
+        /// The other delay, s.
+        second_s: f64,
+    },
+    /// The lateral force's zero is that of strokes there and back.
+    #[error(
+        "force.csv: lateral_n differs between strokes there and back by twice {:+.0} ± {:.0} mN, and shows no zero without a finger; \
+         analysed with this zero: tare the sensor, and leave the plate free for a second",
+        zero_n * 1e3, half_width95_n * 1e3
+    )]
+    StrokesZero {
+        /// Zero of the lateral force, N.
+        zero_n: f64,
+        /// Half width of its 95 % interval, N.
+        half_width95_n: f64,
+    },
     /// The forces are on a clock of another rate.
     #[error(
         "force.csv: its times are on a clock that is {:.0} ± {:.0} ppm {} against that of signals.wav; analysed with their times \
@@ -325,6 +348,8 @@ impl Implausible {
             Self::Exchanged { .. } => "normal and lateral force exchanged",
             Self::LateralSign => "lateral force upside down",
             Self::ForcesLate { .. } => "forces late or early",
+            Self::ForcesUnclear { .. } => "forces late or early by one of two delays",
+            Self::StrokesZero { .. } => "lateral force untared",
             Self::ForcesClock { .. } => "rate of the forces",
             Self::PositionUnit { .. } => "position in another unit",
             Self::Backwards => "position backwards",
@@ -360,12 +385,14 @@ impl Implausible {
             | Self::ChannelsExchanged { .. }
             | Self::ScaleFactor { .. }
             | Self::Scale { .. }
+            | Self::ForcesUnclear { .. }
             | Self::FingerOnPlate { .. } => true,
             Self::Carrier { .. }
             | Self::SmallShare { .. }
             | Self::LateralSign
             | Self::ForcesLate { .. }
             | Self::ForcesClock { .. }
+            | Self::StrokesZero { .. }
             | Self::PickupQuantity { .. }
             | Self::OtherModulation { .. }
             | Self::DeadChannel { .. }

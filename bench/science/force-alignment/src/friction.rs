@@ -37,8 +37,10 @@ const DERIVATIVE_S: f64 = 0.5e-3;
 const GREATEST_RESIDUAL: f64 = 0.6;
 /// Time over which residuals are alike, s.
 const CORRELATED_S: f64 = 0.02;
-/// Difference of χ² beyond which a delay is excluded.
-const EXCLUDED: f64 = 16.0;
+/// Difference of the contact's χ² beyond which a delay is excluded.
+const EXCLUDED: f64 = 9.0;
+/// Ratio of residuals of friction that a repetition of the modulation may make.
+const ALIKE: f64 = 10.0;
 /// Distance between minima that are two, s.
 const APART_S: f64 = 0.01;
 /// Greatest lag of the film that is searched, s.
@@ -223,20 +225,16 @@ impl<'a> Slides<'a> {
         if best.residual.is_nan() || best.residual > GREATEST_RESIDUAL {
             return Err(Unaligned::NoFriction);
         }
-        // χ² of friction and contact together.
-        let growth = |point: &CurvePoint| {
-            let friction = self.independent() * (point.residual / best.residual - 1.0);
-            friction + search.growth(point.delay_s, contact)
-        };
-        let mut candidates: Vec<(f64, CurvePoint)> = minima(&curve)
-            .into_iter()
-            .map(|point| (growth(&point), point))
+        // Friction repeats with the modulation: of its minima, contact decides.
+        let repeats = |point: &CurvePoint| point.residual <= ALIKE * best.residual;
+        let alike = minima(&curve).into_iter().filter(repeats);
+        let mut candidates: Vec<(f64, CurvePoint)> = alike
+            .map(|point| (search.growth(point.delay_s, contact), point))
             .collect();
         candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
         let (least_growth, best) = candidates.first().copied().unwrap_or((0.0, best));
-        let mut rivals = candidates
-            .iter()
-            .filter(|(_, rival)| (rival.delay_s - best.delay_s).abs() > APART_S);
+        let is_apart = |rival: &CurvePoint| (rival.delay_s - best.delay_s).abs() > APART_S;
+        let mut rivals = candidates.iter().filter(|(_, rival)| is_apart(rival));
         if let Some((_, rival)) = rivals.find(|(growth, _)| *growth <= least_growth + EXCLUDED) {
             return Err(Unaligned::Ambiguous {
                 first_s: best.delay_s,

@@ -33,8 +33,8 @@ use friction_bench::displays::Displays;
 use friction_bench::run::{self, ProtocolFile, SessionPlan};
 use friction_bench::verbosity::Verbosity;
 use friction_bench::{
-    analyze, calibrate as calibration, drilling, ending, estop, exclude, forget, monitor, privacy,
-    protocol_outlook, verify,
+    analyze, calibrate as calibration, drilling, ending, estop, exclude, forget, importing,
+    monitor, privacy, protocol_outlook, verify,
 };
 use output::{print, print_data};
 use preflight::Extent;
@@ -78,6 +78,7 @@ fn dispatch(command: Command, verbosity: Verbosity) -> anyhow::Result<ExitCode> 
         Command::Init(options) => init(&options, verbosity),
         Command::Demo(options) => demonstration::run(&options, verbosity),
         Command::Devices(options) => list(&options),
+        Command::Import(options) => Ok(passed_or_failed(importing::run(&options, verbosity)?)),
         Command::Analyze(options) => Ok(passed_or_failed(analyze::run(&options, verbosity)?)),
         Command::Verify(options) => Ok(passed_or_failed(verify::run(&options, verbosity)?)),
         Command::Exclude(options) => {

@@ -1,7 +1,7 @@
 //! The steps of `calibrate pickup`.
 
 use anyhow::{Context, bail};
-use metrology::plate_fit::find_resonance;
+use metrology::plate_fit::{CoarseResonance, find_resonance};
 use num_complex::Complex64;
 use signalgen::{ToneList, Waveform};
 
@@ -73,7 +73,10 @@ impl PickupProcedure {
     fn plan_ladder(&mut self, capture: &Capture) -> anyhow::Result<()> {
         let config = &self.setup.config;
         let look = look_responses(capture, config)?;
-        let (resonance_hz, quality) = find_resonance(&look)?;
+        let CoarseResonance {
+            resonance_hz,
+            quality,
+        } = find_resonance(&look)?;
         self.carrier_hz = resonance_hz;
         self.resonance_error = self.setup.require_known_at(resonance_hz, quality)?;
         self.settle_s = settle_s(resonance_hz, quality);

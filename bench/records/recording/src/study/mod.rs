@@ -276,6 +276,28 @@ impl Study {
         participants::describe(&*self.storage, &self.folder, participant, person)
     }
 
+    /// Lists a participant with imported recordings in `participants.tsv`: adds the row if it is missing, and fills in cells that
+    /// have no value; columns that the table lacks are added.
+    ///
+    /// # Errors
+    /// [`StudyError::OtherCase`], or the disk refused.
+    pub fn list_imported(
+        &self,
+        participant: &ParticipantId,
+        cells: &[(&str, &str)],
+    ) -> Result<(), StudyError> {
+        self.require_one_case(participant)?;
+        participants::list_imported(&*self.storage, &self.folder, participant, cells)
+    }
+
+    /// Removes the row of `participants.tsv` that [`Study::list_imported`] added; a row of the bench stays.
+    ///
+    /// # Errors
+    /// The disk refused.
+    pub fn unlist_imported(&self, participant: &ParticipantId) -> Result<(), StudyError> {
+        participants::unlist_imported(&*self.storage, &self.folder, participant)
+    }
+
     /// Opens an interrupted session to resume it.
     ///
     /// # Errors

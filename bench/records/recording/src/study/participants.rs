@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use protocols::{NOT_STATED, ParticipantId, Person, PersonDetail};
-use text_tables::{TabTable, TableLine};
+use text_tables::{TabTable, TableLine, without_lines};
 
 use super::study_error::{PARTICIPANTS_FILE, StudyError};
 use crate::disk::{self, DiskError};
@@ -14,6 +14,9 @@ use crate::storage::Storage;
 const DATE: &str = "first_session_date";
 const PROTOCOL: &str = "protocol";
 const HEADER: &str = "participant_id\tfirst_session_date\tprotocol\tage\tsex\thandedness\n";
+
+/// Protocol of a participant who was imported.
+const IMPORTED: &str = "imported";
 
 /// Column with the participants' identifiers, as in BIDS.
 pub const ID_COLUMN: &str = "participant_id";
@@ -162,4 +165,55 @@ pub(super) fn describe(
         table.table.set(row, column, &person.text(detail));
     }
     Ok(table.write(storage, path)?)
+}
+
+/// Adds an imported participant's line if it is missing, and fills in cells without a value.
+pub(super) fn list_imported(
+    storage: &dyn Storage,
+    folder: &Path,
+    participant: &ParticipantId,
+    cells: &[(&str, &str)],
+) -> Result<(), StudyError> {
+    let path = &folder.join(PARTICIPANTS_FILE);
+    let mut table = Table::read(storage, path)?;
+    let before = table.table.text().to_owned();
+    if table.row(participant).is_none() {
+        table
+            .table
+            .add_row(&[(ID_COLUMN, participant.as_str()), (PROTOCOL, IMPORTED)]);
+    }
+    let Some(row) = table.row(participant) else {
+        return Ok(());
+    };
+    for (name, value) in cells {
+        let value = value.trim();
+        let is_free = |cell: &str| cell.is_empty() || cell == NOT_STATED;
+        if is_free(value) || !is_free(table.cell(row, name)) {
+            continue;
+        }
+        let column = table.table.column(name);
+        let column = column.unwrap_or_else(|| table.table.add_column(&escaping::to_cell(name)));
+        table.table.set(row, column, &escaping::to_cell(value));
+    }
+    if table.table.text() != before {
+        table.write(storage, path)?;
+    }
+    Ok(())
+}
+
+/// Removes the line of a participant whom an import listed.
+pub(super) fn unlist_imported(
+    storage: &dyn Storage,
+    folder: &Path,
+    participant: &ParticipantId,
+) -> Result<(), StudyError> {
+    let path = &folder.join(PARTICIPANTS_FILE);
+    let table = Table::read(storage, path)?;
+    let is_imported = |row: usize| table.cell(row, PROTOCOL) == IMPORTED;
+    if !table.row(participant).is_some_and(is_imported) {
+        return Ok(());
+    }
+    let is_row = |line: &TableLine| table.id(line) == participant.as_str();
+    let rest = without_lines(table.table.text(), is_row);
+    Ok(disk::replace_file_on(storage, path, rest.as_bytes())?)
 }

@@ -4,11 +4,20 @@ use std::io::{self, Read};
 
 /// Encoding of the samples of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Encoding {
+pub enum Encoding {
+    /// 8 bits, of which 128 is zero.
+    U8,
+    /// 16 bits.
     I16,
+    /// 24 bits.
     I24,
+    /// 32 bits.
     I32,
+    /// 64 bits.
+    I64,
+    /// Floats of 32 bits.
     F32,
+    /// Floats of 64 bits.
     F64,
     /// 24 bits in four bytes: in the upper three by the WAV specification, in the lower three by ALSA's S24_LE.
     I24In32,
@@ -21,65 +30,92 @@ impl Encoding {
     /// it is not read.
     pub(super) fn new(is_float: bool, bits: u16, bytes: u64) -> Option<Self> {
         match (is_float, bytes, bits) {
+            (false, 1, 1..=8) => Some(Self::U8),
             (false, 2, 9..=16) => Some(Self::I16),
             (false, 3, 9..=24) => Some(Self::I24),
             (false, 4, 17..=24) => Some(Self::I24In32),
             (false, 4, 9..=32) => Some(Self::I32),
+            (false, 8, 33..=64) => Some(Self::I64),
             (true, 4, 32) => Some(Self::F32),
             (true, 8, 64) => Some(Self::F64),
             _ => None,
         }
     }
 
-    pub(super) fn bytes(self) -> u64 {
+    /// Returns whether recordings of a bench may have such samples.
+    pub(super) fn is_of_recordings(self) -> bool {
+        !matches!(self, Self::U8 | Self::I64)
+    }
+
+    /// Returns whether the samples are integers.
+    #[must_use]
+    pub fn is_integer(self) -> bool {
+        !matches!(self, Self::F32 | Self::F64)
+    }
+
+    /// Returns the bytes of a sample.
+    #[must_use]
+    pub fn bytes(self) -> u64 {
         match self {
+            Self::U8 => 1,
             Self::I16 => 2,
             Self::I24 => 3,
             Self::I32 | Self::F32 | Self::I24In32 | Self::LowI24 => 4,
-            Self::F64 => 8,
+            Self::F64 | Self::I64 => 8,
         }
     }
 
     /// Appends the samples to `out`; full scale of integers becomes ±1.
     pub(super) fn decode(self, bytes: &[u8], out: &mut Vec<f32>) {
-        let i32_units = |bytes: [u8; 4]| i32::from_le_bytes(bytes) as f32 / 2_147_483_648.0;
+        if self == Self::F32 {
+            out.extend(bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)));
+        } else {
+            self.visit(bytes, |sample| out.push(sample as f32));
+        }
+    }
+
+    /// Calls `visitor` with every sample in `bytes`; full scale of integers becomes ±1.
+    pub fn visit(self, bytes: &[u8], mut visitor: impl FnMut(f64)) {
+        let i32_units = |bytes: [u8; 4]| f64::from(i32::from_le_bytes(bytes)) / 2_147_483_648.0;
         match self {
-            Self::I16 => out.extend(
-                bytes
-                    .as_chunks()
-                    .0
-                    .iter()
-                    .map(|b| f32::from(i16::from_le_bytes(*b)) / 32_768.0),
-            ),
+            Self::U8 => bytes
+                .iter()
+                .for_each(|byte| visitor((f64::from(*byte) - 128.0) / 128.0)),
+            Self::I16 => {
+                for b in bytes.as_chunks().0 {
+                    visitor(f64::from(i16::from_le_bytes(*b)) / 32_768.0);
+                }
+            }
             Self::I24 => {
-                out.extend(
-                    bytes
-                        .as_chunks()
-                        .0
-                        .iter()
-                        .map(|&[a, b, c]| i32_units([0, a, b, c])),
-                );
+                for &[a, b, c] in bytes.as_chunks().0 {
+                    visitor(i32_units([0, a, b, c]));
+                }
             }
             Self::I32 | Self::I24In32 => {
-                out.extend(bytes.as_chunks().0.iter().map(|b| i32_units(*b)));
+                for b in bytes.as_chunks().0 {
+                    visitor(i32_units(*b));
+                }
             }
             Self::LowI24 => {
-                out.extend(
-                    bytes
-                        .as_chunks()
-                        .0
-                        .iter()
-                        .map(|&[a, b, c, _]| i32_units([0, a, b, c])),
-                );
+                for &[a, b, c, _] in bytes.as_chunks().0 {
+                    visitor(i32_units([0, a, b, c]));
+                }
             }
-            Self::F32 => out.extend(bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b))),
-            Self::F64 => out.extend(
-                bytes
-                    .as_chunks()
-                    .0
-                    .iter()
-                    .map(|b| f64::from_le_bytes(*b) as f32),
-            ),
+            Self::I64 => {
+                for b in bytes.as_chunks().0 {
+                    visitor(i64::from_le_bytes(*b) as f64 / 9_223_372_036_854_775_808.0);
+                }
+            }
+            Self::F32 => {
+                for b in bytes.as_chunks().0 {
+                    visitor(f64::from(f32::from_le_bytes(*b)));
+                }
+            }
+            Self::F64 => {
+                for b in bytes.as_chunks().0 {
+                    visitor(f64::from_le_bytes(*b));
+                }
+            }
         }
     }
 

@@ -80,6 +80,7 @@ pub fn session(
             report_progress();
         }
     }
+    excuse_imports(folder, &folder_labels, &mut findings);
     report_foreign_folders(folder, &mut findings)?;
     findings.end = history.end;
     findings.planned = history.planned;
@@ -87,6 +88,20 @@ pub fn session(
         .defects
         .extend(history.defects.into_iter().map(SessionDefect::from));
     Ok(findings)
+}
+
+/// Turns the missing log of a session that consists of imported recordings into a note.
+fn excuse_imports(folder: &Path, labels: &BTreeSet<TrialLabel>, findings: &mut SessionFindings) {
+    let is_imported = |label: &TrialLabel| {
+        let manifest = read_manifest(&folder.join(label.to_string()));
+        manifest.is_ok_and(|manifest| manifest.origin.is_some())
+    };
+    let is_excused = |defect: &SessionDefect| matches!(defect, SessionDefect::NoLog);
+    if findings.defects.iter().any(is_excused) && labels.iter().all(is_imported) {
+        findings.defects.retain(|defect| !is_excused(defect));
+        let note = "its recordings were imported: no log states their sums, so only their files are checked";
+        findings.notes.push(note.to_owned());
+    }
 }
 
 /// Verifies the last attempt of a session; `None` if there was no attempt.

@@ -1,0 +1,130 @@
+//! Offset and rate of the forces' clock, found in the recording.
+
+use force_alignment::{Alignment, Curves, Film, ForceSample, align, curves};
+use impedance::ZmFrame;
+use import_map::{Clock, Quantity};
+use num_complex::Complex64;
+use recording::manifest::FoundValue;
+
+use crate::refusal::ImportRefusal;
+use crate::series::Samples;
+
+/// Found clock of the forces.
+#[derive(Debug, Clone)]
+pub(crate) struct FoundClock {
+    /// Offset, s.
+    pub offset_s: f64,
+    /// Excess of the rate, parts per million.
+    pub ppm: f64,
+    /// Values for the recording's description.
+    pub found: Vec<FoundValue>,
+    /// Evidence to be drawn.
+    pub curves: Option<Curves>,
+    /// Delay at which the curves have their least value, s.
+    pub delay_s: f64,
+    /// Sentences for a user.
+    pub notes: Vec<String>,
+}
+
+/// Returns whether the clock's offset or rate is to be found.
+pub(crate) fn is_to_be_found(clock: Clock) -> bool {
+    clock.offset_s == Quantity::Found || clock.ppm == Quantity::Found
+}
+
+/// Finds the clock of the forces, which `normal` and `lateral` have with provisional values.
+pub(crate) fn find(
+    (normal, lateral): (&Samples, &Samples),
+    clock: Clock,
+    (frames, z_p_n_s_per_m): (&[ZmFrame], Complex64),
+    (modulation_hz, slides_s): (f64, &[(f64, f64)]),
+) -> Result<FoundClock, ImportRefusal> {
+    let key = match clock.offset_s {
+        Quantity::Found => "normal.offset_s",
+        Quantity::Stated(_) => "normal.ppm",
+    };
+    let provisional = normal.clock;
+    let is_common = lateral.times == normal.times;
+    let forces: Vec<ForceSample> = (0..normal.len())
+        .map(|index| {
+            let time_s = normal.drive_s(index);
+            let lateral = match is_common {
+                true => lateral.values.get(index).copied().unwrap_or(f64::NAN),
+                false => lateral.at(time_s),
+            };
+            ForceSample {
+                time_s,
+                normal: normal.values[index],
+                lateral,
+            }
+        })
+        .collect();
+    let film = Film {
+        frames,
+        z_p_n_s_per_m,
+        modulation_hz,
+        slides_s,
+    };
+    let alignment: Alignment = align(&film, &forces).map_err(|error| ImportRefusal::NotFound {
+        key,
+        reason: error.to_string(),
+    })?;
+    let ppm = alignment.ppm();
+    let used_ppm = match clock.ppm {
+        Quantity::Found => ppm.value,
+        Quantity::Stated(_) => 0.0,
+    };
+    let offset = alignment.offset_s(used_ppm);
+    let offset_value = match clock.offset_s {
+        Quantity::Found => offset.value,
+        Quantity::Stated(_) => 0.0,
+    };
+    // The forces had the provisional clock: t_drive = o + (1 + p)(o₀ + (1 + p₀) t).
+    let growth = 1.0 + used_ppm * 1e-6;
+    let total_offset_s = offset_value + growth * provisional.offset_s;
+    let total_ppm = 1e6 * (growth * (1.0 + provisional.ppm * 1e-6) - 1.0);
+    let evidence = curves(&film, &forces, &alignment);
+    let mut notes = Vec::new();
+    if let Some(minima) = evidence.as_ref().map(|curves| &curves.false_minima)
+        && !minima.is_empty()
+    {
+        let places: Vec<String> = minima
+            .iter()
+            .map(|minimum| format!("{:+.3} s", minimum.delay_s))
+            .collect();
+        notes.push(format!(
+            "the friction's residual has further minima at a delay of {}, which the contact excludes: they lie one period of the modulation away",
+            places.join(" and ")
+        ));
+    }
+    let mut found = Vec::new();
+    if clock.offset_s == Quantity::Found {
+        found.push(FoundValue {
+            name: "normal.offset_s".to_owned(),
+            value: total_offset_s,
+            error: Some(offset.std),
+            unit: "s".to_owned(),
+            evidence: "contact and the plate's impedance, then the least residual of the friction"
+                .to_owned(),
+        });
+    }
+    if clock.ppm == Quantity::Found {
+        found.push(FoundValue {
+            name: "normal.ppm".to_owned(),
+            value: total_ppm,
+            error: Some(ppm.std),
+            unit: "ppm".to_owned(),
+            evidence: format!(
+                "the least residual of the friction over {:.1} s",
+                alignment.length_s
+            ),
+        });
+    }
+    Ok(FoundClock {
+        offset_s: total_offset_s,
+        ppm: total_ppm,
+        found,
+        curves: evidence,
+        delay_s: alignment.delay_s.value,
+        notes,
+    })
+}

@@ -1,0 +1,447 @@
+//! Recordings with complex envelopes of drive and pickup, as a lock-in amplifier keeps them.
+
+use std::f64::consts::{SQRT_2, TAU};
+use std::path::Path;
+
+use envelope_files::{EnvelopeRow, EnvelopeWriter};
+use import_map::{
+    ComplexArrays, Convention, Electrical, Envelopes, ImportMap, LockInFilter, Modulation, Quantity,
+};
+use num_complex::Complex64;
+use recording::ENVELOPES_FILE;
+use recording::manifest::{self, FoundValue, RecordedEnvelopes, RecordedPlate, Streams};
+
+use crate::checks;
+use crate::constants::StatedPickup;
+use crate::data_files;
+use crate::description::Description;
+use crate::figure::{self, Evidence};
+use crate::modulation;
+use crate::plate;
+use crate::readings::{DriveTime, Readings};
+use crate::refusal::ImportRefusal;
+use crate::search::Search;
+use crate::sources::{BLOCK, Sources};
+use crate::survey::Envelope;
+
+/// Greatest number of values, which are held in memory.
+const MOST_VALUES: u64 = 60_000_000;
+/// Greatest gain by which a filter is undone: noise beyond is amplified more than signals.
+const GREATEST_GAIN: f64 = 100.0;
+/// Periods of the modulation's frequency up to which the envelopes must reach when the filter is undone.
+const NEEDED_HARMONICS: f64 = 20.0;
+/// Time by which the ends are continued while a filter is undone, in time constants.
+const PADDING_TAU: f64 = 40.0;
+
+/// Converts a recording into `folder`, which exists; returns its found values and its notes.
+pub(crate) fn convert(
+    map: &ImportMap,
+    sources: &mut Sources<'_>,
+    (folder, name): (&Path, &str),
+    describe: &Description<'_>,
+) -> Result<(Vec<FoundValue>, Vec<String>), ImportRefusal> {
+    let Electrical::Envelopes {
+        carrier_hz,
+        modulation,
+        envelopes,
+        plate,
+    } = &map.electrical
+    else {
+        unreachable!("the caller chose by the kind of the recording");
+    };
+    let carrier_hz = *carrier_hz;
+    let (mut found, mut notes) = (Vec::new(), Vec::new());
+    let (mut channels, drive_time) = read(sources, envelopes, carrier_hz)?;
+    let tone = modulation_of(&channels[0], *modulation, &mut found)?;
+    if let Some(filter) = envelopes.low_pass {
+        for channel in &mut channels {
+            undo(channel, filter, tone.frequency_hz)?;
+        }
+    }
+    integrate(
+        &mut channels[1],
+        envelopes.conversion.quantity.derivatives(),
+        carrier_hz,
+    );
+    let mut readings = Readings::read(map, sources, drive_time)?;
+    checks::overlap(&readings, drive_time)?;
+    checks::force_rate(map, &readings, tone.frequency_hz, drive_time)?;
+    let recorded_plate = plate::recorded(
+        plate, carrier_hz, sources, &readings, &mut found, &mut notes,
+    )?;
+    let mut stated = StatedPickup::provisional(envelopes.conversion, carrier_hz);
+    checks::exchanged(
+        [&channels[0], &channels[1]],
+        tone.frequency_hz,
+        &readings.intervals.unloaded_s(),
+    )?;
+    let search = Search {
+        map,
+        folder,
+        conversion: envelopes.conversion,
+        carrier_hz,
+        modulation_hz: tone.frequency_hz,
+        plate: recorded_plate.constants(),
+        drive_time,
+    };
+    let streams = |plate: &RecordedPlate| {
+        Streams::Envelopes(RecordedEnvelopes {
+            carrier_hz,
+            modulation: tone,
+            plate: plate.clone(),
+        })
+    };
+    let write = |pickup: StatedPickup, readings: &Readings| {
+        write_rows(folder, &channels, envelopes.volts_per_unit, pickup)?;
+        describe.write(folder, streams(&recorded_plate), &readings.intervals, &[])
+    };
+    let clock = search.run((&mut stated, &mut readings), &write, &mut found, &mut notes)?;
+    found.append(&mut readings.found);
+    notes.append(&mut readings.notes);
+    write_rows(folder, &channels, envelopes.volts_per_unit, stated)?;
+    data_files::write(folder, &readings)?;
+    describe.write(
+        folder,
+        streams(&recorded_plate),
+        &readings.intervals,
+        &found,
+    )?;
+    let svg = figure::svg(&Evidence {
+        name,
+        envelopes: Some([
+            (&channels[0], envelopes.volts_per_unit),
+            (&channels[1], stated.metres_per_unit),
+        ]),
+        readings: &readings,
+        clock: clock.as_ref(),
+        found: &found,
+    });
+    figure::write(folder, svg)?;
+    Ok((found, notes))
+}
+
+/// Reads both envelopes, peak and exp(+iωt), in the units of their arrays.
+fn read(
+    sources: &mut Sources<'_>,
+    envelopes: &Envelopes,
+    carrier_hz: f64,
+) -> Result<([Envelope; 2], DriveTime), ImportRefusal> {
+    let file = sources.file_name(envelopes.file.as_ref());
+    let drive = read_complex(sources, &file, &envelopes.drive)?;
+    let pickup = read_complex(sources, &file, &envelopes.pickup)?;
+    let name = match &envelopes.drive {
+        ComplexArrays::Complex(name)
+        | ComplexArrays::Parts { real: name, .. }
+        | ComplexArrays::Polar {
+            amplitude: name, ..
+        } => name,
+    };
+    let column = sources.column_in(&file, name)?;
+    if drive.len() != pickup.len() {
+        return Err(ImportRefusal::Lengths {
+            first: "envelopes.drive".to_owned(),
+            first_length: drive.len() as u64,
+            second: "envelopes.pickup".to_owned(),
+            second_length: pickup.len() as u64,
+        });
+    }
+    let (rate_hz, first_s) = sources.even_times(&envelopes.time, &column, "envelopes")?;
+    let factor = if envelopes.is_rms { SQRT_2 } else { 1.0 };
+    let channels = [drive, pickup].map(|values| Envelope {
+        first_s: 0.0,
+        step_s: 1.0 / rate_hz,
+        reference_hz: carrier_hz,
+        values: values
+            .into_iter()
+            .map(|value| {
+                factor
+                    * match envelopes.convention {
+                        Convention::Positive => value,
+                        Convention::Negative => value.conj(),
+                    }
+            })
+            .collect(),
+    });
+    let duration_s = channels[0].values.len() as f64 / rate_hz;
+    Ok((
+        channels,
+        DriveTime {
+            first_s,
+            duration_s,
+        },
+    ))
+}
+
+fn read_complex(
+    sources: &mut Sources<'_>,
+    file: &str,
+    arrays: &ComplexArrays,
+) -> Result<Vec<Complex64>, ImportRefusal> {
+    let mut real = |name: &str| -> Result<Vec<f64>, ImportRefusal> {
+        let column = sources.column_in(file, name)?;
+        require_few(column.len(), column.name())?;
+        let mut values = Vec::new();
+        sources.for_each_block(&column, |_, block| {
+            values.extend_from_slice(block);
+            Ok(())
+        })?;
+        Ok(values)
+    };
+    let pairs = match arrays {
+        ComplexArrays::Complex(name) => {
+            let column = sources.column_in(file, name)?;
+            require_few(column.len(), column.name())?;
+            let mut values = Vec::new();
+            for start in (0..column.len()).step_by(BLOCK as usize) {
+                sources.read_complex(
+                    &column,
+                    start..(start + BLOCK).min(column.len()),
+                    &mut values,
+                )?;
+            }
+            return Ok(values);
+        }
+        ComplexArrays::Parts {
+            real: re,
+            imaginary,
+        } => [(real(re)?, re), (real(imaginary)?, imaginary)],
+        ComplexArrays::Polar {
+            amplitude,
+            phase_rad,
+        } => [(real(amplitude)?, amplitude), (real(phase_rad)?, phase_rad)],
+    };
+    let [(first, first_name), (second, second_name)] = pairs;
+    if first.len() != second.len() {
+        return Err(ImportRefusal::Lengths {
+            first: first_name.clone(),
+            first_length: first.len() as u64,
+            second: second_name.clone(),
+            second_length: second.len() as u64,
+        });
+    }
+    let is_polar = matches!(arrays, ComplexArrays::Polar { .. });
+    let value = |(a, b)| {
+        if is_polar {
+            Complex64::from_polar(a, b)
+        } else {
+            Complex64::new(a, b)
+        }
+    };
+    Ok(first.into_iter().zip(second).map(value).collect())
+}
+
+fn require_few(length: u64, name: String) -> Result<(), ImportRefusal> {
+    match length {
+        0..2 => Err(ImportRefusal::Short { name, length }),
+        2..=MOST_VALUES => Ok(()),
+        _ => Err(ImportRefusal::Long {
+            name,
+            length,
+            limit: MOST_VALUES,
+        }),
+    }
+}
+
+/// Compares the modulation with the drive's amplitude.
+fn modulation_of(
+    drive: &Envelope,
+    modulation: Modulation,
+    found: &mut Vec<FoundValue>,
+) -> Result<manifest::Modulation, ImportRefusal> {
+    let carrier = import_map::Carrier::Constant(Quantity::Stated(drive.reference_hz));
+    let rate_hz = 1.0 / drive.step_s;
+    let tone = checks::tone(
+        (carrier, modulation),
+        (None, modulation::find(drive)),
+        rate_hz,
+        found,
+    )?;
+    Ok(manifest::Modulation {
+        frequency_hz: tone[1],
+        index: tone[2],
+    })
+}
+
+/// Undoes a lock-in amplifier's low-pass: multiplies the spectrum by (1 + iΩτ)^order as far as that amplifies by no more than the
+/// greatest gain.
+fn undo(
+    envelope: &mut Envelope,
+    filter: LockInFilter,
+    modulation_hz: f64,
+) -> Result<(), ImportRefusal> {
+    let LockInFilter { order, tau_s } = filter;
+    let rate_hz = 1.0 / envelope.step_s;
+    let corner = (GREATEST_GAIN.powf(2.0 / f64::from(order)) - 1.0).sqrt();
+    let reach_hz = (corner / (TAU * tau_s)).min(rate_hz / 2.0);
+    let needed_hz = NEEDED_HARMONICS * modulation_hz.max(1.0);
+    if reach_hz < needed_hz {
+        return Err(ImportRefusal::LowPass {
+            reach_hz,
+            needed_hz,
+        });
+    }
+    let padding = ((PADDING_TAU * tau_s * rate_hz).ceil() as usize).max(16);
+    let count = envelope.values.len();
+    let size = (count + 2 * padding).next_power_of_two();
+    let (forward, inverse) = (fourier::forward(size), fourier::inverse(size));
+    let mut parts = [Vec::new(), Vec::new()];
+    for (index, part) in parts.iter_mut().enumerate() {
+        let value = |value: &Complex64| {
+            let value = if index == 0 { value.re } else { value.im };
+            // A lost value has no spectrum; it is lost again below.
+            if value.is_finite() { value } else { 0.0 }
+        };
+        let first = envelope.values.first().map_or(0.0, value);
+        let last = envelope.values.last().map_or(0.0, value);
+        let mut input = vec![first; padding];
+        input.extend(envelope.values.iter().map(value));
+        // From the last value back to the first, so that the period has no step.
+        let rest = size - input.len();
+        input.extend((0..rest).map(|n| {
+            let share =
+                ((n as f64 - padding as f64) / (rest - padding).max(1) as f64).clamp(0.0, 1.0);
+            last + (first - last) * share
+        }));
+        let mut spectrum = forward.make_output_vec();
+        // The transform made the buffers, so they fit.
+        let _ = forward.process(&mut input, &mut spectrum);
+        for (bin, value) in spectrum.iter_mut().enumerate() {
+            let hz = bin as f64 * rate_hz / size as f64;
+            let edge = ((hz / reach_hz - 0.7) / 0.3).clamp(0.0, 1.0);
+            let window = 0.5 + 0.5 * (TAU / 2.0 * edge).cos();
+            *value *= window * Complex64::new(1.0, TAU * hz * tau_s).powu(order) / size as f64;
+        }
+        if let Some(first) = spectrum.first_mut() {
+            first.im = 0.0;
+        }
+        if let Some(last) = spectrum.last_mut() {
+            last.im = 0.0;
+        }
+        let mut output = inverse.make_output_vec();
+        let _ = inverse.process(&mut spectrum, &mut output);
+        *part = output[padding..padding + count].to_vec();
+    }
+    let [real, imaginary] = parts;
+    for (value, (re, im)) in envelope
+        .values
+        .iter_mut()
+        .zip(real.into_iter().zip(imaginary))
+    {
+        if value.is_finite() {
+            *value = Complex64::new(re, im);
+        }
+    }
+    Ok(())
+}
+
+/// Turns the envelope of a velocity or acceleration into that of the displacement, in the unit of the input over ω for each
+/// derivative: x̃ = ṽ/(iω) − (dṽ/dt)/(iω)² to first order.
+fn integrate(envelope: &mut Envelope, derivatives: u32, carrier_hz: f64) {
+    if derivatives == 0 {
+        return;
+    }
+    let values = envelope.values.clone();
+    let last = values.len() - 1;
+    let i_omega_s = Complex64::I * TAU * carrier_hz * envelope.step_s;
+    let order = f64::from(derivatives);
+    for (index, value) in envelope.values.iter_mut().enumerate() {
+        let (before, after) = (index.saturating_sub(1), (index + 1).min(last));
+        let slope = (values[after] - values[before]) / (after - before).max(1) as f64;
+        *value = Complex64::I.powu(derivatives).inv() * (values[index] - order * slope / i_omega_s);
+    }
+}
+
+fn write_rows(
+    folder: &Path,
+    channels: &[Envelope; 2],
+    volts_per_unit: f64,
+    pickup: StatedPickup,
+) -> Result<(), ImportRefusal> {
+    let path = folder.join(ENVELOPES_FILE);
+    let refusal = |error: envelope_files::EnvelopeError| ImportRefusal::ReadBack(error.to_string());
+    let turn = pickup.metres_per_unit * Complex64::cis(pickup.phase_rad);
+    let mut writer = EnvelopeWriter::create(&path).map_err(refusal)?;
+    let [drive, displacement] = channels;
+    let mut rows = Vec::new();
+    for (index, (drive_value, pickup_value)) in
+        drive.values.iter().zip(&displacement.values).enumerate()
+    {
+        rows.push(EnvelopeRow {
+            time_s: drive.time_s(index),
+            drive_v: volts_per_unit * drive_value,
+            pickup_m: turn * pickup_value,
+        });
+        if rows.len() == BLOCK as usize {
+            writer.write(&rows).map_err(refusal)?;
+            rows.clear();
+        }
+    }
+    writer.write(&rows).map_err(refusal)?;
+    writer.finish().map_err(refusal)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn envelope(value: impl Fn(f64) -> Complex64) -> Envelope {
+        let step_s = 1e-4;
+        Envelope {
+            first_s: 0.0,
+            step_s,
+            reference_hz: 35e3,
+            values: (0..30_000).map(|n| value(f64::from(n) * step_s)).collect(),
+        }
+    }
+
+    /// A filtered line e^{iΩt} is the line over (1 + iΩτ)^order.
+    #[test]
+    fn a_low_pass_is_undone_within_its_reach() {
+        for (order, tau_s) in [(1, 3e-5), (2, 3e-4), (4, 1e-3)] {
+            let lines = [(0.0, 1.0), (6.0, 0.475), (-6.0, 0.475), (25.0, 0.02)];
+            let sum = |t: f64, is_filtered: bool| {
+                let line = |(hz, amplitude): (f64, f64)| {
+                    let omega = TAU * hz;
+                    let gain = if is_filtered {
+                        Complex64::new(1.0, omega * tau_s).powu(order).inv()
+                    } else {
+                        Complex64::ONE
+                    };
+                    gain * amplitude * Complex64::cis(omega * t)
+                };
+                lines.into_iter().map(line).sum::<Complex64>()
+            };
+            let mut filtered = envelope(|t| sum(t, true));
+            undo(&mut filtered, LockInFilter { order, tau_s }, 6.0).unwrap();
+            for index in 2000..28_000 {
+                let error = (filtered.values[index] - sum(filtered.time_s(index), false)).norm();
+                assert!(error < 2e-3, "order {order}, {index}: {error}");
+            }
+        }
+        let mut slow = envelope(|_| Complex64::ONE);
+        assert!(
+            undo(
+                &mut slow,
+                LockInFilter {
+                    order: 4,
+                    tau_s: 0.05
+                },
+                6.0
+            )
+            .is_err()
+        );
+    }
+
+    #[test]
+    fn a_velocitys_envelope_becomes_the_displacements() {
+        let omega = TAU * 35e3;
+        let displacement = |t: f64| Complex64::from(1.0 + 0.9 * (TAU * 6.0 * t).sin());
+        let slope = |t: f64| Complex64::from(0.9 * TAU * 6.0 * (TAU * 6.0 * t).cos());
+        let mut velocity = envelope(|t| Complex64::I * displacement(t) + slope(t) / omega);
+        integrate(&mut velocity, 1, 35e3);
+        for index in 1..29_999 {
+            let error = (velocity.values[index] - displacement(velocity.time_s(index))).norm();
+            assert!(error < 1e-6, "{index}: {error}");
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! Recordings of forces alone, with the drive's voltage as stimulus if it is known.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use import_map::{Drive, Electrical, ImportMap};
+use recording::manifest::{FoundValue, Streams};
+use recording::{CsvRow, STIMULUS_FILE, StimulusRow};
+
+use crate::data_files;
+use crate::description::Description;
+use crate::figure::{self, Evidence};
+use crate::readings::{DriveTime, Readings};
+use crate::refusal::ImportRefusal;
+use crate::sources::Sources;
+use crate::survey::{self, Channel};
+
+/// Rate of the rows of a stimulus, Hz.
+const STIMULUS_HZ: f64 = 2000.0;
+
+/// Converts a recording into `folder`, which exists; returns its found values and its notes.
+pub(crate) fn convert(
+    map: &ImportMap,
+    sources: &mut Sources<'_>,
+    (folder, name): (&Path, &str),
+    describe: &Description<'_>,
+) -> Result<(Vec<FoundValue>, Vec<String>), ImportRefusal> {
+    let mut first_s = 0.0;
+    if let Electrical::Stimulus(Some(drive)) = &map.electrical {
+        first_s = write_stimulus(folder, sources, drive)?;
+    }
+    let time = DriveTime {
+        first_s,
+        duration_s: f64::INFINITY,
+    };
+    let mut readings = Readings::read(map, sources, time)?;
+    let found = std::mem::take(&mut readings.found);
+    let notes = std::mem::take(&mut readings.notes);
+    data_files::write(folder, &readings)?;
+    describe.write(folder, Streams::Forces(None), &readings.intervals, &found)?;
+    let svg = figure::svg(&Evidence {
+        name,
+        envelopes: None,
+        readings: &readings,
+        clock: None,
+        found: &found,
+    });
+    figure::write(folder, svg)?;
+    Ok((found, notes))
+}
+
+/// Writes `stimulus.csv`: the amplitude of a drive with a carrier, or the drive itself; returns the time of its first sample, s.
+fn write_stimulus(
+    folder: &Path,
+    sources: &mut Sources<'_>,
+    drive: &Drive,
+) -> Result<f64, ImportRefusal> {
+    let column = sources.column(&drive.source)?;
+    let (rate_hz, first_s) = sources.even_times(&drive.time, &column, "drive")?;
+    let carrier_hz = match rate_hz > 4.0 * STIMULUS_HZ {
+        true => survey::strongest_tone(sources, &column, rate_hz)?,
+        false => None,
+    };
+    let rows: Vec<StimulusRow> = match carrier_hz {
+        Some(carrier_hz) => {
+            let Channel { envelope, .. } = survey::channel(sources, &column, rate_hz, carrier_hz)?;
+            let amplitudes = envelope.values.iter().enumerate();
+            amplitudes
+                .map(|(index, value)| StimulusRow {
+                    time_s: envelope.time_s(index),
+                    stimulus: drive.volts_per_unit.abs() * value.norm(),
+                })
+                .collect()
+        }
+        None => {
+            let group = (rate_hz / STIMULUS_HZ).floor().max(1.0) as usize;
+            let (mut rows, mut sum, mut index) = (Vec::new(), 0.0, 0usize);
+            sources.for_each_block(&column, |_, block| {
+                for value in block {
+                    sum += value;
+                    index += 1;
+                    if index.is_multiple_of(group) {
+                        let middle = index as f64 - 1.0 - (group - 1) as f64 / 2.0;
+                        rows.push(StimulusRow {
+                            time_s: middle / rate_hz,
+                            stimulus: drive.volts_per_unit * sum / group as f64,
+                        });
+                        sum = 0.0;
+                    }
+                }
+                Ok(())
+            })?;
+            rows
+        }
+    };
+    let path = folder.join(STIMULUS_FILE);
+    let write = || -> std::io::Result<()> {
+        let mut file = BufWriter::new(File::create(&path)?);
+        writeln!(file, "{}", StimulusRow::COLUMNS.required.join(","))?;
+        let mut line = Vec::new();
+        for row in rows {
+            line.clear();
+            row.write_line(&mut line);
+            file.write_all(&line)?;
+        }
+        file.flush()?;
+        file.get_ref().sync_all()
+    };
+    write().map_err(|error| ImportRefusal::system(&path, &error))?;
+    Ok(first_s)
+}

@@ -1,0 +1,229 @@
+//! Modulation of the drive's amplitude: frequency and index.
+
+use std::f64::consts::TAU;
+
+use num_complex::Complex64;
+
+use crate::survey::Envelope;
+
+/// Frequencies of a modulation, Hz.
+const RANGE_HZ: (f64, f64) = (0.2, 500.0);
+/// Index below which the drive counts as not modulated.
+const LEAST_INDEX: f64 = 0.005;
+/// Share of the amplitude's upper decile that its running maximum must exceed while the drive is on.
+const ON_SHARE: f64 = 0.7;
+
+/// Modulation of an amplitude, A (1 + index sin(2πft + phase)).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct FoundModulation {
+    /// Frequency, Hz.
+    pub hz: f64,
+    /// Its standard error, Hz.
+    pub hz_error: f64,
+    /// Index.
+    pub index: f64,
+    /// Its standard error.
+    pub index_error: f64,
+}
+
+/// Longest stretch in which the drive is on with a steady modulation, as indices.
+fn steady(amplitude: &[f64], step_s: f64) -> std::ops::Range<usize> {
+    let mut sorted: Vec<f64> = amplitude
+        .iter()
+        .copied()
+        .filter(|value| value.is_finite())
+        .collect();
+    sorted.sort_by(f64::total_cmp);
+    let Some(top) = sorted.get(sorted.len() * 9 / 10) else {
+        return 0..0;
+    };
+    // Between the crests of the slowest modulation that is looked for first the amplitude may be low for half a second.
+    let reach = (0.5 / step_s) as usize;
+    let mut best = 0..0;
+    let mut start: Option<usize> = None;
+    let mut last_high = None;
+    for (index, value) in amplitude.iter().enumerate() {
+        if *value > ON_SHARE * top {
+            start = start.or(Some(index));
+            last_high = Some(index);
+        }
+        let is_over = last_high.is_some_and(|last| index - last > reach) || !value.is_finite();
+        if let (Some(from), Some(last), true) = (start, last_high, is_over) {
+            if last - from > best.len() {
+                best = from..last;
+            }
+            (start, last_high) = (None, None);
+        }
+    }
+    if let (Some(from), Some(last)) = (start, last_high)
+        && last - from > best.len()
+    {
+        best = from..last;
+    }
+    best
+}
+
+/// Finds frequency and index of the modulation of a drive; an index of 0 without one.
+pub(crate) fn find(envelope: &Envelope) -> Option<FoundModulation> {
+    let amplitude: Vec<f64> = envelope.values.iter().map(|value| value.norm()).collect();
+    let on = steady(&amplitude, envelope.step_s);
+    let on = &amplitude[on];
+    let length_s = on.len() as f64 * envelope.step_s;
+    if length_s < 0.3 {
+        return None;
+    }
+    let mean = on.iter().sum::<f64>() / on.len() as f64;
+    let size = (4 * on.len()).next_power_of_two();
+    let transform = fourier::forward(size);
+    let (mut input, mut output) = (transform.make_input_vec(), transform.make_output_vec());
+    for (n, (x, value)) in input.iter_mut().zip(on).enumerate() {
+        let window = 0.5 - 0.5 * (TAU * (n as f64 + 0.5) / on.len() as f64).cos();
+        *x = window * (value - mean);
+    }
+    transform.process(&mut input, &mut output).ok()?;
+    let resolution_hz = 1.0 / (envelope.step_s * size as f64);
+    let bin = |hz: f64| ((hz / resolution_hz) as usize).clamp(1, output.len() - 1);
+    let lowest_hz = RANGE_HZ.0.max(1.0 / length_s);
+    let peak = (bin(lowest_hz)..bin(RANGE_HZ.1))
+        .max_by(|a, b| output[*a].norm_sqr().total_cmp(&output[*b].norm_sqr()))?;
+    let mut hz = peak as f64 * resolution_hz;
+    // Gauss–Newton on the frequency, with the amplitude of mean, sine and their second harmonics solved for linearly.
+    let mut fit = harmonic_fit(on, envelope.step_s, hz);
+    let mut width_hz = 0.5 / length_s;
+    for _ in 0..40 {
+        let trials =
+            [hz - width_hz, hz + width_hz].map(|hz| (hz, harmonic_fit(on, envelope.step_s, hz)));
+        let better = trials
+            .into_iter()
+            .find(|(trial, candidate)| *trial > 0.0 && candidate.residual < fit.residual);
+        match better {
+            Some((trial, candidate)) => (hz, fit) = (trial, candidate),
+            None => width_hz *= 0.5,
+        }
+    }
+    let index = fit.amplitude / fit.mean;
+    if index < LEAST_INDEX {
+        return Some(FoundModulation {
+            hz: 0.0,
+            hz_error: 0.0,
+            index: 0.0,
+            index_error: LEAST_INDEX,
+        });
+    }
+    // Neighbouring values of the residual are not independent: that of 20 values counts as one.
+    let count = (on.len() as f64 / 20.0).max(1.0);
+    let rms = (fit.residual / on.len() as f64).sqrt();
+    Some(FoundModulation {
+        hz,
+        // Rife and Boorstyn 1974: var ω = 12 σ²/(A²/2 · n T²), with σ² of a sample.
+        hz_error: (24.0 / count).sqrt() * rms / (fit.amplitude * TAU * length_s),
+        index,
+        index_error: (2.0 / count).sqrt() * rms / fit.mean,
+    })
+}
+
+/// Mean and first harmonic of a series.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct HarmonicFit {
+    /// Mean.
+    pub mean: f64,
+    /// Amplitude of the first harmonic.
+    pub amplitude: f64,
+    /// Its phase at the first value, rad, of a cosine.
+    pub phase_rad: f64,
+    /// Sum of the squared residuals.
+    pub residual: f64,
+}
+
+/// Fits mean, fundamental and second harmonic at a frequency by least squares.
+pub(crate) fn harmonic_fit(values: &[f64], step_s: f64, hz: f64) -> HarmonicFit {
+    const N: usize = 5;
+    let mut matrix = [[0.0; N + 1]; N];
+    let mut squares = 0.0;
+    let rotation = Complex64::cis(TAU * hz * step_s);
+    let mut phasor = Complex64::ONE;
+    for value in values {
+        let second = phasor * phasor;
+        let row = [1.0, phasor.re, phasor.im, second.re, second.im];
+        for (line, a) in matrix.iter_mut().zip(row) {
+            for (sum, b) in line.iter_mut().zip(row.into_iter().chain([*value])) {
+                *sum += a * b;
+            }
+        }
+        squares += value * value;
+        phasor *= rotation;
+    }
+    let right: [f64; N] = matrix.map(|line| line[N]);
+    let solution = solve(matrix);
+    let explained: f64 = solution.iter().zip(right).map(|(a, b)| a * b).sum();
+    let harmonic = Complex64::new(solution[1], -solution[2]);
+    HarmonicFit {
+        mean: solution[0],
+        amplitude: harmonic.norm(),
+        phase_rad: harmonic.arg(),
+        residual: (squares - explained).max(0.0),
+    }
+}
+
+/// Solves a small system of equations by elimination with pivots; 0 for an unknown that it does not determine.
+fn solve<const N: usize, const M: usize>(mut matrix: [[f64; M]; N]) -> [f64; N] {
+    for column in 0..N {
+        let pivot = (column..N).max_by(|a, b| {
+            matrix[*a][column]
+                .abs()
+                .total_cmp(&matrix[*b][column].abs())
+        });
+        matrix.swap(column, pivot.unwrap_or(column));
+        let head = matrix[column];
+        if head[column] == 0.0 {
+            continue;
+        }
+        for (index, line) in matrix.iter_mut().enumerate() {
+            if index != column {
+                let factor = line[column] / head[column];
+                for (value, above) in line.iter_mut().zip(head) {
+                    *value -= factor * above;
+                }
+            }
+        }
+    }
+    std::array::from_fn(|index| match matrix[index][index] {
+        0.0 => 0.0,
+        pivot => matrix[index][M - 1] / pivot,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn envelope(hz: f64, index: f64) -> Envelope {
+        let step_s = 0.5e-3;
+        Envelope {
+            first_s: 0.0,
+            step_s,
+            reference_hz: 35e3,
+            values: (0..6800)
+                .map(|n| {
+                    let t = f64::from(n) * step_s;
+                    let on = ((t - 0.1) / 0.1).clamp(0.0, 1.0);
+                    let ripple = 1e-3 * f64::from(n % 7 - 3);
+                    Complex64::from(on * 8.0 * (1.0 + index * (TAU * hz * t).sin() + ripple))
+                })
+                .collect(),
+        }
+    }
+
+    #[test]
+    fn frequency_and_index_are_found_within_their_errors() {
+        for (hz, index) in [(6.0, 0.95), (3.37, 0.5), (40.0, 0.1), (1.5, 0.8)] {
+            let found = find(&envelope(hz, index)).unwrap();
+            assert!(
+                (found.hz - hz).abs() < (5.0 * found.hz_error).max(2e-3 * hz),
+                "{hz} {found:?}"
+            );
+            assert!((found.index - index).abs() < 0.01, "{index} {found:?}");
+        }
+        assert_eq!(find(&envelope(6.0, 0.0)).unwrap().index, 0.0);
+    }
+}

@@ -1,0 +1,325 @@
+//! Forces, position and intervals of a recording: read, tared, placed in time.
+
+use import_map::{ImportMap, Intervals as IntervalSource, LateralTare, NormalTare};
+use recording::manifest::FoundValue;
+
+use crate::intervals::{self, Intervals, Streams};
+use crate::refusal::ImportRefusal;
+use crate::series::{self, Samples, Times};
+use crate::sources::Sources;
+use crate::tare::{self, Tare};
+
+/// Force below which a plate counts as unloaded while its tare is found, N.
+const REST_N: f64 = 0.05;
+
+/// Forces, position and intervals of a recording.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Readings {
+    /// Normal force, N.
+    pub normal: Option<Samples>,
+    /// Lateral force, N.
+    pub lateral: Option<Samples>,
+    /// Position, m.
+    pub position: Option<Samples>,
+    /// Intervals.
+    pub intervals: Intervals,
+    /// Values found.
+    pub found: Vec<FoundValue>,
+    /// Sentences for a user.
+    pub notes: Vec<String>,
+}
+
+/// Time of the drive's first sample on its file's clock, and the recording's length, s.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct DriveTime {
+    /// First sample, s.
+    pub first_s: f64,
+    /// Length, s; infinite without a drive.
+    pub duration_s: f64,
+}
+
+impl Readings {
+    /// Returns the streams.
+    pub fn streams(&self) -> Streams<'_> {
+        Streams {
+            normal: self.normal.as_ref(),
+            lateral: self.lateral.as_ref(),
+            position: self.position.as_ref(),
+        }
+    }
+
+    /// Reads the streams of a recording.
+    pub fn read(
+        map: &ImportMap,
+        sources: &mut Sources<'_>,
+        drive: DriveTime,
+    ) -> Result<Self, ImportRefusal> {
+        let mut readings = Self::default();
+        if let Some(normal) = &map.normal {
+            let stream = ("normal", &normal.source, &normal.time);
+            let samples = series::read(sources, stream, normal.clock, normal.newtons_per_unit)?;
+            readings.normal = Some(from_drive(samples, drive));
+        }
+        if let Some(lateral) = &map.lateral {
+            let stream = ("lateral", &lateral.source, &lateral.time);
+            let samples = series::read(sources, stream, lateral.clock, lateral.newtons_per_unit)?;
+            readings.lateral = Some(from_drive(samples, drive));
+        }
+        if let (Some(normal), Some(lateral)) = (&map.normal, &map.lateral)
+            && normal.time == lateral.time
+            && normal.source.file == lateral.source.file
+        {
+            let columns = (
+                sources.column(&normal.source)?,
+                sources.column(&lateral.source)?,
+            );
+            require_same_length(&columns.0, &columns.1)?;
+        }
+        if let Some(position) = &map.position {
+            let stream = (
+                &position.source,
+                &position.time,
+                position.clock,
+                position.travel,
+            );
+            readings.position = Some(from_drive(series::read_position(sources, stream)?, drive));
+        }
+        readings.tare(map, sources, drive)?;
+        Ok(readings)
+    }
+
+    /// Finds the tares and the intervals, which depend on each other.
+    fn tare(
+        &mut self,
+        map: &ImportMap,
+        sources: &mut Sources<'_>,
+        drive: DriveTime,
+    ) -> Result<(), ImportRefusal> {
+        let marks = match &map.intervals {
+            IntervalSource::Marks(template) => Some(sources.file_name(Some(template))),
+            IntervalSource::Rules { .. } => None,
+        };
+        let marked = match &marks {
+            None => None,
+            Some(file) => {
+                let text = sources.text(file, "text-tables")?;
+                let found = intervals::by_marks(&text, file, drive.first_s, drive.duration_s);
+                Some(found.map_err(|reason| ImportRefusal::Table {
+                    file: file.clone(),
+                    reason,
+                })?)
+            }
+        };
+        let rules = match &map.intervals {
+            IntervalSource::Rules {
+                unloaded,
+                exploration,
+            } => (unloaded.as_ref(), exploration.as_ref()),
+            IntervalSource::Marks(_) => (None, None),
+        };
+        if let (Some(samples), Some(normal)) = (&mut self.normal, &map.normal) {
+            match normal.tare {
+                NormalTare::Stated(newtons) => shift(samples, newtons),
+                NormalTare::NoContact => {
+                    let level = match &marked {
+                        Some(_) => 0.0,
+                        None => tare::resting_level(samples).unwrap_or(0.0),
+                    };
+                    shift(samples, level);
+                    // The rule's stretches, read again with the tare found in them.
+                    let mut total = Tare {
+                        newtons: level,
+                        error: f64::NAN,
+                    };
+                    for _ in 0..3 {
+                        let streams = Streams {
+                            normal: Some(&*samples),
+                            ..Streams::default()
+                        };
+                        let stretches = match (&marked, rules.0) {
+                            (Some(marked), _) => marked.unloaded_s(),
+                            (None, Some(rule)) => intervals::unloaded(rule, streams).map_or_else(
+                                |_| still(samples),
+                                |spans| {
+                                    spans
+                                        .into_iter()
+                                        .map(|(from_s, to_s, _)| (from_s, to_s))
+                                        .collect()
+                                },
+                            ),
+                            (None, None) => still(samples),
+                        };
+                        let Some(rest) = tare::without_contact(samples, &stretches) else {
+                            break;
+                        };
+                        shift(samples, rest.newtons);
+                        total = Tare {
+                            newtons: total.newtons + rest.newtons,
+                            error: rest.error,
+                        };
+                    }
+                    if total.error.is_nan() {
+                        return Err(ImportRefusal::NotFound {
+                            key: "normal.tare",
+                            reason: "no stretch is without contact by the rule or the marks of [intervals]".to_owned(),
+                        });
+                    }
+                    self.found.push(found_tare(
+                        "normal.tare",
+                        total,
+                        "mean over the stretches without contact",
+                    ));
+                }
+            }
+        }
+        self.intervals = match marked {
+            Some(marked) => marked,
+            None => intervals::by_rules(rules, self.streams(), drive.duration_s),
+        };
+        self.notes.append(&mut self.intervals.notes);
+        let found = match map.lateral.as_ref().map(|lateral| lateral.tare) {
+            None => None,
+            Some(LateralTare::Stated(newtons)) => {
+                if let Some(samples) = &mut self.lateral {
+                    shift(samples, newtons);
+                }
+                None
+            }
+            Some(LateralTare::NoContact) => {
+                let stretches = match self.intervals.unloaded_s() {
+                    stretches if stretches.is_empty() => {
+                        self.normal.as_ref().map(still).unwrap_or_default()
+                    }
+                    stretches => stretches,
+                };
+                let tare = self
+                    .lateral
+                    .as_ref()
+                    .and_then(|samples| tare::without_contact(samples, &stretches));
+                Some((
+                    tare,
+                    "mean over the stretches without contact",
+                    "no stretch is without contact by the rule or the marks of [intervals]",
+                ))
+            }
+            Some(LateralTare::SymmetricStrokes) => {
+                let strokes = self.intervals.strokes();
+                let tare = self.lateral.as_ref().and_then(|samples| {
+                    tare::symmetric_strokes(samples, self.normal.as_ref(), &strokes)
+                });
+                Some((
+                    tare,
+                    "mean of the strokes in both directions",
+                    "it needs explorations in both directions",
+                ))
+            }
+        };
+        if let Some((tare, evidence, lacking)) = found {
+            let Some(tare) = tare else {
+                return Err(ImportRefusal::NotFound {
+                    key: "lateral.tare",
+                    reason: lacking.to_owned(),
+                });
+            };
+            if let Some(samples) = &mut self.lateral {
+                shift(samples, tare.newtons);
+            }
+            self.found.push(found_tare("lateral.tare", tare, evidence));
+        }
+        Ok(())
+    }
+
+    /// Moves forces, positions and intervals that are on the normal force's clock by a found offset and rate.
+    pub fn align(&mut self, map: &ImportMap, drive: DriveTime, (offset_s, ppm): (f64, f64)) {
+        let followers = [
+            (
+                &mut self.normal,
+                map.normal.as_ref().map(|normal| normal.clock),
+            ),
+            (
+                &mut self.lateral,
+                map.lateral.as_ref().map(|lateral| lateral.clock),
+            ),
+            (
+                &mut self.position,
+                map.position.as_ref().map(|position| position.clock),
+            ),
+        ];
+        let reference = map.normal.as_ref().map(|normal| normal.clock);
+        for (samples, clock) in followers {
+            if let Some(samples) = samples
+                && clock == reference
+            {
+                samples.clock.offset_s = offset_s;
+                samples.clock.ppm = ppm;
+            }
+        }
+        if let IntervalSource::Rules {
+            unloaded,
+            exploration,
+        } = &map.intervals
+        {
+            let rules = (unloaded.as_ref(), exploration.as_ref());
+            self.intervals = intervals::by_rules(rules, self.streams(), drive.duration_s);
+            self.intervals.notes.clear();
+        }
+    }
+}
+
+/// Refers the stated times of a stream to the drive's first sample.
+fn from_drive(mut samples: Samples, drive: DriveTime) -> Samples {
+    if let Times::Listed(_) = samples.times {
+        samples.clock.offset_s -= drive.first_s;
+    }
+    samples
+}
+
+fn shift(samples: &mut Samples, newtons: f64) {
+    samples
+        .values
+        .iter_mut()
+        .for_each(|value| *value -= newtons);
+}
+
+/// Returns the stretches in which a tared force is near 0.
+fn still(normal: &Samples) -> Vec<(f64, f64)> {
+    let (time_s, values) = normal.coarse();
+    let mut stretches: Vec<(f64, f64)> = Vec::new();
+    let mut is_still = false;
+    for (time_s, value) in time_s.iter().zip(values) {
+        let was_still = std::mem::replace(&mut is_still, value.abs() < REST_N);
+        match (was_still, is_still, stretches.last_mut()) {
+            (true, true, Some(stretch)) => stretch.1 = *time_s,
+            (_, true, _) => stretches.push((*time_s, *time_s)),
+            _ => {}
+        }
+    }
+    stretches.retain(|(from_s, to_s)| to_s - from_s > 0.1);
+    stretches
+}
+
+fn found_tare(name: &str, tare: Tare, evidence: &str) -> FoundValue {
+    FoundValue {
+        name: name.to_owned(),
+        value: tare.newtons,
+        error: Some(tare.error),
+        unit: "N".to_owned(),
+        evidence: evidence.to_owned(),
+    }
+}
+
+/// Requires arrays of the same length.
+pub(crate) fn require_same_length(
+    first: &crate::sources::Column,
+    second: &crate::sources::Column,
+) -> Result<(), ImportRefusal> {
+    if first.len() != second.len() {
+        return Err(ImportRefusal::Lengths {
+            first: first.name(),
+            first_length: first.len(),
+            second: second.name(),
+            second_length: second.len(),
+        });
+    }
+    Ok(())
+}

@@ -1,0 +1,277 @@
+//! Reasons why a recording is not imported.
+
+use import_map::NameError;
+use source_files::SourceError;
+
+/// Reason why a file gives no recording, with the remedy.
+#[derive(Debug, thiserror::Error)]
+pub enum ImportRefusal {
+    /// A file cannot be read, or lacks an array.
+    #[error(transparent)]
+    Source(Box<SourceError>),
+    /// The file's name gives no place in a study.
+    #[error(transparent)]
+    Name(#[from] NameError),
+    /// The operating system refused.
+    #[error("{path}: {cause}")]
+    System {
+        /// File or folder.
+        path: String,
+        /// Reason and remedy.
+        cause: String,
+    },
+    /// A table of marks or a sweep cannot be read.
+    #[error("{file}: {reason}")]
+    Table {
+        /// File.
+        file: String,
+        /// Reason and remedy.
+        reason: String,
+    },
+    /// The file states no rate.
+    #[error("{key} = \"file\", but {file} states no rate: write the rate in Hz")]
+    NoRate {
+        /// Key.
+        key: String,
+        /// File.
+        file: String,
+    },
+    /// The file states another rate.
+    #[error(
+        "{key} = {stated_hz} Hz, but {file} states {file_hz} Hz: correct it, or write \"file\""
+    )]
+    OtherRate {
+        /// Key.
+        key: String,
+        /// Rate of the map, Hz.
+        stated_hz: f64,
+        /// File.
+        file: String,
+        /// Rate of the file, Hz.
+        file_hz: f64,
+    },
+    /// A rate is not possible.
+    #[error("{key} is {hz} Hz: {remedy}")]
+    Rate {
+        /// Key.
+        key: String,
+        /// Rate, Hz.
+        hz: f64,
+        /// Remedy.
+        remedy: &'static str,
+    },
+    /// Times of samples are not even.
+    #[error(
+        "{key}: sample {sample} is {deviation:.2} sampling intervals from an even spacing: resample the data, or write rate_hz if the times are rounded"
+    )]
+    Uneven {
+        /// Key.
+        key: String,
+        /// Index of the sample.
+        sample: u64,
+        /// Deviation, in sampling intervals.
+        deviation: f64,
+    },
+    /// Times go back.
+    #[error(
+        "{key}: the time of sample {sample} is not after the one before: sort the rows, and join recordings file by file"
+    )]
+    Backwards {
+        /// Key.
+        key: String,
+        /// Index of the sample.
+        sample: u64,
+    },
+    /// Two arrays that belong together differ in length.
+    #[error(
+        "{first} has {first_length} values and {second} {second_length}: they are of one stream, so name arrays of the same length"
+    )]
+    Lengths {
+        /// First array.
+        first: String,
+        /// Its length.
+        first_length: u64,
+        /// Second array.
+        second: String,
+        /// Its length.
+        second_length: u64,
+    },
+    /// An array has too few values.
+    #[error("{name} has {length} values: too few for a recording; name the right array")]
+    Short {
+        /// Name of the array.
+        name: String,
+        /// Number of values.
+        length: u64,
+    },
+    /// An array has too many values.
+    #[error(
+        "{name} has {length} values, and the limit for envelopes is {limit}: cut the recording into parts"
+    )]
+    Long {
+        /// Name of the array.
+        name: String,
+        /// Number of values.
+        length: u64,
+        /// Greatest number.
+        limit: u64,
+    },
+    /// A low-pass cannot be undone.
+    #[error(
+        "envelopes.low_pass can be undone up to {reach_hz:.0} Hz, and the modulation needs {needed_hz:.0} Hz: record with a shorter time constant or a lower order"
+    )]
+    LowPass {
+        /// Frequency up to which it can be undone, Hz.
+        reach_hz: f64,
+        /// Frequency that the modulation needs, Hz.
+        needed_hz: f64,
+    },
+    /// A channel is dead.
+    #[error(
+        "{stream} ({name}) is dead: all its values are {value}; name the right array, or look for the plug"
+    )]
+    Dead {
+        /// Stream.
+        stream: &'static str,
+        /// Array.
+        name: String,
+        /// Its value.
+        value: f64,
+    },
+    /// The carrier of the map is not in the data.
+    #[error(
+        "carrier.hz = {stated_hz} Hz is not the carrier of the data: the drive's strongest tone is at {found_hz:.2} Hz; correct carrier.hz, or write \"found\""
+    )]
+    Carrier {
+        /// Stated carrier, Hz.
+        stated_hz: f64,
+        /// Found carrier, Hz.
+        found_hz: f64,
+    },
+    /// No carrier stands out of the drive.
+    #[error(
+        "no carrier stands out of the drive ({name}): name the array of the voltage across the actuators"
+    )]
+    NoCarrier {
+        /// Array.
+        name: String,
+    },
+    /// The carrier moves.
+    #[error(
+        "the carrier moves by {range_hz:.1} Hz within the recording: write carrier.hz = \"follows\""
+    )]
+    CarrierMoves {
+        /// Range, Hz.
+        range_hz: f64,
+    },
+    /// The modulation of the map is not in the data.
+    #[error(
+        "modulation.hz = {stated_hz} Hz, but the drive is modulated at {found_hz:.3} Hz: correct modulation.hz, or write \"found\""
+    )]
+    Modulation {
+        /// Stated frequency, Hz.
+        stated_hz: f64,
+        /// Found frequency, Hz.
+        found_hz: f64,
+    },
+    /// The drive is not modulated.
+    #[error(
+        "modulation.{key} = \"found\", but the drive is not modulated: write hz = 0 and index = 0 if that is right"
+    )]
+    NoModulation {
+        /// Key.
+        key: &'static str,
+    },
+    /// Carrier and modulation are off by the same factor.
+    #[error(
+        "drive.rate_hz = {stated_hz} Hz is not that of the data: carrier and modulation are both {factor:.4} times the stated ones, so the rate would be {meant_hz:.0} Hz"
+    )]
+    DriveRate {
+        /// Stated rate, Hz.
+        stated_hz: f64,
+        /// Factor.
+        factor: f64,
+        /// Rate with which both would be as stated, Hz.
+        meant_hz: f64,
+    },
+    /// The forces' rate is not that of the data.
+    #[error(
+        "normal.rate_hz = {stated_hz} Hz is not that of the data: the friction follows the modulation at {factor:.3} times its frequency, so the rate would be {meant_hz:.0} Hz"
+    )]
+    ForceRate {
+        /// Stated rate, Hz.
+        stated_hz: f64,
+        /// Factor.
+        factor: f64,
+        /// Rate with which the modulation would be as stated, Hz.
+        meant_hz: f64,
+    },
+    /// Drive and pickup are exchanged.
+    #[error(
+        "drive and pickup are exchanged: the amplitude of [drive] follows that of [pickup] by {lag_ms:.2} ms, as a plate follows its voltage; exchange their arrays"
+    )]
+    Exchanged {
+        /// Lag, ms.
+        lag_ms: f64,
+    },
+    /// A value cannot be found in the data.
+    #[error("{key} cannot be found: {reason}; write a number")]
+    NotFound {
+        /// Key.
+        key: &'static str,
+        /// Reason.
+        reason: String,
+    },
+    /// Two participants have the same bytes.
+    #[error(
+        "it has the same bytes as {other}, which is of another participant: one of the two is a copy under a wrong name"
+    )]
+    SameBytes {
+        /// Other file.
+        other: String,
+    },
+    /// A recording that did not come from this map is in the way.
+    #[error(
+        "{recording} is there already and did not come from this map: use another study, session or trial"
+    )]
+    Occupied {
+        /// Recording.
+        recording: String,
+    },
+    /// Forces or positions do not overlap the drive in time.
+    #[error(
+        "{stream} is from {from_s:.3} to {to_s:.3} s, and the drive from 0 to {duration_s:.3} s: state offset_s, with which both overlap"
+    )]
+    Apart {
+        /// Stream.
+        stream: &'static str,
+        /// First time, s.
+        from_s: f64,
+        /// Last time, s.
+        to_s: f64,
+        /// Length of the drive, s.
+        duration_s: f64,
+    },
+    /// The recording's description would not be valid.
+    #[error("{0}")]
+    Manifest(#[from] recording::manifest::ManifestError),
+    /// The recording cannot be read back.
+    #[error("the recording cannot be read back: {0}")]
+    ReadBack(String),
+}
+
+impl From<SourceError> for ImportRefusal {
+    fn from(error: SourceError) -> Self {
+        Self::Source(Box::new(error))
+    }
+}
+
+impl ImportRefusal {
+    /// Describes a failure of the operating system at a path.
+    pub(crate) fn system(path: &std::path::Path, error: &std::io::Error) -> Self {
+        Self::System {
+            path: path.display().to_string(),
+            cause: bounded_files::cause(error),
+        }
+    }
+}

@@ -1,0 +1,370 @@
+//! Forces and positions in memory, at 20 kHz at most.
+
+use import_map::{ArraySource, Clock, Quantity, TimeBase, Travel};
+
+use crate::refusal::ImportRefusal;
+use crate::sources::{Column, Sources};
+
+/// Highest rate of the rows that a recording has, Hz: means over whole numbers of samples replace faster ones.
+const MOST_ROWS_HZ: f64 = 20e3;
+/// Rate of the series under rules and tares, Hz.
+const RULE_HZ: f64 = 1e3;
+
+/// Times of samples on their own clock.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Times {
+    /// Even spacing.
+    Even {
+        /// First time, s.
+        first_s: f64,
+        /// Interval, s.
+        step_s: f64,
+    },
+    /// Stated times, s.
+    Listed(Vec<f64>),
+}
+
+/// Samples of one quantity.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Samples {
+    /// Times on their own clock.
+    pub times: Times,
+    /// Values.
+    pub values: Vec<f64>,
+    /// Clock.
+    pub clock: PlacedClock,
+}
+
+/// A clock with its offset and rate: t_drive = offset_s + t (1 + ppm · 10⁻⁶).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct PlacedClock {
+    /// Offset, s.
+    pub offset_s: f64,
+    /// Excess of the rate, parts per million.
+    pub ppm: f64,
+}
+
+impl PlacedClock {
+    /// Returns the clock as stated, with 0 for what is to be found.
+    pub fn stated(clock: Clock) -> Self {
+        let value = |quantity: Quantity| quantity.stated().unwrap_or(0.0);
+        Self {
+            offset_s: value(clock.offset_s),
+            ppm: value(clock.ppm),
+        }
+    }
+
+    /// Returns a time on the drive's clock, s.
+    pub fn drive_s(self, time_s: f64) -> f64 {
+        self.offset_s + time_s * (1.0 + self.ppm * 1e-6)
+    }
+}
+
+impl Samples {
+    /// Returns the number of samples.
+    pub fn len(&self) -> usize {
+        self.values.len()
+    }
+
+    /// Returns the time of a sample on its own clock, s.
+    pub fn own_s(&self, index: usize) -> f64 {
+        match &self.times {
+            Times::Even { first_s, step_s } => first_s + index as f64 * step_s,
+            Times::Listed(times) => times[index],
+        }
+    }
+
+    /// Returns the time of a sample on the drive's clock, s.
+    pub fn drive_s(&self, index: usize) -> f64 {
+        self.clock.drive_s(self.own_s(index))
+    }
+
+    /// Returns the value at a time of the drive's clock by linear interpolation; NaN outside the samples.
+    pub fn at(&self, time_s: f64) -> f64 {
+        let count = self.len();
+        let mut low = 0;
+        let mut high = count;
+        while low < high {
+            let middle = low + (high - low) / 2;
+            if self.drive_s(middle) <= time_s {
+                low = middle + 1;
+            } else {
+                high = middle;
+            }
+        }
+        if low == 0 {
+            return f64::NAN;
+        }
+        let before = low - 1;
+        let before_s = self.drive_s(before);
+        if before_s == time_s {
+            return self.values[before];
+        }
+        if low == count {
+            return f64::NAN;
+        }
+        let share = (time_s - before_s) / (self.drive_s(low) - before_s);
+        self.values[before] + share * (self.values[low] - self.values[before])
+    }
+
+    /// Returns times on the drive's clock and values at about 1 kHz, as means.
+    pub fn coarse(&self) -> (Vec<f64>, Vec<f64>) {
+        let count = self.len();
+        let span_s = if count > 1 {
+            self.drive_s(count - 1) - self.drive_s(0)
+        } else {
+            0.0
+        };
+        let rate_hz = if span_s > 0.0 {
+            (count - 1) as f64 / span_s
+        } else {
+            RULE_HZ
+        };
+        let group = ((rate_hz / RULE_HZ).floor() as usize).max(1);
+        let starts = (0..count).step_by(group);
+        starts
+            .filter(|start| start + group <= count)
+            .map(|start| {
+                let time_s = 0.5 * (self.drive_s(start) + self.drive_s(start + group - 1));
+                (
+                    time_s,
+                    self.values[start..start + group].iter().sum::<f64>() / group as f64,
+                )
+            })
+            .unzip()
+    }
+}
+
+/// Reads a stream into memory, each value multiplied by `scale`.
+pub(crate) fn read(
+    sources: &mut Sources<'_>,
+    (table, source, time): (&str, &ArraySource, &TimeBase),
+    clock: Clock,
+    scale: f64,
+) -> Result<Samples, ImportRefusal> {
+    let column = sources.column(source)?;
+    read_with(sources, (table, &column, time), clock, |value| {
+        scale * value
+    })
+}
+
+/// Reads the place of the finger, m.
+pub(crate) fn read_position(
+    sources: &mut Sources<'_>,
+    (source, time, clock, travel): (&ArraySource, &TimeBase, Clock, Travel),
+) -> Result<Samples, ImportRefusal> {
+    let column = sources.column(source)?;
+    match travel {
+        Travel::Position {
+            metres_per_unit,
+            wrap_bits,
+        } => {
+            let mut unwrapped = Unwrapped::new(wrap_bits);
+            read_with(sources, ("position", &column, time), clock, |count| {
+                metres_per_unit * unwrapped.next(count)
+            })
+        }
+        Travel::Velocity {
+            metres_per_s_per_unit,
+        } => {
+            let mut samples = read_with(sources, ("velocity", &column, time), clock, |value| {
+                metres_per_s_per_unit * value
+            })?;
+            integrate(&mut samples);
+            Ok(samples)
+        }
+    }
+}
+
+/// Counts of an encoder that go on where the counter begins again.
+struct Unwrapped {
+    period: Option<f64>,
+    last: Option<f64>,
+    turns: f64,
+}
+
+impl Unwrapped {
+    fn new(bits: Option<u32>) -> Self {
+        Self {
+            period: bits.map(|bits| f64::from(bits).exp2()),
+            last: None,
+            turns: 0.0,
+        }
+    }
+
+    fn next(&mut self, count: f64) -> f64 {
+        let Some(period) = self.period else {
+            return count;
+        };
+        if count.is_finite() {
+            if let Some(last) = self.last {
+                self.turns -= ((count - last) / period).round();
+            }
+            self.last = Some(count);
+        }
+        count + self.turns * period
+    }
+}
+
+/// Replaces velocities by their integral from the first sample on; a lost velocity moves nothing.
+fn integrate(samples: &mut Samples) {
+    let mut place_m = 0.0;
+    let mut previous: Option<(f64, f64)> = None;
+    for index in 0..samples.len() {
+        let (time_s, velocity) = (samples.drive_s(index), samples.values[index]);
+        if let Some((before_s, before)) = previous {
+            let mean = 0.5 * (before + velocity);
+            place_m += if mean.is_finite() {
+                mean * (time_s - before_s)
+            } else {
+                0.0
+            };
+        }
+        previous = Some((time_s, velocity));
+        samples.values[index] = if velocity.is_finite() {
+            place_m
+        } else {
+            f64::NAN
+        };
+    }
+}
+
+fn read_with(
+    sources: &mut Sources<'_>,
+    (table, column, time): (&str, &Column, &TimeBase),
+    clock: Clock,
+    mut convert: impl FnMut(f64) -> f64,
+) -> Result<Samples, ImportRefusal> {
+    if column.len() < 2 {
+        return Err(ImportRefusal::Short {
+            name: column.name(),
+            length: column.len(),
+        });
+    }
+    let listed = match time {
+        TimeBase::Rate(_) => None,
+        TimeBase::Column {
+            name,
+            seconds_per_unit,
+        } => Some((sources.time_column(column, name)?, *seconds_per_unit)),
+    };
+    let rate_hz = match (time, &listed) {
+        (TimeBase::Rate(rate), _) => sources.rate_hz(rate, column, table)?,
+        (TimeBase::Column { .. }, Some((times, unit_s))) => {
+            let mut ends = Vec::new();
+            sources.read(times, 0..1, &mut ends)?;
+            sources.read(times, times.len() - 1..times.len(), &mut ends)?;
+            let span_s = (ends[1] - ends[0]) * unit_s;
+            if span_s.is_nan() || span_s <= 0.0 {
+                return Err(ImportRefusal::Backwards {
+                    key: format!("{table}.time"),
+                    sample: times.len() - 1,
+                });
+            }
+            (times.len() - 1) as f64 / span_s
+        }
+        (TimeBase::Column { .. }, None) => unreachable!("times that are listed were found"),
+    };
+    let group = (rate_hz / MOST_ROWS_HZ).ceil().max(1.0) as usize;
+    let mut values = Means::new(group);
+    sources.for_each_block(column, |_, block| {
+        block.iter().for_each(|value| values.take(convert(*value)));
+        Ok(())
+    })?;
+    let times = match listed {
+        None => Times::Even {
+            first_s: (group - 1) as f64 / 2.0 / rate_hz,
+            step_s: group as f64 / rate_hz,
+        },
+        Some((times, unit_s)) => {
+            let mut means = Means::new(group);
+            let mut last = f64::NEG_INFINITY;
+            sources.for_each_block(&times, |start, block| {
+                for (sample, time) in (start..).zip(block) {
+                    if time.is_nan() || *time <= last {
+                        return Err(ImportRefusal::Backwards {
+                            key: format!("{table}.time"),
+                            sample,
+                        });
+                    }
+                    last = *time;
+                    means.take(time * unit_s);
+                }
+                Ok(())
+            })?;
+            Times::Listed(means.means)
+        }
+    };
+    Ok(Samples {
+        times,
+        values: values.means,
+        clock: PlacedClock::stated(clock),
+    })
+}
+
+/// Means over groups of values; the rest of the last group is left out.
+struct Means {
+    group: usize,
+    sum: f64,
+    count: usize,
+    means: Vec<f64>,
+}
+
+impl Means {
+    fn new(group: usize) -> Self {
+        Self {
+            group,
+            sum: 0.0,
+            count: 0,
+            means: Vec::new(),
+        }
+    }
+
+    fn take(&mut self, value: f64) {
+        if self.group == 1 {
+            self.means.push(value);
+            return;
+        }
+        self.sum += value;
+        self.count += 1;
+        if self.count == self.group {
+            self.means.push(self.sum / self.group as f64);
+            (self.sum, self.count) = (0.0, 0);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_go_on_where_the_counter_begins_again() {
+        let mut unwrapped = Unwrapped::new(Some(8));
+        let counts = [250.0, 254.0, 2.0, f64::NAN, 6.0, 254.0, 130.0];
+        let places: Vec<f64> = counts.map(|count| unwrapped.next(count)).to_vec();
+        assert_eq!(places[..3], [250.0, 254.0, 258.0]);
+        assert!(places[3].is_nan());
+        assert_eq!(places[4..], [262.0, 254.0, 130.0]);
+    }
+
+    #[test]
+    fn a_velocity_is_integrated_and_values_are_interpolated_on_the_drives_clock() {
+        let mut samples = Samples {
+            times: Times::Even {
+                first_s: 0.0,
+                step_s: 0.1,
+            },
+            values: vec![1.0, 1.0, 3.0],
+            clock: PlacedClock {
+                offset_s: 1.0,
+                ppm: 0.0,
+            },
+        };
+        integrate(&mut samples);
+        assert!((samples.values[1] - 0.1).abs() < 1e-12 && (samples.values[2] - 0.3).abs() < 1e-12);
+        assert!((samples.at(1.15) - 0.2).abs() < 1e-9);
+        assert!(samples.at(0.99).is_nan() && samples.at(1.3).is_nan());
+        assert!((samples.at(1.0)).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,373 @@
+//! Source files of a recording, opened, with their sums.
+
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use import_map::{
+    ArraySource, Captures, Electrical, ImportMap, Intervals, Rate, Template, TimeBase,
+};
+use num_complex::Complex64;
+use recording::manifest::ImportedSource;
+use sha2::{Digest, Sha256};
+use source_files::{SourceFile, Vector};
+
+use crate::refusal::ImportRefusal;
+
+/// Values read at a time.
+pub(crate) const BLOCK: u64 = 1 << 16;
+/// Relative difference beyond which two rates differ.
+const SAME_RATE: f64 = 1e-3;
+
+/// Source files of a recording.
+pub(crate) struct Sources<'a> {
+    folder: &'a Path,
+    main: String,
+    captures: &'a Captures,
+    files: BTreeMap<String, SourceFile>,
+    other_files: BTreeMap<String, String>,
+}
+
+/// Array of a source file.
+#[derive(Debug, Clone)]
+pub(crate) struct Column {
+    /// File, relative to the map's folder.
+    pub file: String,
+    vector: Vector,
+}
+
+impl Column {
+    /// Returns the number of values.
+    pub fn len(&self) -> u64 {
+        self.vector.len()
+    }
+
+    /// Returns the name of the array, with its file.
+    pub fn name(&self) -> String {
+        format!("{} in {}", self.vector.name(), self.file)
+    }
+}
+
+impl<'a> Sources<'a> {
+    /// Creates the sources of the recording of file `main`.
+    pub fn new(folder: &'a Path, main: &str, captures: &'a Captures) -> Self {
+        Self {
+            folder,
+            main: main.to_owned(),
+            captures,
+            files: BTreeMap::new(),
+            other_files: BTreeMap::new(),
+        }
+    }
+
+    /// Returns the name of a stream's file.
+    pub fn file_name(&self, source: Option<&Template>) -> String {
+        source.map_or_else(
+            || self.main.clone(),
+            |template| template.fill(self.captures),
+        )
+    }
+
+    fn open(&mut self, file: &str) -> Result<&mut SourceFile, ImportRefusal> {
+        if !self.files.contains_key(file) {
+            let opened = SourceFile::open(&self.folder.join(file))?;
+            self.files.insert(file.to_owned(), opened);
+        }
+        match self.files.get_mut(file) {
+            Some(opened) => Ok(opened),
+            None => unreachable!("the file was inserted"),
+        }
+    }
+
+    /// Opens every file that a map names, so that their sums are known before they are read.
+    pub fn open_all(&mut self, map: &ImportMap) -> Result<(), ImportRefusal> {
+        let mut templates: Vec<Option<&Template>> = Vec::new();
+        match &map.electrical {
+            Electrical::Signals {
+                drive,
+                pickup,
+                baseline,
+                ..
+            } => {
+                templates.extend([drive.source.file.as_ref(), pickup.source.file.as_ref()]);
+                templates.extend(baseline.as_ref().map(Some));
+            }
+            Electrical::Envelopes { envelopes, .. } => templates.push(envelopes.file.as_ref()),
+            Electrical::Stimulus(Some(drive)) => templates.push(drive.source.file.as_ref()),
+            Electrical::Stimulus(None) => {}
+        }
+        templates.extend(
+            map.normal
+                .as_ref()
+                .map(|normal| normal.source.file.as_ref()),
+        );
+        templates.extend(
+            map.lateral
+                .as_ref()
+                .map(|lateral| lateral.source.file.as_ref()),
+        );
+        templates.extend(
+            map.position
+                .as_ref()
+                .map(|position| position.source.file.as_ref()),
+        );
+        for template in templates {
+            let file = self.file_name(template);
+            self.open(&file)?;
+        }
+        if let Intervals::Marks(template) = &map.intervals {
+            let file = self.file_name(Some(template));
+            self.text(&file, "text-tables")?;
+        }
+        Ok(())
+    }
+
+    /// Finds the array of a stream.
+    pub fn column(&mut self, source: &ArraySource) -> Result<Column, ImportRefusal> {
+        let file = self.file_name(source.file.as_ref());
+        self.column_in(&file, &source.name)
+    }
+
+    /// Finds an array by its name in a file.
+    pub fn column_in(&mut self, file: &str, name: &str) -> Result<Column, ImportRefusal> {
+        let vector = self.open(file)?.locate(name)?;
+        Ok(Column {
+            file: file.to_owned(),
+            vector,
+        })
+    }
+
+    /// Appends a stretch of an array.
+    pub fn read(
+        &mut self,
+        column: &Column,
+        range: Range<u64>,
+        values: &mut Vec<f64>,
+    ) -> Result<(), ImportRefusal> {
+        Ok(self
+            .open(&column.file)?
+            .read(&column.vector, range, values)?)
+    }
+
+    /// Appends a stretch of a complex array.
+    pub fn read_complex(
+        &mut self,
+        column: &Column,
+        range: Range<u64>,
+        values: &mut Vec<Complex64>,
+    ) -> Result<(), ImportRefusal> {
+        Ok(self
+            .open(&column.file)?
+            .read_complex(&column.vector, range, values)?)
+    }
+
+    /// Calls `take` with consecutive blocks of an array and the index of each block's first value.
+    pub fn for_each_block(
+        &mut self,
+        column: &Column,
+        mut take: impl FnMut(u64, &[f64]) -> Result<(), ImportRefusal>,
+    ) -> Result<(), ImportRefusal> {
+        let mut values = Vec::new();
+        for start in (0..column.len()).step_by(BLOCK as usize) {
+            values.clear();
+            self.read(
+                column,
+                start..(start + BLOCK).min(column.len()),
+                &mut values,
+            )?;
+            take(start, &values)?;
+        }
+        Ok(())
+    }
+
+    /// Returns the rate of a stream, Hz; `table` names its table in errors.
+    pub fn rate_hz(
+        &mut self,
+        rate: &Rate,
+        column: &Column,
+        table: &str,
+    ) -> Result<f64, ImportRefusal> {
+        let key = format!("{table}.rate_hz");
+        let main = self.main.clone();
+        let stated_hz = column
+            .vector
+            .rate_hz()
+            .or(self.open(&column.file)?.stated_rate_hz());
+        let hz = match rate {
+            Rate::Hz(hz) => *hz,
+            Rate::File => stated_hz.ok_or_else(|| ImportRefusal::NoRate {
+                key: key.clone(),
+                file: column.file.clone(),
+            })?,
+            Rate::Scalar(name) => match self.open(&column.file)?.scalar(name) {
+                Err(_) if column.file != main => self.open(&main)?.scalar(name)?,
+                result => result?,
+            },
+        };
+        if let Some(file_hz) = stated_hz
+            && (hz / file_hz - 1.0).abs() > SAME_RATE
+        {
+            return Err(ImportRefusal::OtherRate {
+                key,
+                stated_hz: hz,
+                file: column.file.clone(),
+                file_hz,
+            });
+        }
+        if !(hz.is_finite() && hz > 0.0) {
+            return Err(ImportRefusal::Rate {
+                key,
+                hz,
+                remedy: "a rate is a positive number in Hz",
+            });
+        }
+        Ok(hz)
+    }
+
+    /// Finds the array of a stream's times.
+    pub fn time_column(&mut self, column: &Column, name: &str) -> Result<Column, ImportRefusal> {
+        let times = match self.column_in(&column.file, name) {
+            Err(_) if column.file != self.main => {
+                let main = self.main.clone();
+                self.column_in(&main, name)?
+            }
+            result => result?,
+        };
+        if times.len() != column.len() {
+            return Err(ImportRefusal::Lengths {
+                first: times.name(),
+                first_length: times.len(),
+                second: column.name(),
+                second_length: column.len(),
+            });
+        }
+        Ok(times)
+    }
+
+    /// Returns the constant rate of a stream and the time of its first sample, s.
+    pub fn even_times(
+        &mut self,
+        base: &TimeBase,
+        column: &Column,
+        table: &str,
+    ) -> Result<(f64, f64), ImportRefusal> {
+        let (name, unit_s) = match base {
+            TimeBase::Rate(rate) => return Ok((self.rate_hz(rate, column, table)?, 0.0)),
+            TimeBase::Column {
+                name,
+                seconds_per_unit,
+            } => (name, *seconds_per_unit),
+        };
+        let times = self.time_column(column, name)?;
+        let key = format!("{table}.time");
+        let count = times.len();
+        let mut ends = Vec::new();
+        self.read(&times, 0..1, &mut ends)?;
+        self.read(&times, count - 1..count, &mut ends)?;
+        let (first, step) = (ends[0], (ends[1] - ends[0]) / (count - 1) as f64);
+        if !(step > 0.0 && step.is_finite()) {
+            return Err(ImportRefusal::Backwards {
+                key,
+                sample: count - 1,
+            });
+        }
+        self.for_each_block(&times, |start, values| {
+            for (sample, time) in (start..).zip(values) {
+                let deviation = (time - first) / step - sample as f64;
+                if deviation.abs() > 0.5 || deviation.is_nan() {
+                    return Err(ImportRefusal::Uneven {
+                        key: key.clone(),
+                        sample,
+                        deviation,
+                    });
+                }
+            }
+            Ok(())
+        })?;
+        let rate_hz = 1.0 / (step * unit_s);
+        let whole_hz = rate_hz.round();
+        // Times are printed with a few digits; rates are whole numbers.
+        let is_whole = (rate_hz / whole_hz - 1.0).abs() < 1e-6;
+        Ok((if is_whole { whole_hz } else { rate_hz }, first * unit_s))
+    }
+
+    /// Adds a file that is read as a whole, such as a table of marks, to the sources; returns its text.
+    pub fn text(&mut self, file: &str, reader: &str) -> Result<String, ImportRefusal> {
+        let path = self.folder.join(file);
+        let text = bounded_files::read_text(&path, bounded_files::TEXT_LIMIT_BYTES);
+        let text = text.map_err(|error| ImportRefusal::system(&path, &error))?;
+        self.other_files.insert(file.to_owned(), reader.to_owned());
+        Ok(text)
+    }
+
+    /// Returns the sources that were read, with their sums from `sums`.
+    pub fn origins(&self, sums: &mut Sums) -> Result<Vec<ImportedSource>, ImportRefusal> {
+        let opened = self.files.iter();
+        let opened = opened.map(|(file, source)| (file, source.format().reader().to_owned()));
+        let others = self
+            .other_files
+            .iter()
+            .map(|(file, reader)| (file, reader.clone()));
+        let mut origins = Vec::new();
+        for (file, reader) in opened.chain(others) {
+            origins.push(ImportedSource {
+                file: file.clone(),
+                sha256: sums.of(&self.folder.join(file))?,
+                reader,
+            });
+        }
+        origins.sort_by(|a, b| a.file.cmp(&b.file));
+        Ok(origins)
+    }
+
+    /// Returns the sentences that the readers have for a user.
+    pub fn notes(&self) -> Vec<String> {
+        let notes = self.files.iter().flat_map(|(file, source)| {
+            source
+                .notes()
+                .iter()
+                .map(move |note| format!("{file}: {note}"))
+        });
+        notes.collect()
+    }
+}
+
+/// SHA-256 sums of files, each computed once.
+#[derive(Debug, Default)]
+pub(crate) struct Sums {
+    by_path: BTreeMap<PathBuf, String>,
+}
+
+impl Sums {
+    /// Returns the sum of a file in hexadecimal.
+    pub fn of(&mut self, path: &Path) -> Result<String, ImportRefusal> {
+        if let Some(sum) = self.by_path.get(path) {
+            return Ok(sum.clone());
+        }
+        let sum = file_sum(path).map_err(|error| ImportRefusal::system(path, &error))?;
+        self.by_path.insert(path.to_owned(), sum.clone());
+        Ok(sum)
+    }
+}
+
+fn file_sum(path: &Path) -> std::io::Result<String> {
+    let mut file = bounded_files::open(path)?;
+    let mut digest = Sha256::new();
+    let mut buffer = vec![0; 1 << 16];
+    loop {
+        match file.read(&mut buffer)? {
+            0 => return Ok(hexadecimal(&digest.finalize())),
+            n => digest.update(&buffer[..n]),
+        }
+    }
+}
+
+/// Returns the SHA-256 of bytes in hexadecimal.
+pub(crate) fn sum(bytes: &[u8]) -> String {
+    hexadecimal(&Sha256::digest(bytes))
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,362 @@
+//! First pass over drive and pickup: their envelopes at about 2 kHz, the carrier, and the state of the channels.
+
+use std::f64::consts::TAU;
+
+use num_complex::Complex64;
+
+use crate::refusal::ImportRefusal;
+use crate::sources::{BLOCK, Column, Sources};
+
+/// Rate of the envelopes, Hz.
+const FRAMES_HZ: f64 = 2000.0;
+/// Samples of a stretch of which a spectrum is computed, and the number of stretches.
+const SPECTRUM_SAMPLES: u64 = 1 << 16;
+const SPECTRUM_STRETCHES: u64 = 12;
+/// Lowest carrier, Hz.
+const LOWEST_CARRIER_HZ: f64 = 1000.0;
+/// Power of a carrier over the median power of the spectrum's bins.
+const STANDS_OUT: f64 = 1e3;
+/// Share of the largest amplitude below which the drive counts as off.
+const OFF_SHARE: f64 = 0.02;
+
+/// Envelope of a channel.
+#[derive(Debug, Clone)]
+pub(crate) struct Envelope {
+    /// Time of the first value, s.
+    pub first_s: f64,
+    /// Interval, s.
+    pub step_s: f64,
+    /// Frequency that the values refer to, Hz.
+    pub reference_hz: f64,
+    /// Peak envelope, sample units.
+    pub values: Vec<Complex64>,
+}
+
+impl Envelope {
+    /// Returns the time of a value, s.
+    pub fn time_s(&self, index: usize) -> f64 {
+        self.first_s + index as f64 * self.step_s
+    }
+
+    /// Returns the indices of values from which on the envelope is lower than that.
+    fn loud(&self) -> Vec<bool> {
+        let largest = self
+            .values
+            .iter()
+            .map(|value| value.norm())
+            .filter(|norm| norm.is_finite())
+            .fold(0.0, f64::max);
+        self.values
+            .iter()
+            .map(|value| value.norm() > OFF_SHARE * largest)
+            .collect()
+    }
+}
+
+/// Extremes of a channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Range {
+    /// Least value.
+    pub least: f64,
+    /// Greatest value.
+    pub greatest: f64,
+    /// Number of runs of at least three equal samples at either end.
+    pub flat_runs: u64,
+    /// Number of lost samples.
+    pub lost: u64,
+    run: (f64, u64),
+}
+
+impl Default for Range {
+    fn default() -> Self {
+        Self {
+            least: f64::INFINITY,
+            greatest: f64::NEG_INFINITY,
+            flat_runs: 0,
+            lost: 0,
+            run: (f64::NAN, 0),
+        }
+    }
+}
+
+impl Range {
+    fn take(&mut self, value: f64) {
+        if !value.is_finite() {
+            self.lost += 1;
+            self.run = (f64::NAN, 0);
+            return;
+        }
+        if value > self.greatest || value < self.least {
+            // Runs at an end that is none any longer do not count.
+            if value > self.greatest + 1e-9 * self.greatest.abs()
+                || value < self.least - 1e-9 * self.least.abs()
+            {
+                self.flat_runs = 0;
+            }
+            self.greatest = self.greatest.max(value);
+            self.least = self.least.min(value);
+        }
+        if value == self.run.0 {
+            self.run.1 += 1;
+            if self.run.1 == 3 && (value == self.greatest || value == self.least) {
+                self.flat_runs += 1;
+            }
+        } else {
+            self.run = (value, 1);
+        }
+    }
+
+    /// Returns whether the channel was cut off at its ends.
+    pub fn is_clipped(&self) -> bool {
+        self.flat_runs >= 5
+    }
+}
+
+/// A channel after the first pass.
+#[derive(Debug, Clone)]
+pub(crate) struct Channel {
+    /// Envelope.
+    pub envelope: Envelope,
+    /// Extremes.
+    pub range: Range,
+}
+
+/// Returns the frequency of the strongest tone of a channel, Hz, to the spectrum's resolution; `None` if none stands out.
+pub(crate) fn strongest_tone(
+    sources: &mut Sources<'_>,
+    column: &Column,
+    rate_hz: f64,
+) -> Result<Option<f64>, ImportRefusal> {
+    let length = SPECTRUM_SAMPLES.min(column.len());
+    let count = (column.len() / length).clamp(1, SPECTRUM_STRETCHES);
+    let size = length as usize;
+    let transform = fourier::forward(size);
+    let (mut input, mut output) = (transform.make_input_vec(), transform.make_output_vec());
+    let mut power = vec![0.0; output.len()];
+    for stretch in 0..count {
+        let start = if count == 1 {
+            0
+        } else {
+            (column.len() - length) / (count - 1) * stretch
+        };
+        let mut values = Vec::new();
+        sources.read(column, start..start + length, &mut values)?;
+        let finite = values.iter().filter(|value| value.is_finite());
+        let mean = finite.clone().sum::<f64>() / (finite.count().max(1)) as f64;
+        for (n, (x, value)) in input.iter_mut().zip(&values).enumerate() {
+            let window = 0.5 - 0.5 * (TAU * (n as f64 + 0.5) / size as f64).cos();
+            *x = if value.is_finite() {
+                window * (value - mean)
+            } else {
+                0.0
+            };
+        }
+        // The transform made the buffers, so they fit.
+        if transform.process(&mut input, &mut output).is_ok() {
+            for (sum, bin) in power.iter_mut().zip(&output) {
+                *sum += bin.norm_sqr();
+            }
+        }
+    }
+    let resolution_hz = rate_hz / size as f64;
+    let lowest = ((LOWEST_CARRIER_HZ / resolution_hz).ceil() as usize).clamp(1, power.len());
+    let peak = (lowest..power.len()).max_by(|a, b| power[*a].total_cmp(&power[*b]));
+    let median = statistics::median(power[lowest..].iter().copied()).unwrap_or(0.0);
+    let Some(peak) = peak.filter(|peak| power[*peak] > 0.0 && power[*peak] > STANDS_OUT * median)
+    else {
+        return Ok(None);
+    };
+    let bins = peak.saturating_sub(2)..(peak + 3).min(power.len());
+    let total: f64 = power[bins.clone()].iter().sum();
+    let centre = bins.map(|bin| bin as f64 * power[bin]).sum::<f64>() / total;
+    Ok(Some(centre * resolution_hz))
+}
+
+/// Reads a channel whole: its envelope about `reference_hz`, and its extremes.
+pub(crate) fn channel(
+    sources: &mut Sources<'_>,
+    column: &Column,
+    rate_hz: f64,
+    reference_hz: f64,
+) -> Result<Channel, ImportRefusal> {
+    let group = (rate_hz / FRAMES_HZ).round().max(1.0) as u64;
+    let mut range = Range::default();
+    let mut values = Vec::new();
+    let (mut sum, mut count) = (Complex64::ZERO, 0u64);
+    let step_rad = TAU * reference_hz / rate_hz;
+    let rotation = Complex64::cis(-step_rad);
+    let mut phasor = Complex64::ONE;
+    sources.for_each_block(column, |start, block| {
+        // Begun anew in each block, so that rounding does not accumulate.
+        let turns = (start as f64 * (reference_hz / rate_hz)).fract();
+        phasor = Complex64::cis(-TAU * turns);
+        for value in block {
+            range.take(*value);
+            sum += phasor * value;
+            phasor *= rotation;
+            count += 1;
+            if count == group {
+                values.push(2.0 * sum / group as f64);
+                (sum, count) = (Complex64::ZERO, 0);
+            }
+        }
+        Ok(())
+    })?;
+    debug_assert!(BLOCK > 0);
+    Ok(Channel {
+        envelope: Envelope {
+            first_s: (group - 1) as f64 / 2.0 / rate_hz,
+            step_s: group as f64 / rate_hz,
+            reference_hz,
+            values,
+        },
+        range,
+    })
+}
+
+/// Frequency of a carrier.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct CarrierFrequency {
+    /// Frequency, Hz.
+    pub hz: f64,
+    /// Standard error, Hz.
+    pub error_hz: f64,
+    /// Difference between the frequencies of the parts in which it is farthest from its mean, Hz.
+    pub range_hz: f64,
+}
+
+/// Measures the carrier's frequency from the rotation of an envelope, while the drive is on.
+pub(crate) fn carrier(envelope: &Envelope) -> Option<CarrierFrequency> {
+    let loud = envelope.loud();
+    // The mean rotation between neighbours, then a line through the phases of each stretch.
+    let turns: Complex64 = (1..envelope.values.len())
+        .filter(|index| loud[*index] && loud[index - 1])
+        .map(|index| envelope.values[index] * envelope.values[index - 1].conj())
+        .filter(|turn| turn.is_finite())
+        .sum();
+    if turns.norm() == 0.0 {
+        return None;
+    }
+    let mean_rad = turns.arg();
+    let mut slopes: Vec<(f64, f64)> = Vec::new();
+    let mut start = 0;
+    while start < loud.len() {
+        if !loud[start] {
+            start += 1;
+            continue;
+        }
+        let end = (start..loud.len())
+            .find(|index| !loud[*index])
+            .unwrap_or(loud.len());
+        // Parts of a second at most, so that a carrier that moves shows.
+        let longest = ((1.0 / envelope.step_s) as usize).max(8);
+        let parts = (end - start).div_ceil(longest);
+        for part in 0..parts {
+            let from = start + (end - start) * part / parts;
+            let to = start + (end - start) * (part + 1) / parts;
+            slopes.extend(slope(&envelope.values[from..to], mean_rad));
+        }
+        start = end;
+    }
+    // The phase of a stretch of n values with equal errors has a slope with the variance ∝ n⁻³.
+    let weights: f64 = slopes.iter().map(|(_, weight)| weight).sum();
+    if weights.is_nan() || weights <= 0.0 {
+        return None;
+    }
+    let mean = slopes
+        .iter()
+        .map(|(slope, weight)| slope * weight)
+        .sum::<f64>()
+        / weights;
+    let to_hz = 1.0 / (TAU * envelope.step_s);
+    let scatter = slopes
+        .iter()
+        .map(|(slope, weight)| weight * (slope - mean).powi(2))
+        .sum::<f64>()
+        / weights;
+    let (low, high) = slopes.iter().fold(
+        (f64::INFINITY, f64::NEG_INFINITY),
+        |(low, high), (slope, _)| (low.min(*slope), high.max(*slope)),
+    );
+    let count = slopes.len() as f64;
+    let error = (scatter / count.max(2.0)).sqrt();
+    Some(CarrierFrequency {
+        hz: envelope.reference_hz + (mean_rad + mean) * to_hz,
+        error_hz: (error * to_hz).max(1e-9 * envelope.reference_hz),
+        range_hz: (high - low) * to_hz,
+    })
+}
+
+/// Returns the slope of the phase beyond `mean_rad` per value, and its weight; `None` for short stretches.
+fn slope(values: &[Complex64], mean_rad: f64) -> Option<(f64, f64)> {
+    const LEAST: usize = 100;
+    if values.len() < LEAST || values.iter().any(|value| !value.is_finite()) {
+        return None;
+    }
+    let mut phase = 0.0;
+    let mut previous = values[0];
+    let (mut sum, mut moment, mut weight, mut square, mut phases) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for (index, value) in values.iter().enumerate() {
+        if index > 0 {
+            phase += (value * previous.conj() * Complex64::cis(-mean_rad)).arg();
+        }
+        previous = *value;
+        let (w, x) = (value.norm_sqr(), index as f64);
+        weight += w;
+        sum += w * x;
+        square += w * x * x;
+        phases += w * phase;
+        moment += w * x * phase;
+    }
+    let spread = square - sum * sum / weight;
+    let slope = (moment - sum * phases / weight) / spread;
+    slope
+        .is_finite()
+        .then_some((slope, spread / weight * values.len() as f64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_carrier_is_found_to_a_millihertz_through_its_modulation() {
+        let step_s = 0.5e-3;
+        let envelope = Envelope {
+            first_s: 0.0,
+            step_s,
+            reference_hz: 35_000.0,
+            values: (0..6000)
+                .map(|n| {
+                    let t = f64::from(n) * step_s;
+                    let amplitude = 1.0 + 0.95 * (TAU * 6.0 * t).sin();
+                    let on = if n > 500 { 1.0 } else { 0.0 };
+                    on * amplitude * Complex64::cis(TAU * 3.25 * t)
+                })
+                .collect(),
+        };
+        let found = carrier(&envelope).unwrap();
+        assert!((found.hz - 35_003.25).abs() < 1e-3, "{found:?}");
+        assert!(found.range_hz < 0.01, "{found:?}");
+        let moving = Envelope {
+            values: (0..6000)
+                .map(|n| Complex64::cis(TAU * 2.0 * (f64::from(n) * step_s).powi(2)))
+                .collect(),
+            ..envelope
+        };
+        assert!(carrier(&moving).unwrap().range_hz > 5.0);
+    }
+
+    #[test]
+    fn a_cut_off_channel_is_told_from_a_sine() {
+        let range = |limit: f64| {
+            let mut range = Range::default();
+            for n in 0..10_000 {
+                range.take((TAU * 0.01234 * f64::from(n)).sin().clamp(-limit, limit));
+            }
+            range
+        };
+        assert!(range(0.9).is_clipped());
+        assert!(!range(1.0).is_clipped());
+    }
+}

@@ -1,0 +1,274 @@
+//! Recordings of the reference, as another laboratory would have written them, through the import and back.
+
+mod laboratory;
+
+use std::fs;
+use std::path::Path;
+use std::sync::Mutex;
+
+use import::{FileReport, Outcome, Plan, Program, import, remove};
+use laboratory::{Laboratory, SIGNALS_MAP};
+use recording::manifest::{FoundValue, RecordedIntervalKind};
+use recording::reader::read_manifest;
+use recording::{Manifest, RecordingReader};
+
+const PROGRAM: Program<'static> = Program { version: "0.1.0" };
+
+/// Imports the laboratory's files by a map; returns the reports.
+fn import_all(laboratory: &Laboratory, map: &str) -> Vec<FileReport> {
+    let plan = Plan::read(&laboratory.write_map(map)).unwrap();
+    let reports = Mutex::new(Vec::new());
+    import(&plan, Some(&laboratory.study()), PROGRAM, |report| {
+        reports.lock().unwrap().push(FileReport {
+            file: report.file.clone(),
+            recording: report.recording.clone(),
+            outcome: match &report.outcome {
+                Ok(Outcome::Written) => Ok(Outcome::Written),
+                Ok(Outcome::Replaced) => Ok(Outcome::Replaced),
+                Ok(Outcome::Unchanged) => Ok(Outcome::Unchanged),
+                Ok(Outcome::Checked) => Ok(Outcome::Checked),
+                Err(refusal) => Err(import::ImportRefusal::ReadBack(refusal.to_string())),
+            },
+            found: report.found.clone(),
+            notes: report.notes.clone(),
+        });
+    })
+    .unwrap();
+    reports.into_inner().unwrap()
+}
+
+/// Returns the refusal of the only file of an import.
+fn refusal(laboratory: &Laboratory, map: &str) -> String {
+    let reports = import_all(laboratory, map);
+    match &reports[0].outcome {
+        Err(refusal) => refusal.to_string(),
+        Ok(outcome) => panic!("{outcome:?} by {map}"),
+    }
+}
+
+fn recorded(laboratory: &Laboratory) -> Manifest {
+    read_manifest(&laboratory.recording()).unwrap()
+}
+
+fn samples(folder: &Path) -> (u32, Vec<f32>) {
+    let mut reader = RecordingReader::open(folder).unwrap();
+    let (mut all, mut block) = (Vec::new(), Vec::new());
+    while reader.read_block(65_536, &mut block).unwrap() > 0 {
+        all.extend_from_slice(&block);
+    }
+    (reader.format().sample_rate_hz, all)
+}
+
+fn value(manifest: &Manifest, name: &str) -> FoundValue {
+    let found = &manifest.origin.as_ref().unwrap().imported.found;
+    let value = found.iter().find(|value| value.name == name);
+    value
+        .unwrap_or_else(|| panic!("{name} is not among {found:?}"))
+        .clone()
+}
+
+#[test]
+fn a_recording_comes_back_as_it_was_and_is_taken_back() {
+    let laboratory = Laboratory::with_reference();
+    let reports = import_all(&laboratory, SIGNALS_MAP);
+    assert!(
+        matches!(reports[0].outcome, Ok(Outcome::Written)),
+        "{reports:?}"
+    );
+    let (original, imported) = (laboratory.reference(), laboratory.recording());
+    assert!(samples(&original) == samples(&imported), "other samples");
+    let rows = |folder: &Path| -> Vec<[f64; 3]> {
+        let reader = RecordingReader::open(folder).unwrap();
+        let rows = reader.force().unwrap().map(|row| row.unwrap());
+        rows.map(|row| [row.time_s, row.normal_n, row.lateral_n])
+            .collect()
+    };
+    let (expected, found) = (rows(&original), rows(&imported));
+    assert_eq!(expected.len(), found.len());
+    for (expected, found) in expected.iter().zip(&found) {
+        for (expected, found) in expected.iter().zip(found) {
+            assert!((expected - found).abs() <= 1e-9 + 1.2e-7 * expected.abs());
+        }
+    }
+    let (original, imported) = (read_manifest(&original).unwrap(), recorded(&laboratory));
+    assert_eq!(original.signals(), imported.signals());
+    assert_eq!(imported.origin.as_ref().unwrap().imported.sources.len(), 3);
+    let overlap = |kind: RecordedIntervalKind| {
+        let span = |manifest: &Manifest| {
+            let intervals = manifest
+                .intervals
+                .iter()
+                .filter(|interval| interval.kind == kind);
+            intervals
+                .map(|interval| (interval.start_s, interval.end_s))
+                .collect::<Vec<_>>()
+        };
+        let (expected, found) = (span(&original)[0], span(&imported));
+        let common = found
+            .iter()
+            .map(|(from, to)| (to.min(expected.1) - from.max(expected.0)).max(0.0));
+        common.sum::<f64>() / (expected.1 - expected.0)
+    };
+    assert!(overlap(RecordedIntervalKind::Unloaded) > 0.98);
+    let forward = RecordedIntervalKind::Exploration(protocols::Direction::LeftToRight);
+    assert!(overlap(forward) > 0.95, "{:?}", imported.intervals);
+    let svg = fs::read_to_string(laboratory.recording().join("import.svg")).unwrap();
+    assert!(
+        svg.contains("Normal") || svg.contains("normal"),
+        "the figure shows the forces"
+    );
+    let participants = fs::read_to_string(laboratory.study().join("participants.tsv")).unwrap();
+    assert!(
+        participants.contains("sub-7") && participants.contains("vegetarian"),
+        "{participants}"
+    );
+
+    let again = import_all(&laboratory, SIGNALS_MAP);
+    assert!(
+        matches!(again[0].outcome, Ok(Outcome::Unchanged)),
+        "{again:?}"
+    );
+    let changed = SIGNALS_MAP.replace("centre_m = 0.0525", "centre_m = 0.05");
+    let replaced = import_all(&laboratory, &changed);
+    assert!(
+        matches!(replaced[0].outcome, Ok(Outcome::Replaced)),
+        "{replaced:?}"
+    );
+    fs::write(laboratory.recording().join("note.txt"), "mine").unwrap();
+    let removal = remove(&laboratory.map(), &laboratory.study()).unwrap();
+    assert_eq!(removal.removed.len(), 1);
+    assert!(removal.notes[0].contains("note.txt"), "{removal:?}");
+    assert!(laboratory.recording().join("note.txt").exists());
+    assert!(!laboratory.recording().join("signals.wav").exists());
+}
+
+#[test]
+fn what_the_map_leaves_open_is_found() {
+    let laboratory = Laboratory::with_reference();
+    let map = SIGNALS_MAP
+        .replace("[carrier]\nhz = 35000", "[carrier]\nhz = \"found\"")
+        .replace(
+            "hz = 6.0\nindex = 0.95",
+            "hz = \"found\"\nindex = \"found\"",
+        )
+        .replace(
+            "metres_per_unit = 2e-6",
+            "metres_per_unit = \"from modal mass\"",
+        )
+        .replace("phase_rad = 0", "phase_rad = \"found\"");
+    let reports = import_all(&laboratory, &map);
+    assert!(reports[0].outcome.is_ok(), "{reports:?}");
+    let manifest = recorded(&laboratory);
+    for (name, expected, tolerance) in [
+        ("carrier.hz", 35_000.0, 0.05),
+        ("modulation.hz", 6.0, 0.01),
+        ("modulation.index", 0.95, 0.02),
+        ("pickup.metres_per_unit", 2e-6, 0.04e-6),
+        ("pickup.phase_rad", 0.0, 0.01),
+    ] {
+        let found = value(&manifest, name);
+        assert!((found.value - expected).abs() < tolerance, "{found:?}");
+    }
+}
+
+#[test]
+fn late_and_untared_forces_are_placed_and_tared() {
+    let laboratory =
+        Laboratory::with_forces(|t, normal, lateral| [t + 0.0123, normal + 0.4, lateral - 0.15]);
+    let map = SIGNALS_MAP
+        .replace(
+            "tare = \"none\" # normal",
+            "tare = \"no contact\"\noffset_s = \"found\"",
+        )
+        .replace("tare = \"none\" # lateral", "tare = \"no contact\"");
+    let reports = import_all(&laboratory, &map);
+    assert!(reports[0].outcome.is_ok(), "{reports:?}");
+    let manifest = recorded(&laboratory);
+    for (name, expected, tolerance) in [
+        ("normal.tare", 0.4, 0.01),
+        ("lateral.tare", -0.15, 0.01),
+        ("normal.offset_s", -0.0123, 1e-3),
+    ] {
+        let found = value(&manifest, name);
+        assert!((found.value - expected).abs() < tolerance, "{found:?}");
+    }
+}
+
+#[test]
+fn mistakes_that_show_are_refused_by_name() {
+    let laboratory = Laboratory::with_reference();
+    for (from, to, named) in [
+        (
+            "hz = 35000",
+            "hz = 34000",
+            "carrier.hz = 34000 Hz is not the carrier",
+        ),
+        ("hz = 6.0", "hz = 5.0", "the drive is modulated at 6.0"),
+        (
+            "rate_hz = \"file\"",
+            "rate_hz = 100e3",
+            "correct it, or write \"file\"",
+        ),
+        ("'[:,0]'", "'[:,9]'", "[:,9]"),
+        (
+            "from = \"normal_n\"",
+            "from = \"normal\"",
+            "no array `normal`",
+        ),
+        (
+            "file = 'force_{participant}.csv'",
+            "file = 'forces_{participant}.csv'",
+            "forces_7.csv",
+        ),
+    ] {
+        assert!(SIGNALS_MAP.contains(from), "{from}");
+        let text = refusal(&laboratory, &SIGNALS_MAP.replace(from, to));
+        assert!(text.contains(named), "{to}: {text}");
+    }
+    let exchanged = SIGNALS_MAP
+        .replace("'[:,0]'", "'[:,9]'")
+        .replace("'[:,1]'", "'[:,0]'")
+        .replace("'[:,9]'", "'[:,1]'");
+    let text = refusal(&laboratory, &exchanged);
+    assert!(text.contains("drive and pickup are exchanged"), "{text}");
+    assert!(
+        !laboratory.recording().exists(),
+        "a refused recording leaves nothing"
+    );
+    fs::copy(
+        laboratory.folder().join("rec_7.wav"),
+        laboratory.folder().join("rec_8.wav"),
+    )
+    .unwrap();
+    fs::copy(
+        laboratory.folder().join("force_7.csv"),
+        laboratory.folder().join("force_8.csv"),
+    )
+    .unwrap();
+    fs::copy(
+        laboratory.folder().join("position_7.csv"),
+        laboratory.folder().join("position_8.csv"),
+    )
+    .unwrap();
+    let text = refusal(&laboratory, SIGNALS_MAP);
+    assert!(text.contains("same bytes"), "{text}");
+}
+
+#[test]
+fn forces_alone_become_a_recording() {
+    let laboratory = Laboratory::with_reference();
+    let map = r#"
+format = 1
+files = 'force_(?<participant>\d)\.csv'
+normal = { from = "normal_n", time = "time_s", newtons_per_unit = 1.0 }
+lateral = { from = "lateral_n", newtons_per_unit = 1.0 }
+position = { file = 'position_{participant}.csv', from = "position_m", time = "time_s", metres_per_unit = 1.0 }
+contact = { body = "other" }
+intervals = { exploration = "30 to 70 mm/s for 0.5 s" }
+"#;
+    let reports = import_all(&laboratory, map);
+    assert!(reports[0].outcome.is_ok(), "{reports:?}");
+    let manifest = recorded(&laboratory);
+    assert!(manifest.plate().is_none());
+    assert!(!manifest.intervals.is_empty());
+}

@@ -1,0 +1,174 @@
+//! Archives of NumPy's arrays, stored or deflated.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufReader;
+use std::ops::Range;
+use std::sync::Arc;
+
+use zip::{CompressionMethod, ZipArchive};
+
+use crate::array::{ArrayInfo, Attribute};
+use crate::bytes::{Bytes, Compression, Inflated, Section, Sources};
+use crate::error::SourceError;
+use crate::format::{ArrayReader, Format, Place, Values};
+use crate::kind::foreign;
+use crate::npy::NpyArray;
+
+/// Maximum number of entries of an archive.
+const MOST_ENTRIES: usize = 10_000;
+
+/// Reader of a `.npz` file.
+pub(crate) struct NpzReader {
+    sources: Sources,
+    entries: Vec<NpyArray>,
+    arrays: Vec<ArrayInfo>,
+    /// Entry and column of each array; `None` for an entry that is not read.
+    places: Vec<Option<(usize, usize)>>,
+    notes: Vec<String>,
+    attributes: BTreeMap<String, Attribute>,
+}
+
+impl NpzReader {
+    /// Opens a ZIP archive.
+    pub(crate) fn open(file: File) -> Result<Box<dyn ArrayReader>, SourceError> {
+        let file_bytes = file.metadata()?.len();
+        let mut archive = ZipArchive::new(BufReader::new(file.try_clone()?)).map_err(|_| {
+            SourceError::damaged(
+                "its end",
+                "the table of contents of this ZIP archive is missing",
+            )
+        })?;
+        if archive.len() > MOST_ENTRIES {
+            return Err(foreign(
+                "a ZIP archive of many files",
+                "unpack it, and name a file in it",
+            )
+            .into());
+        }
+        let file = Arc::new(file);
+        let mut reader = Self {
+            sources: Sources::default(),
+            entries: Vec::new(),
+            arrays: Vec::new(),
+            places: Vec::new(),
+            notes: Vec::new(),
+            attributes: BTreeMap::new(),
+        };
+        let mut is_workbook = false;
+        for index in 0..archive.len() {
+            let Ok(entry) = archive.by_index_raw(index) else {
+                let place = format!("entry {index} of the archive");
+                return Err(SourceError::damaged(place, "its header is missing"));
+            };
+            let Ok(name) = entry.name().map(std::borrow::Cow::into_owned) else {
+                continue;
+            };
+            is_workbook |= name == "[Content_Types].xml";
+            let Some(stem) = name.strip_suffix(".npy") else {
+                continue;
+            };
+            let compression = match entry.compression() {
+                _ if entry.encrypted() => None,
+                CompressionMethod::Stored => Some(None),
+                CompressionMethod::Deflated => Some(Some(Compression::Deflate)),
+                _ => None,
+            };
+            let (Some(compression), Some(start)) = (compression, entry.data_start()) else {
+                let class = "array that is encrypted or compressed by a method other than deflate";
+                reader.arrays.push(ArrayInfo::opaque(stem, class));
+                reader.places.push(None);
+                continue;
+            };
+            let end = start
+                .saturating_add(entry.compressed_size())
+                .min(file_bytes);
+            let section = Section::new(Arc::clone(&file), start, end);
+            let n_bytes = match compression {
+                None => section.len(),
+                Some(_) => entry.size(),
+            };
+            let bytes: Box<dyn Bytes> = match compression {
+                None => Box::new(section),
+                Some(compression) => Box::new(Inflated::new(section, compression)),
+            };
+            reader.add(stem, bytes, n_bytes)?;
+        }
+        if reader.arrays.is_empty() {
+            return Err(match is_workbook {
+                true => foreign("an Excel workbook", "save the sheet as CSV"),
+                false => foreign(
+                    "a ZIP archive without NumPy's arrays",
+                    "unpack it, and name a file in it",
+                ),
+            }
+            .into());
+        }
+        Ok(Box::new(reader))
+    }
+
+    fn add(
+        &mut self,
+        name: &str,
+        mut bytes: Box<dyn Bytes>,
+        n_bytes: u64,
+    ) -> Result<(), SourceError> {
+        let array = NpyArray::open(&mut *bytes, name, n_bytes).map_err(|error| SourceError {
+            place: Some(format!("array `{name}`")),
+            ..error
+        })?;
+        for (column, content) in array.columns.iter().enumerate() {
+            self.arrays.push(content.info.clone());
+            self.places.push(Some((self.entries.len(), column)));
+        }
+        self.notes.extend(array.notes.iter().cloned());
+        self.entries.push(array);
+        bytes.close();
+        self.sources.push(bytes);
+        Ok(())
+    }
+
+    /// Returns the entry of an array, its bytes, and the array's column.
+    fn entry(&mut self, index: usize) -> Option<(&NpyArray, &mut dyn Bytes, usize)> {
+        let (entry, column) = self.places.get(index).copied().flatten()?;
+        Some((self.entries.get(entry)?, self.sources.get(entry), column))
+    }
+}
+
+impl ArrayReader for NpzReader {
+    fn format(&self) -> Format {
+        Format::Npz
+    }
+
+    fn arrays(&self) -> &[ArrayInfo] {
+        &self.arrays
+    }
+
+    fn attributes(&self) -> &BTreeMap<String, Attribute> {
+        &self.attributes
+    }
+
+    fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    fn text(&mut self, index: usize) -> Result<Option<String>, SourceError> {
+        match self.entry(index) {
+            Some((array, bytes, column)) => array.text(bytes, column),
+            None => Ok(None),
+        }
+    }
+
+    fn read(
+        &mut self,
+        index: usize,
+        place: &Place,
+        range: Range<u64>,
+        values: &mut Values<'_>,
+    ) -> Result<(), SourceError> {
+        match self.entry(index) {
+            Some((array, bytes, column)) => array.read(bytes, column, place, range, values),
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! Tables as text of many kinds.
+
+use std::fs;
+use std::path::Path;
+
+use source_files::{Attribute, Element, SourceFile};
+
+fn open(folder: &Path, text: impl AsRef<[u8]>) -> SourceFile {
+    let path = folder.join("table.txt");
+    fs::write(&path, text).unwrap();
+    SourceFile::open(&path).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn refused(folder: &Path, text: impl AsRef<[u8]>) -> String {
+    let path = folder.join("table.csv");
+    fs::write(&path, text).unwrap();
+    SourceFile::open(&path).unwrap_err().to_string()
+}
+
+fn column(source: &mut SourceFile, name: &str) -> Vec<f64> {
+    let vector = source
+        .locate(name)
+        .unwrap_or_else(|error| panic!("{error}"));
+    let mut values = Vec::new();
+    source
+        .read(&vector, 0..vector.len(), &mut values)
+        .unwrap_or_else(|error| panic!("{error}"));
+    values
+}
+
+fn names(source: &SourceFile) -> Vec<&str> {
+    source
+        .arrays()
+        .iter()
+        .map(|info| info.name.as_str())
+        .collect()
+}
+
+#[test]
+fn one_table_reads_the_same_from_any_program() {
+    let folder = tempfile::tempdir().unwrap();
+    for text in [
+        "t,F\n0,0.5\n1,-1.25\n2,3\n",
+        "\u{feff}t;F\r\n0;0,5\r\n1;-1,25\r\n2;3\r\n",
+        "sep=;\nt;F\n0;0.5\n1;-1.25\n2;3\n",
+        "t\tF\r0\t0,5\r1\t-1,25\r2\t3\r",
+        "  t    F\n  0   0.5\n  1 -1.25\n  2  3\n",
+        "t 0,5 F\nt F\n0 0,5\n1 -1,25\n2 3\n",
+        "# exported by a program\n# t F\n0 0.5\n1 -1.25\n2 3\n",
+        "% t,F\n0,0.5\n1,-1.25\n2,3\n",
+        "\"t\",\"F\"\n\"0\",\"0.5\"\n\"1\",\"-1.25\"\n\"2\",\"3\"",
+        "Rate:,1000\nOperator,somebody\n\nt,F\ns,N\n0,0.5\n1,-1.25\n2,3\n\n",
+        "t,F\n0,0.5\n# a remark\n1,-1.25\n\n2,3\nend of file\n",
+        "t,F,\n0,0.5,\n1,-1.25,\n2,3,\n",
+    ] {
+        let mut source = open(folder.path(), text);
+        assert_eq!(names(&source), ["t", "F"], "{text:?}");
+        assert_eq!(column(&mut source, "t"), [0.0, 1.0, 2.0], "{text:?}");
+        assert_eq!(column(&mut source, "F"), [0.5, -1.25, 3.0], "{text:?}");
+        assert_eq!(column(&mut source, "1"), [0.5, -1.25, 3.0], "{text:?}");
+    }
+}
+
+#[test]
+fn units_stand_below_or_in_the_names() {
+    let folder = tempfile::tempdir().unwrap();
+    for text in [
+        "time,force\ns,mN\n0,1.5\n1,2.5\n",
+        "time [s];force [mN]\n0;1,5\n1;2,5\n",
+        "time (s)\tforce (mN)\n0\t1.5\n1\t2.5\n",
+        "time,force\n[s],[mN]\n0,1.5\n1,2.5\n",
+    ] {
+        let mut source = open(folder.path(), text);
+        let units: Vec<_> = source
+            .arrays()
+            .iter()
+            .map(|info| info.unit.as_deref())
+            .collect();
+        assert_eq!(units, [Some("s"), Some("mN")], "{text:?}");
+        assert_eq!(column(&mut source, "force"), [1.5, 2.5]);
+    }
+}
+
+#[test]
+fn a_file_of_labview_has_its_header_and_its_interval() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nDecimal_Separator\t.\n***End_of_Header***\t\n\t\nChannels\t2\t\t\n\
+                Samples\t3\t3\t\nDelta_X\t0.000500\t0.000500\t\n***End_of_Header***\t\t\t\nX_Value\tVoltage\tForce\tComment\n\
+                0.000000\t1.5\t-2.5\n0.000500\t1.25\t-2.25\n0.001000\t1.125\t-2.125\n";
+    let mut source = open(folder.path(), text);
+    assert_eq!(column(&mut source, "Force"), [-2.5, -2.25, -2.125]);
+    assert_eq!(column(&mut source, "X_Value"), [0.0, 5e-4, 1e-3]);
+}
+
+#[test]
+fn two_columns_of_time_have_their_lengths() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "Time,Force,Time,Position\n0,1,0,10\n0.1,2,0.5,20\n0.2,3,,\n0.3,4,,\n";
+    let mut source = open(folder.path(), text);
+    assert_eq!(names(&source), ["Time", "Force", "Time.1", "Position"]);
+    assert_eq!(column(&mut source, "Position"), [10.0, 20.0]);
+    assert_eq!(column(&mut source, "Time.1"), [0.0, 0.5]);
+    assert_eq!(column(&mut source, "Force").len(), 4);
+    assert!(
+        source
+            .notes()
+            .iter()
+            .any(|note| note.contains("2 columns seem to be times"))
+    );
+}
+
+#[test]
+fn missing_values_are_nan_and_times_are_seconds() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "when,F,ok,who\n00:00:01.500,1,True,a\n00:00:02.500,,False,b\n00:00:03.500,NaN,True,c\n00:01:00.000,4,True,d\n";
+    let mut source = open(folder.path(), text);
+    assert_eq!(source.arrays()[0].element, Element::Time);
+    assert_eq!(column(&mut source, "when"), [1.5, 2.5, 3.5, 60.0]);
+    let forces = column(&mut source, "F");
+    assert!(forces[1].is_nan() && forces[2].is_nan() && forces[3] == 4.0);
+    assert_eq!(column(&mut source, "ok"), [1.0, 0.0, 1.0, 1.0]);
+    let error = source.locate("who").unwrap_err().to_string();
+    assert!(error.contains("`who` is a text"), "{error}");
+}
+
+#[test]
+fn values_above_the_table_are_attributes() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "# fs = 12500\n# operator: somebody\nt,F\n0,1\n1,2\n";
+    let mut source = open(folder.path(), text);
+    assert_eq!(source.scalar("@fs").unwrap(), 12_500.0);
+    let operator = Attribute::Text("somebody".to_owned());
+    assert!(
+        source
+            .attributes()
+            .any(|(name, value)| name == "@operator" && *value == operator)
+    );
+}
+
+#[test]
+fn letters_of_western_europe_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut source = open(folder.path(), b"Weg [\xb5m];Kraft\n0,5;1\n1,5;2\n");
+    assert_eq!(source.arrays()[0].name, "Weg [µm]");
+    assert_eq!(column(&mut source, "Weg"), [0.5, 1.5]);
+    assert!(
+        source
+            .notes()
+            .iter()
+            .any(|note| note.contains("Western Europe"))
+    );
+}
+
+#[test]
+fn a_cell_that_is_no_number_is_named_with_its_line_and_column() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows: String = (0..3000)
+        .map(|row| match row {
+            2500 => "2500,broken\n".to_owned(),
+            row => format!("{row},{}.5\n", row % 7),
+        })
+        .collect();
+    let mut source = open(folder.path(), format!("t,F\n{rows}"));
+    let vector = source.locate("F").unwrap();
+    let mut values = Vec::new();
+    source.read(&vector, 0..2500, &mut values).unwrap();
+    assert_eq!(values.len(), 2500);
+    let error = source
+        .read(&vector, 2400..2600, &mut values)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("line 2502, column `F`: \"broken\" is not a number"),
+        "{error}"
+    );
+}
+
+#[test]
+fn what_is_no_table_is_refused_with_its_remedy() {
+    let folder = tempfile::tempdir().unwrap();
+    for (text, words) in [
+        (
+            "these are only words\nof a text\n",
+            "text without a table of numbers",
+        ),
+        ("", "an empty file"),
+        (
+            "t,F\n0,5,1,5\n1,5,2,5\n2,5,3,5\n",
+            "commas seem to be decimal signs",
+        ),
+        ("{\"a\": \"b\"}\n", "text without a table of numbers"),
+    ] {
+        let error = refused(folder.path(), text);
+        assert!(
+            error.contains(words) && error.contains("table.csv"),
+            "{error}"
+        );
+    }
+    let error = refused(folder.path(), b"\xff\xfet\0,\0F\0");
+    assert!(
+        error.contains("UTF-16") && error.contains("save it as UTF-8"),
+        "{error}"
+    );
+}

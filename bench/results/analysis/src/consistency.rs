@@ -22,7 +22,8 @@ const SMALLEST_DELAY_S: f64 = 1e-3;
 const UNCLEAR_DELAY_S: f64 = 5e-3;
 /// Smallest zero by strokes that is subtracted, N.
 const SMALLEST_ZERO_N: f64 = 0.01;
-/// Slip of the forces at either end of the slides, s, and standard errors of their rate, beyond which it is corrected.
+/// Slip of the forces at either end of the slides, s, beyond the rate's 95 % interval, and standard errors of the rate, beyond
+/// which it is corrected.
 const SMALLEST_SLIP_S: f64 = 1e-3;
 const CERTAIN_ERRORS: f64 = 4.0;
 /// Samples of a spectrum, and frames read at a time.
@@ -78,7 +79,8 @@ impl ForceClock {
         };
         let (delay_s, rate, ppm) = (alignment.delay_s, alignment.rate, alignment.ppm());
         let is_late = delay_s.value.abs() > SMALLEST_DELAY_S + delay_s.half_width95();
-        let slip_s = 0.5 * alignment.length_s * rate.value.abs();
+        let certain_rate = rate.value.abs() - rate.half_width95();
+        let slip_s = 0.5 * alignment.length_s * certain_rate;
         let is_off = rate.value.abs() > CERTAIN_ERRORS * rate.std && slip_s > SMALLEST_SLIP_S;
         let stated = |estimate: force_alignment::Estimate| Interval95 {
             value: estimate.value,

@@ -27,7 +27,7 @@ const STEP_S: f64 = 1e-3;
 /// Shortest slides together, s.
 const SHORTEST_S: f64 = 0.5;
 /// Share of a slide at each end that is left out, in which the finger starts and stops.
-const END_SHARE: f64 = 0.08;
+const END_SHARE: f64 = 0.22;
 /// Slip within the slides from one rate to the next, s, and greatest deviation from the rate by contact.
 const RATE_STEP_S: f64 = 3e-3;
 const RATE_REACH_S: f64 = 0.03;

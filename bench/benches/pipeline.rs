@@ -13,8 +13,8 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use live::live_meter::LiveMeter;
 use recording::AudioFormat;
 use recording::manifest::{
-    Carrier, FORMAT, Manifest, Modulation, RecordedChannels, RecordedContact, RecordedDrive, RecordedPickup, RecordedPlate,
-    RecordedSignals, Streams,
+    Carrier, FORMAT, Manifest, Modulation, RecordedChannels, RecordedContact, RecordedDrive,
+    RecordedPickup, RecordedPlate, RecordedSignals, Streams,
 };
 use recording::pipeline::{Batch, Pipeline};
 use recording::recorder::{Begin, RecorderMessage, RecorderNotice, recorder};
@@ -32,33 +32,33 @@ fn manifest() -> Manifest {
     Manifest {
         format: FORMAT,
         streams: Streams::Signals(RecordedSignals {
-        carrier: Carrier::Steady(CARRIER_HZ),
-        modulation: Modulation {
-            frequency_hz: 6.0,
-            index: 0.95,
-        },
-        channels: RecordedChannels {
-            rate_hz: None,
-            drive: RecordedDrive {
-                index: 0,
-                volts_per_unit: 60.0,
-                clip_units: None,
+            carrier: Carrier::Steady(CARRIER_HZ),
+            modulation: Modulation {
+                frequency_hz: 6.0,
+                index: 0.95,
             },
-            pickup: RecordedPickup {
-                index: 1,
-                metres_per_unit: 5e-6,
-                phase_rad: 0.2,
-                clip_units: None,
+            channels: RecordedChannels {
+                rate_hz: None,
+                drive: RecordedDrive {
+                    index: 0,
+                    volts_per_unit: 60.0,
+                    clip_units: None,
+                },
+                pickup: RecordedPickup {
+                    index: 1,
+                    metres_per_unit: 5e-6,
+                    phase_rad: 0.2,
+                    clip_units: None,
+                },
             },
-        },
-        plate: RecordedPlate {
-            resonance_hz: CARRIER_HZ,
-            modal_mass_kg: 0.008,
-            force_factor_n_per_v: 0.13,
-            centre_m: 0.0525,
-            profile: None,
-            across: None,
-        },
+            plate: RecordedPlate {
+                resonance_hz: CARRIER_HZ,
+                modal_mass_kg: 0.008,
+                force_factor_n_per_v: 0.13,
+                centre_m: 0.0525,
+                profile: None,
+                across: None,
+            },
         }),
         contact: RecordedContact::default(),
         standard_errors: None,

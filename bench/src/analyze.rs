@@ -27,8 +27,8 @@ use report::{Recorded, ReportContent, Results};
 use study::exclusions::{EXCLUSIONS_FILE, RecordingSelection};
 use study::sessions::Sessions;
 
-/// Runs the command. Returns true if every accepted trial was analysed, and every recording could be read and has plausible forces;
-/// defects are reported on standard error.
+/// Runs the command. Returns true if every accepted trial was analysed, every recording could be read and has no flaw that makes its
+/// numbers meaningless, and anything was estimated; defects are reported on standard error.
 ///
 /// # Errors
 /// Nothing to analyse, an assumption that cannot be made, or a result that cannot be written.
@@ -153,12 +153,19 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
         let total = analysed.recordings.len();
         let _ = writeln!(
             standard_streams::stderr(),
-            "warning: no estimate of {spoilt} of {total} recordings can be used: correct their forces as the warnings say"
+            "warning: the estimates of {spoilt} of {total} recordings are withheld: correct the recordings as the warnings say"
+        );
+    }
+    let has_result = analysed.findings().any(RecordingFindings::has_result);
+    if !has_result && all_read {
+        let _ = writeln!(
+            standard_streams::stderr(),
+            "warning: nothing could be estimated: the reasons are above"
         );
     }
     // A part of a study, as on a medium of a few trials, is analysed as what it is: `verify` judges whether a study is complete.
     let damaged = account.missed().any(|attempt| attempt.path.exists());
-    Ok(all_read && spoilt == 0 && !damaged)
+    Ok(all_read && spoilt == 0 && !damaged && has_result)
 }
 
 /// Returns the attempts that were excluded by decision, including those that could not be analysed anyway.
@@ -281,6 +288,9 @@ fn report(analysis: &RecordingAnalysis) {
         Ok(findings) => {
             for flaw in &findings.flaws {
                 let _ = writeln!(stderr, "{path}: warning: {}", escaped(&flaw.to_string()));
+            }
+            if let Some(reasons) = rejections(findings) {
+                let _ = writeln!(stderr, "{path}: warning: no instance: {}", escaped(&reasons));
             }
         }
         Err(error) => {

@@ -19,6 +19,7 @@
 //! | outcome known, unattended | the recorder has saved the last recording | the bench ends |
 //! | any | the bench ends | an open recording is interrupted, and the report is sent |
 
+use anyhow::Context;
 use std::sync::Arc;
 use std::time::Duration;
 

@@ -14,7 +14,7 @@ pub struct MovingPipeline {
     demodulator: MovingDemodulator,
     signals: RecordedSignals,
     properties: SignalProperties,
-    reference_hz: f64,
+    track: CarrierTrack,
 }
 
 impl MovingPipeline {
@@ -34,13 +34,12 @@ impl MovingPipeline {
             .ok_or(DemodulationError::NoSteadyCarrier)?;
         let rate_hz = sample_rate_hz(signals, format);
         let inputs = recorded_inputs(manifest, signals, &properties);
-        let reference_hz = track.mean_hz();
         let channels = usize::from(format.channels);
         Ok(Self {
-            demodulator: MovingDemodulator::new(track, rate_hz, channels, inputs)?,
+            demodulator: MovingDemodulator::new(track.clone(), rate_hz, channels, inputs)?,
             signals: signals.clone(),
             properties,
-            reference_hz,
+            track,
         })
     }
 
@@ -73,15 +72,16 @@ impl MovingPipeline {
         ) -> Result<(), MovingCarrierError>,
     ) -> Result<(), DemodulationError> {
         let plate = self.signals.plate.constants();
-        let (signals, properties, reference_hz) =
-            (&self.signals, &self.properties, self.reference_hz);
+        let (signals, properties, track) = (&self.signals, &self.properties, &self.track);
+        let reference_hz = track.mean_hz();
         let mut constant_error: Option<ConstantError> = None;
         run(
             &mut self.demodulator,
             &mut |envelopes, filter| match recorded_zm(signals, properties, filter) {
                 Ok(zm) => {
                     let frame = zm.read(envelopes);
-                    frames.push(referred(frame, envelopes, filter, &plate, reference_hz));
+                    let hz = (track.hz_about(frame.time_s), reference_hz);
+                    frames.push(referred(frame, filter, &plate, hz));
                 }
                 Err(error) => constant_error = Some(error),
             },

@@ -18,8 +18,10 @@ use crate::flaw::Flaw;
 use crate::force_zero::ForceZero;
 pub use crate::model_check::Band;
 pub use crate::plate_reading::PlateReading;
+use crate::unloaded_plate::UnloadedError;
 use crate::vibration::Vibration;
 use crate::within_laws;
+use plausibility::Implausible;
 use recording::manifest::{Manifest, RecordedPlate, RecordedRoom};
 use recording::pipeline::DemodulationError;
 use recording::pipeline::PickupOffset;
@@ -151,9 +153,39 @@ impl RecordingFindings {
 
     /// Returns whether no estimate can be used until the readings are corrected.
     pub fn is_spoilt(&self) -> bool {
-        let spoils =
-            |flaw: &Flaw| matches!(flaw, Flaw::Implausible(found) if found.spoils_estimates());
-        self.flaws.iter().any(spoils)
+        self.withheld_reason().is_some()
+    }
+
+    /// Returns the reason why all estimates are withheld, if a flaw makes them meaningless.
+    pub fn withheld_reason(&self) -> Option<String> {
+        let found = self.implausible().find(|found| found.spoils_estimates())?;
+        Some(format!("withheld because of a flaw ({})", found.name()))
+    }
+
+    /// Returns the implausible readings.
+    pub(crate) fn implausible(&self) -> impl Iterator<Item = &Implausible> {
+        self.flaws.iter().filter_map(|flaw| match flaw {
+            Flaw::Implausible(found) => Some(found),
+            _ => None,
+        })
+    }
+
+    /// Returns whether the analysis has a result: an instance, the plate's impedance of a recording without explorations, or
+    /// friction and amplitudes of a recording that lacks a stream or an unloaded interval, and so can have no instance.
+    pub fn has_result(&self) -> bool {
+        let is_plate_alone = self.flaws.contains(&Flaw::NoExploration) && self.z_p.is_some();
+        let is_lack = |flaw: &Flaw| {
+            matches!(
+                flaw,
+                Flaw::Missing(_) | Flaw::Unloaded(UnloadedError::NoInterval)
+            )
+        };
+        let is_partial = self.flaws.iter().any(is_lack)
+            && self.explorations.iter().any(|exploration| {
+                let mut values = exploration.mu.iter().chain(&exploration.amplitude_m);
+                values.any(|value| value.is_finite())
+            });
+        !self.instances.is_empty() || is_plate_alone || is_partial
     }
 
     /// Returns the plate's constants; `None` if only forces were recorded.

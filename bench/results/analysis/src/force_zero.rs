@@ -92,8 +92,8 @@ pub struct ForceZero {
 }
 
 impl ForceZero {
-    /// Reads the zero of a recording with these intervals without a finger, s. A stretch in which either axis reads more than
-    /// 0.15 N is left out.
+    /// Reads the zero of a recording with these intervals without a finger, s. A stretch in which the normal axis reads more than
+    /// 0.15 N is left out: something may rest on the plate.
     pub fn read(record: &Measurements, unloaded_s: &[(f64, f64)]) -> Self {
         let Some(z_p) = typical_impedance(record, unloaded_s) else {
             return Self::default();
@@ -349,7 +349,7 @@ fn read_stretch(rows: &[ForceRow], blocks: &[FreeBlock]) -> Option<ZeroReading> 
         let squares = mean_of(&|(_, cell)| (value(cell) - value(&zero)).powi(2)) * n / (n - 1.0);
         (squares / n).sqrt()
     };
-    let is_plausible = zero.normal_n.abs().max(zero.lateral_n.abs()) <= GREATEST_ZERO_N;
+    let is_plausible = zero.normal_n.abs() <= GREATEST_ZERO_N;
     is_plausible.then(|| ZeroReading {
         time_s: mean_of(&|(time_s, _)| *time_s),
         zero,

@@ -8,13 +8,14 @@ use std::path::Path;
 use protocols::SelectionRules;
 use study::provenance::Provenance;
 
+use crate::consistency;
 use crate::demodulation::DemodulatedRecording;
 use crate::error_budget::ErrorBudget;
 use crate::exploration_findings::ExplorationFindings;
 use crate::findings::RecordingFindings;
 use crate::flaw::{Flaw, MissingStream};
 use crate::force_zero::ForceZero;
-use crate::recording_analysis::{explorations, implausible_forces};
+use crate::recording_analysis::explorations;
 use recording::pipeline::PickupOffset;
 
 /// Returns the findings of a recording without an impedance.
@@ -23,7 +24,7 @@ pub(crate) fn findings(
     reading: DemodulatedRecording,
     rules: SelectionRules,
 ) -> RecordingFindings {
-    let implausible = implausible_forces(&reading);
+    let implausible = consistency::implausible(&reading);
     let DemodulatedRecording {
         manifest,
         record,

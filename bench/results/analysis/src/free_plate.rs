@@ -10,6 +10,7 @@ use crate::flaw::Flaw;
 use crate::plate_reading::PlateReading;
 use crate::unloaded_plate::{self, UnloadedError};
 use crate::vibration::Vibration;
+use plausibility::Implausible;
 use recording::manifest::RecordedPlate;
 use recording::pipeline::PickupOffset;
 
@@ -97,15 +98,29 @@ impl FreePlate {
         let scatter_flaw = reading
             .scatter_n_s_per_m
             .map(|scatter_n_s_per_m| Flaw::PlateScatters { scatter_n_s_per_m });
-        let mass_flaw = self.heavy_transient.map(|transient| Flaw::PlateMass {
-            mass_ratio: transient.mass_ratio,
-            delay_s: transient.delay_s,
-        });
+        let envelopes = plausibility::envelopes(
+            &reading.free_frames,
+            vibration.modulation.frequency_hz,
+            vibration.modulation.index,
+        );
+        if let Some(found) = envelopes.clone().filter(Implausible::spoils_plate) {
+            // All other numbers of the plate follow from it.
+            return vec![Flaw::from(found)];
+        }
+        let transient = self.transient.or(self.heavy_transient);
+        let scale = transient.as_ref().and_then(plausibility::plate_scale);
+        let is_named = scale.is_some();
+        let mass_flaw =
+            self.heavy_transient
+                .filter(|_| !is_named)
+                .map(|transient| Flaw::PlateMass {
+                    mass_ratio: transient.mass_ratio,
+                    delay_s: transient.delay_s,
+                });
         let reactance_flaw = self.reactance_flaw(reading.plate, vibration);
-        [mass_flaw, reactance_flaw, touch_flaw, scatter_flaw]
-            .into_iter()
-            .flatten()
-            .collect()
+        let implausible = envelopes.into_iter().chain(scale).map(Flaw::from);
+        let flaws = [mass_flaw, reactance_flaw, touch_flaw, scatter_flaw].into_iter();
+        implausible.chain(flaws.flatten()).collect()
     }
 
     /// Returns the flaw of a Z_p with a phase that differs from the plate's constants. It is attributed to the resonance if
@@ -180,5 +195,7 @@ pub(super) fn pickup_flaws(offset: PickupOffset, stated_rad: f64) -> Vec<Flaw> {
         found_rad: Complex64::cis(stated_rad + turn_rad).arg(),
     });
     let delay_flaw = (delay_s.abs() > REPORTED_DELAY_S).then_some(Flaw::PickupLate { delay_s });
-    [phase_flaw, delay_flaw].into_iter().flatten().collect()
+    let quantity_flaw = plausibility::pickup_quantity(turn_rad).map(Flaw::from);
+    let flaws = [quantity_flaw, phase_flaw, delay_flaw].into_iter();
+    flaws.flatten().collect()
 }

@@ -11,6 +11,7 @@ pub mod attempts;
 pub mod average_model;
 mod clipping;
 pub mod cluster_test;
+mod consistency;
 mod crosstalk;
 mod damping;
 pub mod demodulation;

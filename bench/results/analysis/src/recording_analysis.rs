@@ -8,6 +8,7 @@ use protocols::{Direction, Protocol, SelectionRules};
 
 use crate::amplitude_profile::AmplitudeProfile;
 use crate::analysis_settings::Settings;
+use crate::consistency::{self, ForceClock};
 use crate::crosstalk;
 use crate::demodulation::{self, DemodulatedRecording};
 use crate::error_budget::ErrorBudget;
@@ -25,9 +26,8 @@ use crate::model_check;
 use crate::plate_references;
 use crate::under_finger::UnderFinger;
 use crate::whole_trial;
-use plausibility::Implausible;
 use recording::Manifest;
-use recording::manifest::{Body, RecordedIntervalKind};
+use recording::manifest::RecordedIntervalKind;
 use recording::pipeline::PickupOffset;
 use study::provenance::Provenance;
 
@@ -51,17 +51,33 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
         return Ok(forces_alone::findings(folder, reading, rules));
     }
     let is_carrier_missing = reading.is_carrier_missing();
-    let implausible = implausible_forces(&reading);
+    let mut implausible = consistency::implausible(&reading);
     let mut zero = subtract_zero(&mut reading);
     let mut plate = FreePlate::read(&reading, rules.contact_n / 2.0);
     let pickup = plate.pickup_offset().unwrap_or_default();
-    if pickup != PickupOffset::default() {
-        reading = demodulation::read(folder, pickup)?;
+    let read_again = |clock: Option<ForceClock>| -> Result<_, RecordingError> {
+        let mut reading = demodulation::read(folder, pickup)?;
         reading
             .flaws
             .extend(pickup_flaws(pickup, stated_phase_rad(&reading.manifest)));
-        zero = subtract_zero(&mut reading);
-        plate = FreePlate::read(&reading, rules.contact_n / 2.0);
+        clock.inspect(|clock| clock.correct(&mut reading.record.force));
+        let zero = subtract_zero(&mut reading);
+        let plate = FreePlate::read(&reading, rules.contact_n / 2.0);
+        Ok((reading, zero, plate))
+    };
+    if pickup != PickupOffset::default() {
+        (reading, zero, plate) = read_again(None)?;
+    }
+    let clock = ForceClock::read(&reading, plate.z_p()).filter(|_| implausible.is_empty());
+    if clock.is_some() {
+        (reading, zero, plate) = read_again(clock)?;
+    }
+    if implausible.is_empty() {
+        implausible.extend(consistency::tared(&reading, rules.contact_n));
+    }
+    implausible.extend(clock.iter().flat_map(ForceClock::flaws));
+    if is_carrier_missing {
+        implausible.extend(consistency::without_carrier(folder, &reading)?);
     }
     let DemodulatedRecording {
         manifest,
@@ -134,12 +150,21 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
         findings.flaws.extend(plate_flaws);
         findings.flaws.extend(off_resonance.map(Flaw::from));
     }
+    if findings.withheld_reason().is_some() {
+        findings.withhold();
+        return Ok(findings);
+    }
 
     for (direction, start_s, end_s) in explorations {
         findings.explore(&record, direction, (start_s, end_s), settings);
     }
     let readings = plate_references::read(&record, rules.contact_n / 2.0);
     findings.fit_together(&readings, settings);
+    findings.flaws.extend(consistency::contact_area(&findings));
+    if findings.withheld_reason().is_some() {
+        findings.withhold();
+        return Ok(findings);
+    }
     if let Some(instance) = findings.first_dynamic_instance() {
         findings.model_check = model_check::bands(
             &instance.finger,
@@ -158,19 +183,6 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
 fn stated_phase_rad(manifest: &Manifest) -> f64 {
     let signals = manifest.signals();
     signals.map_or(0.0, |signals| signals.channels.pickup.phase_rad)
-}
-
-/// Returns the forces of a recording that no finger makes; of another body nothing is known.
-pub(crate) fn implausible_forces(reading: &DemodulatedRecording) -> Vec<Implausible> {
-    if reading.manifest.contact.body == Body::Other {
-        return Vec::new();
-    }
-    let explorations = explorations(&reading.manifest).into_iter();
-    let explorations_s: Vec<(f64, f64)> = explorations
-        .map(|(_, start_s, end_s)| (start_s, end_s))
-        .collect();
-    let unloaded_s = reading.manifest.unloaded_s();
-    plausibility::forces(&reading.record.force, &explorations_s, &unloaded_s)
 }
 
 /// Takes the forces of a recording against its own zero, and returns the zero.
@@ -265,7 +277,7 @@ fn copies_flaw(folder: &Path, manifest: &Manifest) -> Option<Flaw> {
 
 impl RecordingFindings {
     /// Rejects a stretch for a reason that begins with its kind.
-    fn reject(&mut self, direction: Direction, span: (f64, f64), reason: &str) {
+    pub(crate) fn reject(&mut self, direction: Direction, span: (f64, f64), reason: &str) {
         let kind = reason.split(": ").next().unwrap_or(reason);
         self.reject_as(direction, span, (reason, kind));
     }

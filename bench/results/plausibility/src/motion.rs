@@ -1,0 +1,232 @@
+//! Positions of a sliding finger, and the sign of its friction.
+
+use recording::{ForceRow, PositionRow};
+use statistics::{median, quantile};
+
+use crate::Implausible;
+
+/// Longest travel on a plate, m, and greatest speed of an exploring finger, m/s.
+const LONGEST_TRAVEL_M: f64 = 1.0;
+const GREATEST_SPEED_M_PER_S: f64 = 2.0;
+/// Usual travels on a plate, m, by which a unit is recognised.
+const USUAL_TRAVEL_M: [f64; 2] = [0.01, 0.5];
+/// Share of a slide at each end in which the finger starts and stops.
+const END_SHARE: f64 = 0.1;
+/// Fewest positions of a slide.
+const FEWEST: usize = 10;
+/// Share of the lateral force's readings on either side of zero above which its sign is certain.
+const CERTAIN_SHARE: f64 = 0.7;
+
+/// Units in which a position may be given in place of metres: metres per unit, name, and remedy.
+const UNITS: [(f64, &str, &str); 4] = [
+    (1e-3, "millimetres", "divide by 1000"),
+    (1e-2, "centimetres", "divide by 100"),
+    (0.0254, "inches", "multiply by 0.0254"),
+    (1e-6, "micrometres", "divide by 1000000"),
+];
+
+/// Slide of a finger over the plate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slide {
+    /// Whether the position grows, as the recording states it.
+    pub grows: bool,
+    /// Start, s.
+    pub start_s: f64,
+    /// End, s.
+    pub end_s: f64,
+}
+
+impl Slide {
+    /// Returns start and end without the parts in which the finger starts and stops, s.
+    fn middle_s(&self) -> (f64, f64) {
+        let margin_s = END_SHARE * (self.end_s - self.start_s);
+        (self.start_s + margin_s, self.end_s - margin_s)
+    }
+
+    /// Returns the way that the finger goes, m, and its mean speed, m/s; `None` with too few positions.
+    fn way(&self, rows: &[PositionRow]) -> Option<(f64, f64)> {
+        let (start_s, end_s) = self.middle_s();
+        let start = rows.partition_point(|row| row.time_s < start_s);
+        let end = rows.partition_point(|row| row.time_s <= end_s);
+        let is_finite = |row: &&PositionRow| row.position_m.is_finite();
+        let mut inside = rows.get(start..end)?.iter().filter(is_finite);
+        let count = inside.clone().count();
+        let (first, last) = (inside.next()?, inside.next_back()?);
+        let way_m = last.position_m - first.position_m;
+        let time_s = last.time_s - first.time_s;
+        (count >= FEWEST && time_s > 0.0).then_some((way_m, way_m / time_s))
+    }
+}
+
+/// Returns the units in which `travel_m` would be a usual travel, in words with their remedies.
+pub(crate) fn unit_remedy(travel_m: f64) -> String {
+    let [least_m, most_m] = USUAL_TRAVEL_M;
+    let fitting = UNITS
+        .iter()
+        .filter(|(metres, ..)| (least_m..=most_m).contains(&(metres * travel_m)));
+    let words: Vec<String> = fitting
+        .map(|(_, unit, remedy)| format!("it looks like {unit}: {remedy}"))
+        .collect();
+    if words.is_empty() {
+        return "it looks like counts of an encoder: multiply them by the metres of a count"
+            .to_owned();
+    }
+    words.join(", or ")
+}
+
+/// Returns the implausible positions among `rows`.
+#[must_use]
+pub fn positions(rows: &[PositionRow], slides: &[Slide]) -> Vec<Implausible> {
+    let ways: Vec<(bool, f64, f64)> = slides
+        .iter()
+        .filter_map(|slide| {
+            slide
+                .way(rows)
+                .map(|(way_m, speed)| (slide.grows, way_m, speed))
+        })
+        .collect();
+    let Some(travel_m) = ways.iter().map(|way| way.1.abs()).reduce(f64::max) else {
+        return Vec::new();
+    };
+    let speed_m_per_s = median(ways.iter().map(|way| way.2.abs())).unwrap_or_default();
+    if travel_m == 0.0 {
+        return vec![Implausible::PositionStill];
+    }
+    let mut findings = Vec::new();
+    if travel_m > LONGEST_TRAVEL_M || speed_m_per_s > GREATEST_SPEED_M_PER_S {
+        findings.push(Implausible::PositionUnit {
+            travel_m,
+            speed_m_per_s,
+        });
+    }
+    let agrees = |way: &&(bool, f64, f64)| way.0 == (way.1 > 0.0);
+    if !ways.iter().any(|way| agrees(&way)) {
+        findings.push(Implausible::Backwards);
+    }
+    findings
+}
+
+/// Returns the finding of a lateral force against the direction of the slides in all of them; `rows` are taken against the zero.
+#[must_use]
+pub fn lateral_sign(rows: &[ForceRow], slides: &[Slide], contact_n: f64) -> Option<Implausible> {
+    let sides = slides.iter().filter_map(|slide| {
+        let (start_s, end_s) = slide.middle_s();
+        let is_inside = |row: &&ForceRow| {
+            (start_s..=end_s).contains(&row.time_s)
+                && row.normal_n >= contact_n
+                && row.lateral_n.is_finite()
+        };
+        let forward = if slide.grows { 1.0 } else { -1.0 };
+        let lateral = rows
+            .iter()
+            .filter(is_inside)
+            .map(|row| forward * row.lateral_n);
+        let mut lateral: Vec<f64> = lateral.collect();
+        lateral.sort_by(f64::total_cmp);
+        let (low, high) = (
+            quantile(&lateral, 1.0 - CERTAIN_SHARE)?,
+            quantile(&lateral, CERTAIN_SHARE)?,
+        );
+        (lateral.len() >= FEWEST).then_some((low, high))
+    });
+    let sides: Vec<(f64, f64)> = sides.collect();
+    let is_against = |side: &(f64, f64)| side.1 < 0.0;
+    (!sides.is_empty() && sides.iter().all(is_against)).then_some(Implausible::LateralSign)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A finger that slides by 85 mm from 1 to 2.7 s and back from 3 to 4.7 s.
+    fn rows(scale: f64) -> Vec<PositionRow> {
+        let row = |step: u32| {
+            let time_s = f64::from(step) * 1e-3;
+            let forth = ((time_s - 1.0) / 1.7).clamp(0.0, 1.0);
+            let back = ((time_s - 3.0) / 1.7).clamp(0.0, 1.0);
+            PositionRow {
+                time_s,
+                position_m: scale * (0.01 + 0.085 * (forth - back)),
+            }
+        };
+        (0..5000).map(row).collect()
+    }
+
+    fn slides() -> [Slide; 2] {
+        [(true, 1.0, 2.7), (false, 3.0, 4.7)].map(|(grows, start_s, end_s)| Slide {
+            grows,
+            start_s,
+            end_s,
+        })
+    }
+
+    #[test]
+    fn units_directions_and_still_positions_are_named() {
+        assert_eq!(positions(&rows(1.0), &slides()), []);
+        assert_eq!(positions(&[], &slides()), []);
+        assert_eq!(positions(&rows(-1.0), &slides()), [Implausible::Backwards]);
+        assert_eq!(
+            positions(&rows(0.0), &slides()),
+            [Implausible::PositionStill]
+        );
+        for (scale, unit) in [
+            (1e3, "millimetres: divide by 1000"),
+            (1e2, "centimetres"),
+            (2e5, "counts"),
+        ] {
+            let [found] = &positions(&rows(scale), &slides())[..] else {
+                panic!("{scale}");
+            };
+            assert!(found.to_string().contains(unit), "{found}");
+            assert!(found.spoils_estimates());
+        }
+        // A finger that turns round in one slide, or goes one way only, contradicts nothing.
+        let one = [
+            Slide {
+                grows: false,
+                ..slides()[0]
+            },
+            slides()[1],
+        ];
+        assert_eq!(positions(&rows(1.0), &one), []);
+    }
+
+    #[test]
+    fn friction_against_every_slide_is_named() {
+        let forces = |sign: f64| -> Vec<ForceRow> {
+            let row = |step: u32| {
+                let time_s = f64::from(step) * 1e-3;
+                let direction = if time_s < 2.85 { sign } else { -sign };
+                let friction = 0.3 * (1.0 + (40.0 * time_s).sin());
+                ForceRow {
+                    time_s,
+                    normal_n: 0.6,
+                    lateral_n: 0.6 * direction * friction,
+                }
+            };
+            (0..5000).map(row).collect()
+        };
+        assert_eq!(lateral_sign(&forces(1.0), &slides(), 0.1), None);
+        assert_eq!(
+            lateral_sign(&forces(-1.0), &slides(), 0.1),
+            Some(Implausible::LateralSign)
+        );
+        assert_eq!(
+            lateral_sign(&forces(-1.0), &slides(), 1.0),
+            None,
+            "no contact"
+        );
+        let same = [
+            Slide {
+                grows: true,
+                ..slides()[1]
+            },
+            slides()[0],
+        ];
+        assert_eq!(
+            lateral_sign(&forces(-1.0), &same, 0.1),
+            None,
+            "one of two directions"
+        );
+    }
+}

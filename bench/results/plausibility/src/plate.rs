@@ -1,0 +1,201 @@
+//! Scales, quantity and order of drive and pickup, by the answer of the free plate to its own modulation.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use force_alignment::TellingFactor;
+use impedance::{Transient, ZmFrame};
+use num_complex::Complex64;
+use statistics::wrap_rad;
+
+use crate::Implausible;
+
+/// Largest distance of a phase from that of another quantity, rad.
+const PHASE_RAD: f64 = 0.25;
+/// Tolerance of a telling factor, relative: three standard errors of an assumed modal mass, force factor and pickup.
+const FACTOR_TOLERANCE: f64 = 0.1;
+/// Ratio of the scales, or its inverse, beyond which no number of the plate has a meaning.
+const GREATEST_RATIO: f64 = 1.9;
+/// Lead of the pickup beyond which the channels are exchanged, s: converters delay a channel by less.
+const GREATEST_LEAD_S: f64 = 0.3e-3;
+/// Fewest periods of the modulation by which a lead is read.
+const FEWEST_PERIODS: f64 = 2.0;
+/// Smallest share of the stated modulation that envelopes must have at its frequency: a triangle or a square has more.
+const SMALLEST_SHARE: f64 = 0.5;
+/// Smallest modulation of both envelopes relative to their means.
+const SMALLEST_MODULATION: f64 = 0.1;
+
+/// Quantity that a pickup may read in place of a displacement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// A velocity, which leads by a quarter of a turn.
+    Velocity,
+    /// An acceleration, or a displacement of the other sign.
+    Acceleration,
+}
+
+impl Quantity {
+    pub(crate) fn words(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Velocity => (
+                "a velocity",
+                "divide metres_per_unit by 2π·carrier_hz and take π/2 from phase_rad",
+            ),
+            Self::Acceleration => (
+                "an acceleration, or of a displacement of the other sign",
+                "divide metres_per_unit by (2π·carrier_hz)² if it is one, and take π from phase_rad",
+            ),
+        }
+    }
+}
+
+/// Returns the finding of a phase that must be added to the pickup's and that is that of another quantity.
+#[must_use]
+pub fn pickup_quantity(turn_rad: f64) -> Option<Implausible> {
+    let is_near = |phase_rad: f64| wrap_rad(turn_rad - phase_rad).abs() < PHASE_RAD;
+    let quantity = if is_near(-FRAC_PI_2) {
+        Some(Quantity::Velocity)
+    } else {
+        is_near(PI).then_some(Quantity::Acceleration)
+    };
+    quantity.map(|quantity| Implausible::PickupQuantity { quantity })
+}
+
+/// Returns the finding of the scales by the free plate's answer to the modulation, which must be clear.
+#[must_use]
+pub fn plate_scale(transient: &Transient) -> Option<Implausible> {
+    let ratio = transient.mass_ratio;
+    let is_off = ratio.is_nan() || ratio.max(ratio.recip()) > GREATEST_RATIO;
+    match TellingFactor::of_ratio(ratio, FACTOR_TOLERANCE) {
+        Some(factor) => Some(Implausible::ScaleFactor { ratio, factor }),
+        None => is_off.then_some(Implausible::Scale { ratio }),
+    }
+}
+
+/// Returns the finding of the envelopes of drive and pickup, by frames of the free plate: a modulation of another frequency, or a
+/// pickup that leads, although a plate follows its drive.
+#[must_use]
+pub fn envelopes(
+    frames: &[ZmFrame],
+    modulation_hz: f64,
+    modulation_index: f64,
+) -> Option<Implausible> {
+    let (first, last) = (frames.first()?, frames.last()?);
+    let periods = ((last.time_s - first.time_s) * modulation_hz).floor();
+    if periods.is_nan() || periods < FEWEST_PERIODS {
+        return None;
+    }
+    let end_s = first.time_s + periods / modulation_hz;
+    let clear = || {
+        frames
+            .iter()
+            .filter(|frame| frame.mask.is_clear() && frame.time_s < end_s)
+    };
+    let n = clear().count() as f64;
+    let tone = |envelope: fn(&ZmFrame) -> f64| {
+        let mean = clear().map(envelope).sum::<f64>() / n;
+        let turned = |frame: &ZmFrame| {
+            (envelope(frame) - mean) * Complex64::cis(-TAU * modulation_hz * frame.time_s)
+        };
+        2.0 * clear().map(turned).sum::<Complex64>() / n / mean
+    };
+    let drive = tone(|frame| frame.drive_v.norm());
+    let pickup = tone(|frame| frame.amplitude_m);
+    let share = drive.norm();
+    if share < SMALLEST_SHARE * modulation_index
+        && pickup.norm() < SMALLEST_SHARE * modulation_index
+    {
+        return Some(Implausible::OtherModulation {
+            stated_hz: modulation_hz,
+            share,
+        });
+    }
+    if share.min(pickup.norm()) < SMALLEST_MODULATION {
+        return None;
+    }
+    let lead_s = (pickup * drive.conj()).arg() / (TAU * modulation_hz);
+    (lead_s > GREATEST_LEAD_S).then_some(Implausible::ChannelsExchanged { lead_s })
+}
+
+#[cfg(test)]
+mod tests {
+    use impedance::Mask;
+
+    use super::*;
+
+    fn transient(mass_ratio: f64) -> Transient {
+        Transient {
+            phase_rad: 0.0,
+            phase_error_rad: 1e-3,
+            delay_s: 0.0,
+            delay_error_s: 1e-6,
+            mass_ratio,
+            residual: 1e-3,
+        }
+    }
+
+    #[test]
+    fn telling_factors_and_other_quantities_are_named() {
+        assert_eq!(plate_scale(&transient(1.05)), None);
+        for (ratio, words) in [
+            (20.0, "20, as the gain"),
+            (0.051, "1/20, as the gain"),
+            (1.43, "√2, as RMS"),
+            (0.49, "1/2, as peak-to-peak"),
+            (2.9, "2√2, as peak-to-peak values in place of RMS"),
+        ] {
+            let found = plate_scale(&transient(ratio)).unwrap();
+            assert!(found.to_string().contains(words), "{found}");
+            assert!(found.spoils_estimates());
+        }
+        let far = plate_scale(&transient(1.0 / (TAU * 35e3))).unwrap();
+        assert!(
+            matches!(far, Implausible::Scale { .. }) && far.spoils_plate(),
+            "{far:?}"
+        );
+        assert_eq!(pickup_quantity(0.3), None);
+        for (turn_rad, words) in [
+            (-FRAC_PI_2, "a velocity"),
+            (-PI, "an acceleration"),
+            (3.1, "an acceleration"),
+        ] {
+            let found = pickup_quantity(turn_rad).unwrap();
+            assert!(found.to_string().contains(words), "{found}");
+        }
+    }
+
+    #[test]
+    fn a_drive_that_follows_the_pickup_is_exchanged_with_it() {
+        let frames = |late_s: f64| -> Vec<ZmFrame> {
+            let frame = |step: u32| {
+                let time_s = f64::from(step) / 2000.0;
+                let envelope = |time_s: f64| 1.0 + 0.9 * (TAU * 6.0 * time_s).sin();
+                ZmFrame {
+                    sample: u64::from(step),
+                    time_s,
+                    mask: Mask::CLEAR,
+                    drive_v: Complex64::new(20.0 * envelope(time_s), 0.0),
+                    displacement_m: Complex64::ONE,
+                    amplitude_m: 1e-6 * envelope(time_s - late_s),
+                    amplitude_rate_m_per_s: 0.0,
+                    amplitude_std_m: 1e-9,
+                    plain_n_s_per_m: Complex64::ONE,
+                    plain_std_n_s_per_m: 0.01,
+                    corrected_n_s_per_m: Complex64::ONE,
+                    corrected_std_n_s_per_m: 0.01,
+                }
+            };
+            (0..1600).map(frame).collect()
+        };
+        assert_eq!(envelopes(&frames(2.3e-3), 6.0, 0.95), None);
+        assert_eq!(
+            envelopes(&frames(2.3e-3)[..400], 6.0, 0.95),
+            None,
+            "too short"
+        );
+        let found = envelopes(&frames(-2.3e-3), 6.0, 0.95);
+        assert!(
+            matches!(found, Some(Implausible::ChannelsExchanged { .. })),
+            "{found:?}"
+        );
+    }
+}

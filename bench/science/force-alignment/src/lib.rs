@@ -1,0 +1,244 @@
+//! Self-consistency of the forces and the film of a recording.
+//!
+//! A finger on the plate changes the plate's impedance, and friction falls with the plate's amplitude. Both are seen on the clock
+//! of drive and pickup, and both are in the forces. So a recording states the offset of the forces' clock against the drive's,
+//! and its rate, without a further signal:
+//!
+//! 1. [`contact`]: the impedance in excess of the free plate's follows the normal force. Landing and lift-off, and each
+//!    minimum of the amplitude between them, place the forces within a fraction of a modulation period.
+//! 2. [`friction`]: within that range, the lateral force is explained best by the amplitude where the clocks agree. Minima one
+//!    modulation period away are excluded by the first step.
+//!
+//! Neither uses a constant of the finger or a scale of a channel: in each bin of amplitude, impedance and lateral force are any
+//! line of the normal force.
+//!
+//! | topic | item |
+//! | --- | --- |
+//! | offset and rate of a recording | [`align`] |
+//! | common rate of several recordings of a clock | [`joint_rate`] |
+//! | factors of amplifiers, RMS and peak-to-peak values | [`TellingFactor`] |
+//! | columns of forces that are exchanged | [`roles`] |
+//! | zero of the lateral force by strokes there and back | [`strokes`] |
+
+mod bins;
+pub mod contact;
+pub mod friction;
+mod grid;
+mod least;
+pub mod roles;
+pub mod strokes;
+mod telling_factor;
+
+use impedance::ZmFrame;
+use num_complex::Complex64;
+
+pub use grid::ForceGrid;
+pub use telling_factor::{Cause, TellingFactor};
+
+use contact::{ContactSearch, Shift};
+use friction::Slides;
+
+/// Readings of the force sensor, at the times that its file states.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ForceSample {
+    /// Stated time, s.
+    pub time_s: f64,
+    /// Normal force, in any unit.
+    pub normal: f64,
+    /// Lateral force, in any unit.
+    pub lateral: f64,
+}
+
+/// Plate and finger as drive and pickup show them.
+#[derive(Debug, Clone, Copy)]
+pub struct Film<'a> {
+    /// Impedance frames, in order.
+    pub frames: &'a [ZmFrame],
+    /// Impedance of the free plate, N·s/m.
+    pub z_p_n_s_per_m: Complex64,
+    /// Frequency of the modulation, Hz.
+    pub modulation_hz: f64,
+    /// Starts and ends of the slides, s.
+    pub slides_s: &'a [(f64, f64)],
+}
+
+/// Value with its standard error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// Value.
+    pub value: f64,
+    /// Standard error.
+    pub std: f64,
+}
+
+impl Estimate {
+    /// Returns the half width of the 95 % interval.
+    #[must_use]
+    pub fn half_width95(self) -> f64 {
+        statistics::NORMAL_95 * self.std
+    }
+}
+
+/// Point of a residual over the delay of the forces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CurvePoint {
+    /// Delay of the forces, s.
+    pub delay_s: f64,
+    /// Share of the variance that the forces leave unexplained.
+    pub residual: f64,
+}
+
+/// Minimum of the friction's residual that contact excludes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FalseMinimum {
+    /// Delay of the forces there, s.
+    pub delay_s: f64,
+    /// Residual of friction there.
+    pub residual: f64,
+    /// Residual of contact there, as a multiple of the least one.
+    pub contact_ratio: f64,
+}
+
+/// Clock of the forces against that of drive and pickup.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Alignment {
+    /// Delay of the forces at [`centre_s`](Self::centre_s), s: positive if they come late. The error includes the time by
+    /// which friction follows the film, which a recording cannot distinguish from a delay.
+    pub delay_s: Estimate,
+    /// Standard error of the delay without that time, s: that of a difference between recordings of a bench.
+    pub random_std_s: f64,
+    /// Excess of the rate of the forces' clock, of its stated times over true ones, relative.
+    pub rate: Estimate,
+    /// Time at which the delay is stated, s, on the drive's clock.
+    pub centre_s: f64,
+    /// Time from the first to the last slide, s.
+    pub length_s: f64,
+    shift: Shift,
+}
+
+/// Evidence of an alignment, to be drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curves {
+    /// Residual of the contact over the delay.
+    pub contact: Vec<CurvePoint>,
+    /// Residual of the friction over the delay.
+    pub friction: Vec<CurvePoint>,
+    /// Minima of the friction's residual that the contact excludes.
+    pub false_minima: Vec<FalseMinimum>,
+}
+
+impl Alignment {
+    /// Returns the ppm of `t_drive = offset + t_file (1 + ppm 1e-6)`, with its standard error.
+    #[must_use]
+    pub fn ppm(&self) -> Estimate {
+        Estimate {
+            value: 1e6 * ((1.0 + self.rate.value).recip() - 1.0),
+            std: 1e6 * self.rate.std,
+        }
+    }
+
+    /// Returns the offset of `t_drive = offset + t_file (1 + ppm 1e-6)`, s, with its standard error, for a rate of `ppm`.
+    #[must_use]
+    pub fn offset_s(&self, ppm: f64) -> Estimate {
+        let file_s = self.centre_s + self.delay_s.value;
+        Estimate {
+            value: self.centre_s - file_s * (1.0 + 1e-6 * ppm),
+            std: self.delay_s.std,
+        }
+    }
+}
+
+/// Reasons why the clock of the forces cannot be told.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum Unaligned {
+    /// There are too few readings, frames or slides.
+    #[error("fewer than 0.5 s of slides have forces and impedances")]
+    TooShort,
+    /// The impedance does not follow the normal force at any delay.
+    #[error("the plate's impedance follows the normal force at no delay")]
+    NoContact,
+    /// The lateral force does not follow the amplitude.
+    #[error("the lateral force does not change with the amplitude")]
+    NoFriction,
+    /// Several delays explain the forces equally well.
+    #[error("delays of {first_s:.3} and {second_s:.3} s explain the forces equally well")]
+    Ambiguous {
+        /// One delay, s.
+        first_s: f64,
+        /// The other delay, s.
+        second_s: f64,
+    },
+}
+
+/// Finds the delay and rate of the forces' clock against that of drive and pickup.
+///
+/// # Errors
+/// [`Unaligned`], which names the reason why it cannot be told.
+pub fn align(film: &Film<'_>, forces: &[ForceSample]) -> Result<Alignment, Unaligned> {
+    let grid = ForceGrid::new(forces).ok_or(Unaligned::TooShort)?;
+    let search = ContactSearch::new(film, &grid).ok_or(Unaligned::TooShort)?;
+    let contact = search.best().ok_or(Unaligned::NoContact)?;
+    let slides = Slides::new(film, &grid).ok_or(Unaligned::TooShort)?;
+    let fit = slides.fit(&contact)?;
+    Ok(Alignment {
+        delay_s: fit.delay_s,
+        random_std_s: fit.random_std_s,
+        rate: fit.rate,
+        centre_s: slides.centre_s(),
+        length_s: slides.length_s(),
+        shift: fit.shift,
+    })
+}
+
+/// Returns the residuals about an alignment of the same film and forces.
+#[must_use]
+pub fn curves(film: &Film<'_>, forces: &[ForceSample], alignment: &Alignment) -> Option<Curves> {
+    let grid = ForceGrid::new(forces)?;
+    let search = ContactSearch::new(film, &grid)?;
+    let (friction, minima) = Slides::new(film, &grid)?.curve(alignment.shift);
+    let false_minima = minima.into_iter().map(|minimum| FalseMinimum {
+        delay_s: minimum.delay_s,
+        residual: minimum.residual,
+        contact_ratio: search.ratio(minimum.delay_s, alignment.shift),
+    });
+    let false_minima = false_minima.collect();
+    Some(Curves {
+        contact: search.curve(alignment.shift.rate),
+        friction,
+        false_minima,
+    })
+}
+
+/// Returns the common rate of a clock over several recordings, each with an offset of its own: the mean weighted by the errors.
+#[must_use]
+pub fn joint_rate(rates: &[Estimate]) -> Option<Estimate> {
+    let certain = || {
+        rates
+            .iter()
+            .filter(|rate| rate.std > 0.0 && rate.std.is_finite())
+    };
+    let weight = |rate: &Estimate| rate.std.powi(-2);
+    let weights: f64 = certain().map(weight).sum();
+    (weights > 0.0).then(|| {
+        let value = certain().map(|rate| weight(rate) * rate.value).sum::<f64>() / weights;
+        let n = certain().count() as f64;
+        let squares: f64 = certain()
+            .map(|rate| weight(rate) * (rate.value - value).powi(2))
+            .sum();
+        // Rates that scatter by more than their errors widen the common one's.
+        let excess = if n > 1.0 {
+            (squares / (n - 1.0)).max(1.0)
+        } else {
+            1.0
+        };
+        Estimate {
+            value,
+            std: (excess / weights).sqrt(),
+        }
+    })
+}
+
+/// Compiles and runs the example in the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExample;

@@ -30,7 +30,7 @@ fn method(findings: &RecordingFindings) -> Method {
 }
 
 impl FrictionSeries {
-    /// Takes the frames of all explorations, in time order; `None` if there are none. Estimates that no reading supports are left out,
+    /// Takes the frames of all explorations, in time order; `None` without frames. Estimates that no reading supports are left out,
     /// and so are the columns of streams that the recording lacks.
     pub(crate) fn new(findings: &RecordingFindings) -> Option<Self> {
         let explorations = findings.explorations.as_slice();

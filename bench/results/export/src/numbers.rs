@@ -70,8 +70,8 @@ pub(crate) fn write_numbers(
                     return Err(FillError::Changed);
                 }
                 let end = place + block.len() as u64;
-                let within = |index: u64| (index.clamp(place, end) - place) as usize;
-                let wanted = &block[within(range.start)..within(range.end)];
+                let offset = |index: u64| (index.clamp(place, end) - place) as usize;
+                let wanted = &block[offset(range.start)..offset(range.end)];
                 bytes.clear();
                 for value in wanted {
                     match stream.is_single() {

@@ -1,4 +1,4 @@
-//! Streams of a recording as tables, whatever was recorded: samples, envelopes, or forces alone.
+//! Streams of a recording as tables: samples or envelopes with forces and positions, or forces alone.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ use crate::stream::{RowTimes, Stream, StreamSource};
 pub(crate) struct RecordedTables {
     /// Rate of samples or envelopes, Hz, in which events are counted; `None` if only forces were recorded.
     pub(crate) rate_hz: Option<f64>,
-    /// Samples of all channels; `None` if there are none, or if they are left out.
+    /// Samples of all channels; `None` without samples, or if they are left out.
     pub(crate) signals: Option<ExportedTable>,
     /// Other streams with the times of their rows.
     pub(crate) timed: Vec<TimedTable>,

@@ -152,7 +152,7 @@ pub(crate) struct RowTimes {
 const MOST_DIFFERENCES: usize = 10_000;
 
 impl RowTimes {
-    /// Reads all rows; `None` if there are none.
+    /// Reads all rows; `None` without rows.
     pub(crate) fn read<R: CsvRow>(rows: RowReader<R>) -> Result<Option<Self>, ReadError> {
         let (mut count, mut first_s, mut last_s) = (0, 0.0, 0.0);
         let mut differences_s = Vec::new();

@@ -20,7 +20,7 @@ use crate::{bids, csv_tables, mat, npz};
 /// `export`
 #[derive(Debug, Args)]
 pub struct ExportOptions {
-    /// Study whose accepted trials are exported; or a participant, a session or a recording of it.
+    /// Study of which the accepted trials are exported; or a participant, a session or a recording of it.
     #[arg(value_name = "STUDY")]
     pub study: PathBuf,
     /// Folder for the files, outside the study; created if it does not exist. Files that are there and equal are left.

@@ -130,7 +130,7 @@ fn age(text: &str) -> Option<String> {
     (is_number || text == "89+").then(|| text.to_owned())
 }
 
-/// Returns the word that a text is, whatever its case, or of which it is the first letter.
+/// Returns the word that equals a text in any case, or begins with it if it is a letter.
 fn word(text: &str, words: &[&str]) -> Option<String> {
     let is_form =
         |word: &&&str| text.eq_ignore_ascii_case(word) || text.eq_ignore_ascii_case(&word[..1]);

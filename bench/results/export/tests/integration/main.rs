@@ -147,10 +147,10 @@ fn a_folder_with_other_files_and_the_study_itself_are_refused() {
         let error = run(&[&study.study(), &to], format).unwrap_err().to_string();
         assert!(error.contains("thesis.tex"), "{error}");
     }
-    let within = study.study().join("sub-01/export");
-    let error = run(&[&study.study(), &within], "npz").unwrap_err();
+    let inner = study.study().join("sub-01/export");
+    let error = run(&[&study.study(), &inner], "npz").unwrap_err();
     assert!(matches!(error, ExportError::InsideStudy { .. }), "{error}");
-    assert!(!within.exists());
+    assert!(!inner.exists());
 }
 
 #[test]

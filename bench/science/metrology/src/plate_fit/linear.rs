@@ -21,33 +21,37 @@ impl LinearFit {
     pub fn new(mut columns: Vec<Vec<Complex64>>, data: &[Complex64]) -> Option<Self> {
         let count = columns.len();
         let mut residual = data.to_vec();
-        let mut upper = vec![vec![Complex64::ZERO; count]; count];
+        // Shares of the columns before each one, and the length of the rest.
+        let mut shares: Vec<(Vec<Complex64>, f64)> = Vec::with_capacity(count);
         let mut projections = Vec::with_capacity(count);
         for k in 0..count {
             let (done, rest) = columns.split_at_mut(k);
             let column = rest.first_mut()?;
             let length = norm(column);
-            for (j, unit) in done.iter().enumerate() {
+            let mut before = Vec::with_capacity(k);
+            for unit in done.iter() {
                 let share = product(unit, column);
                 subtract(column, share, unit);
-                upper[j][k] = share;
+                before.push(share);
             }
             let rest = norm(column);
-            if !(rest > INDEPENDENT * length) {
+            if rest.is_nan() || rest <= INDEPENDENT * length {
                 return None;
             }
             for value in column.iter_mut() {
                 *value /= rest;
             }
-            upper[k][k] = rest.into();
+            shares.push((before, rest));
             let projection = product(column, &residual);
             subtract(&mut residual, projection, column);
             projections.push(projection);
         }
         let mut coefficients = vec![Complex64::ZERO; count];
         for k in (0..count).rev() {
-            let known: Complex64 = (k + 1..count).map(|j| upper[k][j] * coefficients[j]).sum();
-            coefficients[k] = (projections[k] - known) / upper[k][k];
+            let known: Complex64 = (k + 1..count)
+                .map(|j| shares[j].0[k] * coefficients[j])
+                .sum();
+            coefficients[k] = (projections[k] - known) / shares[k].1;
         }
         Some(Self {
             coefficients,

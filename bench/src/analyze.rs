@@ -290,7 +290,11 @@ fn report(analysis: &RecordingAnalysis) {
                 let _ = writeln!(stderr, "{path}: warning: {}", escaped(&flaw.to_string()));
             }
             if let Some(reasons) = rejections(findings) {
-                let _ = writeln!(stderr, "{path}: warning: no instance: {}", escaped(&reasons));
+                let _ = writeln!(
+                    stderr,
+                    "{path}: warning: no instance: {}",
+                    escaped(&reasons)
+                );
             }
         }
         Err(error) => {

@@ -241,7 +241,7 @@ fn a_session_records_the_wavelength_across_the_plate() {
     }
     let analysis = analyse(&recordings, &Settings::default(), |_| {});
     let findings = analysis.findings().next().unwrap();
-    assert!(findings.plate().across.is_some() && !findings.instances.is_empty());
+    assert!(findings.plate().unwrap().across.is_some() && !findings.instances.is_empty());
 }
 
 /// A computer without GPIO or sensor lines: forces, position, e-stop, enable and heartbeat are behind a field box.

@@ -34,8 +34,7 @@ use friction_bench::run::{self, ProtocolFile, SessionPlan};
 use friction_bench::verbosity::Verbosity;
 use friction_bench::{
     analyze, calibrate as calibration, dates, drilling, ending, estop, exclude, export, forget,
-    importing,
-    monitor, privacy, protocol_outlook, verify,
+    importing, monitor, privacy, protocol_outlook, verify,
 };
 use output::{print, print_data};
 use preflight::Extent;

@@ -541,7 +541,8 @@ fn touch(recording: &Path, until_s: f64) {
 fn a_carrier_that_is_not_there_is_named() {
     for channel in [Channel::Drive, Channel::Pickup] {
         let recording = damaged(|r| {
-            let channels = read_manifest(r).unwrap().channels;
+            let manifest = read_manifest(r).unwrap();
+            let channels = &manifest.signals().unwrap().channels;
             let index = match channel {
                 Channel::Drive => channels.drive.index,
                 Channel::Pickup => channels.pickup.index,

@@ -121,7 +121,7 @@ fn the_fit_of_a_session_knows_the_profile_too_and_hands_it_on() {
     PUBLISHED.record(even_folder.path());
     uneven.record(folder.path());
     state_profile(folder.path(), |x| uneven.scenario().plate.shape(x));
-    let profile = AmplitudeProfile::from(findings(folder.path()).plate());
+    let profile = AmplitudeProfile::from(findings(folder.path()).plate().unwrap());
     let uniform = AmplitudeProfile::default();
     let even = trial_fit(even_folder.path(), &uniform);
     let [known, unknown] = [&profile, &uniform].map(|profile| trial_fit(folder.path(), profile));
@@ -178,7 +178,7 @@ fn a_profile_of_ones_changes_no_bit() {
     let plain = findings(folder.path());
     state_profile(folder.path(), |_| 1.0);
     let profiled = findings(folder.path());
-    assert!(profiled.plate().profile.is_some() && !profiled.instances.is_empty());
+    assert!(profiled.plate().unwrap().profile.is_some() && !profiled.instances.is_empty());
     for method in Method::BOTH {
         assert_eq!(estimates(&profiled, method), estimates(&plain, method));
     }

@@ -59,7 +59,11 @@ pub(super) fn figure(
     let correcting_method = correcting_method
         .into_iter()
         .find(|method| selection.methods.contains(method));
-    let profile_method = correcting_method.filter(|_| findings.plate().is_some_and(|plate| plate.profile.is_some()));
+    let profile_method = correcting_method.filter(|_| {
+        findings
+            .plate()
+            .is_some_and(|plate| plate.profile.is_some())
+    });
     if let Some(method) = profile_method {
         let finger_amplitude = time_course(exploration.method_amplitude_m(method), MICRO);
         amplitude.push(line(method, finger_amplitude));

@@ -79,10 +79,16 @@ impl Search<'_> {
             .iter()
             .map(|(_, from_s, to_s)| (*from_s, *to_s))
             .collect();
+        // The plate alone, after the recording, has no forces.
+        let duration_s = self.drive_time.duration_s;
+        let count = record
+            .frames
+            .partition_point(|frame| frame.time_s < duration_s);
+        let frames = &record.frames[..count];
         let mut placed = alignment::find(
             (normal, lateral),
             clock,
-            (&record.frames, unloaded.z_p_n_s_per_m),
+            (frames, unloaded.z_p_n_s_per_m),
             (self.modulation_hz, &slides_s),
             self.common_ppm,
         )?;

@@ -210,7 +210,7 @@ fn mistakes_that_show_are_refused_by_name() {
             "rate_hz = 96e3",
             "correct it, or write \"file\"",
         ),
-        ("'[:,0]'", "'[:,9]'", "[:,9]"),
+        ("'[:,0]'", "'[:,9]'", "the index 9 is beyond its end"),
         (
             "from = \"normal_n\"",
             "from = \"normal\"",

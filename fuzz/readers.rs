@@ -19,7 +19,6 @@ use jiff::Timestamp;
 use mock_world::scenario::Scenario;
 use protocols::Protocol;
 use recording::study::event_log;
-use recording::wav::{AudioFormat, WavReader, header};
 use recording::{
     FORCE_FILE, MANIFEST_FILE, Manifest, POSITION_FILE, RecordingReader, SIGNALS_FILE,
 };
@@ -27,6 +26,7 @@ use safety::PlateHeat;
 use sha2::{Digest, Sha256};
 use sources::serial::{ForceSample, decoder};
 use study::exclusions::EXCLUSIONS_FILE;
+use wav_files::{AudioFormat, WavReader, header};
 
 const MANIFEST: &str = r#"format = 1
 carrier_hz = 35000.0

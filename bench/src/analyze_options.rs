@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use analysis::estimate::Method;
-use analysis::published::TableFormat;
 use clap::{Args, ValueEnum};
 use published_figures::measured::FigureSelection;
+use published_statistics::TableFormat;
 use terminal_size::terminal_size_of;
 
 /// Minimum number of columns that a table is made for.

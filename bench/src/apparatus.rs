@@ -8,7 +8,7 @@ use devices::Hardware;
 use safety::Pace;
 
 use crate::cli;
-use crate::displays::Displays;
+use participant_displays::Displays;
 
 pub use live::monitor_task::Watcher;
 

@@ -36,6 +36,7 @@ use crate::calibration_report::CalibrationReport;
 use crate::calibration_report::require_writable;
 use crate::cli;
 use crate::confirmation::confirmed;
+use crate::dates;
 use crate::verbosity::Verbosity;
 
 /// Default name of the calibration file.
@@ -331,7 +332,7 @@ pub fn plate(
             bench,
             &run.calibration,
         )?;
-        let judged = swept.judge(jiff::Timestamp::now(), &options.measure.operator);
+        let judged = swept.judge(dates::now(), &options.measure.operator);
         return run.conclude(PlateProcedure::NAME, judged, Vec::new(), false);
     }
     let mut setup = PlateSetup::new(run.bench.config(), &run.calibration, options.drive_v)?;

@@ -129,7 +129,7 @@ pub fn apparatus_with_faults(setup: Setup) -> (Bench, FaultPanel) {
         voltmeter_port: None,
         hardware,
         watchers,
-        displays: friction_bench::displays::Displays::default(),
+        displays: participant_displays::Displays::default(),
         rehearsed: Vec::new(),
         hands: Some(hands),
         vibrometer_port: Some(vibrometer_port),

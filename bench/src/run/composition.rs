@@ -30,9 +30,9 @@ use super::files::begin_recording;
 use super::participant_session::ParticipantSession;
 use super::plan::SessionPlan;
 use crate::apparatus::Watcher;
-use crate::displays::Displays;
 use crate::session::{Admit, KeptUp, Questions, SessionReport, SessionTask, Wiring};
 use journal::{Entry, Journal, entry_queue};
+use participant_displays::Displays;
 
 /// Everything around the bench that a session shows itself on.
 pub(super) struct Surroundings {

@@ -24,9 +24,9 @@ use tui::event::LogLevel;
 
 use super::report::SessionReport;
 use crate::apparatus::Watcher;
-use crate::displays::Displays;
 use journal::EntrySender;
 use live::readiness::Readiness;
+use participant_displays::Displays;
 
 /// Creates the manifest and the folder of an attempt's recording on the bench in its current state.
 pub type BeginRecording =

@@ -159,7 +159,7 @@ impl Rig {
                 actions,
             }),
             watchers: Vec::new(),
-            displays: friction_bench::displays::Displays::default(),
+            displays: participant_displays::Displays::default(),
             sound: None,
             journal: entries,
             live: LiveSide::new(0.1, config.plate.modal_mass_kg, (refits, fits)),

@@ -213,7 +213,7 @@ fn apparatus(part: &str, folder: &Path) -> anyhow::Result<(BenchHardware, Arc<Ob
     let apparatus = BenchHardware {
         hardware,
         watchers: Vec::new(),
-        displays: friction_bench::displays::Displays::default(),
+        displays: participant_displays::Displays::default(),
         rehearsed: Vec::new(),
         hands: None,
         fault_hand: None,

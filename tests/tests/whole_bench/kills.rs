@@ -20,11 +20,11 @@ use recording::manifest::{End, RecordedIntervalKind};
 use recording::reader::Warning;
 use recording::study::event_log::{Document, ExitStatus};
 use recording::study::{PARTICIPANTS_FILE, TrialLabel};
-use recording::wav::WavWarning;
 use recording::{MANIFEST_FILE, RecordingReader, SIGNALS_FILE};
 use rustix::process::Signal;
 use serde_json::Value;
 use tempfile::TempDir;
+use wav_files::WavWarning;
 
 /// Number of kills in every test run; `FRICTION_BENCH_KILLS` asks for more.
 const KILLS: usize = 30;

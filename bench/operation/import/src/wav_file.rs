@@ -120,7 +120,7 @@ fn header(rate_hz: u32, width: Width, frames: u64) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use recording::wav::WavReader;
+    use wav_files::WavReader;
 
     #[test]
     fn the_file_is_read_back_and_a_sample_that_needs_doubles_is_told() {

@@ -22,14 +22,13 @@ mod rows;
 pub mod storage;
 pub mod study;
 pub mod sums;
-pub mod wav;
 pub mod writer;
 
 pub use csv_rows::{CsvRow, ForceRow, PositionRow, StimulusRow};
 pub use disk::DiskError;
 pub use manifest::Manifest;
 pub use reader::RecordingReader;
-pub use wav::AudioFormat;
+pub use wav_files::AudioFormat;
 pub use writer::RecordingWriter;
 
 /// Manifest, which describes the recording.

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use text_tables::TableFault;
 
 use crate::manifest::ManifestReadError;
-use crate::wav::{WavError, WavWarning};
 use crate::{MANIFEST_FILE, SIGNALS_FILE};
+use wav_files::{WavError, WavWarning};
 
 /// Maximum number of rows per second of a recording; no force or position sensor is that fast.
 pub const MAX_ROWS_PER_S: u64 = 100_000;

@@ -10,10 +10,10 @@ use crate::csv_rows::{CsvRow, ForceRow, PositionRow, StimulusRow};
 use crate::manifest::{Manifest, ManifestReadError, Streams};
 pub use crate::read_error::{ReadError, Warning};
 pub use crate::rows::RowReader;
-use crate::wav::{AudioFormat, WavError, WavReader};
 use crate::{
     ENVELOPES_FILE, FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE, STIMULUS_FILE,
 };
+use wav_files::{AudioFormat, WavError, WavReader};
 
 /// Bytes of audio per read.
 const BUFFER_BYTES: usize = 1 << 18;

@@ -13,8 +13,8 @@ use crate::manifest::{
     RecordingEvent,
 };
 use crate::storage::{FileSystem, Storage};
-use crate::wav::{self, AudioFormat, SAMPLE_BYTES};
 use crate::{FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE};
+use wav_files::{AudioFormat, SAMPLE_BYTES};
 
 /// Frames of NaN per write.
 const GAP_BATCH_FRAMES: u64 = 4096;
@@ -216,7 +216,7 @@ impl RecordingWriter {
         let signals = AppendFile::create(
             &storage,
             folder.join(SIGNALS_FILE),
-            &wav::header(format, 0),
+            &wav_files::header(format, 0),
             Records::Bytes(format.frame_bytes() as usize),
         )?;
         let mut writer = Self {
@@ -420,7 +420,7 @@ impl RecordingWriter {
     /// The operating system refused, or the files were removed; then only the data of an earlier sync are saved.
     pub fn sync(&mut self) -> Result<DiskSize, WriteError> {
         self.signals
-            .set_head(&wav::header(self.format, self.frames))?;
+            .set_head(&wav_files::header(self.format, self.frames))?;
         self.signals.sync()?;
         self.force.file.sync()?;
         self.position.file.sync()?;
@@ -494,10 +494,11 @@ impl RecordingWriter {
 
     fn salvage(&mut self) -> DiskSize {
         let format = self.format;
-        let frames = |bytes: u64| bytes.saturating_sub(wav::HEADER_BYTES) / format.frame_bytes();
+        let frames =
+            |bytes: u64| bytes.saturating_sub(wav_files::HEADER_BYTES) / format.frame_bytes();
         let signals = self
             .signals
-            .salvage(|bytes| wav::header(format, frames(bytes)).to_vec());
+            .salvage(|bytes| wav_files::header(format, frames(bytes)).to_vec());
         let force = self.force.file.salvage(|_| Vec::new());
         let position = self.position.file.salvage(|_| Vec::new());
         if let Ok(bytes) = signals {

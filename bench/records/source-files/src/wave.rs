@@ -6,7 +6,7 @@ use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::sync::Arc;
 
-use recording::wav::{Encoding, Samples, WavError, WavWarning};
+use wav_files::{Encoding, Samples, WavError, WavWarning};
 
 use crate::array::{ArrayInfo, Attribute, Element};
 use crate::bytes::{Section, Stride};

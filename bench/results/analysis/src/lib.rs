@@ -37,7 +37,6 @@ mod plate_reading;
 mod plate_references;
 pub mod printed_settings;
 mod prior_settings;
-pub mod published;
 pub mod recording_analysis;
 mod row_times;
 mod spans;

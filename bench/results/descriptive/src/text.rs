@@ -1,9 +1,9 @@
 //! Groups as lines of a terminal, and their legend.
 
 use analysis::method::Method;
-use analysis::published::wrapped;
 use comfy_table::presets::NOTHING;
 use comfy_table::{ContentArrangement, Table};
+use published_statistics::wrapped;
 
 use crate::groups::{Description, Group, Level, Unit};
 use crate::mean::Mean;

@@ -3,10 +3,10 @@
 use analysis::Analysis;
 use analysis::attempts::AttemptAccount;
 use analysis::printed_settings::PrintedSettings;
-use analysis::published::{Statistics, statistics};
 use descriptive::Description;
 use population::law_check::{LawCheck, law_checks};
 use population::skin::Skin;
+use published_statistics::{Statistics, statistics};
 use serde::ser::Error;
 use serde::{Serialize, Serializer};
 use study::exclusions::{Excluded, RecordingSelection};

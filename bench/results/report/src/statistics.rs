@@ -1,7 +1,7 @@
 //! Published statistics next to those of these recordings.
 
-use analysis::published::{FEWEST, MethodStatistic, Statistic, StatisticRow, Statistics, greek};
 use maud::{Markup, html};
+use published_statistics::{FEWEST, MethodStatistic, Statistic, StatisticRow, Statistics, greek};
 
 use crate::number::{finite, significant};
 

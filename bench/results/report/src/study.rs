@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use analysis::published::{MethodStatistic, Statistic};
 use jiff::Timestamp;
 use maud::{Markup, html};
+use published_statistics::{MethodStatistic, Statistic};
 use study::provenance::Concern;
 
 use crate::content::{RecordingEntry, ReportContent};

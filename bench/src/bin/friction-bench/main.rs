@@ -29,7 +29,6 @@ use friction_bench::apparatus::{BenchHardware, pace};
 use friction_bench::cli::{
     self, Calibrate, Check, Cli, Command, Devices, Drill, Monitor, Run, Speed,
 };
-use friction_bench::displays::Displays;
 use friction_bench::run::{self, ProtocolFile, SessionPlan};
 use friction_bench::verbosity::Verbosity;
 use friction_bench::{
@@ -37,6 +36,7 @@ use friction_bench::{
     importing, monitor, privacy, protocol_outlook, verify,
 };
 use output::{print, print_data};
+use participant_displays::Displays;
 use preflight::Extent;
 use signalgen::audio::{HostChoice, open_host};
 use tasks::{Schedule, SystemClock};

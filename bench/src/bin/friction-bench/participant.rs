@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use escaping::escaped_line;
 use friction_bench::cli::{ParticipantOptions, Run, Speed};
-use friction_bench::displays::{self, Displays};
-use friction_bench::participant_window::{WindowDisplay, default_socket};
+use participant_displays::participant_window::{WindowDisplay, default_socket};
+use participant_displays::Displays;
 use protocols::Texts;
 
 /// Longest time that a session waits for the participant's window before it begins.
@@ -33,7 +33,7 @@ pub fn displays(
 ) -> anyhow::Result<Displays> {
     let mut displays = Displays::default();
     if let Some(terminal) = &options.participant_display {
-        displays.add(displays::terminal(terminal)?);
+        displays.add(participant_displays::terminal(terminal)?);
     }
     if let Some(socket) = &options.participant_window {
         if options.speed == Speed::Max {

@@ -13,7 +13,6 @@ use drill::{Deed, FaultHand};
 use faults::RehearsedFault;
 use friction_bench::apparatus::{BenchHardware, Watcher};
 use friction_bench::cli::Speed;
-use friction_bench::displays::Displays;
 use jiff::Timestamp;
 use mock_hw::apparatus::{
     Apparatus as SimulatedApparatus, ApparatusClock, ApparatusConfig, DeadManHand, FaultPanel,
@@ -22,6 +21,7 @@ use mock_hw::apparatus::{
 use mock_hw::rack;
 use mock_hw::world_clock::WorldPace;
 use mock_world::scenario::{ForceInterface, ForceLineFormat, Scenario, ScenarioError, built_in};
+use participant_displays::Displays;
 use safety::{input, output};
 use sources::{Lines, Place};
 use tasks::{Clock, Schedule, SystemClock, later};

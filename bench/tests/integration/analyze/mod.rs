@@ -21,8 +21,8 @@ use analysis::{RecordingAnalysis, Settings, find};
 use recording::RecordingReader;
 use recording::manifest::RecordedIntervalKind;
 use recording::reader::{Warning, read_manifest};
-use recording::wav::{HEADER_BYTES, WavWarning, header};
 use serde_json::Value;
+use wav_files::{HEADER_BYTES, WavWarning, header};
 
 const BIN: &str = env!("CARGO_BIN_EXE_friction-bench");
 

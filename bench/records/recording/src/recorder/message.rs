@@ -6,8 +6,8 @@ use crate::csv_rows::{ForceRow, PositionRow};
 use crate::disk::DiskError;
 use crate::manifest::{Manifest, RecordedClock, RecordedInterval, RecordingEvent};
 use crate::sums::Sums;
-use crate::wav::AudioFormat;
 use crate::writer::{DiskSize, Ending, WriteError};
+use wav_files::AudioFormat;
 
 /// Message from the acquisition to the recorder.
 #[derive(Debug)]

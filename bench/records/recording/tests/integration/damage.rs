@@ -7,12 +7,12 @@ use std::sync::LazyLock;
 
 use crate::support::{FORMAT_2, manifest, ramp, read_all, write_data};
 use proptest::prelude::*;
-use recording::wav::WavReader;
 use recording::writer::Ending;
 use recording::{
     FORCE_FILE, ForceRow, MANIFEST_FILE, POSITION_FILE, PositionRow, RecordingReader,
     RecordingWriter, SIGNALS_FILE,
 };
+use wav_files::WavReader;
 
 const FILES: [&str; 4] = [MANIFEST_FILE, SIGNALS_FILE, FORCE_FILE, POSITION_FILE];
 

@@ -9,12 +9,12 @@ use recording::manifest::{
     Direction, End, EventKind, ManifestError, RecordedInterval, RecordedIntervalKind, Streams,
 };
 use recording::reader::{ReadError, Warning};
-use recording::wav::{MAX_DATA_BYTES, WavError, WavReader, WavWarning, header};
 use recording::writer::{Ending, WriteError};
 use recording::{
     AudioFormat, FORCE_FILE, ForceRow, MANIFEST_FILE, POSITION_FILE, RecordingReader,
     RecordingWriter, SIGNALS_FILE,
 };
+use wav_files::{MAX_DATA_BYTES, WavError, WavReader, WavWarning, header};
 
 fn finished(folder: &Path) {
     let mut writer = RecordingWriter::create(folder, manifest(), FORMAT_2).unwrap();

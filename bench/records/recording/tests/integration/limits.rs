@@ -10,12 +10,12 @@ use recording::manifest::{
     RecordedIntervalKind, RecordingEvent,
 };
 use recording::reader::{ReadError, Warning};
-use recording::wav::{WavError, WavReader, header};
 use recording::writer::Ending;
 use recording::{
     AudioFormat, FORCE_FILE, MANIFEST_FILE, Manifest, POSITION_FILE, RecordingReader,
     RecordingWriter, SIGNALS_FILE,
 };
+use wav_files::{WavError, WavReader, header};
 
 /// Length of the recordings in these tests, s.
 const LENGTH_S: f64 = 0.5;

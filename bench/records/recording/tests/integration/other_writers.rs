@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use recording::wav::{WavReader, WavWarning};
+use wav_files::{WavReader, WavWarning};
 
 /// Returns the chunks of a file, framed by a RIFF header that states their length.
 fn riff(kind: [u8; 4], size: Option<u32>, chunks: &[&[u8]]) -> Vec<u8> {

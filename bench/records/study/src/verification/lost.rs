@@ -7,8 +7,8 @@ use crate::sessions::LoggedSession;
 use recording::manifest::End;
 use recording::reader::Warning;
 use recording::study::{TrialBlock, TrialLabel};
-use recording::wav::WavWarning;
 use recording::{DiskError, RecordingReader};
+use wav_files::WavWarning;
 
 use crate::verification::defect::RecordingDefect;
 use crate::verification::session_check::recordings;

@@ -14,10 +14,10 @@ use recording::reader::{
 };
 use recording::storage::FileSystem;
 use recording::sums::{FILES, Summation, Sums, text_sum};
-use recording::wav::WavWarning;
 use recording::{
     ENVELOPES_FILE, FORCE_FILE, MANIFEST_FILE, OTHER_FILES, POSITION_FILE, SIGNALS_FILE,
 };
+use wav_files::WavWarning;
 
 /// Frames per read.
 const BLOCK_FRAMES: usize = 1 << 14;

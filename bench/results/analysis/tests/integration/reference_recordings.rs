@@ -14,7 +14,6 @@ use analysis::findings::RecordingFindings;
 use analysis::flaw::Flaw;
 use analysis::method::Method;
 use analysis::printed_settings::PrintedSettings;
-use analysis::published::statistics;
 use analysis::recording_analysis::analyse;
 use analysis::{Analysis, Settings};
 use estimation::InstanceMisfit;
@@ -365,28 +364,6 @@ fn unknown_skin() -> &'static Analysis {
         let folder = reference().join("recording-d");
         analysis::analyse(&[folder], &Settings::default(), |_| ())
     })
-}
-
-/// A median and a mean over the same trials are told apart, and Δ are over instances first, as in Fig. 14.
-#[test]
-fn each_level_of_a_statistic_has_one_name() {
-    let analysed = unknown_skin();
-    let instances = analysed.instances().count();
-    for row in statistics(analysed).rows {
-        for method in Method::ALL {
-            let statistic = row.statistic(method);
-            let mut levels: Vec<_> = statistic.statistics().map(|s| s.over.name()).collect();
-            levels.sort_unstable();
-            let n_levels = levels.len();
-            levels.dedup();
-            assert_eq!(levels.len(), n_levels, "{}: {levels:?}", row.name);
-            let is_change = row.name.contains("_delta_mu") && !row.name.contains("within");
-            if is_change && method == Method::Trial {
-                let main = statistic.main;
-                assert_eq!((main.over.name(), main.n), ("instances", instances));
-            }
-        }
-    }
 }
 
 /// With every assumption wrong (bench/tests/data/reference/README.md), `trial` measures the values that `dynamic` assumes,

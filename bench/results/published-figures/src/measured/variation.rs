@@ -6,10 +6,10 @@ use crate::measured::elements::{MICRO, assumption_note, ink, overlap_note, point
 use crate::measured::figure_selection::FigureSelection;
 use analysis::findings::{Analysis, RecordingFindings};
 use analysis::method::Method;
-use analysis::published::{ABS_Z_M, Change, GAP, MU_ESTIMATED, changes, changes_of};
 use analysis::statistics::Coefficient;
 use plotting::number_text;
 use plotting::{Axis, Dash, Figure, Ink, Key, Marker, Panel, Series, Width};
+use published_statistics::{ABS_Z_M, Change, GAP, MU_ESTIMATED, changes, changes_of};
 
 /// Share of the range that a line of text takes.
 const LINE_SHARE: f64 = 0.13;

@@ -5,13 +5,13 @@ use std::path::PathBuf;
 
 use analysis::attempts::AttemptAccount;
 use analysis::cluster_test::Clustered;
-use analysis::published::{Level, MethodStatistic, Statistic, StatisticRow, Statistics};
 use analysis::{Analysis, Settings};
 use population::law_check::LawCheck;
 use population::skin::{
     LeftOut, Parameters, PersonParameter, PersonSkin, Ranged, Skin, StudyParameter, TrialParameter,
 };
 use protocols::Direction;
+use published_statistics::{Level, MethodStatistic, Statistic, StatisticRow, Statistics};
 use recording::manifest::assumed_errors::AssumedErrors;
 use recording::study::TrialBlock;
 use report::Results;

@@ -50,7 +50,8 @@ impl AudioFormat {
     }
 
     /// Returns whether the bytes per frame fit into 16 bits and the bytes per second into 32 bits.
-    pub(super) fn fits_a_header(self) -> bool {
+    #[must_use]
+    pub fn fits_a_header(self) -> bool {
         let bytes_per_second = u64::from(self.sample_rate_hz) * self.frame_bytes();
         bytes_per_second > 0
             && self.frame_bytes() <= u64::from(u16::MAX)

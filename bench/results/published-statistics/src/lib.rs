@@ -7,8 +7,8 @@ mod statistic;
 mod table;
 mod text;
 
-use crate::estimate::Method;
-use crate::findings::Analysis;
+use analysis::estimate::Method;
+use analysis::findings::Analysis;
 use grouped::Pool;
 pub use grouped::SampleValue as Change;
 use rows::ROWS;

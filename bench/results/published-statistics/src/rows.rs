@@ -2,9 +2,9 @@
 
 use contact::{AssumedConstants, Contact};
 
-use super::grouped::{Pool, SampleValue};
-use super::statistic::MethodStatistic;
-use crate::statistics::Coefficient::{Pearson, Spearman};
+use crate::grouped::{Pool, SampleValue};
+use crate::statistic::MethodStatistic;
+use analysis::statistics::Coefficient::{Pearson, Spearman};
 
 /// Amplitude, m, and normal force, N, at which k_c is compared with k_c at rest.
 const FALL_POINT: (f64, f64) = (5e-6, 1.0);

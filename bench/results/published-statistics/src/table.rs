@@ -3,7 +3,7 @@
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
-use super::statistic::MethodStatistic;
+use crate::statistic::MethodStatistic;
 
 /// Published value and the statistics of the data.
 #[derive(Debug, Clone, PartialEq, Serialize)]

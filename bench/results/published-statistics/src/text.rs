@@ -4,10 +4,10 @@ use comfy_table::presets::NOTHING;
 use comfy_table::{ContentArrangement, Table};
 use statistics::with_error;
 
-use super::statistic::{Level, MethodStatistic, Statistic};
-use super::table::{StatisticRow, Statistics};
-use crate::cluster_test::Clustered;
-use crate::estimate::Method;
+use crate::statistic::{Level, MethodStatistic, Statistic};
+use crate::table::{StatisticRow, Statistics};
+use analysis::cluster_test::Clustered;
+use analysis::estimate::Method;
 
 /// Form of the table of statistics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

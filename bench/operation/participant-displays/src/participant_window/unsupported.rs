@@ -7,7 +7,7 @@ use std::time::Duration;
 use protocols::Texts;
 use tasks::Task;
 
-use crate::displays::ParticipantDisplay;
+use crate::ParticipantDisplay;
 use journal::EntrySender;
 
 /// The participant's window, which does not exist on this system.

@@ -28,7 +28,7 @@ pub enum Encoding {
 impl Encoding {
     /// Returns the encoding of samples with a format tag for integers or floats, their valid bits, and their bytes; `None` if
     /// it is not read.
-    pub(super) fn new(is_float: bool, bits: u16, bytes: u64) -> Option<Self> {
+    pub(crate) fn new(is_float: bool, bits: u16, bytes: u64) -> Option<Self> {
         match (is_float, bytes, bits) {
             (false, 1, 1..=8) => Some(Self::U8),
             (false, 2, 9..=16) => Some(Self::I16),
@@ -43,7 +43,7 @@ impl Encoding {
     }
 
     /// Returns whether recordings of a bench may have such samples.
-    pub(super) fn is_of_recordings(self) -> bool {
+    pub(crate) fn is_of_recordings(self) -> bool {
         !matches!(self, Self::U8 | Self::I64)
     }
 
@@ -66,7 +66,7 @@ impl Encoding {
     }
 
     /// Appends the samples to `out`; full scale of integers becomes ±1.
-    pub(super) fn decode(self, bytes: &[u8], out: &mut Vec<f32>) {
+    pub(crate) fn decode(self, bytes: &[u8], out: &mut Vec<f32>) {
         if self == Self::F32 {
             out.extend(bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)));
         } else {
@@ -120,7 +120,7 @@ impl Encoding {
     }
 
     /// Returns the encoding with the place of 24 bits in four bytes determined from `samples`, the bytes of all of them.
-    pub(super) fn resolve(self, samples: impl Read) -> io::Result<Self> {
+    pub(crate) fn resolve(self, samples: impl Read) -> io::Result<Self> {
         if self != Self::I24In32 {
             return Ok(self);
         }

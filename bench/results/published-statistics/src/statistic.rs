@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use crate::cluster_test::{self, Clustered};
-use crate::statistics::{Coefficient, Spread, spread};
+use analysis::cluster_test::{self, Clustered};
+use analysis::statistics::{Coefficient, Spread, spread};
 
 /// Level of a statistic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

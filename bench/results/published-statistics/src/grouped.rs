@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use num_complex::Complex64;
 
-use super::statistic::{Level, MethodStatistic, Pairs, Statistic};
-use crate::estimate::{InstanceAnalysis, InstanceEstimate, Method, MethodEstimate};
-use crate::findings::{Analysis, RecordingFindings};
-use crate::statistics::{Coefficient, r_squared, r_squared_complex, slope, spread};
+use crate::statistic::{Level, MethodStatistic, Pairs, Statistic};
+use analysis::estimate::{InstanceAnalysis, InstanceEstimate, Method, MethodEstimate};
+use analysis::findings::{Analysis, RecordingFindings};
+use analysis::statistics::{Coefficient, r_squared, r_squared_complex, slope, spread};
 
 /// Value of an instance.
 pub(super) type InstanceValue = fn(&InstanceAnalysis, &InstanceEstimate) -> f64;

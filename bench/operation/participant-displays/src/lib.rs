@@ -3,6 +3,8 @@
 //! A lost display raises an alarm and pauses the session. It may reconnect automatically or when the operator resumes,
 //! but only the operator resumes the session.
 
+pub mod participant_window;
+
 use std::path::{Path, PathBuf};
 
 use std::time::Duration;

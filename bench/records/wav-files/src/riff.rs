@@ -2,13 +2,13 @@
 
 use std::io::{self, Read, Seek, SeekFrom};
 
-use super::wav_error::WavError;
+use crate::wav_error::WavError;
 
 /// Maximum number of chunks before or after the samples.
-pub(super) const MAX_CHUNKS: u64 = 1000;
+pub(crate) const MAX_CHUNKS: u64 = 1000;
 
 /// Size in a header that is stated elsewhere, or not at all.
-pub(super) const NO_SIZE: u64 = u32::MAX as u64;
+pub(crate) const NO_SIZE: u64 = u32::MAX as u64;
 
 /// Identifiers of chunks that usual writers place before or after the samples.
 const KNOWN_CHUNKS: [&[u8; 4]; 20] = [
@@ -18,29 +18,29 @@ const KNOWN_CHUNKS: [&[u8; 4]; 20] = [
 
 /// Start of a RIFF or RF64 file.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct RiffHeader {
+pub(crate) struct RiffHeader {
     /// End of the file by its declared size, without pad byte.
-    pub(super) end: u64,
+    pub(crate) end: u64,
     /// Declared sizes of 64 bits, in an RF64 file.
     is_64_bit: bool,
 }
 
 /// Chunk of samples, and the format chunk before it.
 #[derive(Debug)]
-pub(super) struct DataChunk<F> {
+pub(crate) struct DataChunk<F> {
     /// Content of the format chunk.
-    pub(super) format: F,
+    pub(crate) format: F,
     /// Offset of the first sample.
-    pub(super) start: u64,
+    pub(crate) start: u64,
     /// Bytes of samples by the header; `None` if it states no length.
-    pub(super) declared_bytes: Option<u64>,
+    pub(crate) declared_bytes: Option<u64>,
     /// End of the RIFF chunk by its declared size.
-    pub(super) riff_end: u64,
+    pub(crate) riff_end: u64,
 }
 
 impl RiffHeader {
     /// Reads the first 12 bytes.
-    pub(super) fn read<R: Read>(source: &mut R) -> Result<Self, WavError> {
+    pub(crate) fn read<R: Read>(source: &mut R) -> Result<Self, WavError> {
         let mut start = Vec::new();
         source.take(12).read_to_end(&mut start)?;
         let is_64_bit = matches!(start.first_chunk::<4>(), Some(b"RF64" | b"BW64"));
@@ -56,7 +56,7 @@ impl RiffHeader {
     }
 
     /// Finds the samples; `read_format` reads the format chunk from its size and the bytes left in the file.
-    pub(super) fn find_data<R: Read + Seek, F>(
+    pub(crate) fn find_data<R: Read + Seek, F>(
         self,
         source: &mut R,
         file_bytes: u64,
@@ -121,7 +121,7 @@ fn chunk_at<R: Read + Seek>(
 
 /// Returns the end of a chunk's content of `size` bytes from `offset` on, with its pad byte if it has one: some writers
 /// leave it out.
-pub(super) fn chunk_end<R: Read + Seek>(
+pub(crate) fn chunk_end<R: Read + Seek>(
     source: &mut R,
     offset: u64,
     size: u64,
@@ -135,7 +135,7 @@ pub(super) fn chunk_end<R: Read + Seek>(
 
 /// Returns whether the bytes from `offset` to the end of the file are chunks, or an ID3 tag of 128 bytes: tags that a program
 /// added after the samples.
-pub(super) fn are_tags<R: Read + Seek>(
+pub(crate) fn are_tags<R: Read + Seek>(
     source: &mut R,
     offset: u64,
     file_bytes: u64,
@@ -182,14 +182,14 @@ fn refusal(start: &[u8]) -> WavError {
     }
 }
 
-pub(super) fn require_limit(what: &'static str, value: u64, limit: u64) -> Result<(), WavError> {
+pub(crate) fn require_limit(what: &'static str, value: u64, limit: u64) -> Result<(), WavError> {
     if value > limit {
         return Err(WavError::OverLimit { what, value, limit });
     }
     Ok(())
 }
 
-pub(super) fn read_array<const N: usize, R: Read>(source: &mut R) -> io::Result<[u8; N]> {
+pub(crate) fn read_array<const N: usize, R: Read>(source: &mut R) -> io::Result<[u8; N]> {
     let mut bytes = [0; N];
     source.read_exact(&mut bytes)?;
     Ok(bytes)

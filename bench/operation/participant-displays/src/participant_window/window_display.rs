@@ -17,7 +17,7 @@ use serde_json::{Map, Value};
 use tasks::{Slot, Task};
 use tui::event::LogLevel;
 
-use crate::displays::ParticipantDisplay;
+use crate::ParticipantDisplay;
 use journal::{Entry, EntrySender};
 
 /// Maximum number of queued notices for the operator; further ones are dropped.

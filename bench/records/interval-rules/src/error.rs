@@ -1,6 +1,6 @@
 //! Reasons why a text is not a rule.
 
-use crate::rule::Quantity;
+use crate::quantity::Quantity;
 
 /// Reasons why a text is not a rule.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

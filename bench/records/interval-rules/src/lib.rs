@@ -29,12 +29,14 @@
 //! No input or output, no threads: `clippy.toml` next to this crate's `Cargo.toml` disallows them.
 
 mod error;
+mod quantity;
 mod rule;
 mod series;
 mod spans;
 
 pub use error::RuleError;
-pub use rule::{Condition, Quantity, Rule};
+pub use quantity::Quantity;
+pub use rule::{Condition, Rule};
 pub use series::{Series, velocity};
 pub use spans::{DirectedSpan, Span};
 

@@ -63,7 +63,7 @@ pub(crate) struct Encoding {
 impl Encoding {
     /// Returns the number at the start of `bytes`; NaN where they are too few.
     pub(crate) fn decode(self, bytes: &[u8]) -> f64 {
-        macro_rules! number {
+        macro_rules! decoded {
             ($type:ty) => {{
                 match bytes.first_chunk() {
                     Some(bytes) if self.is_big_endian => <$type>::from_be_bytes(*bytes) as f64,
@@ -73,14 +73,14 @@ impl Encoding {
             }};
         }
         match self.number {
-            NumberType::I8 => number!(i8),
-            NumberType::U8 => number!(u8),
-            NumberType::I16 => number!(i16),
-            NumberType::U16 => number!(u16),
-            NumberType::I32 => number!(i32),
-            NumberType::U32 => number!(u32),
-            NumberType::I64 => number!(i64),
-            NumberType::U64 => number!(u64),
+            NumberType::I8 => decoded!(i8),
+            NumberType::U8 => decoded!(u8),
+            NumberType::I16 => decoded!(i16),
+            NumberType::U16 => decoded!(u16),
+            NumberType::I32 => decoded!(i32),
+            NumberType::U32 => decoded!(u32),
+            NumberType::I64 => decoded!(i64),
+            NumberType::U64 => decoded!(u64),
             NumberType::F16 => {
                 let bits = match bytes.first_chunk() {
                     Some(bytes) if self.is_big_endian => u16::from_be_bytes(*bytes),
@@ -89,8 +89,8 @@ impl Encoding {
                 };
                 half(bits)
             }
-            NumberType::F32 => number!(f32),
-            NumberType::F64 => number!(f64),
+            NumberType::F32 => decoded!(f32),
+            NumberType::F64 => decoded!(f64),
         }
     }
 

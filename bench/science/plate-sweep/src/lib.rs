@@ -32,8 +32,8 @@ mod swept_quantity;
 pub use column_choice::ColumnChoice;
 pub use encoding::text_of;
 pub use modal_scale::{ModalScale, SweptConstants};
-pub use sweep::{LEAST_FREQUENCIES, Sweep};
-pub use sweep_fault::SweepFault;
+pub use sweep::Sweep;
+pub use sweep_fault::{LEAST_FREQUENCIES, SweepFault};
 pub use sweep_fit::{ClampedCapacitance, FurtherMode, SweepFit};
 pub use swept_quantity::{SweptQuantity, UnknownQuantity};
 

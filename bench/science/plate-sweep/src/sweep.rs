@@ -5,13 +5,11 @@ use num_complex::Complex64;
 
 use crate::column_choice::{ChosenColumn, ColumnChoice};
 use crate::heading::{ColumnRole, Heading, key};
-use crate::sweep_fault::SweepFault;
+use crate::sweep_fault::{LEAST_FREQUENCIES, SweepFault};
 use crate::sweep_table::SweepTable;
 use crate::sweep_unit::SweepUnit;
 use crate::swept_quantity::SweptQuantity;
 
-/// Fewest distinct frequencies.
-pub const LEAST_FREQUENCIES: usize = 8;
 /// Lowest and highest resonance of a plate, Hz, and the tolerance about them.
 const PLATES_HZ: std::ops::RangeInclusive<f64> = 1e3..=1e7;
 /// Largest phase that reads as radians, and largest that reads as degrees.

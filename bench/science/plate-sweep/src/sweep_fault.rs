@@ -2,6 +2,9 @@
 
 use crate::swept_quantity::SweptQuantity;
 
+/// Fewest distinct frequencies.
+pub const LEAST_FREQUENCIES: usize = 8;
+
 /// Fault of a sweep; the message does not name the file, the caller's report does. Lines count from 1.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -162,7 +165,7 @@ pub enum SweepFault {
     /// The sweep has too few frequencies.
     #[error(
         "it has {count} frequencies, and at least {} are needed: sweep in finer steps",
-        crate::sweep::LEAST_FREQUENCIES
+        LEAST_FREQUENCIES
     )]
     TooFew {
         /// Number of distinct frequencies.

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use crate::error::{SegmentDefect, UnreadContent};
 use crate::metadata::{Scaler, Storage};
-use crate::pieces::Field;
 use crate::value::SampleType;
 
 /// An object that has samples in a chunk.
@@ -28,6 +27,18 @@ enum Layout {
     Contiguous,
     Interleaved,
     Daqmx,
+}
+
+/// One number of a channel in each row.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Field {
+    pub sample_type: SampleType,
+    /// From the begin of the row, bytes.
+    pub offset: u64,
+    /// Bit of the number at `offset`, for a digital line.
+    pub bit: Option<u8>,
+    /// Scale that it is the source of; `None` outside DAQmx.
+    pub scale_id: Option<u32>,
 }
 
 /// Place of an object's samples in a chunk.

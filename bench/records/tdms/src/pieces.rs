@@ -6,20 +6,7 @@
 
 use std::sync::Arc;
 
-use crate::chunk::{Chunk, Place};
-use crate::value::SampleType;
-
-/// One number of a channel in each row of a piece.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Field {
-    pub sample_type: SampleType,
-    /// From the begin of the row, bytes.
-    pub offset: u64,
-    /// Bit of the number at `offset`, for a digital line.
-    pub bit: Option<u8>,
-    /// Scale that it is the source of; `None` outside DAQmx.
-    pub scale_id: Option<u32>,
-}
+use crate::chunk::{Chunk, Field, Place};
 
 /// Runs of rows, with one sample of a channel in each row.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -74,8 +74,8 @@ impl Recording {
     /// greatest amplitude are left out.
     pub fn drive_phases_rad(&self) -> Vec<f64> {
         let block = (self.rate_hz / 1000) as usize;
-        let signals = self.manifest.signals().unwrap();
-        let cycles = self.manifest.carrier_hz().unwrap() / 1000.0;
+        let signals = self.manifest.signals().expect("raw signals");
+        let cycles = self.manifest.carrier_hz().expect("a steady carrier") / 1000.0;
         assert!(cycles.fract() == 0.0, "pieces of whole cycles");
         let oscillator: Vec<_> = (0..block)
             .map(|k| Complex64::cis(-TAU * cycles * k as f64 / block as f64))

@@ -94,7 +94,12 @@ fn assert_profile_recorded(room: &Room, name: &str, is_measured: bool) {
     let recordings = find::recordings(&[study], false).unwrap();
     assert!(!recordings.is_empty());
     for recording in recordings {
-        let profile = Recording::read(&recording).manifest.plate().unwrap().profile.clone();
+        let profile = Recording::read(&recording)
+            .manifest
+            .plate()
+            .unwrap()
+            .profile
+            .clone();
         assert_eq!(profile, expected);
     }
 }
@@ -221,7 +226,12 @@ fn a_session_records_the_wavelength_across_the_plate() {
     let recordings = find::recordings(std::slice::from_ref(&study), false).unwrap();
     assert!(!recordings.is_empty());
     for recording in &recordings {
-        let across = Recording::read(recording).manifest.plate().unwrap().across.unwrap();
+        let across = Recording::read(recording)
+            .manifest
+            .plate()
+            .unwrap()
+            .across
+            .unwrap();
         assert_eq!(across.source, WavelengthSource::Measured);
         let error_m = (across.wavelength_m - 0.022).abs();
         assert!(
@@ -231,7 +241,7 @@ fn a_session_records_the_wavelength_across_the_plate() {
     }
     let analysis = analyse(&recordings, &Settings::default(), |_| {});
     let findings = analysis.findings().next().unwrap();
-    assert!(findings.plate().across.is_some() && !findings.instances.is_empty());
+    assert!(findings.plate().unwrap().across.is_some() && !findings.instances.is_empty());
 }
 
 /// A computer without GPIO or sensor lines: forces, position, e-stop, enable and heartbeat are behind a field box.

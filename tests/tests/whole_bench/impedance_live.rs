@@ -32,7 +32,11 @@ fn true_z_p(truth: &Path) -> Complex64 {
 
 /// Computes impedance frames from the content of a recording alone.
 fn frames(recording: &Recording) -> Vec<ZmFrame> {
-    let RecordedSignals { channels: recorded, plate, .. } = recording.manifest.signals().unwrap();
+    let RecordedSignals {
+        channels: recorded,
+        plate,
+        ..
+    } = recording.manifest.signals().unwrap();
     let filter = Filter::new(FilterSettings {
         sample_rate_hz: recording.rate_hz,
         carrier_hz: recording.manifest.carrier_hz().unwrap(),

@@ -131,5 +131,5 @@ fn a_carrier_change_without_an_operator_is_not_made() {
         "{transcript}"
     );
     let manifests = manifests(&session);
-    assert_eq!(manifests[0].carrier_hz, manifests[1].carrier_hz);
+    assert_eq!(manifests[0].carrier_hz(), manifests[1].carrier_hz());
 }

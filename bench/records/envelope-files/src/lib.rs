@@ -66,7 +66,17 @@ pub enum EnvelopeError {
         /// Reason; not a `source`, because the message contains it.
         reason: std::io::Error,
     },
-    /// The file is no Parquet file, is damaged, or has a compression that is not read.
+    /// The file does not exist.
+    #[error(
+        "{} does not exist: a recording with a carrier and without `[channels]` has its envelopes there; describe those of signals.wav \
+         in `[channels]`",
+        path.display()
+    )]
+    Absent {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file is not Parquet, is damaged, or has a compression that is not read.
     #[error(
         "{}: it cannot be read as Parquet: it may be damaged, copied in part, or compressed by another method than snappy; write it again \
          without compression or with snappy",
@@ -122,12 +132,4 @@ pub enum EnvelopeError {
         /// Rate of the rows before, Hz.
         rate_hz: f64,
     },
-}
-
-impl EnvelopeError {
-    /// Returns whether the file does not exist.
-    #[must_use]
-    pub fn is_absent(&self) -> bool {
-        matches!(self, Self::Io { reason, .. } if reason.kind() == std::io::ErrorKind::NotFound)
-    }
 }

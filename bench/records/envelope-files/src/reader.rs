@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::fs::File;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use num_complex::Complex64;
@@ -37,9 +38,12 @@ impl EnvelopeReader {
     /// # Errors
     /// The file cannot be read, or a column is missing.
     pub fn open(path: &Path) -> Result<Self, EnvelopeError> {
-        let source = bounded_files::open(path).map_err(|reason| EnvelopeError::Io {
-            path: path.to_owned(),
-            reason,
+        let source = bounded_files::open(path).map_err(|reason| {
+            let path = path.to_owned();
+            match reason.kind() {
+                ErrorKind::NotFound => EnvelopeError::Absent { path },
+                _ => EnvelopeError::Io { path, reason },
+            }
         })?;
         let file = SerializedFileReader::new(source).map_err(|reason| EnvelopeError::Parquet {
             path: path.to_owned(),
@@ -50,7 +54,7 @@ impl EnvelopeReader {
         for (place, column) in places.iter_mut().zip(COLUMNS) {
             let mut columns = schema.columns().iter();
             *place = columns
-                .position(|found| found.path().string() == column)
+                .position(|descriptor| descriptor.path().string() == column)
                 .ok_or_else(|| EnvelopeError::NoColumn {
                     path: path.to_owned(),
                     column,
@@ -182,10 +186,7 @@ mod tests {
         std::fs::write(&path, b"time_s,drive_re_v\n").unwrap();
         let error = EnvelopeReader::open(&path).unwrap_err().to_string();
         assert!(error.contains("cannot be read as Parquet"), "{error}");
-        assert!(
-            EnvelopeReader::open(&folder.path().join("none"))
-                .unwrap_err()
-                .is_absent()
-        );
+        let error = EnvelopeReader::open(&folder.path().join("none")).unwrap_err();
+        assert!(matches!(error, EnvelopeError::Absent { .. }), "{error}");
     }
 }

@@ -15,6 +15,7 @@ pub mod moving_pipeline;
 pub mod pipeline;
 mod read_error;
 pub mod reader;
+mod recorded_chain;
 pub mod recorder;
 pub mod rights;
 mod rows;

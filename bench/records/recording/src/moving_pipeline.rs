@@ -5,16 +5,15 @@ use impedance::{ConstantError, EnvelopeFrame, Filter, ZmFrame};
 
 use crate::AudioFormat;
 use crate::manifest::{Manifest, RecordedSignals};
-use crate::pipeline::{
-    DemodulationError, SignalProperties, recorded_inputs, recorded_zm, sample_rate_hz,
-};
+use crate::pipeline::{DemodulationError, SignalProperties};
+use crate::recorded_chain::{recorded_inputs, recorded_zm, sample_rate_hz};
 
 /// Demodulator of the signals of a recording, at the frequency that the drive has.
 pub struct MovingPipeline {
     demodulator: MovingDemodulator,
     signals: RecordedSignals,
     properties: SignalProperties,
-    track: CarrierTrack,
+    reference_hz: f64,
 }
 
 impl MovingPipeline {
@@ -34,12 +33,13 @@ impl MovingPipeline {
             .ok_or(DemodulationError::NoSteadyCarrier)?;
         let rate_hz = sample_rate_hz(signals, format);
         let inputs = recorded_inputs(manifest, signals, &properties);
+        let reference_hz = track.mean_hz();
         let channels = usize::from(format.channels);
         Ok(Self {
-            demodulator: MovingDemodulator::new(track.clone(), rate_hz, channels, inputs)?,
+            demodulator: MovingDemodulator::new(track, rate_hz, channels, inputs)?,
             signals: signals.clone(),
             properties,
-            track,
+            reference_hz,
         })
     }
 
@@ -72,16 +72,15 @@ impl MovingPipeline {
         ) -> Result<(), MovingCarrierError>,
     ) -> Result<(), DemodulationError> {
         let plate = self.signals.plate.constants();
-        let (signals, properties, track) = (&self.signals, &self.properties, &self.track);
-        let reference_hz = track.mean_hz();
+        let (signals, properties, reference_hz) =
+            (&self.signals, &self.properties, self.reference_hz);
         let mut constant_error: Option<ConstantError> = None;
         run(
             &mut self.demodulator,
             &mut |envelopes, filter| match recorded_zm(signals, properties, filter) {
                 Ok(zm) => {
                     let frame = zm.read(envelopes);
-                    let hz = (track.hz_about(frame.time_s), reference_hz);
-                    frames.push(referred(frame, filter, &plate, hz));
+                    frames.push(referred(frame, envelopes, filter, &plate, reference_hz));
                 }
                 Err(error) => constant_error = Some(error),
             },

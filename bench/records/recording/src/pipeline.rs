@@ -1,14 +1,14 @@
 //! Conversion of samples, from a sound card or a file, into impedance frames and totals.
 
-use std::f64::consts::PI;
-
 use impedance::moving_carrier::MovingCarrierError;
 use impedance::{
-    ChannelFlaws, ChannelScales, ConstantError, Demodulator, DemodulatorError, Filter, FilterError,
-    InputChannel, Mask, Zm, ZmFrame, samples_per_frame,
+    ChannelFlaws, ConstantError, Demodulator, DemodulatorError, Filter, FilterError, Mask, Zm,
+    ZmFrame, samples_per_frame,
 };
 
-use crate::manifest::{Manifest, RecordedSignals};
+use crate::manifest::Manifest;
+pub use crate::recorded_chain::{PickupOffset, SignalProperties};
+use crate::recorded_chain::{recorded_inputs, recorded_zm, sample_rate_hz};
 use crate::{AudioFormat, ForceRow, PositionRow};
 
 /// Data acquired since the last batch, on the audio clock: time of the frames read since the stream was opened, s.
@@ -121,9 +121,6 @@ impl Account {
     }
 }
 
-/// Magnitude from which a sample counts as clipped if the recording does not state it; just under full scale.
-const FULL_SCALE: f64 = 0.999;
-
 /// Error of demodulating the audio of a recording.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -146,33 +143,6 @@ pub enum DemodulationError {
     /// A constant of plate or channels is out of range.
     #[error(transparent)]
     Constant(#[from] ConstantError),
-}
-
-/// Deviation of the pickup from its description in the recording.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct PickupOffset {
-    /// Phase to add to the stated one, rad.
-    pub turn_rad: f64,
-    /// Delay of its envelope, s.
-    pub delay_s: f64,
-}
-
-/// Properties of a recording that are not stated but were found in its signals.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SignalProperties {
-    /// Magnitudes at which drive and pickup are clipped.
-    pub clip_levels: [f32; 2],
-    /// Deviation of the pickup.
-    pub pickup: PickupOffset,
-}
-
-impl Default for SignalProperties {
-    fn default() -> Self {
-        Self {
-            clip_levels: [f32::INFINITY; 2],
-            pickup: PickupOffset::default(),
-        }
-    }
 }
 
 /// Demodulator of one stream, live or from a file.
@@ -354,67 +324,6 @@ impl Pipeline {
         self.account.lost_frames += lost_frames.count() as u64;
         self.process(samples, frames)
     }
-}
-
-/// Returns the sampling rate of a recording's signals, Hz.
-pub(crate) fn sample_rate_hz(signals: &RecordedSignals, format: AudioFormat) -> f64 {
-    let header_hz = f64::from(format.sample_rate_hz);
-    signals.channels.rate_hz.unwrap_or(header_hz)
-}
-
-/// Returns the channels of drive and pickup with their clipping levels.
-pub(crate) fn recorded_inputs(
-    manifest: &Manifest,
-    signals: &RecordedSignals,
-    properties: &SignalProperties,
-) -> [InputChannel; 2] {
-    // Older recordings of this bench do not state the clipping level, but their unit is full scale; for other
-    // recordings the range is unknown.
-    let default_clip_level = if manifest.hardware.is_some() {
-        FULL_SCALE
-    } else {
-        f64::INFINITY
-    };
-    let input = |index: u16, clip_units: Option<f64>, observed_level: f32| InputChannel {
-        channel: usize::from(index),
-        clip_level: observed_level.min(clip_units.unwrap_or(default_clip_level) as f32),
-    };
-    let (drive, pickup) = (&signals.channels.drive, &signals.channels.pickup);
-    let [drive_level, pickup_level] = properties.clip_levels;
-    [
-        input(drive.index, drive.clip_units, drive_level),
-        input(pickup.index, pickup.clip_units, pickup_level),
-    ]
-}
-
-/// Returns the Z_m converter for a recording. The recording may state a channel or the force factor with the opposite
-/// sign, which becomes a phase of half a turn.
-pub(crate) fn recorded_zm(
-    signals: &RecordedSignals,
-    properties: &SignalProperties,
-    filter: &Filter,
-) -> Result<Zm, ConstantError> {
-    let RecordedSignals {
-        channels, plate, ..
-    } = signals;
-    let signs = [
-        channels.drive.volts_per_unit,
-        channels.pickup.metres_per_unit,
-        plate.force_factor_n_per_v,
-    ];
-    let is_inverted = signs.iter().filter(|value| **value < 0.0).count() % 2 == 1;
-    let zm = Zm::new(
-        plate.constants(),
-        ChannelScales {
-            drive_volts_per_unit: channels.drive.volts_per_unit.abs(),
-            pickup_metres_per_unit: channels.pickup.metres_per_unit.abs(),
-            pickup_phase_rad: channels.pickup.phase_rad
-                + properties.pickup.turn_rad
-                + if is_inverted { PI } else { 0.0 },
-        },
-        filter,
-    )?;
-    Ok(zm.with_pickup_delay(properties.pickup.delay_s))
 }
 
 #[cfg(test)]

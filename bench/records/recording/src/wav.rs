@@ -167,7 +167,7 @@ impl Samples {
         let mut warnings = Vec::new();
         let frame_bytes = u64::from(format.channels) * encoding.bytes();
         let frames = bytes / frame_bytes;
-        if bytes % frame_bytes != 0 {
+        if !bytes.is_multiple_of(frame_bytes) {
             warnings.push(WavWarning::PartialFrame {
                 bytes: bytes % frame_bytes,
             });

@@ -11,10 +11,10 @@ use recording::reader::RecordingReader;
 use recording::{ForceRow, Manifest, PositionRow};
 
 use crate::demodulation::DemodulatedRecording;
+use crate::explorations::explorations;
 use crate::findings::{RecordingError, RecordingFindings};
 use crate::flaw::{Channel, Flaw};
 use crate::plate_reading::PlateReading;
-use crate::recording_analysis::explorations;
 
 /// Delay of the forces, s, beyond its 95 % interval, from which it is corrected: fits allow a lag of 5 ms.
 const SMALLEST_DELAY_S: f64 = 1e-3;

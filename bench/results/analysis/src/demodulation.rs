@@ -3,42 +3,22 @@
 //!
 //! A stream that is missing is left empty, with a flaw that names the results that lack it.
 
+mod demodulated_recording;
 mod envelopes;
 mod signals;
 
 use std::path::Path;
 
 use crate::findings::RecordingError;
-use crate::flaw::{Flaw, MissingStream};
 use crate::measurements::Measurements;
 use crate::row_times;
 use crate::spans::Spans;
-use crate::vibration::Vibration;
+pub use demodulated_recording::DemodulatedRecording;
+use demodulated_recording::optional;
 use recording::manifest::{Manifest, Streams};
 use recording::pipeline::PickupOffset;
-use recording::reader::{ReadError, RowReader, read_manifest};
-use recording::{CsvRow, FORCE_FILE, POSITION_FILE, STIMULUS_FILE, reader};
-
-/// Recording in memory, demodulated.
-#[derive(Debug)]
-pub struct DemodulatedRecording {
-    /// Description of the recording.
-    pub manifest: Manifest,
-    /// Vibration of the plate; `None` if only forces were recorded.
-    pub vibration: Option<Vibration>,
-    /// Impedance, force and position.
-    pub record: Measurements,
-    /// Defects of the recording.
-    pub flaws: Vec<Flaw>,
-}
-
-impl DemodulatedRecording {
-    /// Returns whether the carrier is missing from a channel.
-    pub fn is_carrier_missing(&self) -> bool {
-        let is_missing = |flaw: &Flaw| matches!(flaw, Flaw::CarrierMissing { .. });
-        self.flaws.iter().any(is_missing)
-    }
-}
+use recording::reader::read_manifest;
+use recording::{CsvRow, STIMULUS_FILE, reader};
 
 /// Reads a recording folder, with the pickup's stated values plus the offset. The audio is read twice: first to find its
 /// clipping level.
@@ -62,11 +42,14 @@ fn read_forces(folder: &Path, manifest: Manifest) -> Result<DemodulatedRecording
         record: Measurements::default(),
         flaws: Vec::new(),
     };
+    // Without its forces nothing is left.
+    reader::force_rows(folder, f64::INFINITY)?;
     reading.read_rows(folder, f64::INFINITY)?;
     let Some(last) = reading.record.force.last() else {
         return Ok(reading);
     };
     let duration_s = last.time_s;
+    reading.check_intervals(duration_s)?;
     let rows = optional(reader::stimulus_rows(folder, f64::INFINITY))?;
     if let Some(mut rows) = rows {
         let spans = Spans::with_surroundings(&reading.manifest);
@@ -78,41 +61,4 @@ fn read_forces(folder: &Path, manifest: Manifest) -> Result<DemodulatedRecording
             .extend(times.flaws(rows.warnings(), duration_s));
     }
     Ok(reading)
-}
-
-impl DemodulatedRecording {
-    /// Reads the rows of force and position of a recording of `duration_s`.
-    fn read_rows(&mut self, folder: &Path, duration_s: f64) -> Result<(), RecordingError> {
-        let spans = Spans::with_surroundings(&self.manifest);
-        match optional(reader::force_rows(folder, duration_s))? {
-            Some(mut rows) => {
-                let time_s = CsvRow::time_s;
-                let (force, times) =
-                    row_times::read_rows(&spans, FORCE_FILE, rows.by_ref(), time_s)?;
-                self.record.force = force;
-                self.flaws.extend(times.flaws(rows.warnings(), duration_s));
-            }
-            None => self.flaws.push(Flaw::Missing(MissingStream::Forces)),
-        }
-        match optional(reader::position_rows(folder, duration_s))? {
-            Some(mut rows) => {
-                let time_s = CsvRow::time_s;
-                let (position, times) =
-                    row_times::read_rows(&spans, POSITION_FILE, rows.by_ref(), time_s)?;
-                self.record.position = position;
-                self.flaws.extend(times.flaws(rows.warnings(), duration_s));
-            }
-            None => self.flaws.push(Flaw::Missing(MissingStream::Positions)),
-        }
-        Ok(())
-    }
-}
-
-/// Returns the rows of a file; `None` if it does not exist.
-fn optional<R>(rows: Result<RowReader<R>, ReadError>) -> Result<Option<RowReader<R>>, ReadError> {
-    match rows {
-        Ok(rows) => Ok(Some(rows)),
-        Err(ReadError::Absent { .. }) => Ok(None),
-        Err(error) => Err(error),
-    }
 }

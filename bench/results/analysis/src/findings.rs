@@ -22,7 +22,7 @@ use crate::unloaded_plate::UnloadedError;
 use crate::vibration::Vibration;
 use crate::within_laws;
 use plausibility::Implausible;
-use recording::manifest::{Manifest, RecordedPlate, RecordedRoom};
+use recording::manifest::{Manifest, ManifestError, RecordedPlate, RecordedRoom};
 use recording::pipeline::DemodulationError;
 use recording::pipeline::PickupOffset;
 use recording::reader::ReadError;
@@ -103,6 +103,9 @@ pub enum RecordingError {
     /// The envelopes cannot be read.
     #[error(transparent)]
     Envelopes(#[from] EnvelopeError),
+    /// The description does not fit the recording.
+    #[error("recording.toml: {0}")]
+    Description(#[from] ManifestError),
 }
 
 /// Findings in a recording.

@@ -12,10 +12,10 @@ use crate::consistency;
 use crate::demodulation::DemodulatedRecording;
 use crate::error_budget::ErrorBudget;
 use crate::exploration_findings::ExplorationFindings;
+use crate::explorations::explorations;
 use crate::findings::RecordingFindings;
 use crate::flaw::{Flaw, MissingStream};
 use crate::force_zero::ForceZero;
-use crate::recording_analysis::explorations;
 use recording::pipeline::PickupOffset;
 
 /// Returns the findings of a recording without an impedance.

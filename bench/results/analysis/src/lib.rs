@@ -18,6 +18,7 @@ pub mod demodulation;
 pub mod error_budget;
 pub mod estimate;
 pub mod exploration_findings;
+mod explorations;
 pub mod find;
 pub mod findings;
 pub mod flaw;

@@ -17,6 +17,7 @@ use estimation::trial::PlateReadings;
 
 use crate::estimate::{InstanceAnalysis, estimate};
 use crate::exploration_findings::ExplorationFindings;
+use crate::explorations::explorations;
 use crate::flaw::Flaw;
 use crate::force_zero::ForceZero;
 use crate::forces_alone;
@@ -27,7 +28,6 @@ use crate::plate_references;
 use crate::under_finger::UnderFinger;
 use crate::whole_trial;
 use recording::Manifest;
-use recording::manifest::RecordedIntervalKind;
 use recording::pipeline::PickupOffset;
 use study::provenance::Provenance;
 
@@ -207,22 +207,6 @@ fn subtract_zero(reading: &mut DemodulatedRecording) -> ForceZero {
 fn rehearsal_flaw(manifest: &Manifest) -> Option<Flaw> {
     let faults = manifest.hardware.as_ref()?.rehearsed.clone();
     (!faults.is_empty()).then_some(Flaw::Rehearsed { faults })
-}
-
-/// Returns direction, start and end of each exploration, in time order.
-pub(crate) fn explorations(manifest: &Manifest) -> Vec<(Direction, f64, f64)> {
-    let mut explorations: Vec<_> = manifest
-        .intervals
-        .iter()
-        .filter_map(|interval| match interval.kind {
-            RecordedIntervalKind::Exploration(direction) => {
-                Some((direction, interval.start_s, interval.end_s))
-            }
-            RecordedIntervalKind::Unloaded => None,
-        })
-        .collect();
-    explorations.sort_by(|a, b| a.1.total_cmp(&b.1));
-    explorations
 }
 
 /// Returns the selection rules for the recording in `folder`: those of the copy of the session's protocol

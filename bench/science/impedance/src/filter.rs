@@ -255,7 +255,7 @@ impl Filter {
 
         let first_decimation = (1..=hop)
             .rev()
-            .find(|d| hop % d == 0 && hop / d >= SMALLEST_SECOND_DECIMATION)
+            .find(|d| hop.is_multiple_of(*d) && hop / d >= SMALLEST_SECOND_DECIMATION)
             .unwrap_or(1);
         let phase = CarrierPhase::new(carrier_hz, sample_rate_hz);
         let window = first_window(first_decimation);

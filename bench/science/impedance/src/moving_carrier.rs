@@ -20,8 +20,8 @@ const SHORTEST_BLOCK_S: f64 = 0.02;
 const REACH: f64 = 0.2;
 /// Power of a block relative to the strongest below which its frequency is not used: near a null of the modulation.
 const LEAST_POWER: f64 = 0.01;
-/// Half of the time over which the frequency at an instant is averaged, s: about a period of the modulation.
-const AVERAGED_S: f64 = 0.08;
+/// Offset beyond which the drive's rotation within a frame is noise, Hz.
+const GREATEST_OFFSET_HZ: f64 = 500.0;
 
 /// Reads the frequency of a drive as it is sampled.
 pub struct CarrierTracker {
@@ -183,12 +183,6 @@ impl CarrierTrack {
             })
     }
 
-    /// Returns the frequency about `time_s`, Hz.
-    #[must_use]
-    pub fn hz_about(&self, time_s: f64) -> f64 {
-        self.mean_within_hz(time_s - AVERAGED_S, time_s + AVERAGED_S)
-    }
-
     /// Returns the mean frequency from `start_s` to `end_s`, Hz; interpolated where no block could be read.
     fn mean_within_hz(&self, start_s: f64, end_s: f64) -> f64 {
         let from = self
@@ -211,7 +205,7 @@ impl CarrierTrack {
                 before.1 + share * (after.1 - before.1)
             }
             (Some(before), None) => before.1,
-            (None, after) => after.map_or(f64::NAN, |after| after.1),
+            (None, reading) => reading.map_or(f64::NAN, |reading| reading.1),
         }
     }
 }
@@ -354,16 +348,21 @@ pub enum MovingCarrierError {
     Demodulator(#[from] DemodulatorError),
 }
 
-/// Refers the impedances of a frame, demodulated by `filter`, to `reference_hz`. The plain ratio belongs to the carrier at the
-/// frame's time, `momentary_hz`, the corrected one to that of the filter.
+/// Refers the impedances of a frame, demodulated by `filter`, to `reference_hz`. The plain ratio belongs to the drive's frequency at
+/// the frame's time, the corrected one to that of the filter.
 #[must_use]
 pub fn referred(
     frame: ZmFrame,
+    envelopes: &EnvelopeFrame<2>,
     filter: &Filter,
     plate: &PlateConstants,
-    (momentary_hz, reference_hz): (f64, f64),
+    reference_hz: f64,
 ) -> ZmFrame {
     let carrier_hz = filter.carrier_hz();
+    let drive = envelopes.drive();
+    let offset_hz = (drive.slope_per_s / drive.value).im / TAU;
+    let is_read = offset_hz.is_finite() && offset_hz.abs() <= GREATEST_OFFSET_HZ;
+    let momentary_hz = carrier_hz + if is_read { offset_hz } else { 0.0 };
     let excess = |hz: f64| Complex64::I * (reactance(plate, hz) - reactance(plate, reference_hz));
     ZmFrame {
         corrected_n_s_per_m: frame.corrected_n_s_per_m - excess(carrier_hz),
@@ -445,13 +444,7 @@ mod tests {
         let mut frames = Vec::new();
         let mut take = |envelopes: &EnvelopeFrame<2>, filter: &Filter| {
             let frame = Zm::new(PLATE, scales, filter).unwrap().read(envelopes);
-            let momentary_hz = track.hz_about(frame.time_s);
-            frames.push(referred(
-                frame,
-                filter,
-                &PLATE,
-                (momentary_hz, reference_hz),
-            ));
+            frames.push(referred(frame, envelopes, filter, &PLATE, reference_hz));
         };
         for block in stream.chunks(2 * 5000) {
             demodulator.push(block, &mut take).unwrap();

@@ -45,6 +45,7 @@ use serde::{Deserialize, Serialize};
 
 use manifest_error::{MAX_OVERLAP, require_from_one};
 use raw_manifest::RawManifest;
+use streams::StreamKeys;
 
 /// Content of `recording.toml`.
 ///
@@ -361,5 +362,61 @@ impl Manifest {
             }
         }
         Ok(rate_hz)
+    }
+}
+
+impl TryFrom<RawManifest> for Manifest {
+    type Error = ManifestError;
+
+    fn try_from(raw: RawManifest) -> Result<Self, ManifestError> {
+        // An unsupported version is named before keys that it may not have.
+        require_format(raw.format)?;
+        let streams = Streams::from_keys(StreamKeys {
+            carrier: raw.carrier_hz,
+            modulation_hz: raw.modulation_hz,
+            modulation_index: raw.modulation_index,
+            channels: raw.channels,
+            plate: raw.plate,
+        })?;
+        Ok(Self {
+            format: raw.format,
+            streams,
+            contact: raw.contact.unwrap_or_default(),
+            standard_errors: raw.standard_errors,
+            room: raw.room,
+            intervals: raw.intervals,
+            participant: raw.participant,
+            trial: raw.trial,
+            hardware: raw.hardware,
+            software: raw.software,
+            origin: raw.origin,
+            clocks: raw.clocks,
+            events: raw.events,
+        })
+    }
+}
+
+impl From<Manifest> for RawManifest {
+    fn from(manifest: Manifest) -> Self {
+        let keys = manifest.streams.into_keys();
+        Self {
+            format: manifest.format,
+            carrier_hz: keys.carrier,
+            modulation_hz: keys.modulation_hz,
+            modulation_index: keys.modulation_index,
+            channels: keys.channels,
+            plate: keys.plate,
+            contact: (manifest.contact != RecordedContact::default()).then_some(manifest.contact),
+            standard_errors: manifest.standard_errors,
+            room: manifest.room,
+            intervals: manifest.intervals,
+            participant: manifest.participant,
+            trial: manifest.trial,
+            hardware: manifest.hardware,
+            software: manifest.software,
+            origin: manifest.origin,
+            clocks: manifest.clocks,
+            events: manifest.events,
+        }
     }
 }

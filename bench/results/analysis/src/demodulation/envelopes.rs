@@ -7,7 +7,7 @@ use envelope_files::EvenRows;
 use impedance::{ChannelScales, EnvelopeStream, Filter, Zm};
 use num_complex::Complex64;
 
-use super::DemodulatedRecording;
+use super::demodulated_recording::DemodulatedRecording;
 use crate::findings::RecordingError;
 use crate::flaw::{Channel, Flaw};
 use crate::measurements::Measurements;
@@ -67,6 +67,7 @@ pub(super) fn read(
         record,
         flaws,
     };
+    reading.check_intervals(duration_s)?;
     reading.read_rows(folder, duration_s)?;
     Ok(reading)
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use impedance::ZmFrame;
 use impedance::moving_carrier::{CarrierTrack, CarrierTracker};
 
-use super::DemodulatedRecording;
+use super::demodulated_recording::DemodulatedRecording;
 use crate::clipping::Extremes;
 use crate::findings::RecordingError;
 use crate::flaw::{Channel, Flaw};
@@ -23,7 +23,7 @@ const BLOCK_FRAMES: usize = 16_384;
 
 /// Demodulator of a carrier that stays or moves.
 enum Demodulation {
-    Steady(Pipeline),
+    Steady(Box<Pipeline>),
     Moving(Box<MovingPipeline>),
 }
 
@@ -112,11 +112,8 @@ pub(super) fn read(
     let mut pipeline = match track {
         None => {
             let format = reader.format();
-            Demodulation::Steady(Pipeline::from_recording_with(
-                &manifest,
-                format,
-                &properties,
-            )?)
+            let pipeline = Pipeline::from_recording_with(&manifest, format, &properties)?;
+            Demodulation::Steady(Box::new(pipeline))
         }
         Some(track) => {
             let format = reader.format();

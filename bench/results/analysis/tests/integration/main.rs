@@ -3,6 +3,7 @@
 mod independent_world;
 mod laws_in_doubt;
 mod laws_page;
+mod partial_recordings;
 mod planted;
 mod predictive;
 mod reference_recordings;

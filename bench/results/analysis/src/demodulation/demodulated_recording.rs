@@ -1,0 +1,92 @@
+//! Recording in memory, with the rows of force and position.
+
+use std::path::Path;
+
+use crate::findings::RecordingError;
+use crate::flaw::{Flaw, MissingStream};
+use crate::measurements::Measurements;
+use crate::row_times;
+use crate::spans::Spans;
+use crate::vibration::Vibration;
+use recording::manifest::Manifest;
+use recording::reader::{self, ReadError, RowReader, Warning};
+use recording::{CsvRow, FORCE_FILE, POSITION_FILE};
+
+/// Recording in memory, demodulated.
+#[derive(Debug)]
+pub struct DemodulatedRecording {
+    /// Description of the recording.
+    pub manifest: Manifest,
+    /// Vibration of the plate; `None` if only forces were recorded.
+    pub vibration: Option<Vibration>,
+    /// Impedance, force and position.
+    pub record: Measurements,
+    /// Defects of the recording.
+    pub flaws: Vec<Flaw>,
+}
+
+impl DemodulatedRecording {
+    /// Returns whether the carrier is missing from a channel.
+    pub fn is_carrier_missing(&self) -> bool {
+        let is_missing = |flaw: &Flaw| matches!(flaw, Flaw::CarrierMissing { .. });
+        self.flaws.iter().any(is_missing)
+    }
+}
+
+impl DemodulatedRecording {
+    /// Checks the intervals against the length of a recording without samples, s.
+    pub(super) fn check_intervals(&mut self, duration_s: f64) -> Result<(), RecordingError> {
+        self.manifest.validate_length(duration_s)?;
+        for (index, interval) in self.manifest.intervals.iter().enumerate() {
+            if interval.end_s > duration_s {
+                self.flaws.push(Flaw::from(Warning::IntervalBeyondEnd {
+                    index,
+                    end_s: interval.end_s,
+                    duration_s,
+                }));
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads the rows of force and position of a recording of `duration_s`.
+    pub(super) fn read_rows(
+        &mut self,
+        folder: &Path,
+        duration_s: f64,
+    ) -> Result<(), RecordingError> {
+        let spans = Spans::with_surroundings(&self.manifest);
+        match optional(reader::force_rows(folder, duration_s))? {
+            Some(mut rows) => {
+                let time_s = CsvRow::time_s;
+                let (force, times) =
+                    row_times::read_rows(&spans, FORCE_FILE, rows.by_ref(), time_s)?;
+                self.record.force = force;
+                self.flaws.extend(times.flaws(rows.warnings(), duration_s));
+            }
+            None => self.flaws.push(Flaw::Missing(MissingStream::Forces)),
+        }
+        match optional(reader::position_rows(folder, duration_s))? {
+            Some(mut rows) => {
+                let time_s = CsvRow::time_s;
+                let (position, times) =
+                    row_times::read_rows(&spans, POSITION_FILE, rows.by_ref(), time_s)?;
+                self.record.position = position;
+                self.flaws.extend(times.flaws(rows.warnings(), duration_s));
+            }
+            None => self.flaws.push(Flaw::Missing(MissingStream::Positions)),
+        }
+        Ok(())
+    }
+}
+
+/// Returns the rows of a file; `None` if it does not exist.
+pub(super) fn optional<R>(
+    rows: Result<RowReader<R>, ReadError>,
+) -> Result<Option<RowReader<R>>, ReadError> {
+    match rows {
+        Ok(rows) => Ok(Some(rows)),
+        Err(ReadError::Absent { .. }) => Ok(None),
+        Err(error) => Err(error),
+    }
+}

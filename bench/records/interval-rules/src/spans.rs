@@ -2,7 +2,8 @@
 
 use protocols::Direction;
 
-use crate::rule::{Condition, Quantity, Rule};
+use crate::quantity::Quantity;
+use crate::rule::{Condition, Rule};
 use crate::series::{Series, Stretch};
 
 /// A stretch in which a rule holds.

@@ -8,7 +8,7 @@ use plausibility::{Implausible, Slide};
 use protocols::Direction;
 use recording::manifest::Body;
 use recording::reader::RecordingReader;
-use recording::{ForceRow, Manifest};
+use recording::{ForceRow, Manifest, PositionRow};
 
 use crate::demodulation::DemodulatedRecording;
 use crate::explorations::explorations;
@@ -26,6 +26,8 @@ const SMALLEST_ZERO_N: f64 = 0.01;
 /// which it is corrected.
 const SMALLEST_SLIP_S: f64 = 1e-3;
 const CERTAIN_ERRORS: f64 = 4.0;
+/// Share of the way at each end of an exploration in which the finger starts and stops.
+const WAY_SHARE: f64 = 0.1;
 /// Samples of a spectrum, and frames read at a time.
 const SPECTRUM_SAMPLES: usize = 1 << 17;
 const BLOCK_FRAMES: usize = 16_384;
@@ -60,7 +62,7 @@ impl ForceClock {
         let DemodulatedRecording {
             manifest, record, ..
         } = reading;
-        let slides_s: Vec<(f64, f64)> = spans_s(manifest);
+        let slides_s = moving_s(&record.position, &spans_s(manifest));
         let film = Film {
             frames: &record.frames,
             z_p_n_s_per_m: plate.corrected_n_s_per_m,
@@ -230,6 +232,28 @@ fn spans_s(manifest: &Manifest) -> Vec<(f64, f64)> {
     explorations
         .map(|(_, start_s, end_s)| (start_s, end_s))
         .collect()
+}
+
+/// Returns the parts of explorations in which the finger is on its way: without the first and the last tenth of it.
+fn moving_s(rows: &[PositionRow], spans_s: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let moving = |&(start_s, end_s): &(f64, f64)| {
+        let start = rows.partition_point(|row| row.time_s < start_s);
+        let end = rows.partition_point(|row| row.time_s < end_s);
+        let inside = rows.get(start..end).unwrap_or_default();
+        let (Some(first), Some(last)) = (inside.first(), inside.last()) else {
+            return (start_s, end_s);
+        };
+        let way_m = last.position_m - first.position_m;
+        let passed_s = |share: f64| {
+            let is_past = |row: &&PositionRow| (row.position_m - first.position_m) / way_m >= share;
+            inside.iter().find(is_past).map(|row| row.time_s)
+        };
+        let moving_s = passed_s(WAY_SHARE).zip(passed_s(1.0 - WAY_SHARE));
+        moving_s
+            .filter(|(from_s, to_s)| from_s < to_s)
+            .unwrap_or((start_s, end_s))
+    };
+    spans_s.iter().map(moving).collect()
 }
 
 fn slides(manifest: &Manifest) -> Vec<Slide> {

@@ -9,7 +9,8 @@ use published_statistics::statistics;
 /// A median and a mean over the same trials are told apart, and Δ are over instances first, as in Fig. 14.
 #[test]
 fn each_level_of_a_statistic_has_one_name() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/reference/recording-d");
+    let folder =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/reference/recording-d");
     let analysed = &analyse(&[folder], &Settings::default(), |_| ());
     let instances = analysed.instances().count();
     for row in statistics(analysed).rows {
@@ -28,4 +29,3 @@ fn each_level_of_a_statistic_has_one_name() {
         }
     }
 }
-

@@ -22,15 +22,16 @@ use crate::{CurvePoint, Estimate, Film, Unaligned};
 
 /// Bins of the amplitude.
 const BINS: usize = 32;
-/// Step of the delay, s.
+/// Step of the delay, s, and of a first scan.
 const STEP_S: f64 = 1e-3;
+const SCAN_STEP_S: f64 = 3e-3;
 /// Shortest slides together, s.
 const SHORTEST_S: f64 = 0.5;
 /// Share of a slide at each end that is left out, in which the finger starts and stops.
-const END_SHARE: f64 = 0.22;
-/// Slip within the slides from one rate to the next, s, and greatest deviation from the rate by contact.
-const RATE_STEP_S: f64 = 3e-3;
-const RATE_REACH_S: f64 = 0.03;
+const END_SHARE: f64 = 0.12;
+/// Slip at the ends of the slides from one rate to the next, s, and greatest deviation from the rate by contact.
+const RATE_STEP_S: f64 = 4e-3;
+const RATE_REACH_S: f64 = 0.06;
 /// Steps of the derivatives, s.
 const DERIVATIVE_S: f64 = 0.5e-3;
 /// Greatest share of the friction's variance that the amplitude may leave unexplained.
@@ -38,7 +39,7 @@ const GREATEST_RESIDUAL: f64 = 0.6;
 /// Time over which residuals are alike, s.
 const CORRELATED_S: f64 = 0.02;
 /// Difference of the contact's χ² beyond which a delay is excluded.
-const EXCLUDED: f64 = 9.0;
+const EXCLUDED: f64 = 25.0;
 /// Ratio of residuals of friction that a repetition of the modulation may make.
 const ALIKE: f64 = 10.0;
 /// Distance between minima that are two, s.
@@ -213,43 +214,28 @@ impl<'a> Slides<'a> {
         (0..=steps).map(point).collect()
     }
 
-    /// Finds delay and rate within the range that the contact allows. The contact determines the rate poorly, so the search begins
-    /// from its rate and from that of clocks that agree; the least residual counts.
+    /// Finds delay and rate within the range that the contact allows.
     pub(crate) fn fit(
         &self,
         search: &ContactSearch<'_>,
         contact: &ContactFit,
     ) -> Result<FrictionFit, Unaligned> {
-        let rates = [contact.shift.rate, 0.0];
-        let distinct = &rates[..if rates[0] == rates[1] { 1 } else { 2 }];
-        let fits: Vec<Result<FrictionFit, Unaligned>> = distinct
-            .iter()
-            .map(|rate| self.fit_from(*rate, search, contact))
-            .collect();
-        let residual = |fit: &&FrictionFit| self.residual(fit.shift);
-        let best = fits.iter().filter_map(|fit| fit.as_ref().ok());
-        let best = best.min_by(|a, b| residual(a).total_cmp(&residual(b)));
-        best.copied().map_or_else(
-            || {
-                fits.into_iter()
-                    .last()
-                    .unwrap_or(Err(Unaligned::NoFriction))
-            },
-            Ok,
-        )
-    }
-
-    fn fit_from(
-        &self,
-        rate: f64,
-        search: &ContactSearch<'_>,
-        contact: &ContactFit,
-    ) -> Result<FrictionFit, Unaligned> {
+        // Over slides far apart a rate is a delay of each: the best of all rates is where the search begins.
+        let steps = (RATE_REACH_S / RATE_STEP_S) as i32;
+        let rate_step = 2.0 * RATE_STEP_S / self.length_s;
+        let rates = (-steps..=steps).map(|step| contact.shift.rate + f64::from(step) * rate_step);
+        let scans = rates.chain([0.0]).filter_map(|rate| {
+            let curve = self.scan(contact.range_s, SCAN_STEP_S, rate);
+            least(&curve).map(|best| (rate, best.residual))
+        });
+        let rate = scans
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .map_or(contact.shift.rate, |scan| scan.0);
         let mut shift = Shift {
             rate,
             ..contact.shift
         };
-        let curve = self.scan(contact.range_s, STEP_S, shift.rate);
+        let curve = self.scan(contact.range_s, STEP_S, rate);
         let best = least(&curve).ok_or(Unaligned::TooShort)?;
         if best.residual.is_nan() || best.residual > GREATEST_RESIDUAL {
             return Err(Unaligned::NoFriction);
@@ -306,9 +292,8 @@ impl<'a> Slides<'a> {
     }
 
     fn refined_rate(&self, shift: Shift) -> Shift {
-        let steps = (RATE_REACH_S / RATE_STEP_S) as i32;
-        let rate_step = 2.0 * RATE_STEP_S / self.length_s;
-        let shifts = (-steps..=steps).map(|step| Shift {
+        let rate_step = RATE_STEP_S / self.length_s;
+        let shifts = (-3..=3).map(|step| Shift {
             rate: shift.rate + f64::from(step) * rate_step,
             ..shift
         });

@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use escaping::escaped_line;
 use friction_bench::cli::{ParticipantOptions, Run, Speed};
-use participant_displays::participant_window::{WindowDisplay, default_socket};
 use participant_displays::Displays;
+use participant_displays::participant_window::{WindowDisplay, default_socket};
 use protocols::Texts;
 
 /// Longest time that a session waits for the participant's window before it begins.

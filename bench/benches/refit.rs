@@ -10,6 +10,7 @@ use analysis::amplitude_profile::AmplitudeProfile;
 use analysis::error_budget::ErrorBudget;
 use analysis::trial_fit::{FitRequest, SelectedExploration, fit};
 use analysis::{Settings, demodulation, unloaded_plate};
+use anyhow::Context;
 use contact::AssumedConstants;
 use criterion::{Criterion, criterion_group, criterion_main};
 use protocols::selection::select;

@@ -3,27 +3,17 @@
 use recording::{ForceRow, PositionRow};
 use statistics::{median, quantile};
 
-use crate::Implausible;
+use crate::implausible::Implausible;
 
 /// Longest travel on a plate, m, and greatest speed of an exploring finger, m/s.
 const LONGEST_TRAVEL_M: f64 = 1.0;
 const GREATEST_SPEED_M_PER_S: f64 = 2.0;
-/// Usual travels on a plate, m, by which a unit is recognised.
-const USUAL_TRAVEL_M: [f64; 2] = [0.01, 0.5];
 /// Share of a slide at each end in which the finger starts and stops.
 const END_SHARE: f64 = 0.1;
 /// Fewest positions of a slide.
 const FEWEST: usize = 10;
 /// Share of the lateral force's readings on either side of zero above which its sign is certain.
 const CERTAIN_SHARE: f64 = 0.7;
-
-/// Units in which a position may be given in place of metres: metres per unit, name, and remedy.
-const UNITS: [(f64, &str, &str); 4] = [
-    (1e-3, "millimetres", "divide by 1000"),
-    (1e-2, "centimetres", "divide by 100"),
-    (0.0254, "inches", "multiply by 0.0254"),
-    (1e-6, "micrometres", "divide by 1000000"),
-];
 
 /// Slide of a finger over the plate.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,22 +46,6 @@ impl Slide {
         let time_s = last.time_s - first.time_s;
         (count >= FEWEST && time_s > 0.0).then_some((way_m, way_m / time_s))
     }
-}
-
-/// Returns the units in which `travel_m` would be a usual travel, in words with their remedies.
-pub(crate) fn unit_remedy(travel_m: f64) -> String {
-    let [least_m, most_m] = USUAL_TRAVEL_M;
-    let fitting = UNITS
-        .iter()
-        .filter(|(metres, ..)| (least_m..=most_m).contains(&(metres * travel_m)));
-    let words: Vec<String> = fitting
-        .map(|(_, unit, remedy)| format!("it looks like {unit}: {remedy}"))
-        .collect();
-    if words.is_empty() {
-        return "it looks like counts of an encoder: multiply them by the metres of a count"
-            .to_owned();
-    }
-    words.join(", or ")
 }
 
 /// Returns the implausible positions among `rows`.

@@ -7,7 +7,8 @@ use impedance::{Transient, ZmFrame};
 use num_complex::Complex64;
 use statistics::wrap_rad;
 
-use crate::Implausible;
+use crate::implausible::Implausible;
+use crate::quantity::Quantity;
 
 /// Smallest excess of the damping at small amplitudes that shows a finger, N·s/m, and in standard errors.
 const SMALLEST_EXCESS_N_S_PER_M: f64 = 0.15;
@@ -28,30 +29,6 @@ const FEWEST_PERIODS: f64 = 2.0;
 const SMALLEST_SHARE: f64 = 0.5;
 /// Smallest modulation of both envelopes relative to their means.
 const SMALLEST_MODULATION: f64 = 0.1;
-
-/// Quantity that a pickup may read in place of a displacement.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
-    /// A velocity, which leads by a quarter of a turn.
-    Velocity,
-    /// An acceleration, or a displacement of the other sign.
-    Acceleration,
-}
-
-impl Quantity {
-    pub(crate) fn words(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Velocity => (
-                "a velocity",
-                "divide metres_per_unit by 2π·carrier_hz and take π/2 from phase_rad",
-            ),
-            Self::Acceleration => (
-                "an acceleration, or of a displacement of the other sign",
-                "divide metres_per_unit by (2π·carrier_hz)² if it is one, and take π from phase_rad",
-            ),
-        }
-    }
-}
 
 /// Returns the finding of a phase that must be added to the pickup's and that is that of another quantity.
 #[must_use]

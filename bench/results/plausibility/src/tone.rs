@@ -2,7 +2,7 @@
 
 use statistics::significant;
 
-use crate::Implausible;
+use crate::implausible::Implausible;
 
 /// Fewest samples of a spectrum.
 const FEWEST: usize = 1024;

@@ -13,8 +13,8 @@ use impedance::ZmFrame;
 use num_complex::Complex64;
 
 use crate::bins::{Bins, Lines, Observation};
+use crate::film::{CurvePoint, Film};
 use crate::grid::ForceGrid;
-use crate::{CurvePoint, Film};
 
 /// Greatest delay that is searched, s.
 const GREATEST_DELAY_S: f64 = 1.5;
@@ -95,7 +95,7 @@ impl<'a> ContactSearch<'a> {
     /// Prepares the search; `None` with too few frames.
     #[must_use]
     pub fn new(film: &Film<'_>, grid: &'a ForceGrid) -> Option<Self> {
-        let (centre_s, length_s) = crate::friction::centre_and_length(film)?;
+        let (centre_s, length_s) = crate::film::centre_and_length(film)?;
         let [first, second, ..] = film.frames else {
             return None;
         };

@@ -16,9 +16,9 @@ use num_complex::Complex64;
 
 use crate::bins::{Bins, Lines, Observation};
 use crate::contact::{ContactFit, ContactSearch, Shift};
+use crate::film::{CurvePoint, Estimate, Film, Unaligned, centre_and_length, joint_rate};
 use crate::grid::ForceGrid;
 use crate::least::{least, minima};
-use crate::{CurvePoint, Estimate, Film, Unaligned};
 
 /// Bins of the amplitude.
 const BINS: usize = 32;
@@ -90,14 +90,6 @@ pub(crate) struct FrictionFit {
     pub(crate) delay_s: Estimate,
     pub(crate) random_std_s: f64,
     pub(crate) rate: Estimate,
-}
-
-/// Returns the middle of the slides, s, and the time from the first to the last, s.
-pub(crate) fn centre_and_length(film: &Film<'_>) -> Option<(f64, f64)> {
-    let starts = film.slides_s.iter().map(|slide| slide.0);
-    let ends = film.slides_s.iter().map(|slide| slide.1);
-    let (start_s, end_s) = (starts.reduce(f64::min)?, ends.reduce(f64::max)?);
-    (end_s > start_s).then_some((0.5 * (start_s + end_s), end_s - start_s))
 }
 
 impl<'a> Slides<'a> {
@@ -414,7 +406,7 @@ impl<'a> Slides<'a> {
             value: best.delay_s - IMPEDANCE_LAG.value,
             std: (0.5 * nearest).hypot(IMPEDANCE_LAG.std),
         };
-        crate::joint_rate(&[read, FILM_LAG]).unwrap_or(FILM_LAG)
+        joint_rate(&[read, FILM_LAG]).unwrap_or(FILM_LAG)
     }
 
     /// Returns the share of the impedance's variance that amplitude `lag_s` earlier and normal force leave unexplained.

@@ -2,7 +2,7 @@
 
 use impedance::smoothing::LowPass;
 
-use crate::ForceSample;
+use crate::film::ForceSample;
 
 /// Rate of the grid, Hz.
 const RATE_HZ: f64 = 2000.0;

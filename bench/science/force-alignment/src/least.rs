@@ -1,6 +1,6 @@
 //! Minima of sampled curves.
 
-use crate::CurvePoint;
+use crate::film::CurvePoint;
 
 /// Returns the place of the least value of an even curve, refined by the parabola through it and its neighbours.
 pub(crate) fn least(curve: &[CurvePoint]) -> Option<CurvePoint> {

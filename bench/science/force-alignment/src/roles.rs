@@ -7,7 +7,7 @@
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-use crate::ForceSample;
+use crate::film::ForceSample;
 
 /// Smallest modulated share of a lateral force, and its smallest ratio to that of the normal force, for an exchange.
 const SMALLEST_SHARE: f64 = 0.15;

@@ -7,7 +7,8 @@
 
 use statistics::{median, quantile};
 
-use crate::{Estimate, ForceGrid, ForceSample};
+use crate::film::{Estimate, ForceSample};
+use crate::grid::ForceGrid;
 
 /// Share of a period's readings beyond the one that is taken.
 const LIFTED: f64 = 0.1;

@@ -1,0 +1,369 @@
+//! Findings, their words, and what they spoil.
+
+use force_alignment::TellingFactor;
+use statistics::significant;
+
+use crate::quantity::Quantity;
+use crate::units::{force_remedy, position_remedy};
+
+/// Largest force of a finger, N; the bench's own limit is 20 N.
+pub(crate) const LARGEST_N: f64 = 20.0;
+/// Smallest and largest ratio of the lateral to the normal force of a finger that slides over a plate at rest.
+pub(crate) const FRICTION: [f64; 2] = [0.1, 5.0];
+/// Smallest and largest ratio beyond which no friction has a meaning.
+pub(crate) const ANY_FRICTION: [f64; 2] = [0.02, 20.0];
+/// Smallest and largest contact area of a finger pad, m²: two and a half standard deviations about the median of 164 mm².
+pub(crate) const CONTACT_AREA_M2: [f64; 2] = [45e-6, 600e-6];
+/// The median, m², and the factor of a force beyond which no estimate has a meaning; the area that fits grows with its cube.
+pub(crate) const USUAL_AREA_M2: f64 = 164e-6;
+pub(crate) const GREATEST_FORCE_FACTOR: f64 = 2.0;
+
+/// Reading that no finger and no sound channel makes.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Implausible {
+    /// The normal force is too large or too small.
+    #[error(
+        "force.csv: normal_n reads {} N while the finger slides, {} any finger's: {}",
+        significant(*normal_n),
+        if *normal_n > LARGEST_N { "more than" } else { "less than" },
+        force_remedy(*normal_n)
+    )]
+    Size {
+        /// Size of the force at the 90th percentile, N.
+        normal_n: f64,
+    },
+    /// The normal force is negative while the finger presses.
+    #[error(
+        "force.csv: normal_n is negative while the finger presses ({} N): it has the sensor's sign; multiply it by -1",
+        significant(*normal_n)
+    )]
+    Sign {
+        /// Force at the 10th percentile, N.
+        normal_n: f64,
+    },
+    /// A column has one value throughout.
+    #[error(
+        "force.csv: {column} is {value} in each of {rows} rows: the sensor sent nothing new, or the column was filled in; \
+         look at its cable and at the program that wrote the file"
+    )]
+    Constant {
+        /// Name of the column.
+        column: &'static str,
+        /// Its value.
+        value: f64,
+        /// Number of rows.
+        rows: usize,
+    },
+    /// The lateral force does not fit the normal force.
+    #[error(
+        "force.csv: lateral_n is {} times normal_n while the finger slides, and friction is {} to {}: look at the units and the \
+         gains of both columns",
+        significant(*ratio), FRICTION[0], FRICTION[1]
+    )]
+    Friction {
+        /// Ratio of the lateral to the normal force.
+        ratio: f64,
+    },
+    /// The carrier is far from the plate's resonance.
+    #[error(
+        "carrier_hz = {carrier_hz:.0} is {:.0} Hz from resonance_hz = {resonance_hz:.0}: the plate hardly moves there, so its \
+         impedance is uncertain and amplitudes are small",
+        (carrier_hz - resonance_hz).abs()
+    )]
+    Carrier {
+        /// Carrier, Hz.
+        carrier_hz: f64,
+        /// Stated resonance of the plate, Hz.
+        resonance_hz: f64,
+    },
+    /// A channel uses a small part of its range.
+    #[error(
+        "signals.wav: the {channel} never exceeds 1/{:.0} of full scale: 24-bit samples that were read as 32-bit ones \
+         (multiply them by 256), or an input with too little gain",
+        1.0 / level
+    )]
+    SmallShare {
+        /// Name of the channel.
+        channel: String,
+        /// Largest |sample|, as a share of full scale.
+        level: f32,
+    },
+    /// The normal force is far from zero without a finger.
+    #[error(
+        "force.csv: normal_n reads {} N in the intervals without a finger: it is untared, subtract that reading; or something \
+         rested on the plate",
+        significant(*normal_n)
+    )]
+    Untared {
+        /// Median without a finger, N.
+        normal_n: f64,
+    },
+    /// The columns of normal and lateral force are exchanged.
+    #[error(
+        "force.csv: normal_n follows the modulation, by {:.0} % of its mean, and lateral_n by {:.0} %, but the film modulates \
+         friction: the columns are exchanged; exchange their names",
+        normal * 100.0, lateral * 100.0
+    )]
+    Exchanged {
+        /// Modulated share of the column `normal_n`.
+        normal: f64,
+        /// Modulated share of the column `lateral_n`.
+        lateral: f64,
+    },
+    /// The lateral force has the other sign.
+    #[error(
+        "force.csv: lateral_n is negative while the finger slides towards growing positions: it has the sensor's sign; multiply it \
+         by -1 (friction is taken by its size, so that the estimates remain)"
+    )]
+    LateralSign,
+    /// The forces come late or early.
+    #[error(
+        "force.csv: the forces come {:.1} ± {:.1} ms {} against drive and pickup, as contact and friction show; analysed with their \
+         times corrected: add {:+.4} s to time_s, and look for a trigger or a filter in the path of the sensor",
+        late_s.abs() * 1e3, half_width95_s * 1e3, if *late_s > 0.0 { "late" } else { "early" }, -late_s
+    )]
+    ForcesLate {
+        /// Delay, s.
+        late_s: f64,
+        /// Half width of its 95 % interval, s.
+        half_width95_s: f64,
+    },
+    /// The forces come late or early by one of two delays.
+    #[error(
+        "force.csv: the forces come late by {first_s:.3} or by {second_s:.3} s against drive and pickup (early if negative): the \
+         recording does not show by which; state the right times"
+    )]
+    ForcesUnclear {
+        /// One delay, s.
+        first_s: f64,
+        /// The other delay, s.
+        second_s: f64,
+    },
+    /// The lateral force's zero is that of strokes there and back.
+    #[error(
+        "force.csv: lateral_n differs between strokes there and back by twice {:+.0} ± {:.0} mN, and shows no zero without a finger; \
+         analysed with this zero: tare the sensor, and leave the plate free for a second",
+        zero_n * 1e3, half_width95_n * 1e3
+    )]
+    StrokesZero {
+        /// Zero of the lateral force, N.
+        zero_n: f64,
+        /// Half width of its 95 % interval, N.
+        half_width95_n: f64,
+    },
+    /// The forces are on a clock of another rate.
+    #[error(
+        "force.csv: its times are on a clock that is {:.0} ± {:.0} ppm {} against that of signals.wav; analysed with their times \
+         corrected: multiply time_s by {:.6}, and state the true rate of the sensor",
+        ppm.abs(), half_width95_ppm, if *ppm > 0.0 { "slow" } else { "fast" }, 1.0 + 1e-6 * ppm
+    )]
+    ForcesClock {
+        /// Excess of true over stated time, ppm.
+        ppm: f64,
+        /// Half width of its 95 % interval, ppm.
+        half_width95_ppm: f64,
+    },
+    /// The position is in another unit.
+    #[error(
+        "position.csv: the finger travels {} m at {} m/s, more than any finger on a plate: {}",
+        significant(*travel_m), significant(*speed_m_per_s), position_remedy(*travel_m)
+    )]
+    PositionUnit {
+        /// Longest travel in an exploration, m.
+        travel_m: f64,
+        /// Median speed, m/s.
+        speed_m_per_s: f64,
+    },
+    /// The position runs against the stated directions.
+    #[error(
+        "position.csv: position_m falls in every exploration stated as left_to_right, and grows in every one stated as \
+         right_to_left: it runs backwards; multiply it by -1 and state centre_m on that scale, or exchange the directions"
+    )]
+    Backwards,
+    /// The position does not change.
+    #[error(
+        "position.csv: position_m has one value throughout each exploration: the encoder sent nothing new, or the column was \
+         filled in; look at its cable and at the program that wrote the file"
+    )]
+    PositionStill,
+    /// Drive and pickup are exchanged.
+    #[error(
+        "signals.wav: the pickup's envelope is {:.1} ms ahead of the drive's, but a plate follows its drive: drive and pickup are \
+         exchanged; exchange channels.drive.index and channels.pickup.index",
+        lead_s * 1e3
+    )]
+    ChannelsExchanged {
+        /// Lead of the envelope that is stated to be the pickup's, s.
+        lead_s: f64,
+    },
+    /// A scale of drive or pickup is off by a telling factor.
+    #[error(
+        "the unloaded plate answers to the modulation as if its modal mass were {} times the stated one: a scale is off by {factor}; \
+         check volts_per_unit, force_factor_n_per_v and metres_per_unit (peak), and modal_mass_kg",
+        significant(*ratio)
+    )]
+    ScaleFactor {
+        /// Ratio of the modal mass by the plate's answer to the stated one.
+        ratio: f64,
+        /// Factor.
+        factor: TellingFactor,
+    },
+    /// A scale of drive or pickup is far off.
+    #[error(
+        "the unloaded plate answers to the modulation as if its modal mass were {} times the stated one: check volts_per_unit, \
+         force_factor_n_per_v, metres_per_unit and modal_mass_kg",
+        significant(*ratio)
+    )]
+    Scale {
+        /// Ratio of the modal mass by the plate's answer to the stated one.
+        ratio: f64,
+    },
+    /// The stated modulation is not in the drive.
+    #[error(
+        "the drive's envelope is modulated at modulation_hz = {stated_hz} by {:.0} % only: state the frequency of the modulation, \
+         or correct the sample rate",
+        share * 100.0
+    )]
+    OtherModulation {
+        /// Stated frequency, Hz.
+        stated_hz: f64,
+        /// Share of the envelope's mean that is at that frequency.
+        share: f64,
+    },
+    /// A finger was on the plate in the intervals without one.
+    #[error(
+        "the plate's damping in the intervals without a finger is {excess_n_s_per_m:.2} N·s/m higher at small amplitudes: a finger was \
+         on it, although the forces do not show it; correct the unloaded intervals"
+    )]
+    FingerOnPlate {
+        /// Excess of the damping at small over that at large amplitudes, N·s/m.
+        excess_n_s_per_m: f64,
+    },
+    /// The pickup reads another quantity than the displacement.
+    #[error(
+        "pickup: its phase is that of {}, not of a displacement: {}",
+        quantity.words().0, quantity.words().1
+    )]
+    PickupQuantity {
+        /// The quantity.
+        quantity: Quantity,
+    },
+    /// The self-sensed normal force fits the measured one only with a contact area that no finger has.
+    #[error(
+        "the self-sensed normal force is that of normal_n only with a contact of {} mm², and a finger pad's is {:.0} to {:.0}: normal_n \
+         is some {:.1} times too large, or another scale is off; look at its unit and its gain",
+        significant(area_m2 * 1e6), CONTACT_AREA_M2[0] * 1e6, CONTACT_AREA_M2[1] * 1e6, force_factor(*area_m2)
+    )]
+    ContactArea {
+        /// Contact area, m².
+        area_m2: f64,
+    },
+    /// A channel has one value throughout.
+    #[error(
+        "signals.wav: the {channel} is {value} in each sample: a dead channel; look at its cable, its index and the program that \
+         wrote the file"
+    )]
+    DeadChannel {
+        /// Name of the channel.
+        channel: String,
+        /// Its value.
+        value: String,
+    },
+    /// The signal's strongest tone is far from the stated carrier.
+    #[error(
+        "signals.wav: the strongest tone of the drive is at {found_hz:.0} Hz, and carrier_hz = {stated_hz:.0} is not in it: state \
+         the carrier, or correct the sample rate if it is {} times that of the data",
+        significant(found_hz / stated_hz)
+    )]
+    OtherCarrier {
+        /// Frequency of the strongest tone, Hz.
+        found_hz: f64,
+        /// Stated carrier, Hz.
+        stated_hz: f64,
+    },
+}
+
+impl Implausible {
+    /// Returns whether the plate's impedance cannot be used until it is corrected.
+    #[must_use]
+    pub fn spoils_plate(&self) -> bool {
+        matches!(
+            self,
+            Self::ChannelsExchanged { .. }
+                | Self::ScaleFactor { .. }
+                | Self::Scale { .. }
+                | Self::FingerOnPlate { .. }
+        )
+    }
+
+    /// Returns the name of the flaw, for the reason why a stretch has no estimate.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Size { .. } => "normal force in another unit",
+            Self::Sign { .. } => "normal force upside down",
+            Self::Constant { .. } => "dead channel of the force sensor",
+            Self::Friction { .. } => "scale of the forces",
+            Self::Carrier { .. } => "carrier far from the resonance",
+            Self::SmallShare { .. } => "level of a channel",
+            Self::Untared { .. } => "normal force untared",
+            Self::Exchanged { .. } => "normal and lateral force exchanged",
+            Self::LateralSign => "lateral force upside down",
+            Self::ForcesLate { .. } => "forces late or early",
+            Self::ForcesUnclear { .. } => "forces late or early by one of two delays",
+            Self::StrokesZero { .. } => "lateral force untared",
+            Self::ForcesClock { .. } => "rate of the forces",
+            Self::PositionUnit { .. } => "position in another unit",
+            Self::Backwards => "position backwards",
+            Self::PositionStill => "dead position",
+            Self::ChannelsExchanged { .. } => "drive and pickup exchanged",
+            Self::ScaleFactor { .. } | Self::Scale { .. } => "scale of drive or pickup",
+            Self::OtherModulation { .. } => "modulation not that of the data",
+            Self::FingerOnPlate { .. } => "finger in the unloaded intervals",
+            Self::PickupQuantity { .. } => "quantity of the pickup",
+            Self::ContactArea { .. } => "scale of the normal force",
+            Self::DeadChannel { .. } => "dead channel",
+            Self::OtherCarrier { .. } => "carrier not that of the data",
+        }
+    }
+
+    /// Returns whether the estimates cannot be used until it is corrected.
+    #[must_use]
+    pub fn spoils_estimates(&self) -> bool {
+        match self {
+            Self::Friction { ratio } => !(ANY_FRICTION[0]..=ANY_FRICTION[1]).contains(ratio),
+            Self::ContactArea { area_m2 } => {
+                let factor = force_factor(*area_m2);
+                factor.max(factor.recip()) > GREATEST_FORCE_FACTOR
+            }
+            Self::Size { .. }
+            | Self::Sign { .. }
+            | Self::Constant { .. }
+            | Self::Untared { .. }
+            | Self::Exchanged { .. }
+            | Self::PositionUnit { .. }
+            | Self::Backwards
+            | Self::PositionStill
+            | Self::ChannelsExchanged { .. }
+            | Self::ScaleFactor { .. }
+            | Self::Scale { .. }
+            | Self::ForcesUnclear { .. }
+            | Self::FingerOnPlate { .. } => true,
+            Self::Carrier { .. }
+            | Self::SmallShare { .. }
+            | Self::LateralSign
+            | Self::ForcesLate { .. }
+            | Self::ForcesClock { .. }
+            | Self::StrokesZero { .. }
+            | Self::PickupQuantity { .. }
+            | Self::OtherModulation { .. }
+            | Self::DeadChannel { .. }
+            | Self::OtherCarrier { .. } => false,
+        }
+    }
+}
+
+/// Returns the factor by which a normal force is too large if the usual area of a finger pad becomes `area_m2` by it.
+pub(crate) fn force_factor(area_m2: f64) -> f64 {
+    (area_m2 / USUAL_AREA_M2).cbrt()
+}

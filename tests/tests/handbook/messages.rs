@@ -47,7 +47,6 @@ const LEFT_OUT: &[&str] = &[
     "MapError",
     "Missing",
     "ModelError",
-    "MovingCarrierError",
     "NameError",
     "NoCarrier",
     "NoForceAxis",

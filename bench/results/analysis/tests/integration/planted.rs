@@ -35,7 +35,7 @@ static RECORDING: LazyLock<TempDir> = LazyLock::new(|| {
 });
 
 /// Change of each row or frame, and the words of its flaw.
-type Change<'a, T: ?Sized> = (&'a dyn Fn(&mut T), &'a str);
+type Change<'a, T> = (&'a dyn Fn(&mut T), &'a str);
 
 /// Copy of the recording with a mistake.
 struct Copy(TempDir);

@@ -34,6 +34,9 @@ static RECORDING: LazyLock<TempDir> = LazyLock::new(|| {
     folder
 });
 
+/// Change of each row or frame, and the words of its flaw.
+type Change<'a, T> = (&'a dyn Fn(&mut T), &'a str);
+
 /// Copy of the recording with a mistake.
 struct Copy(TempDir);
 
@@ -112,9 +115,6 @@ fn friction(findings: &RecordingFindings) -> f64 {
     statistics::median(estimates.map(|estimate| estimate.mu0)).unwrap()
 }
 
-/// Mistake, and words that name it.
-type Planted<'a, T> = (&'a dyn Fn(&mut T), &'a str);
-
 #[test]
 fn a_mistake_that_can_be_undone_is_named_and_leaves_the_estimates() {
     let untouched = Copy::new().findings();
@@ -124,7 +124,7 @@ fn a_mistake_that_can_be_undone_is_named_and_leaves_the_estimates() {
     let slow = |row: &mut ForceRow| row.time_s *= 1.01;
     let untared = |row: &mut ForceRow| row.lateral_n += 0.3;
     let reversed = |row: &mut ForceRow| row.lateral_n = -row.lateral_n;
-    let changes: [Planted<ForceRow>; 4] = [
+    let changes: [Change<'_, ForceRow>; 4] = [
         (&late, "ms late against drive and pickup"),
         (&slow, "ppm fast against that of signals.wav"),
         (&untared, "+300 mN (lateral)"),
@@ -153,14 +153,14 @@ fn a_mistake_that_makes_the_numbers_meaningless_is_named_and_leaves_none() {
     let untared = |row: &mut ForceRow| row.normal_n += 0.5;
     let grams = |row: &mut ForceRow| row.normal_n *= 101.97;
     let twice = |row: &mut ForceRow| row.normal_n *= 3.0;
-    let forces: [Planted<ForceRow>; 5] = [
+    let forces: [Change<'_, ForceRow>; 5] = [
         (&swap, "the columns are exchanged"),
         (&reversed, "normal_n is negative while the finger presses"),
         (&untared, "it is untared, subtract that reading"),
         (&grams, "it looks like grams"),
         (&twice, "times too large"),
     ];
-    let positions: [Planted<PositionRow>; 2] = [
+    let positions: [Change<'_, PositionRow>; 2] = [
         (
             &|row: &mut PositionRow| row.position_m *= 1e3,
             "it looks like millimetres",
@@ -170,7 +170,7 @@ fn a_mistake_that_makes_the_numbers_meaningless_is_named_and_leaves_none() {
             "it runs backwards",
         ),
     ];
-    let samples: [Planted<[f32]>; 5] = [
+    let samples: [Change<'_, [f32]>; 5] = [
         (
             &|frame: &mut [f32]| frame.swap(0, 1),
             "drive and pickup are exchanged",

@@ -1,4 +1,4 @@
-//! What is known of film and forces, and what is found.
+//! Film and forces as measured, and findings about their clocks.
 
 use impedance::ZmFrame;
 use num_complex::Complex64;

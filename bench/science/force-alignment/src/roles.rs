@@ -20,9 +20,9 @@ const FEWEST_PER_PERIOD: f64 = 8.0;
 /// Modulated share of both columns in a slide.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModulatedShares {
-    /// Of the column that is stated to be the normal force.
+    /// Share of the column stated as the normal force.
     pub normal: f64,
-    /// Of the column that is stated to be the lateral force.
+    /// Share of the column stated as the lateral force.
     pub lateral: f64,
 }
 

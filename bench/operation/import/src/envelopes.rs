@@ -28,9 +28,15 @@ use crate::survey::Envelope;
 
 /// Greatest number of values, which are held in memory.
 const MOST_VALUES: u64 = 60_000_000;
-/// Greatest gain by which a filter is undone: noise beyond is amplified more than signals.
-const GREATEST_GAIN: f64 = 100.0;
-/// Periods of the modulation's frequency up to which the envelopes must reach when the filter is undone.
+/// Greatest gain by which a filter is undone: beyond, the ends of the recording are amplified more than signals.
+const GREATEST_GAIN: f64 = 2000.0;
+/// Greatest RMS of the noise that undoing a filter may add, as a share of the envelope's.
+const ADDED_NOISE: f64 = 1e-4;
+/// Part of the band, below half the rate, that shows the noise behind the filter.
+const NOISE_BAND: (f64, f64) = (0.8, 0.95);
+/// Frequency up to which the envelopes must reach for σ_t and Z_t of every method to be within 1 % of those of sampled signals, Hz.
+const NEEDED_HZ: f64 = 750.0;
+/// Periods of the modulation's frequency up to which they must reach.
 const NEEDED_HARMONICS: f64 = 20.0;
 /// Time by which the ends are continued while a filter is undone, in time constants.
 const PADDING_TAU: f64 = 40.0;
@@ -60,6 +66,12 @@ pub(crate) fn convert(
         for channel in &mut channels {
             undo(channel, filter, tone.frequency_hz)?;
         }
+    }
+    let reach_hz = 0.5 / channels[0].step_s;
+    if reach_hz < NEEDED_HZ {
+        notes.push(format!(
+            "the envelopes reach {reach_hz:.0} Hz to either side of the carrier: below {NEEDED_HZ} Hz, sigma_t and Z_t of `trial` may be off by some percent; keep envelopes at a higher rate"
+        ));
     }
     integrate(
         &mut channels[1],
@@ -270,8 +282,57 @@ fn modulation_of(
     })
 }
 
-/// Undoes a lock-in amplifier's low-pass: multiplies the spectrum by (1 + iΩτ)^order as far as that amplifies by no more than the
-/// greatest gain.
+/// Returns the frequency up to which a low-pass can be undone, Hz: where the gain, or the noise that it adds, is greatest.
+fn reach_hz(envelope: &Envelope, LockInFilter { order, tau_s }: LockInFilter) -> f64 {
+    let rate_hz = 1.0 / envelope.step_s;
+    let size = envelope.values.len().next_power_of_two();
+    let finite = envelope.values.iter().filter(|value| value.is_finite());
+    let power = finite.map(|value| value.norm_sqr()).sum::<f64>() / envelope.values.len() as f64;
+    let parts: [fn(&Complex64) -> f64; 2] = [|value| value.re, |value| value.im];
+    let noise: f64 = parts
+        .map(|part| noise_power(envelope, part, size))
+        .iter()
+        .sum();
+    let mut added = 0.0;
+    for bin in 0..=size / 2 {
+        let hz = bin as f64 * rate_hz / size as f64;
+        let gain = Complex64::new(1.0, TAU * hz * tau_s)
+            .norm()
+            .powi(order as i32);
+        added += noise * (gain * gain - 1.0) * 2.0 / size as f64;
+        if gain > GREATEST_GAIN || added > ADDED_NOISE * ADDED_NOISE * power {
+            return hz;
+        }
+    }
+    rate_hz / 2.0
+}
+
+/// Returns the power of noise of equal density in the whole band that has the density near its end.
+fn noise_power(envelope: &Envelope, part: fn(&Complex64) -> f64, size: usize) -> f64 {
+    let count = envelope.values.len();
+    let forward = fourier::forward(size);
+    let mut input = vec![0.0; size];
+    let mut window_power = 0.0;
+    for (n, (x, value)) in input.iter_mut().zip(&envelope.values).enumerate() {
+        let window = 0.5 - 0.5 * (TAU * (n as f64 + 0.5) / count as f64).cos();
+        window_power += window * window;
+        // A lost value has no spectrum.
+        *x = if value.is_finite() {
+            window * part(value)
+        } else {
+            0.0
+        };
+    }
+    let mut spectrum = forward.make_output_vec();
+    // The transform made the buffer, so it fits.
+    let _ = forward.process(&mut input, &mut spectrum);
+    let [from, to] = [NOISE_BAND.0, NOISE_BAND.1].map(|share| (share * (size / 2) as f64) as usize);
+    let density = statistics::median(spectrum[from..=to].iter().map(Complex64::norm_sqr));
+    // The median of the power of noise is ln 2 of its mean.
+    density.unwrap_or(0.0) / std::f64::consts::LN_2 / window_power
+}
+
+/// Undoes a lock-in amplifier's low-pass: multiplies the spectrum by (1 + iΩτ)^order as far as it can be undone.
 fn undo(
     envelope: &mut Envelope,
     filter: LockInFilter,
@@ -279,9 +340,10 @@ fn undo(
 ) -> Result<(), ImportRefusal> {
     let LockInFilter { order, tau_s } = filter;
     let rate_hz = 1.0 / envelope.step_s;
-    let corner = (GREATEST_GAIN.powf(2.0 / f64::from(order)) - 1.0).sqrt();
-    let reach_hz = (corner / (TAU * tau_s)).min(rate_hz / 2.0);
-    let needed_hz = NEEDED_HARMONICS * modulation_hz.max(1.0);
+    let reach_hz = reach_hz(envelope, filter);
+    let needed_hz = (NEEDED_HARMONICS * modulation_hz)
+        .max(NEEDED_HZ)
+        .min(rate_hz / 2.0);
     if reach_hz < needed_hz {
         return Err(ImportRefusal::LowPass {
             reach_hz,

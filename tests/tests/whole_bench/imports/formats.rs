@@ -35,7 +35,7 @@ const EXACT: [&str; 12] = [
 ];
 /// Greatest relative difference of any result.
 const EQUAL: f64 = 1e-6;
-/// Formats that round what they store, each with the greatest relative difference of σ_t, Z_t and μ0: single precision has 24 bits
+/// Formats that round the values, each with the greatest relative difference of σ_t, Z_t and μ0: single precision has 24 bits
 /// of forces and times, and 16 bits of the converter's 24 are 1.5·10⁻⁵ of its full scale.
 const ROUNDED: [(&str, f64); 2] = [("v7 of singles", 1e-4), ("FLAC of 16 bits", 1e-2)];
 /// Least overlap of an interval with the true one: time in both over time in either.
@@ -113,7 +113,6 @@ fn session(seed: u64, folder: &Path, is_campaign: bool) -> Tally {
         *all = results.estimate_differences(&imported(format));
         assert!(all.greatest() <= *limit, "seed {seed}, {format}: {all}");
     }
-    // The same files by another map replace the recording.
     let by_rules =
         read_manifest(&import(&files.join(exact[0]), "rules.toml")).expect("a recording");
     let overlap = least_overlap(&by_rules, &native);

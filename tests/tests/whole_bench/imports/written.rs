@@ -17,11 +17,16 @@ pub(super) fn write(script: &str, recording: &Path, folder: &Path, kinds: &[&str
     assert!(output.status.success(), "{}", text(&output));
 }
 
-/// Runs `import` of a map of a folder into the folder's study `study`.
+/// Returns the study of a map: recordings of another map are not replaced.
+fn study(folder: &Path, map: &str) -> PathBuf {
+    folder.join(map).with_extension("study")
+}
+
+/// Runs `import` of a map of a folder into the map's study.
 pub(super) fn run_import(folder: &Path, map: &str) -> Output {
     let mut command = bench();
     command.arg("import").arg(folder.join(map));
-    command.arg("--study").arg(folder.join("study"));
+    command.arg("--study").arg(study(folder, map));
     finish(&mut command)
 }
 
@@ -32,7 +37,7 @@ pub(super) fn run_import(folder: &Path, map: &str) -> Output {
 pub(super) fn import(folder: &Path, map: &str) -> PathBuf {
     let output = run_import(folder, map);
     assert!(output.status.success(), "{}", text(&output));
-    folder.join("study/sub-01/ses-01/trial-001_attempt-1")
+    study(folder, map).join("sub-01/ses-01/trial-001_attempt-1")
 }
 
 /// Imports the recording in the files of a folder, with the intervals of its marks; returns its results.

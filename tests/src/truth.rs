@@ -109,6 +109,21 @@ impl Course {
         rows.iter().sum::<f64>() / rows.len() as f64
     }
 
+    /// Returns the first and the last time of the rows around a time in which a column's values are admitted, s.
+    pub fn stretch(&self, column: &str, around_s: f64, admits: impl Fn(f64) -> bool) -> (f64, f64) {
+        let (times_s, values) = (&self.columns["time_s"], &self.columns[column]);
+        let middle = self.row(around_s);
+        let is_outside = |row: &usize| !admits(values[*row]);
+        let before = (0..middle).rev().find(is_outside);
+        let after = (middle..values.len()).find(is_outside);
+        let (first, end) = (
+            before.map_or(0, |row| row + 1),
+            after.unwrap_or(values.len()),
+        );
+        assert!(first < end, "{column} is not admitted at {around_s} s");
+        (times_s[first], times_s[end - 1])
+    }
+
     /// Returns the times between which the plate is free after `from_s`, ending a tenth of a second before the next finger.
     pub fn free_s(&self, from_s: f64) -> (f64, f64) {
         let (times_s, gaps_m) = (&self.columns["time_s"], &self.columns["gap_m"]);

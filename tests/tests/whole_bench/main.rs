@@ -17,6 +17,7 @@ mod forceless;
 mod forget;
 mod hostile;
 mod impedance_live;
+mod imports;
 mod kills;
 mod long;
 mod lost;

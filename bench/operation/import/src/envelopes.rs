@@ -28,9 +28,15 @@ use crate::survey::Envelope;
 
 /// Greatest number of values, which are held in memory.
 const MOST_VALUES: u64 = 60_000_000;
-/// Greatest gain by which a filter is undone: noise beyond is amplified more than signals.
-const GREATEST_GAIN: f64 = 100.0;
-/// Periods of the modulation's frequency up to which the envelopes must reach when the filter is undone.
+/// Greatest gain by which a filter is undone: beyond, the ends of the recording are amplified more than signals.
+const GREATEST_GAIN: f64 = 2000.0;
+/// Greatest RMS of the noise that undoing a filter may add, as a share of the envelope's.
+const ADDED_NOISE: f64 = 1e-4;
+/// Part of the band, below half the rate, that shows the noise behind the filter.
+const NOISE_BAND: (f64, f64) = (0.8, 0.95);
+/// Frequency up to which the envelopes must reach for σ_t and Z_t of every method to be within 1 % of those of sampled signals, Hz.
+const NEEDED_HZ: f64 = 750.0;
+/// Periods of the modulation's frequency up to which they must reach.
 const NEEDED_HARMONICS: f64 = 20.0;
 /// Time by which the ends are continued while a filter is undone, in time constants.
 const PADDING_TAU: f64 = 40.0;
@@ -60,6 +66,12 @@ pub(crate) fn convert(
         for channel in &mut channels {
             undo(channel, filter, tone.frequency_hz)?;
         }
+    }
+    let reach_hz = 0.5 / channels[0].step_s;
+    if reach_hz < NEEDED_HZ {
+        notes.push(format!(
+            "the envelopes reach {reach_hz:.0} Hz to either side of the carrier: below {NEEDED_HZ} Hz, sigma_t and Z_t of `trial` may be off by some percent; keep envelopes at a higher rate"
+        ));
     }
     integrate(
         &mut channels[1],
@@ -270,8 +282,66 @@ fn modulation_of(
     })
 }
 
-/// Undoes a lock-in amplifier's low-pass: multiplies the spectrum by (1 + iΩτ)^order as far as that amplifies by no more than the
-/// greatest gain.
+/// Returns the frequency up to which a low-pass can be undone, Hz: where the gain, or the noise that it adds, is greatest.
+fn reach_hz(envelope: &Envelope, LockInFilter { order, tau_s }: LockInFilter) -> f64 {
+    let rate_hz = 1.0 / envelope.step_s;
+    let size = envelope.values.len().next_power_of_two();
+    let finite = envelope.values.iter().filter(|value| value.is_finite());
+    let power = finite.map(|value| value.norm_sqr()).sum::<f64>() / envelope.values.len() as f64;
+    let noise = noise_power(&continuous(&envelope.values, |value| value.re), size)
+        + noise_power(&continuous(&envelope.values, |value| value.im), size);
+    let mut added = 0.0;
+    for bin in 0..=size / 2 {
+        let hz = bin as f64 * rate_hz / size as f64;
+        let gain = Complex64::new(1.0, TAU * hz * tau_s).powu(order).norm();
+        added += noise * (gain * gain - 1.0) * 2.0 / size as f64;
+        if gain > GREATEST_GAIN || added > ADDED_NOISE * ADDED_NOISE * power {
+            return hz;
+        }
+    }
+    rate_hz / 2.0
+}
+
+/// Returns a part of the values, with a straight line in place of lost ones.
+fn continuous(values: &[Complex64], part: impl Fn(&Complex64) -> f64) -> Vec<f64> {
+    let mut parts: Vec<f64> = Vec::with_capacity(values.len());
+    let mut lost = 0;
+    for value in values.iter().map(part) {
+        if !value.is_finite() {
+            lost += 1;
+            continue;
+        }
+        let before = parts.last().copied().unwrap_or(value);
+        let step = (value - before) / f64::from(lost + 1);
+        parts.extend((1..=lost).map(|n| before + step * f64::from(n)));
+        parts.push(value);
+        lost = 0;
+    }
+    let last = parts.last().copied().unwrap_or(0.0);
+    parts.resize(values.len(), last);
+    parts
+}
+
+/// Returns the power of noise of equal density in the whole band that has the density near its end.
+fn noise_power(values: &[f64], size: usize) -> f64 {
+    let forward = fourier::forward(size);
+    let mut input = vec![0.0; size];
+    let mut window_power = 0.0;
+    for (n, (x, value)) in input.iter_mut().zip(values).enumerate() {
+        let window = 0.5 - 0.5 * (TAU * (n as f64 + 0.5) / values.len() as f64).cos();
+        window_power += window * window;
+        *x = window * value;
+    }
+    let mut spectrum = forward.make_output_vec();
+    // The transform made the buffer, so it fits.
+    let _ = forward.process(&mut input, &mut spectrum);
+    let [from, to] = [NOISE_BAND.0, NOISE_BAND.1].map(|share| (share * (size / 2) as f64) as usize);
+    let density = statistics::median(spectrum[from..=to].iter().map(Complex64::norm_sqr));
+    // The median of the power of noise is ln 2 of its mean.
+    density.unwrap_or(0.0) / std::f64::consts::LN_2 / window_power
+}
+
+/// Undoes a lock-in amplifier's low-pass: multiplies the spectrum by (1 + iΩτ)^order as far as it can be undone.
 fn undo(
     envelope: &mut Envelope,
     filter: LockInFilter,
@@ -279,9 +349,10 @@ fn undo(
 ) -> Result<(), ImportRefusal> {
     let LockInFilter { order, tau_s } = filter;
     let rate_hz = 1.0 / envelope.step_s;
-    let corner = (GREATEST_GAIN.powf(2.0 / f64::from(order)) - 1.0).sqrt();
-    let reach_hz = (corner / (TAU * tau_s)).min(rate_hz / 2.0);
-    let needed_hz = NEEDED_HARMONICS * modulation_hz.max(1.0);
+    let reach_hz = reach_hz(envelope, filter);
+    let needed_hz = (NEEDED_HARMONICS * modulation_hz)
+        .max(NEEDED_HZ)
+        .min(rate_hz / 2.0);
     if reach_hz < needed_hz {
         return Err(ImportRefusal::LowPass {
             reach_hz,
@@ -294,22 +365,21 @@ fn undo(
     let (forward, inverse) = (fourier::forward(size), fourier::inverse(size));
     let mut parts = [Vec::new(), Vec::new()];
     for (index, part) in parts.iter_mut().enumerate() {
-        let value = |value: &Complex64| {
-            let value = if index == 0 { value.re } else { value.im };
-            // A lost value has no spectrum; it is lost again below.
-            if value.is_finite() { value } else { 0.0 }
-        };
-        let first = envelope.values.first().map_or(0.0, value);
-        let last = envelope.values.last().map_or(0.0, value);
-        let mut input = vec![first; padding];
-        input.extend(envelope.values.iter().map(value));
-        // From the last value back to the first, so that the period has no step.
+        let values = continuous(&envelope.values, |value| {
+            if index == 0 { value.re } else { value.im }
+        });
+        let (first, last) = (values[0], values[count - 1]);
+        // Beyond its ends the signal is turned about them, so that its slope is continuous.
+        let before = |n: usize| 2.0 * first - values[n.min(count - 1)];
+        let after = |n: usize| 2.0 * last - values[(count - 1).saturating_sub(n)];
+        let mut input: Vec<f64> = (1..=padding).rev().map(before).collect();
+        input.extend(&values);
+        input.extend((1..=padding).map(after));
+        // From there back to the first value, so that the period has no step.
+        let (from, to) = (after(padding), before(padding));
         let rest = size - input.len();
-        input.extend((0..rest).map(|n| {
-            let share =
-                ((n as f64 - padding as f64) / (rest - padding).max(1) as f64).clamp(0.0, 1.0);
-            last + (first - last) * share
-        }));
+        let share = |n: usize| (n + 1) as f64 / (rest + 1) as f64;
+        input.extend((0..rest).map(|n| from + (to - from) * share(n)));
         let mut spectrum = forward.make_output_vec();
         // The transform made the buffers, so they fit.
         let _ = forward.process(&mut input, &mut spectrum);
@@ -421,9 +491,9 @@ mod tests {
             };
             let mut filtered = envelope(|t| sum(t, true));
             undo(&mut filtered, LockInFilter { order, tau_s }, 6.0).unwrap();
-            for index in 2000..28_000 {
+            for index in 50..29_950 {
                 let error = (filtered.values[index] - sum(filtered.time_s(index), false)).norm();
-                assert!(error < 2e-3, "order {order}, {index}: {error}");
+                assert!(error < 1e-3, "order {order}, {index}: {error}");
             }
         }
         let mut slow = envelope(|_| Complex64::ONE);
@@ -438,6 +508,29 @@ mod tests {
             )
             .is_err()
         );
+    }
+
+    /// The same filter is undone in doubles and refused in 16 bits; lost values stay lost.
+    #[test]
+    fn a_low_pass_is_undone_as_far_as_the_noise_allows() {
+        let filter = LockInFilter {
+            order: 4,
+            tau_s: 1e-3,
+        };
+        let smooth = |t: f64| Complex64::from(0.3 + 0.2 * (TAU * 6.0 * t).sin());
+        let mut clean = envelope(smooth);
+        clean.values[7000] = Complex64::new(f64::NAN, f64::NAN);
+        assert!((reach_hz(&clean, filter) - 1052.0).abs() < 2.0);
+        undo(&mut clean, filter, 6.0).unwrap();
+        assert!(clean.values[7000].re.is_nan() && clean.values[6999].re.is_finite());
+        let mut rounded = envelope(|t| {
+            let parts = [smooth(t).re, 0.1 * (TAU * 1.7 * t).sin()];
+            let [re, im] = parts.map(|part| (part * 32_768.0).round() / 32_768.0);
+            Complex64::new(re, im)
+        });
+        let reach_hz = reach_hz(&rounded, filter);
+        assert!((200.0..NEEDED_HZ).contains(&reach_hz), "{reach_hz}");
+        assert!(undo(&mut rounded, filter, 6.0).is_err());
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use import_map::{Drive, Electrical, ImportMap};
+use num_complex::Complex64;
 use recording::manifest::Streams;
 use recording::{CsvRow, STIMULUS_FILE, StimulusRow};
 
@@ -15,6 +16,7 @@ use crate::description::Description;
 use crate::figure::{self, Evidence};
 use crate::readings::{DriveTime, Readings};
 use crate::refusal::ImportRefusal;
+use crate::series::{self, Times};
 use crate::sources::Sources;
 use crate::survey::{self, Channel};
 
@@ -70,41 +72,34 @@ fn write_stimulus(
     drive: &Drive,
 ) -> Result<f64, ImportRefusal> {
     let column = sources.column(&drive.source)?;
-    let (rate_hz, first_s) = sources.even_times(&drive.time, &column, "drive")?;
+    let rate_hz = sources.mean_rate_hz(&drive.time, &column, "drive")?;
     let carrier_hz = match rate_hz > 4.0 * STIMULUS_HZ {
         true => survey::strongest_tone(sources, &column, rate_hz)?,
         false => None,
     };
-    let rows: Vec<StimulusRow> = match carrier_hz {
+    let (rows, first_s) = match carrier_hz {
         Some(carrier_hz) => {
+            let (rate_hz, first_s) = sources.even_times(&drive.time, &column, "drive")?;
             let Channel { envelope, .. } = survey::channel(sources, &column, rate_hz, carrier_hz)?;
             let amplitudes = envelope.values.iter().enumerate();
-            amplitudes
-                .map(|(index, value)| StimulusRow {
-                    time_s: envelope.time_s(index),
-                    stimulus: drive.volts_per_unit.abs() * value.norm(),
-                })
-                .collect()
+            let row = |(index, value): (usize, &Complex64)| StimulusRow {
+                time_s: envelope.time_s(index),
+                stimulus: drive.volts_per_unit.abs() * value.norm(),
+            };
+            (amplitudes.map(row).collect::<Vec<_>>(), first_s)
         }
         None => {
-            let group = (rate_hz / STIMULUS_HZ).floor().max(1.0) as usize;
-            let (mut rows, mut sum, mut index) = (Vec::new(), 0.0, 0usize);
-            sources.for_each_block(&column, |_, block| {
-                for value in block {
-                    sum += value;
-                    index += 1;
-                    if index.is_multiple_of(group) {
-                        let middle = index as f64 - 1.0 - (group - 1) as f64 / 2.0;
-                        rows.push(StimulusRow {
-                            time_s: middle / rate_hz,
-                            stimulus: drive.volts_per_unit * sum / group as f64,
-                        });
-                        sum = 0.0;
-                    }
-                }
-                Ok(())
-            })?;
-            rows
+            let samples = series::read_drive(sources, drive, STIMULUS_HZ)?;
+            let first_s = match samples.times {
+                Times::Even { .. } => 0.0,
+                Times::Listed(_) => samples.own_s(0),
+            };
+            let values = samples.values.iter().enumerate();
+            let row = |(index, value): (usize, &f64)| StimulusRow {
+                time_s: samples.own_s(index) - first_s,
+                stimulus: *value,
+            };
+            (values.map(row).collect(), first_s)
         }
     };
     let path = folder.join(STIMULUS_FILE);

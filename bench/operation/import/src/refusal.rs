@@ -130,12 +130,12 @@ pub enum ImportRefusal {
     },
     /// A low-pass cannot be undone.
     #[error(
-        "envelopes.low_pass can be undone up to {reach_hz:.0} Hz, and the modulation needs {needed_hz:.0} Hz: record with a shorter time constant or a lower order"
+        "envelopes.low_pass can be undone up to {reach_hz:.0} Hz, and {needed_hz:.0} Hz are needed: record with a shorter time constant, a lower order, or more digits"
     )]
     LowPass {
         /// Frequency up to which it can be undone, Hz.
         reach_hz: f64,
-        /// Frequency that the modulation needs, Hz.
+        /// Frequency up to which the analysis needs the envelopes, Hz.
         needed_hz: f64,
     },
     /// A channel is dead.

@@ -1,6 +1,6 @@
 //! Forces and positions in memory, at 20 kHz at most.
 
-use import_map::{ArraySource, Clock, Quantity, TimeBase, Travel};
+use import_map::{ArraySource, Clock, Drive, Quantity, TimeBase, Travel};
 
 use crate::refusal::ImportRefusal;
 use crate::sources::{Column, Sources};
@@ -143,8 +143,25 @@ pub(crate) fn read(
     scale: f64,
 ) -> Result<Samples, ImportRefusal> {
     let column = sources.column(source)?;
-    read_with(sources, (table, &column, time), clock, |value| {
-        scale * value
+    let stream = (table, &column, time);
+    read_with(sources, stream, clock, MOST_ROWS_HZ, |value| scale * value)
+}
+
+/// Reads a drive without a carrier into memory, V, at a rate of `most_hz` at most, on its own clock.
+pub(crate) fn read_drive(
+    sources: &mut Sources<'_>,
+    drive: &Drive,
+    most_hz: f64,
+) -> Result<Samples, ImportRefusal> {
+    let column = sources.column(&drive.source)?;
+    let clock = Clock {
+        is_drives: true,
+        offset_s: Quantity::Stated(0.0),
+        ppm: Quantity::Stated(0.0),
+    };
+    let stream = ("drive", &column, &drive.time);
+    read_with(sources, stream, clock, most_hz, |value| {
+        drive.volts_per_unit * value
     })
 }
 
@@ -160,14 +177,16 @@ pub(crate) fn read_position(
             wrap_bits,
         } => {
             let mut unwrapped = Unwrapped::new(wrap_bits);
-            read_with(sources, ("position", &column, time), clock, |count| {
+            let stream = ("position", &column, time);
+            read_with(sources, stream, clock, MOST_ROWS_HZ, |count| {
                 metres_per_unit * unwrapped.next(count)
             })
         }
         Travel::Velocity {
             metres_per_s_per_unit,
         } => {
-            let mut samples = read_with(sources, ("velocity", &column, time), clock, |value| {
+            let stream = ("velocity", &column, time);
+            let mut samples = read_with(sources, stream, clock, MOST_ROWS_HZ, |value| {
                 metres_per_s_per_unit * value
             })?;
             integrate(&mut samples);
@@ -233,14 +252,10 @@ fn read_with(
     sources: &mut Sources<'_>,
     (table, column, time): (&str, &Column, &TimeBase),
     clock: Clock,
+    most_rows_hz: f64,
     mut convert: impl FnMut(f64) -> f64,
 ) -> Result<Samples, ImportRefusal> {
-    if column.len() < 2 {
-        return Err(ImportRefusal::Short {
-            name: column.name(),
-            length: column.len(),
-        });
-    }
+    let rate_hz = sources.mean_rate_hz(time, column, table)?;
     let listed = match time {
         TimeBase::Rate(_) => None,
         TimeBase::Column {
@@ -248,24 +263,7 @@ fn read_with(
             seconds_per_unit,
         } => Some((sources.time_column(column, name)?, *seconds_per_unit)),
     };
-    let rate_hz = match (time, &listed) {
-        (TimeBase::Rate(rate), _) => sources.rate_hz(rate, column, table)?,
-        (TimeBase::Column { .. }, Some((times, unit_s))) => {
-            let mut ends = Vec::new();
-            sources.read(times, 0..1, &mut ends)?;
-            sources.read(times, times.len() - 1..times.len(), &mut ends)?;
-            let span_s = (ends[1] - ends[0]) * unit_s;
-            if span_s.is_nan() || span_s <= 0.0 {
-                return Err(ImportRefusal::Backwards {
-                    key: format!("{table}.time"),
-                    sample: times.len() - 1,
-                });
-            }
-            (times.len() - 1) as f64 / span_s
-        }
-        (TimeBase::Column { .. }, None) => unreachable!("times that are listed were found"),
-    };
-    let group = (rate_hz / MOST_ROWS_HZ).ceil().max(1.0) as usize;
+    let group = (rate_hz / most_rows_hz).ceil().max(1.0) as usize;
     let mut values = Means::new(group);
     sources.for_each_block(column, |_, block| {
         block.iter().for_each(|value| values.take(convert(*value)));

@@ -246,6 +246,47 @@ impl<'a> Sources<'a> {
         Ok(times)
     }
 
+    /// Refuses an array with too few values to have a rate.
+    fn require_samples(column: &Column) -> Result<(), ImportRefusal> {
+        if column.len() < 2 {
+            return Err(ImportRefusal::Short {
+                name: column.name(),
+                length: column.len(),
+            });
+        }
+        Ok(())
+    }
+
+    /// Returns the mean rate of a stream of at least two samples, Hz.
+    pub fn mean_rate_hz(
+        &mut self,
+        base: &TimeBase,
+        column: &Column,
+        table: &str,
+    ) -> Result<f64, ImportRefusal> {
+        Self::require_samples(column)?;
+        let (name, unit_s) = match base {
+            TimeBase::Rate(rate) => return self.rate_hz(rate, column, table),
+            TimeBase::Column {
+                name,
+                seconds_per_unit,
+            } => (name, *seconds_per_unit),
+        };
+        let times = self.time_column(column, name)?;
+        let last = times.len() - 1;
+        let mut ends = Vec::new();
+        self.read(&times, 0..1, &mut ends)?;
+        self.read(&times, last..last + 1, &mut ends)?;
+        let span_s = (ends[1] - ends[0]) * unit_s;
+        if span_s.is_nan() || span_s <= 0.0 {
+            return Err(ImportRefusal::Backwards {
+                key: format!("{table}.time"),
+                sample: last,
+            });
+        }
+        Ok(last as f64 / span_s)
+    }
+
     /// Returns the constant rate of a stream and the time of its first sample, s.
     pub fn even_times(
         &mut self,
@@ -253,6 +294,7 @@ impl<'a> Sources<'a> {
         column: &Column,
         table: &str,
     ) -> Result<(f64, f64), ImportRefusal> {
+        Self::require_samples(column)?;
         let (name, unit_s) = match base {
             TimeBase::Rate(rate) => return Ok((self.rate_hz(rate, column, table)?, 0.0)),
             TimeBase::Column {

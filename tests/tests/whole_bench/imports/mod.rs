@@ -1,0 +1,7 @@
+//! Sessions of the simulated bench as files of other programs, imported: their results are those of the sessions.
+
+mod envelopes;
+mod formats;
+mod results;
+mod rig;
+mod written;

@@ -212,7 +212,9 @@ pub(super) fn pickup_flaws(offset: PickupOffset, stated_rad: f64) -> Vec<Flaw> {
         found_rad: Complex64::cis(stated_rad + turn_rad).arg(),
     });
     let delay_flaw = (delay_s.abs() > REPORTED_DELAY_S).then_some(Flaw::PickupLate { delay_s });
-    let quantity_flaw = plausibility::pickup_quantity(turn_rad).map(Flaw::from);
+    // A delay turns the phase by any angle.
+    let quantity = plausibility::pickup_quantity(turn_rad).filter(|_| delay_flaw.is_none());
+    let quantity_flaw = quantity.map(Flaw::from);
     let flaws = [quantity_flaw, phase_flaw, delay_flaw].into_iter();
     flaws.flatten().collect()
 }

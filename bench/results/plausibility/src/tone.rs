@@ -10,6 +10,9 @@ const FEWEST: usize = 1024;
 const APART: f64 = 1e-3;
 /// Ratio of the strongest line's power to the median of all from which it is a tone.
 const PROMINENT: f64 = 1e3;
+/// Share of a channel's power about its strongest line from which it is a carrier, and the width of that range, relative.
+const CARRIER_SHARE: f64 = 0.25;
+const CARRIER_WIDTH: f64 = 5e-3;
 
 /// Returns the finding of samples of a channel in which the stated carrier is missing: a dead channel, or another carrier.
 #[must_use]
@@ -54,7 +57,11 @@ pub fn without_carrier(
         .max_by(|a, b| a.1.total_cmp(b.1))?;
     let found_hz = line as f64 / n * rate_hz;
     let is_other = (found_hz / stated_hz - 1.0).abs() > APART;
-    (*power > PROMINENT * middle && is_other).then_some(Implausible::OtherCarrier {
+    let is_near = |line: usize| (line as f64 / n * rate_hz / found_hz - 1.0).abs() < CARRIER_WIDTH;
+    let near = powers.iter().enumerate().filter(|(line, _)| is_near(*line));
+    let near_power: f64 = near.map(|(_, power)| power).sum();
+    let is_carrier = near_power > CARRIER_SHARE * powers.iter().sum::<f64>();
+    (*power > PROMINENT * middle && is_carrier && is_other).then_some(Implausible::OtherCarrier {
         found_hz,
         stated_hz,
     })

@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     /// Units that the end of a column's name states.
-    const UNITS: [(&str, &str); 11] = [
+    const UNITS: [(&str, &str); 12] = [
         ("_n_s_per_m", "N·s/m"),
         ("_rad_per_m", "rad/m"),
         ("_n_per_m", "N/m"),
@@ -82,6 +82,7 @@ mod tests {
         ("_m2", "m²"),
         ("_hz", "Hz"),
         ("_pa", "Pa"),
+        ("_m_per_s", "m/s"),
         ("_s", "s"),
         ("_m", "m"),
         ("_w", "W"),

@@ -227,11 +227,11 @@ fn a_recording_named_twice_counts_once() {
 #[test]
 fn one_bad_recording_is_reported_and_does_not_stop_the_others() {
     let (_folder, recording) = copied();
-    fs::remove_file(recording.join("force.csv")).unwrap();
+    fs::write(recording.join("signals.wav"), "no sound").unwrap();
     let output = analyze(&["--json", "-"], &[&recording, study()]);
     assert_eq!(output.status.code(), Some(1));
     let complaint = String::from_utf8_lossy(&output.stderr);
-    assert!(complaint.contains("force.csv"), "{complaint}");
+    assert!(complaint.contains("signals.wav"), "{complaint}");
     let results: Value = serde_json::from_slice(&output.stdout).unwrap();
     let warning = results["recordings"][0]["warnings"][0].as_str().unwrap();
     assert!(warning.contains("cannot be read"), "{warning}");
@@ -548,8 +548,13 @@ fn a_carrier_that_is_not_there_is_named() {
                 Channel::Pickup => channels.pickup.index,
             };
             // White noise as strong as the carrier.
-            let noise =
-                |t: f64| (((t * 192e3).round() * 78.233).sin() * 43758.547).fract() as f32 - 0.5;
+            let noise = |t: f64| {
+                // The mixing function of SplitMix64 (Steele, Lea and Flood 2014).
+                let mut bits = ((t * 192e3).round() as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+                bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+                bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+                ((bits ^ (bits >> 31)) >> 40) as f32 / (1 << 24) as f32 - 0.5
+            };
             edit_samples(r, usize::from(index), move |t, _| noise(t));
         });
         let mut findings = recording.findings.unwrap();

@@ -186,7 +186,10 @@ fn every_table_has_the_keys_of_its_reader() {
             };
             let mut reader_keys = unknown_key(name, &variant);
             let mut schema_keys = sample::keys_beside_unknown(&schema, &variant);
-            schema_keys.retain(|key| key != "sha256");
+            // The sum of the file is taken off before it is read; that of a sweep is a key.
+            for keys in [&mut schema_keys, &mut reader_keys] {
+                keys.retain(|key| key != "sha256");
+            }
             reader_keys.sort();
             schema_keys.sort();
             assert_eq!(reader_keys, schema_keys, "{name}:\n{variant}");

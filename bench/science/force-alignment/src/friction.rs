@@ -42,6 +42,8 @@ const CORRELATED_S: f64 = 0.02;
 const EXCLUDED: f64 = 25.0;
 /// Ratio of residuals of friction that a repetition of the modulation may make.
 const ALIKE: f64 = 10.0;
+/// Ratio of residuals of friction from which the smaller one is right, whatever the contact shows.
+const DECISIVE: f64 = 2.0;
 /// Distance between minima that are two, s.
 const APART_S: f64 = 0.01;
 /// Greatest lag of the film that is searched, s.
@@ -249,16 +251,14 @@ impl<'a> Slides<'a> {
             });
         }
         shift.delay_s = best.delay_s;
-        shift = self.refined_rate(shift);
-        let near = self.scan(
-            (shift.delay_s - 5.0 * STEP_S, shift.delay_s + 5.0 * STEP_S),
-            STEP_S,
-            shift.rate,
-        );
-        if let Some(best) = least(&near) {
-            shift.delay_s = best.delay_s;
-        }
-        let (shift, random, rate_std) = self.descend(shift);
+        let found = self.refined(shift);
+        // The contact may allow no delay near that of clocks that agree, where friction is explained far better.
+        let agreeing = self.refined(Shift {
+            delay_s: FILM_LAG.value + LATERAL_LAG.value,
+            rate: 0.0,
+        });
+        let is_better = DECISIVE * self.residual(agreeing.0) < self.residual(found.0);
+        let (shift, random, rate_std) = if is_better { agreeing } else { found };
         let lag = self.film_lag(shift);
         let total = [random, lag.std, LATERAL_LAG.std]
             .into_iter()
@@ -275,6 +275,20 @@ impl<'a> Slides<'a> {
                 std: rate_std,
             },
         })
+    }
+
+    /// Returns the least residual near a shift, with the standard errors of its delay and rate.
+    fn refined(&self, shift: Shift) -> (Shift, f64, f64) {
+        let mut shift = self.refined_rate(shift);
+        let near = self.scan(
+            (shift.delay_s - 5.0 * STEP_S, shift.delay_s + 5.0 * STEP_S),
+            STEP_S,
+            shift.rate,
+        );
+        if let Some(best) = least(&near) {
+            shift.delay_s = best.delay_s;
+        }
+        self.descend(shift)
     }
 
     /// Number of independent values.

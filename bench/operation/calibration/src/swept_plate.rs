@@ -39,10 +39,15 @@ pub struct SweepOptions {
     /// of the response in each row; no device is opened.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["finger", "along", "across", "drive_v"])]
     pub from: Option<PathBuf>,
-    /// Columns of frequency, then real and imaginary part or magnitude and phase, by heading or by number from 0, with units
-    /// in brackets where the file states none, as in f,G,B or "f[kHz],mag[dB],phase[deg]" [default: those that the header
-    /// shows].
-    #[arg(long, value_name = "F,A,B", requires = "from")]
+    /// Columns of frequency, then real and imaginary part or magnitude and phase.
+    #[arg(
+        long,
+        value_name = "F,A,B",
+        requires = "from",
+        help = "Columns of frequency, then real and imaginary part or magnitude and phase, by heading or by number from 0, with \
+                units in brackets where the file states none, as in f,G,B or \"f[kHz],mag[dB],phase[deg]\" [default: those that \
+                the header shows]"
+    )]
     pub columns: Option<ColumnChoice>,
     /// Swept quantity: admittance or impedance of the actuators, displacement or velocity over their voltage [default: that
     /// of the header].

@@ -4,7 +4,7 @@
 //!   represented.
 //! - [`FilePattern`] finds the files, [`Template`] the others that belong to one, and [`assign`] gives each its participant,
 //!   session, trial and attempt.
-//! - [`People`] is the table of participants, [`marks`] a table of intervals.
+//! - [`People`] is the table of participants, [`marks()`] a table of intervals.
 //!
 //! ```
 //! use import_map::{Electrical, ImportMap};

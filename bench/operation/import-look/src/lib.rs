@@ -1,8 +1,8 @@
 //! Files of other people before they are imported: their arrays as a table, and a guessed map.
 //!
-//! - [`look`] lists every array: type, shape, length, rate, unit, extremes, mean, and the kind of its signal by spectrum, steps
+//! - [`look()`] lists every array: type, shape, length, rate, unit, extremes, mean, and the kind of its signal by spectrum, steps
 //!   and times.
-//! - [`guess`] writes an import map with the reason for each line as a comment, and `# CHECK` where it is not sure.
+//! - [`guess()`] writes an import map with the reason for each line as a comment, and `# CHECK` where it is not sure.
 //!
 //! Long arrays are read by stretches: a million values in the middle and 48 stretches along them, so that a file of 4 GB takes
 //! seconds and little memory.

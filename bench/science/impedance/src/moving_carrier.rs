@@ -1,7 +1,7 @@
 //! Carriers that move within a recording, as those of phase-locked drives: the frequency is read from the drive, and each stretch
 //! is demodulated at its own.
 //!
-//! Impedances are then referred to one frequency ω₀: by the plate's equation of motion (see [`Zm`]) an impedance at ω exceeds that
+//! Impedances are then referred to one frequency ω₀: by the plate's equation of motion (see [`crate::Zm`]) an impedance at ω exceeds that
 //! at ω₀ by the plate's reactance X(ω) − X(ω₀), X(ω) = ω m_p − k_p/ω. The contact's own impedance is taken as that at ω.
 
 use std::f64::consts::TAU;

@@ -6,6 +6,11 @@ use crate::raw::RawClock;
 use crate::streams::{ArraySource, Clock, Quantity, Rate, TimeBase};
 use crate::value::{ArrayName, FoundWord, NumberOr, NumberOrName};
 
+/// Sizes of a factor from the values of an array to SI units: from attonewtons to beyond any converter's counts.
+const SCALES: (f64, f64) = (1e-18, 1e18);
+/// Rates of a clock against another, ppm: a sampling rate that is off by more is another rate.
+const CLOCK_PPM: (f64, f64) = (-1e5, 1e5);
+
 /// Check of a map's rules.
 pub(crate) struct Check<'a> {
     pub text: &'a str,
@@ -104,14 +109,15 @@ impl Check<'_> {
     ) -> Option<f64> {
         let remedy = "write the factor by which a value of the array is multiplied; a negative one turns its direction";
         let value = self.require(table, key, value, remedy)?;
-        let is_scale = value.is_finite() && value != 0.0;
-        if !is_scale {
+        let key = format!("{table}.{key}");
+        if value == 0.0 || value.is_nan() {
             self.wrong(
-                &format!("{table}.{key}"),
+                &key,
                 format!("= {value} makes every value the same; {remedy}"),
             );
+            return None;
         }
-        is_scale.then_some(value)
+        self.number(&key, value.abs(), SCALES, "").map(|_| value)
     }
 
     pub fn finite(&mut self, key: &str, value: f64) -> Option<f64> {
@@ -236,6 +242,9 @@ impl Check<'_> {
         let offset = self.quantity(&format!("{table}.offset_s"), offset_s);
         let rate = self.quantity(&format!("{table}.ppm"), ppm);
         let (offset, rate) = (offset?, rate?);
+        if let Quantity::Stated(ppm) = rate {
+            self.number(&format!("{table}.ppm"), ppm, CLOCK_PPM, "")?;
+        }
         if is_drives && ppm.is_some() && rate != Quantity::Stated(0.0) {
             self.wrong(
                 &format!("{table}.ppm"),

@@ -158,9 +158,17 @@ pub(super) fn named_ticks(names: &[String], n_ticks: f64) -> Vec<Tick> {
         .collect()
 }
 
-/// Returns `value` with `decimals` decimals, a typographic minus sign and no negative zero.
+/// Most decimals, and least number, that are written as a power of ten: longer labels would leave a panel no room.
+const MOST_DECIMALS: usize = 9;
+const LONG_NUMBER: f64 = 1e9;
+
+/// Returns `value` with `decimals` decimals, a typographic minus sign and no negative zero; a long number as a power of ten.
 pub fn number_text(value: f64, decimals: usize) -> String {
-    let text = format!("{:.decimals$}", value.abs());
+    let text = if decimals > MOST_DECIMALS || value.abs() >= LONG_NUMBER {
+        format!("{:.2e}", value.abs())
+    } else {
+        format!("{:.decimals$}", value.abs())
+    };
     let is_zero = text.chars().all(|c| matches!(c, '0' | '.'));
     if value < 0.0 && !is_zero {
         format!("\u{2212}{text}")
@@ -215,6 +223,15 @@ mod tests {
         assert_eq!(ticks.len(), 28);
         let decade = Axis::logarithmic("").with_range(0.1, 1.0);
         assert_eq!(labels(&decade, &[], 4.0), ["0.1", "0.2", "0.5", "1"]);
+    }
+
+    #[test]
+    fn long_numbers_leave_a_panel_its_room() {
+        for size in [1e-300, 1e-12, 1e12, 1e300] {
+            for label in labels(&Axis::linear(""), &[-size, size], 5.0) {
+                assert!(label.chars().count() < 12, "{label}");
+            }
+        }
     }
 
     #[test]

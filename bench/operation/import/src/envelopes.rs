@@ -149,14 +149,7 @@ fn read(
     let file = sources.file_name(envelopes.file.as_ref());
     let drive = read_complex(sources, &file, &envelopes.drive)?;
     let pickup = read_complex(sources, &file, &envelopes.pickup)?;
-    let name = match &envelopes.drive {
-        ComplexArrays::Complex(name)
-        | ComplexArrays::Parts { real: name, .. }
-        | ComplexArrays::Polar {
-            amplitude: name, ..
-        } => name,
-    };
-    let column = sources.column_in(&file, name)?;
+    let column = sources.column_in(&file, first_name(&envelopes.drive))?;
     if drive.len() != pickup.len() {
         return Err(ImportRefusal::Lengths {
             first: "envelopes.drive".to_owned(),
@@ -164,6 +157,19 @@ fn read(
             second: "envelopes.pickup".to_owned(),
             second_length: pickup.len() as u64,
         });
+    }
+    for (stream, arrays, values) in [
+        ("envelopes.drive", &envelopes.drive, &drive),
+        ("envelopes.pickup", &envelopes.pickup, &pickup),
+    ] {
+        let first = values[0];
+        if values.iter().all(|value| *value == first || value.is_nan()) {
+            return Err(ImportRefusal::Dead {
+                stream: stream.to_owned(),
+                name: first_name(arrays).to_owned(),
+                value: first.norm(),
+            });
+        }
     }
     let (rate_hz, first_s) = sources.even_times(&envelopes.time, &column, "envelopes")?;
     let factor = if envelopes.is_rms { SQRT_2 } else { 1.0 };
@@ -190,6 +196,17 @@ fn read(
             duration_s,
         },
     ))
+}
+
+/// Returns the name of the array, or of the first of two.
+fn first_name(arrays: &ComplexArrays) -> &str {
+    match arrays {
+        ComplexArrays::Complex(name)
+        | ComplexArrays::Parts { real: name, .. }
+        | ComplexArrays::Polar {
+            amplitude: name, ..
+        } => name,
+    }
 }
 
 fn read_complex(

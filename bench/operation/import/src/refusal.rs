@@ -144,10 +144,10 @@ pub enum ImportRefusal {
     )]
     Dead {
         /// Stream.
-        stream: &'static str,
+        stream: String,
         /// Array.
         name: String,
-        /// Its value.
+        /// Its value; NaN if it has no number.
         value: f64,
     },
     /// The carrier of the map is not in the data.

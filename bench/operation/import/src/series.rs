@@ -269,6 +269,13 @@ fn read_with(
         block.iter().for_each(|value| values.take(convert(*value)));
         Ok(())
     })?;
+    if values.means.iter().all(|mean| !mean.is_finite()) {
+        return Err(ImportRefusal::Dead {
+            stream: table.to_owned(),
+            name: column.name(),
+            value: f64::NAN,
+        });
+    }
     let times = match listed {
         None => Times::Even {
             first_s: (group - 1) as f64 / 2.0 / rate_hz,

@@ -207,7 +207,7 @@ fn survey(
         let range = channel.range;
         if range.least >= range.greatest {
             return Err(ImportRefusal::Dead {
-                stream,
+                stream: stream.to_owned(),
                 name: column.name(),
                 value: range.least,
             });

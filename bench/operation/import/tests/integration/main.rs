@@ -315,3 +315,11 @@ fn a_session_shares_the_rate_of_its_clock_and_the_plate_may_be_recorded_apart() 
     let (rate_hz, all) = samples(&laboratory.recording());
     assert!((last.1 * f64::from(rate_hz) * 2.0) as usize <= all.len());
 }
+
+#[test]
+fn forces_without_a_number_are_refused_by_name() {
+    let laboratory = Laboratory::with_forces(|t, normal, _| [t, normal, f64::NAN]);
+    let words = refusal(&laboratory, SIGNALS_MAP);
+    let expected = "lateral (lateral_n in force_7.csv) is dead: all its values are NaN";
+    assert!(words.contains(expected), "{words}");
+}

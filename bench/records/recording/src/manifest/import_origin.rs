@@ -54,7 +54,7 @@ pub struct ImportedSource {
     pub file: String,
     /// SHA-256 of its bytes, in lower-case hexadecimal.
     pub sha256: String,
-    /// Reader of its format, such as `matrw 0.1.4`.
+    /// Reader of its format, such as `hdf5-reader 0.12.1`.
     pub reader: String,
 }
 

@@ -153,7 +153,7 @@ interval_reasons = ["normal < 0.05 N for 0.3 s", "marks.csv, line 2"]
 [[origin.imported.sources]]
 file = "day 1/S01_T03.mat"
 sha256 = "60303ae22b998861bce3b28f33eec1be758a213c86c93c076dbe9f558c11c752"
-reader = "matrw 0.1.4"
+reader = "hdf5-reader 0.12.1"
 
 [[origin.imported.found]]
 name = "normal.offset_s"
@@ -168,7 +168,7 @@ fn the_origin_of_an_import_reads_back_as_it_was_written() {
     assert!(!full_manifest().to_toml().unwrap().contains("origin"));
     let manifest = parse(&format!("{EXAMPLE}{BENCH_TABLES}{ORIGIN}")).unwrap();
     let imported = &manifest.origin.as_ref().unwrap().imported;
-    assert_eq!(imported.sources[0].reader, "matrw 0.1.4");
+    assert_eq!(imported.sources[0].reader, "hdf5-reader 0.12.1");
     assert_eq!(imported.found[0].error, Some(0.0003));
     assert_eq!(imported.interval_reasons.len(), 2);
     assert_eq!(parse(&manifest.to_toml().unwrap()).unwrap(), manifest);
@@ -180,7 +180,7 @@ fn an_invalid_origin_is_refused_with_its_line() {
         ("9f86d0", "9F86D0", "64 digits"),
         ("60303ae2", "60303ae", "64 digits"),
         ("\"0.1.0\"\nmap", "\"\"\nmap", "not empty"),
-        ("\"matrw 0.1.4\"", "\" \"", "not empty"),
+        ("\"hdf5-reader 0.12.1\"", "\" \"", "not empty"),
         ("value = -0.0042", "value = nan", "finite"),
         ("error = 0.0003", "error = -0.0003", "from 0"),
         ("evidence", "evidense", "evidence"),

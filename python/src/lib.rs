@@ -1,0 +1,16 @@
+//! The native half of the Python package `friction_bench`.
+
+mod error;
+
+use pyo3::prelude::*;
+
+/// Functions and types in Rust; `friction_bench` names them for users.
+#[pymodule]
+mod _native {
+    #[pymodule_export]
+    use crate::error::FrictionBenchError;
+
+    #[pymodule_export]
+    #[allow(non_upper_case_globals, reason = "Python's name of it")]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
+}

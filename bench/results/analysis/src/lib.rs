@@ -52,9 +52,10 @@ pub mod vibration;
 pub mod whole_trial;
 pub mod within_laws;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use rayon::prelude::*;
+use recording::RecordingSource;
 use study::provenance::Provenance;
 use study::sessions::Sessions;
 
@@ -95,10 +96,23 @@ pub fn analyse(
     settings: &Settings,
     callback: impl Fn(&RecordingAnalysis) + Sync,
 ) -> Analysis {
-    let recordings = folders
+    let sources: Vec<RecordingSource<'_>> = folders
+        .iter()
+        .map(|folder| RecordingSource::folder(folder))
+        .collect();
+    analyse_sources(&sources, settings, callback)
+}
+
+/// Analyses recordings as [`analyse`] does, from folders or from memory.
+pub fn analyse_sources(
+    sources: &[RecordingSource<'_>],
+    settings: &Settings,
+    callback: impl Fn(&RecordingAnalysis) + Sync,
+) -> Analysis {
+    let recordings = sources
         .par_iter()
-        .map(|folder| {
-            let analysis = recording_analysis::analyse(folder, settings);
+        .map(|source| {
+            let analysis = recording_analysis::analyse_source(source, settings);
             callback(&analysis);
             analysis
         })
@@ -108,15 +122,18 @@ pub fn analyse(
         recordings,
     };
     people::name(&mut analysed.recordings);
-    trace(&mut analysed);
+    trace(&mut analysed, sources);
     average_model::fill(&mut analysed);
     analysed
 }
 
 /// Completes the provenance of each recording by the log of its session.
-fn trace(analysed: &mut Analysis) {
-    let folders = analysed.recordings.iter();
-    let sessions = Sessions::from_recordings(folders.map(|recording| Path::new(&recording.path)));
+fn trace(analysed: &mut Analysis, sources: &[RecordingSource<'_>]) {
+    let folders = sources
+        .iter()
+        .filter(|source| source.in_memory().is_none())
+        .map(RecordingSource::path);
+    let sessions = Sessions::from_recordings(folders);
     for findings in analysed.findings_mut() {
         let session = sessions.session_of(&findings.path);
         let session = session.map(|(_, session)| session);

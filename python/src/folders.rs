@@ -6,7 +6,7 @@ use analysis::find::TrialFilter;
 use pyo3::prelude::*;
 use study_analysis::Request;
 
-use crate::analysis_object::Analysis;
+use crate::analysis::Analysis;
 use crate::background;
 use crate::error::refusal;
 use crate::settings::assumptions;

@@ -1,6 +1,6 @@
 //! The native half of the Python package `friction_bench`.
 
-mod analysis_object;
+mod analysis;
 mod background;
 mod error;
 mod folders;
@@ -16,7 +16,7 @@ mod _native {
     use crate::error::FrictionBenchError;
 
     #[pymodule_export]
-    use crate::analysis_object::Analysis;
+    use crate::analysis::Analysis;
     #[pymodule_export]
     use crate::folders::analyze_folders;
     #[pymodule_export]

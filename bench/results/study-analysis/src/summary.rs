@@ -109,7 +109,10 @@ const LISTED: usize = 20;
 pub fn html(study: &StudyAnalysis) -> String {
     let mut rows = String::new();
     for recording in study.analysed.recordings.iter().take(LISTED) {
-        let name = recording.path.file_name().unwrap_or(recording.path.as_os_str());
+        let name = recording
+            .path
+            .file_name()
+            .unwrap_or(recording.path.as_os_str());
         let cells = match &recording.findings {
             Ok(findings) => [
                 findings.instances.len().to_string(),
@@ -124,7 +127,7 @@ pub fn html(study: &StudyAnalysis) -> String {
         ];
         let texts = texts.into_iter().chain(cells);
         let row: String = texts
-            .map(|text| format!("<td>{}</td>", escaping::xml(&text)))
+            .map(|text| format!("<td>{}</td>", escaping::xml_text(&text)))
             .collect();
         rows += &format!("<tr>{row}</tr>");
     }
@@ -135,6 +138,6 @@ pub fn html(study: &StudyAnalysis) -> String {
     format!(
         "<table><caption>{}</caption><thead><tr><th>recording</th><th>participant</th><th>instances</th><th>rejected</th>\
          <th>warnings</th></tr></thead><tbody>{rows}</tbody></table>",
-        escaping::xml(&counts(study))
+        escaping::xml_text(&counts(study))
     )
 }

@@ -85,9 +85,8 @@ pub fn of_outcome(study: &StudyAnalysis) -> Vec<String> {
         )
     });
     let is_empty = !study.has_result() && study.is_read();
-    let empty = is_empty.then(|| {
-        "warning: nothing could be estimated: the reasons are above".to_owned()
-    });
+    let empty =
+        is_empty.then(|| "warning: nothing could be estimated: the reasons are above".to_owned());
     withheld.into_iter().chain(empty).collect()
 }
 

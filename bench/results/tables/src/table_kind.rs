@@ -62,9 +62,7 @@ impl TableKind {
                 "instance; identified by participant, session, trial, attempt, instance"
             }
             Self::Trials => "trial; identified by participant, session, trial, attempt",
-            Self::Participants => {
-                "participant and condition; identified by participant, condition"
-            }
+            Self::Participants => "participant and condition; identified by participant, condition",
             Self::Descriptive => {
                 "group of the description; identified by level, participant, condition, session, trial, attempt"
             }

@@ -61,7 +61,9 @@ impl Analysis {
     #[getter]
     fn results<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let parse = || {
-            let results = py.import("json")?.call_method1("loads", (self.to_json(py)?,))?;
+            let results = py
+                .import("json")?
+                .call_method1("loads", (self.to_json(py)?,))?;
             PyResult::Ok(results.unbind())
         };
         Ok(self.results.get_or_try_init(py, parse)?.bind(py).clone())

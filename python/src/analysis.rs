@@ -24,7 +24,6 @@ const PROGRAM: &str = concat!("friction-bench ", env!("CARGO_PKG_VERSION"));
 /// ``result.skin``, ``result.provenance``. The tables are `instances`, `estimates`, `samples`, `explorations`, `friction`, `trials`
 /// and `participants`; `table` has each by name.
 #[pyclass(frozen, module = "friction_bench")]
-#[derive(Debug)]
 pub(crate) struct Analysis {
     study: Arc<StudyAnalysis>,
     results: PyOnceLock<Py<PyAny>>,

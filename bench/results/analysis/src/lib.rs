@@ -52,7 +52,8 @@ pub mod vibration;
 pub mod whole_trial;
 pub mod within_laws;
 
-use std::path::PathBuf;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use recording::RecordingSource;
@@ -60,7 +61,7 @@ use study::provenance::Provenance;
 use study::sessions::Sessions;
 
 pub use analysis_settings::Settings;
-pub use findings::{Analysis, RecordingAnalysis};
+pub use findings::{Analysis, RecordingAnalysis, RecordingError};
 
 /// Analyses recording folders in parallel and returns them in the given order; `callback` is called after each one. A
 /// recording that cannot be read does not stop the others.
@@ -96,44 +97,56 @@ pub fn analyse(
     settings: &Settings,
     callback: impl Fn(&RecordingAnalysis) + Sync,
 ) -> Analysis {
-    let sources: Vec<RecordingSource<'_>> = folders
-        .iter()
-        .map(|folder| RecordingSource::folder(folder))
-        .collect();
-    analyse_sources(&sources, settings, callback)
+    let recordings = folders.par_iter().map(|folder| {
+        let analysis = recording_analysis::analyse(folder, settings);
+        callback(&analysis);
+        analysis
+    });
+    complete(settings, recordings.collect())
 }
 
-/// Analyses recordings as [`analyse`] does, from folders or from memory.
-pub fn analyse_sources(
-    sources: &[RecordingSource<'_>],
+/// Analyses recording folders as [`analyse`] does, until `callback` breaks off; returns `None` then.
+pub fn analyse_while(
+    folders: &[PathBuf],
     settings: &Settings,
-    callback: impl Fn(&RecordingAnalysis) + Sync,
-) -> Analysis {
-    let recordings = sources
-        .par_iter()
-        .map(|source| {
-            let analysis = recording_analysis::analyse_source(source, settings);
-            callback(&analysis);
-            analysis
-        })
-        .collect();
+    callback: impl Fn(&RecordingAnalysis) -> ControlFlow<()> + Sync,
+) -> Option<Analysis> {
+    let recordings = folders.par_iter().map(|folder| {
+        let analysis = recording_analysis::analyse(folder, settings);
+        callback(&analysis).is_continue().then_some(analysis)
+    });
+    Some(complete(settings, recordings.collect::<Option<_>>()?))
+}
+
+/// Analyses a recording as [`analyse`] does, from its folder or from memory.
+///
+/// # Errors
+/// The recording cannot be read, or the analysis was asked to stop.
+pub fn analyse_source(
+    source: &RecordingSource<'_>,
+    settings: &Settings,
+) -> Result<Analysis, RecordingError> {
+    let mut analysis = recording_analysis::analyse_source(source, settings);
+    analysis.findings = Ok(analysis.findings?);
+    Ok(complete(settings, vec![analysis]))
+}
+
+/// Makes an analysis of its recordings.
+fn complete(settings: &Settings, recordings: Vec<RecordingAnalysis>) -> Analysis {
     let mut analysed = Analysis {
         settings: *settings,
         recordings,
     };
     people::name(&mut analysed.recordings);
-    trace(&mut analysed, sources);
+    trace(&mut analysed);
     average_model::fill(&mut analysed);
     analysed
 }
 
 /// Completes the provenance of each recording by the log of its session.
-fn trace(analysed: &mut Analysis, sources: &[RecordingSource<'_>]) {
-    let folders = sources
-        .iter()
-        .filter(|source| source.in_memory().is_none())
-        .map(RecordingSource::path);
-    let sessions = Sessions::from_recordings(folders);
+fn trace(analysed: &mut Analysis) {
+    let folders = analysed.recordings.iter();
+    let sessions = Sessions::from_recordings(folders.map(|recording| Path::new(&recording.path)));
     for findings in analysed.findings_mut() {
         let session = sessions.session_of(&findings.path);
         let session = session.map(|(_, session)| session);

@@ -1,5 +1,6 @@
 //! The native half of the Python package `friction_bench`.
 
+mod arrays;
 mod error;
 
 use pyo3::prelude::*;

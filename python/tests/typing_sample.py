@@ -51,8 +51,8 @@ def signals(recording: fb.Recording) -> tuple[npt.NDArray[np.complex128], npt.ND
 
 def contact(amplitude_m: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     model = fb.Contact(sigma_t_m=1.7e-6)
-    gap_m = model.equilibrium_gap_m(amplitude_m, normal_n=0.6)
-    return np.asarray(model.friction_ratio(gap_m, normal_n=0.6))
+    gap_m = model.equilibrium_gap_m(amplitude_m=amplitude_m, normal_n=0.6)
+    return np.asarray(model.friction_ratio(gap_m=gap_m, normal_n=0.6))
 
 
 def simulation() -> dict[str, Any]:

@@ -5,6 +5,8 @@ mod arrays;
 mod background;
 mod error;
 mod folders;
+mod import_map;
+mod recording;
 mod settings;
 mod table;
 
@@ -20,6 +22,10 @@ mod _native {
     use crate::analysis::Analysis;
     #[pymodule_export]
     use crate::folders::analyze_folders;
+    #[pymodule_export]
+    use crate::import_map::import_by_map;
+    #[pymodule_export]
+    use crate::recording::{Recording, read_recording};
     #[pymodule_export]
     use crate::settings::Settings;
     #[pymodule_export]

@@ -1,7 +1,11 @@
 //! The native half of the Python package `friction_bench`.
 
 mod arrays;
+mod broadcast;
+mod contact;
 mod error;
+mod model;
+mod simulate;
 
 use pyo3::prelude::*;
 
@@ -9,7 +13,16 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _native {
     #[pymodule_export]
+    use crate::contact::Contact;
+
+    #[pymodule_export]
     use crate::error::FrictionBenchError;
+
+    #[pymodule_export]
+    use crate::model::curves;
+
+    #[pymodule_export]
+    use crate::simulate::simulate;
 
     #[pymodule_export]
     #[allow(non_upper_case_globals, reason = "Python's name of it")]

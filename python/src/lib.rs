@@ -4,13 +4,17 @@ mod analysis;
 mod analyze_arrays;
 mod arrays;
 mod background;
+mod broadcast;
+mod contact;
 mod demodulate;
 mod description;
 mod error;
 mod folders;
 mod import_map;
+mod model;
 mod recording;
 mod settings;
+mod simulate;
 mod table;
 
 use pyo3::prelude::*;
@@ -18,6 +22,9 @@ use pyo3::prelude::*;
 /// Functions and types in Rust; `friction_bench` names them for users.
 #[pymodule]
 mod _native {
+    #[pymodule_export]
+    use crate::contact::Contact;
+
     #[pymodule_export]
     use crate::error::FrictionBenchError;
 
@@ -37,6 +44,11 @@ mod _native {
     use crate::settings::Settings;
     #[pymodule_export]
     use crate::table::Table;
+
+    #[pymodule_export]
+    use crate::model::curves;
+    #[pymodule_export]
+    use crate::simulate::simulate;
 
     #[pymodule_export]
     #[allow(non_upper_case_globals, reason = "Python's name of it")]

@@ -1,5 +1,18 @@
 """Contact stiffness, levitation gap and friction of a finger on an ultrasonically vibrating plate."""
 
-from friction_bench._native import FrictionBenchError, __version__
+from friction_bench._native import Analysis, FrictionBenchError, Settings, Table, __version__
+from friction_bench.analysis import analyze, envelopes, impedance
+from friction_bench.inputs import Pickup, Plate
 
-__all__ = ["FrictionBenchError", "__version__"]
+__all__ = [
+    "Analysis",
+    "FrictionBenchError",
+    "Pickup",
+    "Plate",
+    "Settings",
+    "Table",
+    "__version__",
+    "analyze",
+    "envelopes",
+    "impedance",
+]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from friction_bench import _native
-from friction_bench._native import Pickup, Plate
+from friction_bench.inputs import Pickup, Plate
 
 __all__ = ["Simulation", "simulate"]
 

@@ -43,7 +43,8 @@ def results(analysis: fb.Analysis) -> tuple[str, list[str], dict[str, str]]:
 def signals(recording: fb.Recording) -> tuple[npt.NDArray[np.complex128], npt.NDArray[np.float64]]:
     envelope, time_s = fb.envelopes(recording.pickup, recording.rate_hz, carrier_hz=recording.carrier_hz)
     z_m, same_time_s = fb.impedance(
-        recording.drive, recording.pickup, recording.rate_hz, carrier_hz=recording.carrier_hz, plate=recording.plate
+        recording.drive, recording.pickup, recording.rate_hz, carrier_hz=recording.carrier_hz, plate=recording.plate,
+        pickup_scale=fb.Pickup(metres_per_unit=2e-6),
     )
     assert len(envelope) == len(z_m) and len(time_s) == len(same_time_s)
     return z_m, time_s

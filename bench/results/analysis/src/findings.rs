@@ -26,6 +26,7 @@ use recording::manifest::{Manifest, ManifestError, RecordedPlate, RecordedRoom};
 use recording::pipeline::DemodulationError;
 use recording::pipeline::PickupOffset;
 use recording::reader::ReadError;
+use serde::{Deserialize, Serialize};
 use study::provenance::{self, Provenance};
 
 /// All recordings of one analysis.
@@ -109,7 +110,7 @@ pub enum RecordingError {
 }
 
 /// Findings in a recording.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct RecordingFindings {
     /// Folder, as given.
     pub path: PathBuf,
@@ -243,7 +244,7 @@ impl RecordingFindings {
 }
 
 /// Stretch of rising amplitude without an estimate.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RejectedStretch {
     /// Direction of the exploration.
     pub direction: Direction,

@@ -1,4 +1,5 @@
 use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
 
 use crate::assumed::AssumedConstants;
 use crate::error::{ModelError, not_negative, positive, same_length};
@@ -91,7 +92,7 @@ pub enum StiffnessBranch {
 }
 
 /// Counts of the samples with a gap that is not unique or does not exist.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct InversionCounts {
     /// Samples with [`StiffnessBranch::Ambiguous`].
     pub ambiguous: usize,

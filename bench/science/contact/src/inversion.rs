@@ -13,6 +13,7 @@
 
 use nalgebra::{SMatrix, SVector};
 use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
 
 use crate::contact::{Contact, StiffnessBranch};
 use crate::error::ModelError;
@@ -43,7 +44,7 @@ impl<const N: usize> Dependent<N> {
 }
 
 /// Inversion of the measured impedance to stiffness, gap and friction, with fitted parameters and their covariance.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Inversion<const N: usize> {
     /// The contact with its σ_t.
     pub contact: Contact,

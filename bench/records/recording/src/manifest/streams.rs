@@ -1,7 +1,7 @@
 //! Streams of a recording, and the constants that belong to each kind of them.
 
-use serde::de::{Error, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Error, Serialize, Visitor, de};
 
 use super::manifest_error::{
     ManifestError, require_finite, require_not_negative, require_not_zero, require_positive,
@@ -57,7 +57,7 @@ pub enum Carrier {
 const FOLLOWS: &str = "follows";
 
 /// Modulation of the amplitude: A(t) = A_mean (1 + index · sin 2πft).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Modulation {
     /// Frequency f, Hz; 0 for no modulation.
     pub frequency_hz: f64,

@@ -52,6 +52,7 @@ pub mod vibration;
 pub mod whole_trial;
 pub mod within_laws;
 
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
@@ -95,14 +96,29 @@ pub fn analyse(
     settings: &Settings,
     callback: impl Fn(&RecordingAnalysis) + Sync,
 ) -> Analysis {
-    let recordings = folders
-        .par_iter()
-        .map(|folder| {
-            let analysis = recording_analysis::analyse(folder, settings);
-            callback(&analysis);
-            analysis
-        })
-        .collect();
+    let recordings = folders.par_iter().map(|folder| {
+        let analysis = recording_analysis::analyse(folder, settings);
+        callback(&analysis);
+        analysis
+    });
+    complete(settings, recordings.collect())
+}
+
+/// Analyses recording folders as [`analyse`] does, until `callback` breaks off; returns `None` then.
+pub fn analyse_while(
+    folders: &[PathBuf],
+    settings: &Settings,
+    callback: impl Fn(&RecordingAnalysis) -> ControlFlow<()> + Sync,
+) -> Option<Analysis> {
+    let recordings = folders.par_iter().map(|folder| {
+        let analysis = recording_analysis::analyse(folder, settings);
+        callback(&analysis).is_continue().then_some(analysis)
+    });
+    Some(complete(settings, recordings.collect::<Option<_>>()?))
+}
+
+/// Makes an analysis of its recordings.
+fn complete(settings: &Settings, recordings: Vec<RecordingAnalysis>) -> Analysis {
     let mut analysed = Analysis {
         settings: *settings,
         recordings,

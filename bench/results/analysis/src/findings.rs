@@ -104,6 +104,9 @@ pub enum RecordingError {
     /// The envelopes cannot be read.
     #[error(transparent)]
     Envelopes(#[from] EnvelopeError),
+    /// An earlier analysis, of which only the words are left, could not read the recording.
+    #[error("{0}")]
+    Known(String),
     /// The description does not fit the recording.
     #[error("recording.toml: {0}")]
     Description(#[from] ManifestError),

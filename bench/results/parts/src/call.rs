@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use analysis::Settings;
 use analysis::assumptions::Assumptions;
 use analysis::attempts::{Attempts, OmittedAttempt};
-use analysis::settings_difference;
 use serde::{Deserialize, Serialize};
-use study::exclusions::{Excluded, Exclusion, ExclusionsError, RecordingSelection};
+use study::exclusions::{Excluded, Exclusion, ExclusionsError};
+use study::sessions::Standing;
 use study_analysis::{Found, Request};
 
 use crate::layout::Layout;
@@ -80,7 +80,11 @@ impl Call {
         let canonical = selected.chain(omitted.clone());
         Ok(Self {
             version: crate::VERSION.to_owned(),
-            folders: request.folders.iter().map(|path| canonical_path(path)).collect(),
+            folders: request
+                .folders
+                .iter()
+                .map(|path| canonical_path(path))
+                .collect(),
             name: found.name.clone(),
             assumptions: assumptions.clone(),
             attempts: attempts.clone(),
@@ -154,7 +158,7 @@ impl JoinedCalls {
                 return Err(PartsError::Settings {
                     one: first_folder,
                     other: call.first_folder(),
-                    names: settings_difference(&settings, &other).join(", "),
+                    names: settings.difference(&other).join(", "),
                 });
             }
             names.push(call.name.clone());
@@ -224,6 +228,28 @@ impl JoinedCalls {
         selection.overridden.extend(exclusions(call.overridden));
         self.excluded.extend(new_paths(call.excluded));
         known.extend(call.canonical.values().cloned());
+    }
+}
+
+impl JoinedCalls {
+    /// Leaves out each recording that is a copy of an earlier one; `originals` has the number of that one for each recording.
+    pub(crate) fn leave_out_copies(&mut self, originals: &[Option<usize>]) {
+        let recordings = std::mem::take(&mut self.found.selection.recordings);
+        let canonical = std::mem::take(&mut self.canonical);
+        let attempts = &mut self.found.attempts;
+        for ((path, canonical), original) in recordings.iter().zip(canonical).zip(originals) {
+            let Some(original) = original else {
+                self.found.selection.recordings.push(path.clone());
+                self.canonical.push(canonical);
+                continue;
+            };
+            attempts.selection.retain(|attempt| attempt.path != *path);
+            attempts.omissions.push(OmittedAttempt {
+                path: path.clone(),
+                standing: Some(Standing::Unknown),
+                because: format!("it is a copy of {}", recordings[*original].display()),
+            });
+        }
     }
 }
 

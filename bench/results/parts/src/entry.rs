@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use analysis::people::Person;
 use serde::{Deserialize, Serialize};
 
 use crate::inputs::Input;
@@ -18,4 +19,11 @@ pub(crate) struct Entry {
     pub(crate) inputs: Vec<Input>,
     /// Place of its part, or the reason why it cannot be analysed.
     pub(crate) part: Result<Place, String>,
+}
+
+impl Entry {
+    /// Returns the person, if known.
+    pub(crate) fn person(&self) -> Option<Person> {
+        Some((self.study.clone(), self.participant.clone()?))
+    }
 }

@@ -57,7 +57,12 @@ impl Inputs {
         let recorded = RecordedSums::find(folder, known.sessions);
         let mut inputs = Self::default();
         for name in sums::FILES.into_iter().chain(OTHER_FILES) {
-            inputs.take(name.to_owned(), &folder.join(name), recorded.as_ref(), known)?;
+            inputs.take(
+                name.to_owned(),
+                &folder.join(name),
+                recorded.as_ref(),
+                known,
+            )?;
         }
         let copies = manifest.map(|manifest| recording_analysis::protocol_copies(folder, manifest));
         for path in copies.into_iter().flatten() {

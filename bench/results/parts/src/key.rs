@@ -21,7 +21,9 @@ impl Key {
     /// Returns the key of the part of a recording with these files.
     pub(crate) fn new(settings: &Settings, inputs: &[Input]) -> Self {
         let mut digest = Sha256::new();
-        digest.update(format!("friction-bench {VERSION}, format {FORMAT}\n{settings:?}\n"));
+        digest.update(format!(
+            "friction-bench {VERSION}, format {FORMAT}\n{settings:?}\n"
+        ));
         for input in inputs {
             digest.update(format!("{} {}\n", input.sum, input.name));
         }

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use analysis::SeriesError;
 use analysis::analysis_settings::SettingError;
 use recording::DiskError;
+use study::exclusions::ExclusionsError;
 use tables::TableError;
 
 /// Errors of parts. Each names the file and the remedy.
@@ -84,9 +84,9 @@ pub enum PartsError {
     /// The rows of a part cannot be written.
     #[error(transparent)]
     Table(#[from] TableError),
-    /// The series of a recording cannot be read.
+    /// The exclusions of a study cannot be read.
     #[error(transparent)]
-    Series(#[from] SeriesError),
+    Exclusions(#[from] ExclusionsError),
 }
 
 impl PartsError {

@@ -29,7 +29,7 @@ const GAP_FACTOR: f64 = 1.257_767;
 /// assert!((contact.gap_from_stiffness_m(k_c, 2e-6)? - gap_m).abs() < 1e-15);
 /// # Ok::<(), contact::ModelError>(())
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Contact {
     assumed: AssumedConstants,
     pub(crate) sigma_t_m: f64,

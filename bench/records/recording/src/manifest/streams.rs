@@ -1,7 +1,7 @@
 //! Streams of a recording, and the constants that belong to each kind of them.
 
+use serde::de::{Error, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use serde::{Deserialize, Error, Serialize, Visitor, de};
 
 use super::manifest_error::{
     ManifestError, require_finite, require_not_negative, require_not_zero, require_positive,

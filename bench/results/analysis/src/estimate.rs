@@ -9,6 +9,7 @@ use estimation::{
 };
 use num_complex::Complex64;
 use protocols::{Direction, Instance};
+use serde::{Deserialize, Serialize};
 
 use crate::analysis_settings::Settings;
 use crate::instance::PreparedInstance;
@@ -27,7 +28,7 @@ const EDGE_S: f64 = 5e-3;
 const LARGEST_SIGMA_T_M: f64 = 1e-4;
 
 /// Instance with its samples and both estimates.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct InstanceAnalysis {
     /// Number of its exploration in the recording, from 0.
     pub exploration: usize,
@@ -130,7 +131,7 @@ impl InstanceAnalysis {
 }
 
 /// Change of the plate's impedance relative to the unloaded plate.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PlateOffset {
     /// Offset added to Z_p, N·s/m.
     pub n_s_per_m: Complex64,
@@ -144,7 +145,7 @@ pub struct PlateOffset {
 
 /// Changes over an instance, from the mean of its first 5 ms to that of its last. All are positive if the rise of
 /// the amplitude lifts the skin.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Deltas {
     /// Fall of |Z_m| as used by the method, N·s/m.
     pub abs_z_m_n_s_per_m: f64,
@@ -163,7 +164,7 @@ pub struct Deltas {
 }
 
 /// Model with the average σ_t over a participant's instances.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Averaged {
     /// Average σ_t, m.
     pub sigma_t_m: f64,
@@ -174,7 +175,7 @@ pub struct Averaged {
 }
 
 /// Estimate of an instance by one method.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct InstanceEstimate {
     /// Verdict on whether the parameters can be used.
     pub verdict: FitVerdict,

@@ -2,13 +2,14 @@
 
 use num_complex::Complex64;
 use protocols::{Direction, Stretch, Validity};
+use serde::{Deserialize, Serialize};
 
 use crate::measurements::{ForceSeries, FrameSeries};
 use crate::method::Method;
 use crate::under_finger::UnderFinger;
 
 /// All measurements during an exploration, at the times of the impedance frames, and the stretches selected from them.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct ExplorationFindings {
     /// Direction of the slide.
     pub direction: Direction,

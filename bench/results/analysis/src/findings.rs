@@ -26,6 +26,7 @@ use recording::manifest::{Manifest, ManifestError, RecordedPlate, RecordedRoom};
 use recording::pipeline::DemodulationError;
 use recording::pipeline::PickupOffset;
 use recording::reader::ReadError;
+use serde::{Deserialize, Serialize};
 use study::provenance::{self, Provenance};
 
 /// All recordings of one analysis.
@@ -103,13 +104,16 @@ pub enum RecordingError {
     /// The envelopes cannot be read.
     #[error(transparent)]
     Envelopes(#[from] EnvelopeError),
+    /// An earlier analysis, of which only the words are left, could not read the recording.
+    #[error("{0}")]
+    Known(String),
     /// The description does not fit the recording.
     #[error("recording.toml: {0}")]
     Description(#[from] ManifestError),
 }
 
 /// Findings in a recording.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct RecordingFindings {
     /// Folder, as given.
     pub path: PathBuf,
@@ -243,7 +247,7 @@ impl RecordingFindings {
 }
 
 /// Stretch of rising amplitude without an estimate.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RejectedStretch {
     /// Direction of the exploration.
     pub direction: Direction,

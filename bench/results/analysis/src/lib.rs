@@ -7,6 +7,7 @@
 pub mod amplitude_profile;
 pub mod analysis_settings;
 mod assumable;
+pub mod assumptions;
 pub mod attempts;
 pub mod average_model;
 mod clipping;
@@ -31,7 +32,7 @@ pub mod measurements;
 pub mod method;
 pub mod model_check;
 pub mod motion;
-mod people;
+pub mod people;
 pub mod pickup_correction;
 mod plate_reading;
 mod plate_references;
@@ -102,7 +103,7 @@ pub fn analyse(
         callback(&analysis);
         analysis
     });
-    complete(settings, recordings.collect())
+    join(settings, recordings.collect())
 }
 
 /// Analyses recording folders as [`analyse`] does, until `callback` breaks off; returns `None` then.
@@ -115,7 +116,7 @@ pub fn analyse_while(
         let analysis = recording_analysis::analyse(folder, settings);
         callback(&analysis).is_continue().then_some(analysis)
     });
-    Some(complete(settings, recordings.collect::<Option<_>>()?))
+    Some(join(settings, recordings.collect::<Option<_>>()?))
 }
 
 /// Analyses a recording as [`analyse`] does, from its folder or from memory.
@@ -128,26 +129,32 @@ pub fn analyse_source(
 ) -> Result<Analysis, RecordingError> {
     let mut analysis = recording_analysis::analyse_source(source, settings);
     analysis.findings = Ok(analysis.findings?);
-    Ok(complete(settings, vec![analysis]))
+    Ok(complete(vec![analysis], settings))
 }
 
-/// Makes an analysis of its recordings.
-fn complete(settings: &Settings, recordings: Vec<RecordingAnalysis>) -> Analysis {
+/// Names the participants of recordings, reads their sessions, and makes an analysis of them.
+fn join(settings: &Settings, mut recordings: Vec<RecordingAnalysis>) -> Analysis {
+    people::name(&mut recordings);
+    let folders = recordings.iter();
+    let sessions = Sessions::from_recordings(folders.map(|recording| Path::new(&recording.path)));
+    trace(&mut recordings, &sessions);
+    complete(recordings, settings)
+}
+
+/// Makes an analysis of its recordings, the participants of which have names.
+pub fn complete(recordings: Vec<RecordingAnalysis>, settings: &Settings) -> Analysis {
     let mut analysed = Analysis {
         settings: *settings,
         recordings,
     };
-    people::name(&mut analysed.recordings);
-    trace(&mut analysed);
     average_model::fill(&mut analysed);
     analysed
 }
 
 /// Completes the provenance of each recording by the log of its session.
-fn trace(analysed: &mut Analysis) {
-    let folders = analysed.recordings.iter();
-    let sessions = Sessions::from_recordings(folders.map(|recording| Path::new(&recording.path)));
-    for findings in analysed.findings_mut() {
+pub fn trace(recordings: &mut [RecordingAnalysis], sessions: &Sessions) {
+    let findings = recordings.iter_mut();
+    for findings in findings.filter_map(|recording| recording.findings.as_mut().ok()) {
         let session = sessions.session_of(&findings.path);
         let session = session.map(|(_, session)| session);
         findings.provenance = Provenance::new(&findings.manifest, session);

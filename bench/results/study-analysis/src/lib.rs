@@ -11,4 +11,4 @@ pub mod warnings;
 
 pub use found::Found;
 pub use request::{Request, RequestError};
-pub use study_analysis::StudyAnalysis;
+pub use study_analysis::{StudyAnalysis, excluded_recordings};

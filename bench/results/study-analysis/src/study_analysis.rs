@@ -35,6 +35,8 @@ pub struct StudyAnalysis {
     pub skin: Skin,
     /// Sessions of the recordings.
     pub sessions: Sessions,
+    /// Whether an accepted trial has a recording that was not analysed.
+    pub is_damaged: bool,
 }
 
 impl StudyAnalysis {
@@ -43,23 +45,37 @@ impl StudyAnalysis {
     /// # Errors
     /// The exclusions of a study cannot be read.
     pub fn new(found: Found, analysed: Analysis) -> Result<Self, ExclusionsError> {
+        let excluded = excluded_recordings(&found.attempts, &found.selection)?;
+        let folders = analysed.recordings.iter();
+        let sessions = Sessions::from_recordings(folders.map(|recording| recording.path.as_path()));
+        let mut study = Self::assemble(found, analysed, (sessions, &excluded));
+        study.is_damaged = study.account.missed().any(|attempt| attempt.path.exists());
+        Ok(study)
+    }
+
+    /// Reduces an analysis of recordings in these sessions; `excluded` are the recordings left out on purpose.
+    #[must_use]
+    pub fn assemble(
+        found: Found,
+        analysed: Analysis,
+        (sessions, excluded): (Sessions, &[PathBuf]),
+    ) -> Self {
         let Found {
             name,
             attempts,
             selection,
         } = found;
-        let excluded = excluded_recordings(&attempts, &selection)?;
-        let folders = analysed.recordings.iter();
-        Ok(Self {
-            account: attempts.account(&analysed, &excluded),
+        Self {
+            account: attempts.account(&analysed, excluded),
             description: Description::new(&analysed),
             skin: Skin::from_analysis(&analysed),
-            sessions: Sessions::from_recordings(folders.map(|recording| recording.path.as_path())),
+            is_damaged: false,
+            sessions,
             name,
             analysed,
             attempts,
             selection,
-        })
+        }
     }
 
     /// Returns the content of the results file.
@@ -154,13 +170,15 @@ impl StudyAnalysis {
     /// `verify` judges whether a study is complete.
     #[must_use]
     pub fn is_whole(&self) -> bool {
-        let is_damaged = self.account.missed().any(|attempt| attempt.path.exists());
-        self.is_read() && self.spoilt() == 0 && !is_damaged && self.has_result()
+        self.is_read() && self.spoilt() == 0 && !self.is_damaged && self.has_result()
     }
 }
 
 /// Returns the attempts that were excluded by decision, including those that could not be analysed anyway.
-fn excluded_recordings(
+///
+/// # Errors
+/// The exclusions of a study cannot be read.
+pub fn excluded_recordings(
     attempts: &Attempts,
     selection: &RecordingSelection,
 ) -> Result<Vec<PathBuf>, ExclusionsError> {

@@ -35,5 +35,7 @@ mod trial_entry;
 pub use content::Content;
 #[cfg(feature = "parquet")]
 pub use metadata::METADATA_KEYS;
+#[cfg(feature = "parquet")]
+pub use parquet_file::to_parquet;
 pub use table_error::TableError;
 pub use table_kind::TableKind;

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use analysis::Analysis;
 use parquet::basic::{Compression, LogicalType, Repetition, Type as PhysicalType};
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
@@ -27,15 +28,41 @@ pub(crate) fn write(
     folder: &Path,
 ) -> Result<PathBuf, TableError> {
     let path = folder.join(format!("{}.parquet", table.name));
-    let bytes = encode(table, metadata).map_err(|reason| TableError::Encode {
-        path: path.clone(),
-        reason: Box::new(reason),
-    })?;
+    let bytes = to_bytes(table, metadata, Vec::new(), &path)?;
     disk::replace_file(&path, &bytes)?;
     Ok(path)
 }
 
-fn encode(table: &Table, metadata: &Metadata) -> Result<Vec<u8>, ParquetError> {
+/// Returns the table of an analysis as the bytes of a Parquet file, with further texts in its metadata; `path` names it in errors.
+///
+/// # Errors
+/// The table cannot be encoded.
+pub fn to_parquet(
+    table: &Table,
+    analysed: &Analysis,
+    texts: Vec<(String, String)>,
+    path: &Path,
+) -> Result<Vec<u8>, TableError> {
+    to_bytes(table, &Metadata::new(analysed), texts, path)
+}
+
+fn to_bytes(
+    table: &Table,
+    metadata: &Metadata,
+    texts: Vec<(String, String)>,
+    path: &Path,
+) -> Result<Vec<u8>, TableError> {
+    encode(table, metadata, texts).map_err(|reason| TableError::Encode {
+        path: path.to_owned(),
+        reason: Box::new(reason),
+    })
+}
+
+fn encode(
+    table: &Table,
+    metadata: &Metadata,
+    further_texts: Vec<(String, String)>,
+) -> Result<Vec<u8>, ParquetError> {
     let fields = table.columns.iter().map(field);
     let schema = Type::group_type_builder("schema")
         .with_fields(fields.collect::<Result<_, _>>()?)
@@ -47,7 +74,9 @@ fn encode(table: &Table, metadata: &Metadata) -> Result<Vec<u8>, ParquetError> {
         serde_json::to_string(&dictionary::entries(table)).map_err(json_error)?,
     ];
     let pairs = METADATA_KEYS.iter().zip(texts);
-    let pairs = pairs.map(|(key, text)| KeyValue::new((*key).to_owned(), text));
+    let pairs = pairs.map(|(key, text)| ((*key).to_owned(), text));
+    let pairs = pairs.chain(further_texts);
+    let pairs = pairs.map(|(key, text)| KeyValue::new(key, text));
     let properties = WriterProperties::builder()
         .set_compression(Compression::SNAPPY)
         .set_key_value_metadata(Some(pairs.collect()))

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-RATE_HZ = 200.0
 LAG_S = 0.02
 MAP = """format = 1
 files = '{name}\\.txt'
@@ -40,9 +39,11 @@ def stimulus(times_s):
     return np.where(np.mod(5.0 * times_s, 1.0) < 0.5, 0.0, 120.0)
 
 
-def contrast(mu, stimulus):
-    """Friction at the greatest stimulus below that at the least, at the lag that correlates best."""
-    lags = range(int(0.2 * RATE_HZ) + 1)
+def contrast(time_s, mu, stimulus):
+    """Share by which the friction at the greatest stimulus is below that at the least: of the straight line of the friction over the
+    stimulus, delayed by the lag of at most 0.2 s and half the stroke that correlates best."""
+    step_s = (time_s[-1] - time_s[0]) / (len(time_s) - 1)
+    lags = range(min(int(0.2 / step_s), len(mu) // 2) + 1)
     shares = [np.corrcoef(stimulus[: len(mu) - lag], mu[lag:])[0, 1] ** 2 for lag in lags]
     lag = int(np.argmax(shares))
     slope, offset = np.polyfit(stimulus[: len(mu) - lag], mu[lag:], 1)
@@ -68,7 +69,7 @@ def main(rig, folder):
         for start_s, end_s in strokes:
             inside = (time_s >= start_s) & (time_s <= end_s)
             mu = np.abs(lateral[inside]) / normal_un[inside]
-            answer = {"mu": mu.tolist(), "mean": mu.mean(), "contrast": contrast(mu, stimulus(time_s[inside]))}
+            answer = {"mu": mu.tolist(), "mean": mu.mean(), "contrast": contrast(time_s[inside], mu, stimulus(time_s[inside]))}
             answers[name].append(answer)
     json.dump(answers, sys.stdout)
 

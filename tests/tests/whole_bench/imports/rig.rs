@@ -1,4 +1,4 @@
-//! The friction rig of other people, imported as forces alone: friction over time and its mean of each stroke, by numpy.
+//! The friction rig of other people, imported as forces alone: friction over time, and mean and contrast of each stroke, by numpy.
 
 use std::ffi::OsStr;
 use std::path::Path;
@@ -12,7 +12,7 @@ use serde_json::Value;
 use super::results::RecordingResults;
 use super::written::import;
 
-/// Greatest relative difference of a friction and its mean.
+/// Greatest relative difference of a friction and its mean, and greatest difference of a contrast.
 const EQUAL: f64 = 1e-6;
 
 /// Returns the column `mu` of the table of friction over time.
@@ -42,6 +42,16 @@ fn difference(values: &[f64], expected: &[f64]) -> f64 {
         })
 }
 
+/// Returns the greatest difference; NaN if a value is unknown.
+fn distance(values: &[f64], expected: &[f64]) -> f64 {
+    let ratios: Vec<f64> = values
+        .iter()
+        .zip(expected)
+        .map(|(a, b)| 1.0 + a - b)
+        .collect();
+    difference(&ratios, &vec![1.0; expected.len()])
+}
+
 fn numbers(values: &Value) -> Vec<f64> {
     let values = values.as_array().expect("an array").iter();
     values
@@ -60,7 +70,7 @@ fn friction_of_a_rig_is_that_of_numpy() {
     );
     assert!(output.status.success(), "{}", text(&output));
     let answers: Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    let mut greatest = [0.0_f64; 2];
+    let mut greatest = [0.0_f64; 3];
     for (name, lowered) in [("plain", 0.0), ("stimulated", 0.3)] {
         let recording = import(folder.path(), &format!("{name}.toml"));
         let tables = folder.path().join("tables").join(name);
@@ -87,6 +97,7 @@ fn friction_of_a_rig_is_that_of_numpy() {
         let differences = [
             difference(&friction(&tables), &mu),
             difference(&explorations("/mu"), &of_strokes("mean")),
+            distance(&contrasts, &of_strokes("contrast")),
         ];
         assert!(
             differences.iter().all(|ratio| *ratio <= EQUAL),
@@ -102,10 +113,12 @@ fn friction_of_a_rig_is_that_of_numpy() {
             *greatest = greatest.max(ratio);
         }
     }
-    let [over_time, means] = greatest;
+    let [over_time, means, contrasts] = greatest;
     campaign::report(
         "friction of a rig as forces alone",
         1,
-        &format!("differences from numpy: mu over time {over_time:.1e}, its means {means:.1e}"),
+        &format!(
+            "differences from numpy: mu over time {over_time:.1e}, its means {means:.1e}, contrasts {contrasts:.1e}"
+        ),
     );
 }

@@ -10,6 +10,7 @@ mod signals;
 use std::path::Path;
 
 use crate::findings::RecordingError;
+use crate::flaw::Flaw;
 use crate::measurements::Measurements;
 use crate::row_times;
 use crate::spans::Spans;
@@ -17,7 +18,7 @@ pub use demodulated_recording::DemodulatedRecording;
 use demodulated_recording::optional;
 use recording::manifest::{Manifest, Streams};
 use recording::pipeline::PickupOffset;
-use recording::reader::read_manifest;
+use recording::reader::{Warning, read_manifest};
 use recording::{CsvRow, STIMULUS_FILE, reader};
 
 /// Reads a recording folder, with the pickup's stated values plus the offset. The audio is read twice: first to find its
@@ -32,6 +33,25 @@ pub fn read(folder: &Path, pickup: PickupOffset) -> Result<DemodulatedRecording,
         Streams::Envelopes(_) => envelopes::read(folder, manifest, pickup),
         Streams::Forces(_) => read_forces(folder, manifest),
     }
+}
+
+/// Returns the flaws of a recording's samples, and whether nothing but the samples shows them in full, because the carrier moves or is
+/// missing.
+///
+/// # Errors
+/// As [`read`].
+pub fn sample_flaws(folder: &Path) -> Result<(Vec<Flaw>, bool), RecordingError> {
+    let (mut reading, _) = signals::demodulate(folder, PickupOffset::default())?;
+    let moves = reading
+        .vibration
+        .as_ref()
+        .is_none_or(|vibration| vibration.moves);
+    let needs_samples = moves || reading.is_carrier_missing();
+    // Found in the envelopes too.
+    reading
+        .flaws
+        .retain(|flaw| !matches!(flaw, Flaw::File(Warning::IntervalBeyondEnd { .. })));
+    Ok((reading.flaws, needs_samples))
 }
 
 /// Reads a recording of forces alone, which lasts as long as its rows.

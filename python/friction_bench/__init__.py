@@ -1,7 +1,7 @@
 """Contact stiffness, levitation gap and friction of a finger on an ultrasonically vibrating plate."""
 
 from friction_bench._native import Analysis, FrictionBenchError, Settings, Table, __version__
-from friction_bench.analysis import analyze, envelopes, impedance
+from friction_bench.analysis import analyze, as_samples, envelopes, impedance
 from friction_bench.inputs import Pickup, Plate
 
 __all__ = [
@@ -13,6 +13,7 @@ __all__ = [
     "Table",
     "__version__",
     "analyze",
+    "as_samples",
     "envelopes",
     "impedance",
 ]

@@ -72,6 +72,15 @@ pub(crate) fn envelopes<'py>(
     Ok(into_arrays(py, series.map_err(refusal)?))
 }
 
+/// Return the array of which the samples are read.
+#[pyfunction]
+pub(crate) fn as_samples<'py>(values: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    Ok(match Signal::read(values, "`values`")? {
+        Signal::Single(samples) => samples.as_any().clone(),
+        Signal::Double(samples) => samples.as_any().clone(),
+    })
+}
+
 fn impedance_series(source: &RecordingSource<'_>, corrected: bool) -> Result<Series, SignalError> {
     let mut reader = source.signals()?;
     let mut pipeline = Pipeline::from_recording(reader.manifest(), reader.format())?;

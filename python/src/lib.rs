@@ -1,8 +1,11 @@
 //! The native half of the Python package `friction_bench`.
 
 mod analysis;
+mod analyze_arrays;
 mod arrays;
 mod background;
+mod demodulate;
+mod description;
 mod error;
 mod folders;
 mod import_map;
@@ -20,6 +23,10 @@ mod _native {
 
     #[pymodule_export]
     use crate::analysis::Analysis;
+    #[pymodule_export]
+    use crate::analyze_arrays::analyze_arrays;
+    #[pymodule_export]
+    use crate::demodulate::{envelopes, impedance_of_arrays};
     #[pymodule_export]
     use crate::folders::analyze_folders;
     #[pymodule_export]

@@ -1,14 +1,16 @@
 """Contact stiffness, levitation gap and friction of a finger on an ultrasonically vibrating plate."""
 
-from friction_bench._native import Analysis, FrictionBenchError, Settings, Table, __version__
+from friction_bench._native import Analysis, FrictionBenchError, Recording, Settings, Table, __version__
 from friction_bench.analysis import analyze, as_samples, envelopes, impedance
 from friction_bench.inputs import Pickup, Plate
+from friction_bench.recordings import import_map, read
 
 __all__ = [
     "Analysis",
     "FrictionBenchError",
     "Pickup",
     "Plate",
+    "Recording",
     "Settings",
     "Table",
     "__version__",
@@ -16,4 +18,6 @@ __all__ = [
     "as_samples",
     "envelopes",
     "impedance",
+    "import_map",
+    "read",
 ]

@@ -175,7 +175,7 @@ def impedance(
         {}, drive_volts_per_unit=drive_volts_per_unit, pickup_scale=pickup_scale, carrier_hz=carrier_hz, modulation_hz=0.0,
         modulation_index=0.0, plate=plate if has_plate else unit_plate,
     )
-    return _native.impedance(drive, pickup, rate_hz, content, corrected=has_plate)
+    return _native.impedance_of_arrays(drive, pickup, rate_hz, content, corrected=has_plate)
 
 
 def envelopes(
@@ -207,7 +207,7 @@ def envelopes(
     return _native.envelopes(signal, rate_hz, carrier_hz)
 
 
-def as_samples(values: npt.ArrayLike) -> npt.NDArray[np.floating[Any]]:
+def as_samples(values: npt.ArrayLike) -> npt.NDArray[np.float32] | npt.NDArray[np.float64]:
     """Return samples as the analysis reads them: contiguous 32- or 64-bit floats.
 
     Samples that are such already are returned as they are. Others are copied at each call of `analyze`, `impedance` and `envelopes`:

@@ -9,7 +9,7 @@ use pyo3::exceptions::PyAttributeError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyList};
-use study_analysis::{StudyAnalysis, summary, warnings};
+use study_analysis::{StudyAnalysis, html, summary, warnings};
 use tables::TableKind;
 
 use crate::error::{FrictionBenchError, refusal};
@@ -231,7 +231,7 @@ impl Analysis {
     }
 
     fn __repr__(&self) -> String {
-        format!("<friction_bench.Analysis {}>", self.counts())
+        format!("<friction_bench.Analysis {}>", summary::counts(&self.study))
     }
 
     fn __str__(&self) -> String {
@@ -239,13 +239,7 @@ impl Analysis {
     }
 
     fn _repr_html_(&self) -> String {
-        summary::html(&self.study)
-    }
-}
-
-impl Analysis {
-    fn counts(&self) -> String {
-        summary::counts(&self.study)
+        html::table(&self.study)
     }
 }
 

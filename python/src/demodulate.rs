@@ -35,7 +35,7 @@ enum SignalError {
 }
 
 /// Return the impedance of drive and pickup and its times; `description` has the content of their `recording.toml`.
-#[pyfunction(name = "impedance")]
+#[pyfunction]
 #[pyo3(signature = (drive, pickup, rate_hz, description, *, corrected))]
 pub(crate) fn impedance_of_arrays<'py>(
     py: Python<'py>,

@@ -92,7 +92,11 @@ fn in_arguments(message: String) -> String {
     })
 }
 
-fn table(dict: &Bound<'_, PyDict>, prefix: &str) -> PyResult<Table> {
+/// Returns a dict as a table of TOML, without keys of which the value is `None`; `prefix` precedes the keys in errors.
+///
+/// # Errors
+/// A value is none of TOML.
+pub(crate) fn table(dict: &Bound<'_, PyDict>, prefix: &str) -> PyResult<Table> {
     let mut table = Table::new();
     for (key, value) in dict {
         if value.is_none() {

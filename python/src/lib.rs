@@ -8,6 +8,8 @@ mod demodulate;
 mod description;
 mod error;
 mod folders;
+mod import_map;
+mod recording;
 mod settings;
 mod table;
 
@@ -27,6 +29,10 @@ mod _native {
     use crate::demodulate::{as_samples, envelopes, impedance_of_arrays};
     #[pymodule_export]
     use crate::folders::analyze_folders;
+    #[pymodule_export]
+    use crate::import_map::import_by_map;
+    #[pymodule_export]
+    use crate::recording::{Recording, read_recording};
     #[pymodule_export]
     use crate::settings::Settings;
     #[pymodule_export]

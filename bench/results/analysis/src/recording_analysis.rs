@@ -257,8 +257,21 @@ pub fn selection_rules(
     }
 }
 
+/// Returns the text of the copy of the session's protocol next to a recording; `None` if there is no copy that can be read.
+#[must_use]
+pub fn protocol_text(folder: &Path, manifest: &Manifest) -> Option<String> {
+    let copy = read_protocol(folder, manifest).ok()?;
+    copy.map(|(_, text)| text)
+}
+
 /// Reads the copy of the session's protocol next to a recording; `None` if there is no copy.
 fn protocol_copy(folder: &Path, manifest: &Manifest) -> Result<Option<Protocol>, Flaw> {
+    let copy = read_protocol(folder, manifest)?;
+    Ok(copy.map(|(protocol, _)| protocol))
+}
+
+/// Reads the copy of the session's protocol next to a recording, and its text.
+fn read_protocol(folder: &Path, manifest: &Manifest) -> Result<Option<(Protocol, String)>, Flaw> {
     let Some((trial, session)) = manifest.trial.as_ref().zip(folder.parent()) else {
         return Ok(None);
     };
@@ -278,7 +291,10 @@ fn protocol_copy(folder: &Path, manifest: &Manifest) -> Result<Option<Protocol>,
             return Ok(None);
         }
         Err(error) => Err(format!("{file}: {}", bounded_files::cause(&error))),
-        Ok(text) => Protocol::parse(&text, &file).map_err(|error| error.to_string()),
+        Ok(text) => match Protocol::parse(&text, &file) {
+            Ok(protocol) => Ok((protocol, text)),
+            Err(error) => Err(error.to_string()),
+        },
     };
     protocol
         .map(Some)

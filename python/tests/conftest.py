@@ -1,18 +1,14 @@
 """Recordings for the tests: those of the repository, in short, and a simulated session of the command line."""
 
-import json
-import os
-import subprocess
 import tomllib
-import wave
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import command_line
 import numpy as np
 import pytest
-
-REFERENCE = Path(__file__).resolve().parents[2] / "bench/tests/data/reference"
+from command_line import REFERENCE
 
 
 def samples_of(folder: Path) -> tuple[np.ndarray, float]:
@@ -52,13 +48,12 @@ def reference() -> Callable[[str], dict[str, Any]]:
 
 
 @pytest.fixture(scope="session")
-def program() -> Callable[..., bytes]:
+def program() -> Callable[..., str]:
     """Run the program of the command line, and return its standard output."""
 
-    def run(*arguments: object) -> bytes:
-        command = [os.environ["FRICTION_BENCH"], *map(str, arguments)]
-        done = subprocess.run(command, capture_output=True, check=False)
-        assert done.returncode == 0, done.stderr.decode()
+    def run(*arguments: str | Path) -> str:
+        done = command_line.run(*arguments)
+        assert done.returncode == 0, done.stderr
         return done.stdout
 
     return run

@@ -14,12 +14,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import REFERENCE, arguments_of
+from command_line import REFERENCE, ROOT
+from conftest import arguments_of
 
 import friction_bench as fb
 
 Arguments = dict[str, Any]
-FIXTURE = Path(__file__).resolve().parents[2] / "tests/fixtures/0.1.0/files.tar.xz"
+FIXTURE = ROOT / "tests/fixtures/0.1.0/files.tar.xz"
 
 
 def numbers(results: Arguments) -> Arguments:
@@ -33,7 +34,7 @@ def as_double(arguments: Arguments) -> Arguments:
 
 
 @pytest.mark.parametrize("name", ["recording-a", "recording-c", "recording-d"])
-def test_arrays_have_the_results_of_the_command_line(name: str, program: Callable[..., bytes]) -> None:
+def test_arrays_have_the_results_of_the_command_line(name: str, program: Callable[..., str]) -> None:
     text = program("analyze", REFERENCE / name, "--json", "-")
     arguments = arguments_of(REFERENCE / name)
     found = fb.analyze(**arguments)
@@ -41,7 +42,7 @@ def test_arrays_have_the_results_of_the_command_line(name: str, program: Callabl
     assert fb.analyze(**as_double(arguments)).to_json() == found.to_json()
 
 
-def test_trials_of_sessions_have_the_results_of_the_command_line(tmp_path: Path, program: Callable[..., bytes]) -> None:
+def test_trials_of_sessions_have_the_results_of_the_command_line(tmp_path: Path, program: Callable[..., str]) -> None:
     with tarfile.open(FIXTURE) as archive:
         archive.extractall(tmp_path, filter="data")
     trials = sorted((tmp_path / "study").glob("*/*/trial-*"))

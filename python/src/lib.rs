@@ -1,11 +1,19 @@
 //! The native half of the Python package `friction_bench`.
 
+mod analysis;
+mod analyze_arrays;
 mod arrays;
+mod background;
 mod broadcast;
 mod contact;
+mod demodulate;
+mod description;
 mod error;
+mod folders;
 mod model;
+mod settings;
 mod simulate;
+mod table;
 
 use pyo3::prelude::*;
 
@@ -13,16 +21,25 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _native {
     #[pymodule_export]
+    use crate::analysis::Analysis;
+    #[pymodule_export]
+    use crate::analyze_arrays::analyze_arrays;
+    #[pymodule_export]
     use crate::contact::Contact;
-
+    #[pymodule_export]
+    use crate::demodulate::{envelopes, impedance_of_arrays};
     #[pymodule_export]
     use crate::error::FrictionBenchError;
-
+    #[pymodule_export]
+    use crate::folders::analyze_folders;
     #[pymodule_export]
     use crate::model::curves;
-
+    #[pymodule_export]
+    use crate::settings::Settings;
     #[pymodule_export]
     use crate::simulate::simulate;
+    #[pymodule_export]
+    use crate::table::Table;
 
     #[pymodule_export]
     #[allow(non_upper_case_globals, reason = "Python's name of it")]

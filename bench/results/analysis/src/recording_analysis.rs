@@ -27,15 +27,20 @@ use crate::model_check;
 use crate::plate_references;
 use crate::under_finger::UnderFinger;
 use crate::whole_trial;
-use recording::Manifest;
 use recording::pipeline::PickupOffset;
+use recording::{Manifest, RecordingSource};
 use study::provenance::Provenance;
 
 /// Analyses the recording in `folder`.
 pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
-    let findings = findings(folder, settings);
+    analyse_source(&RecordingSource::folder(folder), settings)
+}
+
+/// Analyses a recording, from its folder or from memory.
+pub fn analyse_source(source: &RecordingSource<'_>, settings: &Settings) -> RecordingAnalysis {
+    let findings = findings(source, settings);
     RecordingAnalysis {
-        path: folder.to_owned(),
+        path: source.path().to_owned(),
         participant: findings
             .as_ref()
             .ok()
@@ -44,11 +49,14 @@ pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
     }
 }
 
-fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, RecordingError> {
-    let mut reading = demodulation::read(folder, PickupOffset::default())?;
-    let (rules, protocol_flaw) = selection_rules(folder, &reading.manifest, settings);
+fn findings(
+    source: &RecordingSource<'_>,
+    settings: &Settings,
+) -> Result<RecordingFindings, RecordingError> {
+    let mut reading = demodulation::read(source, PickupOffset::default())?;
+    let (rules, protocol_flaw) = source_rules(source, &reading.manifest, settings);
     if reading.vibration.is_none() {
-        return Ok(forces_alone::findings(folder, reading, rules));
+        return Ok(forces_alone::findings(source.path(), reading, rules));
     }
     let is_carrier_missing = reading.is_carrier_missing();
     let mut implausible = consistency::implausible(&reading);
@@ -56,7 +64,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     let mut plate = FreePlate::read(&reading, rules.contact_n / 2.0);
     let pickup = plate.pickup_offset().unwrap_or_default();
     let read_again = |clock: Option<ForceClock>| -> Result<_, RecordingError> {
-        let mut reading = demodulation::read(folder, pickup)?;
+        let mut reading = demodulation::read(source, pickup)?;
         reading
             .flaws
             .extend(pickup_flaws(pickup, stated_phase_rad(&reading.manifest)));
@@ -88,7 +96,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     }
     implausible.extend(clock.iter().flat_map(ForceClock::flaws));
     if is_carrier_missing {
-        implausible.extend(consistency::without_carrier(folder, &reading)?);
+        implausible.extend(consistency::without_carrier(source, &reading)?);
     }
     let DemodulatedRecording {
         manifest,
@@ -111,7 +119,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     let has_pressure = manifest.room.is_some();
     let errors = ErrorBudget::new(stated_errors, (&zero, crosstalk), &touch, has_pressure);
     let mut findings = RecordingFindings {
-        path: folder.to_owned(),
+        path: source.path().to_owned(),
         participant: manifest
             .participant
             .as_ref()
@@ -167,8 +175,10 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     }
 
     for (direction, start_s, end_s) in explorations {
+        source.require_running()?;
         findings.explore(&record, direction, (start_s, end_s), settings);
     }
+    source.require_running()?;
     let readings = plate_references::read(&record, rules.contact_n / 2.0);
     findings.fit_together(&readings, settings);
     findings.flaws.extend(consistency::contact_area(&findings));
@@ -207,6 +217,24 @@ fn subtract_zero(reading: &mut DemodulatedRecording) -> ForceZero {
 fn rehearsal_flaw(manifest: &Manifest) -> Option<Flaw> {
     let faults = manifest.hardware.as_ref()?.rehearsed.clone();
     (!faults.is_empty()).then_some(Flaw::Rehearsed { faults })
+}
+
+/// Returns the selection rules for a recording: in memory, those of its protocol, or else of `settings`.
+fn source_rules(
+    source: &RecordingSource<'_>,
+    manifest: &Manifest,
+    settings: &Settings,
+) -> (SelectionRules, Option<Flaw>) {
+    let Some(arrays) = source.in_memory() else {
+        return selection_rules(source.path(), manifest, settings);
+    };
+    let centre_m = manifest.plate().map_or(0.0, |plate| plate.centre_m);
+    let protocol = arrays.protocol();
+    let rules = protocol.map_or_else(
+        || settings.selection_rules(centre_m),
+        |protocol| protocol.selection_rules(centre_m),
+    );
+    (rules, None)
 }
 
 /// Returns the selection rules for the recording in `folder`: those of the copy of the session's protocol

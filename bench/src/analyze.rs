@@ -14,7 +14,9 @@ use analysis::attempts::{AttemptAccount, Attempts};
 use analysis::find::TrialFilter;
 use analysis::findings::{RecordingFindings, rejection_counts};
 use analysis::whole_trial;
-use analysis::{Analysis, RecordingAnalysis, Settings, analyse, find};
+use analysis::{
+    Analysis, RecordingAnalysis, SeriesSource, Settings, analyse_with_series, find,
+};
 use descriptive::Description;
 use escaping::{escaped, escaped_line};
 use plotting::Figure;
@@ -56,12 +58,13 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     let folders = &selection.recordings;
     verbosity.note(format_args!("{} recordings", folders.len()));
     let bar = progress_bar(folders.len() as u64, verbosity);
-    let analysed = analyse(folders, &settings, |analysis| {
+    let (analysed, series) = analyse_with_series(folders, &settings, |analysis| {
         bar.suspend(|| report(analysis));
         bar.inc(1);
     });
     bar.finish_and_clear();
 
+    let with_series = (&analysed, &series as &dyn SeriesSource);
     let account = attempts.account(&analysed, &excluded_recordings(&attempts, &selection)?);
     warn(&account, &attempts);
     warn_of_provenance(&analysed);
@@ -76,7 +79,8 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
             report_written(path, verbosity);
         }
         if let Some(path) = &options.report {
-            let figures = measured_figures(&analysed, &sessions, &options.figure_selection());
+            let figures =
+                measured_figures(with_series, &sessions, &options.figure_selection())?;
             let page = page(options, &analysed, &results, (&sessions, &figures))?;
             write_text(path, &page)?;
             report_written(path, verbosity);
@@ -85,6 +89,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     if let Some(folder) = &options.tables {
         let content = tables::Content {
             analysed: &analysed,
+            series: &series,
             description: &description,
             attempts: &attempts,
             selection: &selection,
@@ -97,7 +102,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
             .for_each(|path| report_written(path, verbosity));
     }
     if let Some(folder) = &options.figures {
-        let mut paths = write_figures(&analysed, &sessions, &options.figure_selection(), folder)
+        let mut paths = write_figures(with_series, &sessions, &options.figure_selection(), folder)
             .context("cannot draw the figures")?;
         paths.push(selection.write_table(folder)?);
         paths

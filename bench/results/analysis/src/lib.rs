@@ -8,7 +8,7 @@ pub mod amplitude_profile;
 pub mod analysis_settings;
 mod assumable;
 pub mod attempts;
-pub mod average_model;
+mod average_model;
 mod clipping;
 pub mod cluster_test;
 mod consistency;
@@ -18,6 +18,7 @@ pub mod demodulation;
 pub mod error_budget;
 pub mod estimate;
 pub mod exploration_findings;
+pub mod exploration_series;
 mod explorations;
 pub mod find;
 pub mod findings;
@@ -31,6 +32,7 @@ pub mod measurements;
 pub mod method;
 pub mod model_check;
 pub mod motion;
+mod mu_agreement;
 mod people;
 pub mod pickup_correction;
 mod plate_reading;
@@ -38,7 +40,11 @@ mod plate_references;
 pub mod printed_settings;
 mod prior_settings;
 pub mod recording_analysis;
+pub mod recording_series;
 mod row_times;
+pub mod sample_statistics;
+pub mod sampled_quantity;
+pub mod series_store;
 mod spans;
 pub mod statistics;
 pub mod stroke;
@@ -52,17 +58,24 @@ pub mod vibration;
 pub mod whole_trial;
 pub mod within_laws;
 
+use std::convert::Infallible;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use rayon::prelude::*;
+use sample_statistics::ByMethod;
 use study::provenance::Provenance;
 use study::sessions::Sessions;
 
 pub use analysis_settings::Settings;
+pub use average_model::{AveragedModels, models as averaged_models};
 pub use findings::{Analysis, RecordingAnalysis};
+pub use mu_agreement::MuAgreement;
+pub use recording_series::RecordingSeries;
+pub use series_store::{KeptSeries, SeriesError, SeriesSource, SeriesStore};
 
-/// Analyses recording folders in parallel and returns them in the given order; `callback` is called after each one. A
-/// recording that cannot be read does not stop the others.
+/// Analyses recording folders in parallel and returns them in the given order, without their series; `callback` is called after
+/// each one. A recording that cannot be read does not stop the others.
 ///
 /// ```
 /// use analysis::flaw::Flaw;
@@ -95,29 +108,86 @@ pub fn analyse(
     settings: &Settings,
     callback: impl Fn(&RecordingAnalysis) + Sync,
 ) -> Analysis {
-    let recordings = folders
-        .par_iter()
-        .map(|folder| {
-            let analysis = recording_analysis::analyse(folder, settings);
-            callback(&analysis);
-            analysis
-        })
-        .collect();
+    analyse_with_series(folders, settings, callback).0
+}
+
+/// Analyses recording folders as [`analyse`] does, and keeps their series in memory: some 2 MB for each recording.
+pub fn analyse_with_series(
+    folders: &[PathBuf],
+    settings: &Settings,
+    callback: impl Fn(&RecordingAnalysis) + Sync,
+) -> (Analysis, KeptSeries) {
+    let recordings = folders.par_iter().map(|folder| {
+        let (analysis, series) = recording_analysis::analyse_with_series(folder, settings);
+        callback(&analysis);
+        (analysis, Arc::new(series))
+    });
+    let (mut recordings, series): (Vec<_>, Vec<_>) = recordings.unzip();
+    trace(&mut recordings);
+    let read = |number: usize| Ok::<_, Infallible>(Arc::clone(&series[number]));
+    let Ok(analysed) = complete_by(recordings, settings, &read);
+    (analysed, KeptSeries(series))
+}
+
+/// Analyses recording folders as [`analyse`] does, and moves the series of each to a store, from which tables of samples and
+/// figures read them.
+///
+/// # Errors
+/// The store cannot keep the series.
+pub fn analyse_into(
+    store: &impl SeriesStore,
+    folders: &[PathBuf],
+    settings: &Settings,
+    callback: impl Fn(&RecordingAnalysis) + Sync,
+) -> Result<Analysis, SeriesError> {
+    let recordings = folders.par_iter().enumerate().map(|(number, folder)| {
+        let (analysis, series) = recording_analysis::analyse_with_series(folder, settings);
+        store.put(number, series)?;
+        callback(&analysis);
+        Ok(analysis)
+    });
+    let mut recordings: Vec<RecordingAnalysis> = recordings.collect::<Result<_, _>>()?;
+    trace(&mut recordings);
+    complete(recordings, settings, store)
+}
+
+/// Completes an analysis of recordings by that which depends on all of them: the names of the participants, the models with their
+/// average σ_t, and the agreement over all samples.
+///
+/// # Errors
+/// The series cannot be read.
+pub fn complete(
+    recordings: Vec<RecordingAnalysis>,
+    settings: &Settings,
+    series: &impl SeriesSource,
+) -> Result<Analysis, SeriesError> {
+    complete_by(recordings, settings, &|number| series.read(number))
+}
+
+fn complete_by<E: Send>(
+    mut recordings: Vec<RecordingAnalysis>,
+    settings: &Settings,
+    read: &(impl Fn(usize) -> Result<Arc<RecordingSeries>, E> + Sync),
+) -> Result<Analysis, E> {
+    people::name(&mut recordings);
     let mut analysed = Analysis {
         settings: *settings,
         recordings,
+        agreement: ByMethod::default(),
     };
-    people::name(&mut analysed.recordings);
-    trace(&mut analysed);
-    average_model::fill(&mut analysed);
-    analysed
+    average_model::fill(&mut analysed, read)?;
+    analysed.agreement = mu_agreement::read(&analysed, read)?;
+    Ok(analysed)
 }
 
 /// Completes the provenance of each recording by the log of its session.
-fn trace(analysed: &mut Analysis) {
-    let folders = analysed.recordings.iter();
-    let sessions = Sessions::from_recordings(folders.map(|recording| Path::new(&recording.path)));
-    for findings in analysed.findings_mut() {
+pub fn trace(recordings: &mut [RecordingAnalysis]) {
+    let folders = recordings
+        .iter()
+        .map(|recording| Path::new(&recording.path));
+    let sessions = Sessions::from_recordings(folders);
+    let findings = recordings.iter_mut();
+    for findings in findings.filter_map(|recording| recording.findings.as_mut().ok()) {
         let session = sessions.session_of(&findings.path);
         let session = session.map(|(_, session)| session);
         findings.provenance = Provenance::new(&findings.manifest, session);

@@ -12,7 +12,7 @@
 
 use protocols::Direction;
 
-use crate::exploration_findings::ExplorationFindings;
+use crate::exploration_series::ExplorationSeries;
 
 /// Largest lag, s.
 const LARGEST_LAG_S: f64 = 0.2;
@@ -62,7 +62,11 @@ pub struct StimulusEffect {
 impl Stroke {
     /// Returns the friction of an exploration.
     #[must_use]
-    pub fn new(exploration: &ExplorationFindings) -> Self {
+    pub fn new(
+        exploration: &ExplorationSeries,
+        direction: Direction,
+        (start_s, end_s): (f64, f64),
+    ) -> Self {
         let is_known = |index: &usize| exploration.mu[*index].is_finite();
         let known: Vec<usize> = (0..exploration.mu.len()).filter(is_known).collect();
         let mean_of = |values: &[f64]| mean(known.iter().map(|index| values[*index]));
@@ -79,9 +83,9 @@ impl Stroke {
             )
         };
         Self {
-            direction: exploration.direction,
-            start_s: exploration.start_s,
-            end_s: exploration.end_s,
+            direction,
+            start_s,
+            end_s,
             n: known.len(),
             mu,
             mu_std: mean(squares).sqrt(),
@@ -206,9 +210,8 @@ mod tests {
             stimulus: time_s.iter().map(|t| stimulus(*t)).collect(),
             time_s,
         };
-        let exploration =
-            ExplorationFindings::from_forces(series, Direction::RightToLeft, (0.0, 4.0));
-        Stroke::new(&exploration)
+        let exploration = ExplorationSeries::from_forces(series);
+        Stroke::new(&exploration, Direction::RightToLeft, (0.0, 4.0))
     }
 
     #[test]

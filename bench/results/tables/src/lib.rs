@@ -29,6 +29,7 @@ mod rows;
 mod sample_table;
 mod stroke_table;
 mod table_error;
+mod temporary_file;
 mod trial_entry;
 
 pub use content::Content;

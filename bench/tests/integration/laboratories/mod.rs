@@ -534,8 +534,8 @@ fn at_an_envelope_null_no_impedance_explodes() {
         ..PUBLISHED
     };
     laboratory.record(folder.path());
-    let findings = findings(folder.path());
-    let exploration = &findings.explorations[0];
+    let (_, series) = analyse_with_series(folder.path(), &Settings::default());
+    let exploration = &series.explorations[0];
     let below_noise = exploration
         .validity
         .iter()

@@ -32,13 +32,18 @@ fn state_profile(folder: &Path, ratio: impl Fn(f64) -> f64) {
 }
 
 /// Returns all digits of a method's estimates.
-fn estimates(findings: &RecordingFindings, method: Method) -> String {
-    let texts = findings.instances.iter().map(|i| {
+fn estimates(
+    (findings, series): (&RecordingFindings, &RecordingSeries),
+    method: Method,
+) -> String {
+    let instances = findings.instances.iter().zip(&series.instances);
+    let texts = instances.map(|(i, samples)| {
         let e = i.estimate(method).unwrap();
+        let series = samples.estimate(method).unwrap();
         let skin = (e.sigma_t_m, e.z_t_n_s_per_m, e.tau_s, e.mu0);
         format!(
             "{skin:?} {:?} {:?} {:?}",
-            e.series, e.motion, e.film_force_n
+            series.contact, series.motion, series.film_force_n
         )
     });
     texts.collect()

@@ -14,9 +14,7 @@ use analysis::attempts::{AttemptAccount, Attempts};
 use analysis::find::TrialFilter;
 use analysis::findings::{RecordingFindings, rejection_counts};
 use analysis::whole_trial;
-use analysis::{
-    Analysis, RecordingAnalysis, SeriesSource, Settings, analyse_with_series, find,
-};
+use analysis::{Analysis, RecordingAnalysis, SeriesSource, Settings, analyse_with_series, find};
 use descriptive::Description;
 use escaping::{escaped, escaped_line};
 use plotting::Figure;
@@ -79,8 +77,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
             report_written(path, verbosity);
         }
         if let Some(path) = &options.report {
-            let figures =
-                measured_figures(with_series, &sessions, &options.figure_selection())?;
+            let figures = measured_figures(with_series, &sessions, &options.figure_selection())?;
             let page = page(options, &analysed, &results, (&sessions, &figures))?;
             write_text(path, &page)?;
             report_written(path, verbosity);

@@ -51,7 +51,7 @@ impl CsvFile {
             kind => std::io::Error::other(format!("{kind:?}")),
         };
         let result = self.writer.write_record(cells).map_err(csv_error);
-        result.with_path("write", self.file.path())
+        result.with_path("write", self.file.temporary())
     }
 
     /// Replaces an existing file, and returns the path.
@@ -59,7 +59,7 @@ impl CsvFile {
     /// # Errors
     /// The operating system refused.
     pub(crate) fn close(self) -> Result<PathBuf, DiskError> {
-        let path = self.file.path();
+        let path = self.file.temporary();
         let mut buffer = self
             .writer
             .into_inner()

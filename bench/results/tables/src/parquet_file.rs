@@ -98,7 +98,7 @@ impl ParquetFile {
 
 fn encode_error(file: &TemporaryFile, reason: ParquetError) -> TableError {
     TableError::Encode {
-        path: file.path().to_owned(),
+        path: file.temporary().to_owned(),
         reason: Box::new(reason),
     }
 }

@@ -31,7 +31,7 @@ impl TemporaryFile {
     }
 
     /// Returns the temporary path.
-    pub(crate) fn path(&self) -> &Path {
+    pub(crate) fn temporary(&self) -> &Path {
         &self.temporary
     }
 

@@ -82,6 +82,7 @@ fn recording(
             instances: Vec::new(),
             trial,
             within_laws,
+            sample_statistics: Default::default(),
             model_check: Vec::new(),
             rejected: Vec::new(),
             flaws: Vec::new(),

@@ -147,7 +147,7 @@ fn write_files(
         paths.extend(study.write_tables(folder)?);
     }
     if let Some(folder) = &options.figures {
-        let written = write_figures(&study.analysed, &study.sessions, &figures, folder);
+        let written = write_figures(study.with_series(), &study.sessions, &figures, folder);
         paths.extend(written.context("cannot draw the figures")?);
         paths.push(study.selection.write_table(folder)?);
     }

@@ -1,16 +1,10 @@
 """Contact stiffness, levitation gap and friction of a finger on an ultrasonically vibrating plate."""
 
 from friction_bench import model
-from friction_bench._native import (
-    Analysis,
-    Contact,
-    FrictionBenchError,
-    Settings,
-    Table,
-    __version__,
-)
-from friction_bench.analysis import analyze, envelopes, impedance
+from friction_bench._native import Analysis, Contact, FrictionBenchError, Recording, Settings, Table, __version__
+from friction_bench.analysis import analyze, as_samples, envelopes, impedance
 from friction_bench.inputs import Pickup, Plate
+from friction_bench.recordings import import_map, read
 from friction_bench.simulation import Simulation, simulate
 
 __all__ = [
@@ -19,13 +13,17 @@ __all__ = [
     "FrictionBenchError",
     "Pickup",
     "Plate",
+    "Recording",
     "Settings",
     "Simulation",
     "Table",
     "__version__",
     "analyze",
+    "as_samples",
     "envelopes",
     "impedance",
+    "import_map",
     "model",
+    "read",
     "simulate",
 ]

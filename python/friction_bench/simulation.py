@@ -43,8 +43,8 @@ class Simulation:
         Times, s, and positions of the finger along the plate, m.
     plate : Plate
         Constants of the plate as the bench states them.
-    ambient_pressure_pa : float
-        Ambient pressure, Pa.
+    room : dict
+        Ambient pressure by a barometer: ``pressure_hpa``.
     intervals : list of tuples
         ``("unloaded", start_s, end_s)`` and ``("exploration", start_s, end_s, direction)``.
     truth : dict
@@ -65,7 +65,7 @@ class Simulation:
     lateral: Readings
     position: Readings
     plate: Plate
-    ambient_pressure_pa: float
+    room: dict[str, float]
     intervals: list[Interval]
     truth: dict[str, Any]
 
@@ -84,6 +84,7 @@ class Simulation:
             "position",
             "intervals",
             "pickup_scale",
+            "room",
         )
         return {name: getattr(self, name) for name in names}
 

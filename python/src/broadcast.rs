@@ -188,5 +188,8 @@ fn common_shape<T: Number>(operands: &[Operand<'_, T>]) -> PyResult<Option<Vec<u
 
 fn shape_text(shape: &[usize]) -> String {
     let lengths: Vec<String> = shape.iter().map(usize::to_string).collect();
-    format!("({})", lengths.join(", "))
+    match lengths.as_slice() {
+        [length] => format!("({length},)"),
+        lengths => format!("({})", lengths.join(", ")),
+    }
 }

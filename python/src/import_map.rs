@@ -5,9 +5,10 @@ use std::sync::{Mutex, PoisonError};
 
 use import::{FileReport, Outcome, Plan, Program};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyList, PyString, PyTuple};
+use pyo3::types::{PyDict, PyList};
 
 use crate::background;
+use crate::description::table;
 use crate::error::refusal;
 
 /// Version that a study names as its maker.
@@ -26,9 +27,9 @@ pub(crate) fn import_by_map<'py>(
     dry_run: bool,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyList>> {
-    let text = map.map(toml_text).transpose()?;
-    let plan = background::run(py, 0, None, move |_| match text {
-        Some(text) => Plan::parse(&text, &path),
+    let map = map.map(|map| table(map, "")).transpose()?;
+    let plan = background::run(py, 0, None, move |_| match map {
+        Some(map) => Plan::parse(&map.to_string(), &path),
         None => Plan::read(&path),
     });
     let plan = plan?.map_err(refusal)?;
@@ -57,45 +58,6 @@ pub(crate) fn import_by_map<'py>(
         list.append(report.into_dict(py)?)?;
     }
     Ok(list)
-}
-
-/// Returns the text of a map.
-fn toml_text(map: &Bound<'_, PyDict>) -> PyResult<String> {
-    let table = toml_value(map.as_any(), "map")?;
-    toml::to_string(&table).map_err(refusal)
-}
-
-/// Returns a value of Python as one of TOML; `name` names it in errors.
-fn toml_value(value: &Bound<'_, PyAny>, name: &str) -> PyResult<toml::Value> {
-    if let Ok(dict) = value.cast::<PyDict>() {
-        let mut table = toml::Table::new();
-        for (key, value) in dict {
-            let value = toml_value(&value, &format!("{name}[{key:?}]"))?;
-            table.insert(key.to_string(), value);
-        }
-        return Ok(table.into());
-    }
-    if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
-        let items = value.try_iter()?.enumerate();
-        let items = items.map(|(index, item)| toml_value(&item?, &format!("{name}[{index}]")));
-        return Ok(toml::Value::Array(items.collect::<PyResult<_>>()?));
-    }
-    if value.is_instance_of::<PyString>() {
-        return Ok(value.to_string().into());
-    }
-    if let Ok(flag) = value.cast::<PyBool>() {
-        return Ok(flag.is_true().into());
-    }
-    if let Ok(number) = value.extract::<i64>() {
-        return Ok(number.into());
-    }
-    if let Ok(number) = value.extract::<f64>() {
-        return Ok(number.into());
-    }
-    Err(refusal(format_args!(
-        "{name}: a text, number, truth value, list or dict is needed, not {}; leave out keys without a value",
-        value.get_type().name()?
-    )))
 }
 
 /// Report of a file, in words.

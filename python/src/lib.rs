@@ -23,17 +23,15 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _native {
     #[pymodule_export]
-    use crate::contact::Contact;
-
-    #[pymodule_export]
-    use crate::error::FrictionBenchError;
-
-    #[pymodule_export]
     use crate::analysis::Analysis;
     #[pymodule_export]
     use crate::analyze_arrays::analyze_arrays;
     #[pymodule_export]
-    use crate::demodulate::{envelopes, impedance_of_arrays};
+    use crate::contact::Contact;
+    #[pymodule_export]
+    use crate::demodulate::{as_samples, envelopes, impedance_of_arrays};
+    #[pymodule_export]
+    use crate::error::FrictionBenchError;
     #[pymodule_export]
     use crate::folders::analyze_folders;
     #[pymodule_export]
@@ -41,14 +39,13 @@ mod _native {
     #[pymodule_export]
     use crate::recording::{Recording, read_recording};
     #[pymodule_export]
-    use crate::settings::Settings;
-    #[pymodule_export]
-    use crate::table::Table;
-
-    #[pymodule_export]
     use crate::model::curves;
     #[pymodule_export]
+    use crate::settings::Settings;
+    #[pymodule_export]
     use crate::simulate::simulate;
+    #[pymodule_export]
+    use crate::table::Table;
 
     #[pymodule_export]
     #[allow(non_upper_case_globals, reason = "Python's name of it")]

@@ -30,11 +30,11 @@ const UNNAMED: &str = "scenario";
 pub(crate) fn simulate<'py>(
     py: Python<'py>,
     scenario: &Bound<'py, PyAny>,
-    seed: u64,
-    participant_seed: Option<u64>,
-    strokes: u32,
+    seed: &Bound<'py, PyAny>,
+    participant_seed: Option<&Bound<'py, PyAny>>,
+    strokes: &Bound<'py, PyAny>,
     duration_s: Option<f64>,
-    rate_hz: u32,
+    rate_hz: &Bound<'py, PyAny>,
     carrier_hz: Option<f64>,
     mean_amplitude_v: f64,
     modulation_hz: f64,
@@ -43,18 +43,23 @@ pub(crate) fn simulate<'py>(
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let scenario = read(scenario)?;
+    let seed = whole("seed", seed)?;
+    let participant_seed = match participant_seed {
+        Some(seed) => whole("participant_seed", seed)?,
+        None => seed,
+    };
     let plan = TrialPlan {
-        rate_hz,
+        rate_hz: whole("rate_hz", rate_hz)?,
         carrier_hz,
         mean_amplitude_v,
         modulation_hz,
         modulation_index,
-        strokes,
+        strokes: whole("strokes", strokes)?,
         duration_s,
         calibrated,
     };
-    let mut trial = Trial::new(&scenario, &plan, seed, participant_seed.unwrap_or(seed))
-        .map_err(|error| refused(&error))?;
+    let mut trial =
+        Trial::new(&scenario, &plan, seed, participant_seed).map_err(|error| refused(&error))?;
     let mut reported_s = 0;
     loop {
         let continues = py.detach(|| (0..BLOCK).all(|_| trial.advance()));
@@ -73,6 +78,18 @@ pub(crate) fn simulate<'py>(
             return dictionary(py, trial.finish());
         }
     }
+}
+
+/// Returns a whole number that is not negative.
+fn whole<'py, T: TryFrom<u64>>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<T> {
+    let number: Option<u64> = value.extract().ok();
+    number
+        .and_then(|number| T::try_from(number).ok())
+        .ok_or_else(|| {
+            FrictionBenchError::new_err(format!(
+                "`{name}` is no whole number from 0, or is too large: pass one, as {name}=1"
+            ))
+        })
 }
 
 /// Reads a scenario: the name of a built-in one, the path of a file, the text of one, or a dictionary of its keys.
@@ -111,7 +128,8 @@ fn read_file(path: &Path) -> PyResult<Scenario> {
     let file = path.display().to_string();
     let text =
         bounded_files::read_text(path, bounded_files::TEXT_LIMIT_BYTES).map_err(|error| {
-            FrictionBenchError::new_err(format!("cannot read the scenario {file}: {error}"))
+            let cause = bounded_files::cause(&error);
+            FrictionBenchError::new_err(format!("cannot read the scenario {file}: {cause}"))
         })?;
     Scenario::parse(&text, &file).map_err(|error| refused(&error))
 }
@@ -194,10 +212,10 @@ fn dictionary(py: Python<'_>, trial: TrialRecording) -> PyResult<Bound<'_, PyDic
         (stroke.start_s, stroke.end_s, direction)
     });
     out.set_item("strokes", strokes.collect::<Vec<_>>())?;
-    out.set_item(
-        "ambient_pressure_pa",
-        constants.scenario.film.ambient_pressure_pa,
-    )?;
+    let room = PyDict::new(py);
+    let pressure_hpa = 0.01 * constants.scenario.film.ambient_pressure_pa;
+    room.set_item("pressure_hpa", pressure_hpa)?;
+    out.set_item("room", room)?;
     out.set_item("truth", truth)?;
     Ok(out)
 }

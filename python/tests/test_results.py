@@ -136,7 +136,9 @@ def test_settings_are_the_assumptions_of_the_command_line(tmp_path: Path) -> Non
         assert fb.analyze(recording, settings=settings).to_json() == expected
     settings = fb.Settings(**assumptions)
     assert settings.loss_factor == 0.6 and settings.plate_offset
-    assert settings == fb.Settings(**settings.to_dict() | {"loss_factor": np.float64(0.6)})
+    same = fb.Settings(contact_area_m2=np.float64(314e-6), loss_factor=0.6, **{"trial_priors.tau_s.median": 2e-3})
+    assert settings == same != fb.Settings()
+    assert settings.to_dict()["trial_priors"]["tau_s"]["median"] == 2e-3
     for wrong, words in [
         ({"contact_area": 1.0}, "did you mean `contact_area_m2`"),
         ({"poisson_ratio": 0.6}, "at most 0.5"),

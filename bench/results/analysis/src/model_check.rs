@@ -4,7 +4,7 @@ use contact::{FittedFinger, self_sensed};
 use protocols::{SelectionRules, Validity};
 use serde::{Deserialize, Serialize};
 
-use crate::exploration_findings::ExplorationFindings;
+use crate::exploration_series::ExplorationSeries;
 use crate::flaw::Flaw;
 
 /// Edges of the amplitude bands, m; the last band has no upper limit.
@@ -34,7 +34,7 @@ pub struct Band {
 pub fn bands(
     finger: &FittedFinger,
     fit_span: (f64, f64),
-    explorations: &[ExplorationFindings],
+    explorations: &[ExplorationSeries],
     rules: &SelectionRules,
 ) -> Vec<Band> {
     let mut differences: Vec<(f64, f64)> = explorations
@@ -83,7 +83,7 @@ pub(super) fn flaw(bands: &[Band]) -> Option<Flaw> {
 fn exploration_differences(
     finger: &FittedFinger,
     fit_span: (f64, f64),
-    exploration: &ExplorationFindings,
+    exploration: &ExplorationSeries,
     rules: &SelectionRules,
 ) -> Vec<(f64, f64)> {
     let self_sensed_force = exploration.interval_s().and_then(|interval_s| {

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use analysis::assumptions::Assumptions;
 use analysis::people::{self, Person};
-use analysis::recording_analysis::analyse;
-use analysis::{Analysis, RecordingAnalysis, Settings};
+use analysis::recording_analysis::analyse_with_series;
+use analysis::{Analysis, KeptSeries, RecordingAnalysis, Settings};
 use descriptive::Description;
 use rayon::prelude::*;
 use recording::reader::read_manifest;
@@ -196,36 +196,45 @@ impl Work<'_> {
         path: &Path,
         outcome: &mut PartOutcome,
     ) -> Result<Result<Place, String>, PartsError> {
-        let file = self.layout.part(&place);
-        if file.is_file() {
+        let files = [self.layout.part(&place), self.layout.series(&place)];
+        if files.iter().all(|file| file.is_file()) {
             outcome.state = PartState::Kept;
             return Ok(Ok(place));
         }
-        let analysis = analyse(path, &self.settings);
+        let (analysis, series) = analyse_with_series(path, &self.settings);
         if let Err(error) = &analysis.findings {
             let reason = error.to_string();
             outcome.analysis = Some(analysis);
             return Ok(Err(reason));
         }
+        part_file::write_series(&files[1], &series)?;
+        let series = KeptSeries::from(series);
         let mut recordings = vec![analysis];
         analysis::trace(&mut recordings, &self.sessions);
         people::name(&mut recordings);
-        let analysed = analysis::complete(recordings, &self.settings);
-        write(&file, &self.rows(&analysed, &place, &file)?)?;
+        let analysed = analysis::complete(recordings, &self.settings, &series)?;
+        let rows = self.rows((&analysed, &series), &place, &files[0])?;
+        write(&files[0], &rows)?;
         outcome.state = PartState::Done;
         outcome.analysis = analysed.recordings.into_iter().next();
         Ok(Ok(place))
     }
 
     /// Returns the file with the rows of the instances of a recording, and its findings.
-    fn rows(&self, analysed: &Analysis, place: &Place, path: &Path) -> Result<Vec<u8>, PartsError> {
+    fn rows(
+        &self,
+        (analysed, series): (&Analysis, &KeptSeries),
+        place: &Place,
+        path: &Path,
+    ) -> Result<Vec<u8>, PartsError> {
         let content = Content {
             analysed,
+            series,
             description: &Description::new(analysed),
             attempts: &self.request.found.attempts,
             selection: &self.request.found.selection,
         };
-        let mut table = content.table(TableKind::Instances);
+        let mut table = content.table(TableKind::Instances)?;
         let labs = vec![Arc::from(place.lab.as_str()); table.len()];
         table.columns.insert(
             0,
@@ -255,6 +264,7 @@ impl Work<'_> {
         if new.part.as_ref() != Ok(place) {
             // Another process may have removed them.
             let _ = std::fs::remove_file(self.layout.part(place));
+            let _ = std::fs::remove_file(self.layout.series(place));
         }
     }
 }

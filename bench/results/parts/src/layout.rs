@@ -38,6 +38,12 @@ impl Layout {
         partitions(&self.root, place).join(name)
     }
 
+    /// Returns the file of the time series of a part.
+    pub(crate) fn series(&self, place: &Place) -> PathBuf {
+        let name = format!("{}.cbor.gz", place.key);
+        partitions(&self.root.join("series"), place).join(name)
+    }
+
     /// Returns the file of the recording with this canonical path.
     pub(crate) fn entry(&self, recording: &Path) -> PathBuf {
         self.recordings()

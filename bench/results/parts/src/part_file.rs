@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::Path;
 
+use analysis::RecordingSeries;
 use analysis::findings::RecordingFindings;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -16,7 +17,7 @@ use sha2::{Digest, Sha256};
 
 use crate::key::Key;
 use crate::parts_error::PartsError;
-use crate::stored_file::{decode, encode};
+use crate::stored_file::{decode, encode, write};
 
 /// Key of the findings in the metadata of a part.
 const FINDINGS: &str = "findings";
@@ -65,6 +66,24 @@ pub(crate) fn read(path: &Path) -> Result<RecordingFindings, PartsError> {
     decompress(&bytes)
         .and_then(|bytes| decode(&bytes))
         .map_err(damaged)
+}
+
+/// Writes the time series of a part.
+pub(crate) fn write_series(path: &Path, series: &RecordingSeries) -> Result<(), PartsError> {
+    let error = |reason| PartsError::Encode {
+        path: path.to_owned(),
+        reason,
+    };
+    let bytes = encode(series).map_err(error)?;
+    let bytes = compress(&bytes).map_err(|reason| error(reason.to_string()))?;
+    Ok(write(path, &bytes)?)
+}
+
+/// Reads the time series of a part.
+pub(crate) fn read_series(path: &Path) -> Result<RecordingSeries, PartsError> {
+    let bytes = std::fs::read(path).with_path("read", path)?;
+    let series = decompress(&bytes).and_then(|bytes| decode(&bytes));
+    series.map_err(|reason| PartsError::damaged(path, reason))
 }
 
 /// Compresses bytes; the same bytes always give the same result.

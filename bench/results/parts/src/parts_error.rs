@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use analysis::SeriesError;
 use analysis::analysis_settings::SettingError;
 use recording::DiskError;
 use study::exclusions::ExclusionsError;
@@ -84,6 +85,9 @@ pub enum PartsError {
     /// The rows of a part cannot be written.
     #[error(transparent)]
     Table(#[from] TableError),
+    /// The series of a recording cannot be read.
+    #[error(transparent)]
+    Series(#[from] SeriesError),
     /// The exclusions of a study cannot be read.
     #[error(transparent)]
     Exclusions(#[from] ExclusionsError),

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use analysis::RecordingAnalysis;
 use analysis::findings::{RecordingError, RecordingFindings};
 use analysis::people::{self, Person};
+use analysis::{RecordingAnalysis, RecordingSeries, SeriesError, SeriesSource};
 use rayon::prelude::*;
 use study::sessions::{RecordedSession, Sessions};
 use study_analysis::StudyAnalysis;
@@ -13,7 +14,7 @@ use study_analysis::StudyAnalysis;
 use crate::call::JoinedCalls;
 use crate::entry::Entry;
 use crate::key::Key;
-use crate::layout::Layout;
+use crate::layout::{Layout, Place};
 use crate::part_file;
 use crate::parts_error::PartsError;
 use crate::stored_file::read_value;
@@ -42,9 +43,14 @@ pub fn read_parts(
     analysis::trace(&mut recordings, &sessions);
     let people: Vec<Option<Person>> = entries.iter().map(Entry::person).collect();
     people::name_as(&mut recordings, people);
-    let analysed = analysis::complete(recordings, &calls.settings);
+    let series = PartSeries {
+        places: entries.into_iter().map(|entry| entry.part.ok()).collect(),
+        layout,
+    };
+    let analysed = analysis::complete(recordings, &calls.settings, &series)?;
     let surroundings = (sessions, calls.excluded.as_slice());
-    let mut study = StudyAnalysis::assemble(calls.found, analysed, surroundings);
+    let mut study =
+        StudyAnalysis::assemble(calls.found, (analysed, Box::new(series)), surroundings);
     study.is_damaged = calls.is_damaged;
     Ok(study)
 }
@@ -123,4 +129,23 @@ fn recording(layout: &Layout, path: &Path, entry: &Entry) -> Result<RecordingAna
         participant: None,
         findings,
     })
+}
+
+/// Series of the recordings, read from their parts.
+#[derive(Debug)]
+struct PartSeries {
+    layout: Layout,
+    /// Place of the part of each recording, in their order; `None` without one.
+    places: Vec<Option<Place>>,
+}
+
+impl SeriesSource for PartSeries {
+    fn read(&self, recording: usize) -> Result<Arc<RecordingSeries>, SeriesError> {
+        let place = self.places.get(recording).and_then(Option::as_ref);
+        let place = place.ok_or(SeriesError::Absent(recording))?;
+        let series = part_file::read_series(&self.layout.series(place));
+        series
+            .map(Arc::new)
+            .map_err(|error| SeriesError::Part(error.to_string()))
+    }
 }

@@ -4,6 +4,7 @@
 //! [`StudyAnalysis`] that it returns makes results, page, figures and tables of them. [`warnings`] and [`summary`] are its texts.
 
 mod found;
+pub mod html;
 mod request;
 mod study_analysis;
 pub mod summary;
@@ -11,4 +12,4 @@ pub mod warnings;
 
 pub use found::Found;
 pub use request::{Request, RequestError};
-pub use study_analysis::{StudyAnalysis, excluded_recordings};
+pub use study_analysis::{PageError, StudyAnalysis, excluded_recordings};

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use analysis::Analysis;
 use analysis::attempts::{AttemptAccount, Attempts};
 use analysis::findings::RecordingFindings;
+use analysis::{Analysis, KeptSeries, SeriesError, SeriesSource};
 use descriptive::Description;
 use jiff::Timestamp;
 use plotting::Figure;
@@ -16,13 +16,26 @@ use study::sessions::Sessions;
 
 use crate::found::Found;
 
+/// Reasons why a page cannot be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PageError {
+    /// The time series cannot be read.
+    #[error(transparent)]
+    Series(#[from] SeriesError),
+    /// A figure cannot be drawn.
+    #[error(transparent)]
+    Report(#[from] ReportError),
+}
+
 /// Analysis of the recordings found, and its reductions.
-#[derive(Debug)]
 pub struct StudyAnalysis {
     /// Name of the analysed study, or of the recordings.
     pub name: String,
     /// Findings in the recordings.
     pub analysed: Analysis,
+    /// Time series of the recordings.
+    pub series: Box<dyn SeriesSource + Send>,
     /// Attempts found, with their standing.
     pub attempts: Attempts,
     /// Exclusions, and those that were overridden.
@@ -44,11 +57,15 @@ impl StudyAnalysis {
     ///
     /// # Errors
     /// The exclusions of a study cannot be read.
-    pub fn new(found: Found, analysed: Analysis) -> Result<Self, ExclusionsError> {
+    pub fn new(
+        found: Found,
+        (analysed, series): (Analysis, KeptSeries),
+    ) -> Result<Self, ExclusionsError> {
         let excluded = excluded_recordings(&found.attempts, &found.selection)?;
         let folders = analysed.recordings.iter();
         let sessions = Sessions::from_recordings(folders.map(|recording| recording.path.as_path()));
-        let mut study = Self::assemble(found, analysed, (sessions, &excluded));
+        let with_series = (analysed, Box::new(series) as Box<dyn SeriesSource + Send>);
+        let mut study = Self::assemble(found, with_series, (sessions, &excluded));
         study.is_damaged = study.account.missed().any(|attempt| attempt.path.exists());
         Ok(study)
     }
@@ -57,7 +74,7 @@ impl StudyAnalysis {
     #[must_use]
     pub fn assemble(
         found: Found,
-        analysed: Analysis,
+        (analysed, series): (Analysis, Box<dyn SeriesSource + Send>),
         (sessions, excluded): (Sessions, &[PathBuf]),
     ) -> Self {
         let Found {
@@ -73,6 +90,7 @@ impl StudyAnalysis {
             sessions,
             name,
             analysed,
+            series,
             attempts,
             selection,
         }
@@ -93,34 +111,43 @@ impl StudyAnalysis {
     }
 
     /// Returns the published figures that these recordings allow.
+    ///
+    /// # Errors
+    /// The time series cannot be read.
+    pub fn figures(&self, content: &FigureSelection) -> Result<Vec<Figure>, SeriesError> {
+        measured_figures(self.with_series(), &self.sessions, content)
+    }
+
+    /// Returns the analysis with its time series.
     #[must_use]
-    pub fn figures(&self, content: &FigureSelection) -> Vec<Figure> {
-        measured_figures(&self.analysed, &self.sessions, content)
+    pub fn with_series(&self) -> (&Analysis, &dyn SeriesSource) {
+        (&self.analysed, &*self.series)
     }
 
     /// Returns the results as one page of HTML, made at `date` by `program`.
     ///
     /// # Errors
-    /// A figure cannot be drawn.
+    /// The time series cannot be read, or a figure cannot be drawn.
     pub fn page(
         &self,
         results: &Results<'_>,
         figures: &FigureSelection,
         (date, program): (Timestamp, &str),
-    ) -> Result<String, ReportError> {
+    ) -> Result<String, PageError> {
         let recordings = self.analysed.recordings.iter().map(|recording| Recorded {
             path: &recording.path,
             manifest: recording.findings.as_ref().ok().map(|f| &f.manifest),
         });
-        report::html(&ReportContent {
+        let page = report::html(&ReportContent {
             name: &self.name,
             results,
             recordings: &recordings.collect::<Vec<_>>(),
             sessions: &self.sessions,
-            figures: &self.figures(figures),
+            figures: &self.figures(figures)?,
             date,
             program,
-        })
+        })?;
+        Ok(page)
     }
 
     /// Returns the content of the tables.
@@ -128,6 +155,7 @@ impl StudyAnalysis {
     pub fn tables(&self) -> tables::Content<'_> {
         tables::Content {
             analysed: &self.analysed,
+            series: &*self.series,
             description: &self.description,
             attempts: &self.attempts,
             selection: &self.selection,

@@ -30,6 +30,7 @@ mod sample_table;
 mod stroke_table;
 mod table_error;
 mod table_kind;
+mod temporary_file;
 mod trial_entry;
 
 pub use content::Content;

@@ -1,6 +1,11 @@
 //! The native half of the Python package `friction_bench`.
 
+mod analysis;
+mod background;
 mod error;
+mod folders;
+mod settings;
+mod table;
 
 use pyo3::prelude::*;
 
@@ -9,6 +14,15 @@ use pyo3::prelude::*;
 mod _native {
     #[pymodule_export]
     use crate::error::FrictionBenchError;
+
+    #[pymodule_export]
+    use crate::analysis::Analysis;
+    #[pymodule_export]
+    use crate::folders::analyze_folders;
+    #[pymodule_export]
+    use crate::settings::Settings;
+    #[pymodule_export]
+    use crate::table::Table;
 
     #[pymodule_export]
     #[allow(non_upper_case_globals, reason = "Python's name of it")]

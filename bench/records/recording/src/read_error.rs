@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use text_tables::TableFault;
 
 use crate::manifest::ManifestReadError;
-use crate::{MANIFEST_FILE, SIGNALS_FILE};
+use crate::{FileName, MANIFEST_FILE, SIGNALS_FILE, file_name};
+use serde::{Deserialize, Serialize};
 use wav_files::{WavError, WavWarning};
 
 /// Maximum number of rows per second of a recording; no force or position sensor is that fast.
@@ -111,7 +112,7 @@ impl ReadError {
 }
 
 /// Defect of a recording that can still be read.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[non_exhaustive]
 pub enum Warning {
     /// The audio file has a defect.
@@ -139,7 +140,8 @@ pub enum Warning {
     )]
     UnreadableRows {
         /// The file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
         /// Number of rows.
         rows: u64,
         /// Line of the first one.
@@ -153,7 +155,8 @@ pub enum Warning {
     )]
     TimeDisorder {
         /// The file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
         /// Number of rows.
         rows: u64,
         /// Line of the first one.
@@ -165,7 +168,8 @@ pub enum Warning {
     )]
     TimeLeap {
         /// The file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
         /// Number of rows.
         rows: u64,
         /// Line of the first one.
@@ -177,7 +181,8 @@ pub enum Warning {
     )]
     OutsideRecording {
         /// The file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
         /// Number of rows.
         rows: u64,
         /// Line of the first one.
@@ -195,7 +200,8 @@ pub enum Warning {
     )]
     NotFinite {
         /// The file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
         /// Number of rows.
         rows: u64,
         /// Line of the first one.
@@ -208,7 +214,8 @@ pub enum Warning {
     )]
     ZeroedRows {
         /// The file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
         /// Line of the first one.
         first_line: u64,
     },
@@ -219,7 +226,8 @@ pub enum Warning {
     )]
     EndsEarly {
         /// The file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
         /// Time of the last row, s.
         last_s: f64,
         /// Length of the audio, s.
@@ -229,6 +237,7 @@ pub enum Warning {
     #[error("{file}: no row can be read below its header")]
     NoRows {
         /// The file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
     },
 }

@@ -9,6 +9,7 @@ use estimation::{
 };
 use num_complex::Complex64;
 use protocols::{Direction, Instance};
+use serde::{Deserialize, Serialize};
 
 use crate::analysis_settings::Settings;
 use crate::instance::PreparedInstance;
@@ -29,7 +30,7 @@ const EDGE_S: f64 = 5e-3;
 const LARGEST_SIGMA_T_M: f64 = 1e-4;
 
 /// Instance with its estimates. Its samples are a [`SampledInstance`].
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct InstanceAnalysis {
     /// Number of its exploration in the recording, from 0.
     pub exploration: usize,
@@ -55,8 +56,6 @@ pub struct InstanceAnalysis {
     pub paper: InstanceEstimate,
     /// Estimate by the dynamic method.
     pub dynamic: InstanceEstimate,
-    /// Finger estimated by `dynamic`, for samples beyond the instance.
-    pub finger: FittedFinger,
     /// Estimate by the fit of the whole trial, from the data that `dynamic` uses; `None` if that fit cannot be used.
     pub trial: Option<InstanceEstimate>,
     /// Estimates by that fit with the laws as published taken as true; `None` if that fit cannot be used, or if these laws do not hold.
@@ -142,7 +141,7 @@ impl InstanceAnalysis {
 }
 
 /// Change of the plate's impedance relative to the unloaded plate.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PlateOffset {
     /// Offset added to Z_p, N·s/m.
     pub n_s_per_m: Complex64,
@@ -156,7 +155,7 @@ pub struct PlateOffset {
 
 /// Changes over an instance, from the mean of its first 5 ms to that of its last. All are positive if the rise of
 /// the amplitude lifts the skin.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Deltas {
     /// Fall of |Z_m| as used by the method, N·s/m.
     pub abs_z_m_n_s_per_m: f64,
@@ -175,7 +174,7 @@ pub struct Deltas {
 }
 
 /// Model with the average σ_t over a participant's instances.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Averaged {
     /// Average σ_t, m.
     pub sigma_t_m: f64,
@@ -184,7 +183,7 @@ pub struct Averaged {
 }
 
 /// Estimate of an instance by one method.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct InstanceEstimate {
     /// Verdict on whether the parameters can be used.
     pub verdict: FitVerdict,
@@ -329,12 +328,12 @@ pub fn estimate(
         amplitude_ratio: (0..n).map(ratio).sum::<f64>() / n as f64,
         paper,
         dynamic,
-        finger,
         trial: None,
         within_laws: None,
     };
     let sampled = SampledInstance {
         samples,
+        finger,
         paper: sampled_paper,
         dynamic: sampled_dynamic,
         trial: None,
@@ -343,7 +342,7 @@ pub fn estimate(
 }
 
 /// Means over either end of an instance; NaN without a finite value.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EdgeMeans {
     /// Mean over the first 5 ms.
     pub first: f64,

@@ -1,13 +1,14 @@
 //! Findings of an exploration: its drive, its friction and its selected stretches.
 
 use protocols::{Direction, Stretch};
+use serde::{Deserialize, Serialize};
 
 use crate::exploration_series::ExplorationSeries;
 use crate::measurements::FrameSeries;
 use crate::stroke::Stroke;
 
 /// Findings of an exploration. Its time series is an [`ExplorationSeries`].
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct ExplorationFindings {
     /// Direction of the slide.
     pub direction: Direction,

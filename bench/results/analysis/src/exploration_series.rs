@@ -2,13 +2,14 @@
 
 use num_complex::Complex64;
 use protocols::Validity;
+use serde::{Deserialize, Serialize};
 
 use crate::measurements::{ForceSeries, FrameSeries};
 use crate::method::Method;
 use crate::under_finger::UnderFinger;
 
 /// All measurements during an exploration, at the times of the impedance frames.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct ExplorationSeries {
     /// Times of the frames, s, evenly spaced.
     pub time_s: Vec<f64>,

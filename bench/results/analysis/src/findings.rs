@@ -19,6 +19,7 @@ use crate::force_zero::ForceZero;
 pub use crate::model_check::Band;
 use crate::mu_agreement::MuAgreement;
 pub use crate::plate_reading::PlateReading;
+use crate::recording_series::{RecordingSeries, SampledInstance};
 use crate::sample_statistics::{ByMethod, SampleStatistics};
 use crate::unloaded_plate::UnloadedError;
 use crate::vibration::Vibration;
@@ -28,6 +29,7 @@ use recording::manifest::{Manifest, ManifestError, RecordedPlate, RecordedRoom};
 use recording::pipeline::DemodulationError;
 use recording::pipeline::PickupOffset;
 use recording::reader::ReadError;
+use serde::{Deserialize, Serialize};
 use study::provenance::{self, Provenance};
 
 /// All recordings of one analysis.
@@ -113,13 +115,16 @@ pub enum RecordingError {
     /// The envelopes cannot be read.
     #[error(transparent)]
     Envelopes(#[from] EnvelopeError),
+    /// An earlier analysis, of which only the words are left, could not read the recording.
+    #[error("{0}")]
+    Known(String),
     /// The description does not fit the recording.
     #[error("recording.toml: {0}")]
     Description(#[from] ManifestError),
 }
 
 /// Findings in a recording. They are small: its time series are a [`RecordingSeries`](crate::RecordingSeries).
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct RecordingFindings {
     /// Folder, as given.
     pub path: PathBuf,
@@ -241,20 +246,23 @@ impl RecordingFindings {
     }
 
     /// Returns the finger of the first instance usable by `dynamic`, which the model check extrapolates.
-    pub fn first_finger(&self) -> Option<&FittedFinger> {
-        self.first_dynamic_instance()
-            .map(|instance| &instance.finger)
+    pub fn first_finger<'a>(&self, series: &'a RecordingSeries) -> Option<&'a FittedFinger> {
+        let (_, sampled) = self.first_dynamic_instance(series)?;
+        Some(&sampled.finger)
     }
 
-    /// Returns the first instance usable by `dynamic`.
-    pub(crate) fn first_dynamic_instance(&self) -> Option<&InstanceAnalysis> {
-        let mut instances = self.instances.iter();
-        instances.find(|instance| instance.estimate(Method::Dynamic).is_some())
+    /// Returns the first instance usable by `dynamic`, with its samples.
+    pub(crate) fn first_dynamic_instance<'a>(
+        &self,
+        series: &'a RecordingSeries,
+    ) -> Option<(&InstanceAnalysis, &'a SampledInstance)> {
+        let mut instances = self.instances.iter().zip(&series.instances);
+        instances.find(|(instance, _)| instance.estimate(Method::Dynamic).is_some())
     }
 }
 
 /// Stretch of rising amplitude without an estimate.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RejectedStretch {
     /// Direction of the exploration.
     pub direction: Direction,

@@ -7,6 +7,7 @@
 pub mod amplitude_profile;
 pub mod analysis_settings;
 mod assumable;
+pub mod assumptions;
 pub mod attempts;
 mod average_model;
 mod clipping;
@@ -33,7 +34,7 @@ pub mod method;
 pub mod model_check;
 pub mod motion;
 mod mu_agreement;
-mod people;
+pub mod people;
 pub mod pickup_correction;
 mod plate_reading;
 mod plate_references;
@@ -59,6 +60,7 @@ pub mod whole_trial;
 pub mod within_laws;
 
 use std::convert::Infallible;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -122,8 +124,30 @@ pub fn analyse_with_series(
         callback(&analysis);
         (analysis, Arc::new(series))
     });
-    let (mut recordings, series): (Vec<_>, Vec<_>) = recordings.unzip();
-    trace(&mut recordings);
+    join(settings, recordings.collect())
+}
+
+/// Analyses recording folders as [`analyse_with_series`] does, until `callback` breaks off; returns `None` then.
+pub fn analyse_while(
+    folders: &[PathBuf],
+    settings: &Settings,
+    callback: impl Fn(&RecordingAnalysis) -> ControlFlow<()> + Sync,
+) -> Option<(Analysis, KeptSeries)> {
+    let recordings = folders.par_iter().map(|folder| {
+        let (analysis, series) = recording_analysis::analyse_with_series(folder, settings);
+        let is_continued = callback(&analysis).is_continue();
+        is_continued.then(|| (analysis, Arc::new(series)))
+    });
+    Some(join(settings, recordings.collect::<Option<_>>()?))
+}
+
+/// Names the participants of recordings, reads their sessions, and makes an analysis of them.
+fn join(
+    settings: &Settings,
+    recordings: Vec<(RecordingAnalysis, Arc<RecordingSeries>)>,
+) -> (Analysis, KeptSeries) {
+    let (mut recordings, series): (Vec<_>, Vec<_>) = recordings.into_iter().unzip();
+    identify(&mut recordings);
     let read = |number: usize| Ok::<_, Infallible>(Arc::clone(&series[number]));
     let Ok(analysed) = complete_by(recordings, settings, &read);
     (analysed, KeptSeries(series))
@@ -147,12 +171,12 @@ pub fn analyse_into(
         Ok(analysis)
     });
     let mut recordings: Vec<RecordingAnalysis> = recordings.collect::<Result<_, _>>()?;
-    trace(&mut recordings);
+    identify(&mut recordings);
     complete(recordings, settings, store)
 }
 
-/// Completes an analysis of recordings by that which depends on all of them: the names of the participants, the models with their
-/// average σ_t, and the agreement over all samples.
+/// Completes an analysis of recordings, the participants of which have names, by that which depends on all of them: the models with
+/// the average σ_t of each participant, and the agreement over all samples.
 ///
 /// # Errors
 /// The series cannot be read.
@@ -165,11 +189,10 @@ pub fn complete(
 }
 
 fn complete_by<E: Send>(
-    mut recordings: Vec<RecordingAnalysis>,
+    recordings: Vec<RecordingAnalysis>,
     settings: &Settings,
     read: &(impl Fn(usize) -> Result<Arc<RecordingSeries>, E> + Sync),
 ) -> Result<Analysis, E> {
-    people::name(&mut recordings);
     let mut analysed = Analysis {
         settings: *settings,
         recordings,
@@ -180,12 +203,16 @@ fn complete_by<E: Send>(
     Ok(analysed)
 }
 
+/// Names the participant of each recording by its folders, and completes its provenance by the log of its session.
+fn identify(recordings: &mut [RecordingAnalysis]) {
+    people::name(recordings);
+    let folders = recordings.iter();
+    let sessions = Sessions::from_recordings(folders.map(|recording| Path::new(&recording.path)));
+    trace(recordings, &sessions);
+}
+
 /// Completes the provenance of each recording by the log of its session.
-pub fn trace(recordings: &mut [RecordingAnalysis]) {
-    let folders = recordings
-        .iter()
-        .map(|recording| Path::new(&recording.path));
-    let sessions = Sessions::from_recordings(folders);
+pub fn trace(recordings: &mut [RecordingAnalysis], sessions: &Sessions) {
     let findings = recordings.iter_mut();
     for findings in findings.filter_map(|recording| recording.findings.as_mut().ok()) {
         let session = sessions.session_of(&findings.path);

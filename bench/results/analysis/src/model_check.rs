@@ -2,6 +2,7 @@
 
 use contact::{FittedFinger, self_sensed};
 use protocols::{SelectionRules, Validity};
+use serde::{Deserialize, Serialize};
 
 use crate::exploration_series::ExplorationSeries;
 use crate::flaw::Flaw;
@@ -14,7 +15,7 @@ const EDGES_M: [f64; 6] = [0.0, 0.3e-6, 1e-6, 2e-6, 4e-6, 8e-6];
 const GREATEST_DIFFERENCE: f64 = 0.25;
 
 /// Difference of self-sensed and measured normal force at the amplitudes of one band.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Band {
     /// Smallest amplitude under the finger, m.
     pub amplitude_from_m: f64,

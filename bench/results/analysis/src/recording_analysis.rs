@@ -1,7 +1,7 @@
 //! Analysis of a recording: Z_p, the instances, both estimates of each, the model check.
 
 use std::io::ErrorKind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use protocols::selection::{StretchOutcome, select};
 use protocols::{Direction, Protocol, SelectionRules};
@@ -212,9 +212,9 @@ fn findings(
     findings.sample_statistics = ByMethod::new(|method| {
         SampleStatistics::new(&findings.instances, &series.instances, method)
     });
-    if let Some(instance) = findings.first_dynamic_instance() {
+    if let Some((instance, sampled)) = findings.first_dynamic_instance(&series) {
         findings.model_check = model_check::bands(
-            &instance.finger,
+            &sampled.finger,
             (instance.start_s, instance.end_s),
             &series.explorations,
             &rules,
@@ -265,6 +265,31 @@ pub fn selection_rules(
     }
 }
 
+/// Returns the files next to a recording with this description that its selection rules depend on, which may be missing.
+#[must_use]
+pub fn protocol_copies(folder: &Path, manifest: &Manifest) -> Vec<PathBuf> {
+    let Some((trial, session)) = manifest.trial.as_ref().zip(folder.parent()) else {
+        return Vec::new();
+    };
+    let names = match &trial.protocol_file {
+        Some(name) => vec![name.clone()],
+        None => vec![
+            format!("{}.toml", trial.protocol),
+            second_copy(&trial.protocol),
+        ],
+    };
+    // Only the name of a file in the session's folder is read.
+    let names = names
+        .iter()
+        .filter(|name| Path::new(name).file_name() == Some(name.as_ref()));
+    names.map(|name| session.join(name)).collect()
+}
+
+/// Returns the name of the second copy of a protocol: copies are numbered from 2 if the session was resumed after an edit.
+fn second_copy(protocol: &str) -> String {
+    format!("{protocol}.2.toml")
+}
+
 /// Reads the copy of the session's protocol next to a recording; `None` if there is no copy.
 fn protocol_copy(folder: &Path, manifest: &Manifest) -> Result<Option<Protocol>, Flaw> {
     let Some((trial, session)) = manifest.trial.as_ref().zip(folder.parent()) else {
@@ -299,8 +324,7 @@ fn copies_flaw(folder: &Path, manifest: &Manifest) -> Option<Flaw> {
     if trial.protocol_file.is_some() {
         return None;
     }
-    // Copies are numbered from 2 if the session was resumed after an edit.
-    let second_copy = session.join(format!("{}.2.toml", trial.protocol));
+    let second_copy = session.join(second_copy(&trial.protocol));
     second_copy.exists().then(|| Flaw::ProtocolCopies {
         followed: format!("{}.toml", trial.protocol),
     })

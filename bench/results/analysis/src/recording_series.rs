@@ -1,7 +1,9 @@
 //! Time series of a recording: nearly all the memory that its analysis takes. Results need none of them once the findings have their
 //! summaries; tables of samples and figures read those of one recording at a time from a [`SeriesSource`](crate::SeriesSource).
 
+use contact::FittedFinger;
 use estimation::EstimatedSeries;
+use serde::{Deserialize, Serialize};
 
 use crate::exploration_series::ExplorationSeries;
 use crate::instance::PreparedInstance;
@@ -9,7 +11,7 @@ use crate::method::Method;
 use crate::motion::SkinMotion;
 
 /// Time series of a recording.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct RecordingSeries {
     /// Series of [`explorations`](crate::findings::RecordingFindings::explorations), in their order.
     pub explorations: Vec<ExplorationSeries>,
@@ -18,10 +20,12 @@ pub struct RecordingSeries {
 }
 
 /// Samples of an instance, measured and estimated.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct SampledInstance {
     /// Measured samples, as used by the fits.
     pub samples: PreparedInstance,
+    /// Finger estimated by `dynamic`, for samples beyond the instance.
+    pub finger: FittedFinger,
     /// Estimates by the published method.
     pub paper: EstimateSeries,
     /// Estimates by the dynamic method.
@@ -43,7 +47,7 @@ impl SampledInstance {
 }
 
 /// Estimates of an instance by one method, sample by sample.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct EstimateSeries {
     /// Stiffness, gap and friction.
     pub contact: EstimatedSeries,

@@ -1,6 +1,7 @@
 //! Statistics over all samples of a recording by one method.
 
 use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
 
 use crate::average_model::AveragedModels;
 use crate::estimate::InstanceAnalysis;
@@ -10,7 +11,7 @@ use crate::sampled_quantity::SampledQuantity;
 use crate::statistics::{Coefficient, r_squared_complex};
 
 /// Statistics over the samples of all instances of a recording that a method estimates; NaN without any.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SampleStatistics {
     /// Spearman's coefficient of |Z_m| and the measured friction.
     pub abs_z_m_mu: f64,
@@ -34,7 +35,7 @@ impl Default for SampleStatistics {
 }
 
 /// A value for each method.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct ByMethod<T> {
     /// Value of the published method.
     pub paper: T,

@@ -1,5 +1,7 @@
 //! Quantities of the samples of an instance, and their extents.
 
+use serde::{Deserialize, Serialize};
+
 use crate::instance::PreparedInstance;
 use crate::method::Method;
 use crate::recording_series::EstimateSeries;
@@ -64,7 +66,7 @@ impl SampledQuantity {
 }
 
 /// Least and greatest finite value; NaN without any.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Extent {
     /// Least value.
     pub least: f64,
@@ -99,7 +101,7 @@ impl Extent {
 }
 
 /// Extents of all quantities over the samples of an instance.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Extents([Extent; SampledQuantity::ALL.len()]);
 
 impl Extents {

@@ -30,6 +30,9 @@ pub enum SeriesError {
     /// The recording has no series here.
     #[error("the series of recording {0} of the analysis are not here")]
     Absent(usize),
+    /// The part of an analysis that has the series cannot be used.
+    #[error("{0}")]
+    Part(String),
     /// The operating system refused.
     #[error("cannot keep the series of the recordings until the results are written: {0}")]
     Disk(String),
@@ -42,6 +45,12 @@ pub struct KeptSeries(pub(crate) Vec<Arc<RecordingSeries>>);
 impl FromIterator<RecordingSeries> for KeptSeries {
     fn from_iter<I: IntoIterator<Item = RecordingSeries>>(series: I) -> Self {
         Self(series.into_iter().map(Arc::new).collect())
+    }
+}
+
+impl From<RecordingSeries> for KeptSeries {
+    fn from(series: RecordingSeries) -> Self {
+        Self(vec![Arc::new(series)])
     }
 }
 

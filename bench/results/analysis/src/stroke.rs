@@ -11,6 +11,7 @@
 //! the friction, as ultrasonic levitation does, and negative where it raises it, as electroadhesion does.
 
 use protocols::Direction;
+use serde::{Deserialize, Serialize};
 
 use crate::exploration_series::ExplorationSeries;
 
@@ -20,7 +21,7 @@ const LARGEST_LAG_S: f64 = 0.2;
 const FEWEST: usize = 10;
 
 /// Friction of a stroke.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Stroke {
     /// Direction.
     pub direction: Direction,
@@ -45,7 +46,7 @@ pub struct Stroke {
 }
 
 /// Effect of a stimulus on the friction of a stroke.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StimulusEffect {
     /// Friction at the least stimulus.
     pub mu_at_least: f64,

@@ -1,9 +1,11 @@
 //! A table as Parquet.
 
 use std::fs::File;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use analysis::Analysis;
 use parquet::basic::{Compression, LogicalType, Repetition, Type as PhysicalType};
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
@@ -103,11 +105,35 @@ fn encode_error(file: &TemporaryFile, reason: ParquetError) -> TableError {
     }
 }
 
-fn writer(
-    handle: File,
+/// Returns the table of an analysis as the bytes of a Parquet file, with further texts in its metadata; `path` names it in errors.
+///
+/// # Errors
+/// The table cannot be encoded.
+pub fn to_parquet(
+    table: &Table,
+    analysed: &Analysis,
+    texts: Vec<(String, String)>,
+    path: &Path,
+) -> Result<Vec<u8>, TableError> {
+    let encode = || {
+        let mut writer = writer(Vec::new(), table, &Metadata::new(analysed))?;
+        for (key, text) in texts {
+            writer.append_key_value_metadata(KeyValue::new(key, text));
+        }
+        group(&mut writer, &table.columns)?;
+        writer.into_inner()
+    };
+    encode().map_err(|reason| TableError::Encode {
+        path: path.to_owned(),
+        reason: Box::new(reason),
+    })
+}
+
+fn writer<W: Write + Send>(
+    handle: W,
     table: &Table,
     metadata: &Metadata,
-) -> Result<SerializedFileWriter<File>, ParquetError> {
+) -> Result<SerializedFileWriter<W>, ParquetError> {
     let fields = table.columns.iter().map(field);
     let schema = Type::group_type_builder("schema")
         .with_fields(fields.collect::<Result<_, _>>()?)
@@ -128,7 +154,10 @@ fn writer(
 }
 
 /// Writes a row group.
-fn group(writer: &mut SerializedFileWriter<File>, columns: &[Column]) -> Result<(), ParquetError> {
+fn group<W: Write + Send>(
+    writer: &mut SerializedFileWriter<W>,
+    columns: &[Column],
+) -> Result<(), ParquetError> {
     let mut group = writer.next_row_group()?;
     for column in columns {
         let Some(mut column_writer) = group.next_column()? else {

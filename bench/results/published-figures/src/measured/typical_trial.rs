@@ -114,10 +114,12 @@ pub(super) fn figure(
     let reaction: Vec<Series> = reaction.collect();
     let mut forces = Vec::new();
     if correcting_method.is_some() {
-        forces.extend(sensed_normal_n(findings, exploration).map(|force_n| {
-            Series::line(Ink::Orange, Dash::Dashed, time_course(&force_n, 1.0))
-                .with_name("normal force, self-sensed")
-        }));
+        forces.extend(
+            sensed_normal_n((findings, recording), exploration).map(|force_n| {
+                Series::line(Ink::Orange, Dash::Dashed, time_course(&force_n, 1.0))
+                    .with_name("normal force, self-sensed")
+            }),
+        );
     }
     forces.extend([
         Series::line(
@@ -224,11 +226,11 @@ fn span(exploration: &ExplorationFindings) -> RangeInclusive<f64> {
 
 /// Returns the normal force self-sensed from impedance and amplitude, N.
 fn sensed_normal_n(
-    findings: &RecordingFindings,
+    (findings, series): (&RecordingFindings, &RecordingSeries),
     exploration: &ExplorationSeries,
 ) -> Option<Vec<f64>> {
     let force = self_sensed::normal_force(
-        findings.first_finger()?,
+        findings.first_finger(series)?,
         exploration.interval_s()?,
         &exploration.under_finger.z_m_n_s_per_m,
         &exploration.under_finger.amplitude_m,

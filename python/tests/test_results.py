@@ -74,7 +74,10 @@ def test_a_table_has_the_values_of_its_parquet_file(analysis: fb.Analysis, files
     dictionary = {entry["column"]: entry for entry in json.loads(written.schema.metadata[b"columns"])}
     columns = table.to_dict()
     frame = table.to_pandas()
-    assert list(frame.columns) == list(pd.DataFrame(table).columns) == table.column_names
+    assert list(frame.columns) == table.column_names
+    if len(table) > 0:
+        # pandas makes rows into a frame of its own, without columns where there are none.
+        pd.testing.assert_frame_equal(pd.DataFrame(table), frame)
     for field in taken.schema:
         column, expected = taken[field.name], written[field.name]
         assert field.type == written.schema.field(field.name).type

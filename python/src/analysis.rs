@@ -9,7 +9,7 @@ use pyo3::exceptions::PyAttributeError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyList};
-use study_analysis::{StudyAnalysis, summary, warnings};
+use study_analysis::{StudyAnalysis, html, summary, warnings};
 use tables::TableKind;
 
 use crate::error::{FrictionBenchError, refusal};
@@ -24,7 +24,6 @@ const PROGRAM: &str = concat!("friction-bench ", env!("CARGO_PKG_VERSION"));
 /// ``result.skin``, ``result.provenance``. The tables are `instances`, `estimates`, `samples`, `explorations`, `friction`, `trials`
 /// and `participants`; `table` has each by name.
 #[pyclass(frozen, module = "friction_bench")]
-#[derive(Debug)]
 pub(crate) struct Analysis {
     study: Arc<StudyAnalysis>,
     results: PyOnceLock<Py<PyAny>>,
@@ -46,7 +45,7 @@ impl Analysis {
         let mut slots = kinds.filter_map(|(other, slot)| (other == kind).then_some(slot));
         let make = || {
             let table = py.detach(|| self.study.tables().table(kind));
-            Py::new(py, Table::new(table)?)
+            Py::new(py, Table::new(table.map_err(refusal)?)?)
         };
         match slots.next() {
             Some(slot) => Ok(slot.get_or_try_init(py, make)?.bind(py).clone()),
@@ -128,17 +127,11 @@ impl Analysis {
         whole_trial: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
         let content = figure_selection(methods, whole_trial)?;
-        let drawn: Result<Vec<(String, String)>, _> = py.detach(|| {
-            let figures = self.study.figures(&content);
-            let drawn = figures.into_iter().map(|figure| {
-                let svg = figure.to_svg()?;
-                Ok::<_, plotting::FigureError>((figure.name, svg))
-            });
-            drawn.collect()
-        });
+        let figures = py.detach(|| self.study.figures(&content));
         let dict = PyDict::new(py);
-        for (name, svg) in drawn.map_err(refusal)? {
-            dict.set_item(name, svg)?;
+        for figure in figures.map_err(refusal)? {
+            let svg = py.detach(|| figure.to_svg()).map_err(refusal)?;
+            dict.set_item(figure.name, svg)?;
         }
         Ok(dict)
     }
@@ -232,7 +225,7 @@ impl Analysis {
     }
 
     fn __repr__(&self) -> String {
-        format!("<friction_bench.Analysis {}>", self.counts())
+        format!("<friction_bench.Analysis {}>", summary::counts(&self.study))
     }
 
     fn __str__(&self) -> String {
@@ -240,13 +233,7 @@ impl Analysis {
     }
 
     fn _repr_html_(&self) -> String {
-        summary::html(&self.study)
-    }
-}
-
-impl Analysis {
-    fn counts(&self) -> String {
-        summary::counts(&self.study)
+        html::table(&self.study)
     }
 }
 

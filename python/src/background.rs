@@ -56,6 +56,36 @@ pub(crate) fn run<T: Send + 'static>(
     }
 }
 
+/// Runs `work` on borrowed data without the interpreter's lock. An exception of `progress`, which is called at its end, or of Ctrl-C
+/// sets the flag that `work` receives; it is raised once `work` has returned.
+pub(crate) fn run_borrowed<T: Send>(
+    py: Python<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(&AtomicBool) -> T + Send,
+) -> PyResult<T> {
+    let stop = AtomicBool::new(false);
+    thread::scope(|scope| {
+        let (sender, steps) = unbounded();
+        let flag = &stop;
+        let worker = scope.spawn(move || {
+            let value = work(flag);
+            // Without a listener the work is broken off.
+            let _ = sender.send(());
+            value
+        });
+        let followed = follow(py, &steps, 1, progress);
+        if followed.is_err() {
+            stop.store(true, Ordering::Relaxed);
+        }
+        let value = py.detach(|| worker.join());
+        followed?;
+        match value {
+            Ok(value) => Ok(value),
+            Err(payload) => panic::resume_unwind(payload),
+        }
+    })
+}
+
 /// Follows the steps until the work is done.
 fn follow(
     py: Python<'_>,

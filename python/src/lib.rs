@@ -1,9 +1,15 @@
 //! The native half of the Python package `friction_bench`.
 
 mod analysis;
+mod analyze_arrays;
+mod arrays;
 mod background;
+mod demodulate;
+mod description;
 mod error;
 mod folders;
+mod import_map;
+mod recording;
 mod settings;
 mod table;
 
@@ -18,7 +24,15 @@ mod _native {
     #[pymodule_export]
     use crate::analysis::Analysis;
     #[pymodule_export]
+    use crate::analyze_arrays::analyze_arrays;
+    #[pymodule_export]
+    use crate::demodulate::{envelopes, impedance_of_arrays};
+    #[pymodule_export]
     use crate::folders::analyze_folders;
+    #[pymodule_export]
+    use crate::import_map::import_by_map;
+    #[pymodule_export]
+    use crate::recording::{Recording, read_recording};
     #[pymodule_export]
     use crate::settings::Settings;
     #[pymodule_export]

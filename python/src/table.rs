@@ -14,9 +14,9 @@ use arrow_array::{
 };
 use arrow_schema::{DataType, Field, Schema, SchemaRef};
 use numpy::PyArray1;
-use pyo3::exceptions::PyKeyError;
+use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyCapsule, PyDict, PyList};
+use pyo3::types::{PyCapsule, PyDict, PyIterator, PyList};
 use tables::column::{self, Column, Values};
 
 use crate::error::refusal;
@@ -31,7 +31,7 @@ const BATCH_ROWS: usize = 4 << 20;
 /// Table of an analysis.
 ///
 /// pandas, polars, pyarrow and duckdb take it without a copy of its numbers, by the PyCapsule interface of Arrow:
-/// ``pandas.DataFrame.from_arrow(table)``, ``polars.DataFrame(table)``, ``pyarrow.table(table)``. Each field has the metadata `unit`
+/// ``table.to_pandas()``, ``polars.DataFrame(table)``, ``pyarrow.table(table)``. Each field has the metadata `unit`
 /// and `meaning`; an unknown number is NaN.
 ///
 /// Examples
@@ -146,6 +146,53 @@ impl Table {
             dict.set_item(name, self.__getitem__(py, name)?)?;
         }
         Ok(dict)
+    }
+
+    /// Return the names of the columns, so that ``dict(table)`` has the columns.
+    fn keys(&self) -> Vec<&str> {
+        self.column_names()
+    }
+
+    /// Return the table as a pandas.DataFrame; its numbers are not copied where pandas is 3.0 or later, with pyarrow.
+    fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let frame = slf.py().import("pandas")?.getattr("DataFrame")?;
+        match frame.getattr_opt("from_arrow")? {
+            Some(from_arrow) => from_arrow.call1((slf,)),
+            None => frame.call1((slf.get().to_dict(slf.py())?,)),
+        }
+    }
+
+    /// Return the table as a structured array of numpy, by which ``pandas.DataFrame(table)`` takes it.
+    #[pyo3(signature = (dtype=None, copy=None))]
+    fn __array__<'py>(
+        &self,
+        py: Python<'py>,
+        dtype: Option<&Bound<'py, PyAny>>,
+        copy: Option<bool>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        if copy == Some(false) {
+            return Err(PyValueError::new_err(
+                "a structured array of a table is a copy; table[name] is a view of a column",
+            ));
+        }
+        let numpy = py.import("numpy")?;
+        let columns = self.to_dict(py)?;
+        let types = PyList::empty(py);
+        for (name, column) in &columns {
+            types.append((name, column.getattr("dtype")?))?;
+        }
+        let array = numpy.call_method1("empty", (self.rows(), types))?;
+        for (name, column) in &columns {
+            array.set_item(name, column)?;
+        }
+        match dtype {
+            Some(dtype) => array.call_method1("astype", (dtype,)),
+            None => Ok(array),
+        }
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
+        PyList::new(py, self.column_names())?.try_iter()
     }
 
     fn __len__(&self) -> usize {

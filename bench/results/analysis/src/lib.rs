@@ -65,13 +65,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rayon::prelude::*;
+use recording::RecordingSource;
 use sample_statistics::ByMethod;
 use study::provenance::Provenance;
 use study::sessions::Sessions;
 
 pub use analysis_settings::Settings;
 pub use average_model::{AveragedModels, models as averaged_models};
-pub use findings::{Analysis, RecordingAnalysis};
+pub use findings::{Analysis, RecordingAnalysis, RecordingError};
 pub use mu_agreement::MuAgreement;
 pub use recording_series::RecordingSeries;
 pub use series_store::{KeptSeries, SeriesError, SeriesSource, SeriesStore};
@@ -139,6 +140,19 @@ pub fn analyse_while(
         is_continued.then(|| (analysis, Arc::new(series)))
     });
     Some(join(settings, recordings.collect::<Option<_>>()?))
+}
+
+/// Analyses a recording as [`analyse`] does, from its folder or from memory.
+///
+/// # Errors
+/// The recording cannot be read, or the analysis was asked to stop.
+pub fn analyse_source(
+    source: &RecordingSource<'_>,
+    settings: &Settings,
+) -> Result<(Analysis, KeptSeries), RecordingError> {
+    let (mut analysis, series) = recording_analysis::analyse_source(source, settings);
+    analysis.findings = Ok(analysis.findings?);
+    Ok(join(settings, vec![(analysis, Arc::new(series))]))
 }
 
 /// Names the participants of recordings, reads their sessions, and makes an analysis of them.

@@ -30,8 +30,8 @@ use crate::recording_series::RecordingSeries;
 use crate::sample_statistics::{ByMethod, SampleStatistics};
 use crate::under_finger::UnderFinger;
 use crate::whole_trial;
-use recording::Manifest;
 use recording::pipeline::PickupOffset;
+use recording::{Manifest, RecordingSource};
 use study::provenance::Provenance;
 
 /// Analyses the recording in `folder`, and drops its series.
@@ -44,7 +44,15 @@ pub fn analyse_with_series(
     folder: &Path,
     settings: &Settings,
 ) -> (RecordingAnalysis, RecordingSeries) {
-    let (findings, series) = match findings(folder, settings) {
+    analyse_source(&RecordingSource::folder(folder), settings)
+}
+
+/// Analyses a recording, from its folder or from memory, as [`analyse_with_series`] does.
+pub fn analyse_source(
+    source: &RecordingSource<'_>,
+    settings: &Settings,
+) -> (RecordingAnalysis, RecordingSeries) {
+    let (findings, series) = match findings(source, settings) {
         Ok((findings, series)) => (Ok(findings), series),
         Err(error) => (Err(error), RecordingSeries::default()),
     };
@@ -52,7 +60,7 @@ pub fn analyse_with_series(
     let participant =
         findings_read.and_then(|findings: &RecordingFindings| findings.participant.clone());
     let analysis = RecordingAnalysis {
-        path: folder.to_owned(),
+        path: source.path().to_owned(),
         participant,
         findings,
     };
@@ -66,13 +74,13 @@ struct Work {
 }
 
 fn findings(
-    folder: &Path,
+    source: &RecordingSource<'_>,
     settings: &Settings,
 ) -> Result<(RecordingFindings, RecordingSeries), RecordingError> {
-    let mut reading = demodulation::read(folder, PickupOffset::default())?;
-    let (rules, protocol_flaw) = selection_rules(folder, &reading.manifest, settings);
+    let mut reading = demodulation::read(source, PickupOffset::default())?;
+    let (rules, protocol_flaw) = source_rules(source, &reading.manifest, settings);
     if reading.vibration.is_none() {
-        return Ok(forces_alone::findings(folder, reading, rules));
+        return Ok(forces_alone::findings(source.path(), reading, rules));
     }
     let is_carrier_missing = reading.is_carrier_missing();
     let mut implausible = consistency::implausible(&reading);
@@ -80,7 +88,7 @@ fn findings(
     let mut plate = FreePlate::read(&reading, rules.contact_n / 2.0);
     let pickup = plate.pickup_offset().unwrap_or_default();
     let read_again = |clock: Option<ForceClock>| -> Result<_, RecordingError> {
-        let mut reading = demodulation::read(folder, pickup)?;
+        let mut reading = demodulation::read(source, pickup)?;
         reading
             .flaws
             .extend(pickup_flaws(pickup, stated_phase_rad(&reading.manifest)));
@@ -112,7 +120,7 @@ fn findings(
     }
     implausible.extend(clock.iter().flat_map(ForceClock::flaws));
     if is_carrier_missing {
-        implausible.extend(consistency::without_carrier(folder, &reading)?);
+        implausible.extend(consistency::without_carrier(source, &reading)?);
     }
     let DemodulatedRecording {
         manifest,
@@ -135,7 +143,7 @@ fn findings(
     let has_pressure = manifest.room.is_some();
     let errors = ErrorBudget::new(stated_errors, (&zero, crosstalk), &touch, has_pressure);
     let mut findings = RecordingFindings {
-        path: folder.to_owned(),
+        path: source.path().to_owned(),
         participant: manifest
             .participant
             .as_ref()
@@ -196,8 +204,10 @@ fn findings(
         series: RecordingSeries::default(),
     };
     for (direction, start_s, end_s) in explorations {
+        source.require_running()?;
         work.explore(&record, direction, (start_s, end_s), settings);
     }
+    source.require_running()?;
     let readings = plate_references::read(&record, rules.contact_n / 2.0);
     work.fit_together(&readings, settings);
     let Work {
@@ -245,6 +255,24 @@ fn rehearsal_flaw(manifest: &Manifest) -> Option<Flaw> {
     (!faults.is_empty()).then_some(Flaw::Rehearsed { faults })
 }
 
+/// Returns the selection rules for a recording: in memory, those of its protocol, or else of `settings`.
+fn source_rules(
+    source: &RecordingSource<'_>,
+    manifest: &Manifest,
+    settings: &Settings,
+) -> (SelectionRules, Option<Flaw>) {
+    let Some(arrays) = source.in_memory() else {
+        return selection_rules(source.path(), manifest, settings);
+    };
+    let centre_m = manifest.plate().map_or(0.0, |plate| plate.centre_m);
+    let protocol = arrays.protocol();
+    let rules = protocol.map_or_else(
+        || settings.selection_rules(centre_m),
+        |protocol| protocol.selection_rules(centre_m),
+    );
+    (rules, None)
+}
+
 /// Returns the selection rules for the recording in `folder`: those of the copy of the session's protocol
 /// next to the recording. Without a copy, as for a recording made elsewhere, the rules are those of `settings`; likewise
 /// if the copy cannot be read, with a flaw that reports it.
@@ -263,6 +291,13 @@ pub fn selection_rules(
         Ok(None) => (settings.selection_rules(centre_m), None),
         Err(flaw) => (settings.selection_rules(centre_m), Some(flaw)),
     }
+}
+
+/// Returns the text of the copy of the session's protocol next to a recording; `None` if there is no copy that can be read.
+#[must_use]
+pub fn protocol_text(folder: &Path, manifest: &Manifest) -> Option<String> {
+    let copy = read_protocol(folder, manifest).ok()?;
+    copy.map(|(_, text)| text)
 }
 
 /// Returns the files next to a recording with this description that its selection rules depend on, which may be missing.
@@ -292,6 +327,12 @@ fn second_copy(protocol: &str) -> String {
 
 /// Reads the copy of the session's protocol next to a recording; `None` if there is no copy.
 fn protocol_copy(folder: &Path, manifest: &Manifest) -> Result<Option<Protocol>, Flaw> {
+    let copy = read_protocol(folder, manifest)?;
+    Ok(copy.map(|(protocol, _)| protocol))
+}
+
+/// Reads the copy of the session's protocol next to a recording, and its text.
+fn read_protocol(folder: &Path, manifest: &Manifest) -> Result<Option<(Protocol, String)>, Flaw> {
     let Some((trial, session)) = manifest.trial.as_ref().zip(folder.parent()) else {
         return Ok(None);
     };
@@ -311,7 +352,10 @@ fn protocol_copy(folder: &Path, manifest: &Manifest) -> Result<Option<Protocol>,
             return Ok(None);
         }
         Err(error) => Err(format!("{file}: {}", bounded_files::cause(&error))),
-        Ok(text) => Protocol::parse(&text, &file).map_err(|error| error.to_string()),
+        Ok(text) => match Protocol::parse(&text, &file) {
+            Ok(protocol) => Ok((protocol, text)),
+            Err(error) => Err(error.to_string()),
+        },
     };
     protocol
         .map(Some)

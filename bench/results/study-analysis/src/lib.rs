@@ -4,6 +4,7 @@
 //! [`StudyAnalysis`] that it returns makes results, page, figures and tables of them. [`warnings`] and [`summary`] are its texts.
 
 mod found;
+pub mod html;
 mod request;
 mod study_analysis;
 pub mod summary;

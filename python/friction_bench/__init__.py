@@ -1,7 +1,7 @@
 """Contact stiffness, levitation gap and friction of a finger on an ultrasonically vibrating plate."""
 
 from friction_bench._native import Analysis, FrictionBenchError, Recording, Settings, Table, __version__
-from friction_bench.analysis import analyze, envelopes, impedance
+from friction_bench.analysis import analyze, as_samples, envelopes, impedance
 from friction_bench.inputs import Pickup, Plate
 from friction_bench.recordings import import_map, read
 
@@ -15,6 +15,7 @@ __all__ = [
     "Table",
     "__version__",
     "analyze",
+    "as_samples",
     "envelopes",
     "impedance",
     "import_map",

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-__all__ = ["analyze", "envelopes", "impedance"]
+__all__ = ["analyze", "as_samples", "envelopes", "impedance"]
 
 Readings: TypeAlias = "tuple[npt.ArrayLike, npt.ArrayLike]"
 Folder: TypeAlias = "str | os.PathLike[str]"
@@ -175,7 +175,7 @@ def impedance(
         {}, drive_volts_per_unit=drive_volts_per_unit, pickup_scale=pickup_scale, carrier_hz=carrier_hz, modulation_hz=0.0,
         modulation_index=0.0, plate=plate if has_plate else unit_plate,
     )
-    return _native.impedance(drive, pickup, rate_hz, content, corrected=has_plate)
+    return _native.impedance_of_arrays(drive, pickup, rate_hz, content, corrected=has_plate)
 
 
 def envelopes(
@@ -205,6 +205,29 @@ def envelopes(
         An argument cannot be used; the message names it.
     """
     return _native.envelopes(signal, rate_hz, carrier_hz)
+
+
+def as_samples(values: npt.ArrayLike) -> npt.NDArray[np.float32] | npt.NDArray[np.float64]:
+    """Return samples as the analysis reads them: contiguous 32- or 64-bit floats.
+
+    Samples that are such already are returned as they are. Others are copied at each call of `analyze`, `impedance` and `envelopes`:
+    convert once what you pass several times.
+
+    Parameters
+    ----------
+    values : array_like, shape (n,)
+        Samples of any real dtype, stride and byte order.
+
+    Returns
+    -------
+    numpy.ndarray of float32 or float64, shape (n,)
+
+    Raises
+    ------
+    FrictionBenchError
+        The values are no samples.
+    """
+    return _native.as_samples(values)
 
 
 def _are_folders(value: object) -> bool:

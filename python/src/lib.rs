@@ -26,7 +26,7 @@ mod _native {
     #[pymodule_export]
     use crate::analyze_arrays::analyze_arrays;
     #[pymodule_export]
-    use crate::demodulate::{envelopes, impedance_of_arrays};
+    use crate::demodulate::{as_samples, envelopes, impedance_of_arrays};
     #[pymodule_export]
     use crate::folders::analyze_folders;
     #[pymodule_export]

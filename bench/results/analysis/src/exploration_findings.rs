@@ -27,8 +27,9 @@ pub struct ExplorationFindings {
 }
 
 impl ExplorationFindings {
-    /// Makes the findings of an exploration of which only forces were recorded.
-    pub(crate) fn new(
+    /// Makes the findings of an exploration without its drive and without stretches.
+    #[must_use]
+    pub fn new(
         series: &ExplorationSeries,
         direction: Direction,
         (start_s, end_s): (f64, f64),

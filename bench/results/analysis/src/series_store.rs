@@ -39,8 +39,14 @@ pub enum SeriesError {
 }
 
 /// Series in memory.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Clone)]
 pub struct KeptSeries(pub(crate) Vec<Arc<RecordingSeries>>);
+
+impl FromIterator<RecordingSeries> for KeptSeries {
+    fn from_iter<I: IntoIterator<Item = RecordingSeries>>(series: I) -> Self {
+        Self(series.into_iter().map(Arc::new).collect())
+    }
+}
 
 impl From<RecordingSeries> for KeptSeries {
     fn from(series: RecordingSeries) -> Self {

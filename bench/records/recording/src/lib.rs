@@ -15,20 +15,27 @@ pub mod moving_pipeline;
 pub mod pipeline;
 mod read_error;
 pub mod reader;
+pub mod recorded_arrays;
 mod recorded_chain;
 pub mod recorder;
 pub mod rights;
+mod row_order;
 mod rows;
+pub mod source;
 pub mod storage;
 pub mod study;
 pub mod sums;
 mod table_source;
 pub mod writer;
 
+use serde::de::Error;
+use serde::{Deserialize, Deserializer};
+
 pub use csv_rows::{CsvRow, ForceRow, PositionRow, StimulusRow};
 pub use disk::DiskError;
 pub use manifest::Manifest;
 pub use reader::RecordingReader;
+pub use source::RecordingSource;
 pub use table_source::table_path;
 pub use wav_files::AudioFormat;
 pub use writer::RecordingWriter;
@@ -58,6 +65,21 @@ pub const OTHER_FILES: [&str; 4] = [
     COMPRESSED_FORCE_FILE,
     COMPRESSED_POSITION_FILE,
 ];
+
+/// Name of a file of a recording.
+pub type FileName = &'static str;
+
+/// Reads the name of a file of a recording, as in a stored finding.
+///
+/// # Errors
+/// A recording has no file of this name.
+pub fn file_name<'de, D: Deserializer<'de>>(deserializer: D) -> Result<FileName, D::Error> {
+    let name = String::deserialize(deserializer)?;
+    let mut files = sums::FILES.into_iter().chain(OTHER_FILES);
+    files
+        .find(|file| *file == name)
+        .ok_or_else(|| D::Error::custom(format!("a recording has no file `{name}`")))
+}
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 
 use text_tables::TableFault;
 
-use crate::manifest::ManifestReadError;
-use crate::{MANIFEST_FILE, SIGNALS_FILE};
+use crate::manifest::{Manifest, ManifestReadError};
+use crate::{FileName, MANIFEST_FILE, SIGNALS_FILE, file_name};
+use serde::{Deserialize, Serialize};
 use wav_files::{WavError, WavWarning};
 
 /// Maximum number of rows per second of a recording; no force or position sensor is that fast.
@@ -96,6 +97,9 @@ pub enum ReadError {
         /// Fault.
         fault: TableFault,
     },
+    /// The analysis was asked to stop.
+    #[error("the analysis was stopped")]
+    Stopped,
 }
 
 impl ReadError {
@@ -111,7 +115,7 @@ impl ReadError {
 }
 
 /// Defect of a recording that can still be read.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[non_exhaustive]
 pub enum Warning {
     /// The audio file has a defect.
@@ -139,7 +143,8 @@ pub enum Warning {
     )]
     UnreadableRows {
         /// The file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
         /// Number of rows.
         rows: u64,
         /// Line of the first one.
@@ -153,7 +158,8 @@ pub enum Warning {
     )]
     TimeDisorder {
         /// The file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
         /// Number of rows.
         rows: u64,
         /// Line of the first one.
@@ -165,7 +171,8 @@ pub enum Warning {
     )]
     TimeLeap {
         /// The file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
         /// Number of rows.
         rows: u64,
         /// Line of the first one.
@@ -177,7 +184,8 @@ pub enum Warning {
     )]
     OutsideRecording {
         /// The file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
         /// Number of rows.
         rows: u64,
         /// Line of the first one.
@@ -195,7 +203,8 @@ pub enum Warning {
     )]
     NotFinite {
         /// The file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
         /// Number of rows.
         rows: u64,
         /// Line of the first one.
@@ -208,7 +217,8 @@ pub enum Warning {
     )]
     ZeroedRows {
         /// The file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
         /// Line of the first one.
         first_line: u64,
     },
@@ -219,7 +229,8 @@ pub enum Warning {
     )]
     EndsEarly {
         /// The file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
         /// Time of the last row, s.
         last_s: f64,
         /// Length of the audio, s.
@@ -229,6 +240,27 @@ pub enum Warning {
     #[error("{file}: no row can be read below its header")]
     NoRows {
         /// The file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
     },
+}
+
+impl Warning {
+    /// Returns the defects that the description of a recording of `duration_s` shows.
+    pub(crate) fn of_description(manifest: &Manifest, duration_s: f64) -> Vec<Self> {
+        let is_cut_off = manifest
+            .trial
+            .as_ref()
+            .is_some_and(|trial| trial.end.is_none());
+        let intervals = manifest.intervals.iter().enumerate();
+        let late_intervals = intervals
+            .filter(|(_, interval)| interval.end_s > duration_s)
+            .map(|(index, interval)| Self::IntervalBeyondEnd {
+                index,
+                end_s: interval.end_s,
+                duration_s,
+            });
+        let cut_off = is_cut_off.then_some(Self::CutOff);
+        cut_off.into_iter().chain(late_intervals).collect()
+    }
 }

@@ -1,4 +1,4 @@
-//! Reads a recording folder into memory: its impedance frames, from the demodulator of the live bench or from recorded envelopes,
+//! Reads a recording for its analysis: its impedance frames, from the demodulator of the live bench or from recorded envelopes,
 //! and the rows of force and position. Only data in and around the recording's intervals are kept.
 //!
 //! A stream that is missing is left empty, with a flaw that names the results that lack it.
@@ -7,31 +7,31 @@ mod demodulated_recording;
 mod envelopes;
 mod signals;
 
-use std::path::Path;
-
 use crate::findings::RecordingError;
 use crate::flaw::Flaw;
 use crate::measurements::Measurements;
 use crate::row_times;
 use crate::spans::Spans;
 pub use demodulated_recording::DemodulatedRecording;
-use demodulated_recording::optional;
 use recording::manifest::{Manifest, Streams};
 use recording::pipeline::PickupOffset;
-use recording::reader::{Warning, read_manifest};
-use recording::{CsvRow, STIMULUS_FILE, reader};
+use recording::reader::Warning;
+use recording::{CsvRow, RecordingSource, STIMULUS_FILE, reader};
 
-/// Reads a recording folder, with the pickup's stated values plus the offset. The audio is read twice: first to find its
+/// Reads a recording, with the pickup's stated values plus the offset. The audio is read twice: first to find its
 /// clipping level.
 ///
 /// # Errors
 /// A file cannot be read, or the audio cannot be demodulated with the manifest's values.
-pub fn read(folder: &Path, pickup: PickupOffset) -> Result<DemodulatedRecording, RecordingError> {
-    let manifest = read_manifest(folder)?;
+pub fn read(
+    source: &RecordingSource<'_>,
+    pickup: PickupOffset,
+) -> Result<DemodulatedRecording, RecordingError> {
+    let manifest = source.manifest()?;
     match &manifest.streams {
-        Streams::Signals(_) => signals::read(folder, pickup),
-        Streams::Envelopes(_) => envelopes::read(folder, manifest, pickup),
-        Streams::Forces(_) => read_forces(folder, manifest),
+        Streams::Signals(_) => signals::read(source, pickup),
+        Streams::Envelopes(_) => envelopes::read(source, manifest, pickup),
+        Streams::Forces(_) => read_forces(source, manifest),
     }
 }
 
@@ -40,8 +40,8 @@ pub fn read(folder: &Path, pickup: PickupOffset) -> Result<DemodulatedRecording,
 ///
 /// # Errors
 /// As [`read`].
-pub fn sample_flaws(folder: &Path) -> Result<(Vec<Flaw>, bool), RecordingError> {
-    let (mut reading, _) = signals::demodulate(folder, PickupOffset::default())?;
+pub fn sample_flaws(source: &RecordingSource<'_>) -> Result<(Vec<Flaw>, bool), RecordingError> {
+    let (mut reading, _) = signals::demodulate(source, PickupOffset::default())?;
     let moves = reading
         .vibration
         .as_ref()
@@ -55,7 +55,10 @@ pub fn sample_flaws(folder: &Path) -> Result<(Vec<Flaw>, bool), RecordingError> 
 }
 
 /// Reads a recording of forces alone, which lasts as long as its rows.
-fn read_forces(folder: &Path, manifest: Manifest) -> Result<DemodulatedRecording, RecordingError> {
+fn read_forces(
+    source: &RecordingSource<'_>,
+    manifest: Manifest,
+) -> Result<DemodulatedRecording, RecordingError> {
     let mut reading = DemodulatedRecording {
         manifest,
         vibration: None,
@@ -63,15 +66,14 @@ fn read_forces(folder: &Path, manifest: Manifest) -> Result<DemodulatedRecording
         flaws: Vec::new(),
     };
     // Without its forces nothing is left.
-    reader::force_rows(folder, f64::INFINITY)?;
-    reading.read_rows(folder, f64::INFINITY)?;
+    reader::force_rows(source.path(), f64::INFINITY)?;
+    reading.read_rows(source, f64::INFINITY)?;
     let Some(last) = reading.record.force.last() else {
         return Ok(reading);
     };
     let duration_s = last.time_s;
     reading.check_intervals(duration_s)?;
-    let rows = optional(reader::stimulus_rows(folder, f64::INFINITY))?;
-    if let Some(mut rows) = rows {
+    if let Some(mut rows) = source.stimulus(f64::INFINITY)? {
         let spans = Spans::with_surroundings(&reading.manifest);
         let time_s = CsvRow::time_s;
         let (stimulus, times) = row_times::read_rows(&spans, STIMULUS_FILE, rows.by_ref(), time_s)?;

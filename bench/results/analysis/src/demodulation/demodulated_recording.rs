@@ -1,7 +1,5 @@
 //! Recording in memory, with the rows of force and position.
 
-use std::path::Path;
-
 use crate::findings::RecordingError;
 use crate::flaw::{Flaw, MissingStream};
 use crate::measurements::Measurements;
@@ -9,8 +7,8 @@ use crate::row_times;
 use crate::spans::Spans;
 use crate::vibration::Vibration;
 use recording::manifest::Manifest;
-use recording::reader::{self, ReadError, RowReader, Warning};
-use recording::{CsvRow, FORCE_FILE, POSITION_FILE};
+use recording::reader::Warning;
+use recording::{CsvRow, FORCE_FILE, POSITION_FILE, RecordingSource};
 
 /// Recording in memory, demodulated.
 #[derive(Debug)]
@@ -52,11 +50,11 @@ impl DemodulatedRecording {
     /// Reads the rows of force and position of a recording of `duration_s`.
     pub(super) fn read_rows(
         &mut self,
-        folder: &Path,
+        source: &RecordingSource<'_>,
         duration_s: f64,
     ) -> Result<(), RecordingError> {
         let spans = Spans::with_surroundings(&self.manifest);
-        match optional(reader::force_rows(folder, duration_s))? {
+        match source.force(duration_s)? {
             Some(mut rows) => {
                 let time_s = CsvRow::time_s;
                 let (force, times) =
@@ -66,7 +64,7 @@ impl DemodulatedRecording {
             }
             None => self.flaws.push(Flaw::Missing(MissingStream::Forces)),
         }
-        match optional(reader::position_rows(folder, duration_s))? {
+        match source.position(duration_s)? {
             Some(mut rows) => {
                 let time_s = CsvRow::time_s;
                 let (position, times) =
@@ -77,16 +75,5 @@ impl DemodulatedRecording {
             None => self.flaws.push(Flaw::Missing(MissingStream::Positions)),
         }
         Ok(())
-    }
-}
-
-/// Returns the rows of a file; `None` if it does not exist.
-pub(super) fn optional<R>(
-    rows: Result<RowReader<R>, ReadError>,
-) -> Result<Option<RowReader<R>>, ReadError> {
-    match rows {
-        Ok(rows) => Ok(Some(rows)),
-        Err(ReadError::Absent { .. }) => Ok(None),
-        Err(error) => Err(error),
     }
 }

@@ -1,7 +1,6 @@
 //! Reads the envelopes of drive and pickup in place of their samples.
 
 use std::f64::consts::PI;
-use std::path::Path;
 
 use envelope_files::EvenRows;
 use impedance::{ChannelScales, EnvelopeStream, Filter, Zm};
@@ -13,18 +12,18 @@ use crate::flaw::{Channel, Flaw};
 use crate::measurements::Measurements;
 use crate::spans::Spans;
 use crate::vibration::Vibration;
-use recording::ENVELOPES_FILE;
 use recording::manifest::Manifest;
 use recording::pipeline::{DemodulationError, PickupOffset};
+use recording::{ENVELOPES_FILE, RecordingSource};
 
 /// Reads a recording with envelopes, with the pickup's phase and delay corrected by the offset.
 pub(super) fn read(
-    folder: &Path,
+    source: &RecordingSource<'_>,
     manifest: Manifest,
     pickup: PickupOffset,
 ) -> Result<DemodulatedRecording, RecordingError> {
     let vibration = Vibration::stated(&manifest).ok_or(DemodulationError::NoSteadyCarrier)?;
-    let mut rows = EvenRows::open(&folder.join(ENVELOPES_FILE))?;
+    let mut rows = EvenRows::open(&source.path().join(ENVELOPES_FILE))?;
     let filter = Filter::for_envelopes(rows.rate_hz(), vibration.carrier_hz)
         .map_err(DemodulationError::from)?;
     let is_inverted = vibration.plate.force_factor_n_per_v < 0.0;
@@ -45,6 +44,7 @@ pub(super) fn read(
     let mut lost = [0u64; 2];
     let mut envelopes: Vec<[Complex64; 2]> = Vec::new();
     while rows.read(&mut envelopes)? > 0 {
+        source.require_running()?;
         for pair in envelopes.drain(..) {
             for (lost, envelope) in lost.iter_mut().zip(&pair) {
                 *lost += u64::from(!envelope.is_finite());
@@ -81,6 +81,6 @@ pub(super) fn read(
         flaws,
     };
     reading.check_intervals(duration_s)?;
-    reading.read_rows(folder, duration_s)?;
+    reading.read_rows(source, duration_s)?;
     Ok(reading)
 }

@@ -6,7 +6,6 @@ use analysis::findings::{
     Band, ExplorationFindings, InstanceAnalysis, InstanceEstimate, RecordingAnalysis,
     RecordingFindings,
 };
-use analysis::stroke::Stroke;
 use analysis::within_laws::WithinLaws;
 use contact::uncertain::{LogUncertain, Uncertain};
 use estimation::Sensitivities;
@@ -117,7 +116,7 @@ impl From<&RecordingAnalysis> for Recording {
 
 impl From<&ExplorationFindings> for ExplorationRow {
     fn from(exploration: &ExplorationFindings) -> Self {
-        let stroke = Stroke::new(exploration);
+        let stroke = &exploration.stroke;
         Self {
             start_s: stroke.start_s,
             end_s: stroke.end_s,
@@ -128,7 +127,7 @@ impl From<&ExplorationFindings> for ExplorationRow {
             normal_n: stroke.normal_n,
             speed_m_per_s: stroke.speed_m_per_s,
             amplitude_m: stroke.amplitude_m,
-            stimulus: stroke.effect.map(|effect| StimulusRow {
+            stimulus: stroke.effect.as_ref().map(|effect| StimulusRow {
                 mu_at_least: effect.mu_at_least,
                 mu_at_greatest: effect.mu_at_greatest,
                 contrast: effect.contrast,

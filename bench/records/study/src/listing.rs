@@ -310,3 +310,85 @@ fn bytes(folder: &Path) -> u64 {
         .map(|metadata| metadata.len())
         .sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use recording::manifest::MINIMAL;
+    use recording::study::DESCRIPTION_FILE;
+
+    use super::*;
+
+    const FORCES: &str = "time_s,normal_n,lateral_n\n0,0,0\n2.5,0,0\n";
+
+    /// Makes a recording of forces alone, with an end or without one.
+    fn recording(session: &Path, trial: u32, attempt: u32, end: &str) -> PathBuf {
+        let folder = session.join(format!("trial-{trial:03}_attempt-{attempt}"));
+        fs::create_dir_all(&folder).unwrap();
+        let text = format!(
+            "format = 1\nparticipant = {{ id = \"sub-01\", session = 1 }}\ntrial = {{ number = {trial}, attempt = {attempt}, \
+             practice = false, condition = \"glass\", protocol = \"p\", seed = 1{end} }}\n"
+        );
+        fs::write(folder.join(MANIFEST_FILE), text).unwrap();
+        fs::write(folder.join("force.csv"), FORCES).unwrap();
+        folder
+    }
+
+    #[test]
+    fn each_recording_has_its_standing() {
+        let folder = tempfile::tempdir().unwrap();
+        let study = folder.path().join("my study");
+        let session = study.join("sub-01/ses-01");
+        let completed = ", end = \"completed\"";
+        recording(&session, 1, 1, completed);
+        recording(&session, 1, 2, completed);
+        recording(&session, 2, 1, "");
+        let excluded = recording(&session, 3, 1, completed);
+        let unreadable = recording(&session, 4, 1, completed);
+        fs::write(unreadable.join(MANIFEST_FILE), "format = 7\n").unwrap();
+        // A recording that lacks its samples.
+        let faulty = recording(&session, 5, 1, completed);
+        fs::write(faulty.join(MANIFEST_FILE), MINIMAL).unwrap();
+        // Being written.
+        recording(&study.join("sub-01/.ses-02.partial"), 1, 1, completed);
+        fs::write(study.join(DESCRIPTION_FILE), "{}").unwrap();
+        fs::write(
+            study.join("exclusions.tsv"),
+            "participant_id\tsession\ttrial\treason\tby\nsub-01\t1\t3\tasleep\tAnn\n",
+        )
+        .unwrap();
+
+        let listed = list(&[study.clone(), excluded.clone()]).unwrap();
+        let standings: Vec<&str> = listed
+            .iter()
+            .map(|recording| recording.standing.word())
+            .collect();
+        let expected = [
+            "rejected",
+            "complete",
+            "broken-off",
+            "excluded",
+            "unreadable",
+            "complete",
+        ];
+        assert_eq!(standings, expected);
+        let first = &listed[0];
+        assert_eq!(first.study.as_deref(), Some("my study"));
+        assert_eq!(
+            (first.trial, first.attempt, first.session),
+            (Some(1), Some(1), Some(1))
+        );
+        assert_eq!((first.seconds, first.calibrated), (Some(2.5), false));
+        assert!(first.bytes > FORCES.len() as u64);
+        let faults: Vec<bool> = listed
+            .iter()
+            .map(|recording| recording.fault.is_some())
+            .collect();
+        assert_eq!(faults, [false, false, false, false, true, true]);
+        // Its folder names the trial.
+        assert_eq!((listed[4].trial, listed[4].attempt), (Some(4), Some(1)));
+
+        let empty = folder.path().join("empty");
+        fs::create_dir(&empty).unwrap();
+        assert!(matches!(list(&[empty]), Err(ListError::Nothing { .. })));
+    }
+}

@@ -1,5 +1,6 @@
 //! List of the recordings of studies: one each, with its standing and size, for other programs.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -11,6 +12,7 @@ use recording::{CsvRow, DiskError, ENVELOPES_FILE, MANIFEST_FILE, disk};
 use serde::Serialize;
 
 use crate::exclusions::{self, ExclusionsError};
+use crate::identity::duplicates;
 use crate::provenance::Provenance;
 use crate::sessions::{self, Attempt, LoggedSession, Standing};
 
@@ -65,7 +67,7 @@ pub enum ListedStanding {
     Accepted,
     /// Left out by the study's exclusions.
     Excluded,
-    /// Rejected by the operator or the rules: repeated or given up.
+    /// Rejected by the operator or the rules, or followed by another attempt that counts.
     Rejected,
     /// Interrupted, or without an end.
     BrokenOff,
@@ -73,19 +75,22 @@ pub enum ListedStanding {
     Complete,
     /// Absent from the log of its session.
     NotInLog,
+    /// The same recording as one in another folder, which counts.
+    Copy,
     /// Its description cannot be read.
     Unreadable,
 }
 
 impl ListedStanding {
     /// All standings.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Accepted,
         Self::Excluded,
         Self::Rejected,
         Self::BrokenOff,
         Self::Complete,
         Self::NotInLog,
+        Self::Copy,
         Self::Unreadable,
     ];
 
@@ -99,6 +104,7 @@ impl ListedStanding {
             Self::BrokenOff => "broken-off",
             Self::Complete => "complete",
             Self::NotInLog => "not-in-log",
+            Self::Copy => "copy",
             Self::Unreadable => "unreadable",
         }
     }
@@ -193,7 +199,44 @@ pub fn list(folders: &[PathBuf]) -> Result<Vec<ListedRecording>, ListError> {
         let log = session.as_ref().and_then(|(_, log)| log.as_ref());
         listed(path, log, excluded.contains(path))
     });
-    Ok(listed.collect())
+    let mut listed: Vec<ListedRecording> = listed.collect();
+    reject_earlier_attempts(&mut listed);
+    let copies = duplicates(paths.iter().map(PathBuf::as_path));
+    for copy in copies.iter().filter(|duplicate| duplicate.is_copy) {
+        let mut recordings = listed.iter_mut();
+        if let Some(recording) = recordings.find(|recording| recording.path == copy.path) {
+            recording.standing = ListedStanding::Copy;
+        }
+    }
+    Ok(listed)
+}
+
+/// Rejects the attempts at a trial before the last one that counts, as an analysis takes only that.
+fn reject_earlier_attempts(listed: &mut [ListedRecording]) {
+    let key = |recording: &ListedRecording| {
+        let session = recording.path.parent().map(Path::to_owned);
+        Some((session, recording.practice?, recording.trial?))
+    };
+    let counts = |recording: &ListedRecording| {
+        let standing = recording.standing;
+        matches!(
+            standing,
+            ListedStanding::Accepted | ListedStanding::Complete
+        )
+    };
+    let mut last = BTreeMap::new();
+    for recording in listed.iter().filter(|recording| counts(recording)) {
+        if let Some(key) = key(recording) {
+            let attempt = last.entry(key).or_insert(recording.attempt);
+            *attempt = recording.attempt.max(*attempt);
+        }
+    }
+    for recording in listed.iter_mut().filter(|recording| counts(recording)) {
+        let last = key(recording).and_then(|key| last.get(&key));
+        if last.is_some_and(|last| *last != recording.attempt) {
+            recording.standing = ListedStanding::Rejected;
+        }
+    }
 }
 
 fn listed(path: &Path, log: Option<&LoggedSession>, is_excluded: bool) -> ListedRecording {

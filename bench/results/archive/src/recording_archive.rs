@@ -10,7 +10,9 @@ use recording::manifest::{
 };
 use recording::reader::{RecordingReader, read_manifest};
 use recording::sums::{FILES, file_sum};
-use recording::{COMPRESSED_FORCE_FILE, COMPRESSED_POSITION_FILE, ENVELOPES_FILE, MANIFEST_FILE};
+use recording::{
+    COMPRESSED_FORCE_FILE, COMPRESSED_POSITION_FILE, ENVELOPES_FILE, MANIFEST_FILE, RecordingSource,
+};
 
 use crate::archive_error::ArchiveError;
 use crate::compressed_rows::{write_forces, write_positions};
@@ -101,7 +103,7 @@ fn fill(
     };
     let reader = RecordingReader::open(source)?;
     let (rate_hz, duration_s) = (reader.rate_hz(), reader.duration_s());
-    let (flaws, needs_samples) = demodulation::sample_flaws(source)?;
+    let (flaws, needs_samples) = demodulation::sample_flaws(&RecordingSource::folder(source))?;
     if needs_samples {
         return copied("its carrier moves or is missing, and only the samples show it");
     }

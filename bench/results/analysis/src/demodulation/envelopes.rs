@@ -35,9 +35,12 @@ pub(super) fn read(
     let zm = Zm::new(vibration.plate.constants(), scales, &filter)
         .map_err(DemodulationError::from)?
         .with_pickup_delay(pickup.delay_s);
-    let mut record = Measurements::from_faults(&manifest, rows.rate_hz());
+    let mut record = Measurements::from_faults(&manifest, manifest.event_rate_hz(rows.rate_hz()));
     let spans = Spans::with_surroundings(&manifest);
     let mut stream = EnvelopeStream::new(filter, rows.start_s());
+    if let Some(archived) = manifest.archived() {
+        stream = stream.with_noise([archived.drive_noise_v, archived.pickup_noise_m]);
+    }
     let mut lost = [0u64; 2];
     let mut envelopes: Vec<[Complex64; 2]> = Vec::new();
     while rows.read(&mut envelopes)? > 0 {
@@ -54,13 +57,23 @@ pub(super) fn read(
         }
     }
     let channels = [Channel::Drive, Channel::Pickup].into_iter().zip(lost);
-    let mut flaws = vec![Flaw::ConverterUnchecked];
-    flaws.extend(
-        channels
-            .filter(|(_, lost)| *lost > 0)
-            .map(|(channel, samples)| Flaw::LostSamples { channel, samples }),
-    );
-    let duration_s = rows.end_s();
+    let (flaws, duration_s) = match manifest.archived() {
+        // Checked when the samples were there.
+        Some(archived) => {
+            let warnings = archived.warnings.iter().cloned();
+            let flaws: Vec<Flaw> = warnings.map(|warning| Flaw::Archived { warning }).collect();
+            (flaws, archived.duration_s)
+        }
+        None => {
+            let mut flaws = vec![Flaw::ConverterUnchecked];
+            flaws.extend(
+                channels
+                    .filter(|(_, lost)| *lost > 0)
+                    .map(|(channel, samples)| Flaw::LostSamples { channel, samples }),
+            );
+            (flaws, rows.end_s())
+        }
+    };
     let mut reading = DemodulatedRecording {
         manifest,
         vibration: Some(vibration),

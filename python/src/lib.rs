@@ -37,9 +37,9 @@ mod _native {
     #[pymodule_export]
     use crate::import_map::import_by_map;
     #[pymodule_export]
-    use crate::recording::{Recording, read_recording};
-    #[pymodule_export]
     use crate::model::curves;
+    #[pymodule_export]
+    use crate::recording::{Recording, read_recording};
     #[pymodule_export]
     use crate::settings::Settings;
     #[pymodule_export]

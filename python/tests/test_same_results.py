@@ -51,7 +51,9 @@ def test_trials_of_sessions_have_the_results_of_the_command_line(tmp_path: Path,
         from_program = json.loads(program("analyze", trial, "--json", "-"))
         protocol = (trial.parent / "smallest.toml").read_text(encoding="utf-8")
         from_arrays = fb.analyze(**arguments_of(trial), protocol=protocol).results
-        assert numbers(from_arrays)["recordings"] == numbers(from_program)["recordings"]
+        (in_memory,), (on_disk,) = numbers(from_arrays)["recordings"], numbers(from_program)["recordings"]
+        # Only the session's log tells that nobody took part.
+        assert in_memory | {"provenance": {}} == on_disk | {"provenance": {}}
 
 
 def test_threads_have_the_same_results() -> None:
@@ -90,7 +92,7 @@ def test_a_thousand_calls_need_no_more_memory() -> None:
                 fb.envelopes([np.inf], 96_000, carrier_hz=30e3)
         gc.collect()
 
-    calls(200)
+    calls(100)
     before = resident_bytes()
     calls(1000)
     assert resident_bytes() - before < 3_000_000

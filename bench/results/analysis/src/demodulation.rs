@@ -7,8 +7,6 @@ mod demodulated_recording;
 mod envelopes;
 mod signals;
 
-use std::path::Path;
-
 use crate::findings::RecordingError;
 use crate::flaw::Flaw;
 use crate::measurements::Measurements;
@@ -42,8 +40,8 @@ pub fn read(
 ///
 /// # Errors
 /// As [`read`].
-pub fn sample_flaws(folder: &Path) -> Result<(Vec<Flaw>, bool), RecordingError> {
-    let (mut reading, _) = signals::demodulate(&RecordingSource::folder(folder), PickupOffset::default())?;
+pub fn sample_flaws(source: &RecordingSource<'_>) -> Result<(Vec<Flaw>, bool), RecordingError> {
+    let (mut reading, _) = signals::demodulate(source, PickupOffset::default())?;
     let moves = reading
         .vibration
         .as_ref()

@@ -194,7 +194,7 @@ impl StudyAnalysis {
     }
 
     /// Returns whether every accepted trial was analysed, every recording could be read and has no flaw that makes its numbers
-    /// meaningless, and anything was estimated. A part of a study, as on a medium of a few trials, is analysed as what it is:
+    /// meaningless, and anything was estimated. A part of a study, as on a medium of a few trials, is analysed like a whole one:
     /// `verify` judges whether a study is complete.
     #[must_use]
     pub fn is_whole(&self) -> bool {

@@ -73,6 +73,7 @@ impl Values {
     }
 
     /// Removes all values.
+    #[cfg(feature = "parquet")]
     pub(crate) fn clear(&mut self) {
         match self {
             Self::Flag(values) => values.clear(),

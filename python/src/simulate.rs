@@ -70,7 +70,7 @@ pub(crate) fn simulate<'py>(
         } else {
             expected_s
         };
-        if let Some(progress) = progress.filter(|_| done_s > reported_s || !continues) {
+        if let Some(progress) = progress.filter(|_| done_s > reported_s) {
             progress.call1((done_s, expected_s))?;
             reported_s = done_s;
         }

@@ -4,6 +4,7 @@
 //! A stream that is missing is left empty, with a flaw that names the results that lack it.
 
 mod demodulated_recording;
+mod envelope_demodulator;
 mod envelopes;
 mod signals;
 
@@ -13,8 +14,8 @@ use crate::findings::RecordingError;
 use crate::measurements::Measurements;
 use crate::row_times;
 use crate::spans::Spans;
-pub use demodulated_recording::DemodulatedRecording;
-use demodulated_recording::optional;
+pub use demodulated_recording::{DemodulatedRecording, optional_rows};
+pub use envelope_demodulator::EnvelopeDemodulator;
 use recording::manifest::{Manifest, Streams};
 use recording::pipeline::PickupOffset;
 use recording::reader::read_manifest;
@@ -50,7 +51,7 @@ fn read_forces(folder: &Path, manifest: Manifest) -> Result<DemodulatedRecording
     };
     let duration_s = last.time_s;
     reading.check_intervals(duration_s)?;
-    let rows = optional(reader::stimulus_rows(folder, f64::INFINITY))?;
+    let rows = optional_rows(reader::stimulus_rows(folder, f64::INFINITY))?;
     if let Some(mut rows) = rows {
         let spans = Spans::with_surroundings(&reading.manifest);
         let time_s = CsvRow::time_s;

@@ -8,6 +8,7 @@ use crate::measurements::Measurements;
 use crate::row_times;
 use crate::spans::Spans;
 use crate::vibration::Vibration;
+use crate::zero_tail::ZeroTail;
 use recording::manifest::Manifest;
 use recording::reader::{self, ReadError, RowReader, Warning};
 use recording::{CsvRow, FORCE_FILE, POSITION_FILE};
@@ -56,17 +57,22 @@ impl DemodulatedRecording {
         duration_s: f64,
     ) -> Result<(), RecordingError> {
         let spans = Spans::with_surroundings(&self.manifest);
-        match optional(reader::force_rows(folder, duration_s))? {
+        match optional_rows(reader::force_rows(folder, duration_s))? {
             Some(mut rows) => {
-                let time_s = CsvRow::time_s;
-                let (force, times) =
-                    row_times::read_rows(&spans, FORCE_FILE, rows.by_ref(), time_s)?;
+                let (mut tail, time_s) = (ZeroTail::default(), CsvRow::time_s);
+                let read = rows.by_ref().inspect(|row| {
+                    if let Ok(row) = row {
+                        tail.take(row);
+                    }
+                });
+                let (force, times) = row_times::read_rows(&spans, FORCE_FILE, read, time_s)?;
                 self.record.force = force;
                 self.flaws.extend(times.flaws(rows.warnings(), duration_s));
+                self.flaws.extend(tail.flaw());
             }
             None => self.flaws.push(Flaw::Missing(MissingStream::Forces)),
         }
-        match optional(reader::position_rows(folder, duration_s))? {
+        match optional_rows(reader::position_rows(folder, duration_s))? {
             Some(mut rows) => {
                 let time_s = CsvRow::time_s;
                 let (position, times) =
@@ -81,7 +87,10 @@ impl DemodulatedRecording {
 }
 
 /// Returns the rows of a file; `None` if it does not exist.
-pub(super) fn optional<R>(
+///
+/// # Errors
+/// The file exists and cannot be read.
+pub fn optional_rows<R>(
     rows: Result<RowReader<R>, ReadError>,
 ) -> Result<Option<RowReader<R>>, ReadError> {
     match rows {

@@ -1,19 +1,14 @@
 //! Reads the envelopes of drive and pickup in place of their samples.
 
-use std::f64::consts::PI;
 use std::path::Path;
 
-use envelope_files::EvenRows;
-use impedance::{ChannelScales, EnvelopeStream, Filter, Zm};
-use num_complex::Complex64;
-
 use super::demodulated_recording::DemodulatedRecording;
+use super::envelope_demodulator::EnvelopeDemodulator;
 use crate::findings::RecordingError;
 use crate::flaw::{Channel, Flaw};
 use crate::measurements::Measurements;
 use crate::spans::Spans;
 use crate::vibration::Vibration;
-use recording::ENVELOPES_FILE;
 use recording::manifest::Manifest;
 use recording::pipeline::{DemodulationError, PickupOffset};
 
@@ -24,35 +19,15 @@ pub(super) fn read(
     pickup: PickupOffset,
 ) -> Result<DemodulatedRecording, RecordingError> {
     let vibration = Vibration::stated(&manifest).ok_or(DemodulationError::NoSteadyCarrier)?;
-    let mut rows = EvenRows::open(&folder.join(ENVELOPES_FILE))?;
-    let filter = Filter::for_envelopes(rows.rate_hz(), vibration.carrier_hz)
-        .map_err(DemodulationError::from)?;
-    let is_inverted = vibration.plate.force_factor_n_per_v < 0.0;
-    let scales = ChannelScales {
-        drive_volts_per_unit: 1.0,
-        pickup_metres_per_unit: 1.0,
-        pickup_phase_rad: pickup.turn_rad + if is_inverted { PI } else { 0.0 },
-    };
-    let zm = Zm::new(vibration.plate.constants(), scales, &filter)
-        .map_err(DemodulationError::from)?
-        .with_pickup_delay(pickup.delay_s);
-    let mut record = Measurements::from_faults(&manifest, rows.rate_hz());
+    let mut envelopes = EnvelopeDemodulator::open(folder, &vibration, pickup)?;
+    let mut record = Measurements::from_faults(&manifest, envelopes.rate_hz());
     let spans = Spans::with_surroundings(&manifest);
-    let mut stream = EnvelopeStream::new(filter, rows.start_s());
-    let mut lost = [0u64; 2];
-    let mut envelopes: Vec<[Complex64; 2]> = Vec::new();
-    while rows.read(&mut envelopes)? > 0 {
-        for pair in envelopes.drain(..) {
-            for (lost, envelope) in lost.iter_mut().zip(&pair) {
-                *lost += u64::from(!envelope.is_finite());
-            }
-            stream.push(pair, &mut |frame| {
-                if spans.contain(frame.time_s, 0.0) {
-                    record.frames.push(zm.read(frame));
-                }
-            });
+    envelopes.read_until(f64::INFINITY, |frame| {
+        if spans.contain(frame.time_s, 0.0) {
+            record.frames.push(frame);
         }
-    }
+    })?;
+    let (_, lost) = envelopes.counts();
     let channels = [Channel::Drive, Channel::Pickup].into_iter().zip(lost);
     let mut flaws = vec![Flaw::ConverterUnchecked];
     flaws.extend(
@@ -60,7 +35,7 @@ pub(super) fn read(
             .filter(|(_, lost)| *lost > 0)
             .map(|(channel, samples)| Flaw::LostSamples { channel, samples }),
     );
-    let duration_s = rows.end_s();
+    let duration_s = envelopes.end_s();
     let mut reading = DemodulatedRecording {
         manifest,
         vibration: Some(vibration),

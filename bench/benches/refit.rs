@@ -14,13 +14,14 @@ use anyhow::Context;
 use contact::AssumedConstants;
 use criterion::{Criterion, criterion_group, criterion_main};
 use protocols::selection::select;
+use recording::RecordingSource;
 use recording::manifest::RecordedIntervalKind;
 use recording::pipeline::PickupOffset;
 
 /// Returns a trial of two explorations; those of the reference are alike, so one stands for both.
 fn trial() -> anyhow::Result<FitRequest> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/reference/recording-a");
-    let reading = demodulation::read(&folder, PickupOffset::default())?;
+    let reading = demodulation::read(&RecordingSource::folder(&folder), PickupOffset::default())?;
     let vibration = reading.vibration.context("no impedance")?;
     let rules = Settings::default().selection_rules(vibration.plate.centre_m);
     let (mut free, mut explorations) = (Vec::new(), Vec::new());

@@ -1,6 +1,7 @@
 //! `import`: recordings made elsewhere.
 
 use std::io::{IsTerminal, Write};
+use std::ops::ControlFlow;
 use std::path::Path;
 
 use escaping::escaped_line;
@@ -61,7 +62,8 @@ pub fn run(options: &Import, verbosity: Verbosity) -> anyhow::Result<bool> {
     };
     let study = study.filter(|_| !options.dry_run);
     Ok(import::import(&plan, study, program, |report| {
-        print(report, verbosity)
+        print(report, verbosity);
+        ControlFlow::Continue(())
     })?)
 }
 

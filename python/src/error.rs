@@ -1,5 +1,8 @@
 //! The exception of the package.
 
+use std::fmt::Display;
+
+use pyo3::PyErr;
 use pyo3::create_exception;
 use pyo3::exceptions::PyValueError;
 
@@ -9,3 +12,8 @@ create_exception!(
     PyValueError,
     "Input that cannot be used, or a file that cannot be read; the message is that of the command line."
 );
+
+/// Returns the exception for an error of the analysis.
+pub(crate) fn refusal(error: impl Display) -> PyErr {
+    FrictionBenchError::new_err(error.to_string())
+}

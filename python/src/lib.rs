@@ -1,6 +1,17 @@
 //! The native half of the Python package `friction_bench`.
 
+mod analysis;
+mod analyze_arrays;
+mod arrays;
+mod background;
+mod demodulate;
+mod description;
 mod error;
+mod folders;
+mod import_map;
+mod recording;
+mod settings;
+mod table;
 
 use pyo3::prelude::*;
 
@@ -9,6 +20,23 @@ use pyo3::prelude::*;
 mod _native {
     #[pymodule_export]
     use crate::error::FrictionBenchError;
+
+    #[pymodule_export]
+    use crate::analysis::Analysis;
+    #[pymodule_export]
+    use crate::analyze_arrays::analyze_arrays;
+    #[pymodule_export]
+    use crate::demodulate::{envelopes, impedance_of_arrays};
+    #[pymodule_export]
+    use crate::folders::analyze_folders;
+    #[pymodule_export]
+    use crate::import_map::import_by_map;
+    #[pymodule_export]
+    use crate::recording::{Recording, read_recording};
+    #[pymodule_export]
+    use crate::settings::Settings;
+    #[pymodule_export]
+    use crate::table::Table;
 
     #[pymodule_export]
     #[allow(non_upper_case_globals, reason = "Python's name of it")]

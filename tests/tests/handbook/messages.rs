@@ -69,6 +69,7 @@ const LEFT_OUT: &[&str] = &[
     "RefusedText",
     "RehearsedFaultError",
     "ReportError",
+    "RequestError",
     "SampleLossError",
     "SelectionError",
     "SendError",

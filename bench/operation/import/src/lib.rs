@@ -30,7 +30,9 @@ mod trial_space;
 mod wav_file;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use force_alignment::{Estimate, joint_rate};
 use import_map::{
@@ -139,7 +141,7 @@ impl Plan {
     /// Reads a map and finds its files.
     ///
     /// # Errors
-    /// The map has errors, no file matches it, or its table of participants cannot be read.
+    /// The map cannot be read, or as [`parse`](Self::parse).
     pub fn read(path: &Path) -> Result<Self, ImportError> {
         let map_error = |cause| ImportError::Map {
             path: path.to_owned(),
@@ -148,6 +150,14 @@ impl Plan {
         let bytes = bounded_files::read(path, bounded_files::TEXT_LIMIT_BYTES)
             .map_err(|error| map_error(bounded_files::cause(&error)))?;
         let text = bounded_files::as_text(&bytes).map_err(|error| map_error(error.to_string()))?;
+        Self::parse(text, path)
+    }
+
+    /// Reads the map in `text`, which has its place at `path`, and finds its files below that folder.
+    ///
+    /// # Errors
+    /// The map has errors, no file matches it, or its table of participants cannot be read.
+    pub fn parse(text: &str, path: &Path) -> Result<Self, ImportError> {
         let map = ImportMap::parse(text, &path.display().to_string())?;
         let folder = match path.parent() {
             Some(parent) if !parent.as_os_str().is_empty() => parent.to_owned(),
@@ -185,7 +195,7 @@ impl Plan {
             notes,
             origin: ImportedMap {
                 file: name.unwrap_or_default(),
-                sha256: sources::sum(&bytes),
+                sha256: sources::sum(text.as_bytes()),
             },
             map,
             assignment,
@@ -225,7 +235,7 @@ pub struct Program<'a> {
 }
 
 /// Imports the files of a plan into the study, or, without one, converts them and writes nothing; `report` is called after each
-/// file, from several threads. Returns true if no file was refused.
+/// file, from several threads; once it breaks off, no further file is begun. Returns true if no file was refused, or left.
 ///
 /// # Errors
 /// The study cannot be opened or continued.
@@ -233,8 +243,14 @@ pub fn import(
     plan: &Plan,
     study: Option<&Path>,
     program: Program<'_>,
-    report: impl Fn(&FileReport) + Sync,
+    report: impl Fn(&FileReport) -> ControlFlow<()> + Sync,
 ) -> Result<bool, ImportError> {
+    let is_broken_off = AtomicBool::new(false);
+    let report = |file: &FileReport| {
+        if report(file).is_break() {
+            is_broken_off.store(true, Ordering::Relaxed);
+        }
+    };
     let opened = match study {
         None => None,
         Some(folder) => Some(Study::open_or_create(
@@ -270,6 +286,9 @@ pub fn import(
     let scratch = trial_folder.path().join("rates");
     context.rates = common_rates(plan, folder, &scratch, &context);
     let convert = |file: &'_ NamedFile| {
+        if is_broken_off.load(Ordering::Relaxed) {
+            return false;
+        }
         let mut file_report = FileReport {
             file: file.path.clone(),
             recording: Place::name(file),

@@ -5,6 +5,7 @@ use std::path::Path;
 use force_alignment::Estimate;
 use impedance::PlateConstants;
 use import_map::{ImportMap, PickupConversion};
+use recording::RecordingSource;
 use recording::manifest::FoundValue;
 use recording::pipeline::PickupOffset;
 
@@ -114,8 +115,11 @@ impl Search<'_> {
         } else {
             write(pickup, readings)?;
         }
-        analysis::demodulation::read(self.folder, PickupOffset::default())
-            .map(|reading| reading.record)
-            .map_err(|error| ImportRefusal::ReadBack(error.to_string()))
+        analysis::demodulation::read(
+            &RecordingSource::folder(self.folder),
+            PickupOffset::default(),
+        )
+        .map(|reading| reading.record)
+        .map_err(|error| ImportRefusal::ReadBack(error.to_string()))
     }
 }

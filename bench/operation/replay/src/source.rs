@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use analysis::demodulation::optional_rows;
 use analysis::vibration::Vibration;
 use recording::manifest::Manifest;
 use recording::pipeline::Batch;
@@ -30,8 +29,8 @@ impl Source {
         let (film, vibration) = Film::open(folder)?;
         let duration_s = film.duration_s();
         Ok(Self {
-            force: Rows::new(optional_rows(force_rows(folder, duration_s))?)?,
-            position: Rows::new(optional_rows(position_rows(folder, duration_s))?)?,
+            force: Rows::new(optional(force_rows(folder, duration_s))?)?,
+            position: Rows::new(optional(position_rows(folder, duration_s))?)?,
             film,
             vibration,
             ended: false,
@@ -99,6 +98,15 @@ impl Source {
 struct Rows<R> {
     rows: Option<RowReader<R>>,
     next: Option<R>,
+}
+
+/// Returns the rows of a file; `None` if it does not exist.
+fn optional<R>(rows: Result<RowReader<R>, ReadError>) -> Result<Option<RowReader<R>>, ReadError> {
+    match rows {
+        Ok(rows) => Ok(Some(rows)),
+        Err(ReadError::Absent { .. }) => Ok(None),
+        Err(error) => Err(error),
+    }
 }
 
 /// A row with a time.

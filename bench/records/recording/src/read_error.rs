@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use text_tables::TableFault;
 
-use crate::manifest::ManifestReadError;
+use crate::manifest::{Manifest, ManifestReadError};
 use crate::{MANIFEST_FILE, SIGNALS_FILE};
 use wav_files::{WavError, WavWarning};
 
@@ -96,6 +96,9 @@ pub enum ReadError {
         /// Fault.
         fault: TableFault,
     },
+    /// The analysis was asked to stop.
+    #[error("the analysis was stopped")]
+    Stopped,
 }
 
 impl ReadError {
@@ -231,4 +234,24 @@ pub enum Warning {
         /// The file.
         file: &'static str,
     },
+}
+
+impl Warning {
+    /// Returns the defects that the description of a recording of `duration_s` shows.
+    pub(crate) fn of_description(manifest: &Manifest, duration_s: f64) -> Vec<Self> {
+        let is_cut_off = manifest
+            .trial
+            .as_ref()
+            .is_some_and(|trial| trial.end.is_none());
+        let intervals = manifest.intervals.iter().enumerate();
+        let late_intervals = intervals
+            .filter(|(_, interval)| interval.end_s > duration_s)
+            .map(|(index, interval)| Self::IntervalBeyondEnd {
+                index,
+                end_s: interval.end_s,
+                duration_s,
+            });
+        let cut_off = is_cut_off.then_some(Self::CutOff);
+        cut_off.into_iter().chain(late_intervals).collect()
+    }
 }

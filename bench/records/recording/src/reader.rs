@@ -75,18 +75,7 @@ impl RecordingReader {
             .validate_length(duration_s)
             .map_err(|rule| ManifestReadError::with_line(rule, &manifest_text, &manifest_file))?;
         let mut warnings: Vec<Warning> = wav_warnings.into_iter().map(Warning::from).collect();
-        if manifest.trial.as_ref().is_some_and(|t| t.end.is_none()) {
-            warnings.push(Warning::CutOff);
-        }
-        for (index, interval) in manifest.intervals.iter().enumerate() {
-            if interval.end_s > duration_s {
-                warnings.push(Warning::IntervalBeyondEnd {
-                    index,
-                    end_s: interval.end_s,
-                    duration_s,
-                });
-            }
-        }
+        warnings.extend(Warning::of_description(&manifest, duration_s));
         Ok(Self {
             folder: folder.to_owned(),
             manifest,

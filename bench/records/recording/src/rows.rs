@@ -1,6 +1,5 @@
 //! Reads the rows of `force.csv` and `position.csv` as a stream.
 
-use std::collections::VecDeque;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
@@ -10,17 +9,14 @@ use text_tables::{Header, Numbers, Separator, TableFault, cells, stated_separato
 
 use crate::csv_rows::CsvRow;
 use crate::read_error::{
-    EARLY_END_S, MAX_ROW_BYTES, MAX_ROWS_PER_S, MEAN_ROW_BYTES, OUTSIDE_S, ReadError, Warning,
+    MAX_ROW_BYTES, MAX_ROWS_PER_S, MEAN_ROW_BYTES, OUTSIDE_S, ReadError, Warning,
 };
+use crate::row_order::{ParsedRow, RowOrder, Tally};
 
 /// Bytes per read.
 const BUFFER_BYTES: usize = 1 << 16;
-/// Step in time between rows that later rows must confirm, s.
-const LEAP_S: f64 = 0.1;
 /// Number of lines below the header that may show that no line can be read.
 const PROBED_LINES: u64 = 3;
-/// Number of rows that confirm a jump in time.
-const CONFIRMING_ROWS: usize = 64;
 
 /// Rows of a CSV file in file order, with increasing times.
 ///
@@ -43,44 +39,11 @@ pub struct RowReader<R> {
     limit_rows: u64,
     /// Number of the last line read, from 1.
     line: u64,
-    is_at_end: bool,
-    last_time_s: f64,
-    /// Rows after a jump in time, until enough rows confirm it.
-    pending_rows: VecDeque<ParsedRow<R>>,
-    is_confirmed: bool,
-    rows: u64,
     unreadable_rows: Tally,
     first_unreadable: String,
     /// Rows with NUL characters.
     zeroed_rows: Tally,
-    disordered_rows: Tally,
-    leap_rows: Tally,
-    outside_rows: Tally,
-    outside_from_s: f64,
-    outside_to_s: f64,
-    not_finite_rows: Tally,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct ParsedRow<R> {
-    row: R,
-    line: u64,
-    is_finite: bool,
-}
-
-#[derive(Debug, Default, Clone, Copy)]
-struct Tally {
-    rows: u64,
-    first_line: u64,
-}
-
-impl Tally {
-    fn count(&mut self, line: u64) {
-        if self.rows == 0 {
-            self.first_line = line;
-        }
-        self.rows += 1;
-    }
+    order: RowOrder<R>,
 }
 
 impl<R: CsvRow> RowReader<R> {
@@ -133,20 +96,10 @@ impl<R: CsvRow> RowReader<R> {
             duration_s,
             limit_rows,
             line,
-            is_at_end: false,
-            last_time_s: f64::NEG_INFINITY,
-            pending_rows: VecDeque::new(),
-            is_confirmed: false,
-            rows: 0,
             unreadable_rows: Tally::default(),
             first_unreadable: String::new(),
             zeroed_rows: Tally::default(),
-            disordered_rows: Tally::default(),
-            leap_rows: Tally::default(),
-            outside_rows: Tally::default(),
-            outside_from_s: f64::INFINITY,
-            outside_to_s: f64::NEG_INFINITY,
-            not_finite_rows: Tally::default(),
+            order: RowOrder::new(file, duration_s),
             path,
         })
     }
@@ -169,53 +122,7 @@ impl<R: CsvRow> RowReader<R> {
         if rows > 0 {
             warnings.push(Warning::ZeroedRows { file, first_line });
         }
-        let Tally { rows, first_line } = self.disordered_rows;
-        if rows > 0 {
-            warnings.push(Warning::TimeDisorder {
-                file,
-                rows,
-                first_line,
-            });
-        }
-        let Tally { rows, first_line } = self.leap_rows;
-        if rows > 0 {
-            warnings.push(Warning::TimeLeap {
-                file,
-                rows,
-                first_line,
-            });
-        }
-        let Tally { rows, first_line } = self.outside_rows;
-        if rows > 0 {
-            warnings.push(Warning::OutsideRecording {
-                file,
-                rows,
-                first_line,
-                from_s: self.outside_from_s,
-                to_s: self.outside_to_s,
-                duration_s: self.duration_s,
-            });
-        }
-        let Tally { rows, first_line } = self.not_finite_rows;
-        if rows > 0 {
-            warnings.push(Warning::NotFinite {
-                file,
-                rows,
-                first_line,
-            });
-        }
-        if self.rows == 0 && self.outside_rows.rows == 0 {
-            warnings.push(Warning::NoRows { file });
-        }
-        let (last_s, duration_s) = (self.last_time_s, self.duration_s);
-        let is_early = duration_s.is_finite() && duration_s - last_s > EARLY_END_S;
-        if self.is_at_end && last_s >= 0.0 && is_early {
-            warnings.push(Warning::EndsEarly {
-                file,
-                last_s,
-                duration_s,
-            });
-        }
+        warnings.extend(self.order.warnings());
         warnings
     }
 
@@ -293,60 +200,6 @@ impl<R: CsvRow> RowReader<R> {
             }
         }
     }
-
-    /// Accepts a row, or counts the reason to omit it.
-    fn accept(&mut self, next: ParsedRow<R>) {
-        let time_s = next.row.time_s();
-        if !(-OUTSIDE_S..=self.duration_s + OUTSIDE_S).contains(&time_s) {
-            self.outside_rows.count(next.line);
-            self.outside_from_s = self.outside_from_s.min(time_s);
-            self.outside_to_s = self.outside_to_s.max(time_s);
-            return;
-        }
-        if time_s <= self.last_time_s {
-            self.disordered_rows.count(next.line);
-            return;
-        }
-        let ends = self.pending_rows.front().zip(self.pending_rows.back());
-        match ends.map(|(first, last)| (first.row.time_s(), last.row.time_s())) {
-            Some((first_s, _)) if time_s < first_s => {
-                // The time returns to before the jump: the held rows are wrong, not the following ones.
-                for row in self.pending_rows.drain(..) {
-                    self.leap_rows.count(row.line);
-                }
-            }
-            Some((_, last_s)) if time_s <= last_s => {
-                self.disordered_rows.count(next.line);
-                return;
-            }
-            _ => {}
-        }
-        let is_leap = time_s - self.last_time_s.max(0.0) > LEAP_S;
-        self.pending_rows.push_back(next);
-        self.is_confirmed = !is_leap || self.pending_rows.len() > CONFIRMING_ROWS;
-    }
-
-    /// Returns the next row with a confirmed time.
-    fn confirmed_row(&mut self) -> Option<R> {
-        if !self.is_confirmed && !self.is_at_end {
-            return None;
-        }
-        let Some(ParsedRow {
-            row,
-            line,
-            is_finite,
-        }) = self.pending_rows.pop_front()
-        else {
-            self.is_confirmed = false;
-            return None;
-        };
-        if !is_finite {
-            self.not_finite_rows.count(line);
-        }
-        self.last_time_s = row.time_s();
-        self.rows += 1;
-        Some(row)
-    }
 }
 
 impl<R: CsvRow> Iterator for RowReader<R> {
@@ -354,18 +207,17 @@ impl<R: CsvRow> Iterator for RowReader<R> {
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
-            if let Some(row) = self.confirmed_row() {
+            if let Some(row) = self.order.confirmed_row() {
                 return Some(Ok(row));
             }
-            if self.is_at_end {
+            if self.order.is_at_end() {
                 return None;
             }
             match self.read_row() {
-                Ok(Some(row)) => self.accept(row),
-                Ok(None) => self.is_at_end = true,
+                Ok(Some(row)) => self.order.take(row),
+                Ok(None) => self.order.end(),
                 Err(error) => {
-                    self.is_at_end = true;
-                    self.pending_rows.clear();
+                    self.order.abandon();
                     return Some(Err(error));
                 }
             }

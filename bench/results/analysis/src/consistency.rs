@@ -1,14 +1,11 @@
 //! Checks of a recording's streams against each other.
 
-use std::path::Path;
-
 use force_alignment::strokes::{Stroke, lateral_zero};
 use force_alignment::{ForceSample, roles};
 use plausibility::{Implausible, Slide};
 use protocols::Direction;
 use recording::manifest::Body;
-use recording::reader::RecordingReader;
-use recording::{ForceRow, Manifest};
+use recording::{ForceRow, Manifest, RecordingSource};
 
 use crate::demodulation::DemodulatedRecording;
 use crate::explorations::explorations;
@@ -96,14 +93,14 @@ pub(super) fn contact_area(findings: &RecordingFindings) -> Option<Flaw> {
 /// # Errors
 /// The audio cannot be read.
 pub(super) fn without_carrier(
-    folder: &Path,
+    source: &RecordingSource<'_>,
     reading: &DemodulatedRecording,
 ) -> Result<Vec<Implausible>, RecordingError> {
     let manifest = &reading.manifest;
     let Some((signals, vibration)) = manifest.signals().zip(reading.vibration.as_ref()) else {
         return Ok(Vec::new());
     };
-    let mut reader = RecordingReader::open(folder)?;
+    let mut reader = source.signals()?;
     let channels = usize::from(reader.format().channels);
     let rate_hz = reader.rate_hz();
     let start_s = spans_s(manifest).first().map_or(0.0, |span| span.0);

@@ -56,14 +56,16 @@ pub mod whole_trial;
 pub mod within_laws;
 mod zero_tail;
 
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
+use recording::RecordingSource;
 use study::provenance::Provenance;
 use study::sessions::Sessions;
 
 pub use analysis_settings::Settings;
-pub use findings::{Analysis, RecordingAnalysis};
+pub use findings::{Analysis, RecordingAnalysis, RecordingError};
 
 /// Analyses recording folders in parallel and returns them in the given order; `callback` is called after each one. A
 /// recording that cannot be read does not stop the others.
@@ -99,14 +101,42 @@ pub fn analyse(
     settings: &Settings,
     callback: impl Fn(&RecordingAnalysis) + Sync,
 ) -> Analysis {
-    let recordings = folders
-        .par_iter()
-        .map(|folder| {
-            let analysis = recording_analysis::analyse(folder, settings);
-            callback(&analysis);
-            analysis
-        })
-        .collect();
+    let recordings = folders.par_iter().map(|folder| {
+        let analysis = recording_analysis::analyse(folder, settings);
+        callback(&analysis);
+        analysis
+    });
+    complete(settings, recordings.collect())
+}
+
+/// Analyses recording folders as [`analyse`] does, until `callback` breaks off; returns `None` then.
+pub fn analyse_while(
+    folders: &[PathBuf],
+    settings: &Settings,
+    callback: impl Fn(&RecordingAnalysis) -> ControlFlow<()> + Sync,
+) -> Option<Analysis> {
+    let recordings = folders.par_iter().map(|folder| {
+        let analysis = recording_analysis::analyse(folder, settings);
+        callback(&analysis).is_continue().then_some(analysis)
+    });
+    Some(complete(settings, recordings.collect::<Option<_>>()?))
+}
+
+/// Analyses a recording as [`analyse`] does, from its folder or from memory.
+///
+/// # Errors
+/// The recording cannot be read, or the analysis was asked to stop.
+pub fn analyse_source(
+    source: &RecordingSource<'_>,
+    settings: &Settings,
+) -> Result<Analysis, RecordingError> {
+    let mut analysis = recording_analysis::analyse_source(source, settings);
+    analysis.findings = Ok(analysis.findings?);
+    Ok(complete(settings, vec![analysis]))
+}
+
+/// Makes an analysis of its recordings.
+fn complete(settings: &Settings, recordings: Vec<RecordingAnalysis>) -> Analysis {
     let mut analysed = Analysis {
         settings: *settings,
         recordings,

@@ -134,6 +134,8 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use recording::RecordingSource;
+
     use crate::demodulation;
 
     /// Compares with the audio demodulated again, on a recording with a pickup that is stated wrong.
@@ -145,8 +147,9 @@ mod tests {
             turn_rad: 0.03,
             delay_s: 2e-5,
         };
-        let mut stated = demodulation::read(&folder, PickupOffset::default()).unwrap();
-        let corrected = demodulation::read(&folder, offset).unwrap();
+        let mut stated =
+            demodulation::read(&RecordingSource::folder(&folder), PickupOffset::default()).unwrap();
+        let corrected = demodulation::read(&RecordingSource::folder(&folder), offset).unwrap();
         let vibration = stated.vibration.clone().unwrap();
         let (carrier_hz, plate) = (vibration.carrier_hz, vibration.plate.constants());
         let deviation = |frames: &[ZmFrame]| {
@@ -178,7 +181,8 @@ mod tests {
     fn the_deviation_is_found_and_an_exact_pickup_is_left_alone() {
         let folder =
             Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/reference/recording-a");
-        let mut reading = demodulation::read(&folder, PickupOffset::default()).unwrap();
+        let mut reading =
+            demodulation::read(&RecordingSource::folder(&folder), PickupOffset::default()).unwrap();
         let vibration = reading.vibration.clone().unwrap();
         let plate = vibration.plate.constants();
         let drive = (vibration.carrier_hz, &plate);

@@ -29,15 +29,20 @@ use crate::model_check;
 use crate::plate_references;
 use crate::under_finger::UnderFinger;
 use crate::whole_trial;
-use recording::Manifest;
 use recording::pipeline::PickupOffset;
+use recording::{Manifest, RecordingSource};
 use study::provenance::Provenance;
 
 /// Analyses the recording in `folder`.
 pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
-    let findings = findings(folder, settings);
+    analyse_source(&RecordingSource::folder(folder), settings)
+}
+
+/// Analyses a recording, from its folder or from memory.
+pub fn analyse_source(source: &RecordingSource<'_>, settings: &Settings) -> RecordingAnalysis {
+    let findings = findings(source, settings);
     RecordingAnalysis {
-        path: folder.to_owned(),
+        path: source.path().to_owned(),
         participant: findings
             .as_ref()
             .ok()
@@ -46,11 +51,14 @@ pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
     }
 }
 
-fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, RecordingError> {
-    let mut reading = demodulation::read(folder, PickupOffset::default())?;
-    let (rules, protocol_flaw) = selection_rules(folder, &reading.manifest, settings);
+fn findings(
+    source: &RecordingSource<'_>,
+    settings: &Settings,
+) -> Result<RecordingFindings, RecordingError> {
+    let mut reading = demodulation::read(source, PickupOffset::default())?;
+    let (rules, protocol_flaw) = source_rules(source, &reading.manifest, settings);
     if reading.vibration.is_none() {
-        return Ok(forces_alone::findings(folder, reading, rules));
+        return Ok(forces_alone::findings(source.path(), reading, rules));
     }
     let is_carrier_missing = reading.is_carrier_missing();
     let mut implausible = consistency::implausible(&reading);
@@ -58,7 +66,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     let mut plate = FreePlate::read(&reading, rules.contact_n / 2.0);
     let pickup = plate.pickup_offset().unwrap_or_default();
     let read_again = |clock: Option<&ForceClock>| -> Result<_, RecordingError> {
-        let mut reading = demodulation::read(folder, pickup)?;
+        let mut reading = demodulation::read(source, pickup)?;
         reading
             .flaws
             .extend(pickup_flaws(pickup, stated_phase_rad(&reading.manifest)));
@@ -94,7 +102,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     }
     implausible.extend(clock.iter().flat_map(ForceClock::flaws));
     if is_carrier_missing {
-        implausible.extend(consistency::without_carrier(folder, &reading)?);
+        implausible.extend(consistency::without_carrier(source, &reading)?);
     }
     let DemodulatedRecording {
         manifest,
@@ -117,7 +125,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     let has_pressure = manifest.room.is_some();
     let errors = ErrorBudget::new(stated_errors, (&zero, crosstalk), &touch, has_pressure);
     let mut findings = RecordingFindings {
-        path: folder.to_owned(),
+        path: source.path().to_owned(),
         participant: manifest
             .participant
             .as_ref()
@@ -175,8 +183,10 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     }
 
     for (direction, start_s, end_s) in explorations {
+        source.require_running()?;
         findings.explore(&record, direction, (start_s, end_s), settings);
     }
+    source.require_running()?;
     let readings = plate_references::read(&record, rules.contact_n / 2.0);
     findings.fit_together(&readings, settings);
     findings.flaws.extend(consistency::contact_area(&findings));
@@ -217,6 +227,24 @@ fn rehearsal_flaw(manifest: &Manifest) -> Option<Flaw> {
     (!faults.is_empty()).then_some(Flaw::Rehearsed { faults })
 }
 
+/// Returns the selection rules for a recording: in memory, those of its protocol, or else of `settings`.
+fn source_rules(
+    source: &RecordingSource<'_>,
+    manifest: &Manifest,
+    settings: &Settings,
+) -> (SelectionRules, Option<Flaw>) {
+    let Some(arrays) = source.in_memory() else {
+        return selection_rules(source.path(), manifest, settings);
+    };
+    let centre_m = manifest.plate().map_or(0.0, |plate| plate.centre_m);
+    let protocol = arrays.protocol();
+    let rules = protocol.map_or_else(
+        || settings.selection_rules(centre_m),
+        |protocol| protocol.selection_rules(centre_m),
+    );
+    (rules, None)
+}
+
 /// Returns the selection rules for the recording in `folder`: those of the copy of the session's protocol
 /// next to the recording. Without a copy, as for a recording made elsewhere, the rules are those of `settings`; likewise
 /// if the copy cannot be read, with a flaw that reports it.
@@ -237,8 +265,21 @@ pub fn selection_rules(
     }
 }
 
+/// Returns the text of the copy of the session's protocol next to a recording; `None` if there is no copy that can be read.
+#[must_use]
+pub fn protocol_text(folder: &Path, manifest: &Manifest) -> Option<String> {
+    let copy = read_protocol(folder, manifest).ok()?;
+    copy.map(|(_, text)| text)
+}
+
 /// Reads the copy of the session's protocol next to a recording; `None` if there is no copy.
 fn protocol_copy(folder: &Path, manifest: &Manifest) -> Result<Option<Protocol>, Flaw> {
+    let copy = read_protocol(folder, manifest)?;
+    Ok(copy.map(|(protocol, _)| protocol))
+}
+
+/// Reads the copy of the session's protocol next to a recording, and its text.
+fn read_protocol(folder: &Path, manifest: &Manifest) -> Result<Option<(Protocol, String)>, Flaw> {
     let Some((trial, session)) = manifest.trial.as_ref().zip(folder.parent()) else {
         return Ok(None);
     };
@@ -258,7 +299,10 @@ fn protocol_copy(folder: &Path, manifest: &Manifest) -> Result<Option<Protocol>,
             return Ok(None);
         }
         Err(error) => Err(format!("{file}: {}", bounded_files::cause(&error))),
-        Ok(text) => Protocol::parse(&text, &file).map_err(|error| error.to_string()),
+        Ok(text) => match Protocol::parse(&text, &file) {
+            Ok(protocol) => Ok((protocol, text)),
+            Err(error) => Err(error.to_string()),
+        },
     };
     protocol
         .map(Some)

@@ -12,6 +12,7 @@ use crate::column::Table;
 #[cfg(feature = "parquet")]
 use crate::parquet_file;
 use crate::table_error::TableError;
+use crate::table_kind::TableKind;
 use crate::{
     csv_file, dictionary, group_table, instance_table, rows, sample_table, stroke_table,
     trial_entry,
@@ -36,52 +37,44 @@ impl Content<'_> {
     /// # Errors
     /// The first error of `take`.
     pub fn tables<E>(&self, mut take: impl FnMut(&Table) -> Result<(), E>) -> Result<(), E> {
+        TableKind::ALL
+            .into_iter()
+            .try_for_each(|kind| take(&self.table(kind)))
+    }
+
+    /// Returns a table.
+    #[must_use]
+    pub fn table(&self, kind: TableKind) -> Table {
         let entries = trial_entry::entries(self.analysed, self.attempts, self.selection);
         let method = quantity::gap_method(self.analysed);
-        let described = self.description;
-        let instances = rows::by_method(&entries, method);
-        take(&Table {
-            name: "instances",
-            row: "instance; identified by participant, session, trial, attempt, instance",
-            columns: instance_table::columns(&instances, INSTANCE_METHOD, method),
-        })?;
-        take(&Table {
-            name: "trials",
-            row: "trial; identified by participant, session, trial, attempt",
-            columns: group_table::trials(&entries, described),
-        })?;
-        take(&Table {
-            name: "participants",
-            row: "participant and condition; identified by participant, condition",
-            columns: group_table::participants(&entries, described),
-        })?;
-        take(&Table {
-            name: "descriptive",
-            row: "group of the description; identified by level, participant, condition, session, trial, attempt",
-            columns: group_table::levels(&entries, described),
-        })?;
-        let estimates = rows::by_all_methods(&entries);
-        take(&Table {
-            name: "estimates",
-            row: "instance and method; identified by participant, session, trial, attempt, instance, method",
-            columns: instance_table::columns(&estimates, ROW_METHOD, method),
-        })?;
-        take(&Table {
-            name: "samples",
-            row: "sample of an instance and method; identified by participant, session, trial, attempt, instance, method, time_s",
-            columns: sample_table::columns(&rows::samples(&estimates), ROW_METHOD),
-        })?;
-        let strokes = stroke_table::strokes(&entries);
-        take(&Table {
-            name: "explorations",
-            row: "exploration; identified by participant, session, trial, attempt, exploration",
-            columns: stroke_table::stroke_columns(&strokes),
-        })?;
-        take(&Table {
-            name: "friction",
-            row: "sample of an exploration of a recording without instances; identified by participant, session, trial, attempt, exploration, time_s",
-            columns: stroke_table::friction_columns(&stroke_table::friction(&strokes)),
-        })
+        let columns = match kind {
+            TableKind::Instances => {
+                let instances = rows::by_method(&entries, method);
+                instance_table::columns(&instances, INSTANCE_METHOD, method)
+            }
+            TableKind::Trials => group_table::trials(&entries, self.description),
+            TableKind::Participants => group_table::participants(&entries, self.description),
+            TableKind::Descriptive => group_table::levels(&entries, self.description),
+            TableKind::Estimates => {
+                instance_table::columns(&rows::by_all_methods(&entries), ROW_METHOD, method)
+            }
+            TableKind::Samples => {
+                let estimates = rows::by_all_methods(&entries);
+                sample_table::columns(&rows::samples(&estimates), ROW_METHOD)
+            }
+            TableKind::Explorations => {
+                stroke_table::stroke_columns(&stroke_table::strokes(&entries))
+            }
+            TableKind::Friction => {
+                let strokes = stroke_table::strokes(&entries);
+                stroke_table::friction_columns(&stroke_table::friction(&strokes))
+            }
+        };
+        Table {
+            name: kind.name(),
+            row: kind.row(),
+            columns,
+        }
     }
 
     /// Writes the tables as CSV and Parquet and their dictionary into `folder`, which is created if it does not exist; existing

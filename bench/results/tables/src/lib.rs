@@ -29,9 +29,11 @@ mod rows;
 mod sample_table;
 mod stroke_table;
 mod table_error;
+mod table_kind;
 mod trial_entry;
 
 pub use content::Content;
 #[cfg(feature = "parquet")]
 pub use metadata::METADATA_KEYS;
 pub use table_error::TableError;
+pub use table_kind::TableKind;

@@ -1,5 +1,6 @@
 //! An analysed trial, and the columns that identify and describe it, which every table has.
 
+use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -46,14 +47,17 @@ pub(crate) fn entries<'a>(
     attempts: &Attempts,
     selection: &RecordingSelection,
 ) -> Vec<TrialEntry<'a>> {
-    let overridden: Vec<&PathBuf> = selection
+    let overridden: HashSet<&PathBuf> = selection
         .overridden
         .iter()
         .flat_map(|exclusion| &exclusion.recordings)
         .collect();
+    let selected = attempts.selection.iter();
+    let standings: HashMap<&PathBuf, Option<Standing>> = selected
+        .map(|attempt| (&attempt.path, attempt.standing))
+        .collect();
     let entry = |(key, findings): (TrialKey, &'a RecordingFindings)| {
-        let mut selected = attempts.selection.iter();
-        let attempt = selected.find(|attempt| attempt.path == findings.path);
+        let standing = standings.get(&findings.path).copied().flatten();
         let drive_v = findings.explorations.iter();
         let drive_v: Vec<f64> = drive_v
             .map(|exploration| exploration.drive_peak_v)
@@ -62,9 +66,8 @@ pub(crate) fn entries<'a>(
         let text = |text: &str| -> Arc<str> { text.into() };
         let provenance = &findings.provenance;
         TrialEntry {
-            is_accepted: attempt
-                .is_some_and(|attempt| attempt.standing == Some(Standing::Accepted)),
-            is_excluded: overridden.contains(&&findings.path),
+            is_accepted: standing == Some(Standing::Accepted),
+            is_excluded: overridden.contains(&findings.path),
             drive_v: drive_v.iter().sum::<f64>() / drive_v.len() as f64,
             recording: text(&findings.path.display().to_string()),
             participant: text(key.participant.as_deref().unwrap_or_default()),

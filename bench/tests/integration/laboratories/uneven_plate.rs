@@ -12,6 +12,7 @@ use analysis::trial_fit::{FitRequest, SelectedExploration, TrialContact, fit};
 use analysis::{Settings, demodulation};
 use protocols::Direction;
 use protocols::selection::select;
+use recording::RecordingSource;
 use recording::pipeline::PickupOffset;
 use report::recording_results::Recording;
 
@@ -81,7 +82,8 @@ fn a_plate_that_moves_less_at_its_ends_serves_once_its_profile_is_known() {
 
 /// Returns the request to fit a recording's exploration, as a session makes it after a trial.
 pub(super) fn fit_request(folder: &Path) -> FitRequest {
-    let reading = demodulation::read(folder, PickupOffset::default()).unwrap();
+    let reading =
+        demodulation::read(&RecordingSource::folder(folder), PickupOffset::default()).unwrap();
     let settings = Settings::default();
     let vibration = reading.vibration.unwrap();
     let rules = settings.selection_rules(vibration.plate.centre_m);

@@ -4,6 +4,7 @@
 mod laboratory;
 
 use std::fs;
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Mutex;
 
@@ -33,6 +34,7 @@ fn import_all(laboratory: &Laboratory, map: &str) -> Vec<FileReport> {
             found: report.found.clone(),
             notes: report.notes.clone(),
         });
+        ControlFlow::Continue(())
     })
     .unwrap();
     reports.into_inner().unwrap()

@@ -311,6 +311,34 @@ impl Manifest {
         sample_rate_hz: u32,
         channel_count: u16,
     ) -> Result<f64, ManifestError> {
+        let rate_hz = self.validate_signals(sample_rate_hz, channel_count)?;
+        if let Some(hardware) = &self.hardware {
+            if hardware.sample_rate_hz != sample_rate_hz {
+                return Err(ManifestError::SampleRate {
+                    hardware_hz: hardware.sample_rate_hz,
+                    audio_hz: sample_rate_hz,
+                });
+            }
+            if hardware.channel_names.len() != usize::from(channel_count) {
+                return Err(ManifestError::ChannelNames {
+                    names: hardware.channel_names.len(),
+                    channels: channel_count,
+                });
+            }
+        }
+        Ok(rate_hz)
+    }
+
+    /// Checks the manifest against the signals that it describes, which may be some of the channels of the hardware, and returns
+    /// their rate, Hz.
+    ///
+    /// # Errors
+    /// As [`Manifest::validate_audio`].
+    pub fn validate_signals(
+        &self,
+        sample_rate_hz: u32,
+        channel_count: u16,
+    ) -> Result<f64, ManifestError> {
         let mut rate_hz = f64::from(sample_rate_hz);
         if let Some(signals) = self.signals() {
             let channels = &signals.channels;
@@ -345,20 +373,6 @@ impl Manifest {
                         modulation_hz,
                     });
                 }
-            }
-        }
-        if let Some(hardware) = &self.hardware {
-            if hardware.sample_rate_hz != sample_rate_hz {
-                return Err(ManifestError::SampleRate {
-                    hardware_hz: hardware.sample_rate_hz,
-                    audio_hz: sample_rate_hz,
-                });
-            }
-            if hardware.channel_names.len() != usize::from(channel_count) {
-                return Err(ManifestError::ChannelNames {
-                    names: hardware.channel_names.len(),
-                    channels: channel_count,
-                });
             }
         }
         Ok(rate_hz)

@@ -1,7 +1,5 @@
 //! Recording in memory, with the rows of force and position.
 
-use std::path::Path;
-
 use crate::findings::RecordingError;
 use crate::flaw::{Flaw, MissingStream};
 use crate::measurements::Measurements;
@@ -10,8 +8,8 @@ use crate::spans::Spans;
 use crate::vibration::Vibration;
 use crate::zero_tail::ZeroTail;
 use recording::manifest::Manifest;
-use recording::reader::{self, ReadError, RowReader, Warning};
-use recording::{CsvRow, FORCE_FILE, POSITION_FILE};
+use recording::reader::Warning;
+use recording::{CsvRow, FORCE_FILE, POSITION_FILE, RecordingSource};
 
 /// Recording in memory, demodulated.
 #[derive(Debug)]
@@ -53,11 +51,11 @@ impl DemodulatedRecording {
     /// Reads the rows of force and position of a recording of `duration_s`.
     pub(super) fn read_rows(
         &mut self,
-        folder: &Path,
+        source: &RecordingSource<'_>,
         duration_s: f64,
     ) -> Result<(), RecordingError> {
         let spans = Spans::with_surroundings(&self.manifest);
-        match optional_rows(reader::force_rows(folder, duration_s))? {
+        match source.force(duration_s)? {
             Some(mut rows) => {
                 let (mut tail, time_s) = (ZeroTail::default(), CsvRow::time_s);
                 let read = rows.by_ref().inspect(|row| {
@@ -72,7 +70,7 @@ impl DemodulatedRecording {
             }
             None => self.flaws.push(Flaw::Missing(MissingStream::Forces)),
         }
-        match optional_rows(reader::position_rows(folder, duration_s))? {
+        match source.position(duration_s)? {
             Some(mut rows) => {
                 let time_s = CsvRow::time_s;
                 let (position, times) =
@@ -83,19 +81,5 @@ impl DemodulatedRecording {
             None => self.flaws.push(Flaw::Missing(MissingStream::Positions)),
         }
         Ok(())
-    }
-}
-
-/// Returns the rows of a file; `None` if it does not exist.
-///
-/// # Errors
-/// The file exists and cannot be read.
-pub fn optional_rows<R>(
-    rows: Result<RowReader<R>, ReadError>,
-) -> Result<Option<RowReader<R>>, ReadError> {
-    match rows {
-        Ok(rows) => Ok(Some(rows)),
-        Err(ReadError::Absent { .. }) => Ok(None),
-        Err(error) => Err(error),
     }
 }

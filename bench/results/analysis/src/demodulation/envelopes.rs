@@ -1,7 +1,5 @@
 //! Reads the envelopes of drive and pickup in place of their samples.
 
-use std::path::Path;
-
 use super::demodulated_recording::DemodulatedRecording;
 use super::envelope_demodulator::EnvelopeDemodulator;
 use crate::findings::RecordingError;
@@ -9,24 +7,34 @@ use crate::flaw::{Channel, Flaw};
 use crate::measurements::Measurements;
 use crate::spans::Spans;
 use crate::vibration::Vibration;
+use recording::RecordingSource;
 use recording::manifest::Manifest;
 use recording::pipeline::{DemodulationError, PickupOffset};
 
+/// Length that is read at a time, s.
+const PIECE_S: f64 = 1.0;
+
 /// Reads a recording with envelopes, with the pickup's phase and delay corrected by the offset.
 pub(super) fn read(
-    folder: &Path,
+    source: &RecordingSource<'_>,
     manifest: Manifest,
     pickup: PickupOffset,
 ) -> Result<DemodulatedRecording, RecordingError> {
     let vibration = Vibration::stated(&manifest).ok_or(DemodulationError::NoSteadyCarrier)?;
-    let mut envelopes = EnvelopeDemodulator::open(folder, &vibration, pickup)?;
+    let mut envelopes = EnvelopeDemodulator::open(source.path(), &vibration, pickup)?;
     let mut record = Measurements::from_faults(&manifest, envelopes.rate_hz());
     let spans = Spans::with_surroundings(&manifest);
-    envelopes.read_until(f64::INFINITY, |frame| {
-        if spans.contain(frame.time_s, 0.0) {
-            record.frames.push(frame);
-        }
-    })?;
+    let mut until_s = envelopes.time_s();
+    let mut follows = true;
+    while follows {
+        source.require_running()?;
+        until_s += PIECE_S;
+        follows = envelopes.read_until(until_s, |frame| {
+            if spans.contain(frame.time_s, 0.0) {
+                record.frames.push(frame);
+            }
+        })?;
+    }
     let (_, lost) = envelopes.counts();
     let channels = [Channel::Drive, Channel::Pickup].into_iter().zip(lost);
     let mut flaws = vec![Flaw::ConverterUnchecked];
@@ -43,6 +51,6 @@ pub(super) fn read(
         flaws,
     };
     reading.check_intervals(duration_s)?;
-    reading.read_rows(folder, duration_s)?;
+    reading.read_rows(source, duration_s)?;
     Ok(reading)
 }

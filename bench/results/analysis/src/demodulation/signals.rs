@@ -1,7 +1,5 @@
 //! Streams raw signals through the demodulator of the live bench, at a carrier that stays or moves.
 
-use std::path::Path;
-
 use impedance::ZmFrame;
 use impedance::moving_carrier::{CarrierTrack, CarrierTracker};
 
@@ -13,10 +11,10 @@ use crate::levels::Levels;
 use crate::measurements::Measurements;
 use crate::spans::Spans;
 use crate::vibration::Vibration;
+use recording::RecordingSource;
 use recording::manifest::{Carrier, Manifest};
 use recording::moving_pipeline::MovingPipeline;
 use recording::pipeline::{DemodulationError, PickupOffset, Pipeline, SignalProperties};
-use recording::reader::RecordingReader;
 
 /// Frames of audio read at a time.
 const BLOCK_FRAMES: usize = 16_384;
@@ -49,10 +47,10 @@ impl Demodulation {
 
 /// Reads a recording with raw signals.
 pub(super) fn read(
-    folder: &Path,
+    source: &RecordingSource<'_>,
     pickup: PickupOffset,
 ) -> Result<DemodulatedRecording, RecordingError> {
-    let mut reader = RecordingReader::open(folder)?;
+    let mut reader = source.signals()?;
     let channels = usize::from(reader.format().channels);
     let rate_hz = reader.rate_hz();
     let manifest = reader.manifest().clone();
@@ -79,7 +77,7 @@ pub(super) fn read(
             tracker.take(block.iter().skip(drive).step_by(channels).copied());
         }
     }
-    let mut flaws: Vec<Flaw> = reader.warnings().iter().cloned().map(Flaw::from).collect();
+    let mut flaws: Vec<Flaw> = reader.warnings().into_iter().map(Flaw::from).collect();
     let mut properties = SignalProperties {
         pickup,
         ..SignalProperties::default()
@@ -104,7 +102,7 @@ pub(super) fn read(
         }
     }
 
-    let mut reader = RecordingReader::open(folder)?;
+    let mut reader = source.signals()?;
     let track = tracker.map(CarrierTracker::finish).transpose();
     let track = track.map_err(|error| DemodulationError::MovingCarrier(error.into()))?;
     flaws.extend(track.as_ref().map(carrier_flaw));
@@ -154,7 +152,7 @@ pub(super) fn read(
         record,
         flaws,
     };
-    reading.read_rows(folder, duration_s)?;
+    reading.read_rows(source, duration_s)?;
     Ok(reading)
 }
 

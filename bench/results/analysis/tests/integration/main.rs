@@ -1,5 +1,6 @@
 //! Tests of the package on recordings of other simulations.
 
+mod in_memory;
 mod independent_world;
 mod laws_in_doubt;
 mod laws_page;

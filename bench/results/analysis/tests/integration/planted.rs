@@ -19,7 +19,7 @@ use force_alignment::{Estimate, Film, ForceSample, align, curves, joint_rate};
 use rayon::prelude::*;
 use recording::pipeline::PickupOffset;
 use recording::reader::RecordingReader;
-use recording::{ForceRow, PositionRow};
+use recording::{ForceRow, PositionRow, RecordingSource};
 use reference_worlds::campaign::{repeats, report};
 use reference_worlds::independent::{compile, random_world, record};
 use tempfile::TempDir;
@@ -272,7 +272,8 @@ const PPM: f64 = 1e6 * (1.0 / 1.005 - 1.0);
 /// Returns the error of the delay found in the recording with forces late by `late_s` on a clock of another rate, and the
 /// delay and the rate with their errors; `None` if it cannot be told.
 fn clock(folder: &Path, late_s: f64, rate: f64) -> Option<(f64, Estimate, Estimate)> {
-    let reading = demodulation::read(folder, PickupOffset::default()).unwrap();
+    let reading =
+        demodulation::read(&RecordingSource::folder(folder), PickupOffset::default()).unwrap();
     let frames = &reading.record.frames;
     let free = frames
         .iter()

@@ -1,0 +1,15 @@
+//! The analysis of recordings and studies as one step, for the command line and for Python.
+//!
+//! A [`Request`] names the folders; [`Request::find`] finds the recordings to analyse, [`Found::analyse`] analyses them, and the
+//! [`StudyAnalysis`] that it returns makes results, page, figures and tables of them. [`warnings`] and [`summary`] are its texts.
+
+mod found;
+pub mod html;
+mod request;
+mod study_analysis;
+pub mod summary;
+pub mod warnings;
+
+pub use found::Found;
+pub use request::{Request, RequestError};
+pub use study_analysis::StudyAnalysis;

@@ -1,0 +1,175 @@
+//! An analysis with the attempts and exclusions that it rests on, and its outputs.
+
+use std::path::{Path, PathBuf};
+
+use analysis::Analysis;
+use analysis::attempts::{AttemptAccount, Attempts};
+use analysis::findings::RecordingFindings;
+use descriptive::Description;
+use jiff::Timestamp;
+use plotting::Figure;
+use population::skin::Skin;
+use published_figures::measured::{FigureSelection, measured_figures};
+use report::{Recorded, ReportContent, ReportError, Results};
+use study::exclusions::{self, ExclusionsError, RecordingSelection};
+use study::sessions::Sessions;
+
+use crate::found::Found;
+
+/// Analysis of the recordings found, and its reductions.
+#[derive(Debug)]
+pub struct StudyAnalysis {
+    /// Name of the analysed study, or of the recordings.
+    pub name: String,
+    /// Findings in the recordings.
+    pub analysed: Analysis,
+    /// Attempts found, with their standing.
+    pub attempts: Attempts,
+    /// Exclusions, and those that were overridden.
+    pub selection: RecordingSelection,
+    /// Account of the attempts.
+    pub account: AttemptAccount,
+    /// Friction, gap, force and amplitude of the trials, participants, conditions and the study.
+    pub description: Description,
+    /// Skin of the participants and of the study.
+    pub skin: Skin,
+    /// Sessions of the recordings.
+    pub sessions: Sessions,
+}
+
+impl StudyAnalysis {
+    /// Reduces the analysis of the recordings found.
+    ///
+    /// # Errors
+    /// The exclusions of a study cannot be read.
+    pub fn new(found: Found, analysed: Analysis) -> Result<Self, ExclusionsError> {
+        let Found {
+            name,
+            attempts,
+            selection,
+        } = found;
+        let excluded = excluded_recordings(&attempts, &selection)?;
+        let folders = analysed.recordings.iter();
+        Ok(Self {
+            account: attempts.account(&analysed, &excluded),
+            description: Description::new(&analysed),
+            skin: Skin::from_analysis(&analysed),
+            sessions: Sessions::from_recordings(folders.map(|recording| recording.path.as_path())),
+            name,
+            analysed,
+            attempts,
+            selection,
+        })
+    }
+
+    /// Returns the content of the results file.
+    #[must_use]
+    pub fn results(&self) -> Results<'_> {
+        Results::new(&self.analysed, &self.skin, &self.account, &self.selection)
+    }
+
+    /// Returns the text of the results file.
+    ///
+    /// # Errors
+    /// A path within it is not UTF-8.
+    pub fn to_json(&self) -> serde_json::Result<String> {
+        self.results().to_json()
+    }
+
+    /// Returns the published figures that these recordings allow.
+    #[must_use]
+    pub fn figures(&self, content: &FigureSelection) -> Vec<Figure> {
+        measured_figures(&self.analysed, &self.sessions, content)
+    }
+
+    /// Returns the results as one page of HTML, made at `date` by `program`.
+    ///
+    /// # Errors
+    /// A figure cannot be drawn.
+    pub fn page(
+        &self,
+        results: &Results<'_>,
+        figures: &FigureSelection,
+        (date, program): (Timestamp, &str),
+    ) -> Result<String, ReportError> {
+        let recordings = self.analysed.recordings.iter().map(|recording| Recorded {
+            path: &recording.path,
+            manifest: recording.findings.as_ref().ok().map(|f| &f.manifest),
+        });
+        report::html(&ReportContent {
+            name: &self.name,
+            results,
+            recordings: &recordings.collect::<Vec<_>>(),
+            sessions: &self.sessions,
+            figures: &self.figures(figures),
+            date,
+            program,
+        })
+    }
+
+    /// Returns the content of the tables.
+    #[must_use]
+    pub fn tables(&self) -> tables::Content<'_> {
+        tables::Content {
+            analysed: &self.analysed,
+            description: &self.description,
+            attempts: &self.attempts,
+            selection: &self.selection,
+        }
+    }
+
+    /// Writes all tables, the skin and the exclusions into `folder`, and returns the paths.
+    ///
+    /// # Errors
+    /// [`tables::TableError`], which names the file.
+    pub fn write_tables(&self, folder: &Path) -> Result<Vec<PathBuf>, tables::TableError> {
+        let mut paths = self.tables().write(folder)?;
+        paths.push(population::skin::write(&self.skin, folder)?);
+        paths.push(self.selection.write_table(folder)?);
+        Ok(paths)
+    }
+
+    /// Returns whether every recording could be read.
+    #[must_use]
+    pub fn is_read(&self) -> bool {
+        let mut recordings = self.analysed.recordings.iter();
+        recordings.all(|recording| recording.findings.is_ok())
+    }
+
+    /// Returns whether anything was estimated.
+    #[must_use]
+    pub fn has_result(&self) -> bool {
+        self.analysed.findings().any(RecordingFindings::has_result)
+    }
+
+    /// Returns the number of the recordings of which the estimates are withheld.
+    #[must_use]
+    pub fn spoilt(&self) -> usize {
+        let findings = self.analysed.findings();
+        findings.filter(|findings| findings.is_spoilt()).count()
+    }
+
+    /// Returns whether every accepted trial was analysed, every recording could be read and has no flaw that makes its numbers
+    /// meaningless, and anything was estimated. A part of a study, as on a medium of a few trials, is analysed as what it is:
+    /// `verify` judges whether a study is complete.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        let is_damaged = self.account.missed().any(|attempt| attempt.path.exists());
+        self.is_read() && self.spoilt() == 0 && !is_damaged && self.has_result()
+    }
+}
+
+/// Returns the attempts that were excluded by decision, including those that could not be analysed anyway.
+fn excluded_recordings(
+    attempts: &Attempts,
+    selection: &RecordingSelection,
+) -> Result<Vec<PathBuf>, ExclusionsError> {
+    let excluded = selection.excluded.iter();
+    let mut recordings: Vec<PathBuf> = excluded.flat_map(|row| row.recordings.clone()).collect();
+    if selection.overridden.is_empty() {
+        let left_out = attempts.omissions.iter().map(|trial| trial.path.clone());
+        let extra = exclusions::select(left_out.collect())?;
+        recordings.extend(extra.excluded.into_iter().flat_map(|row| row.recordings));
+    }
+    Ok(recordings)
+}

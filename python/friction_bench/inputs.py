@@ -1,0 +1,84 @@
+"""Constants of a recording in arrays, by the names of `recording.toml`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+__all__ = ["Pickup", "Plate"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plate:
+    """Constants of the plate, as `[plate]` of `recording.toml` states them.
+
+    Parameters
+    ----------
+    resonance_hz : float
+        Resonance frequency of the driven mode, Hz.
+    modal_mass_kg : float
+        Modal mass m_p, kg.
+    force_factor_n_per_v : float
+        Force factor γ of the actuators, N/V: the force on the plate is γ times the voltage.
+    centre_m : float
+        Position of the plate's centre on the scale of `position`, m.
+    profile : dict, optional
+        Amplitude along the plate, as `[plate.profile]`.
+    across : dict, optional
+        Amplitude across the plate, as `[plate.across]`.
+    """
+
+    resonance_hz: float
+    modal_mass_kg: float
+    force_factor_n_per_v: float
+    centre_m: float
+    profile: Mapping[str, Any] | None = None
+    across: Mapping[str, Any] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pickup:
+    """Scale of the pickup: displacement = metres_per_unit · sample · exp(i · phase_rad).
+
+    Parameters
+    ----------
+    metres_per_unit : float
+        Displacement of the plate per sample value at the carrier, m.
+    phase_rad : float
+        Phase of the displacement relative to the samples, rad.
+    clip_units : float, optional
+        Magnitude of a sample from which on the input clipped, if it is known.
+    """
+
+    metres_per_unit: float = 1.0
+    phase_rad: float = 0.0
+    clip_units: float | None = None
+
+
+def table(value: object) -> Any:
+    """Return constants as a dict without those that are absent; a value that has none is returned as it is."""
+    if isinstance(value, (Plate, Pickup)):
+        value = asdict(value)
+    if isinstance(value, Mapping):
+        return {key: item for key, item in value.items() if item is not None}
+    return value
+
+
+def interval_table(interval: object) -> Any:
+    """Return an interval of the form (kind, start_s, end_s[, direction]) as a table of `intervals`."""
+    if isinstance(interval, Mapping) or isinstance(interval, str) or not isinstance(interval, Sequence):
+        return interval
+    return dict(zip(("kind", "start_s", "end_s", "direction"), interval, strict=False))
+
+
+def description(
+    tables: Mapping[str, Any], *, drive_volts_per_unit: float, pickup_scale: Pickup | Mapping[str, Any] | None, **keys: Any
+) -> dict[str, Any]:
+    """Return the content that the `recording.toml` of drive and pickup would have."""
+    stated = {key: table(value) for key, value in keys.items() if value is not None}
+    drive = {"index": 0, "volts_per_unit": drive_volts_per_unit}
+    clip_units = tables.get("channels", {}).get("drive", {}).get("clip_units")
+    pickup = {**table(Pickup()), **table(pickup_scale or Pickup()), "index": 1}
+    channels = {"drive": table({**drive, "clip_units": clip_units}), "pickup": pickup}
+    return {**tables, "format": 1, **stated, "channels": channels}

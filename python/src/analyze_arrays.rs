@@ -1,0 +1,142 @@
+//! Analysis of a recording in memory.
+
+use std::path::PathBuf;
+
+use analysis::attempts::{Attempts, SelectedAttempt};
+use analysis::{RecordingError, analyse_source};
+use protocols::Protocol;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use recording::RecordingSource;
+use recording::recorded_arrays::{self, RecordedArrays, Samples};
+use study::exclusions::RecordingSelection;
+use study_analysis::{Found, StudyAnalysis};
+
+use crate::analysis::Analysis;
+use crate::arrays::{Readings, Signal};
+use crate::background;
+use crate::description::{Description, rule_refusal};
+use crate::error::{FrictionBenchError, refusal};
+use crate::settings::assumptions;
+
+/// Analyse one recording of arrays; `description` has the content of its `recording.toml`.
+#[pyfunction]
+#[pyo3(signature = (drive, pickup, rate_hz, description, *, normal=None, lateral=None, position=None, protocol=None, settings=None, progress=None))]
+#[allow(clippy::too_many_arguments, reason = "the keywords of Python")]
+pub(crate) fn analyze_arrays(
+    py: Python<'_>,
+    drive: &Bound<'_, PyAny>,
+    pickup: &Bound<'_, PyAny>,
+    rate_hz: f64,
+    description: &Bound<'_, PyDict>,
+    normal: Option<&Bound<'_, PyAny>>,
+    lateral: Option<&Bound<'_, PyAny>>,
+    position: Option<&Bound<'_, PyAny>>,
+    protocol: Option<&str>,
+    settings: Option<&Bound<'_, PyAny>>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Analysis> {
+    let settings = assumptions(settings)?;
+    let signals = DriveAndPickup::read(drive, pickup)?;
+    let description = Description::read(description, rate_hz)?;
+    let normal = normal
+        .map(|pair| Readings::read(pair, "normal"))
+        .transpose()?;
+    let lateral = lateral
+        .map(|pair| Readings::read(pair, "lateral"))
+        .transpose()?;
+    let position = position
+        .map(|pair| Readings::read(pair, "position"))
+        .transpose()?;
+    let protocol = protocol.map(|text| Protocol::parse(text, "protocol"));
+    let arrays = signals
+        .recorded(description)?
+        .with_forces(columns(normal.as_ref())?, columns(lateral.as_ref())?)
+        .with_position(columns(position.as_ref())?)
+        .with_protocol(protocol.transpose().map_err(refusal)?);
+    let study = background::run_borrowed(py, progress, |stop| {
+        let source = RecordingSource::arrays(&arrays).with_stop(stop);
+        let analysed = analyse_source(&source, &settings)?;
+        Ok::<_, RecordingError>(StudyAnalysis::new(found(&source), analysed))
+    })?;
+    let study = study.map_err(refusal)?.map_err(refusal)?;
+    Ok(Analysis::new(study))
+}
+
+/// Drive and pickup, sampled at the same times.
+pub(crate) struct DriveAndPickup<'py> {
+    drive: Signal<'py>,
+    pickup: Signal<'py>,
+}
+
+impl<'py> DriveAndPickup<'py> {
+    /// Reads both signals.
+    ///
+    /// # Errors
+    /// One of them cannot be used, or they have different lengths.
+    pub(crate) fn read(drive: &Bound<'py, PyAny>, pickup: &Bound<'py, PyAny>) -> PyResult<Self> {
+        let signals = Self {
+            drive: Signal::read(drive, "`drive`")?,
+            pickup: Signal::read(pickup, "`pickup`")?,
+        };
+        let (drive, pickup) = (signals.drive.len(), signals.pickup.len());
+        if drive != pickup {
+            return Err(FrictionBenchError::new_err(format!(
+                "`drive` has {drive} samples and `pickup` {pickup}: pass both over the same time"
+            )));
+        }
+        Ok(signals)
+    }
+
+    /// Returns the recording of these signals.
+    ///
+    /// # Errors
+    /// The description does not fit them.
+    pub(crate) fn recorded(&self, description: Description) -> PyResult<RecordedArrays<'_>> {
+        let signals = [self.drive.samples()?, self.pickup.samples()?];
+        RecordedArrays::new(description.manifest, description.sample_rate_hz, signals)
+            .map_err(|rule| rule_refusal(&rule))
+    }
+}
+
+impl Signal<'_> {
+    /// Returns the samples.
+    pub(crate) fn samples(&self) -> PyResult<Samples<'_>> {
+        Ok(match self {
+            Self::Single(samples) => Samples::Single(samples.as_slice()?),
+            Self::Double(samples) => Samples::Double(samples.as_slice()?),
+        })
+    }
+}
+
+fn columns<'a>(
+    readings: Option<&'a Readings<'_>>,
+) -> PyResult<Option<recorded_arrays::Readings<'a>>> {
+    let columns = readings.map(|readings| {
+        Ok(recorded_arrays::Readings {
+            time_s: readings.time_s.as_slice()?,
+            values: readings.values.as_slice()?,
+        })
+    });
+    columns.transpose()
+}
+
+/// Returns the one attempt of an analysis of arrays.
+fn found(source: &RecordingSource<'_>) -> Found {
+    let path = source.path().to_owned();
+    let attempt = SelectedAttempt {
+        path: path.clone(),
+        standing: None,
+    };
+    Found {
+        name: path.display().to_string(),
+        attempts: Attempts {
+            selection: vec![attempt],
+            ..Attempts::default()
+        },
+        selection: RecordingSelection {
+            recordings: Vec::<PathBuf>::from([path]),
+            ..RecordingSelection::default()
+        },
+    }
+}

@@ -1,0 +1,152 @@
+//! Description of a recording: a dict of Python with the content of `recording.toml`.
+
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString};
+use recording::Manifest;
+use recording::manifest::{ManifestError, ManifestReadError};
+use toml::{Table, Value};
+
+use crate::error::{FrictionBenchError, refusal};
+
+/// Name of the description in errors that concern all of it.
+const DESCRIPTION: &str = "the description of the recording";
+
+/// Highest sampling rate, Hz.
+const MAX_RATE_HZ: f64 = 1e9;
+
+/// Keys of the channels with the arguments that state them.
+const ARGUMENTS: [(&str, &str); 4] = [
+    ("channels.drive.volts_per_unit", "drive_volts_per_unit"),
+    ("channels.drive.", "drive."),
+    ("channels.pickup.", "pickup_scale."),
+    ("channels.rate_hz", "rate_hz"),
+];
+
+/// Description of drive and pickup, and their rate as a header of `signals.wav` states it.
+pub(crate) struct Description {
+    pub(crate) manifest: Manifest,
+    pub(crate) sample_rate_hz: u32,
+}
+
+impl Description {
+    /// Reads the content of a `recording.toml` for arrays sampled at `rate_hz`.
+    ///
+    /// # Errors
+    /// A key is unknown, missing, or has a value that is not allowed; the message names it.
+    pub(crate) fn read(content: &Bound<'_, PyDict>, rate_hz: f64) -> PyResult<Self> {
+        let sample_rate_hz = whole_rate_hz(rate_hz)?;
+        let mut table = table(content, "")?;
+        if f64::from(sample_rate_hz) != rate_hz
+            && let Some(Value::Table(channels)) = table.get_mut("channels")
+        {
+            channels.insert("rate_hz".to_owned(), Value::Float(rate_hz));
+        }
+        let manifest = Manifest::parse(&table.to_string(), DESCRIPTION);
+        Ok(Self {
+            manifest: manifest.map_err(manifest_refusal)?,
+            sample_rate_hz,
+        })
+    }
+}
+
+/// Returns the whole number next to a sampling rate, Hz.
+///
+/// # Errors
+/// The rate is no positive number, or one of no instrument.
+pub(crate) fn whole_rate_hz(rate_hz: f64) -> PyResult<u32> {
+    match rate_hz.round() {
+        whole_hz @ 1.0..=MAX_RATE_HZ => Ok(whole_hz as u32),
+        _ => Err(FrictionBenchError::new_err(format!(
+            "`rate_hz` is {rate_hz}, allowed are numbers from 1 to {MAX_RATE_HZ}: pass the samples per second"
+        ))),
+    }
+}
+
+/// Returns the exception for a violated rule, in the words of the arguments.
+pub(crate) fn rule_refusal(rule: &ManifestError) -> PyErr {
+    refusal(in_arguments(rule.to_string()))
+}
+
+fn manifest_refusal(error: ManifestReadError) -> PyErr {
+    match error {
+        ManifestReadError::Rule { rule, .. } => rule_refusal(&rule),
+        ManifestReadError::Toml(error) => refusal(in_arguments(without_line(&error.to_string()))),
+    }
+}
+
+/// Returns a message without the line of a text that no user has seen.
+fn without_line(message: &str) -> String {
+    let rest = message
+        .strip_prefix(DESCRIPTION)
+        .and_then(|rest| rest.strip_prefix(", line "))
+        .map(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit()));
+    match rest {
+        Some(rest) => format!("{DESCRIPTION}{rest}"),
+        None => message.to_owned(),
+    }
+}
+
+fn in_arguments(message: String) -> String {
+    ARGUMENTS.iter().fold(message, |message, (key, argument)| {
+        message.replace(key, argument)
+    })
+}
+
+/// Returns a dict as a table of TOML, without keys of which the value is `None`; `prefix` precedes the keys in errors.
+///
+/// # Errors
+/// A value is none of TOML.
+pub(crate) fn table(dict: &Bound<'_, PyDict>, prefix: &str) -> PyResult<Table> {
+    let mut table = Table::new();
+    for (key, value) in dict {
+        if value.is_none() {
+            continue;
+        }
+        let key = key.str()?.to_string();
+        let value = toml_value(&value, &format!("{prefix}{key}"))?;
+        table.insert(key, value);
+    }
+    Ok(table)
+}
+
+fn toml_value(value: &Bound<'_, PyAny>, key: &str) -> PyResult<Value> {
+    if let Ok(dict) = value.cast::<PyDict>() {
+        return Ok(Value::Table(table(dict, &format!("{key}."))?));
+    }
+    if value.is_instance_of::<PyString>() {
+        return Ok(Value::String(value.extract()?));
+    }
+    if value.is_instance_of::<PyBool>() {
+        return Ok(Value::Boolean(value.extract()?));
+    }
+    if value.is_instance_of::<PyFloat>() {
+        return Ok(Value::Float(value.extract()?));
+    }
+    // Scalars of numpy are numbers without being those of Python.
+    if value.is_instance_of::<PyInt>()
+        || value.hasattr("__index__")? && !value.hasattr("__len__")?
+    {
+        return value
+            .extract()
+            .map(Value::Integer)
+            .map_err(|_| unusable(key, "a whole number over 2⁶³"));
+    }
+    if let Ok(items) = value.try_iter() {
+        let items = items.enumerate();
+        let items = items.map(|(index, item)| toml_value(&item?, &format!("{key}.{index}")));
+        return Ok(Value::Array(items.collect::<PyResult<_>>()?));
+    }
+    match value.extract() {
+        Ok(number) => Ok(Value::Float(number)),
+        Err(_) => {
+            let name = value.get_type().name()?;
+            Err(unusable(key, &format!("of type {name}")))
+        }
+    }
+}
+
+fn unusable(key: &str, nature: &str) -> PyErr {
+    refusal(in_arguments(format!(
+        "`{key}` is {nature}: pass a number, a text, or a list or dict of them"
+    )))
+}

@@ -6,7 +6,7 @@ use analysis::vibration::Vibration;
 use recording::manifest::Manifest;
 use recording::pipeline::Batch;
 use recording::reader::{ReadError, RowReader, Warning, force_rows, position_rows};
-use recording::{ForceRow, PositionRow};
+use recording::{CsvRow, ForceRow, PositionRow};
 
 use crate::film::Film;
 
@@ -109,27 +109,7 @@ fn optional<R>(rows: Result<RowReader<R>, ReadError>) -> Result<Option<RowReader
     }
 }
 
-/// A row with a time.
-trait Timed {
-    fn time_s(&self) -> f64;
-}
-
-impl Timed for ForceRow {
-    fn time_s(&self) -> f64 {
-        self.time_s
-    }
-}
-
-impl Timed for PositionRow {
-    fn time_s(&self) -> f64 {
-        self.time_s
-    }
-}
-
-impl<R: Timed> Rows<R>
-where
-    RowReader<R>: Iterator<Item = Result<R, ReadError>>,
-{
+impl<R: CsvRow> Rows<R> {
     fn new(rows: Option<RowReader<R>>) -> Result<Self, ReadError> {
         let mut rows = Self { rows, next: None };
         rows.next = rows.read()?;

@@ -145,7 +145,7 @@ mod tests {
         assert!(session.is_fault());
         let text = session.to_string();
         assert!(
-            text.contains("sub-01, session 2") && text.contains("by 0.9997"),
+            text.contains("sub-01, session 2") && text.contains("by 0.99969"),
             "{text}"
         );
         assert_eq!(SessionClock::new((None, 1), &clocks[..2]), None, "40 s");

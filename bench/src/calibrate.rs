@@ -437,7 +437,14 @@ pub fn output(
     }
     let run = CalibrationRun::new(config, &options.measure, verbosity)?;
     let simulated = options.measure.hardware.mock.is_some();
-    let known = if !options.known_v.is_empty() {
+    let table = options
+        .known_csv
+        .as_deref()
+        .map(calibration::volts::read_table);
+    let table = table.transpose()?;
+    let known = if let Some(table) = &table {
+        Known::Values(table.readings.clone())
+    } else if !options.known_v.is_empty() {
         Known::Values(options.known_v.clone())
     } else if options.instrument.is_some() || simulated {
         Known::Instrument
@@ -450,11 +457,11 @@ pub fn output(
         accuracy: options.meter_accuracy,
         up_to_hz: options.meter_up_to_hz,
     };
-    let levels_v = options.levels_v.clone();
+    let levels_v = table.map_or_else(|| options.levels_v.clone(), |table| table.levels_v);
     let setup = OutputSetup::new(run.bench.config(), meter, levels_v, known.clone())?;
     if known == Known::Typed && !run.attended {
         bail!(
-            "the meter's readings are needed: --known-v with --levels-v, --instrument, or a terminal to type them"
+            "the meter's readings are needed: --known-v with --levels-v, --known-csv, --instrument, or a terminal to type them"
         );
     }
     let apparatus = open(run.bench.config())?;

@@ -472,6 +472,9 @@ pub struct CalibrateOutput {
         requires = "levels_v"
     )]
     pub known_v: Vec<f64>,
+    /// CSV file of levels and readings, with the columns commanded_v,reading_v, as this calibration writes it.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["levels_v", "known_v", "instrument"])]
+    pub known_csv: Option<PathBuf>,
     /// Serial port of a meter that sends its reading in V, one number per line.
     #[arg(long, value_name = "PORT")]
     pub instrument: Option<PathBuf>,
@@ -557,7 +560,8 @@ pub struct CalibrateForce {
     /// Known masses to hang over the pulley one after another, g; they pull towards increasing position.
     #[arg(long, value_name = "GRAMS", value_delimiter = ',', conflicts_with_all = ["masses_csv", "tare"])]
     pub lateral_g: Vec<f64>,
-    /// CSV file of known masses, with the columns axis,mass_g or axis,mass_g,sigma_g; an axis is normal or lateral.
+    /// CSV file of known masses, with the columns axis,mass_g or axis,mass_g,sigma_g, as this calibration writes it; an axis is
+    /// normal or lateral.
     #[arg(long, value_name = "FILE", conflicts_with = "tare")]
     pub masses_csv: Option<PathBuf>,
     /// Relative standard uncertainty common to all masses, from the balance or the class of the set.

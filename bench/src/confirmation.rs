@@ -6,7 +6,7 @@ use escaping::escaped_line;
 
 /// Asks `question` on the terminal; returns whether it was affirmed.
 pub(crate) fn confirmed(question: &str) -> io::Result<bool> {
-    ask(question, io::stdin().lock(), io::stderr())
+    ask(question, io::stdin().lock(), standard_streams::stderr())
 }
 
 /// Writes `question` to `out`; returns whether the next line of `input` is `yes` or `y`.

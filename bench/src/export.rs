@@ -23,6 +23,9 @@ pub fn run(options: &ExportOptions, verbosity: Verbosity) -> anyhow::Result<bool
     };
     let summary = export::export(options, &origin, |recording| report(recording, verbosity))?;
     let mut stderr = standard_streams::stderr();
+    for left_out in &summary.left_out {
+        let _ = writeln!(stderr, "warning: left out: {}", escaped_line(left_out));
+    }
     for excluded in &summary.excluded {
         let _ = writeln!(stderr, "excluded from export: {}", escaped_line(excluded));
     }

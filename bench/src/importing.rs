@@ -54,6 +54,9 @@ pub fn run(options: &Import, verbosity: Verbosity) -> anyhow::Result<bool> {
     for note in plan.notes() {
         writeln!(out, "{}", escaped_line(note))?;
     }
+    if let Some(space) = plan.trial_space(options.dry_run) {
+        writeln!(out, "{}", escaped_line(&space.to_string()))?;
+    }
     let program = Program {
         version: env!("FRICTION_BENCH_VERSION"),
     };

@@ -639,6 +639,7 @@ fn analysed() -> (Analysis, KeptSeries) {
         manifest,
         provenance: Default::default(),
         zero: analysis::force_zero::ForceZero::default(),
+        force_clock: None,
         errors: analysis::error_budget::ErrorBudget::default(),
         z_p: Some(PlateReading {
             plain_n_s_per_m: Z_P,

@@ -237,6 +237,36 @@ fn cpal_is_named_by_the_sound_card_of_signalgen_and_the_host_of_ni_cards_alone()
     }
 }
 
+/// Files that send no text to a stream: the dashboard's terminal, its size, its identity, and its cursor after a question.
+const TERMINAL_FILES: [&str; 4] = [
+    "tui/terminal/src/operator_screen.rs",
+    "tui/src/display/unix.rs",
+    "bench/src/analyze_options.rs",
+    "bench/operation/setup/src/ask.rs",
+];
+
+/// Clippy denies `println!` and its like; this test, the streams behind them.
+#[test]
+fn texts_go_through_the_streams_that_know_the_locale() {
+    let is_direct = |line: &str| {
+        let code = line.split("//").next().unwrap_or_default();
+        let names_stream = ["io::stdout()", "io::stderr()"].map(|call| code.contains(call));
+        names_stream.contains(&true) && !code.contains(".is_terminal()")
+    };
+    let files = program_files().into_iter().filter(|file| {
+        let text = std::fs::read_to_string(file).unwrap();
+        text.lines().any(is_direct)
+    });
+    let mut files: BTreeSet<String> = files.map(|file| relative_path(&file)).collect();
+    let streams = format!(
+        "{}/lib.rs",
+        relative_path(&package("standard-streams").source())
+    );
+    assert!(files.remove(&streams), "{streams} opens no stream");
+    let expected = TERMINAL_FILES.map(str::to_owned);
+    assert_eq!(files, BTreeSet::from(expected), "use standard_streams");
+}
+
 #[test]
 fn the_wall_clock_is_read_in_one_place_and_used_only_for_dates() {
     let readers = [

@@ -8,7 +8,8 @@ use std::path::PathBuf;
 pub enum DisplayError {
     /// The device could not be opened.
     #[error(
-        "participant screen {path}: {source}; give a terminal device that this user may write to"
+        "participant screen {path}: {}; give a terminal device that this user may write to",
+        bounded_files::cause(source)
     )]
     Open {
         /// The device.
@@ -35,7 +36,7 @@ pub enum DisplayError {
         path: PathBuf,
     },
     /// The drawing thread could not be started.
-    #[error("participant screen: cannot start its thread: {0}")]
+    #[error("participant screen: cannot start its thread: {}", bounded_files::cause(.0))]
     Thread(#[source] io::Error),
     /// This system has no terminal devices: a second terminal needs Unix (Linux, macOS).
     #[error(

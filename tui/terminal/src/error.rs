@@ -6,7 +6,7 @@ use std::io;
 #[derive(Debug, thiserror::Error)]
 pub enum TerminalError {
     /// Standard input or output is not a terminal.
-    #[error("no terminal for the dashboard ({0}); run in a terminal, or with --headless")]
+    #[error("no terminal for the dashboard ({}); run in a terminal, or with --headless", bounded_files::cause(.0))]
     NoTerminal(#[source] io::Error),
     /// The terminal understands no commands, by the variable `TERM`.
     #[error(
@@ -14,7 +14,10 @@ pub enum TerminalError {
     )]
     Dumb,
     /// The terminal failed while it was used, for example because its window was closed.
-    #[error("the terminal failed while {operation}: {source}")]
+    #[error(
+        "the terminal failed while {operation}: {}",
+        bounded_files::cause(source)
+    )]
     Terminal {
         /// Activity during the failure.
         operation: &'static str,

@@ -32,6 +32,62 @@ pub(crate) fn path_slip(text: &str) -> Option<Slip> {
     })
 }
 
+/// Finds a list of numbers with decimal commas, such as `[5,0, 1,5]`, of which TOML makes twice as many whole numbers: each of its
+/// commas without a space between two digits, and each other one before a space.
+pub(crate) fn list_slip(text: &str) -> Option<Slip> {
+    let bare = parts(text).into_iter();
+    let mut bare = bare.filter(|(kind, _)| *kind == PartKind::Bare);
+    bare.find_map(|(_, range)| {
+        let part = &text[range.clone()];
+        part.match_indices('[').find_map(|(open, _)| {
+            let inner = part[open + 1..].split(['[', ']']).next()?;
+            let words = list_words(inner)?;
+            let line = line_at(text, range.start + open);
+            Some(Slip { line, words })
+        })
+    })
+}
+
+/// Returns the words for the inner text of a list if all of its values have decimal commas.
+fn list_words(inner: &str) -> Option<String> {
+    let values: Vec<&str> = separated(inner);
+    let corrected: Option<Vec<String>> = values
+        .iter()
+        .map(|value| has_decimal_comma(value).then(|| value.replace(',', ".")))
+        .collect();
+    let corrected = corrected.filter(|values| values.len() > 1)?;
+    Some(format!(
+        "[{}] reads as {} whole numbers, and looks like {} numbers with decimal commas; write [{}], or a space after each comma",
+        inner.trim(),
+        2 * values.len(),
+        values.len(),
+        corrected.join(", ")
+    ))
+}
+
+/// Returns the values of a list between its commas that a space or a line end follows.
+fn separated(inner: &str) -> Vec<&str> {
+    let mut values = Vec::new();
+    let mut start = 0;
+    for (at, _) in inner.match_indices(',') {
+        if inner[at + 1..].starts_with(char::is_whitespace) {
+            values.push(inner[start..at].trim());
+            start = at + 1;
+        }
+    }
+    values.push(inner[start..].trim().trim_end_matches(','));
+    values.retain(|value| !value.is_empty());
+    values
+}
+
+fn has_decimal_comma(value: &str) -> bool {
+    let digits = value.strip_prefix(['+', '-']).unwrap_or(value);
+    let is_digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    digits
+        .split_once(',')
+        .is_some_and(|(whole, fraction)| is_digits(whole) && is_digits(fraction))
+}
+
 /// Finds the slip on the line of the byte at `offset`, where a parser stopped.
 pub(crate) fn slip(text: &str, offset: usize) -> Option<Slip> {
     let offset = floor(text, offset);
@@ -258,6 +314,35 @@ mod tests {
             ("-", None),
         ] {
             assert_eq!(corrected(text).as_deref(), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn decimal_commas_in_a_list_are_found_where_toml_reads_whole_numbers() {
+        for (list, written) in [
+            ("[5,0, 1,0]", "[5.0, 1.0]"),
+            ("[-0,5, 12,25, 3,0,]", "[-0.5, 12.25, 3.0]"),
+            ("[\n  1,5,\n  2,5,\n]", "[1.5, 2.5]"),
+            ("[[1, 2], [0,5, 1,5]]", "[0.5, 1.5]"),
+        ] {
+            let slip = list_slip(&format!("a = 1\nb = {list}\n")).unwrap();
+            assert!(slip.words.contains(written), "{list}: {}", slip.words);
+            assert_eq!(slip.line, 2, "{list}");
+        }
+        for list in [
+            "[5, 0, 1, 0]",
+            "[5,0]",
+            "[5,0,1,0]",
+            "[5,0, 1]",
+            "[5.0, 1.0]",
+            "['5,0', '1,0']",
+            "[]",
+        ] {
+            assert_eq!(
+                list_slip(&format!("a = {list} # [5,0, 1,0]")),
+                None,
+                "{list}"
+            );
         }
     }
 

@@ -3,7 +3,7 @@
 use serde::de::DeserializeOwned;
 
 use crate::draft::read;
-use crate::slip::path_slip;
+use crate::slip::{list_slip, path_slip};
 use crate::toml_error::TomlError;
 use crate::toml_file::{attempt, slip_error};
 
@@ -34,7 +34,7 @@ use crate::toml_file::{attempt, slip_error};
 /// ```
 pub fn parse<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, TomlError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    if let Some(slip) = path_slip(text) {
+    if let Some(slip) = path_slip(text).or_else(|| list_slip(text)) {
         return Err(slip_error(slip, file.to_owned(), None));
     }
     attempt(text, file)

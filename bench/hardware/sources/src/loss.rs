@@ -10,10 +10,10 @@ use crate::pace::clock_cause;
 #[derive(Debug, thiserror::Error)]
 pub enum SourceGone {
     /// The serial port no longer exists.
-    #[error("the force sensor's port is gone: {0}")]
+    #[error("the force sensor's port is gone: {}", bounded_files::cause(.0))]
     Port(std::io::Error),
     /// The network is down.
-    #[error("the force sensor's network is gone: {0}")]
+    #[error("the force sensor's network is gone: {}", bounded_files::cause(.0))]
     Network(std::io::Error),
     /// The sensor's clock does not match its configuration.
     #[error(

@@ -22,8 +22,6 @@ pub(crate) struct FoundClock {
     pub found: Vec<FoundValue>,
     /// Evidence to be drawn.
     pub curves: Option<Curves>,
-    /// Delay at which the curves have their least value, s.
-    pub delay_s: f64,
     /// Sentences for a user.
     pub notes: Vec<String>,
 }
@@ -133,7 +131,6 @@ pub(crate) fn find(
         own_ppm: (clock.ppm == Quantity::Found).then_some(own_ppm),
         found,
         curves: evidence,
-        delay_s: alignment.delay_s.value,
         notes,
     })
 }

@@ -74,20 +74,9 @@ pub(crate) fn svg(evidence: &Evidence<'_>) -> Result<String, FigureError> {
     if let Some(clock) = evidence.clock
         && let Some(curves) = &clock.curves
     {
-        let points = |curve: &[force_alignment::CurvePoint]| {
-            let finite = curve.iter().filter(|point| point.residual.is_finite());
-            finite
-                .map(|point| (1e3 * (point.delay_s - clock.delay_s), point.residual))
-                .collect::<Vec<_>>()
-        };
-        let mut panel = Panel::new(
-            Axis::linear("Delay of the forces against the one found (ms)"),
-            Axis::linear("Residual"),
-        );
-        panel.series.push(
-            Series::line(Ink::Blue, Dash::Solid, points(&curves.friction)).with_name("friction"),
-        );
-        panels.push(panel);
+        let points = curves.friction.iter();
+        let points = points.map(|point| (point.delay_s, point.residual));
+        panels.push(plotting::residual_over_shift([points.collect()]));
     }
     let lines: Vec<String> = evidence.found.iter().map(line).collect();
     let caption = match lines.is_empty() {

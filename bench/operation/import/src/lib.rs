@@ -26,6 +26,7 @@ mod signals;
 mod sources;
 mod survey;
 mod tare;
+mod trial_space;
 mod wav_file;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -46,6 +47,7 @@ use description::Description;
 use place::{Place, State};
 pub use refusal::ImportRefusal;
 use sources::{Sources, Sums};
+pub use trial_space::TrialSpace;
 
 /// Reason why nothing is imported.
 #[derive(Debug, thiserror::Error)]
@@ -93,6 +95,9 @@ pub enum ImportError {
 /// Size from which on a file is converted alone, bytes.
 const LARGE_BYTES: u64 = 200_000_000;
 
+/// Mark of a guessed line.
+const CHECK_MARK: &str = "# CHECK";
+
 /// A map with its files.
 #[derive(Debug)]
 pub struct Plan {
@@ -101,6 +106,7 @@ pub struct Plan {
     origin: ImportedMap,
     assignment: Assignment,
     people: Option<People>,
+    notes: Vec<String>,
 }
 
 /// Outcome of a file.
@@ -182,8 +188,11 @@ impl Plan {
                 Some(People::parse(&text).map_err(people_error)?)
             }
         };
+        let mut notes = assignment.notes.clone();
+        notes.extend(unconfirmed(text, &path.display().to_string()));
         Ok(Self {
             folder,
+            notes,
             origin: ImportedMap {
                 file: name.unwrap_or_default(),
                 sha256: sources::sum(text.as_bytes()),
@@ -202,7 +211,13 @@ impl Plan {
     /// Returns sentences for a user about all files.
     #[must_use]
     pub fn notes(&self) -> &[String] {
-        &self.assignment.notes
+        &self.notes
+    }
+
+    /// Returns whether the rates of the forces' clocks are to be found.
+    fn asks_for_rates(&self) -> bool {
+        let normal = self.map.normal.as_ref();
+        normal.is_some_and(|normal| normal.clock.ppm == Quantity::Found)
     }
 
     /// Returns the number of files.
@@ -295,12 +310,9 @@ pub fn import(
         file_report.outcome.is_ok()
     };
     // Some formats are held in memory: large files follow each other.
-    let is_large = |file: &&NamedFile| {
-        let metadata = std::fs::metadata(plan.folder.join(&file.path));
-        metadata.is_ok_and(|metadata| metadata.len() > LARGE_BYTES)
-    };
+    let files = plan.assignment.files.iter();
     let (large, small): (Vec<&NamedFile>, Vec<&NamedFile>) =
-        plan.assignment.files.iter().partition(is_large);
+        files.partition(|file| is_large(&plan.folder, file));
     let mut outcomes: Vec<(&NamedFile, bool)> = small
         .par_iter()
         .map(|file| (*file, convert(file)))
@@ -319,6 +331,32 @@ pub fn import(
         }
     }
     Ok(is_whole)
+}
+
+/// Returns whether a file is converted alone.
+fn is_large(folder: &Path, file: &NamedFile) -> bool {
+    let metadata = std::fs::metadata(folder.join(&file.path));
+    metadata.is_ok_and(|metadata| metadata.len() > LARGE_BYTES)
+}
+
+/// Returns the remark about the lines of a guessed map that nobody has confirmed.
+fn unconfirmed(map: &str, file: &str) -> Option<String> {
+    let lines: Vec<String> = (1..)
+        .zip(map.lines())
+        .filter(|(_, line)| line.contains(CHECK_MARK))
+        .map(|(number, _)| number.to_string())
+        .collect();
+    let numbers = lines.join(", ");
+    match lines.len() {
+        0 => None,
+        1 => Some(format!(
+            "{file}: line {numbers} is marked {CHECK_MARK}: its value is a guess that nobody has confirmed; remove the mark once it is right"
+        )),
+        count => Some(format!(
+            "{file}: {count} lines are marked {CHECK_MARK} ({numbers}): their values are guesses that nobody has confirmed; remove each \
+             mark once its value is right"
+        )),
+    }
 }
 
 /// Returns the files that have the bytes of a file of another participant, with that file.
@@ -423,12 +461,7 @@ type CommonRates = BTreeMap<(String, u32), Estimate>;
 /// Finds the rates of the forces' clocks if the map asks for them: a session's recordings are converted once each in `scratch`, and
 /// the rates that they show are averaged. Sessions with a single recording, or with nothing to import, are left out.
 fn common_rates(plan: &Plan, study: &Path, scratch: &Path, context: &Context<'_>) -> CommonRates {
-    let asks = plan
-        .map
-        .normal
-        .as_ref()
-        .is_some_and(|normal| normal.clock.ppm == Quantity::Found);
-    if !asks {
+    if !plan.asks_for_rates() {
         return CommonRates::new();
     }
     let mut sessions: BTreeMap<(String, u32), Vec<&NamedFile>> = BTreeMap::new();

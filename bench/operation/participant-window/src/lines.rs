@@ -26,7 +26,7 @@ pub enum ConnectionEnd {
     #[error("it sent an invalid message: {0}")]
     Garbage(String),
     /// The socket failed.
-    #[error("{0}")]
+    #[error("{}", bounded_files::cause(.0))]
     Failed(#[from] std::io::Error),
 }
 

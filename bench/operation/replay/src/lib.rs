@@ -2,6 +2,7 @@
 //! recording includes all the configuration that this needs.
 
 mod explored;
+mod film;
 mod free_clock;
 mod initial;
 mod listing;
@@ -500,7 +501,7 @@ impl Replay {
             }
         }
         let wall_ns = u64::try_from(self.began.elapsed().as_nanos()).unwrap_or(u64::MAX);
-        let (gauges, rate_hz) = (DeviceReadings::default(), self.source.header_rate_hz());
+        let (gauges, rate_hz) = (DeviceReadings::default(), self.source.whole_rate_hz());
         let meter = &mut self.meter.health;
         if let Some(health) = meter.read(wall_ns, &self.account, &gauges, rate_hz) {
             self.front.show(tui::Event::Health(SystemHealth {
@@ -534,7 +535,7 @@ impl Replay {
             audio_s: self.audio_s,
             read_s: self.pace.read_s,
             took_s: self.pace.took_s(),
-            rate_hz: self.source.header_rate_hz(),
+            rate_hz: self.source.whole_rate_hz(),
             account: self.account,
             frames: self.frames,
             explorations: self.explored.count() as usize,

@@ -2,25 +2,20 @@
 
 use std::path::Path;
 
-use anyhow::Context;
-
 use analysis::vibration::Vibration;
 use recording::manifest::Manifest;
-use recording::pipeline::{Batch, Pipeline};
-use recording::reader::{ReadError, RowReader, Warning};
-use recording::{ForceRow, PositionRow, RecordingReader};
+use recording::pipeline::Batch;
+use recording::reader::{ReadError, RowReader, Warning, force_rows, position_rows};
+use recording::{CsvRow, ForceRow, PositionRow};
 
-/// Frames of audio per read.
-const BLOCK_FRAMES: usize = 4096;
+use crate::film::Film;
 
-/// Audio through the live pipeline, with the sensor rows of the same time.
+/// Impedances as they would arrive live, with the sensor rows of the same time; none of a sensor that was not recorded.
 pub struct Source {
-    reader: RecordingReader,
+    film: Film,
     vibration: Vibration,
-    pipeline: Pipeline,
     force: Rows<ForceRow>,
     position: Rows<PositionRow>,
-    block: Vec<f32>,
     ended: bool,
 }
 
@@ -28,27 +23,23 @@ impl Source {
     /// Opens the recording in `folder`.
     ///
     /// # Errors
-    /// If a file is missing or violates the format, or the audio cannot be demodulated as the manifest says.
+    /// If a file is missing or violates the format, the recording has neither signals nor envelopes, or they cannot be demodulated
+    /// as the manifest says.
     pub fn open(folder: &Path) -> anyhow::Result<Self> {
-        let reader = RecordingReader::open(folder)?;
-        let pipeline = Pipeline::from_recording(reader.manifest(), reader.format())
-            .context("the recording cannot be demodulated")?;
-        let vibration = Vibration::stated(reader.manifest())
-            .context("the recording has no carrier, and a replay needs one")?;
+        let (film, vibration) = Film::open(folder)?;
+        let duration_s = film.duration_s();
         Ok(Self {
-            force: Rows::new(reader.force()?)?,
-            position: Rows::new(reader.position()?)?,
-            reader,
+            force: Rows::new(optional(force_rows(folder, duration_s))?)?,
+            position: Rows::new(optional(position_rows(folder, duration_s))?)?,
+            film,
             vibration,
-            pipeline,
-            block: Vec::new(),
             ended: false,
         })
     }
 
     /// Returns the manifest of the recording.
     pub fn manifest(&self) -> &Manifest {
-        self.reader.manifest()
+        self.film.manifest()
     }
 
     /// Returns the vibration of the plate.
@@ -56,19 +47,19 @@ impl Source {
         &self.vibration
     }
 
-    /// Returns the sampling rate of the file's header, Hz.
-    pub fn header_rate_hz(&self) -> u32 {
-        self.reader.format().sample_rate_hz
+    /// Returns the rate of samples or envelopes, Hz.
+    pub fn rate_hz(&self) -> f64 {
+        self.film.rate_hz()
     }
 
-    /// Returns the sampling rate, Hz.
-    pub fn rate_hz(&self) -> f64 {
-        self.reader.rate_hz()
+    /// Returns the same in whole hertz.
+    pub fn whole_rate_hz(&self) -> u32 {
+        self.rate_hz().round() as u32
     }
 
     /// Returns the length of the recording, s.
     pub fn duration_s(&self) -> f64 {
-        self.reader.duration_s()
+        self.film.duration_s()
     }
 
     /// Whether everything has been read.
@@ -78,9 +69,9 @@ impl Source {
 
     /// Returns the defects found so far in the recording.
     pub fn warnings(&self) -> Vec<Warning> {
-        let mut warnings = self.reader.warnings().to_vec();
-        warnings.extend(self.force.rows.warnings());
-        warnings.extend(self.position.rows.warnings());
+        let mut warnings = self.film.warnings().to_vec();
+        warnings.extend(self.force.warnings());
+        warnings.extend(self.position.warnings());
         warnings
     }
 
@@ -90,20 +81,7 @@ impl Source {
     /// If a file cannot be read.
     pub fn read_until(&mut self, until_s: f64) -> anyhow::Result<Batch> {
         let mut batch = Batch::default();
-        let end_frame = (until_s * self.pipeline.rate_hz()) as u64;
-        while !self.ended {
-            let missing_frames = end_frame.saturating_sub(self.pipeline.account().frames);
-            if missing_frames == 0 {
-                break;
-            }
-            let block = usize::try_from(missing_frames)
-                .map_or(BLOCK_FRAMES, |frames| frames.min(BLOCK_FRAMES));
-            self.ended = self.reader.read_block(block, &mut self.block)? == 0;
-            self.pipeline
-                .process_recorded(&self.block, &mut batch.frames)?;
-        }
-        batch.audio_s = self.pipeline.audio_s();
-        batch.account = self.pipeline.account();
+        self.ended = !self.film.read_until(until_s, &mut batch)?;
         let rows_until_s = if self.ended {
             f64::INFINITY
         } else {
@@ -116,43 +94,99 @@ impl Source {
     }
 }
 
-/// Rows of a file, with one row of look-ahead.
+/// Rows of a file, with one row of look-ahead; none without the file.
 struct Rows<R> {
-    rows: RowReader<R>,
+    rows: Option<RowReader<R>>,
     next: Option<R>,
 }
 
-/// A row with a time.
-trait Timed {
-    fn time_s(&self) -> f64;
-}
-
-impl Timed for ForceRow {
-    fn time_s(&self) -> f64 {
-        self.time_s
+/// Returns the rows of a file; `None` if it does not exist.
+fn optional<R>(rows: Result<RowReader<R>, ReadError>) -> Result<Option<RowReader<R>>, ReadError> {
+    match rows {
+        Ok(rows) => Ok(Some(rows)),
+        Err(ReadError::Absent { .. }) => Ok(None),
+        Err(error) => Err(error),
     }
 }
 
-impl Timed for PositionRow {
-    fn time_s(&self) -> f64 {
-        self.time_s
+impl<R: CsvRow> Rows<R> {
+    fn new(rows: Option<RowReader<R>>) -> Result<Self, ReadError> {
+        let mut rows = Self { rows, next: None };
+        rows.next = rows.read()?;
+        Ok(rows)
     }
-}
 
-impl<R: Timed> Rows<R>
-where
-    RowReader<R>: Iterator<Item = Result<R, ReadError>>,
-{
-    fn new(mut rows: RowReader<R>) -> Result<Self, ReadError> {
-        let next = rows.next().transpose()?;
-        Ok(Self { rows, next })
+    fn read(&mut self) -> Result<Option<R>, ReadError> {
+        let row = self.rows.as_mut().and_then(Iterator::next);
+        row.transpose()
+    }
+
+    fn warnings(&self) -> Vec<Warning> {
+        let rows = self.rows.iter();
+        rows.flat_map(RowReader::warnings).collect()
     }
 
     fn take_until(&mut self, until_s: f64, output: &mut Vec<R>) -> Result<(), ReadError> {
         while let Some(row) = self.next.take_if(|row| row.time_s() <= until_s) {
             output.push(row);
-            self.next = self.rows.next().transpose()?;
+            self.next = self.read()?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use envelope_files::{EnvelopeRow, EnvelopeWriter};
+    use num_complex::Complex64;
+    use recording::manifest::MINIMAL;
+
+    use super::*;
+
+    #[test]
+    fn envelopes_without_forces_are_read_on_by_time() {
+        let folder = tempfile::tempdir().unwrap();
+        let lines = MINIMAL.lines();
+        let manifest: Vec<&str> = lines.filter(|line| !line.starts_with("channels")).collect();
+        fs::write(folder.path().join("recording.toml"), manifest.join("\n")).unwrap();
+        let rows: Vec<EnvelopeRow> = (0..3000)
+            .map(|row| EnvelopeRow {
+                time_s: f64::from(row) * 1e-4,
+                drive_v: Complex64::new(10.0, 0.0),
+                pickup_m: Complex64::new(0.0, 1e-6),
+            })
+            .collect();
+        let mut writer = EnvelopeWriter::create(&folder.path().join("envelopes.parquet")).unwrap();
+        writer.write(&rows).unwrap();
+        writer.finish().unwrap();
+
+        let mut source = Source::open(folder.path()).unwrap();
+        assert_eq!(source.whole_rate_hz(), 10_000);
+        assert!((source.duration_s() - 0.2999).abs() < 1e-9);
+        let first = source.read_until(0.1).unwrap();
+        assert!((first.audio_s - 0.1).abs() < 2e-4 && !source.ended());
+        let second = source.read_until(1.0).unwrap();
+        assert!(source.ended() && second.force.is_empty());
+        assert_eq!(second.account.frames, 3000);
+        let frames = first.frames.iter().chain(&second.frames);
+        let times_s: Vec<f64> = frames.map(|frame| frame.time_s).collect();
+        assert!(times_s.len() > 400 && times_s.is_sorted(), "{times_s:?}");
+        assert!(first.frames.iter().all(|frame| frame.time_s < 0.1));
+    }
+
+    #[test]
+    fn forces_alone_are_refused_with_the_commands_that_show_them() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("recording.toml"), "format = 1\n").unwrap();
+        fs::write(
+            folder.path().join("force.csv"),
+            "time_s,normal_n,lateral_n\n0,0.5,0.2\n",
+        )
+        .unwrap();
+        let error = Source::open(folder.path()).err().unwrap().to_string();
+        assert!(error.contains("friction-bench analyze"), "{error}");
+        assert!(error.contains("--as csv"), "{error}");
     }
 }

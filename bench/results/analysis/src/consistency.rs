@@ -1,119 +1,22 @@
-//! Checks of a recording's streams against each other, and the clock of its forces.
+//! Checks of a recording's streams against each other.
 
 use force_alignment::strokes::{Stroke, lateral_zero};
-use force_alignment::{Film, ForceSample, Unaligned, align, roles};
+use force_alignment::{ForceSample, roles};
 use plausibility::{Implausible, Slide};
 use protocols::Direction;
 use recording::manifest::Body;
-use recording::{ForceRow, Manifest, PositionRow, RecordingSource};
+use recording::{ForceRow, Manifest, RecordingSource};
 
 use crate::demodulation::DemodulatedRecording;
 use crate::explorations::explorations;
 use crate::findings::{RecordingError, RecordingFindings};
 use crate::flaw::{Channel, Flaw};
-use crate::plate_reading::PlateReading;
 
-/// Delay of the forces, s, beyond its 95 % interval, from which it is corrected: fits allow a lag of 5 ms.
-const SMALLEST_DELAY_S: f64 = 1e-3;
-/// Delay beyond which one of several is no agreement, s.
-const UNCLEAR_DELAY_S: f64 = 5e-3;
 /// Smallest zero by strokes that is subtracted, N.
 const SMALLEST_ZERO_N: f64 = 0.01;
-/// Slip of the forces at either end of the slides, s, beyond the rate's 95 % interval, and standard errors of the rate, beyond
-/// which it is corrected.
-const SMALLEST_SLIP_S: f64 = 1e-3;
-const CERTAIN_ERRORS: f64 = 4.0;
-/// Share of the way at each end of an exploration in which the finger starts and stops.
-const WAY_SHARE: f64 = 0.1;
 /// Samples of a spectrum, and frames read at a time.
 const SPECTRUM_SAMPLES: usize = 1 << 17;
 const BLOCK_FRAMES: usize = 16_384;
-
-/// Clock of the forces where it differs from that of drive and pickup.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct ForceClock {
-    centre_s: f64,
-    late: Option<Interval95>,
-    ppm: Option<Interval95>,
-}
-
-/// Value and half width of its 95 % interval.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Interval95 {
-    value: f64,
-    half_width: f64,
-}
-
-impl ForceClock {
-    /// Reads the clock of a recording's forces; `None` where it agrees with drive and pickup, or cannot be told.
-    ///
-    /// # Errors
-    /// The forces are off by one of several delays.
-    pub(super) fn read(
-        reading: &DemodulatedRecording,
-        plate: Option<PlateReading>,
-    ) -> Result<Option<Self>, Implausible> {
-        let Some((plate, modulation)) = plate.zip(reading.manifest.modulation()) else {
-            return Ok(None);
-        };
-        let DemodulatedRecording {
-            manifest, record, ..
-        } = reading;
-        let slides_s = moving_s(&record.position, &spans_s(manifest));
-        let film = Film {
-            frames: &record.frames,
-            z_p_n_s_per_m: plate.corrected_n_s_per_m,
-            modulation_hz: modulation.frequency_hz,
-            slides_s: &slides_s,
-        };
-        let is_off = |delay_s: f64| delay_s.abs() > UNCLEAR_DELAY_S;
-        let alignment = match align(&film, &samples(&record.force)) {
-            Ok(alignment) => alignment,
-            Err(Unaligned::Ambiguous { first_s, second_s })
-                if is_off(first_s) && is_off(second_s) =>
-            {
-                return Err(Implausible::ForcesUnclear { first_s, second_s });
-            }
-            Err(_) => return Ok(None),
-        };
-        let (delay_s, rate, ppm) = (alignment.delay_s, alignment.rate, alignment.ppm());
-        let is_late = delay_s.value.abs() > SMALLEST_DELAY_S + delay_s.half_width95();
-        let certain_rate = rate.value.abs() - rate.half_width95();
-        let slip_s = 0.5 * alignment.length_s * certain_rate;
-        let is_off = rate.value.abs() > CERTAIN_ERRORS * rate.std && slip_s > SMALLEST_SLIP_S;
-        let stated = |estimate: force_alignment::Estimate| Interval95 {
-            value: estimate.value,
-            half_width: estimate.half_width95(),
-        };
-        Ok((is_late || is_off).then_some(Self {
-            centre_s: alignment.centre_s,
-            late: is_late.then_some(stated(delay_s)),
-            ppm: is_off.then_some(stated(ppm)),
-        }))
-    }
-
-    /// Returns the flaws of the clock.
-    pub(super) fn flaws(&self) -> impl Iterator<Item = Implausible> + use<> {
-        let late = self.late.map(|late| Implausible::ForcesLate {
-            late_s: late.value,
-            half_width95_s: late.half_width,
-        });
-        let rate = self.ppm.map(|ppm| Implausible::ForcesClock {
-            ppm: ppm.value,
-            half_width95_ppm: ppm.half_width,
-        });
-        late.into_iter().chain(rate)
-    }
-
-    /// Puts the readings on the clock of drive and pickup.
-    pub(super) fn correct(&self, rows: &mut [ForceRow]) {
-        let late_s = self.late.map_or(0.0, |late| late.value);
-        let ratio = 1.0 + 1e-6 * self.ppm.map_or(0.0, |ppm| ppm.value);
-        for row in rows {
-            row.time_s = self.centre_s + (row.time_s - late_s - self.centre_s) * ratio;
-        }
-    }
-}
 
 /// Returns the implausible forces and positions of a recording, as read.
 pub(super) fn implausible(reading: &DemodulatedRecording) -> Vec<Implausible> {
@@ -224,33 +127,11 @@ pub(super) fn without_carrier(
     Ok(found.collect())
 }
 
-fn spans_s(manifest: &Manifest) -> Vec<(f64, f64)> {
+pub(super) fn spans_s(manifest: &Manifest) -> Vec<(f64, f64)> {
     let explorations = explorations(manifest).into_iter();
     explorations
         .map(|(_, start_s, end_s)| (start_s, end_s))
         .collect()
-}
-
-/// Returns the parts of explorations in which the finger is on its way: without the first and the last tenth of it.
-fn moving_s(rows: &[PositionRow], spans_s: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    let moving = |&(start_s, end_s): &(f64, f64)| {
-        let start = rows.partition_point(|row| row.time_s < start_s);
-        let end = rows.partition_point(|row| row.time_s < end_s);
-        let inside = rows.get(start..end).unwrap_or_default();
-        let (Some(first), Some(last)) = (inside.first(), inside.last()) else {
-            return (start_s, end_s);
-        };
-        let way_m = last.position_m - first.position_m;
-        let passed_s = |share: f64| {
-            let is_past = |row: &&PositionRow| (row.position_m - first.position_m) / way_m >= share;
-            inside.iter().find(is_past).map(|row| row.time_s)
-        };
-        let moving_s = passed_s(WAY_SHARE).zip(passed_s(1.0 - WAY_SHARE));
-        moving_s
-            .filter(|(from_s, to_s)| from_s < to_s)
-            .unwrap_or((start_s, end_s))
-    };
-    spans_s.iter().map(moving).collect()
 }
 
 fn slides(manifest: &Manifest) -> Vec<Slide> {
@@ -262,7 +143,7 @@ fn slides(manifest: &Manifest) -> Vec<Slide> {
     explorations(manifest).into_iter().map(slide).collect()
 }
 
-fn samples(rows: &[ForceRow]) -> Vec<ForceSample> {
+pub(super) fn samples(rows: &[ForceRow]) -> Vec<ForceSample> {
     let sample = |row: &ForceRow| ForceSample {
         time_s: row.time_s,
         normal: row.normal_n,

@@ -4,6 +4,7 @@
 //! A stream that is missing is left empty, with a flaw that names the results that lack it.
 
 mod demodulated_recording;
+mod envelope_demodulator;
 mod envelopes;
 mod signals;
 
@@ -13,6 +14,7 @@ use crate::measurements::Measurements;
 use crate::row_times;
 use crate::spans::Spans;
 pub use demodulated_recording::DemodulatedRecording;
+pub use envelope_demodulator::EnvelopeDemodulator;
 use recording::manifest::{Manifest, Streams};
 use recording::pipeline::PickupOffset;
 use recording::reader::Warning;

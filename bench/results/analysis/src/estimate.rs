@@ -117,7 +117,7 @@ impl InstanceAnalysis {
     /// An estimate with a σ_t larger than any skin's is not one: the data do not follow the method's laws.
     pub fn estimate_by(&self, method: Method) -> Option<MethodEstimate<'_>> {
         let estimate = self.estimate(method)?;
-        (estimate.sigma_t_m <= LARGEST_SIGMA_T_M).then_some(MethodEstimate {
+        estimate.sigma_t().map(|_| MethodEstimate {
             instance: self,
             method,
             estimate,
@@ -230,6 +230,39 @@ pub struct InstanceEstimate {
     pub deltas: Deltas,
     /// Sensitivities of σ_t, Z_t and τ to the assumed constants; `None` if a refit near the assumed values fails.
     pub sensitivities: Option<Sensitivities>,
+}
+
+/// Value of σ_t with its standard error, m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SigmaT {
+    /// Value, m.
+    pub value_m: f64,
+    /// Standard error, m.
+    pub std_m: f64,
+}
+
+impl InstanceEstimate {
+    /// Returns σ_t; `None` if it is larger than any skin's: the data do not follow the method's laws.
+    #[must_use]
+    pub fn sigma_t(&self) -> Option<SigmaT> {
+        (self.sigma_t_m <= LARGEST_SIGMA_T_M).then_some(SigmaT {
+            value_m: self.sigma_t_m,
+            std_m: self.sigma_t_std_m,
+        })
+    }
+
+    /// Returns the reason why there is no σ_t.
+    #[must_use]
+    pub fn sigma_t_missing(&self) -> Option<String> {
+        let is_missing = self.sigma_t().is_none();
+        is_missing.then(|| {
+            format!(
+                "the fit ended at a σ_t of {:.1e} m, and that of a skin is below {LARGEST_SIGMA_T_M:.0e} m: the data do not follow \
+                 the method's laws",
+                self.sigma_t_m
+            )
+        })
+    }
 }
 
 /// Reasons why an instance has no estimate.

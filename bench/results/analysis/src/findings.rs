@@ -15,6 +15,7 @@ use crate::error_budget::ErrorBudget;
 pub use crate::estimate::{Deltas, InstanceAnalysis, InstanceEstimate, Method};
 pub use crate::exploration_findings::ExplorationFindings;
 use crate::flaw::Flaw;
+use crate::force_clock::ForceClock;
 use crate::force_zero::ForceZero;
 pub use crate::model_check::Band;
 use crate::mu_agreement::MuAgreement;
@@ -142,6 +143,8 @@ pub struct RecordingFindings {
     pub pickup: PickupOffset,
     /// Zero of the force sensor, subtracted in all other findings.
     pub zero: ForceZero,
+    /// Clock of the forces; `None` if it cannot be told.
+    pub force_clock: Option<ForceClock>,
     /// Errors of the constants; those of the forces include the zero's, relative to the mean force of the touch, and the crosstalk
     /// that the recording shows if none is stated.
     pub errors: ErrorBudget,

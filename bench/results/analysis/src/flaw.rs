@@ -164,6 +164,17 @@ pub enum Flaw {
         /// Median interval of the rows, s.
         step_s: f64,
     },
+    /// The forces end in zeros.
+    #[error(
+        "force.csv: normal_n and lateral_n are exactly 0 in the last {rows} rows, from {from_s:.3} s on: the program that wrote the file \
+         filled it up, or the sensor stopped; delete these rows"
+    )]
+    ZeroTail {
+        /// Number of rows.
+        rows: usize,
+        /// Time of the first one, s.
+        from_s: f64,
+    },
     /// The force sensor's zero is off.
     #[error(
         "the force sensor read {:+.0} mN (normal) and {:+.0} mN (lateral) while no finger was on the plate; the estimates are \

@@ -54,6 +54,7 @@ pub(crate) fn findings(
         rules,
         pickup: PickupOffset::default(),
         zero: ForceZero::default(),
+        force_clock: None,
         errors: ErrorBudget::default(),
         z_p: None,
         explorations,

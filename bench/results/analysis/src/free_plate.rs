@@ -93,8 +93,9 @@ impl FreePlate {
         significant(&self.transient?)
     }
 
-    /// Returns the flaws of the intervals, and of the recording's stated values of plate and pickup.
-    pub(super) fn flaws(&self, vibration: &Vibration) -> Vec<Flaw> {
+    /// Returns the flaws of the intervals, and of the recording's stated values of plate and pickup; `impedance_error` is the stated
+    /// relative standard error of the scale of impedances.
+    pub(super) fn flaws(&self, vibration: &Vibration, impedance_error: f64) -> Vec<Flaw> {
         let reading = match &self.reading {
             Ok(reading) => reading,
             Err(error) => return vec![Flaw::Unloaded(*error)],
@@ -115,7 +116,9 @@ impl FreePlate {
             return vec![Flaw::from(found)];
         }
         let transient = self.scaled_transient;
-        let scale = transient.as_ref().and_then(plausibility::plate_scale);
+        let scale = transient
+            .as_ref()
+            .and_then(|transient| plausibility::plate_scale(transient, impedance_error));
         let is_named = scale.is_some();
         // Of a scale that is far off, the phase is not corrected.
         let turned = transient.filter(|_| is_named);

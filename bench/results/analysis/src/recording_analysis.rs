@@ -8,7 +8,8 @@ use protocols::{Direction, Protocol, SelectionRules};
 
 use crate::amplitude_profile::AmplitudeProfile;
 use crate::analysis_settings::Settings;
-use crate::consistency::{self, ForceClock};
+use crate::clock_reading;
+use crate::consistency;
 use crate::crosstalk;
 use crate::demodulation::{self, DemodulatedRecording};
 use crate::error_budget::ErrorBudget;
@@ -20,6 +21,7 @@ use crate::exploration_findings::{ExplorationFindings, drive_peak_v};
 use crate::exploration_series::ExplorationSeries;
 use crate::explorations::explorations;
 use crate::flaw::Flaw;
+use crate::force_clock::ForceClock;
 use crate::force_zero::ForceZero;
 use crate::forces_alone;
 use crate::free_plate::{FreePlate, pickup_flaws};
@@ -87,12 +89,14 @@ fn findings(
     let mut zero = subtract_zero(&mut reading);
     let mut plate = FreePlate::read(&reading, rules.contact_n / 2.0);
     let pickup = plate.pickup_offset().unwrap_or_default();
-    let read_again = |clock: Option<ForceClock>| -> Result<_, RecordingError> {
+    let read_again = |clock: Option<&ForceClock>| -> Result<_, RecordingError> {
         let mut reading = demodulation::read(source, pickup)?;
         reading
             .flaws
             .extend(pickup_flaws(pickup, stated_phase_rad(&reading.manifest)));
-        clock.inspect(|clock| clock.correct(&mut reading.record.force));
+        if let Some(clock) = clock {
+            clock.correct(&mut reading.record.force);
+        }
         let zero = subtract_zero(&mut reading);
         let plate = FreePlate::read(&reading, rules.contact_n / 2.0);
         Ok((reading, zero, plate))
@@ -100,8 +104,9 @@ fn findings(
     if pickup != PickupOffset::default() {
         (reading, zero, plate) = read_again(None)?;
     }
-    let clock = match ForceClock::read(&reading, plate.z_p()) {
-        Ok(clock) => clock.filter(|_| implausible.is_empty()),
+    let clock = match clock_reading::read(&reading, plate.z_p()) {
+        Ok(clock) if implausible.is_empty() => clock,
+        Ok(clock) => clock.map(ForceClock::uncorrected),
         Err(unclear) => {
             if implausible.is_empty() {
                 implausible.push(unclear);
@@ -109,8 +114,9 @@ fn findings(
             None
         }
     };
-    if clock.is_some() {
-        (reading, zero, plate) = read_again(clock)?;
+    let corrected = clock.as_ref().filter(|clock| clock.is_corrected());
+    if corrected.is_some() {
+        (reading, zero, plate) = read_again(corrected)?;
     }
     if zero.readings.is_empty() {
         implausible.extend(consistency::strokes_zero(&mut reading));
@@ -152,6 +158,7 @@ fn findings(
         pickup,
         errors,
         zero,
+        force_clock: clock,
         z_p: None,
         explorations: Vec::new(),
         instances: Vec::new(),
@@ -189,7 +196,8 @@ fn findings(
         let off_resonance = plausibility::carrier(vibration.carrier_hz, resonance_hz);
         let is_explained =
             |flaw: &Flaw| off_resonance.is_some() && matches!(flaw, Flaw::PlateScatters { .. });
-        let plate_flaws = plate.flaws(vibration).into_iter();
+        let impedance_error = findings.errors.known.impedance_relative;
+        let plate_flaws = plate.flaws(vibration, impedance_error).into_iter();
         let plate_flaws = plate_flaws.filter(|flaw| !is_explained(flaw));
         findings.flaws.extend(plate_flaws);
         findings.flaws.extend(off_resonance.map(Flaw::from));

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use analysis::attempts::Attempts;
 use analysis::find::{self, TrialFilter};
 use clap::Args;
 use rayon::prelude::*;
@@ -70,6 +71,8 @@ pub struct ExportSummary {
     pub failed: usize,
     /// Exclusions that apply, in words.
     pub excluded: Vec<String>,
+    /// Copies of recordings, accepted trials without a whole recording, and logs that cannot be read, in words.
+    pub left_out: Vec<String>,
 }
 
 /// Exports a study; `callback` is called after each recording. A recording that cannot be exported does not stop the others.
@@ -141,11 +144,30 @@ pub fn export(
             bids::dataset::write(study.as_deref(), &participants, origin, &target)?;
         }
     }
+    let missed = attempts
+        .omissions
+        .iter()
+        .filter(|attempt| attempt.is_missed());
+    let broken = missed.filter(|attempt| attempt.path.exists()).count();
     Ok(ExportSummary {
         exported,
-        failed: identities.len() - exported,
+        failed: identities.len() - exported + broken,
         excluded,
+        left_out: left_out(&attempts),
     })
+}
+
+/// Returns the recordings that were found and are not exported, other than by decision, a line each.
+fn left_out(attempts: &Attempts) -> Vec<String> {
+    let missed = attempts
+        .omissions
+        .iter()
+        .filter(|attempt| attempt.is_missed());
+    let missed = missed.map(ToString::to_string);
+    let copies = attempts.copies.iter().map(ToString::to_string);
+    let logs = attempts.unread_logs.iter();
+    let logs = logs.map(|(log, reason)| format!("{}: {reason}", log.display()));
+    missed.chain(copies).chain(logs).collect()
 }
 
 /// Writes the files of a recording, and collects the dictionary of its columns.

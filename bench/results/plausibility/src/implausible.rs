@@ -8,6 +8,7 @@ use statistics::significant;
 
 use crate::quantity::Quantity;
 use crate::units::{force_remedy, position_remedy};
+use crate::unloaded::UnloadedFinger;
 
 /// Largest force of a finger, N; the bench's own limit is 20 N.
 pub(crate) const LARGEST_N: f64 = 20.0;
@@ -100,6 +101,18 @@ pub enum Implausible {
     Untared {
         /// Median without a finger, N.
         normal_n: f64,
+    },
+    /// A finger was on the plate in the intervals without one, by the forces.
+    #[error(
+        "force.csv: normal_n reads {} N in the intervals without a finger, {}: a finger was on the plate; correct the unloaded \
+         intervals",
+        significant(*normal_n), .evidence
+    )]
+    FingerUnloaded {
+        /// Median in these intervals, N.
+        normal_n: f64,
+        /// Evidence against a zero of the sensor.
+        evidence: UnloadedFinger,
     },
     /// The columns of normal and lateral force are exchanged.
     #[error(
@@ -214,12 +227,14 @@ pub enum Implausible {
     /// A scale of drive or pickup is far off.
     #[error(
         "the unloaded plate answers to the modulation as if its modal mass were {} times the stated one: check volts_per_unit, \
-         force_factor_n_per_v, metres_per_unit and modal_mass_kg",
-        significant(*ratio)
+         force_factor_n_per_v, metres_per_unit and modal_mass_kg{}",
+        significant(*ratio), nearest(*ratio, *near)
     )]
     Scale {
         /// Ratio of the modal mass by the plate's answer to the stated one.
         ratio: f64,
+        /// Telling factor near it, but further away than its errors allow.
+        near: Option<TellingFactor>,
     },
     /// The stated modulation is not in the drive.
     #[error(
@@ -296,6 +311,7 @@ impl Implausible {
                 | Self::ScaleFactor { .. }
                 | Self::Scale { .. }
                 | Self::FingerOnPlate { .. }
+                | Self::FingerUnloaded { .. }
         )
     }
 
@@ -310,6 +326,7 @@ impl Implausible {
             Self::Carrier { .. } => "carrier far from the resonance",
             Self::SmallShare { .. } => "level of a channel",
             Self::Untared { .. } => "normal force untared",
+            Self::FingerUnloaded { .. } => "finger in the unloaded intervals",
             Self::Exchanged { .. } => "normal and lateral force exchanged",
             Self::LateralSign => "lateral force upside down",
             Self::ForcesLate { .. } => "forces late or early",
@@ -343,6 +360,7 @@ impl Implausible {
             | Self::Sign { .. }
             | Self::Constant { .. }
             | Self::Untared { .. }
+            | Self::FingerUnloaded { .. }
             | Self::Exchanged { .. }
             | Self::PositionUnit { .. }
             | Self::Backwards
@@ -364,6 +382,17 @@ impl Implausible {
             | Self::OtherCarrier { .. } => false,
         }
     }
+}
+
+/// Returns the remark about a usual factor near a ratio.
+fn nearest(ratio: f64, near: Option<TellingFactor>) -> String {
+    near.map_or_else(String::new, |near| {
+        let distance = 100.0 * (ratio / near.factor).ln().abs();
+        format!(
+            "; {} is a usual factor, and {distance:.0} % from it",
+            near.number()
+        )
+    })
 }
 
 /// Returns the factor by which a normal force is too large if the usual area of a finger pad becomes `area_m2` by it.

@@ -9,6 +9,7 @@ mod plate;
 mod quantity;
 mod tone;
 mod units;
+mod unloaded;
 
 use recording::ForceRow;
 
@@ -18,11 +19,10 @@ pub use motion::{Slide, lateral_sign, positions};
 pub use plate::{envelopes, finger, pickup_quantity, plate_scale};
 pub use quantity::Quantity;
 pub use tone::without_carrier;
+pub use unloaded::UnloadedFinger;
 
 /// Smallest force of a finger that touches, N.
 const SMALLEST_N: f64 = 1e-3;
-/// Largest zero of a sensor, N, three times that with which a session may begin.
-const LARGEST_ZERO_N: f64 = 0.15;
 /// Fewest readings from which a force is judged.
 const FEWEST: usize = 50;
 /// Share of the readings beyond the quantile that stands for the pressing finger.
@@ -62,13 +62,16 @@ pub fn forces(
         values
     };
     let unloaded_n = |value: Column| statistics::quantile(&readings(unloaded_s, value), 0.5);
-    let (without_finger, touched) = (
-        unloaded_n(columns[0].1),
-        readings(explorations_s, columns[0].1),
-    );
-    if let Some(untared) = untared(without_finger, &touched) {
+    let touched = readings(explorations_s, columns[0].1);
+    let far_n = unloaded_n(columns[0].1).filter(|normal_n| unloaded::is_far(*normal_n, &touched));
+    if let Some(normal_n) = far_n.filter(|_| touched.len() >= FEWEST) {
+        let unloaded = readings(unloaded_s, columns[0].1);
+        let all = readings(&[(f64::NEG_INFINITY, f64::INFINITY)], columns[0].1);
         // Signs and sizes are relative to a zero that the recording does not show.
-        findings.push(untared);
+        findings.push(match unloaded::finger(&unloaded, &touched, &all) {
+            Some(evidence) => Implausible::FingerUnloaded { normal_n, evidence },
+            None => Implausible::Untared { normal_n },
+        });
         return findings;
     }
     let [normal, lateral] = columns.map(|(_, value)| {
@@ -99,15 +102,6 @@ pub fn forces(
         findings.push(Implausible::Friction { ratio });
     }
     findings
-}
-
-/// Returns the finding of a normal force far from zero without a finger, relative to the `touched` readings' change from it.
-fn untared(unloaded_n: Option<f64>, touched: &[f64]) -> Option<Implausible> {
-    let normal_n = unloaded_n?;
-    let pressed_n = statistics::quantile(touched, 0.5)? - normal_n;
-    // A force in another unit has a zero in it too.
-    let is_far = normal_n.abs() > LARGEST_ZERO_N && normal_n.abs() > 0.1 * pressed_n.abs();
-    (is_far && touched.len() >= FEWEST).then_some(Implausible::Untared { normal_n })
 }
 
 /// Returns the finding of a contact area that no finger has.
@@ -198,6 +192,37 @@ mod tests {
         );
         let touch = &rows(1e3, 1e3)[990..1030];
         assert_eq!(words(touch), "", "too few readings");
+    }
+
+    #[test]
+    fn a_finger_in_the_unloaded_intervals_is_no_zero_of_the_sensor() {
+        let steady = |row: &mut ForceRow| {
+            if row.time_s < 0.9 {
+                row.normal_n = 0.5 + 0.001 * (97.0 * row.time_s).sin();
+            }
+        };
+        let mut lifted = rows(1.0, 1.0);
+        lifted.iter_mut().for_each(steady);
+        let elsewhere = words(&lifted);
+        assert!(
+            elsewhere.contains("N elsewhere: a finger was on the plate")
+                && !elsewhere.contains("untared"),
+            "{elsewhere}"
+        );
+        let mut unsteady = rows(1.0, 1.0);
+        for row in &mut unsteady {
+            if row.time_s < 1.0 {
+                row.normal_n = 0.6 + 0.1 * (7.0 * row.time_s).sin();
+            }
+        }
+        let unsteady = words(&unsteady);
+        assert!(unsteady.contains("and varies there by"), "{unsteady}");
+        for zero_n in [0.5, -0.5, -0.9, 2.0] {
+            let mut untared = rows(1.0, 1.0);
+            untared.iter_mut().for_each(|row| row.normal_n += zero_n);
+            let untared = words(&untared);
+            assert!(untared.contains("it is untared"), "{zero_n}: {untared}");
+        }
     }
 
     #[test]

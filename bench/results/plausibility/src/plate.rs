@@ -17,8 +17,12 @@ const CERTAIN_ERRORS: f64 = 5.0;
 const CORRELATED_FRAMES: f64 = 20.0;
 /// Largest distance of a phase from that of another quantity, rad.
 const PHASE_RAD: f64 = 0.25;
-/// Tolerance of a telling factor, relative: three standard errors of an assumed modal mass, force factor and pickup.
-const FACTOR_TOLERANCE: f64 = 0.1;
+/// Distance from a telling factor within which it may be the cause, relative: three standard errors of an assumed modal mass,
+/// force factor and pickup.
+const FACTOR_DISTANCE: f64 = 0.1;
+/// Standard errors of a ratio within which a telling factor is its cause, and the least standard error, relative.
+const FACTOR_ERRORS: f64 = 3.0;
+const LEAST_RATIO_ERROR: f64 = 0.01;
 /// Ratio of the scales, or its inverse, beyond which no number of the plate has a meaning.
 const GREATEST_RATIO: f64 = 1.9;
 /// Lead of the pickup beyond which the channels are exchanged, s: converters delay a channel by less.
@@ -42,14 +46,18 @@ pub fn pickup_quantity(turn_rad: f64) -> Option<Implausible> {
     quantity.map(|quantity| Implausible::PickupQuantity { quantity })
 }
 
-/// Returns the finding of the scales by the free plate's answer to the modulation, which must be clear.
+/// Returns the finding of the scales by the free plate's answer to the modulation, which must be clear; `stated_error` is the
+/// relative standard error that the recording states of the scale of impedances.
 #[must_use]
-pub fn plate_scale(transient: &Transient) -> Option<Implausible> {
+pub fn plate_scale(transient: &Transient, stated_error: f64) -> Option<Implausible> {
     let ratio = transient.mass_ratio;
     let is_off = ratio.is_nan() || ratio.max(ratio.recip()) > GREATEST_RATIO;
-    match TellingFactor::of_ratio(ratio, FACTOR_TOLERANCE) {
+    let error = transient.mass_error.hypot(stated_error);
+    let tolerance = FACTOR_ERRORS * error.max(LEAST_RATIO_ERROR);
+    let near = TellingFactor::of_ratio(ratio, FACTOR_DISTANCE);
+    match TellingFactor::of_ratio(ratio, tolerance) {
         Some(factor) => Some(Implausible::ScaleFactor { ratio, factor }),
-        None => is_off.then_some(Implausible::Scale { ratio }),
+        None => (is_off || near.is_some()).then_some(Implausible::Scale { ratio, near }),
     }
 }
 
@@ -154,7 +162,7 @@ mod tests {
 
     #[test]
     fn telling_factors_and_other_quantities_are_named() {
-        assert_eq!(plate_scale(&transient(1.05)), None);
+        assert_eq!(plate_scale(&transient(1.05), 0.005), None);
         for (ratio, words) in [
             (20.0, "20, as the gain"),
             (0.051, "1/20, as the gain"),
@@ -162,11 +170,11 @@ mod tests {
             (0.49, "1/2, as peak-to-peak"),
             (2.9, "2√2, as peak-to-peak values in place of RMS"),
         ] {
-            let found = plate_scale(&transient(ratio)).unwrap();
+            let found = plate_scale(&transient(ratio), 0.005).unwrap();
             assert!(found.to_string().contains(words), "{found}");
             assert!(found.spoils_estimates());
         }
-        let far = plate_scale(&transient(1.0 / (TAU * 35e3))).unwrap();
+        let far = plate_scale(&transient(1.0 / (TAU * 35e3)), 0.005).unwrap();
         assert!(
             matches!(far, Implausible::Scale { .. }) && far.spoils_plate(),
             "{far:?}"
@@ -180,6 +188,30 @@ mod tests {
             let found = pickup_quantity(turn_rad).unwrap();
             assert!(found.to_string().contains(words), "{found}");
         }
+    }
+
+    #[test]
+    fn a_telling_factor_is_the_cause_within_the_errors_and_else_the_nearest() {
+        let found = plate_scale(&transient(2.718), 0.005).unwrap();
+        assert!(
+            matches!(found, Implausible::Scale { near: Some(_), .. }) && found.spoils_estimates(),
+            "{found:?}"
+        );
+        let words = "2√2 is a usual factor, and 4 % from it";
+        assert!(found.to_string().contains(words), "{found}");
+        let uncertain = plate_scale(&transient(2.718), 0.02).unwrap();
+        assert!(
+            matches!(uncertain, Implausible::ScaleFactor { .. }),
+            "{uncertain:?}"
+        );
+        let other = plate_scale(&transient(3.5), 0.005).unwrap();
+        assert_eq!(
+            other,
+            Implausible::Scale {
+                ratio: 3.5,
+                near: None
+            }
+        );
     }
 
     #[test]

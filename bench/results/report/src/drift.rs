@@ -61,7 +61,7 @@ pub(crate) fn drift(recordings: &[RecordingEntry<'_>]) -> Markup {
                         Some((method, ends)) => {
                             td { (method.name()) }
                             td.n { (course(HERTZ, ends.map(|estimate| estimate.resonance_shift_hz))) }
-                            td.n { (course(MICRO, ends.map(|estimate| Some(estimate.sigma_t_m)))) }
+                            td.n { (course(MICRO, ends.map(|estimate| estimate.sigma_t_m))) }
                             td.n { (course(PLAIN, ends.map(|estimate| Some(estimate.z_t_n_s_per_m[1])))) }
                         },
                         None => { td {} td.n { "–" } td.n { "–" } td.n { "–" } },

@@ -3,15 +3,14 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html as markup};
 
 use crate::content::{ReportContent, ReportError, recording_entries};
+use crate::drawing::drawing;
 use crate::number::date;
 use crate::{
-    assumptions, calibration, descriptive, drift, estimates, flags, law_check, omissions, skin,
-    statistics, study, trials,
+    assumptions, calibration, descriptive, drift, estimates, flags, force_clocks, law_check,
+    omissions, skin, statistics, study, trials,
 };
 
 const STYLE: &str = include_str!("page.css");
-/// Attribute that an SVG needs as a file but not within HTML.
-const NAMESPACE: &str = " xmlns=\"http://www.w3.org/2000/svg\"";
 
 /// Section of the page.
 struct Section {
@@ -98,6 +97,11 @@ pub fn html(content: &ReportContent<'_>) -> Result<String, ReportError> {
             assumptions::methods(content),
         ),
     ];
+    if let Some(body) = force_clocks::force_clocks(results, &recordings)? {
+        let before_flags = sections.iter().position(|section| section.id == "flags");
+        let at = before_flags.unwrap_or(sections.len());
+        sections.insert(at, folded("force-clocks", "Clocks of the forces", body));
+    }
     if !results.law_check.is_empty() {
         let after_flags = sections
             .iter()
@@ -146,9 +150,7 @@ fn is_control(c: char) -> bool {
 fn figures(content: &ReportContent<'_>) -> Result<Markup, ReportError> {
     let mut drawings = Vec::new();
     for figure in content.figures {
-        // Drawn by this program, which escapes its text.
-        let svg = figure.to_svg()?.replacen(NAMESPACE, "", 1);
-        drawings.push((figure, PreEscaped(svg)));
+        drawings.push((figure, drawing(figure)?));
     }
     Ok(markup! {
         @if drawings.is_empty() { p { "No figure could be drawn from these recordings." } }

@@ -3,6 +3,7 @@
 use analysis::Analysis;
 use analysis::attempts::AttemptAccount;
 use analysis::printed_settings::PrintedSettings;
+use analysis::session_clock::{SessionClock, session_clocks};
 use descriptive::Description;
 use population::law_check::{LawCheck, law_checks};
 use population::skin::Skin;
@@ -33,6 +34,9 @@ pub struct Results<'a> {
     pub descriptive: Description,
     /// Recordings, in the order of the analysis.
     pub recordings: Vec<Recording>,
+    /// Clocks of the forces in the sessions that are long enough.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub force_clocks: Vec<SessionClock>,
     /// Skin of the participants and of the study.
     #[serde(serialize_with = "by_key")]
     pub skin: &'a Skin,
@@ -70,6 +74,7 @@ impl<'a> Results<'a> {
             provenance: analysed.provenance(),
             descriptive: Description::new(analysed),
             recordings: analysed.recordings.iter().map(Recording::from).collect(),
+            force_clocks: session_clocks(analysed),
             skin,
             law_check: law_checks(analysed),
             statistics: statistics(analysed),

@@ -2,6 +2,7 @@
 
 use analysis::RecordingAnalysis;
 use analysis::findings::{RecordingFindings, rejection_counts};
+use analysis::session_clock::session_clocks;
 use escaping::{escaped, escaped_line};
 use recording::manifest::assumed_errors::assumed_terms;
 
@@ -40,8 +41,8 @@ pub(crate) fn rejections(findings: &RecordingFindings) -> Option<String> {
 }
 
 /// Returns the copies, the accepted trials that are not in the analysis (except unreadable ones, which are defects of a recording),
-/// the recordings that are no calibrated measurement on a person made with all stops, and the standard errors that are assumed of
-/// constants.
+/// the recordings that are no calibrated measurement on a person made with all stops, the sessions whose forces have a clock of
+/// another rate, and the standard errors that are assumed of constants.
 #[must_use]
 pub fn of_study(study: &StudyAnalysis) -> Vec<String> {
     let copies = study.attempts.copies.iter();
@@ -57,7 +58,11 @@ pub fn of_study(study: &StudyAnalysis) -> Vec<String> {
     let provenance = provenance
         .iter()
         .map(|count| format!("warning: {}", escaped(&count.to_string())));
+    let clocks = session_clocks(&study.analysed);
+    let clocks = clocks.iter().filter(|clock| clock.is_fault());
+    let clocks = clocks.map(|clock| format!("warning: {}", escaped(&clock.to_string())));
     let lines = copies.chain(missed).chain(logs).chain(provenance);
+    let lines = lines.chain(clocks);
     lines.chain(assumptions(study)).collect()
 }
 

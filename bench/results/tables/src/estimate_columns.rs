@@ -17,11 +17,11 @@ pub(crate) fn of_instance(columns: &mut Columns<'_, InstanceRow<'_>>) {
     c.real(
         "sigma_t_m",
         "m",
-        "estimated roughness σ_t of the skin",
-        |r| r.estimated(|e| e.sigma_t_m),
+        "estimated roughness σ_t of the skin; empty if larger than any skin's",
+        |r| r.estimated(|e| e.sigma_t().map_or(f64::NAN, |sigma_t| sigma_t.value_m)),
     );
     c.real("sigma_t_std_m", "m", "standard error of sigma_t_m", |r| {
-        r.estimated(|e| e.sigma_t_std_m)
+        r.estimated(|e| e.sigma_t().map_or(f64::NAN, |sigma_t| sigma_t.std_m))
     });
     c.real(
         "re_z_t_n_s_per_m",

@@ -32,7 +32,15 @@ const END_SHARE: f64 = 0.12;
 /// Slip at the ends of the slides from one rate to the next, s, and greatest deviation from the rate by contact.
 const RATE_STEP_S: f64 = 4e-3;
 const RATE_REACH_S: f64 = 0.06;
-/// Steps of the derivatives, s.
+/// Change of the lags of film, skin and sensor over half the slides, s: they follow the gap, which drifts with the force.
+const LAG_DRIFT_S: f64 = 0.05e-3;
+/// Shortest time over which scores are summed, s: a whole number of periods, so that those of whole periods cancel alike.
+const SCORE_BLOCK_S: f64 = 0.1;
+/// Greatest share by which lines follow their observations.
+const GREATEST_LEVERAGE: f64 = 0.5;
+/// Most steps to the least squares.
+const MOST_DESCENTS: usize = 6;
+/// Steps of the derivatives, s: of the delay, and of the slip at either end of the slides.
 const DERIVATIVE_S: f64 = 0.5e-3;
 /// Greatest share of the friction's variance that the amplitude may leave unexplained.
 const GREATEST_RESIDUAL: f64 = 0.6;
@@ -324,37 +332,43 @@ impl<'a> Slides<'a> {
     }
 
     /// Descends to the least squares by Gauss and Newton, and returns the standard errors of delay and rate: those of the scores
-    /// summed over periods of the modulation, so that errors may be alike within a period.
+    /// summed over whole periods of the modulation, so that errors may be alike within a period, with the factor of Student's t
+    /// for few sums, over the share of the errors that residuals show (MacKinnon & White 1985, HC3). The rate's includes the drift of the lags, which a recording cannot distinguish from it.
     fn descend(&self, mut shift: Shift) -> (Shift, f64, f64) {
         let mut errors = (f64::INFINITY, f64::INFINITY);
-        for _ in 0..4 {
-            let delayed = |step_s: f64| Shift {
-                delay_s: shift.delay_s + step_s,
-                ..shift
-            };
+        let rate_step = 2.0 * DERIVATIVE_S / self.length_s;
+        let block_s = self.period_s * (SCORE_BLOCK_S / self.period_s).ceil();
+        for _ in 0..MOST_DESCENTS {
             let here = self.residuals(shift);
-            let (later, earlier) = (
-                self.residuals(delayed(DERIVATIVE_S)),
-                self.residuals(delayed(-DERIVATIVE_S)),
-            );
-            if here.len() != later.len() || here.len() != earlier.len() || here.is_empty() {
+            let slope = |delay_s: f64, rate: f64| {
+                let [later, earlier] = [1.0, -1.0].map(|sign| {
+                    self.residuals(Shift {
+                        delay_s: shift.delay_s + sign * delay_s,
+                        rate: shift.rate + sign * rate,
+                    })
+                });
+                let is_alike = later.len() == here.len() && earlier.len() == here.len();
+                let pairs = later.iter().zip(&earlier);
+                let slopes = pairs.map(|(later, earlier)| 0.5 * (later.1 - earlier.1));
+                (is_alike && !here.is_empty()).then(|| slopes.collect::<Vec<f64>>())
+            };
+            let slopes = slope(DERIVATIVE_S, 0.0).zip(slope(0.0, rate_step));
+            let Some((by_delay, by_rate)) = slopes else {
                 break;
-            }
-            let slope = |index: usize| (later[index].1 - earlier[index].1) / (2.0 * DERIVATIVE_S);
-            let block = self.period_s.max(0.1);
+            };
             let mut information = [0.0; 3];
             let mut gradient = [0.0; 2];
-            let mut scores: Vec<(i64, [f64; 2])> = Vec::new();
+            let mut scores: Vec<(usize, [f64; 2])> = Vec::new();
             for (index, &(time_s, residual)) in here.iter().enumerate() {
-                let arm_s = time_s - self.centre_s;
-                let j = [slope(index), slope(index) * arm_s];
+                // In steps of the derivatives.
+                let j = [by_delay[index], by_rate[index]];
                 information[0] += j[0] * j[0];
                 information[1] += j[0] * j[1];
                 information[2] += j[1] * j[1];
                 let score = [j[0] * residual, j[1] * residual];
                 gradient[0] += score[0];
                 gradient[1] += score[1];
-                let key = (time_s / block).floor() as i64;
+                let key = self.block(time_s, block_s);
                 match scores.last_mut() {
                     Some((last, sums)) if *last == key => {
                         sums[0] += score[0];
@@ -369,30 +383,61 @@ impl<'a> Slides<'a> {
             }
             let solve = |vector: [f64; 2]| {
                 [
-                    (information[2] * vector[0] - information[1] * vector[1]) / determinant,
-                    (information[0] * vector[1] - information[1] * vector[0]) / determinant,
+                    DERIVATIVE_S * (information[2] * vector[0] - information[1] * vector[1])
+                        / determinant,
+                    rate_step * (information[0] * vector[1] - information[1] * vector[0])
+                        / determinant,
                 ]
             };
-            let step = solve(gradient);
             let n = scores.len() as f64;
             let mean = [gradient[0] / n, gradient[1] / n];
             let spread = scores.iter().fold([0.0; 2], |sum, (_, score)| {
                 let influence = solve([score[0] - mean[0], score[1] - mean[1]]);
                 [sum[0] + influence[0].powi(2), sum[1] + influence[1].powi(2)]
             });
-            let freedom = n / (n - 2.0).max(1.0);
-            errors = ((freedom * spread[0]).sqrt(), (freedom * spread[1]).sqrt());
+            let freedom = (n - 2.0).max(1.0);
+            let widening = student_widening(freedom) / (1.0 - self.leverage());
+            let std = |spread: f64| widening * (n / freedom * spread).sqrt();
+            let drift = 2.0 * LAG_DRIFT_S / self.length_s;
+            errors = (std(spread[0]), std(spread[1]).hypot(drift));
+            let step = solve(gradient);
+            let most_rate = 2.0 * STEP_S / self.length_s;
             let next = Shift {
                 delay_s: shift.delay_s - step[0].clamp(-STEP_S, STEP_S),
-                rate: shift.rate
-                    - step[1].clamp(-2.0 * STEP_S / self.length_s, 2.0 * STEP_S / self.length_s),
+                rate: shift.rate - step[1].clamp(-most_rate, most_rate),
             };
-            if self.residual(next) > self.residual(shift) {
+            if squares(&self.residuals(next)) >= squares(&here) {
                 break;
             }
             shift = next;
         }
         (shift, errors.0, errors.1)
+    }
+
+    /// Returns the share by which the lines of the bins follow their own observations, which makes residuals smaller than errors: each
+    /// has two parameters, and the amplitude crosses a bin twice a period.
+    fn leverage(&self) -> f64 {
+        let frames: usize = self.slides.iter().map(Vec::len).sum();
+        let slide_s = frames as f64 * self.interval_s / self.slides.len() as f64;
+        (self.period_s / slide_s).min(GREATEST_LEVERAGE)
+    }
+
+    /// Returns the number of the block of `block_s` to which a time belongs: blocks begin with each slide, and what remains at its
+    /// end belongs to the last whole one.
+    fn block(&self, time_s: f64, block_s: f64) -> usize {
+        let mut first = 0;
+        for slide in &self.slides {
+            let (Some(start), Some(end)) = (slide.first(), slide.last()) else {
+                continue;
+            };
+            let blocks = (((end.time_s - start.time_s) / block_s) as usize).max(1);
+            if time_s <= end.time_s {
+                let passed = (time_s - start.time_s).max(0.0) / block_s;
+                return first + (passed as usize).min(blocks - 1);
+            }
+            first += blocks;
+        }
+        first
     }
 
     /// Returns the time by which the film follows the amplitude, s, from that of the impedance.
@@ -468,6 +513,22 @@ impl<'a> Slides<'a> {
             others.filter(|other| (other.delay_s - shift.delay_s).abs() > 0.5 * self.period_s);
         (curve, others.collect())
     }
+}
+
+/// Returns the sum of the squared residuals.
+fn squares(residuals: &[(f64, f64)]) -> f64 {
+    residuals
+        .iter()
+        .map(|(_, residual)| residual * residual)
+        .sum()
+}
+
+/// Returns the ratio of the quantiles at 97.5 % of Student's t and of the normal distribution, to second order in the inverse
+/// of the degrees of freedom (Abramowitz and Stegun, 26.7.5).
+fn student_widening(freedom: f64) -> f64 {
+    let z2 = statistics::NORMAL_95.powi(2);
+    let second = (5.0 * z2 * z2 + 16.0 * z2 + 3.0) / 96.0;
+    1.0 + (0.25 * (z2 + 1.0) + second / freedom) / freedom
 }
 
 /// Returns the finger's impedance `places` frames after the one at `index`, between the frames about it.

@@ -59,7 +59,7 @@ pub struct Alignment {
 pub struct Curves {
     /// Residual of the contact over the delay.
     pub contact: Vec<CurvePoint>,
-    /// Residual of the friction over the delay.
+    /// Residual of the friction over further delays than the one found.
     pub friction: Vec<CurvePoint>,
     /// Minima of the friction's residual that the contact excludes.
     pub false_minima: Vec<FalseMinimum>,
@@ -120,9 +120,32 @@ pub fn curves(film: &Film<'_>, forces: &[ForceSample], alignment: &Alignment) ->
     let false_minima = false_minima.collect();
     Some(Curves {
         contact: search.curve(alignment.shift.rate),
-        friction,
+        friction: about(friction, alignment.shift.delay_s),
         false_minima,
     })
+}
+
+/// Returns the residual of the friction over further delays of the forces than the one found, of the same film and forces.
+#[must_use]
+pub fn friction_curve(
+    film: &Film<'_>,
+    forces: &[ForceSample],
+    alignment: &Alignment,
+) -> Vec<CurvePoint> {
+    let grid = ForceGrid::new(forces);
+    let slides = grid.as_ref().and_then(|grid| Slides::new(film, grid));
+    let curve = slides.map_or_else(Vec::new, |slides| slides.curve(alignment.shift).0);
+    about(curve, alignment.shift.delay_s)
+}
+
+/// Returns the finite points of a curve about a delay.
+fn about(curve: Vec<CurvePoint>, delay_s: f64) -> Vec<CurvePoint> {
+    let finite = curve.into_iter().filter(|point| point.residual.is_finite());
+    let shifted = finite.map(|point| CurvePoint {
+        delay_s: point.delay_s - delay_s,
+        ..point
+    });
+    shifted.collect()
 }
 
 /// Compiles and runs the example in the README.

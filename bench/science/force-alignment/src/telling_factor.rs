@@ -65,8 +65,10 @@ impl TellingFactor {
     }
 }
 
-impl fmt::Display for TellingFactor {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl TellingFactor {
+    /// Returns the factor without its cause, as in "1/20" and "2√2".
+    #[must_use]
+    pub fn number(&self) -> String {
         let is_inverse = self.factor < 1.0;
         let size = if is_inverse {
             self.factor.recip()
@@ -79,10 +81,16 @@ impl fmt::Display for TellingFactor {
             Cause::Gain | Cause::PeakToPeak | Cause::Prefix => significant(size),
         };
         if is_inverse {
-            write!(f, "1/{size}")?
+            format!("1/{size}")
         } else {
-            write!(f, "{size}")?
+            size
         }
+    }
+}
+
+impl fmt::Display for TellingFactor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.number())?;
         f.write_str(match self.cause {
             Cause::Gain => ", as the gain of an amplifier or a probe makes it",
             Cause::PeakToPeak => ", as peak-to-peak values make it",

@@ -78,7 +78,7 @@ pub(super) enum NotStarted {
         made_hz: f64,
     },
     /// The system cannot start a thread.
-    #[error("no thread for the card: {0}")]
+    #[error("no thread for the card: {}", bounded_files::cause(.0))]
     Thread(std::io::Error),
 }
 

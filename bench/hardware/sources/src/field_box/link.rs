@@ -223,7 +223,7 @@ impl Link {
     fn is_gone(&self, error: &io::Error) -> FieldBoxGone {
         self.end(FieldBoxGone::Port {
             port: self.port.clone(),
-            why: error.to_string(),
+            why: bounded_files::cause(error),
         })
     }
 

@@ -88,7 +88,10 @@ pub enum LineError {
     #[error("[gpio] names one of encoder_a and encoder_b: an encoder needs both")]
     HalfEncoder,
     /// Another failure.
-    #[error("cannot open GPIO line {line} of {chip} for the {name}: {source}")]
+    #[error(
+        "cannot open GPIO line {line} of {chip} for the {name}: {}",
+        bounded_files::cause(source)
+    )]
     Failed {
         /// Purpose of the line.
         name: &'static str,

@@ -9,6 +9,7 @@ use metrology::regression::{FittedLine, LinePoint};
 use crate::masses::common::{AXES, LEAST_SIGMA_N, TARE_WINDOWS};
 use crate::masses::force_figure::force_figure;
 use crate::masses::force_procedure::ForceProcedure;
+use crate::masses::mass::UNLOADED;
 use crate::masses::plateau::{Plateau, WINDOW_S};
 use calibration_rig::judged::{Calibrates, Judged, Part};
 use calibration_rig::operator::grams;
@@ -137,12 +138,17 @@ impl ForceProcedure {
     /// Returns the masses with readings and residuals, and the zeros between them, as CSV.
     fn table(&self, fit: Option<&Crosstalk>) -> String {
         let mut text = String::from(
-            "time_s,axis,mass_g,normal_reading_n,lateral_reading_n,normal_sigma_n,lateral_sigma_n,normal_residual_n,lateral_residual_n\n",
+            "time_s,axis,mass_g,normal_reading_n,lateral_reading_n,normal_sigma_n,lateral_sigma_n,normal_residual_n,lateral_residual_n,sigma_g\n",
         );
         let mut rows: Vec<(f64, String)> = self
             .zeros
             .iter()
-            .map(|zero| (zero.at_s, format!("{},none,0,{},,", zero.at_s, zero.row())))
+            .map(|zero| {
+                (
+                    zero.at_s,
+                    format!("{},{UNLOADED},0,{},,,", zero.at_s, zero.row()),
+                )
+            })
             .collect();
         let residuals = fit.map_or(&[][..], |fit| &fit.residuals_n);
         for (i, (mass, load)) in self.setup.masses.iter().zip(&self.loads).enumerate() {
@@ -151,11 +157,12 @@ impl ForceProcedure {
                     .get(i)
                     .map_or_else(|| ",".to_owned(), |[n, l]| format!("{n:e},{l:e}"));
                 let row = format!(
-                    "{},{},{},{},{missed}",
+                    "{},{},{},{},{missed},{}",
                     load.at_s,
                     mass.axis.name(),
                     grams(mass.mass_kg),
-                    load.row()
+                    load.row(),
+                    grams(mass.sigma_kg)
                 );
                 rows.push((load.at_s, row));
             }

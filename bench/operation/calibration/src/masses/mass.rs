@@ -18,6 +18,9 @@ pub struct Mass {
     pub sigma_kg: f64,
 }
 
+/// Axis of a reading without a mass.
+pub(super) const UNLOADED: &str = "none";
+
 /// Converts masses typed in grams, on one axis.
 #[must_use]
 pub fn from_g(axis: ForceAxis, masses_g: &[f64]) -> Vec<Mass> {
@@ -31,17 +34,19 @@ pub fn from_g(axis: ForceAxis, masses_g: &[f64]) -> Vec<Mass> {
         .collect()
 }
 
-/// Reads a table with the columns `axis`, `mass_g` and, optionally, `sigma_g`.
+/// Reads a table with the columns `axis`, `mass_g` and, optionally, `sigma_g`, as in the table that `calibrate force` writes; its
+/// readings without a mass, of the axis `none`, are passed over.
 ///
 /// # Errors
-/// If it cannot be read, a column is missing or an axis is neither `normal` nor `lateral`.
+/// If it cannot be read, a column is missing or an axis is none of these.
 pub fn read_table(path: &Path) -> anyhow::Result<Vec<Mass>> {
     const COLUMNS: Columns = Columns {
         required: &["axis", "mass_g"],
         optional: &["sigma_g"],
     };
     let rows = typed_table::rows(path, &COLUMNS)?;
-    rows.iter()
+    let loaded = rows.iter().filter(|row| row.text(0) != UNLOADED);
+    loaded
         .map(|row| {
             let axis = match row.text(0) {
                 "normal" => ForceAxis::Normal,
@@ -92,6 +97,13 @@ mod tests {
             (masses[0].mass_kg - 0.02).abs() < 1e-12 && (masses[0].sigma_kg - 1e-6).abs() < 1e-15
         );
         assert_eq!(masses[1].sigma_kg, 0.0);
+        let written = "time_s,axis,mass_g,normal_reading_n,sigma_g\n\
+            0.5,none,0,0.001,\n3.5,normal,20,0.196,0.002\n6.1,lateral,50,0.003,0\n9,none,0,0.001,\n";
+        std::fs::write(&path, written).unwrap();
+        let again = read_table(&path).unwrap();
+        let axes: Vec<ForceAxis> = again.iter().map(|mass| mass.axis).collect();
+        assert_eq!(axes, [ForceAxis::Normal, ForceAxis::Lateral]);
+        assert!((again[0].sigma_kg - 2e-6).abs() < 1e-15);
         std::fs::write(&path, "axis,mass_g\nvertical,20\n").unwrap();
         let message = format!("{:#}", read_table(&path).unwrap_err());
         assert!(

@@ -81,8 +81,9 @@ impl OutputProcedure {
 
     fn points_csv(&self, fit: &VoltsFit) -> String {
         let mut text = String::from(
-            "commanded_v,read_back_v,meter_v,sigma_v,residual_commanded_v,residual_read_back_v\n",
+            "commanded_v,read_back_v,meter_v,sigma_v,residual_commanded_v,residual_read_back_v,reading_v\n",
         );
+        let peak_v = self.setup.meter.reads.peak_per_reading();
         let residuals = fit
             .per_commanded
             .residuals
@@ -91,8 +92,12 @@ impl OutputProcedure {
         for (point, (commanded, read_back)) in self.points.iter().zip(residuals) {
             let _ = writeln!(
                 text,
-                "{},{},{},{:e},{commanded:e},{read_back:e}",
-                point.commanded_v, point.read_back_v, point.known_v, point.sigma_v
+                "{},{},{},{:e},{commanded:e},{read_back:e},{}",
+                point.commanded_v,
+                point.read_back_v,
+                point.known_v,
+                point.sigma_v,
+                point.known_v / peak_v
             );
         }
         text

@@ -350,3 +350,27 @@ fn forces_without_a_number_are_refused_by_name() {
     let expected = "lateral (lateral_n in force_7.csv) is dead: all its values are NaN";
     assert!(words.contains(expected), "{words}");
 }
+
+#[test]
+fn guesses_that_nobody_confirmed_are_counted_and_a_dry_run_states_its_space() {
+    let laboratory = Laboratory::with_reference();
+    let guessed = SIGNALS_MAP.replacen('\n', "  # CHECK: no file states it\n", 1);
+    let plan = Plan::read(&laboratory.write_map(&guessed)).unwrap();
+    let notes = plan.notes().join("\n");
+    assert!(notes.contains("line 1 is marked # CHECK"), "{notes}");
+    let twice = guessed.clone() + "# CHECK: the whole\n";
+    let plan = Plan::read(&laboratory.write_map(&twice)).unwrap();
+    let notes = plan.notes().join("\n");
+    assert!(notes.contains("2 lines are marked # CHECK (1, "), "{notes}");
+
+    let plan = Plan::read(&laboratory.write_map(SIGNALS_MAP)).unwrap();
+    assert!(plan.notes().is_empty(), "{:?}", plan.notes());
+    let space = plan.trial_space(true).unwrap();
+    let reference = laboratory.reference().join("signals.wav");
+    let bytes = fs::metadata(reference).unwrap().len();
+    assert!(
+        (bytes..6 * bytes).contains(&space.bytes),
+        "{space}, {bytes}"
+    );
+    assert_eq!(plan.trial_space(false), None);
+}

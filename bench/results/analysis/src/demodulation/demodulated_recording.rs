@@ -6,6 +6,7 @@ use crate::measurements::Measurements;
 use crate::row_times;
 use crate::spans::Spans;
 use crate::vibration::Vibration;
+use crate::zero_tail::ZeroTail;
 use recording::manifest::Manifest;
 use recording::reader::Warning;
 use recording::{CsvRow, FORCE_FILE, POSITION_FILE, RecordingSource};
@@ -56,11 +57,16 @@ impl DemodulatedRecording {
         let spans = Spans::with_surroundings(&self.manifest);
         match source.force(duration_s)? {
             Some(mut rows) => {
-                let time_s = CsvRow::time_s;
-                let (force, times) =
-                    row_times::read_rows(&spans, FORCE_FILE, rows.by_ref(), time_s)?;
+                let (mut tail, time_s) = (ZeroTail::default(), CsvRow::time_s);
+                let read = rows.by_ref().inspect(|row| {
+                    if let Ok(row) = row {
+                        tail.take(row);
+                    }
+                });
+                let (force, times) = row_times::read_rows(&spans, FORCE_FILE, read, time_s)?;
                 self.record.force = force;
                 self.flaws.extend(times.flaws(rows.warnings(), duration_s));
+                self.flaws.extend(tail.flaw());
             }
             None => self.flaws.push(Flaw::Missing(MissingStream::Forces)),
         }

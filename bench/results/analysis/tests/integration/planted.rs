@@ -263,6 +263,7 @@ fn the_clock_of_the_forces_is_found_within_its_stated_error() {
         ),
     );
     assert!(10 * right >= 9 * n && 4 * near >= 3 * n, "{found:?}");
+    assert!(10 * ppm_right >= 9 * n, "{found:?}");
     assert!((joint.value - PPM).abs() < 150.0, "{joint:?}");
 }
 

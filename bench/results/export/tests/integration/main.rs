@@ -154,6 +154,34 @@ fn a_folder_with_other_files_and_the_study_itself_are_refused() {
 }
 
 #[test]
+fn an_accepted_trial_with_a_broken_recording_is_named() {
+    let study = SmallStudy::new();
+    let session = study.study().join("sub-02/ses-01");
+    let key = r#"{"number":2,"attempt":1,"practice":false,"condition":"dry"}"#;
+    let events = [
+        format!(r#"{{"event":"trial_began","key":{key}}}"#),
+        format!(
+            r#"{{"event":"trial_settled","record":{{"key":{key},"outcome":{{"outcome":"accepted"}},"analysis":null}}}}"#
+        ),
+    ];
+    let lines = events.map(|data| {
+        format!(r#"{{"document":"event","stream":"session","seq_num":1,"time":"","audio_s":1.0,"data":{data}}}"#) + "\n"
+    });
+    fs::write(session.join("events.jsonl"), lines.concat()).unwrap();
+    let manifest = session.join("trial-002_attempt-1/recording.toml");
+    let text = fs::read_to_string(&manifest).unwrap();
+    fs::write(&manifest, text.replace("\"completed\"", "\"interrupted\"")).unwrap();
+    let arguments = [study.study(), study.folder("export"), "--no-signals".into()];
+    let [study, to, no_signals] = arguments.each_ref().map(|path| path.as_path());
+    let (summary, _) = run(&[study, to, no_signals], "npz").unwrap();
+    assert_eq!((summary.exported, summary.failed), (3, 2), "{summary:?}");
+    assert!(
+        summary.left_out[0].contains("trial-002_attempt-1"),
+        "{summary:?}"
+    );
+}
+
+#[test]
 fn a_recording_outside_a_study_has_no_place_in_a_dataset() {
     let study = SmallStudy::new();
     let alone = study.lone_recording();

@@ -6,6 +6,7 @@ use analysis::findings::{
     Band, ExplorationFindings, InstanceAnalysis, InstanceEstimate, RecordingAnalysis,
     RecordingFindings,
 };
+use analysis::force_clock::ForceClock;
 use analysis::within_laws::WithinLaws;
 use contact::uncertain::{LogUncertain, Uncertain};
 use estimation::Sensitivities;
@@ -14,9 +15,9 @@ use num_complex::Complex64;
 use recording::manifest::assumed_errors::AssumedErrors;
 
 pub use rows::{
-    AveragedModel, BandRow, Estimate, ExplorationRow, Instance, InstanceIntervals, Interval,
-    Methods, Parts, PickupUndone, Recording, RejectedRow, RestSamples, SensitivityRow,
-    SensitivityRows, Std, StimulusRow, Trial, TrialEstimate, TrialIntervals,
+    AveragedModel, BandRow, Estimate, ExplorationRow, ForceClockRow, ForceClockStd, Instance,
+    InstanceIntervals, Interval, Methods, Parts, PickupUndone, Recording, RejectedRow, RestSamples,
+    SensitivityRow, SensitivityRows, Std, StimulusRow, Trial, TrialEstimate, TrialIntervals,
 };
 
 fn pair(z: Complex64) -> Parts {
@@ -45,6 +46,7 @@ impl From<&RecordingAnalysis> for Recording {
                     assumed_errors: AssumedErrors::default(),
                     room: None,
                     force_zero: Vec::new(),
+                    force_clock: None,
                     pickup_undone: None,
                     z_p_n_s_per_m: Methods {
                         paper: None,
@@ -78,6 +80,7 @@ impl From<&RecordingAnalysis> for Recording {
             assumed_errors: findings.errors.assumptions,
             room: findings.manifest.room,
             force_zero: findings.zero.readings.clone(),
+            force_clock: findings.force_clock.as_ref().map(ForceClockRow::from),
             pickup_undone: Some(PickupUndone {
                 phase_rad: findings.pickup.turn_rad,
                 delay_s: findings.pickup.delay_s,
@@ -110,6 +113,27 @@ impl From<&RecordingAnalysis> for Recording {
                 })
                 .collect(),
             warnings: findings.flaws.iter().map(ToString::to_string).collect(),
+        }
+    }
+}
+
+impl From<&ForceClock> for ForceClockRow {
+    fn from(clock: &ForceClock) -> Self {
+        let points = clock.residual.iter();
+        Self {
+            at_s: clock.at_s,
+            length_s: clock.length_s,
+            offset_s: clock.offset_s.value,
+            ppm: clock.ppm.value,
+            std: ForceClockStd {
+                offset_s: clock.offset_s.std,
+                ppm: clock.ppm.std,
+            },
+            offset_corrected: clock.is_offset_corrected,
+            rate_corrected: clock.is_rate_corrected,
+            residual: points
+                .map(|point| (point.shift_s, point.residual))
+                .collect(),
         }
     }
 }
@@ -258,8 +282,10 @@ impl From<&WithinLaws> for InstanceIntervals {
 impl From<&InstanceEstimate> for Estimate {
     fn from(estimated: &InstanceEstimate) -> Self {
         let deltas = &estimated.deltas;
+        let sigma_t = estimated.sigma_t();
         Self {
-            sigma_t_m: estimated.sigma_t_m,
+            sigma_t_m: sigma_t.map(|sigma_t| sigma_t.value_m),
+            sigma_t_null_because: estimated.sigma_t_missing(),
             z_t_n_s_per_m: pair(estimated.z_t_n_s_per_m),
             tau_s: estimated.tau_s.map(|(tau, _)| tau),
             plate_offset_n_s_per_m: estimated.plate_offset.map(|offset| pair(offset.n_s_per_m)),
@@ -291,7 +317,7 @@ impl From<&InstanceEstimate> for Estimate {
                 up_to_amplitude_m: rest.up_to_amplitude_m,
             }),
             std: Std {
-                sigma_t_m: estimated.sigma_t_std_m,
+                sigma_t_m: sigma_t.map(|sigma_t| sigma_t.std_m),
                 z_t_n_s_per_m: pair(estimated.z_t_std_n_s_per_m),
                 tau_s: estimated.tau_s.map(|(_, std)| std),
                 resonance_shift_hz: estimated

@@ -49,6 +49,9 @@ pub struct Recording {
     /// Zero of the force sensor in each stretch without a finger, subtracted from the forces.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub force_zero: Vec<ZeroReading>,
+    /// Clock of the forces; `None` if it cannot be told.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub force_clock: Option<ForceClockRow>,
     /// Corrected deviation of the pickup.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pickup_undone: Option<PickupUndone>,
@@ -68,6 +71,37 @@ pub struct Recording {
     pub rejected: Vec<RejectedRow>,
     /// Defects of the recording.
     pub warnings: Vec<String>,
+}
+
+/// Clock of the forces: t_drive = t_file + offset_s + ppm · 10⁻⁶ · (t_file − at_s).
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ForceClockRow {
+    /// Time at which the offset is stated, s.
+    pub at_s: f64,
+    /// Time from the first to the last slide, s.
+    pub length_s: f64,
+    /// Offset, s: negative if the forces come late.
+    pub offset_s: f64,
+    /// Excess of the rate of true times over the file's, parts per million.
+    pub ppm: f64,
+    /// Standard errors of both.
+    pub std: ForceClockStd,
+    /// Whether all other results have the offset corrected.
+    pub offset_corrected: bool,
+    /// Whether all other results have the rate corrected.
+    pub rate_corrected: bool,
+    /// Residual of the friction over further shifts of the forces, s.
+    #[serde(skip)]
+    pub residual: Vec<(f64, f64)>,
+}
+
+/// Standard errors of the clock of the forces.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ForceClockStd {
+    /// Of the offset, s.
+    pub offset_s: f64,
+    /// Of the rate, parts per million.
+    pub ppm: f64,
 }
 
 /// Deviation of the pickup from its stated values, from the unloaded plate's response to the modulation.
@@ -190,8 +224,11 @@ pub struct InstanceIntervals {
 /// Estimate of an instance by a method.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Estimate {
-    /// σ_t, m.
-    pub sigma_t_m: f64,
+    /// σ_t, m; `None` if it is larger than any skin's.
+    pub sigma_t_m: Option<f64>,
+    /// Reason why it is `None`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sigma_t_null_because: Option<String>,
     /// Z_t, N·s/m.
     pub z_t_n_s_per_m: Parts,
     /// Levitation lag τ, s; `None` for `paper`.
@@ -268,7 +305,7 @@ pub struct RestSamples {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "as in `Estimate`")]
 pub struct Std {
-    pub sigma_t_m: f64,
+    pub sigma_t_m: Option<f64>,
     pub z_t_n_s_per_m: Parts,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tau_s: Option<f64>,

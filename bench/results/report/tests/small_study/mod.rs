@@ -111,6 +111,7 @@ fn unreadable_recording() -> Recording {
         assumed_errors: AssumedErrors::default(),
         room: None,
         force_zero: Vec::new(),
+        force_clock: None,
         pickup_undone: None,
         z_p_n_s_per_m: Methods {
             paper: None,
@@ -143,7 +144,8 @@ fn instance(start_s: f64, trial: Option<TrialEstimate>) -> Instance {
 
 fn estimate() -> Estimate {
     Estimate {
-        sigma_t_m: 1.9e-6,
+        sigma_t_m: Some(1.9e-6),
+        sigma_t_null_because: None,
         z_t_n_s_per_m: [0.47, -3.1],
         tau_s: Some(0.0012),
         plate_offset_n_s_per_m: None,
@@ -169,7 +171,7 @@ fn estimate() -> Estimate {
         misfit: Vec::new(),
         at_rest: None,
         std: Std {
-            sigma_t_m: 1e-8,
+            sigma_t_m: Some(1e-8),
             z_t_n_s_per_m: [0.01, 0.02],
             tau_s: None,
             resonance_shift_hz: None,

@@ -249,7 +249,7 @@ fn truth<'py>(py: Python<'py>, trial: &TrialRecording) -> PyResult<Bound<'py, Py
         .map(|s| complex(s.z_t_n_s_per_m))
         .collect();
     series.set_item("z_t_n_s_per_m", z_t.into_pyarray(py))?;
-    let columns: [(&str, fn(&TruthSample) -> f64); 15] = [
+    let columns: [Column; 15] = [
         ("sigma_t_m", |s| s.sigma_t_m),
         ("mu0", |s| s.mu0),
         ("gap_m", |s| s.gap_m),
@@ -273,6 +273,9 @@ fn truth<'py>(py: Python<'py>, trial: &TrialRecording) -> PyResult<Bound<'py, Py
     truth.set_item("series", series)?;
     Ok(truth)
 }
+
+/// Name of a quantity of the truth, and its value in a sample.
+type Column = (&'static str, fn(&TruthSample) -> f64);
 
 fn complex([re, im]: [f64; 2]) -> Complex64 {
     Complex64::new(re, im)

@@ -2,6 +2,10 @@
 //!
 //! The library is the one that cargo built with the workspace: maturin would choose other features of the dependencies and compile
 //! them again. `./dev wheel` runs the same tests on maturin's wheel.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
 
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX, EXE_SUFFIX};
 use std::path::{Path, PathBuf};

@@ -249,9 +249,11 @@ fn trial_is_drawn_with_the_others_and_replaces_dynamic_in_fig_13() {
         instance.trial = Some(instance.dynamic.clone());
     }
     *analysed.0.agreement.get_mut(Method::Trial) = analysed.0.agreement.dynamic;
-    for instance in &mut analysed.1.get_mut(0).unwrap().instances {
+    let mut series = RecordingSeries::clone(&analysed.1.read(0).unwrap());
+    for instance in &mut series.instances {
         instance.trial = Some(instance.dynamic.clone());
     }
+    analysed.1 = series.into();
     let figures = published_figures(&analysed, &Sessions::default(), &FigureSelection::default());
     // The readings of `trial` are those of `dynamic`, and are drawn once.
     assert_eq!(names(&figures[0], 1), ["dynamic", "paper"]);
@@ -348,7 +350,8 @@ fn the_resonance_is_drawn_over_the_time_of_a_session_with_the_intervals_of_the_r
     let (mut pair, first) = analysed();
     let (second, second_series) = analysed();
     pair.recordings.extend(second.recordings);
-    let series = KeptSeries::from_iter([first, second_series].into_iter().flatten());
+    let series = [first, second_series].map(|series| RecordingSeries::clone(&series.read(0).unwrap()));
+    let series = KeptSeries::from_iter(series);
     let mut log = r#"{"document":"start","time":"2026-01-01T09:00:00Z","resumed":false,"participant":"sub-01","session":1,"#
         .to_owned();
     log += r#""protocol":"p","seed":1,"software":"s","version":"1","devices":{},"calibration":null,"configuration":null}"#;

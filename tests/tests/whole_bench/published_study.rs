@@ -103,7 +103,8 @@ fn require_close(found: &Value, expected: &Value) {
             }
         }
         (Value::Number(found), Value::Number(expected)) => {
-            let (found, expected) = (found.as_f64().unwrap(), expected.as_f64().unwrap());
+            let numbers = found.as_f64().zip(expected.as_f64());
+            let (found, expected) = numbers.expect("two numbers");
             let difference = (found - expected).abs();
             assert!(
                 difference <= TOLERANCE * expected.abs(),

@@ -286,7 +286,7 @@ fn unknown_values_have_neither_digits_nor_errors() {
     let instance = &mut study.recordings[0].instances[1];
     let dynamic = &mut instance.methods.dynamic;
     dynamic.mu0 = f64::NAN;
-    dynamic.std.sigma_t_m = f64::NAN;
+    dynamic.std.sigma_t_m = Some(f64::NAN);
     study.statistics.rows[0].dynamic.main.std = Some(f64::NAN);
     study.statistics.rows[0].dynamic.main.p = Some(f64::NAN);
     let page = page_of("sub-01", &study, &[]).unwrap();

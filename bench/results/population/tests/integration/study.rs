@@ -8,7 +8,7 @@
 use std::path::PathBuf;
 
 use analysis::findings::{RecordingError, RecordingFindings};
-use analysis::{Analysis, RecordingAnalysis, Settings};
+use analysis::{Analysis, RecordingAnalysis};
 use contact::uncertain::{LogUncertain, Uncertain};
 use estimation::trial::{Misfit, SharedFit};
 use estimation::{FitParameter, FitVerdict};
@@ -75,6 +75,7 @@ fn recording(
             provenance: Default::default(),
             rules: SelectionRules::published(0.05),
             pickup: recording::pipeline::PickupOffset::default(),
+            force_clock: None,
             zero: analysis::force_zero::ForceZero::default(),
             errors: analysis::error_budget::ErrorBudget::default(),
             z_p: None,

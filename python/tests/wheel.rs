@@ -7,6 +7,11 @@
     reason = "what cannot be unwrapped fails the test"
 )]
 
+#![expect(
+    clippy::unwrap_used,
+    reason = "a helper that fails fails its test, as in the tests themselves"
+)]
+
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX, EXE_SUFFIX};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

@@ -3,6 +3,11 @@
 //! The library is the one that cargo built with the workspace: maturin would choose other features of the dependencies and compile
 //! them again. `./dev wheel` runs the same tests on maturin's wheel.
 
+#![expect(
+    clippy::unwrap_used,
+    reason = "a helper that fails fails its test, as in the tests themselves"
+)]
+
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX, EXE_SUFFIX};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

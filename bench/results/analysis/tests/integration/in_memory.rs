@@ -1,5 +1,10 @@
 //! A recording in memory has the findings of its folder, to the last bit.
 
+#![expect(
+    clippy::unwrap_used,
+    reason = "a helper that fails fails its test, as in the tests themselves"
+)]
+
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 

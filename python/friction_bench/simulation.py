@@ -156,7 +156,7 @@ def simulate(
 
     Notes
     -----
-    The released program simulates a minute at 192 kHz in about 5 s.
+    A minute at 192 kHz takes about 6 s.
 
     Examples
     --------

@@ -67,10 +67,10 @@ impl<'py, T: Number> Operand<'py, T> {
     /// # Errors
     /// The value is neither a real number nor an array of them.
     pub(crate) fn real(name: &'static str, value: &Bound<'py, PyAny>) -> PyResult<Self> {
-        Self::of_array(name, &numeric(value, &format!("`{name}`"))?)
+        Self::flattened(name, &numeric(value, &format!("`{name}`"))?)
     }
 
-    fn of_array(name: &'static str, array: &Bound<'py, PyUntypedArray>) -> PyResult<Self> {
+    fn flattened(name: &'static str, array: &Bound<'py, PyUntypedArray>) -> PyResult<Self> {
         let flat = array.call_method0("ravel")?;
         Ok(Self {
             name,
@@ -93,7 +93,7 @@ impl<'py> Operand<'py, Complex64> {
             .ok()
             .and_then(|array| array.cast_into::<PyUntypedArray>().ok());
         match array {
-            Some(array) if array.dtype().kind() == b'c' => Self::of_array(name, &array),
+            Some(array) if array.dtype().kind() == b'c' => Self::flattened(name, &array),
             _ => Self::real(name, value),
         }
     }
@@ -157,12 +157,12 @@ pub(crate) fn refused(error: ModelError) -> PyErr {
 /// Returns the samples of a record.
 ///
 /// # Errors
-/// The argument is no array of one dimension.
+/// The argument is a single number, or an array of several dimensions.
 pub(crate) fn record<'a, T: Number>(operand: &'a Operand<'_, T>) -> PyResult<&'a [T]> {
     match operand.shape.as_slice() {
         [_] => Ok(operand.values.as_slice()?),
         _ => Err(FrictionBenchError::new_err(format!(
-            "`{}` is no record: pass an array of one dimension, evenly sampled",
+            "`{}` is not a record: pass an array of one dimension, evenly sampled",
             operand.name
         ))),
     }
@@ -174,14 +174,14 @@ fn common_shape<T: Number>(operands: &[Operand<'_, T>]) -> PyResult<Option<Vec<u
     let Some(first) = arrays.next() else {
         return Ok(None);
     };
-    match arrays.find(|other| other.shape != first.shape) {
+    match arrays.find(|operand| operand.shape != first.shape) {
         None => Ok(Some(first.shape.clone())),
-        Some(other) => Err(FrictionBenchError::new_err(format!(
+        Some(mismatch) => Err(FrictionBenchError::new_err(format!(
             "`{}` has the shape {} and `{}` {}: pass arrays of one shape, or single numbers",
             first.name,
             shape_text(&first.shape),
-            other.name,
-            shape_text(&other.shape),
+            mismatch.name,
+            shape_text(&mismatch.shape),
         ))),
     }
 }

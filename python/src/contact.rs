@@ -64,9 +64,9 @@ const FEWEST_SAMPLES: usize = 4;
 /// >>> amplitude_m = np.array([0.0, 1e-6, 2e-6, 4e-6])
 /// >>> gap_m = contact.equilibrium_gap_m(amplitude_m=amplitude_m, normal_n=0.65)
 /// >>> np.round(1e6 * gap_m, 2).tolist()
-/// [14.67, 16.12, 18.77, 31.31]
+/// [7.99, 9.66, 15.39, 30.58]
 /// >>> np.round(contact.friction_ratio(gap_m=gap_m, normal_n=0.65), 3).tolist()
-/// [1.0, 0.425, 0.09, 0.0]
+/// [1.0, 0.374, 0.013, 0.0]
 #[pyclass(frozen, module = "friction_bench")]
 pub(crate) struct Contact {
     model: contact::Contact,
@@ -474,7 +474,7 @@ impl Contact {
     /// >>> z_c = contact.contact_from_observed_n_s_per_m(z_m)
     /// >>> k_c = contact.stiffness_from_impedance_n_per_m(z_c)
     /// >>> round(1e6 * contact.gap_from_stiffness_m(stiffness_n_per_m=k_c, amplitude_m=2e-6), 2)
-    /// 18.77
+    /// 15.39
     #[pyo3(signature = (*, amplitude_m, normal_n))]
     fn impedance_n_s_per_m<'py>(
         &self,

@@ -77,7 +77,7 @@ macro_rules! columns {
 /// ['normal_n', 'amplitude_m', 'gap_m']
 /// >>> at_five_newtons = gap["normal_n"] == 5.0
 /// >>> round(1e6 * float(gap["gap_m"][at_five_newtons].max()), 1)
-/// 28.5
+/// 28.2
 #[pyfunction]
 #[pyo3(signature = (
     *, sigma_t_m=None, contact_area_m2=None, young_modulus_pa=None, poisson_ratio=None, q0_rad_per_m=None,

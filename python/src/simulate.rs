@@ -70,7 +70,7 @@ pub(crate) fn simulate<'py>(
         } else {
             expected_s
         };
-        if let Some(progress) = progress.filter(|_| done_s > reported_s || !continues) {
+        if let Some(progress) = progress.filter(|_| done_s > reported_s) {
             progress.call1((done_s, expected_s))?;
             reported_s = done_s;
         }
@@ -87,7 +87,7 @@ fn whole<'py, T: TryFrom<u64>>(name: &str, value: &Bound<'py, PyAny>) -> PyResul
         .and_then(|number| T::try_from(number).ok())
         .ok_or_else(|| {
             FrictionBenchError::new_err(format!(
-                "`{name}` is no whole number from 0, or is too large: pass one, as {name}=1"
+                "`{name}` is not a whole number from 0, or is too large: pass one, as {name}=1"
             ))
         })
 }
@@ -101,7 +101,7 @@ fn read(scenario: &Bound<'_, PyAny>) -> PyResult<Scenario> {
         return match scenario.extract::<PathBuf>() {
             Ok(path) => read_file(&path),
             Err(_) => Err(FrictionBenchError::new_err(
-                "`scenario` is no scenario: pass the name of a built-in one, the path or the text of a scenario file, or a dictionary \
+                "`scenario` is not a scenario: pass the name of a built-in one, the path or the text of a scenario file, or a dictionary \
                  of its keys",
             )),
         };
@@ -111,15 +111,13 @@ fn read(scenario: &Bound<'_, PyAny>) -> PyResult<Scenario> {
         return Scenario::parse(&text, UNNAMED).map_err(|error| refused(&error));
     }
     match built_in(&text) {
-        Err(ScenarioError::UnknownName { .. }) if names_a_file(&text) => {
-            read_file(Path::new(&*text))
-        }
+        Err(ScenarioError::UnknownName { .. }) if is_path(&text) => read_file(Path::new(&*text)),
         scenario => scenario.map_err(|error| refused(&error)),
     }
 }
 
-/// Returns whether a text that is no name of a scenario is a path.
-fn names_a_file(text: &str) -> bool {
+/// Returns whether a text is a path.
+fn is_path(text: &str) -> bool {
     let path = Path::new(text);
     path.extension().is_some() || path.exists()
 }

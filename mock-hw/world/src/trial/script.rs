@@ -152,7 +152,7 @@ impl Script {
             self.duration_s
                 .is_none_or(|duration_s| t_s + needed_s <= duration_s)
         };
-        let another = || {
+        let upcoming = || {
             if self.strokes_left > 0 && has_time(PLACING_S + COUNTDOWN_S + REST_OF_STROKE_S) {
                 Stage::Placing
             } else {
@@ -160,7 +160,7 @@ impl Script {
             }
         };
         match self.stage {
-            Stage::Unloaded => (elapsed_s >= UNLOADED_S).then(another),
+            Stage::Unloaded => (elapsed_s >= UNLOADED_S).then(upcoming),
             Stage::Placing if self.pressed => Some(Stage::Countdown),
             Stage::Placing => (elapsed_s >= PATIENCE_S).then_some(Stage::Tail),
             Stage::Countdown if elapsed_s < COUNTDOWN_S => None,
@@ -169,7 +169,7 @@ impl Script {
             Stage::Sliding if elapsed_s < TRAVEL_S => None,
             Stage::Sliding if self.strokes_left > 1 => Some(Stage::Feedback),
             Stage::Sliding => Some(Stage::Tail),
-            Stage::Feedback => (elapsed_s >= FEEDBACK_S).then(another),
+            Stage::Feedback => (elapsed_s >= FEEDBACK_S).then(upcoming),
             Stage::Tail => None,
         }
     }

@@ -1,10 +1,10 @@
 //! `archive`: recordings as small archives.
 
 use std::io::Write;
+use std::sync::OnceLock;
 
 use archive::{ArchiveOptions, ArchivedRecording, RecordingState};
 use escaping::{escaped, escaped_line};
-use indicatif::ProgressBar;
 
 use crate::outcome::progress_bar;
 use crate::privacy;
@@ -18,7 +18,7 @@ pub fn run(options: &ArchiveOptions, verbosity: Verbosity) -> anyhow::Result<boo
     if !options.shared {
         privacy::keep_new_files_private();
     }
-    let bar = std::sync::OnceLock::new();
+    let bar = OnceLock::new();
     let begin = |recordings| drop(bar.set(progress_bar(recordings as u64, verbosity)));
     let summary = archive::archive(options, env!("CARGO_PKG_VERSION"), begin, |recording| {
         if let Some(bar) = bar.get() {
@@ -26,7 +26,9 @@ pub fn run(options: &ArchiveOptions, verbosity: Verbosity) -> anyhow::Result<boo
             bar.inc(1);
         }
     })?;
-    bar.get().map(ProgressBar::finish_and_clear);
+    if let Some(bar) = bar.get() {
+        bar.finish_and_clear();
+    }
     let target = options.to.display().to_string();
     writeln!(
         standard_streams::stdout(),

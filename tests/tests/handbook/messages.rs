@@ -42,6 +42,7 @@ const LEFT_OUT: &[&str] = &[
     "LayoutError",
     "LayoutFault",
     "LimitError",
+    "ListError",
     "ManifestError",
     "ManifestReadError",
     "MapError",

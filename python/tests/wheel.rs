@@ -4,11 +4,6 @@
 //! them again. `./dev wheel` runs the same tests on maturin's wheel.
 #![expect(
     clippy::unwrap_used,
-    reason = "what cannot be unwrapped fails the test"
-)]
-
-#![expect(
-    clippy::unwrap_used,
     reason = "a helper that fails fails its test, as in the tests themselves"
 )]
 

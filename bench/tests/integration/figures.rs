@@ -13,6 +13,7 @@ use analysis::exploration_series::ExplorationSeries;
 use analysis::findings::PlateReading;
 use analysis::findings::RecordingFindings;
 use analysis::measurements::FrameSeries;
+use analysis::series_store::SeriesSource;
 use analysis::under_finger::UnderFinger;
 use analysis::{Analysis, KeptSeries, RecordingAnalysis, RecordingSeries, Settings, complete};
 use clap::Parser;
@@ -350,7 +351,8 @@ fn the_resonance_is_drawn_over_the_time_of_a_session_with_the_intervals_of_the_r
     let (mut pair, first) = analysed();
     let (second, second_series) = analysed();
     pair.recordings.extend(second.recordings);
-    let series = [first, second_series].map(|series| RecordingSeries::clone(&series.read(0).unwrap()));
+    let series =
+        [first, second_series].map(|series| RecordingSeries::clone(&series.read(0).unwrap()));
     let series = KeptSeries::from_iter(series);
     let mut log = r#"{"document":"start","time":"2026-01-01T09:00:00Z","resumed":false,"participant":"sub-01","session":1,"#
         .to_owned();

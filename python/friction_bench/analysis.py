@@ -64,7 +64,7 @@ def analyze(
     carrier_hz : float or "follows"
         Frequency of the carrier, Hz, or "follows" for one that moves.
     modulation_hz, modulation_index : float
-        Frequency of the amplitude modulation, Hz, and its index, 0 to 1.
+        Frequency of the amplitude modulation, Hz, and its index, 0 to 1; found in the drive if absent.
     plate : Plate or dict
         Constants of the plate.
     normal, lateral : (array_like, array_like), optional

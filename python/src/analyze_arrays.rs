@@ -34,7 +34,7 @@ pub(crate) fn analyze_arrays(
 ) -> PyResult<Analysis> {
     let settings = assumptions(settings)?;
     let signals = DriveAndPickup::read(drive, pickup)?;
-    let description = Description::read(description, rate_hz)?;
+    let description = Description::read(description, rate_hz, &signals.drive)?;
     let normal = normal
         .map(|pair| Readings::read(pair, "normal"))
         .transpose()?;
@@ -61,7 +61,7 @@ pub(crate) fn analyze_arrays(
 
 /// Drive and pickup, sampled at the same times.
 pub(crate) struct DriveAndPickup<'py> {
-    drive: Signal<'py>,
+    pub(crate) drive: Signal<'py>,
     pickup: Signal<'py>,
 }
 

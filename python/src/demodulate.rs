@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use impedance::{Demodulator, EnvelopeFrame, Filter, InputChannel, samples_per_frame};
+use metrology::drive_modulation::{self, FoundModulation};
 use num_complex::Complex64;
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
@@ -46,7 +47,7 @@ pub(crate) fn impedance_of_arrays<'py>(
     corrected: bool,
 ) -> PyResult<SeriesArrays<'py>> {
     let signals = DriveAndPickup::read(drive, pickup)?;
-    let description = Description::read(description, rate_hz)?;
+    let description = Description::read(description, rate_hz, &signals.drive)?;
     let arrays = signals.recorded(description)?;
     let series = background::run_borrowed(py, None, |stop| {
         let source = RecordingSource::arrays(&arrays).with_stop(stop);
@@ -70,6 +71,25 @@ pub(crate) fn envelopes<'py>(
         envelope_series(samples, (rate_hz, carrier_hz), stop)
     })?;
     Ok(into_arrays(py, series.map_err(refusal)?))
+}
+
+/// Returns the modulation of a drive; `None` if it is on for too short a time.
+///
+/// # Errors
+/// The carrier cannot be demodulated at this rate.
+pub(crate) fn modulation(
+    py: Python<'_>,
+    drive: &Signal<'_>,
+    (rate_hz, carrier_hz): (f64, f64),
+) -> PyResult<Option<FoundModulation>> {
+    let samples = drive.samples()?;
+    let series = background::run_borrowed(py, None, |stop| {
+        envelope_series(samples, (rate_hz, carrier_hz), stop)
+    })?;
+    let (envelope, time_s) = series.map_err(refusal)?;
+    let amplitude: Vec<f64> = envelope.iter().map(|value| value.norm()).collect();
+    let step_s = time_s.get(1).zip(time_s.first()).map(|(b, a)| b - a);
+    Ok(step_s.and_then(|step_s| drive_modulation::find(&amplitude, step_s)))
 }
 
 /// Return the array of which the samples are read.

@@ -6,10 +6,15 @@ use recording::Manifest;
 use recording::manifest::{ManifestError, ManifestReadError};
 use toml::{Table, Value};
 
+use crate::arrays::Signal;
+use crate::demodulate::modulation;
 use crate::error::{FrictionBenchError, refusal};
 
 /// Name of the description in errors that concern all of it.
 const DESCRIPTION: &str = "the description of the recording";
+
+/// Keys of the modulation: frequency and index.
+const MODULATION: [&str; 2] = ["modulation_hz", "modulation_index"];
 
 /// Highest sampling rate, Hz.
 const MAX_RATE_HZ: f64 = 1e9;
@@ -29,13 +34,28 @@ pub(crate) struct Description {
 }
 
 impl Description {
-    /// Reads the content of a `recording.toml` for arrays sampled at `rate_hz`.
+    /// Reads the content of a `recording.toml` for a drive sampled at `rate_hz`, in which a modulation that it does not state is
+    /// found.
     ///
     /// # Errors
     /// A key is unknown, missing, or has a value that is not allowed; the message names it.
-    pub(crate) fn read(content: &Bound<'_, PyDict>, rate_hz: f64) -> PyResult<Self> {
+    pub(crate) fn read(
+        content: &Bound<'_, PyDict>,
+        rate_hz: f64,
+        drive: &Signal<'_>,
+    ) -> PyResult<Self> {
         let sample_rate_hz = whole_rate_hz(rate_hz)?;
         let mut table = table(content, "")?;
+        let [hz, index] = MODULATION;
+        if let (false, Some(carrier_hz)) = (
+            table.contains_key(hz) && table.contains_key(index),
+            table.get("carrier_hz").and_then(number),
+        ) && let Some(found) = modulation(content.py(), drive, (rate_hz, carrier_hz))?
+        {
+            for (key, value) in [(hz, found.hz), (index, found.index.min(1.0))] {
+                table.entry(key).or_insert(Value::Float(value));
+            }
+        }
         if f64::from(sample_rate_hz) != rate_hz
             && let Some(Value::Table(channels)) = table.get_mut("channels")
         {
@@ -90,6 +110,11 @@ fn in_arguments(message: String) -> String {
     ARGUMENTS.iter().fold(message, |message, (key, argument)| {
         message.replace(key, argument)
     })
+}
+
+fn number(value: &Value) -> Option<f64> {
+    let whole = value.as_integer().map(|whole| whole as f64);
+    value.as_float().or(whole)
 }
 
 /// Returns a dict as a table of TOML, without keys of which the value is `None`; `prefix` precedes the keys in errors.

@@ -5,11 +5,11 @@ use std::f64::consts::TAU;
 use import_map::{Carrier, ImportMap, Modulation, Quantity, Rate, TimeBase};
 use recording::manifest::FoundValue;
 
-use crate::modulation::{FoundModulation, harmonic_fit};
 use crate::readings::{DriveTime, Readings};
 use crate::refusal::ImportRefusal;
 use crate::series::Samples;
 use crate::survey::{CarrierFrequency, Envelope};
+use metrology::drive_modulation::{FoundModulation, HarmonicFit, harmonic_fit};
 
 /// Difference from which on a carrier is another, Hz; two clocks differ by less.
 const OTHER_CARRIER_HZ: f64 = 10.0;
@@ -160,7 +160,7 @@ pub(crate) fn exchanged(
             [drive, pickup].map(|channel| harmonic_fit(&amplitude(channel), step_s, modulation_hz));
         let n = range.len() as f64;
         // Phase error of a harmonic in noise; that of 20 values is alike.
-        let error = |fit: crate::modulation::HarmonicFit| {
+        let error = |fit: HarmonicFit| {
             (2.0 * fit.residual / n / (n / 20.0).max(1.0)).sqrt() / fit.amplitude
         };
         if fits

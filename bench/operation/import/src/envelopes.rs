@@ -18,7 +18,6 @@ use crate::converted::Converted;
 use crate::data_files;
 use crate::description::Description;
 use crate::figure::{self, Evidence};
-use crate::modulation;
 use crate::plate;
 use crate::readings::{DriveTime, Readings};
 use crate::refusal::ImportRefusal;
@@ -289,7 +288,7 @@ fn modulation_of(
     let rate_hz = 1.0 / drive.step_s;
     let tone = checks::tone(
         (carrier, modulation),
-        (None, modulation::find(drive)),
+        (None, drive.modulation()),
         rate_hz,
         found,
     )?;

@@ -15,7 +15,6 @@ mod figure;
 mod files;
 mod forces_alone;
 mod intervals;
-mod modulation;
 mod place;
 mod plate;
 mod readings;

@@ -19,7 +19,6 @@ use crate::data_files;
 use crate::derivative::Integrator;
 use crate::description::Description;
 use crate::figure::{self, Evidence};
-use crate::modulation;
 use crate::plate;
 use crate::readings::{DriveTime, Readings, require_same_length};
 use crate::refusal::ImportRefusal;
@@ -234,7 +233,7 @@ fn survey(
             name: columns[0].name(),
         });
     }
-    let modulated = modulation::find(&drive_channel.envelope);
+    let modulated = drive_channel.envelope.modulation();
     let tone = checks::tone(
         (parts.carrier, parts.modulation),
         (measured, modulated),

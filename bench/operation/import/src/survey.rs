@@ -1,5 +1,6 @@
 //! First pass over drive and pickup: their envelopes at about 2 kHz, the carrier, and the state of the channels.
 
+use metrology::drive_modulation::{self, FoundModulation};
 use std::f64::consts::TAU;
 
 use num_complex::Complex64;
@@ -36,6 +37,13 @@ impl Envelope {
     /// Returns the time of a value, s.
     pub fn time_s(&self, index: usize) -> f64 {
         self.first_s + index as f64 * self.step_s
+    }
+
+    /// Returns the modulation of a drive's amplitude.
+    pub fn modulation(&self) -> Option<FoundModulation> {
+        let amplitude: Vec<f64> = self.values.iter().map(|value| value.norm()).collect();
+        let found = drive_modulation::find(&amplitude, self.step_s)?;
+        Some(found.of_means(self.step_s))
     }
 
     /// Returns the indices of values from which on the envelope is lower than that.

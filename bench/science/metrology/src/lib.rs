@@ -5,6 +5,7 @@
 //! | amplitude and phase of a tone, with their errors | [`tone`] |
 //! | power density, noise, and the tones in a silent recording | [`spectrum`] |
 //! | offsets, hum and foreign tones in addition to a drive | [`disturbance`] |
+//! | frequency and index of the modulation of a drive | [`drive_modulation`] |
 //! | whether a generated carrier comes back at its own frequency | [`signal_path`] |
 //! | whether a converter clips a tone | [`tone_clipping`] |
 //! | a straight line with its errors | [`regression`] |
@@ -23,6 +24,7 @@ pub mod channel_fit;
 pub mod complex_slope;
 pub mod crosstalk;
 pub mod disturbance;
+pub mod drive_modulation;
 mod fitted_value;
 pub mod mode_across;
 pub mod plate_fit;

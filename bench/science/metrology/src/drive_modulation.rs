@@ -4,8 +4,6 @@ use std::f64::consts::TAU;
 
 use num_complex::Complex64;
 
-use crate::survey::Envelope;
-
 /// Frequencies of a modulation, Hz.
 const RANGE_HZ: (f64, f64) = (0.2, 500.0);
 /// Index below which the drive counts as not modulated.
@@ -15,7 +13,7 @@ const ON_SHARE: f64 = 0.7;
 
 /// Modulation of an amplitude, A (1 + index sin(2πft + phase)).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct FoundModulation {
+pub struct FoundModulation {
     /// Frequency, Hz.
     pub hz: f64,
     /// Its standard error, Hz.
@@ -24,6 +22,25 @@ pub(crate) struct FoundModulation {
     pub index: f64,
     /// Its standard error.
     pub index_error: f64,
+}
+
+impl FoundModulation {
+    /// Returns the modulation of a drive, of which each value of the amplitude is a mean over `step_s`: this lowers a sine by
+    /// sin(πfT)/(πfT).
+    #[must_use]
+    pub fn of_means(self, step_s: f64) -> Self {
+        let half_rad = TAU / 2.0 * self.hz * step_s;
+        let gain = if half_rad > 0.0 {
+            half_rad / half_rad.sin()
+        } else {
+            1.0
+        };
+        Self {
+            index: self.index * gain,
+            index_error: self.index_error * gain,
+            ..self
+        }
+    }
 }
 
 /// Longest stretch in which the drive is on with a steady modulation, as indices.
@@ -63,11 +80,12 @@ fn steady(amplitude: &[f64], step_s: f64) -> std::ops::Range<usize> {
     best
 }
 
-/// Finds frequency and index of the modulation of a drive; an index of 0 without one.
-pub(crate) fn find(envelope: &Envelope) -> Option<FoundModulation> {
-    let amplitude: Vec<f64> = envelope.values.iter().map(|value| value.norm()).collect();
-    let stretch = &amplitude[steady(&amplitude, envelope.step_s)];
-    let length_s = stretch.len() as f64 * envelope.step_s;
+/// Finds frequency and index of the modulation of a drive from its amplitude at instants `step_s` apart; an index of 0 without
+/// modulation, `None` if the drive is on for less than 0.3 s.
+#[must_use]
+pub fn find(amplitude: &[f64], step_s: f64) -> Option<FoundModulation> {
+    let stretch = &amplitude[steady(amplitude, step_s)];
+    let length_s = stretch.len() as f64 * step_s;
     if length_s < 0.3 {
         return None;
     }
@@ -80,18 +98,18 @@ pub(crate) fn find(envelope: &Envelope) -> Option<FoundModulation> {
         *x = window * (value - mean);
     }
     transform.process(&mut input, &mut output).ok()?;
-    let resolution_hz = 1.0 / (envelope.step_s * size as f64);
+    let resolution_hz = 1.0 / (step_s * size as f64);
     let bin = |hz: f64| ((hz / resolution_hz) as usize).clamp(1, output.len() - 1);
     let lowest_hz = RANGE_HZ.0.max(1.0 / length_s);
     let peak = (bin(lowest_hz)..bin(RANGE_HZ.1))
         .max_by(|a, b| output[*a].norm_sqr().total_cmp(&output[*b].norm_sqr()))?;
     let mut hz = peak as f64 * resolution_hz;
     // Gauss–Newton on the frequency, with the amplitude of mean, sine and their second harmonics solved for linearly.
-    let mut fit = harmonic_fit(stretch, envelope.step_s, hz);
+    let mut fit = harmonic_fit(stretch, step_s, hz);
     let mut width_hz = 0.5 / length_s;
     for _ in 0..40 {
-        let trials = [hz - width_hz, hz + width_hz]
-            .map(|hz| (hz, harmonic_fit(stretch, envelope.step_s, hz)));
+        let trials =
+            [hz - width_hz, hz + width_hz].map(|hz| (hz, harmonic_fit(stretch, step_s, hz)));
         let better = trials
             .into_iter()
             .find(|(trial, candidate)| *trial > 0.0 && candidate.residual < fit.residual);
@@ -100,9 +118,7 @@ pub(crate) fn find(envelope: &Envelope) -> Option<FoundModulation> {
             None => width_hz *= 0.5,
         }
     }
-    // Each value is a mean over its interval, which lowers a sine by sin(πfT)/(πfT).
-    let half_rad = TAU / 2.0 * hz * envelope.step_s;
-    let index = fit.amplitude / fit.mean * half_rad / half_rad.sin();
+    let index = fit.amplitude / fit.mean;
     if index < LEAST_INDEX {
         return Some(FoundModulation {
             hz: 0.0,
@@ -125,7 +141,7 @@ pub(crate) fn find(envelope: &Envelope) -> Option<FoundModulation> {
 
 /// Mean and first harmonic of a series.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct HarmonicFit {
+pub struct HarmonicFit {
     /// Mean.
     pub mean: f64,
     /// Amplitude of the first harmonic.
@@ -137,7 +153,8 @@ pub(crate) struct HarmonicFit {
 }
 
 /// Fits mean, fundamental and second harmonic at a frequency by least squares.
-pub(crate) fn harmonic_fit(values: &[f64], step_s: f64, hz: f64) -> HarmonicFit {
+#[must_use]
+pub fn harmonic_fit(values: &[f64], step_s: f64, hz: f64) -> HarmonicFit {
     const N: usize = 5;
     let mut matrix = [[0.0; N + 1]; N];
     let mut squares = 0.0;
@@ -198,33 +215,48 @@ fn solve<const N: usize, const M: usize>(mut matrix: [[f64; M]; N]) -> [f64; N] 
 mod tests {
     use super::*;
 
-    fn envelope(hz: f64, index: f64) -> Envelope {
-        let step_s = 0.5e-3;
-        Envelope {
-            first_s: 0.0,
-            step_s,
-            reference_hz: 35e3,
-            values: (0..6800)
-                .map(|n| {
-                    let t = f64::from(n) * step_s;
-                    let ramp = ((t - 0.1) / 0.1).clamp(0.0, 1.0);
-                    let ripple = 1e-3 * f64::from(n % 7 - 3);
-                    Complex64::from(ramp * 8.0 * (1.0 + index * (TAU * hz * t).sin() + ripple))
-                })
-                .collect(),
-        }
+    const STEP_S: f64 = 0.5e-3;
+
+    fn amplitude(hz: f64, index: f64) -> Vec<f64> {
+        let times_s = (0..6800).map(|n| f64::from(n) * STEP_S);
+        times_s
+            .enumerate()
+            .map(|(n, t)| {
+                let ramp = ((t - 0.1) / 0.1).clamp(0.0, 1.0);
+                let ripple = 1e-3 * (n as f64 % 7.0 - 3.0);
+                ramp * 8.0 * (1.0 + index * (TAU * hz * t).sin() + ripple)
+            })
+            .collect()
+    }
+
+    #[test]
+    fn means_over_the_interval_lower_the_index() {
+        let found = find(&amplitude(40.0, 0.1), STEP_S).unwrap();
+        let corrected = found.of_means(4e-3);
+        let loss = (TAU / 2.0 * 40.0 * 4e-3).sin() / (TAU / 2.0 * 40.0 * 4e-3);
+        assert!(
+            (corrected.index * loss - found.index).abs() < 1e-3,
+            "{corrected:?}"
+        );
+        assert_eq!(
+            find(&amplitude(6.0, 0.0), STEP_S)
+                .unwrap()
+                .of_means(4e-3)
+                .index,
+            0.0
+        );
     }
 
     #[test]
     fn frequency_and_index_are_found_within_their_errors() {
         for (hz, index) in [(6.0, 0.95), (3.37, 0.5), (40.0, 0.1), (1.5, 0.8)] {
-            let found = find(&envelope(hz, index)).unwrap();
+            let found = find(&amplitude(hz, index), STEP_S).unwrap();
             assert!(
                 (found.hz - hz).abs() < (5.0 * found.hz_error).max(2e-3 * hz),
                 "{hz} {found:?}"
             );
             assert!((found.index - index).abs() < 0.01, "{index} {found:?}");
         }
-        assert_eq!(find(&envelope(6.0, 0.0)).unwrap().index, 0.0);
+        assert_eq!(find(&amplitude(6.0, 0.0), STEP_S).unwrap().index, 0.0);
     }
 }

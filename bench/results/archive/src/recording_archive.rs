@@ -94,7 +94,7 @@ fn fill(
     manifest: Manifest,
     version: &str,
 ) -> Result<RecordingState, ArchiveError> {
-    let copied = |reason| {
+    let copied = |reason| -> Result<RecordingState, ArchiveError> {
         copy_files(source, folder, |_| true)?;
         Ok(RecordingState::Copied { reason })
     };

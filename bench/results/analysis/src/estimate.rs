@@ -1,7 +1,7 @@
 //! Estimates an instance by `paper` and `dynamic`, and converts the result of a trial's fit to the same form.
 
 use contact::uncertain::{LogUncertain, Uncertain};
-use contact::{AssumedConstants, Contact, FittedFinger};
+use contact::{AssumedConstants, Contact};
 use estimation::paper::RestReading;
 use estimation::{
     Agreement, EstimatedSeries, FitConditions, FitError, FitVerdict, InstanceFit, InstanceMisfit,

@@ -132,20 +132,6 @@ pub fn analyse_with_series(
     join(settings, recordings.collect())
 }
 
-/// Analyses recording folders as [`analyse_with_series`] does, until `callback` breaks off; returns `None` then.
-pub fn analyse_while(
-    folders: &[PathBuf],
-    settings: &Settings,
-    callback: impl Fn(&RecordingAnalysis) -> ControlFlow<()> + Sync,
-) -> Option<(Analysis, KeptSeries)> {
-    let recordings = folders.par_iter().map(|folder| {
-        let (analysis, series) = recording_analysis::analyse_with_series(folder, settings);
-        let is_continued = callback(&analysis).is_continue();
-        is_continued.then(|| (analysis, Arc::new(series)))
-    });
-    Some(join(settings, recordings.collect::<Option<_>>()?))
-}
-
 /// Analyses a recording as [`analyse`] does, from its folder or from memory.
 ///
 /// # Errors
@@ -172,7 +158,7 @@ fn join(
 }
 
 /// Analyses recording folders as [`analyse`] does, and moves the series of each to a store, from which tables of samples and
-/// figures read them.
+/// figures read them. Returns `None` once `callback` broke off.
 ///
 /// # Errors
 /// The store cannot keep the series.
@@ -180,17 +166,21 @@ pub fn analyse_into(
     store: &impl SeriesStore,
     folders: &[PathBuf],
     settings: &Settings,
-    callback: impl Fn(&RecordingAnalysis) + Sync,
-) -> Result<Analysis, SeriesError> {
+    callback: impl Fn(&RecordingAnalysis) -> ControlFlow<()> + Sync,
+) -> Result<Option<Analysis>, SeriesError> {
     let recordings = folders.par_iter().enumerate().map(|(number, folder)| {
         let (analysis, series) = recording_analysis::analyse_with_series(folder, settings);
         store.put(number, series)?;
-        callback(&analysis);
-        Ok(analysis)
+        Ok(callback(&analysis).is_continue().then_some(analysis))
     });
-    let mut recordings: Vec<RecordingAnalysis> = recordings.collect::<Result<_, _>>()?;
+    let recordings: Option<Result<Vec<RecordingAnalysis>, _>> =
+        recordings.map(Result::transpose).collect();
+    let Some(recordings) = recordings else {
+        return Ok(None);
+    };
+    let mut recordings = recordings?;
     identify(&mut recordings);
-    complete(recordings, settings, store)
+    complete(recordings, settings, store).map(Some)
 }
 
 /// Completes an analysis of recordings, the participants of which have names, by that which depends on all of them: the models with

@@ -19,6 +19,25 @@ pub struct RecordingSeries {
     pub instances: Vec<SampledInstance>,
 }
 
+impl RecordingSeries {
+    /// Returns the memory that the series take, bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let explorations = self.explorations.iter();
+        let frames: usize = explorations.map(|series| series.time_s.len()).sum();
+        let instances = self.instances.iter();
+        let samples: usize = instances
+            .map(|instance| instance.samples.time_s().len())
+            .sum();
+        frames * EXPLORATION_BYTES + samples * INSTANCE_BYTES
+    }
+}
+
+/// Memory of a sample of an exploration: eleven numbers, two impedances, the validity.
+const EXPLORATION_BYTES: usize = 11 * 8 + 2 * 16 + 1;
+/// Memory of a sample of an instance: eleven measured numbers, half as many again for the lead-in, and eighteen numbers by each method.
+const INSTANCE_BYTES: usize = 11 * 8 * 3 / 2 + 3 * 18 * 8;
+
 /// Samples of an instance, measured and estimated.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct SampledInstance {

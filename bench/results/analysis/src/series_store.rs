@@ -1,5 +1,7 @@
 //! Where the series of an analysis are until everything has taken what it needs of them.
 
+use std::io;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::recording_series::RecordingSeries;
@@ -28,14 +30,23 @@ pub trait SeriesStore: SeriesSource {
 #[non_exhaustive]
 pub enum SeriesError {
     /// The recording has no series here.
-    #[error("the series of recording {0} of the analysis are not here")]
+    #[error("the time series of recording {0} of the analysis were not kept: analyse it again")]
     Absent(usize),
     /// The part of an analysis that has the series cannot be used.
     #[error("{0}")]
     Part(String),
     /// The operating system refused.
-    #[error("cannot keep the series of the recordings until the results are written: {0}")]
-    Disk(String),
+    #[error(
+        "cannot keep the time series of the recordings in a temporary file in {}: {}; set TMPDIR to a folder with some 2 MB for each \
+         recording",
+        folder.display(), bounded_files::cause(source)
+    )]
+    Disk {
+        /// Folder of temporary files.
+        folder: PathBuf,
+        /// Reason.
+        source: io::Error,
+    },
 }
 
 /// Series in memory.

@@ -4,10 +4,23 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use analysis::attempts::{Attempts, SelectedAttempt};
-use analysis::{RecordingAnalysis, Settings, analyse_while};
+use analysis::{RecordingAnalysis, SeriesError, Settings, analyse_into, analyse_while};
+use series_spool::SeriesSpool;
 use study::exclusions::{ExclusionsError, RecordingSelection};
 
 use crate::study_analysis::StudyAnalysis;
+
+/// Reasons why the recordings found cannot be analysed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum AnalysisError {
+    /// The exclusions of a study cannot be read.
+    #[error(transparent)]
+    Exclusions(#[from] ExclusionsError),
+    /// The time series cannot be kept.
+    #[error(transparent)]
+    Series(#[from] SeriesError),
+}
 
 /// Recordings found for an analysis.
 #[derive(Debug, Default)]
@@ -50,15 +63,15 @@ impl Found {
     /// off.
     ///
     /// # Errors
-    /// The exclusions of a study cannot be read.
+    /// The exclusions of a study cannot be read, or the time series cannot be kept.
     pub fn analyse(
         self,
         settings: &Settings,
         callback: impl Fn(&RecordingAnalysis) -> ControlFlow<()> + Sync,
-    ) -> Result<Option<StudyAnalysis>, ExclusionsError> {
-        let analysed = analyse_while(self.recordings(), settings, callback);
-        analysed
-            .map(|analysed| StudyAnalysis::new(self, analysed))
-            .transpose()
+    ) -> Result<Option<StudyAnalysis>, AnalysisError> {
+        let spool = SeriesSpool::default();
+        let analysed = analyse_into(&spool, self.recordings(), settings, callback)?;
+        let study = analysed.map(|analysed| StudyAnalysis::new(self, (analysed, Box::new(spool))));
+        Ok(study.transpose()?)
     }
 }

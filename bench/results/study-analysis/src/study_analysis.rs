@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use analysis::attempts::{AttemptAccount, Attempts};
 use analysis::findings::RecordingFindings;
-use analysis::{Analysis, KeptSeries, SeriesError, SeriesSource};
+use analysis::{Analysis, SeriesError, SeriesSource};
 use descriptive::Description;
 use jiff::Timestamp;
 use plotting::Figure;
@@ -59,13 +59,12 @@ impl StudyAnalysis {
     /// The exclusions of a study cannot be read.
     pub fn new(
         found: Found,
-        (analysed, series): (Analysis, KeptSeries),
+        (analysed, series): (Analysis, Box<dyn SeriesSource + Send>),
     ) -> Result<Self, ExclusionsError> {
         let excluded = excluded_recordings(&found.attempts, &found.selection)?;
         let folders = analysed.recordings.iter();
         let sessions = Sessions::from_recordings(folders.map(|recording| recording.path.as_path()));
-        let with_series = (analysed, Box::new(series) as Box<dyn SeriesSource + Send>);
-        let mut study = Self::assemble(found, with_series, (sessions, &excluded));
+        let mut study = Self::assemble(found, (analysed, series), (sessions, &excluded));
         study.is_damaged = study.account.missed().any(|attempt| attempt.path.exists());
         Ok(study)
     }

@@ -10,12 +10,13 @@ use std::fs;
 use std::path::Path;
 
 use analysis::attempts::Attempts;
-use analysis::{Analysis, KeptSeries, Settings};
+use analysis::{Analysis, KeptSeries, RecordingSeries, SeriesSource, SeriesStore, Settings};
 use descriptive::Description;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use report::recording_results::Recording;
 use serde_json::Value;
+use series_spool::SeriesSpool;
 use study::exclusions::RecordingSelection;
 use tables::{Content, METADATA_KEYS};
 
@@ -39,6 +40,10 @@ fn name_end(name: &str, is_std: bool) -> usize {
 
 /// Writes the tables of an analysis into `folder`.
 fn write((analysed, series): &(Analysis, KeptSeries), folder: &Path) {
+    write_from((analysed, series), folder);
+}
+
+fn write_from((analysed, series): (&Analysis, &dyn SeriesSource), folder: &Path) {
     let content = Content {
         analysed,
         series,
@@ -232,6 +237,18 @@ fn no_two_rows_share_their_key_and_csv_and_parquet_agree() {
     let analysed = analysis::analyse_with_series(&folders, &Settings::default(), |_| ());
     let tables = folder.path().join("tables");
     write(&analysed, &tables);
+    // Series that were in a file make the same tables.
+    let spool = SeriesSpool::new(0);
+    for number in 0..folders.len() {
+        let series = analysed.1.read(number).unwrap();
+        spool.put(number, RecordingSeries::clone(&series)).unwrap();
+    }
+    let from_file = folder.path().join("from-file");
+    write_from((&analysed.0, &spool), &from_file);
+    for name in ["samples.csv", "samples.parquet", "friction.csv"] {
+        let [one, other] = [&tables, &from_file].map(|folder| fs::read(folder.join(name)).unwrap());
+        assert!(one == other, "{name}");
+    }
     let mut dictionary = BTreeSet::new();
     for row in csv_rows(&tables.join("columns.csv")) {
         assert!(dictionary.insert((row["table"].clone(), row["column"].clone())));

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use analysis::attempts::{Attempts, SelectedAttempt};
-use analysis::{RecordingAnalysis, SeriesError, Settings, analyse_into, analyse_while};
+use analysis::{RecordingAnalysis, SeriesError, Settings, analyse_into};
 use series_spool::SeriesSpool;
 use study::exclusions::{ExclusionsError, RecordingSelection};
 

@@ -192,14 +192,14 @@ mod tests {
 
     #[test]
     fn a_telling_factor_is_the_cause_within_the_errors_and_else_the_nearest() {
-        let found = plate_scale(&transient(2.718), 0.005).unwrap();
+        let found = plate_scale(&transient(2.72), 0.005).unwrap();
         assert!(
             matches!(found, Implausible::Scale { near: Some(_), .. }) && found.spoils_estimates(),
             "{found:?}"
         );
         let words = "2√2 is a usual factor, and 4 % from it";
         assert!(found.to_string().contains(words), "{found}");
-        let uncertain = plate_scale(&transient(2.718), 0.02).unwrap();
+        let uncertain = plate_scale(&transient(2.72), 0.02).unwrap();
         assert!(
             matches!(uncertain, Implausible::ScaleFactor { .. }),
             "{uncertain:?}"

@@ -14,7 +14,7 @@ fn one_stroke() -> TrialPlan {
 }
 
 fn run(scenario: &Scenario, plan: &TrialPlan, seed: u64) -> TrialRecording {
-    let mut trial = Trial::new(scenario, plan, seed, seed).unwrap();
+    let mut trial = Trial::new(scenario, plan, seed, seed).expect("a trial");
     while trial.advance() {}
     trial.finish()
 }

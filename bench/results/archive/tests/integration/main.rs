@@ -1,5 +1,7 @@
 //! Archives of recordings, read as recordings.
 
+#![expect(clippy::unwrap_used, reason = "a test")]
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -55,17 +57,11 @@ fn study(folder: &Path) -> PathBuf {
     recording
 }
 
+/// State of each recording, by the name of its folder.
+type States = BTreeMap<String, Result<RecordingState, String>>;
+
 /// Archives folders; returns the summary and the state of each recording by its folder's name.
-fn archive(
-    sources: &[&Path],
-    to: &Path,
-) -> Result<
-    (
-        ArchiveSummary,
-        BTreeMap<String, Result<RecordingState, String>>,
-    ),
-    ArchiveError,
-> {
+fn archive(sources: &[&Path], to: &Path) -> Result<(ArchiveSummary, States), ArchiveError> {
     let options = ArchiveOptions {
         sources: sources.iter().map(|path| (*path).to_owned()).collect(),
         to: to.to_owned(),

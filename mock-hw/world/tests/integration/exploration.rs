@@ -1,4 +1,5 @@
 //! Trials of the published protocol: a person on a modulated plate, without a bench.
+#![expect(clippy::unwrap_used, reason = "a failing test should panic")]
 
 use mock_world::run_truth::TruthSample;
 use mock_world::scenario::{Scenario, built_in};

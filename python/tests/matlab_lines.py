@@ -81,6 +81,7 @@ def python(line: str) -> str:
 
 def namespace(folder: Path, printed: list[str]) -> dict[str, Any]:
     """Returns the functions of MATLAB that the page uses, for a session in a folder; `disp` appends to `printed`."""
+    import importlib
     import pathlib
 
     import pyarrow
@@ -88,7 +89,7 @@ def namespace(folder: Path, printed: list[str]) -> dict[str, Any]:
     import friction_bench
 
     names: dict[str, Any] = {
-        "ALL": ALL, "numpy": np, "pyarrow": pyarrow, "friction_bench": friction_bench, "pathlib": pathlib, "pyargs": pyargs,
+        "ALL": ALL, "numpy": np, "pyarrow": pyarrow, "importlib": importlib, "friction_bench": friction_bench, "pathlib": pathlib, "pyargs": pyargs,
         "string": str, "double": lambda array: np.asarray(array, np.float64), "complex": lambda re, im: re + 1j * im,
         "jsondecode": lambda text: Value(json.loads(text)), "mean": np.mean, "abs": np.abs,
         "disp": lambda value: printed.append(str(value)), "plot": lambda x, y: printed.append(f"plot of {len(x)} and {len(y)}"),

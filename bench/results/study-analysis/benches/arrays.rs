@@ -30,7 +30,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let signals = reader.manifest().signals().ok_or("no signals")?;
     let indices = [signals.channels.drive.index, signals.channels.pickup.index];
     let channels = usize::from(reader.format().channels);
-    let (mut block, mut samples) = (Vec::new(), [Vec::new(), Vec::new()]);
+    let mut block = Vec::new();
+    let mut samples: [Vec<f32>; 2] = Default::default();
     while reader.read_block(BLOCK_FRAMES, &mut block)? > 0 {
         for (samples, index) in samples.iter_mut().zip(indices) {
             samples.extend(block.iter().skip(usize::from(index)).step_by(channels));

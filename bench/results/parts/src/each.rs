@@ -173,8 +173,9 @@ impl Work<'_> {
             inputs: inputs.files,
             part,
         };
-        write_value(&entry_path, &entry)?;
+        // The entry is what remembers the superseded part, so it is replaced last.
         self.remove_superseded(old.as_ref(), &entry);
+        write_value(&entry_path, &entry)?;
         Ok(outcome)
     }
 

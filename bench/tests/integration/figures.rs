@@ -228,6 +228,11 @@ fn measured_figures_keep_their_curves_and_units() {
     assert!(figures[0].caption.contains("S = 300 mm²"));
 }
 
+/// Returns the series of the first recording.
+fn first_series(series: &KeptSeries) -> RecordingSeries {
+    RecordingSeries::clone(&series.read(0).unwrap())
+}
+
 /// Returns the names of a panel's series, once each.
 fn names(figure: &Figure, panel: usize) -> Vec<&str> {
     let mut names: Vec<&str> = Vec::new();
@@ -249,9 +254,11 @@ fn trial_is_drawn_with_the_others_and_replaces_dynamic_in_fig_13() {
         instance.trial = Some(instance.dynamic.clone());
     }
     *analysed.0.agreement.get_mut(Method::Trial) = analysed.0.agreement.dynamic;
-    for instance in &mut analysed.1.get_mut(0).unwrap().instances {
+    let mut series = first_series(&analysed.1);
+    for instance in &mut series.instances {
         instance.trial = Some(instance.dynamic.clone());
     }
+    analysed.1 = KeptSeries::from(series);
     let figures = published_figures(&analysed, &Sessions::default(), &FigureSelection::default());
     // The readings of `trial` are those of `dynamic`, and are drawn once.
     assert_eq!(names(&figures[0], 1), ["dynamic", "paper"]);
@@ -348,7 +355,7 @@ fn the_resonance_is_drawn_over_the_time_of_a_session_with_the_intervals_of_the_r
     let (mut pair, first) = analysed();
     let (second, second_series) = analysed();
     pair.recordings.extend(second.recordings);
-    let series = KeptSeries::from_iter([first, second_series].into_iter().flatten());
+    let series = KeptSeries::from_iter([&first, &second_series].map(first_series));
     let mut log = r#"{"document":"start","time":"2026-01-01T09:00:00Z","resumed":false,"participant":"sub-01","session":1,"#
         .to_owned();
     log += r#""protocol":"p","seed":1,"software":"s","version":"1","devices":{},"calibration":null,"configuration":null}"#;

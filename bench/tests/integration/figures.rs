@@ -14,7 +14,9 @@ use analysis::findings::PlateReading;
 use analysis::findings::RecordingFindings;
 use analysis::measurements::FrameSeries;
 use analysis::under_finger::UnderFinger;
-use analysis::{Analysis, KeptSeries, RecordingAnalysis, RecordingSeries, Settings, complete};
+use analysis::{
+    Analysis, KeptSeries, RecordingAnalysis, RecordingSeries, SeriesSource, Settings, complete,
+};
 use clap::Parser;
 use contact::{AssumedConstants, CalibrationErrors, Contact, harmonic};
 use estimation::FitConditions;

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use analysis::estimate::Method;
-use jiff::Timestamp;
 use published_figures::measured::FigureSelection;
 use pyo3::exceptions::PyAttributeError;
 use pyo3::prelude::*;
@@ -11,6 +10,7 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyList};
 use study_analysis::{StudyAnalysis, html, summary, warnings};
 use tables::TableKind;
+use tasks::{Clock, SystemClock};
 
 use crate::error::{FrictionBenchError, refusal};
 use crate::table::Table;
@@ -101,7 +101,7 @@ impl Analysis {
         let page = py.detach(|| {
             let results = self.study.results();
             self.study
-                .page(&results, &content, (Timestamp::now(), PROGRAM))
+                .page(&results, &content, (SystemClock::start().utc(), PROGRAM))
         });
         page.map_err(refusal)
     }

@@ -13,9 +13,10 @@ use analysis::exploration_series::ExplorationSeries;
 use analysis::findings::PlateReading;
 use analysis::findings::RecordingFindings;
 use analysis::measurements::FrameSeries;
-use analysis::series_store::SeriesSource;
 use analysis::under_finger::UnderFinger;
-use analysis::{Analysis, KeptSeries, RecordingAnalysis, RecordingSeries, Settings, complete};
+use analysis::{
+    Analysis, KeptSeries, RecordingAnalysis, RecordingSeries, SeriesSource, Settings, complete,
+};
 use clap::Parser;
 use contact::{AssumedConstants, CalibrationErrors, Contact, harmonic};
 use estimation::FitConditions;
@@ -229,6 +230,11 @@ fn measured_figures_keep_their_curves_and_units() {
     assert!(figures[0].caption.contains("S = 300 mm²"));
 }
 
+/// Returns the series of the first recording.
+fn first_series(series: &KeptSeries) -> RecordingSeries {
+    RecordingSeries::clone(&series.read(0).unwrap())
+}
+
 /// Returns the names of a panel's series, once each.
 fn names(figure: &Figure, panel: usize) -> Vec<&str> {
     let mut names: Vec<&str> = Vec::new();
@@ -250,11 +256,11 @@ fn trial_is_drawn_with_the_others_and_replaces_dynamic_in_fig_13() {
         instance.trial = Some(instance.dynamic.clone());
     }
     *analysed.0.agreement.get_mut(Method::Trial) = analysed.0.agreement.dynamic;
-    let mut series = RecordingSeries::clone(&analysed.1.read(0).unwrap());
+    let mut series = first_series(&analysed.1);
     for instance in &mut series.instances {
         instance.trial = Some(instance.dynamic.clone());
     }
-    analysed.1 = series.into();
+    analysed.1 = KeptSeries::from(series);
     let figures = published_figures(&analysed, &Sessions::default(), &FigureSelection::default());
     // The readings of `trial` are those of `dynamic`, and are drawn once.
     assert_eq!(names(&figures[0], 1), ["dynamic", "paper"]);
@@ -351,9 +357,7 @@ fn the_resonance_is_drawn_over_the_time_of_a_session_with_the_intervals_of_the_r
     let (mut pair, first) = analysed();
     let (second, second_series) = analysed();
     pair.recordings.extend(second.recordings);
-    let series =
-        [first, second_series].map(|series| RecordingSeries::clone(&series.read(0).unwrap()));
-    let series = KeptSeries::from_iter(series);
+    let series = KeptSeries::from_iter([&first, &second_series].map(first_series));
     let mut log = r#"{"document":"start","time":"2026-01-01T09:00:00Z","resumed":false,"participant":"sub-01","session":1,"#
         .to_owned();
     log += r#""protocol":"p","seed":1,"software":"s","version":"1","devices":{},"calibration":null,"configuration":null}"#;
@@ -644,7 +648,6 @@ fn analysed() -> (Analysis, KeptSeries) {
         manifest,
         provenance: Default::default(),
         zero: analysis::force_zero::ForceZero::default(),
-        force_clock: None,
         errors: analysis::error_budget::ErrorBudget::default(),
         z_p: Some(PlateReading {
             plain_n_s_per_m: Z_P,

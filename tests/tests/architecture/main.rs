@@ -206,6 +206,9 @@ fn the_simulated_apparatus_and_the_gpio_libraries_are_named_by_the_binary_alone(
         let files = survey(root).unwrap().files;
         binary.extend(files.iter().map(|file| relative_path(file)));
     }
+    // Python users simulate recordings in order to test their methods.
+    let python = relative_path(&package("friction-bench-python").source());
+    let simulation = format!("{python}/simulate.rs");
     for name in [
         "mock_world",
         "mock_hw",
@@ -218,7 +221,11 @@ fn the_simulated_apparatus_and_the_gpio_libraries_are_named_by_the_binary_alone(
         for file in files {
             let is_binary_only = binary.contains(&file) && !library.contains(&file);
             let is_description = name == "mock_world" && uses_only_scenarios(&file);
-            assert!(is_binary_only || is_description, "{file} names {name}");
+            let is_python = name == "mock_world" && file == simulation;
+            assert!(
+                is_binary_only || is_description || is_python,
+                "{file} names {name}"
+            );
         }
     }
 }
@@ -284,8 +291,8 @@ fn the_wall_clock_is_read_in_one_place_and_used_only_for_dates() {
     };
     assert!(clock.ends_with("clock.rs"), "{clock}");
     // The calibration's age and date, the check of the volts, the age of driving times and of a plate's warmth, the session's
-    // folder and log, the press of the e-stop, the folder of a drill, and the age of the calibrations
-    // that a dashboard names.
+    // folder and log, the press of the e-stop, the folder of a drill, the age of the calibrations that a
+    // dashboard names, and the report of an analysis in Python.
     let dates = [
         "devices/src/assembly.rs",
         // Days of the laboratory, of a clock's date.
@@ -300,6 +307,7 @@ fn the_wall_clock_is_read_in_one_place_and_used_only_for_dates() {
         "src/estop.rs",
         "operation/journal/src/lib.rs",
         "src/run/participant_session.rs",
+        "python/src/analysis.rs",
     ];
     for file in program_files() {
         let text = std::fs::read_to_string(&file).unwrap();

@@ -171,9 +171,10 @@ pub fn analyse_into(
     let recordings = folders.par_iter().enumerate().map(|(number, folder)| {
         let (analysis, series) = recording_analysis::analyse_with_series(folder, settings);
         store.put(number, series)?;
-        Ok(callback(&analysis).is_continue().then_some(analysis))
+        let is_continued = callback(&analysis).is_continue();
+        Ok::<_, SeriesError>(is_continued.then_some(analysis))
     });
-    let recordings: Option<Result<Vec<RecordingAnalysis>, _>> =
+    let recordings: Option<Result<Vec<RecordingAnalysis>, SeriesError>> =
         recordings.map(Result::transpose).collect();
     let Some(recordings) = recordings else {
         return Ok(None);

@@ -71,7 +71,7 @@ impl Found {
     ) -> Result<Option<StudyAnalysis>, AnalysisError> {
         let spool = SeriesSpool::default();
         let analysed = analyse_into(&spool, self.recordings(), settings, callback)?;
-        let study = analysed.map(|analysed| StudyAnalysis::new(self, (analysed, Box::new(spool))));
+        let study = analysed.map(|analysed| StudyAnalysis::new(self, (analysed, spool)));
         Ok(study.transpose()?)
     }
 }

@@ -59,12 +59,13 @@ impl StudyAnalysis {
     /// The exclusions of a study cannot be read.
     pub fn new(
         found: Found,
-        (analysed, series): (Analysis, Box<dyn SeriesSource + Send>),
+        (analysed, series): (Analysis, impl SeriesSource + Send + 'static),
     ) -> Result<Self, ExclusionsError> {
         let excluded = excluded_recordings(&found.attempts, &found.selection)?;
         let folders = analysed.recordings.iter();
         let sessions = Sessions::from_recordings(folders.map(|recording| recording.path.as_path()));
-        let mut study = Self::assemble(found, (analysed, series), (sessions, &excluded));
+        let with_series = (analysed, Box::new(series) as Box<dyn SeriesSource + Send>);
+        let mut study = Self::assemble(found, with_series, (sessions, &excluded));
         study.is_damaged = study.account.missed().any(|attempt| attempt.path.exists());
         Ok(study)
     }

@@ -647,6 +647,7 @@ fn analysed() -> (Analysis, KeptSeries) {
         vibration: analysis::vibration::Vibration::stated(&manifest),
         manifest,
         provenance: Default::default(),
+        force_clock: None,
         zero: analysis::force_zero::ForceZero::default(),
         errors: analysis::error_budget::ErrorBudget::default(),
         z_p: Some(PlateReading {

@@ -54,7 +54,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             .with_position(readings(&position_s, &position_m));
         let source = RecordingSource::arrays(&arrays);
         let (analysed, series) = analyse_source(&source, &Settings::default())?;
-        StudyAnalysis::new(Found::one(source.path()), (analysed, Box::new(series)))?;
+        StudyAnalysis::new(Found::one(source.path()), (analysed, series))?;
         Ok(())
     };
     analyse()?;

@@ -52,8 +52,7 @@ pub(crate) fn analyze_arrays(
         .with_protocol(protocol.transpose().map_err(refusal)?);
     let study = background::run_borrowed(py, progress, |stop| {
         let source = RecordingSource::arrays(&arrays).with_stop(stop);
-        let (analysed, series) = analyse_source(&source, &settings)?;
-        let analysed = (analysed, Box::new(series) as _);
+        let analysed = analyse_source(&source, &settings)?;
         Ok::<_, RecordingError>(StudyAnalysis::new(Found::one(source.path()), analysed))
     })?;
     let study = study.map_err(refusal)?.map_err(refusal)?;

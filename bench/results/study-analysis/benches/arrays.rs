@@ -53,8 +53,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             .with_forces(readings(&force_s, &normal), readings(&force_s, &lateral))
             .with_position(readings(&position_s, &position_m));
         let source = RecordingSource::arrays(&arrays);
-        let (analysed, series) = analyse_source(&source, &Settings::default())?;
-        StudyAnalysis::new(Found::one(source.path()), (analysed, series))?;
+        let analysed = analyse_source(&source, &Settings::default())?;
+        StudyAnalysis::new(Found::one(source.path()), analysed)?;
         Ok(())
     };
     analyse()?;

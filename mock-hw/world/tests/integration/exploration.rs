@@ -15,7 +15,7 @@ fn one_stroke() -> TrialPlan {
 }
 
 fn run(scenario: &Scenario, plan: &TrialPlan, seed: u64) -> TrialRecording {
-    let mut trial = Trial::new(scenario, plan, seed, seed).expect("a trial");
+    let mut trial = Trial::new(scenario, plan, seed, seed).unwrap();
     while trial.advance() {}
     trial.finish()
 }

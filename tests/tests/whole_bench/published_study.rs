@@ -103,8 +103,7 @@ fn require_close(found: &Value, expected: &Value) {
             }
         }
         (Value::Number(found), Value::Number(expected)) => {
-            let numbers = found.as_f64().zip(expected.as_f64());
-            let (found, expected) = numbers.expect("two numbers");
+            let [found, expected] = [found, expected].map(|number| number.as_f64().expect("real"));
             let difference = (found - expected).abs();
             assert!(
                 difference <= TOLERANCE * expected.abs(),

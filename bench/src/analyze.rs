@@ -1,18 +1,21 @@
 //! `analyze`: recordings to results.
 
+mod each;
+
 use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 
 use crate::analyze_options::columns;
 use crate::cli::Analyze;
 use crate::dates;
 use crate::outcome::{progress_bar, require_writable, write_text};
 use crate::verbosity::Verbosity;
-use analysis::Settings;
+use analysis::assumptions::Assumptions;
 use analysis::find::TrialFilter;
+use analysis_parts::read_parts;
 use escaping::{escaped, escaped_line};
 use published_figures::measured::write_figures;
 use published_statistics::{TableFormat, statistics};
@@ -27,10 +30,32 @@ const PROGRAM: &str = concat!("friction-bench ", env!("CARGO_PKG_VERSION"));
 /// # Errors
 /// Nothing to analyse, an assumption that cannot be made, or a result that cannot be written.
 pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
-    let settings = settings(options)?;
+    if let Some(folder) = &options.out {
+        return each::run(options, folder, verbosity);
+    }
     for path in [&options.json, &options.report].into_iter().flatten() {
         require_writable(path)?;
     }
+    let study = match &options.from {
+        Some(folder) => from_parts(options, folder)?,
+        None => match from_recordings(options, verbosity)? {
+            Some(study) => study,
+            None => return Ok(false),
+        },
+    };
+    print_warnings(&warnings::of_study(&study));
+    write_files(options, &study, verbosity)?;
+    print(options, &study)?;
+    print_warnings(&warnings::of_outcome(&study));
+    Ok(study.is_whole())
+}
+
+/// Analyses the recordings that the options name.
+fn from_recordings(
+    options: &Analyze,
+    verbosity: Verbosity,
+) -> anyhow::Result<Option<StudyAnalysis>> {
+    let settings = assumptions(options)?.settings()?;
     let found = request(options).find()?;
     let count = found.recordings().len();
     verbosity.note(format_args!("{count} recordings"));
@@ -41,30 +66,35 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
         ControlFlow::Continue(())
     })?;
     bar.finish_and_clear();
-    let Some(study) = analysed else {
-        return Ok(false);
-    };
-    print_warnings(&warnings::of_study(&study));
-    write_files(options, &study, verbosity)?;
-    print(options, &study)?;
-    print_warnings(&warnings::of_outcome(&study));
-    Ok(study.is_whole())
+    Ok(analysed)
 }
 
-/// Returns the settings in force.
-fn settings(options: &Analyze) -> anyhow::Result<Settings> {
-    let mut settings = Settings::default();
-    for path in &options.assume_file {
+/// Puts the parts in `folder` together.
+fn from_parts(options: &Analyze, folder: &Path) -> anyhow::Result<StudyAnalysis> {
+    if let Some(option) = options.setting() {
+        bail!(
+            "--from takes recordings and settings from the parts: leave out {option} here; `friction-bench analyze --each` takes it"
+        );
+    }
+    let study = read_parts(folder, |recording| {
+        print_warnings(&warnings::of_recording(recording));
+    })?;
+    Ok(study)
+}
+
+/// Returns the assumptions that the options make.
+fn assumptions(options: &Analyze) -> anyhow::Result<Assumptions> {
+    let files = options.assume_file.iter().map(|path| {
         let file = path.display().to_string();
         let text = bounded_files::read_text(path, bounded_files::TEXT_LIMIT_BYTES)
             .with_context(|| format!("cannot read {file}"))?;
-        settings.assume_file(&text, &file)?;
-    }
-    for assumption in &options.assume {
-        settings.assume(assumption)?;
-    }
-    settings.plate_offset = !options.no_offset;
-    Ok(settings)
+        Ok((file, text))
+    });
+    Ok(Assumptions {
+        files: files.collect::<anyhow::Result<_>>()?,
+        values: options.assume.clone(),
+        no_offset: options.no_offset,
+    })
 }
 
 fn request(options: &Analyze) -> Request {
@@ -117,7 +147,7 @@ fn write_files(
         paths.extend(study.write_tables(folder)?);
     }
     if let Some(folder) = &options.figures {
-        let written = write_figures(&study.analysed, &study.sessions, &figures, folder);
+        let written = write_figures(study.with_series(), &study.sessions, &figures, folder);
         paths.extend(written.context("cannot draw the figures")?);
         paths.push(study.selection.write_table(folder)?);
     }

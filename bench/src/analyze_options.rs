@@ -15,8 +15,27 @@ const FEWEST_COLUMNS: u16 = 60;
 #[derive(Debug, Args)]
 pub struct Analyze {
     /// Folders of recordings, or of studies, participants or sessions to analyse all their accepted trials.
-    #[arg(required = true, value_name = "RECORDING|STUDY")]
+    #[arg(required_unless_present = "from", value_name = "RECORDING|STUDY")]
     pub recordings: Vec<PathBuf>,
+    /// Analyse each recording on its own and write the findings as a part into --out, once: parts that are there are left, so that
+    /// a run that was stopped continues, and several may run at once. Prints `done`, `kept` or `failed`, the key and the folder of
+    /// each recording.
+    #[arg(long, requires = "out")]
+    pub each: bool,
+    /// Folder of the parts.
+    #[arg(long, value_name = "DIR", requires = "each")]
+    pub out: Option<PathBuf>,
+    /// Name of the laboratory in the parts, in place of the name of the study's folder.
+    #[arg(long, value_name = "NAME", requires = "each")]
+    pub lab: Option<String>,
+    /// Compute the sums of all files anew instead of taking them from the session's log or an earlier run, and name the files that
+    /// no longer have their recorded sum.
+    #[arg(long, requires = "each")]
+    pub verify_inputs: bool,
+    /// Put the parts in this folder together, without the recordings: the results are those of `analyze` with the same recordings
+    /// and settings.
+    #[arg(long, value_name = "DIR", conflicts_with = "each")]
+    pub from: Option<PathBuf>,
     /// Write the results as JSON; `-` for standard output.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
@@ -114,6 +133,11 @@ pub(crate) fn columns() -> Option<u16> {
     Some(columns.0.max(FEWEST_COLUMNS))
 }
 
+fn first_given(options: &[(bool, &'static str)]) -> Option<&'static str> {
+    let given = options.iter().find(|(is_given, _)| *is_given);
+    given.map(|(_, name)| *name)
+}
+
 /// Method shown in figures.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
 pub enum FiguresOf {
@@ -141,6 +165,37 @@ pub enum InstancesOf {
 }
 
 impl Analyze {
+    /// Returns the first option that asks for an output.
+    pub fn output(&self) -> Option<&'static str> {
+        let table = &self.table;
+        let options = [
+            (self.json.is_some(), "--json"),
+            (self.report.is_some(), "--report"),
+            (self.tables.is_some(), "--tables"),
+            (self.figures.is_some(), "--figures"),
+            (table.table, "--table"),
+            (table.table_csv, "--table-csv"),
+            (table.table_markdown, "--table-markdown"),
+            (table.table_latex, "--table-latex"),
+        ];
+        first_given(&options)
+    }
+
+    /// Returns the first option or argument that names recordings or settings.
+    pub fn setting(&self) -> Option<&'static str> {
+        let options = [
+            (!self.recordings.is_empty(), "the recordings"),
+            (!self.assume.is_empty(), "--assume"),
+            (!self.assume_file.is_empty(), "--assume-file"),
+            (self.no_offset, "--no-offset"),
+            (self.practice, "--practice"),
+            (self.include_rejected, "--include-rejected"),
+            (self.include_excluded, "--include-excluded"),
+            (!self.exclude.is_empty(), "--exclude"),
+        ];
+        first_given(&options)
+    }
+
     /// Returns the content of the figures.
     pub fn figure_selection(&self) -> FigureSelection {
         let whole_trial = self.instances_of == InstancesOf::Trial;

@@ -1,12 +1,13 @@
 //! Labels of attempts at trials, which name the recording folders within a session.
 
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
 use crate::trial::TrialKey;
 
 /// Part of a session: practice or experiment.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum TrialBlock {
     /// Trials to practise the task, which are not analysed.
     Practice,
@@ -15,7 +16,7 @@ pub enum TrialBlock {
 }
 
 /// Identity of an attempt at a trial; ordered as recorded: practice first, then by number and attempt.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct TrialLabel {
     /// Part of the session.
     pub block: TrialBlock,

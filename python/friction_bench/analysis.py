@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from friction_bench import _native
 from friction_bench._native import Analysis, FrictionBenchError, Settings
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-__all__ = ["analyze", "envelopes", "impedance"]
+__all__ = ["analyze", "as_samples", "envelopes", "impedance"]
 
 Readings: TypeAlias = "tuple[npt.ArrayLike, npt.ArrayLike]"
 Folder: TypeAlias = "str | os.PathLike[str]"
@@ -101,7 +101,7 @@ def analyze(
 
     Notes
     -----
-    Demodulation and contact model: Huloux, Willis, Wiertlewski, IEEE World Haptics Conference 2021; estimation: docs/SCIENCE.md.
+    Demodulation and contact model: Huloux, Bernard, Wiertlewski, IEEE Trans. Haptics 14(2), 2021; estimation: docs/SCIENCE.md.
     """
     samples = {"pickup": pickup, "rate_hz": rate_hz}
     keys = {
@@ -110,22 +110,22 @@ def analyze(
         "intervals": None if intervals is None else [interval_table(interval) for interval in intervals],
     }
     streams = {"normal": normal, "lateral": lateral, "position": position, "manifest": manifest, "protocol": protocol}
-    if _are_folders(drive):
+    folders = _folders(drive)
+    if folders is not None:
         for name, value in {**samples, **keys, **streams}.items():
             if value is not None:
                 raise FrictionBenchError(f"`{name}` is of arrays, but `drive` is a folder: leave it out, or pass an array as `drive`")
-        folders = [drive] if isinstance(drive, (str, os.PathLike)) else list(drive)  # type: ignore[arg-type]
         return _native.analyze_folders(
             folders, settings=settings, practice=practice, include_rejected=include_rejected,
             include_excluded=include_excluded, exclude=list(exclude), progress=progress,
         )
-    for name, value in samples.items():
-        if value is None:
-            raise FrictionBenchError(f"`{name}` is missing: pass drive, pickup and rate_hz, or the path of a folder")
+    if pickup is None or rate_hz is None:
+        name = "pickup" if pickup is None else "rate_hz"
+        raise FrictionBenchError(f"`{name}` is missing: pass drive, pickup and rate_hz, or the path of a folder")
     content = description(manifest or {}, drive_volts_per_unit=drive_volts_per_unit, pickup_scale=pickup_scale, **keys)
     return _native.analyze_arrays(
-        drive, pickup, rate_hz, content, normal=normal, lateral=lateral, position=position, protocol=protocol, settings=settings,
-        progress=progress,
+        cast("npt.ArrayLike", drive), pickup, rate_hz, content, normal=normal, lateral=lateral, position=position, protocol=protocol,
+        settings=settings, progress=progress,
     )
 
 
@@ -175,7 +175,7 @@ def impedance(
         {}, drive_volts_per_unit=drive_volts_per_unit, pickup_scale=pickup_scale, carrier_hz=carrier_hz, modulation_hz=0.0,
         modulation_index=0.0, plate=plate if has_plate else unit_plate,
     )
-    return _native.impedance(drive, pickup, rate_hz, content, corrected=has_plate)
+    return _native.impedance_of_arrays(drive, pickup, rate_hz, content, corrected=has_plate)
 
 
 def envelopes(
@@ -207,8 +207,31 @@ def envelopes(
     return _native.envelopes(signal, rate_hz, carrier_hz)
 
 
-def _are_folders(value: object) -> bool:
-    if isinstance(value, (str, os.PathLike)):
-        return True
-    is_list = isinstance(value, (list, tuple)) and len(value) > 0
-    return is_list and all(isinstance(item, (str, os.PathLike)) for item in value)  # type: ignore[union-attr]
+def as_samples(values: npt.ArrayLike) -> npt.NDArray[np.float32] | npt.NDArray[np.float64]:
+    """Return samples as the analysis reads them: contiguous 32- or 64-bit floats.
+
+    Samples that are such already are returned as they are. Others are copied at each call of `analyze`, `impedance` and `envelopes`:
+    convert once what you pass several times.
+
+    Parameters
+    ----------
+    values : array_like, shape (n,)
+        Samples of any real dtype, stride and byte order.
+
+    Returns
+    -------
+    numpy.ndarray of float32 or float64, shape (n,)
+
+    Raises
+    ------
+    FrictionBenchError
+        The values are no samples.
+    """
+    return _native.as_samples(values)
+
+
+def _folders(value: object) -> list[Folder] | None:
+    """Return the paths that a value is or lists, or None if it is an array."""
+    values = list(value) if isinstance(value, (list, tuple)) else [value]
+    folders = [item for item in values if isinstance(item, (str, os.PathLike))]
+    return folders if folders and len(folders) == len(values) else None

@@ -45,7 +45,7 @@ impl Analysis {
         let mut slots = kinds.filter_map(|(other, slot)| (other == kind).then_some(slot));
         let make = || {
             let table = py.detach(|| self.study.tables().table(kind));
-            Py::new(py, Table::new(table)?)
+            Py::new(py, Table::new(table.map_err(refusal)?)?)
         };
         match slots.next() {
             Some(slot) => Ok(slot.get_or_try_init(py, make)?.bind(py).clone()),
@@ -127,17 +127,11 @@ impl Analysis {
         whole_trial: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
         let content = figure_selection(methods, whole_trial)?;
-        let drawn: Result<Vec<(String, String)>, _> = py.detach(|| {
-            let figures = self.study.figures(&content);
-            let drawn = figures.into_iter().map(|figure| {
-                let svg = figure.to_svg()?;
-                Ok::<_, plotting::FigureError>((figure.name, svg))
-            });
-            drawn.collect()
-        });
+        let figures = py.detach(|| self.study.figures(&content));
         let dict = PyDict::new(py);
-        for (name, svg) in drawn.map_err(refusal)? {
-            dict.set_item(name, svg)?;
+        for figure in figures.map_err(refusal)? {
+            let svg = py.detach(|| figure.to_svg()).map_err(refusal)?;
+            dict.set_item(figure.name, svg)?;
         }
         Ok(dict)
     }

@@ -1,15 +1,11 @@
 //! Analysis of a recording in memory.
 
-use std::path::PathBuf;
-
-use analysis::attempts::{Attempts, SelectedAttempt};
 use analysis::{RecordingError, analyse_source};
 use protocols::Protocol;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recording::RecordingSource;
 use recording::recorded_arrays::{self, RecordedArrays, Samples};
-use study::exclusions::RecordingSelection;
 use study_analysis::{Found, StudyAnalysis};
 
 use crate::analysis::Analysis;
@@ -57,7 +53,7 @@ pub(crate) fn analyze_arrays(
     let study = background::run_borrowed(py, progress, |stop| {
         let source = RecordingSource::arrays(&arrays).with_stop(stop);
         let analysed = analyse_source(&source, &settings)?;
-        Ok::<_, RecordingError>(StudyAnalysis::new(found(&source), analysed))
+        Ok::<_, RecordingError>(StudyAnalysis::new(Found::one(source.path()), analysed))
     })?;
     let study = study.map_err(refusal)?.map_err(refusal)?;
     Ok(Analysis::new(study))
@@ -119,24 +115,4 @@ fn columns<'a>(
         })
     });
     columns.transpose()
-}
-
-/// Returns the one attempt of an analysis of arrays.
-fn found(source: &RecordingSource<'_>) -> Found {
-    let path = source.path().to_owned();
-    let attempt = SelectedAttempt {
-        path: path.clone(),
-        standing: None,
-    };
-    Found {
-        name: path.display().to_string(),
-        attempts: Attempts {
-            selection: vec![attempt],
-            ..Attempts::default()
-        },
-        selection: RecordingSelection {
-            recordings: Vec::<PathBuf>::from([path]),
-            ..RecordingSelection::default()
-        },
-    }
 }

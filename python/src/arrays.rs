@@ -23,7 +23,7 @@ impl<'py> Signal<'py> {
     /// Reads a signal. NaN is a lost sample.
     ///
     /// # Errors
-    /// The value is no one-dimensional array of real numbers, is empty, has an infinite value, or has NaN alone.
+    /// The value cannot be read as a one-dimensional array of real numbers, is empty, has an infinite value, or has NaN alone.
     pub(crate) fn read(value: &Bound<'py, PyAny>, label: &str) -> PyResult<Self> {
         let array = vector(value, label)?;
         let is_single = array.dtype().kind() == b'f' && array.dtype().itemsize() <= 4;
@@ -60,7 +60,7 @@ impl<'py> Readings<'py> {
     /// Reads the pair of times and values of the argument `name`.
     ///
     /// # Errors
-    /// The value is no pair of arrays of equal lengths, the times are not finite and ascending, or a value is infinite.
+    /// The value is not a pair of arrays of equal lengths, the times are not finite and ascending, or a value is infinite.
     pub(crate) fn read(value: &Bound<'py, PyAny>, name: &str) -> PyResult<Self> {
         let parts: PyResult<Vec<_>> = value.try_iter().and_then(Iterator::collect);
         let pair = parts.ok().and_then(|parts| <[_; 2]>::try_from(parts).ok());

@@ -35,7 +35,7 @@ enum SignalError {
 }
 
 /// Return the impedance of drive and pickup and its times; `description` has the content of their `recording.toml`.
-#[pyfunction(name = "impedance")]
+#[pyfunction]
 #[pyo3(signature = (drive, pickup, rate_hz, description, *, corrected))]
 pub(crate) fn impedance_of_arrays<'py>(
     py: Python<'py>,
@@ -70,6 +70,15 @@ pub(crate) fn envelopes<'py>(
         envelope_series(samples, (rate_hz, carrier_hz), stop)
     })?;
     Ok(into_arrays(py, series.map_err(refusal)?))
+}
+
+/// Return the array of which the samples are read.
+#[pyfunction]
+pub(crate) fn as_samples<'py>(values: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    Ok(match Signal::read(values, "`values`")? {
+        Signal::Single(samples) => samples.as_any().clone(),
+        Signal::Double(samples) => samples.as_any().clone(),
+    })
 }
 
 fn impedance_series(source: &RecordingSource<'_>, corrected: bool) -> Result<Series, SignalError> {

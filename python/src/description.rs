@@ -52,7 +52,7 @@ impl Description {
 /// Returns the whole number next to a sampling rate, Hz.
 ///
 /// # Errors
-/// The rate is no positive number, or one of no instrument.
+/// The rate is not positive, or above that of any instrument.
 pub(crate) fn whole_rate_hz(rate_hz: f64) -> PyResult<u32> {
     match rate_hz.round() {
         whole_hz @ 1.0..=MAX_RATE_HZ => Ok(whole_hz as u32),
@@ -95,7 +95,7 @@ fn in_arguments(message: String) -> String {
 /// Returns a dict as a table of TOML, without keys of which the value is `None`; `prefix` precedes the keys in errors.
 ///
 /// # Errors
-/// A value is none of TOML.
+/// A value cannot be written in TOML.
 pub(crate) fn table(dict: &Bound<'_, PyDict>, prefix: &str) -> PyResult<Table> {
     let mut table = Table::new();
     for (key, value) in dict {

@@ -16,7 +16,7 @@ const PROGRAM: Program<'static> = Program {
     version: env!("CARGO_PKG_VERSION"),
 };
 
-/// Import recordings made elsewhere by the map at `path`, or by `map`, whose place `path` is.
+/// Import recordings made elsewhere, by the map at `path`, or by `map` in its place.
 #[pyfunction]
 #[pyo3(signature = (path, *, map=None, study=None, dry_run=false, progress=None))]
 pub(crate) fn import_by_map<'py>(

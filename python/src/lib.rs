@@ -4,13 +4,17 @@ mod analysis;
 mod analyze_arrays;
 mod arrays;
 mod background;
+mod broadcast;
+mod contact;
 mod demodulate;
 mod description;
 mod error;
 mod folders;
 mod import_map;
+mod model;
 mod recording;
 mod settings;
+mod simulate;
 mod table;
 
 use pyo3::prelude::*;
@@ -19,22 +23,27 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _native {
     #[pymodule_export]
-    use crate::error::FrictionBenchError;
-
-    #[pymodule_export]
     use crate::analysis::Analysis;
     #[pymodule_export]
     use crate::analyze_arrays::analyze_arrays;
     #[pymodule_export]
-    use crate::demodulate::{envelopes, impedance_of_arrays};
+    use crate::contact::Contact;
+    #[pymodule_export]
+    use crate::demodulate::{as_samples, envelopes, impedance_of_arrays};
+    #[pymodule_export]
+    use crate::error::FrictionBenchError;
     #[pymodule_export]
     use crate::folders::analyze_folders;
     #[pymodule_export]
     use crate::import_map::import_by_map;
     #[pymodule_export]
+    use crate::model::curves;
+    #[pymodule_export]
     use crate::recording::{Recording, read_recording};
     #[pymodule_export]
     use crate::settings::Settings;
+    #[pymodule_export]
+    use crate::simulate::simulate;
     #[pymodule_export]
     use crate::table::Table;
 

@@ -243,7 +243,8 @@ impl Recording {
     /// Returns
     /// -------
     /// dict
-    ///     ``fb.analyze(**recording.arguments())`` has the numbers of ``fb.analyze(recording.path)``, bit for bit.
+    ///     ``fb.analyze(**recording.arguments())`` has the numbers of ``fb.analyze(recording.path)``, bit for bit; only the standing
+    ///     of a trial and its simulated hardware are in the session's log, which arrays do not have.
     ///
     /// Raises
     /// ------

@@ -14,9 +14,9 @@ use arrow_array::{
 };
 use arrow_schema::{DataType, Field, Schema, SchemaRef};
 use numpy::PyArray1;
-use pyo3::exceptions::{PyKeyError, PyValueError};
+use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use pyo3::types::{PyCapsule, PyDict, PyIterator, PyList};
+use pyo3::types::{PyCapsule, PyDict, PyList, PyTuple};
 use tables::column::{self, Column, Values};
 
 use crate::error::refusal;
@@ -148,11 +148,6 @@ impl Table {
         Ok(dict)
     }
 
-    /// Return the names of the columns, so that ``dict(table)`` has the columns.
-    fn keys(&self) -> Vec<&str> {
-        self.column_names()
-    }
-
     /// Return the table as a pandas.DataFrame; its numbers are not copied where pandas is 3.0 or later, with pyarrow.
     fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let frame = slf.py().import("pandas")?.getattr("DataFrame")?;
@@ -162,37 +157,19 @@ impl Table {
         }
     }
 
-    /// Return the table as a structured array of numpy, by which ``pandas.DataFrame(table)`` takes it.
-    #[pyo3(signature = (dtype=None, copy=None))]
-    fn __array__<'py>(
-        &self,
-        py: Python<'py>,
-        dtype: Option<&Bound<'py, PyAny>>,
-        copy: Option<bool>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        if copy == Some(false) {
-            return Err(PyValueError::new_err(
-                "a structured array of a table is a copy; table[name] is a view of a column",
-            ));
-        }
-        let numpy = py.import("numpy")?;
-        let columns = self.to_dict(py)?;
-        let types = PyList::empty(py);
-        for (name, column) in &columns {
-            types.append((name, column.getattr("dtype")?))?;
-        }
-        let array = numpy.call_method1("empty", (self.rows(), types))?;
-        for (name, column) in &columns {
-            array.set_item(name, column)?;
-        }
-        match dtype {
-            Some(dtype) => array.call_method1("astype", (dtype,)),
-            None => Ok(array),
-        }
-    }
-
-    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
-        PyList::new(py, self.column_names())?.try_iter()
+    /// Iterate over the rows, each as a dict.
+    ///
+    /// ``pandas.DataFrame(table)`` reads the rows so; `to_pandas` takes the columns as they are, which is faster.
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, Rows>> {
+        let columns = self.to_dict(py)?.values().try_iter()?;
+        let columns = columns.map(|column| column?.call_method0("tolist"));
+        let columns = PyTuple::new(py, columns.collect::<PyResult<Vec<_>>>()?)?;
+        let zip = py.import("builtins")?.getattr("zip")?;
+        let rows = Rows {
+            names: PyList::new(py, self.column_names())?.unbind(),
+            values: zip.call1(columns)?.unbind(),
+        };
+        Bound::new(py, rows)
     }
 
     fn __len__(&self) -> usize {
@@ -259,6 +236,33 @@ impl Table {
             dict.set_item(field.name(), field.metadata().get(key))?;
         }
         Ok(dict)
+    }
+}
+
+/// Rows of a table.
+#[pyclass(frozen, module = "friction_bench")]
+struct Rows {
+    names: Py<PyList>,
+    /// Iterator over the values of each row.
+    values: Py<PyAny>,
+}
+
+#[pymethods]
+impl Rows {
+    fn __iter__(slf: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        slf
+    }
+
+    fn __next__<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let mut values = self.values.bind(py).try_iter()?;
+        let Some(values) = values.next() else {
+            return Ok(None);
+        };
+        let row = PyDict::new(py);
+        for (name, value) in self.names.bind(py).iter().zip(values?.try_iter()?) {
+            row.set_item(name, value?)?;
+        }
+        Ok(Some(row))
     }
 }
 

@@ -52,7 +52,7 @@ def test_results_warnings_and_figures_are_those_of_the_command_line(analysis: fb
     assert analysis.results == json.loads(text)
     for key in analysis.results:
         assert getattr(analysis, key) == analysis.results[key]
-        assert key in dir(analysis)
+    assert set(analysis.results) < set(dir(analysis))
     # Recordings finish in any order.
     assert sorted(analysis.warnings) == sorted((files / "warnings").read_text(encoding="utf-8").splitlines())
     figures = analysis.figures()
@@ -74,7 +74,10 @@ def test_a_table_has_the_values_of_its_parquet_file(analysis: fb.Analysis, files
     dictionary = {entry["column"]: entry for entry in json.loads(written.schema.metadata[b"columns"])}
     columns = table.to_dict()
     frame = table.to_pandas()
-    assert list(frame.columns) == list(pd.DataFrame(table).columns) == table.column_names
+    assert list(frame.columns) == table.column_names
+    if len(table) > 0:
+        # pandas makes rows into a frame of its own, without columns where there are none.
+        pd.testing.assert_frame_equal(pd.DataFrame(table), frame)
     for field in taken.schema:
         column, expected = taken[field.name], written[field.name]
         assert field.type == written.schema.field(field.name).type
@@ -202,4 +205,4 @@ def test_errors_are_those_of_the_command_line(tmp_path: Path) -> None:
     result = fb.analyze(damaged)
     assert result.instances.num_rows == 0
     assert result.warnings[0].startswith(f"{damaged}: cannot be read: ")
-    assert result.recordings[0]["error"] in result.warnings[0]
+    assert result.attempts["left_out"][0]["because"].removeprefix("it cannot be read: ") in result.warnings[0]

@@ -9,11 +9,12 @@ use std::path::PathBuf;
 use analysis::amplitude_profile::AmplitudeProfile;
 use analysis::estimate::{InstanceAnalysis, Method, estimate};
 use analysis::exploration_findings::ExplorationFindings;
+use analysis::exploration_series::ExplorationSeries;
 use analysis::findings::PlateReading;
 use analysis::findings::RecordingFindings;
 use analysis::measurements::FrameSeries;
 use analysis::under_finger::UnderFinger;
-use analysis::{Analysis, RecordingAnalysis, Settings, average_model};
+use analysis::{Analysis, KeptSeries, RecordingAnalysis, RecordingSeries, Settings, complete};
 use clap::Parser;
 use contact::{AssumedConstants, CalibrationErrors, Contact, harmonic};
 use estimation::FitConditions;
@@ -193,11 +194,11 @@ fn model_figures_keep_their_curves_and_units() {
 
 /// Returns the published figures of measurements, without the description that precedes them.
 fn published_figures(
-    analysed: &Analysis,
+    (analysed, series): &(Analysis, KeptSeries),
     sessions: &Sessions,
     selection: &FigureSelection,
 ) -> Vec<Figure> {
-    let mut figures = measured_figures(analysed, sessions, selection);
+    let mut figures = measured_figures((analysed, series), sessions, selection).unwrap();
     figures.retain(|figure| figure.name != "friction_fall");
     figures
 }
@@ -243,8 +244,12 @@ fn names(figure: &Figure, panel: usize) -> Vec<&str> {
 fn trial_is_drawn_with_the_others_and_replaces_dynamic_in_fig_13() {
     let mut analysed = analysed();
     let before = published_figures(&analysed, &Sessions::default(), &FigureSelection::default());
-    let findings = analysed.recordings[0].findings.as_mut().unwrap();
+    let findings = analysed.0.recordings[0].findings.as_mut().unwrap();
     for instance in &mut findings.instances {
+        instance.trial = Some(instance.dynamic.clone());
+    }
+    *analysed.0.agreement.get_mut(Method::Trial) = analysed.0.agreement.dynamic;
+    for instance in &mut analysed.1.get_mut(0).unwrap().instances {
         instance.trial = Some(instance.dynamic.clone());
     }
     let figures = published_figures(&analysed, &Sessions::default(), &FigureSelection::default());
@@ -269,7 +274,7 @@ fn trial_is_drawn_with_the_others_and_replaces_dynamic_in_fig_13() {
     assert!(figures[3].caption.contains(words), "{}", figures[3].caption);
 
     // With `trial` for one instance only, it does not replace `dynamic`.
-    let findings = analysed.recordings[0].findings.as_mut().unwrap();
+    let findings = analysed.0.recordings[0].findings.as_mut().unwrap();
     findings.instances[1].trial = None;
     let figures = published_figures(&analysed, &Sessions::default(), &FigureSelection::default());
     let dynamic_series = ["dynamic, model", "paper, model", "dynamic", "paper"];
@@ -283,7 +288,12 @@ fn trial_is_drawn_with_the_others_and_replaces_dynamic_in_fig_13() {
         methods: vec![Method::Trial],
         whole_trial: false,
     };
-    for instance in &mut analysed.recordings[0].findings.as_mut().unwrap().instances {
+    for instance in &mut analysed.0.recordings[0]
+        .findings
+        .as_mut()
+        .unwrap()
+        .instances
+    {
         instance.trial = None;
     }
     let numbers =
@@ -299,10 +309,11 @@ fn trial_is_drawn_with_the_others_and_replaces_dynamic_in_fig_13() {
 
 #[test]
 fn the_fall_of_friction_comes_first_and_every_figure_states_a_simulation() {
-    let mut analysed = analysed();
+    let (mut analysed, series) = analysed();
     let findings = analysed.recordings[0].findings.as_mut().unwrap();
     findings.provenance.simulated = true;
-    let figures = measured_figures(&analysed, &Sessions::default(), &FigureSelection::default());
+    let selection = FigureSelection::default();
+    let figures = measured_figures((&analysed, &series), &Sessions::default(), &selection).unwrap();
     assert_eq!(figures[0].name, "friction_fall");
     let fall = points(&figures[0], 1, "mean");
     assert_eq!(fall.len(), 1);
@@ -334,8 +345,10 @@ fn points(figure: &Figure, panel: usize, name: &str) -> Vec<(f64, f64)> {
 fn the_resonance_is_drawn_over_the_time_of_a_session_with_the_intervals_of_the_results() {
     let study = tempfile::tempdir().unwrap();
     let session = study.path().join("sub-01").join("ses-01");
-    let mut pair = analysed();
-    pair.recordings.extend(analysed().recordings);
+    let (mut pair, first) = analysed();
+    let (second, second_series) = analysed();
+    pair.recordings.extend(second.recordings);
+    let series = KeptSeries::from_iter([first, second_series].into_iter().flatten());
     let mut log = r#"{"document":"start","time":"2026-01-01T09:00:00Z","resumed":false,"participant":"sub-01","session":1,"#
         .to_owned();
     log += r#""protocol":"p","seed":1,"software":"s","version":"1","devices":{},"calibration":null,"configuration":null}"#;
@@ -356,7 +369,8 @@ fn the_resonance_is_drawn_over_the_time_of_a_session_with_the_intervals_of_the_r
     let sessions = Sessions::from_recordings(pair.recordings.iter().map(|r| r.path.as_path()));
 
     let shift = |analysed: &Analysis| {
-        let figures = published_figures(analysed, &sessions, &FigureSelection::default());
+        let selection = FigureSelection::default();
+        let figures = measured_figures((analysed, &series), &sessions, &selection).unwrap();
         figures.into_iter().find(|f| f.name == "resonance_shift")
     };
     let figure = shift(&pair).unwrap();
@@ -512,7 +526,7 @@ fn an_assumption_without_meaning_is_refused() {
 #[test]
 fn absent_results_are_not_drawn() {
     let mut empty = analysed();
-    empty.recordings[0]
+    empty.0.recordings[0]
         .findings
         .as_mut()
         .unwrap()
@@ -521,7 +535,7 @@ fn absent_results_are_not_drawn() {
     let figures = published_figures(&empty, &Sessions::default(), &FigureSelection::default());
     assert_eq!(figures.len(), 1, "the trial in time remains");
     figures[0].to_svg().unwrap();
-    empty.recordings.clear();
+    empty.0.recordings.clear();
     assert_eq!(
         published_figures(&empty, &Sessions::default(), &FigureSelection::default()),
         []
@@ -543,7 +557,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
 "#;
 
 /// Returns half a second of a finger in equilibrium with the film, σ_t = 1.8 µm, two instances.
-fn analysed() -> Analysis {
+fn analysed() -> (Analysis, KeptSeries) {
     let settings = Settings::default();
     let contact = Contact::new(&settings.assumed(), 1.8e-6).unwrap();
     let time_s: Vec<f64> = (0..1000).map(|k| f64::from(k) / 2000.0).collect();
@@ -576,7 +590,7 @@ fn analysed() -> Analysis {
     };
     let n = time_s.len();
     let lateral = |gap: &f64| -0.8 * NORMAL_N * contact.friction_ratio(*gap, NORMAL_N);
-    let series = FrameSeries {
+    let frame_series = FrameSeries {
         frames: (0..n).map(frame).collect(),
         normal_n: vec![NORMAL_N; n],
         finger_force_n: vec![NORMAL_N; n],
@@ -596,24 +610,24 @@ fn analysed() -> Analysis {
         assumed_errors: CalibrationErrors::default(),
         mode_across: None,
     };
-    let under_finger = UnderFinger::new(&series, &AmplitudeProfile::default(), Some(Z_P));
+    let under_finger = UnderFinger::new(&frame_series, &AmplitudeProfile::default(), Some(Z_P));
     let direction = Direction::RightToLeft;
-    let instances: Vec<InstanceAnalysis> = [0.18, 0.346]
-        .map(|start_s| {
-            let instance = Instance {
-                start_s,
-                end_s: start_s + 0.06,
-            };
-            estimate(
-                (&series, &under_finger),
-                (0, direction),
-                instance,
-                (&conditions, 0.008),
-                &settings,
-            )
-            .unwrap()
-        })
-        .into();
+    let instances = [0.18, 0.346].map(|start_s| {
+        let instance = Instance {
+            start_s,
+            end_s: start_s + 0.06,
+        };
+        estimate(
+            (&frame_series, &under_finger),
+            (0, direction),
+            instance,
+            (&conditions, 0.008),
+            &settings,
+        )
+        .unwrap()
+    });
+    let (instances, samples) = instances.into_iter().unzip();
+    let exploration = ExplorationSeries::new(frame_series, under_finger);
     let manifest = Manifest::parse(MANIFEST, "recording.toml").unwrap();
     let path = PathBuf::from("trial-01");
     let findings = RecordingFindings {
@@ -633,27 +647,27 @@ fn analysed() -> Analysis {
             frames: 1000,
         }),
         explorations: vec![ExplorationFindings::new(
-            series,
-            under_finger,
+            &exploration,
             direction,
             (0.0, 0.5),
-            Vec::new(),
         )],
         instances,
         trial: None,
         within_laws: None,
+        sample_statistics: Default::default(),
         model_check: Vec::new(),
         rejected: Vec::new(),
         flaws: Vec::new(),
     };
-    let mut analysed = Analysis {
-        settings,
-        recordings: vec![RecordingAnalysis {
-            path,
-            participant: None,
-            findings: Ok(findings),
-        }],
-    };
-    average_model::fill(&mut analysed);
-    analysed
+    let series = KeptSeries::from_iter([RecordingSeries {
+        explorations: vec![exploration],
+        instances: samples,
+    }]);
+    let recordings = vec![RecordingAnalysis {
+        path,
+        participant: None,
+        findings: Ok(findings),
+    }];
+    let analysed = complete(recordings, &settings, &series).unwrap();
+    (analysed, series)
 }

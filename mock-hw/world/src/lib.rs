@@ -6,3 +6,4 @@ pub mod plant;
 pub mod run_truth;
 pub mod scenario;
 pub mod seed;
+pub mod trial;

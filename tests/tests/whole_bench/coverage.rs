@@ -4,8 +4,9 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use analysis::estimate::{InstanceAnalysis, InstanceEstimate, Method};
-use analysis::{Settings, analyse, find};
+use analysis::estimate::{InstanceAnalysis, Method};
+use analysis::recording_series::{EstimateSeries, SampledInstance};
+use analysis::{SeriesSource, Settings, analyse_with_series, find};
 use bench_tests::campaign;
 use bench_tests::session::{ALL_COMPLETED, VirtualParticipant, text};
 use bench_tests::truth::{Course, recording_began_s};
@@ -78,7 +79,12 @@ impl Coverage {
         self
     }
 
-    fn instance(&mut self, instance: &InstanceAnalysis, course: &Course, recording_s: f64) {
+    fn instance(
+        &mut self,
+        (instance, sampled): (&InstanceAnalysis, &SampledInstance),
+        course: &Course,
+        recording_s: f64,
+    ) {
         let (from_s, to_s) = (recording_s + instance.start_s, recording_s + instance.end_s);
         let mean = |column| course.mean(column, from_s, to_s);
         let methods = [Method::Dynamic, Method::Trial];
@@ -101,7 +107,9 @@ impl Coverage {
             let distance = (z_t - true_z_t).norm() / true_z_t.norm();
             self.z_t.entry(name).or_default().push(distance);
             self.add(name, "mu0", estimate.mu0 - mean("mu0"), estimate.mu0_std);
-            self.friction(name, (instance, estimate), course, recording_s);
+            if let Some(series) = sampled.estimate(method) {
+                self.friction(name, (sampled, series), course, recording_s);
+            }
         }
         if let Some(estimate) = &instance.within_laws {
             let (name, sigma_t_m) = (WITHIN_LAWS, mean("sigma_t_m"));
@@ -121,7 +129,7 @@ impl Coverage {
     fn friction(
         &mut self,
         method: &'static str,
-        (instance, estimate): (&InstanceAnalysis, &InstanceEstimate),
+        (instance, estimate): (&SampledInstance, &EstimateSeries),
         course: &Course,
         recording_s: f64,
     ) {
@@ -131,7 +139,7 @@ impl Coverage {
                 .windows(2)
                 .position(|pair| (pair[0] < amplitude_m) != (pair[1] < amplitude_m));
             let Some(index) = crossing else { continue };
-            let series = &estimate.series;
+            let series = &estimate.contact;
             let truth = course.value("mu", recording_s + series.time_s[index]);
             self.add(method, "mu", series.mu[index] - truth, series.mu_std[index]);
         }
@@ -206,9 +214,10 @@ fn participant(seed: u64, folder: &Path) -> Coverage {
         assert!(study.exists(), "seed {seed}: {}", text(&output));
         return coverage;
     };
-    let analysis = analyse(&attempts.recordings(), &Settings::default(), |_| {});
+    let (analysis, series) =
+        analyse_with_series(&attempts.recordings(), &Settings::default(), |_| {});
     let course = Course::read(&truth);
-    for recording in analysis.findings() {
+    for (number, recording) in analysis.numbered_findings() {
         let recording_s = recording_began_s(&recording.path);
         let Some(trial) = recording
             .trial
@@ -244,8 +253,9 @@ fn participant(seed: u64, folder: &Path) -> Coverage {
             coverage.add(name, "S", (area.value / area_truth).ln(), area.ln_std);
             coverage.add(name, "tau", (tau.value / tau_truth).ln(), tau.ln_std);
         }
-        for instance in &recording.instances {
-            coverage.instance(instance, &course, recording_s);
+        let recorded = series.read(number).expect("the series");
+        for pair in recording.instances.iter().zip(&recorded.instances) {
+            coverage.instance(pair, &course, recording_s);
         }
     }
     std::fs::remove_dir_all(&study).expect("the study goes");

@@ -24,6 +24,7 @@ mod lost;
 mod new_carrier;
 mod ni_card;
 mod opens_in_python;
+mod parts;
 mod people;
 mod person;
 mod population;

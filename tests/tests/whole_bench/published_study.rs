@@ -42,6 +42,78 @@ fn run_handbook_lines(folder: &Path) {
     }
 }
 
+/// Makes parts of the study in `folder` for two laboratories, and compares the answers to the handbook's questions with those of
+/// pandas.
+fn ask_laboratories(folder: &Path) {
+    let mut copy = Command::new("cp");
+    copy.args(["-r", "study/sub-03", "lyon"])
+        .current_dir(folder);
+    assert!(finish(&mut copy).status.success());
+    for (lab, recordings) in [("oslo", "study"), ("lyon", "lyon")] {
+        let mut command = bench();
+        command
+            .args(["analyze", "--each", recordings, "--out", "parts"])
+            .args(["--lab", lab])
+            .current_dir(folder);
+        let output = finish(&mut command);
+        assert!(output.status.success(), "{}", text(&output));
+    }
+    let mut command = Command::new(python());
+    command
+        .arg(workspace().join("tests/python/laboratories.py"))
+        .arg(workspace().join("docs/handbook/src/many-recordings.md"))
+        .arg("tables/instances.parquet")
+        .args(["oslo=sub-01,sub-03", "lyon=sub-03"])
+        .current_dir(folder);
+    let output = finish(&mut command);
+    assert!(output.status.success(), "{}", text(&output));
+    let found: Value = serde_json::from_slice(&output.stdout).expect("the script prints JSON");
+    let [answers, expected] =
+        ["answers", "expected"].map(|key| found[key].as_array().expect("answers"));
+    assert_eq!(answers.len(), expected.len() + 1, "{found}");
+    for (answer, expected) in answers.iter().zip(expected) {
+        require_close(answer, expected);
+    }
+    let worst = answers.last().and_then(Value::as_array);
+    assert!(worst.is_some_and(|rows| rows.len() == 5), "{found}");
+    for lab in ["oslo", "lyon"] {
+        assert!(
+            found["printed"]
+                .as_str()
+                .is_some_and(|text| text.contains(lab))
+        );
+    }
+    let falls = std::fs::read_to_string(folder.join("falls.csv")).expect("falls.csv");
+    assert_eq!(falls.lines().count(), 1 + 6, "{falls}");
+}
+
+/// Compares two values, numbers within [`TOLERANCE`].
+fn require_close(found: &Value, expected: &Value) {
+    match (found, expected) {
+        (Value::Array(found), Value::Array(expected)) => {
+            assert_eq!(found.len(), expected.len(), "{found:?} {expected:?}");
+            for (found, expected) in found.iter().zip(expected) {
+                require_close(found, expected);
+            }
+        }
+        (Value::Object(found), Value::Object(expected)) => {
+            assert!(found.keys().eq(expected.keys()), "{found:?} {expected:?}");
+            for (found, expected) in found.values().zip(expected.values()) {
+                require_close(found, expected);
+            }
+        }
+        (Value::Number(found), Value::Number(expected)) => {
+            let (found, expected) = (found.as_f64().unwrap(), expected.as_f64().unwrap());
+            let difference = (found - expected).abs();
+            assert!(
+                difference <= TOLERANCE * expected.abs(),
+                "{found} {expected}"
+            );
+        }
+        _ => assert_eq!(found, expected),
+    }
+}
+
 #[test]
 fn pandas_and_scipy_find_every_row_and_every_point_in_the_tables() {
     let folder = tempfile::tempdir().unwrap();
@@ -111,6 +183,7 @@ fn pandas_and_scipy_find_every_row_and_every_point_in_the_tables() {
     let exported = finish(&mut command);
     assert!(exported.status.success(), "{}", text(&exported));
     run_handbook_lines(path);
+    ask_laboratories(path);
     let table = path.join("table.csv");
     std::fs::write(&table, &output.stdout).unwrap();
 

@@ -27,6 +27,9 @@ pub mod study;
 pub mod sums;
 pub mod writer;
 
+use serde::de::Error;
+use serde::{Deserialize, Deserializer};
+
 pub use csv_rows::{CsvRow, ForceRow, PositionRow, StimulusRow};
 pub use disk::DiskError;
 pub use manifest::Manifest;
@@ -50,6 +53,21 @@ pub const STIMULUS_FILE: &str = "stimulus.csv";
 
 /// Files of a recording made elsewhere, in addition to [`sums::FILES`].
 pub const OTHER_FILES: [&str; 2] = [ENVELOPES_FILE, STIMULUS_FILE];
+
+/// Name of a file of a recording.
+pub type FileName = &'static str;
+
+/// Reads the name of a file of a recording, as in a stored finding.
+///
+/// # Errors
+/// A recording has no file of this name.
+pub fn file_name<'de, D: Deserializer<'de>>(deserializer: D) -> Result<FileName, D::Error> {
+    let name = String::deserialize(deserializer)?;
+    let mut files = sums::FILES.into_iter().chain(OTHER_FILES);
+    files
+        .find(|file| *file == name)
+        .ok_or_else(|| D::Error::custom(format!("a recording has no file `{name}`")))
+}
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use text_tables::TableFault;
 
 use crate::manifest::{Manifest, ManifestReadError};
-use crate::{MANIFEST_FILE, SIGNALS_FILE};
+use crate::{FileName, MANIFEST_FILE, SIGNALS_FILE, file_name};
+use serde::{Deserialize, Serialize};
 use wav_files::{WavError, WavWarning};
 
 /// Maximum number of rows per second of a recording; no force or position sensor is that fast.
@@ -114,7 +115,7 @@ impl ReadError {
 }
 
 /// Defect of a recording that can still be read.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[non_exhaustive]
 pub enum Warning {
     /// The audio file has a defect.
@@ -142,7 +143,8 @@ pub enum Warning {
     )]
     UnreadableRows {
         /// The file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
         /// Number of rows.
         rows: u64,
         /// Line of the first one.
@@ -156,7 +158,8 @@ pub enum Warning {
     )]
     TimeDisorder {
         /// The file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
         /// Number of rows.
         rows: u64,
         /// Line of the first one.
@@ -168,7 +171,8 @@ pub enum Warning {
     )]
     TimeLeap {
         /// The file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
         /// Number of rows.
         rows: u64,
         /// Line of the first one.
@@ -180,7 +184,8 @@ pub enum Warning {
     )]
     OutsideRecording {
         /// The file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
         /// Number of rows.
         rows: u64,
         /// Line of the first one.
@@ -198,7 +203,8 @@ pub enum Warning {
     )]
     NotFinite {
         /// The file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
         /// Number of rows.
         rows: u64,
         /// Line of the first one.
@@ -211,7 +217,8 @@ pub enum Warning {
     )]
     ZeroedRows {
         /// The file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
         /// Line of the first one.
         first_line: u64,
     },
@@ -222,7 +229,8 @@ pub enum Warning {
     )]
     EndsEarly {
         /// The file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
         /// Time of the last row, s.
         last_s: f64,
         /// Length of the audio, s.
@@ -232,7 +240,8 @@ pub enum Warning {
     #[error("{file}: no row can be read below its header")]
     NoRows {
         /// The file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
     },
 }
 

@@ -57,10 +57,10 @@ pub struct Readings<'a> {
 impl Readings<'_> {
     /// Returns the value at a time by linear interpolation; NaN outside the readings.
     fn at(&self, time_s: f64) -> f64 {
-        let next = self.time_s.partition_point(|other| *other <= time_s);
-        let before = next.checked_sub(1);
+        let upper = self.time_s.partition_point(|other| *other <= time_s);
+        let before = upper.checked_sub(1);
         let before = before.and_then(|index| self.time_s.get(index).zip(self.values.get(index)));
-        match (before, self.time_s.get(next).zip(self.values.get(next))) {
+        match (before, self.time_s.get(upper).zip(self.values.get(upper))) {
             (Some((before_s, value)), _) if *before_s == time_s => *value,
             (Some((from_s, from)), Some((to_s, to))) => {
                 from + (time_s - from_s) / (to_s - from_s) * (to - from)
@@ -220,7 +220,7 @@ impl<'a> RecordedArrays<'a> {
 #[derive(Debug)]
 pub struct ArrayRows<'a, R> {
     columns: Vec<&'a [f64]>,
-    next: usize,
+    index: usize,
     order: RowOrder<R>,
 }
 
@@ -228,7 +228,7 @@ impl<'a, R: CsvRow> ArrayRows<'a, R> {
     fn new(file: &'static str, columns: &[&'a [f64]], duration_s: f64) -> Self {
         Self {
             columns: columns.to_vec(),
-            next: 0,
+            index: 0,
             order: RowOrder::new(file, duration_s),
         }
     }
@@ -241,13 +241,13 @@ impl<'a, R: CsvRow> ArrayRows<'a, R> {
         let mut fields = [0.0; 4];
         let fields = fields.get_mut(..self.columns.len())?;
         for (field, column) in fields.iter_mut().zip(&self.columns) {
-            *field = *column.get(self.next)?;
+            *field = *column.get(self.index)?;
         }
-        self.next += 1;
+        self.index += 1;
         Some(ParsedRow {
             row: R::from_fields(fields)?,
             // That of the file that a folder would have: below its header.
-            line: self.next as u64 + 1,
+            line: self.index as u64 + 1,
             is_finite: fields.iter().all(|value| value.is_finite()),
         })
     }

@@ -3,12 +3,13 @@
 use std::f64::consts::PI;
 
 use impedance::{ChannelScales, ConstantError, Filter, InputChannel, Zm};
+use serde::{Deserialize, Serialize};
 
 use crate::AudioFormat;
 use crate::manifest::{Manifest, RecordedSignals};
 
 /// Deviation of the pickup from its description in the recording.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct PickupOffset {
     /// Phase to add to the stated one, rad.
     pub turn_rad: f64,

@@ -111,7 +111,7 @@ impl<'a> RecordingSource<'a> {
         })
     }
 
-    /// Opens the forces of a recording of `duration_s`; `None` if there are none.
+    /// Opens the forces of a recording of `duration_s`; `None` if they were not recorded.
     ///
     /// # Errors
     /// As [`reader::force_rows`], unless its file does not exist.
@@ -122,7 +122,7 @@ impl<'a> RecordingSource<'a> {
         }
     }
 
-    /// Opens the positions of a recording of `duration_s`; `None` if there are none.
+    /// Opens the positions of a recording of `duration_s`; `None` if they were not recorded.
     ///
     /// # Errors
     /// As [`reader::position_rows`], unless its file does not exist.
@@ -133,7 +133,7 @@ impl<'a> RecordingSource<'a> {
         }
     }
 
-    /// Opens the stimulus of a surface; `None` if there is none.
+    /// Opens the stimulus of a surface; `None` if it was not recorded.
     ///
     /// # Errors
     /// As [`reader::stimulus_rows`], unless its file does not exist.
@@ -245,9 +245,9 @@ impl SignalReader<'_> {
 /// Rows of a sensor, with increasing times.
 #[derive(Debug)]
 pub enum Rows<'a, R> {
-    /// Those of a file.
+    /// Rows of a file.
     File(Box<RowReader<R>>),
-    /// Those of arrays.
+    /// Rows of arrays.
     Arrays(ArrayRows<'a, R>),
 }
 

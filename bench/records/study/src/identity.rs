@@ -11,6 +11,7 @@ use recording::manifest::Manifest;
 use recording::reader::read_manifest;
 use recording::study::{TrialLabel, session_name};
 use recording::sums;
+use serde::{Deserialize, Serialize};
 
 use crate::exclusions::study_of;
 
@@ -18,7 +19,7 @@ use crate::exclusions::study_of;
 const BLOCK: usize = 1 << 16;
 
 /// Identity of a recording by its description: participant, session, trial and attempt.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct RecordingIdentity {
     participant: String,
     session: u32,
@@ -65,7 +66,7 @@ impl fmt::Display for RecordingIdentity {
 }
 
 /// A recording in a further folder.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Duplicate {
     /// Further folder.
     pub path: PathBuf,

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use recording::Manifest;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::sessions::LoggedSession;
 
@@ -15,7 +15,7 @@ use crate::sessions::LoggedSession;
 const SIMULATED: &str = "simulated";
 
 /// Provenance of a recording.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Provenance {
     /// Whether the recording names the calibration that its constants come from.
     pub calibrated: bool,

@@ -3,6 +3,7 @@
 use std::io;
 
 use bounded_files::ContentStore;
+use serde::{Deserialize, Serialize};
 
 /// Error of reading a WAV file.
 #[derive(Debug, thiserror::Error)]
@@ -96,7 +97,7 @@ fn samples(tag: u16, bits: u16) -> String {
 }
 
 /// Defect of a WAV file that can still be read.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 #[non_exhaustive]
 pub enum WavWarning {
     /// The file ends before the length in the header.

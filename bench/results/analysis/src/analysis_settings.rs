@@ -214,6 +214,19 @@ impl Settings {
         }
     }
 
+    /// Returns the names of the settings that differ from those of `other`.
+    #[must_use]
+    pub fn difference(&self, other: &Self) -> Vec<String> {
+        let (mut one, mut other) = (*self, *other);
+        let offset = (one.plate_offset != other.plate_offset).then(|| "plate_offset".to_owned());
+        let pairs = one.numbers().into_iter().zip(other.numbers());
+        let names = pairs
+            .filter(|(one, other)| *one.value != *other.value)
+            .map(|(one, _)| one.name)
+            .collect::<Vec<_>>();
+        names.into_iter().chain(offset).collect()
+    }
+
     /// Returns all numbers that can be changed.
     fn numbers(&mut self) -> Vec<Number<'_>> {
         let entries = [

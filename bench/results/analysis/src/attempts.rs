@@ -4,14 +4,14 @@ use std::collections::{BTreeMap, HashSet};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 use study::identity::Duplicate;
 use study::sessions::Standing;
 
 use crate::findings::Analysis;
 
 /// Attempt with a recording that is analysed.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SelectedAttempt {
     /// Folder of its recording.
     pub path: PathBuf,
@@ -20,12 +20,11 @@ pub struct SelectedAttempt {
 }
 
 /// Attempt that is left out.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct OmittedAttempt {
     /// Folder of its recording, which may be missing.
     pub path: PathBuf,
     /// Outcome of the attempt; `None` without a log that records it.
-    #[serde(serialize_with = "serialize_standing")]
     pub standing: Option<Standing>,
     /// Reason for leaving it out.
     pub because: String,
@@ -49,18 +48,8 @@ impl fmt::Display for OmittedAttempt {
     }
 }
 
-fn serialize_standing<S: Serializer>(
-    standing: &Option<Standing>,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    match standing {
-        Some(standing) => serializer.collect_str(standing),
-        None => serializer.serialize_none(),
-    }
-}
-
 /// Session without an accepted trial.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct EmptySession {
     /// Folder of the session.
     pub path: PathBuf,
@@ -76,7 +65,7 @@ impl fmt::Display for EmptySession {
 }
 
 /// Attempts found in the folders given for an analysis.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Attempts {
     /// Attempts that are analysed, in order.
     pub selection: Vec<SelectedAttempt>,

@@ -4,12 +4,13 @@ use contact::CalibrationErrors;
 use recording::ForceRow;
 use recording::manifest::StandardErrors;
 use recording::manifest::assumed_errors::{AssumedErrors, Evidence};
+use serde::{Deserialize, Serialize};
 
 use crate::crosstalk::SeenCrosstalk;
 use crate::force_zero::ForceZero;
 
 /// Errors of the constants of a recording.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct ErrorBudget {
     /// Errors that the recording states or shows.
     pub known: CalibrationErrors,

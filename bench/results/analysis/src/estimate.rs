@@ -1,20 +1,23 @@
 //! Estimates an instance by `paper` and `dynamic`, and converts the result of a trial's fit to the same form.
 
 use contact::uncertain::{LogUncertain, Uncertain};
-use contact::{AssumedConstants, Contact, FittedFinger};
+use contact::{AssumedConstants, Contact};
 use estimation::paper::RestReading;
 use estimation::{
     Agreement, EstimatedSeries, FitConditions, FitError, FitVerdict, InstanceFit, InstanceMisfit,
-    ModelledSeries, Sensitivities, dynamic, paper,
+    Sensitivities, dynamic, paper,
 };
 use num_complex::Complex64;
 use protocols::{Direction, Instance};
+use serde::{Deserialize, Serialize};
 
 use crate::analysis_settings::Settings;
 use crate::instance::PreparedInstance;
 use crate::measurements::FrameSeries;
 pub use crate::method::Method;
 use crate::motion::{Impedances, SkinMotion};
+use crate::recording_series::{EstimateSeries, SampledInstance};
+use crate::sampled_quantity::Extents;
 use crate::statistics::{Coefficient, Correlation};
 use crate::under_finger::UnderFinger;
 use crate::within_laws::WithinLaws;
@@ -26,8 +29,8 @@ const EDGE_S: f64 = 5e-3;
 /// a fit that ran away.
 const LARGEST_SIGMA_T_M: f64 = 1e-4;
 
-/// Instance with its samples and both estimates.
-#[derive(Debug, Clone)]
+/// Instance with its estimates. Its samples are a [`SampledInstance`].
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct InstanceAnalysis {
     /// Number of its exploration in the recording, from 0.
     pub exploration: usize,
@@ -41,14 +44,18 @@ pub struct InstanceAnalysis {
     pub normal_n: f64,
     /// Fall of the measured friction: mean of the first 5 ms minus mean of the last 5 ms.
     pub delta_mu: f64,
-    /// Measured samples, as used by the fits.
-    pub samples: PreparedInstance,
+    /// Number of samples.
+    pub samples: usize,
+    /// Measured friction.
+    pub mu: EdgeMeans,
+    /// Amplitude under the finger at the crest, peak, m: mean of the last 5 ms.
+    pub amplitude_at_crest_m: f64,
+    /// Mean ratio of the amplitude under the finger to that at the pickup.
+    pub amplitude_ratio: f64,
     /// Estimate by the published method.
     pub paper: InstanceEstimate,
     /// Estimate by the dynamic method.
     pub dynamic: InstanceEstimate,
-    /// Finger estimated by `dynamic`, for samples beyond the instance.
-    pub finger: FittedFinger,
     /// Estimate by the fit of the whole trial, from the data that `dynamic` uses; `None` if that fit cannot be used.
     pub trial: Option<InstanceEstimate>,
     /// Estimates by that fit with the laws as published taken as true; `None` if that fit cannot be used, or if these laws do not hold.
@@ -66,27 +73,28 @@ pub struct MethodEstimate<'a> {
     pub estimate: &'a InstanceEstimate,
 }
 
-impl<'a> MethodEstimate<'a> {
-    /// Returns the impedance used by the method, N·s/m.
-    pub fn z_m(&self) -> &'a [Complex64] {
-        self.instance.samples.z_m(self.method)
-    }
-
-    /// Returns the amplitude used by the method, peak, m.
-    pub fn amplitude_m(&self) -> &'a [f64] {
-        self.instance.samples.amplitude_m(self.method)
-    }
-}
-
 impl InstanceAnalysis {
     /// Returns the estimate by a method; `None` where its fit cannot be used.
     pub fn estimate(&self, method: Method) -> Option<&InstanceEstimate> {
-        let estimate = match method {
-            Method::Paper => &self.paper,
-            Method::Dynamic => &self.dynamic,
-            Method::Trial => self.trial.as_ref()?,
-        };
-        estimate.verdict.is_usable().then_some(estimate)
+        self.fit(method)
+            .filter(|estimate| estimate.verdict.is_usable())
+    }
+
+    /// Returns the estimate by a method, also if its fit cannot be used; `None` without one.
+    pub(crate) fn fit(&self, method: Method) -> Option<&InstanceEstimate> {
+        match method {
+            Method::Paper => Some(&self.paper),
+            Method::Dynamic => Some(&self.dynamic),
+            Method::Trial => self.trial.as_ref(),
+        }
+    }
+
+    pub(crate) fn fit_mut(&mut self, method: Method) -> Option<&mut InstanceEstimate> {
+        match method {
+            Method::Paper => Some(&mut self.paper),
+            Method::Dynamic => Some(&mut self.dynamic),
+            Method::Trial => self.trial.as_mut(),
+        }
     }
 
     /// Returns the reason why `paper` or `dynamic` cannot be used; `None` if both can.
@@ -116,9 +124,12 @@ impl InstanceAnalysis {
         })
     }
 
-    /// Returns the means of a value of its samples over the first and the last 5 ms, where the amplitude is least and greatest.
-    pub fn edge_means(&self, value: impl Fn(usize) -> f64) -> EdgeMeans {
-        Edges::new(self.samples.time_s()).means(value)
+    /// Returns the mean ratio of the amplitude used by a method to that at the pickup: 1 for `paper`.
+    pub fn mean_amplitude_ratio(&self, method: Method) -> f64 {
+        match method {
+            Method::Paper => 1.0,
+            Method::Dynamic | Method::Trial => self.amplitude_ratio,
+        }
     }
 
     /// Returns all estimates.
@@ -130,7 +141,7 @@ impl InstanceAnalysis {
 }
 
 /// Change of the plate's impedance relative to the unloaded plate.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PlateOffset {
     /// Offset added to Z_p, N·s/m.
     pub n_s_per_m: Complex64,
@@ -144,7 +155,7 @@ pub struct PlateOffset {
 
 /// Changes over an instance, from the mean of its first 5 ms to that of its last. All are positive if the rise of
 /// the amplitude lifts the skin.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Deltas {
     /// Fall of |Z_m| as used by the method, N·s/m.
     pub abs_z_m_n_s_per_m: f64,
@@ -163,18 +174,16 @@ pub struct Deltas {
 }
 
 /// Model with the average σ_t over a participant's instances.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Averaged {
     /// Average σ_t, m.
     pub sigma_t_m: f64,
-    /// Output of the model with this σ_t; `None` if it allows no such contact.
-    pub series: Option<ModelledSeries>,
     /// R² of its impedance, as for the fit; NaN without a model.
     pub r2_impedance: f64,
 }
 
 /// Estimate of an instance by one method.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct InstanceEstimate {
     /// Verdict on whether the parameters can be used.
     pub verdict: FitVerdict,
@@ -207,12 +216,12 @@ pub struct InstanceEstimate {
     /// Signs that the instance does not follow the laws of `paper` or `dynamic`; none for `trial`, which has signs of a whole
     /// recording.
     pub misfit: Vec<InstanceMisfit>,
-    /// Stiffness, gap and friction over time.
-    pub series: EstimatedSeries,
-    /// Forces on the skin and its motion over time.
-    pub motion: SkinMotion,
-    /// Mean force of the squeeze film (Huloux 2021, Eq. 14) at the estimated gap over time, N.
-    pub film_force_n: Vec<f64>,
+    /// Extents of the sampled quantities.
+    pub extents: Extents,
+    /// Gap at the crest, m: mean of the last 5 ms.
+    pub gap_at_crest_m: f64,
+    /// Means of measured and estimated friction over the samples at rest, for `paper`.
+    pub mu_at_rest: Option<(f64, f64)>,
     /// Model with the participant's average σ_t.
     pub averaged: Averaged,
     /// Correlation of estimated with measured friction; `None` if either is constant.
@@ -288,7 +297,7 @@ pub fn estimate(
     instance: Instance,
     (conditions, modal_mass_kg): (&FitConditions, f64),
     settings: &Settings,
-) -> Result<InstanceAnalysis, EstimateError> {
+) -> Result<(InstanceAnalysis, SampledInstance), EstimateError> {
     let span = (instance.start_s, instance.end_s);
     let samples = PreparedInstance::cut(series, under_finger, span);
     let fit_error = |method| move |source| EstimateError::Fit { method, source };
@@ -305,7 +314,7 @@ pub fn estimate(
 
     let measurement = MeasuredValues::new(&samples, conditions, modal_mass_kg);
     let rest = paper.rest;
-    let paper = measurement.estimate(
+    let (paper, sampled_paper) = measurement.estimate(
         Method::Paper,
         FittedValues {
             z_p: conditions.z_p_plain_n_s_per_m,
@@ -327,29 +336,46 @@ pub fn estimate(
     let finger = dynamic.finger;
     let misfit = dynamic::misfit(&dynamic_series, &dynamic);
     let sensitivities = dynamic::sensitivities(&dynamic_series, conditions, &dynamic_options).ok();
+    let (lagged, sampled_dynamic) =
+        measurement.lagged_estimate(dynamic, rest.z_m_corrected_n_s_per_m);
     let dynamic = InstanceEstimate {
         misfit,
         sensitivities,
-        ..measurement.lagged_estimate(dynamic, rest.z_m_corrected_n_s_per_m)
+        ..lagged
     };
-    Ok(InstanceAnalysis {
+    let edges = Edges::new(samples.time_s());
+    let n = samples.time_s().len();
+    let ratio = |k| samples.amplitude_ratio(Method::Dynamic, k);
+    let analysis = InstanceAnalysis {
         exploration,
         direction,
         start_s: instance.start_s,
         end_s: instance.end_s,
         normal_n: samples.normal_n().iter().sum::<f64>() / samples.normal_n().len() as f64,
-        delta_mu: Edges::new(samples.time_s()).fall(|i| samples.mu()[i]),
-        samples,
+        delta_mu: edges.fall(|i| samples.mu()[i]),
+        samples: n,
+        mu: edges.means(|i| samples.mu()[i]),
+        amplitude_at_crest_m: edges
+            .means(|i| samples.amplitude_m(Method::Dynamic)[i])
+            .last,
+        amplitude_ratio: (0..n).map(ratio).sum::<f64>() / n as f64,
         paper,
         dynamic,
-        finger,
         trial: None,
         within_laws: None,
-    })
+    };
+    let sampled = SampledInstance {
+        samples,
+        finger,
+        paper: sampled_paper,
+        dynamic: sampled_dynamic,
+        trial: None,
+    };
+    Ok((analysis, sampled))
 }
 
 /// Means over either end of an instance; NaN without a finite value.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EdgeMeans {
     /// Mean over the first 5 ms.
     pub first: f64,
@@ -434,7 +460,11 @@ impl<'a> MeasuredValues<'a> {
 
     /// Returns the estimate of `dynamic` or `trial`, with the corrected impedance `z_m0` at rest, without the signs of misfit and the
     /// sensitivities that only `dynamic` has.
-    pub(crate) fn lagged_estimate(&self, fit: InstanceFit, z_m0: Complex64) -> InstanceEstimate {
+    pub(crate) fn lagged_estimate(
+        &self,
+        fit: InstanceFit,
+        z_m0: Complex64,
+    ) -> (InstanceEstimate, EstimateSeries) {
         let plate_offset = self.plate_offset(&fit);
         self.estimate(
             Method::Dynamic,
@@ -497,7 +527,7 @@ impl<'a> MeasuredValues<'a> {
         }
     }
 
-    fn estimate(&self, method: Method, fit: FittedValues) -> InstanceEstimate {
+    fn estimate(&self, method: Method, fit: FittedValues) -> (InstanceEstimate, EstimateSeries) {
         let (z_m, amplitude_m) = (self.samples.z_m(method), self.samples.amplitude_m(method));
         let assumed = &fit.skin;
         let gap_m = &fit.series.gap_m;
@@ -517,7 +547,7 @@ impl<'a> MeasuredValues<'a> {
         };
         let k_c = &fit.series.k_c_n_per_m;
         let motion = SkinMotion::new(&impedances, z_m, amplitude_m, k_c);
-        InstanceEstimate {
+        let mut estimate = InstanceEstimate {
             spearman_mu: Coefficient::Spearman.correlate(&fit.series.mu, self.samples.mu()),
             deltas: Deltas {
                 abs_z_m_n_s_per_m: self.edges.fall(|i| z_m[i].norm()),
@@ -530,11 +560,13 @@ impl<'a> MeasuredValues<'a> {
             },
             z_p_n_s_per_m: fit.z_p,
             rigid_z_t_n_s_per_m: fit.z_m0 - fit.z_p,
-            motion,
-            film_force_n,
+            extents: Extents::default(),
+            gap_at_crest_m: self.edges.means(|i| gap_m[i]).last,
+            mu_at_rest: fit
+                .rest
+                .and_then(|rest| self.mu_at_rest(&rest, &fit.series.mu)),
             averaged: Averaged {
                 sigma_t_m: fit.sigma_t.0,
-                series: None,
                 r2_impedance: f64::NAN,
             },
             verdict: fit.verdict,
@@ -550,9 +582,28 @@ impl<'a> MeasuredValues<'a> {
             rest: fit.rest,
             agreement: fit.agreement,
             misfit: fit.misfit,
-            series: fit.series,
             sensitivities: fit.sensitivities,
-        }
+        };
+        let series = EstimateSeries {
+            contact: fit.series,
+            motion,
+            film_force_n,
+        };
+        estimate.extents = Extents::new(self.samples, method, &series);
+        (estimate, series)
+    }
+
+    /// Returns the means of measured and estimated friction over the samples from which `paper` reads Z_m⁰; `None` without any.
+    fn mu_at_rest(&self, rest: &RestReading, estimated_mu: &[f64]) -> Option<(f64, f64)> {
+        let (mu, amplitude_m) = (self.samples.mu(), self.samples.amplitude_m(Method::Paper));
+        let is_read =
+            |k: &usize| amplitude_m[*k] <= rest.up_to_amplitude_m && estimated_mu[*k].is_finite();
+        let read: Vec<usize> = (0..mu.len()).filter(is_read).collect();
+        let n = read.len() as f64;
+        let sum = read.iter().fold((0.0, 0.0), |sum, &k| {
+            (sum.0 + mu[k], sum.1 + estimated_mu[k])
+        });
+        (n > 0.0).then(|| (sum.0 / n, sum.1 / n))
     }
 }
 

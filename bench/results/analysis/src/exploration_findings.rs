@@ -1,14 +1,14 @@
-//! Time series of an exploration.
+//! Findings of an exploration: its drive, its friction and its selected stretches.
 
-use num_complex::Complex64;
-use protocols::{Direction, Stretch, Validity};
+use protocols::{Direction, Stretch};
+use serde::{Deserialize, Serialize};
 
-use crate::measurements::{ForceSeries, FrameSeries};
-use crate::method::Method;
-use crate::under_finger::UnderFinger;
+use crate::exploration_series::ExplorationSeries;
+use crate::measurements::FrameSeries;
+use crate::stroke::Stroke;
 
-/// All measurements during an exploration, at the times of the impedance frames, and the stretches selected from them.
-#[derive(Debug, Clone)]
+/// Findings of an exploration. Its time series is an [`ExplorationSeries`].
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct ExplorationFindings {
     /// Direction of the slide.
     pub direction: Direction,
@@ -18,138 +18,40 @@ pub struct ExplorationFindings {
     pub end_s: f64,
     /// Drive voltage across the actuators at the peaks of the modulation, V; NaN without frames.
     pub drive_peak_v: f64,
-    /// Times of the frames, s, evenly spaced.
-    pub time_s: Vec<f64>,
-    /// |x̃_p|, peak, m; NaN where samples were lost.
-    pub amplitude_m: Vec<f64>,
-    /// Amplitude and impedance under the finger, as used by `dynamic`; NaN where they could not be read.
-    pub under_finger: UnderFinger,
-    /// Normal force, low-passed at 100 Hz with zero phase, N.
-    pub normal_n: Vec<f64>,
-    /// Lateral force, low-passed at 100 Hz with zero phase, N.
-    pub lateral_n: Vec<f64>,
-    /// Measured friction |f_t|/f_n; NaN where the finger does not press.
-    pub mu: Vec<f64>,
-    /// Finger position, m.
-    pub position_m: Vec<f64>,
-    /// Finger velocity, m/s.
-    pub velocity_m_per_s: Vec<f64>,
-    /// f̃_a/ṽ_p, N·s/m; NaN where it could not be read.
-    pub z_m_plain_n_s_per_m: Vec<Complex64>,
-    /// Whether amplitude and impedance could be read.
-    pub validity: Vec<Validity>,
-    /// Stimulus of a surface of which only forces were recorded; NaN in other recordings, and without a stimulus.
-    pub stimulus: Vec<f64>,
+    /// Number of samples of its series.
+    pub samples: usize,
+    /// Friction.
+    pub stroke: Stroke,
     /// Stretches of rising amplitude, each with its instance or the reason for its rejection.
     pub stretches: Vec<Stretch>,
 }
 
 impl ExplorationFindings {
-    /// Makes the findings from the series between `start_s` and `end_s`, and its selected `stretches`.
+    /// Makes the findings of an exploration without its drive and without stretches.
+    #[must_use]
     pub fn new(
-        series: FrameSeries,
-        under_finger: UnderFinger,
-        direction: Direction,
-        (start_s, end_s): (f64, f64),
-        stretches: Vec<Stretch>,
-    ) -> Self {
-        let mu = friction(&series.lateral_n, &series.normal_n);
-        let plain = series.frames.iter().map(|frame| frame.plain_n_s_per_m);
-        Self {
-            direction,
-            start_s,
-            end_s,
-            drive_peak_v: drive_peak_v(&series),
-            mu,
-            z_m_plain_n_s_per_m: plain.collect(),
-            stimulus: vec![f64::NAN; series.time_s.len()],
-            under_finger,
-            time_s: series.time_s,
-            amplitude_m: series.amplitude_m,
-            normal_n: series.normal_n,
-            lateral_n: series.lateral_n,
-            position_m: series.position_m,
-            velocity_m_per_s: series.velocity_m_per_s,
-            validity: series.validity,
-            stretches,
-        }
-    }
-
-    /// Makes the findings of a slide of which only forces were recorded, at the times of their rows.
-    pub(crate) fn from_forces(
-        series: ForceSeries,
+        series: &ExplorationSeries,
         direction: Direction,
         (start_s, end_s): (f64, f64),
     ) -> Self {
-        let n = series.time_s.len();
-        let unknown = vec![f64::NAN; n];
-        let unknown_z_m = vec![Complex64::new(f64::NAN, f64::NAN); n];
         Self {
             direction,
             start_s,
             end_s,
             drive_peak_v: f64::NAN,
-            mu: friction(&series.lateral_n, &series.normal_n),
-            z_m_plain_n_s_per_m: unknown_z_m.clone(),
-            under_finger: UnderFinger {
-                ratio: unknown.clone(),
-                amplitude_m: unknown.clone(),
-                z_m_n_s_per_m: unknown_z_m,
-            },
-            time_s: series.time_s,
-            amplitude_m: unknown,
-            normal_n: series.normal_n,
-            lateral_n: series.lateral_n,
-            position_m: series.position_m,
-            velocity_m_per_s: series.velocity_m_per_s,
-            validity: vec![Validity::LostSamples; n],
-            stimulus: series.stimulus,
+            samples: series.time_s.len(),
+            stroke: Stroke::new(series, direction, (start_s, end_s)),
             stretches: Vec::new(),
         }
     }
-
-    /// Returns the impedance used by a method, N·s/m; for `paper` before its filter.
-    pub fn z_m(&self, method: Method) -> &[Complex64] {
-        match method {
-            Method::Paper => &self.z_m_plain_n_s_per_m,
-            Method::Dynamic | Method::Trial => &self.under_finger.z_m_n_s_per_m,
-        }
-    }
-
-    /// Returns the amplitude used by a method, peak, m: |x̃_p| for `paper`, that under the finger for `dynamic`.
-    pub fn method_amplitude_m(&self, method: Method) -> &[f64] {
-        match method {
-            Method::Paper => &self.amplitude_m,
-            Method::Dynamic | Method::Trial => &self.under_finger.amplitude_m,
-        }
-    }
-
-    /// Returns the time from one frame to the next, s; `None` with fewer than two frames.
-    pub fn interval_s(&self) -> Option<f64> {
-        let n = self.time_s.len();
-        (n > 1).then(|| (self.time_s[n - 1] - self.time_s[0]) / (n - 1) as f64)
-    }
-}
-
-/// Returns |f_t|/f_n; NaN where the body does not press.
-fn friction(lateral_n: &[f64], normal_n: &[f64]) -> Vec<f64> {
-    let pairs = lateral_n.iter().zip(normal_n);
-    pairs
-        .map(|(lateral, normal)| {
-            if *normal > 0.0 {
-                lateral.abs() / normal
-            } else {
-                f64::NAN
-            }
-        })
-        .collect()
 }
 
 /// Share of the frames with a smaller drive than its peak: the modulation is within 0.2 % of its peak for the rest, and a single
 /// disturbed frame has no effect.
 const BELOW_PEAK: f64 = 0.98;
 
-fn drive_peak_v(series: &FrameSeries) -> f64 {
+/// Returns the drive voltage at the peaks of the modulation, V; NaN without frames.
+pub(crate) fn drive_peak_v(series: &FrameSeries) -> f64 {
     let drive_v = series.frames.iter().map(|frame| frame.drive_v.norm());
     let mut drive_v: Vec<f64> = drive_v.filter(|volts| volts.is_finite()).collect();
     drive_v.sort_by(f64::total_cmp);

@@ -466,10 +466,7 @@ mod tests {
                 "trial-003_attempt-1: its recording is not there",
             ]
         );
-        let analysed = Analysis {
-            settings: crate::Settings::default(),
-            recordings: Vec::new(),
-        };
+        let analysed = Analysis::default();
         let study = [temp_dir.path().join("study")];
         let account = attempts(&study, TrialFilter::default())
             .unwrap()

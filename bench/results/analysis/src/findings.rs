@@ -18,7 +18,10 @@ use crate::flaw::Flaw;
 use crate::force_clock::ForceClock;
 use crate::force_zero::ForceZero;
 pub use crate::model_check::Band;
+use crate::mu_agreement::MuAgreement;
 pub use crate::plate_reading::PlateReading;
+use crate::recording_series::{RecordingSeries, SampledInstance};
+use crate::sample_statistics::{ByMethod, SampleStatistics};
 use crate::unloaded_plate::UnloadedError;
 use crate::vibration::Vibration;
 use crate::within_laws;
@@ -27,15 +30,18 @@ use recording::manifest::{Manifest, ManifestError, RecordedPlate, RecordedRoom};
 use recording::pipeline::DemodulationError;
 use recording::pipeline::PickupOffset;
 use recording::reader::ReadError;
+use serde::{Deserialize, Serialize};
 use study::provenance::{self, Provenance};
 
 /// All recordings of one analysis.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Analysis {
     /// Assumed numbers.
     pub settings: Settings,
     /// Recordings, in the order given.
     pub recordings: Vec<RecordingAnalysis>,
+    /// Agreement of estimated with measured friction over all samples.
+    pub agreement: ByMethod<MuAgreement>,
 }
 
 impl Analysis {
@@ -49,10 +55,11 @@ impl Analysis {
         })
     }
 
-    pub(crate) fn findings_mut(&mut self) -> impl Iterator<Item = &mut RecordingFindings> {
-        self.recordings
-            .iter_mut()
-            .filter_map(|r| r.findings.as_mut().ok())
+    pub(crate) fn numbered_findings_mut(
+        &mut self,
+    ) -> impl Iterator<Item = (usize, &mut RecordingFindings)> {
+        let recordings = self.recordings.iter_mut().enumerate();
+        recordings.filter_map(|(number, r)| Some((number, r.findings.as_mut().ok()?)))
     }
 
     /// Returns the account of the concerns about the recordings that could be read.
@@ -66,9 +73,14 @@ impl Analysis {
 
     /// Returns the recordings that could be read.
     pub fn findings(&self) -> impl Iterator<Item = &RecordingFindings> {
-        self.recordings
-            .iter()
-            .filter_map(|r| r.findings.as_ref().ok())
+        self.numbered_findings().map(|(_, findings)| findings)
+    }
+
+    /// Returns the recordings that could be read, each with its number in `recordings`, by which a
+    /// [`SeriesSource`](crate::SeriesSource) has its series.
+    pub fn numbered_findings(&self) -> impl Iterator<Item = (usize, &RecordingFindings)> {
+        let recordings = self.recordings.iter().enumerate();
+        recordings.filter_map(|(number, r)| Some((number, r.findings.as_ref().ok()?)))
     }
 }
 
@@ -104,13 +116,16 @@ pub enum RecordingError {
     /// The envelopes cannot be read.
     #[error(transparent)]
     Envelopes(#[from] EnvelopeError),
+    /// An earlier analysis, of which only the words are left, could not read the recording.
+    #[error("{0}")]
+    Known(String),
     /// The description does not fit the recording.
     #[error("recording.toml: {0}")]
     Description(#[from] ManifestError),
 }
 
-/// Findings in a recording.
-#[derive(Debug)]
+/// Findings in a recording. They are small: its time series are a [`RecordingSeries`](crate::RecordingSeries).
+#[derive(Debug, Serialize, Deserialize)]
 pub struct RecordingFindings {
     /// Folder, as given.
     pub path: PathBuf,
@@ -135,7 +150,7 @@ pub struct RecordingFindings {
     pub errors: ErrorBudget,
     /// Impedance of the unloaded plate; `None` if it could not be read.
     pub z_p: Option<PlateReading>,
-    /// Explorations, as time series.
+    /// Explorations.
     pub explorations: Vec<ExplorationFindings>,
     /// Estimated instances, in time order.
     pub instances: Vec<InstanceAnalysis>,
@@ -143,6 +158,8 @@ pub struct RecordingFindings {
     pub trial: Option<SharedFit>,
     /// The same with the laws as published taken as true; [`fit_within_laws`](Self::fit_within_laws) returns it where they hold.
     pub within_laws: Option<SharedFit>,
+    /// Statistics over the samples of all instances.
+    pub sample_statistics: ByMethod<SampleStatistics>,
     /// Self-sensed against measured normal force, by amplitude.
     pub model_check: Vec<Band>,
     /// Stretches without an estimate.
@@ -188,8 +205,7 @@ impl RecordingFindings {
         };
         let is_partial = self.flaws.iter().any(is_lack)
             && self.explorations.iter().any(|exploration| {
-                let mut values = exploration.mu.iter().chain(&exploration.amplitude_m);
-                values.any(|value| value.is_finite())
+                exploration.stroke.n > 0 || exploration.stroke.amplitude_m.is_finite()
             });
         !self.instances.is_empty() || is_plate_alone || is_partial
     }
@@ -233,20 +249,23 @@ impl RecordingFindings {
     }
 
     /// Returns the finger of the first instance usable by `dynamic`, which the model check extrapolates.
-    pub fn first_finger(&self) -> Option<&FittedFinger> {
-        self.first_dynamic_instance()
-            .map(|instance| &instance.finger)
+    pub fn first_finger<'a>(&self, series: &'a RecordingSeries) -> Option<&'a FittedFinger> {
+        let (_, sampled) = self.first_dynamic_instance(series)?;
+        Some(&sampled.finger)
     }
 
-    /// Returns the first instance usable by `dynamic`.
-    pub(crate) fn first_dynamic_instance(&self) -> Option<&InstanceAnalysis> {
-        let mut instances = self.instances.iter();
-        instances.find(|instance| instance.estimate(Method::Dynamic).is_some())
+    /// Returns the first instance usable by `dynamic`, with its samples.
+    pub(crate) fn first_dynamic_instance<'a>(
+        &self,
+        series: &'a RecordingSeries,
+    ) -> Option<(&InstanceAnalysis, &'a SampledInstance)> {
+        let mut instances = self.instances.iter().zip(&series.instances);
+        instances.find(|(instance, _)| instance.estimate(Method::Dynamic).is_some())
     }
 }
 
 /// Stretch of rising amplitude without an estimate.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RejectedStretch {
     /// Direction of the exploration.
     pub direction: Direction,

@@ -8,11 +8,12 @@ use num_complex::Complex64;
 use crate::measurements::LONGEST_GAP_S;
 use crate::unloaded_plate::UnloadedError;
 use plausibility::Implausible;
-use recording::reader;
+use recording::{FileName, file_name, reader};
+use serde::{Deserialize, Serialize};
 use statistics::significant;
 
 /// Channel of the impedance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Channel {
     /// Actuator voltage.
     Drive,
@@ -30,7 +31,7 @@ impl fmt::Display for Channel {
 }
 
 /// Stream that a recording lacks, with the results that lack it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 pub enum MissingStream {
     /// Forces.
     #[error(
@@ -51,7 +52,7 @@ pub enum MissingStream {
 }
 
 /// Defect of a recording that can still be analysed, fully or in part.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[non_exhaustive]
 pub enum Flaw {
     /// A file has a defect.
@@ -142,7 +143,8 @@ pub enum Flaw {
     )]
     ElsewhereInTime {
         /// Name of the file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
         /// Time of the first row, s.
         from_s: f64,
         /// Time of the last row, s.
@@ -157,7 +159,8 @@ pub enum Flaw {
     )]
     Sparse {
         /// Name of the file.
-        file: &'static str,
+        #[serde(deserialize_with = "file_name")]
+        file: FileName,
         /// Median interval of the rows, s.
         step_s: f64,
     },

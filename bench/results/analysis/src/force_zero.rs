@@ -15,7 +15,7 @@ use impedance::ZmFrame;
 use num_complex::Complex64;
 use recording::ForceRow;
 use recording::manifest::StandardErrors;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use statistics::median;
 
 use crate::flaw::Flaw;
@@ -55,7 +55,7 @@ const CERTAIN_ERRORS: f64 = 4.0;
 const CORRELATED_FRAMES: f64 = 20.0;
 
 /// A value of both axes, N.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Axes {
     /// Normal axis, N.
     pub normal_n: f64,
@@ -73,7 +73,7 @@ impl Axes {
 }
 
 /// Zero in one stretch without a finger.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ZeroReading {
     /// Middle of the stretch, s.
     pub time_s: f64,
@@ -85,7 +85,7 @@ pub struct ZeroReading {
 }
 
 /// Zero of the force sensor over a recording; empty if it was read nowhere.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ForceZero {
     /// Readings in time order.
     pub readings: Vec<ZeroReading>,

@@ -12,18 +12,21 @@ use crate::consistency;
 use crate::demodulation::DemodulatedRecording;
 use crate::error_budget::ErrorBudget;
 use crate::exploration_findings::ExplorationFindings;
+use crate::exploration_series::ExplorationSeries;
 use crate::explorations::explorations;
 use crate::findings::RecordingFindings;
 use crate::flaw::{Flaw, MissingStream};
 use crate::force_zero::ForceZero;
+use crate::recording_series::RecordingSeries;
+use crate::sample_statistics::ByMethod;
 use recording::pipeline::PickupOffset;
 
-/// Returns the findings of a recording without an impedance.
+/// Returns the findings of a recording without an impedance, and its series.
 pub(crate) fn findings(
     folder: &Path,
     reading: DemodulatedRecording,
     rules: SelectionRules,
-) -> RecordingFindings {
+) -> (RecordingFindings, RecordingSeries) {
     let implausible = consistency::implausible(&reading);
     let DemodulatedRecording {
         manifest,
@@ -35,15 +38,14 @@ pub(crate) fn findings(
     flaws.push(Flaw::Missing(MissingStream::Vibration));
     flaws.extend(implausible.into_iter().map(Flaw::from));
     flaws.extend(slides.is_empty().then_some(Flaw::NoExploration));
-    let explorations: Vec<ExplorationFindings> = slides
-        .into_iter()
-        .map(|(direction, start_s, end_s)| {
-            let series = record.force_series(start_s, end_s);
-            ExplorationFindings::from_forces(series, direction, (start_s, end_s))
-        })
-        .collect();
+    let explorations = slides.into_iter().map(|(direction, start_s, end_s)| {
+        let series = ExplorationSeries::from_forces(record.force_series(start_s, end_s));
+        let findings = ExplorationFindings::new(&series, direction, (start_s, end_s));
+        (findings, series)
+    });
+    let (explorations, series) = explorations.unzip();
     let participant = manifest.participant.as_ref();
-    RecordingFindings {
+    let findings = RecordingFindings {
         path: folder.to_owned(),
         participant: participant.map(|participant| participant.id.clone()),
         provenance: Provenance::new(&manifest, None),
@@ -61,6 +63,12 @@ pub(crate) fn findings(
         within_laws: None,
         model_check: Vec::new(),
         rejected: Vec::new(),
+        sample_statistics: ByMethod::default(),
         flaws,
-    }
+    };
+    let series = RecordingSeries {
+        explorations: series,
+        instances: Vec::new(),
+    };
+    (findings, series)
 }

@@ -8,6 +8,7 @@ use estimation::{FitConditions, FitError, InstanceSamples, InstanceSeries, ModeA
 use impedance::ZmFrame;
 use impedance::smoothing::LowPass;
 use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
 
 use crate::error_budget::ErrorBudget;
 use crate::measurements::{FrameSeries, SMOOTHING_HZ};
@@ -20,7 +21,7 @@ use crate::under_finger::UnderFinger;
 pub const LEAD_IN_S: f64 = 0.025;
 
 /// Samples of an instance and of its lead-in, at the frames' rate; the accessors return only those of the instance.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PreparedInstance {
     time_s: Vec<f64>,
     plain_n_s_per_m: Vec<Complex64>,

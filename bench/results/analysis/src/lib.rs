@@ -7,8 +7,9 @@
 pub mod amplitude_profile;
 pub mod analysis_settings;
 mod assumable;
+pub mod assumptions;
 pub mod attempts;
-pub mod average_model;
+mod average_model;
 mod clipping;
 mod clock_reading;
 pub mod cluster_test;
@@ -19,6 +20,7 @@ pub mod demodulation;
 pub mod error_budget;
 pub mod estimate;
 pub mod exploration_findings;
+pub mod exploration_series;
 mod explorations;
 pub mod find;
 pub mod findings;
@@ -33,14 +35,19 @@ pub mod measurements;
 pub mod method;
 pub mod model_check;
 pub mod motion;
-mod people;
+mod mu_agreement;
+pub mod people;
 pub mod pickup_correction;
 mod plate_reading;
 mod plate_references;
 pub mod printed_settings;
 mod prior_settings;
 pub mod recording_analysis;
+pub mod recording_series;
 mod row_times;
+pub mod sample_statistics;
+pub mod sampled_quantity;
+pub mod series_store;
 pub mod session_clock;
 mod spans;
 pub mod statistics;
@@ -56,19 +63,26 @@ pub mod whole_trial;
 pub mod within_laws;
 mod zero_tail;
 
+use std::convert::Infallible;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use recording::RecordingSource;
+use sample_statistics::ByMethod;
 use study::provenance::Provenance;
 use study::sessions::Sessions;
 
 pub use analysis_settings::Settings;
+pub use average_model::{AveragedModels, models as averaged_models};
 pub use findings::{Analysis, RecordingAnalysis, RecordingError};
+pub use mu_agreement::MuAgreement;
+pub use recording_series::RecordingSeries;
+pub use series_store::{KeptSeries, SeriesError, SeriesSource, SeriesStore};
 
-/// Analyses recording folders in parallel and returns them in the given order; `callback` is called after each one. A
-/// recording that cannot be read does not stop the others.
+/// Analyses recording folders in parallel and returns them in the given order, without their series; `callback` is called after
+/// each one. A recording that cannot be read does not stop the others.
 ///
 /// ```
 /// use analysis::flaw::Flaw;
@@ -101,25 +115,35 @@ pub fn analyse(
     settings: &Settings,
     callback: impl Fn(&RecordingAnalysis) + Sync,
 ) -> Analysis {
-    let recordings = folders.par_iter().map(|folder| {
-        let analysis = recording_analysis::analyse(folder, settings);
-        callback(&analysis);
-        analysis
-    });
-    complete(settings, recordings.collect())
+    analyse_with_series(folders, settings, callback).0
 }
 
-/// Analyses recording folders as [`analyse`] does, until `callback` breaks off; returns `None` then.
+/// Analyses recording folders as [`analyse`] does, and keeps their series in memory: some 2 MB for each recording.
+pub fn analyse_with_series(
+    folders: &[PathBuf],
+    settings: &Settings,
+    callback: impl Fn(&RecordingAnalysis) + Sync,
+) -> (Analysis, KeptSeries) {
+    let recordings = folders.par_iter().map(|folder| {
+        let (analysis, series) = recording_analysis::analyse_with_series(folder, settings);
+        callback(&analysis);
+        (analysis, Arc::new(series))
+    });
+    join(settings, recordings.collect())
+}
+
+/// Analyses recording folders as [`analyse_with_series`] does, until `callback` breaks off; returns `None` then.
 pub fn analyse_while(
     folders: &[PathBuf],
     settings: &Settings,
     callback: impl Fn(&RecordingAnalysis) -> ControlFlow<()> + Sync,
-) -> Option<Analysis> {
+) -> Option<(Analysis, KeptSeries)> {
     let recordings = folders.par_iter().map(|folder| {
-        let analysis = recording_analysis::analyse(folder, settings);
-        callback(&analysis).is_continue().then_some(analysis)
+        let (analysis, series) = recording_analysis::analyse_with_series(folder, settings);
+        let is_continued = callback(&analysis).is_continue();
+        is_continued.then(|| (analysis, Arc::new(series)))
     });
-    Some(complete(settings, recordings.collect::<Option<_>>()?))
+    Some(join(settings, recordings.collect::<Option<_>>()?))
 }
 
 /// Analyses a recording as [`analyse`] does, from its folder or from memory.
@@ -129,29 +153,86 @@ pub fn analyse_while(
 pub fn analyse_source(
     source: &RecordingSource<'_>,
     settings: &Settings,
-) -> Result<Analysis, RecordingError> {
-    let mut analysis = recording_analysis::analyse_source(source, settings);
+) -> Result<(Analysis, KeptSeries), RecordingError> {
+    let (mut analysis, series) = recording_analysis::analyse_source(source, settings);
     analysis.findings = Ok(analysis.findings?);
-    Ok(complete(settings, vec![analysis]))
+    Ok(join(settings, vec![(analysis, Arc::new(series))]))
 }
 
-/// Makes an analysis of its recordings.
-fn complete(settings: &Settings, recordings: Vec<RecordingAnalysis>) -> Analysis {
+/// Names the participants of recordings, reads their sessions, and makes an analysis of them.
+fn join(
+    settings: &Settings,
+    recordings: Vec<(RecordingAnalysis, Arc<RecordingSeries>)>,
+) -> (Analysis, KeptSeries) {
+    let (mut recordings, series): (Vec<_>, Vec<_>) = recordings.into_iter().unzip();
+    identify(&mut recordings);
+    let read = |number: usize| Ok::<_, Infallible>(Arc::clone(&series[number]));
+    let Ok(analysed) = complete_by(recordings, settings, &read);
+    (analysed, KeptSeries(series))
+}
+
+/// Analyses recording folders as [`analyse`] does, and moves the series of each to a store, from which tables of samples and
+/// figures read them.
+///
+/// # Errors
+/// The store cannot keep the series.
+pub fn analyse_into(
+    store: &impl SeriesStore,
+    folders: &[PathBuf],
+    settings: &Settings,
+    callback: impl Fn(&RecordingAnalysis) + Sync,
+) -> Result<Analysis, SeriesError> {
+    let recordings = folders.par_iter().enumerate().map(|(number, folder)| {
+        let (analysis, series) = recording_analysis::analyse_with_series(folder, settings);
+        store.put(number, series)?;
+        callback(&analysis);
+        Ok(analysis)
+    });
+    let mut recordings: Vec<RecordingAnalysis> = recordings.collect::<Result<_, _>>()?;
+    identify(&mut recordings);
+    complete(recordings, settings, store)
+}
+
+/// Completes an analysis of recordings, the participants of which have names, by that which depends on all of them: the models with
+/// the average σ_t of each participant, and the agreement over all samples.
+///
+/// # Errors
+/// The series cannot be read.
+pub fn complete(
+    recordings: Vec<RecordingAnalysis>,
+    settings: &Settings,
+    series: &impl SeriesSource,
+) -> Result<Analysis, SeriesError> {
+    complete_by(recordings, settings, &|number| series.read(number))
+}
+
+fn complete_by<E: Send>(
+    recordings: Vec<RecordingAnalysis>,
+    settings: &Settings,
+    read: &(impl Fn(usize) -> Result<Arc<RecordingSeries>, E> + Sync),
+) -> Result<Analysis, E> {
     let mut analysed = Analysis {
         settings: *settings,
         recordings,
+        agreement: ByMethod::default(),
     };
-    people::name(&mut analysed.recordings);
-    trace(&mut analysed);
-    average_model::fill(&mut analysed);
-    analysed
+    average_model::fill(&mut analysed, read)?;
+    analysed.agreement = mu_agreement::read(&analysed, read)?;
+    Ok(analysed)
+}
+
+/// Names the participant of each recording by its folders, and completes its provenance by the log of its session.
+fn identify(recordings: &mut [RecordingAnalysis]) {
+    people::name(recordings);
+    let folders = recordings.iter();
+    let sessions = Sessions::from_recordings(folders.map(|recording| Path::new(&recording.path)));
+    trace(recordings, &sessions);
 }
 
 /// Completes the provenance of each recording by the log of its session.
-fn trace(analysed: &mut Analysis) {
-    let folders = analysed.recordings.iter();
-    let sessions = Sessions::from_recordings(folders.map(|recording| Path::new(&recording.path)));
-    for findings in analysed.findings_mut() {
+pub fn trace(recordings: &mut [RecordingAnalysis], sessions: &Sessions) {
+    let findings = recordings.iter_mut();
+    for findings in findings.filter_map(|recording| recording.findings.as_mut().ok()) {
         let session = sessions.session_of(&findings.path);
         let session = session.map(|(_, session)| session);
         findings.provenance = Provenance::new(&findings.manifest, session);

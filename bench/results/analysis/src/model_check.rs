@@ -2,8 +2,9 @@
 
 use contact::{FittedFinger, self_sensed};
 use protocols::{SelectionRules, Validity};
+use serde::{Deserialize, Serialize};
 
-use crate::exploration_findings::ExplorationFindings;
+use crate::exploration_series::ExplorationSeries;
 use crate::flaw::Flaw;
 
 /// Edges of the amplitude bands, m; the last band has no upper limit.
@@ -14,7 +15,7 @@ const EDGES_M: [f64; 6] = [0.0, 0.3e-6, 1e-6, 2e-6, 4e-6, 8e-6];
 const GREATEST_DIFFERENCE: f64 = 0.25;
 
 /// Difference of self-sensed and measured normal force at the amplitudes of one band.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Band {
     /// Smallest amplitude under the finger, m.
     pub amplitude_from_m: f64,
@@ -33,7 +34,7 @@ pub struct Band {
 pub fn bands(
     finger: &FittedFinger,
     fit_span: (f64, f64),
-    explorations: &[ExplorationFindings],
+    explorations: &[ExplorationSeries],
     rules: &SelectionRules,
 ) -> Vec<Band> {
     let mut differences: Vec<(f64, f64)> = explorations
@@ -82,7 +83,7 @@ pub(super) fn flaw(bands: &[Band]) -> Option<Flaw> {
 fn exploration_differences(
     finger: &FittedFinger,
     fit_span: (f64, f64),
-    exploration: &ExplorationFindings,
+    exploration: &ExplorationSeries,
     rules: &SelectionRules,
 ) -> Vec<(f64, f64)> {
     let self_sensed_force = exploration.interval_s().and_then(|interval_s| {

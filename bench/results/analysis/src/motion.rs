@@ -2,10 +2,11 @@
 
 use contact::harmonic;
 use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
 
 /// Forces on the skin and its motion, frame by frame. Phases are relative to the plate: a real force is in phase with ṽ_p,
 /// a real displacement with x̃_p.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SkinMotion {
     /// f̃ = (Z_m − Z_p) ṽ_p, the reaction of the finger on the plate (Huloux 2021, Eq. 10), peak, N, relative to ṽ_p; for
     /// `dynamic` with Z_m and ṽ_p under the finger.

@@ -6,18 +6,39 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use recording::reader;
 use recording::study::TrialLabel;
+use recording::{Manifest, reader};
 
 use crate::findings::RecordingAnalysis;
 
 /// Person in an analysis: the study's own folder, and the pseudonym.
-type Person = (Option<PathBuf>, String);
+pub type Person = (Option<PathBuf>, String);
 
 /// Names the participant of each recording: by the pseudonym alone if all recordings are from one study, otherwise preceded by
 /// the study's name.
 pub fn name(recordings: &mut [RecordingAnalysis]) {
-    let people: Vec<Option<Person>> = recordings.iter().map(person).collect();
+    let people = recordings.iter().map(|recording| {
+        let findings = recording.findings.as_ref().ok();
+        // That of a recording that can be read says all; the folders' names complete that of another one.
+        let read_again =
+            || Some(reader::read_manifest(&recording.path).ok()?).filter(has_participant);
+        match findings {
+            Some(findings) => person(&recording.path, Some(&findings.manifest)),
+            None => person(&recording.path, read_again().as_ref()),
+        }
+    });
+    let people = people.collect();
+    name_as(recordings, people);
+}
+
+/// Returns whether a description names its participant.
+#[must_use]
+pub fn has_participant(manifest: &Manifest) -> bool {
+    manifest.participant.is_some()
+}
+
+/// Names the participant of each recording, who is the person at its place in `people`.
+pub fn name_as(recordings: &mut [RecordingAnalysis], people: Vec<Option<Person>>) {
     let names = names(people.iter().flatten());
     for (recording, person) in recordings.iter_mut().zip(people) {
         let name = person.and_then(|person| names.get(&person).cloned());
@@ -29,23 +50,18 @@ pub fn name(recordings: &mut [RecordingAnalysis]) {
 }
 
 /// Returns the person of a recording, from its description, or from the names of its folders if that cannot be read.
-fn person(recording: &RecordingAnalysis) -> Option<Person> {
-    let study = study(&recording.path);
-    let manifest_id =
-        |manifest: &recording::Manifest| Some(manifest.participant.as_ref()?.id.clone());
-    let id = match &recording.findings {
-        Ok(findings) => manifest_id(&findings.manifest),
-        Err(_) => reader::read_manifest(&recording.path)
-            .ok()
-            .as_ref()
-            .and_then(manifest_id)
-            .or_else(|| study_and_participant(&recording.path).map(|(_, id)| id)),
+#[must_use]
+pub fn person(recording: &Path, manifest: Option<&Manifest>) -> Option<Person> {
+    let id = match manifest {
+        Some(manifest) => manifest.participant.as_ref()?.id.clone(),
+        None => study_and_participant(recording)?.1,
     };
-    Some((study, id?))
+    Some((study(recording), id))
 }
 
 /// Returns the folder of a recording's study: the one that contains a study's description, or else by the names of the folders.
-fn study(recording: &Path) -> Option<PathBuf> {
+#[must_use]
+pub fn study(recording: &Path) -> Option<PathBuf> {
     study::exclusions::study_of(recording)
         .or_else(|| study_and_participant(recording).map(|(study, _)| study))
 }

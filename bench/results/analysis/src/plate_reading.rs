@@ -2,11 +2,12 @@
 
 use impedance::{Mask, ZmFrame};
 use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
 
 use crate::method::Method;
 
 /// Impedance Z_p of the unloaded plate.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PlateReading {
     /// Mean of the plain ratio, as published, N·s/m.
     pub plain_n_s_per_m: Complex64,

@@ -1,7 +1,7 @@
 //! Analysis of a recording: Z_p, the instances, both estimates of each, the model check.
 
 use std::io::ErrorKind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use protocols::selection::{StretchOutcome, select};
 use protocols::{Direction, Protocol, SelectionRules};
@@ -17,7 +17,8 @@ use crate::findings::{RecordingAnalysis, RecordingError, RecordingFindings, Reje
 use estimation::trial::PlateReadings;
 
 use crate::estimate::{InstanceAnalysis, estimate};
-use crate::exploration_findings::ExplorationFindings;
+use crate::exploration_findings::{ExplorationFindings, drive_peak_v};
+use crate::exploration_series::ExplorationSeries;
 use crate::explorations::explorations;
 use crate::flaw::Flaw;
 use crate::force_clock::ForceClock;
@@ -27,34 +28,57 @@ use crate::free_plate::{FreePlate, pickup_flaws};
 use crate::measurements::Measurements;
 use crate::model_check;
 use crate::plate_references;
+use crate::recording_series::RecordingSeries;
+use crate::sample_statistics::{ByMethod, SampleStatistics};
 use crate::under_finger::UnderFinger;
 use crate::whole_trial;
 use recording::pipeline::PickupOffset;
 use recording::{Manifest, RecordingSource};
 use study::provenance::Provenance;
 
-/// Analyses the recording in `folder`.
+/// Analyses the recording in `folder`, and drops its series.
 pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
+    analyse_with_series(folder, settings).0
+}
+
+/// Analyses the recording in `folder`; returns also its series, which are empty if it cannot be read.
+pub fn analyse_with_series(
+    folder: &Path,
+    settings: &Settings,
+) -> (RecordingAnalysis, RecordingSeries) {
     analyse_source(&RecordingSource::folder(folder), settings)
 }
 
-/// Analyses a recording, from its folder or from memory.
-pub fn analyse_source(source: &RecordingSource<'_>, settings: &Settings) -> RecordingAnalysis {
-    let findings = findings(source, settings);
-    RecordingAnalysis {
+/// Analyses a recording, from its folder or from memory, as [`analyse_with_series`] does.
+pub fn analyse_source(
+    source: &RecordingSource<'_>,
+    settings: &Settings,
+) -> (RecordingAnalysis, RecordingSeries) {
+    let (findings, series) = match findings(source, settings) {
+        Ok((findings, series)) => (Ok(findings), series),
+        Err(error) => (Err(error), RecordingSeries::default()),
+    };
+    let findings_read = findings.as_ref().ok();
+    let participant =
+        findings_read.and_then(|findings: &RecordingFindings| findings.participant.clone());
+    let analysis = RecordingAnalysis {
         path: source.path().to_owned(),
-        participant: findings
-            .as_ref()
-            .ok()
-            .and_then(|findings| findings.participant.clone()),
+        participant,
         findings,
-    }
+    };
+    (analysis, series)
+}
+
+/// Findings of a recording in the making, with its series.
+struct Work {
+    findings: RecordingFindings,
+    series: RecordingSeries,
 }
 
 fn findings(
     source: &RecordingSource<'_>,
     settings: &Settings,
-) -> Result<RecordingFindings, RecordingError> {
+) -> Result<(RecordingFindings, RecordingSeries), RecordingError> {
     let mut reading = demodulation::read(source, PickupOffset::default())?;
     let (rules, protocol_flaw) = source_rules(source, &reading.manifest, settings);
     if reading.vibration.is_none() {
@@ -140,6 +164,7 @@ fn findings(
         instances: Vec::new(),
         trial: None,
         within_laws: None,
+        sample_statistics: ByMethod::default(),
         model_check: Vec::new(),
         rejected: Vec::new(),
         flaws,
@@ -158,7 +183,7 @@ fn findings(
                 "the carrier is not in the signal",
             );
         }
-        return Ok(findings);
+        return Ok((findings, RecordingSeries::default()));
     }
 
     findings.z_p = plate.z_p();
@@ -179,33 +204,44 @@ fn findings(
     }
     if findings.withheld_reason().is_some() {
         findings.withhold();
-        return Ok(findings);
+        return Ok((findings, RecordingSeries::default()));
     }
 
+    let mut work = Work {
+        findings,
+        series: RecordingSeries::default(),
+    };
     for (direction, start_s, end_s) in explorations {
         source.require_running()?;
-        findings.explore(&record, direction, (start_s, end_s), settings);
+        work.explore(&record, direction, (start_s, end_s), settings);
     }
     source.require_running()?;
     let readings = plate_references::read(&record, rules.contact_n / 2.0);
-    findings.fit_together(&readings, settings);
+    work.fit_together(&readings, settings);
+    let Work {
+        mut findings,
+        series,
+    } = work;
     findings.flaws.extend(consistency::contact_area(&findings));
     if findings.withheld_reason().is_some() {
         findings.withhold();
-        return Ok(findings);
+        return Ok((findings, RecordingSeries::default()));
     }
-    if let Some(instance) = findings.first_dynamic_instance() {
+    findings.sample_statistics = ByMethod::new(|method| {
+        SampleStatistics::new(&findings.instances, &series.instances, method)
+    });
+    if let Some((instance, sampled)) = findings.first_dynamic_instance(&series) {
         findings.model_check = model_check::bands(
-            &instance.finger,
+            &sampled.finger,
             (instance.start_s, instance.end_s),
-            &findings.explorations,
+            &series.explorations,
             &rules,
         );
         findings
             .flaws
             .extend(model_check::flaw(&findings.model_check));
     }
-    Ok(findings)
+    Ok((findings, series))
 }
 
 /// Returns the stated phase of the pickup, rad; that of envelopes is included in them.
@@ -272,6 +308,31 @@ pub fn protocol_text(folder: &Path, manifest: &Manifest) -> Option<String> {
     copy.map(|(_, text)| text)
 }
 
+/// Returns the files next to a recording with this description that its selection rules depend on, which may be missing.
+#[must_use]
+pub fn protocol_copies(folder: &Path, manifest: &Manifest) -> Vec<PathBuf> {
+    let Some((trial, session)) = manifest.trial.as_ref().zip(folder.parent()) else {
+        return Vec::new();
+    };
+    let names = match &trial.protocol_file {
+        Some(name) => vec![name.clone()],
+        None => vec![
+            format!("{}.toml", trial.protocol),
+            second_copy(&trial.protocol),
+        ],
+    };
+    // Only the name of a file in the session's folder is read.
+    let names = names
+        .iter()
+        .filter(|name| Path::new(name).file_name() == Some(name.as_ref()));
+    names.map(|name| session.join(name)).collect()
+}
+
+/// Returns the name of the second copy of a protocol: copies are numbered from 2 if the session was resumed after an edit.
+fn second_copy(protocol: &str) -> String {
+    format!("{protocol}.2.toml")
+}
+
 /// Reads the copy of the session's protocol next to a recording; `None` if there is no copy.
 fn protocol_copy(folder: &Path, manifest: &Manifest) -> Result<Option<Protocol>, Flaw> {
     let copy = read_protocol(folder, manifest)?;
@@ -315,8 +376,7 @@ fn copies_flaw(folder: &Path, manifest: &Manifest) -> Option<Flaw> {
     if trial.protocol_file.is_some() {
         return None;
     }
-    // Copies are numbered from 2 if the session was resumed after an edit.
-    let second_copy = session.join(format!("{}.2.toml", trial.protocol));
+    let second_copy = session.join(second_copy(&trial.protocol));
     second_copy.exists().then(|| Flaw::ProtocolCopies {
         followed: format!("{}.toml", trial.protocol),
     })
@@ -343,7 +403,9 @@ impl RecordingFindings {
             kind: kind.to_owned(),
         });
     }
+}
 
+impl Work {
     /// Estimates the instances selected from an exploration, and records the reason of every other stretch's
     /// rejection.
     fn explore(
@@ -354,31 +416,34 @@ impl RecordingFindings {
         settings: &Settings,
     ) {
         let series = record.series(span.0, span.1);
-        let z_p = self.z_p.map(|z_p| z_p.corrected_n_s_per_m);
-        let profile = self
+        let findings = &mut self.findings;
+        let z_p = findings.z_p.map(|z_p| z_p.corrected_n_s_per_m);
+        let profile = findings
             .plate()
             .map_or_else(AmplitudeProfile::default, AmplitudeProfile::from);
         let under_finger = UnderFinger::new(&series, &profile, z_p);
         // Frames come from one demodulator, so they are evenly spaced.
-        let stretches = select(&series.exploration(direction), &self.rules).unwrap_or_default();
+        let stretches = select(&series.exploration(direction), &findings.rules).unwrap_or_default();
         if stretches.is_empty() {
-            self.reject(direction, span, "no stretch of rising amplitude");
+            findings.reject(direction, span, "no stretch of rising amplitude");
         }
-        let conditions = self.conditions(settings);
-        let modal_mass_kg = self.plate().map_or(f64::NAN, |plate| plate.modal_mass_kg);
+        let conditions = findings.conditions(settings);
+        let modal_mass_kg = findings
+            .plate()
+            .map_or(f64::NAN, |plate| plate.modal_mass_kg);
         for stretch in &stretches {
             let instance = match stretch.outcome {
                 StretchOutcome::Accepted(instance) => instance,
                 StretchOutcome::Rejected(rejection) => {
                     let span = (stretch.start_s, stretch.end_s);
                     let reason = rejection.to_string();
-                    self.reject_as(direction, span, (&reason, rejection.kind()));
+                    findings.reject_as(direction, span, (&reason, rejection.kind()));
                     continue;
                 }
             };
             let analysis = match &conditions {
                 Some(conditions) => {
-                    let exploration_key = (self.explorations.len(), direction);
+                    let exploration_key = (findings.explorations.len(), direction);
                     let plate = (conditions, modal_mass_kg);
                     estimate(
                         (&series, &under_finger),
@@ -392,25 +457,38 @@ impl RecordingFindings {
                 None => Err("Z_p is not known".to_owned()),
             };
             match analysis {
-                Ok(instance) => self.instances.push(instance),
+                Ok((instance, samples)) => {
+                    findings.instances.push(instance);
+                    self.series.instances.push(samples);
+                }
                 Err(reason) => {
-                    self.reject(direction, (instance.start_s, instance.end_s), &reason);
+                    findings.reject(direction, (instance.start_s, instance.end_s), &reason);
                 }
             }
         }
-        let exploration =
-            ExplorationFindings::new(series, under_finger, direction, span, stretches);
-        self.explorations.push(exploration);
+        let drive_peak_v = drive_peak_v(&series);
+        let series = ExplorationSeries::new(series, under_finger);
+        findings.explorations.push(ExplorationFindings {
+            drive_peak_v,
+            stretches,
+            ..ExplorationFindings::new(&series, direction, span)
+        });
+        self.series.explorations.push(series);
     }
 
     /// Fits all instances together. Those that `paper` or `dynamic` cannot use are kept only if this fit can use them.
     fn fit_together(&mut self, readings: &PlateReadings, settings: &Settings) {
-        let Some((conditions, plate)) = self.conditions(settings).zip(self.plate().cloned()) else {
+        let findings = &self.findings;
+        let Some((conditions, plate)) =
+            findings.conditions(settings).zip(findings.plate().cloned())
+        else {
             return;
         };
-        let fit = |findings: &mut Self| {
+        let fit = |work: &mut Self| {
             let plate = (&conditions, &plate);
-            let fits = whole_trial::fit(&mut findings.instances, plate, readings, settings).ok();
+            let findings = &mut work.findings;
+            let instances = (&mut findings.instances[..], &mut work.series.instances[..]);
+            let fits = whole_trial::fit(instances, plate, readings, settings).ok();
             (findings.trial, findings.within_laws) = match fits {
                 Some(fits) => (Some(fits.total), fits.within_laws),
                 None => (None, None),
@@ -425,24 +503,31 @@ impl RecordingFindings {
     /// Rejects each instance that has no estimate by `trial` and is unusable by `paper` or `dynamic`; returns whether any were
     /// rejected and others remain.
     fn drop_unusable(&mut self) -> bool {
+        let Self { findings, series } = self;
         let usability_error = |instance: &InstanceAnalysis| match instance.trial {
             Some(_) => None,
             None => instance.usability_error(),
         };
-        let (usable_instances, unusable_instances): (Vec<_>, Vec<_>) =
-            std::mem::take(&mut self.instances)
-                .into_iter()
-                .partition(|instance| usability_error(instance).is_none());
-        self.instances = usable_instances;
-        for instance in &unusable_instances {
-            if let Some(error) = usability_error(instance) {
-                let span = (instance.start_s, instance.end_s);
-                self.reject(instance.direction, span, &error.to_string());
+        let instances = std::mem::take(&mut findings.instances);
+        let samples = std::mem::take(&mut series.instances);
+        let mut has_unusable = false;
+        for (instance, samples) in instances.into_iter().zip(samples) {
+            match usability_error(&instance) {
+                None => {
+                    findings.instances.push(instance);
+                    series.instances.push(samples);
+                }
+                Some(error) => {
+                    has_unusable = true;
+                    let span = (instance.start_s, instance.end_s);
+                    findings.reject(instance.direction, span, &error.to_string());
+                }
             }
         }
-        self.rejected
+        findings
+            .rejected
             .sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
-        !unusable_instances.is_empty() && !self.instances.is_empty()
+        has_unusable && !findings.instances.is_empty()
     }
 }
 

@@ -1,13 +1,13 @@
 //! Correlations and goodness of fit, as in the published figures.
 
 use num_complex::Complex64;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use statistics::rank_orders::{p_of_all_orders, p_of_perfect_orders};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use statrs::statistics::{Data, OrderStatistics, RankTieBreaker, Statistics};
 
 /// A correlation coefficient with its two-sided p-value under the null hypothesis of no correlation.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Correlation {
     /// Coefficient, −1 to 1.
     pub rho: f64,

@@ -11,8 +11,9 @@
 //! the friction, as ultrasonic levitation does, and negative where it raises it, as electroadhesion does.
 
 use protocols::Direction;
+use serde::{Deserialize, Serialize};
 
-use crate::exploration_findings::ExplorationFindings;
+use crate::exploration_series::ExplorationSeries;
 
 /// Largest lag, s.
 const LARGEST_LAG_S: f64 = 0.2;
@@ -20,7 +21,7 @@ const LARGEST_LAG_S: f64 = 0.2;
 const FEWEST: usize = 10;
 
 /// Friction of a stroke.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Stroke {
     /// Direction.
     pub direction: Direction,
@@ -45,7 +46,7 @@ pub struct Stroke {
 }
 
 /// Effect of a stimulus on the friction of a stroke.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StimulusEffect {
     /// Friction at the least stimulus.
     pub mu_at_least: f64,
@@ -62,7 +63,11 @@ pub struct StimulusEffect {
 impl Stroke {
     /// Returns the friction of an exploration.
     #[must_use]
-    pub fn new(exploration: &ExplorationFindings) -> Self {
+    pub fn new(
+        exploration: &ExplorationSeries,
+        direction: Direction,
+        (start_s, end_s): (f64, f64),
+    ) -> Self {
         let is_known = |index: &usize| exploration.mu[*index].is_finite();
         let known: Vec<usize> = (0..exploration.mu.len()).filter(is_known).collect();
         let mean_of = |values: &[f64]| mean(known.iter().map(|index| values[*index]));
@@ -79,9 +84,9 @@ impl Stroke {
             )
         };
         Self {
-            direction: exploration.direction,
-            start_s: exploration.start_s,
-            end_s: exploration.end_s,
+            direction,
+            start_s,
+            end_s,
             n: known.len(),
             mu,
             mu_std: mean(squares).sqrt(),
@@ -206,9 +211,8 @@ mod tests {
             stimulus: time_s.iter().map(|t| stimulus(*t)).collect(),
             time_s,
         };
-        let exploration =
-            ExplorationFindings::from_forces(series, Direction::RightToLeft, (0.0, 4.0));
-        Stroke::new(&exploration)
+        let exploration = ExplorationSeries::from_forces(series);
+        Stroke::new(&exploration, Direction::RightToLeft, (0.0, 4.0))
     }
 
     #[test]

@@ -10,12 +10,13 @@
 use std::ops::Range;
 
 use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
 
 use crate::amplitude_profile::AmplitudeProfile;
 use crate::measurements::FrameSeries;
 
 /// Amplitude and impedance under the finger, frame by frame.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct UnderFinger {
     /// φ, the ratio of the amplitude there to the pickup's reading.
     pub ratio: Vec<f64>,

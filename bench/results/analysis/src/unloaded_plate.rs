@@ -1,6 +1,7 @@
 //! Reads the plate's own impedance Z_p without a finger.
 
 use impedance::ZmFrame;
+use serde::{Deserialize, Serialize};
 
 use crate::measurements::Measurements;
 use crate::plate_reading::{FEWEST_PLATE_FRAMES, PlateReading, plate};
@@ -22,7 +23,7 @@ pub struct UnloadedReading {
 }
 
 /// Reasons why Z_p cannot be read.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, thiserror::Error)]
 pub enum UnloadedError {
     /// The recording names no unloaded interval.
     #[error("no unloaded interval, so Z_p is not known")]

@@ -2,9 +2,10 @@
 
 use recording::Manifest;
 use recording::manifest::{Modulation, RecordedPlate};
+use serde::{Deserialize, Serialize};
 
 /// Vibration of the plate.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Vibration {
     /// Frequency to which impedances refer, Hz: that of the carrier, or the mean of one that moves.
     pub carrier_hz: f64,

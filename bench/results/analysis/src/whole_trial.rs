@@ -8,6 +8,7 @@ use crate::amplitude_profile::AmplitudeProfile;
 use crate::analysis_settings::Settings;
 use crate::estimate::{InstanceAnalysis, MeasuredValues};
 use crate::findings::RecordingFindings;
+use crate::recording_series::SampledInstance;
 use crate::within_laws;
 
 /// Parameters shared by the instances of a recording.
@@ -19,19 +20,19 @@ pub struct SharedFits {
     pub within_laws: Option<SharedFit>,
 }
 
-/// Fits the instances together, and adds the estimates to each if the fit can be used.
+/// Fits the instances together, and adds the estimates to each, and to its samples, if the fit can be used.
 ///
 /// # Errors
 /// The instances cannot be fitted together.
 pub fn fit(
-    instances: &mut [InstanceAnalysis],
+    (instances, samples): (&mut [InstanceAnalysis], &mut [SampledInstance]),
     (conditions, plate): (&FitConditions, &RecordedPlate),
     readings: &PlateReadings,
     settings: &Settings,
 ) -> Result<SharedFits, FitError> {
-    let placements: Vec<PlacedInstance<'_>> = instances
+    let placements: Vec<PlacedInstance<'_>> = samples
         .iter()
-        .map(|instance| instance.samples.placement(plate.centre_m))
+        .map(|sampled| sampled.samples.placement(plate.centre_m))
         .collect::<Result<_, _>>()?;
     let options = options(settings.trial(), &AmplitudeProfile::from(plate));
     let trial_fit = trial::fit(&placements, conditions, readings, &options)?;
@@ -41,14 +42,17 @@ pub fn fit(
         let holds = within_laws::holding(&trial_fit.shared, shared_within_laws).is_some();
         let fits_within_laws = within_laws.filter(|_| holds);
         let fits_within_laws = fits_within_laws.map_or(&[][..], |fit| &fit.instances);
-        for (index, (instance, fit)) in instances.iter_mut().zip(trial_fit.instances).enumerate() {
+        let instances = instances.iter_mut().zip(samples);
+        for (index, ((instance, sampled), fit)) in instances.zip(trial_fit.instances).enumerate() {
             let measurement =
-                MeasuredValues::new(&instance.samples, conditions, plate.modal_mass_kg);
+                MeasuredValues::new(&sampled.samples, conditions, plate.modal_mass_kg);
             let rest_z_m = instance.paper.rest.map(|rest| rest.z_m_corrected_n_s_per_m);
-            let estimated = measurement.lagged_estimate(fit, rest_z_m.unwrap_or(f64::NAN.into()));
+            let (estimated, series) =
+                measurement.lagged_estimate(fit, rest_z_m.unwrap_or(f64::NAN.into()));
             let fit_within_laws = fits_within_laws.get(index);
             instance.within_laws = fit_within_laws.map(|fit| measurement.within_laws(fit));
             instance.trial = Some(estimated);
+            sampled.trial = Some(series);
         }
     }
     Ok(SharedFits {

@@ -3,9 +3,10 @@
 use contact::uncertain::{LogUncertain, Uncertain};
 use estimation::trial::SharedFit;
 use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
 
 /// Estimates of an instance by the published laws; their errors include no doubt about these laws.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct WithinLaws {
     /// σ_t, m.
     pub sigma_t_m: LogUncertain,

@@ -136,21 +136,17 @@ impl Quantity {
     /// Returns its value in an instance, with the gap by `gap_method`; NaN if the instance does not have it.
     #[must_use]
     pub fn value(self, instance: &InstanceAnalysis, gap_method: Method) -> f64 {
-        let samples = &instance.samples;
-        let mu = instance.edge_means(|k| samples.mu()[k]);
+        let mu = instance.mu;
         match self {
             Self::MuAtRest => mu.first,
             Self::MuAtCrest => mu.last,
             Self::Fall => (mu.first - mu.last) / mu.first,
-            Self::Gap => instance.estimate(gap_method).map_or(f64::NAN, |estimate| {
-                let gap_m = &estimate.series.gap_m;
-                instance.edge_means(|k| gap_m[k]).last
-            }),
-            Self::Force => instance.normal_n,
-            Self::Amplitude => {
-                let amplitude_m = samples.amplitude_m(Method::Dynamic);
-                instance.edge_means(|k| amplitude_m[k]).last
+            Self::Gap => {
+                let estimate = instance.estimate(gap_method);
+                estimate.map_or(f64::NAN, |estimate| estimate.gap_at_crest_m)
             }
+            Self::Force => instance.normal_n,
+            Self::Amplitude => instance.amplitude_at_crest_m,
         }
     }
 }

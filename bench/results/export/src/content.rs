@@ -5,6 +5,7 @@ use std::path::Path;
 use analysis::Settings;
 use analysis::estimate::Method;
 use analysis::flaw::Flaw;
+use analysis::recording_analysis::analyse_with_series;
 use recording::Manifest;
 use study::provenance::Provenance;
 use study::sessions::Sessions;
@@ -54,25 +55,22 @@ impl RecordingContent {
         let folder = &identity.folder;
         let manifest = recording::reader::read_manifest(folder)?;
         let streams = RecordedTables::read(folder, &manifest, with_signals)?;
-        let analysed =
-            analysis::analyse(std::slice::from_ref(folder), &Settings::default(), |_| ());
-        let findings = analysed.recordings.first();
+        let (analysed, series) = analyse_with_series(folder, &Settings::default());
         let (mut warnings, mut missing) = (Vec::new(), Vec::new());
         let (mut friction, mut carrier_hz) = (None, manifest.carrier_hz());
-        match findings.map(|recording| &recording.findings) {
-            Some(Ok(findings)) => {
+        match &analysed.findings {
+            Ok(findings) => {
                 warnings.extend(findings.flaws.iter().map(ToString::to_string));
                 let lacks = |flaw: &&Flaw| matches!(flaw, Flaw::Missing(_));
                 let flaws = findings.flaws.iter().filter(lacks);
                 missing.extend(flaws.map(ToString::to_string));
-                friction = FrictionSeries::new(findings);
+                friction = FrictionSeries::new(findings, &series);
                 carrier_hz = carrier_hz.or(findings.carrier_hz());
             }
-            Some(Err(error)) => {
+            Err(error) => {
                 missing.push(format!("no friction over time: {error}"));
                 warnings.clone_from(&missing);
             }
-            None => {}
         }
         Ok(Self {
             identity: identity.clone(),

@@ -1,8 +1,12 @@
 //! Friction over time: a row for each frame of an exploration, at the frames' rate, with the estimates where a frame belongs to an
 //! instance.
 
-use analysis::estimate::{InstanceAnalysis, InstanceEstimate, Method};
+use analysis::RecordingSeries;
+use analysis::estimate::{InstanceAnalysis, Method};
+use analysis::exploration_series::ExplorationSeries;
 use analysis::findings::{ExplorationFindings, RecordingFindings};
+use analysis::recording_series::EstimateSeries;
+use analysis::sample_statistics::{EstimatedSamples, estimated_samples};
 
 use crate::column::{ColumnValues, ExportedColumn, ExportedTable};
 
@@ -32,17 +36,17 @@ fn method(findings: &RecordingFindings) -> Method {
 impl FrictionSeries {
     /// Takes the frames of all explorations, in time order; `None` without frames. Estimates that no reading supports are left out,
     /// and so are the columns of streams that the recording lacks.
-    pub(crate) fn new(findings: &RecordingFindings) -> Option<Self> {
-        let explorations = findings.explorations.as_slice();
+    pub(crate) fn new(findings: &RecordingFindings, series: &RecordingSeries) -> Option<Self> {
+        let explorations = series.explorations.as_slice();
         let rows: usize = explorations.iter().map(|e| e.time_s.len()).sum();
         if rows == 0 {
             return None;
         }
         let method = method(findings);
-        let mut columns = motion_columns(explorations);
+        let mut columns = motion_columns(&findings.explorations, explorations);
         if findings.vibration.is_some() {
             columns.extend(vibration_columns(explorations, method));
-            columns.extend(EstimatedColumns::new(findings, method).into_list());
+            columns.extend(EstimatedColumns::new(findings, series, method).into_list());
         } else if explorations
             .iter()
             .flat_map(|e| &e.stimulus)
@@ -59,9 +63,7 @@ impl FrictionSeries {
                 rows: rows as u64,
                 columns,
             },
-            interval_s: explorations
-                .iter()
-                .find_map(ExplorationFindings::interval_s),
+            interval_s: explorations.iter().find_map(ExplorationSeries::interval_s),
             method: findings.vibration.is_some().then_some(method),
         })
     }
@@ -69,21 +71,25 @@ impl FrictionSeries {
 
 /// Joins a series of all explorations.
 fn joined(
-    explorations: &[ExplorationFindings],
-    values: fn(&ExplorationFindings) -> &[f64],
+    explorations: &[ExplorationSeries],
+    values: fn(&ExplorationSeries) -> &[f64],
 ) -> Vec<f64> {
     explorations.iter().flat_map(values).copied().collect()
 }
 
 /// Returns the columns that every recording has.
-fn motion_columns(explorations: &[ExplorationFindings]) -> Vec<ExportedColumn> {
+fn motion_columns(
+    slides: &[ExplorationFindings],
+    explorations: &[ExplorationSeries],
+) -> Vec<ExportedColumn> {
     let real = |name, unit, meaning, values| {
         ExportedColumn::real(name, unit, meaning, joined(explorations, values))
     };
     let numbers = (1..).zip(explorations);
     let numbers = numbers.flat_map(|(number, e)| vec![number; e.time_s.len()]);
-    let directions = explorations.iter();
-    let directions = directions.flat_map(|e| vec![e.direction.sign() as i64; e.time_s.len()]);
+    let directions = slides.iter().zip(explorations);
+    let directions =
+        directions.flat_map(|(slide, e)| vec![slide.direction.sign() as i64; e.time_s.len()]);
     vec![
         real("time_s", "s", "time from sample 0 of the recording", |e| {
             &e.time_s
@@ -126,7 +132,7 @@ fn motion_columns(explorations: &[ExplorationFindings]) -> Vec<ExportedColumn> {
 }
 
 /// Returns the columns of a recording with a vibration of the plate, as the method reads it.
-fn vibration_columns(explorations: &[ExplorationFindings], method: Method) -> [ExportedColumn; 3] {
+fn vibration_columns(explorations: &[ExplorationSeries], method: Method) -> [ExportedColumn; 3] {
     let z_m: Vec<_> = explorations.iter().flat_map(|e| e.z_m(method)).collect();
     let amplitude_m = explorations.iter();
     let amplitude_m = amplitude_m.flat_map(|e| e.method_amplitude_m(method));
@@ -164,24 +170,25 @@ struct EstimatedColumns {
 
 impl EstimatedColumns {
     /// Places the estimates of each instance at the frames of its exploration.
-    fn new(findings: &RecordingFindings, method: Method) -> Self {
+    fn new(findings: &RecordingFindings, series: &RecordingSeries, method: Method) -> Self {
         let mut columns = Self::default();
-        for (index, exploration) in findings.explorations.iter().enumerate() {
+        for (index, exploration) in series.explorations.iter().enumerate() {
             let start = columns.instance.len();
             let times_s = &exploration.time_s;
             columns.extend(times_s.len());
             // Readings that no finger makes support no estimate.
-            let instances = findings.instances.iter().filter(|_| !findings.is_spoilt());
-            let numbered = (1..).zip(instances);
-            for (number, instance) in numbered.filter(|(_, i)| i.exploration == index) {
-                let Some(by_method) = instance.estimate_by(method) else {
-                    continue;
-                };
-                for (sample, time_s) in instance.samples.time_s().iter().enumerate() {
+            let estimated = estimated_samples(&findings.instances, &series.instances, method);
+            let estimated = estimated.filter(|_| !findings.is_spoilt());
+            let is_here =
+                |e: &EstimatedSamples<'_>| findings.instances[e.number].exploration == index;
+            for instance in estimated.filter(is_here) {
+                let number = instance.number as i64 + 1;
+                let times = instance.instance.samples.time_s().iter().enumerate();
+                for (sample, time_s) in times {
                     let frame = times_s.partition_point(|&frame_s| frame_s < time_s - SLACK_S);
                     let is_same = |frame_s: &f64| *frame_s <= time_s + SLACK_S;
                     if times_s.get(frame).is_some_and(is_same) {
-                        columns.set(start + frame, number, by_method.estimate, sample);
+                        columns.set(start + frame, number, instance.estimate, sample);
                     }
                 }
             }
@@ -202,8 +209,8 @@ impl EstimatedColumns {
         }
     }
 
-    fn set(&mut self, row: usize, number: i64, estimate: &InstanceEstimate, sample: usize) {
-        let series = &estimate.series;
+    fn set(&mut self, row: usize, number: i64, estimate: &EstimateSeries, sample: usize) {
+        let series = &estimate.contact;
         self.instance[row] = number;
         self.gap_m[row] = series.gap_m[sample];
         self.gap_std_m[row] = series.gap_std_m[sample];

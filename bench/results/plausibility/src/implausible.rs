@@ -1,6 +1,9 @@
 //! Findings, their words, and what they spoil.
 
+use std::borrow::Cow;
+
 use force_alignment::TellingFactor;
+use serde::{Deserialize, Serialize};
 use statistics::significant;
 
 use crate::quantity::Quantity;
@@ -20,7 +23,7 @@ pub(crate) const USUAL_AREA_M2: f64 = 164e-6;
 pub(crate) const GREATEST_FORCE_FACTOR: f64 = 2.0;
 
 /// Reading that no finger and no sound channel makes.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, thiserror::Error)]
 pub enum Implausible {
     /// The normal force is too large or too small.
     #[error(
@@ -49,7 +52,7 @@ pub enum Implausible {
     )]
     Constant {
         /// Name of the column.
-        column: &'static str,
+        column: Cow<'static, str>,
         /// Its value.
         value: f64,
         /// Number of rows.

@@ -119,7 +119,7 @@ fn constant(rows: &[ForceRow], column: &'static str, value: Column) -> Option<Im
         (rows + 1, is_constant && value == first)
     });
     (is_constant && rows >= FEWEST).then_some(Implausible::Constant {
-        column,
+        column: column.into(),
         value: first,
         rows,
     })

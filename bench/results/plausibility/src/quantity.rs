@@ -1,7 +1,9 @@
 //! Quantities that a pickup may read.
 
+use serde::{Deserialize, Serialize};
+
 /// Quantity that a pickup may read in place of a displacement.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Quantity {
     /// A velocity, which leads by a quarter of a turn.
     Velocity,

@@ -5,18 +5,22 @@ use std::collections::BTreeMap;
 use num_complex::Complex64;
 
 use crate::statistic::{Level, MethodStatistic, Pairs, Statistic};
+use analysis::MuAgreement;
 use analysis::estimate::{InstanceAnalysis, InstanceEstimate, Method, MethodEstimate};
 use analysis::findings::{Analysis, RecordingFindings};
-use analysis::statistics::{Coefficient, r_squared, r_squared_complex, slope, spread};
+use analysis::sample_statistics::SampleStatistics;
+use analysis::sampled_quantity::{Extent, SampledQuantity};
+use analysis::statistics::{Coefficient, slope, spread};
 
 /// Value of an instance.
 pub(super) type InstanceValue = fn(&InstanceAnalysis, &InstanceEstimate) -> f64;
-/// Value of a sample of an instance.
-pub type SampleValue = fn(&MethodEstimate<'_>, usize) -> f64;
+/// Statistic over the samples of a recording.
+pub(super) type SampleValue = fn(&SampleStatistics) -> f64;
 
 /// All instances by one method.
 pub(super) struct Pool<'a> {
     trials: Vec<Group<'a>>,
+    agreement: MuAgreement,
     participants: BTreeMap<&'a str, Group<'a>>,
 }
 
@@ -26,6 +30,8 @@ struct Group<'a> {
     /// Number of the participant, from 0; `None` if unknown.
     person: Option<usize>,
     explorations: Vec<Exploration<'a>>,
+    /// Statistics over the samples of a trial.
+    samples: SampleStatistics,
 }
 
 /// Instances of an exploration, at least one.
@@ -52,7 +58,7 @@ impl<'a> Pool<'a> {
                 let number = participants.len();
                 let group = participants.entry(id).or_insert_with(|| Group {
                     person: Some(number),
-                    explorations: Vec::new(),
+                    ..Group::default()
                 });
                 group.explorations.extend(explorations.iter().cloned());
                 group.person.unwrap_or(number)
@@ -60,11 +66,13 @@ impl<'a> Pool<'a> {
             trials.push(Group {
                 person,
                 explorations,
+                samples: *findings.sample_statistics.get(method),
             });
         }
         Self {
             trials,
             participants,
+            agreement: *analysed.agreement.get(method),
         }
     }
 
@@ -126,25 +134,25 @@ impl<'a> Pool<'a> {
 
     /// Returns R² of the impedance modelled with the participant's average σ_t, with the samples of a trial together.
     pub(super) fn r2_averaged(&self) -> MethodStatistic {
-        self.median_trial(|trial| trial.r2_averaged())
+        self.median_trial(|trial| trial.samples.r2_averaged)
     }
 
     /// Returns Spearman's coefficient of a sampled quantity and the measured friction within the median trial.
     pub(super) fn mu_correlation_in_median_trial(&self, value: SampleValue) -> MethodStatistic {
-        self.median_trial(|trial| trial.mu_correlation(value))
+        self.median_trial(|trial| value(&trial.samples))
     }
 
     /// Returns Spearman's coefficient of a sampled quantity and the measured friction within each trial.
     pub(super) fn mu_correlation_within_trials(&self, value: SampleValue) -> MethodStatistic {
-        self.spread_over_trials(|trial| trial.mu_correlation(value))
+        self.spread_over_trials(|trial| value(&trial.samples))
     }
 
     /// Returns Spearman's coefficient, within each trial, of the ranges (maximum minus minimum) of two quantities in an
     /// instance. The published ranges are those of explorations, but a trial has only two of them.
     pub(super) fn range_correlation_within_trials(
         &self,
-        x: SampleValue,
-        y: SampleValue,
+        x: SampledQuantity,
+        y: SampledQuantity,
     ) -> MethodStatistic {
         self.spread_over_trials(|trial| {
             let ranges = |value| trial.ranges_of_instances(value);
@@ -180,12 +188,12 @@ impl<'a> Pool<'a> {
     pub(super) fn correlate_ranges(
         &self,
         coefficient: Coefficient,
-        x: SampleValue,
-        y: SampleValue,
+        x: SampledQuantity,
+        y: SampledQuantity,
     ) -> MethodStatistic {
         let instances = self.pairs_of(|trial| trial.range_pairs_of_instances(x, y));
         let explorations = self.pairs_of(|trial| {
-            let ranges = |value: SampleValue| trial.ranges(value);
+            let ranges = |value: SampledQuantity| trial.ranges(value);
             ranges(x).into_iter().zip(ranges(y)).collect()
         });
         let correlation = |level, pairs: &Pairs| Statistic::correlation(level, coefficient, pairs);
@@ -203,7 +211,11 @@ impl<'a> Pool<'a> {
 
     /// Returns the slope of `y` on `x`, each the range (maximum minus minimum) in an instance; for a trial or participant, the
     /// mean range of its explorations.
-    pub(super) fn slope_of_ranges(&self, x: SampleValue, y: SampleValue) -> MethodStatistic {
+    pub(super) fn slope_of_ranges(
+        &self,
+        x: SampledQuantity,
+        y: SampledQuantity,
+    ) -> MethodStatistic {
         let level_slope = |level, pairs: Vec<(f64, f64)>| {
             let (x, y): (Vec<f64>, Vec<f64>) = pairs.into_iter().unzip();
             let line = slope(&x, &y);
@@ -231,16 +243,9 @@ impl<'a> Pool<'a> {
 
     /// Returns R² of the estimated against the measured friction about the line of slope 1, with all samples together.
     pub(super) fn r2_mu(&self) -> MethodStatistic {
-        let instances = || self.trials.iter().flat_map(Group::instances);
-        let measured: Vec<f64> = instances()
-            .flat_map(|fit| fit.instance.samples.mu().iter().copied())
-            .collect();
-        let estimated: Vec<f64> = instances()
-            .flat_map(|fit| fit.estimate.series.mu.iter().copied())
-            .collect();
         MethodStatistic::single(Statistic {
-            value: r_squared(&measured, &estimated),
-            n: measured.len(),
+            value: self.agreement.r2,
+            n: self.agreement.samples,
             ..Statistic::empty(Level::Samples)
         })
     }
@@ -268,7 +273,7 @@ impl<'a> Pool<'a> {
     }
 
     /// Returns the ranges (maximum minus minimum) of two quantities in each instance.
-    pub(super) fn changes(&self, x: SampleValue, y: SampleValue) -> Vec<(f64, f64)> {
+    pub(super) fn changes(&self, x: SampledQuantity, y: SampledQuantity) -> Vec<(f64, f64)> {
         let trials = self.trials.iter();
         trials
             .flat_map(|trial| trial.range_pairs_of_instances(x, y))
@@ -279,8 +284,8 @@ impl<'a> Pool<'a> {
     pub(super) fn changes_of(
         &self,
         participant: &str,
-        x: SampleValue,
-        y: SampleValue,
+        x: SampledQuantity,
+        y: SampledQuantity,
     ) -> Vec<(f64, f64)> {
         let group = self.participants.get(participant);
         group.map_or_else(Vec::new, |group| group.range_pairs_of_instances(x, y))
@@ -340,53 +345,27 @@ impl<'a> Group<'a> {
         spread(self.values(value)).map_or(f64::NAN, |spread| spread.mean)
     }
 
-    fn ranges(&self, value: SampleValue) -> Vec<f64> {
+    fn ranges(&self, value: SampledQuantity) -> Vec<f64> {
         let explorations = self.explorations.iter();
         explorations
             .map(|exploration| exploration.range(value))
             .collect()
     }
 
-    fn ranges_of_instances(&self, value: SampleValue) -> Vec<f64> {
+    fn ranges_of_instances(&self, value: SampledQuantity) -> Vec<f64> {
         let instances = self.instances().map(|fit| Exploration(vec![fit]));
         instances.map(|instance| instance.range(value)).collect()
     }
 
-    fn range_pairs_of_instances(&self, x: SampleValue, y: SampleValue) -> Vec<(f64, f64)> {
+    fn range_pairs_of_instances(&self, x: SampledQuantity, y: SampledQuantity) -> Vec<(f64, f64)> {
         let ranges = |value| self.ranges_of_instances(value);
         ranges(x).into_iter().zip(ranges(y)).collect()
     }
 
     /// Returns the mean ranges of two quantities over the explorations.
-    fn mean_ranges(&self, x: SampleValue, y: SampleValue) -> (f64, f64) {
+    fn mean_ranges(&self, x: SampledQuantity, y: SampledQuantity) -> (f64, f64) {
         let mean = |value| spread(self.ranges(value)).map_or(f64::NAN, |s| s.mean);
         (mean(x), mean(y))
-    }
-
-    /// Returns Spearman's coefficient of a sampled quantity and the measured friction, with all instances together.
-    fn mu_correlation(&self, value: SampleValue) -> f64 {
-        let (x, y): (Vec<f64>, Vec<f64>) = self
-            .instances()
-            .flat_map(|fit| {
-                let mu = fit.instance.samples.mu();
-                (0..mu.len()).map(move |k| (value(&fit, k), mu[k]))
-            })
-            .unzip();
-        Coefficient::Spearman
-            .correlate(&x, &y)
-            .map_or(f64::NAN, |correlation| correlation.rho)
-    }
-
-    fn r2_averaged(&self) -> f64 {
-        let (mut measured, mut modelled) = (Vec::<Complex64>::new(), Vec::<Complex64>::new());
-        for fit in self.instances() {
-            let Some(model) = &fit.estimate.averaged.series else {
-                return f64::NAN;
-            };
-            measured.extend(fit.z_m());
-            modelled.extend(&model.z_m_n_s_per_m);
-        }
-        r_squared_complex(&measured, &modelled)
     }
 
     /// Returns |Z_t − mean|/|mean| of each instance; empty for fewer than two.
@@ -405,16 +384,8 @@ impl<'a> Group<'a> {
 
 impl Exploration<'_> {
     /// Returns the maximum minus the minimum of a sampled quantity; NaN without a finite value.
-    fn range(&self, value: SampleValue) -> f64 {
-        let samples = self
-            .0
-            .iter()
-            .flat_map(|fit| (0..fit.instance.samples.mu().len()).map(move |k| value(fit, k)));
-        let (least, greatest) = samples
-            .filter(|value| value.is_finite())
-            .fold((f64::NAN, f64::NAN), |(least, greatest), value| {
-                (value.min(least), value.max(greatest))
-            });
-        greatest - least
+    fn range(&self, quantity: SampledQuantity) -> f64 {
+        let extents = self.0.iter().map(|fit| fit.estimate.extents.get(quantity));
+        extents.fold(Extent::default(), Extent::union).range()
     }
 }

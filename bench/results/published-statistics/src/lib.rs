@@ -9,10 +9,9 @@ mod text;
 
 use analysis::estimate::Method;
 use analysis::findings::Analysis;
+use analysis::sampled_quantity::SampledQuantity;
 use grouped::Pool;
-pub use grouped::SampleValue as Change;
 use rows::ROWS;
-pub use rows::{ABS_Z_M, GAP, MU_ESTIMATED};
 pub use statistic::{Level, MethodStatistic, Statistic};
 pub use table::{StatisticRow, Statistics};
 pub use text::{FEWEST, TableFormat, greek, wrapped};
@@ -41,12 +40,12 @@ pub fn changes_of(
     analysed: &Analysis,
     participant: &str,
     method: Method,
-    change: Change,
+    change: SampledQuantity,
 ) -> Vec<(f64, f64)> {
-    Pool::new(analysed, method).changes_of(participant, rows::MU, change)
+    Pool::new(analysed, method).changes_of(participant, SampledQuantity::Mu, change)
 }
 
 /// Returns the changes of friction and of a quantity in each instance, each a maximum minus a minimum.
-pub fn changes(analysed: &Analysis, method: Method, change: Change) -> Vec<(f64, f64)> {
-    Pool::new(analysed, method).changes(rows::MU, change)
+pub fn changes(analysed: &Analysis, method: Method, change: SampledQuantity) -> Vec<(f64, f64)> {
+    Pool::new(analysed, method).changes(SampledQuantity::Mu, change)
 }

@@ -2,8 +2,11 @@
 
 use contact::{AssumedConstants, Contact};
 
-use crate::grouped::{Pool, SampleValue};
+use crate::grouped::Pool;
 use crate::statistic::MethodStatistic;
+use analysis::sampled_quantity::SampledQuantity::{
+    AbsImZM, AbsZM, FilmForce, Gap, Mu, MuEstimated, ReZM, ReactionForce,
+};
 use analysis::statistics::Coefficient::{Pearson, Spearman};
 
 /// Amplitude, m, and normal force, N, at which k_c is compared with k_c at rest.
@@ -11,19 +14,6 @@ const FALL_POINT: (f64, f64) = (5e-6, 1.0);
 
 /// Published value of a row that is not in the paper.
 const UNPUBLISHED: &str = "not published";
-
-/// |Z_m|, N·s/m.
-pub const ABS_Z_M: SampleValue = |fit, k| fit.z_m()[k].norm();
-const RE_Z_M: SampleValue = |fit, k| fit.z_m()[k].re;
-const ABS_IM_Z_M: SampleValue = |fit, k| fit.z_m()[k].im.abs();
-const REACTION_FORCE: SampleValue = |fit, k| fit.estimate.motion.reaction_force_n[k].norm();
-const FILM_FORCE: SampleValue = |fit, k| fit.estimate.film_force_n[k];
-const K_C: SampleValue = |fit, k| fit.estimate.series.k_c_n_per_m[k];
-/// Levitation gap, m.
-pub const GAP: SampleValue = |fit, k| fit.estimate.series.gap_m[k];
-/// Estimated friction.
-pub const MU_ESTIMATED: SampleValue = |fit, k| fit.estimate.series.mu[k];
-pub(super) const MU: SampleValue = |fit, k| fit.instance.samples.mu()[k];
 
 /// Computation of a row.
 pub(super) type Compute = fn(&Pool<'_>) -> MethodStatistic;
@@ -55,79 +45,79 @@ pub(super) const ROWS: [(&str, &str, &str, Compute); 24] = [
         "spearman_abs_z_m_mu",
         "Spearman of |Z_m| and mu within a trial",
         "0.78 ± 0.26",
-        |pool| pool.mu_correlation_within_trials(ABS_Z_M),
+        |pool| pool.mu_correlation_within_trials(|samples| samples.abs_z_m_mu),
     ),
     (
         "spearman_k_c_mu",
         "Spearman of k_c and mu within the median trial",
         "0.91",
-        |pool| pool.mu_correlation_in_median_trial(K_C),
+        |pool| pool.mu_correlation_in_median_trial(|samples| samples.k_c_mu),
     ),
     (
         "spearman_mu_estimated_mu",
         "Spearman of estimated and measured mu within a trial",
         "0.94 ± 0.07",
-        |pool| pool.mu_correlation_within_trials(MU_ESTIMATED),
+        |pool| pool.mu_correlation_within_trials(|samples| samples.mu_estimated_mu),
     ),
     (
         "spearman_delta_abs_z_m_delta_mu",
         "Spearman of the changes of |Z_m| and mu",
         "0.28",
-        |pool| pool.correlate_ranges(Spearman, ABS_Z_M, MU),
+        |pool| pool.correlate_ranges(Spearman, AbsZM, Mu),
     ),
     (
         "spearman_acoustic_force_delta_mu",
         "Spearman of the changes of the acoustic force (Eq. 10) and mu",
         "0.34",
-        |pool| pool.correlate_ranges(Spearman, REACTION_FORCE, MU),
+        |pool| pool.correlate_ranges(Spearman, ReactionForce, Mu),
     ),
     (
         "spearman_film_force_delta_mu",
         "Spearman of the changes of the film's mean force (Eq. 14) and mu",
         UNPUBLISHED,
-        |pool| pool.correlate_ranges(Spearman, FILM_FORCE, MU),
+        |pool| pool.correlate_ranges(Spearman, FilmForce, Mu),
     ),
     (
         "spearman_delta_gap_delta_mu",
         "Spearman of the changes of the gap and mu",
         "0.43",
-        |pool| pool.correlate_ranges(Spearman, GAP, MU),
+        |pool| pool.correlate_ranges(Spearman, Gap, Mu),
     ),
     (
         "spearman_within_trials_delta_re_z_m_delta_mu",
         "Spearman of the changes of Re Z_m and mu within a trial",
         "0.58 ± 0.27",
-        |pool| pool.range_correlation_within_trials(RE_Z_M, MU),
+        |pool| pool.range_correlation_within_trials(ReZM, Mu),
     ),
     (
         "spearman_within_trials_delta_im_z_m_delta_mu",
         "Spearman of the changes of |Im Z_m| and mu within a trial",
         "0.65 ± 0.30",
-        |pool| pool.range_correlation_within_trials(ABS_IM_Z_M, MU),
+        |pool| pool.range_correlation_within_trials(AbsImZM, Mu),
     ),
     (
         "spearman_delta_re_z_m_delta_mu",
         "Spearman of the changes of Re Z_m and mu",
         UNPUBLISHED,
-        |pool| pool.correlate_ranges(Spearman, RE_Z_M, MU),
+        |pool| pool.correlate_ranges(Spearman, ReZM, Mu),
     ),
     (
         "spearman_delta_im_z_m_delta_mu",
         "Spearman of the changes of |Im Z_m| and mu",
         UNPUBLISHED,
-        |pool| pool.correlate_ranges(Spearman, ABS_IM_Z_M, MU),
+        |pool| pool.correlate_ranges(Spearman, AbsImZM, Mu),
     ),
     (
         "pearson_delta_mu_estimated_delta_mu",
         "Pearson of the changes of estimated and measured mu",
         "0.76 (140 instances)",
-        |pool| pool.correlate_ranges(Pearson, MU_ESTIMATED, MU),
+        |pool| pool.correlate_ranges(Pearson, MuEstimated, Mu),
     ),
     (
         "slope_delta_mu_estimated_delta_mu",
         "slope of the change of estimated on that of measured mu ± its standard error",
         "\"slightly over the measured\"",
-        |pool| pool.slope_of_ranges(MU, MU_ESTIMATED),
+        |pool| pool.slope_of_ranges(Mu, MuEstimated),
     ),
     (
         "spearman_mu0_im_z_t",

@@ -1,18 +1,15 @@
 //! Constants of the recordings: dates of measurement, age and values.
 
-use std::path::Path;
-
 use config::{CalibrationFile, Quantity};
 use jiff::Timestamp;
 use maud::{Markup, html};
 use recording::Manifest;
 use recording::manifest::RecordedSignals;
+use study::sessions::CALIBRATION_FILE;
 
 use crate::content::{RecordingEntry, ReportContent};
 use crate::number::{NumberFormat, count_text, date, significant};
 
-/// Copy of the calibration in a session's folder.
-const FILE_NAME: &str = "calibration.toml";
 const S_PER_DAY: f64 = 86_400.0;
 const DAYS: NumberFormat = NumberFormat {
     factor: 1.0,
@@ -54,14 +51,17 @@ fn calibration_uses(content: &ReportContent<'_>) -> (Vec<CalibrationUse>, Vec<St
     let (mut uses, mut errors) = (Vec::<CalibrationUse>::new(), Vec::new());
     for (folder, session) in &content.sessions.list {
         let Ok(session) = session else { continue };
-        let path = Path::new(folder).join(FILE_NAME);
-        if !path.exists() {
+        let Some(text) = content.sessions.calibrations.get(folder) else {
             continue;
-        }
-        let (file, hash) = match CalibrationFile::read(&path) {
+        };
+        let path = folder.join(CALIBRATION_FILE);
+        let calibration = text.as_ref().map_err(String::clone).and_then(|text| {
+            CalibrationFile::parse(text, &path).map_err(|error| error.to_string())
+        });
+        let (file, hash) = match calibration {
             Ok(calibration) => calibration,
-            Err(error) => {
-                errors.push(error.to_string());
+            Err(reason) => {
+                errors.push(reason);
                 continue;
             }
         };

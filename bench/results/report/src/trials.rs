@@ -25,7 +25,7 @@ pub(crate) fn trials(content: &ReportContent<'_>, recordings: &[RecordingEntry<'
     html! {
         @for (folder, session) in &content.sessions.list {
             @match session {
-                Ok(session) => (session_section(folder, session, recordings)),
+                Ok(session) => (session_section((folder, session), content, recordings)),
                 Err(reason) => {
                     p.alert { "The log of a session cannot be read: " (reason) }
                 }
@@ -40,15 +40,15 @@ pub(crate) fn trials(content: &ReportContent<'_>, recordings: &[RecordingEntry<'
 }
 
 fn session_section(
-    folder: &Path,
-    session: &LoggedSession,
+    (folder, session): (&Path, &LoggedSession),
+    content: &ReportContent<'_>,
     recordings: &[RecordingEntry<'_>],
 ) -> Markup {
+    let is_in_folder = |recording: &&RecordingEntry<'_>| {
+        content.sessions.folder_of(recording.path) == Some(folder)
+    };
     // As in the recordings: if there are two studies, with the study's name.
-    let mut session_recordings = recordings.iter().filter(|recording| {
-        let path = recording.path.canonicalize();
-        path.is_ok_and(|path| path.parent() == Some(folder))
-    });
+    let mut session_recordings = recordings.iter().filter(is_in_folder);
     let participant = session_recordings.find_map(RecordingEntry::participant);
     let title = match &session.start {
         Some(start) => format!(
@@ -59,10 +59,6 @@ fn session_section(
         None => "Session without a start in its log".to_owned(),
     };
     let recording_of = |attempt: &Attempt| {
-        let is_in_folder = |recording: &&RecordingEntry<'_>| {
-            let path = recording.path.canonicalize();
-            path.is_ok_and(|path| path.parent() == Some(folder))
-        };
         let mut candidates = recordings.iter().filter(is_in_folder);
         candidates.find(|recording| {
             recording

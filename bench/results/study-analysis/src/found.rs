@@ -1,9 +1,9 @@
 //! Recordings found for an analysis.
 
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use analysis::attempts::Attempts;
+use analysis::attempts::{Attempts, SelectedAttempt};
 use analysis::{RecordingAnalysis, Settings, analyse_while};
 use study::exclusions::{ExclusionsError, RecordingSelection};
 
@@ -21,6 +21,25 @@ pub struct Found {
 }
 
 impl Found {
+    /// Returns a recording that was found without a search, such as one in memory.
+    #[must_use]
+    pub fn one(path: &Path) -> Self {
+        Self {
+            name: path.display().to_string(),
+            attempts: Attempts {
+                selection: vec![SelectedAttempt {
+                    path: path.to_owned(),
+                    standing: None,
+                }],
+                ..Attempts::default()
+            },
+            selection: RecordingSelection {
+                recordings: vec![path.to_owned()],
+                ..RecordingSelection::default()
+            },
+        }
+    }
+
     /// Returns the recordings to analyse.
     #[must_use]
     pub fn recordings(&self) -> &[PathBuf] {

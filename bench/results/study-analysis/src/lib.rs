@@ -12,4 +12,4 @@ pub mod warnings;
 
 pub use found::Found;
 pub use request::{Request, RequestError};
-pub use study_analysis::StudyAnalysis;
+pub use study_analysis::{PageError, StudyAnalysis, excluded_recordings};

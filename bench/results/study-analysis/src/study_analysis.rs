@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use analysis::Analysis;
 use analysis::attempts::{AttemptAccount, Attempts};
 use analysis::findings::RecordingFindings;
+use analysis::{Analysis, KeptSeries, SeriesError, SeriesSource};
 use descriptive::Description;
 use jiff::Timestamp;
 use plotting::Figure;
@@ -16,13 +16,26 @@ use study::sessions::Sessions;
 
 use crate::found::Found;
 
+/// Reasons why a page cannot be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PageError {
+    /// The time series cannot be read.
+    #[error(transparent)]
+    Series(#[from] SeriesError),
+    /// A figure cannot be drawn.
+    #[error(transparent)]
+    Report(#[from] ReportError),
+}
+
 /// Analysis of the recordings found, and its reductions.
-#[derive(Debug)]
 pub struct StudyAnalysis {
     /// Name of the analysed study, or of the recordings.
     pub name: String,
     /// Findings in the recordings.
     pub analysed: Analysis,
+    /// Time series of the recordings.
+    pub series: Box<dyn SeriesSource + Send>,
     /// Attempts found, with their standing.
     pub attempts: Attempts,
     /// Exclusions, and those that were overridden.
@@ -35,6 +48,8 @@ pub struct StudyAnalysis {
     pub skin: Skin,
     /// Sessions of the recordings.
     pub sessions: Sessions,
+    /// Whether an accepted trial has a recording that was not analysed.
+    pub is_damaged: bool,
 }
 
 impl StudyAnalysis {
@@ -42,24 +57,43 @@ impl StudyAnalysis {
     ///
     /// # Errors
     /// The exclusions of a study cannot be read.
-    pub fn new(found: Found, analysed: Analysis) -> Result<Self, ExclusionsError> {
+    pub fn new(
+        found: Found,
+        (analysed, series): (Analysis, KeptSeries),
+    ) -> Result<Self, ExclusionsError> {
+        let excluded = excluded_recordings(&found.attempts, &found.selection)?;
+        let folders = analysed.recordings.iter();
+        let sessions = Sessions::from_recordings(folders.map(|recording| recording.path.as_path()));
+        let with_series = (analysed, Box::new(series) as Box<dyn SeriesSource + Send>);
+        let mut study = Self::assemble(found, with_series, (sessions, &excluded));
+        study.is_damaged = study.account.missed().any(|attempt| attempt.path.exists());
+        Ok(study)
+    }
+
+    /// Reduces an analysis of recordings in these sessions; `excluded` are the recordings left out on purpose.
+    #[must_use]
+    pub fn assemble(
+        found: Found,
+        (analysed, series): (Analysis, Box<dyn SeriesSource + Send>),
+        (sessions, excluded): (Sessions, &[PathBuf]),
+    ) -> Self {
         let Found {
             name,
             attempts,
             selection,
         } = found;
-        let excluded = excluded_recordings(&attempts, &selection)?;
-        let folders = analysed.recordings.iter();
-        Ok(Self {
-            account: attempts.account(&analysed, &excluded),
+        Self {
+            account: attempts.account(&analysed, excluded),
             description: Description::new(&analysed),
             skin: Skin::from_analysis(&analysed),
-            sessions: Sessions::from_recordings(folders.map(|recording| recording.path.as_path())),
+            is_damaged: false,
+            sessions,
             name,
             analysed,
+            series,
             attempts,
             selection,
-        })
+        }
     }
 
     /// Returns the content of the results file.
@@ -77,34 +111,43 @@ impl StudyAnalysis {
     }
 
     /// Returns the published figures that these recordings allow.
+    ///
+    /// # Errors
+    /// The time series cannot be read.
+    pub fn figures(&self, content: &FigureSelection) -> Result<Vec<Figure>, SeriesError> {
+        measured_figures(self.with_series(), &self.sessions, content)
+    }
+
+    /// Returns the analysis with its time series.
     #[must_use]
-    pub fn figures(&self, content: &FigureSelection) -> Vec<Figure> {
-        measured_figures(&self.analysed, &self.sessions, content)
+    pub fn with_series(&self) -> (&Analysis, &dyn SeriesSource) {
+        (&self.analysed, &*self.series)
     }
 
     /// Returns the results as one page of HTML, made at `date` by `program`.
     ///
     /// # Errors
-    /// A figure cannot be drawn.
+    /// The time series cannot be read, or a figure cannot be drawn.
     pub fn page(
         &self,
         results: &Results<'_>,
         figures: &FigureSelection,
         (date, program): (Timestamp, &str),
-    ) -> Result<String, ReportError> {
+    ) -> Result<String, PageError> {
         let recordings = self.analysed.recordings.iter().map(|recording| Recorded {
             path: &recording.path,
             manifest: recording.findings.as_ref().ok().map(|f| &f.manifest),
         });
-        report::html(&ReportContent {
+        let page = report::html(&ReportContent {
             name: &self.name,
             results,
             recordings: &recordings.collect::<Vec<_>>(),
             sessions: &self.sessions,
-            figures: &self.figures(figures),
+            figures: &self.figures(figures)?,
             date,
             program,
-        })
+        })?;
+        Ok(page)
     }
 
     /// Returns the content of the tables.
@@ -112,6 +155,7 @@ impl StudyAnalysis {
     pub fn tables(&self) -> tables::Content<'_> {
         tables::Content {
             analysed: &self.analysed,
+            series: &*self.series,
             description: &self.description,
             attempts: &self.attempts,
             selection: &self.selection,
@@ -150,17 +194,19 @@ impl StudyAnalysis {
     }
 
     /// Returns whether every accepted trial was analysed, every recording could be read and has no flaw that makes its numbers
-    /// meaningless, and anything was estimated. A part of a study, as on a medium of a few trials, is analysed as what it is:
+    /// meaningless, and anything was estimated. A part of a study, as on a medium of a few trials, is analysed like a whole one:
     /// `verify` judges whether a study is complete.
     #[must_use]
     pub fn is_whole(&self) -> bool {
-        let is_damaged = self.account.missed().any(|attempt| attempt.path.exists());
-        self.is_read() && self.spoilt() == 0 && !is_damaged && self.has_result()
+        self.is_read() && self.spoilt() == 0 && !self.is_damaged && self.has_result()
     }
 }
 
 /// Returns the attempts that were excluded by decision, including those that could not be analysed anyway.
-fn excluded_recordings(
+///
+/// # Errors
+/// The exclusions of a study cannot be read.
+pub fn excluded_recordings(
     attempts: &Attempts,
     selection: &RecordingSelection,
 ) -> Result<Vec<PathBuf>, ExclusionsError> {

@@ -72,6 +72,28 @@ impl Values {
         self.len() == 0
     }
 
+    /// Removes all values.
+    #[cfg(feature = "parquet")]
+    pub(crate) fn clear(&mut self) {
+        match self {
+            Self::Flag(values) => values.clear(),
+            Self::Text(values) => values.clear(),
+            Self::Integer(values) => values.clear(),
+            Self::Real(values) => values.clear(),
+        }
+    }
+
+    /// Appends values of the same type.
+    pub(crate) fn append(&mut self, values: &Self) {
+        match (self, values) {
+            (Self::Flag(all), Self::Flag(values)) => all.extend(values),
+            (Self::Text(all), Self::Text(values)) => all.extend(values.iter().map(Arc::clone)),
+            (Self::Integer(all), Self::Integer(values)) => all.extend(values),
+            (Self::Real(all), Self::Real(values)) => all.extend(values),
+            _ => debug_assert!(false, "parts of a table have the same columns"),
+        }
+    }
+
     /// Returns the name of their type.
     #[must_use]
     pub fn type_name(&self) -> &'static str {

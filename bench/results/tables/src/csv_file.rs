@@ -8,47 +8,64 @@ use recording::DiskError;
 use recording::disk::OnPath;
 
 use crate::column::Table;
-use crate::table_error::TableError;
+use crate::temporary_file::TemporaryFile;
 
-/// Writes the table into `folder` and returns the path; it replaces an existing file when it is complete.
-///
-/// # Errors
-/// The operating system refused.
-pub(crate) fn write(table: &Table, folder: &Path) -> Result<PathBuf, TableError> {
-    let path = folder.join(format!("{}.csv", table.name));
-    let temporary = folder.join(format!("{}.csv.tmp", table.name));
-    let result = write_rows(table, &temporary)
-        .and_then(|()| std::fs::rename(&temporary, &path).with_path("replace", &path));
-    if result.is_err() {
-        let _ = std::fs::remove_file(&temporary);
-    }
-    result?;
-    Ok(path)
+/// File of a table that is being written.
+pub(crate) struct CsvFile {
+    writer: csv::Writer<BufWriter<File>>,
+    file: TemporaryFile,
 }
 
-fn write_rows(table: &Table, path: &Path) -> Result<(), DiskError> {
-    let file = File::create(path).with_path("create", path)?;
-    let mut writer = csv::Writer::from_writer(BufWriter::new(file));
-    let names = table.columns.iter().map(|column| &*column.name);
-    let csv_error = |error: csv::Error| match error.into_kind() {
-        csv::ErrorKind::Io(error) => error,
-        kind => std::io::Error::other(format!("{kind:?}")),
-    };
-    writer
-        .write_record(names)
-        .map_err(csv_error)
-        .with_path("write", path)?;
-    for row in 0..table.len() {
-        let cells = table.columns.iter().map(|column| column.values.cell(row));
-        writer
-            .write_record(cells)
-            .map_err(csv_error)
-            .with_path("write", path)?;
+impl CsvFile {
+    /// Creates the file of a table in `folder`, with the header alone.
+    ///
+    /// # Errors
+    /// The operating system refused.
+    pub(crate) fn create(table: &Table, folder: &Path) -> Result<Self, DiskError> {
+        let (file, handle) = TemporaryFile::create(folder.join(format!("{}.csv", table.name)))?;
+        let mut csv = Self {
+            writer: csv::Writer::from_writer(BufWriter::new(handle)),
+            file,
+        };
+        csv.write(table.columns.iter().map(|column| &*column.name))?;
+        Ok(csv)
     }
-    let mut file = writer
-        .into_inner()
-        .map_err(|error| std::io::Error::other(error.to_string()))
-        .with_path("write", path)?;
-    file.flush().with_path("write", path)?;
-    file.get_ref().sync_data().with_path("sync", path)
+
+    /// Writes rows.
+    ///
+    /// # Errors
+    /// The operating system refused.
+    pub(crate) fn append(&mut self, table: &Table) -> Result<(), DiskError> {
+        for row in 0..table.len() {
+            self.write(table.columns.iter().map(|column| column.values.cell(row)))?;
+        }
+        Ok(())
+    }
+
+    fn write(
+        &mut self,
+        cells: impl IntoIterator<Item = impl AsRef<[u8]>>,
+    ) -> Result<(), DiskError> {
+        let csv_error = |error: csv::Error| match error.into_kind() {
+            csv::ErrorKind::Io(error) => error,
+            kind => std::io::Error::other(format!("{kind:?}")),
+        };
+        let result = self.writer.write_record(cells).map_err(csv_error);
+        result.with_path("write", self.file.temporary())
+    }
+
+    /// Replaces an existing file, and returns the path.
+    ///
+    /// # Errors
+    /// The operating system refused.
+    pub(crate) fn close(self) -> Result<PathBuf, DiskError> {
+        let path = self.file.temporary();
+        let mut buffer = self
+            .writer
+            .into_inner()
+            .map_err(|error| std::io::Error::other(error.to_string()))
+            .with_path("write", path)?;
+        buffer.flush().with_path("write", path)?;
+        self.file.replace(buffer.get_ref())
+    }
 }

@@ -30,10 +30,13 @@ mod sample_table;
 mod stroke_table;
 mod table_error;
 mod table_kind;
+mod temporary_file;
 mod trial_entry;
 
 pub use content::Content;
 #[cfg(feature = "parquet")]
 pub use metadata::METADATA_KEYS;
+#[cfg(feature = "parquet")]
+pub use parquet_file::to_parquet;
 pub use table_error::TableError;
 pub use table_kind::TableKind;

@@ -1,8 +1,11 @@
-//! A table as Parquet. The directory of the file is at its end, so it is made in memory and written as a whole.
+//! A table as Parquet.
 
+use std::fs::File;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use analysis::Analysis;
 use parquet::basic::{Compression, LogicalType, Repetition, Type as PhysicalType};
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
@@ -10,32 +13,127 @@ use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
-use recording::disk;
 
 use crate::column::{Column, Table, Values};
 use crate::dictionary;
 use crate::metadata::{METADATA_KEYS, Metadata};
 use crate::table_error::TableError;
+use crate::temporary_file::TemporaryFile;
 
-/// Writes the table into `folder`, replacing an existing file, and returns the path.
-///
-/// # Errors
-/// The table cannot be encoded, or the operating system refused.
-pub(crate) fn write(
-    table: &Table,
-    metadata: &Metadata,
-    folder: &Path,
-) -> Result<PathBuf, TableError> {
-    let path = folder.join(format!("{}.parquet", table.name));
-    let bytes = encode(table, metadata).map_err(|reason| TableError::Encode {
-        path: path.clone(),
-        reason: Box::new(reason),
-    })?;
-    disk::replace_file(&path, &bytes)?;
-    Ok(path)
+/// Most rows of a row group but for those of one recording: some 40 MB of samples.
+const GROUP_ROWS: usize = 100_000;
+
+/// File of a table that is being written. Its rows are gathered to row groups.
+pub(crate) struct ParquetFile {
+    writer: SerializedFileWriter<File>,
+    file: TemporaryFile,
+    rows: Vec<Column>,
+    has_group: bool,
 }
 
-fn encode(table: &Table, metadata: &Metadata) -> Result<Vec<u8>, ParquetError> {
+impl ParquetFile {
+    /// Creates the file of a table in `folder`, without rows.
+    ///
+    /// # Errors
+    /// The table cannot be encoded, or the operating system refused.
+    pub(crate) fn create(
+        table: &Table,
+        metadata: &Metadata,
+        folder: &Path,
+    ) -> Result<Self, TableError> {
+        let path = folder.join(format!("{}.parquet", table.name));
+        let (file, handle) = TemporaryFile::create(path)?;
+        let writer =
+            writer(handle, table, metadata).map_err(|reason| encode_error(&file, reason))?;
+        let mut rows = table.columns.clone();
+        rows.iter_mut().for_each(|column| column.values.clear());
+        Ok(Self {
+            writer,
+            file,
+            rows,
+            has_group: false,
+        })
+    }
+
+    /// Adds rows.
+    ///
+    /// # Errors
+    /// The rows cannot be encoded, or the operating system refused.
+    pub(crate) fn append(&mut self, table: &Table) -> Result<(), TableError> {
+        for (column, part) in self.rows.iter_mut().zip(&table.columns) {
+            column.values.append(&part.values);
+        }
+        let rows = self.rows.first().map_or(0, |column| column.values.len());
+        if rows >= GROUP_ROWS {
+            self.write_group()?;
+        }
+        Ok(())
+    }
+
+    fn write_group(&mut self) -> Result<(), TableError> {
+        let result = group(&mut self.writer, &self.rows);
+        result.map_err(|reason| encode_error(&self.file, reason))?;
+        let columns = self.rows.iter_mut();
+        columns.for_each(|column| column.values.clear());
+        self.has_group = true;
+        Ok(())
+    }
+
+    /// Replaces an existing file, and returns the path.
+    ///
+    /// # Errors
+    /// The rows cannot be encoded, or the operating system refused.
+    pub(crate) fn close(mut self) -> Result<PathBuf, TableError> {
+        let is_empty = self
+            .rows
+            .first()
+            .is_none_or(|column| column.values.is_empty());
+        if !(is_empty && self.has_group) {
+            self.write_group()?;
+        }
+        let Self { writer, file, .. } = self;
+        let handle = writer.into_inner();
+        let handle = handle.map_err(|reason| encode_error(&file, reason))?;
+        Ok(file.replace(&handle)?)
+    }
+}
+
+fn encode_error(file: &TemporaryFile, reason: ParquetError) -> TableError {
+    TableError::Encode {
+        path: file.temporary().to_owned(),
+        reason: Box::new(reason),
+    }
+}
+
+/// Returns the table of an analysis as the bytes of a Parquet file, with further texts in its metadata; `path` names it in errors.
+///
+/// # Errors
+/// The table cannot be encoded.
+pub fn to_parquet(
+    table: &Table,
+    analysed: &Analysis,
+    texts: Vec<(String, String)>,
+    path: &Path,
+) -> Result<Vec<u8>, TableError> {
+    let encode = || {
+        let mut writer = writer(Vec::new(), table, &Metadata::new(analysed))?;
+        for (key, text) in texts {
+            writer.append_key_value_metadata(KeyValue::new(key, text));
+        }
+        group(&mut writer, &table.columns)?;
+        writer.into_inner()
+    };
+    encode().map_err(|reason| TableError::Encode {
+        path: path.to_owned(),
+        reason: Box::new(reason),
+    })
+}
+
+fn writer<W: Write + Send>(
+    handle: W,
+    table: &Table,
+    metadata: &Metadata,
+) -> Result<SerializedFileWriter<W>, ParquetError> {
     let fields = table.columns.iter().map(field);
     let schema = Type::group_type_builder("schema")
         .with_fields(fields.collect::<Result<_, _>>()?)
@@ -52,9 +150,16 @@ fn encode(table: &Table, metadata: &Metadata) -> Result<Vec<u8>, ParquetError> {
         .set_compression(Compression::SNAPPY)
         .set_key_value_metadata(Some(pairs.collect()))
         .build();
-    let mut writer = SerializedFileWriter::new(Vec::new(), Arc::new(schema), Arc::new(properties))?;
+    SerializedFileWriter::new(handle, Arc::new(schema), Arc::new(properties))
+}
+
+/// Writes a row group.
+fn group<W: Write + Send>(
+    writer: &mut SerializedFileWriter<W>,
+    columns: &[Column],
+) -> Result<(), ParquetError> {
     let mut group = writer.next_row_group()?;
-    for column in &table.columns {
+    for column in columns {
         let Some(mut column_writer) = group.next_column()? else {
             break;
         };
@@ -82,7 +187,7 @@ fn encode(table: &Table, metadata: &Metadata) -> Result<Vec<u8>, ParquetError> {
         column_writer.close()?;
     }
     group.close()?;
-    writer.into_inner()
+    Ok(())
 }
 
 fn field(column: &Column) -> Result<Arc<Type>, ParquetError> {

@@ -3,8 +3,10 @@
 use std::sync::Arc;
 
 use analysis::estimate::{InstanceAnalysis, InstanceEstimate, Method, PlateOffset};
-use analysis::motion::SkinMotion;
+use analysis::instance::PreparedInstance;
+use analysis::recording_series::EstimateSeries;
 use analysis::within_laws::WithinLaws;
+use analysis::{AveragedModels, RecordingSeries};
 use contact::uncertain::Uncertain;
 use estimation::ModelledSeries;
 use estimation::trial::SharedFit;
@@ -31,7 +33,18 @@ impl TrialRow for InstanceRow<'_> {
 /// Sample of an instance.
 pub(crate) struct SampleRow<'a> {
     pub(crate) row: &'a InstanceRow<'a>,
+    pub(crate) samples: &'a PreparedInstance,
+    pub(crate) estimate: &'a EstimateSeries,
+    /// Model with the participant's average σ_t; `None` if it allows no such contact.
+    averaged: Option<&'a ModelledSeries>,
     pub(crate) index: usize,
+}
+
+impl SampleRow<'_> {
+    /// Returns a value of the model with the participant's average σ_t; NaN if it allows no such contact.
+    pub(crate) fn averaged(&self, value: impl Fn(&ModelledSeries) -> f64) -> f64 {
+        self.averaged.map_or(f64::NAN, value)
+    }
 }
 
 impl TrialRow for SampleRow<'_> {
@@ -85,12 +98,26 @@ fn instances<'a>(entry: &'a TrialEntry<'a>, methods: &[Method]) -> Vec<InstanceR
     rows.collect()
 }
 
-/// Returns a row for each sample of these instances.
-pub(crate) fn samples<'a>(rows: &'a [InstanceRow<'a>]) -> Vec<SampleRow<'a>> {
-    let samples = rows
-        .iter()
-        .flat_map(|row| (0..row.len()).map(move |index| SampleRow { row, index }));
-    samples.collect()
+/// Returns a row for each sample of these instances of a recording, with its series and its models with the participant's average σ_t.
+pub(crate) fn samples<'a>(
+    rows: &'a [InstanceRow<'a>],
+    series: &'a RecordingSeries,
+    models: &'a [AveragedModels],
+) -> Vec<SampleRow<'a>> {
+    let samples = rows.iter().filter_map(|row| {
+        let number = usize::try_from(row.number - 1).ok()?;
+        let instance = series.instances.get(number)?;
+        let estimate = instance.estimate(row.method)?;
+        let models = models.get(number);
+        Some((0..row.len()).map(move |index| SampleRow {
+            row,
+            samples: &instance.samples,
+            estimate,
+            averaged: models.and_then(|models| models.get(row.method).as_ref()),
+            index,
+        }))
+    });
+    samples.flatten().collect()
 }
 
 /// Adds the columns that identify an instance within its trial, and the method.
@@ -132,20 +159,6 @@ impl<'a> InstanceRow<'a> {
 
     pub(crate) fn estimate(&self) -> Option<&'a InstanceEstimate> {
         self.estimate
-    }
-
-    /// Returns a value of the motion of the skin; NaN without an estimate.
-    pub(crate) fn moved(&self, value: impl Fn(&SkinMotion) -> f64) -> f64 {
-        self.estimated(|estimate| value(&estimate.motion))
-    }
-
-    /// Returns a value of the model with the participant's average σ_t; NaN if it allows no such contact.
-    pub(crate) fn averaged(&self, value: impl Fn(&ModelledSeries) -> f64) -> f64 {
-        let model = |estimate: &InstanceEstimate| {
-            let series = estimate.averaged.series.as_ref();
-            series.map_or(f64::NAN, &value)
-        };
-        self.estimated(model)
     }
 
     /// Returns a number of the plate's offset; 0 if none was fitted.
@@ -194,11 +207,10 @@ impl<'a> InstanceRow<'a> {
     }
 
     pub(crate) fn mean_amplitude_ratio(&self) -> f64 {
-        let ratio = |k| self.instance.samples.amplitude_ratio(self.method, k);
-        (0..self.len()).map(ratio).sum::<f64>() / self.len() as f64
+        self.instance.mean_amplitude_ratio(self.method)
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.instance.samples.time_s().len()
+        self.instance.samples
     }
 }

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use analysis::RecordingSeries;
+use analysis::exploration_series::ExplorationSeries;
 use analysis::findings::ExplorationFindings;
 use analysis::stroke::{StimulusEffect, Stroke};
 use protocols::Direction;
@@ -15,12 +17,12 @@ pub(crate) struct StrokeRow<'a> {
     /// Number of the exploration in its recording, from 1.
     number: i64,
     exploration: &'a ExplorationFindings,
-    stroke: Stroke,
 }
 
 /// Sample of an exploration.
 pub(crate) struct FrictionRow<'a> {
     row: &'a StrokeRow<'a>,
+    series: &'a ExplorationSeries,
     index: usize,
 }
 
@@ -61,20 +63,20 @@ pub(crate) fn strokes<'a>(entries: &'a [TrialEntry<'a>]) -> Vec<StrokeRow<'a>> {
             entry,
             number,
             exploration,
-            stroke: Stroke::new(exploration),
         })
     });
     rows.collect()
 }
 
-/// Returns a row for each sample of the explorations of recordings without instances.
-pub(crate) fn friction<'a>(strokes: &'a [StrokeRow<'a>]) -> Vec<FrictionRow<'a>> {
-    let unsampled = strokes
-        .iter()
-        .filter(|row| row.entry.findings.instances.is_empty());
-    let rows = unsampled.flat_map(|row| {
-        let samples = 0..row.exploration.time_s.len();
-        samples.map(move |index| FrictionRow { row, index })
+/// Returns a row for each sample of the explorations of a recording.
+pub(crate) fn friction<'a>(
+    strokes: &'a [StrokeRow<'a>],
+    series: &'a RecordingSeries,
+) -> Vec<FrictionRow<'a>> {
+    let explorations = strokes.iter().zip(&series.explorations);
+    let rows = explorations.flat_map(|(row, series)| {
+        let samples = 0..series.time_s.len();
+        samples.map(move |index| FrictionRow { row, series, index })
     });
     rows.collect()
 }
@@ -87,7 +89,7 @@ pub(crate) fn stroke_columns(rows: &[StrokeRow<'_>]) -> Vec<Column> {
     provenance_columns(&mut columns);
     let mut real = |name, unit, meaning: &'static str, value: fn(&Stroke) -> f64| {
         columns.real(name, unit, meaning, move |row: &StrokeRow<'_>| {
-            value(&row.stroke)
+            value(&row.exploration.stroke)
         });
     };
     real("start_s", "s", "start of the exploration", |stroke| {
@@ -157,7 +159,7 @@ pub(crate) fn stroke_columns(rows: &[StrokeRow<'_>]) -> Vec<Column> {
         |stroke| effect(stroke, |effect| effect.r2),
     );
     columns.integer("n", "number of the samples with a friction", |row| {
-        row.stroke.n as i64
+        row.exploration.stroke.n as i64
     });
     columns.into_list()
 }
@@ -173,9 +175,9 @@ pub(crate) fn friction_columns(rows: &[FrictionRow<'_>]) -> Vec<Column> {
     exploration_columns(&mut columns);
     provenance_columns(&mut columns);
     let mut real =
-        |name, unit, meaning: &'static str, value: fn(&ExplorationFindings, usize) -> f64| {
+        |name, unit, meaning: &'static str, value: fn(&ExplorationSeries, usize) -> f64| {
             columns.real(name, unit, meaning, move |row: &FrictionRow<'_>| {
-                value(row.row.exploration, row.index)
+                value(row.series, row.index)
             });
         };
     real(

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use analysis::SeriesError;
 use recording::DiskError;
 
 /// Reasons why the tables cannot be written.
@@ -10,6 +11,9 @@ pub enum TableError {
     /// The operating system reported an error.
     #[error(transparent)]
     Disk(#[from] DiskError),
+    /// The series cannot be read.
+    #[error(transparent)]
+    Series(#[from] SeriesError),
     /// The table cannot be encoded.
     #[error("cannot make {}: {reason}", path.display())]
     Encode {

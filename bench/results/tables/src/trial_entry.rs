@@ -1,7 +1,7 @@
 //! An analysed trial, and the columns that identify and describe it, which every table has.
 
-use std::collections::{HashMap, HashSet};
-use std::path::PathBuf;
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use analysis::Analysis;
@@ -20,6 +20,8 @@ use crate::column::Columns;
 pub(crate) struct TrialEntry<'a> {
     pub(crate) key: TrialKey,
     pub(crate) findings: &'a RecordingFindings,
+    /// Number of the recording in the analysis, which has its series.
+    pub(crate) number: usize,
     is_accepted: bool,
     is_excluded: bool,
     drive_v: f64,
@@ -52,12 +54,10 @@ pub(crate) fn entries<'a>(
         .iter()
         .flat_map(|exclusion| &exclusion.recordings)
         .collect();
-    let selected = attempts.selection.iter();
-    let standings: HashMap<&PathBuf, Option<Standing>> = selected
-        .map(|attempt| (&attempt.path, attempt.standing))
-        .collect();
-    let entry = |(key, findings): (TrialKey, &'a RecordingFindings)| {
-        let standing = standings.get(&findings.path).copied().flatten();
+    let accepted = attempts.selection.iter();
+    let accepted = accepted.filter(|attempt| attempt.standing == Some(Standing::Accepted));
+    let accepted: HashSet<&Path> = accepted.map(|attempt| attempt.path.as_path()).collect();
+    let entry = |((key, findings), number): ((TrialKey, &'a RecordingFindings), usize)| {
         let drive_v = findings.explorations.iter();
         let drive_v: Vec<f64> = drive_v
             .map(|exploration| exploration.drive_peak_v)
@@ -66,7 +66,7 @@ pub(crate) fn entries<'a>(
         let text = |text: &str| -> Arc<str> { text.into() };
         let provenance = &findings.provenance;
         TrialEntry {
-            is_accepted: standing == Some(Standing::Accepted),
+            is_accepted: accepted.contains(findings.path.as_path()),
             is_excluded: overridden.contains(&findings.path),
             drive_v: drive_v.iter().sum::<f64>() / drive_v.len() as f64,
             recording: text(&findings.path.display().to_string()),
@@ -76,10 +76,12 @@ pub(crate) fn entries<'a>(
             waived: text(&provenance.waived.join("; ")),
             key,
             findings,
+            number,
         }
     };
     let trials = trial_key::trials(analysed).into_iter();
-    trials.map(entry).collect()
+    let numbers = analysed.numbered_findings().map(|(number, _)| number);
+    trials.zip(numbers).map(entry).collect()
 }
 
 /// Adds the columns that identify a trial.

@@ -10,7 +10,7 @@ use std::fs;
 use std::path::Path;
 
 use analysis::attempts::Attempts;
-use analysis::{Analysis, Settings};
+use analysis::{Analysis, KeptSeries, Settings};
 use descriptive::Description;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
@@ -20,10 +20,10 @@ use study::exclusions::RecordingSelection;
 use tables::{Content, METADATA_KEYS};
 
 /// Returns the analysis of a simulation in which every assumption is wrong (bench/tests/data/reference/README.md).
-fn unknown_skin() -> Analysis {
+fn unknown_skin() -> (Analysis, KeptSeries) {
     let folder =
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/reference/recording-d");
-    analysis::analyse(&[folder], &Settings::default(), |_| ())
+    analysis::analyse_with_series(&[folder], &Settings::default(), |_| ())
 }
 
 /// Returns the place of a column's name at which `_within_laws` is inserted: before its unit, or before `_std` and `_ln_std`.
@@ -38,9 +38,10 @@ fn name_end(name: &str, is_std: bool) -> usize {
 }
 
 /// Writes the tables of an analysis into `folder`.
-fn write(analysed: &Analysis, folder: &Path) {
+fn write((analysed, series): &(Analysis, KeptSeries), folder: &Path) {
     let content = Content {
         analysed,
+        series,
         description: &Description::new(analysed),
         attempts: &Attempts::default(),
         selection: &RecordingSelection::default(),
@@ -60,7 +61,7 @@ fn the_table_of_estimates_agrees_with_the_results() {
     let folder = tempfile::tempdir().unwrap();
     let analysed = unknown_skin();
     write(&analysed, folder.path());
-    let recording = serde_json::to_value(Recording::from(&analysed.recordings[0])).unwrap();
+    let recording = serde_json::to_value(Recording::from(&analysed.0.recordings[0])).unwrap();
     let shared = &recording["trial"];
     let rows = table(&folder.path().join("estimates.parquet"));
     let instances = recording["instances"].as_array().unwrap();
@@ -228,7 +229,7 @@ fn no_two_rows_share_their_key_and_csv_and_parquet_agree() {
         fs::copy(entry.path(), copy.join(entry.file_name())).unwrap();
     }
     let folders = [reference.join("recording-d"), copy];
-    let analysed = analysis::analyse(&folders, &Settings::default(), |_| ());
+    let analysed = analysis::analyse_with_series(&folders, &Settings::default(), |_| ());
     let tables = folder.path().join("tables");
     write(&analysed, &tables);
     let mut dictionary = BTreeSet::new();

@@ -1,8 +1,10 @@
+use serde::{Deserialize, Serialize};
+
 use crate::error::{ModelError, positive};
 
 /// Assumed constants of finger and air. σ_t, Z_t and τ are conditional on them; friction hardly depends on them
 /// (see `estimation::Sensitivities`). Every result prints them.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AssumedConstants {
     /// q0, rad/m: wave number of the coarsest roughness in Persson's pressure. Default 1.4e4, 2π over a fingerprint
     /// ridge of 0.45 mm; an assumption, the paper does not give it.

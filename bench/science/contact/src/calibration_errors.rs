@@ -5,6 +5,7 @@
 //! ("considered", not fitted: Schmidt 1966).
 
 use nalgebra::SMatrix;
+use serde::{Deserialize, Serialize};
 
 use crate::parameters::{FINGER_ANGLE, LN_FINGER, LN_FORCE, LN_RATIO, PARAMETERS};
 
@@ -22,7 +23,7 @@ pub type ByError<const N: usize> = SMatrix<f64, N, ERRORS>;
 
 /// Standard errors of the constants that turn volts into forces and amplitudes, and of the ambient pressure, independent of each
 /// other; 0 means exact.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationErrors {
     /// Relative standard error of the plate's amplitude: the pickup's sensitivity.
     pub amplitude_relative: f64,

@@ -1,4 +1,5 @@
 use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
 
 use crate::assumed::AssumedConstants;
 use crate::error::{ModelError, not_negative, positive, same_length};
@@ -28,7 +29,7 @@ const GAP_FACTOR: f64 = 1.257_767;
 /// assert!((contact.gap_from_stiffness_m(k_c, 2e-6)? - gap_m).abs() < 1e-15);
 /// # Ok::<(), contact::ModelError>(())
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Contact {
     assumed: AssumedConstants,
     pub(crate) sigma_t_m: f64,
@@ -91,7 +92,7 @@ pub enum StiffnessBranch {
 }
 
 /// Counts of the samples with a gap that is not unique or does not exist.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct InversionCounts {
     /// Samples with [`StiffnessBranch::Ambiguous`].
     pub ambiguous: usize,

@@ -8,13 +8,13 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum ModelError {
     /// A parameter or a sample lies outside its physical range.
-    #[error("{name} = {} {unit}: must be {limit}", significant(*.value))]
+    #[error("{name} = {}{}: must be {limit}", significant(*.value), spaced(.unit))]
     OutOfRange {
         /// Name of the quantity.
         name: &'static str,
         /// Value of the quantity, in `unit`.
         value: f64,
-        /// SI unit of `value`.
+        /// SI unit of `value`; empty for a dimensionless number.
         unit: &'static str,
         /// Accepted values.
         limit: &'static str,
@@ -64,6 +64,15 @@ pub enum ModelError {
         /// Error of that sample.
         source: Box<ModelError>,
     },
+}
+
+/// Returns a unit as it follows a number.
+fn spaced(unit: &str) -> String {
+    if unit.is_empty() {
+        String::new()
+    } else {
+        format!(" {unit}")
+    }
 }
 
 /// Returns `value`, in `unit`.

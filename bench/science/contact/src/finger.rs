@@ -1,5 +1,6 @@
 use nalgebra::SVector;
 use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
 
 use crate::contact::Contact;
 use crate::error::{ModelError, not_negative, positive};
@@ -11,7 +12,7 @@ use crate::parameters::{
 use crate::residual_noise::ResidualNoise;
 
 /// A finger with known σ_t, Z_t and τ, as needed for samples beyond the fitted instance.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FittedFinger {
     /// Inversion of a sample's impedance to stiffness, gap and friction.
     pub inversion: Inversion<PARAMETERS>,

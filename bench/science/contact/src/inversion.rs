@@ -13,11 +13,13 @@
 
 use nalgebra::{SMatrix, SVector};
 use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
 
 use crate::contact::{Contact, StiffnessBranch};
 use crate::error::ModelError;
 use crate::harmonic::{contact_from_observed, stiffness_n_per_m};
 use crate::parameters::{ContactSlopes, LoadSlopes};
+use crate::stored_arrays::{complex, square};
 
 /// A quantity of one sample with its derivatives by the fitted parameters, the first of them ln σ_t, and its noise from
 /// that sample's impedance.
@@ -43,7 +45,7 @@ impl<const N: usize> Dependent<N> {
 }
 
 /// Inversion of the measured impedance to stiffness, gap and friction, with fitted parameters and their covariance.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Inversion<const N: usize> {
     /// The contact with its σ_t.
     pub contact: Contact,
@@ -56,18 +58,23 @@ pub struct Inversion<const N: usize> {
     /// Impedance of the tissues, N·s/m.
     pub z_t: Complex64,
     /// ∂Z_t/∂parameter.
+    #[serde(with = "complex")]
     pub z_t_slopes: [Complex64; N],
     /// ∂Z_p/∂parameter.
+    #[serde(with = "complex")]
     pub z_p_slopes: [Complex64; N],
     /// Ratio of the measured to the true finger part of Z_m.
     pub finger_scale: Complex64,
     /// ∂ ln `finger_scale`/∂parameter.
+    #[serde(with = "complex")]
     pub finger_slopes: [Complex64; N],
     /// Mobility that other modes of the plate add to the finger's part of Z_m, m/(N·s).
     pub residual_mobility: Complex64,
     /// ∂`residual_mobility`/∂parameter.
+    #[serde(with = "complex")]
     pub residual_slopes: [Complex64; N],
     /// Covariance of the parameters; `None` if unknown or infinite.
+    #[serde(with = "square")]
     pub covariance: Option<SMatrix<f64, N, N>>,
 }
 

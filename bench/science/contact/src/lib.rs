@@ -57,6 +57,7 @@ pub mod residual_noise;
 mod root;
 pub mod self_sensed;
 mod stiffness;
+mod stored_arrays;
 pub mod uncertain;
 
 pub use assumed::AssumedConstants;

@@ -1,6 +1,7 @@
 //! Parameters of a finger on a plate, in the order used by every fit, slope and covariance.
 
 use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
 
 /// Number of parameters.
 pub const PARAMETERS: usize = 24;
@@ -119,7 +120,7 @@ pub struct ContactSlopes {
 }
 
 /// Derivatives of the load on one sample by parameters.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct LoadSlopes {
     /// ∂ ln S/∂ν: ln of the ratio of the normal force to that at which the area is S.
     pub ln_area_by_exponent: f64,

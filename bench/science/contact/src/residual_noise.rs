@@ -11,12 +11,13 @@
 //! alone.
 
 use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
 
 /// Standard deviation of one component of a residual: √(floor² + (scale·shape)²). The shape describes the noise of each
 /// sample (white noise of force and velocity varies as 1/|ṽ_p|); the floor is the model's own error, equal for all samples.
 /// Without the floor, a model error of 0.1 % of Z_m would be taken for noise that hides the smallest amplitudes, on which σ_t
 /// and Z_t depend.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ResidualNoise {
     /// Model error, equal for all samples, N·s/m.
     pub floor: f64,

@@ -1,9 +1,10 @@
 //! Values with their standard errors.
 
+use serde::{Deserialize, Serialize};
 use statistics::NORMAL_95;
 
 /// A value and its standard error.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Uncertain {
     /// The value.
     pub value: f64,
@@ -20,7 +21,7 @@ impl Uncertain {
 }
 
 /// A positive value and the standard error of its natural logarithm.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LogUncertain {
     /// The value.
     pub value: f64,

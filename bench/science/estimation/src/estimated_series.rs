@@ -9,11 +9,12 @@ use super::loads::Loads;
 use super::trend::Trend;
 use contact::InversionCounts;
 use contact::inversion::{Dependent, Inversion};
+use serde::{Deserialize, Serialize};
 
 /// Stiffness, gap and friction over one instance, from the measured impedance. Standard errors follow by the delta method
 /// from the parameter covariance and each sample's impedance noise, estimated from the residuals. NaN where a sample has
 /// no gap.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EstimatedSeries {
     /// Time, s.
     pub time_s: Vec<f64>,

@@ -1,11 +1,12 @@
 //! Agreement of a fit with the measurement.
 
 use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
 
 use super::estimated_series::EstimatedSeries;
 
 /// Differences of fitted and measured values over an instance.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Agreement {
     /// 1 − Σ|Z_m − Ẑ_m|²/Σ|Z_m − mean Z_m|², complex.
     pub r2_impedance: f64,

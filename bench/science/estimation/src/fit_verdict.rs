@@ -1,5 +1,6 @@
 //! Whether a fit's parameters may be used.
 
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Relative standard error above which a parameter is not identified.
@@ -47,7 +48,7 @@ pub(super) fn find_unidentified(
 }
 
 /// Whether a fit's parameters may be used, and the reason if not.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum FitVerdict {
     /// The fit is a minimum and every parameter is identified.
     Converged,
@@ -79,7 +80,7 @@ impl FitVerdict {
 }
 
 /// A fitted parameter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum FitParameter {
     /// σ_t, the roughness of the finger.
     SigmaT,

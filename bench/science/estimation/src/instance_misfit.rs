@@ -17,11 +17,12 @@
 use std::fmt;
 
 use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
 
 use super::fit_agreement::Agreement;
 
 /// A sign that an instance does not follow the laws of the method.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum InstanceMisfit {
     /// A roughness that no finger has.
     Roughness {

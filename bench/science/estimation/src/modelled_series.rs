@@ -1,9 +1,10 @@
 //! Output of the model over an instance.
 
 use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
 
 /// Impedance, stiffness, gap and friction of the model at each sample of an instance, independent of the measured values.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ModelledSeries {
     /// Observed impedance Z_m (Huloux 2021, Eq. 9), N·s/m.
     pub z_m_n_s_per_m: Vec<Complex64>,

@@ -39,6 +39,7 @@ use contact::calibration_errors::ByError;
 use contact::harmonic::{contact_impedance, observed, tissue_from_observed};
 use contact::inversion::Inversion;
 use contact::parameters::LoadSlopes;
+use serde::{Deserialize, Serialize};
 
 /// Options of the published method: where to read the tissue impedance and μ0.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,7 +60,7 @@ impl Default for PaperOptions {
 }
 
 /// Samples from which Z_m⁰ was read, and μ0 too if the whole rise never goes below the threshold.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RestReading {
     /// Whether the instance goes below [`PaperOptions::rest_amplitude_m`]; if not, its lowest amplitudes are used.
     pub below_threshold: bool,

@@ -5,9 +5,10 @@ use num_complex::Complex64;
 use super::conditions::FitConditions;
 use super::fit_error::FitError;
 use contact::AssumedConstants;
+use serde::{Deserialize, Serialize};
 
 /// Derivatives of the fitted values by the logarithm of one assumed constant θ.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Sensitivity {
     /// ∂ln σ_t/∂ln θ.
     pub ln_sigma_t: f64,
@@ -18,7 +19,7 @@ pub struct Sensitivity {
 }
 
 /// Dependence of the fitted values on the assumed constants, from central differences of refits at ±1 %.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Sensitivities {
     /// Sensitivity to q0.
     pub q0: Sensitivity,

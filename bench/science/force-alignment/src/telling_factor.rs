@@ -3,10 +3,11 @@
 use std::f64::consts::SQRT_2;
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
 use statistics::significant;
 
 /// Cause of a factor between a stated scale and the true one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Cause {
     /// Gain of an amplifier or of a probe.
     Gain,
@@ -35,7 +36,7 @@ const FACTORS: [(f64, Cause); 10] = [
 ];
 
 /// Factor by which a scale is off, with its cause.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TellingFactor {
     /// Factor, from 1e-6 to 1e6.
     pub factor: f64,

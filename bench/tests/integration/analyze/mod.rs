@@ -82,7 +82,20 @@ fn copied() -> (tempfile::TempDir, PathBuf) {
 fn damaged(damage: impl FnOnce(&Path)) -> RecordingAnalysis {
     let (_folder, copy) = copied();
     damage(&copy);
-    analyse(&copy, &Settings::default())
+    let analysis = analyse(&copy, &Settings::default());
+    analysis.findings.iter().for_each(require_same_from_bytes);
+    analysis
+}
+
+/// Requires that findings are the same after they were written as in a part of an analysis.
+fn require_same_from_bytes(findings: &RecordingFindings) {
+    let mut bytes = Vec::new();
+    ciborium::into_writer(findings, &mut bytes).unwrap();
+    let read: RecordingFindings = ciborium::from_reader(&*bytes).unwrap();
+    assert_eq!(format!("{read:?}"), format!("{findings:?}"));
+    let mut again = Vec::new();
+    ciborium::into_writer(&read, &mut again).unwrap();
+    assert!(again == bytes, "a number changed its bits");
 }
 
 fn edit(path: PathBuf, change: impl FnOnce(String) -> String) {

@@ -22,7 +22,7 @@ use std::path::Path;
 use analysis::estimate::{InstanceEstimate, Method};
 use analysis::findings::RecordingFindings;
 use analysis::flaw::Flaw;
-use analysis::{Settings, recording_analysis};
+use analysis::{RecordingSeries, Settings, recording_analysis};
 use hound::{SampleFormat, WavSpec, WavWriter};
 use mock_world::person::FingerState;
 use mock_world::plant::Plant;
@@ -260,8 +260,12 @@ fn analysed(laboratory: &Laboratory) -> Errors {
 }
 
 fn findings(folder: &Path) -> RecordingFindings {
-    let analysis = recording_analysis::analyse(folder, &Settings::default());
-    analysis.findings.unwrap()
+    findings_and_series(folder).0
+}
+
+fn findings_and_series(folder: &Path) -> (RecordingFindings, RecordingSeries) {
+    let (analysis, series) = recording_analysis::analyse_with_series(folder, &Settings::default());
+    (analysis.findings.unwrap(), series)
 }
 
 fn errors(folder: &Path) -> Errors {
@@ -534,8 +538,8 @@ fn at_an_envelope_null_no_impedance_explodes() {
         ..PUBLISHED
     };
     laboratory.record(folder.path());
-    let findings = findings(folder.path());
-    let exploration = &findings.explorations[0];
+    let (_, series) = findings_and_series(folder.path());
+    let exploration = &series.explorations[0];
     let below_noise = exploration
         .validity
         .iter()

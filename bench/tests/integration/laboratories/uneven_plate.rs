@@ -9,14 +9,14 @@ use analysis::estimate::Method;
 use analysis::findings::RecordingFindings;
 use analysis::printed_settings::PrintedSettings;
 use analysis::trial_fit::{FitRequest, SelectedExploration, TrialContact, fit};
-use analysis::{Settings, demodulation};
+use analysis::{RecordingSeries, Settings, demodulation};
 use protocols::Direction;
 use protocols::selection::select;
 use recording::RecordingSource;
 use recording::pipeline::PickupOffset;
 use report::recording_results::Recording;
 
-use super::{EXPLORATION_S, Laboratory, PUBLISHED, Z_T, findings};
+use super::{EXPLORATION_S, Laboratory, PUBLISHED, Z_T, findings, findings_and_series};
 
 /// States the amplitude along the plate, as `calibrate plate --along 5` would measure it.
 fn state_profile(folder: &Path, ratio: impl Fn(f64) -> f64) {
@@ -33,13 +33,15 @@ fn state_profile(folder: &Path, ratio: impl Fn(f64) -> f64) {
 }
 
 /// Returns all digits of a method's estimates.
-fn estimates(findings: &RecordingFindings, method: Method) -> String {
-    let texts = findings.instances.iter().map(|i| {
+fn estimates((findings, series): (&RecordingFindings, &RecordingSeries), method: Method) -> String {
+    let instances = findings.instances.iter().zip(&series.instances);
+    let texts = instances.map(|(i, samples)| {
         let e = i.estimate(method).unwrap();
+        let series = samples.estimate(method).unwrap();
         let skin = (e.sigma_t_m, e.z_t_n_s_per_m, e.tau_s, e.mu0);
         format!(
             "{skin:?} {:?} {:?} {:?}",
-            e.series, e.motion, e.film_force_n
+            series.contact, series.motion, series.film_force_n
         )
     });
     texts.collect()
@@ -56,9 +58,9 @@ fn a_plate_that_moves_less_at_its_ends_serves_once_its_profile_is_known() {
     PUBLISHED.record(even_folder.path());
     uneven.record(folder.path());
     let even = findings(even_folder.path());
-    let unknown = findings(folder.path());
+    let (unknown, unknown_series) = findings_and_series(folder.path());
     state_profile(folder.path(), |x| uneven.scenario().plate.shape(x));
-    let known = findings(folder.path());
+    let (known, known_series) = findings_and_series(folder.path());
     // Compared with the same finger on an even plate, which has the other errors of `dynamic` too.
     let greatest = |findings: &RecordingFindings| {
         let pairs = findings.instances.iter().zip(&even.instances);
@@ -76,7 +78,8 @@ fn a_plate_that_moves_less_at_its_ends_serves_once_its_profile_is_known() {
     assert!(known.flaws.is_empty(), "{:?}", known.flaws);
     assert!(biased[0] > 0.025 && biased[1] > 0.02, "{biased:?}");
     assert!(sigma_t < 0.003 && z_t < 0.004, "{sigma_t} {z_t}");
-    let paper_estimates = [&known, &unknown].map(|findings| estimates(findings, Method::Paper));
+    let recordings = [(&known, &known_series), (&unknown, &unknown_series)];
+    let paper_estimates = recordings.map(|recording| estimates(recording, Method::Paper));
     assert_eq!(paper_estimates[0], paper_estimates[1]);
 }
 
@@ -178,12 +181,15 @@ fn results_say_how_each_method_takes_the_amplitude() {
 fn a_profile_of_ones_changes_no_bit() {
     let folder = tempfile::tempdir().unwrap();
     PUBLISHED.record(folder.path());
-    let plain = findings(folder.path());
+    let (plain, plain_series) = findings_and_series(folder.path());
     state_profile(folder.path(), |_| 1.0);
-    let profiled = findings(folder.path());
+    let (profiled, profiled_series) = findings_and_series(folder.path());
     assert!(profiled.plate().unwrap().profile.is_some() && !profiled.instances.is_empty());
     for method in Method::BOTH {
-        assert_eq!(estimates(&profiled, method), estimates(&plain, method));
+        assert_eq!(
+            estimates((&profiled, &profiled_series), method),
+            estimates((&plain, &plain_series), method)
+        );
     }
     assert_eq!(profiled.model_check, plain.model_check);
 }

@@ -1,84 +1,49 @@
-//! One exploration of the published protocol: a person on a modulated plate, without a bench.
+//! Trials of the published protocol: a person on a modulated plate, without a bench.
 
-use std::f64::consts::TAU;
-
-use mock_world::person::{PerceivedInstruction, Percept, VirtualPerson};
-use mock_world::plant::{Plant, SensorSample};
 use mock_world::run_truth::TruthSample;
 use mock_world::scenario::{Scenario, built_in};
+use mock_world::trial::{Trial, TrialPlan, TrialRecording};
 
-const RATE_HZ: f64 = 192e3;
-const PERIOD: usize = 384;
-/// Mean of the envelope, actuator volts: 3.9 µm at the crest of an unloaded nominal plate.
-const MEAN_V: f64 = 24.0;
-
-struct Exploration {
-    truth: Vec<TruthSample>,
-    forces: Vec<SensorSample>,
-    /// Largest magnitude of drive read-back and pickup.
-    peaks: [f32; 2],
-}
-
-fn explore(scenario: &Scenario, seed: u64) -> Exploration {
-    let mean_level = MEAN_V / scenario.amplifier.volts_per_unit;
-    let mut plant = Plant::new(scenario, seed, RATE_HZ);
-    let mut person = VirtualPerson::draw(&scenario.participant, seed);
-    let mut out = Exploration {
-        truth: Vec::new(),
-        forces: Vec::new(),
-        peaks: [0.0; 2],
-    };
-    let (mut drive, mut inputs) = ([0.0f32; PERIOD], [0.0f32; PERIOD * 4]);
-    let dt_s = PERIOD as f64 / RATE_HZ;
-    // 4 s to place the finger, then 1.7 s at 50 mm/s.
-    for period in 0..(5.7 / dt_s) as usize {
-        let t_s = period as f64 * dt_s;
-        let percept = Percept {
-            instruction: if t_s < 4.0 {
-                PerceivedInstruction::PlaceFinger
-            } else {
-                PerceivedInstruction::FollowSlider
-            },
-            slider_m: Some(0.01 + 0.05 * (t_s - 4.0).max(0.0)),
-            force_band_n: Some((0.5, 0.8)),
-            ..Percept::default()
-        };
-        let act = person.step(t_s, dt_s, &percept);
-        for (i, sample) in drive.iter_mut().enumerate() {
-            let t = t_s + i as f64 / RATE_HZ;
-            let envelope = mean_level * (1.0 + 0.95 * (TAU * 6.0 * t).sin());
-            *sample = (envelope * (TAU * 35e3 * t).sin()) as f32;
-        }
-        plant.step(&drive, true, &act.finger, &mut inputs);
-        out.truth.extend_from_slice(plant.truth());
-        out.forces.extend_from_slice(plant.forces());
-        for frame in inputs.chunks(4) {
-            for (peak, sample) in out.peaks.iter_mut().zip(frame) {
-                *peak = peak.max(sample.abs());
-            }
-        }
+/// The published plan with one stroke, at the lower rate of the sound cards.
+fn one_stroke() -> TrialPlan {
+    TrialPlan {
+        rate_hz: 96_000,
+        strokes: 1,
+        ..TrialPlan::default()
     }
-    out
 }
 
-fn sliding_samples(truth: &[TruthSample]) -> Vec<&TruthSample> {
-    truth
+fn run(scenario: &Scenario, plan: &TrialPlan, seed: u64) -> TrialRecording {
+    let mut trial = Trial::new(scenario, plan, seed, seed).unwrap();
+    while trial.advance() {}
+    trial.finish()
+}
+
+fn peak(samples: &[f32]) -> f32 {
+    samples
         .iter()
-        .filter(|t| t.time_s > 4.0 && (0.0225..0.0825).contains(&t.position_m))
-        .collect()
+        .fold(0.0, |peak, sample| peak.max(sample.abs()))
+}
+
+fn sliding_samples(recording: &TrialRecording) -> Vec<&TruthSample> {
+    let samples = recording.truth.iter().filter(|t| {
+        let strokes = &recording.strokes;
+        let is_within = strokes
+            .iter()
+            .any(|stroke| (stroke.start_s..stroke.end_s).contains(&recording.clock_s(t)));
+        is_within && (0.0225..0.0825).contains(&t.position_m)
+    });
+    samples.collect()
 }
 
 #[test]
 fn the_published_drive_modulates_the_friction_of_the_nominal_person_without_clipping() {
     let nominal = built_in("nominal").unwrap();
-    let run = explore(&nominal, 1);
-    assert!(
-        run.peaks.iter().all(|p| (0.6..0.9).contains(p)),
-        "{:?}",
-        run.peaks
-    );
+    let run = run(&nominal, &one_stroke(), 1);
+    let peaks = [peak(&run.drive), peak(&run.pickup)];
+    assert!(peaks.iter().all(|p| (0.6..0.9).contains(p)), "{peaks:?}");
 
-    let samples = sliding_samples(&run.truth);
+    let samples = sliding_samples(&run);
     let range = |f: fn(&TruthSample) -> f64| {
         samples.iter().fold((f64::MAX, f64::MIN), |(low, high), t| {
             (low.min(f(t)), high.max(f(t)))
@@ -98,13 +63,13 @@ fn the_published_drive_modulates_the_friction_of_the_nominal_person_without_clip
 
 #[test]
 fn the_force_sensor_reads_the_friction_that_is_true() {
-    let run = explore(&Scenario::default(), 3);
+    let run = run(&Scenario::default(), &one_stroke(), 3);
     let mut squares = Vec::new();
-    for truth in sliding_samples(&run.truth) {
-        let i = run.forces.partition_point(|s| s.time_s < truth.time_s);
-        let (lateral_n, normal_n) = run.forces[i..i + 10]
-            .iter()
-            .fold((0.0, 0.0), |(l, n), s| (l + s.lateral_n, n + s.normal_n));
+    for truth in sliding_samples(&run) {
+        let times = &run.normal_n.time_s;
+        let first = times.partition_point(|time_s| *time_s < run.clock_s(truth));
+        let [lateral_n, normal_n] = [&run.lateral_n, &run.normal_n]
+            .map(|readings| readings.values[first..first + 10].iter().sum::<f64>());
         squares.push((lateral_n / normal_n - truth.mu).powi(2));
     }
     let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
@@ -120,9 +85,10 @@ fn many_people_on_many_benches_stay_finite() {
     unkind.jitter.enabled = true;
     let (unknown, unkind) = ([&unknown; 4], [&unkind; 4]);
     for (seed, scenario) in (0..).zip(unknown.into_iter().chain(unkind)) {
-        let run = explore(scenario, seed);
-        assert!(run.peaks.iter().all(|p| p.is_finite() && *p > 0.1));
-        let samples = sliding_samples(&run.truth);
+        let run = run(scenario, &one_stroke(), seed);
+        let peaks = [peak(&run.drive), peak(&run.pickup)];
+        assert!(peaks.iter().all(|p| p.is_finite() && *p > 0.1));
+        let samples = sliding_samples(&run);
         assert!(samples.len() > 800, "{}", samples.len());
         for t in samples {
             assert!(t.amplitude_m.is_finite() && t.amplitude_m < 10e-6);
@@ -132,4 +98,75 @@ fn many_people_on_many_benches_stay_finite() {
             );
         }
     }
+}
+
+#[test]
+fn a_trial_has_strokes_in_alternating_directions_between_unloaded_stretches() {
+    let plan = TrialPlan {
+        strokes: 2,
+        ..one_stroke()
+    };
+    let run = run(&built_in("nominal").unwrap(), &plan, 2);
+    let directions: Vec<bool> = run.strokes.iter().map(|s| s.rightwards).collect();
+    assert_eq!(directions, [true, false]);
+    for stroke in &run.strokes {
+        assert!((stroke.end_s - stroke.start_s - 1.7).abs() < 2e-3);
+    }
+    assert_eq!(run.unloaded_s.len(), 2);
+    let is_unloaded = |truth: &&TruthSample| {
+        let at_s = run.clock_s(truth);
+        let mut stretches = run.unloaded_s.iter();
+        stretches.any(|(start_s, end_s)| (*start_s..*end_s).contains(&at_s))
+    };
+    let unloaded: Vec<_> = run.truth.iter().filter(is_unloaded).collect();
+    assert!(unloaded.len() > 1_500);
+    assert!(unloaded.iter().all(|truth| truth.normal_n == 0.0));
+    // The person corrects part of the error in the displayed mean force.
+    assert!(run.unloaded_s[1].0 > run.strokes[1].end_s);
+}
+
+#[test]
+fn a_trial_of_a_given_length_has_the_strokes_that_fit() {
+    for (duration_s, strokes) in [(3.0, 0), (16.0, 1)] {
+        let plan = TrialPlan {
+            strokes: 9,
+            duration_s: Some(duration_s),
+            ..one_stroke()
+        };
+        let run = run(&built_in("steady").unwrap(), &plan, 1);
+        assert_eq!(run.drive.len(), (96_000.0 * duration_s) as usize);
+        assert_eq!(run.strokes.len(), strokes, "{duration_s} s");
+    }
+}
+
+#[test]
+fn a_calibrated_bench_states_what_converts_its_samples() {
+    let scenario = built_in("bench-unknown").unwrap();
+    let plan = one_stroke();
+    let true_forces = |run: &TrialRecording| {
+        let samples = sliding_samples(run);
+        samples.iter().map(|truth| truth.normal_n).sum::<f64>() / samples.len() as f64
+    };
+    let read_forces = |run: &TrialRecording| {
+        let times = [
+            sliding_samples(run)[0],
+            sliding_samples(run).last().unwrap(),
+        ]
+        .map(|truth| run.clock_s(truth));
+        let readings = run.normal_n.time_s.iter().zip(&run.normal_n.values);
+        let values: Vec<f64> = readings
+            .filter(|(time_s, _)| (times[0]..times[1]).contains(*time_s))
+            .map(|(_, value)| *value)
+            .collect();
+        values.iter().sum::<f64>() / values.len() as f64
+    };
+    let calibrated = run(&scenario, &plan, 5);
+    let plate = &calibrated.constants.scenario.plate;
+    assert_eq!(calibrated.carrier_hz, plate.resonance_hz);
+    assert!((read_forces(&calibrated) / true_forces(&calibrated) - 1.0).abs() < 5e-3);
+
+    let calibrated = false;
+    let uncalibrated = run(&scenario, &TrialPlan { calibrated, ..plan }, 5);
+    assert_eq!(uncalibrated.carrier_hz, 35_000.0);
+    assert!((read_forces(&uncalibrated) / true_forces(&uncalibrated) - 1.0).abs() > 0.02);
 }

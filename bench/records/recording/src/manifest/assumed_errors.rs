@@ -14,7 +14,7 @@
 //! No error is assumed of the position, which selects samples and places them along the plate (the amplitude's tilt and bow have
 //! priors), of a delay of the forces, which is fitted as a lag up to 5 ms, and of E and ν, for which q0 is stated.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::standard_errors::StandardErrors;
 
@@ -45,7 +45,7 @@ pub struct Evidence {
 }
 
 /// Standard errors assumed of a recording's constants; 0 for those that the recording states or shows.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct AssumedErrors {
     /// Errors of the calibration and of the force sensor.
     #[serde(flatten)]

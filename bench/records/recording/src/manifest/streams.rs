@@ -57,7 +57,7 @@ pub enum Carrier {
 const FOLLOWS: &str = "follows";
 
 /// Modulation of the amplitude: A(t) = A_mean (1 + index · sin 2πft).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Modulation {
     /// Frequency f, Hz; 0 for no modulation.
     pub frequency_hz: f64,

@@ -5,7 +5,8 @@ use std::str::FromStr;
 
 use protocols::ParticipantId;
 use recording::study::{TrialBlock, TrialLabel};
-use serde::{Serialize, Serializer};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// All of something, or the one with this number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,7 +27,7 @@ pub struct SessionTrial {
 }
 
 /// Recordings that are excluded, and the reason.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Exclusion {
     /// Participant.
     pub participant: ParticipantId,
@@ -100,6 +101,18 @@ impl<T: Copy + fmt::Display> fmt::Display for AllOrOne<T> {
 impl<T: Copy + fmt::Display> Serialize for AllOrOne<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_str(self)
+    }
+}
+
+impl<'de, T: Copy + fmt::Display + FromStr> Deserialize<'de> for AllOrOne<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        if text == ALL {
+            return Ok(Self::All);
+        }
+        let one = text.parse();
+        one.map(Self::One)
+            .map_err(|_| D::Error::custom(format!("`{text}` is neither `{ALL}` nor a number")))
     }
 }
 

@@ -1,9 +1,12 @@
 //! Defects in the order of a session's log.
 
+use std::borrow::Cow;
+
 use recording::study::TrialLabel;
+use serde::{Deserialize, Serialize};
 
 /// Defect in the order of a session's log.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[non_exhaustive]
 pub enum LogDefect {
     /// The log does not begin with a start, or continues without one after a stop.
@@ -70,7 +73,7 @@ pub enum LogDefect {
         /// The trial.
         trial: TrialLabel,
         /// Description of the fault.
-        fault: &'static str,
+        fault: Cow<'static, str>,
     },
 }
 

@@ -161,7 +161,7 @@ impl Order {
         self.defects.push(LogDefect::Order {
             number: self.n_events,
             trial,
-            fault,
+            fault: fault.into(),
         });
     }
 }

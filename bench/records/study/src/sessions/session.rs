@@ -6,13 +6,14 @@ use protocols::{Interval, TrialOutcome, TrialRecord};
 use recording::study::TrialLabel;
 use recording::study::event_log::{ExitStatus, Start};
 use recording::sums::Sums;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::sessions::log_defect::LogDefect;
 use crate::sessions::standing::Standing;
 
 /// History of a session.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct LoggedSession {
     /// First start; `None` if it is missing.
     pub start: Option<Start>,
@@ -40,7 +41,7 @@ pub struct LoggedSession {
 }
 
 /// End of a session.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum SessionEnd {
     /// The session ended as its log says.
     Stopped {
@@ -57,7 +58,7 @@ pub enum SessionEnd {
 }
 
 /// Fit of a trial.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LoggedFit {
     /// Attempt at the trial that had begun last; `None` if the log has no start of one.
     pub attempt: Option<TrialLabel>,
@@ -66,7 +67,7 @@ pub struct LoggedFit {
 }
 
 /// Change of the carrier.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CarrierChange {
     /// Calibrated resonance of the part with the change, Hz; `None` if its start does not state it.
     pub calibrated_hz: Option<f64>,
@@ -75,7 +76,7 @@ pub struct CarrierChange {
 }
 
 /// Attempt at a trial.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Attempt {
     /// Label of the attempt, which names its recording's folder.
     pub label: TrialLabel,

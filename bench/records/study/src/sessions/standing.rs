@@ -3,15 +3,18 @@
 use std::fmt;
 
 use protocols::TrialOutcome;
+use serde::{Deserialize, Serialize};
 
 /// Standing of an attempt at a trial by the log.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Standing {
     /// Accepted: the session continued with the next trial.
     Accepted,
     /// Rejected, to be repeated.
     Repeated,
     /// Rejected, with no repetition left.
+    #[serde(rename = "given up")]
     GivenUp,
     /// Cut short, or still open where the log ends.
     Interrupted,

@@ -60,7 +60,7 @@ impl Columns {
                 .with_forces(readings(&force_s, &normal), readings(&force_s, &lateral))
                 .with_position(readings(&position_s, &position_m));
         let source = RecordingSource::arrays(&arrays).with_stop(stop);
-        analyse_source(&source, &Settings::default())
+        analyse_source(&source, &Settings::default()).0
     }
 }
 

@@ -10,11 +10,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
+use analysis::RecordingSeries;
 use analysis::Settings;
 use analysis::findings::RecordingFindings;
 use analysis::flaw::{Flaw, MissingStream};
-use analysis::recording_analysis::analyse;
-use analysis::stroke::Stroke;
+use analysis::recording_analysis::analyse_with_series;
 use approx::assert_relative_eq;
 use envelope_files::{EnvelopeRow, EnvelopeWriter};
 use impedance::{Demodulator, Filter, InputChannel};
@@ -29,10 +29,16 @@ fn reference() -> PathBuf {
 }
 
 fn findings(folder: &Path) -> RecordingFindings {
-    analyse(folder, &Settings::default()).findings.unwrap()
+    findings_and_series(folder).0
 }
 
-static WHOLE: LazyLock<RecordingFindings> = LazyLock::new(|| findings(&reference()));
+fn findings_and_series(folder: &Path) -> (RecordingFindings, RecordingSeries) {
+    let (analysis, series) = analyse_with_series(folder, &Settings::default());
+    (analysis.findings.unwrap(), series)
+}
+
+static WHOLE: LazyLock<(RecordingFindings, RecordingSeries)> =
+    LazyLock::new(|| findings_and_series(&reference()));
 
 /// Returns the reference recording with these files and an edited description.
 fn partial(files: &[&str], edit: impl Fn(&str) -> String) -> TempDir {
@@ -55,15 +61,15 @@ fn without(text: &str, from: &str, to: Option<&str>) -> String {
 #[test]
 fn without_forces_amplitudes_and_impedances_remain() {
     let folder = partial(&[SIGNALS, POSITION], str::to_owned);
-    let findings = findings(folder.path());
+    let (findings, series) = findings_and_series(folder.path());
     assert!(
         findings
             .flaws
             .contains(&Flaw::Missing(MissingStream::Forces))
     );
     assert!(!findings.flaws.contains(&Flaw::ForceZeroUnread));
-    assert_eq!(findings.z_p, WHOLE.z_p);
-    let (exploration, whole) = (&findings.explorations[0], &WHOLE.explorations[0]);
+    assert_eq!(findings.z_p, WHOLE.0.z_p);
+    let (exploration, whole) = (&series.explorations[0], &WHOLE.1.explorations[0]);
     assert_eq!(exploration.amplitude_m, whole.amplitude_m);
     assert_eq!(exploration.velocity_m_per_s, whole.velocity_m_per_s);
     assert!(exploration.mu.iter().all(|mu| mu.is_nan()));
@@ -79,19 +85,14 @@ fn without_forces_amplitudes_and_impedances_remain() {
 #[test]
 fn without_positions_friction_remains() {
     let folder = partial(&[SIGNALS, FORCE], str::to_owned);
-    let findings = findings(folder.path());
+    let (findings, series) = findings_and_series(folder.path());
     assert!(
         findings
             .flaws
             .contains(&Flaw::Missing(MissingStream::Positions))
     );
-    assert_eq!(findings.explorations[0].mu, WHOLE.explorations[0].mu);
-    assert!(
-        findings.explorations[0]
-            .position_m
-            .iter()
-            .all(|x| x.is_nan())
-    );
+    assert_eq!(series.explorations[0].mu, WHOLE.1.explorations[0].mu);
+    assert!(series.explorations[0].position_m.iter().all(|x| x.is_nan()));
     assert!(findings.instances.is_empty() && findings.has_result());
 }
 
@@ -103,13 +104,9 @@ fn without_an_unloaded_interval_friction_remains() {
     });
     let findings = findings(folder.path());
     assert_eq!(findings.z_p, None);
-    let mu = Stroke::new(&findings.explorations[0]).mu;
+    let mu = findings.explorations[0].stroke.mu;
     // The forces are not taken against a zero.
-    assert_relative_eq!(
-        mu,
-        Stroke::new(&WHOLE.explorations[0]).mu,
-        max_relative = 0.05
-    );
+    assert_relative_eq!(mu, WHOLE.0.explorations[0].stroke.mu, max_relative = 0.05);
     assert!(findings.has_result());
 }
 
@@ -120,14 +117,14 @@ fn without_an_exploration_the_plate_remains() {
     });
     let findings = findings(folder.path());
     assert!(findings.flaws.contains(&Flaw::NoExploration) && findings.has_result());
-    let (z_p, whole) = (findings.z_p.unwrap(), WHOLE.z_p.unwrap());
+    let (z_p, whole) = (findings.z_p.unwrap(), WHOLE.0.z_p.unwrap());
     assert!((z_p.corrected_n_s_per_m - whole.corrected_n_s_per_m).norm() < 1e-3);
 }
 
 /// Requires the estimates of `dynamic` and the friction of the whole recording, to a relative tolerance.
 fn require_equal_estimates(findings: &RecordingFindings, tolerance: f64) {
-    assert_eq!(findings.instances.len(), WHOLE.instances.len());
-    for (instance, whole) in findings.instances.iter().zip(&WHOLE.instances) {
+    assert_eq!(findings.instances.len(), WHOLE.0.instances.len());
+    for (instance, whole) in findings.instances.iter().zip(&WHOLE.0.instances) {
         let (dynamic, expected) = (&instance.dynamic, &whole.dynamic);
         assert_relative_eq!(
             dynamic.sigma_t_m,
@@ -259,7 +256,7 @@ fn rig_recording(factor: impl Fn(f64) -> f64, stimulus: Option<&dyn Fn(f64) -> f
 #[test]
 fn the_friction_of_forces_alone_is_that_of_their_rows() {
     let folder = rig_recording(|_| 1.0, None);
-    let findings = findings(folder.path());
+    let (findings, series) = findings_and_series(folder.path());
     assert_eq!(findings.flaws, [Flaw::Missing(MissingStream::Vibration)]);
     assert_eq!(
         (findings.carrier_hz(), findings.plate(), findings.z_p),
@@ -268,7 +265,9 @@ fn the_friction_of_forces_alone_is_that_of_their_rows() {
     assert!(findings.has_result());
     assert_eq!(findings.explorations.len(), rig_strokes().len());
     let rows = rig();
-    for (exploration, (start_s, end_s)) in findings.explorations.iter().zip(rig_strokes()) {
+    let strokes = findings.explorations.iter().map(|found| &found.stroke);
+    let explorations = series.explorations.iter().zip(strokes);
+    for ((exploration, stroke), (start_s, end_s)) in explorations.zip(rig_strokes()) {
         let inside = rows
             .iter()
             .filter(|row| (start_s..=end_s).contains(&row[0]));
@@ -279,7 +278,6 @@ fn the_friction_of_forces_alone_is_that_of_their_rows() {
         for (read, expected) in exploration.mu.iter().zip(&mu) {
             assert_relative_eq!(*read, *expected, max_relative = 1e-9);
         }
-        let stroke = Stroke::new(exploration);
         let mean = mu.iter().sum::<f64>() / mu.len() as f64;
         assert_relative_eq!(stroke.mu, mean, max_relative = 1e-9);
         assert_eq!(stroke.effect, None);
@@ -308,7 +306,7 @@ fn contrast_and_lag_of_forces_alone_are_those_of_their_stimulus() {
     let effects: Vec<_> = findings(folder.path())
         .explorations
         .iter()
-        .filter_map(|exploration| Stroke::new(exploration).effect)
+        .filter_map(|exploration| exploration.stroke.effect)
         .collect();
     assert_eq!(effects.len(), rig_strokes().len());
     let mean = |value: fn(&analysis::stroke::StimulusEffect) -> f64| {

@@ -14,7 +14,7 @@ use analysis::findings::RecordingFindings;
 use analysis::flaw::Flaw;
 use analysis::method::Method;
 use analysis::printed_settings::PrintedSettings;
-use analysis::recording_analysis::analyse;
+use analysis::recording_analysis::{analyse, analyse_with_series};
 use analysis::{Analysis, Settings};
 use estimation::InstanceMisfit;
 use num_complex::Complex64;
@@ -201,16 +201,16 @@ fn p90(mut values: Vec<f64>) -> f64 {
 
 #[test]
 fn forces_and_skin_motion_agree_with_the_true_values() {
-    let findings = analyse(&reference().join("recording-a"), &Settings::default())
-        .findings
-        .unwrap();
+    let folder = reference().join("recording-a");
+    let (analysis, series) = analyse_with_series(&folder, &Settings::default());
+    let findings = analysis.findings.unwrap();
     let truth = true_motion("recording-a");
     let moving_samples = || truth.iter().filter(|truth| truth.amplitude_m > 0.1e-6);
 
     // Over whole explorations, from measured data alone.
     let z_p = findings.z_p.unwrap().corrected_n_s_per_m;
     let mut forces = Vec::new();
-    for exploration in &findings.explorations {
+    for exploration in &series.explorations {
         let omega = TAU * findings.carrier_hz().unwrap();
         let frames = exploration.z_m(Method::Dynamic).iter();
         let force_n: Vec<Complex64> = frames
@@ -228,7 +228,7 @@ fn forces_and_skin_motion_agree_with_the_true_values() {
 
     // In the instances, where Z_t is known.
     let (mut motion, mut phase, mut power) = (Vec::new(), Vec::new(), Vec::new());
-    for instance in &findings.instances {
+    for instance in &series.instances {
         let (times_s, skin) = (instance.samples.time_s(), &instance.dynamic.motion);
         let watts: Vec<Complex64> = skin.skin_power_w.iter().map(|&w| w.into()).collect();
         for truth in moving_samples() {

@@ -5,6 +5,7 @@ use std::fmt;
 use analysis::estimate::{InstanceAnalysis, InstanceEstimate};
 use analysis::findings::RecordingFindings;
 use analysis::method::Method;
+use analysis::recording_series::{EstimateSeries, RecordingSeries};
 use contact::uncertain::{LogUncertain, Uncertain};
 use num_complex::Complex64;
 use statistics::NORMAL_95;
@@ -123,7 +124,18 @@ pub struct Verdict {
 
 impl Verdict {
     /// Compares the estimates of a method with the truth.
-    pub fn new(method: Method, findings: &RecordingFindings, truth: &Truth, world: &World) -> Self {
+    pub fn new(
+        method: Method,
+        (findings, series): (&RecordingFindings, &RecordingSeries),
+        truth: &Truth,
+        world: &World,
+    ) -> Self {
+        let sampled = |instance: &InstanceAnalysis| {
+            let start_s = instance.start_s;
+            let mut all = findings.instances.iter().zip(&series.instances);
+            let (_, samples) = all.find(|(other, _)| other.start_s == start_s)?;
+            samples.estimate(method)
+        };
         let estimates: Vec<(&InstanceAnalysis, &InstanceEstimate)> = findings
             .instances
             .iter()
@@ -137,7 +149,8 @@ impl Verdict {
             z_t_errors.push(true_skin.z_t_error(estimate));
             if estimate.misfit.is_empty() {
                 comparisons.extend(true_skin.compare(method, instance, estimate));
-                comparisons.push(compare_friction(estimate, truth));
+                let samples = sampled(instance);
+                comparisons.extend(samples.map(|samples| compare_friction(samples, truth)));
             }
         }
         let area = (method == Method::Trial)
@@ -367,8 +380,8 @@ fn compare_area(findings: &RecordingFindings, truth: &Truth) -> Option<Compariso
 
 /// Compares the friction of an instance with the true one. An interval that is as wide as the error is large includes the truth: the
 /// RMS of the error over the standard error is compared with the interval of a normal distribution.
-fn compare_friction(estimate: &InstanceEstimate, truth: &Truth) -> Comparison {
-    let series = &estimate.series;
+fn compare_friction(estimate: &EstimateSeries, truth: &Truth) -> Comparison {
+    let series = &estimate.contact;
     let true_mu = truth.at("mu", &series.time_s);
     let errors: Vec<(f64, f64)> = series
         .mu

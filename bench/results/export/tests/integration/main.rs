@@ -12,6 +12,7 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use analysis::Settings;
+use analysis::recording_analysis::analyse_with_series;
 use clap::Parser;
 use export::{ExportError, ExportOptions, ExportOrigin, ExportSummary, FileState, export};
 use small_study::SmallStudy;
@@ -108,12 +109,11 @@ fn the_friction_over_time_is_that_of_the_analysis() {
     let header = table.headers().unwrap().clone();
     let place = |name: &str| header.iter().position(|column| column == name).unwrap();
     let rows: Vec<csv::StringRecord> = table.records().map(Result::unwrap).collect();
-    let analysed = analysis::analyse(&[study.recording()], &Settings::default(), |_| ());
-    let findings = analysed.recordings[0].findings.as_ref().unwrap();
-    let frames = findings.explorations.iter().map(|e| e.time_s.len());
+    let (_, series) = analyse_with_series(&study.recording(), &Settings::default());
+    let frames = series.explorations.iter().map(|e| e.time_s.len());
     assert_eq!(rows.len(), frames.sum::<usize>());
     let mut compared = 0;
-    for (number, instance) in findings.instances.iter().enumerate() {
+    for (number, instance) in series.instances.iter().enumerate() {
         let Some(estimate) = &instance.trial else {
             continue;
         };
@@ -124,8 +124,8 @@ fn the_friction_over_time_is_that_of_the_analysis() {
         for (k, row) in cells.iter().enumerate() {
             let cell = |name: &str| row[place(name)].parse::<f64>().unwrap();
             assert_eq!(cell("time_s"), instance.samples.time_s()[k]);
-            assert_eq!(cell("gap_m"), estimate.series.gap_m[k]);
-            assert_eq!(cell("mu"), estimate.series.mu[k]);
+            assert_eq!(cell("gap_m"), estimate.contact.gap_m[k]);
+            assert_eq!(cell("mu"), estimate.contact.mu[k]);
             assert_eq!(cell("measured_mu"), instance.samples.mu()[k]);
             compared += 1;
         }

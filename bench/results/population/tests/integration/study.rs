@@ -76,12 +76,14 @@ fn recording(
             rules: SelectionRules::published(0.05),
             pickup: recording::pipeline::PickupOffset::default(),
             zero: analysis::force_zero::ForceZero::default(),
+            force_clock: None,
             errors: analysis::error_budget::ErrorBudget::default(),
             z_p: None,
             explorations: Vec::new(),
             instances: Vec::new(),
             trial,
             within_laws,
+            sample_statistics: Default::default(),
             model_check: Vec::new(),
             rejected: Vec::new(),
             flaws: Vec::new(),
@@ -92,10 +94,10 @@ fn recording(
 fn study(trials: Vec<(Option<&str>, Option<SharedFit>)>) -> Analysis {
     let numbered = trials.into_iter().zip(1..);
     Analysis {
-        settings: Settings::default(),
         recordings: numbered
             .map(|((participant, fit), number)| recording(number, participant, fit.clone(), fit))
             .collect(),
+        ..Analysis::default()
     }
 }
 
@@ -288,8 +290,8 @@ fn the_error_of_the_laws_remains_in_the_means_and_not_in_those_within_the_laws()
     let total = Some(fit(220e-6, 0.2));
     recordings.push(recording(100, Some("e"), total, Some(misfit_fit(100e-6))));
     let analysed = Analysis {
-        settings: Settings::default(),
         recordings,
+        ..Analysis::default()
     };
     let skin = Skin::from_analysis(&analysed);
     let half_width = |[low, high]: [f64; 2]| (high / low).ln() / 2.0;
@@ -333,8 +335,8 @@ fn intervals_about_the_same_values_have_the_same_middle() {
         })
     });
     let skin = Skin::from_analysis(&Analysis {
-        settings: Settings::default(),
         recordings: recordings.collect(),
+        ..Analysis::default()
     });
     let person = skin.participants[0].parameters.contact_area_m2.unwrap();
     for range in [person.mean, skin.study.contact_area_m2.mean.unwrap()] {

@@ -1,22 +1,43 @@
 //! Fig. 13: impedance, stiffness, gap and friction of one exploration against amplitude and against measured friction.
 
-use estimation::ModelledSeries;
+use std::ops::Range;
+
+use estimation::{EstimatedSeries, ModelledSeries};
+use num_complex::Complex64;
 
 use crate::measured::elements::{
     AMPLITUDE, FRICTION, GAP, MEASUREMENT, MICRO, MODEL, assumption_note, model_ink, points,
     recording_name, thinning_note, trial_note,
 };
 use crate::measured::figure_selection::FigureSelection;
-use analysis::estimate::{InstanceAnalysis, Method, MethodEstimate};
+use analysis::estimate::{InstanceAnalysis, Method};
 use analysis::findings::{Analysis, RecordingFindings};
+use analysis::instance::PreparedInstance;
+use analysis::sample_statistics::estimated_samples;
+use analysis::{RecordingSeries, averaged_models};
 use plotting::{Axis, Figure, Key, Panel, Series};
 use plotting::{Dash, Ink, Marker, Width};
 
 /// Number of samples above which they are thinned.
 const MAX_SAMPLES: usize = 400;
 
-type Value = fn(&MethodEstimate<'_>, usize) -> f64;
+type Value = fn(&MethodSamples<'_>, usize) -> f64;
 type ModelValue = fn(&ModelledSeries, usize) -> f64;
+
+/// Samples of an instance by a method.
+struct MethodSamples<'a> {
+    method: Method,
+    samples: &'a PreparedInstance,
+    contact: &'a EstimatedSeries,
+    /// Model with the participant's average σ_t.
+    averaged: Option<&'a ModelledSeries>,
+}
+
+impl MethodSamples<'_> {
+    fn z_m(&self) -> &[Complex64] {
+        self.samples.z_m(self.method)
+    }
+}
 
 /// Quantity of the vertical axes.
 struct Quantity {
@@ -25,12 +46,12 @@ struct Quantity {
     model: ModelValue,
 }
 
-fn amplitude(instance: &MethodEstimate<'_>, sample: usize) -> f64 {
-    instance.amplitude_m()[sample] * MICRO
+fn amplitude(instance: &MethodSamples<'_>, sample: usize) -> f64 {
+    instance.samples.amplitude_m(instance.method)[sample] * MICRO
 }
 
-fn measured_mu(instance: &MethodEstimate<'_>, sample: usize) -> f64 {
-    instance.instance.samples.mu()[sample]
+fn measured_mu(instance: &MethodSamples<'_>, sample: usize) -> f64 {
+    instance.samples.mu()[sample]
 }
 
 fn quantities() -> [Quantity; 5] {
@@ -47,17 +68,17 @@ fn quantities() -> [Quantity; 5] {
         },
         Quantity {
             axis: Axis::logarithmic("Stiffness (N/µm)"),
-            value: |instance, k| instance.estimate.series.k_c_n_per_m[k] / MICRO,
+            value: |instance, k| instance.contact.k_c_n_per_m[k] / MICRO,
             model: |model, k| model.k_c_n_per_m[k] / MICRO,
         },
         Quantity {
             axis: Axis::linear(GAP).from_zero(),
-            value: |instance, k| instance.estimate.series.gap_m[k] * MICRO,
+            value: |instance, k| instance.contact.gap_m[k] * MICRO,
             model: |model, k| model.gap_m[k] * MICRO,
         },
         Quantity {
             axis: Axis::linear(FRICTION).from_zero(),
-            value: |instance, k| instance.estimate.series.mu[k],
+            value: |instance, k| instance.contact.mu[k],
             model: |model, k| model.mu[k],
         },
     ]
@@ -65,48 +86,67 @@ fn quantities() -> [Quantity; 5] {
 
 /// Returns the instances to draw: of the exploration with the most instances (the first of equals), or of the whole
 /// trial.
-fn selected_instances<'a>(
-    findings: &'a RecordingFindings,
-    selection: &FigureSelection,
-) -> &'a [InstanceAnalysis] {
+fn selected_instances(findings: &RecordingFindings, selection: &FigureSelection) -> Range<usize> {
     if selection.whole_trial {
-        return &findings.instances;
+        return 0..findings.instances.len();
     }
-    findings
+    let mut start = 0;
+    let chunks = findings
         .instances
         .chunk_by(|a, b| a.exploration == b.exploration)
-        .rev()
-        .max_by_key(|chunk| chunk.len())
-        .unwrap_or_default()
+        .map(|chunk| {
+            start += chunk.len();
+            start - chunk.len()..start
+        });
+    let chunks: Vec<Range<usize>> = chunks.collect();
+    let most = chunks.into_iter().rev().max_by_key(Range::len);
+    most.unwrap_or_default()
 }
 
 /// Draws the figure; `None` for a recording without instances.
 pub(super) fn figure(
     findings: &RecordingFindings,
+    recording: &RecordingSeries,
     analysed: &Analysis,
     selection: &FigureSelection,
 ) -> Option<Figure> {
-    let instances = selected_instances(findings, selection);
+    let numbers = selected_instances(findings, selection);
+    let instances = &findings.instances[numbers.clone()];
     let methods = selection.method_pair(instances);
     if instances.is_empty() || methods.is_empty() {
         return None;
     }
-    let samples: usize = instances.iter().map(|i| i.samples.time_s().len()).sum();
+    let samples: usize = instances.iter().map(|i| i.samples).sum();
+    let models = averaged_models(findings, recording, &analysed.settings);
+    let estimated = |method: Method| {
+        let shown = numbers.clone();
+        let all = estimated_samples(&findings.instances, &recording.instances, method);
+        let models = &models;
+        all.filter(move |estimated| shown.contains(&estimated.number))
+            .map(move |estimated| MethodSamples {
+                method,
+                samples: &estimated.instance.samples,
+                contact: &estimated.estimate.contact,
+                averaged: models
+                    .get(estimated.number)
+                    .and_then(|models| models.get(method).as_ref()),
+            })
+    };
     let step = samples.div_ceil(MAX_SAMPLES).max(1);
     let cloud = |x: Value, y: Value, method: Method, step: usize| -> Vec<(f64, f64)> {
-        let instance_points = |instance: MethodEstimate<'_>| -> Vec<(f64, f64)> {
-            (0..instance.instance.samples.time_s().len())
+        let instance_points = |instance: MethodSamples<'_>| -> Vec<(f64, f64)> {
+            (0..instance.samples.time_s().len())
                 .map(|k| (x(&instance, k), y(&instance, k)))
                 .collect()
         };
-        let instances = instances.iter().filter_map(|i| i.estimate_by(method));
+        let instances = estimated(method);
         instances.flat_map(instance_points).step_by(step).collect()
     };
     // Broken between instances. Against friction, the model's impedance is drawn over the model's friction.
     let curve = |y: ModelValue, over_mu: bool, method: Method| -> Series {
         let mut line = Vec::new();
-        for instance in instances.iter().filter_map(|i| i.estimate_by(method)) {
-            if let Some(model) = &instance.estimate.averaged.series {
+        for instance in estimated(method) {
+            if let Some(model) = instance.averaged {
                 line.extend((0..model.mu.len()).map(|k| {
                     let x = if over_mu {
                         model.mu[k]

@@ -1,6 +1,7 @@
 //! Fig. 11: a typical trial in time.
 
 use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
 
 use contact::self_sensed;
 use num_complex::Complex64;
@@ -12,23 +13,25 @@ use crate::measured::elements::{
 use crate::measured::figure_selection::FigureSelection;
 use analysis::estimate::{InstanceAnalysis, Method};
 use analysis::exploration_findings::ExplorationFindings;
+use analysis::exploration_series::ExplorationSeries;
 use analysis::findings::{Analysis, RecordingFindings};
+use analysis::recording_series::{EstimateSeries, RecordingSeries, SampledInstance};
 use plotting::{Axis, Figure, Key, Panel, Series};
 use plotting::{Dash, Ink, Width};
 
 /// Draws the exploration with the most instances; `None` for a recording without exploration.
 pub(super) fn figure(
     findings: &RecordingFindings,
+    recording: &RecordingSeries,
     analysed: &Analysis,
     selection: &FigureSelection,
 ) -> Option<Figure> {
-    let exploration = findings
-        .explorations
-        .iter()
-        .filter(|exploration| !exploration.time_s.is_empty())
+    let explorations = findings.explorations.iter().zip(&recording.explorations);
+    let (slide, exploration) = explorations
+        .filter(|(_, series)| !series.time_s.is_empty())
         .rev()
-        .max_by_key(|exploration| instances(findings, exploration).count())?;
-    let instances: Vec<&InstanceAnalysis> = instances(findings, exploration).collect();
+        .max_by_key(|(slide, _)| instances(findings, slide).count())?;
+    let instances: Vec<&InstanceAnalysis> = instances(findings, slide).collect();
     let time_s = &exploration.time_s;
     let ends = (time_s[0], time_s[time_s.len() - 1]);
     let time_course = |values: &[f64], factor: f64| -> Vec<(f64, f64)> {
@@ -111,10 +114,12 @@ pub(super) fn figure(
     let reaction: Vec<Series> = reaction.collect();
     let mut forces = Vec::new();
     if correcting_method.is_some() {
-        forces.extend(sensed_normal_n(findings, exploration).map(|force_n| {
-            Series::line(Ink::Orange, Dash::Dashed, time_course(&force_n, 1.0))
-                .with_name("normal force, self-sensed")
-        }));
+        forces.extend(
+            sensed_normal_n((findings, recording), exploration).map(|force_n| {
+                Series::line(Ink::Orange, Dash::Dashed, time_course(&force_n, 1.0))
+                    .with_name("normal force, self-sensed")
+            }),
+        );
     }
     forces.extend([
         Series::line(
@@ -125,8 +130,12 @@ pub(super) fn figure(
         .with_name("normal force"),
         Series::line(Ink::Grey, Dash::Solid, time_course(&lateral, 1.0)).with_name("lateral force"),
     ]);
+    let estimated_instances = findings.instances.iter().zip(&recording.instances);
+    let estimated_instances: Vec<(&InstanceAnalysis, &SampledInstance)> = estimated_instances
+        .filter(|(instance, _)| span(slide).contains(&instance.start_s))
+        .collect();
     let mut friction = estimates(
-        &instances,
+        &estimated_instances,
         selection,
         |series| (&series.mu, &series.mu_std),
         1.0,
@@ -135,7 +144,7 @@ pub(super) fn figure(
     friction
         .push(Series::line(Ink::Black, Dash::Dotted, measured_mu).with_name("measured friction"));
     let gap = estimates(
-        &instances,
+        &estimated_instances,
         selection,
         |series| (&series.gap_m, &series.gap_std_m),
         MICRO,
@@ -160,7 +169,7 @@ pub(super) fn figure(
              normal and lateral force{}; (d) amplitude of the finger's reaction force (Eq. 10); (e) friction, measured \
              (dotted) and estimated; (f) levitation gap, estimated (Huloux 2021, Fig. 11). Instances shaded grey, standard \
              errors in the tint of their curve, those of trial with the laws in doubt.{} {}{}",
-            match exploration.direction {
+            match slide.direction {
                 protocols::Direction::LeftToRight => "Left-to-right",
                 protocols::Direction::RightToLeft => "Right-to-left",
             },
@@ -201,22 +210,27 @@ pub(super) fn figure(
 
 fn instances<'a>(
     findings: &'a RecordingFindings,
-    exploration: &'a ExplorationFindings,
+    exploration: &ExplorationFindings,
 ) -> impl Iterator<Item = &'a InstanceAnalysis> {
-    let span = exploration.start_s..=exploration.end_s;
+    let span = span(exploration);
     findings
         .instances
         .iter()
         .filter(move |i| span.contains(&i.start_s))
 }
 
+/// Returns the time of an exploration, s.
+fn span(exploration: &ExplorationFindings) -> RangeInclusive<f64> {
+    exploration.start_s..=exploration.end_s
+}
+
 /// Returns the normal force self-sensed from impedance and amplitude, N.
 fn sensed_normal_n(
-    findings: &RecordingFindings,
-    exploration: &ExplorationFindings,
+    (findings, series): (&RecordingFindings, &RecordingSeries),
+    exploration: &ExplorationSeries,
 ) -> Option<Vec<f64>> {
     let force = self_sensed::normal_force(
-        findings.first_finger()?,
+        findings.first_finger(series)?,
         exploration.interval_s()?,
         &exploration.under_finger.z_m_n_s_per_m,
         &exploration.under_finger.amplitude_m,
@@ -226,7 +240,7 @@ fn sensed_normal_n(
 
 /// Returns curves and standard errors of the methods, broken between instances.
 fn estimates(
-    instances: &[&InstanceAnalysis],
+    instances: &[(&InstanceAnalysis, &SampledInstance)],
     selection: &FigureSelection,
     quantity: EstimatedQuantity,
     factor: f64,
@@ -234,8 +248,14 @@ fn estimates(
     let band_and_curve = |&method: &Method| {
         let mut curve = Vec::new();
         let mut band = Vec::new();
-        for estimated in instances.iter().filter_map(|i| i.estimate(method)) {
-            let series = &estimated.series;
+        let estimated = instances.iter().filter_map(|(instance, samples)| {
+            instance.estimate(method)?;
+            samples.estimate(method)
+        });
+        for EstimateSeries {
+            contact: series, ..
+        } in estimated
+        {
             let (values, stds) = quantity(series);
             for ((&t, value), std) in series.time_s.iter().zip(values).zip(stds) {
                 let (value, std) = (factor * value, factor * std);
@@ -249,7 +269,7 @@ fn estimates(
     };
     let has_estimate = |method: &&Method| {
         let mut analyses = instances.iter();
-        instances.is_empty() || analyses.any(|i| i.estimate(**method).is_some())
+        instances.is_empty() || analyses.any(|(i, _)| i.estimate(**method).is_some())
     };
     let (bands, curves): (Vec<Series>, Vec<Series>) = selection
         .methods

@@ -6,10 +6,11 @@ use crate::measured::elements::{MICRO, assumption_note, ink, overlap_note, point
 use crate::measured::figure_selection::FigureSelection;
 use analysis::findings::{Analysis, RecordingFindings};
 use analysis::method::Method;
+use analysis::sampled_quantity::SampledQuantity;
 use analysis::statistics::Coefficient;
 use plotting::number_text;
 use plotting::{Axis, Dash, Figure, Ink, Key, Marker, Panel, Series, Width};
-use published_statistics::{ABS_Z_M, Change, GAP, MU_ESTIMATED, changes, changes_of};
+use published_statistics::{changes, changes_of};
 
 /// Share of the range that a line of text takes.
 const LINE_SHARE: f64 = 0.13;
@@ -27,49 +28,65 @@ pub(super) fn figure(analysed: &Analysis, selection: &FigureSelection) -> Figure
     let people = told_apart(analysed);
     let (mut n, mut n_trial, mut n_outside) = (0, 0, 0);
     let headroom = LINE_SHARE * selection.methods.len() as f64;
-    let mut panel = |label: &str, change: Change, coefficient: Coefficient, factor: f64| {
-        let mut panel = Panel::new(
-            Axis::linear("Δμ, measured"),
-            Axis::linear(label).with_headroom(headroom),
-        );
-        for &method in &selection.methods {
-            let pairs = changes(analysed, method, change);
-            let (mu, delta): (Vec<f64>, Vec<f64>) = pairs.iter().copied().unzip();
-            if let Some(correlation) = coefficient.correlate(&delta, &mu) {
-                let symbol = match coefficient {
-                    Coefficient::Spearman => "ρ",
-                    Coefficient::Pearson => "r",
+    let mut panel =
+        |label: &str, change: SampledQuantity, coefficient: Coefficient, factor: f64| {
+            let mut panel = Panel::new(
+                Axis::linear("Δμ, measured"),
+                Axis::linear(label).with_headroom(headroom),
+            );
+            for &method in &selection.methods {
+                let pairs = changes(analysed, method, change);
+                let (mu, delta): (Vec<f64>, Vec<f64>) = pairs.iter().copied().unzip();
+                if let Some(correlation) = coefficient.correlate(&delta, &mu) {
+                    let symbol = match coefficient {
+                        Coefficient::Spearman => "ρ",
+                        Coefficient::Pearson => "r",
+                    };
+                    panel.notes.push(format!(
+                        "{symbol} = {} ({})",
+                        number_text(correlation.rho, 2),
+                        method.name()
+                    ));
+                }
+                n = pairs.len().max(n);
+                if method == Method::Trial {
+                    n_trial = pairs.len();
+                }
+                let scaled = |pairs: Vec<(f64, f64)>| -> Vec<(f64, f64)> {
+                    let pairs = pairs.into_iter();
+                    pairs.map(|(mu, delta)| (mu, delta * factor)).collect()
                 };
-                panel.notes.push(format!(
-                    "{symbol} = {} ({})",
-                    number_text(correlation.rho, 2),
-                    method.name()
-                ));
+                if people.is_empty() {
+                    panel.series.push(points(method, scaled(pairs)));
+                }
+                for (person, marker) in people.iter().zip(MARKERS) {
+                    let pairs = scaled(changes_of(analysed, person, method, change));
+                    let series = Series::points(ink(method), marker, pairs);
+                    panel.series.push(series.with_name(method.name()));
+                }
             }
-            n = pairs.len().max(n);
-            if method == Method::Trial {
-                n_trial = pairs.len();
-            }
-            let scaled = |pairs: Vec<(f64, f64)>| -> Vec<(f64, f64)> {
-                let pairs = pairs.into_iter();
-                pairs.map(|(mu, delta)| (mu, delta * factor)).collect()
-            };
-            if people.is_empty() {
-                panel.series.push(points(method, scaled(pairs)));
-            }
-            for (person, marker) in people.iter().zip(MARKERS) {
-                let pairs = scaled(changes_of(analysed, person, method, change));
-                let series = Series::points(ink(method), marker, pairs);
-                panel.series.push(series.with_name(method.name()));
-            }
-        }
-        n_outside += frame(&mut panel, label, headroom);
-        panel
-    };
+            n_outside += frame(&mut panel, label, headroom);
+            panel
+        };
     let mut panels = vec![
-        panel("Δ|Zₘ| (N·s/m)", ABS_Z_M, Coefficient::Spearman, 1.0),
-        panel("Δ gap (µm)", GAP, Coefficient::Spearman, MICRO),
-        panel("Δμ, estimated", MU_ESTIMATED, Coefficient::Pearson, 1.0),
+        panel(
+            "Δ|Zₘ| (N·s/m)",
+            SampledQuantity::AbsZM,
+            Coefficient::Spearman,
+            1.0,
+        ),
+        panel(
+            "Δ gap (µm)",
+            SampledQuantity::Gap,
+            Coefficient::Spearman,
+            MICRO,
+        ),
+        panel(
+            "Δμ, estimated",
+            SampledQuantity::MuEstimated,
+            Coefficient::Pearson,
+            1.0,
+        ),
     ];
     if let Some(first_panel) = panels.first_mut() {
         first_panel.notes.push(format!("n = {n} instances"));

@@ -7,7 +7,6 @@ use analysis::findings::{
     RecordingFindings,
 };
 use analysis::force_clock::ForceClock;
-use analysis::stroke::Stroke;
 use analysis::within_laws::WithinLaws;
 use contact::uncertain::{LogUncertain, Uncertain};
 use estimation::Sensitivities;
@@ -141,7 +140,7 @@ impl From<&ForceClock> for ForceClockRow {
 
 impl From<&ExplorationFindings> for ExplorationRow {
     fn from(exploration: &ExplorationFindings) -> Self {
-        let stroke = Stroke::new(exploration);
+        let stroke = &exploration.stroke;
         Self {
             start_s: stroke.start_s,
             end_s: stroke.end_s,
@@ -152,7 +151,7 @@ impl From<&ExplorationFindings> for ExplorationRow {
             normal_n: stroke.normal_n,
             speed_m_per_s: stroke.speed_m_per_s,
             amplitude_m: stroke.amplitude_m,
-            stimulus: stroke.effect.map(|effect| StimulusRow {
+            stimulus: stroke.effect.as_ref().map(|effect| StimulusRow {
                 mu_at_least: effect.mu_at_least,
                 mu_at_greatest: effect.mu_at_greatest,
                 contrast: effect.contrast,

@@ -3,9 +3,9 @@
 
 use std::path::PathBuf;
 
+use analysis::Analysis;
 use analysis::attempts::AttemptAccount;
 use analysis::cluster_test::Clustered;
-use analysis::{Analysis, Settings};
 use population::law_check::LawCheck;
 use population::skin::{
     LeftOut, Parameters, PersonParameter, PersonSkin, Ranged, Skin, StudyParameter, TrialParameter,
@@ -72,10 +72,7 @@ impl SmallStudy {
 }
 
 fn nothing() -> Analysis {
-    Analysis {
-        settings: Settings::default(),
-        recordings: Vec::new(),
-    }
+    Analysis::default()
 }
 
 fn recording(participant: &str) -> Recording {

@@ -1,5 +1,7 @@
 //! Signs that the model's laws do not hold for this finger on this plate.
 
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::fmt;
 
 use super::layout::{Shared, SharedParameter};
@@ -9,12 +11,12 @@ use super::search::Search;
 use crate::instance_fit::InstanceFit;
 
 /// A sign that the model does not hold for a trial, so that its parameters and their errors do not describe the finger.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Misfit {
     /// A parameter estimated far from its likely range for any finger.
     Unlikely {
         /// Name of the parameter.
-        name: &'static str,
+        name: Cow<'static, str>,
         /// Distance from the prior's middle, in standard deviations of the prior.
         deviations: f64,
     },
@@ -143,7 +145,10 @@ fn unlikely(deviations: &[(&'static str, f64)]) -> Vec<Misfit> {
     let single: Vec<Misfit> = deviations
         .iter()
         .filter(|(_, deviations)| deviations.abs() > MAX_DEVIATIONS)
-        .map(|&(name, deviations)| Misfit::Unlikely { name, deviations })
+        .map(|&(name, deviations)| Misfit::Unlikely {
+            name: name.into(),
+            deviations,
+        })
         .collect();
     let squares: f64 = deviations
         .iter()
@@ -182,7 +187,7 @@ mod tests {
         };
         assert!((deviations - 5.0).abs() < 1e-12);
         let single = Misfit::Unlikely {
-            name: "q0",
+            name: "q0".into(),
             deviations: -4.5,
         };
         assert_eq!(signs([-4.5, 3.0, 3.0, 0.0, 0.0, 0.0, 0.0]), [single]);

@@ -3,9 +3,10 @@
 use super::misfit::Misfit;
 use crate::fit_verdict::FitVerdict;
 use contact::uncertain::{LogUncertain, Uncertain};
+use serde::{Deserialize, Serialize};
 
 /// Parameters that the instances of a trial share.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SharedFit {
     /// Whether the parameters, including those of the instances, may be used.
     pub verdict: FitVerdict,

@@ -12,7 +12,7 @@
 
 use analysis::Settings;
 use analysis::method::Method;
-use analysis::recording_analysis::analyse;
+use analysis::recording_analysis::analyse_with_series;
 use rayon::prelude::*;
 use reference_worlds::campaign;
 use reference_worlds::independent::{compile, record};
@@ -67,8 +67,8 @@ fn worlds(count: u64) -> Vec<NamedWorld> {
 fn verdicts(world: &NamedWorld) -> Vec<Verdict> {
     let folder = tempfile::tempdir().unwrap();
     record(folder.path(), &world.world);
-    let findings = analyse(folder.path(), &Settings::default());
-    let findings = findings.findings.unwrap();
+    let (analysis, series) = analyse_with_series(folder.path(), &Settings::default());
+    let findings = analysis.findings.unwrap();
     if findings.instances.is_empty() {
         let reasons = findings.rejected.iter().map(|stretch| &stretch.reason);
         let reasons: Vec<&String> = reasons.collect();
@@ -77,7 +77,7 @@ fn verdicts(world: &NamedWorld) -> Vec<Verdict> {
     let truth = Truth::read(folder.path());
     let methods = Method::ALL.iter();
     methods
-        .map(|method| Verdict::new(*method, &findings, &truth, &world.world))
+        .map(|method| Verdict::new(*method, (&findings, &series), &truth, &world.world))
         .collect()
 }
 

@@ -8,7 +8,7 @@
 
 use analysis::Settings;
 use analysis::method::Method;
-use analysis::recording_analysis::analyse;
+use analysis::recording_analysis::analyse_with_series;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -124,10 +124,11 @@ fn worlds() -> (usize, Vec<(String, World)>) {
 fn verdicts(world: &World) -> Result<Vec<Verdict>, String> {
     let folder = tempfile::tempdir().unwrap();
     record(folder.path(), world)?;
-    let findings = analyse(folder.path(), &Settings::default());
-    let findings = findings.findings.unwrap();
+    let (analysis, series) = analyse_with_series(folder.path(), &Settings::default());
+    let findings = analysis.findings.unwrap();
     let truth = Truth::read(folder.path());
-    let verdicts = Method::ALL.map(|method| Verdict::new(method, &findings, &truth, world));
+    let verdicts =
+        Method::ALL.map(|method| Verdict::new(method, (&findings, &series), &truth, world));
     Ok(verdicts.into())
 }
 

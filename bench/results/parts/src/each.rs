@@ -1,0 +1,270 @@
+//! `analyze --each`: a part for each recording, written once.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use analysis::assumptions::Assumptions;
+use analysis::people::{self, Person};
+use analysis::recording_analysis::analyse_with_series;
+use analysis::{Analysis, KeptSeries, RecordingAnalysis, Settings};
+use descriptive::Description;
+use rayon::prelude::*;
+use recording::reader::read_manifest;
+use study::sessions::{RecordedSession, Sessions};
+use study_analysis::{Found, Request};
+use tables::column::{Column, Values};
+use tables::{Content, TableKind};
+
+use crate::call::Call;
+use crate::entry::Entry;
+use crate::inputs::{Inputs, KnownSums};
+use crate::key::Key;
+use crate::layout::{Layout, Place, UNKNOWN};
+use crate::part_file;
+use crate::parts_error::PartsError;
+use crate::stored_file::{clean, read_value, write, write_value};
+
+/// Request for parts.
+#[derive(Debug)]
+pub struct PartsRequest<'a> {
+    /// Request, which found the recordings.
+    pub request: &'a Request,
+    /// Recordings found.
+    pub found: &'a Found,
+    /// Assumptions, from which the settings follow.
+    pub assumptions: &'a Assumptions,
+    /// Name of the laboratory; `None` for the name of each study's folder.
+    pub lab: Option<&'a str>,
+    /// Whether the sums of all files are computed anew.
+    pub verify_inputs: bool,
+}
+
+/// State of a part after a call.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PartState {
+    /// The recording was analysed.
+    Done,
+    /// The part was there already.
+    Kept,
+    /// The recording cannot be analysed, and has no part.
+    Failed,
+}
+
+impl PartState {
+    /// Returns its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Done => "done",
+            Self::Kept => "kept",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+/// Outcome of a recording.
+#[derive(Debug)]
+pub struct PartOutcome {
+    /// Folder of the recording, as given.
+    pub path: PathBuf,
+    /// State of its part.
+    pub state: PartState,
+    /// Key of its part; `None` if its files cannot be read.
+    pub key: Option<Key>,
+    /// Files that no longer have the sum in the session's log.
+    pub changed: Vec<PathBuf>,
+    /// Analysis; `None` if the part was there already, or if the files cannot be read.
+    pub analysis: Option<RecordingAnalysis>,
+    /// Reason why the files cannot be read.
+    pub unread: Option<String>,
+}
+
+/// Writes the parts that are not yet in `folder`; `callback` is called after each recording, from several threads.
+///
+/// # Errors
+/// The folder cannot be written, or an assumption cannot be made. A recording that cannot be analysed stops no other.
+pub fn write_parts(
+    folder: &Path,
+    request: &PartsRequest<'_>,
+    callback: impl Fn(&PartOutcome) + Sync,
+) -> Result<(), PartsError> {
+    let layout = Layout::new(folder);
+    clean(folder);
+    let settings = request.assumptions.settings()?;
+    let recordings = request.found.recordings();
+    let sessions = Sessions::from_recordings(recordings.iter().map(PathBuf::as_path));
+    for (folder, log) in &sessions.list {
+        let session = RecordedSession {
+            folder: folder.clone(),
+            log: log.clone(),
+            calibration: sessions.calibrations.get(folder).cloned(),
+        };
+        write_value(&layout.session(folder), &session)?;
+    }
+    let call = Call::new(request.request, request.found, request.assumptions)?;
+    write_value(&call.path(&layout), &call)?;
+    let work = Work {
+        layout,
+        settings,
+        sessions,
+        request,
+    };
+    recordings.par_iter().try_for_each(|path| {
+        let outcome = work.part(path)?;
+        callback(&outcome);
+        Ok(())
+    })
+}
+
+/// Work on the recordings of a call.
+struct Work<'a> {
+    layout: Layout,
+    settings: Settings,
+    sessions: Sessions,
+    request: &'a PartsRequest<'a>,
+}
+
+impl Work<'_> {
+    /// Writes the part of a recording, unless it is there.
+    fn part(&self, path: &Path) -> Result<PartOutcome, PartsError> {
+        let canonical = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        let entry_path = self.layout.entry(&canonical);
+        // A damaged entry is written anew.
+        let old: Option<Entry> = read_value(&entry_path).ok().flatten();
+        let manifest = read_manifest(path).ok();
+        let study = people::study(path);
+        let known = KnownSums {
+            cached: old.as_ref().map_or(&[], |entry| &entry.inputs),
+            sessions: &self.sessions,
+            is_distrusted: self.request.verify_inputs,
+        };
+        let mut outcome = PartOutcome {
+            path: path.to_owned(),
+            state: PartState::Failed,
+            key: None,
+            changed: Vec::new(),
+            analysis: None,
+            unread: None,
+        };
+        let inputs = match Inputs::read(path, manifest.as_ref(), &known) {
+            Ok(inputs) => inputs,
+            Err(error) => {
+                outcome.unread = Some(error.to_string());
+                Inputs::default()
+            }
+        };
+        outcome.changed = inputs.changed;
+        let part = match &outcome.unread {
+            Some(reason) => Err(reason.clone()),
+            None => {
+                let key = Key::new(&self.settings, &inputs.files);
+                outcome.key = Some(key.clone());
+                let person = people::person(path, manifest.as_ref());
+                let place = self.place(key, study.as_deref(), person);
+                self.part_at(place, path, &mut outcome)?
+            }
+        };
+        let manifest =
+            manifest.filter(|manifest| part.is_ok() || people::has_participant(manifest));
+        let person = people::person(path, manifest.as_ref());
+        let entry = Entry {
+            study,
+            participant: person.map(|(_, id)| id),
+            inputs: inputs.files,
+            part,
+        };
+        write_value(&entry_path, &entry)?;
+        self.remove_superseded(old.as_ref(), &entry);
+        Ok(outcome)
+    }
+
+    fn place(&self, key: Key, study: Option<&Path>, person: Option<Person>) -> Place {
+        let study = study.and_then(Path::file_name);
+        let study = study.map(|name| name.to_string_lossy().into_owned());
+        let lab = self.request.lab.map(str::to_owned).or(study);
+        Place {
+            lab: lab.unwrap_or_else(|| UNKNOWN.to_owned()),
+            participant: person.map_or_else(|| UNKNOWN.to_owned(), |(_, id)| id),
+            key,
+        }
+    }
+
+    /// Writes a part, unless it is there; returns its place, or the reason why the recording has none.
+    fn part_at(
+        &self,
+        place: Place,
+        path: &Path,
+        outcome: &mut PartOutcome,
+    ) -> Result<Result<Place, String>, PartsError> {
+        let files = [self.layout.part(&place), self.layout.series(&place)];
+        if files.iter().all(|file| file.is_file()) {
+            outcome.state = PartState::Kept;
+            return Ok(Ok(place));
+        }
+        let (analysis, series) = analyse_with_series(path, &self.settings);
+        if let Err(error) = &analysis.findings {
+            let reason = error.to_string();
+            outcome.analysis = Some(analysis);
+            return Ok(Err(reason));
+        }
+        part_file::write_series(&files[1], &series)?;
+        let series = KeptSeries::from(series);
+        let mut recordings = vec![analysis];
+        analysis::trace(&mut recordings, &self.sessions);
+        people::name(&mut recordings);
+        let analysed = analysis::complete(recordings, &self.settings, &series)?;
+        let rows = self.rows((&analysed, &series), &place, &files[0])?;
+        write(&files[0], &rows)?;
+        outcome.state = PartState::Done;
+        outcome.analysis = analysed.recordings.into_iter().next();
+        Ok(Ok(place))
+    }
+
+    /// Returns the file with the rows of the instances of a recording, and its findings.
+    fn rows(
+        &self,
+        (analysed, series): (&Analysis, &KeptSeries),
+        place: &Place,
+        path: &Path,
+    ) -> Result<Vec<u8>, PartsError> {
+        let content = Content {
+            analysed,
+            series,
+            description: &Description::new(analysed),
+            attempts: &self.request.found.attempts,
+            selection: &self.request.found.selection,
+        };
+        let mut table = content.table(TableKind::Instances)?;
+        let labs = vec![Arc::from(place.lab.as_str()); table.len()];
+        table.columns.insert(
+            0,
+            Column {
+                name: "lab".into(),
+                unit: "",
+                meaning: "laboratory".into(),
+                values: Values::Text(labs),
+            },
+        );
+        let mut metadata = Vec::new();
+        for findings in analysed.findings() {
+            let pairs = part_file::metadata(&place.key, findings);
+            metadata.extend(pairs.map_err(|reason| PartsError::Encode {
+                path: path.to_owned(),
+                reason,
+            })?);
+        }
+        Ok(tables::to_parquet(&table, analysed, metadata, path)?)
+    }
+
+    /// Removes the part that the recording had before its files or the settings changed.
+    fn remove_superseded(&self, old: Option<&Entry>, new: &Entry) {
+        let Some(Ok(place)) = old.map(|entry| &entry.part) else {
+            return;
+        };
+        if new.part.as_ref() != Ok(place) {
+            // Another process may have removed them.
+            let _ = std::fs::remove_file(self.layout.part(place));
+            let _ = std::fs::remove_file(self.layout.series(place));
+        }
+    }
+}

@@ -3,9 +3,11 @@
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use faults::{FaultKind, RehearsedFault};
 use study::exclusions::SessionTrial;
+use study::listing::ListedStanding;
 
 pub use crate::analyze_options::Analyze;
 pub use crate::hardware_options::HardwareOptions;
@@ -30,6 +32,13 @@ const PARTICIPANT: &str = "Participant's details and screen";
 /// Exit status of `export`.
 const EXPORT_STATUS: &str = "Exit status: 0 if every recording was exported, 1 if some could not be and are named, 2 if none was, as into a \
      folder with other files.";
+
+/// Exit status of `archive`.
+const ARCHIVE_STATUS: &str = "Exit status: 0 if every recording is in the archive, 1 if some could not be archived and are named, 2 if none was, as \
+     into a folder with other files. No original is changed or removed.";
+
+/// Exit status of `list`.
+const LIST_STATUS: &str = "Exit status: 0 if every recording can be read, 1 if some cannot and are listed as unreadable, 2 if there is none.";
 
 /// Test bench controller for ultrasonic friction modulation.
 #[derive(Debug, Parser)]
@@ -128,6 +137,12 @@ pub enum Command {
     /// Export a study to MATLAB, NumPy, tables of text or a BIDS dataset.
     #[command(override_usage = "friction-bench export <STUDY> --to <DIR> --as <FORMAT> [OPTIONS]", after_help = EXPORT_STATUS)]
     Export(export::ExportOptions),
+    /// Archive recordings 10 to 60 times smaller, with envelopes in place of samples, as a study of their own.
+    #[command(override_usage = "friction-bench archive <STUDY|RECORDING>... --to <DIR> [OPTIONS]", after_help = ARCHIVE_STATUS)]
+    Archive(archive::ArchiveOptions),
+    /// List recordings, one a line, for other programs.
+    #[command(after_help = LIST_STATUS)]
+    List(List),
     /// Verify that a study is complete and unchanged since it was recorded.
     Verify(Verify),
     /// Exclude a participant, a session or a trial from a study's analysis, with the reason.
@@ -281,6 +296,44 @@ pub struct Monitor {
     /// Pace of simulated hardware.
     #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock", help_heading = SIMULATION)]
     pub speed: Speed,
+}
+
+/// `list`
+#[derive(Debug, Args)]
+pub struct List {
+    /// Studies, participants, sessions or recordings; of a study every attempt, also rejected ones and practice.
+    #[arg(required = true, value_name = "RECORDING|STUDY")]
+    pub paths: Vec<PathBuf>,
+    /// Format of the list.
+    #[arg(long, value_name = "FORMAT", value_enum, default_value_t)]
+    pub format: ListFormat,
+    /// Print the paths alone, byte by byte and each ended by NUL, as for xargs -0.
+    #[arg(short = '0', long, conflicts_with = "format")]
+    pub null: bool,
+    /// List only these standings, such as accepted.
+    #[arg(long, value_name = "STANDING", value_parser = standings(), value_delimiter = ',')]
+    pub only: Vec<ListedStanding>,
+}
+
+/// Returns a parser of the standings by their words.
+fn standings() -> impl TypedValueParser<Value = ListedStanding> {
+    let words = ListedStanding::ALL.map(ListedStanding::word);
+    PossibleValuesParser::new(words).map(|word| {
+        let mut standings = ListedStanding::ALL.into_iter();
+        let standing = standings.find(|standing| standing.word() == word);
+        // The parser takes these words alone.
+        standing.unwrap_or(ListedStanding::Unreadable)
+    })
+}
+
+/// Format of `list`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum ListFormat {
+    /// A table with a header, its cells separated by tabs.
+    #[default]
+    Tsv,
+    /// An array of objects.
+    Json,
 }
 
 /// `calibrate`

@@ -4,6 +4,7 @@
 pub mod analyze;
 mod analyze_options;
 pub mod apparatus;
+pub mod archiving;
 pub mod calibrate;
 pub mod calibration_report;
 pub mod cli;
@@ -18,6 +19,7 @@ pub mod forget;
 mod hardware_options;
 mod import_options;
 pub mod importing;
+pub mod listing;
 pub mod monitor;
 mod outcome;
 pub mod privacy;

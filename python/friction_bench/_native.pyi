@@ -7,6 +7,25 @@ import numpy.typing as npt
 
 from friction_bench.inputs import Plate
 
+__all__ = [
+    "Analysis",
+    "Contact",
+    "FrictionBenchError",
+    "Recording",
+    "Settings",
+    "Table",
+    "__version__",
+    "analyze_arrays",
+    "analyze_folders",
+    "as_samples",
+    "curves",
+    "envelopes",
+    "impedance_of_arrays",
+    "import_by_map",
+    "read_recording",
+    "simulate",
+]
+
 __version__: str
 
 class FrictionBenchError(ValueError): ...

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias, cast
+from typing import Any, TypeAlias, cast
+
+import numpy as np
+import numpy.typing as npt
 
 from friction_bench import _native
 from friction_bench._native import Analysis, FrictionBenchError, Settings
 from friction_bench.inputs import Pickup, Plate, description, interval_table
 
-if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
 __all__ = ["analyze", "as_samples", "envelopes", "impedance"]
 
-Readings: TypeAlias = "tuple[npt.ArrayLike, npt.ArrayLike]"
-Folder: TypeAlias = "str | os.PathLike[str]"
+Readings: TypeAlias = tuple[npt.ArrayLike, npt.ArrayLike]
+Folder: TypeAlias = str | os.PathLike[str]
 
 
 def analyze(

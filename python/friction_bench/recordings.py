@@ -12,7 +12,7 @@ from friction_bench._native import FrictionBenchError, Recording
 
 __all__ = ["import_map", "read"]
 
-Folder: TypeAlias = "str | os.PathLike[str]"
+Folder: TypeAlias = str | os.PathLike[str]
 
 
 def read(path: Folder) -> Recording:

@@ -16,7 +16,10 @@ def run(module: str, *arguments: str | Path, folder: Path) -> None:
 
 
 def test_the_stubs_have_every_name_and_signature_of_the_module(tmp_path: Path) -> None:
-    run("mypy.stubtest", "friction_bench", "friction_bench._native", folder=tmp_path)
+    # A compiled class has `__getattribute__` in place of it.
+    allowed = tmp_path / "allowed.txt"
+    allowed.write_text("friction_bench._native.Analysis.__getattr__\nfriction_bench._native.Settings.__getattr__\n", encoding="utf-8")
+    run("mypy.stubtest", "friction_bench", "--allowlist", allowed, folder=tmp_path)
 
 
 def test_the_package_and_a_use_of_it_are_typed(tmp_path: Path) -> None:

@@ -64,7 +64,8 @@ fn each_command_of_readme_and_handbook_is_understood() {
     for (path, text) in texts() {
         for line in commands(&text) {
             // Cut off a redirection or a second command, and replace the shell function for the simulated bench.
-            let line = line.split(" > ").next().unwrap_or(&line).to_owned();
+            let line = line.split(" > ").next().unwrap_or(&line);
+            let line = line.split(" | ").next().unwrap_or(line).to_owned();
             let line = line.replace("unknown calibrate", "friction-bench calibrate");
             if !line.starts_with("friction-bench ") {
                 continue;

@@ -40,5 +40,6 @@ mod session;
 mod stops;
 mod verify;
 mod wall_clock;
+mod workflow;
 mod worlds;
 mod wrong_bench;

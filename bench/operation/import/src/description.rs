@@ -76,13 +76,14 @@ impl Description<'_> {
                 version: self.version.to_owned(),
             }),
             origin: Some(Origin {
-                imported: Imported {
+                imported: Some(Imported {
                     version: self.version.to_owned(),
                     map: self.map.clone(),
                     sources: self.sources.clone(),
                     found: found.to_vec(),
                     interval_reasons: intervals.reasons.clone(),
-                },
+                }),
+                archived: None,
             }),
             clocks: Vec::new(),
             events: Vec::new(),

@@ -147,7 +147,7 @@ impl Place {
 
 /// Returns the import of the recording in a folder; `None` if it was not imported.
 pub(crate) fn imported(folder: &Path) -> Option<Imported> {
-    Some(read_manifest(folder).ok()?.origin?.imported)
+    read_manifest(folder).ok()?.origin?.imported
 }
 
 /// Removes the files of an imported recording; returns the names of the others that remain.

@@ -2,11 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use recording::MANIFEST_FILE;
-
-/// Levels of folders below a study: participants, sessions, trials.
-const DEPTH: usize = 3;
+use study::listing;
 
 /// Returns all recordings in the study, participant or session at `folder`, in order, including interrupted and repeated
 /// trials; `None` if `folder` is a recording itself, or not a folder.
@@ -17,8 +15,7 @@ pub fn list_recordings(folder: &Path) -> anyhow::Result<Option<Vec<PathBuf>>> {
     if !folder.is_dir() || folder.join(MANIFEST_FILE).exists() {
         return Ok(None);
     }
-    let mut recordings = Vec::new();
-    descend(folder, DEPTH, &mut recordings)?;
+    let recordings = listing::recordings(folder)?;
     if recordings.is_empty() {
         bail!(
             "{} is neither a recording (it has no {MANIFEST_FILE}) nor a study with recordings",
@@ -26,27 +23,6 @@ pub fn list_recordings(folder: &Path) -> anyhow::Result<Option<Vec<PathBuf>>> {
         );
     }
     Ok(Some(recordings))
-}
-
-fn descend(folder: &Path, depth: usize, recordings: &mut Vec<PathBuf>) -> anyhow::Result<()> {
-    let cannot_list = || format!("cannot list {}", folder.display());
-    let entries = std::fs::read_dir(folder).with_context(cannot_list)?;
-    let mut folders = Vec::new();
-    for entry in entries {
-        let path = entry.with_context(cannot_list)?.path();
-        if path.is_dir() {
-            folders.push(path);
-        }
-    }
-    folders.sort_unstable();
-    for path in folders {
-        if path.join(MANIFEST_FILE).exists() {
-            recordings.push(path);
-        } else if depth > 1 {
-            descend(&path, depth - 1, recordings)?;
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]

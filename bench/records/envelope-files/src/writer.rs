@@ -4,8 +4,8 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use parquet::basic::{Compression, Repetition, Type as PhysicalType};
-use parquet::data_type::DoubleType;
+use parquet::basic::{Compression, Encoding, GzipLevel, Repetition, Type as PhysicalType};
+use parquet::data_type::{DoubleType, FloatType};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
@@ -16,9 +16,19 @@ use crate::{COLUMNS, EnvelopeError, EnvelopeRow};
 /// Rows of a group, which are held in memory: 5 MB.
 const GROUP_ROWS: usize = 1 << 17;
 
+/// Precision of the envelopes in a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Precision {
+    /// Doubles, compressed by Snappy.
+    Double,
+    /// Floats, their bytes apart and compressed by gzip.
+    Single,
+}
+
 /// Writer of `envelopes.parquet`; without [`finish`](Self::finish) the file cannot be read.
 pub struct EnvelopeWriter {
     path: PathBuf,
+    precision: Precision,
     writer: SerializedFileWriter<File>,
     pending: Vec<EnvelopeRow>,
 }
@@ -29,16 +39,29 @@ impl EnvelopeWriter {
     /// # Errors
     /// The operating system refused.
     pub fn create(path: &Path) -> Result<Self, EnvelopeError> {
+        Self::with_precision(path, Precision::Double)
+    }
+
+    /// Creates a small file, or replaces it: the envelopes are single-precision floats, and values that are rounded take few bytes.
+    ///
+    /// # Errors
+    /// The operating system refused.
+    pub fn create_small(path: &Path) -> Result<Self, EnvelopeError> {
+        Self::with_precision(path, Precision::Single)
+    }
+
+    fn with_precision(path: &Path, precision: Precision) -> Result<Self, EnvelopeError> {
         let file = File::create(path).map_err(|reason| EnvelopeError::Io {
             path: path.to_owned(),
             reason,
         })?;
-        let writer = writer(file).map_err(|reason| EnvelopeError::Parquet {
+        let writer = writer(file, precision).map_err(|reason| EnvelopeError::Parquet {
             path: path.to_owned(),
             reason,
         })?;
         Ok(Self {
             path: path.to_owned(),
+            precision,
             writer,
             pending: Vec::new(),
         })
@@ -92,33 +115,64 @@ impl EnvelopeWriter {
             |row| row.pickup_m.re,
             |row| row.pickup_m.im,
         ];
-        for value in values {
-            let column: Vec<f64> = rows.iter().map(value).collect();
-            if let Some(mut writer) = group.next_column().map_err(error)? {
-                let typed = writer.typed::<DoubleType>();
-                typed.write_batch(&column, None, None).map_err(error)?;
-                writer.close().map_err(error)?;
-            }
+        for (value, type_) in values.into_iter().zip(self.precision.types()) {
+            let Some(mut writer) = group.next_column().map_err(error)? else {
+                continue;
+            };
+            let column = rows.iter().map(value);
+            let result = match type_ {
+                PhysicalType::FLOAT => {
+                    let column: Vec<f32> = column.map(|value| value as f32).collect();
+                    let typed = writer.typed::<FloatType>();
+                    typed.write_batch(&column, None, None)
+                }
+                _ => {
+                    let column: Vec<f64> = column.collect();
+                    let typed = writer.typed::<DoubleType>();
+                    typed.write_batch(&column, None, None)
+                }
+            };
+            result.map_err(error)?;
+            writer.close().map_err(error)?;
         }
         group.close().map_err(error)?;
         Ok(())
     }
 }
 
-fn writer(file: File) -> Result<SerializedFileWriter<File>, ParquetError> {
-    let field = |name: &str| {
-        Type::primitive_type_builder(name, PhysicalType::DOUBLE)
+impl Precision {
+    /// Returns the types of the columns; times are doubles.
+    fn types(self) -> [PhysicalType; 5] {
+        let value = match self {
+            Self::Double => PhysicalType::DOUBLE,
+            Self::Single => PhysicalType::FLOAT,
+        };
+        [PhysicalType::DOUBLE, value, value, value, value]
+    }
+
+    fn properties(self) -> WriterProperties {
+        let properties = WriterProperties::builder().set_dictionary_enabled(false);
+        let properties = match self {
+            Self::Double => properties.set_compression(Compression::SNAPPY),
+            Self::Single => properties
+                .set_compression(Compression::GZIP(GzipLevel::default()))
+                .set_encoding(Encoding::BYTE_STREAM_SPLIT),
+        };
+        properties.build()
+    }
+}
+
+fn writer(file: File, precision: Precision) -> Result<SerializedFileWriter<File>, ParquetError> {
+    let field = |(name, type_)| {
+        Type::primitive_type_builder(name, type_)
             .with_repetition(Repetition::REQUIRED)
             .build()
             .map(Arc::new)
     };
-    let fields = COLUMNS.into_iter().map(field).collect::<Result<_, _>>()?;
+    let fields = COLUMNS.into_iter().zip(precision.types());
+    let fields = fields.map(field).collect::<Result<_, _>>()?;
     let schema = Type::group_type_builder("schema")
         .with_fields(fields)
         .build()?;
-    let properties = WriterProperties::builder()
-        .set_compression(Compression::SNAPPY)
-        .set_dictionary_enabled(false)
-        .build();
-    SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties))
+    SerializedFileWriter::new(file, Arc::new(schema), Arc::new(precision.properties()))
 }

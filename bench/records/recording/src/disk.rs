@@ -267,6 +267,22 @@ pub fn sync_folder(path: &Path) -> Result<(), DiskError> {
     FileSystem.sync_folder(path).with_path("sync", path)
 }
 
+/// Returns whether `target`, which need not exist, is `folder` or lies in it.
+#[must_use]
+pub fn is_within(target: &Path, folder: &Path) -> bool {
+    let Ok(folder) = folder.canonicalize() else {
+        return false;
+    };
+    // Nor need the folders above it exist.
+    let absolute = std::path::absolute(target).unwrap_or_else(|_| target.to_owned());
+    let mut existing = absolute
+        .ancestors()
+        .filter_map(|path| path.canonicalize().ok());
+    existing
+        .next()
+        .is_some_and(|existing| existing.starts_with(&folder))
+}
+
 /// Returns the sorted names in a folder; an empty list if the folder does not exist. Names that are not Unicode get
 /// replacement characters.
 pub fn entries(folder: &Path) -> Result<Vec<String>, DiskError> {

@@ -25,6 +25,7 @@ pub mod source;
 pub mod storage;
 pub mod study;
 pub mod sums;
+mod table_source;
 pub mod writer;
 
 use serde::de::Error;
@@ -35,6 +36,7 @@ pub use disk::DiskError;
 pub use manifest::Manifest;
 pub use reader::RecordingReader;
 pub use source::RecordingSource;
+pub use table_source::table_path;
 pub use wav_files::AudioFormat;
 pub use writer::RecordingWriter;
 
@@ -51,8 +53,18 @@ pub const POSITION_FILE: &str = "position.csv";
 /// Stimulus of a surface of which only forces were recorded.
 pub const STIMULUS_FILE: &str = "stimulus.csv";
 
-/// Files of a recording made elsewhere, in addition to [`sums::FILES`].
-pub const OTHER_FILES: [&str; 2] = [ENVELOPES_FILE, STIMULUS_FILE];
+/// Normal and lateral force, compressed by gzip as in an archive.
+pub const COMPRESSED_FORCE_FILE: &str = "force.csv.gz";
+/// Positions along the plate, compressed by gzip as in an archive.
+pub const COMPRESSED_POSITION_FILE: &str = "position.csv.gz";
+
+/// Files of a recording made elsewhere or of an archived one, in addition to [`sums::FILES`].
+pub const OTHER_FILES: [&str; 4] = [
+    ENVELOPES_FILE,
+    STIMULUS_FILE,
+    COMPRESSED_FORCE_FILE,
+    COMPRESSED_POSITION_FILE,
+];
 
 /// Name of a file of a recording.
 pub type FileName = &'static str;

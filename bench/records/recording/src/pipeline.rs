@@ -156,6 +156,27 @@ pub struct Pipeline {
     account: Account,
 }
 
+/// Returns the demodulator of a recording's drive and pickup into envelopes of one in `hop` samples, in the units of the samples.
+///
+/// # Errors
+/// As [`Pipeline::from_recording_with`].
+pub fn envelope_demodulator(
+    manifest: &Manifest,
+    format: AudioFormat,
+    properties: &SignalProperties,
+    hop: u32,
+) -> Result<Demodulator<2>, DemodulationError> {
+    let signals = manifest.signals();
+    let steady = signals.and_then(|signals| Some((signals, manifest.carrier_hz()?)));
+    let (signals, carrier_hz) = steady.ok_or(DemodulationError::NoSteadyCarrier)?;
+    let filter = Filter::with_hop(sample_rate_hz(signals, format), carrier_hz, hop)?;
+    let [drive, pickup] = recorded_inputs(manifest, signals, properties);
+    let channels = usize::from(format.channels);
+    Ok(Demodulator::drive_and_pickup(
+        filter, channels, drive, pickup,
+    )?)
+}
+
 /// Number of lost frames demodulated at a time, so that a long gap needs little memory.
 const LOST_PIECE: u64 = 1024;
 
@@ -201,16 +222,13 @@ impl Pipeline {
         format: AudioFormat,
         properties: &SignalProperties,
     ) -> Result<Self, DemodulationError> {
-        let signals = manifest.signals();
-        let steady = signals.and_then(|signals| Some((signals, manifest.carrier_hz()?)));
-        let (signals, carrier_hz) = steady.ok_or(DemodulationError::NoSteadyCarrier)?;
-        let rate_hz = sample_rate_hz(signals, format);
-        let filter = Filter::with_hop(rate_hz, carrier_hz, samples_per_frame(rate_hz))?;
-        let zm = recorded_zm(signals, properties, &filter)?;
-        let [drive, pickup] = recorded_inputs(manifest, signals, properties);
-        let channels = usize::from(format.channels);
-        let demodulator = Demodulator::drive_and_pickup(filter, channels, drive, pickup)?;
-        Ok(Self::new(demodulator, zm, channels))
+        let signals = manifest
+            .signals()
+            .ok_or(DemodulationError::NoSteadyCarrier)?;
+        let hop = samples_per_frame(sample_rate_hz(signals, format));
+        let demodulator = envelope_demodulator(manifest, format, properties, hop)?;
+        let zm = recorded_zm(signals, properties, demodulator.filter())?;
+        Ok(Self::new(demodulator, zm, usize::from(format.channels)))
     }
 
     /// Returns the end of the processed samples on the audio clock, s.

@@ -1,6 +1,5 @@
 //! Reads the rows of `force.csv` and `position.csv` as a stream.
 
-use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
@@ -12,6 +11,7 @@ use crate::read_error::{
     MAX_ROW_BYTES, MAX_ROWS_PER_S, MEAN_ROW_BYTES, OUTSIDE_S, ReadError, Warning,
 };
 use crate::row_order::{ParsedRow, RowOrder, Tally};
+use crate::table_source::{TableSource, table_path};
 
 /// Bytes per read.
 const BUFFER_BYTES: usize = 1 << 16;
@@ -27,7 +27,7 @@ const PROBED_LINES: u64 = 3;
 pub struct RowReader<R> {
     file: &'static str,
     path: PathBuf,
-    lines: BoundedLines<BufReader<File>>,
+    lines: BoundedLines<BufReader<TableSource>>,
     header: Header,
     /// Place of each column in a line.
     columns: Vec<usize>,
@@ -53,13 +53,13 @@ impl<R: CsvRow> RowReader<R> {
         file: &'static str,
         duration_s: f64,
     ) -> Result<Self, ReadError> {
-        let path = folder.join(file);
+        let path = table_path(folder, file);
         let io_error = |reason| ReadError::Io {
             path: path.clone(),
             reason,
         };
         let source = bounded_files::open(&path).map_err(io_error)?;
-        let source = BufReader::with_capacity(BUFFER_BYTES, source);
+        let source = BufReader::with_capacity(BUFFER_BYTES, TableSource::new(&path, source));
         let mut lines = BoundedLines::new(source, MAX_ROW_BYTES);
         let limit_rows = ((duration_s + OUTSIDE_S) * MAX_ROWS_PER_S as f64) as u64;
         let table_error = |fault| ReadError::Table {

@@ -114,6 +114,27 @@ impl Summation {
     }
 }
 
+/// Returns the length of a file in bytes, and its SHA-256.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn file_sum(path: &Path) -> io::Result<(u64, String)> {
+    let mut source = bounded_files::open(path)?;
+    let (mut digest, mut bytes) = (Sha256::new(), 0);
+    let mut buffer = vec![0; 4 * BUFFER_BYTES];
+    loop {
+        match source.read(&mut buffer) {
+            Ok(0) => return Ok((bytes, hex_text(&digest.finalize()))),
+            Ok(n) => {
+                digest.update(&buffer[..n]);
+                bytes += n as u64;
+            }
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+}
+
 /// Returns the SHA-256 of a text file with the line ends of the recorder, which are LF, and without a byte order mark.
 ///
 /// # Errors
@@ -193,6 +214,8 @@ mod tests {
         assert_eq!(sums.len(), FILES.len());
         assert_eq!(sums[SIGNALS_FILE], ABC);
         assert_eq!(sums[FORCE_FILE], EMPTY);
+        let path = folder.path().join(SIGNALS_FILE);
+        assert_eq!(file_sum(&path).unwrap(), (3, ABC.to_owned()));
     }
 
     #[test]

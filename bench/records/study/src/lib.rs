@@ -10,6 +10,7 @@
 
 pub mod exclusions;
 pub mod identity;
+pub mod listing;
 pub mod provenance;
 pub mod sessions;
 pub mod verification;

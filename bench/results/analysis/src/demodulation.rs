@@ -9,6 +9,7 @@ mod envelopes;
 mod signals;
 
 use crate::findings::RecordingError;
+use crate::flaw::Flaw;
 use crate::measurements::Measurements;
 use crate::row_times;
 use crate::spans::Spans;
@@ -16,6 +17,7 @@ pub use demodulated_recording::DemodulatedRecording;
 pub use envelope_demodulator::EnvelopeDemodulator;
 use recording::manifest::{Manifest, Streams};
 use recording::pipeline::PickupOffset;
+use recording::reader::Warning;
 use recording::{CsvRow, RecordingSource, STIMULUS_FILE, reader};
 
 /// Reads a recording, with the pickup's stated values plus the offset. The audio is read twice: first to find its
@@ -33,6 +35,25 @@ pub fn read(
         Streams::Envelopes(_) => envelopes::read(source, manifest, pickup),
         Streams::Forces(_) => read_forces(source, manifest),
     }
+}
+
+/// Returns the flaws of a recording's samples, and whether nothing but the samples shows them in full, because the carrier moves or is
+/// missing.
+///
+/// # Errors
+/// As [`read`].
+pub fn sample_flaws(source: &RecordingSource<'_>) -> Result<(Vec<Flaw>, bool), RecordingError> {
+    let (mut reading, _) = signals::demodulate(source, PickupOffset::default())?;
+    let moves = reading
+        .vibration
+        .as_ref()
+        .is_none_or(|vibration| vibration.moves);
+    let needs_samples = moves || reading.is_carrier_missing();
+    // Found in the envelopes too.
+    reading
+        .flaws
+        .retain(|flaw| !matches!(flaw, Flaw::File(Warning::IntervalBeyondEnd { .. })));
+    Ok((reading.flaws, needs_samples))
 }
 
 /// Reads a recording of forces alone, which lasts as long as its rows.

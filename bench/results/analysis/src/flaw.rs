@@ -315,4 +315,10 @@ pub enum Flaw {
          not show"
     )]
     ConverterUnchecked,
+    /// The samples had a flaw when the recording was archived.
+    #[error("of the samples, before they were archived: {warning}")]
+    Archived {
+        /// The flaw, in words.
+        warning: String,
+    },
 }

@@ -7,6 +7,7 @@ use recording::manifest::{RecordedSignals, Streams};
 use recording::reader::{ReadError, RowReader, force_rows, position_rows, stimulus_rows};
 use recording::{
     CsvRow, ENVELOPES_FILE, FORCE_FILE, Manifest, POSITION_FILE, RecordingReader, STIMULUS_FILE,
+    table_path,
 };
 
 use crate::column::{ColumnValues, ExportedColumn, ExportedTable};
@@ -66,8 +67,9 @@ impl RecordedTables {
             Streams::Envelopes(_) => {
                 let path = folder.join(ENVELOPES_FILE);
                 let even = EvenRows::open(&path)?;
-                duration_s = even.end_s();
-                tables.rate_hz = Some(even.rate_hz());
+                let archived = manifest.archived();
+                duration_s = archived.map_or(even.end_s(), |archived| archived.duration_s);
+                tables.rate_hz = Some(manifest.event_rate_hz(even.rate_hz()));
                 let times = RowTimes {
                     rows: EnvelopeReader::open(&path)?.rows(),
                     first_s: even.start_s(),
@@ -78,7 +80,7 @@ impl RecordedTables {
             Streams::Forces(_) => {}
         }
         let timed = &mut tables.timed;
-        if folder.join(FORCE_FILE).exists() {
+        if table_path(folder, FORCE_FILE).exists() {
             let columns = forces(folder, duration_s);
             timed.extend(timed_table(
                 FORCES,
@@ -86,7 +88,7 @@ impl RecordedTables {
                 columns,
             )?);
         }
-        if folder.join(POSITION_FILE).exists() {
+        if table_path(folder, POSITION_FILE).exists() {
             let columns = positions(folder, duration_s);
             timed.extend(timed_table(
                 POSITIONS,

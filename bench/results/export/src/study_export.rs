@@ -232,19 +232,11 @@ fn file_names(
 
 /// Requires a target that is neither the study nor in it.
 fn require_outside(target: &Path, study: &Path) -> Result<(), ExportError> {
-    let Ok(study) = study.canonicalize() else {
-        return Ok(());
-    };
-    // The target need not exist, nor the folders above it.
-    let absolute = std::path::absolute(target).unwrap_or_else(|_| target.to_owned());
-    let mut existing = absolute
-        .ancestors()
-        .filter_map(|path| path.canonicalize().ok());
-    match existing.next() {
-        Some(folder) if folder.starts_with(&study) => Err(ExportError::InsideStudy {
+    match recording::disk::is_within(target, study) {
+        false => Ok(()),
+        true => Err(ExportError::InsideStudy {
             target: target.to_owned(),
-            study,
+            study: study.canonicalize().unwrap_or_else(|_| study.to_owned()),
         }),
-        _ => Ok(()),
     }
 }

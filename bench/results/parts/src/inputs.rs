@@ -54,7 +54,9 @@ impl Inputs {
         manifest: Option<&Manifest>,
         known: &KnownSums<'_>,
     ) -> Result<Self, DiskError> {
-        let recorded = RecordedSums::find(folder, known.sessions);
+        let is_archived = manifest.is_some_and(|manifest| manifest.archived().is_some());
+        // The log has the sums of the samples from which an archive was made.
+        let recorded = RecordedSums::find(folder, known.sessions).filter(|_| !is_archived);
         let mut inputs = Self::default();
         for name in sums::FILES.into_iter().chain(OTHER_FILES) {
             inputs.take(

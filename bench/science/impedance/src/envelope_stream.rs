@@ -23,6 +23,8 @@ pub struct EnvelopeStream {
     channels: [Channel; 2],
     /// Lost envelopes that frames may still include.
     lost: VecDeque<u64>,
+    /// Noise of the frames by that stated of the envelopes, where they are too few to show it.
+    stated_noise: [f64; 2],
     count: u64,
     next_frame: u64,
 }
@@ -47,10 +49,20 @@ impl EnvelopeStream {
             start_s,
             channels: [channel(), channel()],
             lost: VecDeque::new(),
+            stated_noise: [0.0; 2],
             count: 0,
             next_frame: filter.half_support().div_ceil(filter.hop()),
             filter,
         }
+    }
+
+    /// States the standard deviation of each part of both envelopes by noise, which counts where they are too few to show theirs.
+    #[must_use]
+    pub fn with_noise(mut self, envelope_noise: [f64; 2]) -> Self {
+        // The noise of an envelope is white up to half its rate.
+        let gain = self.filter.noise_gain() / std::f64::consts::SQRT_2;
+        self.stated_noise = envelope_noise.map(|noise| noise * gain);
+        self
     }
 
     /// Takes the envelopes of drive and pickup at the next instant, NaN if they were lost, and emits the frame that they complete.
@@ -81,7 +93,9 @@ impl EnvelopeStream {
         let is_lost = lost.front().is_some_and(|index| *index <= sample + half);
         let second = &filter.second;
         let length = second.lead + 1 + second.half;
+        let mut stated_noise = self.stated_noise.into_iter();
         let envelopes = self.channels.each_mut().map(|channel| {
+            let stated_noise = stated_noise.next().unwrap_or(0.0);
             // The frame is due, so its window ends at the last envelope.
             let start = channel.re.len() - length;
             let (re, im) = (&channel.re[start..], &channel.im[start..]);
@@ -97,7 +111,7 @@ impl EnvelopeStream {
             };
             let noise = match filter.hop() >= OBSERVED_HOP {
                 true => channel.noise.quadrature_std(),
-                false => 0.0,
+                false => stated_noise,
             };
             // The next frame needs none of the envelopes before its window.
             let consumed = (start + filter.hop() as usize).min(channel.re.len());

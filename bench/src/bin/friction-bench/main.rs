@@ -32,8 +32,8 @@ use friction_bench::cli::{
 use friction_bench::run::{self, ProtocolFile, SessionPlan};
 use friction_bench::verbosity::Verbosity;
 use friction_bench::{
-    analyze, calibrate as calibration, dates, drilling, ending, estop, exclude, export, forget,
-    importing, monitor, privacy, protocol_outlook, verify,
+    analyze, archiving, calibrate as calibration, dates, drilling, ending, estop, exclude, export,
+    forget, importing, listing, monitor, privacy, protocol_outlook, verify,
 };
 use output::{print, print_data};
 use participant_displays::Displays;
@@ -81,6 +81,8 @@ fn dispatch(command: Command, verbosity: Verbosity) -> anyhow::Result<ExitCode> 
         Command::Import(options) => Ok(passed_or_failed(importing::run(&options, verbosity)?)),
         Command::Analyze(options) => Ok(passed_or_failed(analyze::run(&options, verbosity)?)),
         Command::Export(options) => Ok(passed_or_failed(export::run(&options, verbosity)?)),
+        Command::Archive(options) => Ok(passed_or_failed(archiving::run(&options, verbosity)?)),
+        Command::List(options) => Ok(passed_or_failed(listing::run(&options)?)),
         Command::Verify(options) => Ok(passed_or_failed(verify::run(&options, verbosity)?)),
         Command::Exclude(options) => {
             exclude::run(&options)?;

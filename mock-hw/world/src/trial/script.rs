@@ -92,13 +92,12 @@ impl Script {
             };
             self.enter(next, t_s);
         }
-        let rightwards = self.strokes.len() % 2 == 0;
         let [left_m, right_m] = TRAVEL_M;
         let travelled_m = match self.stage {
             Stage::Sliding => SPEED_M_PER_S * (t_s - self.since_s),
             _ => 0.0,
         };
-        let slider_m = if rightwards {
+        let slider_m = if self.is_rightwards() {
             left_m + travelled_m
         } else {
             right_m - travelled_m
@@ -175,12 +174,17 @@ impl Script {
         }
     }
 
+    /// Returns whether the present stroke, or the next one, goes towards increasing position.
+    fn is_rightwards(&self) -> bool {
+        self.strokes.len().is_multiple_of(2)
+    }
+
     fn enter(&mut self, next: Stage, t_s: f64) {
         if self.stage == Stage::Sliding {
             self.strokes.push(Stroke {
                 start_s: self.since_s,
                 end_s: t_s,
-                rightwards: self.strokes.len() % 2 == 0,
+                rightwards: self.is_rightwards(),
             });
             self.strokes_left -= 1;
             let (sum_n, count) = std::mem::take(&mut self.force);

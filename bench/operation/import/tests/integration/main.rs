@@ -63,7 +63,14 @@ fn samples(folder: &Path) -> (u32, Vec<f32>) {
 }
 
 fn value(manifest: &Manifest, name: &str) -> FoundValue {
-    let found = &manifest.origin.as_ref().unwrap().imported.found;
+    let found = &manifest
+        .origin
+        .as_ref()
+        .unwrap()
+        .imported
+        .as_ref()
+        .unwrap()
+        .found;
     let value = found.iter().find(|value| value.name == name);
     value
         .unwrap_or_else(|| panic!("{name} is not among {found:?}"))
@@ -95,7 +102,18 @@ fn a_recording_comes_back_as_it_was_and_is_taken_back() {
     }
     let (original, imported) = (read_manifest(&original).unwrap(), recorded(&laboratory));
     assert_eq!(original.signals(), imported.signals());
-    assert_eq!(imported.origin.as_ref().unwrap().imported.sources.len(), 3);
+    assert_eq!(
+        imported
+            .origin
+            .as_ref()
+            .unwrap()
+            .imported
+            .as_ref()
+            .unwrap()
+            .sources
+            .len(),
+        3
+    );
     let overlap = |kind: RecordedIntervalKind| {
         let span = |manifest: &Manifest| {
             let intervals = manifest
@@ -308,7 +326,14 @@ fn a_session_shares_the_rate_of_its_clock_and_the_plate_may_be_recorded_apart() 
         "{rate:?}"
     );
     assert!(rate.evidence.contains("session"), "{rate:?}");
-    let reasons = &manifest.origin.as_ref().unwrap().imported.interval_reasons;
+    let reasons = &manifest
+        .origin
+        .as_ref()
+        .unwrap()
+        .imported
+        .as_ref()
+        .unwrap()
+        .interval_reasons;
     assert!(
         reasons.iter().any(|why| why.contains("plate.wav")),
         "{reasons:?}"

@@ -1,18 +1,23 @@
-//! `[origin.imported]`: files, map and program by which a recording made elsewhere was imported, and the values found in them.
+//! `[origin]`: the import or the archive from which a recording comes. `[origin.imported]`: files, map and program by which a recording made elsewhere was imported, and the values found in them.
 
 use serde::{Deserialize, Serialize};
 
+use super::archive_origin::Archived;
 use super::manifest_error::{
     MAX_ENTRIES, ManifestError, require_finite, require_not_negative, text_error,
 };
 
-/// Origin of a recording that this bench did not make.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// Origin of a recording that is not as this bench wrote it.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Origin {
-    /// Import of the recording.
-    pub imported: Imported,
+    /// Import of the recording; absent if this bench made it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub imported: Option<Imported>,
+    /// Archiving of the recording; absent if its samples are there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub archived: Option<Archived>,
 }
 
 /// Import of a recording from files of another program.
@@ -79,13 +84,22 @@ pub struct FoundValue {
 impl Origin {
     /// Checks the sums, the names and the numbers.
     pub(super) fn validate(&self) -> Result<(), ManifestError> {
-        let Imported {
+        if let Some(imported) = &self.imported {
+            imported.validate()?;
+        }
+        self.archived.as_ref().map_or(Ok(()), Archived::validate)
+    }
+}
+
+impl Imported {
+    fn validate(&self) -> Result<(), ManifestError> {
+        let Self {
             version,
             map,
             sources,
             found,
             interval_reasons,
-        } = &self.imported;
+        } = self;
         let lists = [
             ("origin.imported.sources", sources.len()),
             ("origin.imported.found", found.len()),
@@ -113,14 +127,14 @@ impl Origin {
     }
 }
 
-fn require_text(key: &str, text: &str) -> Result<(), ManifestError> {
+pub(super) fn require_text(key: &str, text: &str) -> Result<(), ManifestError> {
     match text.trim().is_empty() {
         true => Err(text_error(key, text, "a text that is not empty")),
         false => Ok(()),
     }
 }
 
-fn require_sum(key: &str, text: &str) -> Result<(), ManifestError> {
+pub(super) fn require_sum(key: &str, text: &str) -> Result<(), ManifestError> {
     let is_digit = |byte: u8| matches!(byte, b'0'..=b'9' | b'a'..=b'f');
     match text.len() == 64 && text.bytes().all(is_digit) {
         true => Ok(()),

@@ -5,6 +5,7 @@
 //! `trial`, `hardware`, `software` and `events` are written by this bench and may be absent in a recording made
 //! elsewhere.
 
+mod archive_origin;
 pub mod assumed_errors;
 mod import_origin;
 mod interval;
@@ -23,6 +24,7 @@ mod streams;
 mod tests;
 mod transducers;
 
+pub use archive_origin::{Archived, ArchivedFile};
 pub use import_origin::{FoundValue, Imported, ImportedMap, ImportedSource, Origin};
 pub use interval::{RecordedInterval, RecordedIntervalKind};
 pub use manifest_error::{FORMAT, MAX_ENTRIES, MAX_INTERVALS_S, ManifestError, ManifestReadError};
@@ -202,6 +204,19 @@ impl Manifest {
             .filter(|interval| interval.kind == RecordedIntervalKind::Unloaded)
             .map(|interval| (interval.start_s, interval.end_s))
             .collect()
+    }
+
+    /// Returns the archiving of the recording; `None` if its samples are there, or if it never had any.
+    #[must_use]
+    pub fn archived(&self) -> Option<&Archived> {
+        self.origin.as_ref()?.archived.as_ref()
+    }
+
+    /// Returns the rate of the samples in which the events count, Hz, of a recording with a stream at `stream_hz`.
+    #[must_use]
+    pub fn event_rate_hz(&self, stream_hz: f64) -> f64 {
+        self.archived()
+            .map_or(stream_hz, |archived| archived.sample_rate_hz)
     }
 
     /// Returns the stretches with the force sensor at the end of its range, s; in order and disjoint.

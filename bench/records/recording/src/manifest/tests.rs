@@ -167,7 +167,8 @@ evidence = "residual of the friction over the shift"
 fn the_origin_of_an_import_reads_back_as_it_was_written() {
     assert!(!full_manifest().to_toml().unwrap().contains("origin"));
     let manifest = parse(&format!("{EXAMPLE}{BENCH_TABLES}{ORIGIN}")).unwrap();
-    let imported = &manifest.origin.as_ref().unwrap().imported;
+    let origin = manifest.origin.as_ref().unwrap();
+    let imported = origin.imported.as_ref().unwrap();
     assert_eq!(imported.sources[0].reader, "hdf5-reader 0.12.1");
     assert_eq!(imported.found[0].error, Some(0.0003));
     assert_eq!(imported.interval_reasons.len(), 2);

@@ -268,7 +268,7 @@ pub fn add(
 }
 
 /// Returns a text as one cell, which a spreadsheet does not read as a formula.
-fn cell(text: &str) -> String {
+pub fn cell(text: &str) -> String {
     escaping::to_cell(&escape(text))
 }
 

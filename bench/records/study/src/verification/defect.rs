@@ -26,6 +26,22 @@ pub enum RecordingDefect {
         /// The file.
         file: String,
     },
+    /// The SHA-256 of a file differs from the one in the archive's description.
+    #[error(
+        "{file} has changed since it was archived: its SHA-256 differs from that in recording.toml; archive the recording again"
+    )]
+    ArchivedSumDiffers {
+        /// The file.
+        file: String,
+    },
+    /// The recording that was archived differs from the one in the log.
+    #[error(
+        "the archive was made of a {file} that had changed since it was recorded: its SHA-256 differs from the log's"
+    )]
+    OriginalDiffers {
+        /// The file.
+        file: String,
+    },
     /// The SHA-256 of a file differs from the one in the log only by the line ends.
     #[error(
         "{file} is not as it was recorded: its line ends changed, as by git's core.autocrlf; no number changed, and `analyze` reads it"

@@ -7,15 +7,15 @@ use bounded_files::ContentStore;
 
 use crate::verification::defect::RecordingDefect;
 use envelope_files::{EnvelopeError, EvenRows};
-use recording::manifest::{End, EventKind, Manifest, RecordedIntervalKind, Streams};
+use recording::manifest::{Archived, End, EventKind, Manifest, RecordedIntervalKind, Streams};
 use recording::reader::{
     ReadError, RecordingReader, RowReader, Warning, force_rows, position_rows, read_manifest,
     required_file,
 };
 use recording::storage::FileSystem;
-use recording::sums::{FILES, Summation, Sums, text_sum};
+use recording::sums::{FILES, Summation, Sums, file_sum, text_sum};
 use recording::{
-    ENVELOPES_FILE, FORCE_FILE, MANIFEST_FILE, OTHER_FILES, POSITION_FILE, SIGNALS_FILE,
+    ENVELOPES_FILE, FORCE_FILE, MANIFEST_FILE, OTHER_FILES, POSITION_FILE, SIGNALS_FILE, table_path,
 };
 use wav_files::WavWarning;
 
@@ -63,8 +63,16 @@ pub fn check(folder: &Path, sums: Option<&Sums>) -> RecordingCheck {
     if !check.defects.is_empty() {
         return check;
     }
-    if let Some(sums) = sums {
-        check.compare(folder, sums);
+    match (
+        read_manifest(folder)
+            .ok()
+            .as_ref()
+            .and_then(Manifest::archived),
+        sums,
+    ) {
+        (Some(archived), sums) => check.compare_archived(folder, archived, sums),
+        (None, Some(sums)) => check.compare(folder, sums),
+        (None, None) => {}
     }
     if let Err(error) = check.read(folder) {
         check.defects.push(RecordingDefect::Unreadable {
@@ -78,7 +86,7 @@ pub fn check(folder: &Path, sums: Option<&Sums>) -> RecordingCheck {
 /// description needs.
 fn required_files(folder: &Path) -> Vec<&'static str> {
     match read_manifest(folder) {
-        Ok(manifest) if manifest.hardware.is_none() => {
+        Ok(manifest) if manifest.hardware.is_none() || manifest.archived().is_some() => {
             vec![MANIFEST_FILE, required_file(&manifest.streams)]
         }
         _ => FILES.to_vec(),
@@ -86,6 +94,40 @@ fn required_files(folder: &Path) -> Vec<&'static str> {
 }
 
 impl RecordingCheck {
+    /// Compares the files of an archive with their sums in it, and the sums of the originals with those of the log.
+    fn compare_archived(&mut self, folder: &Path, archived: &Archived, sums: Option<&Sums>) {
+        for file in &archived.files {
+            let path = folder.join(&file.file);
+            match file_sum(&path) {
+                Ok((_, sum)) if sum == file.sha256 => {}
+                Ok(_) => {
+                    let file = file.file.clone();
+                    self.defects
+                        .push(RecordingDefect::ArchivedSumDiffers { file });
+                }
+                Err(error) => self.defects.push(RecordingDefect::NoFile {
+                    file: file.file.clone(),
+                    reason: match path.exists() {
+                        true => format!(": {}", bounded_files::cause(&error)),
+                        false => String::new(),
+                    },
+                }),
+            }
+        }
+        let logged = sums.into_iter().flatten();
+        for (name, sum) in logged {
+            let original = archived.originals.iter().find(|file| file.file == *name);
+            if original.is_some_and(|original| original.sha256 != *sum) {
+                self.defects
+                    .push(RecordingDefect::OriginalDiffers { file: name.clone() });
+            }
+        }
+        self.notes.push(format!(
+            "archived by version {}: the samples are not here, and the sums are those of the archive's files",
+            archived.version
+        ));
+    }
+
     fn compare(&mut self, folder: &Path, sums: &Sums) {
         let mut summing = Summation::new(Arc::new(FileSystem), folder);
         let actual_sums = loop {
@@ -127,7 +169,9 @@ impl RecordingCheck {
                 reader.duration_s()
             }
             Streams::Envelopes(_) => match envelopes_end_s(folder) {
-                Ok(end_s) => end_s,
+                Ok(end_s) => manifest
+                    .archived()
+                    .map_or(end_s, |archived| archived.duration_s),
                 Err(error) => {
                     let reason = error.to_string();
                     self.defects.push(RecordingDefect::Unreadable { reason });
@@ -234,7 +278,7 @@ impl RecordingCheck {
 }
 
 fn present(folder: &Path, file: &str) -> bool {
-    folder.join(file).is_file()
+    table_path(folder, file).is_file()
 }
 
 /// Reads all envelopes, and returns the time of the last, s.

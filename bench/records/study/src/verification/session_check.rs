@@ -94,7 +94,11 @@ pub fn session(
 fn excuse_imports(folder: &Path, labels: &BTreeSet<TrialLabel>, findings: &mut SessionFindings) {
     let is_imported = |label: &TrialLabel| {
         let manifest = read_manifest(&folder.join(label.to_string()));
-        manifest.is_ok_and(|manifest| manifest.origin.is_some())
+        manifest.is_ok_and(|manifest| {
+            manifest
+                .origin
+                .is_some_and(|origin| origin.imported.is_some())
+        })
     };
     let is_excused = |defect: &SessionDefect| matches!(defect, SessionDefect::NoLog);
     if findings.defects.iter().any(is_excused) && labels.iter().all(is_imported) {

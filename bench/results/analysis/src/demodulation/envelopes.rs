@@ -21,8 +21,9 @@ pub(super) fn read(
     pickup: PickupOffset,
 ) -> Result<DemodulatedRecording, RecordingError> {
     let vibration = Vibration::stated(&manifest).ok_or(DemodulationError::NoSteadyCarrier)?;
-    let mut envelopes = EnvelopeDemodulator::open(source.path(), &vibration, pickup)?;
-    let mut record = Measurements::from_faults(&manifest, envelopes.rate_hz());
+    let mut envelopes = EnvelopeDemodulator::open(source.path(), (&manifest, &vibration), pickup)?;
+    let mut record =
+        Measurements::from_faults(&manifest, manifest.event_rate_hz(envelopes.rate_hz()));
     let spans = Spans::with_surroundings(&manifest);
     let mut until_s = envelopes.time_s();
     let mut follows = true;
@@ -37,13 +38,23 @@ pub(super) fn read(
     }
     let (_, lost) = envelopes.counts();
     let channels = [Channel::Drive, Channel::Pickup].into_iter().zip(lost);
-    let mut flaws = vec![Flaw::ConverterUnchecked];
-    flaws.extend(
-        channels
-            .filter(|(_, lost)| *lost > 0)
-            .map(|(channel, samples)| Flaw::LostSamples { channel, samples }),
-    );
-    let duration_s = envelopes.end_s();
+    let (flaws, duration_s) = match manifest.archived() {
+        // Checked when the samples were there.
+        Some(archived) => {
+            let warnings = archived.warnings.iter().cloned();
+            let flaws: Vec<Flaw> = warnings.map(|warning| Flaw::Archived { warning }).collect();
+            (flaws, archived.duration_s)
+        }
+        None => {
+            let mut flaws = vec![Flaw::ConverterUnchecked];
+            flaws.extend(
+                channels
+                    .filter(|(_, lost)| *lost > 0)
+                    .map(|(channel, samples)| Flaw::LostSamples { channel, samples }),
+            );
+            (flaws, envelopes.end_s())
+        }
+    };
     let mut reading = DemodulatedRecording {
         manifest,
         vibration: Some(vibration),

@@ -50,6 +50,16 @@ pub(super) fn read(
     source: &RecordingSource<'_>,
     pickup: PickupOffset,
 ) -> Result<DemodulatedRecording, RecordingError> {
+    let (mut reading, duration_s) = demodulate(source, pickup)?;
+    reading.read_rows(source, duration_s)?;
+    Ok(reading)
+}
+
+/// Reads the signals alone, and their length, s.
+pub(super) fn demodulate(
+    source: &RecordingSource<'_>,
+    pickup: PickupOffset,
+) -> Result<(DemodulatedRecording, f64), RecordingError> {
     let mut reader = source.signals()?;
     let channels = usize::from(reader.format().channels);
     let rate_hz = reader.rate_hz();
@@ -146,14 +156,13 @@ pub(super) fn read(
         flaws.extend(levels.flaws(vibration));
     }
     let duration_s = reader.duration_s();
-    let mut reading = DemodulatedRecording {
+    let reading = DemodulatedRecording {
         manifest,
         vibration,
         record,
         flaws,
     };
-    reading.read_rows(source, duration_s)?;
-    Ok(reading)
+    Ok((reading, duration_s))
 }
 
 fn vibration(manifest: &Manifest, track: Option<&CarrierTrack>) -> Option<Vibration> {

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use recording::study::{DESCRIPTION_FILE, PARTICIPANTS_FILE, session_name};
 use recording::{
-    ENVELOPES_FILE, FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE, STIMULUS_FILE,
+    COMPRESSED_FORCE_FILE, COMPRESSED_POSITION_FILE, ENVELOPES_FILE, FORCE_FILE, MANIFEST_FILE,
+    POSITION_FILE, SIGNALS_FILE, STIMULUS_FILE,
 };
 
 use crate::export_error::ExportError;
@@ -101,13 +102,15 @@ pub(crate) fn with_extension(name: &Path, extension: &str) -> PathBuf {
 }
 
 /// Files of a recording as it was made.
-const SOURCE_FILES: [&str; 6] = [
+const SOURCE_FILES: [&str; 8] = [
     MANIFEST_FILE,
     SIGNALS_FILE,
     ENVELOPES_FILE,
     FORCE_FILE,
     POSITION_FILE,
     STIMULUS_FILE,
+    COMPRESSED_FORCE_FILE,
+    COMPRESSED_POSITION_FILE,
 ];
 
 /// Returns the names of the files in a recording's folder that are copied, in order.

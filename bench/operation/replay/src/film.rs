@@ -60,14 +60,17 @@ impl Film {
             }
             Streams::Envelopes(_) => {
                 let vibration = vibration(&manifest)?;
-                let open =
-                    || EnvelopeDemodulator::open(folder, &vibration, PickupOffset::default());
+                let open = || {
+                    let description = (&manifest, &vibration);
+                    EnvelopeDemodulator::open(folder, description, PickupOffset::default())
+                };
                 let mut all = open()?;
                 all.read_until(f64::INFINITY, |_| ())?;
+                let (duration_s, demodulator) = (all.end_s(), open()?);
                 let envelopes = Envelopes {
-                    duration_s: all.end_s(),
-                    demodulator: open()?,
                     manifest,
+                    demodulator,
+                    duration_s,
                 };
                 Ok((Self::Envelopes(Box::new(envelopes)), vibration))
             }

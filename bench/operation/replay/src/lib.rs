@@ -208,7 +208,7 @@ impl Replay {
         report: Sender<ReplayReport>,
     ) -> Self {
         let intervals = in_order(plan.source.manifest());
-        let record = Measurements::from_faults(plan.source.manifest(), plan.source.rate_hz());
+        let record = Measurements::from_faults(plan.source.manifest(), plan.source.event_rate_hz());
         let explorations = intervals
             .iter()
             .filter(|interval| matches!(interval.kind, RecordedIntervalKind::Exploration(_)));
@@ -433,7 +433,8 @@ impl Replay {
         if to_s < self.audio_s {
             self.source = Source::open(&self.folder)?;
             self.intervals = in_order(self.source.manifest());
-            self.record = Measurements::from_faults(self.source.manifest(), self.source.rate_hz());
+            self.record =
+                Measurements::from_faults(self.source.manifest(), self.source.event_rate_hz());
             self.contact = initial::contact(self.source.vibration(), &self.rules);
             self.meter = initial::meter(self.source.vibration());
             self.account = Account::default();

@@ -23,7 +23,7 @@ pub fn past_crops(folder: &Path, attempt: TrialLabel) -> anyhow::Result<Vec<Crop
     let mut source = Source::open(folder)?;
     let manifest = source.manifest().clone();
     let (rules, _) = selection_rules(folder, &manifest, &Settings::default());
-    let mut record = Measurements::from_faults(&manifest, source.rate_hz());
+    let mut record = Measurements::from_faults(&manifest, source.event_rate_hz());
     let batch = source.read_until(f64::MAX)?;
     record.frames.extend(batch.frames);
     record.force.extend(batch.force);

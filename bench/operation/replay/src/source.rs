@@ -52,7 +52,12 @@ impl Source {
         self.film.rate_hz()
     }
 
-    /// Returns the same in whole hertz.
+    /// Returns the rate of the samples by which events are counted, Hz.
+    pub fn event_rate_hz(&self) -> f64 {
+        self.manifest().event_rate_hz(self.rate_hz())
+    }
+
+    /// Returns the rate of samples or envelopes in whole hertz.
     pub fn whole_rate_hz(&self) -> u32 {
         self.rate_hz().round() as u32
     }

@@ -10,6 +10,7 @@ use num_complex::Complex64;
 use crate::findings::RecordingError;
 use crate::vibration::Vibration;
 use recording::ENVELOPES_FILE;
+use recording::manifest::Manifest;
 use recording::pipeline::{DemodulationError, PickupOffset};
 
 /// Envelopes of a recording, and the filter and plate by which they become impedances.
@@ -31,7 +32,7 @@ impl EnvelopeDemodulator {
     /// The file cannot be read, or the constants do not fit it.
     pub fn open(
         folder: &Path,
-        vibration: &Vibration,
+        (manifest, vibration): (&Manifest, &Vibration),
         pickup: PickupOffset,
     ) -> Result<Self, RecordingError> {
         let rows = EvenRows::open(&folder.join(ENVELOPES_FILE))?;
@@ -46,8 +47,12 @@ impl EnvelopeDemodulator {
         let zm = Zm::new(vibration.plate.constants(), scales, &filter)
             .map_err(DemodulationError::from)?
             .with_pickup_delay(pickup.delay_s);
+        let mut stream = EnvelopeStream::new(filter, rows.start_s());
+        if let Some(archived) = manifest.archived() {
+            stream = stream.with_noise([archived.drive_noise_v, archived.pickup_noise_m]);
+        }
         Ok(Self {
-            stream: EnvelopeStream::new(filter, rows.start_s()),
+            stream,
             rows,
             zm,
             read: Vec::new(),
@@ -55,15 +60,6 @@ impl EnvelopeDemodulator {
             filtered: 0,
             lost: [0; 2],
         })
-    }
-
-    /// Returns the same with noise that the envelopes have lost: standard deviations of drive, V, and pickup, m.
-    #[must_use]
-    pub fn with_noise(self, noise: [f64; 2]) -> Self {
-        Self {
-            stream: self.stream.with_noise(noise),
-            ..self
-        }
     }
 
     /// Returns the rate of the envelopes, Hz.

@@ -21,12 +21,9 @@ pub(super) fn read(
     pickup: PickupOffset,
 ) -> Result<DemodulatedRecording, RecordingError> {
     let vibration = Vibration::stated(&manifest).ok_or(DemodulationError::NoSteadyCarrier)?;
-    let mut envelopes = EnvelopeDemodulator::open(source.path(), &vibration, pickup)?;
-    if let Some(archived) = manifest.archived() {
-        envelopes = envelopes.with_noise([archived.drive_noise_v, archived.pickup_noise_m]);
-    }
-    let event_rate_hz = manifest.event_rate_hz(envelopes.rate_hz());
-    let mut record = Measurements::from_faults(&manifest, event_rate_hz);
+    let mut envelopes = EnvelopeDemodulator::open(source.path(), (&manifest, &vibration), pickup)?;
+    let mut record =
+        Measurements::from_faults(&manifest, manifest.event_rate_hz(envelopes.rate_hz()));
     let spans = Spans::with_surroundings(&manifest);
     let mut until_s = envelopes.time_s();
     let mut follows = true;

@@ -77,7 +77,6 @@ fn recording(
             pickup: recording::pipeline::PickupOffset::default(),
             force_clock: None,
             zero: analysis::force_zero::ForceZero::default(),
-            force_clock: None,
             errors: analysis::error_budget::ErrorBudget::default(),
             z_p: None,
             explorations: Vec::new(),

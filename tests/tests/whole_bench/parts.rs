@@ -162,7 +162,8 @@ fn require_equal(files: &Files, expected: &Files) {
 fn parts_give_the_results_of_the_recordings_without_them() {
     let studies = TwoStudies::new();
     let [first, second] = studies.studies();
-    let (status, printed, expected) = studies.results(&[&first, &second], "expected");
+    let (status, printed, expected) =
+        studies.results(&[first.as_path(), second.as_path()], "expected");
     assert_eq!(status, Some(1), "{printed}");
 
     let (status, lines) = studies.each(&[]);
@@ -188,7 +189,7 @@ fn parts_give_the_results_of_the_recordings_without_them() {
         fs::rename(&study, study.with_extension("away")).unwrap();
     }
     let parts = studies.parts();
-    let source = [Path::new("--from"), &parts];
+    let source = [Path::new("--from"), parts.as_path()];
     let (status, from_parts, found) = studies.results(&source, "found");
     assert_eq!((status, &from_parts), (Some(1), &printed));
     require_equal(&undated(found), &undated(expected));
@@ -202,12 +203,16 @@ fn parts_give_the_results_of_the_recordings_without_them() {
     );
 
     // A part that was cut off, and one that another program wrote.
-    let part = before
-        .keys()
-        .find(|name| name.extension() == Some("parquet".as_ref()));
+    let part = before.keys().find(|name| {
+        name.extension()
+            .is_some_and(|extension| extension == "parquet")
+    });
     let part = parts.join(part.unwrap());
     let bytes = fs::read(&part).unwrap();
-    for damaged in [&bytes[..bytes.len() / 2], b"PAR1 and something else PAR1"] {
+    for damaged in [
+        &bytes[..bytes.len() / 2],
+        &b"PAR1 and something else PAR1"[..],
+    ] {
         fs::write(&part, damaged).unwrap();
         let output = studies.reduce(&["--json", "-"]);
         let transcript = text(&output);

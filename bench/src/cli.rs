@@ -310,9 +310,12 @@ pub struct List {
     /// Print the paths alone, byte by byte and each ended by NUL, as for xargs -0.
     #[arg(short = '0', long, conflicts_with = "format")]
     pub null: bool,
-    /// List only these standings, such as accepted.
+    /// List only these standings, such as accepted, and no practice trials.
     #[arg(long, value_name = "STANDING", value_parser = standings(), value_delimiter = ',')]
     pub only: Vec<ListedStanding>,
+    /// List practice trials of these standings too.
+    #[arg(long, requires = "only")]
+    pub practice: bool,
 }
 
 /// Returns a parser of the standings by their words.

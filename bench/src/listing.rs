@@ -33,9 +33,12 @@ const COLUMNS: [&str; 15] = [
 /// A folder has no recording or cannot be listed, or the exclusions of a study cannot be read.
 pub fn run(options: &List) -> anyhow::Result<bool> {
     let mut recordings = list(&options.paths)?;
-    let is_listed =
-        |standing: ListedStanding| options.only.is_empty() || options.only.contains(&standing);
-    recordings.retain(|recording| is_listed(recording.standing));
+    if !options.only.is_empty() {
+        recordings.retain(|recording| {
+            options.only.contains(&recording.standing)
+                && (options.practice || recording.practice != Some(true))
+        });
+    }
     let mut out = standard_streams::data_out();
     match (options.null, options.format) {
         (true, _) => {

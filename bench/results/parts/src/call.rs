@@ -1,4 +1,4 @@
-//! What a call of `analyze --each` found: the attempts, exclusions and settings that belong to no single recording.
+//! A call of `analyze --each`: the attempts, exclusions and settings that belong to no single recording.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

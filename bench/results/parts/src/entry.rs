@@ -1,4 +1,4 @@
-//! What a folder of parts knows of a recording.
+//! The entry of a recording in a folder of parts.
 
 use std::path::PathBuf;
 

@@ -24,7 +24,7 @@ pub enum PartsError {
         /// The folder.
         path: PathBuf,
     },
-    /// A file is no part, or was damaged.
+    /// A file is damaged, or another program wrote it.
     #[error(
         "{} is damaged ({reason}); delete it, and run `analyze --each` again",
         path.display()

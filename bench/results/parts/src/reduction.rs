@@ -55,7 +55,7 @@ pub fn read_parts(
     Ok(study)
 }
 
-/// Reads what the folder knows of each recording.
+/// Reads the entry of each recording.
 fn entries(layout: &Layout, calls: &JoinedCalls) -> Result<Vec<Entry>, PartsError> {
     let paths = calls.canonical.par_iter();
     let entries = paths.map(|canonical| read_value::<Entry>(&layout.entry(canonical)));

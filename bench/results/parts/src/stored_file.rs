@@ -1,4 +1,4 @@
-//! Files of parts: complete or absent, whoever else writes them at the same time, and written only if they change.
+//! Files of parts: complete or absent, also if several processes write them at the same time, and written only if they change.
 
 use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions};
@@ -125,7 +125,7 @@ pub(crate) fn encode(value: &impl Serialize) -> Result<Vec<u8>, String> {
     }
 }
 
-/// Returns the value that [`encode`] wrote, or what its bytes lack.
+/// Returns the value that [`encode`] wrote, or the fault of its bytes.
 pub(crate) fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, &'static str> {
     let mut rest = bytes;
     match ciborium::from_reader(&mut rest) {

@@ -4,7 +4,7 @@ use std::io::Write;
 
 use escaping::escaped;
 use study::exclusions;
-use study::listing::{ListedRecording, ListedStanding, list};
+use study::listing::{ListedRecording, list};
 
 use crate::cli::{List, ListFormat};
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use analysis::find::TrialFilter;
+use attempts::find::TrialFilter;
 use pyo3::prelude::*;
 use study_analysis::Request;
 

@@ -369,7 +369,7 @@ pub fn contradictions(study: &Path) -> Vec<String> {
         Err(error) => findings.push(format!("verify: {error}")),
     }
     if !trials.is_empty() {
-        match analysis::find::recordings(&[study.to_owned()], false) {
+        match attempts::find::recordings(&[study.to_owned()], false) {
             Ok(paths) => {
                 let names = paths.iter().filter_map(|path| path.file_name());
                 let mut names: Vec<String> = names

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use analysis::find::TrialFilter;
+use attempts::find::TrialFilter;
 use recording::study::event_log::{self, Document, LogEvent, Start, Stop};
 use serde_json::Value;
 

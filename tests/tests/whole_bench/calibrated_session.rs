@@ -8,7 +8,8 @@
 use std::path::{Path, PathBuf};
 
 use analysis::estimate::Method;
-use analysis::{Settings, analyse, find};
+use analysis::{Settings, analyse};
+use attempts::find;
 use bench_tests::program::protocol;
 use bench_tests::recorded::Recording;
 use bench_tests::room::Room;

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use analysis::estimate::{InstanceAnalysis, Method};
 use analysis::recording_series::{EstimateSeries, SampledInstance};
-use analysis::{SeriesSource, Settings, analyse_with_series, find};
+use analysis::{SeriesSource, Settings, analyse_with_series};
+use attempts::find;
 use bench_tests::campaign;
 use bench_tests::session::{ALL_COMPLETED, VirtualParticipant, text};
 use bench_tests::truth::{Course, recording_began_s};

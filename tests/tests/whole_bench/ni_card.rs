@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use analysis::estimate::Method;
-use analysis::{Settings, analyse, find};
+use analysis::{Settings, analyse};
+use attempts::find;
 use bench_tests::program::{bench, protocol};
 use bench_tests::recorded::Recording;
 use bench_tests::room::{Room, WEIGH, require_refusal};

@@ -4,7 +4,8 @@
 use std::path::Path;
 
 use analysis::estimate::{InstanceEstimate, Method};
-use analysis::{Analysis, Settings, analyse, find};
+use analysis::{Analysis, Settings, analyse};
+use attempts::find;
 use bench_tests::campaign;
 use bench_tests::session::{ALL_COMPLETED, VirtualParticipant, text};
 use bench_tests::truth::Skin;

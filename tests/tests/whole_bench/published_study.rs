@@ -4,8 +4,8 @@ use std::path::Path;
 use std::process::Command;
 
 use analysis::cluster_test;
-use analysis::find;
 use analysis::statistics::Coefficient;
+use attempts::find;
 use bench_tests::program::{bench, python, workspace};
 use bench_tests::session::{finish, text, write_demo_protocol};
 use rand::{RngExt, SeedableRng};

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use analysis::find::FindError;
+use attempts::find::FindError;
 use envelope_files::EnvelopeError;
 use recording::DiskError;
 use recording::reader::ReadError;

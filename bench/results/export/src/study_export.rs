@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use analysis::attempts::Attempts;
-use analysis::find::{self, TrialFilter};
+use attempts::Attempts;
+use attempts::find::{self, TrialFilter};
 use clap::Args;
 use rayon::prelude::*;
 use study::exclusions::study_of;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use analysis::Settings;
 use analysis::assumptions::Assumptions;
-use analysis::attempts::{Attempts, OmittedAttempt};
+use attempts::{Attempts, OmittedAttempt};
 use serde::{Deserialize, Serialize};
 use study::exclusions::{Excluded, Exclusion, ExclusionsError};
 use study::sessions::Standing;

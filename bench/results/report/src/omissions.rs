@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use analysis::attempts::{AttemptAccount, OmittedAttempt};
+use attempts::{AttemptAccount, OmittedAttempt};
 use maud::{Markup, html};
 use study::exclusions::Excluded;
 

@@ -1,9 +1,9 @@
 //! Results of an analysis: the content of the results file, and the source of every number on the page.
 
 use analysis::Analysis;
-use analysis::attempts::AttemptAccount;
 use analysis::printed_settings::PrintedSettings;
 use analysis::session_clock::{SessionClock, session_clocks};
+use attempts::AttemptAccount;
 use descriptive::Description;
 use population::law_check::{LawCheck, law_checks};
 use population::skin::Skin;

@@ -6,7 +6,7 @@ mod small_study;
 
 use std::path::{Path, PathBuf};
 
-use analysis::attempts::OmittedAttempt;
+use attempts::OmittedAttempt;
 use config::{CalibrationFile, Identity, MeasuredPickup, Provenance, Quantity};
 use jiff::Timestamp;
 use plotting::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};

@@ -3,8 +3,8 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use analysis::attempts::{Attempts, SelectedAttempt};
 use analysis::{RecordingAnalysis, SeriesError, Settings, analyse_into};
+use attempts::{Attempts, SelectedAttempt};
 use series_spool::SeriesSpool;
 use study::exclusions::{ExclusionsError, RecordingSelection};
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use analysis::find::{self, FindError, TrialFilter};
+use attempts::find::{self, FindError, TrialFilter};
 use study::exclusions::{self, EXCLUSIONS_FILE, ExclusionsError};
 
 use crate::found::Found;

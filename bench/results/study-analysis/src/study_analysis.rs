@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use analysis::attempts::{AttemptAccount, Attempts};
 use analysis::findings::RecordingFindings;
 use analysis::{Analysis, SeriesError, SeriesSource};
+use attempts::{AttemptAccount, Attempts};
 use descriptive::Description;
 use jiff::Timestamp;
 use plotting::Figure;

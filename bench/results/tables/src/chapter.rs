@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use analysis::attempts::Attempts;
 use analysis::{Analysis, KeptSeries, SeriesError};
+use attempts::Attempts;
 use descriptive::Description;
 use study::exclusions::RecordingSelection;
 

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use analysis::attempts::Attempts;
 use analysis::{Analysis, SeriesError, SeriesSource, averaged_models};
+use attempts::Attempts;
 use descriptive::{Description, quantity};
 use recording::disk::OnPath;
 use study::exclusions::RecordingSelection;

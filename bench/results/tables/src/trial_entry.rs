@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use analysis::Analysis;
-use analysis::attempts::Attempts;
 use analysis::findings::RecordingFindings;
+use attempts::Attempts;
 use descriptive::TrialKey;
 use descriptive::trial_key;
 use recording::manifest::Modulation;

@@ -9,8 +9,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-use analysis::attempts::Attempts;
 use analysis::{Analysis, KeptSeries, RecordingSeries, SeriesSource, SeriesStore, Settings};
+use attempts::Attempts;
 use descriptive::Description;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;

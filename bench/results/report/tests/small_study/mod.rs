@@ -4,8 +4,8 @@
 use std::path::PathBuf;
 
 use analysis::Analysis;
-use analysis::attempts::AttemptAccount;
 use analysis::cluster_test::Clustered;
+use attempts::AttemptAccount;
 use population::law_check::LawCheck;
 use population::skin::{
     LeftOut, Parameters, PersonParameter, PersonSkin, Ranged, Skin, StudyParameter, TrialParameter,

@@ -13,7 +13,7 @@ use recording::{MANIFEST_FILE, reader};
 use study::identity::{Duplicate, duplicates};
 use study::sessions::{LoggedSession, SessionEnd, Standing};
 
-use crate::attempts::{Attempts, EmptySession, OmittedAttempt, SelectedAttempt};
+use crate::{Attempts, EmptySession, OmittedAttempt, SelectedAttempt};
 
 /// Levels of folders below a study: participants, sessions, trials.
 const DEPTH: usize = 3;
@@ -351,7 +351,7 @@ fn list(folder: &Path) -> Result<Vec<PathBuf>, FindError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::findings::Analysis;
+    use analysis::Analysis;
     use recording::manifest::MINIMAL;
     use std::fs;
 

@@ -1,5 +1,7 @@
 //! Attempts at trials by their outcome: which are analysed, which are left out, and why.
 
+pub mod find;
+
 use std::collections::{BTreeMap, HashSet};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -8,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use study::identity::Duplicate;
 use study::sessions::Standing;
 
-use crate::findings::Analysis;
+use analysis::Analysis;
 
 /// Attempt with a recording that is analysed.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,6 +1,6 @@
 //! `analyze`: recordings to results.
 
-mod each;
+mod part_writing;
 
 use std::io::Write;
 use std::ops::ControlFlow;
@@ -31,7 +31,7 @@ const PROGRAM: &str = concat!("friction-bench ", env!("CARGO_PKG_VERSION"));
 /// Nothing to analyse, an assumption that cannot be made, or a result that cannot be written.
 pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     if let Some(folder) = &options.out {
-        return each::run(options, folder, verbosity);
+        return part_writing::run(options, folder, verbosity);
     }
     for path in [&options.json, &options.report].into_iter().flatten() {
         require_writable(path)?;

@@ -57,7 +57,7 @@ impl CommandQueue {
         let person = self.questions.reply(reply);
         if !self.questions.are_open() {
             let consent = self.consent_by.take();
-            let consent = consent.map(|by| OperatorCommand::ConsentGiven { by });
+            let consent = consent.map(|operator| OperatorCommand::ConsentGiven { by: operator });
             self.commands.extend(consent);
         }
         Some((self.questions.current(), person))

@@ -80,7 +80,7 @@ impl TwoStudies {
     }
 
     /// Writes the parts; returns the exit status and the lines of the recordings, sorted.
-    fn each(&self, options: &[&str]) -> (Option<i32>, Vec<String>) {
+    fn write_parts(&self, options: &[&str]) -> (Option<i32>, Vec<String>) {
         let mut command = bench();
         command.args(["analyze", "--each"]).args(options);
         let output = finish(command.arg("--out").arg(self.parts()).args(self.studies()));
@@ -166,7 +166,7 @@ fn parts_give_the_results_of_the_recordings_without_them() {
         studies.results(&[first.as_path(), second.as_path()], "expected");
     assert_eq!(status, Some(1), "{printed}");
 
-    let (status, lines) = studies.each(&[]);
+    let (status, lines) = studies.write_parts(&[]);
     assert_eq!(status, Some(1));
     let states: Vec<&str> = lines
         .iter()
@@ -176,7 +176,7 @@ fn parts_give_the_results_of_the_recordings_without_them() {
 
     // What is there is left, and the same bytes are there whichever run wrote them.
     let before = files(&studies.parts());
-    let (status, lines) = studies.each(&[]);
+    let (status, lines) = studies.write_parts(&[]);
     assert_eq!(status, Some(1));
     let kept = lines
         .iter()
@@ -228,7 +228,7 @@ fn parts_give_the_results_of_the_recordings_without_them() {
 #[test]
 fn a_file_that_was_changed_is_named_and_gives_another_part() {
     let studies = TwoStudies::new();
-    let (_, lines) = studies.each(&["--lab", "Lab of ä"]);
+    let (_, lines) = studies.write_parts(&["--lab", "Lab of ä"]);
     let changed = studies
         .first
         .session()
@@ -274,7 +274,7 @@ fn parts_of_killed_runs_are_those_of_one_run() {
     let kills = campaign::repeats("FRICTION_BENCH_PART_KILLS", KILLS);
     let whole = TwoStudies::new();
     let started = Instant::now();
-    whole.each(&[]);
+    whole.write_parts(&[]);
     let duration = started.elapsed();
     let expected = files(&whole.parts());
     fs::rename(whole.parts(), whole.results.path().join("one-run")).unwrap();
@@ -295,6 +295,6 @@ fn parts_of_killed_runs_are_those_of_one_run() {
             fs::remove_dir_all(whole.parts()).unwrap();
         }
     }
-    whole.each(&[]);
+    whole.write_parts(&[]);
     require_equal(&files(&whole.parts()), &expected);
 }

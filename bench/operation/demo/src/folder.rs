@@ -37,10 +37,10 @@ mod tests {
     fn a_name_in_use_is_numbered() {
         let room = tempfile::tempdir().unwrap();
         let wanted = room.path().join("in/a room/demo");
-        let made: Vec<_> = (0..3).map(|_| make(&wanted).unwrap()).collect();
+        let folders: Vec<_> = (0..3).map(|_| make(&wanted).unwrap()).collect();
         let names = ["demo", "demo-2", "demo-3"].map(|name| wanted.with_file_name(name));
-        assert_eq!(made, names);
-        assert!(made.iter().all(|folder| folder.is_dir()));
+        assert_eq!(folders, names);
+        assert!(folders.iter().all(|folder| folder.is_dir()));
         // Existing files and folders are never touched.
         let file = room.path().join("file");
         fs::write(&file, "mine").unwrap();

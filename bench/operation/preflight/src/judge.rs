@@ -359,11 +359,11 @@ fn judge_force(table: &mut Table, force: &config::Force, zero_n: f64, measured: 
         force.in_words(),
         measured.corrupt
     );
-    let beyond = measured.clocks.notable().find(is_force_beyond);
-    let clock = beyond.map_or_else(String::new, |clock| format!("; {}", clock.in_words()));
+    let late_clock = measured.clocks.notable().find(is_force_beyond);
+    let clock = late_clock.map_or_else(String::new, |clock| format!("; {}", clock.in_words()));
     table.row(
         "force sensor",
-        talks && beyond.is_none(),
+        talks && late_clock.is_none(),
         format!("{finding}{clock}"),
     );
     if talks {

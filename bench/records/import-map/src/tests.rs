@@ -267,7 +267,7 @@ fn contradictions_are_refused_with_their_line() {
 
 #[test]
 fn a_table_without_its_partner_is_refused() {
-    let without = |table: &str| {
+    let shortened = |table: &str| {
         let start = SIGNALS.find(table).unwrap();
         let end = SIGNALS[start + 1..]
             .find("\n[")
@@ -275,11 +275,11 @@ fn a_table_without_its_partner_is_refused() {
             .unwrap();
         SIGNALS[..start].to_owned() + &SIGNALS[end..]
     };
-    let text = parse(&without("[pickup]")).unwrap_err().to_string();
+    let text = parse(&shortened("[pickup]")).unwrap_err().to_string();
     assert!(text.contains("`pickup` is missing"), "{text}");
-    let text = parse(&without("[drive]")).unwrap_err().to_string();
+    let text = parse(&shortened("[drive]")).unwrap_err().to_string();
     assert!(text.contains("`drive` is missing"), "{text}");
-    assert!(parse(&without("[lateral]")).is_ok());
+    assert!(parse(&shortened("[lateral]")).is_ok());
     let text = parse("format = 1\nfiles = 'x'\n").unwrap_err().to_string();
     assert!(text.contains("[normal] and [lateral]"), "{text}");
 }

@@ -57,7 +57,9 @@ pub struct Readings<'a> {
 impl Readings<'_> {
     /// Returns the value at a time by linear interpolation; NaN outside the readings.
     fn at(&self, time_s: f64) -> f64 {
-        let upper = self.time_s.partition_point(|other| *other <= time_s);
+        let upper = self
+            .time_s
+            .partition_point(|reading_s| *reading_s <= time_s);
         let before = upper.checked_sub(1);
         let before = before.and_then(|index| self.time_s.get(index).zip(self.values.get(index)));
         match (before, self.time_s.get(upper).zip(self.values.get(upper))) {

@@ -253,8 +253,8 @@ impl Chunk {
     pub fn begin_in_part(&self, place: &Place, part_bytes: u64) -> u64 {
         let before = self.places.iter().flatten();
         before
-            .take_while(|other| other.begin < place.begin)
-            .map(|other| self.values_in_part(other, part_bytes) * other.row_bytes)
+            .take_while(|earlier| earlier.begin < place.begin)
+            .map(|earlier| self.values_in_part(earlier, part_bytes) * earlier.row_bytes)
             .sum()
     }
 }

@@ -27,9 +27,9 @@ pub(super) fn implausible(reading: &DemodulatedRecording) -> Vec<Implausible> {
     let mut found = plausibility::forces(&record.force, &spans_s, &manifest.unloaded_s());
     if manifest.contact.body == Body::Other {
         // The ranges of a finger do not apply.
-        found.retain(|found| {
+        found.retain(|reading| {
             matches!(
-                found,
+                reading,
                 Implausible::Constant { .. } | Implausible::Sign { .. }
             )
         });
@@ -41,7 +41,7 @@ pub(super) fn implausible(reading: &DemodulatedRecording) -> Vec<Implausible> {
     });
     if let Some(shares) = exchanged {
         // Signs and sizes of exchanged columns are those of the other one.
-        found.retain(|found| matches!(found, Implausible::Constant { .. }));
+        found.retain(|reading| matches!(reading, Implausible::Constant { .. }));
         found.push(Implausible::Exchanged {
             normal: shares.normal,
             lateral: shares.lateral,
@@ -120,8 +120,8 @@ pub(super) fn without_carrier(
         let is_missing = |flaw: &Flaw| matches!(flaw, Flaw::CarrierMissing { channel: missing, .. } if *missing == channel);
         let is_missing = reading.flaws.iter().any(is_missing);
         let found = plausibility::without_carrier(&channel.to_string(), samples, rate_hz, vibration.carrier_hz);
-        found.filter(|found| {
-            is_missing && (channel == Channel::Drive || matches!(found, Implausible::DeadChannel { .. }))
+        found.filter(|reading| {
+            is_missing && (channel == Channel::Drive || matches!(reading, Implausible::DeadChannel { .. }))
         })
     });
     Ok(found.collect())

@@ -66,8 +66,8 @@ impl Change {
     /// and the curvature zero.
     fn at(frames: &[ZmFrame], i: usize) -> Self {
         let frame = &frames[i];
-        let neighbours = i.checked_sub(1).and_then(|before| {
-            let (before, after) = (&frames[before], frames.get(i + 1)?);
+        let neighbours = i.checked_sub(1).and_then(|previous| {
+            let (before, after) = (&frames[previous], frames.get(i + 1)?);
             let is_even = frame.sample - before.sample == after.sample - frame.sample;
             let is_clear = before.mask.is_clear() && after.mask.is_clear();
             (is_even && is_clear).then_some((before, after))

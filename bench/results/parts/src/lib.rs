@@ -4,19 +4,19 @@
 //! [`read_parts`] puts the parts together to the analysis that `analyze` makes of the recordings. docs/PARTS.md describes the files.
 
 mod call;
-mod each;
 mod entry;
 mod folder_name;
 mod inputs;
 mod key;
 mod layout;
 mod part_file;
+mod part_writing;
 mod parts_error;
 mod reduction;
 mod stored_file;
 
-pub use each::{PartOutcome, PartState, PartsRequest, write_parts};
 pub use key::Key;
+pub use part_writing::{PartOutcome, PartState, PartsRequest, write_parts};
 pub use parts_error::PartsError;
 pub use reduction::read_parts;
 

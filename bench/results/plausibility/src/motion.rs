@@ -190,7 +190,7 @@ mod tests {
             None,
             "no contact"
         );
-        let same = [
+        let identical = [
             Slide {
                 grows: true,
                 ..slides()[1]
@@ -198,7 +198,7 @@ mod tests {
             slides()[0],
         ];
         assert_eq!(
-            lateral_sign(&forces(-1.0), &same, 0.1),
+            lateral_sign(&forces(-1.0), &identical, 0.1),
             None,
             "one of two directions"
         );

@@ -116,8 +116,8 @@ pub fn finger(frames: &[ZmFrame]) -> Option<Implausible> {
     let [low_m, high_m] = [0.25, 0.75].map(|share| statistics::quantile(&amplitudes, share));
     let (low_m, high_m) = (low_m?, high_m?);
     let damping = |is_taken: &dyn Fn(f64) -> bool| {
-        let taken = clear().filter(|frame| is_taken(frame.amplitude_m));
-        let sums = taken.fold((0.0, 0.0), |(weights, sum), frame| {
+        let loaded = clear().filter(|frame| is_taken(frame.amplitude_m));
+        let sums = loaded.fold((0.0, 0.0), |(weights, sum), frame| {
             let weight = frame.corrected_std_n_s_per_m.powi(-2);
             let is_usable = weight.is_finite() && frame.corrected_n_s_per_m.is_finite();
             let weight = if is_usable { weight } else { 0.0 };

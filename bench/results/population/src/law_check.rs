@@ -276,7 +276,11 @@ impl<'a> ConditionGrid<'a> {
                 modulation_hz: self.levels[1][cell[1]],
                 carrier_hz: self.levels[2][cell[2]],
             },
-            n_trials: self.cells.iter().filter(|other| *other == cell).count(),
+            n_trials: self
+                .cells
+                .iter()
+                .filter(|candidate| *candidate == cell)
+                .count(),
         });
         rows.collect()
     }

@@ -212,8 +212,8 @@ impl<'a> ContactSearch<'a> {
                     rate: here.rate + rate_steps * rate_step,
                 })
             });
-            let within = neighbours.filter(|shift| shift.rate.abs() <= GREATEST_RATE + rate_step);
-            let rated = within.map(|shift| (shift, self.residual(shift)));
+            let allowed = neighbours.filter(|shift| shift.rate.abs() <= GREATEST_RATE + rate_step);
+            let rated = allowed.map(|shift| (shift, self.residual(shift)));
             let better = rated.filter(|rated| rated.1 < residual);
             let Some(best) = better.min_by(|a, b| a.1.total_cmp(&b.1)) else {
                 break;

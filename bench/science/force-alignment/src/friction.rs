@@ -510,7 +510,7 @@ impl<'a> Slides<'a> {
         );
         let others = minima(&curve).into_iter();
         let others =
-            others.filter(|other| (other.delay_s - shift.delay_s).abs() > 0.5 * self.period_s);
+            others.filter(|rival| (rival.delay_s - shift.delay_s).abs() > 0.5 * self.period_s);
         (curve, others.collect())
     }
 }

@@ -34,9 +34,10 @@ fn refined(curve: &[CurvePoint], index: usize) -> CurvePoint {
 pub(crate) fn minima(curve: &[CurvePoint]) -> Vec<CurvePoint> {
     let is_minimum = |index: &usize| {
         let here = curve[*index].residual;
-        let before = index.checked_sub(1).map(|i| curve[i].residual);
-        let after = curve.get(index + 1).map(|point| point.residual);
-        before.is_some_and(|before| here <= before) && after.is_some_and(|after| here < after)
+        let previous = index.checked_sub(1).map(|i| curve[i].residual);
+        let following = curve.get(index + 1).map(|point| point.residual);
+        previous.is_some_and(|previous| here <= previous)
+            && following.is_some_and(|following| here < following)
     };
     let places = (0..curve.len()).filter(is_minimum);
     let mut minima: Vec<CurvePoint> = places.map(|index| refined(curve, index)).collect();

@@ -58,7 +58,7 @@ pub fn lateral_zero(
         let values = values?;
         let n = values.len() as f64;
         let value = values.iter().sum::<f64>() / n;
-        let squares: f64 = values.iter().map(|other| (other - value).powi(2)).sum();
+        let squares: f64 = values.iter().map(|sample| (sample - value).powi(2)).sum();
         Some(Estimate {
             value,
             std: (squares / (n - 1.0) / n).sqrt(),

@@ -99,22 +99,22 @@ fn choice(text: &str) -> ColumnChoice {
     text.parse().unwrap()
 }
 
-fn within(value: f64, truth: f64, relative: f64) -> bool {
+fn is_near(value: f64, truth: f64, relative: f64) -> bool {
     (value / truth - 1.0).abs() < relative
 }
 
 /// Requires the resonance and the quality of a circuit.
 fn require(fit: &SweepFit, hz: f64, quality: f64) {
-    assert!(within(fit.resonance_hz().value, hz, 1e-6), "{fit:?}");
-    assert!(within(fit.quality().value, quality, 1e-4), "{fit:?}");
+    assert!(is_near(fit.resonance_hz().value, hz, 1e-6), "{fit:?}");
+    assert!(is_near(fit.quality().value, quality, 1e-4), "{fit:?}");
 }
 
 #[test]
 fn a_measured_sweep_is_fitted_within_its_errors() {
     let fit = fit_of(BAR);
     // By hand: the conductance is largest, 2.60 mS, at 128.1 kHz, and exceeds half of that from 127.5 to 128.9 kHz.
-    assert!(within(fit.resonance_hz().value, 128.15e3, 1e-3), "{fit:?}");
-    assert!(within(fit.quality().value, 128.15 / 1.45, 0.05), "{fit:?}");
+    assert!(is_near(fit.resonance_hz().value, 128.15e3, 1e-3), "{fit:?}");
+    assert!(is_near(fit.quality().value, 128.15 / 1.45, 0.05), "{fit:?}");
     let errors = fit.constant_errors();
     assert!(
         fit.residual() > 0.03 && errors.largest() < 0.05,
@@ -123,7 +123,7 @@ fn a_measured_sweep_is_fitted_within_its_errors() {
     let clamped = fit.clamped.unwrap();
     // The largest conductance is that of the motional branch, ω C Q, with that of the losses.
     let peak = TAU * fit.resonance_hz().value * clamped.motional_f * fit.quality().value;
-    assert!(within(peak, 2.6e-3, 0.05), "{peak}");
+    assert!(is_near(peak, 2.6e-3, 0.05), "{peak}");
     assert!(!fit.is_conjugate && fit.notes().is_empty(), "{fit:?}");
     // The same from every second and every fifth row, and from the rows turned over.
     for step in [2, 5] {
@@ -189,9 +189,9 @@ fn a_circuit_is_recovered_from_tables_of_all_kinds() {
         let fit = fit_of(text);
         require(&fit, hz, quality);
         let clamped = fit.clamped.unwrap();
-        assert!(within(clamped.capacitance_f, 4e-9, 1e-3), "{clamped:?}");
-        assert!(within(clamped.motional_f, 12e-12, 1e-3), "{clamped:?}");
-        assert!(within(clamped.loss_tangent, 0.015, 1e-2), "{clamped:?}");
+        assert!(is_near(clamped.capacitance_f, 4e-9, 1e-3), "{clamped:?}");
+        assert!(is_near(clamped.motional_f, 12e-12, 1e-3), "{clamped:?}");
+        assert!(is_near(clamped.loss_tangent, 0.015, 1e-2), "{clamped:?}");
     }
     let bare = texts[0].lines().skip(1).collect::<Vec<_>>().join("\n");
     let sweep = Sweep::read(&bare, Some(&choice("f,G,B")), None).unwrap();
@@ -260,27 +260,27 @@ fn modal_mass_and_force_factor_follow_from_each_other() {
         let fit = fit_of(&text);
         let by_mass = fit.constants(ModalScale::ModalMass(exact(mass_kg)));
         assert!(
-            within(by_mass.force_factor_n_per_v.value, gamma, 2e-3),
+            is_near(by_mass.force_factor_n_per_v.value, gamma, 2e-3),
             "{by_mass:?}"
         );
-        assert!(within(
+        assert!(is_near(
             by_mass.stiffness_n_per_m.value,
             mass_kg * (TAU * hz).powi(2),
             1e-3
         ));
-        assert!(within(
+        assert!(is_near(
             by_mass.damping_n_s_per_m.value,
             TAU * hz * mass_kg / quality,
             1e-3
         ));
         let static_m = gamma / (mass_kg * (TAU * hz).powi(2));
         assert!(
-            within(by_mass.displacement_m_per_v.value, static_m, 2e-3),
+            is_near(by_mass.displacement_m_per_v.value, static_m, 2e-3),
             "{by_mass:?}"
         );
         let by_factor = fit.constants(ModalScale::ForceFactor(exact(gamma)));
         assert!(
-            within(by_factor.modal_mass_kg.value, mass_kg, 3e-3),
+            is_near(by_factor.modal_mass_kg.value, mass_kg, 3e-3),
             "{by_factor:?}"
         );
         let relative = |v: FittedValue| v.standard_error / v.value;
@@ -290,11 +290,11 @@ fn modal_mass_and_force_factor_follow_from_each_other() {
             (1.0, 0.01)
         };
         assert!(
-            within(relative(by_mass.force_factor_n_per_v), 0.01 * power, 0.1),
+            is_near(relative(by_mass.force_factor_n_per_v), 0.01 * power, 0.1),
             "{by_mass:?}"
         );
         assert!(
-            within(relative(by_factor.modal_mass_kg), error, 0.1),
+            is_near(relative(by_factor.modal_mass_kg), error, 0.1),
             "{by_factor:?}"
         );
     }
@@ -314,12 +314,12 @@ fn several_modes_are_seen_and_the_nearest_can_be_chosen() {
     let sweep = Sweep::read(&text, None, None).unwrap();
     let strongest = SweepFit::new(&sweep, None).unwrap();
     assert!(
-        within(strongest.resonance_hz().value, 35e3, 3e-5),
+        is_near(strongest.resonance_hz().value, 35e3, 3e-5),
         "{:?}",
         strongest.resonance_hz()
     );
     assert!(
-        within(strongest.quality().value, 250.0, 0.01),
+        is_near(strongest.quality().value, 250.0, 0.01),
         "{:?}",
         strongest.resonance_hz()
     );
@@ -330,7 +330,7 @@ fn several_modes_are_seen_and_the_nearest_can_be_chosen() {
     assert!(has_mode(33.1e3), "{:?}", strongest.further_modes);
     let second = SweepFit::new(&sweep, Some(33e3)).unwrap();
     assert!(
-        within(second.resonance_hz().value, 33.1e3, 3e-5),
+        is_near(second.resonance_hz().value, 33.1e3, 3e-5),
         "{:?}",
         second.resonance_hz()
     );
@@ -358,7 +358,7 @@ fn mistakes_are_corrected_or_refused_by_name() {
     let reversed = fit_of(&text("f (Hz),G (S),B (S)", &|f, y| [f, -y.re, -y.im]));
     require(&reversed, hz, quality);
     assert!(reversed.notes()[0].contains("conductance is negative"));
-    assert!(within(reversed.clamped.unwrap().capacitance_f, 4e-9, 1e-3));
+    assert!(is_near(reversed.clamped.unwrap().capacitance_f, 4e-9, 1e-3));
 
     let decibels = text("f (Hz),Y,phase (deg)", &|f, y| {
         [f, 20.0 * y.norm().log10(), y.arg().to_degrees()]
@@ -401,25 +401,25 @@ fn mistakes_are_corrected_or_refused_by_name() {
     let stated = Sweep::read(&kilohertz, Some(&choice("f[kHz],G,B")), None).unwrap();
     require(&SweepFit::new(&stated, None).unwrap(), hz, quality);
 
-    let beyond = Circuit::one(hz, quality).sweep(&linear(34e3, 35.1e3, 101));
-    let beyond = table(
+    let outside = Circuit::one(hz, quality).sweep(&linear(34e3, 35.1e3, 101));
+    let outside = table(
         "f (Hz),G (S),B (S)",
         ",",
-        beyond.iter().map(|(f, y)| [*f, y.re, y.im]),
+        outside.iter().map(|(f, y)| [*f, y.re, y.im]),
     );
-    let end = fault(&beyond, None, None);
+    let end = fault(&outside, None, None);
     assert!(
         matches!(end, SweepFault::BeyondTheEnd { edge_hz, .. } if edge_hz > 35e3),
         "{end}"
     );
-    let nothing = Circuit::one(60e3, quality).sweep(&linear(34e3, 36.4e3, 161));
-    let nothing = table(
+    let empty = Circuit::one(60e3, quality).sweep(&linear(34e3, 36.4e3, 161));
+    let empty = table(
         "f (Hz),G (S),B (S)",
         ",",
-        nothing.iter().map(|(f, y)| [*f, y.re, y.im]),
+        empty.iter().map(|(f, y)| [*f, y.re, y.im]),
     );
     assert!(matches!(
-        fault(&nothing, None, None),
+        fault(&empty, None, None),
         SweepFault::NoResonance { .. }
     ));
 

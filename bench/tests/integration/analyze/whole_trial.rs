@@ -212,8 +212,8 @@ fn the_trials_fit_stands_in_the_results_by_the_schema_and_in_the_summary() {
     assert!(header.ends_with(",shrunken_low95_within_laws,shrunken_high95_within_laws"));
     let printed = String::from_utf8_lossy(&printed.stdout);
     // The true area is 240 mm².
-    let interval_mm2 = |before: &str| -> [f64; 2] {
-        let (_, area) = printed.split_once(before).expect("a skin");
+    let interval_mm2 = |label: &str| -> [f64; 2] {
+        let (_, area) = printed.split_once(label).expect("a skin");
         let (low, tail) = area.split_once(" to ").expect("an interval");
         let (high, _) = tail.split_once(" mm²").expect("its unit");
         [low, high].map(|text| text.parse().expect("a number"))

@@ -296,7 +296,7 @@ end_s = 3.1
 "#;
 
 /// Returns the example without its lines from the one that begins with `from` to the one before `to`.
-fn without(from: &str, to: &str) -> String {
+fn shortened(from: &str, to: &str) -> String {
     let (start, end) = (EXAMPLE.find(from).unwrap(), EXAMPLE.find(to).unwrap());
     [&EXAMPLE[..start], &EXAMPLE[end..]].concat()
 }
@@ -304,7 +304,7 @@ fn without(from: &str, to: &str) -> String {
 #[test]
 fn the_keys_tell_signals_envelopes_and_forces_apart() {
     assert!(parse(EXAMPLE).unwrap().signals().is_some());
-    let envelopes = parse(&without("[channels.drive]", "[plate]")).unwrap();
+    let envelopes = parse(&shortened("[channels.drive]", "[plate]")).unwrap();
     assert!(matches!(envelopes.streams, Streams::Envelopes(_)));
     assert_eq!(envelopes.carrier_hz(), Some(35_000.0));
     assert_eq!(envelopes.plate().unwrap().centre_m, 0.0525);
@@ -330,14 +330,14 @@ fn the_keys_tell_signals_envelopes_and_forces_apart() {
 fn a_key_that_the_streams_need_is_named() {
     for (text, words) in [
         (
-            without("carrier_hz", "modulation_hz"),
+            shortened("carrier_hz", "modulation_hz"),
             "`carrier_hz` is missing",
         ),
         (
-            without("modulation_hz", "modulation_index"),
+            shortened("modulation_hz", "modulation_index"),
             "`modulation_hz` is missing",
         ),
-        (without("[plate]", "[[intervals]]"), "`plate` is missing"),
+        (shortened("[plate]", "[[intervals]]"), "`plate` is missing"),
         (
             FORCES.replace("format = 1\n", "format = 1\nmodulation_hz = 2.0\n"),
             "`modulation_index` is missing",
@@ -347,7 +347,7 @@ fn a_key_that_the_streams_need_is_named() {
             "`modulation_hz` is missing",
         ),
         (
-            without("[channels.drive]", "[plate]").replacen("35000.0", "\"follows\"", 1),
+            shortened("[channels.drive]", "[plate]").replacen("35000.0", "\"follows\"", 1),
             "refer to one frequency",
         ),
         (

@@ -10,7 +10,7 @@ const HEADER_BYTES: usize = 40;
 /// Versions of the table that are read.
 const VERSIONS: std::ops::RangeInclusive<u32> = 2..=4;
 /// A property with its value in a cell.
-const IN_CELL: u32 = 1;
+const CELL: u32 = 1;
 /// Cells before the first property's.
 const FIRST_CELL: usize = 2;
 
@@ -66,7 +66,7 @@ pub(crate) fn objects(table: &[u8]) -> Option<Vec<Object>> {
             0 => own.get(normal as usize)?,
             saved => returned.get(saved as usize)?,
         };
-        let in_cells = properties.iter().filter(|[_, kind, _]| *kind == IN_CELL);
+        let in_cells = properties.iter().filter(|[_, kind, _]| *kind == CELL);
         let properties =
             in_cells.map(|[key, _, cell]| Some((name(*key)?, *cell as usize + FIRST_CELL)));
         Some(Object {

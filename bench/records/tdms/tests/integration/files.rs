@@ -342,7 +342,7 @@ fn scales() -> Vec<u8> {
         .i16s(ramp(6))
         .i16s(ramp(6))
         .i16s(ramp(6));
-    let none = 0xffff_ffff;
+    let no_index = 0xffff_ffff;
     let polynomial = vec![
         Property::U32("NI_Number_Of_Scales", 1),
         Property::Text("NI_Scale[0]_Scale_Type", "Polynomial"),
@@ -350,7 +350,7 @@ fn scales() -> Vec<u8> {
         Property::F64("NI_Scale[0]_Polynomial_Coefficients[0]", 1.0),
         Property::F64("NI_Scale[0]_Polynomial_Coefficients[1]", -0.5),
         Property::F64("NI_Scale[0]_Polynomial_Coefficients[2]", 0.01),
-        Property::U32("NI_Scale[0]_Polynomial_Input_Source", none),
+        Property::U32("NI_Scale[0]_Polynomial_Input_Source", no_index),
     ];
     let table = vec![
         Property::U32("NI_Number_Of_Scales", 1),

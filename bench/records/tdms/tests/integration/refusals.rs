@@ -80,7 +80,7 @@ fn channel_refusal(bytes: Vec<u8>) -> String {
     refusal
 }
 
-fn beside(scale: Vec<Property>) -> Vec<u8> {
+fn scaled(scale: Vec<Property>) -> Vec<u8> {
     let objects = vec![
         ("/'g'/'a'", Index::Plain(F64, 1), scale),
         ("/'g'/'b'", Index::Plain(F64, 1), vec![]),
@@ -95,7 +95,7 @@ fn a_scale_that_is_not_read_leaves_the_other_channels() {
             Property::U32("NI_Number_Of_Scales", 1),
             Property::Text("NI_Scale[0]_Scale_Type", kind),
         ];
-        let refusal = channel_refusal(beside(scale));
+        let refusal = channel_refusal(scaled(scale));
         assert!(
             refusal.contains("g/a") && refusal.contains(kind),
             "{refusal}"
@@ -140,17 +140,17 @@ fn chains_of_scales_that_do_not_end_are_refused() {
         Property::Text("NI_Scale[1]_Scale_Type", "AdvancedAPI"),
         Property::U32("NI_Scale[1]_AdvancedAPI_Input_Source", 0),
     ];
-    assert!(channel_refusal(beside(circle)).contains("leads to no stored number"));
+    assert!(channel_refusal(scaled(circle)).contains("leads to no stored number"));
     let missing = vec![
         Property::Text("NI_Scale[0]_Scale_Type", "AdvancedAPI"),
         Property::U32("NI_Scale[0]_AdvancedAPI_Input_Source", 9),
     ];
-    assert!(channel_refusal(beside(missing)).contains("leads to no stored number"));
+    assert!(channel_refusal(scaled(missing)).contains("leads to no stored number"));
     let flat = vec![
         Property::Text("NI_Scale[0]_Scale_Type", "Linear"),
         Property::F64("NI_Scale[0]_Linear_Y_Intercept", 1.0),
     ];
-    assert!(channel_refusal(beside(flat)).contains("without a slope"));
+    assert!(channel_refusal(scaled(flat)).contains("without a slope"));
 }
 
 #[test]

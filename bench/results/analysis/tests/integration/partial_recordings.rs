@@ -52,7 +52,7 @@ fn partial(files: &[&str], edit: impl Fn(&str) -> String) -> TempDir {
 }
 
 /// Returns the text without the part from one word up to another, or up to the end.
-fn without(text: &str, from: &str, to: Option<&str>) -> String {
+fn shortened(text: &str, from: &str, to: Option<&str>) -> String {
     let start = text.find(from).unwrap();
     let end = to.map_or(text.len(), |to| start + text[start..].find(to).unwrap());
     [&text[..start], &text[end..]].concat()
@@ -100,7 +100,7 @@ fn without_positions_friction_remains() {
 fn without_an_unloaded_interval_friction_remains() {
     let second = "[[intervals]]\nkind = \"exploration\"";
     let folder = partial(&[SIGNALS, FORCE, POSITION], |text| {
-        without(text, "[[intervals]]\nkind = \"unloaded\"", Some(second))
+        shortened(text, "[[intervals]]\nkind = \"unloaded\"", Some(second))
     });
     let findings = findings(folder.path());
     assert_eq!(findings.z_p, None);
@@ -113,7 +113,7 @@ fn without_an_unloaded_interval_friction_remains() {
 #[test]
 fn without_an_exploration_the_plate_remains() {
     let folder = partial(&[SIGNALS, FORCE, POSITION], |text| {
-        without(text, "[[intervals]]\nkind = \"exploration\"", None)
+        shortened(text, "[[intervals]]\nkind = \"exploration\"", None)
     });
     let findings = findings(folder.path());
     assert!(findings.flaws.contains(&Flaw::NoExploration) && findings.has_result());
@@ -160,7 +160,7 @@ fn envelopes_give_the_results_of_the_samples() {
         })
         .unwrap();
     let folder = partial(&[FORCE, POSITION], |text| {
-        without(text, "[channels.drive]", Some("[plate]"))
+        shortened(text, "[channels.drive]", Some("[plate]"))
     });
     let mut writer = EnvelopeWriter::create(&folder.path().join("envelopes.parquet")).unwrap();
     writer.write(&rows).unwrap();
@@ -265,7 +265,10 @@ fn the_friction_of_forces_alone_is_that_of_their_rows() {
     assert!(findings.has_result());
     assert_eq!(findings.explorations.len(), rig_strokes().len());
     let rows = rig();
-    let strokes = findings.explorations.iter().map(|found| &found.stroke);
+    let strokes = findings
+        .explorations
+        .iter()
+        .map(|exploration| &exploration.stroke);
     let explorations = series.explorations.iter().zip(strokes);
     for ((exploration, stroke), (start_s, end_s)) in explorations.zip(rig_strokes()) {
         let inside = rows

@@ -98,9 +98,9 @@ pub struct ForceClockRow {
 /// Standard errors of the clock of the forces.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ForceClockStd {
-    /// Of the offset, s.
+    /// Standard error of the offset, s.
     pub offset_s: f64,
-    /// Of the rate, parts per million.
+    /// Standard error of the rate, parts per million.
     pub ppm: f64,
 }
 

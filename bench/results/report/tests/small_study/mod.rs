@@ -58,7 +58,8 @@ impl SmallStudy {
     }
 
     pub fn results(&self) -> Results<'_> {
-        let mut results = Results::new(&nothing(), &self.skin, &self.account, &self.selection);
+        let mut results =
+            Results::new(&no_recordings(), &self.skin, &self.account, &self.selection);
         results.recordings = self.recordings.clone();
         results.law_check = self.law_check.clone();
         results.statistics = self.statistics.clone();
@@ -71,7 +72,7 @@ impl SmallStudy {
     }
 }
 
-fn nothing() -> Analysis {
+fn no_recordings() -> Analysis {
     Analysis::default()
 }
 
@@ -283,7 +284,7 @@ fn skin(participant: &str) -> Skin {
         },
         shrunken: None,
     };
-    let mut skin = Skin::from_analysis(&nothing());
+    let mut skin = Skin::from_analysis(&no_recordings());
     skin.study = Parameters {
         contact_area_m2: area,
         q0_rad_per_m: unknown,

@@ -363,7 +363,7 @@ fn scales() -> Vec<u8> {
         Property::F64("NI_Scale[0]_Table_Pre_Scaled_Values[0]", -70.0),
         Property::F64("NI_Scale[0]_Table_Pre_Scaled_Values[1]", -90.0),
         Property::F64("NI_Scale[0]_Table_Pre_Scaled_Values[2]", -95.0),
-        Property::U32("NI_Scale[0]_Table_Input_Source", none),
+        Property::U32("NI_Scale[0]_Table_Input_Source", no_index),
     ];
     let sums = |kind: [&'static str; 3]| {
         vec![
@@ -371,9 +371,9 @@ fn scales() -> Vec<u8> {
             Property::Text("NI_Scale[0]_Scale_Type", "Linear"),
             Property::F64("NI_Scale[0]_Linear_Slope", 2.0),
             Property::F64("NI_Scale[0]_Linear_Y_Intercept", 1.0),
-            Property::U32("NI_Scale[0]_Linear_Input_Source", none),
+            Property::U32("NI_Scale[0]_Linear_Input_Source", no_index),
             Property::Text("NI_Scale[1]_Scale_Type", "AdvancedAPI"),
-            Property::U32("NI_Scale[1]_AdvancedAPI_Input_Source", none),
+            Property::U32("NI_Scale[1]_AdvancedAPI_Input_Source", no_index),
             Property::Text("NI_Scale[2]_Scale_Type", kind[0]),
             Property::U32(kind[1], 0),
             Property::U32(kind[2], 1),

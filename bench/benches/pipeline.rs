@@ -11,13 +11,13 @@ use std::time::Instant;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use live::live_meter::LiveMeter;
+use recorder::{Begin, RecorderMessage, RecorderNotice, recorder};
 use recording::AudioFormat;
 use recording::manifest::{
     Carrier, FORMAT, Manifest, Modulation, RecordedChannels, RecordedContact, RecordedDrive,
     RecordedPickup, RecordedPlate, RecordedSignals, Streams,
 };
 use recording::pipeline::{Batch, Pipeline};
-use recording::recorder::{Begin, RecorderMessage, RecorderNotice, recorder};
 use recording::writer::Ending;
 
 const AUDIO: AudioFormat = AudioFormat {

@@ -8,11 +8,11 @@ use std::path::Path;
 
 use analysis::amplitude_profile::AmplitudeProfile;
 use analysis::error_budget::ErrorBudget;
-use analysis::trial_fit::{FitRequest, SelectedExploration, fit};
 use analysis::{Settings, demodulation, unloaded_plate};
 use anyhow::Context;
 use contact::AssumedConstants;
 use criterion::{Criterion, criterion_group, criterion_main};
+use live::trial_fit::{FitRequest, SelectedExploration, fit};
 use protocols::selection::select;
 use recording::RecordingSource;
 use recording::manifest::RecordedIntervalKind;

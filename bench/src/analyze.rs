@@ -1,6 +1,8 @@
 //! `analyze`: recordings to results.
 
+mod inputs;
 mod part_writing;
+mod warning_lines;
 
 use std::io::Write;
 use std::ops::ControlFlow;
@@ -8,18 +10,18 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 
+use self::inputs::{assumptions, request};
+use self::warning_lines::print_warnings;
 use crate::analyze_options::columns;
 use crate::cli::Analyze;
 use crate::dates;
 use crate::outcome::{progress_bar, require_writable, write_text};
 use crate::verbosity::Verbosity;
-use analysis::assumptions::Assumptions;
 use analysis_parts::read_parts;
-use attempts::find::TrialFilter;
 use escaping::{escaped, escaped_line};
 use published_figures::measured::write_figures;
 use published_statistics::{TableFormat, statistics};
-use study_analysis::{Request, StudyAnalysis, summary, warnings};
+use study_analysis::{StudyAnalysis, summary, warnings};
 
 /// Name and version of the program, as a report states them.
 const PROGRAM: &str = concat!("friction-bench ", env!("CARGO_PKG_VERSION"));
@@ -80,41 +82,6 @@ fn from_parts(options: &Analyze, folder: &Path) -> anyhow::Result<StudyAnalysis>
         print_warnings(&warnings::of_recording(recording));
     })?;
     Ok(study)
-}
-
-/// Returns the assumptions that the options make.
-fn assumptions(options: &Analyze) -> anyhow::Result<Assumptions> {
-    let files = options.assume_file.iter().map(|path| {
-        let file = path.display().to_string();
-        let text = bounded_files::read_text(path, bounded_files::TEXT_LIMIT_BYTES)
-            .with_context(|| format!("cannot read {file}"))?;
-        Ok((file, text))
-    });
-    Ok(Assumptions {
-        files: files.collect::<anyhow::Result<_>>()?,
-        values: options.assume.clone(),
-        no_offset: options.no_offset,
-    })
-}
-
-fn request(options: &Analyze) -> Request {
-    Request {
-        folders: options.recordings.clone(),
-        filter: TrialFilter {
-            practice: options.practice,
-            rejected: options.include_rejected,
-        },
-        include_excluded: options.include_excluded,
-        exceptions: options.exclude.clone(),
-    }
-}
-
-/// Prints lines on standard error; a closed one does not stop the analysis.
-fn print_warnings(lines: &[String]) {
-    let mut stderr = standard_streams::stderr();
-    for line in lines {
-        let _ = writeln!(stderr, "{line}");
-    }
 }
 
 /// Writes the files that the options name.

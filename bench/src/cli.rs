@@ -3,16 +3,15 @@
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use faults::{FaultKind, RehearsedFault};
 use study::exclusions::SessionTrial;
-use study::listing::ListedStanding;
 
 pub use crate::analyze_options::Analyze;
 pub use crate::hardware_options::HardwareOptions;
 use crate::hardware_options::SIMULATION;
 pub use crate::import_options::Import;
+pub use crate::list_options::{List, ListFormat};
 pub use crate::protocol_options::{ProtocolCheck, ProtocolCommand, ProtocolOptions};
 use crate::run::ConcernKind;
 use calibration::swept_plate::SweepOptions;
@@ -296,47 +295,6 @@ pub struct Monitor {
     /// Pace of simulated hardware.
     #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock", help_heading = SIMULATION)]
     pub speed: Speed,
-}
-
-/// `list`
-#[derive(Debug, Args)]
-pub struct List {
-    /// Studies, participants, sessions or recordings; of a study every attempt, also rejected ones and practice.
-    #[arg(required = true, value_name = "RECORDING|STUDY")]
-    pub paths: Vec<PathBuf>,
-    /// Format of the list.
-    #[arg(long, value_name = "FORMAT", value_enum, default_value_t)]
-    pub format: ListFormat,
-    /// Print the paths alone, byte by byte and each ended by NUL, as for xargs -0.
-    #[arg(short = '0', long, conflicts_with = "format")]
-    pub null: bool,
-    /// List only these standings, such as accepted, and no practice trials.
-    #[arg(long, value_name = "STANDING", value_parser = standings(), value_delimiter = ',')]
-    pub only: Vec<ListedStanding>,
-    /// List practice trials of these standings too.
-    #[arg(long, requires = "only")]
-    pub practice: bool,
-}
-
-/// Returns a parser of the standings by their words.
-fn standings() -> impl TypedValueParser<Value = ListedStanding> {
-    let words = ListedStanding::ALL.map(ListedStanding::word);
-    PossibleValuesParser::new(words).map(|word| {
-        let mut standings = ListedStanding::ALL.into_iter();
-        let standing = standings.find(|standing| standing.word() == word);
-        // The parser takes these words alone.
-        standing.unwrap_or(ListedStanding::Unreadable)
-    })
-}
-
-/// Format of `list`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-pub enum ListFormat {
-    /// A table with a header, its cells separated by tabs.
-    #[default]
-    Tsv,
-    /// An array of objects.
-    Json,
 }
 
 /// `calibrate`

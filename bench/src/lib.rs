@@ -19,6 +19,7 @@ pub mod forget;
 mod hardware_options;
 mod import_options;
 pub mod importing;
+mod list_options;
 pub mod listing;
 pub mod monitor;
 mod outcome;

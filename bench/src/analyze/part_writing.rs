@@ -9,7 +9,8 @@ use anyhow::bail;
 use escaping::escaped_line;
 use study_analysis::warnings;
 
-use super::{assumptions, print_warnings, request};
+use super::inputs::{assumptions, request};
+use super::warning_lines::print_warnings;
 use crate::cli::Analyze;
 use crate::outcome::progress_bar;
 use crate::verbosity::Verbosity;

@@ -4,8 +4,8 @@ use std::sync::atomic::Ordering;
 
 use devices::{DeviceReadings, SensorClocks};
 use protocols::SessionSummary;
+use recorder::RecorderGauge;
 use recording::pipeline::Account;
-use recording::recorder::RecorderGauge;
 use safety::Signals;
 
 /// Report on the end of a session.

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 
 use protocols::{Interruption, RecordingOutcome, TrialKey, TrialOutcome, TrialRecord};
-use recording::recorder::{RecorderGauge, RecorderNotice};
+use recorder::{RecorderGauge, RecorderNotice};
 
 use journal::{Entry, EntrySender, SavedRecording};
 
@@ -135,7 +135,7 @@ pub(super) fn ending(notice: RecorderNotice, t_s: f64, rate_hz: u32) -> Option<R
 
 #[cfg(test)]
 mod tests {
-    use recording::recorder::{RecorderError, recorder};
+    use recorder::{RecorderError, recorder};
     use recording::writer::DiskSize;
 
     use super::*;
@@ -187,7 +187,7 @@ mod tests {
     /// Fault 27.
     #[test]
     fn a_queue_that_overflows_fails_the_recording_before_the_recorder_says_so() {
-        use recording::recorder::RecorderMessage::Gap;
+        use recorder::RecorderMessage::Gap;
         let (mut sender, _notices, _hung) = recorder(1);
         let gauge = sender.gauge();
         let mut recordings = Recordings::default();

@@ -14,7 +14,6 @@ use syn::{Attribute, Expr, ExprMethodCall, Fields, Item, Lit};
 /// Types that the index of messages leaves out: errors of an option, a file's line or a computation, which state the remedy or
 /// are wrapped by another message.
 const LEFT_OUT: &[&str] = &[
-    "AnalysisError",
     "BrokenOff",
     "BrokenRule",
     "CalFileError",
@@ -47,7 +46,6 @@ const LEFT_OUT: &[&str] = &[
     "ManifestError",
     "ManifestReadError",
     "MapError",
-    "MeasuredError",
     "Missing",
     "ModelError",
     "NameError",

@@ -3,11 +3,11 @@
 use std::path::Path;
 use std::process::Command;
 
-use analysis::cluster_test;
 use analysis::statistics::Coefficient;
 use attempts::find;
 use bench_tests::program::{bench, python, workspace};
 use bench_tests::session::{finish, text, write_demo_protocol};
+use published_statistics::cluster_test;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;

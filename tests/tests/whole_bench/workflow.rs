@@ -56,13 +56,15 @@ fn run(snakemake: &Path, folder: &Path) -> (Output, usize) {
             .arg(format!("program={}", friction_bench().display()))
             .arg("studies=my study"),
     );
-    let jobs = text(&output).matches("rule part:").count();
+    let text = text(&output);
+    let jobs = text.lines().filter(|line| line.starts_with("rule part:"));
+    let jobs = jobs.count();
     (output, jobs)
 }
 
 /// Returns the number of parts of the study.
 fn parts(folder: &Path) -> usize {
-    let parts = folder.join("results/parts/lab=my study/participant=sub-01");
+    let parts = folder.join("results/parts/lab=my%20study/participant=sub-01");
     let entries = fs::read_dir(parts).unwrap();
     let names = entries.map(|entry| entry.unwrap().file_name());
     names

@@ -10,7 +10,7 @@ use crossbeam_channel::{Receiver, Sender};
 use protocols::{ParticipantId, Person, SessionEvent};
 use serde_json::{Map, Value};
 
-use recording::recorder::RecorderNotice;
+use recorder::RecorderNotice;
 use recording::study::event_log::ExitStatus;
 use recording::study::{SessionFolder, Study};
 use recording::sums::Sums;

@@ -3,7 +3,7 @@
 //! The curves are quasi-static: at each amplitude the gap balances the forces. In a real period the gap lags by τ, which opens
 //! the trace around the curve.
 
-use analysis::trial_fit::{FitRequest, TrialContact};
+use crate::trial_fit::{FitRequest, TrialContact};
 use contact::harmonic;
 use num_complex::Complex64;
 use protocols::Stretch;

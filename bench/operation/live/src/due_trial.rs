@@ -1,10 +1,10 @@
 //! A completed trial, and the data for its verdict and its fit.
 
+use crate::trial_fit::{FitRequest, SelectedExploration};
 use analysis::error_budget::ErrorBudget;
 use analysis::force_zero::ForceZero;
 use analysis::measurements::Measurements;
 use analysis::pickup_correction;
-use analysis::trial_fit::{FitRequest, SelectedExploration};
 use analysis::trial_selection;
 use analysis::unloaded_plate;
 use config::Effective;

@@ -1,6 +1,6 @@
 //! Report on a trial's fit.
 
-use analysis::trial_fit::{NoFit, TrialContact};
+use crate::trial_fit::{NoFit, TrialContact};
 
 use contact::uncertain::Uncertain;
 use serde_json::{Map, Value, json};

@@ -26,6 +26,7 @@ pub mod resumed;
 pub mod screen_words;
 #[cfg(test)]
 mod tests;
+pub mod trial_fit;
 pub mod visit;
 pub mod window_screen;
 

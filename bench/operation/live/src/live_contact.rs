@@ -17,8 +17,8 @@ use impedance::ZmFrame;
 use num_complex::Complex64;
 
 use crate::live_zero::LiveZero;
+use crate::trial_fit::TrialContact;
 use analysis::amplitude_profile::AmplitudeProfile;
-use analysis::trial_fit::TrialContact;
 use analysis::under_finger;
 use recording::pipeline::Batch;
 use recording::{ForceRow, PositionRow};

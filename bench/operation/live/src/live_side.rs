@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use crate::live_contact::LiveContact;
-use analysis::trial_fit::FitRequest;
+use crate::trial_fit::FitRequest;
 use contact::plate_tracker::PlateTracking;
 use contact::uncertain::Uncertain;
 use crossbeam_channel::{Receiver, Sender};

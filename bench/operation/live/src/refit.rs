@@ -5,8 +5,8 @@
 
 use std::time::Duration;
 
+use crate::trial_fit::{CutTrial, FitRequest, NoFit, TrialContact};
 use analysis::amplitude_profile::AmplitudeProfile;
-use analysis::trial_fit::{CutTrial, FitRequest, NoFit, TrialContact};
 use contact::AssumedConstants;
 use crossbeam_channel::{Receiver, Sender};
 use tasks::Task;
@@ -132,10 +132,10 @@ fn curves(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::trial_fit::SelectedExploration;
     use analysis::error_budget::ErrorBudget;
     use analysis::findings::PlateReading;
     use analysis::measurements::Measurements;
-    use analysis::trial_fit::SelectedExploration;
     use analysis::unloaded_plate::UnloadedError;
     use num_complex::Complex64;
     use protocols::SelectionRules;

@@ -3,8 +3,8 @@
 use analysis::error_budget::ErrorBudget;
 use analysis::force_zero::ForceZero;
 use analysis::measurements::Measurements;
-use analysis::trial_fit::{FitRequest, SelectedExploration};
 use analysis::vibration::Vibration;
+use live::trial_fit::{FitRequest, SelectedExploration};
 use protocols::{SelectionRules, Stretch};
 use recording::manifest::Manifest;
 

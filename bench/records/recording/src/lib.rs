@@ -8,6 +8,7 @@
 mod csv_rows;
 pub mod disk;
 pub mod disk_limit;
+mod file_name;
 mod json_fault;
 pub mod lock;
 pub mod manifest;
@@ -17,7 +18,6 @@ mod read_error;
 pub mod reader;
 pub mod recorded_arrays;
 mod recorded_chain;
-pub mod recorder;
 pub mod rights;
 mod row_order;
 mod rows;
@@ -28,11 +28,9 @@ pub mod sums;
 mod table_source;
 pub mod writer;
 
-use serde::de::Error;
-use serde::{Deserialize, Deserializer};
-
 pub use csv_rows::{CsvRow, ForceRow, PositionRow, StimulusRow};
 pub use disk::DiskError;
+pub use file_name::{FileName, file_name};
 pub use manifest::Manifest;
 pub use reader::RecordingReader;
 pub use source::RecordingSource;
@@ -65,21 +63,6 @@ pub const OTHER_FILES: [&str; 4] = [
     COMPRESSED_FORCE_FILE,
     COMPRESSED_POSITION_FILE,
 ];
-
-/// Name of a file of a recording.
-pub type FileName = &'static str;
-
-/// Reads the name of a file of a recording, as in a stored finding.
-///
-/// # Errors
-/// A recording has no file of this name.
-pub fn file_name<'de, D: Deserializer<'de>>(deserializer: D) -> Result<FileName, D::Error> {
-    let name = String::deserialize(deserializer)?;
-    let mut files = sums::FILES.into_iter().chain(OTHER_FILES);
-    files
-        .find(|file| *file == name)
-        .ok_or_else(|| D::Error::custom(format!("a recording has no file `{name}`")))
-}
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

@@ -15,7 +15,7 @@ use crate::findings::{Analysis, RecordingFindings};
 use crate::instance::PreparedInstance;
 use crate::method::Method;
 use crate::recording_series::RecordingSeries;
-use crate::sample_statistics::{ByMethod, r2_averaged};
+use crate::sample_statistics::{AveragedModels, ByMethod, r2_averaged};
 use crate::statistics::r_squared_complex;
 
 /// Subject of the average: a participant, or the recording with this number.
@@ -24,9 +24,6 @@ enum Subject {
     Participant(String),
     Recording(usize),
 }
-
-/// Models of an instance; `None` where the average σ_t allows no such contact.
-pub type AveragedModels = ByMethod<Option<ModelledSeries>>;
 
 /// Adds to each estimate of an analysis the average σ_t of its participant by the same method, and the agreement of the model with it.
 ///

@@ -11,7 +11,6 @@ pub mod assumptions;
 mod average_model;
 mod clipping;
 mod clock_reading;
-pub mod cluster_test;
 mod consistency;
 mod crosstalk;
 mod damping;
@@ -37,7 +36,7 @@ mod mu_agreement;
 pub mod people;
 pub mod pickup_correction;
 mod plate_reading;
-mod plate_references;
+pub mod plate_references;
 pub mod printed_settings;
 mod prior_settings;
 pub mod recording_analysis;
@@ -46,13 +45,11 @@ mod row_times;
 pub mod sample_statistics;
 pub mod sampled_quantity;
 pub mod series_store;
-pub mod session_clock;
 mod spans;
 pub mod statistics;
 pub mod stroke;
 #[cfg(test)]
 mod tests;
-pub mod trial_fit;
 pub mod trial_selection;
 pub mod under_finger;
 pub mod unloaded_plate;
@@ -73,10 +70,10 @@ use study::provenance::Provenance;
 use study::sessions::Sessions;
 
 pub use analysis_settings::Settings;
-pub use average_model::{AveragedModels, models as averaged_models};
+pub use average_model::models as averaged_models;
 pub use findings::{Analysis, RecordingAnalysis, RecordingError};
-pub use mu_agreement::MuAgreement;
 pub use recording_series::RecordingSeries;
+pub use sample_statistics::{AveragedModels, MuAgreement};
 pub use series_store::{KeptSeries, SeriesError, SeriesSource, SeriesStore};
 
 /// Analyses recording folders in parallel and returns them in the given order, without their series; `callback` is called after

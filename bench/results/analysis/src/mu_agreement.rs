@@ -5,16 +5,7 @@ use std::sync::Arc;
 use crate::findings::Analysis;
 use crate::method::Method;
 use crate::recording_series::RecordingSeries;
-use crate::sample_statistics::{ByMethod, estimated_samples};
-
-/// Agreement of estimated with measured friction over all samples that a method estimates.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct MuAgreement {
-    /// R² about the line of slope 1; `None` if the measured friction is constant.
-    pub r2: Option<f64>,
-    /// Number of samples.
-    pub samples: usize,
-}
+use crate::sample_statistics::{ByMethod, MuAgreement, estimated_samples};
 
 /// Sums over the samples so far, in their order: first for the mean, then about it.
 #[derive(Debug, Clone, Copy, Default)]

@@ -17,7 +17,8 @@ const CORRELATED_FRAMES: f64 = 20.0;
 const LEAST_STD_N_S_PER_M: f64 = 1e-4;
 
 /// Reads the references of a whole recording; a normal force of `off_n` or more counts as a finger.
-pub(super) fn read(record: &Measurements, off_n: f64) -> PlateReadings {
+#[must_use]
+pub fn read(record: &Measurements, off_n: f64) -> PlateReadings {
     let (start_s, end_s) = record.span_s();
     let series = record.series(start_s, end_s);
     let touch_times_s: Vec<f64> = series

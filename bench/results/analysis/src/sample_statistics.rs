@@ -1,9 +1,9 @@
 //! Statistics over all samples of a recording by one method.
 
+use estimation::ModelledSeries;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use crate::average_model::AveragedModels;
 use crate::estimate::InstanceAnalysis;
 use crate::method::Method;
 use crate::recording_series::{EstimateSeries, SampledInstance};
@@ -32,6 +32,18 @@ impl Default for SampleStatistics {
             r2_averaged: f64::NAN,
         }
     }
+}
+
+/// Models of an instance; `None` where the average σ_t allows no such contact.
+pub type AveragedModels = ByMethod<Option<ModelledSeries>>;
+
+/// Agreement of estimated with measured friction over all samples that a method estimates.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct MuAgreement {
+    /// R² about the line of slope 1; `None` if the measured friction is constant.
+    pub r2: Option<f64>,
+    /// Number of samples.
+    pub samples: usize,
 }
 
 /// A value for each method.

@@ -62,7 +62,7 @@ pub fn fit(
 }
 
 /// Returns the options for a plate with this profile along its length.
-pub(crate) fn options(mut options: TrialOptions, profile: &AmplitudeProfile) -> TrialOptions {
+pub fn options(mut options: TrialOptions, profile: &AmplitudeProfile) -> TrialOptions {
     if profile.is_measured() {
         options.priors = options.priors.with_mode_shape();
     }

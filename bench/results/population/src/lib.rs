@@ -7,4 +7,5 @@
 
 pub mod law_check;
 pub mod pooling;
+pub mod session_clock;
 pub mod skin;

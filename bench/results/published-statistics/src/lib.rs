@@ -1,6 +1,7 @@
 //! Published statistics (Huloux 2021, as digested in SCIENCE.md section 7) over instances, trials and participants,
 //! by each method, with the published values. A trial is a recording.
 
+pub mod cluster_test;
 mod grouped;
 mod rows;
 mod statistic;

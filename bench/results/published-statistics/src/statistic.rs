@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use analysis::cluster_test::{self, Clustered};
+use crate::cluster_test::{self, Clustered};
 use analysis::statistics::{Coefficient, Spread, spread};
 
 /// Level of a statistic.

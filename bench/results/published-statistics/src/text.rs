@@ -4,9 +4,9 @@ use comfy_table::presets::NOTHING;
 use comfy_table::{ContentArrangement, Table};
 use statistics::with_error;
 
+use crate::cluster_test::Clustered;
 use crate::statistic::{Level, MethodStatistic, Statistic};
 use crate::table::{StatisticRow, Statistics};
-use analysis::cluster_test::Clustered;
 use analysis::estimate::Method;
 
 /// Form of the table of statistics.

@@ -2,10 +2,10 @@
 
 use analysis::Analysis;
 use analysis::printed_settings::PrintedSettings;
-use analysis::session_clock::{SessionClock, session_clocks};
 use attempts::AttemptAccount;
 use descriptive::Description;
 use population::law_check::{LawCheck, law_checks};
+use population::session_clock::{SessionClock, session_clocks};
 use population::skin::Skin;
 use published_statistics::{Statistics, statistics};
 use serde::ser::Error;

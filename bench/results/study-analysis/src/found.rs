@@ -1,26 +1,9 @@
 //! Recordings found for an analysis.
 
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use analysis::{RecordingAnalysis, SeriesError, Settings, analyse_into};
 use attempts::{Attempts, SelectedAttempt};
-use series_spool::SeriesSpool;
-use study::exclusions::{ExclusionsError, RecordingSelection};
-
-use crate::study_analysis::StudyAnalysis;
-
-/// Reasons why the recordings found cannot be analysed.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum AnalysisError {
-    /// The exclusions of a study cannot be read.
-    #[error(transparent)]
-    Exclusions(#[from] ExclusionsError),
-    /// The time series cannot be kept.
-    #[error(transparent)]
-    Series(#[from] SeriesError),
-}
+use study::exclusions::RecordingSelection;
 
 /// Recordings found for an analysis.
 #[derive(Debug, Default)]
@@ -57,21 +40,5 @@ impl Found {
     #[must_use]
     pub fn recordings(&self) -> &[PathBuf] {
         &self.selection.recordings
-    }
-
-    /// Analyses the recordings; `callback` is called after each one, from several threads. Returns `None` once `callback` broke
-    /// off.
-    ///
-    /// # Errors
-    /// The exclusions of a study cannot be read, or the time series cannot be kept.
-    pub fn analyse(
-        self,
-        settings: &Settings,
-        callback: impl Fn(&RecordingAnalysis) -> ControlFlow<()> + Sync,
-    ) -> Result<Option<StudyAnalysis>, AnalysisError> {
-        let spool = SeriesSpool::default();
-        let analysed = analyse_into(&spool, self.recordings(), settings, callback)?;
-        let study = analysed.map(|analysed| StudyAnalysis::new(self, (analysed, spool)));
-        Ok(study.transpose()?)
     }
 }

@@ -10,6 +10,6 @@ mod study_analysis;
 pub mod summary;
 pub mod warnings;
 
-pub use found::{AnalysisError, Found};
+pub use found::Found;
 pub use request::{Request, RequestError};
-pub use study_analysis::{PageError, StudyAnalysis, excluded_recordings};
+pub use study_analysis::{AnalysisError, PageError, StudyAnalysis, excluded_recordings};

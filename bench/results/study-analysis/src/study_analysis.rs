@@ -1,9 +1,10 @@
 //! An analysis with the attempts and exclusions that it rests on, and its outputs.
 
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use analysis::findings::RecordingFindings;
-use analysis::{Analysis, SeriesError, SeriesSource};
+use analysis::{Analysis, RecordingAnalysis, SeriesError, SeriesSource, Settings, analyse_into};
 use attempts::{AttemptAccount, Attempts};
 use descriptive::Description;
 use jiff::Timestamp;
@@ -11,6 +12,7 @@ use plotting::Figure;
 use population::skin::Skin;
 use published_figures::measured::{FigureSelection, measured_figures};
 use report::{Recorded, ReportContent, ReportError, Results};
+use series_spool::SeriesSpool;
 use study::exclusions::{self, ExclusionsError, RecordingSelection};
 use study::sessions::Sessions;
 
@@ -26,6 +28,18 @@ pub enum PageError {
     /// A figure cannot be drawn.
     #[error(transparent)]
     Report(#[from] ReportError),
+}
+
+/// Reasons why the recordings found cannot be analysed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum AnalysisError {
+    /// The exclusions of a study cannot be read.
+    #[error(transparent)]
+    Exclusions(#[from] ExclusionsError),
+    /// The time series cannot be kept.
+    #[error(transparent)]
+    Series(#[from] SeriesError),
 }
 
 /// Analysis of the recordings found, and its reductions.
@@ -199,6 +213,24 @@ impl StudyAnalysis {
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.is_read() && self.spoilt() == 0 && !self.is_damaged && self.has_result()
+    }
+}
+
+impl Found {
+    /// Analyses the recordings; `callback` is called after each one, from several threads. Returns `None` once `callback` broke
+    /// off.
+    ///
+    /// # Errors
+    /// The exclusions of a study cannot be read, or the time series cannot be kept.
+    pub fn analyse(
+        self,
+        settings: &Settings,
+        callback: impl Fn(&RecordingAnalysis) -> ControlFlow<()> + Sync,
+    ) -> Result<Option<StudyAnalysis>, AnalysisError> {
+        let spool = SeriesSpool::default();
+        let analysed = analyse_into(&spool, self.recordings(), settings, callback)?;
+        let study = analysed.map(|analysed| StudyAnalysis::new(self, (analysed, spool)));
+        Ok(study.transpose()?)
     }
 }
 

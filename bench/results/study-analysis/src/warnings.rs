@@ -2,8 +2,8 @@
 
 use analysis::RecordingAnalysis;
 use analysis::findings::{RecordingFindings, rejection_counts};
-use analysis::session_clock::session_clocks;
 use escaping::{escaped, escaped_line};
+use population::session_clock::session_clocks;
 use recording::manifest::assumed_errors::assumed_terms;
 
 use crate::study_analysis::StudyAnalysis;

@@ -43,7 +43,7 @@ fn the_page_includes_the_results_and_needs_no_other_file() {
     let cell = format!("<td class=\"n\">{:.2}<span", q0 * 1e-4);
     assert!(page.contains(&cell), "{cell}");
     assert!(page.contains("accepted") && page.contains("without a calibration"));
-    assert_eq!(page.matches("<svg").count(), 6);
+    assert_eq!(page.matches("<svg").count(), 7);
     for outside in ["http", "src=", "<script", "<link", "url("] {
         assert!(!page.contains(outside), "{outside}");
     }

@@ -2,8 +2,8 @@
 
 use analysis::Settings;
 use analysis::amplitude_profile::AmplitudeProfile;
-use analysis::trial_fit::fit;
 use live::contact_curves::contact_curves;
+use live::trial_fit::fit;
 use tui::event::ComplexImpedance;
 
 use super::PUBLISHED;
@@ -43,7 +43,7 @@ fn the_curves_of_a_fit_pass_through_the_measurements() {
     assert!(distance(first) > 1.5 * distance(last));
 
     let empty = contact_curves(
-        &analysis::trial_fit::FitRequest {
+        &live::trial_fit::FitRequest {
             explorations: Vec::new(),
             ..request
         },

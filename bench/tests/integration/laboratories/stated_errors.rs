@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 use std::fs;
 
 use analysis::amplitude_profile::AmplitudeProfile;
-use analysis::trial_fit::TrialContact;
 use contact::harmonic::observed;
 use contact::live_estimator::{LiveEstimate, LiveEstimator, LiveFrame};
+use live::trial_fit::TrialContact;
 
 use super::PUBLISHED;
 use super::uneven_plate::trial_fit;

@@ -3,6 +3,7 @@
 //! `mock-hw` shows the same plate and person to a bench, which controls them through its interfaces. Here a script does: unloaded
 //! plate, countdown, strokes in alternating directions with the mean force shown after each, unloaded plate.
 
+mod course;
 mod plan;
 mod readings;
 mod script;

@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use strict_toml::{OutOfRange, count_within, require_range};
 
-use super::script::{STROKE_S, TAIL_S, UNLOADED_S};
+use super::course::{STROKE_S, TAIL_S, UNLOADED_S};
 use crate::scenario::Scenario;
 
 /// Sampling rates of a trial, Hz.

@@ -1,36 +1,12 @@
 //! Screen of a trial, from the start of the drive to its end.
 
+use super::course::{
+    BAND_N, BASELINE_S, COUNTDOWN_S, FEEDBACK_S, LIFTED_S, PATIENCE_S, PLACING_S, REST_OF_STROKE_S,
+    SETTLE_S, SPEED_M_PER_S, TRAVEL_M, TRAVEL_S, UNLOADED_S,
+};
 use super::plan::TrialPlan;
 use super::readings::Stroke;
 use crate::person::{Act, HeardCue, PerceivedInstruction, Percept};
-
-/// Time before the first unloaded stretch, s.
-const SETTLE_S: f64 = 0.2;
-/// Length of an unloaded stretch, s.
-const BASELINE_S: f64 = 0.8;
-/// Time from a start mark on the screen to its end without a button, s.
-const PATIENCE_S: f64 = 20.0;
-const COUNTDOWN_S: f64 = 3.0;
-const FEEDBACK_S: f64 = 3.0;
-/// Time after a finger's last touch before the plate counts as unloaded, s.
-const LIFTED_S: f64 = 0.2;
-/// Time to reach a start mark and press the button, s: typical.
-const PLACING_S: f64 = 1.1;
-/// Ends of the slider's travel along the plate, m.
-const TRAVEL_M: [f64; 2] = [0.010, 0.095];
-const SPEED_M_PER_S: f64 = 0.050;
-const TRAVEL_S: f64 = (TRAVEL_M[1] - TRAVEL_M[0]) / SPEED_M_PER_S;
-/// Normal forces requested on the screen, N.
-const BAND_N: (f64, f64) = (0.5, 0.8);
-
-/// End of the first unloaded stretch, s.
-pub(super) const UNLOADED_S: f64 = SETTLE_S + BASELINE_S;
-/// Typical length of a stroke with its countdown and the mean force shown after it, s.
-pub(super) const STROKE_S: f64 = PLACING_S + COUNTDOWN_S + TRAVEL_S + FEEDBACK_S;
-/// Typical length of the unloaded stretch at the end, less the display of a mean force, s.
-pub(super) const TAIL_S: f64 = 0.5 + LIFTED_S + BASELINE_S - FEEDBACK_S;
-/// Time that a stroke needs after its slider has started, s.
-const REST_OF_STROKE_S: f64 = TRAVEL_S + 1.0 + LIFTED_S + BASELINE_S;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Stage {

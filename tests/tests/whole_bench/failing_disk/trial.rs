@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use recording::manifest::{End, EventKind, MINIMAL, Manifest, RecordingEvent};
-use recording::recorder::{
+use recorder::{
     Begin, RecorderCore, RecorderMessage, RecorderNotice, RecorderState, SYNC_INTERVAL,
 };
+use recording::manifest::{End, EventKind, MINIMAL, Manifest, RecordingEvent};
 use recording::storage::{FileSystem, Storage};
 use recording::study::event_log::{self, Document, EventLog, ExitStatus};
 use recording::sums::{Summation, Sums};

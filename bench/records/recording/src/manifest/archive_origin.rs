@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::import_origin::{require_sum, require_text};
 use super::manifest_error::{MAX_ENTRIES, ManifestError, require_not_negative, require_positive};
+use super::origin_text::{require_sum, require_text};
 use super::transducers::RecordedChannels;
 
 /// Archiving of a recording: envelopes in place of the samples of drive and pickup.

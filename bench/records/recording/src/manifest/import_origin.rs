@@ -1,11 +1,11 @@
-//! `[origin]`: the import or the archive from which a recording comes. `[origin.imported]`: files, map and program by which a recording made elsewhere was imported, and the values found in them.
+//! `[origin]`: the import or the archive from which a recording comes. `[origin.imported]`: files, map and program by which a recording
+//! made elsewhere was imported, and the values found in them.
 
 use serde::{Deserialize, Serialize};
 
 use super::archive_origin::Archived;
-use super::manifest_error::{
-    MAX_ENTRIES, ManifestError, require_finite, require_not_negative, text_error,
-};
+use super::manifest_error::{MAX_ENTRIES, ManifestError, require_finite, require_not_negative};
+use super::origin_text::{require_sum, require_text};
 
 /// Origin of a recording that is not as this bench wrote it.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -124,24 +124,5 @@ impl Imported {
             require_not_negative(&key("error"), value.error.unwrap_or(0.0))?;
         }
         Ok(())
-    }
-}
-
-pub(super) fn require_text(key: &str, text: &str) -> Result<(), ManifestError> {
-    match text.trim().is_empty() {
-        true => Err(text_error(key, text, "a text that is not empty")),
-        false => Ok(()),
-    }
-}
-
-pub(super) fn require_sum(key: &str, text: &str) -> Result<(), ManifestError> {
-    let is_digit = |byte: u8| matches!(byte, b'0'..=b'9' | b'a'..=b'f');
-    match text.len() == 64 && text.bytes().all(is_digit) {
-        true => Ok(()),
-        false => Err(text_error(
-            key,
-            text,
-            "the 64 digits 0 to 9 and a to f of a SHA-256, as `sha256sum` prints them",
-        )),
     }
 }

@@ -11,6 +11,7 @@ mod import_origin;
 mod interval;
 mod manifest_error;
 mod origin;
+mod origin_text;
 mod raw_manifest;
 mod recorded_across;
 mod recorded_clock;

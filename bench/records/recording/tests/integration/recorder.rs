@@ -5,11 +5,11 @@ use std::time::{Duration, Instant};
 
 use crate::support::{FORMAT_2, force_rows, manifest, position_rows, ramp, read_all};
 use crossbeam_channel::Receiver;
-use recording::manifest::{End, EventKind};
-use recording::recorder::{
+use recorder::{
     Begin, QueueState, RecorderCore, RecorderError, RecorderMessage, RecorderNotice, RecorderState,
     SYNC_INTERVAL, SendError, recorder,
 };
+use recording::manifest::{End, EventKind};
 use recording::writer::{Ending, WriteError};
 
 fn begin(folder: &Path) -> RecorderMessage {

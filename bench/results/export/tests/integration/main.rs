@@ -157,12 +157,19 @@ fn a_folder_with_other_files_and_the_study_itself_are_refused() {
 fn an_accepted_trial_with_a_broken_recording_is_named() {
     let study = SmallStudy::new();
     let session = study.study().join("sub-02/ses-01");
-    let key = r#"{"number":2,"attempt":1,"practice":false,"condition":"dry"}"#;
-    let events = [
-        format!(r#"{{"event":"trial_began","key":{key}}}"#),
+    let key =
+        |number| format!(r#"{{"number":{number},"attempt":1,"practice":false,"condition":"dry"}}"#);
+    let settled = |number, outcome: &str| {
+        let key = key(number);
         format!(
-            r#"{{"event":"trial_settled","record":{{"key":{key},"outcome":{{"outcome":"accepted"}},"analysis":null}}}}"#
-        ),
+            r#"{{"event":"trial_settled","record":{{"key":{key},"outcome":{{"outcome":{outcome}}},"analysis":null}}}}"#
+        )
+    };
+    let events = [
+        format!(r#"{{"event":"trial_began","key":{}}}"#, key(1)),
+        settled(1, r#""given_up","reasons":[]"#),
+        format!(r#"{{"event":"trial_began","key":{}}}"#, key(2)),
+        settled(2, r#""accepted""#),
     ];
     let lines = events.map(|data| {
         format!(r#"{{"document":"event","stream":"session","seq_num":1,"time":"","audio_s":1.0,"data":{data}}}"#) + "\n"

@@ -4,13 +4,13 @@
 use std::path::PathBuf;
 
 use analysis::Analysis;
-use analysis::cluster_test::Clustered;
 use attempts::AttemptAccount;
 use population::law_check::LawCheck;
 use population::skin::{
     LeftOut, Parameters, PersonParameter, PersonSkin, Ranged, Skin, StudyParameter, TrialParameter,
 };
 use protocols::Direction;
+use published_statistics::cluster_test::Clustered;
 use published_statistics::{Level, MethodStatistic, Statistic, StatisticRow, Statistics};
 use recording::manifest::assumed_errors::AssumedErrors;
 use recording::study::TrialBlock;

@@ -1,4 +1,4 @@
-//! Recorder: a bounded queue from the acquisition into a [`RecordingWriter`](crate::RecordingWriter), on a thread or
+//! Recorder: a bounded queue from the acquisition into a [`RecordingWriter`](recording::RecordingWriter), on a thread or
 //! polled in lock step.
 //!
 //! Audio never waits for the disk: a full queue refuses data, the loss is counted, and the trial fails at that sample

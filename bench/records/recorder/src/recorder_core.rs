@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::message::{
+use crate::message::{
     Begin, RecorderError, RecorderMessage, RecorderNotice, RecorderState, RecorderStatus,
 };
-use crate::manifest::{EventKind, RecordingEvent};
-use crate::storage::{FileSystem, Storage};
-use crate::sums::Summation;
-use crate::writer::{DiskSize, Ending, RecordingWriter, WriteError};
+use recording::manifest::{EventKind, RecordingEvent};
+use recording::storage::{FileSystem, Storage};
+use recording::sums::Summation;
+use recording::writer::{DiskSize, Ending, RecordingWriter, WriteError};
 
 /// Time between syncs; together with the sync well under the 1 s within which everything must be on disk.
 pub const SYNC_INTERVAL: Duration = Duration::from_millis(400);
@@ -252,8 +252,8 @@ impl RecorderCore {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::manifest::{MINIMAL, Manifest};
-    use crate::{AudioFormat, RecordingReader};
+    use recording::manifest::{MINIMAL, Manifest};
+    use recording::{AudioFormat, RecordingReader};
 
     #[test]
     fn a_flag_with_an_earlier_sample_replaces_its_event_only() {

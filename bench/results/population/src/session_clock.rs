@@ -6,8 +6,8 @@ use std::fmt;
 use force_alignment::{Estimate, joint_rate};
 use serde::Serialize;
 
-use crate::findings::{Analysis, RecordingFindings};
-use crate::force_clock::ForceClock;
+use analysis::findings::{Analysis, RecordingFindings};
+use analysis::force_clock::ForceClock;
 
 /// Shortest slides together from which a common rate is stated, s.
 const SHORTEST_S: f64 = 60.0;
@@ -109,7 +109,7 @@ fn session(findings: &RecordingFindings) -> Option<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::force_clock::Measured;
+    use analysis::force_clock::Measured;
 
     fn clock(ppm: f64, std: f64, length_s: f64) -> ForceClock {
         ForceClock {

@@ -10,16 +10,16 @@ use protocols::{
 };
 use recording::pipeline::PickupOffset;
 
-use crate::amplitude_profile::AmplitudeProfile;
-use crate::error_budget::ErrorBudget;
-use crate::instance::PreparedInstance;
-use crate::measurements::{FrameSeries, Measurements};
-use crate::method::Method;
-use crate::plate_reading::PlateReading;
-use crate::plate_references;
-use crate::under_finger::UnderFinger;
-use crate::unloaded_plate::UnloadedError;
-use crate::whole_trial;
+use analysis::amplitude_profile::AmplitudeProfile;
+use analysis::error_budget::ErrorBudget;
+use analysis::findings::PlateReading;
+use analysis::instance::PreparedInstance;
+use analysis::measurements::{FrameSeries, Measurements};
+use analysis::method::Method;
+use analysis::plate_references;
+use analysis::under_finger::UnderFinger;
+use analysis::unloaded_plate::UnloadedError;
+use analysis::whole_trial;
 
 /// Trial or exploration to be fitted.
 #[derive(Debug)]

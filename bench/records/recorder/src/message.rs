@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use crate::csv_rows::{ForceRow, PositionRow};
-use crate::disk::DiskError;
-use crate::manifest::{Manifest, RecordedClock, RecordedInterval, RecordingEvent};
-use crate::sums::Sums;
-use crate::writer::{DiskSize, Ending, WriteError};
+use recording::disk::DiskError;
+use recording::manifest::{Manifest, RecordedClock, RecordedInterval, RecordingEvent};
+use recording::sums::Sums;
+use recording::writer::{DiskSize, Ending, WriteError};
+use recording::{ForceRow, PositionRow};
 use wav_files::AudioFormat;
 
 /// Message from the acquisition to the recorder.

@@ -19,7 +19,7 @@ pub fn run(options: &ArchiveOptions, verbosity: Verbosity) -> anyhow::Result<boo
         privacy::keep_new_files_private();
     }
     let bar = OnceLock::new();
-    let begin = |recordings| drop(bar.set(progress_bar(recordings as u64, verbosity)));
+    let begin = |recordings: usize| drop(bar.set(progress_bar(recordings as u64, verbosity)));
     let summary = archive::archive(options, env!("CARGO_PKG_VERSION"), begin, |recording| {
         if let Some(bar) = bar.get() {
             bar.suspend(|| report(recording, verbosity));

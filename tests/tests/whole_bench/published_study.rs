@@ -103,7 +103,7 @@ fn require_close(found: &Value, expected: &Value) {
             }
         }
         (Value::Number(found), Value::Number(expected)) => {
-            let (found, expected) = (found.as_f64().unwrap(), expected.as_f64().unwrap());
+            let [found, expected] = [found, expected].map(|number| number.as_f64().expect("real"));
             let difference = (found - expected).abs();
             assert!(
                 difference <= TOLERANCE * expected.abs(),

@@ -33,7 +33,10 @@ pub(crate) fn open(target: &Path, study: Option<&Path>) -> Result<(), ArchiveErr
             target: target.to_owned(),
         }),
         Err(error) if error.kind() == ErrorKind::NotFound => {
-            if let Some(file) = entries(target)?.into_iter().next() {
+            if let Some(file) = entries(target)?
+                .into_iter()
+                .find(|name| !name.starts_with('.'))
+            {
                 return Err(ArchiveError::Occupied {
                     target: target.to_owned(),
                     file,

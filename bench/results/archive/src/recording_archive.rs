@@ -72,7 +72,7 @@ fn write(source: &Path, target: &Path, version: &str) -> Result<RecordingState, 
         fs::remove_dir_all(&partial).with_path("remove", &partial)?;
     }
     fs::create_dir_all(&partial).with_path("create", &partial)?;
-    let state = fill(source, &partial, manifest, version);
+    let state = fill(source, &partial, &manifest, version);
     let state = state.and_then(|state| {
         disk::sync_folder(&partial)?;
         fs::rename(&partial, target).with_path("create", target)?;
@@ -91,10 +91,10 @@ fn write(source: &Path, target: &Path, version: &str) -> Result<RecordingState, 
 fn fill(
     source: &Path,
     folder: &Path,
-    manifest: Manifest,
+    manifest: &Manifest,
     version: &str,
 ) -> Result<RecordingState, ArchiveError> {
-    let copied = |reason| {
+    let copied = |reason| -> Result<RecordingState, ArchiveError> {
         copy_files(source, folder, |_| true)?;
         Ok(RecordingState::Copied { reason })
     };
@@ -140,7 +140,7 @@ fn fill(
             ],
         )?,
     };
-    let description = described(&manifest, signals, archived).to_toml()?;
+    let description = described(manifest, signals, archived).to_toml()?;
     disk::replace_file(&folder.join(MANIFEST_FILE), description.as_bytes())?;
     Ok(RecordingState::Archived)
 }

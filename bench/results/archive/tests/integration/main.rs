@@ -154,8 +154,8 @@ fn an_archive_is_a_study_with_the_same_estimates() {
         [&copy, &original].map(|findings| findings.trial.as_ref().unwrap());
     is_near(
         "S",
-        copy_fit.skin.contact_area_m2,
-        original_fit.skin.contact_area_m2,
+        copy_fit.contact_area_m2.value,
+        original_fit.contact_area_m2.value,
         2e-3,
     );
     // Events count in samples, which the archive lacks.

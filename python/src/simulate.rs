@@ -155,6 +155,9 @@ fn refused(error: &impl ToString) -> PyErr {
     FrictionBenchError::new_err(error.to_string())
 }
 
+/// Value of a sample of the truth.
+type TruthValue = fn(&TruthSample) -> f64;
+
 /// Returns the streams, the stated constants and the truth of a trial.
 fn dictionary(py: Python<'_>, trial: TrialRecording) -> PyResult<Bound<'_, PyDict>> {
     let out = PyDict::new(py);
@@ -249,7 +252,7 @@ fn truth<'py>(py: Python<'py>, trial: &TrialRecording) -> PyResult<Bound<'py, Py
         .map(|s| complex(s.z_t_n_s_per_m))
         .collect();
     series.set_item("z_t_n_s_per_m", z_t.into_pyarray(py))?;
-    let columns: [(&str, fn(&TruthSample) -> f64); 15] = [
+    let columns: [(&str, TruthValue); 15] = [
         ("sigma_t_m", |s| s.sigma_t_m),
         ("mu0", |s| s.mu0),
         ("gap_m", |s| s.gap_m),

@@ -5,7 +5,7 @@ use protocols::Protocol;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recording::RecordingSource;
-use recording::recorded_arrays::{self, RecordedArrays, Samples};
+use recording::recorded_arrays::{self, RecordedArrays};
 use study_analysis::{Found, StudyAnalysis};
 
 use crate::analysis::Analysis;
@@ -92,16 +92,6 @@ impl<'py> DriveAndPickup<'py> {
         let signals = [self.drive.samples()?, self.pickup.samples()?];
         RecordedArrays::new(description.manifest, description.sample_rate_hz, signals)
             .map_err(|rule| rule_refusal(&rule))
-    }
-}
-
-impl Signal<'_> {
-    /// Returns the samples.
-    pub(crate) fn samples(&self) -> PyResult<Samples<'_>> {
-        Ok(match self {
-            Self::Single(samples) => Samples::Single(samples.as_slice()?),
-            Self::Double(samples) => Samples::Double(samples.as_slice()?),
-        })
     }
 }
 

@@ -8,6 +8,7 @@ use numpy::{
     PyUntypedArrayMethods, dtype,
 };
 use pyo3::prelude::*;
+use recording::recorded_arrays::Samples;
 
 use crate::error::FrictionBenchError;
 
@@ -45,6 +46,16 @@ impl<'py> Signal<'py> {
             Self::Single(samples) => samples.len(),
             Self::Double(samples) => samples.len(),
         }
+    }
+}
+
+impl Signal<'_> {
+    /// Returns the samples.
+    pub(crate) fn samples(&self) -> PyResult<Samples<'_>> {
+        Ok(match self {
+            Self::Single(samples) => Samples::Single(samples.as_slice()?),
+            Self::Double(samples) => Samples::Double(samples.as_slice()?),
+        })
     }
 }
 

@@ -7,7 +7,7 @@ use recording::manifest::{ManifestError, ManifestReadError};
 use toml::{Table, Value};
 
 use crate::arrays::Signal;
-use crate::demodulate::modulation;
+use crate::envelope_series::modulation;
 use crate::error::{FrictionBenchError, refusal};
 
 /// Name of the description in errors that concern all of it.

@@ -8,6 +8,7 @@ mod broadcast;
 mod contact;
 mod demodulate;
 mod description;
+mod envelope_series;
 mod error;
 mod folders;
 mod import_map;

@@ -4,6 +4,7 @@
 mod cause;
 mod content_store;
 mod in_place;
+mod json;
 mod lines;
 mod pointer;
 mod refusal;
@@ -13,6 +14,7 @@ mod text;
 pub use cause::cause;
 pub use content_store::ContentStore;
 pub use in_place::open_in_place;
+pub use json::parse_json;
 pub use lines::{BoundedLines, Line};
 pub use refusal::{FileKind, Refusal, refusal};
 pub use regular::{TEXT_LIMIT_BYTES, open, read, read_limited, read_text};

@@ -9,7 +9,6 @@ mod csv_rows;
 pub mod disk;
 pub mod disk_limit;
 mod file_name;
-mod json_fault;
 pub mod lock;
 pub mod manifest;
 pub mod moving_pipeline;

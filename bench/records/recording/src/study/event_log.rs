@@ -13,8 +13,8 @@ use serde_json::{Map, Value};
 
 use crate::DiskError;
 use crate::disk::{self, OnPath};
-use crate::json_fault::parse_json;
 use crate::storage::{FileSystem, Storage, StoredFile};
+use bounded_files::parse_json;
 
 /// Maximum size of a log, bytes: some 120 000 events, four hundred times as many as in a long session.
 const LIMIT_BYTES: u64 = 64 << 20;

@@ -36,10 +36,10 @@ pub use study_error::{DESCRIPTION_FILE, EXCLUSIONS_FILE, PARTICIPANTS_FILE, Stud
 
 use crate::disk::{self, DiskError, OnPath};
 use crate::disk_limit::{self, DiskLimit};
-use crate::json_fault::parse_json;
 use crate::lock::{HeldLock, Lock};
 use crate::rights;
 use crate::storage::{FileSystem, Storage};
+use bounded_files::parse_json;
 
 /// Lock file of the instance that uses the study.
 pub const LOCK_FILE: &str = ".friction-bench.lock";

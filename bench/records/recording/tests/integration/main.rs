@@ -7,6 +7,5 @@ mod limits;
 mod other_writers;
 #[cfg(unix)]
 mod process;
-mod recorder;
 mod study;
 mod support;

@@ -8,8 +8,8 @@ use serde_json::error::Category;
 /// # Errors
 /// The words for its fault, without the parser's.
 pub fn parse_json<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
-    let bytes = bounded_files::without_mark(bytes);
-    let text = bounded_files::as_text(bytes).map_err(|refusal| refusal.to_string())?;
+    let bytes = crate::without_mark(bytes);
+    let text = crate::as_text(bytes).map_err(|refusal| refusal.to_string())?;
     serde_json::from_str(text).map_err(|error| words(&error))
 }
 

@@ -56,9 +56,9 @@ fn run(snakemake: &Path, folder: &Path) -> (Output, usize) {
             .arg(format!("program={}", friction_bench().display()))
             .arg("studies=my study"),
     );
-    let text = text(&output);
-    let jobs = text.lines().filter(|line| line.starts_with("rule part:"));
-    let jobs = jobs.count();
+    let printed = text(&output);
+    let failed = printed.matches("Error in rule part:").count();
+    let jobs = printed.matches("rule part:").count() - failed;
     (output, jobs)
 }
 

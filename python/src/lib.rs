@@ -1,5 +1,10 @@
 //! The native half of the Python package `friction_bench`.
 
+#![allow(
+    rustdoc::broken_intra_doc_links,
+    reason = "docstrings of Python, in which brackets are indices"
+)]
+
 mod analysis;
 mod analyze_arrays;
 mod arrays;

@@ -123,7 +123,7 @@ pub enum RecordingError {
     Description(#[from] ManifestError),
 }
 
-/// Findings in a recording. They are small: its time series are a [`RecordingSeries`](crate::RecordingSeries).
+/// Findings in a recording. They are small: its time series are a [`RecordingSeries`].
 #[derive(Debug, Serialize, Deserialize)]
 pub struct RecordingFindings {
     /// Folder, as given.

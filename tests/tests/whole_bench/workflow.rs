@@ -54,7 +54,7 @@ fn run(snakemake: &Path, folder: &Path) -> (Output, usize) {
             .arg(workflow.join("profiles/local"))
             .arg("--config")
             .arg(format!("program={}", friction_bench().display()))
-            .arg("studies=my study"),
+            .args(["studies=my study", "options=[\"--no-offset\"]"]),
     );
     let printed = text(&output);
     let failed = printed.matches("Error in rule part:").count();
@@ -84,8 +84,8 @@ fn a_recording_that_cannot_be_read_fails_alone_and_is_the_only_one_done_again() 
     let recording = folder
         .path()
         .join("my study/sub-01/ses-01/trial-017_attempt-1");
-    let forces = fs::read(recording.join("force.csv")).unwrap();
-    fs::write(recording.join("force.csv"), "no forces\n").unwrap();
+    let description = fs::read(recording.join("recording.toml")).unwrap();
+    fs::write(recording.join("recording.toml"), "format = ").unwrap();
 
     let (output, jobs) = run(&snakemake, folder.path());
     assert_eq!(output.status.code(), Some(1), "{}", text(&output));
@@ -100,14 +100,42 @@ fn a_recording_that_cannot_be_read_fails_alone_and_is_the_only_one_done_again() 
     let results = folder.path().join("results/results.json");
     assert!(!results.exists());
 
-    fs::write(recording.join("force.csv"), &forces).unwrap();
+    fs::write(recording.join("recording.toml"), &description).unwrap();
     let (output, jobs) = run(&snakemake, folder.path());
     assert!(output.status.success(), "{}", text(&output));
     assert_eq!((jobs, parts(folder.path())), (1, RECORDINGS));
-    let results: serde_json::Value = serde_json::from_slice(&fs::read(results).unwrap()).unwrap();
-    assert_eq!(results["recordings"].as_array().unwrap().len(), RECORDINGS);
+    let content: serde_json::Value = serde_json::from_slice(&fs::read(&results).unwrap()).unwrap();
+    assert_eq!(content["recordings"].as_array().unwrap().len(), RECORDINGS);
 
     let (output, jobs) = run(&snakemake, folder.path());
     assert!(output.status.success(), "{}", text(&output));
     assert_eq!(jobs, 0, "{}", text(&output));
+
+    // An exclusion changes the results without a job.
+    let study = folder.path().join("my study");
+    let arguments = [
+        "exclude",
+        "sub-01",
+        "--trial",
+        "17",
+        "--because",
+        "wet",
+        "--by",
+        "ME",
+        "--study",
+    ];
+    assert!(
+        finish(Command::new(friction_bench()).args(arguments).arg(&study))
+            .status
+            .success()
+    );
+    fs::remove_file(&results).unwrap();
+    let (output, jobs) = run(&snakemake, folder.path());
+    assert!(output.status.success(), "{}", text(&output));
+    assert_eq!(jobs, 0, "{}", text(&output));
+    let results: serde_json::Value = serde_json::from_slice(&fs::read(results).unwrap()).unwrap();
+    assert_eq!(
+        results["recordings"].as_array().unwrap().len(),
+        RECORDINGS - 1
+    );
 }

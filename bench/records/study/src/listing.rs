@@ -77,7 +77,7 @@ pub enum ListedStanding {
     NotInLog,
     /// The same recording as one in another folder, which counts.
     Copy,
-    /// Its description cannot be read.
+    /// Its description cannot be read, and it may count.
     Unreadable,
 }
 
@@ -267,6 +267,10 @@ fn listed(path: &Path, log: Option<&LoggedSession>, is_excluded: bool) -> Listed
         Ok(manifest) => manifest,
         Err(error) => {
             recording.fault = Some(error.to_string());
+            recording.standing = match is_excluded {
+                true => ListedStanding::Excluded,
+                false => unread_standing(log, label),
+            };
             return recording;
         }
     };
@@ -316,6 +320,16 @@ fn standing(
         Some(Standing::Repeated | Standing::GivenUp) => ListedStanding::Rejected,
         Some(Standing::Accepted | Standing::Interrupted) => ListedStanding::BrokenOff,
         Some(Standing::Unknown) | None => ListedStanding::NotInLog,
+    }
+}
+
+/// Returns the standing of a recording of which the description cannot be read: that of an attempt that cannot count, by the log.
+fn unread_standing(log: Option<&LoggedSession>, label: Option<TrialLabel>) -> ListedStanding {
+    let attempt = log.zip(label).and_then(|(log, label)| log.attempt(label));
+    match attempt.map(Attempt::standing) {
+        Some(Standing::Repeated | Standing::GivenUp) => ListedStanding::Rejected,
+        Some(Standing::Interrupted) => ListedStanding::BrokenOff,
+        Some(Standing::Accepted | Standing::Unknown) | None => ListedStanding::Unreadable,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Files from which the findings of a recording follow, with their sums.
 
-use std::fs::{self, File};
-use std::io::{self, Read};
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 
@@ -10,11 +10,7 @@ use recording::manifest::Manifest;
 use recording::sums::{self, Sums};
 use recording::{DiskError, OTHER_FILES, disk::OnPath};
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 use study::sessions::{LoggedSession, Sessions};
-
-/// Bytes per read.
-const BUFFER_BYTES: usize = 1 << 18;
 
 /// File of a recording with its sum.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -106,7 +102,7 @@ impl Inputs {
         input.sum = match (cached, recorded_sum) {
             (Some(cached), _) if !known.is_distrusted => cached.sum.clone(),
             (None, Some(sum)) if !known.is_distrusted && is_as_recorded => sum.clone(),
-            _ => sum(path).with_path("read", path)?,
+            _ => sums::file_sum(path).with_path("read", path)?.1,
         };
         if known.is_distrusted && recorded_sum.is_some_and(|recorded| *recorded != input.sum) {
             self.changed.push(path.to_owned());
@@ -137,18 +133,4 @@ impl<'a> RecordedSums<'a> {
 fn modified_ns(metadata: &fs::Metadata) -> Option<u128> {
     let since = metadata.modified().ok()?.duration_since(UNIX_EPOCH).ok()?;
     Some(since.as_nanos())
-}
-
-fn sum(path: &Path) -> io::Result<String> {
-    let mut file: File = bounded_files::open(path)?;
-    let mut digest = Sha256::new();
-    let mut buffer = vec![0; BUFFER_BYTES];
-    loop {
-        match file.read(&mut buffer) {
-            Ok(0) => return Ok(format!("{:x}", digest.finalize())),
-            Ok(n) => digest.update(&buffer[..n]),
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(error),
-        }
-    }
 }

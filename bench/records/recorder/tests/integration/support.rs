@@ -2,10 +2,7 @@
 
 use std::path::Path;
 
-use recording::manifest::{
-    Carrier, FORMAT, Manifest, Modulation, Participant, RecordedChannels, RecordedContact,
-    RecordedDrive, RecordedPickup, RecordedPlate, RecordedSignals, Software, Streams, Trial,
-};
+use recording::manifest::{MINIMAL, Manifest};
 use recording::{AudioFormat, ForceRow, PositionRow, RecordingReader};
 
 pub const FORMAT_2: AudioFormat = AudioFormat {
@@ -13,66 +10,19 @@ pub const FORMAT_2: AudioFormat = AudioFormat {
     channels: 2,
 };
 
+/// Trial to which the recordings belong.
+const TRIAL: &str = r#"
+[trial]
+number = 3
+attempt = 1
+practice = false
+condition = "6 Hz"
+protocol = "huloux2021"
+seed = 42
+"#;
+
 pub fn manifest() -> Manifest {
-    Manifest {
-        format: FORMAT,
-        streams: Streams::Signals(RecordedSignals {
-            carrier: Carrier::Steady(35_000.0),
-            modulation: Modulation {
-                frequency_hz: 6.0,
-                index: 0.95,
-            },
-            channels: RecordedChannels {
-                rate_hz: None,
-                drive: RecordedDrive {
-                    index: 0,
-                    volts_per_unit: 100.0,
-                    clip_units: None,
-                },
-                pickup: RecordedPickup {
-                    index: 1,
-                    metres_per_unit: 2e-6,
-                    phase_rad: 0.1,
-                    clip_units: None,
-                },
-            },
-            plate: RecordedPlate {
-                resonance_hz: 35_000.0,
-                modal_mass_kg: 0.008,
-                force_factor_n_per_v: 0.13,
-                centre_m: 0.0525,
-                profile: None,
-                across: None,
-            },
-        }),
-        contact: RecordedContact::default(),
-        standard_errors: None,
-        room: None,
-        intervals: Vec::new(),
-        participant: Some(Participant {
-            id: "sub-01".to_owned(),
-            session: 1,
-        }),
-        trial: Some(Trial {
-            number: 3,
-            attempt: 1,
-            practice: false,
-            condition: "6 Hz".to_owned(),
-            protocol: "huloux2021".to_owned(),
-            protocol_file: Some("huloux2021.toml".to_owned()),
-            seed: 42,
-            end: None,
-            interruption: None,
-        }),
-        hardware: None,
-        software: Some(Software {
-            name: "friction-bench".to_owned(),
-            version: "0.1.0".to_owned(),
-        }),
-        origin: None,
-        clocks: Vec::new(),
-        events: Vec::new(),
-    }
+    Manifest::parse(&format!("{MINIMAL}{TRIAL}"), "recording.toml").unwrap()
 }
 
 /// Returns frames with `n` on the drive and `-n` on the pickup in frame `n`.

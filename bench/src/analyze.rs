@@ -15,7 +15,7 @@ use self::warning_lines::print_warnings;
 use crate::analyze_options::columns;
 use crate::cli::Analyze;
 use crate::dates;
-use crate::outcome::{progress_bar, require_writable, write_text};
+use crate::outcome::{progress_bar, require_writable, write_lines, write_text};
 use crate::verbosity::Verbosity;
 use analysis_parts::read_parts;
 use escaping::{escaped, escaped_line};
@@ -100,7 +100,7 @@ fn write_files(
     if options.json.is_some() || options.report.is_some() {
         let results = study.results();
         if let Some(path) = &options.json {
-            write_text(path, &results.to_json()?)?;
+            write_lines(path, |out| Ok(results.write_json(out)?))?;
             report_written(path);
         }
         if let Some(path) = &options.report {

@@ -1,12 +1,13 @@
 //! Progress and output of commands that process many recordings.
 
 use std::fs;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::Path;
 
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use recording::disk;
+use recording::storage::FileSystem;
 
 use crate::verbosity::Verbosity;
 
@@ -68,23 +69,85 @@ fn is_stream(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir())
 }
 
-/// Writes `text` to standard output for `-`, otherwise to a file that is complete or absent. Control characters are
-/// escaped on the terminal, in a form that is valid in JSON too.
+/// Writes `text` as [`write_lines`] does.
 ///
 /// # Errors
 /// When the system refuses.
 pub(crate) fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
+    write_lines(path, |out| out.write_all(text.as_bytes()))
+}
+
+/// Writes the lines that `write` writes to standard output for `-`, otherwise to a file that is complete or absent. Control
+/// characters are escaped on the terminal, in a form that is valid in JSON too.
+///
+/// # Errors
+/// When the system refuses.
+pub(crate) fn write_lines(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> anyhow::Result<()> {
     if path == Path::new("-") {
-        standard_streams::data_out().write_all(escaping::escaped(text).as_bytes())?;
+        let mut lines = EscapedLines::new(standard_streams::data_out());
+        write(&mut lines)?;
+        lines.finish()?;
         return Ok(());
     }
+    let buffered = |file: &mut dyn Write| {
+        let mut file = BufWriter::new(file);
+        write(&mut file)?;
+        file.flush()
+    };
     if is_stream(path) {
         let mut stream = fs::OpenOptions::new().write(true).open(path)?;
-        return stream
-            .write_all(text.as_bytes())
-            .with_context(|| format!("cannot write {}", path.display()));
+        return buffered(&mut stream).with_context(|| format!("cannot write {}", path.display()));
     }
-    disk::replace_file(path, text.as_bytes()).context("cannot write the results")
+    disk::replace_file_by(&FileSystem, path, |mut file| buffered(&mut file))
+        .context("cannot write the results")
+}
+
+/// Text whose lines are escaped for a terminal, each as soon as it ends.
+struct EscapedLines<W> {
+    out: W,
+    /// Start of a line, as UTF-8.
+    begun: Vec<u8>,
+}
+
+impl<W: Write> EscapedLines<W> {
+    fn new(out: W) -> Self {
+        Self {
+            out,
+            begun: Vec::new(),
+        }
+    }
+
+    /// Writes the lines that have ended, up to `end` bytes.
+    fn write_begun(&mut self, end: usize) -> io::Result<()> {
+        let text = String::from_utf8_lossy(&self.begun[..end]);
+        self.out.write_all(escaping::escaped(&text).as_bytes())?;
+        self.begun.drain(..end);
+        Ok(())
+    }
+
+    /// Writes a last line that has no end.
+    fn finish(mut self) -> io::Result<()> {
+        self.write_begun(self.begun.len())?;
+        self.out.flush()
+    }
+}
+
+impl<W: Write> Write for EscapedLines<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let before = self.begun.len();
+        self.begun.extend_from_slice(bytes);
+        if let Some(end) = bytes.iter().rposition(|byte| *byte == b'\n') {
+            self.write_begun(before + end + 1)?;
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
 }
 
 #[cfg(all(test, target_os = "linux"))]
@@ -104,6 +167,18 @@ mod tests {
         let mut read = String::new();
         reader.read_to_string(&mut read).unwrap();
         assert_eq!(read, "results");
+    }
+
+    #[test]
+    fn lines_in_pieces_are_escaped_as_a_whole() {
+        let mut written = Vec::new();
+        let mut lines = EscapedLines::new(&mut written);
+        for piece in [&b"a\n\x1b[2Jb\xc2"[..], b"\xb5m\n", b"rest"] {
+            lines.write_all(piece).unwrap();
+        }
+        assert_eq!(lines.begun, b"rest");
+        lines.finish().unwrap();
+        assert_eq!(written, "a\n\\u001b[2Jbµm\nrest".as_bytes());
     }
 
     #[test]

@@ -209,6 +209,15 @@ pub fn replace_file_on(
     path: &Path,
     contents: &[u8],
 ) -> Result<(), DiskError> {
+    replace_file_by(storage, path, |file| file.write_all(contents))
+}
+
+/// Does the same as [`replace_file_on`], with contents that `write` writes piece by piece.
+pub fn replace_file_by(
+    storage: &dyn Storage,
+    path: &Path,
+    write: impl FnOnce(&mut dyn StoredFile) -> io::Result<()>,
+) -> Result<(), DiskError> {
     let mut name = path.file_name().map_or_else(OsString::new, OsString::from);
     name.push(".tmp");
     let temporary = path.with_file_name(name);
@@ -220,7 +229,7 @@ pub fn replace_file_on(
             storage
                 .keep_permissions(path, &temporary)
                 .with_path("create", &temporary)?;
-            file.write_all(contents).with_path("write", &temporary)?;
+            write(&mut *file).with_path("write", &temporary)?;
             file.sync_data().with_path("sync", &temporary)
         })
         .and_then(|()| storage.rename(&temporary, path).with_path("replace", path));

@@ -17,7 +17,7 @@ pub struct ReportContent<'a> {
     pub name: &'a str,
     /// Results.
     pub results: &'a Results<'a>,
-    /// Recordings of the results, in the same order.
+    /// Recordings, in the order of the analysis.
     pub recordings: &'a [Recorded<'a>],
     /// Sessions of the recordings.
     pub sessions: &'a Sessions,
@@ -29,27 +29,21 @@ pub struct ReportContent<'a> {
     pub program: &'a str,
 }
 
-/// Recording of the results.
+/// Recording of the report.
 #[derive(Debug, Clone, Copy)]
 pub struct Recorded<'a> {
     /// Folder.
     pub path: &'a Path,
     /// Description; `None` if it cannot be read.
     pub manifest: Option<&'a Manifest>,
+    /// Results.
+    pub result: &'a Recording,
 }
 
 /// Error of making a report.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReportError {
-    /// The numbers of recordings and of results differ.
-    #[error("{recordings} recordings, but results of {results}")]
-    Recordings {
-        /// Recordings given.
-        recordings: usize,
-        /// Recordings in the results.
-        results: usize,
-    },
     /// A figure cannot be drawn.
     #[error(transparent)]
     Figure(#[from] FigureError),
@@ -66,26 +60,17 @@ pub(crate) struct RecordingEntry<'a> {
     pub(crate) result: &'a Recording,
 }
 
-/// Returns the recordings, each with its results, description and attempt.
-pub(crate) fn recording_entries<'a>(
-    content: &ReportContent<'a>,
-) -> Result<Vec<RecordingEntry<'a>>, ReportError> {
-    let results = content.results;
-    if content.recordings.len() != results.recordings.len() {
-        return Err(ReportError::Recordings {
-            recordings: content.recordings.len(),
-            results: results.recordings.len(),
-        });
-    }
-    let entries = content.recordings.iter().zip(&results.recordings).zip(1..);
-    let entries = entries.map(|((recorded, result), number)| RecordingEntry {
+/// Returns the recordings, each with its attempt.
+pub(crate) fn recording_entries<'a>(content: &ReportContent<'a>) -> Vec<RecordingEntry<'a>> {
+    let entries = content.recordings.iter().zip(1..);
+    let entries = entries.map(|(recorded, number)| RecordingEntry {
         number,
         path: recorded.path,
         manifest: recorded.manifest,
         attempt: content.sessions.attempt(recorded.path),
-        result,
+        result: recorded.result,
     });
-    Ok(entries.collect())
+    entries.collect()
 }
 
 impl<'a> RecordingEntry<'a> {

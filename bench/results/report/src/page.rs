@@ -22,10 +22,10 @@ struct Section {
 /// Returns the page.
 ///
 /// # Errors
-/// The results are of other recordings, or a figure cannot be drawn.
+/// A figure cannot be drawn.
 pub fn html(content: &ReportContent<'_>) -> Result<String, ReportError> {
     let results = content.results;
-    let recordings = recording_entries(content)?;
+    let recordings = recording_entries(content);
     let section = |id, title, body| Section { id, title, body };
     let folded = |id, title, body: Markup| {
         let body = markup! { details { summary { "Show" } (body) } };

@@ -1,7 +1,9 @@
 //! Results of an analysis: the content of the results file, and the source of every number on the page.
 
-use analysis::Analysis;
+use std::io::Write;
+
 use analysis::printed_settings::PrintedSettings;
+use analysis::{Analysis, RecordingAnalysis};
 use attempts::AttemptAccount;
 use descriptive::Description;
 use population::law_check::{LawCheck, law_checks};
@@ -21,7 +23,7 @@ use crate::trial_quantity::{HOLDS_UNDER_EVERY_LAW_TRIED, TrialQuantity};
 pub const FORMAT: u32 = 2;
 
 /// Content of the results file, by the schema in RECORDING.md; unknown values are null.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Results<'a> {
     format: u32,
     /// Settings in force.
@@ -33,7 +35,7 @@ pub struct Results<'a> {
     /// Friction, gap, force and amplitude of the study, its conditions, participants and trials.
     pub descriptive: Description,
     /// Recordings, in the order of the analysis.
-    pub recordings: Vec<Recording>,
+    recordings: RecordingRows<'a>,
     /// Clocks of the forces in the sessions that are long enough.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub force_clocks: Vec<SessionClock>,
@@ -62,7 +64,7 @@ impl<'a> Results<'a> {
     /// Makes the results of an analysis of the selected recordings.
     #[must_use]
     pub fn new(
-        analysed: &Analysis,
+        analysed: &'a Analysis,
         skin: &'a Skin,
         attempts: &'a AttemptAccount,
         selection: &'a RecordingSelection,
@@ -73,7 +75,7 @@ impl<'a> Results<'a> {
             holds_under_every_law_tried: HOLDS_UNDER_EVERY_LAW_TRIED.to_vec(),
             provenance: analysed.provenance(),
             descriptive: Description::new(analysed),
-            recordings: analysed.recordings.iter().map(Recording::from).collect(),
+            recordings: RecordingRows(&analysed.recordings),
             force_clocks: session_clocks(analysed),
             skin,
             law_check: law_checks(analysed),
@@ -84,12 +86,24 @@ impl<'a> Results<'a> {
         }
     }
 
-    /// Returns the text of the file.
+    /// Writes the file. Each recording is written as soon as it is made, so that the text is never in memory as a whole.
     ///
     /// # Errors
-    /// A path within it is not UTF-8.
-    pub fn to_json(&self) -> serde_json::Result<String> {
-        serde_json::to_string_pretty(self).map(|text| text + "\n")
+    /// A path within it is not UTF-8, or `out` refuses.
+    pub fn write_json(&self, mut out: impl Write) -> serde_json::Result<()> {
+        serde_json::to_writer_pretty(&mut out, self)?;
+        out.write_all(b"\n").map_err(serde_json::Error::io)
+    }
+}
+
+/// Recordings of an analysis. Their results are made one after the other as they are written: those of ten thousand recordings need
+/// no memory.
+#[derive(Debug, Clone, Copy)]
+struct RecordingRows<'a>(&'a [RecordingAnalysis]);
+
+impl Serialize for RecordingRows<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.0.iter().map(Recording::from))
     }
 }
 

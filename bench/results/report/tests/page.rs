@@ -12,9 +12,10 @@ use jiff::Timestamp;
 use plotting::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};
 use population::law_check::{CheckedTrial, Condition, Estimate, LawCheck, Quantities, check};
 use recording::Manifest;
+use report::recording_results::Recording;
 use report::trial_quantity::TrialQuantity;
 use report::{Recorded, ReportContent, ReportError, Results, html};
-use small_study::{HOSTILE, SmallStudy};
+use small_study::{HOSTILE, SmallStudy, file};
 use study::sessions::{Sessions, Standing};
 
 fn manifest(participant: &str) -> Manifest {
@@ -68,11 +69,11 @@ fn page_of(
     study: &SmallStudy,
     figures: &[Figure],
 ) -> Result<String, ReportError> {
-    page_of_results(&study.results(), participant, figures)
+    page_of_results((&study.results(), &study.recordings), participant, figures)
 }
 
 fn page_of_results(
-    results: &Results<'_>,
+    (results, rows): (&Results<'_>, &[Recording]),
     participant: &str,
     figures: &[Figure],
 ) -> Result<String, ReportError> {
@@ -81,10 +82,12 @@ fn page_of_results(
         Recorded {
             path: Path::new("/home/somebody/study/a"),
             manifest: Some(&manifest),
+            result: &rows[0],
         },
         Recorded {
             path: Path::new("/home/somebody/study/b"),
             manifest: None,
+            result: &rows[1],
         },
     ];
     html(&ReportContent {
@@ -225,35 +228,32 @@ fn quantities_that_hold_under_every_law_tried_are_marked() {
     let study = SmallStudy::new("sub-01");
     let mut results = study.results();
     assert_eq!(results.holds_under_every_law_tried, [TrialQuantity::Mu0]);
-    let page = page_of_results(&results, "sub-01", &[]).unwrap();
+    let page = page_of_results((&results, &study.recordings), "sub-01", &[]).unwrap();
     assert_eq!(page.matches(">†</sup>").count(), 1, "{page}");
     results.holds_under_every_law_tried = vec![
         TrialQuantity::Mu0,
         TrialQuantity::GapPerSigmaT,
         TrialQuantity::Tau,
     ];
-    let file: serde_json::Value = serde_json::from_str(&results.to_json().unwrap()).unwrap();
+    let file: serde_json::Value = serde_json::from_str(&file(&results)).unwrap();
     assert_eq!(
         file["holds_under_every_law_tried"],
         serde_json::json!(["mu0", "gap_per_sigma_t", "tau_s"])
     );
-    let page = page_of_results(&results, "sub-01", &[]).unwrap();
+    let page = page_of_results((&results, &study.recordings), "sub-01", &[]).unwrap();
     assert!(page.contains("† Holds under every law tried."));
     // μ0 of the instances, and τ of the recording and of the participants.
     assert_eq!(page.matches(">†</sup>").count(), 3, "{page}");
     results.holds_under_every_law_tried = Vec::new();
-    let page = page_of_results(&results, "sub-01", &[]).unwrap();
+    let page = page_of_results((&results, &study.recordings), "sub-01", &[]).unwrap();
     assert!(!page.contains('†'));
 }
 
 #[test]
 fn assumed_errors_are_among_the_assumptions() {
-    let study = SmallStudy::new("sub-01");
-    let mut results = study.results();
-    results.recordings[0]
-        .assumed_errors
-        .ambient_pressure_relative = 0.05;
-    let page = page_of_results(&results, "sub-01", &[]).unwrap();
+    let mut study = SmallStudy::new("sub-01");
+    study.recordings[0].assumed_errors.ambient_pressure_relative = 0.05;
+    let page = page_of("sub-01", &study, &[]).unwrap();
     assert!(page.contains("ambient pressure 5 %"), "{page}");
 }
 
@@ -333,8 +333,7 @@ fn estimates_under_several_conditions_are_compared_on_the_page_and_in_the_file()
     assert!(page.contains("not compared: too few trials"));
     assert!(!page.contains("<script>"));
 
-    let file: serde_json::Value =
-        serde_json::from_str(&study.results().to_json().unwrap()).unwrap();
+    let file: serde_json::Value = serde_json::from_str(&study.file()).unwrap();
     let check = &file["law_check"][0];
     assert_eq!(check["n_left_out"], 1);
     assert_eq!(check["conditions"][1]["drive_v"], 24.0);
@@ -343,36 +342,16 @@ fn estimates_under_several_conditions_are_compared_on_the_page_and_in_the_file()
     assert_eq!(comparison["differences"]["ln_sigma_t"]["agrees"], false);
     assert!(comparison["differences"]["ln_tau"].is_null());
     study.law_check.clear();
-    assert!(!study.results().to_json().unwrap().contains("law_check"));
-}
-
-#[test]
-fn results_of_other_recordings_are_refused() {
-    let study = SmallStudy::new("sub-01");
-    let result = html(&ReportContent {
-        name: "x",
-        results: &study.results(),
-        recordings: &[],
-        sessions: &Sessions::default(),
-        figures: &[],
-        date: Timestamp::UNIX_EPOCH,
-        program: "p",
-    });
-    assert!(matches!(
-        result,
-        Err(ReportError::Recordings {
-            recordings: 0,
-            results: 2
-        })
-    ));
+    assert!(!study.file().contains("law_check"));
 }
 
 #[test]
 fn the_file_states_unknown_values_as_null() {
     let study = SmallStudy::new("sub-01");
-    let text = study.results().to_json().unwrap();
+    let text = study.file();
     let file: serde_json::Value = serde_json::from_str(&text).unwrap();
-    let instances = &file["recordings"][0]["instances"];
+    let rows = serde_json::to_value(&study.recordings).unwrap();
+    let instances = &rows[0]["instances"];
     assert!(instances[0]["paper"]["rms_mu"].is_null());
     assert_eq!(file["format"], 2);
     assert_eq!(instances[0]["trial"]["interval95"]["mu0"][0], 0.79);
@@ -380,7 +359,7 @@ fn the_file_states_unknown_values_as_null() {
     assert_eq!(within_laws["mu0"][0], 0.795);
     assert!(within_laws["resonance_shift_hz"].is_null());
     assert!(instances[1].get("trial").is_none());
-    assert!(file["recordings"][1].get("trial").is_none());
+    assert!(rows[1].get("trial").is_none());
     let [zeta, alpha] = ["\"zeta\"", "\"alpha\""].map(|name| text.find(name).unwrap());
     assert!(zeta < alpha, "in the order of the rows");
     assert_eq!(
@@ -466,20 +445,23 @@ fn a_session_shows_verdicts_and_its_calibration_without_names() {
     std::fs::write(session.join("events.jsonl"), log.concat()).unwrap();
 
     let manifest = manifest("sub-01");
+    let small_study = SmallStudy::new("sub-01");
     let other_folder = study.path().join("elsewhere");
     let recordings = [
         Recorded {
             path: &folder,
             manifest: Some(&manifest),
+            result: &small_study.recordings[0],
         },
         Recorded {
             path: &other_folder,
             manifest: None,
+            result: &small_study.recordings[1],
         },
     ];
     let page = html(&ReportContent {
         name: "study",
-        results: &SmallStudy::new("sub-01").results(),
+        results: &small_study.results(),
         recordings: &recordings,
         sessions: &Sessions::from_recordings(recordings.iter().map(|recording| recording.path)),
         figures: &[],

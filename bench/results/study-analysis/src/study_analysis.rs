@@ -11,7 +11,9 @@ use jiff::Timestamp;
 use plotting::Figure;
 use population::skin::Skin;
 use published_figures::measured::{FigureSelection, measured_figures};
+use report::recording_results::Recording as RecordingResults;
 use report::{Recorded, ReportContent, ReportError, Results};
+use serde::ser::Error;
 use series_spool::SeriesSpool;
 use study::exclusions::{self, ExclusionsError, RecordingSelection};
 use study::sessions::Sessions;
@@ -121,7 +123,9 @@ impl StudyAnalysis {
     /// # Errors
     /// A path within it is not UTF-8.
     pub fn to_json(&self) -> serde_json::Result<String> {
-        self.results().to_json()
+        let mut text = Vec::new();
+        self.results().write_json(&mut text)?;
+        String::from_utf8(text).map_err(serde_json::Error::custom)
     }
 
     /// Returns the published figures that these recordings allow.
@@ -148,9 +152,12 @@ impl StudyAnalysis {
         figures: &FigureSelection,
         (date, program): (Timestamp, &str),
     ) -> Result<String, PageError> {
-        let recordings = self.analysed.recordings.iter().map(|recording| Recorded {
+        let recordings = self.analysed.recordings.iter();
+        let rows: Vec<RecordingResults> = recordings.clone().map(RecordingResults::from).collect();
+        let recordings = recordings.zip(&rows).map(|(recording, result)| Recorded {
             path: &recording.path,
             manifest: recording.findings.as_ref().ok().map(|f| &f.manifest),
+            result,
         });
         let page = report::html(&ReportContent {
             name: &self.name,

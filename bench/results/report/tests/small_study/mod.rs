@@ -26,6 +26,7 @@ pub const HOSTILE: &str =
 
 /// Parts of the results.
 pub struct SmallStudy {
+    analysed: Analysis,
     pub recordings: Vec<Recording>,
     pub skin: Skin,
     pub law_check: Vec<LawCheck>,
@@ -37,6 +38,7 @@ pub struct SmallStudy {
 impl SmallStudy {
     pub fn new(participant: &str) -> Self {
         Self {
+            analysed: no_recordings(),
             recordings: vec![recording(participant), unreadable_recording()],
             skin: skin(participant),
             law_check: Vec::new(),
@@ -58,18 +60,28 @@ impl SmallStudy {
     }
 
     pub fn results(&self) -> Results<'_> {
-        let mut results =
-            Results::new(&no_recordings(), &self.skin, &self.account, &self.selection);
-        results.recordings = self.recordings.clone();
+        let mut results = Results::new(&self.analysed, &self.skin, &self.account, &self.selection);
         results.law_check = self.law_check.clone();
         results.statistics = self.statistics.clone();
         results
+    }
+
+    /// Returns the results file.
+    pub fn file(&self) -> String {
+        file(&self.results())
     }
 
     /// Returns the fit of all instances of the first recording.
     pub fn trial_mut(&mut self) -> &mut Trial {
         self.recordings[0].trial.as_mut().unwrap()
     }
+}
+
+/// Returns the file with these results.
+pub fn file(results: &Results<'_>) -> String {
+    let mut text = Vec::new();
+    results.write_json(&mut text).unwrap();
+    String::from_utf8(text).unwrap()
 }
 
 fn no_recordings() -> Analysis {

@@ -90,10 +90,10 @@ impl Room {
         command
     }
 
-    /// Returns a complete `check`.
+    /// Returns a complete `check`, for a session that has room on any disk.
     pub fn check(&self) -> Command {
         let mut command = bench();
-        self.add_bench_options(command.arg("check"));
+        self.add_bench_options(command.args(["check", "--protocol", "demo"]));
         command
     }
 

@@ -119,7 +119,7 @@ fn the_version_names_the_build() {
 fn a_check_of_simulated_hardware_passes_in_small_terminals_and_through_a_pipe() {
     let check = || {
         let mut command = bench();
-        command.args(["check", "--mock"]);
+        command.args(["check", "--mock", "--protocol", "demo"]);
         command
     };
     for (columns, rows) in [(0, 0), (40, 10), (78, 22)] {

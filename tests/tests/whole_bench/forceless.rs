@@ -56,7 +56,7 @@ fn a_bench_without_a_force_sensor_refuses_only_commands_that_need_one() {
             "no `{word}` in {monitor_output}"
         );
     }
-    let transcript = run(&["check"], true);
+    let transcript = run(&["check", "--protocol", "demo"], true);
     assert!(transcript.contains("warning force sensor"), "{transcript}");
     let path = calibration.to_str().unwrap();
     for part in ["pickup", "plate"] {

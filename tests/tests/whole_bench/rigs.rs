@@ -124,14 +124,14 @@ impl Rig {
         calibrate(&["pickup"]);
         calibrate(&["plate"]);
         calibrate(&WEIGH);
-        self.succeed(&["check"]);
+        self.succeed(&["check", "--protocol", "demo"]);
     }
 
     fn session(&self) -> Estimates {
-        let protocol = protocol("one-exploration.toml");
-        let protocol = protocol.to_str().unwrap();
         let study = ["--study", "study", "--participant", "sub-01"];
         let consent = ["--consent-by", "A. Tester", "--headless", "--speed", "max"];
+        let protocol = protocol("one-exploration.toml");
+        let protocol = protocol.to_str().unwrap();
         let run = ["run", "--protocol", protocol];
         self.succeed(&[&run[..], &study, &consent].concat());
         read_estimates(self.folder.path())

@@ -78,13 +78,17 @@ pub fn unchecked_message(options: &InitOptions) -> String {
     )
 }
 
-/// Returns the fault of a new bench by its check; `None` if only the calibration, which is still to be measured, is missing.
+/// Rows of the check that say nothing of the equipment: the calibration, which is still to be measured, and the disk, whose study
+/// is still to be chosen.
+const NOT_OF_THE_EQUIPMENT: [&str; 2] = ["calibration", "disk"];
+
+/// Returns the fault of a new bench's equipment by its check.
 pub fn fault(result: anyhow::Result<Option<preflight::Table>>) -> Option<String> {
     match result {
         Err(error) => Some(format!("{error:#}")),
         Ok(None) => None,
         Ok(Some(mut table)) => {
-            table.rows.retain(|row| row.name != "calibration");
+            table.rows.retain(|row| !NOT_OF_THE_EQUIPMENT.contains(&row.name));
             let cause = table.root_cause()?;
             Some(format!("{}: {}", cause.name, cause.found))
         }
@@ -119,4 +123,33 @@ pub fn check(options: &InitOptions) -> Vec<&OsStr> {
         words.extend(["--mock", scenario].map(OsStr::new));
     }
     words
+}
+
+#[cfg(test)]
+mod tests {
+    use preflight::{Row, RowVerdict, Table};
+
+    use super::*;
+
+    fn table(names: &[&'static str]) -> Table {
+        let rows = names.iter().map(|name| Row {
+            name,
+            passed: false,
+            verdict: RowVerdict::Failed,
+            found: format!("{name} is wrong"),
+        });
+        Table {
+            rows: rows.collect(),
+        }
+    }
+
+    #[test]
+    fn a_full_disk_and_a_calibration_to_come_are_no_faults_of_the_equipment() {
+        let fault_of = |names: &[&'static str]| fault(Ok(Some(table(names))));
+        assert_eq!(fault_of(&["calibration", "disk"]), None);
+        assert_eq!(
+            fault_of(&["calibration", "disk", "e-stop"]).as_deref(),
+            Some("e-stop: e-stop is wrong")
+        );
+    }
 }

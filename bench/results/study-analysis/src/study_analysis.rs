@@ -1,5 +1,6 @@
 //! An analysis with the attempts and exclusions that it rests on, and its outputs.
 
+use std::io;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
@@ -13,7 +14,6 @@ use population::skin::Skin;
 use published_figures::measured::{FigureSelection, measured_figures};
 use report::recording_results::Recording as RecordingResults;
 use report::{Recorded, ReportContent, ReportError, Results};
-use serde::ser::Error;
 use series_spool::SeriesSpool;
 use study::exclusions::{self, ExclusionsError, RecordingSelection};
 use study::sessions::Sessions;
@@ -125,7 +125,7 @@ impl StudyAnalysis {
     pub fn to_json(&self) -> serde_json::Result<String> {
         let mut text = Vec::new();
         self.results().write_json(&mut text)?;
-        String::from_utf8(text).map_err(serde_json::Error::custom)
+        String::from_utf8(text).map_err(|error| serde_json::Error::io(io::Error::other(error)))
     }
 
     /// Returns the published figures that these recordings allow.

@@ -88,7 +88,9 @@ pub fn fault(result: anyhow::Result<Option<preflight::Table>>) -> Option<String>
         Err(error) => Some(format!("{error:#}")),
         Ok(None) => None,
         Ok(Some(mut table)) => {
-            table.rows.retain(|row| !NOT_OF_THE_EQUIPMENT.contains(&row.name));
+            table
+                .rows
+                .retain(|row| !NOT_OF_THE_EQUIPMENT.contains(&row.name));
             let cause = table.root_cause()?;
             Some(format!("{}: {}", cause.name, cause.found))
         }

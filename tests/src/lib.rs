@@ -9,6 +9,7 @@ pub mod panicking;
 pub mod program;
 pub mod recorded;
 pub mod room;
+pub mod run_cost;
 pub mod running;
 pub mod screen;
 pub mod session;

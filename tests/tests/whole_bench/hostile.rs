@@ -11,10 +11,11 @@ use std::io::{Seek, SeekFrom, Write};
 use std::os::unix::fs::symlink;
 use std::os::unix::net::UnixListener;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 use bench_tests::program::bench;
+use bench_tests::run_cost::RunCost;
 use bench_tests::session::{finish, text, write_bench_config};
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 use tempfile::TempDir;
@@ -47,51 +48,22 @@ end_s = 0.5
 ";
 const FILES: [&str; 4] = ["recording.toml", "signals.wav", "force.csv", "position.csv"];
 
-/// Output and cost of a command.
-struct RunCost {
-    code: Option<i32>,
-    transcript: String,
-    time: Duration,
-    peak_kb: u64,
-}
-
 /// Runs a command and watches its memory.
 fn measure(command: &mut Command) -> RunCost {
-    let output = tempfile::NamedTempFile::new().unwrap();
-    let start = Instant::now();
-    let mut child = command
-        .stdin(Stdio::null())
-        .stdout(output.reopen().unwrap())
-        .stderr(output.reopen().unwrap())
-        .spawn()
-        .unwrap();
-    let status = format!("/proc/{}/status", child.id());
-    let mut peak_kb = 0;
-    let exit_status = loop {
-        // Peak memory as recorded by the system.
-        let status = fs::read_to_string(&status).unwrap_or_default();
-        let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-        let peak = peak.and_then(|peak| peak.split_whitespace().next()?.parse().ok());
-        peak_kb = peak_kb.max(peak.unwrap_or(0));
-        if let Some(exit_status) = child.try_wait().unwrap() {
-            break exit_status;
-        }
-        if start.elapsed() > 6 * TIME {
-            child.kill().unwrap();
-            break child.wait().unwrap();
-        }
-        std::thread::sleep(Duration::from_millis(2));
-    };
-    RunCost {
-        code: exit_status.code(),
-        transcript: fs::read_to_string(output.path()).unwrap(),
-        time: start.elapsed(),
-        peak_kb,
-    }
+    RunCost::of(command, 6 * TIME)
 }
 
-impl RunCost {
+/// Requirements of a command on damaged files.
+trait Requirements {
     /// Requires an orderly refusal with these words, within the limits.
+    fn require_refusal(&self, words: &[&str]);
+    /// Requires that the recording was read and found silent, so that nothing could be estimated.
+    fn require_silence(&self);
+    /// Requires that the command took little time and memory, and did not panic.
+    fn require_limits(&self);
+}
+
+impl Requirements for RunCost {
     fn require_refusal(&self, words: &[&str]) {
         assert!(
             self.code.is_some_and(|code| code != 0),
@@ -109,7 +81,6 @@ impl RunCost {
         assert!(self.transcript.len() < 2000, "{}", self.transcript.len());
     }
 
-    /// Requires that the recording was read and found silent, so that nothing could be estimated.
     fn require_silence(&self) {
         assert_eq!(self.code, Some(1), "{:.2000}", self.transcript);
         let words = "nothing could be estimated";

@@ -21,6 +21,7 @@ mod imports;
 mod kills;
 mod long;
 mod lost;
+mod many_recordings;
 mod new_carrier;
 mod ni_card;
 mod opens_in_python;

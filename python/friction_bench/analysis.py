@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from friction_bench import _native
 from friction_bench._native import Analysis, FrictionBenchError, Settings
-from friction_bench.inputs import Pickup, Plate, description, interval_table
+from friction_bench.inputs import Pickup, Plate, description, interval_tables
 
 __all__ = ["analyze", "as_samples", "envelopes", "impedance"]
 
@@ -113,7 +113,7 @@ def analyze(
     keys = {
         "carrier_hz": carrier_hz, "modulation_hz": modulation_hz, "modulation_index": modulation_index, "plate": plate,
         "participant": participant, "standard_errors": standard_errors, "room": room,
-        "intervals": None if intervals is None else [interval_table(interval) for interval in intervals],
+        "intervals": None if intervals is None else interval_tables(intervals),
     }
     streams = {"normal": normal, "lateral": lateral, "position": position, "manifest": manifest, "protocol": protocol}
     stated = {"simulated": simulated, "uncalibrated": uncalibrated}

@@ -21,12 +21,14 @@ const MODULATION: [&str; 2] = ["modulation_hz", "modulation_index"];
 const MAX_RATE_HZ: f64 = 1e9;
 
 /// Words about values of TOML, and those about values of Python that replace them.
-const VALUES: [(&str, &str); 5] = [
+const VALUES: [(&str, &str); 7] = [
     ("text in quotes", "a text"),
     ("a list in brackets", "a list"),
     ("a table", "a dict"),
     ("`true`", "True"),
     ("`false`", "False"),
+    (", table [", ", dict `"),
+    ("]: key", "`: key"),
 ];
 
 /// Description of drive and pickup, and their rate as a header of `signals.wav` states it.
@@ -111,9 +113,11 @@ pub(crate) fn about_dict(message: &str, file: &str, name: &str) -> String {
         text += name;
         text += part.trim_start_matches(|c: char| c.is_ascii_digit());
     }
-    VALUES.iter().fold(text, |text, (of_toml, of_python)| {
-        text.replace(of_toml, of_python)
-    })
+    VALUES
+        .iter()
+        .fold(text.replace(file, name), |text, (of_toml, of_python)| {
+            text.replace(of_toml, of_python)
+        })
 }
 
 /// Returns the stated scale of the drive.

@@ -60,12 +60,8 @@ def test_a_warning_about_arrays_names_the_arguments(kind: str, trial: Arguments)
 
 
 def test_what_stops_an_analysis_names_the_arguments(trial: Arguments) -> None:
-    hardware = {
-        "input_device": "a", "output_device": "a", "sample_rate_hz": 48_000, "sample_format": "f32", "channel_names": ["drive", "pickup"],
-        "uncalibrated": True,
-    }
-    with pytest.raises(fb.FrictionBenchError, match="but the arrays have 96000 Hz") as refused:
-        fb.analyze(**trial, manifest={"hardware": hardware})
+    with pytest.raises(fb.FrictionBenchError, match="`carrier_hz`") as refused:
+        fb.analyze(**trial | {"rate_hz": 70_000.0})
     assert FILE_WORDS.findall(str(refused.value)) == [], refused.value
 
 

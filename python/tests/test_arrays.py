@@ -162,6 +162,11 @@ ARGUMENTS: dict[str, tuple[Arguments, list[str]]] = {
     "a number as plate": ({"plate": 3}, ["plate", "write a dict"]),
     "a number as participant": ({"participant": {"id": 3, "session": 1}}, ["participant.id", "write a text"]),
     "a number as intervals": ({"intervals": [3]}, ["write a dict"]),
+    "a number as list of intervals": ({"intervals": 3}, ["`intervals` is no list", "(\"unloaded\", 0.2, 1.0)"]),
+    "a number as manifest": ({"manifest": 3}, ["`manifest` is of type int"]),
+    "a number as scale of the pickup": ({"pickup_scale": 2e-6}, ["`pickup_scale` is of type float", "Pickup("]),
+    "no plate": ({"plate": None}, ["`plate` is missing", "pass it"]),
+    "half a trial": ({"manifest": {"trial": {"number": 1}}}, ["dict `trial`: key `attempt` is missing"]),
     "two slips": ({"plate": {"resonance_Hz": 3e4}, "room": {"pressure": 1e5}}, ["resonance_Hz", "`pressure`"]),
 }
 
@@ -176,7 +181,7 @@ def test_an_argument_that_is_wrong_is_refused_by_name(kind: str) -> None:
     if "protocol" not in changes:
         message = str(refused.value)
         assert "line" not in message, "the user wrote no text with lines"
-        assert not any(word in message for word in ["struct", "in quotes", "in brackets", "a table", "sequence", "f64"]), message
+        assert not any(word in message for word in ["struct", "in quotes", "in brackets", "table", "sequence", "f64", "[channels"]), message
 
 
 def test_signals_of_other_lengths_and_rates_are_refused() -> None:

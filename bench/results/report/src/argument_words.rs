@@ -8,7 +8,7 @@ const LINE: &str = "in line ";
 const FIRST_LINE: u64 = 2;
 
 /// Phrases of messages about files, and the phrases about arguments that replace them, in this order: the longer first.
-const PHRASES: [(&str, &str); 41] = [
+const PHRASES: [(&str, &str); 42] = [
     ("force.csv is missing", "`normal` and `lateral` are missing"),
     ("position.csv is missing", "`position` is missing"),
     (
@@ -51,6 +51,10 @@ const PHRASES: [(&str, &str); 41] = [
         "`manifest`: the trial has no `end`",
     ),
     ("recording.toml: ", ""),
+    (
+        "which a recording with `[channels]` needs; a recording of forces alone has neither `carrier_hz` nor `[channels]` nor `[plate]`",
+        "which drive and pickup need: pass it",
+    ),
     (
         "its cable, its index and the program that wrote the file",
         "its cable and the program that recorded it",

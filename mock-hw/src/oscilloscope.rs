@@ -30,6 +30,7 @@ enum Word {
     Estop,
 }
 
+#[cfg(unix)]
 const WORDS: usize = Word::Estop as usize + 1;
 
 const ENABLE: u64 = 1;

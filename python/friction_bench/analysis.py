@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from friction_bench import _native
 from friction_bench._native import Analysis, FrictionBenchError, Settings
-from friction_bench.inputs import Pickup, Plate, description, interval_table
+from friction_bench.inputs import Pickup, Plate, description, interval_tables
 
 __all__ = ["analyze", "as_samples", "envelopes", "impedance"]
 
@@ -40,6 +40,8 @@ def analyze(
     manifest: Mapping[str, Any] | None = None,
     protocol: str | None = None,
     settings: Settings | Mapping[str, Any] | None = None,
+    simulated: bool = False,
+    uncalibrated: bool = False,
     practice: bool = False,
     include_rejected: bool = False,
     include_excluded: bool = False,
@@ -83,6 +85,11 @@ def analyze(
         Text of the protocol that the recording followed, which has the rules that select instances.
     settings : Settings or dict, optional
         Assumed numbers, by the names of ``friction-bench analyze --assume``.
+    simulated : bool
+        Whether the arrays are simulated, or recorded from simulated hardware: results, tables and figures say so.
+    uncalibrated : bool
+        Whether the constants were not measured, which results, tables and figures say likewise. `Simulation.arguments` and
+        `Recording.arguments` state both where they are true.
     practice, include_rejected, include_excluded, exclude
         Recordings of folders that are analysed; see ``friction-bench analyze --help``.
     progress : callable, optional
@@ -106,12 +113,14 @@ def analyze(
     keys = {
         "carrier_hz": carrier_hz, "modulation_hz": modulation_hz, "modulation_index": modulation_index, "plate": plate,
         "participant": participant, "standard_errors": standard_errors, "room": room,
-        "intervals": None if intervals is None else [interval_table(interval) for interval in intervals],
+        "intervals": None if intervals is None else interval_tables(intervals),
     }
     streams = {"normal": normal, "lateral": lateral, "position": position, "manifest": manifest, "protocol": protocol}
+    stated = {"simulated": simulated, "uncalibrated": uncalibrated}
     folders = _folders(drive)
     if folders is not None:
-        for name, value in {**samples, **keys, **streams}.items():
+        flags = {name: flag or None for name, flag in stated.items()}
+        for name, value in {**samples, **keys, **streams, **flags}.items():
             if value is not None:
                 raise FrictionBenchError(f"`{name}` is of arrays, but `drive` is a folder: leave it out, or pass an array as `drive`")
         return _native.analyze_folders(
@@ -124,7 +133,7 @@ def analyze(
     content = description(manifest or {}, drive_volts_per_unit=drive_volts_per_unit, pickup_scale=pickup_scale, **keys)
     return _native.analyze_arrays(
         cast("npt.ArrayLike", drive), pickup, rate_hz, content, normal=normal, lateral=lateral, position=position, protocol=protocol,
-        settings=settings, progress=progress,
+        settings=settings, progress=progress, **stated,
     )
 
 

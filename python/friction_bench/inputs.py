@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
+
+from friction_bench._native import FrictionBenchError
 
 __all__ = ["Pickup", "Plate"]
 
@@ -65,6 +67,13 @@ def table(value: object) -> Any:
     return value
 
 
+def interval_tables(intervals: object) -> list[Any]:
+    """Return intervals as a list of tables of `intervals`."""
+    if isinstance(intervals, (str, Mapping)) or not isinstance(intervals, Iterable):
+        raise FrictionBenchError('`intervals` is no list of intervals: pass one, as intervals=[("unloaded", 0.2, 1.0)]')
+    return [interval_table(interval) for interval in intervals]
+
+
 def interval_table(interval: object) -> Any:
     """Return an interval of the form (kind, start_s, end_s[, direction]) as a table of `intervals`."""
     if isinstance(interval, Mapping) or isinstance(interval, str) or not isinstance(interval, Sequence):
@@ -76,9 +85,17 @@ def description(
     tables: Mapping[str, Any], *, drive_volts_per_unit: float, pickup_scale: Pickup | Mapping[str, Any] | None, **keys: Any
 ) -> dict[str, Any]:
     """Return the content that the `recording.toml` of drive and pickup would have."""
+    for name, value, remedy in [
+        ("manifest", tables, "the content of recording.toml, as `Recording.manifest` has it"),
+        ("pickup_scale", table(pickup_scale or {}), "friction_bench.Pickup(metres_per_unit=…), or a dict"),
+    ]:
+        if not isinstance(value, Mapping):
+            raise FrictionBenchError(f"`{name}` is of type {type(value).__name__}: pass {remedy}")
     stated = {key: table(value) for key, value in keys.items() if value is not None}
     drive = {"index": 0, "volts_per_unit": drive_volts_per_unit}
-    clip_units = tables.get("channels", {}).get("drive", {}).get("clip_units")
+    channels = tables.get("channels")
+    stated_drive = channels.get("drive") if isinstance(channels, Mapping) else None
+    clip_units = stated_drive.get("clip_units") if isinstance(stated_drive, Mapping) else None
     pickup = {**table(Pickup()), **table(pickup_scale or Pickup()), "index": 1}
     channels = {"drive": table({**drive, "clip_units": clip_units}), "pickup": pickup}
     return {**tables, "format": 1, **stated, "channels": channels}

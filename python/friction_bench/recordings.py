@@ -27,8 +27,9 @@ def read(path: Folder) -> Recording:
     -------
     Recording
         `drive` and `pickup` (float32, in the units of their channels), `rate_hz`, `carrier_hz`, Hz; `normal` and `lateral`, pairs of
-        times, s, and forces, N; `position`, a pair of times, s, and positions, m; `intervals`; `plate`; and `manifest`, a dict
-        of all keys of `recording.toml`. ``analyze(**recording.arguments())`` has the numbers of ``analyze(path)``, bit for bit.
+        times, s, and forces, N; `position`, a pair of times, s, and positions, m; `intervals`; `plate`; `simulated`, whether
+        the session's log says that the bench was; and `manifest`, a dict of all keys of `recording.toml`.
+        ``analyze(**recording.arguments())`` has the numbers of ``analyze(path)``, bit for bit.
 
     Raises
     ------

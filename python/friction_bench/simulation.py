@@ -47,6 +47,8 @@ class Simulation:
         Ambient pressure by a barometer: ``pressure_hpa``.
     intervals : list of tuples
         ``("unloaded", start_s, end_s)`` and ``("exploration", start_s, end_s, direction)``.
+    uncalibrated : bool
+        Whether the constants are those of the nominal bench: `calibrated` of `simulate` was False.
     truth : dict
         True constants of the finger by name: ``sigma_t_m``, ``z_t_n_s_per_m``, ``mu0``, ``contact_area_m2``, ``q0_rad_per_m``,
         ``loss_factor``, ``tau_s`` and others; ``scenario``, every constant of the simulation as drawn from the seed; and ``series``, arrays
@@ -67,10 +69,14 @@ class Simulation:
     plate: Plate
     room: dict[str, float]
     intervals: list[Interval]
+    uncalibrated: bool
     truth: dict[str, Any]
 
     def arguments(self) -> dict[str, Any]:
-        """Return the arguments of `analyze` for this recording: ``fb.analyze(**simulation.arguments())``."""
+        """Return the arguments of `analyze` for this recording: ``fb.analyze(**simulation.arguments())``.
+
+        Among them is ``simulated=True``, so that results, tables and figures say that nobody took part.
+        """
         names = (
             "drive",
             "pickup",
@@ -85,8 +91,9 @@ class Simulation:
             "intervals",
             "pickup_scale",
             "room",
+            "uncalibrated",
         )
-        return {name: getattr(self, name) for name in names}
+        return {**{name: getattr(self, name) for name in names}, "simulated": True}
 
     def __repr__(self) -> str:
         strokes = sum(interval[0] == "exploration" for interval in self.intervals)
@@ -192,5 +199,6 @@ def simulate(
     return Simulation(
         **{**streams, "plate": Plate(**streams["plate"])},
         pickup_scale=scale,
+        uncalibrated=not calibrated,
         intervals=sorted(intervals, key=lambda interval: interval[1]),
     )

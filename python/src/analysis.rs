@@ -94,7 +94,7 @@ impl Analysis {
     fn report(
         &self,
         py: Python<'_>,
-        methods: Option<Vec<String>>,
+        methods: Option<&Bound<'_, PyAny>>,
         whole_trial: bool,
     ) -> PyResult<String> {
         let content = figure_selection(methods, whole_trial)?;
@@ -123,7 +123,7 @@ impl Analysis {
     fn figures<'py>(
         &self,
         py: Python<'py>,
-        methods: Option<Vec<String>>,
+        methods: Option<&Bound<'py, PyAny>>,
         whole_trial: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
         let content = figure_selection(methods, whole_trial)?;
@@ -238,12 +238,20 @@ impl Analysis {
 }
 
 /// Returns the content of the figures.
-fn figure_selection(methods: Option<Vec<String>>, whole_trial: bool) -> PyResult<FigureSelection> {
+fn figure_selection(
+    methods: Option<&Bound<'py, PyAny>>,
+    whole_trial: bool,
+) -> PyResult<FigureSelection> {
     let mut content = FigureSelection {
         whole_trial,
         ..FigureSelection::default()
     };
-    if let Some(names) = methods {
+    if let Some(methods) = methods {
+        let Ok(names) = methods.extract::<Vec<String>>() else {
+            return Err(FrictionBenchError::new_err(
+                "`methods` is no list of names: pass one, as methods=[\"trial\"]",
+            ));
+        };
         let method = |name: &String| {
             let mut methods = Method::ALL.into_iter();
             methods.find(|method| method.name() == name).ok_or_else(|| {

@@ -1,12 +1,13 @@
 //! Analysis of a recording in memory.
 
-use analysis::{RecordingError, analyse_source};
 use protocols::Protocol;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recording::RecordingSource;
 use recording::recorded_arrays::{self, RecordedArrays};
-use study_analysis::{Found, StudyAnalysis};
+use report::in_arguments;
+use study::provenance::StatedProvenance;
+use study_analysis::StudyAnalysis;
 
 use crate::analysis::Analysis;
 use crate::arrays::{Readings, Signal};
@@ -17,7 +18,7 @@ use crate::settings::assumptions;
 
 /// Analyse one recording of arrays; `description` has the content of its `recording.toml`.
 #[pyfunction]
-#[pyo3(signature = (drive, pickup, rate_hz, description, *, normal=None, lateral=None, position=None, protocol=None, settings=None, progress=None))]
+#[pyo3(signature = (drive, pickup, rate_hz, description, *, normal=None, lateral=None, position=None, protocol=None, settings=None, simulated=false, uncalibrated=false, progress=None))]
 #[allow(clippy::too_many_arguments, reason = "the keywords of Python")]
 pub(crate) fn analyze_arrays(
     py: Python<'_>,
@@ -30,6 +31,8 @@ pub(crate) fn analyze_arrays(
     position: Option<&Bound<'_, PyAny>>,
     protocol: Option<&str>,
     settings: Option<&Bound<'_, PyAny>>,
+    simulated: bool,
+    uncalibrated: bool,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Analysis> {
     let settings = assumptions(settings)?;
@@ -50,12 +53,15 @@ pub(crate) fn analyze_arrays(
         .with_forces(columns(normal.as_ref())?, columns(lateral.as_ref())?)
         .with_position(columns(position.as_ref())?)
         .with_protocol(protocol.transpose().map_err(refusal)?);
+    let stated = StatedProvenance {
+        simulated,
+        uncalibrated,
+    };
     let study = background::run_borrowed(py, progress, |stop| {
         let source = RecordingSource::arrays(&arrays).with_stop(stop);
-        let analysed = analyse_source(&source, &settings)?;
-        Ok::<_, RecordingError>(StudyAnalysis::new(Found::one(source.path()), analysed))
+        StudyAnalysis::in_memory(&source, &settings, stated)
     })?;
-    let study = study.map_err(refusal)?.map_err(refusal)?;
+    let study = study.map_err(|error| refusal(in_arguments(&error.to_string())))?;
     Ok(Analysis::new(study))
 }
 

@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recording::RecordingSource;
 use recording::pipeline::{DemodulationError, Pipeline};
+use report::in_arguments;
 
 use crate::analyze_arrays::DriveAndPickup;
 use crate::arrays::Signal;
@@ -34,7 +35,8 @@ pub(crate) fn impedance_of_arrays<'py>(
         let source = RecordingSource::arrays(&arrays).with_stop(stop);
         impedance_series(&source, corrected)
     })?;
-    Ok(into_arrays(py, series.map_err(refusal)?))
+    let series = series.map_err(|error| refusal(in_arguments(&error.to_string())))?;
+    Ok(into_arrays(py, series))
 }
 
 /// Return the envelope of a signal about its carrier, and its times.

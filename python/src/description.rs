@@ -4,6 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString};
 use recording::Manifest;
 use recording::manifest::{ManifestError, ManifestReadError};
+use report::in_arguments;
 use toml::{Table, Value};
 
 use crate::arrays::Signal;
@@ -19,12 +20,15 @@ const MODULATION: [&str; 2] = ["modulation_hz", "modulation_index"];
 /// Highest sampling rate, Hz.
 const MAX_RATE_HZ: f64 = 1e9;
 
-/// Keys of the channels with the arguments that state them.
-const ARGUMENTS: [(&str, &str); 4] = [
-    ("channels.drive.volts_per_unit", "drive_volts_per_unit"),
-    ("channels.drive.", "drive."),
-    ("channels.pickup.", "pickup_scale."),
-    ("channels.rate_hz", "rate_hz"),
+/// Words about values of TOML, and those about values of Python that replace them.
+const VALUES: [(&str, &str); 7] = [
+    ("text in quotes", "a text"),
+    ("a list in brackets", "a list"),
+    ("a table", "a dict"),
+    ("`true`", "True"),
+    ("`false`", "False"),
+    (", table [", ", dict `"),
+    ("]: key", "`: key"),
 ];
 
 /// Description of drive and pickup, and their rate as a header of `signals.wav` states it.
@@ -50,8 +54,10 @@ impl Description {
         if let (false, Some(carrier_hz)) = (
             table.contains_key(hz) && table.contains_key(index),
             table.get("carrier_hz").and_then(number),
-        ) && let Some(found) = modulation(content.py(), drive, (rate_hz, carrier_hz))?
-        {
+        ) {
+            let volts_per_unit = volts_per_unit(&table).unwrap_or(1.0);
+            let tone = (rate_hz, carrier_hz, volts_per_unit);
+            let found = modulation(content.py(), drive, tone)?;
             for (key, value) in [(hz, found.hz), (index, found.index.min(1.0))] {
                 table.entry(key).or_insert(Value::Float(value));
             }
@@ -84,32 +90,41 @@ pub(crate) fn whole_rate_hz(rate_hz: f64) -> PyResult<u32> {
 
 /// Returns the exception for a violated rule, in the words of the arguments.
 pub(crate) fn rule_refusal(rule: &ManifestError) -> PyErr {
-    refusal(in_arguments(rule.to_string()))
+    refusal(in_arguments(&rule.to_string()))
 }
 
 fn manifest_refusal(error: ManifestReadError) -> PyErr {
     match error {
         ManifestReadError::Rule { rule, .. } => rule_refusal(&rule),
-        ManifestReadError::Toml(error) => refusal(in_arguments(without_line(&error.to_string()))),
+        ManifestReadError::Toml(error) => {
+            let message = about_dict(&error.to_string(), DESCRIPTION, DESCRIPTION);
+            refusal(in_arguments(&message))
+        }
     }
 }
 
-/// Returns a message without the line of a text that no user has seen.
-fn without_line(message: &str) -> String {
-    let rest = message
-        .strip_prefix(DESCRIPTION)
-        .and_then(|rest| rest.strip_prefix(", line "))
-        .map(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit()));
-    match rest {
-        Some(rest) => format!("{DESCRIPTION}{rest}"),
-        None => message.to_owned(),
+/// Returns a message about the text made of a dict, called `file` in it, in words about the dict: as `name`, without the lines of
+/// a text that no user has seen.
+pub(crate) fn about_dict(message: &str, file: &str, name: &str) -> String {
+    let prefix = format!("{file}, line ");
+    let mut parts = message.split(&prefix);
+    let mut text = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        text += name;
+        text += part.trim_start_matches(|c: char| c.is_ascii_digit());
     }
+    VALUES
+        .iter()
+        .fold(text.replace(file, name), |text, (of_toml, of_python)| {
+            text.replace(of_toml, of_python)
+        })
 }
 
-fn in_arguments(message: String) -> String {
-    ARGUMENTS.iter().fold(message, |message, (key, argument)| {
-        message.replace(key, argument)
-    })
+/// Returns the stated scale of the drive.
+fn volts_per_unit(table: &Table) -> Option<f64> {
+    let channels = table.get("channels")?.as_table()?;
+    let drive = channels.get("drive")?.as_table()?;
+    drive.get("volts_per_unit").and_then(number)
 }
 
 fn number(value: &Value) -> Option<f64> {
@@ -171,7 +186,7 @@ fn toml_value(value: &Bound<'_, PyAny>, key: &str) -> PyResult<Value> {
 }
 
 fn unusable(key: &str, nature: &str) -> PyErr {
-    refusal(in_arguments(format!(
+    refusal(in_arguments(&format!(
         "`{key}` is {nature}: pass a number, a text, or a list or dict of them"
     )))
 }

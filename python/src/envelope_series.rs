@@ -28,23 +28,47 @@ pub(crate) enum SignalError {
     Demodulation(#[from] DemodulationError),
 }
 
-/// Returns the modulation of a drive; `None` if it is on for too short a time.
+/// Returns the modulation of a drive, of which a value of 1 is `volts_per_unit`.
 ///
 /// # Errors
-/// The carrier cannot be demodulated at this rate.
+/// The carrier cannot be demodulated at this rate, or the drive is off, or on too briefly.
 pub(crate) fn modulation(
     py: Python<'_>,
     drive: &Signal<'_>,
-    (rate_hz, carrier_hz): (f64, f64),
-) -> PyResult<Option<FoundModulation>> {
+    (rate_hz, carrier_hz, volts_per_unit): (f64, f64, f64),
+) -> PyResult<FoundModulation> {
     let samples = drive.samples()?;
-    let series = background::run_borrowed(py, None, |stop| {
-        envelope_series(samples, (rate_hz, carrier_hz), stop)
+    let read = background::run_borrowed(py, None, |stop| {
+        let series = envelope_series(samples, (rate_hz, carrier_hz), stop)?;
+        Ok::<_, SignalError>((series, rms(samples)))
     })?;
-    let (envelope, time_s) = series.map_err(refusal)?;
-    let amplitude: Vec<f64> = envelope.iter().map(|value| value.norm()).collect();
+    let ((envelope, time_s), rms) = read.map_err(refusal)?;
+    let scale = volts_per_unit.abs();
+    let amplitude_v: Vec<f64> = envelope.iter().map(|value| scale * value.norm()).collect();
     let step_s = time_s.get(1).zip(time_s.first()).map(|(b, a)| b - a);
-    Ok(step_s.and_then(|step_s| drive_modulation::find(&amplitude, step_s)))
+    let step_s = step_s.unwrap_or(1.0 / rate_hz);
+    drive_modulation::require(&amplitude_v, step_s, scale * rms).map_err(|error| {
+        refusal(format_args!(
+            "`modulation_hz` and `modulation_index` cannot be found in `drive`: {error}. Pass the voltage across the actuators as \
+             `drive`, correct `carrier_hz`, or state both"
+        ))
+    })
+}
+
+/// Returns the RMS of the samples that are not lost.
+fn rms(samples: Samples<'_>) -> f64 {
+    let (mut squares, mut count) = (0.0, 0_u64);
+    let mut take = |value: f64| {
+        if value.is_finite() {
+            squares += value * value;
+            count += 1;
+        }
+    };
+    match samples {
+        Samples::Single(samples) => samples.iter().for_each(|sample| take(f64::from(*sample))),
+        Samples::Double(samples) => samples.iter().for_each(|sample| take(*sample)),
+    }
+    (squares / count.max(1) as f64).sqrt()
 }
 
 /// Returns the envelope about the carrier with its times, unless `stop` is set.

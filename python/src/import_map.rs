@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
 use crate::background;
-use crate::description::table;
+use crate::description::{about_dict, table};
 use crate::error::refusal;
 
 /// Version that a study names as its maker.
@@ -28,11 +28,16 @@ pub(crate) fn import_by_map<'py>(
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyList>> {
     let map = map.map(|map| table(map, "")).transpose()?;
+    let file = path.display().to_string();
+    let is_dict = map.is_some();
     let plan = background::run(py, 0, None, move |_| match map {
         Some(map) => Plan::parse(&map.to_string(), &path),
         None => Plan::read(&path),
     });
-    let plan = plan?.map_err(refusal)?;
+    let plan = plan?.map_err(|error| match is_dict {
+        true => refusal(about_dict(&error.to_string(), &file, "the map")),
+        false => refusal(error),
+    })?;
     let study = match (study, dry_run) {
         (_, true) => None,
         (None, false) => {

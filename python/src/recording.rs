@@ -9,6 +9,8 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 use recording::manifest::{RecordedIntervalKind, Streams};
 use recording::reader::{self, ReadError};
 use recording::{CsvRow, ForceRow, Manifest, PositionRow, RecordingReader};
+use study::provenance::Provenance;
+use study::sessions::Sessions;
 
 use crate::background;
 use crate::error::refusal;
@@ -23,6 +25,7 @@ struct Content {
     forces: Option<Vec<ForceRow>>,
     positions: Option<Vec<PositionRow>>,
     protocol: Option<String>,
+    simulated: bool,
 }
 
 /// Drive and pickup, in the unit of their file.
@@ -48,6 +51,9 @@ pub(crate) struct Recording {
     position: Option<Py<PyTuple>>,
     /// Text of the protocol's copy in the session's folder.
     protocol: Option<String>,
+    /// Whether the bench was simulated, by the session's log.
+    #[pyo3(get)]
+    simulated: bool,
 }
 
 /// Drive and pickup as arrays.
@@ -76,6 +82,7 @@ pub(crate) fn read_recording(py: Python<'_>, path: PathBuf) -> PyResult<Recordin
         position: pair(py, positions, |row| row.position_m)?,
         path,
         protocol: content.protocol,
+        simulated: content.simulated,
         content: content.manifest,
         manifest: manifest.unbind(),
         signals,
@@ -92,7 +99,10 @@ fn read(folder: &Path) -> Result<Content, ReadError> {
     let duration_s = signals.as_ref().map_or(f64::INFINITY, |signals| {
         signals.drive.len() as f64 / signals.rate_hz
     });
+    let sessions = Sessions::from_recordings([folder]);
+    let session = sessions.session_of(folder).map(|(_, session)| session);
     Ok(Content {
+        simulated: Provenance::new(&manifest, session).simulated,
         signals,
         forces: rows(reader::force_rows(folder, duration_s))?,
         positions: rows(reader::position_rows(folder, duration_s))?,
@@ -244,7 +254,7 @@ impl Recording {
     /// -------
     /// dict
     ///     ``fb.analyze(**recording.arguments())`` has the numbers of ``fb.analyze(recording.path)``, bit for bit; only the standing
-    ///     of a trial and its simulated hardware are in the session's log, which arrays do not have.
+    ///     of a trial is in the session's log alone, which arrays do not have.
     ///
     /// Raises
     /// ------
@@ -265,6 +275,7 @@ impl Recording {
             }
         }
         arguments.set_item("manifest", &self.manifest)?;
+        arguments.set_item("simulated", self.simulated)?;
         if let Some(protocol) = &self.protocol {
             arguments.set_item("protocol", protocol)?;
         }

@@ -10,6 +10,7 @@ use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
+use crate::description::about_dict;
 use crate::error::FrictionBenchError;
 
 /// Periods simulated between two looks for Ctrl-C: 0.1 s of the recording.
@@ -95,7 +96,9 @@ fn whole<'py, T: TryFrom<u64>>(name: &str, value: &Bound<'py, PyAny>) -> PyResul
 /// Reads a scenario: the name of a built-in one, the path of a file, the text of one, or a dictionary of its keys.
 fn read(scenario: &Bound<'_, PyAny>) -> PyResult<Scenario> {
     if let Ok(keys) = scenario.cast::<PyDict>() {
-        return Scenario::parse(&toml_text(keys)?, UNNAMED).map_err(|error| refused(&error));
+        let scenario = Scenario::parse(&toml_text(keys)?, UNNAMED);
+        return scenario
+            .map_err(|error| refused(&about_dict(&error.to_string(), UNNAMED, UNNAMED)));
     }
     let Ok(text) = scenario.cast::<PyString>() else {
         return match scenario.extract::<PathBuf>() {

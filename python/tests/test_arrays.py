@@ -159,6 +159,15 @@ ARGUMENTS: dict[str, tuple[Arguments, list[str]]] = {
     "an unknown setting": ({"settings": {"contact_area": 1e-4}}, ["contact_area_m2"]),
     "a protocol that is none": ({"protocol": "format ="}, ["protocol"]),
     "an array as constant": ({"carrier_hz": {1, 2}}, ["carrier_hz"]),
+    "a number as plate": ({"plate": 3}, ["plate", "write a dict"]),
+    "a number as participant": ({"participant": {"id": 3, "session": 1}}, ["participant.id", "write a text"]),
+    "a number as intervals": ({"intervals": [3]}, ["write a dict"]),
+    "a number as list of intervals": ({"intervals": 3}, ["`intervals` is no list", "(\"unloaded\", 0.2, 1.0)"]),
+    "a number as manifest": ({"manifest": 3}, ["`manifest` is of type int"]),
+    "a number as scale of the pickup": ({"pickup_scale": 2e-6}, ["`pickup_scale` is of type float", "Pickup("]),
+    "no plate": ({"plate": None}, ["`plate` is missing", "pass it"]),
+    "half a trial": ({"manifest": {"trial": {"number": 1}}}, ["dict `trial`: key `attempt` is missing"]),
+    "two slips": ({"plate": {"resonance_Hz": 3e4}, "room": {"pressure": 1e5}}, ["resonance_Hz", "`pressure`"]),
 }
 
 
@@ -170,7 +179,9 @@ def test_an_argument_that_is_wrong_is_refused_by_name(kind: str) -> None:
     for word in words:
         assert word in str(refused.value)
     if "protocol" not in changes:
-        assert "line" not in str(refused.value), "the user wrote no text with lines"
+        message = str(refused.value)
+        assert "line" not in message, "the user wrote no text with lines"
+        assert not any(word in message for word in ["struct", "in quotes", "in brackets", "table", "sequence", "f64", "[channels"]), message
 
 
 def test_signals_of_other_lengths_and_rates_are_refused() -> None:

@@ -48,6 +48,7 @@ const LEFT_OUT: &[&str] = &[
     "MapError",
     "Missing",
     "ModelError",
+    "ModulationError",
     "NameError",
     "NoCarrier",
     "NoForceAxis",

@@ -9,7 +9,7 @@ use crate::readings::{DriveTime, Readings};
 use crate::refusal::ImportRefusal;
 use crate::series::Samples;
 use crate::survey::{CarrierFrequency, Envelope};
-use metrology::drive_modulation::{FoundModulation, HarmonicFit, harmonic_fit};
+use metrology::drive_modulation::{FoundModulation, HarmonicFit, ModulationError, harmonic_fit};
 
 /// Difference from which on a carrier is another, Hz; two clocks differ by less.
 const OTHER_CARRIER_HZ: f64 = 10.0;
@@ -22,11 +22,18 @@ const LEAD_ERRORS: f64 = 5.0;
 /// Compares carrier and modulation of the map with those of the drive; returns carrier, modulation's frequency and index.
 pub(crate) fn tone(
     (carrier, modulation): (Carrier, Modulation),
-    (measured, modulated): (Option<CarrierFrequency>, Option<FoundModulation>),
+    (measured, modulated): (
+        Option<CarrierFrequency>,
+        Result<FoundModulation, ModulationError>,
+    ),
     rate_hz: f64,
     found: &mut Vec<FoundValue>,
 ) -> Result<[f64; 3], ImportRefusal> {
-    let is_modulated = modulated.filter(|modulated| modulated.index > 0.0);
+    let is_modulated = modulated.ok().filter(|modulated| modulated.index > 0.0);
+    let unmodulated = |key| match modulated {
+        Err(reason) => ImportRefusal::Undriven { key, reason },
+        Ok(_) => ImportRefusal::NoModulation { key },
+    };
     if let (Carrier::Constant(Quantity::Stated(stated_hz)), Some(measured)) = (carrier, measured) {
         let factor = measured.hz / stated_hz;
         let modulation_factor = modulation
@@ -105,7 +112,7 @@ pub(crate) fn tone(
             });
             modulated.hz
         }
-        (Quantity::Found, None) => return Err(ImportRefusal::NoModulation { key: "hz" }),
+        (Quantity::Found, None) => return Err(unmodulated("hz")),
     };
     let index = match (modulation.index, is_modulated) {
         (Quantity::Stated(index), _) => index,
@@ -119,7 +126,7 @@ pub(crate) fn tone(
             });
             modulated.index.min(1.0)
         }
-        (Quantity::Found, None) => return Err(ImportRefusal::NoModulation { key: "index" }),
+        (Quantity::Found, None) => return Err(unmodulated("index")),
     };
     Ok([carrier_hz, modulation_hz, index])
 }

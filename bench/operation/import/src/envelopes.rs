@@ -60,7 +60,8 @@ pub(crate) fn convert(
     let carrier_hz = *carrier_hz;
     let (mut found, mut notes) = (Vec::new(), Vec::new());
     let (mut channels, drive_time) = read(sources, envelopes, carrier_hz)?;
-    let tone = modulation_of(&channels[0], *modulation, &mut found)?;
+    let drive = (&channels[0], envelopes.volts_per_unit);
+    let tone = modulation_of(drive, *modulation, &mut found)?;
     if let Some(filter) = envelopes.low_pass {
         for channel in &mut channels {
             undo(channel, filter, tone.frequency_hz)?;
@@ -280,7 +281,7 @@ fn require_few(length: u64, name: String) -> Result<(), ImportRefusal> {
 
 /// Compares the modulation with the drive's amplitude.
 fn modulation_of(
-    drive: &Envelope,
+    (drive, volts_per_unit): (&Envelope, f64),
     modulation: Modulation,
     found: &mut Vec<FoundValue>,
 ) -> Result<manifest::Modulation, ImportRefusal> {
@@ -288,7 +289,7 @@ fn modulation_of(
     let rate_hz = 1.0 / drive.step_s;
     let tone = checks::tone(
         (carrier, modulation),
-        (None, drive.modulation()),
+        (None, drive.modulation(volts_per_unit)),
         rate_hz,
         found,
     )?;

@@ -1,6 +1,7 @@
 //! Reasons why a recording is not imported.
 
 use import_map::NameError;
+use metrology::drive_modulation::ModulationError;
 use source_files::SourceError;
 
 /// Reason why a file gives no recording, with the remedy.
@@ -193,6 +194,16 @@ pub enum ImportRefusal {
     NoModulation {
         /// Key.
         key: &'static str,
+    },
+    /// The drive is off, or on too briefly, so that its modulation cannot be found.
+    #[error(
+        "modulation.{key} = \"found\", but {reason}: name the array of the voltage across the actuators, or write hz and index"
+    )]
+    Undriven {
+        /// Key.
+        key: &'static str,
+        /// Reason.
+        reason: ModulationError,
     },
     /// Carrier and modulation are off by the same factor.
     #[error(

@@ -233,7 +233,9 @@ fn survey(
             name: columns[0].name(),
         });
     }
-    let modulated = drive_channel.envelope.modulation();
+    let modulated = drive_channel
+        .envelope
+        .modulation(parts.drive.volts_per_unit);
     let tone = checks::tone(
         (parts.carrier, parts.modulation),
         (measured, modulated),

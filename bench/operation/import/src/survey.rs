@@ -1,6 +1,6 @@
 //! First pass over drive and pickup: their envelopes at about 2 kHz, the carrier, and the state of the channels.
 
-use metrology::drive_modulation::{self, FoundModulation};
+use metrology::drive_modulation::{self, FoundModulation, ModulationError};
 use std::f64::consts::TAU;
 
 use num_complex::Complex64;
@@ -39,11 +39,19 @@ impl Envelope {
         self.first_s + index as f64 * self.step_s
     }
 
-    /// Returns the modulation of a drive's amplitude.
-    pub fn modulation(&self) -> Option<FoundModulation> {
-        let amplitude: Vec<f64> = self.values.iter().map(|value| value.norm()).collect();
-        let found = drive_modulation::find(&amplitude, self.step_s)?;
-        Some(found.of_means(self.step_s))
+    /// Returns the modulation of a drive's amplitude, in `volts_per_unit`.
+    ///
+    /// # Errors
+    /// The drive is off, or on too briefly.
+    pub fn modulation(&self, volts_per_unit: f64) -> Result<FoundModulation, ModulationError> {
+        let scale = volts_per_unit.abs();
+        let amplitude_v = self.values.iter().map(|value| scale * value.norm());
+        let amplitude_v: Vec<f64> = amplitude_v.collect();
+        let known = amplitude_v.iter().filter(|value| value.is_finite());
+        let squares = known.clone().map(|value| value * value / 2.0).sum::<f64>();
+        let rms_v = (squares / known.count().max(1) as f64).sqrt();
+        let found = drive_modulation::require(&amplitude_v, self.step_s, rms_v)?;
+        Ok(found.of_means(self.step_s))
     }
 
     /// Returns the indices of values from which on the envelope is lower than that.

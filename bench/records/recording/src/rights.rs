@@ -22,7 +22,10 @@ pub fn are_kept(folder: &Path) -> bool {
         metadata.map_or(true, |metadata| metadata.mode() & 0o077 == 0)
     }
     #[cfg(not(unix))]
-    true
+    {
+        let _ = folder;
+        true
+    }
 }
 
 /// Returns who can read the study in `folder` besides its owner, as a sentence; `None` if the rights of its files close it.
@@ -61,7 +64,8 @@ pub fn other_readers(folder: &Path, file: &Path) -> Option<String> {
     }
 }
 
-#[cfg(all(test, unix))]
+#[cfg(unix)]
+#[cfg(test)]
 mod tests {
     use super::*;
     use std::fs::{self, Permissions};

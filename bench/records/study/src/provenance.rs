@@ -27,6 +27,9 @@ pub struct Provenance {
     pub rehearsed: Vec<String>,
     /// Hardware stops that were waived.
     pub waived: Vec<String>,
+    /// Whether the recording came as arrays, without the files of a folder.
+    #[serde(skip)]
+    pub in_memory: bool,
 }
 
 impl Provenance {
@@ -48,6 +51,20 @@ impl Provenance {
             simulated,
             rehearsed: hardware.rehearsed.clone(),
             waived: hardware.waived.clone(),
+            in_memory: false,
+        }
+    }
+
+    /// Returns the provenance of arrays with this description, of which the caller states what a session's log or the hardware's
+    /// description would.
+    #[must_use]
+    pub fn in_memory(manifest: &Manifest, stated: StatedProvenance) -> Self {
+        let described = Self::new(manifest, None);
+        Self {
+            simulated: stated.simulated,
+            uncalibrated: described.uncalibrated || stated.uncalibrated,
+            in_memory: true,
+            ..described
         }
     }
 
@@ -61,6 +78,15 @@ impl Provenance {
             Concern::Waived => !self.waived.is_empty(),
         }
     }
+}
+
+/// Provenance that the caller states of arrays.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct StatedProvenance {
+    /// Whether the bench was simulated: nobody took part.
+    pub simulated: bool,
+    /// Whether the constants were not measured.
+    pub uncalibrated: bool,
 }
 
 /// Difference of a recording from a calibrated measurement on a person, made with all stops.
@@ -249,5 +275,15 @@ mod tests {
         assert!(!provenance.calibrated);
         let foreign = Manifest::parse(recording::manifest::MINIMAL, "recording.toml").unwrap();
         assert_eq!(Provenance::new(&foreign, None), Provenance::default());
+        let stated = StatedProvenance {
+            simulated: true,
+            uncalibrated: false,
+        };
+        let of_arrays =
+            [&manifest, &foreign].map(|manifest| Provenance::in_memory(manifest, stated));
+        assert_eq!(
+            of_arrays.map(|provenance| Concern::ALL.map(|concern| provenance.has(concern))),
+            [[true, true, true, false], [true, false, false, false]]
+        );
     }
 }

@@ -17,8 +17,10 @@ use crate::rounding::{binary_step, rounded};
 
 /// Frames of audio read at a time.
 const BLOCK_FRAMES: usize = 16_384;
-/// Envelopes per frame of an analysis: its filter then is the last one, and the archive's is flat where it passes.
-const PER_FRAME: u32 = 2;
+/// Fewest envelopes per frame of an analysis: its filter then is the last one, and the archive's is flat where it passes.
+const LEAST_PER_FRAME: u32 = 2;
+/// Fewest samples per envelope.
+const LEAST_HOP: u32 = 8;
 /// Time from which the noise is read, s.
 const NOISE_S: f64 = 10.0;
 /// Distance from the carrier, in rates of the envelopes, up to which their filter is flat.
@@ -42,12 +44,17 @@ pub(crate) fn write(
     target: &Path,
 ) -> Result<WrittenEnvelopes, ArchiveError> {
     let noise = noise(source, flaws)?;
+    let frame_samples = FrameSamples::at(RecordingReader::open(source)?.rate_hz());
     let steps = noise.map(binary_step);
     let mut writer = EnvelopeWriter::create_small(target)?;
     let mut written = Ok(());
     let mut rows = 0;
     let mut pending = Vec::new();
     let filter = demodulate(source, flaws, f64::INFINITY, |scales, frame| {
+        // Between two frames of the samples, an analysis would read the noise at other instants, and other errors from it.
+        if rows == 0 && frame.sample % u64::from(frame_samples.total()) != 0 {
+            return;
+        }
         let [drive, pickup] = [frame.drive(), frame.pickup()];
         pending.push(EnvelopeRow {
             time_s: frame.time_s,
@@ -71,6 +78,34 @@ pub(crate) fn write(
         rejected_hz: filter.filter().stopband_hz(),
         noise: noise.map(|noise| if noise.is_finite() { noise } else { 0.0 }),
     })
+}
+
+/// Samples of a frame of an analysis, divided into envelopes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct FrameSamples {
+    /// Samples per envelope.
+    hop: u32,
+    /// Envelopes per frame.
+    envelopes: u32,
+}
+
+impl FrameSamples {
+    /// Divides the samples of a frame at this sampling rate into the fewest envelopes that have equal numbers of them, so that frames
+    /// of envelopes and of samples have the same instants. Few rates have no such number; their frames are shorter by up to a sample.
+    fn at(rate_hz: f64) -> Self {
+        let samples = samples_per_frame(rate_hz);
+        let mut counts = LEAST_PER_FRAME..=samples / LEAST_HOP;
+        let envelopes = counts.find(|count| samples.is_multiple_of(*count));
+        let envelopes = envelopes.unwrap_or(LEAST_PER_FRAME);
+        Self {
+            hop: (samples / envelopes).max(LEAST_HOP),
+            envelopes,
+        }
+    }
+
+    fn total(self) -> u32 {
+        self.hop * self.envelopes
+    }
 }
 
 /// Returns an envelope in volts or metres, NaN where it is clipped or lost.
@@ -106,7 +141,7 @@ fn demodulate(
         clip_levels: clip_levels(flaws),
         ..SignalProperties::default()
     };
-    let hop = (samples_per_frame(reader.rate_hz()) / PER_FRAME).max(8);
+    let hop = FrameSamples::at(reader.rate_hz()).hop;
     let manifest = reader.manifest().clone();
     let demodulator = envelope_demodulator(&manifest, reader.format(), &properties, hop);
     let mut demodulator = demodulator.map_err(RecordingError::from)?;
@@ -152,4 +187,26 @@ fn clip_levels(flaws: &[Flaw]) -> [f32; 2] {
         }
     }
     levels
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_of_envelopes_have_the_instants_of_those_of_samples() {
+        for (rate_hz, hop, envelopes) in [
+            (100e3, 25, 2),
+            (192e3, 48, 2),
+            (156_250.0, 40, 2),
+            (88_200.0, 15, 3),
+            (250e3, 25, 5),
+            (106e3, 26, 2),
+        ] {
+            let frame = FrameSamples::at(rate_hz);
+            assert_eq!(frame, FrameSamples { hop, envelopes }, "{rate_hz}");
+            let difference = samples_per_frame(rate_hz) - frame.total();
+            assert_eq!(difference, u32::from(rate_hz == 106e3), "{rate_hz}");
+        }
+    }
 }

@@ -6,11 +6,14 @@ use std::path::{Path, PathBuf};
 use analysis::Settings;
 use analysis::assumptions::Assumptions;
 use attempts::{Attempts, OmittedAttempt};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use study::exclusions::{Excluded, Exclusion, ExclusionsError};
+use study::identity::Duplicate;
 use study::sessions::Standing;
 use study_analysis::{Found, Request};
 
+use crate::identities::{AttemptInStudy, has_equal_inputs};
 use crate::layout::Layout;
 use crate::parts_error::PartsError;
 use crate::stored_file::{paths, read_value};
@@ -34,6 +37,9 @@ pub(crate) struct Call {
     canonical: BTreeMap<PathBuf, PathBuf>,
     /// Recordings left out that have a folder.
     present: BTreeSet<PathBuf>,
+    /// Attempt of each recording within a study, by its path as given.
+    #[serde(default)]
+    identities: BTreeMap<PathBuf, AttemptInStudy>,
 }
 
 /// Exclusion with its recordings; in results it has other names.
@@ -96,6 +102,7 @@ impl Call {
                 .map(|path| (path.clone(), canonical_path(path)))
                 .collect(),
             present: omitted.filter(|path| path.exists()).cloned().collect(),
+            identities: identities(&selection.recordings),
         })
     }
 
@@ -146,6 +153,7 @@ impl JoinedCalls {
             is_damaged: false,
         };
         let (mut names, mut known) = (Vec::new(), BTreeSet::new());
+        let mut attempts = BTreeMap::new();
         for call in calls {
             if call.version != crate::VERSION {
                 return Err(PartsError::Version {
@@ -162,6 +170,7 @@ impl JoinedCalls {
                 });
             }
             names.push(call.name.clone());
+            require_one_content(layout, &call, &mut attempts)?;
             joined.add(call, &mut known);
         }
         names.dedup();
@@ -251,6 +260,44 @@ impl JoinedCalls {
             });
         }
     }
+}
+
+/// Returns the attempt of each recording within a study, by its path.
+fn identities(recordings: &[PathBuf]) -> BTreeMap<PathBuf, AttemptInStudy> {
+    let recordings = recordings.par_iter();
+    let attempts = recordings.filter_map(|path| Some((path.clone(), AttemptInStudy::read(path)?)));
+    attempts.collect()
+}
+
+/// Requires that no recording of a call is an attempt of which an earlier call found other contents, and adds its attempts to those
+/// of the earlier ones, each with its recording and the canonical path of that.
+fn require_one_content(
+    layout: &Layout,
+    call: &Call,
+    attempts: &mut BTreeMap<AttemptInStudy, (PathBuf, PathBuf)>,
+) -> Result<(), PartsError> {
+    for (path, attempt) in &call.identities {
+        let Some(canonical) = call.canonical.get(path) else {
+            continue;
+        };
+        let Some((original, earlier)) = attempts.get(attempt) else {
+            attempts.insert(attempt.clone(), (path.clone(), canonical.clone()));
+            continue;
+        };
+        if earlier != canonical && !has_equal_inputs(layout, [earlier, canonical])? {
+            return Err(PartsError::Ambiguous {
+                duplicate: Box::new(Duplicate {
+                    path: path.clone(),
+                    original: original.clone(),
+                    identity: attempt.identity.clone(),
+                    is_copy: false,
+                }),
+                folder: call.first_folder(),
+                call: call.path(layout),
+            });
+        }
+    }
+    Ok(())
 }
 
 /// Returns the canonical path of a folder; the path itself if it does not exist.

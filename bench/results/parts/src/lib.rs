@@ -6,6 +6,7 @@
 mod call;
 mod entry;
 mod folder_name;
+mod identities;
 mod inputs;
 mod key;
 mod layout;

@@ -6,6 +6,7 @@ use analysis::SeriesError;
 use analysis::analysis_settings::SettingError;
 use recording::DiskError;
 use study::exclusions::ExclusionsError;
+use study::identity::Duplicate;
 use tables::TableError;
 
 /// Errors of parts. Each names the file and the remedy.
@@ -70,6 +71,20 @@ pub enum PartsError {
         other: PathBuf,
         /// Names of the settings that differ.
         names: String,
+    },
+    /// Two calls found the same attempt with different contents.
+    #[error(
+        "{duplicate}: only one of them can count; look which is right, and leave the other out: run `analyze --each {} --exclude {}` \
+         again, or, if only it was asked for, delete {}",
+        folder.display(), duplicate.path.display(), call.display()
+    )]
+    Ambiguous {
+        /// Recording, and the one with the same attempt.
+        duplicate: Box<Duplicate>,
+        /// Folder that was analysed in the later call.
+        folder: PathBuf,
+        /// File of that call.
+        call: PathBuf,
     },
     /// Assumptions of a call cannot be made.
     #[error(transparent)]

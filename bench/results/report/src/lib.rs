@@ -2,6 +2,7 @@
 //!
 //! [`Results`] is the content of both, so that they cannot differ.
 
+mod argument_words;
 mod assumptions;
 mod calibration;
 mod content;
@@ -25,6 +26,7 @@ mod study;
 pub mod trial_quantity;
 mod trials;
 
+pub use argument_words::{in_arguments, warnings};
 pub use content::{Recorded, ReportContent, ReportError};
 pub use page::html;
 pub use results::{FORMAT, Results};

@@ -8,10 +8,11 @@ use std::path::Path;
 use std::thread;
 use std::time::Instant;
 
-use analysis::{Settings, analyse_source};
+use analysis::Settings;
 use recording::recorded_arrays::{Readings, RecordedArrays, Samples};
 use recording::{RecordingReader, RecordingSource};
-use study_analysis::{Found, StudyAnalysis};
+use study::provenance::StatedProvenance;
+use study_analysis::StudyAnalysis;
 
 /// Frames read at a time.
 const BLOCK_FRAMES: usize = 16_384;
@@ -53,8 +54,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             .with_forces(readings(&force_s, &normal), readings(&force_s, &lateral))
             .with_position(readings(&position_s, &position_m));
         let source = RecordingSource::arrays(&arrays);
-        let analysed = analyse_source(&source, &Settings::default())?;
-        StudyAnalysis::new(Found::one(source.path()), analysed)?;
+        StudyAnalysis::in_memory(&source, &Settings::default(), StatedProvenance::default())?;
         Ok(())
     };
     analyse()?;

@@ -5,6 +5,7 @@
 
 mod found;
 pub mod html;
+mod in_memory;
 mod request;
 mod study_analysis;
 pub mod summary;

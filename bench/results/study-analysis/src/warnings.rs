@@ -15,7 +15,7 @@ pub fn of_recording(recording: &RecordingAnalysis) -> Vec<String> {
     let path = escaped_line(&path);
     match &recording.findings {
         Ok(findings) => {
-            let flaws = findings.flaws.iter().map(ToString::to_string);
+            let flaws = report::warnings(findings).into_iter();
             let reasons = rejections(findings).map(|reasons| format!("no instance: {reasons}"));
             let texts = flaws.chain(reasons);
             texts
@@ -71,12 +71,17 @@ fn assumptions(study: &StudyAnalysis) -> Option<String> {
     let findings = study.analysed.findings();
     let budgets = findings.map(|findings| findings.errors.assumptions);
     let terms = assumed_terms(&budgets.collect::<Vec<_>>());
+    let is_in_memory = study.analysed.findings().all(|f| f.provenance.in_memory);
     (!terms.is_empty()).then(|| {
-        format!(
+        let note = format!(
             "note: the total intervals include standard errors assumed of constants of which a recording neither states nor shows \
              the error: {}; calibrate the bench, or state them in recording.toml ([standard_errors], [room])",
             terms.join(", ")
-        )
+        );
+        match is_in_memory {
+            true => report::in_arguments(&note),
+            false => note,
+        }
     })
 }
 

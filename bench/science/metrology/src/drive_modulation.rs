@@ -1,8 +1,9 @@
 //! Modulation of the drive's amplitude: frequency and index.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{SQRT_2, TAU};
 
 use num_complex::Complex64;
+use statistics::significant;
 
 /// Frequencies of a modulation, Hz.
 const RANGE_HZ: (f64, f64) = (0.2, 500.0);
@@ -10,6 +11,37 @@ const RANGE_HZ: (f64, f64) = (0.2, 500.0);
 const LEAST_INDEX: f64 = 0.005;
 /// Share of the amplitude's upper decile that its running maximum must exceed while the drive is on.
 const ON_SHARE: f64 = 0.7;
+/// Shortest time of a drive that shows its modulation, s.
+const LEAST_S: f64 = 0.3;
+
+/// Reasons why a drive shows no modulation, not even that it has none.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum ModulationError {
+    /// Every sample is 0.
+    #[error("the drive is off: its RMS is 0 V throughout")]
+    Off,
+    /// The carrier is weaker than all else.
+    #[error(
+        "the drive is off, or its carrier is at another frequency: in nine tenths of the recording, the carrier's RMS is at most {} V, \
+         and that of all else is {} V",
+        significant(*carrier_v), significant(*rest_v)
+    )]
+    BelowNoise {
+        /// RMS of the carrier that it has at most in nine tenths of the recording, V.
+        carrier_v: f64,
+        /// RMS of all else, V.
+        rest_v: f64,
+    },
+    /// The drive is on too briefly.
+    #[error(
+        "the drive, of {} V RMS, is on for less than {LEAST_S} s at a time, too short to show its modulation",
+        significant(*rms_v)
+    )]
+    Short {
+        /// RMS of all samples, V.
+        rms_v: f64,
+    },
+}
 
 /// Modulation of an amplitude, A (1 + index sin(2πft + phase)).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,13 +112,41 @@ fn steady(amplitude: &[f64], step_s: f64) -> std::ops::Range<usize> {
     best
 }
 
+/// Finds the modulation of a drive as [`find`] does, from its amplitude, V, and the RMS of all its samples, V.
+///
+/// # Errors
+/// The drive is off, or on too briefly.
+pub fn require(
+    amplitude_v: &[f64],
+    step_s: f64,
+    rms_v: f64,
+) -> Result<FoundModulation, ModulationError> {
+    let known = amplitude_v
+        .iter()
+        .copied()
+        .filter(|value| value.is_finite());
+    let mut known: Vec<f64> = known.collect();
+    known.sort_by(f64::total_cmp);
+    let top_v = known.get(known.len() * 9 / 10).copied().unwrap_or(0.0);
+    if rms_v == 0.0 || known.last() == Some(&0.0) {
+        return Err(ModulationError::Off);
+    }
+    let square_v2 = known.iter().map(|value| value * value).sum::<f64>() / known.len() as f64;
+    let rest_v = (rms_v * rms_v - square_v2 / 2.0).max(0.0).sqrt();
+    let carrier_v = top_v / SQRT_2;
+    if carrier_v < rest_v {
+        return Err(ModulationError::BelowNoise { carrier_v, rest_v });
+    }
+    find(amplitude_v, step_s).ok_or(ModulationError::Short { rms_v })
+}
+
 /// Finds frequency and index of the modulation of a drive from its amplitude at instants `step_s` apart; an index of 0 without
 /// modulation, `None` if the drive is on for less than 0.3 s.
 #[must_use]
 pub fn find(amplitude: &[f64], step_s: f64) -> Option<FoundModulation> {
     let stretch = &amplitude[steady(amplitude, step_s)];
     let length_s = stretch.len() as f64 * step_s;
-    if length_s < 0.3 {
+    if length_s < LEAST_S {
         return None;
     }
     let mean = stretch.iter().sum::<f64>() / stretch.len() as f64;
@@ -245,6 +305,30 @@ mod tests {
                 .index,
             0.0
         );
+    }
+
+    #[test]
+    fn a_drive_that_is_off_or_on_too_briefly_is_named() {
+        let driven = amplitude(6.0, 0.95);
+        let rms_v = |amplitude: &[f64]| {
+            let squares: f64 = amplitude.iter().map(|a| a * a / 2.0).sum();
+            (squares / amplitude.len() as f64).sqrt()
+        };
+        assert_eq!(
+            require(&driven, STEP_S, rms_v(&driven)),
+            Ok(find(&driven, STEP_S).unwrap())
+        );
+        let off = vec![0.0; driven.len()];
+        assert_eq!(require(&off, STEP_S, 0.0), Err(ModulationError::Off));
+        let faint: Vec<f64> = driven.iter().map(|value| 1e-4 * value).collect();
+        let error = require(&faint, STEP_S, 0.1).unwrap_err();
+        assert!(
+            matches!(error, ModulationError::BelowNoise { rest_v, .. } if (rest_v - 0.1).abs() < 1e-3),
+            "{error}"
+        );
+        let brief = &driven[400..900];
+        let error = require(brief, STEP_S, rms_v(brief)).unwrap_err();
+        assert!(matches!(error, ModulationError::Short { .. }), "{error}");
     }
 
     #[test]

@@ -201,10 +201,19 @@ impl Manifest {
     #[must_use]
     pub fn unloaded_s(&self) -> Vec<(f64, f64)> {
         let intervals = self.intervals.iter();
-        intervals
+        let mut spans: Vec<(f64, f64)> = intervals
             .filter(|interval| interval.kind == RecordedIntervalKind::Unloaded)
             .map(|interval| (interval.start_s, interval.end_s))
-            .collect()
+            .collect();
+        spans.sort_by(|a, b| a.0.total_cmp(&b.0));
+        spans.dedup_by(|next, span| {
+            let is_joined = next.0 <= span.1;
+            if is_joined {
+                span.1 = span.1.max(next.1);
+            }
+            is_joined
+        });
+        spans
     }
 
     /// Returns the archiving of the recording; `None` if its samples are there, or if it never had any.

@@ -566,3 +566,20 @@ fn an_invalid_profile_is_refused_with_its_line() {
     let ends = format!("ratios = [{least:?}, 1.0, {greatest:?}]");
     assert!(parse(&profile_text().replace(ratios, &ends)).is_ok());
 }
+
+/// Regression test: the analysis ended with a panic where they overlapped.
+#[test]
+fn unloaded_intervals_are_in_order_and_apart() {
+    let unloaded = |start_s: f64, end_s: f64| RecordedInterval {
+        kind: RecordedIntervalKind::Unloaded,
+        start_s,
+        end_s,
+    };
+    let manifest = Manifest {
+        intervals: [(5.0, 6.0), (0.5, 1.0), (0.2, 0.7), (5.5, 5.6), (2.0, 3.0)]
+            .map(|(start_s, end_s)| unloaded(start_s, end_s))
+            .to_vec(),
+        ..parse(EXAMPLE).unwrap()
+    };
+    assert_eq!(manifest.unloaded_s(), [(0.2, 1.0), (2.0, 3.0), (5.0, 6.0)]);
+}

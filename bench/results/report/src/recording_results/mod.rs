@@ -112,7 +112,7 @@ impl From<&RecordingAnalysis> for Recording {
                     kind: stretch.kind.clone(),
                 })
                 .collect(),
-            warnings: findings.flaws.iter().map(ToString::to_string).collect(),
+            warnings: crate::argument_words::warnings(findings),
         }
     }
 }

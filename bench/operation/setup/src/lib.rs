@@ -8,6 +8,7 @@ mod options;
 mod rig;
 mod sheet;
 mod steps;
+mod twin;
 mod write;
 
 pub use ask::{Ask, NoOperator, Terminal};

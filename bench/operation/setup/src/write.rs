@@ -1,10 +1,9 @@
 //! Asks which devices to use, and writes a `bench.toml`.
 
-use std::fs::File;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
+use mock_world::scenario::{ForceInterface, ForceLineFormat};
 
 use crate::ask::{Ask, Question};
 use crate::card::{self, Card};
@@ -14,9 +13,10 @@ use crate::options::{ForceLine, InitOptions};
 use crate::rig::Rig;
 use crate::sheet::Sheet;
 use crate::steps;
+use crate::twin::{self, Equipment};
 
 /// Numbers of inputs for the drive and the pickup, and for a sensor's gauges.
-const SIGNALS: u16 = 2;
+pub(crate) const SIGNALS: u16 = 2;
 const GAUGES: u16 = 6;
 /// Default GPIO chip on a computer that lists none, such as one that is not the bench's.
 const FIRST_CHIP: &str = "/dev/gpiochip0";
@@ -27,6 +27,8 @@ pub struct Written {
     pub text: String,
     /// Next steps.
     pub next: String,
+    /// Scenario of the simulated bench with this equipment, by name or path; `None` for a real bench.
+    pub mock: Option<String>,
 }
 
 /// Asks for everything the options leave open, and writes the file.
@@ -64,7 +66,14 @@ pub fn write(
     let mut sheet = Sheet::new();
     let card_name = options.card.as_deref();
     // Without a card every other answer is in vain.
+    let simulated = options.mock.is_some();
     let (sensor, converter) = if rig == Rig::Published {
+        if simulated && listing.cards.is_empty() {
+            bail!(
+                "the simulated card of National Instruments is not next to this program: build it with \
+                 `cargo build -p mock-nidaqmx`, or name another --rig"
+            );
+        }
         let card = ni_card::choose(&listing.cards, card_name, ask)?;
         let sensor = beside_ni_card(card, options, listing, ask)?;
         ni_card::put(&mut sheet, card, sensor.inputs())?;
@@ -93,6 +102,9 @@ pub fn write(
     if gauges && rig == Rig::Published {
         ni_card::put_gauges(&mut sheet)?;
     }
+    if simulated {
+        put_simulated(&mut sheet, &sensor, rig)?;
+    }
     let plate = match &options.plate {
         Some(plate) => plate.clone(),
         None => ask.text(
@@ -104,13 +116,35 @@ pub fn write(
         )?,
     };
     sheet.set("plate", "id", plate)?;
-    let mut file =
-        File::create_new(path).with_context(|| format!("cannot write {}", path.display()))?;
-    file.write_all(sheet.text().as_bytes())?;
-    file.sync_all()?;
+    let twin = options
+        .mock
+        .as_deref()
+        .map(|named| twin::scenario(named, sensor.equipment(rig), path))
+        .transpose()?
+        .flatten();
+    let mut text = summary(path, rig, &converter, gauges);
+    if let (ForceSensor::Gauges { cal_file, .. }, true) = (&sensor, simulated) {
+        let cal_path = path.with_file_name(cal_file);
+        if !cal_path.exists() {
+            twin::write_new(&cal_path, config::rigs::SIMULATED_GAUGES)?;
+            text += &format!("{} is that of the simulated sensor\n", cal_path.display());
+        }
+    }
+    twin::write_new(path, &sheet.text())?;
+    let mock = match &twin {
+        Some(twin) => {
+            text += &format!(
+                "{} describes the simulated bench with this equipment: --mock takes it\n",
+                twin.display()
+            );
+            Some(in_toml(twin)?.to_owned())
+        }
+        None => options.mock.clone(),
+    };
     Ok(Written {
-        text: summary(path, rig, &converter, gauges),
-        next: steps::next(path, options.mock.as_deref()),
+        text,
+        next: steps::next(path, mock.as_deref()),
+        mock,
     })
 }
 
@@ -142,15 +176,38 @@ enum ForceSensor {
     Box,
     Serial { port: PathBuf, line: ForceLine },
     NetFt { address: String },
-    Gauges { cal_file: PathBuf },
+    Gauges { cal_file: PathBuf, first: u16 },
 }
 
 impl ForceSensor {
     /// Returns the number of inputs of the card that drive, pickup and this sensor need.
     fn inputs(&self) -> u16 {
         match self {
-            Self::Gauges { .. } => SIGNALS + GAUGES,
+            Self::Gauges { first, .. } => first + GAUGES,
             Self::Box | Self::Serial { .. } | Self::NetFt { .. } => SIGNALS,
+        }
+    }
+
+    /// Returns the equipment that a simulated bench with this sensor must have.
+    fn equipment(&self, rig: Rig) -> Equipment {
+        let interface = match self {
+            Self::Box => ForceInterface::FieldBox,
+            Self::Serial { .. } => ForceInterface::Serial,
+            Self::NetFt { .. } => ForceInterface::Netft,
+            Self::Gauges { .. } => ForceInterface::Gauges,
+        };
+        let protocol = match self {
+            Self::Serial {
+                line: ForceLine::Lines,
+                ..
+            } => ForceLineFormat::Lines,
+            _ => ForceLineFormat::Frames,
+        };
+        Equipment {
+            interface,
+            protocol,
+            box_beside: rig.has_field_box() && interface != ForceInterface::FieldBox,
+            inputs: self.inputs(),
         }
     }
 }
@@ -162,10 +219,11 @@ fn beside_ni_card(
     listing: &Listing,
     ask: &mut dyn Ask,
 ) -> anyhow::Result<ForceSensor> {
-    let reads_gauges = ni_card::suits(card, SIGNALS + GAUGES);
+    let reads_gauges = ni_card::suits(card, options.first_gauge() + GAUGES);
     if let Some(cal_file) = &options.cal_file {
         return Ok(ForceSensor::Gauges {
             cal_file: cal_file.clone(),
+            first: options.first_gauge(),
         });
     }
     if options.force_port.is_none() && options.force_line.is_none() && reads_gauges {
@@ -175,7 +233,7 @@ fn beside_ni_card(
         };
         let ways = ["on a serial line", GAUGES_IN_WORDS];
         if ask.choose(&question, &ways.map(str::to_owned))? == 1 {
-            return gauges(ask);
+            return gauges(options, ask);
         }
     }
     on_serial_line(options, listing, ask)
@@ -185,11 +243,12 @@ fn beside_ni_card(
 const GAUGES_IN_WORDS: &str =
     "six gauges (ATI) on DC-coupled inputs of the card, with the maker's calibration file";
 
-fn gauges(ask: &mut dyn Ask) -> anyhow::Result<ForceSensor> {
+fn gauges(options: &InitOptions, ask: &mut dyn Ask) -> anyhow::Result<ForceSensor> {
     let (text, option) = ("The maker's calibration file:", "--cal-file");
     let answer = ask.text(&Question { text, option }, "FT00000.cal")?;
     Ok(ForceSensor::Gauges {
         cal_file: answer.into(),
+        first: options.first_gauge(),
     })
 }
 
@@ -231,6 +290,7 @@ fn six_axis(options: &InitOptions, ask: &mut dyn Ask) -> anyhow::Result<ForceSen
         }),
         (None, Some(cal_file)) => Ok(ForceSensor::Gauges {
             cal_file: cal_file.clone(),
+            first: options.first_gauge(),
         }),
         (None, None) => {
             let question = Question {
@@ -239,7 +299,7 @@ fn six_axis(options: &InitOptions, ask: &mut dyn Ask) -> anyhow::Result<ForceSen
             };
             let ways = ["an ATI Net F/T in the network", GAUGES_IN_WORDS];
             if ask.choose(&question, &ways.map(str::to_owned))? == 1 {
-                return gauges(ask);
+                return gauges(options, ask);
             }
             let (text, option) = ("Its address:", "--net-ft");
             let address = ask.text(&Question { text, option }, "192.168.1.1")?;
@@ -322,8 +382,8 @@ fn put_sensor(sheet: &mut Sheet, sensor: &ForceSensor) -> anyhow::Result<()> {
             }
             Ok(())
         }
-        ForceSensor::Gauges { cal_file } => {
-            let inputs: Vec<i64> = (i64::from(SIGNALS)..).take(GAUGES.into()).collect();
+        ForceSensor::Gauges { cal_file, first } => {
+            let inputs: Vec<i64> = (i64::from(*first)..).take(GAUGES.into()).collect();
             sheet.set("force.channels", "inputs", inputs)?;
             sheet.set("force.channels", "cal_file", in_toml(cal_file)?)?;
             for key in ["normal", "lateral", "volts_per_unit"] {
@@ -331,6 +391,21 @@ fn put_sensor(sheet: &mut Sheet, sensor: &ForceSensor) -> anyhow::Result<()> {
             }
             Ok(())
         }
+    }
+}
+
+/// Writes the values that only the owner of a bench knows, as the simulated equipment has them.
+fn put_simulated(sheet: &mut Sheet, sensor: &ForceSensor, rig: Rig) -> anyhow::Result<()> {
+    match sensor {
+        // The simulated sensor has no page that would tell.
+        ForceSensor::NetFt { .. } => sheet.use_example("force.netft", "counts_per_n"),
+        ForceSensor::Gauges { .. } if rig != Rig::Published => {
+            let range_v = vec![twin::GAUGES_RANGE_V];
+            sheet.set("force.channels", "volts_per_unit", range_v)?;
+            sheet.set("force", "latency_s", twin::GAUGES_DELAY_S)
+        }
+        ForceSensor::Gauges { .. } => sheet.set("force", "latency_s", twin::GAUGES_DELAY_S),
+        ForceSensor::Box | ForceSensor::Serial { .. } => Ok(()),
     }
 }
 

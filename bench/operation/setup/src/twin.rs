@@ -81,8 +81,7 @@ impl Equipment {
             }
         };
         put("force_sensor", self.entries());
-        let parsed = Scenario::parse(text, name)?;
-        if parsed.converter.channels < usize::from(self.inputs) {
+        if Scenario::parse(text, name)?.converter.channels < usize::from(self.inputs) {
             let channels = i64::from(self.inputs);
             put(
                 "converter",
@@ -108,16 +107,7 @@ pub(crate) fn scenario(
     equipment: Equipment,
     config: &Path,
 ) -> anyhow::Result<Option<PathBuf>> {
-    let text = match built_in_text(named) {
-        Some(text) => text.to_owned(),
-        None => bounded_files::read_text(Path::new(named), bounded_files::TEXT_LIMIT_BYTES)
-            .or_else(|error| {
-                // An unknown name is more likely a slip than a file.
-                built_in(named).map(|_| String::new())?;
-                Err(error)
-            })
-            .with_context(|| format!("cannot read the scenario {named}"))?,
-    };
+    let text = scenario_text(named)?;
     let Some(text) = equipment.added_to(&text, named)? else {
         return Ok(None);
     };
@@ -125,6 +115,19 @@ pub(crate) fn scenario(
     let path = config.with_file_name(format!("{stem}-scenario.toml"));
     write_new(&path, &text)?;
     Ok(Some(path))
+}
+
+fn scenario_text(named: &str) -> anyhow::Result<String> {
+    if let Some(text) = built_in_text(named) {
+        return Ok(text.to_owned());
+    }
+    let path = Path::new(named);
+    if !path.exists() {
+        // The error has the names of all scenarios, and the nearest one.
+        built_in(named)?;
+    }
+    bounded_files::read_text(path, bounded_files::TEXT_LIMIT_BYTES)
+        .with_context(|| format!("cannot read the scenario {named}"))
 }
 
 /// Writes a file that does not exist yet.

@@ -2,6 +2,8 @@
 
 mod ask;
 mod card;
+mod device_name;
+mod force_sensor;
 pub mod inventory;
 mod ni_card;
 mod options;

@@ -5,8 +5,6 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use crate::rig::Rig;
-use crate::twin;
-use crate::write::SIGNALS;
 
 /// Options of `init`.
 #[derive(Debug, Args)]
@@ -44,14 +42,6 @@ pub struct InitOptions {
 }
 
 impl InitOptions {
-    /// Returns the card's input that reads the first gauge of a sensor.
-    pub(crate) fn first_gauge(&self) -> u16 {
-        match self.mock {
-            Some(_) => twin::FIRST_GAUGE,
-            None => SIGNALS,
-        }
-    }
-
     /// Returns the first given option that does not apply to `rig`, if any.
     pub fn unfit_option(&self, rig: Rig) -> Option<&'static str> {
         let six_axis = rig == Rig::SixAxis;

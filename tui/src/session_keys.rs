@@ -119,7 +119,10 @@ pub(crate) const DASHBOARD: &[KeyRow] = &[
         presses: &[Press::character('x')],
         label: "x",
         meaning: |state| match state.safety {
-            Some(SafetyView::Tripped) if !state.session.replayed => rearm(),
+            Some(SafetyView::Tripped) if !state.session.replayed => match state.phase.kind {
+                PhaseKind::Finished => Meaning::explanation(ENDED),
+                _ => rearm(),
+            },
             _ => Meaning::explanation("not tripped: nothing to re-arm"),
         },
     },
@@ -181,6 +184,9 @@ pub(crate) const DASHBOARD: &[KeyRow] = &[
     },
 ];
 
+/// Explanation after a session: nothing drives the plate any more.
+const ENDED: &str = "the session has finished, and the drive stays off: q quits";
+
 /// Returns the meaning of the key that re-arms.
 pub(crate) fn rearm() -> Option<Meaning> {
     Meaning::question(Action::Rearm, "re-arm after a trip", "re-arm")
@@ -229,6 +235,7 @@ fn go_on(state: &State) -> Option<Meaning> {
         );
     }
     match kind {
+        PhaseKind::Finished => Meaning::explanation(ENDED),
         _ if is_tripped => Meaning::explanation("tripped: remove the cause, then re-arm with x"),
         PhaseKind::Idle => Meaning::action(Action::Start, "start", "start"),
         PhaseKind::Ready => Meaning::action(Action::Ready, "the participant is ready", "ready"),
@@ -238,7 +245,6 @@ fn go_on(state: &State) -> Option<Meaning> {
         }
         PhaseKind::Consent => Meaning::explanation("record the consent first: c"),
         PhaseKind::Paused => Meaning::explanation("paused: resume with p"),
-        PhaseKind::Finished => Meaning::explanation("the session has finished"),
         _ => Meaning::explanation("already running"),
     }
 }

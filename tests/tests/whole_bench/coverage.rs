@@ -99,8 +99,8 @@ impl Coverage {
             self.add(
                 name,
                 "sigma_t",
-                estimate.sigma_t_m / sigma_t_m - 1.0,
-                estimate.sigma_t_std_m / sigma_t_m,
+                estimate.sigma_t_m() / sigma_t_m - 1.0,
+                estimate.sigma_t_std_m() / sigma_t_m,
             );
             self.add(name, "Re Z_t", z_t.re - re, std.re);
             self.add(name, "Im Z_t", z_t.im - im, std.im);

@@ -62,7 +62,7 @@ impl Estimates {
         Self {
             area_ratio: trial.contact_area_m2.value * instances.len() as f64
                 / areas_m2.sum::<f64>(),
-            sigma_t_m: median_of(|estimate| estimate.sigma_t_m),
+            sigma_t_m: median_of(|estimate| estimate.sigma_t_m()),
             mu0: median_of(|estimate| estimate.mu0),
         }
     }

@@ -144,7 +144,7 @@ fn the_published_rig_is_calibrated_runs_and_finds_the_participant_unattended() {
         let mut sigma_t: Vec<f64> = analysis
             .instances()
             .filter_map(|(_, instance)| instance.estimate(Method::Dynamic))
-            .map(|estimate| estimate.sigma_t_m)
+            .map(|estimate| estimate.sigma_t_m())
             .collect();
         assert!(sigma_t.len() >= 5, "{} instances", sigma_t.len());
         sigma_t.sort_by(f64::total_cmp);

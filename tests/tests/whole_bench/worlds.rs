@@ -72,13 +72,18 @@ impl WorldErrors {
 
     fn instance(&mut self, method: Method, estimate: &InstanceEstimate, truth: &TrueSkin) {
         let (name, sigma_t_m) = (method.name(), truth.sigma_t_m);
-        let sigma_t = estimate.sigma_t_m / sigma_t_m - 1.0;
+        let sigma_t = estimate.sigma_t_m() / sigma_t_m - 1.0;
         let z_t = estimate.z_t_n_s_per_m - truth.z_t;
         self.error(name, "sigma_t", sigma_t);
         self.error(name, "Z_t", z_t.norm() / truth.z_t.norm());
         self.error(name, "RMS of mu", estimate.agreement.rms_mu);
         let stds = estimate.z_t_std_n_s_per_m;
-        self.score(name, "sigma_t", sigma_t, estimate.sigma_t_std_m / sigma_t_m);
+        self.score(
+            name,
+            "sigma_t",
+            sigma_t,
+            estimate.sigma_t_std_m() / sigma_t_m,
+        );
         self.score(name, "Re Z_t", z_t.re, stds.re);
         self.score(name, "Im Z_t", z_t.im, stds.im);
         if let Some((tau_s, _)) = estimate.tau_s {
@@ -117,7 +122,7 @@ impl WorldErrors {
                 self.score_within_laws(estimate, &skin);
             }
             if let Some(estimate) = instance.estimate(Method::Trial) {
-                sigmas_t.push((estimate.sigma_t_m / skin.sigma_t_m - 1.0).abs());
+                sigmas_t.push((estimate.sigma_t_m() / skin.sigma_t_m - 1.0).abs());
                 rms_mu.push(estimate.agreement.rms_mu);
             }
         }

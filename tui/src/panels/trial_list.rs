@@ -90,8 +90,13 @@ fn entry(state: &State, line: &TrialLine, columns: usize) -> Line<'static> {
     let mut parts = vec![number];
     match &line.verdict {
         Some(verdict) if verdict.interrupted => {
-            let reason = verdict.settled.as_deref().unwrap_or("interrupted");
-            parts.push(LinePart::new(1, format!("– {reason}"), theme.faint()).after(" "));
+            // A reason too long for the row is on the page of the trials and in the log.
+            let left =
+                columns.saturating_sub(parts[0].text.chars().count() + " – ".chars().count());
+            let reason = verdict.settled.as_deref();
+            let reason = reason.filter(|reason| reason.chars().count() <= left);
+            let text = format!("– {}", reason.unwrap_or("interrupted"));
+            parts.push(LinePart::new(0, text, theme.faint()).after(" "));
         }
         Some(verdict) if verdict.accepted => parts.extend(accepted_parts(state, line, verdict)),
         Some(verdict) => {

@@ -9,7 +9,7 @@ use ratatui::style::{Color, Modifier};
 use std::sync::Arc;
 use tui::drill_view::{DrillResult, DrillStep, DrillView};
 use tui::event::{
-    AskedDetail, CarrierProposal, Live, PhaseKind, PhaseView, SafetyView, ValueAndStd,
+    AskedDetail, CarrierProposal, Live, PhaseKind, PhaseView, SafetyView, TrialVerdict, ValueAndStd,
 };
 use tui::{Action, Event, Page, State, Theme};
 
@@ -166,6 +166,24 @@ fn a_rejection_states_its_reason_at_every_size_and_on_every_page() {
         let screen = draw(&rejecting_state(), columns, rows);
         insta::assert_snapshot!(format!("verdict_{columns}x{rows}"), screen.backend());
     }
+}
+
+#[test]
+fn an_interrupted_trial_is_named_so_where_its_reason_does_not_fit() {
+    let mut state = rejecting_state();
+    let verdict = TrialVerdict {
+        interrupted: true,
+        settled: Some("drive stopped: stopped by the operator".to_owned()),
+        ..state.verdict.clone().unwrap()
+    };
+    state.apply(&Event::Verdict(verdict));
+    let narrow = lines(&state, 80, 24);
+    assert!(narrow.contains("2 – interrupted"), "{narrow}");
+    let wide = lines(&state, 200, 60);
+    assert!(
+        wide.contains("2 – drive stopped: stopped by the operator"),
+        "{wide}"
+    );
 }
 
 #[test]

@@ -243,7 +243,12 @@ fn typical_fit(cut: &CutTrial<'_>, assumed: AssumedConstants) -> Result<TrialCon
             dynamic::fit(&instance, &conditions, &options)
         });
         match fit {
-            Ok(fit) if fit.verdict.is_usable() => usable_fits.push(fit),
+            Ok(fit) if fit.verdict.is_usable() => match plausibility::roughness(fit.sigma_t_m) {
+                Ok(_) => usable_fits.push(fit),
+                Err(error) => {
+                    failure.get_or_insert(error.to_string());
+                }
+            },
             Ok(fit) => {
                 failure.get_or_insert(fit.verdict.to_string());
             }

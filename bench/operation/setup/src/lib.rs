@@ -2,12 +2,15 @@
 
 mod ask;
 mod card;
+mod device_name;
+mod force_sensor;
 pub mod inventory;
 mod ni_card;
 mod options;
 mod rig;
 mod sheet;
 mod steps;
+mod twin;
 mod write;
 
 pub use ask::{Ask, NoOperator, Terminal};

@@ -1,23 +1,23 @@
 //! Asks which devices to use, and writes a `bench.toml`.
 
-use std::fs::File;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 
 use crate::ask::{Ask, Question};
 use crate::card::{self, Card};
+use crate::device_name::{in_toml, port};
+use crate::force_sensor::{
+    ForceSensor, SIGNALS, beside_ni_card, on_serial_line, put_sensor, put_simulated, six_axis,
+};
 use crate::inventory::Listing;
 use crate::ni_card;
-use crate::options::{ForceLine, InitOptions};
+use crate::options::InitOptions;
 use crate::rig::Rig;
 use crate::sheet::Sheet;
 use crate::steps;
+use crate::twin;
 
-/// Numbers of inputs for the drive and the pickup, and for a sensor's gauges.
-const SIGNALS: u16 = 2;
-const GAUGES: u16 = 6;
 /// Default GPIO chip on a computer that lists none, such as one that is not the bench's.
 const FIRST_CHIP: &str = "/dev/gpiochip0";
 
@@ -27,6 +27,8 @@ pub struct Written {
     pub text: String,
     /// Next steps.
     pub next: String,
+    /// Scenario of the simulated bench with this equipment, by name or path; `None` for a real bench.
+    pub mock: Option<String>,
 }
 
 /// Asks for everything the options leave open, and writes the file.
@@ -64,7 +66,14 @@ pub fn write(
     let mut sheet = Sheet::new();
     let card_name = options.card.as_deref();
     // Without a card every other answer is in vain.
+    let simulated = options.mock.is_some();
     let (sensor, converter) = if rig == Rig::Published {
+        if simulated && listing.cards.is_empty() {
+            bail!(
+                "the simulated card of National Instruments is not next to this program: build it with \
+                 `cargo build -p mock-nidaqmx`, or name another --rig"
+            );
+        }
         let card = ni_card::choose(&listing.cards, card_name, ask)?;
         let sensor = beside_ni_card(card, options, listing, ask)?;
         ni_card::put(&mut sheet, card, sensor.inputs())?;
@@ -93,6 +102,9 @@ pub fn write(
     if gauges && rig == Rig::Published {
         ni_card::put_gauges(&mut sheet)?;
     }
+    if simulated {
+        put_simulated(&mut sheet, &sensor, rig)?;
+    }
     let plate = match &options.plate {
         Some(plate) => plate.clone(),
         None => ask.text(
@@ -104,13 +116,35 @@ pub fn write(
         )?,
     };
     sheet.set("plate", "id", plate)?;
-    let mut file =
-        File::create_new(path).with_context(|| format!("cannot write {}", path.display()))?;
-    file.write_all(sheet.text().as_bytes())?;
-    file.sync_all()?;
+    let twin = options
+        .mock
+        .as_deref()
+        .map(|named| twin::scenario(named, sensor.equipment(rig), path))
+        .transpose()?
+        .flatten();
+    let mut text = summary(path, rig, &converter, gauges);
+    if let (ForceSensor::Gauges { cal_file, .. }, true) = (&sensor, simulated) {
+        let cal_path = path.with_file_name(cal_file);
+        if !cal_path.exists() {
+            twin::write_new(&cal_path, config::rigs::SIMULATED_GAUGES)?;
+            text += &format!("{} is that of the simulated sensor\n", cal_path.display());
+        }
+    }
+    twin::write_new(path, &sheet.text())?;
+    let mock = match &twin {
+        Some(twin) => {
+            text += &format!(
+                "{} describes the simulated bench with this equipment: --mock takes it\n",
+                twin.display()
+            );
+            Some(in_toml(twin)?.to_owned())
+        }
+        None => options.mock.clone(),
+    };
     Ok(Written {
-        text: summary(path, rig, &converter, gauges),
-        next: steps::next(path, options.mock.as_deref()),
+        text,
+        next: steps::next(path, mock.as_deref()),
+        mock,
     })
 }
 
@@ -137,141 +171,6 @@ fn rig(options: &InitOptions, ask: &mut dyn Ask) -> anyhow::Result<Rig> {
     Ok(rigs[ask.choose(&question, &lines)?])
 }
 
-/// Source of the forces.
-enum ForceSensor {
-    Box,
-    Serial { port: PathBuf, line: ForceLine },
-    NetFt { address: String },
-    Gauges { cal_file: PathBuf },
-}
-
-impl ForceSensor {
-    /// Returns the number of inputs of the card that drive, pickup and this sensor need.
-    fn inputs(&self) -> u16 {
-        match self {
-            Self::Gauges { .. } => SIGNALS + GAUGES,
-            Self::Box | Self::Serial { .. } | Self::NetFt { .. } => SIGNALS,
-        }
-    }
-}
-
-/// Returns the sensor of a bench with a card of National Instruments, which may read its gauges.
-fn beside_ni_card(
-    card: &ni_daqmx::Card,
-    options: &InitOptions,
-    listing: &Listing,
-    ask: &mut dyn Ask,
-) -> anyhow::Result<ForceSensor> {
-    let reads_gauges = ni_card::suits(card, SIGNALS + GAUGES);
-    if let Some(cal_file) = &options.cal_file {
-        return Ok(ForceSensor::Gauges {
-            cal_file: cal_file.clone(),
-        });
-    }
-    if options.force_port.is_none() && options.force_line.is_none() && reads_gauges {
-        let question = Question {
-            text: "How is the force sensor read?",
-            option: "--force-port or --cal-file",
-        };
-        let ways = ["on a serial line", GAUGES_IN_WORDS];
-        if ask.choose(&question, &ways.map(str::to_owned))? == 1 {
-            return gauges(ask);
-        }
-    }
-    on_serial_line(options, listing, ask)
-}
-
-/// Six gauges, as a choice.
-const GAUGES_IN_WORDS: &str =
-    "six gauges (ATI) on DC-coupled inputs of the card, with the maker's calibration file";
-
-fn gauges(ask: &mut dyn Ask) -> anyhow::Result<ForceSensor> {
-    let (text, option) = ("The maker's calibration file:", "--cal-file");
-    let answer = ask.text(&Question { text, option }, "FT00000.cal")?;
-    Ok(ForceSensor::Gauges {
-        cal_file: answer.into(),
-    })
-}
-
-fn on_serial_line(
-    options: &InitOptions,
-    listing: &Listing,
-    ask: &mut dyn Ask,
-) -> anyhow::Result<ForceSensor> {
-    let text = "On which serial port is the force sensor?";
-    let option = "--force-port";
-    let port = port(
-        options.force_port.as_ref(),
-        listing,
-        &Question { text, option },
-        ask,
-    )?;
-    let line = match options.force_line {
-        Some(line) => line,
-        None => {
-            let question = Question {
-                text: "What does it send?",
-                option: "--force-line",
-            };
-            let lines = [
-                "frames: binary, with a sequence number and a checksum (docs/force-protocol.md)",
-                "lines of text, as a microcontroller prints them",
-            ];
-            [ForceLine::Frames, ForceLine::Lines]
-                [ask.choose(&question, &lines.map(str::to_owned))?]
-        }
-    };
-    Ok(ForceSensor::Serial { port, line })
-}
-
-fn six_axis(options: &InitOptions, ask: &mut dyn Ask) -> anyhow::Result<ForceSensor> {
-    match (&options.net_ft, &options.cal_file) {
-        (Some(address), _) => Ok(ForceSensor::NetFt {
-            address: address.clone(),
-        }),
-        (None, Some(cal_file)) => Ok(ForceSensor::Gauges {
-            cal_file: cal_file.clone(),
-        }),
-        (None, None) => {
-            let question = Question {
-                text: "How is the six-axis sensor read?",
-                option: "--net-ft or --cal-file",
-            };
-            let ways = ["an ATI Net F/T in the network", GAUGES_IN_WORDS];
-            if ask.choose(&question, &ways.map(str::to_owned))? == 1 {
-                return gauges(ask);
-            }
-            let (text, option) = ("Its address:", "--net-ft");
-            let address = ask.text(&Question { text, option }, "192.168.1.1")?;
-            Ok(ForceSensor::NetFt { address })
-        }
-    }
-}
-
-fn port(
-    named: Option<&PathBuf>,
-    listing: &Listing,
-    question: &Question<'_>,
-    ask: &mut dyn Ask,
-) -> anyhow::Result<PathBuf> {
-    if let Some(port) = named {
-        return Ok(port.clone());
-    }
-    let ports = &listing.serial_ports;
-    if ports.is_empty() {
-        bail!(
-            "{} There is no serial port: plug it in, or give {}",
-            question.text,
-            question.option
-        );
-    }
-    let lines: Vec<String> = ports
-        .iter()
-        .map(|port| port.display().to_string())
-        .collect();
-    Ok(ports[ask.choose(question, &lines)?].clone())
-}
-
 fn put_card(sheet: &mut Sheet, card: &Card) -> anyhow::Result<()> {
     sheet.set("audio", "host", card.host)?;
     for key in ["output_device", "input_device"] {
@@ -284,54 +183,6 @@ fn put_card(sheet: &mut Sheet, card: &Card) -> anyhow::Result<()> {
         sheet.set("audio", "input_channels", i64::from(layout.inputs))?;
     }
     Ok(())
-}
-
-fn put_sensor(sheet: &mut Sheet, sensor: &ForceSensor) -> anyhow::Result<()> {
-    let source = match sensor {
-        ForceSensor::Serial { .. } => "serial",
-        ForceSensor::Box => "field-box",
-        ForceSensor::NetFt { .. } => "netft",
-        ForceSensor::Gauges { .. } => "channels",
-    };
-    sheet.set("force", "source", source)?;
-    let tables = [
-        ("force.channels", "channels"),
-        ("force.netft", "netft"),
-        ("force.field_box", "field-box"),
-    ];
-    for (table, table_source) in tables {
-        if table_source != source {
-            sheet.remove(table)?;
-        }
-    }
-    if !matches!(sensor, ForceSensor::Serial { .. }) {
-        for key in ["port", "protocol"] {
-            sheet.unset("force", key)?;
-        }
-    }
-    match sensor {
-        ForceSensor::Box => Ok(()),
-        ForceSensor::Serial { port, line } => {
-            sheet.set("force", "port", in_toml(port)?)?;
-            sheet.set("force", "protocol", line.name())
-        }
-        ForceSensor::NetFt { address } => {
-            sheet.set("force.netft", "address", address.as_str())?;
-            for key in ["normal", "lateral"] {
-                sheet.use_example("force.netft", key)?;
-            }
-            Ok(())
-        }
-        ForceSensor::Gauges { cal_file } => {
-            let inputs: Vec<i64> = (i64::from(SIGNALS)..).take(GAUGES.into()).collect();
-            sheet.set("force.channels", "inputs", inputs)?;
-            sheet.set("force.channels", "cal_file", in_toml(cal_file)?)?;
-            for key in ["normal", "lateral", "volts_per_unit"] {
-                sheet.use_example("force.channels", key)?;
-            }
-            Ok(())
-        }
-    }
 }
 
 /// Writes the settings of position and stops.
@@ -376,16 +227,6 @@ fn put_lines(
     Ok(())
 }
 
-/// Returns a path as text for a TOML file.
-fn in_toml(path: &Path) -> anyhow::Result<&str> {
-    path.to_str().with_context(|| {
-        format!(
-            "the name of {} is not Unicode and cannot be written into bench.toml: rename the file, or use a link",
-            path.display()
-        )
-    })
-}
-
 fn in_words(card: &Card) -> String {
     let name = &card.name;
     if card.layout.is_some() {
@@ -428,6 +269,7 @@ mod tests {
     use super::*;
     use crate::ask::NoOperator;
     use crate::inventory::HostInventory;
+    use crate::options::ForceLine;
 
     /// Calibration file in the form ATI delivers with a sensor.
     const CAL_FILE: &str = concat!(

@@ -44,7 +44,7 @@ pub(crate) fn fill<E: Send>(
             sigmas_m
                 .entry((subject(number, findings), estimate.method.name()))
                 .or_default()
-                .push(estimate.estimate.sigma_t_m);
+                .push(estimate.estimate.sigma_t_m());
         }
     }
     let mut recordings: Vec<(usize, &mut RecordingFindings)> =

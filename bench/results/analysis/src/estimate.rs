@@ -8,6 +8,7 @@ use estimation::{
     Sensitivities, dynamic, paper,
 };
 use num_complex::Complex64;
+use plausibility::{RoughnessError, roughness};
 use protocols::{Direction, Instance};
 use serde::{Deserialize, Serialize};
 
@@ -24,10 +25,6 @@ use crate::within_laws::WithinLaws;
 
 /// Length at either end of an instance that is averaged for changes over it, s: the same as for Z_t at rest.
 const EDGE_S: f64 = 5e-3;
-
-/// Largest σ_t that a table contains, m: twenty times the roughest skin's. A larger one stems from forces in another unit, or from
-/// a fit that ran away.
-const LARGEST_SIGMA_T_M: f64 = 1e-4;
 
 /// Instance with its estimates. Its samples are a [`SampledInstance`].
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -117,7 +114,7 @@ impl InstanceAnalysis {
     /// An estimate with a σ_t larger than any skin's is not one: the data do not follow the method's laws.
     pub fn estimate_by(&self, method: Method) -> Option<MethodEstimate<'_>> {
         let estimate = self.estimate(method)?;
-        estimate.sigma_t().map(|_| MethodEstimate {
+        estimate.sigma_t().is_ok().then_some(MethodEstimate {
             instance: self,
             method,
             estimate,
@@ -176,21 +173,40 @@ pub struct Deltas {
 /// Model with the average σ_t over a participant's instances.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Averaged {
-    /// Average σ_t, m.
-    pub sigma_t_m: f64,
+    /// Average σ_t, m; NaN if no estimate of the participant by the method has a σ_t that a skin can have.
+    pub(crate) sigma_t_m: f64,
     /// R² of its impedance, as for the fit; NaN without a model.
     pub r2_impedance: f64,
 }
+
+impl Averaged {
+    /// Returns the average σ_t, m.
+    ///
+    /// # Errors
+    /// No estimate of the participant by the method has a σ_t that a skin can have.
+    pub fn sigma_t_m(&self) -> Result<f64, AverageError> {
+        let average_m = self.sigma_t_m;
+        average_m
+            .is_finite()
+            .then_some(average_m)
+            .ok_or(AverageError)
+    }
+}
+
+/// No estimate of a participant by a method has a σ_t that a skin can have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("no usable estimate of the participant by this method has a σ_t that a skin can have")]
+pub struct AverageError;
 
 /// Estimate of an instance by one method.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct InstanceEstimate {
     /// Verdict on whether the parameters can be used.
     pub verdict: FitVerdict,
-    /// σ_t, m.
-    pub sigma_t_m: f64,
+    /// σ_t at which the fit ended, m: [`sigma_t`](Self::sigma_t) returns it if a skin can have it.
+    sigma_t_m: f64,
     /// Standard error of σ_t, m.
-    pub sigma_t_std_m: f64,
+    sigma_t_std_m: f64,
     /// Z_t, N·s/m.
     pub z_t_n_s_per_m: Complex64,
     /// Standard errors of the real and imaginary part of Z_t, N·s/m.
@@ -242,26 +258,25 @@ pub struct SigmaT {
 }
 
 impl InstanceEstimate {
-    /// Returns σ_t; `None` if it is larger than any skin's: the data do not follow the method's laws.
-    #[must_use]
-    pub fn sigma_t(&self) -> Option<SigmaT> {
-        (self.sigma_t_m <= LARGEST_SIGMA_T_M).then_some(SigmaT {
-            value_m: self.sigma_t_m,
+    /// Returns σ_t.
+    ///
+    /// # Errors
+    /// [`RoughnessError`] if no skin has it. The estimate has then neither a gap nor a force of the film.
+    pub fn sigma_t(&self) -> Result<SigmaT, RoughnessError> {
+        roughness(self.sigma_t_m).map(|value_m| SigmaT {
+            value_m,
             std_m: self.sigma_t_std_m,
         })
     }
 
-    /// Returns the reason why there is no σ_t.
-    #[must_use]
-    pub fn sigma_t_missing(&self) -> Option<String> {
-        let is_missing = self.sigma_t().is_none();
-        is_missing.then(|| {
-            format!(
-                "the fit ended at a σ_t of {:.1e} m, and that of a skin is below {LARGEST_SIGMA_T_M:.0e} m: the data do not follow \
-                 the method's laws",
-                self.sigma_t_m
-            )
-        })
+    /// Returns σ_t, m; NaN if no skin has it.
+    pub fn sigma_t_m(&self) -> f64 {
+        self.sigma_t().map_or(f64::NAN, |sigma_t| sigma_t.value_m)
+    }
+
+    /// Returns the standard error of σ_t, m; NaN if no skin has that σ_t.
+    pub fn sigma_t_std_m(&self) -> f64 {
+        self.sigma_t().map_or(f64::NAN, |sigma_t| sigma_t.std_m)
     }
 }
 
@@ -493,7 +508,7 @@ impl<'a> MeasuredValues<'a> {
         let gap_m = &fit.series.gap_m;
         WithinLaws {
             sigma_t_m: LogUncertain {
-                value: fit.sigma_t_m,
+                value: roughness(fit.sigma_t_m).unwrap_or(f64::NAN),
                 ln_std: fit.sigma_t_std_m / fit.sigma_t_m,
             },
             z_t_n_s_per_m: fit.z_t_n_s_per_m,
@@ -527,7 +542,12 @@ impl<'a> MeasuredValues<'a> {
         }
     }
 
-    fn estimate(&self, method: Method, fit: FittedValues) -> (InstanceEstimate, EstimateSeries) {
+    fn estimate(
+        &self,
+        method: Method,
+        mut fit: FittedValues,
+    ) -> (InstanceEstimate, EstimateSeries) {
+        withhold_gap(&mut fit.series, fit.sigma_t.0);
         let (z_m, amplitude_m) = (self.samples.z_m(method), self.samples.amplitude_m(method));
         let assumed = &fit.skin;
         let gap_m = &fit.series.gap_m;
@@ -566,7 +586,7 @@ impl<'a> MeasuredValues<'a> {
                 .rest
                 .and_then(|rest| self.mu_at_rest(&rest, &fit.series.mu)),
             averaged: Averaged {
-                sigma_t_m: fit.sigma_t.0,
+                sigma_t_m: f64::NAN,
                 r2_impedance: f64::NAN,
             },
             verdict: fit.verdict,
@@ -607,10 +627,40 @@ impl<'a> MeasuredValues<'a> {
     }
 }
 
+/// Withholds the gap, and with it the film's force, of a fit that ended at a σ_t that no skin has: both follow from it.
+fn withhold_gap(series: &mut EstimatedSeries, sigma_t_m: f64) {
+    if roughness(sigma_t_m).is_err() {
+        series.gap_m.fill(f64::NAN);
+        series.gap_std_m.fill(f64::NAN);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use approx::assert_relative_eq;
+
+    #[test]
+    fn a_roughness_that_no_skin_has_gives_no_gap() {
+        let series = EstimatedSeries {
+            time_s: vec![0.0],
+            k_c_n_per_m: vec![1e5],
+            k_c_std_n_per_m: vec![1e3],
+            gap_m: vec![3e-6],
+            gap_std_m: vec![1e-8],
+            mu: vec![0.5],
+            mu_std: vec![0.01],
+            z_m_model_n_s_per_m: vec![Complex64::ZERO],
+            inversion: contact::InversionCounts::default(),
+        };
+        let withheld = |sigma_t_m| {
+            let mut series = series.clone();
+            withhold_gap(&mut series, sigma_t_m);
+            (series.gap_m[0].is_nan(), series.gap_std_m[0].is_nan())
+        };
+        assert_eq!(withheld(1.7e-6), (false, false));
+        assert_eq!(withheld(0.3), (true, true));
+    }
 
     #[test]
     fn a_fall_is_between_the_means_of_the_first_and_last_five_milliseconds() {

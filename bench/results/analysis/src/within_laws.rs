@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// Estimates of an instance by the published laws; their errors include no doubt about these laws.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct WithinLaws {
-    /// σ_t, m.
+    /// σ_t, m; NaN if no skin has it.
     pub sigma_t_m: LogUncertain,
     /// Z_t, N·s/m.
     pub z_t_n_s_per_m: Complex64,

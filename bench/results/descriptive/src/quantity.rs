@@ -142,8 +142,8 @@ impl Quantity {
             Self::MuAtCrest => mu.last,
             Self::Fall => (mu.first - mu.last) / mu.first,
             Self::Gap => {
-                let estimate = instance.estimate(gap_method);
-                estimate.map_or(f64::NAN, |estimate| estimate.gap_at_crest_m)
+                let estimate = instance.estimate_by(gap_method);
+                estimate.map_or(f64::NAN, |estimate| estimate.estimate.gap_at_crest_m)
             }
             Self::Force => instance.normal_n,
             Self::Amplitude => instance.amplitude_at_crest_m,

@@ -205,7 +205,7 @@ pub enum Implausible {
     /// Drive and pickup are exchanged.
     #[error(
         "signals.wav: the pickup's envelope is {:.1} ms ahead of the drive's, but a plate follows its drive: drive and pickup are \
-         exchanged; exchange channels.drive.index and channels.pickup.index",
+         exchanged, as by swapped cables; exchange channels.drive.index and channels.pickup.index",
         lead_s * 1e3
     )]
     ChannelsExchanged {

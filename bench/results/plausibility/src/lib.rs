@@ -7,6 +7,7 @@ mod implausible;
 mod motion;
 mod plate;
 mod quantity;
+mod roughness;
 mod tone;
 mod units;
 mod unloaded;
@@ -18,6 +19,7 @@ use implausible::{CONTACT_AREA_M2, FRICTION, LARGEST_N};
 pub use motion::{Slide, lateral_sign, positions};
 pub use plate::{envelopes, finger, pickup_quantity, plate_scale};
 pub use quantity::Quantity;
+pub use roughness::{RoughnessError, roughness};
 pub use tone::without_carrier;
 pub use unloaded::UnloadedFinger;
 

@@ -24,10 +24,10 @@ pub(super) const ROWS: [(&str, &str, &str, Compute); 24] = [
         "sigma_t_typical_participant_m",
         "sigma_t of the participant with the median sigma_t, m",
         "(1.92 ± 0.14)e-6",
-        |pool| pool.typical_participant(|_, e| e.sigma_t_m),
+        |pool| pool.typical_participant(|_, e| e.sigma_t_m()),
     ),
     ("sigma_t_m", "sigma_t, m", "(1.7 ± 0.4)e-6", |pool| {
-        pool.spread(|_, e| e.sigma_t_m)
+        pool.spread(|_, e| e.sigma_t_m())
     }),
     (
         "r2_impedance",
@@ -159,7 +159,7 @@ pub(super) const ROWS: [(&str, &str, &str, Compute); 24] = [
         "k_c_fall_5um_1n",
         "1 - k_c/k_c0 at 5 um and 1 N with the fitted sigma_t",
         "0.90 (Eqs. 17-18: 0.87)",
-        |pool| pool.spread(|_, e| fall(&e.skin, e.sigma_t_m)),
+        |pool| pool.spread(|_, e| fall(&e.skin, e.sigma_t_m())),
     ),
 ];
 

@@ -276,7 +276,7 @@ fn cells(estimated: &MethodEstimate<'_>) -> Markup {
     html! {
         td { (method.name()) }
         td.n { (cell(
-            MICRO, estimate.sigma_t_m, |ends| Some(ends.sigma_t_m), std.and_then(|std| std.sigma_t_m)
+            MICRO, estimate.sigma_t_m, |ends| ends.sigma_t_m, std.and_then(|std| std.sigma_t_m)
         )) }
         td.n { (cell(PLAIN, re_z_t, |ends| Some(ends.z_t_re_n_s_per_m), re_z_t_std)) }
         td.n { (cell(PLAIN, im_z_t, |ends| Some(ends.z_t_im_n_s_per_m), im_z_t_std)) }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use analysis::estimate::InstanceEstimate;
 use contact::uncertain::Uncertain;
 use estimation::trial::SharedFit;
 
@@ -17,11 +18,11 @@ pub(crate) fn of_instance(columns: &mut Columns<'_, InstanceRow<'_>>) {
     c.real(
         "sigma_t_m",
         "m",
-        "estimated roughness σ_t of the skin; empty if larger than any skin's",
-        |r| r.estimated(|e| e.sigma_t().map_or(f64::NAN, |sigma_t| sigma_t.value_m)),
+        "estimated roughness σ_t of the skin; empty if larger than any skin's, as null_because says",
+        |r| r.estimated(InstanceEstimate::sigma_t_m),
     );
     c.real("sigma_t_std_m", "m", "standard error of sigma_t_m", |r| {
-        r.estimated(|e| e.sigma_t().map_or(f64::NAN, |sigma_t| sigma_t.std_m))
+        r.estimated(InstanceEstimate::sigma_t_std_m)
     });
     c.real(
         "re_z_t_n_s_per_m",
@@ -119,8 +120,8 @@ pub(crate) fn of_instance(columns: &mut Columns<'_, InstanceRow<'_>>) {
     c.real(
         "averaged_sigma_t_m",
         "m",
-        "mean of the method's sigma_t_m over all instances of the participant",
-        |r| r.estimated(|e| e.averaged.sigma_t_m),
+        "mean of the method's sigma_t_m over all instances of the participant that have it",
+        |r| r.estimated(|e| e.averaged.sigma_t_m().unwrap_or(f64::NAN)),
     );
     changes(c);
     c.real(

@@ -3,10 +3,12 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use analysis::method::Method;
 use descriptive::{Description, Group, Level, Quantity};
 use study::provenance::{Concern, Provenance};
 
 use crate::column::{Column, Columns};
+use crate::null_reason;
 use crate::trial_entry::{TrialEntry, TrialRow, drive_columns, key_columns, provenance_columns};
 
 /// Row of a trial.
@@ -21,10 +23,16 @@ impl TrialRow for DescribedTrial<'_> {
     }
 }
 
-/// Row of a group, with the provenance of its recordings.
+/// Row of a group, with its trials.
 struct DescribedGroup<'a> {
     group: &'a Group,
-    recordings: Vec<&'a Provenance>,
+    trials: Vec<&'a TrialEntry<'a>>,
+}
+
+impl DescribedGroup<'_> {
+    fn provenances(&self) -> impl Iterator<Item = &Provenance> {
+        self.trials.iter().map(|trial| &trial.findings.provenance)
+    }
 }
 
 /// Returns the columns of the table of trials.
@@ -37,6 +45,7 @@ pub(crate) fn trials<'a>(
         let group = groups.find(|group| group.trial.as_ref() == Some(&entry.key))?;
         Some(DescribedTrial { entry, group })
     };
+    let gap_method = description.gap_method;
     let rows: Vec<DescribedTrial<'_>> = entries.iter().filter_map(row).collect();
     let mut columns = Columns::new(&rows);
     key_columns(&mut columns);
@@ -49,6 +58,9 @@ pub(crate) fn trials<'a>(
         row.entry.findings.rejected.len() as i64
     });
     mean_columns(&mut columns, "mean over the instances", |row| row.group);
+    null_reason::column(&mut columns, |row| {
+        null_reason::of_group(row.group, &[row.entry], gap_method)
+    });
     columns.into_list()
 }
 
@@ -79,6 +91,7 @@ pub(crate) fn participants(entries: &[TrialEntry<'_>], description: &Description
     mean_columns(&mut columns, "mean over the participant's trials", |row| {
         row.group
     });
+    group_reasons(&mut columns, description.gap_method);
     columns.into_list()
 }
 
@@ -128,6 +141,7 @@ pub(crate) fn levels(entries: &[TrialEntry<'_>], description: &Description) -> V
     count_columns(&mut columns);
     group_provenance(&mut columns);
     mean_columns(&mut columns, "mean over the n units", |row| row.group);
+    group_reasons(&mut columns, description.gap_method);
     columns.into_list()
 }
 
@@ -135,7 +149,7 @@ fn text(text: Option<&str>) -> Arc<str> {
     text.unwrap_or_default().into()
 }
 
-/// Returns the groups, each with the provenance of its recordings.
+/// Returns the groups, each with its trials.
 fn described<'a>(
     groups: impl Iterator<Item = &'a Group>,
     entries: &'a [TrialEntry<'a>],
@@ -153,7 +167,7 @@ fn described<'a>(
         let members = entries.iter().filter(is_member);
         DescribedGroup {
             group,
-            recordings: members.map(|entry| &entry.findings.provenance).collect(),
+            trials: members.collect(),
         }
     };
     groups.map(row).collect()
@@ -178,11 +192,10 @@ fn count_columns(columns: &mut Columns<'_, DescribedGroup<'_>>) {
 
 fn group_provenance(columns: &mut Columns<'_, DescribedGroup<'_>>) {
     columns.integer("n_recordings", "number of analysed recordings", |row| {
-        row.recordings.len() as i64
+        row.trials.len() as i64
     });
     let counted = |row: &DescribedGroup<'_>, counts: &dyn Fn(&Provenance) -> bool| {
-        row.recordings
-            .iter()
+        row.provenances()
             .filter(|provenance| counts(provenance))
             .count() as i64
     };
@@ -205,14 +218,17 @@ fn group_provenance(columns: &mut Columns<'_, DescribedGroup<'_>>) {
         "waived",
         "hardware stops waived in any recording, joined by `; `",
         |row| {
-            let stops = row
-                .recordings
-                .iter()
-                .flat_map(|provenance| &provenance.waived);
+            let stops = row.provenances().flat_map(|provenance| &provenance.waived);
             let stops: BTreeSet<&str> = stops.map(String::as_str).collect();
             stops.into_iter().collect::<Vec<_>>().join("; ").into()
         },
     );
+}
+
+fn group_reasons(columns: &mut Columns<'_, DescribedGroup<'_>>, gap_method: Method) {
+    null_reason::column(columns, |row| {
+        null_reason::of_group(row.group, &row.trials, gap_method)
+    });
 }
 
 /// Adds the means and the ends of their intervals.

@@ -5,6 +5,7 @@ use descriptive::Quantity;
 
 use crate::column::Columns;
 use crate::estimate_columns;
+use crate::null_reason;
 use crate::rows::{InstanceRow, instance_columns};
 use crate::trial_entry::{drive_columns, key_columns, provenance_columns};
 
@@ -23,6 +24,7 @@ pub(crate) fn columns(
     estimate_columns::of_instance(&mut columns);
     estimate_columns::of_recording(&mut columns);
     estimate_columns::within_laws(&mut columns);
+    null_reason::column(&mut columns, null_reason::of_instance);
     columns.into_list()
 }
 
@@ -42,7 +44,7 @@ fn measured_columns(columns: &mut Columns<'_, InstanceRow<'_>>, gap_method: Meth
             columns.real(
                 name,
                 unit,
-                "levitation gap by the row's method, mean of the instance's last 5 ms; NaN without a usable estimate",
+                "levitation gap by the row's method, mean of the instance's last 5 ms; NaN without a usable estimate, and if no skin has its σ_t",
                 |row| quantity.value(row.instance, row.method),
             );
         } else {

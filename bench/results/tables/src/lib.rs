@@ -23,6 +23,7 @@ mod group_table;
 mod instance_table;
 #[cfg(feature = "parquet")]
 mod metadata;
+mod null_reason;
 #[cfg(feature = "parquet")]
 mod parquet_file;
 mod rows;

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use analysis::estimate::{InstanceAnalysis, InstanceEstimate, Method, PlateOffset};
+use analysis::findings::RecordingFindings;
 use analysis::instance::PreparedInstance;
 use analysis::recording_series::EstimateSeries;
 use analysis::within_laws::WithinLaws;
@@ -41,6 +42,11 @@ pub(crate) struct SampleRow<'a> {
 }
 
 impl SampleRow<'_> {
+    /// Returns whether there is a model with the participant's average σ_t.
+    pub(crate) fn has_average(&self) -> bool {
+        self.averaged.is_some()
+    }
+
     /// Returns a value of the model with the participant's average σ_t; NaN if it allows no such contact.
     pub(crate) fn averaged(&self, value: impl Fn(&ModelledSeries) -> f64) -> f64 {
         self.averaged.map_or(f64::NAN, value)
@@ -72,7 +78,7 @@ impl OfInstance for SampleRow<'_> {
 
 /// Returns a row for each instance, with its estimate by `method`.
 pub(crate) fn by_method<'a>(entries: &'a [TrialEntry<'a>], method: Method) -> Vec<InstanceRow<'a>> {
-    let rows = entries.iter().flat_map(|entry| instances(entry, &[method]));
+    let rows = entries.iter().flat_map(|entry| entry.rows(method));
     rows.collect()
 }
 
@@ -82,6 +88,13 @@ pub(crate) fn by_all_methods<'a>(entries: &'a [TrialEntry<'a>]) -> Vec<InstanceR
         .iter()
         .flat_map(|entry| instances(entry, &Method::ALL));
     rows.filter(|row| row.estimate.is_some()).collect()
+}
+
+impl TrialEntry<'_> {
+    /// Returns a row for each instance, with its estimate by `method`.
+    pub(crate) fn rows(&self, method: Method) -> Vec<InstanceRow<'_>> {
+        instances(self, &[method])
+    }
 }
 
 fn instances<'a>(entry: &'a TrialEntry<'a>, methods: &[Method]) -> Vec<InstanceRow<'a>> {
@@ -152,6 +165,11 @@ pub(crate) fn instance_columns<R: OfInstance>(columns: &mut Columns<'_, R>, meth
 }
 
 impl<'a> InstanceRow<'a> {
+    /// Returns the findings of its recording.
+    pub(crate) fn findings(&self) -> &'a RecordingFindings {
+        self.entry.findings
+    }
+
     /// Returns a value of the estimate; NaN without one.
     pub(crate) fn estimated(&self, value: impl Fn(&InstanceEstimate) -> f64) -> f64 {
         self.estimate.map_or(f64::NAN, value)

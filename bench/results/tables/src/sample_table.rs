@@ -1,6 +1,7 @@
 //! Columns of a sample: measured, and estimated by one method.
 
 use crate::column::{Column, Columns};
+use crate::null_reason;
 use crate::rows::{SampleRow, instance_columns};
 use crate::trial_entry::{key_columns, provenance_columns};
 
@@ -14,6 +15,7 @@ pub(crate) fn columns(rows: &[SampleRow<'_>], method: &'static str) -> Vec<Colum
     estimated_columns(&mut columns);
     motion_columns(&mut columns);
     averaged_columns(&mut columns);
+    null_reason::column(&mut columns, null_reason::of_sample);
     columns.into_list()
 }
 

@@ -9,6 +9,7 @@ use analysis::stroke::{StimulusEffect, Stroke};
 use protocols::Direction;
 
 use crate::column::{Column, Columns};
+use crate::null_reason;
 use crate::trial_entry::{TrialEntry, TrialRow, key_columns, provenance_columns};
 
 /// Exploration with its friction.
@@ -160,6 +161,9 @@ pub(crate) fn stroke_columns(rows: &[StrokeRow<'_>]) -> Vec<Column> {
     );
     columns.integer("n", "number of the samples with a friction", |row| {
         row.exploration.stroke.n as i64
+    });
+    null_reason::column(&mut columns, |row| {
+        null_reason::of_exploration(row.entry.findings, row.exploration.stroke.n)
     });
     columns.into_list()
 }

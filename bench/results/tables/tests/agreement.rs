@@ -9,7 +9,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-use analysis::{Analysis, KeptSeries, RecordingSeries, SeriesSource, SeriesStore, Settings};
+use analysis::findings::RejectedStretch;
+use analysis::{
+    Analysis, KeptSeries, RecordingAnalysis, RecordingSeries, SeriesSource, SeriesStore, Settings,
+};
 use attempts::Attempts;
 use descriptive::Description;
 use parquet::file::reader::{FileReader, SerializedFileReader};
@@ -156,6 +159,107 @@ fn the_table_of_estimates_agrees_with_the_results() {
     assert_eq!(comparisons, 2 * 10 * instances.len());
 }
 
+/// Returns the analysis with the σ_t of the first instance by `trial`, and of every instance by `paper`, such as no skin has.
+fn rough((analysed, series): &(Analysis, KeptSeries)) -> Analysis {
+    let mut recordings: Vec<RecordingAnalysis> = Vec::new();
+    for recording in &analysed.recordings {
+        let mut findings = serde_json::to_value(recording.findings.as_ref().unwrap()).unwrap();
+        let instances = findings["instances"].as_array_mut().unwrap();
+        instances[0]["trial"]["sigma_t_m"] = 0.31.into();
+        for instance in instances {
+            instance["paper"]["sigma_t_m"] = 0.31.into();
+        }
+        recordings.push(RecordingAnalysis {
+            path: recording.path.clone(),
+            participant: recording.participant.clone(),
+            findings: Ok(serde_json::from_value(findings).unwrap()),
+        });
+    }
+    analysis::complete(recordings, &analysed.settings, series).unwrap()
+}
+
+#[test]
+fn a_withheld_number_has_its_reason_in_every_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let sound = unknown_skin();
+    let analysed = rough(&sound);
+    write_from((&analysed, &sound.1), folder.path());
+    let rows = |name: &str| csv_rows(&folder.path().join(format!("{name}.csv")));
+    let reason = "a σ_t of 3.1e-1 m";
+    let [first, second] = [0, 1].map(|row| rows("instances").remove(row));
+    for (empty, full) in [
+        (&first["sigma_t_m"], &second["sigma_t_m"]),
+        (&first["gap_at_crest_m"], &second["gap_at_crest_m"]),
+    ] {
+        assert!(empty.is_empty() && !full.is_empty(), "{first:?}");
+    }
+    let is_stated =
+        |row: &BTreeMap<String, String>, words: &str| row["null_because"].contains(words);
+    assert!(is_stated(&first, reason), "{first:?}");
+    assert_eq!(second["null_because"], "");
+    // The mean leaves the instance out, and nobody has a mean by `paper`.
+    for row in rows("estimates") {
+        let is_paper = row["method"] == "paper";
+        assert_eq!(row["averaged_sigma_t_m"].is_empty(), is_paper, "{row:?}");
+        assert_eq!(is_stated(&row, "averaged_sigma_t_m: "), is_paper, "{row:?}");
+        let mean_m: f64 = row["averaged_sigma_t_m"].parse().unwrap_or_default();
+        assert!(mean_m < 1e-4, "{row:?}");
+    }
+    let samples = rows("samples");
+    let first_by_paper = samples.iter().find(|row| row["method"] == "paper").unwrap();
+    assert!(
+        is_stated(first_by_paper, "gap_m, film_force_n: "),
+        "{first_by_paper:?}"
+    );
+    assert!(is_stated(first_by_paper, "columns with averaged: "));
+    let result = serde_json::to_value(Recording::from(&analysed.recordings[0])).unwrap();
+    let instance = &result["instances"][0];
+    assert_eq!(instance["trial"]["interval95"]["sigma_t_m"], Value::Null);
+    for (estimate, key) in [
+        (&instance["trial"], "sigma_t_null_because"),
+        (&instance["paper"]["averaged"], "sigma_t_null_because"),
+    ] {
+        assert_eq!(estimate["sigma_t_m"], Value::Null);
+        assert!(
+            estimate[key].as_str().unwrap().contains("σ_t"),
+            "{estimate}"
+        );
+    }
+}
+
+#[test]
+fn a_trial_and_a_participant_without_an_instance_have_its_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut analysed, series) = unknown_skin();
+    for recording in &mut analysed.recordings {
+        recording.participant = Some("sub-01".to_owned());
+        let findings = recording.findings.as_mut().unwrap();
+        findings.participant = Some("sub-01".to_owned());
+        findings.instances.clear();
+        findings.rejected = (0..3)
+            .map(|number| RejectedStretch {
+                direction: protocols::Direction::LeftToRight,
+                start_s: f64::from(number),
+                end_s: f64::from(number) + 0.1,
+                reason: "speed 91 mm/s".to_owned(),
+                kind: "speed".to_owned(),
+            })
+            .collect();
+    }
+    write(&(analysed, series), folder.path());
+    for name in ["trials", "participants", "descriptive"] {
+        let rows = csv_rows(&folder.path().join(format!("{name}.csv")));
+        assert!(!rows.is_empty(), "{name}");
+        for row in rows {
+            assert_eq!(row["fall_of_mu"], "");
+            assert_eq!(
+                row["null_because"], "means: every stretch was rejected: speed (3)",
+                "{name}"
+            );
+        }
+    }
+}
+
 /// Rows of a CSV table, each by the names of its columns.
 fn csv_rows(file: &Path) -> Vec<BTreeMap<String, String>> {
     let mut reader = csv::Reader::from_path(file).unwrap();
@@ -299,4 +403,63 @@ fn no_two_rows_share_their_key_and_csv_and_parquet_agree() {
     let written: BTreeSet<&str> = written.collect();
     let listed: BTreeSet<&str> = dictionary.iter().map(|(table, _)| table.as_str()).collect();
     assert_eq!(listed, written);
+    assert_readable_by_jasp_and_spss(&tables);
+}
+
+/// Words that are no names of variables in SPSS.
+const RESERVED_BY_SPSS: [&str; 13] = [
+    "all", "and", "by", "eq", "ge", "gt", "le", "lt", "ne", "not", "or", "to", "with",
+];
+/// Longest name of a variable and longest text in SPSS, bytes.
+const SPSS_NAME_BYTES: usize = 64;
+const SPSS_TEXT_BYTES: usize = 32_767;
+
+/// Fails unless each CSV table of the folder is as JASP and SPSS read it: UTF-8 without a mark, one row of names, commas, decimal
+/// points, one row a line, and empty cells for missing values.
+fn assert_readable_by_jasp_and_spss(folder: &Path) {
+    let dictionary = csv_rows(&folder.join("columns.csv"));
+    for (table, _) in KEYS {
+        let bytes = fs::read(folder.join(format!("{table}.csv"))).unwrap();
+        let text = String::from_utf8(bytes).unwrap();
+        assert!(!text.starts_with('\u{feff}'), "{table}");
+        // Every row has as many cells as the first one, or the reader refuses it.
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        let names = reader.headers().unwrap().clone();
+        let types = names.iter().map(|name| {
+            let is_it =
+                |row: &&BTreeMap<String, String>| row["table"] == table && row["column"] == name;
+            dictionary.iter().find(is_it).unwrap()["type"].as_str()
+        });
+        let types: Vec<&str> = types.collect();
+        let mut distinct = BTreeSet::new();
+        for name in &names {
+            let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+            assert!(
+                name.starts_with(|c: char| c.is_ascii_alphabetic())
+                    && name.chars().all(is_word)
+                    && !name.ends_with('_')
+                    && name.len() <= SPSS_NAME_BYTES
+                    && !RESERVED_BY_SPSS.contains(&name),
+                "{table}.{name}"
+            );
+            assert!(distinct.insert(name.to_lowercase()), "{table}.{name}");
+        }
+        let mut lines = 1;
+        for row in reader.records() {
+            lines += 1;
+            for ((cell, type_name), name) in row.unwrap().iter().zip(&types).zip(&names) {
+                let is_read = match *type_name {
+                    "real" => {
+                        let is_number = |cell: &str| cell.parse().is_ok_and(f64::is_finite);
+                        cell.is_empty() || is_number(cell)
+                    }
+                    "integer" => cell.parse::<i64>().is_ok(),
+                    "boolean" => ["true", "false"].contains(&cell),
+                    _ => !cell.contains(['\n', '\r', '\t']) && cell.len() <= SPSS_TEXT_BYTES,
+                };
+                assert!(is_read, "{table}.{name}: {cell:?}");
+            }
+        }
+        assert_eq!(text.lines().count(), lines, "{table}");
+    }
 }

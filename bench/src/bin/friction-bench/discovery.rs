@@ -7,7 +7,7 @@ use devices::stop_on_signals;
 use friction_bench::cli::Speed;
 use setup::inventory::{Listing, audio, serial_ports};
 use setup::{Ask, InitOptions, NoOperator, Terminal};
-use signalgen::audio::{HostChoice, open_host};
+use signalgen::audio::{Capability, HostChoice, Offer, open_host};
 use sources::Place;
 use tasks::StopFlag;
 
@@ -52,9 +52,35 @@ pub fn for_rig(options: &InitOptions) -> anyhow::Result<Listing> {
         for host in &mut listing.hosts {
             host.name = "native";
         }
+        complete(&mut listing);
     }
     Ok(listing)
 }
+
+/// Adds equipment that the simulated bench gets once it is chosen: inputs for a sensor's gauges, and a port for a field box.
+fn complete(listing: &mut Listing) {
+    let devices = listing.hosts.iter_mut().flat_map(|host| &mut host.devices);
+    for device in devices {
+        for offer in [&mut device.output, &mut device.input] {
+            if let Some(Offer::Listed(capabilities)) = offer {
+                let wide = capabilities.iter().map(|capability| Capability {
+                    channels: capability.channels.max(GAUGES_INPUTS),
+                    ..capability.clone()
+                });
+                let wide: Vec<Capability> = wide.collect();
+                capabilities.extend(wide);
+            }
+        }
+    }
+    if listing.serial_ports.is_empty() {
+        listing.serial_ports.push(SIMULATED_PORT.into());
+    }
+}
+
+/// Number of the simulated card's inputs with a sensor's gauges.
+const GAUGES_INPUTS: u16 = 9;
+/// Port that stands for the simulated field box in a configuration.
+const SIMULATED_PORT: &str = "/dev/ttyACM0";
 
 /// Returns the source of answers: a person at the terminal until a signal comes, or an unattended default.
 pub fn dialogue(attended: bool) -> anyhow::Result<Box<dyn Ask>> {
@@ -98,17 +124,12 @@ pub fn fault(result: anyhow::Result<Option<preflight::Table>>) -> Option<String>
 }
 
 /// Returns the message about a configuration that does not fit the bench.
-pub fn faulty_message(options: &InitOptions, fault: &str) -> String {
-    let mock = options.mock.as_ref().map_or_else(String::new, |scenario| {
+pub fn faulty_message(options: &InitOptions, mock: Option<&str>, fault: &str) -> String {
+    let mock = mock.map_or_else(String::new, |scenario| {
         format!(" --mock {}", escaping::quoted(Path::new(scenario)))
     });
-    let other_rig = if options.mock.is_some() {
-        "a simulated bench may be another rig than the one chosen: --mock field-box, net-ft and gauges have those\n"
-    } else {
-        ""
-    };
     format!(
-        "the bench is not yet as {} describes it. Correct this first:\n  {fault}\n{other_rig}then repeat\n  friction-bench \
+        "the bench is not yet as {} describes it. Correct this first:\n  {fault}\nthen repeat\n  friction-bench \
          check --config {}{mock}\nuntil no other row than `calibration` fails, and calibrate (docs/handbook/src/calibrating.md)\n",
         options.config.display(),
         escaping::quoted(&options.config),
@@ -116,12 +137,12 @@ pub fn faulty_message(options: &InitOptions, fault: &str) -> String {
 }
 
 /// Returns the command that checks the written configuration.
-pub fn check(options: &InitOptions) -> Vec<&OsStr> {
+pub fn check<'a>(options: &'a InitOptions, mock: Option<&'a str>) -> Vec<&'a OsStr> {
     let mut words: Vec<&OsStr> = ["friction-bench", "check", "--config"]
         .map(OsStr::new)
         .into();
     words.push(options.config.as_os_str());
-    if let Some(scenario) = &options.mock {
+    if let Some(scenario) = mock {
         words.extend(["--mock", scenario].map(OsStr::new));
     }
     words

@@ -638,12 +638,13 @@ fn init(options: &setup::InitOptions, verbosity: Verbosity) -> anyhow::Result<Ex
         print(discovery::unchecked_message(options))?;
     }
     if checks {
-        let cli = Cli::try_parse_from(discovery::check(options))?;
+        let mock = outcome.mock.as_deref();
+        let cli = Cli::try_parse_from(discovery::check(options, mock))?;
         let Command::Check(check) = &cli.command else {
             anyhow::bail!("the command of the check is another one");
         };
         if let Some(fault) = discovery::fault(checked(check, verbosity)) {
-            print(discovery::faulty_message(options, &fault))?;
+            print(discovery::faulty_message(options, mock, &fault))?;
             return Ok(passed_or_failed(false));
         }
     }

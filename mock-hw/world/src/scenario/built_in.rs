@@ -80,6 +80,17 @@ pub fn built_in_names() -> [&'static str; BUILT_IN.len()] {
     BUILT_IN.map(|(name, _)| name)
 }
 
+/// Returns the text of the built-in scenario `name`; `None` without one of this name.
+///
+/// ```
+/// assert!(mock_world::scenario::built_in_text("field-box").is_some_and(|text| text.contains("interface")));
+/// ```
+#[must_use]
+pub fn built_in_text(name: &str) -> Option<&'static str> {
+    let mut scenarios = BUILT_IN.iter();
+    scenarios.find_map(|(key, text)| (*key == name).then_some(*text))
+}
+
 /// Returns the built-in scenario `name`.
 ///
 /// # Errors
@@ -94,8 +105,8 @@ pub fn built_in_names() -> [&'static str; BUILT_IN.len()] {
 /// # Ok::<(), ScenarioError>(())
 /// ```
 pub fn built_in(name: &str) -> Result<Scenario, ScenarioError> {
-    match BUILT_IN.iter().find(|(key, _)| *key == name) {
-        Some((_, text)) => Scenario::parse(text, &format!("{name}.toml")),
+    match built_in_text(name) {
+        Some(text) => Scenario::parse(text, &format!("{name}.toml")),
         None => {
             let names = built_in_names();
             let (laws, plain_names): (Vec<&str>, Vec<&str>) =

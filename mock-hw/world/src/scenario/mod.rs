@@ -35,7 +35,7 @@ mod spread_table;
 pub use across_table::{AcrossTable, ContactWidthTable};
 pub use amplifier_table::AmplifierTable;
 pub use behaviour_table::BehaviourTable;
-pub use built_in::{built_in, built_in_names};
+pub use built_in::{built_in, built_in_names, built_in_text};
 pub use converter_table::{ConverterTable, OfferedFormat};
 pub use drift_table::DriftTable;
 pub use encoder_table::EncoderTable;

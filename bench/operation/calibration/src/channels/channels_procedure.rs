@@ -7,7 +7,7 @@ use num_complex::Complex64;
 use signalgen::{ToneList, Waveform};
 
 use calibration_rig::capture::{Capture, Dwell};
-use calibration_rig::operator::{Answer, Cabling, CalibrationProgress, PointRead, Request};
+use calibration_rig::operator::{Answer, Cabling, CalibrationProgress, Request};
 use calibration_rig::procedure::{NextStep, Procedure, StepOutcome};
 
 use super::channels_setup::{
@@ -328,15 +328,7 @@ impl Procedure for ChannelsProcedure {
             step,
             steps: 9,
             doing,
-            points: drive
-                .into_iter()
-                .flatten()
-                .map(|rung| PointRead {
-                    place: format!("{:.2} V", rung.drive_v),
-                    value: format!("{:.4} of full scale", rung.amplitude),
-                    ..PointRead::default()
-                })
-                .collect(),
+            points: drive.map_or_else(Vec::new, |rungs| ladder::points(rungs)),
             findings: self.warnings.clone(),
             ..CalibrationProgress::default()
         }

@@ -1,5 +1,6 @@
 //! The level ladder: each input is read at rising levels, through its linear range to the level at which its peaks are cut off.
 
+use calibration_rig::operator::PointRead;
 use metrology::regression::{FittedLine, LineFitError, LinePoint};
 use metrology::tone_clipping::Peaks;
 
@@ -98,6 +99,26 @@ pub fn straightness(rungs: &[Rung], noise: f64) -> Result<Straightness, LineFitE
     })
 }
 
+/// Returns the readings of one input in words, with their residuals about the line, of the largest level, once there is a line.
+#[must_use]
+pub fn points(rungs: &[Rung]) -> Vec<PointRead> {
+    let line = straightness(rungs, 0.0);
+    let residuals = line.map_or_else(|_| Vec::new(), |straight| straight.departures);
+    let sizes = residuals.iter().map(|(_, residual)| residual.abs());
+    let largest = sizes.fold(0.0, f64::max);
+    let point = |(number, rung): (usize, &Rung)| {
+        // Levels above the first clipped one have no residual.
+        let residual = residuals.get(number).map(|(_, residual)| *residual);
+        PointRead {
+            place: format!("{:.2} V", rung.drive_v),
+            value: format!("{:.4} of full scale", rung.amplitude),
+            residual: residual.map(|residual| format!("{:+.3} % of the largest", 100.0 * residual)),
+            worst: residual.is_some_and(|residual| largest > 0.0 && residual.abs() >= largest),
+        }
+    };
+    rungs.iter().enumerate().map(point).collect()
+}
+
 /// Returns the highest level without clipping of the input's peaks, V peak.
 #[must_use]
 pub fn highest_clean_v(rungs: &[Rung]) -> f64 {
@@ -172,6 +193,24 @@ mod tests {
         assert!(limited.clean_up_to > 0.42 && limited.clean_up_to <= 0.5);
         let linear = straightness(&ladder(0.01, 1.0), 1e-7).unwrap();
         assert_eq!((linear.clips_at, linear.clean_up_to), (None, 0.5));
+    }
+
+    #[test]
+    fn a_level_that_is_off_the_line_is_the_worst_point() {
+        let mut rungs = ladder(0.02, 0.5);
+        rungs[4].amplitude += 0.004;
+        let read = points(&rungs);
+        let worst: Vec<usize> = (0..read.len()).filter(|&i| read[i].worst).collect();
+        assert_eq!(worst, [4]);
+        let residual = read[4].residual.as_ref().unwrap();
+        assert!(residual.starts_with('+'), "{residual}");
+        // The last level is clipped, and two levels are no line.
+        assert_eq!(read.last().unwrap().residual, None);
+        assert!(
+            points(&rungs[..2])
+                .iter()
+                .all(|point| point.residual.is_none())
+        );
     }
 
     #[test]

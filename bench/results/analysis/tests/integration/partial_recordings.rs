@@ -127,8 +127,8 @@ fn require_equal_estimates(findings: &RecordingFindings, tolerance: f64) {
     for (instance, whole) in findings.instances.iter().zip(&WHOLE.0.instances) {
         let (dynamic, expected) = (&instance.dynamic, &whole.dynamic);
         assert_relative_eq!(
-            dynamic.sigma_t_m,
-            expected.sigma_t_m,
+            dynamic.sigma_t_m(),
+            expected.sigma_t_m(),
             max_relative = tolerance
         );
         assert_relative_eq!(dynamic.mu0, expected.mu0, max_relative = tolerance);

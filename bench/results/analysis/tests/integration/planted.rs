@@ -173,7 +173,7 @@ fn a_mistake_that_makes_the_numbers_meaningless_is_named_and_leaves_none() {
     let samples: [Change<'_, [f32]>; 5] = [
         (
             &|frame: &mut [f32]| frame.swap(0, 1),
-            "drive and pickup are exchanged",
+            "drive and pickup are exchanged, as by swapped cables",
         ),
         (
             &|frame: &mut [f32]| frame[0] /= 20.0,

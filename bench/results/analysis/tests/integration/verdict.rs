@@ -145,7 +145,7 @@ impl Verdict {
         let (mut sigma_t_ratios, mut z_t_errors) = (Vec::new(), Vec::new());
         for (instance, estimate) in &estimates {
             let true_skin = TrueSkin::new(instance, truth, world);
-            sigma_t_ratios.push(estimate.sigma_t_m / true_skin.sigma_t_m);
+            sigma_t_ratios.push(estimate.sigma_t_m() / true_skin.sigma_t_m);
             z_t_errors.push(true_skin.z_t_error(estimate));
             if estimate.misfit.is_empty() {
                 comparisons.extend(true_skin.compare(method, instance, estimate));
@@ -160,8 +160,8 @@ impl Verdict {
         let area_ratio = area.as_ref().map(|comparison| 1.0 + comparison.error);
         comparisons.extend(area);
         let uncertainties = estimates.iter().map(|(_, estimate)| {
-            let [low, high] = log_interval95(estimate.sigma_t_m, estimate.sigma_t_std_m);
-            (high - low) / 2.0 / estimate.sigma_t_m
+            let [low, high] = log_interval95(estimate.sigma_t_m(), estimate.sigma_t_std_m());
+            (high - low) / 2.0 / estimate.sigma_t_m()
         });
         let sigma_t_uncertainty = median(uncertainties);
         let agreements = estimates.iter().map(|estimate| estimate.1.agreement);
@@ -309,7 +309,7 @@ impl TrueSkin {
         let mut comparisons = vec![
             Comparison {
                 quantity: Quantity::SigmaT,
-                error: estimate.sigma_t_m / self.sigma_t_m - 1.0,
+                error: estimate.sigma_t_m() / self.sigma_t_m - 1.0,
                 coverage: vec![coverage(|intervals| intervals.sigma_t_m, self.sigma_t_m)],
             },
             Comparison {
@@ -344,7 +344,7 @@ impl StatedIntervals {
     fn of_estimate(estimate: &InstanceEstimate) -> Self {
         let (z_t, z_t_std) = (estimate.z_t_n_s_per_m, estimate.z_t_std_n_s_per_m);
         Self {
-            sigma_t_m: log_interval95(estimate.sigma_t_m, estimate.sigma_t_std_m),
+            sigma_t_m: log_interval95(estimate.sigma_t_m(), estimate.sigma_t_std_m()),
             re_z_t: interval95(z_t.re, z_t_std.re),
             im_z_t: interval95(z_t.im, z_t_std.im),
             mu0: interval95(estimate.mu0, estimate.mu0_std),

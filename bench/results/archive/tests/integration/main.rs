@@ -134,7 +134,7 @@ fn an_archive_is_a_study_with_the_same_estimates() {
     };
     for (copy, original) in copy.instances.iter().zip(&original.instances) {
         let [copy, original] = [copy, original].map(|instance| instance.trial.as_ref().unwrap());
-        is_near("sigma_t", copy.sigma_t_m, original.sigma_t_m, 1e-3);
+        is_near("sigma_t", copy.sigma_t_m(), original.sigma_t_m(), 1e-3);
         let z_t = (copy.z_t_n_s_per_m - original.z_t_n_s_per_m).norm();
         is_near(
             "Z_t",
@@ -146,8 +146,8 @@ fn an_archive_is_a_study_with_the_same_estimates() {
         // Regression test: 11 % smaller, because frames lay between those of the samples.
         is_near(
             "its error",
-            copy.sigma_t_std_m,
-            original.sigma_t_std_m,
+            copy.sigma_t_std_m(),
+            original.sigma_t_std_m(),
             0.03,
         );
     }

@@ -128,6 +128,7 @@ impl<'a> FittedTrial<'a> {
             .instances
             .iter()
             .map(|estimate| value(estimate))
+            .filter(|(value, _)| value.is_finite())
             .collect();
         Estimate::new(
             mean(values.iter().map(|(value, _)| *value)),

@@ -252,7 +252,7 @@ pub(super) fn figure(
 /// Returns a sentence on the average σ_t of each method.
 fn averages(instance: &InstanceAnalysis, methods: &[Method]) -> String {
     let texts = methods.iter().filter_map(|&method| {
-        let sigma_t_m = instance.estimate(method)?.averaged.sigma_t_m;
+        let sigma_t_m = instance.estimate(method)?.averaged.sigma_t_m().ok()?;
         Some(format!("{:.2} µm ({})", sigma_t_m * MICRO, method.name()))
     });
     texts.collect::<Vec<_>>().join(" and ")

@@ -73,8 +73,10 @@ fn typical_recording(analysed: &Analysis) -> Option<(usize, &RecordingFindings)>
             let estimates = findings
                 .instances
                 .iter()
-                .filter_map(|i| i.estimate(Method::Dynamic));
-            let sigmas_m: Vec<f64> = estimates.map(|estimate| estimate.sigma_t_m).collect();
+                .filter_map(|i| i.estimate_by(Method::Dynamic));
+            let sigmas_m: Vec<f64> = estimates
+                .map(|estimate| estimate.estimate.sigma_t_m())
+                .collect();
             let mean_m = sigmas_m.iter().sum::<f64>() / sigmas_m.len() as f64;
             mean_m.is_finite().then_some((mean_m, (number, findings)))
         })

@@ -251,12 +251,12 @@ fn interval(value: f64, std: f64) -> Interval {
 impl From<&InstanceEstimate> for InstanceIntervals {
     fn from(estimated: &InstanceEstimate) -> Self {
         let (z_t, z_t_std) = (estimated.z_t_n_s_per_m, estimated.z_t_std_n_s_per_m);
-        let sigma_t = LogUncertain {
-            value: estimated.sigma_t_m,
-            ln_std: estimated.sigma_t_std_m / estimated.sigma_t_m,
-        };
+        let sigma_t = estimated.sigma_t().map(|sigma_t| LogUncertain {
+            value: sigma_t.value_m,
+            ln_std: sigma_t.std_m / sigma_t.value_m,
+        });
         Self {
-            sigma_t_m: sigma_t.interval95(),
+            sigma_t_m: sigma_t.ok().map(|sigma_t| sigma_t.interval95()),
             z_t_re_n_s_per_m: interval(z_t.re, z_t_std.re),
             z_t_im_n_s_per_m: interval(z_t.im, z_t_std.im),
             mu0: interval(estimated.mu0, estimated.mu0_std),
@@ -270,7 +270,8 @@ impl From<&WithinLaws> for InstanceIntervals {
     fn from(estimated: &WithinLaws) -> Self {
         let (z_t, z_t_std) = (estimated.z_t_n_s_per_m, estimated.z_t_std_n_s_per_m);
         Self {
-            sigma_t_m: estimated.sigma_t_m.interval95(),
+            sigma_t_m: (estimated.sigma_t_m.value.is_finite())
+                .then(|| estimated.sigma_t_m.interval95()),
             z_t_re_n_s_per_m: interval(z_t.re, z_t_std.re),
             z_t_im_n_s_per_m: interval(z_t.im, z_t_std.im),
             mu0: estimated.mu0.interval95(),
@@ -282,10 +283,10 @@ impl From<&WithinLaws> for InstanceIntervals {
 impl From<&InstanceEstimate> for Estimate {
     fn from(estimated: &InstanceEstimate) -> Self {
         let deltas = &estimated.deltas;
-        let sigma_t = estimated.sigma_t();
+        let (sigma_t, averaged) = (estimated.sigma_t(), estimated.averaged.sigma_t_m());
         Self {
-            sigma_t_m: sigma_t.map(|sigma_t| sigma_t.value_m),
-            sigma_t_null_because: estimated.sigma_t_missing(),
+            sigma_t_m: sigma_t.ok().map(|sigma_t| sigma_t.value_m),
+            sigma_t_null_because: sigma_t.err().map(|error| error.to_string()),
             z_t_n_s_per_m: pair(estimated.z_t_n_s_per_m),
             tau_s: estimated.tau_s.map(|(tau, _)| tau),
             plate_offset_n_s_per_m: estimated.plate_offset.map(|offset| pair(offset.n_s_per_m)),
@@ -305,7 +306,8 @@ impl From<&InstanceEstimate> for Estimate {
             delta_mu: deltas.mu,
             rigid_z_t_n_s_per_m: pair(estimated.rigid_z_t_n_s_per_m),
             averaged: AveragedModel {
-                sigma_t_m: estimated.averaged.sigma_t_m,
+                sigma_t_m: averaged.ok(),
+                sigma_t_null_because: averaged.err().map(|error| error.to_string()),
                 r2_impedance: estimated.averaged.r2_impedance,
             },
             verdict: estimated.verdict.to_string(),
@@ -317,7 +319,7 @@ impl From<&InstanceEstimate> for Estimate {
                 up_to_amplitude_m: rest.up_to_amplitude_m,
             }),
             std: Std {
-                sigma_t_m: sigma_t.map(|sigma_t| sigma_t.std_m),
+                sigma_t_m: sigma_t.ok().map(|sigma_t| sigma_t.std_m),
                 z_t_n_s_per_m: pair(estimated.z_t_std_n_s_per_m),
                 tau_s: estimated.tau_s.map(|(_, std)| std),
                 resonance_shift_hz: estimated

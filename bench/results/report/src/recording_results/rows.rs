@@ -214,7 +214,7 @@ pub struct TrialEstimate {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "as in `Estimate`")]
 pub struct InstanceIntervals {
-    pub sigma_t_m: Interval,
+    pub sigma_t_m: Option<Interval>,
     pub z_t_re_n_s_per_m: Interval,
     pub z_t_im_n_s_per_m: Interval,
     pub mu0: Interval,
@@ -282,10 +282,13 @@ pub struct Estimate {
 }
 
 /// Model with the participant's average σ_t.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AveragedModel {
-    /// Average σ_t, m.
-    pub sigma_t_m: f64,
+    /// Average σ_t, m; `None` if no estimate of the participant by the method has a σ_t that a skin can have.
+    pub sigma_t_m: Option<f64>,
+    /// Reason why it is `None`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sigma_t_null_because: Option<String>,
     /// R² of the impedance.
     pub r2_impedance: f64,
 }

@@ -176,7 +176,8 @@ fn estimate() -> Estimate {
         delta_mu: 0.7,
         rigid_z_t_n_s_per_m: [0.4, -3.0],
         averaged: AveragedModel {
-            sigma_t_m: 1.9e-6,
+            sigma_t_m: Some(1.9e-6),
+            sigma_t_null_because: None,
             r2_impedance: 0.9,
         },
         verdict: "tau held at its bound 0 s; unbounded it would be -1e-3 s".to_owned(),
@@ -198,14 +199,14 @@ fn trial_estimate() -> TrialEstimate {
     TrialEstimate {
         estimate: estimate(),
         interval95: Some(InstanceIntervals {
-            sigma_t_m: [1.8e-6, 2.0e-6],
+            sigma_t_m: Some([1.8e-6, 2.0e-6]),
             z_t_re_n_s_per_m: [0.45, 0.49],
             z_t_im_n_s_per_m: [-3.2, -3.0],
             mu0: [0.79, 0.81],
             resonance_shift_hz: Some([-1.5, f64::NAN]),
         }),
         interval95_within_laws: Some(InstanceIntervals {
-            sigma_t_m: [1.86e-6, 1.94e-6],
+            sigma_t_m: Some([1.86e-6, 1.94e-6]),
             z_t_re_n_s_per_m: [0.46, 0.48],
             z_t_im_n_s_per_m: [-3.15, -3.05],
             mu0: [0.795, 0.805],

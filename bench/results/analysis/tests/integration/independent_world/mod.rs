@@ -87,7 +87,7 @@ impl Errors {
             };
             worst(
                 |errors| &mut errors.sigma_t,
-                (estimate.sigma_t_m / sigma_t_m - 1.0).abs(),
+                (estimate.sigma_t_m() / sigma_t_m - 1.0).abs(),
             );
             worst(
                 |errors| &mut errors.z_t,
@@ -98,7 +98,7 @@ impl Errors {
             let interval = |value, std| Uncertain { value, std }.interval95();
             intervals.extend([
                 (
-                    interval(estimate.sigma_t_m, estimate.sigma_t_std_m),
+                    interval(estimate.sigma_t_m(), estimate.sigma_t_std_m()),
                     sigma_t_m,
                 ),
                 (
@@ -200,7 +200,7 @@ fn dynamic_tolerates_a_drifting_plate() {
         for instance in &findings.instances {
             let estimate = instance.estimate(Method::Dynamic).unwrap();
             let sigma_t_m = truth.mean("sigma_t_m", instance.start_s, instance.end_s);
-            let error = (estimate.sigma_t_m / sigma_t_m - 1.0).abs();
+            let error = (estimate.sigma_t_m() / sigma_t_m - 1.0).abs();
             assert!(
                 error < 0.02,
                 "{drift_hz} Hz, {} s: {error}",

@@ -239,7 +239,7 @@ impl Analysis {
 
 /// Returns the content of the figures.
 fn figure_selection(
-    methods: Option<&Bound<'py, PyAny>>,
+    methods: Option<&Bound<'_, PyAny>>,
     whole_trial: bool,
 ) -> PyResult<FigureSelection> {
     let mut content = FigureSelection {

@@ -124,6 +124,8 @@ def test_an_analysis_says_what_it_is(analysis: fb.Analysis) -> None:
         analysis.table("people")
     with pytest.raises(fb.FrictionBenchError, match="paper, dynamic, trial"):
         analysis.report(methods=["papr"])
+    with pytest.raises(fb.FrictionBenchError, match="`methods` is no list of names"):
+        analysis.figures(methods="paper")
 
 
 def test_settings_are_the_assumptions_of_the_command_line(tmp_path: Path) -> None:

@@ -134,7 +134,7 @@ fn errors(analysed: &Analysis) -> ([f64; 3], usize) {
         let (sigma_t_m, area_m2, re_z_t) = TRUTH;
         let sigma = estimates
             .iter()
-            .map(|estimate| estimate.sigma_t_m)
+            .map(|estimate| estimate.sigma_t_m())
             .sum::<f64>()
             / n;
         let re = estimates

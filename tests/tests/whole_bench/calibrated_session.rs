@@ -70,7 +70,7 @@ fn errors(study: &Path, skin: &Skin) -> [Errors; 2] {
             quantile(&values, 0.5).unwrap()
         };
         Errors {
-            sigma_t: (median(&|e| e.sigma_t_m) / skin.sigma_t_m - 1.0).abs(),
+            sigma_t: (median(&|e| e.sigma_t_m()) / skin.sigma_t_m - 1.0).abs(),
             z_t: (num_complex::Complex64::new(
                 median(&|e| e.z_t_n_s_per_m.re),
                 median(&|e| e.z_t_n_s_per_m.im),

@@ -33,7 +33,7 @@ struct Errors {
 impl Errors {
     fn new(estimate: &InstanceEstimate, truth: &Skin) -> Self {
         Self {
-            sigma_t: (estimate.sigma_t_m / truth.sigma_t_m - 1.0).abs(),
+            sigma_t: (estimate.sigma_t_m() / truth.sigma_t_m - 1.0).abs(),
             z_t: (estimate.z_t_n_s_per_m - truth.z_t).norm() / truth.z_t.norm(),
             tau_s: estimate
                 .tau_s

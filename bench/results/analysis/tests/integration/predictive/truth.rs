@@ -155,7 +155,7 @@ impl Truth {
                 / n
         };
         (n > 0.0).then(|| Printed {
-            sigma_t_m: mean(|estimate| estimate.sigma_t_m),
+            sigma_t_m: mean(|estimate| estimate.sigma_t_m()),
             z_t: Complex64::new(
                 mean(|estimate| estimate.z_t_n_s_per_m.re),
                 mean(|estimate| estimate.z_t_n_s_per_m.im),

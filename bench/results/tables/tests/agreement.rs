@@ -14,6 +14,7 @@ use analysis::{
     Analysis, KeptSeries, RecordingAnalysis, RecordingSeries, SeriesSource, SeriesStore, Settings,
 };
 use attempts::Attempts;
+use ciborium::Value as Cbor;
 use descriptive::Description;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
@@ -159,20 +160,31 @@ fn the_table_of_estimates_agrees_with_the_results() {
     assert_eq!(comparisons, 2 * 10 * instances.len());
 }
 
+/// Returns a value of a map.
+fn entry<'a>(map: &'a mut Cbor, key: &str) -> &'a mut Cbor {
+    let mut entries = map.as_map_mut().unwrap().iter_mut();
+    let value = entries.find_map(|(name, value)| (name.as_text() == Some(key)).then_some(value));
+    value.unwrap()
+}
+
 /// Returns the analysis with the σ_t of the first instance by `trial`, and of every instance by `paper`, such as no skin has.
 fn rough((analysed, series): &(Analysis, KeptSeries)) -> Analysis {
     let mut recordings: Vec<RecordingAnalysis> = Vec::new();
     for recording in &analysed.recordings {
-        let mut findings = serde_json::to_value(recording.findings.as_ref().unwrap()).unwrap();
-        let instances = findings["instances"].as_array_mut().unwrap();
-        instances[0]["trial"]["sigma_t_m"] = 0.31.into();
-        for instance in instances {
-            instance["paper"]["sigma_t_m"] = 0.31.into();
+        // Unlike JSON, CBOR keeps NaN.
+        let findings = recording.findings.as_ref().unwrap();
+        let mut findings = Cbor::serialized(findings).unwrap();
+        let instances = entry(&mut findings, "instances").as_array_mut().unwrap();
+        for (number, instance) in instances.iter_mut().enumerate() {
+            *entry(entry(instance, "paper"), "sigma_t_m") = 0.31.into();
+            if number == 0 {
+                *entry(entry(instance, "trial"), "sigma_t_m") = 0.31.into();
+            }
         }
         recordings.push(RecordingAnalysis {
             path: recording.path.clone(),
             participant: recording.participant.clone(),
-            findings: Ok(serde_json::from_value(findings).unwrap()),
+            findings: Ok(findings.deserialized().unwrap()),
         });
     }
     analysis::complete(recordings, &analysed.settings, series).unwrap()

@@ -282,7 +282,7 @@ fn errors(folder: &Path) -> Errors {
     };
     Errors {
         instances: findings.instances.len(),
-        sigma_t: quantiles(&|e| (e.sigma_t_m / SIGMA_T_M - 1.0).abs()),
+        sigma_t: quantiles(&|e| (e.sigma_t_m() / SIGMA_T_M - 1.0).abs()),
         z_t: quantiles(&|e| (e.z_t_n_s_per_m - Z_T).norm() / Z_T.norm()),
         tau_s: quantiles(&|e| (e.tau_s.unwrap().0 - TAU_S).abs()),
         mu: quantiles(&|e| e.agreement.rms_mu),

@@ -38,7 +38,7 @@ fn estimates((findings, series): (&RecordingFindings, &RecordingSeries), method:
     let texts = instances.map(|(i, samples)| {
         let e = i.estimate(method).unwrap();
         let series = samples.estimate(method).unwrap();
-        let skin = (e.sigma_t_m, e.z_t_n_s_per_m, e.tau_s, e.mu0);
+        let skin = (e.sigma_t_m(), e.z_t_n_s_per_m, e.tau_s, e.mu0);
         format!(
             "{skin:?} {:?} {:?} {:?}",
             series.contact, series.motion, series.film_force_n
@@ -68,7 +68,7 @@ fn a_plate_that_moves_less_at_its_ends_serves_once_its_profile_is_known() {
             assert!((instance.start_s - even.start_s).abs() < 5e-3);
             let (estimate, even) = (&instance.dynamic, &even.dynamic);
             let z_t = (estimate.z_t_n_s_per_m - even.z_t_n_s_per_m).norm() / Z_T.norm();
-            [(estimate.sigma_t_m / even.sigma_t_m - 1.0).abs(), z_t]
+            [(estimate.sigma_t_m() / even.sigma_t_m() - 1.0).abs(), z_t]
         });
         deviations.fold([0.0f64; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])])
     };

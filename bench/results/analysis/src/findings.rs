@@ -259,7 +259,7 @@ impl RecordingFindings {
         series: &'a RecordingSeries,
     ) -> Option<(&InstanceAnalysis, &'a SampledInstance)> {
         let mut instances = self.instances.iter().zip(&series.instances);
-        instances.find(|(instance, _)| instance.estimate(Method::Dynamic).is_some())
+        instances.find(|(instance, _)| instance.estimate_by(Method::Dynamic).is_some())
     }
 }
 

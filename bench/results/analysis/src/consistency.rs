@@ -2,7 +2,8 @@
 
 use force_alignment::strokes::{Stroke, lateral_zero};
 use force_alignment::{ForceSample, roles};
-use plausibility::{Implausible, Slide};
+use impedance::ZmFrame;
+use plausibility::{Course, Implausible, Slide};
 use protocols::Direction;
 use recording::manifest::Body;
 use recording::{ForceRow, Manifest, RecordingSource};
@@ -11,6 +12,7 @@ use crate::demodulation::DemodulatedRecording;
 use crate::explorations::explorations;
 use crate::findings::{RecordingError, RecordingFindings};
 use crate::flaw::{Channel, Flaw};
+use crate::measurements::Measurements;
 
 /// Smallest zero by strokes that is subtracted, N.
 const SMALLEST_ZERO_N: f64 = 0.01;
@@ -86,6 +88,32 @@ pub(super) fn strokes_zero(reading: &mut DemodulatedRecording) -> Option<Implaus
 pub(super) fn contact_area(findings: &RecordingFindings) -> Option<Flaw> {
     let fit = findings.trial.as_ref()?;
     plausibility::contact_area(fit.contact_area_m2.value).map(Flaw::from)
+}
+
+/// Returns the flaws that leave a recording of a finger without an instance.
+pub(super) fn without_instance(
+    findings: &RecordingFindings,
+    record: &Measurements,
+) -> impl Iterator<Item = Implausible> + use<> {
+    let is_finger = findings.manifest.contact.body != Body::Other;
+    let (rules, slides) = (&findings.rules, slides(&findings.manifest));
+    let speed = |tolerance: f64| rules.speed_m_per_s * (1.0 + tolerance);
+    let course = Course {
+        centre_m: rules.centre_m,
+        central_m: rules.central_m,
+        speeds_m_per_s: [-rules.speed_tolerance, rules.speed_tolerance].map(speed),
+    };
+    let is_sliding = |frame: &&ZmFrame| {
+        let mut slides = slides.iter();
+        slides.any(|slide| (slide.start_s..=slide.end_s).contains(&frame.time_s))
+    };
+    let reasons = [
+        plausibility::off_course(&record.position, &slides, &course),
+        plausibility::light_touch(&record.force, &slides, rules.contact_n),
+        plausibility::amplitude(record.frames.iter().filter(is_sliding)),
+    ];
+    let reasons = reasons.into_iter().flatten();
+    reasons.filter(move |_| is_finger)
 }
 
 /// Returns the reasons why channels lack their carrier.

@@ -223,6 +223,10 @@ fn findings(
         series,
     } = work;
     findings.flaws.extend(consistency::contact_area(&findings));
+    if findings.instances.is_empty() {
+        let reasons = consistency::without_instance(&findings, &record);
+        findings.flaws.extend(reasons.map(Flaw::from));
+    }
     if findings.withheld_reason().is_some() {
         findings.withhold();
         return Ok((findings, RecordingSeries::default()));

@@ -3,6 +3,7 @@
 //! A recording made elsewhere may contain millinewtons under `normal_n`, or the sensor's own sign. The estimates would be wrong
 //! by that factor, and some of them would still converge.
 
+mod course;
 mod implausible;
 mod motion;
 mod plate;
@@ -13,6 +14,7 @@ mod unloaded;
 
 use recording::ForceRow;
 
+pub use course::{Course, amplitude, light_touch, off_course};
 pub use implausible::Implausible;
 use implausible::{CONTACT_AREA_M2, FRICTION, LARGEST_N};
 pub use motion::{Slide, lateral_sign, positions};

@@ -5,7 +5,7 @@ use force_alignment::{ForceSample, roles};
 use impedance::ZmFrame;
 use plausibility::{Course, Implausible, Slide};
 use protocols::Direction;
-use recording::manifest::Body;
+use recording::manifest::{Body, EventKind, RecordingEvent};
 use recording::{ForceRow, Manifest, RecordingSource};
 
 use crate::demodulation::DemodulatedRecording;
@@ -16,6 +16,8 @@ use crate::measurements::Measurements;
 
 /// Smallest zero by strokes that is subtracted, N.
 const SMALLEST_ZERO_N: f64 = 0.01;
+/// Longest time for which the modulation hides the drive, s.
+const LONGEST_DIP_S: f64 = 0.2;
 /// Samples of a spectrum, and frames read at a time.
 const SPECTRUM_SAMPLES: usize = 1 << 17;
 const BLOCK_FRAMES: usize = 16_384;
@@ -114,6 +116,35 @@ pub(super) fn without_instance(
     ];
     let reasons = reasons.into_iter().flatten();
     reasons.filter(move |_| is_finger)
+}
+
+/// Returns the flaw of a drive that jumps without an xrun of the bench. `is_clock_known` if the forces have one delay throughout.
+pub(super) fn drive_jump(
+    reading: &DemodulatedRecording,
+    is_clock_known: bool,
+) -> Option<Implausible> {
+    let DemodulatedRecording {
+        manifest,
+        vibration,
+        record,
+        ..
+    } = reading;
+    let is_xrun =
+        |event: &RecordingEvent| matches!(event.kind, EventKind::InputXrun | EventKind::OutputXrun);
+    let moves = vibration.as_ref().is_none_or(|vibration| vibration.moves);
+    if moves || manifest.events.iter().any(is_xrun) {
+        return None;
+    }
+    let jump = plausibility::drive_jump(&record.frames)?;
+    let is_sliding = |(start_s, end_s): &(f64, f64)| jump.to_s > *start_s && jump.from_s < *end_s;
+    let is_before_slides =
+        !spans_s(manifest).iter().any(is_sliding) || jump.to_s - jump.from_s > LONGEST_DIP_S;
+    Some(Implausible::DriveJumps {
+        from_s: jump.from_s,
+        to_s: jump.to_s,
+        turn_rad: jump.turn_rad,
+        is_timed: is_clock_known && is_before_slides,
+    })
 }
 
 /// Returns the reasons why channels lack their carrier.

@@ -326,6 +326,22 @@ pub enum Implausible {
         /// Contact area, m².
         area_m2: f64,
     },
+    /// The drive's phase jumps.
+    #[error(
+        "signals.wav: the drive's phase jumps by {turn_rad:+.1} rad between {from_s:.3} and {to_s:.3} s: samples are missing or doubled \
+         there{}; write lost samples as NaN, and look for full buffers of the program that wrote the file",
+        if *is_timed { ", or the drive was started again" } else { ", so that the forces lack their times" }
+    )]
+    DriveJumps {
+        /// Last time before the jump, s.
+        from_s: f64,
+        /// First time after it, s.
+        to_s: f64,
+        /// Turn, rad.
+        turn_rad: f64,
+        /// Whether the forces have their times against drive and pickup all the same.
+        is_timed: bool,
+    },
     /// A channel has one value throughout.
     #[error(
         "signals.wav: the {channel} is {value} in each sample: a dead channel; look at its cable, its index and the program that \
@@ -396,6 +412,7 @@ impl Implausible {
             Self::FingerOnPlate { .. } => "finger in the unloaded intervals",
             Self::PickupQuantity { .. } => "quantity of the pickup",
             Self::ContactArea { .. } => "scale of the normal force",
+            Self::DriveJumps { .. } => "samples missing or doubled",
             Self::DeadChannel { .. } => "dead channel",
             Self::OtherCarrier { .. } => "carrier not that of the data",
         }
@@ -410,6 +427,7 @@ impl Implausible {
                 let factor = force_factor(*area_m2);
                 factor.max(factor.recip()) > GREATEST_FORCE_FACTOR
             }
+            Self::DriveJumps { is_timed, .. } => !is_timed,
             Self::Size { .. }
             | Self::Sign { .. }
             | Self::Constant { .. }

@@ -5,6 +5,7 @@
 
 mod course;
 mod implausible;
+mod jump;
 mod motion;
 mod plate;
 mod quantity;
@@ -17,6 +18,7 @@ use recording::ForceRow;
 pub use course::{Course, amplitude, light_touch, off_course};
 pub use implausible::Implausible;
 use implausible::{CONTACT_AREA_M2, FRICTION, LARGEST_N};
+pub use jump::{PhaseJump, drive_jump};
 pub use motion::{Slide, lateral_sign, positions};
 pub use plate::{envelopes, finger, pickup_quantity, plate_scale};
 pub use quantity::Quantity;

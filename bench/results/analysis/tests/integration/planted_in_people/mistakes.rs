@@ -61,6 +61,11 @@ const BOTH_SCALES: &[&str] = &[
 const ZERO: &[&str] = &["the force sensor read", "untared"];
 const LATE: &[&str] = &["the forces come"];
 const CLOCK: &[&str] = &["the forces come", "its times are on a clock"];
+const JUMP: &[&str] = &[
+    "the drive's phase jumps",
+    "the forces come",
+    "its times are on a clock",
+];
 const SIZE: &[&str] = &[
     "any finger's",
     "a finger pad's is",
@@ -181,7 +186,19 @@ fn clocks() -> Vec<Mistake> {
         let rows = columns.forces.iter_mut().zip(times);
         rows.for_each(|(row, time_s)| row.time_s = time_s);
     }));
-    all.push(mistake("samples lost in blocks", CLOCK, |columns| {
+    for share in [0.3, 0.62] {
+        let name = format!("a block of samples lost after {:.0} %", 100.0 * share);
+        all.push(mistake(name, JUMP, move |columns| {
+            let frames = columns.drive.len() as f64;
+            let (start, end) = (
+                (share * frames) as usize,
+                ((share + 0.01) * frames) as usize,
+            );
+            columns.drive.drain(start..end);
+            columns.pickup.drain(start..end);
+        }));
+    }
+    all.push(mistake("samples lost in blocks", JUMP, |columns| {
         for samples in [&mut columns.drive, &mut columns.pickup] {
             let mut index = 0;
             samples.retain(|_| {
@@ -204,17 +221,13 @@ fn files() -> Vec<Mistake> {
                 (row.normal_n, row.lateral_n) = (0.0, 0.0);
             }
         }),
-        mistake(
-            "forces stay",
-            &["force.csv", "finger on the plate"],
-            |columns| {
-                let start = columns.forces.len() * 6 / 10;
-                let held = columns.forces[start];
-                for row in &mut columns.forces[start..] {
-                    (row.normal_n, row.lateral_n) = (held.normal_n, held.lateral_n);
-                }
-            },
-        ),
+        mistake("forces stay", &["stay at"], |columns| {
+            let start = columns.forces.len() * 6 / 10;
+            let held = columns.forces[start];
+            for row in &mut columns.forces[start..] {
+                (row.normal_n, row.lateral_n) = (held.normal_n, held.lateral_n);
+            }
+        }),
         mistake("positions end early", PLACE, |columns| {
             columns.positions.truncate(columns.positions.len() * 4 / 10);
         }),
@@ -257,6 +270,13 @@ fn positions() -> Vec<Mistake> {
     all.push(of_positions("position mirrored", PLACE, |row| {
         row.position_m = 0.105 - row.position_m
     }));
+    all.push(of_positions(
+        "position of a counter that overflows",
+        PLACE,
+        |row| {
+            row.position_m = row.position_m.rem_euclid(0.02);
+        },
+    ));
     all.push(of_positions("position dead", PLACE, |row| {
         row.position_m = 0.05
     }));
@@ -313,7 +333,10 @@ fn signals() -> Vec<Mistake> {
     }
     all.push(mistake(
         "drive and pickup exchanged",
-        &["drive and pickup are exchanged", SCALE[0]],
+        &[
+            "drive and pickup are exchanged",
+            "as if its modal mass were",
+        ],
         |columns| {
             std::mem::swap(&mut columns.drive, &mut columns.pickup);
         },
@@ -323,7 +346,7 @@ fn signals() -> Vec<Mistake> {
     }));
     all.push(mistake(
         "velocity for displacement",
-        &["that of a velocity", SCALE[0]],
+        &["that of a velocity", "as if its modal mass were"],
         |columns| {
             let turn = 1.0 / (TAU * carrier_hz(columns)) as f32 * columns.rate_hz as f32 / 2.0;
             let samples = columns.pickup.clone();
@@ -367,7 +390,7 @@ fn signals() -> Vec<Mistake> {
     }));
     all.push(mistake(
         "pickup a copy of the drive",
-        &[SCALE[0], "as with phase_rad"],
+        &["as if its modal mass were", "as with phase_rad"],
         |columns| {
             columns.pickup.clone_from(&columns.drive);
         },

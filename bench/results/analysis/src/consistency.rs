@@ -92,12 +92,13 @@ pub(super) fn contact_area(findings: &RecordingFindings) -> Option<Flaw> {
     plausibility::contact_area(fit.contact_area_m2.value).map(Flaw::from)
 }
 
-/// Returns the flaws that leave a recording of a finger without an instance.
-pub(super) fn without_instance(
+/// Returns the flaws that leave a recording of a finger without an instance, or with few.
+pub(super) fn hardly_selected(
     findings: &RecordingFindings,
     record: &Measurements,
 ) -> impl Iterator<Item = Implausible> + use<> {
     let is_finger = findings.manifest.contact.body != Body::Other;
+    let is_empty = findings.instances.is_empty();
     let (rules, slides) = (&findings.rules, slides(&findings.manifest));
     let speed = |tolerance: f64| rules.speed_m_per_s * (1.0 + tolerance);
     let course = Course {
@@ -110,7 +111,7 @@ pub(super) fn without_instance(
         slides.any(|slide| (slide.start_s..=slide.end_s).contains(&frame.time_s))
     };
     let reasons = [
-        plausibility::off_course(&record.position, &slides, &course),
+        plausibility::off_course(&record.position, &slides, &course).filter(|_| is_empty),
         plausibility::light_touch(&record.force, &slides, rules.contact_n),
         plausibility::amplitude(record.frames.iter().filter(is_sliding)),
     ];

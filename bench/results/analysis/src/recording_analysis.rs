@@ -224,10 +224,8 @@ fn findings(
         series,
     } = work;
     findings.flaws.extend(consistency::contact_area(&findings));
-    if findings.instances.is_empty() {
-        let reasons = consistency::without_instance(&findings, &record);
-        findings.flaws.extend(reasons.map(Flaw::from));
-    }
+    let hardly_selected = consistency::hardly_selected(&findings, &record);
+    findings.flaws.extend(hardly_selected.map(Flaw::from));
     if findings.withheld_reason().is_some() {
         findings.withhold();
         return Ok((findings, RecordingSeries::default()));

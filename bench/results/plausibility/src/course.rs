@@ -193,6 +193,6 @@ mod tests {
         assert_eq!(amplitude(&frames(0.1e-6)), None);
         assert_eq!(amplitude(&[]), None);
         let found = amplitude(&frames(2e-6 / 256.0)).unwrap();
-        assert!(found.to_string().contains("0.0078 µm"), "{found}");
+        assert!(found.to_string().contains("0.0078125 µm"), "{found}");
     }
 }

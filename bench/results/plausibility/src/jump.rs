@@ -50,35 +50,39 @@ pub fn drive_jump(frames: &[ZmFrame]) -> Option<PhaseJump> {
     let step_s = median(pairs().map(|(before, after)| after.time_s - before.time_s))?;
     let neighbours = pairs().filter(|(before, after)| after.time_s - before.time_s < 1.5 * step_s);
     let drift_rad_per_s = median(neighbours.map(drift))?;
+    let is_locked = drift_rad_per_s.abs() < LOCKED_RAD_PER_S;
+    let stretches =
+        driven.chunk_by(|before, after| is_locked || after.time_s - before.time_s < LONGEST_GAP_S);
+    let jumps = stretches.filter_map(|stretch| largest_jump(stretch, drift_rad_per_s));
+    let largest = jumps.max_by(|a, b| a.turn_rad.abs().total_cmp(&b.turn_rad.abs()))?;
+    (largest.turn_rad.abs() > SMALLEST_RAD).then_some(largest)
+}
+
+/// Returns the largest difference of the phases before and after a frame, beyond the drift.
+fn largest_jump(frames: &[&ZmFrame], drift_rad_per_s: f64) -> Option<PhaseJump> {
     let phasor = |frame: &ZmFrame| {
         frame.drive_v / frame.drive_v.norm() * Complex64::cis(-drift_rad_per_s * frame.time_s)
     };
-    let sums = driven.iter().scan(Complex64::ZERO, |sum, frame| {
+    let sums = frames.iter().scan(Complex64::ZERO, |sum, frame| {
         *sum += phasor(frame);
         Some(*sum)
     });
     let sums: Vec<Complex64> = std::iter::once(Complex64::ZERO).chain(sums).collect();
-    let jumps = (FEWEST..driven.len().saturating_sub(FEWEST)).filter_map(|index| {
-        let (before, after) = (driven.get(index - 1)?, driven.get(index)?);
-        let gap_s = after.time_s - before.time_s;
-        if gap_s > LONGEST_GAP_S && drift_rad_per_s.abs() > LOCKED_RAD_PER_S {
-            return None;
-        }
+    let jumps = (FEWEST..frames.len().saturating_sub(FEWEST)).filter_map(|index| {
+        let (before, after) = (frames.get(index - 1)?, frames.get(index)?);
         let (start, end) = (
             index.saturating_sub(FRAMES),
-            (index + FRAMES).min(driven.len()),
+            (index + FRAMES).min(frames.len()),
         );
         let earlier = sums.get(index)? - sums.get(start)?;
         let later = sums.get(end)? - sums.get(index)?;
-        let turn_rad = (later * earlier.conj()).arg();
         Some(PhaseJump {
             from_s: before.time_s,
             to_s: after.time_s,
-            turn_rad,
+            turn_rad: (later * earlier.conj()).arg(),
         })
     });
-    let largest = jumps.max_by(|a, b| a.turn_rad.abs().total_cmp(&b.turn_rad.abs()))?;
-    (largest.turn_rad.abs() > SMALLEST_RAD).then_some(largest)
+    jumps.max_by(|a, b| a.turn_rad.abs().total_cmp(&b.turn_rad.abs()))
 }
 
 #[cfg(test)]

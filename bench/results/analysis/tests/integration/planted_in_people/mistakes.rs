@@ -55,7 +55,7 @@ fn scale(samples: &mut [f32], factor: f32) {
 const SCALE: &[&str] = &["as if its modal mass were"];
 const BOTH_SCALES: &[&str] = &[
     "a finger pad's is",
-    "too small to lift",
+    "too little to lift",
     "self-sensed normal force is",
 ];
 const ZERO: &[&str] = &["the force sensor read", "untared"];
@@ -68,11 +68,12 @@ const JUMP: &[&str] = &[
 ];
 const SIZE: &[&str] = &[
     "any finger's",
+    "with which a finger touches",
     "a finger pad's is",
     "friction is",
     "times normal_n",
 ];
-const PHASE: &[&str] = &["as with phase_rad"];
+const PHASE: &[&str] = &["as with phase_rad", "its phase is that of"];
 const CARRIER: &[&str] = &["the carrier", "sample rate"];
 const PLACE: &[&str] = &["position.csv"];
 
@@ -235,11 +236,6 @@ fn files() -> Vec<Mistake> {
             let frames = columns.drive.len() * 6 / 10;
             columns.drive.truncate(frames);
             columns.pickup.truncate(frames);
-        }),
-        mistake("signals end in zeros", &["are zeros"], |columns| {
-            let start = columns.drive.len() * 6 / 10;
-            columns.drive[start..].fill(0.0);
-            columns.pickup[start..].fill(0.0);
         }),
     ]
 }

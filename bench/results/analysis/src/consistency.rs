@@ -2,18 +2,22 @@
 
 use force_alignment::strokes::{Stroke, lateral_zero};
 use force_alignment::{ForceSample, roles};
-use plausibility::{Implausible, Slide};
+use impedance::ZmFrame;
+use plausibility::{Course, Implausible, Slide};
 use protocols::Direction;
-use recording::manifest::Body;
+use recording::manifest::{Body, EventKind, RecordingEvent};
 use recording::{ForceRow, Manifest, RecordingSource};
 
 use crate::demodulation::DemodulatedRecording;
 use crate::explorations::explorations;
 use crate::findings::{RecordingError, RecordingFindings};
 use crate::flaw::{Channel, Flaw};
+use crate::measurements::Measurements;
 
 /// Smallest zero by strokes that is subtracted, N.
 const SMALLEST_ZERO_N: f64 = 0.01;
+/// Longest time for which the modulation hides the drive, s.
+const LONGEST_DIP_S: f64 = 0.2;
 /// Samples of a spectrum, and frames read at a time.
 const SPECTRUM_SAMPLES: usize = 1 << 17;
 const BLOCK_FRAMES: usize = 16_384;
@@ -86,6 +90,62 @@ pub(super) fn strokes_zero(reading: &mut DemodulatedRecording) -> Option<Implaus
 pub(super) fn contact_area(findings: &RecordingFindings) -> Option<Flaw> {
     let fit = findings.trial.as_ref()?;
     plausibility::contact_area(fit.contact_area_m2.value).map(Flaw::from)
+}
+
+/// Returns the flaws that leave a recording of a finger without an instance, or with few.
+pub(super) fn hardly_selected(
+    findings: &RecordingFindings,
+    record: &Measurements,
+) -> impl Iterator<Item = Implausible> + use<> {
+    let is_finger = findings.manifest.contact.body != Body::Other;
+    let is_empty = findings.instances.is_empty();
+    let (rules, slides) = (&findings.rules, slides(&findings.manifest));
+    let speed = |tolerance: f64| rules.speed_m_per_s * (1.0 + tolerance);
+    let course = Course {
+        centre_m: rules.centre_m,
+        central_m: rules.central_m,
+        speeds_m_per_s: [-rules.speed_tolerance, rules.speed_tolerance].map(speed),
+    };
+    let is_sliding = |frame: &&ZmFrame| {
+        let mut slides = slides.iter();
+        slides.any(|slide| (slide.start_s..=slide.end_s).contains(&frame.time_s))
+    };
+    let reasons = [
+        plausibility::off_course(&record.position, &slides, &course).filter(|_| is_empty),
+        plausibility::light_touch(&record.force, &slides, rules.contact_n),
+        plausibility::amplitude(record.frames.iter().filter(is_sliding)),
+    ];
+    let reasons = reasons.into_iter().flatten();
+    reasons.filter(move |_| is_finger)
+}
+
+/// Returns the flaw of a drive that jumps without an xrun of the bench. `is_clock_known` if the forces have one delay throughout.
+pub(super) fn drive_jump(
+    reading: &DemodulatedRecording,
+    is_clock_known: bool,
+) -> Option<Implausible> {
+    let DemodulatedRecording {
+        manifest,
+        vibration,
+        record,
+        ..
+    } = reading;
+    let is_xrun =
+        |event: &RecordingEvent| matches!(event.kind, EventKind::InputXrun | EventKind::OutputXrun);
+    let moves = vibration.as_ref().is_none_or(|vibration| vibration.moves);
+    if moves || manifest.events.iter().any(is_xrun) {
+        return None;
+    }
+    let jump = plausibility::drive_jump(&record.frames)?;
+    let is_sliding = |(start_s, end_s): &(f64, f64)| jump.to_s > *start_s && jump.from_s < *end_s;
+    let is_before_slides =
+        !spans_s(manifest).iter().any(is_sliding) || jump.to_s - jump.from_s > LONGEST_DIP_S;
+    Some(Implausible::DriveJumps {
+        from_s: jump.from_s,
+        to_s: jump.to_s,
+        turn_rad: jump.turn_rad,
+        is_timed: is_clock_known && is_before_slides,
+    })
 }
 
 /// Returns the reasons why channels lack their carrier.

@@ -175,6 +175,22 @@ pub enum Flaw {
         /// Time of the first one, s.
         from_s: f64,
     },
+    /// The forces end in equal rows.
+    #[error(
+        "force.csv: normal_n and lateral_n stay at {} and {} N in the last {rows} rows, from {from_s:.3} s on: the sensor stopped, or the \
+         program that wrote the file repeated its last values; delete these rows",
+        significant(*normal_n), significant(*lateral_n)
+    )]
+    HeldTail {
+        /// Number of rows.
+        rows: usize,
+        /// Time of the first one, s.
+        from_s: f64,
+        /// Normal force in each, N.
+        normal_n: f64,
+        /// Lateral force in each, N.
+        lateral_n: f64,
+    },
     /// The force sensor's zero is off.
     #[error(
         "the force sensor read {:+.0} mN (normal) and {:+.0} mN (lateral) while no finger was on the plate; the estimates are \

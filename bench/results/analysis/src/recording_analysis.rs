@@ -125,6 +125,7 @@ fn findings(
         implausible.extend(consistency::tared(&reading, rules.contact_n));
     }
     implausible.extend(clock.iter().flat_map(ForceClock::flaws));
+    implausible.extend(consistency::drive_jump(&reading, clock.is_some()));
     if is_carrier_missing {
         implausible.extend(consistency::without_carrier(source, &reading)?);
     }
@@ -223,6 +224,8 @@ fn findings(
         series,
     } = work;
     findings.flaws.extend(consistency::contact_area(&findings));
+    let hardly_selected = consistency::hardly_selected(&findings, &record);
+    findings.flaws.extend(hardly_selected.map(Flaw::from));
     if findings.withheld_reason().is_some() {
         findings.withhold();
         return Ok((findings, RecordingSeries::default()));

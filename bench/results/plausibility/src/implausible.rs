@@ -36,6 +36,18 @@ pub enum Implausible {
         /// Size of the force at the 90th percentile, N.
         normal_n: f64,
     },
+    /// The normal force is less than that of a touch.
+    #[error(
+        "force.csv: normal_n reads {} N while the finger slides, less than the {} N with which a finger touches: {}; or state the force \
+         of a touch as contact_n",
+        significant(*normal_n), significant(*contact_n), force_remedy(*normal_n)
+    )]
+    Light {
+        /// Size of the force at the 90th percentile, N.
+        normal_n: f64,
+        /// Force from which a finger touches, N.
+        contact_n: f64,
+    },
     /// The normal force is negative while the finger presses.
     #[error(
         "force.csv: normal_n is negative while the finger presses ({} N): it has the sensor's sign; multiply it by -1",
@@ -196,6 +208,44 @@ pub enum Implausible {
          right_to_left: it runs backwards; multiply it by -1 and state centre_m on that scale, or exchange the directions"
     )]
     Backwards,
+    /// The finger passes beside the place at which instances are selected.
+    #[error(
+        "position.csv: the finger slides from {} to {} m and never near centre_m = {}: state position_m and centre_m in metres from \
+         one origin",
+        significant(*from_m), significant(*to_m), significant(*centre_m)
+    )]
+    OffCentre {
+        /// Smallest position of all slides, m.
+        from_m: f64,
+        /// Largest position of all slides, m.
+        to_m: f64,
+        /// Stated centre of the plate, m.
+        centre_m: f64,
+    },
+    /// The finger slides at another speed than those that are selected.
+    #[error(
+        "position.csv: the finger slides at {} m/s, and instances are selected from {} to {} m/s: look at the scale of position_m, which \
+         edges and halves of an encoder's lines make wrong by 2 or 4, or state the speed as speed_m_per_s",
+        significant(*speed_m_per_s), significant(*least_m_per_s), significant(*most_m_per_s)
+    )]
+    OtherSpeed {
+        /// Median speed of the slides, m/s.
+        speed_m_per_s: f64,
+        /// Least speed that is selected, m/s.
+        least_m_per_s: f64,
+        /// Greatest speed that is selected, m/s.
+        most_m_per_s: f64,
+    },
+    /// The plate moves too little to lift a finger.
+    #[error(
+        "signals.wav: the plate moves by {} µm at most under the finger, too little to lift any: look at metres_per_unit and the gain of \
+         the pickup, and at the drive",
+        significant(*amplitude_m * 1e6)
+    )]
+    Amplitude {
+        /// Largest amplitude, m.
+        amplitude_m: f64,
+    },
     /// The position does not change.
     #[error(
         "position.csv: position_m has one value throughout each exploration: the encoder sent nothing new, or the column was \
@@ -276,6 +326,22 @@ pub enum Implausible {
         /// Contact area, m².
         area_m2: f64,
     },
+    /// The drive's phase jumps.
+    #[error(
+        "signals.wav: the drive's phase jumps by {turn_rad:+.1} rad between {from_s:.3} and {to_s:.3} s: samples are missing or doubled \
+         there{}; write lost samples as NaN, and look for full buffers of the program that wrote the file",
+        if *is_timed { ", or the drive was started again" } else { ", so that the forces lack their times" }
+    )]
+    DriveJumps {
+        /// Last time before the jump, s.
+        from_s: f64,
+        /// First time after it, s.
+        to_s: f64,
+        /// Turn, rad.
+        turn_rad: f64,
+        /// Whether the forces have their times against drive and pickup all the same.
+        is_timed: bool,
+    },
     /// A channel has one value throughout.
     #[error(
         "signals.wav: the {channel} is {value} in each sample: a dead channel; look at its cable, its index and the program that \
@@ -320,6 +386,10 @@ impl Implausible {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Size { .. } => "normal force in another unit",
+            Self::Light { .. } => "normal force below that of a touch",
+            Self::OffCentre { .. } => "slides beside the plate's centre",
+            Self::OtherSpeed { .. } => "slides at another speed",
+            Self::Amplitude { .. } => "amplitude that lifts no finger",
             Self::Sign { .. } => "normal force upside down",
             Self::Constant { .. } => "dead channel of the force sensor",
             Self::Friction { .. } => "scale of the forces",
@@ -342,6 +412,7 @@ impl Implausible {
             Self::FingerOnPlate { .. } => "finger in the unloaded intervals",
             Self::PickupQuantity { .. } => "quantity of the pickup",
             Self::ContactArea { .. } => "scale of the normal force",
+            Self::DriveJumps { .. } => "samples missing or doubled",
             Self::DeadChannel { .. } => "dead channel",
             Self::OtherCarrier { .. } => "carrier not that of the data",
         }
@@ -356,6 +427,7 @@ impl Implausible {
                 let factor = force_factor(*area_m2);
                 factor.max(factor.recip()) > GREATEST_FORCE_FACTOR
             }
+            Self::DriveJumps { is_timed, .. } => !is_timed,
             Self::Size { .. }
             | Self::Sign { .. }
             | Self::Constant { .. }
@@ -371,6 +443,10 @@ impl Implausible {
             | Self::ForcesUnclear { .. }
             | Self::FingerOnPlate { .. } => true,
             Self::Carrier { .. }
+            | Self::Light { .. }
+            | Self::OffCentre { .. }
+            | Self::OtherSpeed { .. }
+            | Self::Amplitude { .. }
             | Self::SmallShare { .. }
             | Self::LateralSign
             | Self::ForcesLate { .. }

@@ -3,7 +3,9 @@
 //! A recording made elsewhere may contain millinewtons under `normal_n`, or the sensor's own sign. The estimates would be wrong
 //! by that factor, and some of them would still converge.
 
+mod course;
 mod implausible;
+mod jump;
 mod motion;
 mod plate;
 mod quantity;
@@ -14,8 +16,10 @@ mod unloaded;
 
 use recording::ForceRow;
 
+pub use course::{Course, amplitude, light_touch, off_course};
 pub use implausible::Implausible;
 use implausible::{CONTACT_AREA_M2, FRICTION, LARGEST_N};
+pub use jump::{PhaseJump, drive_jump};
 pub use motion::{Slide, lateral_sign, positions};
 pub use plate::{envelopes, finger, pickup_quantity, plate_scale};
 pub use quantity::Quantity;

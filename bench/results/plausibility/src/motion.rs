@@ -33,13 +33,21 @@ impl Slide {
         (self.start_s + margin_s, self.end_s - margin_s)
     }
 
-    /// Returns the way that the finger goes, m, and its mean speed, m/s; `None` with too few positions.
-    fn way(&self, rows: &[PositionRow]) -> Option<(f64, f64)> {
+    /// Returns the finite positions between the parts in which the finger starts and stops.
+    pub(crate) fn rows<'a>(
+        &self,
+        rows: &'a [PositionRow],
+    ) -> impl DoubleEndedIterator<Item = &'a PositionRow> + Clone + use<'a> {
         let (start_s, end_s) = self.middle_s();
         let start = rows.partition_point(|row| row.time_s < start_s);
         let end = rows.partition_point(|row| row.time_s <= end_s);
-        let is_finite = |row: &&PositionRow| row.position_m.is_finite();
-        let mut inside = rows.get(start..end)?.iter().filter(is_finite);
+        let inside = rows.get(start..end).unwrap_or_default();
+        inside.iter().filter(|row| row.position_m.is_finite())
+    }
+
+    /// Returns the way that the finger goes, m, and its mean speed, m/s; `None` with too few positions.
+    pub(crate) fn way(&self, rows: &[PositionRow]) -> Option<(f64, f64)> {
+        let mut inside = self.rows(rows);
         let count = inside.clone().count();
         let (first, last) = (inside.next()?, inside.next_back()?);
         let way_m = last.position_m - first.position_m;

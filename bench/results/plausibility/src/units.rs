@@ -3,11 +3,13 @@
 /// Usual forces of a sliding finger, N, by which a unit is recognised.
 const USUAL_N: [f64; 2] = [0.05, 5.0];
 /// Units in which a force may be given in place of newtons: newtons per unit, name, and remedy.
-const FORCE_UNITS: [(f64, &str, &str); 6] = [
+const FORCE_UNITS: [(f64, &str, &str); 8] = [
     (1e-3, "millinewtons", "divide by 1000"),
     (9.806_65e-3, "grams", "multiply by 0.00980665"),
     (1e-6, "micronewtons", "divide by 1000000"),
     (9.806_65e-6, "milligrams", "multiply by 0.00000980665"),
+    (9.806_65, "kilograms", "multiply by 9.80665"),
+    (4.448_22, "pounds", "multiply by 4.44822"),
     (1e3, "kilonewtons", "multiply by 1000"),
     (1e6, "meganewtons", "multiply by 1000000"),
 ];

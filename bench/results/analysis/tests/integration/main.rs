@@ -6,6 +6,7 @@ mod laws_in_doubt;
 mod laws_page;
 mod partial_recordings;
 mod planted;
+mod planted_in_people;
 mod predictive;
 mod reference_recordings;
 mod reynolds_world;

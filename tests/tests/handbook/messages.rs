@@ -70,7 +70,6 @@ const LEFT_OUT: &[&str] = &[
     "Refusal",
     "RefusedText",
     "RehearsedFaultError",
-    "ReportError",
     "RequestError",
     "SampleLossError",
     "SelectionError",

@@ -7,8 +7,8 @@ use serde::Serialize;
 use strict_toml::TomlError;
 
 use crate::assumable::{FRACTION, NOT_NEGATIVE, Number, POISSON, POSITIVE};
-use crate::damping::DampingReading;
 use crate::prior_settings;
+use contact::damping_reading::DampingReading;
 
 /// Assumptions of an analysis. The names are the same in the results' `settings`, in `--assume` and in
 /// `--assume-file`.

@@ -16,12 +16,12 @@ use crate::analysis_settings::Settings;
 use crate::instance::PreparedInstance;
 use crate::measurements::FrameSeries;
 pub use crate::method::Method;
-use crate::motion::{Impedances, SkinMotion};
 use crate::recording_series::{EstimateSeries, SampledInstance};
 use crate::sampled_quantity::Extents;
 use crate::statistics::{Coefficient, Correlation};
 use crate::under_finger::UnderFinger;
 use crate::within_laws::WithinLaws;
+use contact::skin_motion::{Impedances, SkinMotion};
 
 /// Length at either end of an instance that is averaged for changes over it, s: the same as for Z_t at rest.
 const EDGE_S: f64 = 5e-3;

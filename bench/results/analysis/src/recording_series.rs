@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::exploration_series::ExplorationSeries;
 use crate::instance::PreparedInstance;
 use crate::method::Method;
-use crate::motion::SkinMotion;
+use contact::skin_motion::SkinMotion;
 
 /// Time series of a recording.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]

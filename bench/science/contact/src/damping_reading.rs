@@ -5,7 +5,7 @@ const PUBLISHED: f64 = 0.3;
 
 /// Meaning of the published "damping factor 0.3" of the contact, a Kelvin–Voigt element Z_c = k_c/(iω) + b_c.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum DampingReading {
+pub enum DampingReading {
     /// Loss factor η = ω b_c/k_c: b_c = 0.3 k_c/ω.
     LossFactor,
     /// Damping ratio ζ: b_c = 0.6 k_c/ω.
@@ -13,11 +13,14 @@ pub(crate) enum DampingReading {
 }
 
 impl DampingReading {
-    pub(crate) const NAME: &'static str = "damping";
-    pub(crate) const ALLOWED: &'static str = "loss_factor, ratio";
+    /// Name of the setting.
+    pub const NAME: &'static str = "damping";
+    /// Names of the readings.
+    pub const ALLOWED: &'static str = "loss_factor, ratio";
 
     /// Returns the reading with this name, which may be quoted as in TOML.
-    pub(crate) fn named(name: &str) -> Option<Self> {
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
         match name.trim_matches('"') {
             "loss_factor" => Some(Self::LossFactor),
             "ratio" => Some(Self::Ratio),
@@ -32,7 +35,8 @@ impl DampingReading {
     ///  η = ω b_c/k_c = 2 ζ ω/ω_n = 2 ζ     at ω = ω_n
     /// ```
     /// The paper names no mass of the contact; its one frequency is the carrier, which is therefore taken as ω_n.
-    pub(crate) fn loss_factor(self) -> f64 {
+    #[must_use]
+    pub fn loss_factor(self) -> f64 {
         match self {
             Self::LossFactor => PUBLISHED,
             Self::Ratio => 2.0 * PUBLISHED,
@@ -53,7 +57,7 @@ mod tests {
         assert!((DampingReading::Ratio.loss_factor() - loss_factor).abs() < 1e-12);
         assert_eq!(
             DampingReading::LossFactor.loss_factor(),
-            contact::AssumedConstants::ESTIMATION.loss_factor
+            crate::AssumedConstants::ESTIMATION.loss_factor
         );
     }
 }

@@ -1,6 +1,6 @@
 //! Forces and motion of the skin at the carrier, from the measured impedance (Huloux 2021, section V-A).
 
-use contact::harmonic;
+use crate::harmonic;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
@@ -37,6 +37,7 @@ pub struct Impedances {
 
 impl Impedances {
     /// Returns f̃ = (Z_m − Z_p) ṽ_p (Huloux 2021, Eq. 10), peak, N, relative to ṽ_p, for an amplitude |x̃_p|, m.
+    #[must_use]
     pub fn reaction_force_n(&self, z_m: Complex64, amplitude_m: f64) -> Complex64 {
         let v_p = Complex64::new(self.carrier_rad_per_s * amplitude_m, 0.0);
         harmonic::contact_force_n(z_m, self.z_p_n_s_per_m, v_p)
@@ -45,6 +46,7 @@ impl Impedances {
 
 impl SkinMotion {
     /// Computes the motion from Z_m, N·s/m, the amplitude |x̃_p|, m, and the estimated k_c, N/m, of each frame.
+    #[must_use]
     pub fn new(
         impedances: &Impedances,
         z_m: &[Complex64],
@@ -90,8 +92,8 @@ impl SkinMotion {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::harmonic::{HarmonicMotion, observed};
     use approx::assert_relative_eq;
-    use contact::harmonic::{HarmonicMotion, observed};
 
     /// Compares with the two degrees of freedom solved directly (Eqs. 4–8).
     #[test]

@@ -188,7 +188,8 @@ fn find_files(files: Vec<PathBuf>, words: &[&str]) -> Vec<String> {
     files.map(|file| relative_path(&file)).collect()
 }
 
-/// Returns whether a file belongs to the schemas and uses only the scenario files of the simulated world, which it describes.
+/// Returns whether a file belongs to the schemas or to the set-up and uses only the scenario files of the simulated world, which it
+/// describes or writes.
 fn uses_only_scenarios(file: &str) -> bool {
     let text = std::fs::read_to_string(workspace().join(file)).unwrap();
     let count = text.matches("mock_world::").count();

@@ -124,9 +124,7 @@ fn the_published_rig_is_calibrated_runs_and_finds_the_participant_unattended() {
         let channels = calibration.channels.unwrap();
         let delay = channels.input(1).unwrap().delay.value;
         assert!(delay.abs() < 2e-3, "{rate_hz}: {delay} samples");
-        let mut check = room.check();
-        check.arg("--protocol").arg("demo");
-        let table = run_on_card(check);
+        let table = run_on_card(room.check());
         assert!(table.contains("USB-6211"), "{table}");
         let (study, truth) = (folder.join("study"), folder.join("truth"));
         fs::create_dir_all(&truth).unwrap();

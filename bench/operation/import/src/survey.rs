@@ -17,6 +17,8 @@ const SPECTRUM_STRETCHES: u64 = 12;
 const LOWEST_CARRIER_HZ: f64 = 1000.0;
 /// Power of a carrier over the median power of the spectrum's bins.
 const STANDS_OUT: f64 = 1e3;
+/// Most values of an envelope that show its modulation: two minutes. Spectra of an hour take half a gigabyte.
+const MODULATION_VALUES: usize = 1 << 18;
 /// Share of the largest amplitude below which the drive counts as off.
 const OFF_SHARE: f64 = 0.02;
 
@@ -39,13 +41,16 @@ impl Envelope {
         self.first_s + index as f64 * self.step_s
     }
 
-    /// Returns the modulation of a drive's amplitude, in `volts_per_unit`.
+    /// Returns the modulation of a drive's amplitude, in `volts_per_unit`, from the time at which it is on.
     ///
     /// # Errors
     /// The drive is off, or on too briefly.
     pub fn modulation(&self, volts_per_unit: f64) -> Result<FoundModulation, ModulationError> {
         let scale = volts_per_unit.abs();
-        let amplitude_v = self.values.iter().map(|value| scale * value.norm());
+        let start = self.loud().into_iter().position(|is_loud| is_loud);
+        let driven = self.values.iter().skip(start.unwrap_or(0));
+        let driven = driven.take(MODULATION_VALUES);
+        let amplitude_v = driven.map(|value| scale * value.norm());
         let amplitude_v: Vec<f64> = amplitude_v.collect();
         let known = amplitude_v.iter().filter(|value| value.is_finite());
         let squares = known.clone().map(|value| value * value / 2.0).sum::<f64>();
@@ -346,6 +351,24 @@ fn slope(values: &[Complex64], mean_rad: f64) -> Option<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn two_minutes_of_a_long_drive_show_its_modulation() {
+        let step_s = 0.5e-3;
+        let value = |n: usize| {
+            let modulation_hz = if n < MODULATION_VALUES { 6.0 } else { 7.0 };
+            let t = n as f64 * step_s;
+            Complex64::from(1.0 + 0.5 * (TAU * modulation_hz * t).sin())
+        };
+        let envelope = Envelope {
+            first_s: 0.0,
+            step_s,
+            reference_hz: 35_000.0,
+            values: (0..3 * MODULATION_VALUES).map(value).collect(),
+        };
+        let found = envelope.modulation(20.0).unwrap();
+        assert!((found.hz - 6.0).abs() < 0.01, "{found:?}");
+    }
 
     #[test]
     fn the_carrier_is_found_to_a_millihertz_through_its_modulation() {

@@ -2,7 +2,6 @@
 
 use force_alignment::{Alignment, CurvePoint, Film, ForceSample, Unaligned, align, friction_curve};
 use plausibility::Implausible;
-use recording::PositionRow;
 
 use crate::consistency::{samples, spans_s};
 use crate::demodulation::DemodulatedRecording;
@@ -17,8 +16,6 @@ const UNCLEAR_DELAY_S: f64 = 5e-3;
 /// which it is corrected.
 const SMALLEST_SLIP_S: f64 = 1e-3;
 const CERTAIN_ERRORS: f64 = 4.0;
-/// Share of the way at each end of an exploration in which the finger starts and stops.
-const WAY_SHARE: f64 = 0.1;
 
 /// Reads the clock of a recording's forces; `None` if it cannot be told.
 ///
@@ -34,7 +31,7 @@ pub(super) fn read(
     let DemodulatedRecording {
         manifest, record, ..
     } = reading;
-    let slides_s = moving_s(&record.position, &spans_s(manifest));
+    let slides_s = plausibility::moving_s(&record.position, &spans_s(manifest));
     let film = Film {
         frames: &record.frames,
         z_p_n_s_per_m: plate.corrected_n_s_per_m,
@@ -73,26 +70,4 @@ fn force_clock(film: &Film<'_>, forces: &[ForceSample], alignment: &Alignment) -
         is_rate_corrected: rate.value.abs() > CERTAIN_ERRORS * rate.std && slip_s > SMALLEST_SLIP_S,
         residual: residual.map(point).collect(),
     }
-}
-
-/// Returns the parts of explorations in which the finger is on its way: without the first and the last tenth of it.
-fn moving_s(rows: &[PositionRow], spans_s: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    let moving = |&(start_s, end_s): &(f64, f64)| {
-        let start = rows.partition_point(|row| row.time_s < start_s);
-        let end = rows.partition_point(|row| row.time_s < end_s);
-        let inside = rows.get(start..end).unwrap_or_default();
-        let (Some(first), Some(last)) = (inside.first(), inside.last()) else {
-            return (start_s, end_s);
-        };
-        let way_m = last.position_m - first.position_m;
-        let passed_s = |share: f64| {
-            let is_past = |row: &&PositionRow| (row.position_m - first.position_m) / way_m >= share;
-            inside.iter().find(is_past).map(|row| row.time_s)
-        };
-        let moving_s = passed_s(WAY_SHARE).zip(passed_s(1.0 - WAY_SHARE));
-        moving_s
-            .filter(|(from_s, to_s)| from_s < to_s)
-            .unwrap_or((start_s, end_s))
-    };
-    spans_s.iter().map(moving).collect()
 }

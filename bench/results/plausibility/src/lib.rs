@@ -20,7 +20,7 @@ pub use course::{Course, amplitude, light_touch, off_course};
 pub use implausible::Implausible;
 use implausible::{CONTACT_AREA_M2, FRICTION, LARGEST_N};
 pub use jump::{PhaseJump, drive_jump};
-pub use motion::{Slide, lateral_sign, positions};
+pub use motion::{Slide, lateral_sign, moving_s, positions};
 pub use plate::{envelopes, finger, pickup_quantity, plate_scale};
 pub use quantity::Quantity;
 pub use roughness::{RoughnessError, roughness};
@@ -43,11 +43,12 @@ const SMALL_SHARE: f32 = 1.0 / 256.0;
 /// Value of a column in a row.
 type Column = fn(&ForceRow) -> f64;
 
-/// Returns the implausible forces among `rows`, which a finger made in `explorations_s` and not in `unloaded_s`.
+/// Returns the implausible forces among `rows`, which a finger made in `explorations_s` and not in `unloaded_s`; it moved in
+/// `slides_s`.
 #[must_use]
 pub fn forces(
     rows: &[ForceRow],
-    explorations_s: &[(f64, f64)],
+    (explorations_s, slides_s): (&[(f64, f64)], &[(f64, f64)]),
     unloaded_s: &[(f64, f64)],
 ) -> Vec<Implausible> {
     let columns: [(&str, Column); 2] = [
@@ -80,13 +81,13 @@ pub fn forces(
         });
         return findings;
     }
-    let [normal, lateral] = columns.map(|(_, value)| {
+    // A finger that rests has little friction.
+    let under_finger = [(explorations_s, columns[0].1), (slides_s, columns[1].1)];
+    let [normal, lateral] = under_finger.map(|(spans_s, value)| {
         let zero_n = unloaded_n(value).unwrap_or_default();
-        let mut under_finger = readings(explorations_s, value);
-        under_finger
-            .iter_mut()
-            .for_each(|force_n| *force_n -= zero_n);
-        under_finger
+        let mut forces_n = readings(spans_s, value);
+        forces_n.iter_mut().for_each(|force_n| *force_n -= zero_n);
+        forces_n
     });
     if normal.len() < FEWEST || is_normal_constant {
         return findings;
@@ -179,9 +180,21 @@ mod tests {
     }
 
     fn words(rows: &[ForceRow]) -> String {
-        let findings = forces(rows, &[(1.0, 3.0)], &[(0.0, 0.9)]);
+        let findings = forces(rows, (&[(1.0, 3.0)], &[(1.0, 3.0)]), &[(0.0, 0.9)]);
         let words: Vec<String> = findings.iter().map(ToString::to_string).collect();
         words.join("\n")
+    }
+
+    #[test]
+    fn a_finger_that_rests_before_it_slides_has_the_friction_of_its_slide() {
+        let mut rows = rows(1.0, 1.0);
+        rows[..2850].iter_mut().for_each(|row| row.lateral_n = 0.0);
+        let found = |slide_s| forces(&rows, (&[(1.0, 3.0)], &[slide_s]), &[(0.0, 0.9)]);
+        assert_eq!(found((2.86, 3.0)), []);
+        assert!(matches!(
+            found((1.0, 3.0))[..],
+            [Implausible::Friction { .. }]
+        ));
     }
 
     #[test]

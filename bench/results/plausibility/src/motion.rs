@@ -5,6 +5,8 @@ use statistics::{median, quantile};
 
 use crate::implausible::Implausible;
 
+/// Share of the way at each end of an exploration in which the finger starts and stops.
+const WAY_SHARE: f64 = 0.1;
 /// Longest travel on a plate, m, and greatest speed of an exploring finger, m/s.
 const LONGEST_TRAVEL_M: f64 = 1.0;
 const GREATEST_SPEED_M_PER_S: f64 = 2.0;
@@ -114,6 +116,29 @@ pub fn lateral_sign(rows: &[ForceRow], slides: &[Slide], contact_n: f64) -> Opti
     let sides: Vec<(f64, f64)> = sides.collect();
     let is_against = |side: &(f64, f64)| side.1 < 0.0;
     (!sides.is_empty() && sides.iter().all(is_against)).then_some(Implausible::LateralSign)
+}
+
+/// Returns the parts of explorations in which the finger is on its way: without the first and the last tenth of it.
+#[must_use]
+pub fn moving_s(rows: &[PositionRow], spans_s: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let moving = |&(start_s, end_s): &(f64, f64)| {
+        let start = rows.partition_point(|row| row.time_s < start_s);
+        let end = rows.partition_point(|row| row.time_s < end_s);
+        let inside = rows.get(start..end).unwrap_or_default();
+        let (Some(first), Some(last)) = (inside.first(), inside.last()) else {
+            return (start_s, end_s);
+        };
+        let way_m = last.position_m - first.position_m;
+        let passed_s = |share: f64| {
+            let is_past = |row: &&PositionRow| (row.position_m - first.position_m) / way_m >= share;
+            inside.iter().find(is_past).map(|row| row.time_s)
+        };
+        let moving_s = passed_s(WAY_SHARE).zip(passed_s(1.0 - WAY_SHARE));
+        moving_s
+            .filter(|(from_s, to_s)| from_s < to_s)
+            .unwrap_or((start_s, end_s))
+    };
+    spans_s.iter().map(moving).collect()
 }
 
 #[cfg(test)]

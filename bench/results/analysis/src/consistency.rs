@@ -29,8 +29,8 @@ pub(super) fn implausible(reading: &DemodulatedRecording) -> Vec<Implausible> {
     } = reading;
     let spans_s = spans_s(manifest);
     let slides_s = plausibility::moving_s(&record.position, &spans_s);
-    let spans = (&spans_s[..], &slides_s[..]);
-    let mut found = plausibility::forces(&record.force, spans, &manifest.unloaded_s());
+    let unloaded_s = manifest.unloaded_s();
+    let mut found = plausibility::forces(&record.force, &spans_s, &slides_s, &unloaded_s);
     if manifest.contact.body == Body::Other {
         // The ranges of a finger do not apply.
         found.retain(|reading| {

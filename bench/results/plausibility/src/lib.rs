@@ -48,7 +48,8 @@ type Column = fn(&ForceRow) -> f64;
 #[must_use]
 pub fn forces(
     rows: &[ForceRow],
-    (explorations_s, slides_s): (&[(f64, f64)], &[(f64, f64)]),
+    explorations_s: &[(f64, f64)],
+    slides_s: &[(f64, f64)],
     unloaded_s: &[(f64, f64)],
 ) -> Vec<Implausible> {
     let columns: [(&str, Column); 2] = [
@@ -180,7 +181,7 @@ mod tests {
     }
 
     fn words(rows: &[ForceRow]) -> String {
-        let findings = forces(rows, (&[(1.0, 3.0)], &[(1.0, 3.0)]), &[(0.0, 0.9)]);
+        let findings = forces(rows, &[(1.0, 3.0)], &[(1.0, 3.0)], &[(0.0, 0.9)]);
         let words: Vec<String> = findings.iter().map(ToString::to_string).collect();
         words.join("\n")
     }
@@ -189,7 +190,7 @@ mod tests {
     fn a_finger_that_rests_before_it_slides_has_the_friction_of_its_slide() {
         let mut rows = rows(1.0, 1.0);
         rows[..2850].iter_mut().for_each(|row| row.lateral_n = 0.0);
-        let found = |slide_s| forces(&rows, (&[(1.0, 3.0)], &[slide_s]), &[(0.0, 0.9)]);
+        let found = |slide_s| forces(&rows, &[(1.0, 3.0)], &[slide_s], &[(0.0, 0.9)]);
         assert_eq!(found((2.86, 3.0)), []);
         assert!(matches!(
             found((1.0, 3.0))[..],

@@ -125,9 +125,11 @@ fn findings(
         implausible.extend(consistency::tared(&reading, rules.contact_n));
     }
     implausible.extend(clock.iter().flat_map(ForceClock::flaws));
-    implausible.extend(consistency::drive_jump(&reading, clock.is_some()));
     if is_carrier_missing {
         implausible.extend(consistency::without_carrier(source, &reading)?);
+    } else {
+        // Noise has no phase.
+        implausible.extend(consistency::drive_jump(&reading, clock.is_some()));
     }
     let DemodulatedRecording {
         manifest,

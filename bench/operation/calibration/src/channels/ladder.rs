@@ -22,6 +22,8 @@ pub const LOWEST: f64 = 0.05;
 /// Largest relative shortfall from proportionality to the first level; a larger one counts as clipping, even if the peaks are
 /// not cut off.
 const SHORT: f64 = 0.01;
+/// Least standard deviation of an amplitude, sample units: far below a step of 32 bits, and large enough for weights to be finite.
+const LEAST_NOISE: f64 = 1e-12;
 /// Largest level of an input, relative to its clipping level.
 const LEVEL_LIMIT: f64 = 1.5;
 /// Largest level of the drive's input, relative to its clipping level; lower, because the safety watch reads it.
@@ -72,7 +74,7 @@ pub fn straightness(rungs: &[Rung], noise: f64) -> Result<Straightness, LineFitE
         .map(|rung| LinePoint {
             x: rung.drive_v,
             y: rung.amplitude,
-            sigma: noise.max(f64::MIN_POSITIVE),
+            sigma: noise.max(LEAST_NOISE),
         })
         .collect();
     let line = FittedLine::fit(&points)?;
@@ -102,7 +104,8 @@ pub fn straightness(rungs: &[Rung], noise: f64) -> Result<Straightness, LineFitE
 /// Returns the readings of one input in words, with their residuals about the line, of the largest level, once there is a line.
 #[must_use]
 pub fn points(rungs: &[Rung]) -> Vec<PointRead> {
-    let line = straightness(rungs, 0.0);
+    // An error that all levels share leaves the line and its residuals as they are.
+    let line = straightness(rungs, 1.0);
     let residuals = line.map_or_else(|_| Vec::new(), |straight| straight.departures);
     let sizes = residuals.iter().map(|(_, residual)| residual.abs());
     let largest = sizes.fold(0.0, f64::max);

@@ -225,7 +225,7 @@ pub enum Implausible {
     /// The finger slides at another speed than those that are selected.
     #[error(
         "position.csv: the finger slides at {} m/s, and instances are selected from {} to {} m/s: look at the scale of position_m, which \
-         edges and halves of an encoder's lines make wrong by 2 or 4, or state the speed as speed_m_per_s",
+         is wrong by 2 or 4 if an encoder's edges were counted as periods, or state the speed as speed_m_per_s",
         significant(*speed_m_per_s), significant(*least_m_per_s), significant(*most_m_per_s)
     )]
     OtherSpeed {

@@ -5,9 +5,11 @@ use std::path::PathBuf;
 
 use num_complex::Complex64;
 
+use crate::explorations::coinciding;
 use crate::measurements::LONGEST_GAP_S;
 use crate::unloaded_plate::UnloadedError;
 use plausibility::Implausible;
+use protocols::Direction;
 use recording::{FileName, file_name, reader};
 use serde::{Deserialize, Serialize};
 use statistics::significant;
@@ -309,6 +311,18 @@ pub enum Flaw {
     /// The recording has no exploration to analyse.
     #[error("no exploration interval")]
     NoExploration,
+    /// Two explorations are the same stretch of the recording.
+    #[error(
+        "recording.toml: the explorations from {:.2} to {:.2} s and from {:.2} to {:.2} s coincide; each instance counts \
+         once, but the friction of both is given: state each exploration once in [[intervals]]",
+        first_s.0, first_s.1, second_s.0, second_s.1
+    )]
+    CoincidingExplorations {
+        /// Start and end of one, s.
+        first_s: (f64, f64),
+        /// Start and end of the other, s.
+        second_s: (f64, f64),
+    },
     /// A stream was not recorded.
     #[error(transparent)]
     Missing(#[from] MissingStream),
@@ -337,4 +351,12 @@ pub enum Flaw {
         /// The flaw, in words.
         warning: String,
     },
+}
+
+impl Flaw {
+    /// Returns the flaw of explorations, in time order, of which two coincide.
+    pub(crate) fn coinciding(explorations: &[(Direction, f64, f64)]) -> Option<Self> {
+        let [first_s, second_s] = coinciding(explorations)?;
+        Some(Self::CoincidingExplorations { first_s, second_s })
+    }
 }

@@ -38,6 +38,7 @@ pub(crate) fn findings(
     flaws.push(Flaw::Missing(MissingStream::Vibration));
     flaws.extend(implausible.into_iter().map(Flaw::from));
     flaws.extend(slides.is_empty().then_some(Flaw::NoExploration));
+    flaws.extend(Flaw::coinciding(&slides));
     let explorations = slides.into_iter().map(|(direction, start_s, end_s)| {
         let series = ExplorationSeries::from_forces(record.force_series(start_s, end_s));
         let findings = ExplorationFindings::new(&series, direction, (start_s, end_s));

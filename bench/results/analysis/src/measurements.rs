@@ -85,6 +85,16 @@ impl FrameSeries {
     }
 }
 
+/// Impedance frames of a span, with the normal force at their times.
+pub(super) struct LoadedFrames {
+    /// Frames.
+    pub(super) frames: Vec<ZmFrame>,
+    /// Times of the frames, s.
+    pub(super) time_s: Vec<f64>,
+    /// Normal force, low-passed, N; NaN where it was not read.
+    pub(super) normal_n: Vec<f64>,
+}
+
 impl Measurements {
     /// Returns the times of the first and last frame, s; both 0 without frames.
     pub fn span_s(&self) -> (f64, f64) {
@@ -247,10 +257,7 @@ impl Measurements {
 
     /// Returns the series of the frames from `start_s` to `end_s`.
     pub fn series(&self, start_s: f64, end_s: f64) -> FrameSeries {
-        let start = self.frames.partition_point(|frame| frame.time_s < start_s);
-        let tail = &self.frames[start..];
-        let frames = tail[..tail.partition_point(|frame| frame.time_s <= end_s)].to_vec();
-        let time_s: Vec<f64> = frames.iter().map(|frame| frame.time_s).collect();
+        let (frames, time_s) = self.frames_between(start_s, end_s);
         let force = |value: fn(&ForceRow) -> f64| {
             Readings::new(&self.force, |row| row.time_s, value, &time_s)
         };
@@ -278,6 +285,26 @@ impl Measurements {
             lateral_n,
             position_m,
         }
+    }
+
+    /// Returns the frames of a span, with the normal force that [`Measurements::series`] has.
+    pub(super) fn loaded_frames(&self, start_s: f64, end_s: f64) -> LoadedFrames {
+        let (frames, time_s) = self.frames_between(start_s, end_s);
+        let normal = Readings::new(&self.force, |row| row.time_s, |row| row.normal_n, &time_s);
+        let normal_n = normal.resample(&time_s, normal.low_pass());
+        LoadedFrames {
+            frames,
+            time_s,
+            normal_n,
+        }
+    }
+
+    fn frames_between(&self, start_s: f64, end_s: f64) -> (Vec<ZmFrame>, Vec<f64>) {
+        let start = self.frames.partition_point(|frame| frame.time_s < start_s);
+        let tail = &self.frames[start..];
+        let frames = tail[..tail.partition_point(|frame| frame.time_s <= end_s)].to_vec();
+        let time_s = frames.iter().map(|frame| frame.time_s).collect();
+        (frames, time_s)
     }
 }
 

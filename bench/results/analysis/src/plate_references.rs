@@ -3,7 +3,7 @@
 use estimation::trial::{PlateReadings, PlateReference};
 use num_complex::Complex64;
 
-use crate::measurements::{FrameSeries, Measurements};
+use crate::measurements::{LoadedFrames, Measurements};
 use crate::plate_reading::FEWEST_PLATE_FRAMES;
 
 /// Longest stretch of one reference, s: short compared with the seconds in which a plate cools.
@@ -20,7 +20,7 @@ const LEAST_STD_N_S_PER_M: f64 = 1e-4;
 #[must_use]
 pub fn read(record: &Measurements, off_n: f64) -> PlateReadings {
     let (start_s, end_s) = record.span_s();
-    let series = record.series(start_s, end_s);
+    let series = record.loaded_frames(start_s, end_s);
     let touch_times_s: Vec<f64> = series
         .time_s
         .iter()
@@ -64,7 +64,7 @@ fn touches(touch_times_s: &[f64]) -> Vec<(f64, f64)> {
 
 /// Reads one stretch at the weighted mean time of its frames, where the plate is best known: at any other time an error in the
 /// rate of change would add to the reading. `None` if too few of its frames have an impedance.
-fn reference(series: &FrameSeries, start: usize, end: usize) -> Option<PlateReference> {
+fn reference(series: &LoadedFrames, start: usize, end: usize) -> Option<PlateReference> {
     let clear_frames = || {
         series.frames[start..end]
             .iter()

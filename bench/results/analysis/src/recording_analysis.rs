@@ -178,6 +178,7 @@ fn findings(
     if explorations.is_empty() {
         findings.flaws.push(Flaw::NoExploration);
     }
+    findings.flaws.extend(Flaw::coinciding(&explorations));
     if is_carrier_missing {
         for (direction, start_s, end_s) in explorations {
             findings.reject(
@@ -446,6 +447,17 @@ impl Work {
                     continue;
                 }
             };
+            let counted = findings.instances.iter().find(|counted| {
+                instance.start_s < counted.end_s && counted.start_s < instance.end_s
+            });
+            if let Some(counted) = counted {
+                let reason = format!(
+                    "counted already, in another exploration: {:.2} to {:.2} s",
+                    counted.start_s, counted.end_s
+                );
+                findings.reject(direction, (instance.start_s, instance.end_s), &reason);
+                continue;
+            }
             let analysis = match &conditions {
                 Some(conditions) => {
                     let exploration_key = (findings.explorations.len(), direction);

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use recording::Manifest;
+use recording::manifest::joined_spans;
 
 /// Time next to an interval in which the plate may be free, s: a finger comes or goes, and the drive is on.
 const SURROUNDINGS_S: f64 = 2.0;
@@ -24,18 +25,9 @@ impl Spans {
 
     fn with_margin(manifest: &Manifest, margin_s: f64) -> Self {
         let intervals = manifest.intervals.iter();
-        let mut spans: Vec<_> = intervals
-            .map(|interval| (interval.start_s - margin_s, interval.end_s + margin_s))
-            .collect();
-        spans.sort_by(|a, b| a.0.total_cmp(&b.0));
-        spans.dedup_by(|next, span| {
-            let is_joined = next.0 <= span.1;
-            if is_joined {
-                span.1 = span.1.max(next.1);
-            }
-            is_joined
-        });
-        Self(spans)
+        Self(joined_spans(intervals.map(|interval| {
+            (interval.start_s - margin_s, interval.end_s + margin_s)
+        })))
     }
 
     /// Returns whether a time is in a span, or at most `margin_s` from it.

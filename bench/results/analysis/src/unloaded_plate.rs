@@ -65,7 +65,7 @@ pub fn read(
         Default::default();
     let (mut touched_frames, mut most_n, mut interval_s) = (0u32, f64::NEG_INFINITY, 0.0);
     for &(start_s, end_s) in intervals {
-        let series = record.series(start_s, end_s);
+        let series = record.loaded_frames(start_s, end_s);
         let whole_end_s = whole_periods_end_s(start_s, end_s, modulation_hz);
         if let [first, .., last] = series.time_s[..] {
             interval_s = (last - first) / (series.time_s.len() - 1) as f64;

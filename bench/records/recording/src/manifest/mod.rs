@@ -201,19 +201,11 @@ impl Manifest {
     #[must_use]
     pub fn unloaded_s(&self) -> Vec<(f64, f64)> {
         let intervals = self.intervals.iter();
-        let mut spans: Vec<(f64, f64)> = intervals
-            .filter(|interval| interval.kind == RecordedIntervalKind::Unloaded)
-            .map(|interval| (interval.start_s, interval.end_s))
-            .collect();
-        spans.sort_by(|a, b| a.0.total_cmp(&b.0));
-        spans.dedup_by(|next, span| {
-            let is_joined = next.0 <= span.1;
-            if is_joined {
-                span.1 = span.1.max(next.1);
-            }
-            is_joined
-        });
-        spans
+        joined_spans(
+            intervals
+                .filter(|interval| interval.kind == RecordedIntervalKind::Unloaded)
+                .map(|interval| (interval.start_s, interval.end_s)),
+        )
     }
 
     /// Returns the archiving of the recording; `None` if its samples are there, or if it never had any.
@@ -260,18 +252,7 @@ impl Manifest {
         span_s: impl Fn(u64, Option<u64>) -> (f64, f64),
     ) -> Vec<(f64, f64)> {
         let events = self.events.iter().filter(|event| event.kind == kind);
-        let mut spans: Vec<(f64, f64)> = events
-            .map(|event| span_s(event.sample, event.frames))
-            .collect();
-        spans.sort_by(|a, b| a.0.total_cmp(&b.0));
-        spans.dedup_by(|next, span| {
-            let touches = next.0 <= span.1;
-            if touches {
-                span.1 = span.1.max(next.1);
-            }
-            touches
-        });
-        spans
+        joined_spans(events.map(|event| span_s(event.sample, event.frames)))
     }
 
     /// Checks every rule that concerns the manifest alone.
@@ -402,6 +383,21 @@ impl Manifest {
         }
         Ok(rate_hz)
     }
+}
+
+/// Returns spans in order, joined where they overlap or touch.
+#[must_use]
+pub fn joined_spans(spans: impl IntoIterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
+    let mut spans: Vec<_> = spans.into_iter().collect();
+    spans.sort_by(|a, b| a.0.total_cmp(&b.0));
+    spans.dedup_by(|next, span| {
+        let is_joined = next.0 <= span.1;
+        if is_joined {
+            span.1 = span.1.max(next.1);
+        }
+        is_joined
+    });
+    spans
 }
 
 impl TryFrom<RawManifest> for Manifest {

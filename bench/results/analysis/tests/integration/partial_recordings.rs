@@ -121,6 +121,28 @@ fn without_an_exploration_the_plate_remains() {
     assert!((z_p.corrected_n_s_per_m - whole.corrected_n_s_per_m).norm() < 1e-3);
 }
 
+#[test]
+fn instances_of_an_exploration_stated_twice_count_once() {
+    let folder = partial(&[SIGNALS, FORCE, POSITION], |text| {
+        let copy = shortened(
+            text,
+            "format",
+            Some("[[intervals]]\nkind = \"exploration\""),
+        );
+        format!("{text}\n{copy}")
+    });
+    let findings = findings(folder.path());
+    let is_named = |flaw: &Flaw| matches!(flaw, Flaw::CoincidingExplorations { .. });
+    assert!(findings.flaws.iter().any(is_named));
+    assert_eq!(findings.instances.len(), WHOLE.0.instances.len());
+    let counted = findings
+        .rejected
+        .iter()
+        .filter(|stretch| stretch.kind.starts_with("counted already"));
+    assert_eq!(counted.count(), WHOLE.0.instances.len());
+    assert!(!WHOLE.0.flaws.iter().any(is_named));
+}
+
 /// Requires the estimates of `dynamic` and the friction of the whole recording, to a relative tolerance.
 fn require_equal_estimates(findings: &RecordingFindings, tolerance: f64) {
     assert_eq!(findings.instances.len(), WHOLE.0.instances.len());

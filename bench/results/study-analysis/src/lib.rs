@@ -7,6 +7,7 @@ mod found;
 pub mod html;
 mod in_memory;
 mod request;
+mod shared_numbers;
 mod study_analysis;
 pub mod summary;
 pub mod warnings;

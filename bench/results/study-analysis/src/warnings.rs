@@ -6,6 +6,7 @@ use escaping::{escaped, escaped_line};
 use population::session_clock::session_clocks;
 use recording::manifest::assumed_errors::assumed_terms;
 
+use crate::shared_numbers::shared_numbers;
 use crate::study_analysis::StudyAnalysis;
 
 /// Returns the defects of a recording.
@@ -40,9 +41,9 @@ pub(crate) fn rejections(findings: &RecordingFindings) -> Option<String> {
     (!counts.is_empty()).then(|| counts.join(", "))
 }
 
-/// Returns the copies, the accepted trials that are not in the analysis (except unreadable ones, which are defects of a recording),
-/// the recordings that are no calibrated measurement on a person made with all stops, the sessions whose forces have a clock of
-/// another rate, and the standard errors that are assumed of constants.
+/// Returns the copies, the recordings with the numbers of another one, the accepted trials that are not in the analysis (except
+/// unreadable ones, which are defects of a recording), the recordings that are no calibrated measurement on a person made with all
+/// stops, the sessions whose forces have a clock of another rate, and the standard errors that are assumed of constants.
 #[must_use]
 pub fn of_study(study: &StudyAnalysis) -> Vec<String> {
     let copies = study.attempts.copies.iter();
@@ -50,6 +51,8 @@ pub fn of_study(study: &StudyAnalysis) -> Vec<String> {
         let copy = copy.to_string();
         format!("warning: not counted: {}", escaped_line(&copy))
     });
+    let shared = shared_numbers(&study.analysed.recordings).into_iter();
+    let shared = shared.map(|line| format!("warning: {}", escaped_line(&line)));
     let missed = study.account.missed();
     let missed = missed.map(|trial| format!("warning: left out: {}", escaped(&trial.to_string())));
     let logs = study.account.unread_logs.iter();
@@ -61,7 +64,11 @@ pub fn of_study(study: &StudyAnalysis) -> Vec<String> {
     let clocks = session_clocks(&study.analysed);
     let clocks = clocks.iter().filter(|clock| clock.is_fault());
     let clocks = clocks.map(|clock| format!("warning: {}", escaped(&clock.to_string())));
-    let lines = copies.chain(missed).chain(logs).chain(provenance);
+    let lines = copies
+        .chain(shared)
+        .chain(missed)
+        .chain(logs)
+        .chain(provenance);
     let lines = lines.chain(clocks);
     lines.chain(assumptions(study)).collect()
 }

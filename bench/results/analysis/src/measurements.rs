@@ -158,14 +158,14 @@ impl Measurements {
 
     /// Returns the normal force at `time_s`, N; `None` where it was not measured.
     pub fn normal_n(&self, time_s: f64) -> Option<f64> {
-        let value = interpolate(&self.force, |row| row.time_s, |row| row.normal_n, time_s);
+        let value = interpolation(&self.force, |row| row.time_s, |row| row.normal_n)(time_s);
         value.is_finite().then_some(value)
     }
 
     /// Returns the finger's position at `time_s`, m; `None` where it was not measured.
     pub fn position_m(&self, time_s: f64) -> Option<f64> {
         let position = &self.position;
-        let value = interpolate(position, |row| row.time_s, |row| row.position_m, time_s);
+        let value = interpolation(position, |row| row.time_s, |row| row.position_m)(time_s);
         value.is_finite().then_some(value)
     }
 
@@ -228,28 +228,14 @@ impl Measurements {
             .filter(|row| (start_s..=end_s).contains(&row.time_s))
             .collect();
         let time_s: Vec<f64> = rows.iter().map(|row| row.time_s).collect();
-        let position_at = |time_s: &f64| {
-            interpolate(
-                &self.position,
-                |row| row.time_s,
-                |row| row.position_m,
-                *time_s,
-            )
-        };
-        let stimulus_at = |time_s: &f64| {
-            interpolate(
-                &self.stimulus,
-                |row| row.time_s,
-                |row| row.stimulus,
-                *time_s,
-            )
-        };
-        let position_m: Vec<f64> = time_s.iter().map(position_at).collect();
+        let mut position_at = interpolation(&self.position, |row| row.time_s, |row| row.position_m);
+        let mut stimulus_at = interpolation(&self.stimulus, |row| row.time_s, |row| row.stimulus);
+        let position_m: Vec<f64> = time_s.iter().map(|&t| position_at(t)).collect();
         ForceSeries {
             normal_n: rows.iter().map(|row| row.normal_n).collect(),
             lateral_n: rows.iter().map(|row| row.lateral_n).collect(),
             velocity_m_per_s: derivative(&time_s, &position_m),
-            stimulus: time_s.iter().map(stimulus_at).collect(),
+            stimulus: time_s.iter().map(|&t| stimulus_at(t)).collect(),
             position_m,
             time_s,
         }
@@ -315,24 +301,50 @@ const SATURATION_REACH_S: f64 = 0.01;
 /// its response has then fallen to a thousandth, and the demodulator's window has passed.
 const GAP_REACH_S: f64 = 0.02;
 
-/// Interpolates linearly; NaN beyond the readings' ends.
-fn interpolate<R>(
+/// Index of the first of rows that is not before a time, found from that of the time before: times are mostly in order.
+#[derive(Default)]
+struct Place(usize);
+
+impl Place {
+    /// Number of rows that are looked at one by one before the rest is bisected.
+    const STEPS: usize = 8;
+
+    fn find<R>(&mut self, rows: &[R], time: impl Fn(&R) -> f64, time_s: f64) -> usize {
+        let is_before = |row: &R| time(row) < time_s;
+        if self.0 > 0 && !is_before(&rows[self.0 - 1]) {
+            self.0 = 0;
+        }
+        let rest = &rows[self.0..];
+        let near = rest.iter().take(Self::STEPS);
+        let steps = near.take_while(|row| is_before(row)).count();
+        self.0 += match steps {
+            Self::STEPS => rest.partition_point(is_before),
+            steps => steps,
+        };
+        self.0
+    }
+}
+
+/// Returns a function of time that interpolates linearly; NaN beyond the readings' ends.
+fn interpolation<R>(
     rows: &[R],
     time: impl Fn(&R) -> f64,
     value: impl Fn(&R) -> f64,
-    time_s: f64,
-) -> f64 {
-    let next = rows.partition_point(|row| time(row) < time_s);
-    match (
-        next.checked_sub(1).map(|previous| &rows[previous]),
-        rows.get(next),
-    ) {
-        (Some(previous), Some(next)) => {
-            let fraction = (time_s - time(previous)) / (time(next) - time(previous));
-            value(previous) + fraction * (value(next) - value(previous))
+) -> impl FnMut(f64) -> f64 {
+    let mut place = Place::default();
+    move |time_s| {
+        let next = place.find(rows, &time, time_s);
+        match (
+            next.checked_sub(1).map(|previous| &rows[previous]),
+            rows.get(next),
+        ) {
+            (Some(previous), Some(next)) => {
+                let fraction = (time_s - time(previous)) / (time(next) - time(previous));
+                value(previous) + fraction * (value(next) - value(previous))
+            }
+            (None, Some(first)) if time(first) <= time_s => value(first),
+            _ => f64::NAN,
         }
-        (None, Some(first)) if time(first) <= time_s => value(first),
-        _ => f64::NAN,
     }
 }
 
@@ -375,8 +387,9 @@ impl Readings {
         let steps = ((self.0.len() - 1) as f64).max((end_s - start_s) * least_rate_hz);
         let step_s = (end_s - start_s) / steps.round();
         let grid_time_s = |i: usize| (start_s + i as f64 * step_s).min(end_s);
+        let mut reading = interpolation(&self.0, |row| row.0, |row| row.1);
         let values = (0..=steps.round() as usize)
-            .map(|i| interpolate(&self.0, |row| row.0, |row| row.1, grid_time_s(i)))
+            .map(|i| reading(grid_time_s(i)))
             .collect();
         Some(EvenGrid {
             start_s,
@@ -415,16 +428,18 @@ impl Readings {
             .zip(&grid.values)
             .map(|(i, value)| (grid.start_s + f64::from(i) * grid.step_s, *value))
             .collect();
+        let mut smooth = interpolation(&grid_points, |row| row.0, |row| row.1);
+        let mut place = Place::default();
         time_s
             .iter()
             .map(|&t| {
-                let next = self.0.partition_point(|row| row.0 < t);
+                let next = place.find(&self.0, |row| row.0, t);
                 let previous_s = next.checked_sub(1).map_or(t, |previous| self.0[previous].0);
                 let gap_s = self.0.get(next).map_or(t, |row| row.0) - previous_s;
                 if gap_s > LONGEST_GAP_S {
                     return f64::NAN;
                 }
-                interpolate(&grid_points, |row| row.0, |row| row.1, t)
+                smooth(t)
             })
             .collect()
     }

@@ -462,3 +462,24 @@ fn derivative(time_s: &[f64], values: &[f64]) -> Vec<f64> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_is_that_of_bisection_for_times_in_any_order() {
+        let rows: Vec<f64> = (0..100).map(|i| f64::from(i * i % 97)).collect();
+        let mut rows = [rows, vec![3.0, 3.0]].concat();
+        rows.sort_by(f64::total_cmp);
+        let times_s = [
+            -1.0, 0.0, 0.5, 3.0, 3.0, 3.1, 60.0, 97.0, 50.0, 2.0, 99.0, -5.0, 1.0,
+        ];
+        let mut place = Place::default();
+        for time_s in times_s {
+            let expected = rows.partition_point(|row| *row < time_s);
+            assert_eq!(place.find(&rows, |row| *row, time_s), expected, "{time_s}");
+        }
+        assert_eq!(Place::default().find(&[], |row: &f64| *row, 1.0), 0);
+    }
+}

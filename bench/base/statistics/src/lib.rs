@@ -1,5 +1,6 @@
-//! Quantiles, angles, printed numbers and constants that several packages use.
+//! Quantiles, angles, linear interpolation, printed numbers and constants that several packages use.
 
+pub mod interpolation;
 mod printed;
 pub mod rank_orders;
 

@@ -34,7 +34,6 @@ impl Place {
 /// assert_eq!(value(1.5), 6.0);
 /// assert!(value(0.9).is_nan());
 /// ```
-#[must_use]
 pub fn interpolation<R>(
     rows: &[R],
     time: impl Fn(&R) -> f64,

@@ -55,7 +55,7 @@ mod tests {
         assert_eq!(found(&[(1.0, 2.0), (1.5, 2.5)]), None);
         let copies = [(1.0, 2.0), (1.0, 2.0)];
         assert_eq!(found(&[(0.0, 1.0), copies[0], copies[1]]), Some(copies));
-        let within = [(0.0, 9.0), (5.0, 6.0)];
-        assert_eq!(found(&[within[0], within[1], (8.9, 12.0)]), Some(within));
+        let nested = [(0.0, 9.0), (5.0, 6.0)];
+        assert_eq!(found(&[nested[0], nested[1], (8.9, 12.0)]), Some(nested));
     }
 }

@@ -16,7 +16,7 @@ pub(crate) fn shared_numbers(recordings: &[RecordingAnalysis]) -> Vec<String> {
     sets(read).iter().map(|set| line(set)).collect()
 }
 
-/// Returns the bits of the numbers that follow from the samples alone, whatever the description says of participant and trial:
+/// Returns the bits of the numbers that follow from the samples alone, independent of participant and trial in the description:
 /// Z_p, and of each exploration number of samples, friction and normal force. `None` without any number.
 fn fingerprint(findings: &RecordingFindings) -> Option<Vec<u64>> {
     let plate = findings.z_p.iter().flat_map(|z_p| {

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use analysis::RecordingAnalysis;
 use analysis::findings::RecordingFindings;
+use escaping::quoted;
 
 /// Returns a line for each set of recordings with the same numbers, in the order of the recordings. Copies with equal descriptions
 /// were left out before, and noise alone makes the numbers of two recordings differ.
@@ -16,20 +17,19 @@ pub(crate) fn shared_numbers(recordings: &[RecordingAnalysis]) -> Vec<String> {
     sets(read).iter().map(|set| line(set)).collect()
 }
 
-/// Returns the bits of the numbers that follow from the samples alone, independent of participant and trial in the description:
-/// Z_p, and of each exploration number of samples, friction and normal force. `None` without any number.
+/// Returns the bits of numbers that follow from the samples alone, independent of participant and trial in the description: Z_p,
+/// or, of a recording without it, the frictions and normal forces of the explorations. `None` without any number.
 fn fingerprint(findings: &RecordingFindings) -> Option<Vec<u64>> {
-    let plate = findings.z_p.iter().flat_map(|z_p| {
-        let z_p = z_p.corrected_n_s_per_m;
-        [z_p.re, z_p.im]
-    });
-    let explorations = findings.explorations.iter().flat_map(|exploration| {
-        let stroke = &exploration.stroke;
-        [stroke.n as f64, stroke.mu, stroke.normal_n]
-    });
-    let numbers: Vec<f64> = plate.chain(explorations).collect();
-    let is_measured = |number: &f64| number.is_finite() && number.fract() != 0.0;
-    let has_number = numbers.iter().any(is_measured);
+    let numbers: Vec<f64> = match &findings.z_p {
+        Some(z_p) => vec![z_p.corrected_n_s_per_m.re, z_p.corrected_n_s_per_m.im],
+        None => {
+            let strokes = findings.explorations.iter().map(|found| &found.stroke);
+            strokes
+                .flat_map(|stroke| [stroke.mu, stroke.normal_n])
+                .collect()
+        }
+    };
+    let has_number = numbers.iter().any(|number| number.is_finite());
     has_number.then(|| numbers.into_iter().map(f64::to_bits).collect())
 }
 
@@ -49,15 +49,15 @@ fn sets<'a>(folders: impl IntoIterator<Item = (&'a Path, Vec<u64>)>) -> Vec<Vec<
 }
 
 fn line(set: &[&Path]) -> String {
-    let (first, rest) = (set[0].display(), &set[1..]);
-    let second = rest[0].display();
-    let others = match rest.len() - 1 {
+    let (first, second) = (set[0].display(), set[1].display());
+    let others = match set.len() - 2 {
         0 => String::new(),
         more => format!(", as have {more} more"),
     };
+    let exclusion = quoted(set[1]);
     format!(
         "{second} has the same numbers as {first}, to the last digit{others}: one recording under several names, each of which \
-         counts; look which is right, and leave out the others with --exclude {second}"
+         counts; look which is right, and leave out the others, such as with --exclude {exclusion}"
     )
 }
 
@@ -94,7 +94,7 @@ mod tests {
             |name: &str| analyse_with_series(&reference.join(name), &Settings::default()).0;
         let one = analysed("recording-a");
         let copy = RecordingAnalysis {
-            path: "sub-02".into(),
+            path: "study of May/sub-02".into(),
             ..analysed("recording-a")
         };
         let other = analysed("recording-c");
@@ -104,7 +104,8 @@ mod tests {
         let lines = shared_numbers(&[one, other, copy]);
         assert_eq!(lines.len(), 1);
         assert!(
-            lines[0].starts_with("sub-02 has the same numbers as "),
+            lines[0].starts_with("study of May/sub-02 has the same numbers as ")
+                && lines[0].ends_with("--exclude 'study of May/sub-02'"),
             "{lines:?}"
         );
     }

@@ -15,10 +15,11 @@
 //! `prior` is diagonal, with `prior_scatter` on it: a prior of precision p adds p to M as it does to N. In the code
 //! `shared_response` is R_b, `coupling_scatter` M_os − M_oo R_b and `direct_term` D_b.
 
-use nalgebra::{DMatrix, SMatrix, SVector};
+use nalgebra::{Const, Dyn, OMatrix, SMatrix, SVector};
 
 use crate::normal_matrix::inverse_of_normal;
 
+use crate::block_rows::BlockRows;
 use crate::minimise::ArrowMinimum;
 use crate::normal::{BlockNormal, ParameterPoint};
 
@@ -177,12 +178,12 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
         self.arrow.step(0.0, &gradient)
     }
 
-    /// Returns the response of the minimum to errors. The rows of each block are those of [`BlockNormal::from_rows`],
-    /// followed by the effect of each error on the block's residuals.
+    /// Returns the response of the minimum to errors that act on the parameters of each block's model by `by_error`.
     #[must_use]
     pub fn response<const ERRORS: usize>(
         &self,
-        rows: &[DMatrix<f64>],
+        rows: &[BlockRows<OWN, SHARED>],
+        by_error: &OMatrix<f64, Dyn, Const<ERRORS>>,
     ) -> Option<ArrowResponse<OWN, SHARED, ERRORS>> {
         let mut response = ArrowResponse::<OWN, SHARED, ERRORS>::zeros(rows.len());
         for error in 0..ERRORS {
@@ -192,13 +193,9 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
             };
             // An error that moves the residuals by u moves the minimum by −N⁻¹Jᵀu.
             for rows in rows {
-                let by_error = rows.column(1 + OWN + SHARED + error);
-                let (own_slopes, shared_slopes) = (
-                    rows.fixed_columns::<OWN>(1),
-                    rows.fixed_columns::<SHARED>(1 + OWN),
-                );
-                gradient.own.push(own_slopes.tr_mul(&by_error));
-                gradient.shared += shared_slopes.tr_mul(&by_error);
+                let (own, shared) = rows.error_gradient(&by_error.column(error).into_owned());
+                gradient.own.push(own);
+                gradient.shared += shared;
             }
             let step = self.arrow.step(0.0, &gradient)?;
             response.shared.set_column(error, &step.shared);
@@ -212,12 +209,13 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::DVector;
+    use nalgebra::{DMatrix, DVector};
     use rand_chacha::ChaCha8Rng;
     use rand_chacha::rand_core::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
+    use crate::block_rows::tests::direct_rows;
     use crate::normal::Arrow;
 
     const OWN: usize = 3;
@@ -232,7 +230,7 @@ mod tests {
             })
         };
         rows.iter()
-            .map(|rows| BlockNormal::from_rows(&weighted_rows(rows)))
+            .map(|rows| direct_rows(weighted_rows(rows)).normal())
             .collect()
     }
 
@@ -306,7 +304,14 @@ mod tests {
                 shared,
             },
         };
-        let response = minimum.response(&rows).unwrap();
+        // Each error moves a further parameter of the model.
+        let mut by_error =
+            OMatrix::<f64, Dyn, Const<ERRORS>>::zeros_generic(Dyn(OWN + SHARED + ERRORS), Const);
+        by_error
+            .view_mut((OWN + SHARED, 0), (ERRORS, ERRORS))
+            .fill_with_identity();
+        let all_rows: Vec<_> = rows.iter().cloned().map(direct_rows).collect();
+        let response = minimum.response(&all_rows, &by_error).unwrap();
         let covariance = minimum
             .covariance::<ERRORS>(scatter.clone(), prior)
             .unwrap();

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod block_rows;
 mod covariance;
 mod minimise;
 mod normal;
@@ -7,6 +8,7 @@ mod normal_matrix;
 mod scatter;
 mod whitening;
 
+pub use block_rows::BlockRows;
 pub use covariance::{ArrowCovariance, ArrowResponse, BlockCovariance};
 pub use minimise::{ArrowMinimum, ArrowProblem, Prior, Termination, minimise};
 pub use normal::{BlockNormal, ParameterPoint};

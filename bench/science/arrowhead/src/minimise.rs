@@ -18,8 +18,9 @@
 //! Without damping the predicted fall is gᵀN⁻¹g, the square of the distance to the minimum in standard errors where residuals
 //! have unit variance.
 
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use nalgebra::{DVector, SMatrix, SVector};
 
+use crate::block_rows::BlockRows;
 use crate::normal::{Arrow, BlockNormal, ParameterPoint};
 
 /// Independent normal priors of parameters. A precision (1/σ²) of 0 means no prior knowledge.
@@ -42,13 +43,12 @@ impl<const N: usize> Prior<N> {
 
 /// A least-squares problem with the shape of an arrow.
 pub trait ArrowProblem<const OWN: usize, const SHARED: usize> {
-    /// Returns each block's rows at the parameters, all in one unit: a residual, its slopes by the block's own parameters, and
-    /// its slopes by the shared ones. `None` outside the model's domain.
+    /// Returns each block's residuals at the parameters with their slopes. `None` outside the model's domain.
     fn rows(
         &mut self,
         shared: &SVector<f64, SHARED>,
         own: &[SVector<f64, OWN>],
-    ) -> Option<Vec<DMatrix<f64>>>;
+    ) -> Option<Vec<BlockRows<OWN, SHARED>>>;
 
     /// Returns the residuals of each block without slopes.
     fn residuals(
@@ -173,7 +173,7 @@ pub fn minimise<const OWN: usize, const SHARED: usize>(
 /// State of a search.
 struct Valley<const OWN: usize, const SHARED: usize> {
     arrow: Arrow<OWN, SHARED>,
-    rows: Vec<DMatrix<f64>>,
+    rows: Vec<BlockRows<OWN, SHARED>>,
 }
 
 impl<const OWN: usize, const SHARED: usize> Valley<OWN, SHARED> {
@@ -183,7 +183,7 @@ impl<const OWN: usize, const SHARED: usize> Valley<OWN, SHARED> {
     ) -> Option<Self> {
         let rows = problem.rows(&point.shared, &point.own)?;
         let mut blocks: Vec<BlockNormal<OWN, SHARED>> =
-            rows.iter().map(BlockNormal::from_rows).collect();
+            rows.iter().map(BlockRows::normal).collect();
         let prior = problem.shared_prior();
         let (mut squares, mut shared_gradient) = prior.evaluate(&point.shared);
         let mut shared = SMatrix::from_diagonal(&prior.precision);
@@ -208,7 +208,7 @@ impl<const OWN: usize, const SHARED: usize> Valley<OWN, SHARED> {
 
     /// Returns the number of residuals.
     fn residuals(&self) -> usize {
-        self.rows.iter().map(DMatrix::nrows).sum()
+        self.rows.iter().map(BlockRows::len).sum()
     }
 
     /// Returns the bend of a step: half its second derivative along the valley, from the second derivative of the residuals
@@ -227,15 +227,11 @@ impl<const OWN: usize, const SHARED: usize> Valley<OWN, SHARED> {
             own: Vec::with_capacity(probe_residuals.len()),
         };
         for ((rows, residuals), own) in self.rows.iter().zip(&probe_residuals).zip(&step.own) {
-            let by_own = rows.fixed_columns::<OWN>(1);
-            let by_shared = rows.fixed_columns::<SHARED>(1 + OWN);
-            // r(θ + h v) = r + h J v + (h²/2) r″ + …, so r″ ≈ (2/h) ((r(θ + h v) − r)/h − J v). The residuals of the priors are
-            // linear and have no r″.
-            let linear = by_own * own + by_shared * step.shared;
-            let curvature =
-                ((residuals - rows.column(0)) / BEND_FRACTION - linear) * (2.0 / BEND_FRACTION);
-            gradient.own.push(by_own.tr_mul(&curvature));
-            gradient.shared += by_shared.tr_mul(&curvature);
+            // The residuals of the priors are linear and have no r″.
+            let (own_gradient, shared_gradient) =
+                rows.bend_gradient((own, &step.shared), BEND_FRACTION, residuals);
+            gradient.own.push(own_gradient);
+            gradient.shared += shared_gradient;
         }
         let acceleration = self.arrow.step(damping, &gradient)?;
         // 2 |a|/|v| in the metric of diag N (Transtrum & Sethna 2012).
@@ -250,7 +246,10 @@ impl<const OWN: usize, const SHARED: usize> Valley<OWN, SHARED> {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::DMatrix;
+
     use super::*;
+    use crate::block_rows::tests::direct_rows;
 
     const FLAT: Prior<1> = Prior {
         mean: SVector::<f64, 1>::new(0.0),
@@ -267,12 +266,13 @@ mod tests {
             &mut self,
             shared: &SVector<f64, 1>,
             own: &[SVector<f64, 1>],
-        ) -> Option<Vec<DMatrix<f64>>> {
+        ) -> Option<Vec<BlockRows<1, 1>>> {
             let narrowness = self.narrowness;
             let slopes = [narrowness, 0.0, -2.0 * narrowness * shared[0], 1.0];
             let residuals = self.residuals(shared, own)?;
             let block_rows = |block: DVector<f64>| {
-                DMatrix::from_column_slice(2, 3, &[&[block[0], block[1]], &slopes[..]].concat())
+                let rows = [&[block[0], block[1]], &slopes[..]].concat();
+                direct_rows(DMatrix::from_column_slice(2, 3, &rows))
             };
             Some(residuals.into_iter().map(block_rows).collect())
         }
@@ -342,11 +342,12 @@ mod tests {
             &mut self,
             shared: &SVector<f64, 1>,
             own: &[SVector<f64, 1>],
-        ) -> Option<Vec<DMatrix<f64>>> {
+        ) -> Option<Vec<BlockRows<1, 1>>> {
             let slopes = [0.0, 1.0, 0.0, 7.0, 0.0, 0.0];
             let residuals = self.residuals(shared, own)?;
             let block_rows = |block: DVector<f64>| {
-                DMatrix::from_column_slice(3, 3, &[block.as_slice(), &slopes[..]].concat())
+                let rows = [block.as_slice(), &slopes[..]].concat();
+                direct_rows(DMatrix::from_column_slice(3, 3, &rows))
             };
             Some(residuals.into_iter().map(block_rows).collect())
         }

@@ -11,7 +11,7 @@
 //! The first line gives δ_b = −o_b⁻¹J_bᵀr_b − o_b⁻¹c_b ε. In the second line that leaves only the shared parameters:
 //! (s − Σ c_bᵀo_b⁻¹c_b) ε = −Σ K_bᵀr_b + Σ c_bᵀo_b⁻¹J_bᵀr_b. The matrix on the left is the Schur complement.
 
-use nalgebra::{DMatrix, SMatrix, SVector};
+use nalgebra::{SMatrix, SVector};
 
 /// Gradient and normal matrix of half a block's sum of squares.
 #[derive(Debug, Clone)]
@@ -28,32 +28,6 @@ pub struct BlockNormal<const OWN: usize, const SHARED: usize> {
     pub coupling: SMatrix<f64, OWN, SHARED>,
     /// Normal matrix of the shared parameters.
     pub shared: SMatrix<f64, SHARED, SHARED>,
-}
-
-impl<const OWN: usize, const SHARED: usize> BlockNormal<OWN, SHARED> {
-    /// Sums over rows, each of a residual, its slopes by the block's own parameters, and its slopes by the shared ones.
-    #[must_use]
-    pub fn from_rows(rows: &DMatrix<f64>) -> Self {
-        // (r, J, K)ᵀ(r, J, K) has the parts rᵀr, Jᵀr, Kᵀr, JᵀJ, JᵀK and KᵀK.
-        let products = rows.transpose() * rows;
-        let (own_start, shared_start) = (1, 1 + OWN);
-        Self {
-            squares: products[(0, 0)],
-            own_gradient: products.fixed_view::<OWN, 1>(own_start, 0).into_owned(),
-            shared_gradient: products
-                .fixed_view::<SHARED, 1>(shared_start, 0)
-                .into_owned(),
-            own: products
-                .fixed_view::<OWN, OWN>(own_start, own_start)
-                .into_owned(),
-            coupling: products
-                .fixed_view::<OWN, SHARED>(own_start, shared_start)
-                .into_owned(),
-            shared: products
-                .fixed_view::<SHARED, SHARED>(shared_start, shared_start)
-                .into_owned(),
-        }
-    }
 }
 
 /// A point or a step in the space of all parameters.

@@ -93,12 +93,22 @@ impl GrowingLag {
         }
     }
 
-    /// Writes the derivative of the output by a parameter that changes the input by `input`, after
+    /// Writes the derivatives of the output by parameters that change the input by `input`, sample by sample, after
     /// [`differentiate`](Self::differentiate).
-    pub fn slope_by_input(&self, input: &[f64], slope: &mut [f64]) {
-        slope[0] = input[0] - self.step(0).tau * first_slope(input) + self.feedback[0] * input[0];
+    pub fn slopes_by_input<const N: usize>(&self, input: &[[f64; N]], slopes: &mut [[f64; N]]) {
+        let first = self.step(0);
+        slopes[0] = std::array::from_fn(|k| {
+            let first_slope = first_slope(&[input[0][k], input[1][k], input[2][k]]);
+            input[0][k] - first.tau * first_slope + self.feedback[0] * input[0][k]
+        });
         for n in 1..input.len() {
-            slope[n] = self.propagate(slope, n) + self.step(n).drive(input, n).value;
+            let (decay, feedback) = (self.step(n).decay.value, self.feedback[n]);
+            let drive = self.step(n).drives(input, n);
+            let (last, second_last) = (slopes[n - 1], slopes[n.saturating_sub(2)]);
+            slopes[n] = std::array::from_fn(|k| {
+                let middle = last[k] + 0.5 * (last[k] - second_last[k]);
+                decay * last[k] + feedback * middle + drive[k]
+            });
         }
     }
 
@@ -233,8 +243,15 @@ mod tests {
                 }
             };
             let mut slope = vec![0.0; SAMPLES];
-            lag.slope_by_input(&direction, &mut slope);
-            check(&slope, &|delta| (law, input_with(delta)));
+            let pairs: Vec<[f64; 2]> = direction.iter().map(|value| [0.0, *value]).collect();
+            let mut slopes = vec![[f64::NAN; 2]; SAMPLES];
+            lag.slopes_by_input(&pairs, &mut slopes);
+            let (unmoved, moved): (Vec<f64>, Vec<f64>) = slopes
+                .iter()
+                .map(|&[unmoved, moved]| (unmoved, moved))
+                .unzip();
+            assert!(unmoved.iter().all(|slope| *slope == 0.0));
+            check(&moved, &|delta| (law, input_with(delta)));
             lag.slope_by_tau(&mut slope);
             let law_with_tau = |delta| GrowthLaw {
                 tau: law.tau + delta,

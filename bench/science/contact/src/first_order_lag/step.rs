@@ -106,15 +106,32 @@ impl Step {
 
     /// Returns the contribution of the input over the step that ends at sample `n`.
     pub(crate) fn drive(&self, input: &[f64], n: usize) -> Weight {
-        let (weights, nodes): (&[Weight], &[f64]) = if n == 1 {
-            (&self.first, &input[..2])
-        } else if n + 1 == input.len() {
-            (&self.last, &input[n - 3..=n])
-        } else {
-            (&self.inner, &input[n - 2..=n + 1])
-        };
-        let terms = weights.iter().zip(nodes);
+        let (weights, first) = self.nodes(n, input.len());
+        let terms = weights.iter().zip(&input[first..]);
         terms.fold(Weight::ZERO, |sum, (&weight, &x)| sum.add(x, weight))
+    }
+
+    /// Returns the contributions of several inputs over the step that ends at sample `n`.
+    pub(crate) fn drives<const N: usize>(&self, inputs: &[[f64; N]], n: usize) -> [f64; N] {
+        let (weights, first) = self.nodes(n, inputs.len());
+        let mut sums = [0.0; N];
+        for (weight, values) in weights.iter().zip(&inputs[first..]) {
+            for (sum, x) in sums.iter_mut().zip(values) {
+                *sum += x * weight.value;
+            }
+        }
+        sums
+    }
+
+    /// Returns the weights of the step that ends at sample `n` of so many, and the sample of the first weight.
+    fn nodes(&self, n: usize, samples: usize) -> (&[Weight], usize) {
+        if n == 1 {
+            (&self.first, 0)
+        } else if n + 1 == samples {
+            (&self.last, n - 3)
+        } else {
+            (&self.inner, n - 2)
+        }
     }
 }
 

@@ -29,10 +29,7 @@ impl LaggedModel<'_> {
             let equilibrium_slopes = loads
                 .contact(&trend.contact(&contact, sample), sample)
                 .equilibrium_gap_slopes_m(gap, force_factor * normal_n);
-            let equilibrium = slopes.equilibrium[..slopes.equilibrium_count].iter_mut();
-            for (slope, parameter) in equilibrium.zip(GAP_PARAMETERS) {
-                slope[sample] = equilibrium_slopes.by_parameter(parameter, &loads.slopes[sample]);
-            }
+            slopes.set_equilibrium(sample, &equilibrium_slopes, &loads.slopes[sample]);
         }
         // For p = 0 the lag is linear in its input, and ∂x/∂θ is the lag of ∂x_eq/∂θ; for p ≠ 0 it also carries ∂τ/∂x ∂x/∂θ
         // (`GrowingLag`).

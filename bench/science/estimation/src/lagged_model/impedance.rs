@@ -192,12 +192,13 @@ impl LaggedModel<'_> {
         // ∂Z_m(t)/∂ ln f_n(t′) = (∂Z_m/∂x)(t) ∂x(t)/∂ ln f_n(t′) + δ(t, t′) ν ∂Z_m/∂ ln S.
         let area_slope = self.area_exponent - 1.0;
         let mut response = DMatrix::zeros(2 * samples, total);
-        let (mut impulse, mut gap) = (vec![0.0; total], vec![0.0; total]);
+        let (mut impulse, mut gap) = (vec![[0.0]; total], vec![[0.0]; total]);
         for sample in 0..total {
             self.gap_slopes
                 .respond_to_area(sample, area_slope, &mut impulse, &mut gap);
             for (index, slopes) in self.force_slopes.iter().enumerate() {
-                let mut by_force = slopes.by_gap * gap[self.lead + index];
+                let [gap] = gap[self.lead + index];
+                let mut by_force = slopes.by_gap * gap;
                 if self.lead + index == sample {
                     by_force += slopes.by_ln_area * self.area_exponent;
                 }

@@ -13,7 +13,6 @@
 //! Laws in doubt that are not free are held at those published, or at no width.
 
 use nalgebra::SMatrix;
-use num_complex::Complex64;
 
 use super::layout::{
     FreeLaws, InstanceParameter, LAWS, OWN, Own, SHARED, Shared, SharedParameter, courses,
@@ -121,24 +120,6 @@ impl Member<'_> {
         }
     }
 
-    /// Returns the slopes by the parameters that all instances share, from the slopes by the model's parameters.
-    pub(super) fn by_shared(
-        &self,
-        slopes: &[Complex64; PARAMETERS],
-        parameters: &[f64; PARAMETERS],
-    ) -> [Complex64; SHARED] {
-        // ∂/∂s = Σ (∂/∂θ)(∂θ/∂s); of a time, ∂θ/∂ ln θ = θ.
-        SharedParameter::ALL.map(|parameter| match self.effect(parameter) {
-            Effect::Identity(index) => slopes[index],
-            Effect::Time(index) => slopes[index] * parameters[index],
-            Effect::Linear(effects) => effects
-                .into_iter()
-                .fold(Complex64::ZERO, |sum, (index, slope)| {
-                    sum + slopes[index] * slope
-                }),
-        })
-    }
-
     /// Returns the derivatives of the model's parameters by those of the instance and those of the trial.
     pub(super) fn parameter_slopes(&self, parameters: &[f64; PARAMETERS]) -> ParameterSlopes {
         let mut by_own = SMatrix::<f64, PARAMETERS, OWN>::zeros();
@@ -205,6 +186,12 @@ pub(super) struct ParameterSlopes {
 }
 
 impl ParameterSlopes {
+    /// Returns whether a parameter of the model is fitted: whether it depends on any of the search.
+    pub(super) fn is_fitted(&self, parameter: usize) -> bool {
+        let (by_own, by_shared) = (self.by_own.row(parameter), self.by_shared.row(parameter));
+        by_own.iter().chain(&by_shared).any(|slope| *slope != 0.0)
+    }
+
     /// Returns the effect of calibration errors on the model's parameters, with the response of the fitted ones.
     pub(super) fn response(
         &self,

@@ -1,14 +1,14 @@
 //! Search for the parameters that best fit all instances of a trial.
 
-use arrowhead::{ArrowProblem, BlockNormal, Prior, Termination, minimise};
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use arrowhead::{ArrowProblem, BlockNormal, BlockRows, Prior, Termination, minimise};
+use nalgebra::{DMatrix, DVector, SMatrix};
 use num_complex::Complex64;
 
 use super::layout::{
     COURSES, FreeLaws, InstanceParameter, LAWS, Law, OWN, Own, SHARED, Shared, SharedParameter,
     courses,
 };
-use super::members::{Covariance, Member, TrialMinimum};
+use super::members::{Covariance, Member, ParameterSlopes, TrialMinimum};
 use super::plate::{self, OffsetPrior, PlateDeviation, PlateReadings};
 use super::prior::{Normal, TrialPriors};
 use super::scatter::{Kinds, Scatter};
@@ -18,7 +18,7 @@ use crate::least_squares::ImpedanceModel;
 use crate::sigma_search::sigma_starts;
 use crate::transient::Transient;
 use crate::trend::{Rates, rate_about};
-use contact::calibration_errors::{ByError, ERRORS};
+use contact::calibration_errors::ByError;
 use contact::parameters::PARAMETERS;
 
 /// Starting values of S and τ.
@@ -422,38 +422,42 @@ impl<'a> Search<'a> {
         instances
     }
 
-    /// Returns each instance's whitened residuals, their slopes by its own and by the shared parameters, and their response to
-    /// calibration errors.
+    /// Returns each instance's whitened residuals with their slopes by those of the model's parameters that `is_included`.
     fn whitened_rows(
         &mut self,
         shared: &Shared,
         own: &[Own],
-        by_error: Option<&ByError<PARAMETERS>>,
-    ) -> Option<Vec<DMatrix<f64>>> {
+        is_included: fn(&ParameterSlopes, usize) -> bool,
+    ) -> Option<Vec<BlockRows<OWN, SHARED>>> {
         let mut blocks = Vec::with_capacity(own.len());
         for ((member, own), scatter) in self.members.iter_mut().zip(own).zip(&self.scatters) {
             let parameters = member.parameters(shared, own);
             let n = member.model.z_m.len();
             let (z_m, slopes) = (&mut self.z_m[..n], &mut self.slopes[..n]);
             member.model.evaluate(&parameters, z_m, slopes)?;
-            let by_error = by_error.map(|slopes| slopes.map(Complex64::from));
-            let errors = by_error.map_or(0, |_| ERRORS);
-            // Columns r, ∂r/∂own, ∂r/∂shared and (∂r/∂θ) E for the calibration errors, all times W with WᵀW = V⁻¹.
-            let mut rows = DMatrix::zeros(2 * n, 1 + OWN + SHARED + errors);
-            for (index, (z, slope)) in z_m.iter().zip(slopes.iter()).enumerate() {
-                let by_own = InstanceParameter::ALL.map(|parameter| slope[parameter.model_index()]);
-                let by_shared = member.by_shared(slope, &parameters);
-                let residual = z - member.model.z_m[index];
-                let row = [residual].into_iter().chain(by_own).chain(by_shared);
-                let error_slopes = by_error.map(|by_error| SVector::from(*slope).tr_mul(&by_error));
-                let row = row.chain(error_slopes.iter().flatten().copied());
-                for (column, value) in row.enumerate() {
+            let by_fitted = member.parameter_slopes(&parameters);
+            let included: Vec<usize> = (0..PARAMETERS)
+                .filter(|&parameter| is_included(&by_fitted, parameter))
+                .collect();
+            // Columns r and ∂r/∂θ, times W with WᵀW = V⁻¹.
+            let mut rows = DMatrix::zeros(2 * n, 1 + included.len());
+            let mut write = |column: usize, value_at: &dyn Fn(usize) -> Complex64| {
+                for index in 0..n {
+                    let value = value_at(index);
                     rows[(index, column)] = value.re;
                     rows[(n + index, column)] = value.im;
                 }
+            };
+            write(0, &|index| z_m[index] - member.model.z_m[index]);
+            for (column, &parameter) in included.iter().enumerate() {
+                write(1 + column, &|index| slopes[index][parameter]);
             }
             scatter.whiten(&mut rows);
-            blocks.push(rows);
+            blocks.push(BlockRows::new(
+                rows,
+                by_fitted.by_own.select_rows(&included),
+                by_fitted.by_shared.select_rows(&included),
+            ));
         }
         Some(blocks)
     }
@@ -519,14 +523,14 @@ impl<'a> Search<'a> {
         by_error: &ByError<PARAMETERS>,
     ) -> Option<Covariance> {
         let excess = self.excess(minimum);
-        let rows = self.whitened_rows(&minimum.shared, &minimum.own, Some(by_error))?;
+        let rows = self.whitened_rows(&minimum.shared, &minimum.own, |_, _| true)?;
         // Covariance of the gradient: f JᵀV⁻¹J from residuals with the excess f, and the precision Π from the priors. Then
         // Cov = N⁻¹(f JᵀV⁻¹J + Π)N⁻¹ with N = JᵀV⁻¹J + Π, which is N⁻¹ for f = 1.
         let blocks: Vec<BlockNormal<OWN, SHARED>> = rows
             .iter()
             .enumerate()
             .map(|(instance, rows)| {
-                let mut block = BlockNormal::from_rows(rows);
+                let mut block = rows.normal();
                 block.own *= excess;
                 block.coupling *= excess;
                 block.shared *= excess;
@@ -535,14 +539,15 @@ impl<'a> Search<'a> {
             })
             .collect();
         let prior = self.shared_prior().precision;
-        let response = minimum.response(&rows)?;
+        let by_error = by_error.select_rows(&(0..PARAMETERS).collect::<Vec<_>>());
+        let response = minimum.response(&rows, &by_error)?;
         Some(minimum.covariance(blocks, prior)?.with_response(response))
     }
 }
 
 impl ArrowProblem<OWN, SHARED> for Search<'_> {
-    fn rows(&mut self, shared: &Shared, own: &[Own]) -> Option<Vec<DMatrix<f64>>> {
-        self.whitened_rows(shared, own, None)
+    fn rows(&mut self, shared: &Shared, own: &[Own]) -> Option<Vec<BlockRows<OWN, SHARED>>> {
+        self.whitened_rows(shared, own, ParameterSlopes::is_fitted)
     }
 
     fn residuals(&mut self, shared: &Shared, own: &[Own]) -> Option<Vec<DVector<f64>>> {

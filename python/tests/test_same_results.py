@@ -2,6 +2,7 @@
 
 import gc
 import json
+import os
 import resource
 import signal
 import tarfile
@@ -61,6 +62,26 @@ def test_threads_have_the_same_results() -> None:
     with ThreadPoolExecutor(2) as pool:
         texts = list(pool.map(lambda _: fb.analyze(**arguments).to_json(), range(2)))
     assert texts[0] == texts[1]
+
+
+def test_a_forked_process_has_the_same_results(tmp_path: Path) -> None:
+    arguments = arguments_of(REFERENCE / "recording-a")
+    written = tmp_path / "results"
+
+    def texts() -> str:
+        return fb.analyze(**arguments).to_json() + fb.analyze(REFERENCE / "recording-a").to_json()
+
+    expected = texts()
+    child = os.fork()
+    if child == 0:
+        # A process that waited for the threads of its parent would wait for ever.
+        signal.alarm(60)
+        try:
+            written.write_text(texts(), encoding="utf-8")
+        finally:
+            os._exit(0)
+    os.waitpid(child, 0)
+    assert written.read_text(encoding="utf-8") == expected
 
 
 def test_the_lock_of_python_is_free_during_an_analysis() -> None:

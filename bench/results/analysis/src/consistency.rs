@@ -2,7 +2,6 @@
 
 use force_alignment::strokes::{Stroke, lateral_zero};
 use force_alignment::{ForceSample, roles};
-use impedance::ZmFrame;
 use plausibility::{Course, Implausible, Slide};
 use protocols::Direction;
 use recording::manifest::{Body, EventKind, RecordingEvent};
@@ -108,14 +107,20 @@ pub(super) fn hardly_selected(
         central_m: rules.central_m,
         speeds_m_per_s: [-rules.speed_tolerance, rules.speed_tolerance].map(speed),
     };
-    let is_sliding = |frame: &&ZmFrame| {
+    let is_sliding = |time_s: f64| {
         let mut slides = slides.iter();
-        slides.any(|slide| (slide.start_s..=slide.end_s).contains(&frame.time_s))
+        slides.any(|slide| (slide.start_s..=slide.end_s).contains(&time_s))
     };
+    let frames = record.frames.iter();
+    let forces = record.force.iter();
     let reasons = [
         plausibility::off_course(&record.position, &slides, &course).filter(|_| is_empty),
         plausibility::light_touch(&record.force, &slides, rules.contact_n),
-        plausibility::amplitude(record.frames.iter().filter(is_sliding)),
+        plausibility::amplitude(
+            frames.filter(|frame| is_sliding(frame.time_s)),
+            forces.filter(|row| is_sliding(row.time_s)),
+            rules.contact_n,
+        ),
     ];
     let reasons = reasons.into_iter().flatten();
     reasons.filter(move |_| is_finger)

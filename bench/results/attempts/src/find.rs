@@ -33,7 +33,7 @@ pub enum FindError {
     #[error(
         "{duplicate}: only one of them can count; look which is right, and leave out the other with \
          --exclude {}",
-        duplicate.path.display()
+        escaping::quoted(&duplicate.path)
     )]
     Ambiguous {
         /// Folder, and the one with the same attempt.

@@ -10,6 +10,11 @@ use crate::motion::Slide;
 /// Amplitude that lifts no finger: at a distance of σ_t = 1 µm, the smallest, the film under 600 mm², the largest pad, carries
 /// 0.1 N, with which a finger just touches: F = 5/4 p0 S (a/σ_t)² (Wiertlewski et al. 2016).
 const SMALLEST_AMPLITUDE_M: f64 = 36e-9;
+/// Least distance of a finger under which friction falls, m: about that at rest for the smallest σ_t of a skin, 0.5 µm (Huloux 2021,
+/// Eq. 16, with the area below).
+const SMALLEST_GAP_M: f64 = 2e-6;
+/// 5/4 p0 S under the largest pad, N.
+const LARGEST_FILM_N: f64 = 76.0;
 /// Share of the frames with a smaller amplitude than the largest one, and of the readings with a smaller force than that of the
 /// pressing finger.
 const LARGEST: f64 = 0.99;
@@ -85,14 +90,31 @@ pub fn light_touch(rows: &[ForceRow], slides: &[Slide], contact_n: f64) -> Optio
         })
 }
 
-/// Returns the finding of frames under a finger with amplitudes that lift none.
+/// Returns the finding of frames under a finger with amplitudes that lift none, or none as far as friction falls in `rows`, read
+/// meanwhile: where the friction has fallen by the share s, the film carries s f_n = 5/4 p0 S (a/x)² (Huloux 2021, Eqs. 14 and 19).
 #[must_use]
-pub fn amplitude<'a>(frames: impl IntoIterator<Item = &'a ZmFrame>) -> Option<Implausible> {
+pub fn amplitude<'a>(
+    frames: impl IntoIterator<Item = &'a ZmFrame>,
+    rows: impl IntoIterator<Item = &'a ForceRow>,
+    contact_n: f64,
+) -> Option<Implausible> {
     let clear = frames.into_iter().filter(|frame| frame.mask.is_clear());
     let mut amplitudes_m: Vec<f64> = clear.map(|frame| frame.amplitude_m).collect();
     amplitudes_m.sort_by(f64::total_cmp);
     let amplitude_m = quantile(&amplitudes_m, LARGEST)?;
-    (amplitude_m < SMALLEST_AMPLITUDE_M).then_some(Implausible::Amplitude { amplitude_m })
+    let pressing = rows.into_iter().filter(|row| row.normal_n >= contact_n);
+    let (normals_n, mut frictions): (Vec<f64>, Vec<f64>) = pressing
+        .map(|row| (row.normal_n, row.lateral_n.abs() / row.normal_n))
+        .unzip();
+    frictions.sort_by(f64::total_cmp);
+    let friction = |share: f64| quantile(&frictions, share);
+    let fall = friction(1.0 - PRESSING)
+        .zip(friction(PRESSING))
+        .map_or(0.0, |(low, high)| 1.0 - low / high);
+    let carried_n = fall * median(normals_n).unwrap_or(0.0);
+    let needed_m = SMALLEST_GAP_M * (carried_n.max(0.0) / LARGEST_FILM_N).sqrt();
+    (amplitude_m < needed_m.max(SMALLEST_AMPLITUDE_M))
+        .then_some(Implausible::Amplitude { amplitude_m })
 }
 
 #[cfg(test)]
@@ -189,10 +211,33 @@ mod tests {
             corrected_std_n_s_per_m: 0.01,
         };
         let frames = |amplitude_m: f64| vec![frame(amplitude_m); 100];
-        assert_eq!(amplitude(&frames(2e-6)), None);
-        assert_eq!(amplitude(&frames(0.1e-6)), None);
-        assert_eq!(amplitude(&[]), None);
-        let found = amplitude(&frames(2e-6 / 256.0)).unwrap();
-        assert!(found.to_string().contains("0.0078125 µm"), "{found}");
+        // Friction between μ and a third of it.
+        let rows = |mu: f64| -> Vec<ForceRow> {
+            let row = |step: u32| ForceRow {
+                time_s: f64::from(step) * 1e-3,
+                normal_n: 0.6,
+                lateral_n: 0.6 * mu * (1.0 - 2.0 / 3.0 * (0.04 * f64::from(step)).sin().powi(2)),
+            };
+            (0..1700).map(row).collect()
+        };
+        let found = |amplitude_m: f64, rows: &[ForceRow]| {
+            amplitude(&frames(amplitude_m), rows, 0.1).map(|found| found.to_string())
+        };
+        for rows in [rows(0.8), rows(-0.8), Vec::new()] {
+            assert_eq!(found(2e-6, &rows), None);
+            assert_eq!(found(0.2e-6, &rows), None);
+            let words = found(2e-6 / 256.0, &rows).unwrap();
+            assert!(words.contains("0.0078125 µm"), "{words}");
+        }
+        assert_eq!(found(0.1e-6, &[]), None);
+        let words = found(0.1e-6, &rows(0.8)).unwrap();
+        assert!(words.contains("by 0.1 µm"), "{words}");
+        // A finger below which nothing changes, as in a comparison without vibration, and one that does not press.
+        let mut steady = rows(0.8);
+        steady.iter_mut().for_each(|row| row.lateral_n = 0.48);
+        assert_eq!(found(0.1e-6, &steady), None);
+        steady.iter_mut().for_each(|row| row.normal_n = 0.0);
+        assert_eq!(found(0.1e-6, &steady), None);
+        assert_eq!(amplitude(&[], &rows(0.8), 0.1), None);
     }
 }

@@ -238,8 +238,8 @@ pub enum Implausible {
     },
     /// The plate moves too little to lift a finger.
     #[error(
-        "signals.wav: the plate moves by {} µm at most under the finger, too little to lift any: look at metres_per_unit and the gain of \
-         the pickup, and at the drive",
+        "signals.wav: the plate moves by {} µm at most under the finger, too little to lift a finger as far as friction \
+         falls: look at metres_per_unit and the gain of the pickup, and at the drive",
         significant(*amplitude_m * 1e6)
     )]
     Amplitude {

@@ -28,6 +28,7 @@ mod trials;
 
 pub use argument_words::{in_arguments, warnings};
 pub use content::{Recorded, ReportContent, ReportError};
+pub use number::count_text;
 pub use page::html;
 pub use results::{FORMAT, Results};
 

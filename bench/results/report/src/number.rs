@@ -94,7 +94,7 @@ pub(crate) fn significant(value: Option<f64>) -> String {
 }
 
 /// Returns a number with its noun in the singular or plural.
-pub(crate) fn count_text(n: usize, singular: &str, plural: &str) -> String {
+pub fn count_text(n: usize, singular: &str, plural: &str) -> String {
     match n {
         1 => format!("1 {singular}"),
         n => format!("{n} {plural}"),

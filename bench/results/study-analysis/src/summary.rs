@@ -4,6 +4,7 @@ use analysis::whole_trial;
 use escaping::escaped_line;
 use population::law_check::{LawCheck, law_checks};
 use published_statistics::{TableFormat, statistics};
+use report::count_text;
 
 use crate::study_analysis::StudyAnalysis;
 use crate::warnings::rejections;
@@ -64,10 +65,14 @@ fn recording_lines(study: &StudyAnalysis) -> String {
     for recording in &study.analysed.recordings {
         let counts = match &recording.findings {
             Ok(findings) => format!(
-                "{} instances, {} stretches rejected, {} warnings",
-                findings.instances.len(),
-                findings.rejected.len(),
-                findings.flaws.len()
+                "{}, {}, {}",
+                count_text(findings.instances.len(), "instance", "instances"),
+                count_text(
+                    findings.rejected.len(),
+                    "stretch rejected",
+                    "stretches rejected"
+                ),
+                count_text(findings.flaws.len(), "warning", "warnings")
             ),
             Err(_) => "cannot be read".to_owned(),
         };

@@ -60,6 +60,7 @@ pub mod self_sensed;
 pub mod skin_motion;
 mod stiffness;
 mod stored_arrays;
+pub mod touches;
 pub mod uncertain;
 
 pub use assumed::AssumedConstants;

@@ -325,11 +325,12 @@ fn intervals_are_of_the_right_size_and_those_of_400_people_hold_the_truth_to_the
         let rms = coverage.rms_z(key);
         assert!(rms < 2.5, "{}", coverage.line(key));
         if participants >= MANY {
-            // Rounded to a per cent, the accuracy that so many people allow.
+            // Rounded to a per cent, the accuracy that so many people allow. Other modes of the plate give the errors of σ_t and S
+            // longer tails than those of a normal distribution, and more of them lie within one standard error.
             let percent = |stds: f64| (100.0 * coverage.covered_fraction(key, stds)).round();
             assert!(
                 (92.0..=98.0).contains(&percent(1.96))
-                    && (62.0..=74.0).contains(&percent(0.9945))
+                    && (62.0..=77.0).contains(&percent(0.9945))
                     && (0.85..=1.15).contains(&rms),
                 "{}",
                 coverage.line(key)

@@ -10,6 +10,8 @@ use crate::sheet::Sheet;
 const RATES_HZ: [u32; 3] = [250_000, 125_000, 100_000];
 /// Rate of the forces from gauges, Hz: each of the sample rates is a multiple of it.
 const FORCE_HZ: f64 = 5_000.0;
+/// Largest number of inputs of a bench without gauges: drive, pickup and the line.
+const WITHOUT_GAUGES: u16 = 3;
 /// Range of the inputs and outputs, V either way.
 const RANGE_V: f64 = 10.0;
 
@@ -56,14 +58,19 @@ pub fn suits(card: &Card, inputs: u16) -> bool {
 /// Configures the card with `inputs` inputs in place of the sound card, its counter as the encoder, and its lines as the stops.
 pub fn put(sheet: &mut Sheet, card: &Card, inputs: u16) -> anyhow::Result<()> {
     let rate_hz = rate_hz(card, inputs).with_context(|| {
+        let remedy = if inputs > WITHOUT_GAUGES {
+            ", or put the forces on a serial line, without --cal-file"
+        } else {
+            ""
+        };
         format!(
-            "the {} {} does not do: {inputs} inputs and an output at {} Hz are the least, and it reads {} Hz in all and \
-             writes {} Hz",
+            "the {} {} is too slow for {inputs} inputs and an output at {} kHz, the least rate: it reads {:.0} kHz in all and \
+             writes {:.0} kHz; name a faster --card, of docs/nidaqmx.md{remedy}",
             card.product,
             card.name,
-            RATES_HZ[RATES_HZ.len() - 1],
-            card.multi_hz.floor(),
-            card.output_hz.floor()
+            RATES_HZ[RATES_HZ.len() - 1] / 1000,
+            card.multi_hz / 1e3,
+            card.output_hz / 1e3
         )
     })?;
     sheet.set("audio", "host", "nidaqmx")?;
@@ -190,6 +197,15 @@ mod tests {
         let mut sheet = Sheet::new();
         let slow = card("USB-6009", 48e3, 48e3, false);
         let error = put(&mut sheet, &slow, 2).unwrap_err().to_string();
-        assert!(error.contains("48000 Hz in all"), "{error}");
+        assert!(error.contains("48 kHz in all"), "{error}");
+        assert!(error.ends_with("of docs/nidaqmx.md"), "{error}");
+        // Gauges take six inputs more.
+        let published = card("USB-6211", 250e3, 250e3, false);
+        let error = put(&mut sheet, &published, 9).unwrap_err().to_string();
+        assert!(
+            error.contains("too slow for 9 inputs and an output at 100 kHz"),
+            "{error}"
+        );
+        assert!(error.contains("put the forces on a serial line"), "{error}");
     }
 }

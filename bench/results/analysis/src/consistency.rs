@@ -1,5 +1,6 @@
 //! Checks of a recording's streams against each other.
 
+use estimation::trial::Misfit;
 use force_alignment::strokes::{Stroke, lateral_zero};
 use force_alignment::{ForceSample, roles};
 use plausibility::{Course, Implausible, Slide};
@@ -8,10 +9,12 @@ use recording::manifest::{Body, EventKind, RecordingEvent};
 use recording::{ForceRow, Manifest, RecordingSource};
 
 use crate::demodulation::DemodulatedRecording;
+use crate::estimate::InstanceAnalysis;
 use crate::explorations::explorations;
 use crate::findings::{RecordingError, RecordingFindings};
 use crate::flaw::{Channel, Flaw};
 use crate::measurements::Measurements;
+use crate::method::Method;
 
 /// Smallest zero by strokes that is subtracted, N.
 const SMALLEST_ZERO_N: f64 = 0.01;
@@ -120,10 +123,34 @@ pub(super) fn hardly_selected(
             frames.filter(|frame| is_sliding(frame.time_s)),
             forces.filter(|row| is_sliding(row.time_s)),
             rules.contact_n,
+            findings.instances.iter().any(has_estimate),
         ),
+        plausibility::small_forces(&record.force, &slides).filter(|_| has_misfit(findings)),
+        unplaced_forces(findings),
     ];
     let reasons = reasons.into_iter().flatten();
     reasons.filter(move |_| is_finger)
+}
+
+fn has_estimate(instance: &InstanceAnalysis) -> bool {
+    let mut methods = Method::ALL.into_iter();
+    methods.any(|method| instance.estimate(method).is_some())
+}
+
+fn has_misfit(findings: &RecordingFindings) -> bool {
+    let trial = findings.trial.as_ref();
+    trial.is_some_and(|fit| !fit.misfit.is_empty())
+}
+
+/// Returns the flaw of forces with times that nothing confirms, where friction is not that which follows from the impedance.
+fn unplaced_forces(findings: &RecordingFindings) -> Option<Implausible> {
+    let mut misfit = findings.trial.as_ref()?.misfit.iter();
+    let rms_mu = misfit.find_map(|sign| match sign {
+        Misfit::Friction { rms_mu } => Some(*rms_mu),
+        _ => None,
+    })?;
+    let is_unplaced = findings.force_clock.is_none();
+    is_unplaced.then_some(Implausible::ForcesUnplaced { rms_mu })
 }
 
 /// Returns the flaw of a drive that jumps without an xrun of the bench. `is_clock_known` if the forces have one delay throughout.

@@ -13,6 +13,12 @@ const SMALLEST_AMPLITUDE_M: f64 = 36e-9;
 /// Least distance of a finger under which friction falls, m: about that at rest for the smallest σ_t of a skin, 0.5 µm (Huloux 2021,
 /// Eq. 16, with the area below).
 const SMALLEST_GAP_M: f64 = 2e-6;
+/// Distance of a usual finger under which friction falls, m.
+const USUAL_GAP_M: f64 = 5e-6;
+/// Amplitude of no plate: published plates reach some micrometres at the frequencies of ultrasound.
+const LARGEST_AMPLITUDE_M: f64 = 20e-6;
+/// Force that is little for a finger: exploring fingers press with some half a newton.
+const SMALL_N: f64 = 0.25;
 /// 5/4 p0 S under the largest pad, N.
 const LARGEST_FILM_N: f64 = 76.0;
 /// Share of the frames with a smaller amplitude than the largest one, and of the readings with a smaller force than that of the
@@ -74,14 +80,7 @@ pub fn off_course(rows: &[PositionRow], slides: &[Slide], course: &Course) -> Op
 /// Returns the finding of forces during `slides` that are less than `contact_n`, that of a touch; `rows` are taken against the zero.
 #[must_use]
 pub fn light_touch(rows: &[ForceRow], slides: &[Slide], contact_n: f64) -> Option<Implausible> {
-    let is_sliding = |row: &&ForceRow| {
-        let mut slides = slides.iter();
-        slides.any(|slide| (slide.start_s..=slide.end_s).contains(&row.time_s))
-    };
-    let sliding = rows.iter().filter(is_sliding).map(|row| row.normal_n);
-    let mut sizes_n: Vec<f64> = sliding.filter(|normal_n| normal_n.is_finite()).collect();
-    sizes_n.sort_by(f64::total_cmp);
-    let normal_n = quantile(&sizes_n, PRESSING)?;
+    let normal_n = pressing_n(rows, slides)?;
     (0.0..contact_n)
         .contains(&normal_n)
         .then_some(Implausible::Light {
@@ -90,18 +89,44 @@ pub fn light_touch(rows: &[ForceRow], slides: &[Slide], contact_n: f64) -> Optio
         })
 }
 
-/// Returns the finding of frames under a finger with amplitudes that lift none, or none as far as friction falls in `rows`, read
-/// meanwhile: where the friction has fallen by the share s, the film carries s f_n = 5/4 p0 S (a/x)² (Huloux 2021, Eqs. 14 and 19).
+/// Returns the finding of forces during `slides` that are little for a finger, in a recording of which the laws do not hold.
+#[must_use]
+pub fn small_forces(rows: &[ForceRow], slides: &[Slide]) -> Option<Implausible> {
+    let normal_n = pressing_n(rows, slides)?;
+    (0.0..SMALL_N)
+        .contains(&normal_n)
+        .then_some(Implausible::SmallForces { normal_n })
+}
+
+/// Returns the normal force of the pressing finger, N.
+fn pressing_n(rows: &[ForceRow], slides: &[Slide]) -> Option<f64> {
+    let is_sliding = |row: &&ForceRow| {
+        let mut slides = slides.iter();
+        slides.any(|slide| (slide.start_s..=slide.end_s).contains(&row.time_s))
+    };
+    let sliding = rows.iter().filter(is_sliding).map(|row| row.normal_n);
+    let mut sizes_n: Vec<f64> = sliding.filter(|normal_n| normal_n.is_finite()).collect();
+    sizes_n.sort_by(f64::total_cmp);
+    quantile(&sizes_n, PRESSING)
+}
+
+/// Returns the finding of frames under a finger with amplitudes of no plate, or that lift no finger, or none as far as friction falls
+/// in `rows`, read meanwhile: where the friction has fallen by the share s, the film carries s f_n = 5/4 p0 S (a/x)² (Huloux 2021,
+/// Eqs. 14 and 19). The gap x is that of a usual finger, and where one could be estimated, `is_estimated`, the least.
 #[must_use]
 pub fn amplitude<'a>(
     frames: impl IntoIterator<Item = &'a ZmFrame>,
     rows: impl IntoIterator<Item = &'a ForceRow>,
     contact_n: f64,
+    is_estimated: bool,
 ) -> Option<Implausible> {
     let clear = frames.into_iter().filter(|frame| frame.mask.is_clear());
     let mut amplitudes_m: Vec<f64> = clear.map(|frame| frame.amplitude_m).collect();
     amplitudes_m.sort_by(f64::total_cmp);
     let amplitude_m = quantile(&amplitudes_m, LARGEST)?;
+    if amplitude_m > LARGEST_AMPLITUDE_M {
+        return Some(Implausible::LargeAmplitude { amplitude_m });
+    }
     let pressing = rows.into_iter().filter(|row| row.normal_n >= contact_n);
     let (normals_n, mut frictions): (Vec<f64>, Vec<f64>) = pressing
         .map(|row| (row.normal_n, row.lateral_n.abs() / row.normal_n))
@@ -112,7 +137,12 @@ pub fn amplitude<'a>(
         .zip(friction(PRESSING))
         .map_or(0.0, |(low, high)| 1.0 - low / high);
     let carried_n = fall * median(normals_n).unwrap_or(0.0);
-    let needed_m = SMALLEST_GAP_M * (carried_n.max(0.0) / LARGEST_FILM_N).sqrt();
+    let gap_m = if is_estimated {
+        SMALLEST_GAP_M
+    } else {
+        USUAL_GAP_M
+    };
+    let needed_m = gap_m * (carried_n.max(0.0) / LARGEST_FILM_N).sqrt();
     (amplitude_m < needed_m.max(SMALLEST_AMPLITUDE_M))
         .then_some(Implausible::Amplitude { amplitude_m })
 }
@@ -186,6 +216,11 @@ mod tests {
         assert_eq!(light_touch(&rows(0.6), &[slide], 0.1), None);
         assert_eq!(light_touch(&rows(-0.6), &[slide], 0.1), None);
         assert_eq!(light_touch(&rows(0.06), &[], 0.1), None);
+        assert_eq!(small_forces(&rows(0.6), &[slide]), None);
+        for (normal_n, unit) in [(0.07, "kilograms"), (0.15, "pounds")] {
+            let words = small_forces(&rows(normal_n), &[slide]).unwrap().to_string();
+            assert!(words.contains(unit), "{words}");
+        }
         let words = light_touch(&rows(0.06), &[slide], 0.1).unwrap().to_string();
         assert!(
             words.contains("kilograms: multiply by 9.80665")
@@ -221,7 +256,7 @@ mod tests {
             (0..1700).map(row).collect()
         };
         let found = |amplitude_m: f64, rows: &[ForceRow]| {
-            amplitude(&frames(amplitude_m), rows, 0.1).map(|found| found.to_string())
+            amplitude(&frames(amplitude_m), rows, 0.1, true).map(|found| found.to_string())
         };
         for rows in [rows(0.8), rows(-0.8), Vec::new()] {
             assert_eq!(found(2e-6, &rows), None);
@@ -238,6 +273,12 @@ mod tests {
         assert_eq!(found(0.1e-6, &steady), None);
         steady.iter_mut().for_each(|row| row.normal_n = 0.0);
         assert_eq!(found(0.1e-6, &steady), None);
-        assert_eq!(amplitude(&[], &rows(0.8), 0.1), None);
+        assert_eq!(amplitude(&[], &rows(0.8), 0.1, false), None);
+        let words = found(30e-6, &rows(0.8)).unwrap();
+        assert!(words.contains("by 30 µm"), "{words}");
+        // Nothing could be estimated.
+        let found = |amplitude_m: f64| amplitude(&frames(amplitude_m), &rows(0.8), 0.1, false);
+        assert_eq!(found(2e-6), None);
+        assert!(found(0.2e-6).is_some());
     }
 }

@@ -48,6 +48,15 @@ pub enum Implausible {
         /// Force from which a finger touches, N.
         contact_n: f64,
     },
+    /// The normal force is small, and the laws do not hold.
+    #[error(
+        "force.csv: normal_n reads {} N while the finger slides, which is little for a finger, and the laws do not hold: {}",
+        significant(*normal_n), force_remedy(*normal_n)
+    )]
+    SmallForces {
+        /// Size of the force at the 90th percentile, N.
+        normal_n: f64,
+    },
     /// The normal force is negative while the finger presses.
     #[error(
         "force.csv: normal_n is negative while the finger presses ({} N): it has the sensor's sign; multiply it by -1",
@@ -156,6 +165,16 @@ pub enum Implausible {
         /// Half width of its 95 % interval, s.
         half_width95_s: f64,
     },
+    /// The forces come at times that nothing in the recording confirms, and friction is not that which follows from the impedance.
+    #[error(
+        "force.csv: the forces come at times that neither contact nor friction confirms, and the friction is {} (RMS) off that which \
+         follows from the impedance: look at time_s, its start and its clock",
+        significant(*rms_mu)
+    )]
+    ForcesUnplaced {
+        /// RMS of estimated less measured friction.
+        rms_mu: f64,
+    },
     /// The forces come late or early by one of two delays.
     #[error(
         "force.csv: the forces come late by {first_s:.3} or by {second_s:.3} s against drive and pickup (early if negative): the \
@@ -243,6 +262,16 @@ pub enum Implausible {
         significant(*amplitude_m * 1e6)
     )]
     Amplitude {
+        /// Largest amplitude, m.
+        amplitude_m: f64,
+    },
+    /// The plate moves further than any.
+    #[error(
+        "signals.wav: the plate moves by {} µm under the finger, many times as far as a plate does at such a carrier: look at \
+         metres_per_unit and at the gains of both channels",
+        significant(*amplitude_m * 1e6)
+    )]
+    LargeAmplitude {
         /// Largest amplitude, m.
         amplitude_m: f64,
     },
@@ -387,6 +416,9 @@ impl Implausible {
         match self {
             Self::Size { .. } => "normal force in another unit",
             Self::Light { .. } => "normal force below that of a touch",
+            Self::SmallForces { .. } => "small normal force",
+            Self::ForcesUnplaced { .. } => "times of the forces",
+            Self::LargeAmplitude { .. } => "amplitude of no plate",
             Self::OffCentre { .. } => "slides beside the plate's centre",
             Self::OtherSpeed { .. } => "slides at another speed",
             Self::Amplitude { .. } => "amplitude that lifts no finger",
@@ -444,6 +476,9 @@ impl Implausible {
             | Self::FingerOnPlate { .. } => true,
             Self::Carrier { .. }
             | Self::Light { .. }
+            | Self::SmallForces { .. }
+            | Self::ForcesUnplaced { .. }
+            | Self::LargeAmplitude { .. }
             | Self::OffCentre { .. }
             | Self::OtherSpeed { .. }
             | Self::Amplitude { .. }

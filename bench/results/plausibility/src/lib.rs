@@ -16,7 +16,7 @@ mod unloaded;
 
 use recording::ForceRow;
 
-pub use course::{Course, amplitude, light_touch, off_course};
+pub use course::{Course, amplitude, light_touch, off_course, small_forces};
 pub use implausible::Implausible;
 use implausible::{CONTACT_AREA_M2, FRICTION, LARGEST_N};
 pub use jump::{PhaseJump, drive_jump};

@@ -56,6 +56,7 @@ const SCALE: &[&str] = &["as if its modal mass were"];
 const BOTH_SCALES: &[&str] = &[
     "a finger pad's is",
     "too little to lift",
+    "times as far as a plate does",
     "self-sensed normal force is",
 ];
 const ZERO: &[&str] = &["the force sensor read", "untared"];
@@ -69,6 +70,7 @@ const JUMP: &[&str] = &[
 const SIZE: &[&str] = &[
     "any finger's",
     "with which a finger touches",
+    "little for a finger",
     "a finger pad's is",
     "friction is",
     "times normal_n",

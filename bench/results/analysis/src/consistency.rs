@@ -116,16 +116,20 @@ pub(super) fn hardly_selected(
     };
     let frames = record.frames.iter();
     let forces = record.force.iter();
+    let has_misfit = findings
+        .trial
+        .as_ref()
+        .is_some_and(|fit| !fit.misfit.is_empty());
     let reasons = [
         plausibility::off_course(&record.position, &slides, &course).filter(|_| is_empty),
-        plausibility::light_touch(&record.force, &slides, rules.contact_n),
+        plausibility::light_touch(&record.force, &slides, rules.contact_n)
+            .or_else(|| plausibility::small_forces(&record.force, &slides).filter(|_| has_misfit)),
         plausibility::amplitude(
             frames.filter(|frame| is_sliding(frame.time_s)),
             forces.filter(|row| is_sliding(row.time_s)),
             rules.contact_n,
             findings.instances.iter().any(has_estimate),
         ),
-        plausibility::small_forces(&record.force, &slides).filter(|_| has_misfit(findings)),
         unplaced_forces(findings),
     ];
     let reasons = reasons.into_iter().flatten();
@@ -135,11 +139,6 @@ pub(super) fn hardly_selected(
 fn has_estimate(instance: &InstanceAnalysis) -> bool {
     let mut methods = Method::ALL.into_iter();
     methods.any(|method| instance.estimate(method).is_some())
-}
-
-fn has_misfit(findings: &RecordingFindings) -> bool {
-    let trial = findings.trial.as_ref();
-    trial.is_some_and(|fit| !fit.misfit.is_empty())
 }
 
 /// Returns the flaw of forces with times that nothing confirms, where friction is not that which follows from the impedance.

@@ -69,8 +69,7 @@ impl<const OWN: usize, const SHARED: usize> BlockRows<OWN, SHARED> {
         }
     }
 
-    /// Returns what a function of the residuals needs of their second derivative along a step: the gradients Jᵀr″ and Kᵀr″, with
-    /// r″ from the residuals at `fraction` of the step.
+    /// Returns Jᵀr″ and Kᵀr″ for the second derivative r″ of the residuals along a step, from the residuals at `fraction` of it.
     pub(crate) fn bend_gradient(
         &self,
         (own, shared): (&SVector<f64, OWN>, &SVector<f64, SHARED>),
@@ -84,7 +83,7 @@ impl<const OWN: usize, const SHARED: usize> BlockRows<OWN, SHARED> {
         self.gradient(&bend)
     }
 
-    /// Returns Jᵀu and Kᵀu for residuals u = G e that an error moves, with its effect e on the model's parameters.
+    /// Returns Jᵀu and Kᵀu for the change u = G e of the residuals by an error that changes the model's parameters by e.
     pub(crate) fn error_gradient(
         &self,
         error: &DVector<f64>,

@@ -539,7 +539,7 @@ impl<'a> Search<'a> {
             })
             .collect();
         let prior = self.shared_prior().precision;
-        let by_error = by_error.select_rows(&(0..PARAMETERS).collect::<Vec<_>>());
+        let by_error = by_error.rows(0, PARAMETERS).into_owned();
         let response = minimum.response(&rows, &by_error)?;
         Some(minimum.covariance(blocks, prior)?.with_response(response))
     }

@@ -260,8 +260,9 @@ impl<'a> CalibrationRun<'a> {
         let changes = changes.iter().map(ConstantChange::in_words);
         remarks.extend(changes.filter(|words| !is_fault(words)));
         if passed {
+            let before = self.calibration.clone();
             remarks.extend(part.put_into(&mut self.calibration));
-            self.calibration.set_simulated_time(name, simulated_time);
+            self.calibration.record_time(name, &before, simulated_time);
             for fault in rehearsed {
                 if !self.calibration.rehearsed.contains(&fault) {
                     self.calibration.rehearsed.push(fault);

@@ -517,8 +517,15 @@ impl CalibrationFile {
         self.simulated_time.iter().any(|name| name == part)
     }
 
-    /// Records whether a part, such as `pickup`, was measured in simulated time.
-    pub fn set_simulated_time(&mut self, part: &str, simulated: bool) {
+    /// Records whether a part, such as `pickup`, was measured in simulated time, against the file `before` it. A tare of the force
+    /// sensor leaves its measurement, and with it the record.
+    pub fn record_time(&mut self, part: &str, before: &Self, simulated: bool) {
+        let force_date = |file: &Self| file.force.as_ref().map(|force| force.measured.date);
+        let is_tare =
+            part == "force" && before.force.is_some() && force_date(self) == force_date(before);
+        if is_tare {
+            return;
+        }
         self.simulated_time.retain(|name| name != part);
         if simulated {
             self.simulated_time.push(part.to_owned());

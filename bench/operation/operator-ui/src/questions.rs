@@ -35,15 +35,28 @@ impl Questions {
     #[must_use]
     pub fn current(&self) -> tui::Event {
         let detail = self.details.get(self.index).map(|detail| AskedDetail {
-            question: match detail {
-                PersonDetail::Age => "age in whole years".to_owned(),
-                PersonDetail::Sex => "sex".to_owned(),
-                PersonDetail::Handedness => "writing hand".to_owned(),
-            },
+            question: self.question(*detail),
             choices: detail.words().iter().map(ToString::to_string).collect(),
             note: self.note.clone(),
         });
         tui::Event::Asked { detail }
+    }
+
+    /// Returns the words of a question, with the answer that was given before.
+    fn question(&self, detail: PersonDetail) -> String {
+        let question = match detail {
+            PersonDetail::Age => "age in whole years",
+            PersonDetail::Sex => "sex",
+            PersonDetail::Handedness => "writing hand",
+        };
+        match self.stated(detail) {
+            Some(answer) => format!("{question} ({answer}: enter alone keeps it, 0: not stated)"),
+            None => question.to_owned(),
+        }
+    }
+
+    fn stated(&self, detail: PersonDetail) -> Option<String> {
+        Some(self.person.text(detail)).filter(|text| text != NOT_STATED)
     }
 
     /// Takes the operator's reply to the current question. Returns the stated details once the last one is answered.
@@ -55,7 +68,8 @@ impl Questions {
                 self.index = self.index.saturating_sub(1);
                 return None;
             }
-            Reply::Ready => NOT_STATED.to_owned(),
+            Reply::Ready => self.stated(detail).unwrap_or_else(|| NOT_STATED.to_owned()),
+            Reply::Number(0.0) => NOT_STATED.to_owned(),
             Reply::Number(number) => match detail.words() {
                 [] => number.to_string(),
                 words => match choice(words, number) {
@@ -100,10 +114,18 @@ mod tests {
         assert_eq!(current_detail(&questions).unwrap().choices.len(), 3);
         assert_eq!(questions.reply(Reply::Number(2.0)), None);
         assert_eq!(questions.reply(Reply::Redo(0)), None);
+        // Regression test: the answers before were lost on the way back.
+        assert_eq!(questions.reply(Reply::Redo(0)), None);
+        let question = current_detail(&questions).unwrap().question;
+        assert_eq!(
+            question,
+            "age in whole years (31: enter alone keeps it, 0: not stated)"
+        );
+        assert_eq!(questions.reply(Reply::Ready), None);
         assert_eq!(questions.reply(Reply::Number(1.0)), None);
-        let person = questions.reply(Reply::Ready).unwrap();
+        assert_eq!(questions.reply(Reply::Number(2.0)), None);
         let answers = PersonDetail::ALL.map(|detail| person.text(detail));
-        assert_eq!(answers, ["31", "female", "n/a"]);
+        assert_eq!(answers, ["31", "female", "left"]);
         assert_eq!(current_detail(&questions), None);
         assert_eq!(questions.reply(Reply::Number(1.0)), None);
     }

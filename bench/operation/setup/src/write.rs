@@ -71,7 +71,7 @@ pub fn write(
         if simulated && listing.cards.is_empty() {
             bail!(
                 "the simulated card of National Instruments is not next to this program: build it with \
-                 `cargo build -p mock-nidaqmx`, or name another --rig"
+                 `cargo build --release -p mock-nidaqmx`, or name another --rig"
             );
         }
         let card = ni_card::choose(&listing.cards, card_name, ask)?;

@@ -157,7 +157,7 @@ pub fn apparatus(
     let (mut host, mut cues) = (apparatus.host(), None);
     if let Some(bench) = card {
         let library = rack::library().context(
-            "the simulated NI library is not next to this program: build it with `cargo build -p mock-nidaqmx`",
+            "the simulated NI library is not next to this program: build it with `cargo build --release -p mock-nidaqmx`",
         )?;
         apparatus.rack().connect(&library)?;
         let card_lines = Lines {

@@ -18,22 +18,26 @@ pub struct MessagesOptions {
     pub words: Vec<String>,
 }
 
-/// Returns the messages that contain all `words`, as lines for a terminal; `None` if no message does.
+/// Returns the messages that contain all `words`, or else those that contain most of them, since a line of the screen has words
+/// beside the message; as lines for a terminal. `None` if no message has half of them.
 ///
 /// ```
 /// let found = help::messages::text(&["normal force 5.30 N over".to_owned()]).unwrap();
 /// assert!(found.contains("safety.max_normal_n") && !found.contains("e-stop pressed"));
+/// let line = "TRIPPED  normal force 5.30 N over the limit of 5.00 N · x to re-arm  simulated";
+/// assert!(help::messages::text(&[line.to_owned()]).unwrap().contains("safety.max_normal_n"));
 /// assert_eq!(help::messages::text(&["unheard-of".to_owned()]), None);
 /// ```
 #[must_use]
 pub fn text(words: &[String]) -> Option<String> {
     let query: Vec<String> = words.iter().flat_map(|text| telling(text)).collect();
     let mut written = String::new();
+    let least = least_share(&query)?;
     for group in index() {
         let matches: Vec<_> = group
             .messages
             .iter()
-            .filter(|message| holds(&group, message, &query))
+            .filter(|message| share(&group, message, &query) >= least)
             .collect();
         if matches.is_empty() {
             continue;
@@ -63,7 +67,19 @@ fn telling(text: &str) -> Vec<String> {
         .collect()
 }
 
-fn holds(group: &MessageGroup, message: &ProgramMessage, query: &[String]) -> bool {
+/// Returns the greatest share of the query that any message has; `None` if none has half of it.
+fn least_share(query: &[String]) -> Option<f64> {
+    let groups = index();
+    let shares = groups.iter().flat_map(|group| {
+        let messages = group.messages.iter();
+        messages.map(|message| share(group, message, query))
+    });
+    let greatest = shares.fold(0.0, f64::max);
+    (greatest >= 0.5).then_some(greatest)
+}
+
+/// Returns the share of the query's letters that are in words of a message; 1 for no query.
+fn share(group: &MessageGroup, message: &ProgramMessage, query: &[String]) -> f64 {
     let ProgramMessage {
         says,
         means,
@@ -71,7 +87,15 @@ fn holds(group: &MessageGroup, message: &ProgramMessage, query: &[String]) -> bo
         ..
     } = message;
     let content = format!("{} {says} {means} {remedy}", group.title).to_lowercase();
-    query.iter().all(|word| content.contains(word.as_str()))
+    let letters = |words: &mut dyn Iterator<Item = &String>| -> usize {
+        words.map(|word| word.chars().count()).sum()
+    };
+    let held = letters(&mut query.iter().filter(|word| content.contains(word.as_str())));
+    let total = letters(&mut query.iter());
+    if total == 0 {
+        return 1.0;
+    }
+    held as f64 / total as f64
 }
 
 /// Returns the index as a chapter of the handbook, in Markdown.

@@ -100,7 +100,13 @@ pub(crate) fn parts(state: &State, area: Rect, buf: &mut Buffer) {
             lines.push(line);
         }
     }
-    rows(lines, body, buf);
+    rows(scrolled(state, lines, body), body, buf);
+}
+
+/// Returns the lines that remain below those scrolled away, as many as have room.
+fn scrolled<'a>(state: &State, lines: Vec<Line<'a>>, area: Rect) -> Vec<Line<'a>> {
+    let first = usize::from(state.ui.scroll).min(lines.len().saturating_sub(area.height.into()));
+    lines.into_iter().skip(first).collect()
 }
 
 /// Draws limits looser than their defaults, and properties that have not been measured.
@@ -126,8 +132,7 @@ pub(crate) fn limits(state: &State, area: Rect, buf: &mut Buffer) {
             })
         })
         .collect();
-    let first = usize::from(state.ui.scroll).min(lines.len().saturating_sub(body.height.into()));
-    rows(lines.into_iter().skip(first).collect(), body, buf);
+    rows(scrolled(state, lines, body), body, buf);
 }
 
 /// One value; a bad one is marked by a symbol as well as by colour.
@@ -155,11 +160,17 @@ pub(crate) fn health(state: &State, area: Rect, buf: &mut Buffer) {
     let columns = if body.width >= 76 { 2 } else { 1 };
     let cell = body.width / columns;
     let rows_per_column = VALUES.div_ceil(columns);
-    for (i, value) in (0u16..).zip(values(health)) {
+    let hidden = rows_per_column.saturating_sub(body.height);
+    let mut values = values(health);
+    if hidden > 0 {
+        values.sort_by_key(|value| !value.bad);
+    }
+    let first = state.ui.scroll.min(hidden);
+    for (i, value) in (0u16..).zip(values) {
         let (row, column) = (i % rows_per_column, i / rows_per_column);
-        if row >= body.height {
+        let Some(row) = row.checked_sub(first).filter(|row| *row < body.height) else {
             continue;
-        }
+        };
         let area = Rect::new(body.x + column * cell, body.y + row, cell, 1);
         let style = if value.bad { theme.bad() } else { Style::new() };
         let sign = if value.bad { " !" } else { "" };

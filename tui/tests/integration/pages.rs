@@ -332,3 +332,24 @@ fn a_line_says_how_it_is_and_how_it_was_last() {
     let screen = lines(&state, 80, 24);
     assert!(screen.contains("pressed ×3, 2 min ago"), "{screen}");
 }
+
+/// Regression test: on a small terminal the last rows of the bench's page were out of reach.
+#[test]
+fn a_table_of_health_that_is_cut_begins_with_bad_values_and_scrolls() {
+    let mut state = normal();
+    state.ui.page = Page::Bench;
+    let screen = lines(&state, 80, 24);
+    assert!(!screen.contains("all well"), "{screen}");
+    state.ui.scroll = 20;
+    let screen = lines(&state, 80, 24);
+    assert!(
+        screen.contains("processor") && screen.contains("all well"),
+        "{screen}"
+    );
+    state.ui.scroll = 0;
+    let mut health = state.health.unwrap();
+    health.disk_free_bytes = Some(1_000_000_000);
+    state.apply(&Event::Health(health));
+    let screen = lines(&state, 80, 24);
+    assert!(screen.contains("no: disk free"), "{screen}");
+}

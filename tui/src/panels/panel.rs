@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Widget;
 
 use crate::state::State;
-use drawing::words::render_line;
+use drawing::words::{render_line, wrap};
 
 /// Draws a panel's title on a thin rule and returns the area below it. The first line of `right` that fits is drawn.
 pub(crate) fn titled(
@@ -69,12 +69,17 @@ pub(crate) fn note(words: &str, style: Style, area: Rect, buf: &mut Buffer) {
     if area.is_empty() {
         return;
     }
-    let row = Rect {
-        y: area.y + (area.height - 1) / 2,
-        height: 1,
+    let mut lines = wrap(words, area.width);
+    lines.truncate(area.height.into());
+    let height = u16::try_from(lines.len()).unwrap_or(area.height);
+    let middle = Rect {
+        y: area.y + (area.height - height) / 2,
+        height,
         ..area
     };
-    Line::styled(words, style).centered().render(row, buf);
+    for (row, line) in middle.rows().zip(lines) {
+        Line::styled(line, style).centered().render(row, buf);
+    }
 }
 
 /// Draws one line per row, as many as fit.

@@ -8,7 +8,7 @@ const LINE: &str = "in line ";
 const FIRST_LINE: u64 = 2;
 
 /// Phrases of messages about files, and the phrases about arguments that replace them, in this order: the longer first.
-const PHRASES: [(&str, &str); 42] = [
+const PHRASES: [(&str, &str); 43] = [
     ("force.csv is missing", "`normal` and `lateral` are missing"),
     ("position.csv is missing", "`position` is missing"),
     (
@@ -82,6 +82,10 @@ const PHRASES: [(&str, &str); 42] = [
     ("to time_s", "to the times"),
     ("multiply time_s", "multiply the times"),
     ("time_s of", "the times of"),
+    (
+        "time_s, its start and its clock",
+        "the times, their start and their clock",
+    ),
     ("channels.drive.volts_per_unit", "drive_volts_per_unit"),
     ("check volts_per_unit", "check drive_volts_per_unit"),
     ("channels.drive.", "drive."),

@@ -523,9 +523,13 @@ impl CalibrationFile {
         let force_date = |file: &Self| file.force.as_ref().map(|force| force.measured.date);
         let is_tare =
             part == "force" && before.force.is_some() && force_date(self) == force_date(before);
-        if is_tare {
-            return;
+        if !is_tare {
+            self.set_simulated_time(part, simulated);
         }
+    }
+
+    /// Records whether a part was measured in simulated time.
+    pub fn set_simulated_time(&mut self, part: &str, simulated: bool) {
         self.simulated_time.retain(|name| name != part);
         if simulated {
             self.simulated_time.push(part.to_owned());

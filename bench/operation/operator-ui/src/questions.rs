@@ -123,7 +123,7 @@ mod tests {
         );
         assert_eq!(questions.reply(Reply::Ready), None);
         assert_eq!(questions.reply(Reply::Number(1.0)), None);
-        assert_eq!(questions.reply(Reply::Number(2.0)), None);
+        let person = questions.reply(Reply::Number(2.0)).unwrap();
         let answers = PersonDetail::ALL.map(|detail| person.text(detail));
         assert_eq!(answers, ["31", "female", "left"]);
         assert_eq!(current_detail(&questions), None);

@@ -69,7 +69,7 @@ impl Questions {
                 return None;
             }
             Reply::Ready => self.stated(detail).unwrap_or_else(|| NOT_STATED.to_owned()),
-            Reply::Number(0.0) => NOT_STATED.to_owned(),
+            Reply::Number(0.0) if self.stated(detail).is_some() => NOT_STATED.to_owned(),
             Reply::Number(number) => match detail.words() {
                 [] => number.to_string(),
                 words => match choice(words, number) {

@@ -111,6 +111,19 @@ fn a_recording_that_cannot_be_read_fails_alone_and_is_the_only_one_done_again() 
     assert!(output.status.success(), "{}", text(&output));
     assert_eq!(jobs, 0, "{}", text(&output));
 
+    // Regression test: results of before stayed, and the second run called them up to date.
+    fs::write(recording.join("recording.toml"), "format = ").unwrap();
+    for _ in 0..2 {
+        let (output, jobs) = run(&snakemake, folder.path());
+        assert_eq!(output.status.code(), Some(1), "{}", text(&output));
+        assert_eq!(jobs, 1);
+        assert!(!results.exists());
+    }
+    fs::write(recording.join("recording.toml"), &description).unwrap();
+    let (output, jobs) = run(&snakemake, folder.path());
+    assert!(output.status.success(), "{}", text(&output));
+    assert_eq!(jobs, 1);
+
     // An exclusion changes the results without a job.
     let study = folder.path().join("my study");
     let arguments = [

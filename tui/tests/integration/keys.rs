@@ -1,6 +1,6 @@
 //! The effect of each key in each phase.
 
-use crate::rig::{key_event, press};
+use crate::rig::{draw, key_event, press};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use tui::action::AttemptName;
 use tui::calibration_page::Reply;
@@ -426,6 +426,11 @@ fn held_strips_stay_while_values_come_and_have_two_cursors() {
     let history = state.shown_history().clone();
     (100..300).for_each(|i| state.apply(&live(f64::from(i) * 0.1)));
     assert_eq!(state.shown_history(), &history);
+    // On each of the five strips, also where their cursors have no room.
+    for columns in [80, 120, 200] {
+        let screen = draw(&state, columns, 24).backend().to_string();
+        assert_eq!(screen.matches("HELD").count(), 5, "{screen}");
+    }
     let cursors = state.ui.frozen.as_ref().unwrap().cursors;
     tap(&mut state, KeyCode::Left);
     press(&mut state, "]");

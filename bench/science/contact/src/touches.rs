@@ -1,21 +1,23 @@
 //! Touches of the plate by a finger, from the normal force.
 //!
-//! A finger warms the plate from the moment it lands, some 10 ms before it weighs 50 mN, to the moment it has left, up to a tenth of a
-//! second after. Touches counted at 50 mN are some per cent too short, and the plate's course, predicted from them, too steep.
+//! A finger warms the plate from the moment it lands to the moment it has left, up to a tenth of a second after it last weighed 50 mN.
+//! Touches counted at 50 mN are some per cent too short, and the plate's course, predicted from them, too steep.
 
-use statistics::median;
+use statistics::quantile;
 
 use crate::plate_course::Touches;
 
 /// Longest time between a finger's first or last touch and the force that counts as one, s.
 const LONGEST_LANDING_S: f64 = 0.25;
-/// Force relative to the median of the forces without a finger that is a finger's: five standard deviations of normal noise, of which
-/// the median size is 0.6745.
-const NOISE_FACTOR: f64 = 5.0 / 0.6745;
+/// Share of the forces without a finger that are smaller than the sensor's noise, and the factor from which on a force is a finger's:
+/// 5.2 standard deviations of normal noise. A coarse sensor mostly reads 0, and its median has no noise.
+const NOISE_SHARE: f64 = 0.99;
+const NOISE_FACTOR: f64 = 2.0;
 /// Smallest force of a finger, N, however little the sensor's noise.
 const LIGHTEST_N: f64 = 1e-3;
-/// Shorter pauses between forces belong to a touch, s.
-const SHORTEST_PAUSE_S: f64 = 0.1;
+/// Longest pauses within a touch, s: of a finger that presses, and of one that lands or leaves, of which single readings may be noise.
+const PRESSING_PAUSE_S: f64 = 0.1;
+const LANDING_PAUSE_S: f64 = 0.01;
 
 /// Returns begin and end of each touch, s, from the normal force at some times. A touch holds a force of `off_n` or more, N, and lasts
 /// while the force about it exceeds the sensor's noise. The plate does not count as free where the force was not measured, NaN.
@@ -26,25 +28,26 @@ pub fn touches_s(times_s: &[f64], normal_n: &[f64], off_n: f64) -> Vec<(f64, f64
         let counted = forces().filter(move |(_, n)| n.is_nan() || n.abs() >= least_n);
         counted.map(|(time_s, _)| time_s)
     };
-    let pressed_s = joined(times_from(off_n));
-    let free_n = forces()
-        .filter(|(time_s, _)| is_free(&pressed_s, *time_s, LONGEST_LANDING_S))
-        .map(|(_, n)| n.abs());
-    let Some(noise_n) = median(free_n) else {
+    let pressed_s = joined(times_from(off_n), PRESSING_PAUSE_S);
+    let free = forces().filter(|(time_s, _)| is_free(&pressed_s, *time_s, LONGEST_LANDING_S));
+    let mut free_n: Vec<f64> = free.map(|(_, n)| n.abs()).collect();
+    free_n.sort_by(f64::total_cmp);
+    let Some(noise_n) = quantile(&free_n, NOISE_SHARE) else {
         return pressed_s;
     };
-    let felt_s = joined(times_from(
-        (NOISE_FACTOR * noise_n).max(LIGHTEST_N).min(off_n),
-    ));
+    let least_n = (NOISE_FACTOR * noise_n).max(LIGHTEST_N).min(off_n);
+    let felt_s = joined(times_from(least_n), LANDING_PAUSE_S);
+    let around = |time_s: f64| {
+        let felt = felt_s.iter();
+        felt.copied()
+            .find(|felt| (felt.0..=felt.1).contains(&time_s))
+            .unwrap_or((time_s, time_s))
+    };
     let mut touches: Vec<(f64, f64)> = Vec::new();
     for &(begin_s, end_s) in &pressed_s {
-        let around = felt_s
-            .iter()
-            .find(|felt| felt.0 <= begin_s && end_s <= felt.1);
-        let (felt_begin_s, felt_end_s) = *around.unwrap_or(&(begin_s, end_s));
         let touch = (
-            felt_begin_s.max(begin_s - LONGEST_LANDING_S),
-            felt_end_s.min(end_s + LONGEST_LANDING_S),
+            around(begin_s).0.max(begin_s - LONGEST_LANDING_S),
+            around(end_s).1.min(end_s + LONGEST_LANDING_S),
         );
         match touches.last_mut() {
             Some(last) if touch.0 <= last.1 => last.1 = touch.1,
@@ -63,12 +66,12 @@ pub fn is_free(touches_s: Touches<'_>, time_s: f64, margin_s: f64) -> bool {
         .is_none_or(|touch| touch.0 > time_s + margin_s)
 }
 
-/// Joins times without longer pauses than those within a touch to intervals.
-fn joined(times_s: impl Iterator<Item = f64>) -> Vec<(f64, f64)> {
+/// Joins times with shorter pauses than `pause_s` to intervals.
+fn joined(times_s: impl Iterator<Item = f64>, pause_s: f64) -> Vec<(f64, f64)> {
     let mut intervals: Vec<(f64, f64)> = Vec::new();
     for time_s in times_s {
         match intervals.last_mut() {
-            Some((_, end_s)) if time_s - *end_s < SHORTEST_PAUSE_S => *end_s = time_s,
+            Some((_, end_s)) if time_s - *end_s < pause_s => *end_s = time_s,
             _ => intervals.push((time_s, time_s)),
         }
     }
@@ -107,6 +110,19 @@ mod tests {
             assert!((begin_s - 1.0).abs() < error_s, "{noise_n}: {begin_s}");
             assert!((end_s - 2.0).abs() < error_s, "{noise_n}: {end_s}");
         }
+    }
+
+    /// A sensor that resolves 10 mN reads 0 most of the time, and 10 mN in single readings and in runs of them.
+    #[test]
+    fn steps_of_a_coarse_sensor_are_no_touch() {
+        let noise_n = |time_s: f64| 3e-3 * (1e4 * time_s).sin() + 3e-3 * (47.0 * time_s).sin();
+        let touches =
+            touches_of(|time_s| ((soft_n(time_s) + noise_n(time_s)) / 0.01).round() * 0.01);
+        let [(begin_s, end_s)] = touches[..] else {
+            panic!("{touches:?}")
+        };
+        assert!((begin_s - 1.0).abs() < 0.06, "{begin_s}");
+        assert!((end_s - 2.0).abs() < 0.06, "{end_s}");
     }
 
     /// A force that stays below a finger's, such as a zero that is off after the touch, prolongs it by a landing at most.

@@ -28,7 +28,7 @@ pub fn text(command: &Command) -> anyhow::Result<Vec<u8>> {
             let matches = help::messages::text(&options.words);
             let matches = matches.with_context(|| {
                 format!(
-                    "no message contains all of these words: {}; give fewer words, or none for the whole list",
+                    "no message contains half of these words: {}; give fewer words, or none for the whole list",
                     options.words.join(" ")
                 )
             })?;

@@ -25,7 +25,8 @@ pub struct MessagesOptions {
 /// let found = help::messages::text(&["normal force 5.30 N over".to_owned()]).unwrap();
 /// assert!(found.contains("safety.max_normal_n") && !found.contains("e-stop pressed"));
 /// let line = "TRIPPED  normal force 5.30 N over the limit of 5.00 N · x to re-arm  simulated";
-/// assert!(help::messages::text(&[line.to_owned()]).unwrap().contains("safety.max_normal_n"));
+/// let nearest = help::messages::text(&[line.to_owned()]).unwrap();
+/// assert!(nearest.starts_with("No message has all") && nearest.contains("safety.max_normal_n"));
 /// assert_eq!(help::messages::text(&["unheard-of".to_owned()]), None);
 /// ```
 #[must_use]
@@ -33,6 +34,9 @@ pub fn text(words: &[String]) -> Option<String> {
     let query: Vec<String> = words.iter().flat_map(|text| telling(text)).collect();
     let mut written = String::new();
     let least = least_share(&query)?;
+    if least < 1.0 {
+        written.push_str("No message has all of these words. The nearest:\n\n");
+    }
     for group in index() {
         let matches: Vec<_> = group
             .messages

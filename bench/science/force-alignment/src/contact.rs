@@ -40,6 +40,10 @@ const CORRELATED_S: f64 = 0.02;
 const EXCLUDED: f64 = 16.0;
 /// Smallest share of the frames that must have forces.
 const COVERED: f64 = 0.6;
+/// Smallest variance that the forces explain at a delay, as a share of the most that they explain at any. Without it, a delay that
+/// takes landing and lift-off out of the forces' reach has a small residual: the drift of the plate, which any step of the force
+/// explains.
+const LEAST_EXPLAINED: f64 = 0.5;
 /// Largest share of the variance that the forces may leave unexplained if there is a contact.
 const GREATEST_RESIDUAL: f64 = 0.9;
 
@@ -68,6 +72,15 @@ pub struct ContactFit {
     pub range_s: (f64, f64),
     /// Residual there.
     pub residual: f64,
+}
+
+/// How well the forces explain the impedance at a delay and rate.
+#[derive(Debug, Clone, Copy)]
+struct Explanation {
+    /// Share of the variance that they leave unexplained.
+    residual: f64,
+    /// Variance that they explain, summed over the frames.
+    explained: f64,
 }
 
 /// Frame of the film.
@@ -136,8 +149,8 @@ impl<'a> ContactSearch<'a> {
         })
     }
 
-    /// Returns the share of the variance that the forces leave unexplained; NaN without forces.
-    fn residual(&self, shift: Shift) -> f64 {
+    /// Returns how well the forces explain the impedance; `None` without forces.
+    fn explanation(&self, shift: Shift) -> Option<Explanation> {
         let observations: Vec<Observation> = self
             .frames
             .iter()
@@ -152,24 +165,41 @@ impl<'a> ContactSearch<'a> {
             })
             .collect();
         if (observations.len() as f64) < COVERED * self.frames.len() as f64 {
-            return f64::NAN;
+            return None;
         }
         let lines = Lines::fit(&observations, self.bins);
-        lines.squares(&observations) / lines.without_force
+        let squares = lines.squares(&observations);
+        Some(Explanation {
+            residual: squares / lines.without_force,
+            explained: lines.without_force - squares,
+        })
     }
 
-    /// Returns the residual over all delays at a rate.
+    /// Returns the share of the variance that the forces leave unexplained; NaN without forces.
+    fn residual(&self, shift: Shift) -> f64 {
+        let explanation = self.explanation(shift);
+        explanation.map_or(f64::NAN, |explanation| explanation.residual)
+    }
+
+    /// Returns the residual over all delays at a rate; NaN where the forces cover too little of the recording to tell.
     #[must_use]
     pub fn curve(&self, rate: f64) -> Vec<CurvePoint> {
         let steps = (GREATEST_DELAY_S / STEP_S) as i32;
-        let point = |step: i32| {
-            let delay_s = f64::from(step) * STEP_S;
-            CurvePoint {
-                delay_s,
-                residual: self.residual(Shift { delay_s, rate }),
-            }
+        let delays_s = (-steps..=steps).map(|step| f64::from(step) * STEP_S);
+        let rated: Vec<(f64, Option<Explanation>)> = delays_s
+            .map(|delay_s| (delay_s, self.explanation(Shift { delay_s, rate })))
+            .collect();
+        let explained = rated.iter().filter_map(|(_, explanation)| *explanation);
+        let most = explained
+            .map(|explanation| explanation.explained)
+            .fold(0.0, f64::max);
+        let point = |(delay_s, explanation): (f64, Option<Explanation>)| CurvePoint {
+            delay_s,
+            residual: explanation
+                .filter(|explanation| explanation.explained >= LEAST_EXPLAINED * most)
+                .map_or(f64::NAN, |explanation| explanation.residual),
         };
-        (-steps..=steps).map(point).collect()
+        rated.into_iter().map(point).collect()
     }
 
     /// Returns the best delay and rate; `None` if the impedance follows the normal force at none.
@@ -204,7 +234,10 @@ impl<'a> ContactSearch<'a> {
     /// Steps from one rate and delay to the best neighbouring one, while there is a better one.
     fn climb(&self, mut here: Shift) -> Shift {
         let rate_step = RATE_STEP_S / self.length_s;
-        let mut residual = self.residual(here);
+        let Some(start) = self.explanation(here) else {
+            return here;
+        };
+        let mut residual = start.residual;
         for _ in 0..MOST_STEPS {
             let neighbours = [-1.0, 1.0].into_iter().flat_map(|rate_steps| {
                 [-1.0, 0.0, 1.0].map(|steps| Shift {
@@ -213,8 +246,11 @@ impl<'a> ContactSearch<'a> {
                 })
             });
             let allowed = neighbours.filter(|shift| shift.rate.abs() <= GREATEST_RATE + rate_step);
-            let rated = allowed.map(|shift| (shift, self.residual(shift)));
-            let better = rated.filter(|rated| rated.1 < residual);
+            let rated = allowed.filter_map(|shift| Some((shift, self.explanation(shift)?)));
+            let better = rated
+                .filter(|(_, other)| other.explained >= LEAST_EXPLAINED * start.explained)
+                .map(|(shift, other)| (shift, other.residual))
+                .filter(|rated| rated.1 < residual);
             let Some(best) = better.min_by(|a, b| a.1.total_cmp(&b.1)) else {
                 break;
             };

@@ -191,11 +191,23 @@ impl Verdict {
         comparisons.all(Comparison::is_right)
     }
 
+    fn errors(&self, quantity: Quantity) -> impl Iterator<Item = f64> {
+        let comparisons = self.comparisons.iter();
+        comparisons
+            .filter(move |comparison| comparison.quantity == quantity)
+            .map(|comparison| comparison.error)
+    }
+
     /// Returns the median error of a quantity over the instances, with its sign; `None` without any.
     pub fn error(&self, quantity: Quantity) -> Option<f64> {
-        let comparisons = self.comparisons.iter().filter(|c| c.quantity == quantity);
-        let errors: Vec<f64> = comparisons.map(|comparison| comparison.error).collect();
+        let errors: Vec<f64> = self.errors(quantity).collect();
         (!errors.is_empty()).then(|| median(errors))
+    }
+
+    /// Returns the largest error of a quantity in one instance, with its sign; `None` without any.
+    fn largest_error(&self, quantity: Quantity) -> Option<f64> {
+        self.errors(quantity)
+            .max_by(|a, b| a.abs().total_cmp(&b.abs()))
     }
 }
 
@@ -213,8 +225,12 @@ impl fmt::Display for Verdict {
                 self.r2
             )?;
         }
-        if let Some(error) = self.error(Quantity::Mu0) {
-            write!(f, ", mu0 off {:+.1} %", 100.0 * error)?;
+        if let Some((error, largest)) = self
+            .error(Quantity::Mu0)
+            .zip(self.largest_error(Quantity::Mu0))
+        {
+            let (error, largest) = (100.0 * error, 100.0 * largest);
+            write!(f, ", mu0 off {error:+.1} % ({largest:+.1} % at most)")?;
         }
         if let Some(ratio) = self.area_ratio {
             write!(f, ", S/true {ratio:.2}")?;

@@ -3,4 +3,5 @@
 
 mod campaign;
 mod causes;
+mod force_times;
 mod table;

@@ -143,7 +143,7 @@ fn real_time_beside_a_busy_process_loses_no_sample() {
     let transcript = running.output();
     assert!(status.success(), "{transcript}");
     assert!(
-        transcript.contains("drop-outs         0 frames lost, 0 input and 0 output xruns"),
+        transcript.contains("drop-outs         0 audio frames lost, 0 input and 0 output xruns"),
         "{transcript}"
     );
     let session = SessionFolder::read(&study, "sub-01").unwrap();

@@ -33,7 +33,12 @@ pub(crate) const ANSWER: &[KeyRow] = &[
     KeyRow {
         presses: &[Press::key(KeyCode::Up)],
         label: "↑",
-        meaning: |_| Meaning::view(back, "back to the previous question", Some("back")),
+        meaning: |state| match &state.asked {
+            Some(asked) if asked.has_previous => {
+                Meaning::view(back, "back to the previous question", Some("back"))
+            }
+            _ => Meaning::explanation("the first question: no answer to go back to"),
+        },
     },
     KeyRow {
         presses: &[

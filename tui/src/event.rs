@@ -103,6 +103,8 @@ pub struct AskedDetail {
     pub choices: Vec<String>,
     /// Why the question is repeated.
     pub note: Option<String>,
+    /// Whether a question precedes it, to which one can go back.
+    pub has_previous: bool,
 }
 
 /// Proposal of a new carrier, at the plate's resonance.

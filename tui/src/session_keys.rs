@@ -309,6 +309,9 @@ fn accept_anyway(state: &State) -> Option<Meaning> {
     if is_accepted(state) {
         return Meaning::explanation("the trial is accepted already");
     }
+    if state.phase.practice {
+        return Meaning::explanation("a practice is not counted: nothing to keep");
+    }
     Meaning::action(
         Action::AcceptAnyway(attempt_name(state)),
         "keep the rejected trial",

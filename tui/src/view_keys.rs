@@ -42,7 +42,7 @@ pub(crate) const VIEW: &[KeyRow] = &[
         presses: &[Press::character('f')],
         label: "f",
         meaning: |state| match state.ui.frozen {
-            Some(_) => Meaning::view(hold, "resume the strips", Some("resume")),
+            Some(_) => Meaning::view(hold, "release the strips", Some("release")),
             None if state.history.is_empty() => {
                 Meaning::explanation("nothing to hold: no values yet")
             }

@@ -179,6 +179,11 @@ impl Session {
         }
     }
 
+    /// Whether attempts of an earlier part of the session were restored.
+    pub fn is_resumed(&self) -> bool {
+        self.resumed_attempts > 0
+    }
+
     /// Whether a pause waits for the end of the attempt.
     pub fn is_pausing(&self) -> bool {
         self.is_pause_due

@@ -54,7 +54,7 @@ fn minutes_lose_no_sample_and_take_no_more_memory_than_one() {
     let transcript = running.output();
     assert!(status.success(), "{transcript}");
     assert!(
-        transcript.contains("drop-outs         0 frames lost, 0 input and 0 output xruns"),
+        transcript.contains("drop-outs         0 audio frames lost, 0 input and 0 output xruns"),
         "{transcript}"
     );
 

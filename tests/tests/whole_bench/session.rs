@@ -27,7 +27,7 @@ fn a_session_is_recorded_to_the_letter() {
     assert_eq!(output.status.code(), Some(0), "{transcript}");
     for line in [
         "trials accepted   4 of 4",
-        "drop-outs         0 frames lost, 0 input and 0 output xruns",
+        "drop-outs         0 audio frames lost, 0 input and 0 output xruns",
     ] {
         assert!(transcript.contains(line), "no `{line}` in:\n{transcript}");
     }

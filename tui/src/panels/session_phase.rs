@@ -21,7 +21,8 @@ pub(crate) fn line(state: &State, columns: usize) -> Line<'static> {
         PhaseKind::Paused if !state.session.replayed => pause_parts(state),
         kind => {
             let countdown = phase.countdown.map(|left_s| format!(" {left_s}"));
-            let text = format!("{}{}", name(kind), countdown.unwrap_or_default());
+            let name = if phase.aborted { "aborted" } else { name(kind) };
+            let text = format!("{name}{}", countdown.unwrap_or_default());
             vec![LinePart::new(0, text, state.ui.theme.strong())]
         }
     };

@@ -23,15 +23,16 @@ pub(crate) fn render(state: &State, is_choosable: bool, area: Rect, buf: &mut Bu
             .count()
     };
     let rejected_count = verdict_count(false);
-    let count = Line::raw(match rejected_count {
-        0 => format!("{} accepted", verdict_count(true)),
-        _ => format!(
-            "{} accepted, {rejected_count} rejected",
-            verdict_count(true)
-        ),
-    });
+    let accepted = format!("{} accepted", verdict_count(true));
+    let counts = match rejected_count {
+        0 => vec![Line::raw(accepted)],
+        _ => vec![
+            Line::raw(format!("{accepted}, {rejected_count} rejected")),
+            Line::raw(format!("{} ✓ {rejected_count} ✗", verdict_count(true))),
+        ],
+    };
     let title = Line::styled("trials", theme.strong());
-    let body = titled(state, title, &[count], area, buf);
+    let body = titled(state, title, &counts, area, buf);
     if state.trials.is_empty() {
         note("no trials yet", theme.faint(), body, buf);
         return;

@@ -5,6 +5,7 @@
 
 use config::{CalibrationFile, Config, MeasuredForce, Quantity};
 use metrology::volts::UnitSlip;
+use statistics::significant;
 
 use crate::judged::Part;
 
@@ -38,6 +39,7 @@ pub struct ConstantChange {
     name: String,
     reference: Reference,
     reference_value: f64,
+    unit: String,
     ratio: f64,
     /// Relative 95 % error of the ratio.
     error: f64,
@@ -77,6 +79,7 @@ impl ConstantChange {
             name,
             ratio,
             reference_value,
+            unit,
             ..
         } = self;
         let reference = match self.reference {
@@ -85,7 +88,13 @@ impl ConstantChange {
         };
         let cause = self.cause().filter(|_| self.is_questioned());
         let cause = cause.map_or_else(String::new, |cause| format!(": {cause}"));
-        format!("{name} is {ratio:.4} times {reference} ({reference_value:.4e}){cause}")
+        let value = significant(*reference_value);
+        let unit = if unit == "1" {
+            String::new()
+        } else {
+            format!(" {unit}")
+        };
+        format!("{name} is {ratio:.4} times {reference} ({value}{unit}){cause}")
     }
 }
 
@@ -109,6 +118,7 @@ fn change(
         name: name.to_owned(),
         reference,
         reference_value,
+        unit: measured.unit.clone(),
         ratio,
         // An unknown error excuses no change.
         error: if error.is_finite() {

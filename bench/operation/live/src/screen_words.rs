@@ -106,8 +106,11 @@ pub fn automatic_pause(event: &SessionEventKind) -> Option<String> {
 }
 
 /// Returns the operator's advice for a phase.
-pub fn advice(phase: Phase) -> Option<&'static str> {
+pub fn advice(phase: Phase, is_resumed: bool) -> Option<&'static str> {
     Some(match phase {
+        Phase::Consent if is_resumed => {
+            "the session goes on: record anew that the participant consents: c"
+        }
         Phase::Consent => "consent is not recorded: c",
         Phase::Welcome => "the participant's button or Enter begins",
         Phase::Baseline => "no finger on the plate",
@@ -145,7 +148,7 @@ pub fn phase(session: &protocols::Session, view: &ParticipantView) -> tui::event
     }
     let left_s = view.countdown_s.or(session.verdict_left_s());
     phase_view.countdown = left_s.map(whole_seconds);
-    phase_view.message = advice(session.phase()).map(str::to_owned);
+    phase_view.message = advice(session.phase(), session.is_resumed()).map(str::to_owned);
     phase_view.pausing = session.is_pausing();
     phase_view.overrulable = session.is_judged();
     phase_view.repeats = session.verdict_repeats();

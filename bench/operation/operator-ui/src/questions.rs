@@ -1,6 +1,6 @@
 //! The questions about the participant at a session's start, after consent and before anything is driven.
 
-use protocols::{NOT_STATED, Person, PersonDetail};
+use protocols::{MAX_AGE_YEARS, MIN_AGE_YEARS, NOT_STATED, Person, PersonDetail};
 use tui::calibration_page::Reply;
 use tui::event::AskedDetail;
 
@@ -38,6 +38,7 @@ impl Questions {
             question: self.question(*detail),
             choices: detail.words().iter().map(ToString::to_string).collect(),
             note: self.note.clone(),
+            has_previous: self.index > 0,
         });
         tui::Event::Asked { detail }
     }
@@ -82,7 +83,13 @@ impl Questions {
             },
         };
         if let Err(error) = self.person.set(detail, &text) {
-            self.note = Some(error.to_string());
+            self.note = Some(match detail {
+                // The keys of the question are digits, so that `n/a` cannot be typed.
+                PersonDetail::Age => format!(
+                    "{text} is not an age: {MIN_AGE_YEARS} to {MAX_AGE_YEARS} whole years; enter alone: not stated"
+                ),
+                _ => error.to_string(),
+            });
             return None;
         }
         self.index += 1;

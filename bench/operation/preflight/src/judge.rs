@@ -105,10 +105,11 @@ fn judge_rate(table: &mut Table, rate_hz: f64, measured: &Measured) {
         return table.row("rate", false, "the card delivers nothing");
     };
     let ratio = (audio_to_s - audio_from_s) / (to_s - from_s);
-    // The first and the last buffer may each have waited for the scheduler.
-    let is_right = (ratio - 1.0).abs() * (to_s - from_s) < RATE_SLACK_S;
+    let is_right = is_rate_right(measured);
     let remedy = if is_right {
         ""
+    } else if measured.simulated {
+        ": the simulated bench does not keep up on this computer: close what keeps it busy, then check again"
     } else {
         ": the card does not run at the rate that it was opened with"
     };
@@ -120,6 +121,28 @@ fn judge_rate(table: &mut Table, rate_hz: f64, measured: &Measured) {
             ratio * rate_hz
         ),
     );
+}
+
+/// Returns whether the card delivered samples at the rate that it was opened with.
+fn is_rate_right(measured: &Measured) -> bool {
+    measured
+        .clocks_s
+        .is_none_or(|[(audio_from_s, from_s), (audio_to_s, to_s)]| {
+            // The first and the last buffer may each have waited for the scheduler.
+            ((audio_to_s - audio_from_s) - (to_s - from_s)).abs() < RATE_SLACK_S
+        })
+}
+
+/// Returns the remedy of a row that judges samples: `remedy`, unless a simulated bench did not keep up, by which it would blame
+/// wires that are not there.
+fn remedy_of_samples(measured: &Measured, remedy: &'static str) -> &'static str {
+    let (input, output) = measured.account.costly_xruns_since(&Account::default());
+    let has_gaps = measured.account.lost_frames + input + output > 0;
+    if measured.simulated && (has_gaps || !is_rate_right(measured)) {
+        ": the simulated bench did not keep up, and its samples have gaps: close what keeps this computer busy, then check again"
+    } else {
+        remedy
+    }
 }
 
 pub(super) fn judge_relay(table: &mut Table, floor_v: f64, measured: &Measured) {
@@ -205,6 +228,11 @@ fn judge_tone(table: &mut Table, config: &Config, measured: &Measured) {
     } else {
         ": compare output.volts_per_unit and channels.drive.volts_per_unit with the amplifier's gain"
     };
+    let remedy = if survives {
+        remedy
+    } else {
+        remedy_of_samples(measured, remedy)
+    };
     table.row(
         "carrier",
         survives,
@@ -228,7 +256,10 @@ fn judge_tone(table: &mut Table, config: &Config, measured: &Measured) {
     let remedy = if alive {
         ""
     } else {
-        ": is the pickup connected to the channel that [channels.pickup] names?"
+        remedy_of_samples(
+            measured,
+            ": is the pickup connected to the channel that [channels.pickup] names?",
+        )
     };
     table.row(
         "pickup",
@@ -243,7 +274,7 @@ fn judge_tone(table: &mut Table, config: &Config, measured: &Measured) {
     let remedy = if quiet {
         ""
     } else {
-        ": look at the pickup's shield, ground and gain"
+        remedy_of_samples(measured, ": look at the pickup's shield, ground and gain")
     };
     table.row(
         "noise",
@@ -402,5 +433,31 @@ mod tests {
         let mut table = Table::default();
         judge_relay(&mut table, 1.0, &Measured::default());
         assert!(table.rows.is_empty(), "nothing switches the amplifier");
+    }
+
+    #[test]
+    fn a_simulated_bench_that_does_not_keep_up_blames_no_wire() {
+        let slow = Measured {
+            simulated: true,
+            clocks_s: Some([(0.0, 0.0), (1.0, 1.5)]),
+            ..Measured::default()
+        };
+        let mut table = Table::default();
+        judge_rate(&mut table, 1e5, &slow);
+        assert!(!table.passed());
+        assert!(table.to_text().contains("close what keeps it busy"));
+        let wire = ": cable out";
+        assert!(remedy_of_samples(&slow, wire).contains("did not keep up"));
+        let card = Measured {
+            simulated: false,
+            ..slow
+        };
+        assert_eq!(remedy_of_samples(&card, wire), wire);
+        let on_time = Measured {
+            simulated: true,
+            clocks_s: Some([(0.0, 0.0), (1.0, 1.0)]),
+            ..Measured::default()
+        };
+        assert_eq!(remedy_of_samples(&on_time, wire), wire);
     }
 }

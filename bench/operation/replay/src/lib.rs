@@ -42,6 +42,8 @@ use live::trial_fit::FitRequest;
 use operator_ui::console::{Dashboard, Front, Headless, StopKeys};
 use recording::manifest::{self, Manifest, RecordedInterval, RecordedIntervalKind, RecordedRoom};
 use recording::pipeline::{Account, Batch};
+use study::provenance::Provenance;
+use study::sessions;
 use tasks::{Clock, Schedule, StopFlag, SystemClock, Task};
 
 use explored::Explored;
@@ -76,6 +78,8 @@ pub struct ReplayPlan {
     rules: SelectionRules,
     protocol_flaw: Option<Flaw>,
     assumed: AssumedConstants,
+    /// Whether the session's log says that the bench was simulated.
+    simulated: bool,
 }
 
 impl ReplayPlan {
@@ -92,6 +96,10 @@ impl ReplayPlan {
         let name = folder.canonicalize().ok();
         let name = name.as_deref().unwrap_or(folder).file_name();
         let (rules, protocol_flaw) = selection_rules(folder, source.manifest(), &settings);
+        let real_folder = folder.canonicalize().ok();
+        let session_folder = real_folder.as_deref().and_then(Path::parent);
+        let session = session_folder.and_then(|folder| sessions::read(folder).ok());
+        let provenance = Provenance::new(source.manifest(), session.as_ref());
         Ok(Self {
             rules,
             protocol_flaw,
@@ -101,6 +109,7 @@ impl ReplayPlan {
             folder: folder.to_owned(),
             speed: options.speed,
             headless: options.headless,
+            simulated: provenance.simulated,
         })
     }
 }
@@ -136,7 +145,7 @@ pub fn replay(
         Refit::new(plan.assumed, profile, ParticipantSkin::default())
     };
     let (reports, report) = crossbeam_channel::bounded(1);
-    for event in opening::events(&plan.source, &plan.rules, &plan.name) {
+    for event in opening::events(&plan) {
         front.show(event);
     }
     let (clock, schedule): (Arc<dyn Clock>, _) = match plan.speed {

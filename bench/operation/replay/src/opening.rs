@@ -1,12 +1,18 @@
 //! Events shown on the dashboard before a replay starts.
 
-use protocols::SelectionRules;
 use tui::event::LogLevel;
 
-use crate::source::Source;
+use crate::ReplayPlan;
 
-/// Returns the events that describe the recording `name`.
-pub(crate) fn events(source: &Source, rules: &SelectionRules, name: &str) -> Vec<tui::Event> {
+/// Returns the events that describe the recording.
+pub(crate) fn events(plan: &ReplayPlan) -> Vec<tui::Event> {
+    let ReplayPlan {
+        source,
+        rules,
+        name,
+        simulated,
+        ..
+    } = plan;
     let manifest = source.manifest();
     let half_m = rules.central_m / 2.0;
     let centre_m = source.vibration().plate.centre_m;
@@ -38,7 +44,7 @@ pub(crate) fn events(source: &Source, rules: &SelectionRules, name: &str) -> Vec
             study: Some(format!("replay of {}", name)),
             calibration_label: calibration.map(|calibration| calibration.label.clone()),
             uncalibrated: hardware.is_some_and(|hardware| hardware.uncalibrated),
-            simulated: false,
+            simulated: *simulated,
             // A recording gives only the plate's centre.
             plate_length_m: 2.0 * centre_m,
             kept_m: Some((centre_m - half_m, centre_m + half_m)),

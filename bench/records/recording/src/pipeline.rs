@@ -115,7 +115,7 @@ impl Account {
             _ => format!("; {lossless} of them cost no frame"),
         };
         format!(
-            "{} frames lost, {} input and {} output xruns{harmless}",
+            "{} audio frames lost, {} input and {} output xruns{harmless}",
             self.lost_frames, self.input_xruns, self.output_xruns
         )
     }
@@ -415,7 +415,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         assert_eq!(cost(&account, &Account::default()), (0, 0));
         assert_eq!(
             account.drop_outs(),
-            "0 frames lost, 1 input and 1 output xruns; 2 of them cost no frame"
+            "0 audio frames lost, 1 input and 1 output xruns; 2 of them cost no frame"
         );
         // For a trial that began while an xrun was open: a harmless earlier xrun must not hide one of this trial.
         report(&mut account, 2, 1);

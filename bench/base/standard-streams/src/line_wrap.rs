@@ -1,0 +1,106 @@
+//! Lines broken between words.
+
+use std::borrow::Cow;
+
+/// First words of lines that are commands, to be copied as a whole.
+const COMMANDS: [&str; 5] = ["friction-bench", "cargo", "sudo", "./dev", "python3"];
+
+/// Returns a line broken between words so that no part is wider than `columns`, but for words that are wider themselves. Parts after
+/// the first are indented as the last column of a table. Commands, between backticks or as the whole line, are not broken; neither is a
+/// line with control characters.
+pub(crate) fn wrapped(line: &str, columns: usize) -> Cow<'_, str> {
+    let text = line.trim_end_matches(['\r', '\n']);
+    let first = text.split_whitespace().next().unwrap_or_default();
+    let is_kept = text.chars().count() <= columns
+        || COMMANDS.contains(&first)
+        || text.chars().any(char::is_control);
+    if is_kept {
+        return Cow::Borrowed(line);
+    }
+    let indent = last_column(text, columns / 2);
+    let mut output = String::with_capacity(line.len() + 32);
+    let (mut column, mut blanks) = (0, 0);
+    for word in words(text) {
+        let width = word.chars().count();
+        if word.starts_with(' ') {
+            blanks = width;
+            continue;
+        }
+        if column > indent && column + blanks + width > columns {
+            output.push('\n');
+            (column, blanks) = (0, indent);
+        }
+        output.extend(std::iter::repeat_n(' ', blanks));
+        output.push_str(word);
+        column += blanks + width;
+        blanks = 0;
+    }
+    output.push_str(&line[text.len()..]);
+    Cow::Owned(output)
+}
+
+/// Returns where the last column of a table begins: after the last gap of two blanks or more before `most`, or after the blanks at
+/// the line's start.
+fn last_column(text: &str, most: usize) -> usize {
+    let (mut column, mut indent) = (0, 0);
+    for word in words(text) {
+        let width = word.chars().count();
+        let is_gap = word.starts_with(' ') && (width > 1 || column == 0);
+        column += width;
+        if is_gap && column <= most {
+            indent = column;
+        }
+    }
+    indent
+}
+
+/// Splits a text into words and the blanks between them; what stands between backticks is part of one word.
+fn words(text: &str) -> impl Iterator<Item = &str> {
+    let mut rest = text;
+    std::iter::from_fn(move || {
+        let is_blank = rest.starts_with(' ');
+        let mut is_quoted = false;
+        let end = rest.find(|character| {
+            is_quoted ^= character == '`';
+            !is_quoted && (character == ' ') != is_blank
+        });
+        let (word, after) = rest.split_at(end.unwrap_or(rest.len()));
+        rest = after;
+        (!word.is_empty()).then_some(word)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::wrapped;
+
+    #[test]
+    fn a_row_of_a_table_goes_on_below_its_last_column() {
+        let line = "FAILED  rate        41000 frames a second: the card is slow\n";
+        let broken = "FAILED  rate        41000 frames a\n                    second: the card is\n                    slow\n";
+        assert_eq!(wrapped(line, 40), broken);
+    }
+
+    #[test]
+    fn no_command_is_broken() {
+        let line =
+            "look at the devices by `friction-bench devices --all --mock` and at the cable\n";
+        let broken =
+            "look at the devices by\n`friction-bench devices --all --mock`\nand at the cable\n";
+        assert_eq!(wrapped(line, 40), broken);
+        let command = "  friction-bench run --mock --protocol demo --participant sub-01\n";
+        assert_eq!(wrapped(command, 40), command);
+    }
+
+    #[test]
+    fn no_word_is_lost_at_any_width() {
+        let line = "  a `b c` incomprehensibilities,   an `open quote and μ0\n";
+        for columns in 0..60 {
+            let words: Vec<String> = [line, &wrapped(line, columns)]
+                .iter()
+                .map(|text| text.split_whitespace().collect::<Vec<_>>().join(" "))
+                .collect();
+            assert_eq!(words[0], words[1], "{columns}");
+        }
+    }
+}

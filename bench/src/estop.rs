@@ -59,11 +59,11 @@ pub fn press(
     let Some(estop) = &mut lines.estop else {
         bail!("no e-stop is wired: name estop in [gpio]");
     };
+    let began = Instant::now();
+    let mut test = PressTest::new(estop.is_high()?, 0.0);
     if let Some(hand) = apparatus.estop_hand {
         hand();
     }
-    let began = Instant::now();
-    let mut test = PressTest::new(estop.is_high()?, 0.0);
     let mut last_step = None;
     loop {
         let step = test.poll(estop.is_high()?, began.elapsed().as_secs_f64());

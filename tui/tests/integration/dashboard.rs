@@ -337,6 +337,7 @@ fn a_question_about_the_participant_is_read_at_every_size_and_on_every_page() {
                 .map(str::to_owned)
                 .to_vec(),
             note: Some("a number from 1 to 3".to_owned()),
+            has_previous: true,
         }),
     });
     let mut state = press_key(state, "2h");

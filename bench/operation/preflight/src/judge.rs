@@ -398,9 +398,11 @@ fn judge_force(table: &mut Table, force: &config::Force, zero_n: f64, measured: 
         format!("{finding}{clock}"),
     );
     if talks {
+        // To the millinewtons that are printed; adding zero turns a negative zero positive.
+        let rounded = |force_n: f64| (force_n * 1e3).round() / 1e3 + 0.0;
         let (normal_n, lateral_n) = (
-            mean(measured.force_n.iter().map(|f| f.0)),
-            mean(measured.force_n.iter().map(|f| f.1)),
+            rounded(mean(measured.force_n.iter().map(|f| f.0))),
+            rounded(mean(measured.force_n.iter().map(|f| f.1))),
         );
         let zero = normal_n.abs() < zero_n && lateral_n.abs() < zero_n;
         let remedy = if zero {

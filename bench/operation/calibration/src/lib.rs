@@ -20,6 +20,7 @@ pub mod pickup;
 mod plate_limits;
 pub mod plate_look;
 pub mod plate_procedure;
+mod rejected_result;
 pub mod survey;
 pub mod swept_plate;
 pub mod volts;

@@ -1,5 +1,6 @@
 //! Limits on the constants of a plate, measured on the bench or elsewhere.
 
+use crate::rejected_result::RejectedResult;
 use config::CalibrationRules;
 use metrology::plate_fit::ConstantErrors;
 
@@ -17,7 +18,7 @@ pub(crate) struct FitResults {
 
 impl FitResults {
     /// Returns the reasons to reject the fit, by `limits`.
-    pub(crate) fn faults(&self, limits: &CalibrationRules) -> Vec<String> {
+    pub(crate) fn faults(&self, limits: &CalibrationRules) -> Vec<RejectedResult> {
         let ConstantErrors {
             resonance,
             quality: quality_error,
@@ -25,35 +26,34 @@ impl FitResults {
         } = self.errors;
         let mut faults = Vec::new();
         if self.residual > limits.plate_residual {
-            faults.push(format!(
-                "the response departs from a resonance by {:.2} % of its peak, more than calibration.plate_residual = {}: check that nothing touches the plate and that its clamp is tight",
-                100.0 * self.residual,
-                limits.plate_residual
-            ));
+            faults.push(RejectedResult::PlateResidual {
+                residual: self.residual,
+                limit: limits.plate_residual,
+            });
         }
         if self.errors.largest() > limits.plate_error {
-            faults.push(format!(
-                "the fit leaves errors of {:.2} half bandwidths in the resonance, {:.1} % in Q and {:.1} % in the static response, more than calibration.plate_error = {}: check the plate's clamp and neighbouring modes, and measure with less noise or in finer steps",
+            faults.push(RejectedResult::PlateUncertain {
                 resonance,
-                100.0 * quality_error,
-                100.0 * static_ratio,
-                limits.plate_error
-            ));
+                quality: quality_error,
+                static_ratio,
+                limit: limits.plate_error,
+            });
         }
         let [low, high] = limits.quality;
         if !(low..=high).contains(&self.quality) {
-            faults.push(format!(
-                "Q = {:.1} is outside calibration.quality = [{low}, {high}]: a finger or a loose clamp damps the plate",
-                self.quality
-            ));
+            faults.push(RejectedResult::PlateQuality {
+                quality: self.quality,
+                low,
+                high,
+            });
         }
         if let Some(drift_hz) = self.drift_hz
             && drift_hz.abs() > limits.drift_hz
         {
-            faults.push(format!(
-                "the resonance has moved by {drift_hz:+.1} Hz since the last calibration, more than calibration.drift_hz = {}: check the plate, its clamp and the temperature",
-                limits.drift_hz
-            ));
+            faults.push(RejectedResult::PlateMoved {
+                drift_hz,
+                limit_hz: limits.drift_hz,
+            });
         }
         faults
     }

@@ -14,6 +14,7 @@ use crate::plate_look::{
     LOOK_STEP_HZ, LOOK_TONES, SETTLE_TIME_CONSTANTS, highest_level_v, look, look_responses,
     peak_units_per_v, responses, settle_s,
 };
+use crate::rejected_result::{RejectedResult, in_words};
 use calibration_rig::calibration_figures as figures;
 use calibration_rig::clear::LISTEN_S;
 use calibration_rig::judged::{Calibrates, Judged, Part};
@@ -210,7 +211,7 @@ impl Procedure for PlateProcedure {
             step: step + usize::from(reviewed),
             steps: 4,
             doing,
-            note: fit.and_then(|fit| self.faults(fit).into_iter().next()),
+            note: fit.and_then(|fit| self.faults(fit).first().map(ToString::to_string)),
             points: fit.map(point_read).into_iter().collect(),
             curve: fit.map(|fit| self.curve(fit)),
             findings: fit.map(|fit| self.findings(fit)).unwrap_or_default(),
@@ -264,7 +265,7 @@ impl Calibrates for PlateProcedure {
             -fit.pickup_phase_rad.value - PI / 2.0,
         );
         let drift_hz = self.drift_hz(fit);
-        let faults = self.faults(fit);
+        let faults = in_words(&self.faults(fit));
         let plate = config::MeasuredPlate {
             measured: Provenance {
                 date,
@@ -418,7 +419,7 @@ impl PlateProcedure {
     }
 
     /// Returns the reasons to reject the fit.
-    fn faults(&self, fit: &PlateFit) -> Vec<String> {
+    fn faults(&self, fit: &PlateFit) -> Vec<RejectedResult> {
         let results = FitResults {
             residual: fit.residual,
             errors: fit.constant_errors(),
@@ -427,9 +428,7 @@ impl PlateProcedure {
         };
         let mut faults = results.faults(&self.setup.config.calibration);
         if !self.setup.metres_per_unit.standard_error.is_finite() {
-            faults.push(
-                "the force factor needs the pickup's sensitivity: run `friction-bench calibrate pickup` first".to_owned(),
-            );
+            faults.push(RejectedResult::PickupUnknown);
         }
         faults
     }

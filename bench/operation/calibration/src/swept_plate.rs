@@ -17,6 +17,7 @@ use plate_sweep::{
 
 use crate::plate_limits::FitResults;
 use crate::plate_procedure::admittance_csv;
+use crate::rejected_result::{RejectedResult, in_words};
 
 /// Largest file of a sweep, bytes.
 const LARGEST_BYTES: u64 = 64 << 20;
@@ -205,7 +206,7 @@ impl SweptPlate {
             .chain(mass)
             .collect(),
             remarks: self.remarks(&plate),
-            faults: self.faults(&plate, &constants),
+            faults: in_words(&self.faults(&plate, &constants)),
             stem: "plate",
             table: admittance_csv(&points),
             figure: Some(figures::plate(&points, &plate)),
@@ -343,7 +344,11 @@ impl SweptPlate {
     }
 
     /// Returns the reasons to put nothing in force.
-    fn faults(&self, plate: &config::MeasuredPlate, constants: &SweptConstants) -> Vec<String> {
+    fn faults(
+        &self,
+        plate: &config::MeasuredPlate,
+        constants: &SweptConstants,
+    ) -> Vec<RejectedResult> {
         let resonance_hz = plate.resonance_hz.value;
         let results = FitResults {
             residual: plate.residual,
@@ -359,17 +364,21 @@ impl SweptPlate {
             .iter()
             .find(|(unit_ratio, _)| is_close(*unit_ratio) || is_close(unit_ratio.recip()));
         if let Some((_, unit)) = unit {
-            faults.push(format!(
-                "the resonance, {resonance_hz:.0} Hz, is {ratio:.4} times that of the bench, {configured_hz:.0} Hz: correct the unit of the frequencies in --columns, as in f[{unit}] or f[Hz]"
-            ));
+            faults.push(RejectedResult::SweepUnit {
+                resonance_hz,
+                ratio,
+                configured_hz,
+                unit,
+            });
         }
         let configured_kg = self.config.plate.modal_mass_kg;
         let mass_kg = constants.modal_mass_kg.value;
         let is_other = (mass_kg / configured_kg - 1.0).abs() > SAME_MASS;
         if self.source != ScaleSource::Configured && is_other {
-            faults.push(format!(
-                "the modal mass, {mass_kg:.4e} kg, is not that of bench.toml, plate.modal_mass_kg = {configured_kg}: write {mass_kg:.4e} there, then run the command again"
-            ));
+            faults.push(RejectedResult::SweepMass {
+                mass_kg,
+                configured_kg,
+            });
         }
         faults
     }

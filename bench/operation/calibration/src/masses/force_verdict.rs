@@ -11,6 +11,7 @@ use crate::masses::force_figure::force_figure;
 use crate::masses::force_procedure::ForceProcedure;
 use crate::masses::mass::UNLOADED;
 use crate::masses::plateau::{Plateau, WINDOW_S};
+use crate::rejected_result::{RejectedResult, in_words};
 use calibration_rig::judged::{Calibrates, Judged, Part};
 use calibration_rig::operator::grams;
 use config::{Provenance, Quantity};
@@ -175,14 +176,16 @@ impl ForceProcedure {
     }
 
     fn faults(&self, force: &config::MeasuredForce) -> Vec<String> {
+        let correction = force.correction();
+        let implausible = correction.require_plausible(self.setup.config.safety.max_forces_n());
+        let implausible = implausible.err().map(|fault| fault.to_string());
+        let rejected = in_words(&self.rejected(force));
+        implausible.into_iter().chain(rejected).collect()
+    }
+
+    fn rejected(&self, force: &config::MeasuredForce) -> Vec<RejectedResult> {
         let limits = &self.setup.config.calibration;
         let mut faults = Vec::new();
-        if let Err(fault) = force
-            .correction()
-            .require_plausible(self.setup.config.safety.max_forces_n())
-        {
-            faults.push(fault.to_string());
-        }
         let axes = [
             (
                 &force.normal_per_normal,
@@ -199,44 +202,46 @@ impl ForceProcedure {
             let axis = AXES[k].name();
             let relative = direct.standard_error / direct.value.abs();
             if relative > limits.force_error {
-                faults.push(format!(
-                    "the sensitivity of the {axis} axis is known to {:.2} % only, calibration.force_error = {}: use heavier or more masses, or better known ones",
-                    100.0 * relative,
-                    limits.force_error
-                ));
+                faults.push(RejectedResult::ForceUncertain {
+                    axis,
+                    relative,
+                    limit: limits.force_error,
+                });
             }
             if cross.value.abs() > limits.force_crosstalk {
-                faults.push(format!(
-                    "{:.3} N of {axis} force are made of each newton on the other axis, more than calibration.force_crosstalk = {}: level the plate and the pulley's thread, and turn the sensor into its axes",
-                    cross.value, limits.force_crosstalk
-                ));
+                faults.push(RejectedResult::ForceCrosstalk {
+                    axis,
+                    crosstalk: cross.value,
+                    limit: limits.force_crosstalk,
+                });
             }
             if force.nonlinearity[k] > limits.force_nonlinearity {
-                faults.push(format!(
-                    "the masses depart from the matrix by {:.2} % of the largest force on the {axis} axis, more than calibration.force_nonlinearity = {}: measure the worst one again, or use lighter ones",
-                    100.0 * force.nonlinearity[k],
-                    limits.force_nonlinearity
-                ));
+                faults.push(RejectedResult::ForceBent {
+                    axis,
+                    nonlinearity: force.nonlinearity[k],
+                    limit: limits.force_nonlinearity,
+                });
             }
             if force.noise_n_per_sqrt_hz[k] > limits.force_noise_n_per_sqrt_hz {
-                faults.push(format!(
-                    "the noise of the {axis} axis is {:.1e} N/√Hz, more than calibration.force_noise_n_per_sqrt_hz = {}: check its shield and supply",
-                    force.noise_n_per_sqrt_hz[k], limits.force_noise_n_per_sqrt_hz
-                ));
+                faults.push(RejectedResult::ForceNoise {
+                    axis,
+                    noise: force.noise_n_per_sqrt_hz[k],
+                    limit: limits.force_noise_n_per_sqrt_hz,
+                });
             }
             if drift.value.abs() > limits.force_drift_n_per_min {
-                faults.push(format!(
-                    "the zero of the {axis} axis drifts by {:+.1} mN/min, more than calibration.force_drift_n_per_min = {} N/min: let the sensor warm up, and calibrate again",
-                    1e3 * drift.value,
-                    limits.force_drift_n_per_min
-                ));
+                faults.push(RejectedResult::ForceDrift {
+                    axis,
+                    drift_n_per_min: drift.value,
+                    limit: limits.force_drift_n_per_min,
+                });
             }
             if force.zero_return_n[k] > limits.force_zero_return_n {
-                faults.push(format!(
-                    "the zero of the {axis} axis comes back only within {:.1} mN after a load, more than calibration.force_zero_return_n = {} N: something rubs or slips, or the sensor creeps",
-                    1e3 * force.zero_return_n[k],
-                    limits.force_zero_return_n
-                ));
+                faults.push(RejectedResult::ForceZeroReturn {
+                    axis,
+                    zero_return_n: force.zero_return_n[k],
+                    limit: limits.force_zero_return_n,
+                });
             }
         }
         faults

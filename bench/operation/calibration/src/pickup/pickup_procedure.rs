@@ -303,7 +303,7 @@ impl Procedure for PickupProcedure {
         let reviewed = matches!(self.stage, PickupStage::Review);
         let fault = || {
             let line = line.as_ref().filter(|_| reviewed)?;
-            self.faults(line).into_iter().next()
+            self.faults(line).first().map(ToString::to_string)
         };
         CalibrationProgress {
             step,

@@ -8,6 +8,7 @@ use metrology::regression::{FittedLine, LineFitError, LinePoint};
 use num_complex::Complex64;
 
 use super::pickup_procedure::PickupProcedure;
+use crate::rejected_result::{RejectedResult, in_words};
 use calibration_rig::calibration_figures as figures;
 use calibration_rig::judged::{Calibrates, Judged, Part};
 use calibration_rig::known::Known;
@@ -19,7 +20,7 @@ impl Calibrates for PickupProcedure {
     fn judge(&self, date: jiff::Timestamp, operator: &str) -> anyhow::Result<Judged> {
         let line = self.line()?;
         let relative = self.relative_error(&line);
-        let faults = self.faults(&line);
+        let faults = in_words(&self.faults(&line));
         let source = match &self.setup.known {
             Known::Values(_) | Known::Typed => "typed in".to_owned(),
             Known::Table(_) => "from a table".to_owned(),
@@ -154,26 +155,25 @@ impl PickupProcedure {
     }
 
     /// Returns the reasons to reject the line.
-    pub(super) fn faults(&self, line: &FittedLine) -> Vec<String> {
+    pub(super) fn faults(&self, line: &FittedLine) -> Vec<RejectedResult> {
         let limits = &self.setup.config.calibration;
+        let nonlinearity = line.nonlinearity;
         let relative = self.relative_error(line);
         let mut faults = Vec::new();
         if line.slope <= 0.0 {
-            faults.push("the pickup reads less where the amplitude is more: check that the amplitudes are in the order of the levels".to_owned());
+            faults.push(RejectedResult::PickupFalls);
         }
-        if line.nonlinearity > limits.pickup_nonlinearity {
-            faults.push(format!(
-                "the points depart from a line by {:.2} % of the largest amplitude, more than calibration.pickup_nonlinearity = {}: repeat the worst one",
-                100.0 * line.nonlinearity,
-                limits.pickup_nonlinearity
-            ));
+        if nonlinearity > limits.pickup_nonlinearity {
+            faults.push(RejectedResult::PickupBent {
+                nonlinearity,
+                limit: limits.pickup_nonlinearity,
+            });
         }
         if relative > limits.pickup_error {
-            faults.push(format!(
-                "the sensitivity is known to {:.2} % only, calibration.pickup_error = {}: take more points, or higher levels",
-                100.0 * relative,
-                limits.pickup_error
-            ));
+            faults.push(RejectedResult::PickupUncertain {
+                relative,
+                limit: limits.pickup_error,
+            });
         }
         faults
     }

@@ -8,6 +8,7 @@ use config::{MeasuredOutput, Provenance, Quantity};
 use metrology::regression::FittedLine;
 use metrology::volts::{UnitSlip, VoltsFit};
 
+use crate::rejected_result::{RejectedResult, in_words};
 use crate::volts::output_procedure::OutputProcedure;
 
 impl OutputProcedure {
@@ -21,27 +22,26 @@ impl OutputProcedure {
         Quantity::combined(value, error, observed, line.degrees_of_freedom, "1")
     }
 
-    fn faults(&self, fit: &VoltsFit, commanded: &Quantity, read_back: &Quantity) -> Vec<String> {
+    fn faults(
+        &self,
+        fit: &VoltsFit,
+        commanded: &Quantity,
+        read_back: &Quantity,
+    ) -> Vec<RejectedResult> {
         let config = &self.setup.config;
-        let tolerance = config.calibration.meter_tolerance;
+        let limit = config.calibration.meter_tolerance;
         let mut faults = Vec::new();
-        let uncertain = commanded.standard_error.max(read_back.standard_error);
-        if uncertain > tolerance {
-            faults.push(format!(
-                "the volts are known to {:.1} % only, calibration.meter_tolerance = {tolerance}: use a better meter, or one that reads the carrier",
-                100.0 * uncertain
-            ));
+        let relative = commanded.standard_error.max(read_back.standard_error);
+        if relative > limit {
+            faults.push(RejectedResult::VoltsUncertain { relative, limit });
         }
         let line = &fit.per_commanded;
         let largest_v = self.points.iter().map(|p| p.known_v).fold(0.0, f64::max);
-        let bent = line.nonlinearity.max(line.offset.abs() / largest_v);
-        if bent > tolerance {
-            faults.push(format!(
-                "the readings depart from a line through zero by {:.1} % of the largest: repeat the worst one; check the meter's range",
-                100.0 * bent
-            ));
+        let nonlinearity = line.nonlinearity.max(line.offset.abs() / largest_v);
+        if nonlinearity > limit {
+            faults.push(RejectedResult::VoltsBent { nonlinearity });
         }
-        let is_off = |factor: &Quantity| (factor.value - 1.0).abs() > tolerance;
+        let is_off = |factor: &Quantity| (factor.value - 1.0).abs() > limit;
         if !is_off(commanded) && !is_off(read_back) {
             return faults;
         }
@@ -55,15 +55,17 @@ impl OutputProcedure {
         let slip = UnitSlip::from_ratio(commanded.value).map_or(String::new(), |slip| {
             format!(" {slip}: was the right unit typed?")
         });
-        faults.push(format!(
-            "the meter reads {:.4} V for each volt commanded and {:.4} V for each volt read back, more than calibration.meter_tolerance = {tolerance} off: {cause}; at limits.drive_v = {} V the plate gets {:.1} V.{slip} If the meter is right, set output.volts_per_unit = {:.2} and channels.drive.volts_per_unit = {:.2} in bench.toml, and calibrate again",
-            commanded.value,
-            read_back.value,
-            config.limits.drive_v,
-            config.limits.drive_v * commanded.value,
-            config.output.volts_per_unit * commanded.value,
-            config.channels.drive.volts_per_unit * read_back.value,
-        ));
+        faults.push(RejectedResult::VoltsOff {
+            per_commanded: commanded.value,
+            per_read_back: read_back.value,
+            limit,
+            cause,
+            drive_v: config.limits.drive_v,
+            plate_v: config.limits.drive_v * commanded.value,
+            slip,
+            output_volts_per_unit: config.output.volts_per_unit * commanded.value,
+            drive_volts_per_unit: config.channels.drive.volts_per_unit * read_back.value,
+        });
         faults
     }
 
@@ -112,7 +114,7 @@ impl Calibrates for OutputProcedure {
         let setup = &self.setup;
         let per_commanded = self.factor(&fit.per_commanded, self.transfer);
         let per_read_back = self.factor(&fit.per_read_back, 1.0);
-        let faults = self.faults(&fit, &per_commanded, &per_read_back);
+        let faults = in_words(&self.faults(&fit, &per_commanded, &per_read_back));
         let source = match setup.known {
             Known::Instrument => "read from a serial line",
             _ => "typed in",

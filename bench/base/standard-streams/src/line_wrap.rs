@@ -58,12 +58,15 @@ fn last_column(text: &str, most: usize) -> usize {
 fn words(text: &str) -> impl Iterator<Item = &str> {
     let mut rest = text;
     std::iter::from_fn(move || {
-        let is_blank = rest.starts_with(' ');
         let mut is_quoted = false;
-        let end = rest.find(|character| {
-            is_quoted ^= character == '`';
-            !is_quoted && (character == ' ') != is_blank
-        });
+        let end = if rest.starts_with(' ') {
+            rest.find(|character| character != ' ')
+        } else {
+            rest.find(|character| {
+                is_quoted ^= character == '`';
+                character == ' ' && !is_quoted
+            })
+        };
         let (word, after) = rest.split_at(end.unwrap_or(rest.len()));
         rest = after;
         (!word.is_empty()).then_some(word)

@@ -144,6 +144,8 @@ impl PanicRun {
             "{part}: {}",
             last_characters(transcript)
         );
+        // Lines are broken at the terminal's width.
+        let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
         for words in [
             &format!("an error in the program itself, in its part `{part}`: on purpose"),
             "look at the plate",

@@ -145,7 +145,7 @@ pub fn replay(
         Refit::new(plan.assumed, profile, ParticipantSkin::default())
     };
     let (reports, report) = crossbeam_channel::bounded(1);
-    for event in opening::events(&plan) {
+    for event in opening::events(&plan.source, &plan.rules, &plan.name, plan.simulated) {
         front.show(event);
     }
     let (clock, schedule): (Arc<dyn Clock>, _) = match plan.speed {

@@ -1,18 +1,17 @@
 //! Events shown on the dashboard before a replay starts.
 
+use protocols::SelectionRules;
 use tui::event::LogLevel;
 
-use crate::ReplayPlan;
+use crate::source::Source;
 
-/// Returns the events that describe the recording.
-pub(crate) fn events(plan: &ReplayPlan) -> Vec<tui::Event> {
-    let ReplayPlan {
-        source,
-        rules,
-        name,
-        simulated,
-        ..
-    } = plan;
+/// Returns the events that describe the recording `name`, of a simulated bench or a real one.
+pub(crate) fn events(
+    source: &Source,
+    rules: &SelectionRules,
+    name: &str,
+    simulated: bool,
+) -> Vec<tui::Event> {
     let manifest = source.manifest();
     let half_m = rules.central_m / 2.0;
     let centre_m = source.vibration().plate.centre_m;
@@ -44,7 +43,7 @@ pub(crate) fn events(plan: &ReplayPlan) -> Vec<tui::Event> {
             study: Some(format!("replay of {}", name)),
             calibration_label: calibration.map(|calibration| calibration.label.clone()),
             uncalibrated: hardware.is_some_and(|hardware| hardware.uncalibrated),
-            simulated: *simulated,
+            simulated,
             // A recording gives only the plate's centre.
             plate_length_m: 2.0 * centre_m,
             kept_m: Some((centre_m - half_m, centre_m + half_m)),

@@ -19,9 +19,11 @@ const MOST_MB: u64 = 200;
 
 /// Runs a command to its end; returns its status and the most memory that it took, MB.
 fn measured(command: &mut Command, log: &Path) -> (ExitStatus, u64) {
-    let file = File::create(log).unwrap();
-    command.stdout(file.try_clone().unwrap()).stderr(file);
-    let mut child = command.spawn().unwrap();
+    let file = File::create(log).expect("a log");
+    command
+        .stdout(file.try_clone().expect("a second handle"))
+        .stderr(file);
+    let mut child = command.spawn().expect("a program");
     let status_file = format!("/proc/{}/status", child.id());
     let mut most_kb = 0;
     loop {
@@ -29,7 +31,7 @@ fn measured(command: &mut Command, log: &Path) -> (ExitStatus, u64) {
         let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
         let peak = peak.and_then(|peak| peak.trim().trim_end_matches(" kB").parse().ok());
         most_kb = most_kb.max(peak.unwrap_or(0));
-        if let Some(status) = child.try_wait().unwrap() {
+        if let Some(status) = child.try_wait().expect("a status") {
             return (status, most_kb >> 10);
         }
         std::thread::sleep(Duration::from_millis(10));

@@ -8,8 +8,10 @@ use num_complex::Complex64;
 use crate::refusal::ImportRefusal;
 use crate::sources::{Column, Sources};
 
-/// Rate of the envelopes, Hz.
+/// Rate of the envelopes, Hz, and the most values of one: a recording longer than 17 minutes has a lower rate, of 1 kHz in half an
+/// hour and 220 Hz in two hours and a half.
 const FRAMES_HZ: f64 = 2000.0;
+const MOST_VALUES: u64 = 1 << 21;
 /// Samples of a stretch of which a spectrum is computed, and the number of stretches.
 const SPECTRUM_SAMPLES: u64 = 1 << 16;
 const SPECTRUM_STRETCHES: u64 = 12;
@@ -206,6 +208,12 @@ pub(crate) fn strongest_tone(
     Ok(Some(centre * resolution_hz))
 }
 
+/// Returns the number of samples in a value of an envelope.
+fn samples_per_value(rate_hz: f64, samples: u64) -> u64 {
+    let usual = (rate_hz / FRAMES_HZ).round().max(1.0) as u64;
+    usual.max(samples.div_ceil(MOST_VALUES))
+}
+
 /// Reads a channel whole: its envelope about `reference_hz`, and its extremes.
 pub(crate) fn channel(
     sources: &mut Sources<'_>,
@@ -213,7 +221,7 @@ pub(crate) fn channel(
     rate_hz: f64,
     reference_hz: f64,
 ) -> Result<Channel, ImportRefusal> {
-    let group = (rate_hz / FRAMES_HZ).round().max(1.0) as u64;
+    let group = samples_per_value(rate_hz, column.len());
     let mut range = Range::default();
     let mut values = Vec::new();
     let (mut sum, mut count) = (Complex64::ZERO, 0u64);
@@ -351,6 +359,15 @@ fn slope(values: &[Complex64], mean_rad: f64) -> Option<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_envelope_of_any_length_has_a_bounded_number_of_values() {
+        assert_eq!(samples_per_value(192e3, 192_000 * 1000), 96);
+        for hours in [1, 3, 24] {
+            let samples = 192_000 * 3600 * hours;
+            assert!(samples / samples_per_value(192e3, samples) <= MOST_VALUES);
+        }
+    }
 
     #[test]
     fn two_minutes_of_a_long_drive_show_its_modulation() {

@@ -1,5 +1,5 @@
-//! Long files without gaps, in little memory: of 20 MB in every test run, of as many as `FRICTION_BENCH_DENSE_MB` says in a campaign
-//! (`./dev campaign import`: 4096).
+//! Long files without gaps, in little memory: of 200 MB in every test run, of as many as `FRICTION_BENCH_DENSE_MB` says in a campaign
+//! (`./dev campaign import`: 4096). Every test run looks at all of them, and imports a few.
 
 use std::fs::File;
 use std::path::Path;
@@ -12,8 +12,10 @@ use bench_tests::session::{finish, text};
 
 /// Formats.
 const FORMATS: [&str; 8] = ["NPY", "RF64", "WAV", "FLAC", "HDF5", "v7.3", "TDMS", "CSV"];
-/// Size of each file, MB.
-const SIZE: usize = 20;
+/// Formats that every test run imports.
+const FEW: [&str; 2] = ["v7.3", "TDMS"];
+/// Size of each file in every test run, MB.
+const SIZE: usize = 200;
 /// Most memory of a command, MB.
 const MOST_MB: u64 = 200;
 
@@ -57,22 +59,24 @@ fn a_long_file_of_each_format_is_imported_in_little_memory() {
         assert!(output.status.success(), "{}", text(&output));
         let extension = String::from_utf8(output.stdout).unwrap();
         let file = folder.path().join("dense").with_extension(extension.trim());
-        let size_mb = std::fs::metadata(&file).unwrap().len() >> 20;
+        let file_mb = std::fs::metadata(&file).unwrap().len() >> 20;
         let log = folder.path().join("log");
         let mut look = bench();
         look.args(["import", "--look"]).arg(&file);
         let mut import = bench();
         import.arg("import").arg(folder.path().join("map.toml"));
         import.arg("--dry-run").env("TMPDIR", folder.path());
-        let taken = [look, import].map(|mut command| {
+        let is_imported = size_mb > SIZE || FEW.contains(format);
+        let commands = std::iter::once(look).chain(is_imported.then_some(import));
+        let taken = commands.map(|mut command| {
             let (status, most_mb) = measured(&mut command, &log);
             let said = std::fs::read_to_string(&log).unwrap();
             assert!(status.success(), "{format}: {said}");
             assert!(most_mb > 0 && most_mb <= MOST_MB, "{format}: {most_mb} MB");
-            most_mb
+            format!("{most_mb} MB")
         });
-        let [look_mb, import_mb] = taken;
-        let result = format!("{format} of {size_mb} MB: look {look_mb} MB, import {import_mb} MB");
+        let taken: Vec<String> = taken.collect();
+        let result = format!("{format} of {file_mb} MB: {}", taken.join(", import "));
         campaign::report("long files without gaps", 1, &result);
     }
 }

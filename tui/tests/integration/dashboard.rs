@@ -201,6 +201,27 @@ fn an_accepted_trial_and_the_last_rejection_state_their_outcome() {
 }
 
 #[test]
+fn an_aborted_session_is_called_so() {
+    let mut state = exploring_state();
+    state.phase = PhaseView {
+        aborted: true,
+        ..PhaseView::new(PhaseKind::Finished)
+    };
+    let screen = lines(&state, 80, 24);
+    assert!(screen.contains("aborted"), "{screen}");
+    assert!(!screen.contains("now  finished"), "{screen}");
+}
+
+#[test]
+fn a_practice_is_not_kept() {
+    let mut state = rejecting_state();
+    state.phase.practice = true;
+    state = press_key(state, "o");
+    let note = state.ui.note.clone().unwrap();
+    assert!(note.contains("practice"), "{note}");
+}
+
+#[test]
 fn a_stopped_session_is_ready_once_it_is_rearmed() {
     let mut state = exploring_state();
     state.phase.kind = PhaseKind::Paused;

@@ -7,21 +7,19 @@ const COMMANDS: [&str; 5] = ["friction-bench", "cargo", "sudo", "./dev", "python
 
 /// Returns a line broken between words so that no part is wider than `columns`, but for words that are wider themselves. Parts after
 /// the first are indented as the last column of a table. Commands, between backticks or as the whole line, are not broken; neither is a
-/// line with control characters.
+/// line with control characters other than colours.
 pub(crate) fn wrapped(line: &str, columns: usize) -> Cow<'_, str> {
     let text = line.trim_end_matches(['\r', '\n']);
     let first = text.split_whitespace().next().unwrap_or_default();
-    let is_kept = text.chars().count() <= columns
-        || COMMANDS.contains(&first)
-        || text.chars().any(char::is_control);
-    if is_kept {
+    let is_short = width(text).is_none_or(|width| width <= columns);
+    if is_short || COMMANDS.contains(&first) {
         return Cow::Borrowed(line);
     }
     let indent = last_column(text, columns / 2);
     let mut output = String::with_capacity(line.len() + 32);
     let (mut column, mut blanks) = (0, 0);
     for word in words(text) {
-        let width = word.chars().count();
+        let width = width(word).unwrap_or_default();
         if word.starts_with(' ') {
             blanks = width;
             continue;
@@ -39,12 +37,30 @@ pub(crate) fn wrapped(line: &str, columns: usize) -> Cow<'_, str> {
     Cow::Owned(output)
 }
 
+/// Returns the columns of a text: without the sequences that set colours (`ESC [ … m`); `None` with another control character.
+fn width(text: &str) -> Option<usize> {
+    let mut columns = 0;
+    let mut characters = text.chars();
+    while let Some(character) = characters.next() {
+        match character {
+            '\x1b' if characters.next() == Some('[') => {
+                let mut parameters = characters.by_ref();
+                let end = parameters.find(|character| !matches!(character, '0'..='9' | ';'));
+                end.filter(|end| *end == 'm')?;
+            }
+            character if character.is_control() => return None,
+            _ => columns += 1,
+        }
+    }
+    Some(columns)
+}
+
 /// Returns where the last column of a table begins: after the last gap of two blanks or more before `most`, or after the blanks at
 /// the line's start.
 fn last_column(text: &str, most: usize) -> usize {
     let (mut column, mut indent) = (0, 0);
     for word in words(text) {
-        let width = word.chars().count();
+        let width = width(word).unwrap_or_default();
         let is_gap = word.starts_with(' ') && (width > 1 || column == 0);
         column += width;
         if is_gap && column <= most {
@@ -93,6 +109,20 @@ mod tests {
         assert_eq!(wrapped(line, 40), broken);
         let command = "  friction-bench run --mock --protocol demo --participant sub-01\n";
         assert_eq!(wrapped(command, 40), command);
+    }
+
+    #[test]
+    fn colours_take_no_columns() {
+        let line = "\x1b[1;31merror:\x1b[0m an \x1b[1margument\x1b[0m is missing";
+        assert_eq!(wrapped(line, 28), line);
+        assert_eq!(wrapped(line, 27), line.replace(" missing", "\nmissing"));
+        for kept in [
+            "\r\x1b[K half of a line that a command rewrites",
+            "a\x1b",
+            "a\x1b[5",
+        ] {
+            assert_eq!(wrapped(kept, 10), kept);
+        }
     }
 
     #[test]

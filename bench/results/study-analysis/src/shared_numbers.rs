@@ -49,15 +49,21 @@ fn sets<'a>(folders: impl IntoIterator<Item = (&'a Path, Vec<u64>)>) -> Vec<Vec<
 }
 
 fn line(set: &[&Path]) -> String {
-    let (first, second) = (set[0].display(), set[1].display());
-    let others = match set.len() - 2 {
-        0 => String::new(),
-        more => format!(", as have {more} more"),
-    };
-    let exclusion = quoted(set[1]);
+    let (first, others) = (set[0].display(), &set[1..]);
+    let names: Vec<String> = others
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect();
+    let have = if others.len() == 1 { "has" } else { "have" };
+    let exclusions: Vec<String> = others
+        .iter()
+        .map(|path| format!("--exclude {}", quoted(path)))
+        .collect();
     format!(
-        "{second} has the same numbers as {first}, to the last digit{others}: one recording under several names, each of which \
-         counts; look which is right, and leave out the others, such as with --exclude {exclusion}"
+        "{} {have} the same numbers as {first}, to the last digit: one recording under several names, each of which counts; look \
+         which is right, and leave out the others, such as with {}",
+        names.join(" and "),
+        exclusions.join(" ")
     )
 }
 
@@ -81,10 +87,11 @@ mod tests {
         assert_eq!(sets(folders), [[a, d, e]]);
         let text = line(&[a, d, e]);
         assert!(
-            text.starts_with("d has the same numbers as a,") && text.contains("1 more"),
+            text.starts_with("d and e have the same numbers as a,")
+                && text.ends_with("--exclude d --exclude e"),
             "{text}"
         );
-        assert!(!line(&[a, d]).contains("more:"));
+        assert!(line(&[a, d]).starts_with("d has the same numbers as a,"));
     }
 
     #[test]

@@ -44,8 +44,7 @@ fn width(text: &str) -> Option<usize> {
     while let Some(character) = characters.next() {
         match character {
             '\x1b' if characters.next() == Some('[') => {
-                let mut parameters = characters.by_ref();
-                let end = parameters.find(|character| !matches!(character, '0'..='9' | ';'));
+                let end = characters.find(|character| !matches!(character, '0'..='9' | ';'));
                 end.filter(|end| *end == 'm')?;
             }
             character if character.is_control() => return None,

@@ -70,10 +70,15 @@ pub fn summary_lines(summary: &SessionSummary, account: &Account) -> Vec<String>
     let force = summary
         .mean_normal_n
         .map_or_else(|| "not measured".to_owned(), |n| format!("{n:.3} N"));
+    let kept = match summary.accepted_anyway {
+        0 => String::new(),
+        kept => format!(", {kept} of them kept by the operator"),
+    };
     vec![
         format!(
-            "trials accepted   {} of {}",
-            summary.accepted, summary.planned
+            "trials accepted   {} of {}{kept}",
+            summary.accepted + summary.accepted_anyway,
+            summary.planned
         ),
         format!("trials repeated   {}", summary.redone),
         format!("mean normal force {force}"),

@@ -6,16 +6,20 @@ use std::borrow::Cow;
 const COMMANDS: [&str; 5] = ["friction-bench", "cargo", "sudo", "./dev", "python3"];
 
 /// Returns a line broken between words so that no part is wider than `columns`, but for words that are wider themselves. Parts after
-/// the first are indented as the last column of a table. Commands, between backticks or as the whole line, are not broken; neither is a
+/// the first are indented as the last column of a table. Commands, between backticks or as the whole of it, are not broken; neither is a
 /// line with control characters other than colours.
 pub(crate) fn wrapped(line: &str, columns: usize) -> Cow<'_, str> {
     let text = line.trim_end_matches(['\r', '\n']);
-    let first = text.split_whitespace().next().unwrap_or_default();
     let is_short = width(text).is_none_or(|width| width <= columns);
-    if is_short || COMMANDS.contains(&first) {
+    let indent = last_column(text, columns / 2);
+    let last: String = text.chars().skip(indent).collect();
+    let is_command = |text: &str| {
+        let first = text.split_whitespace().next();
+        first.is_some_and(|word| COMMANDS.contains(&word))
+    };
+    if is_short || is_command(text) || is_command(&last) {
         return Cow::Borrowed(line);
     }
-    let indent = last_column(text, columns / 2);
     let mut output = String::with_capacity(line.len() + 32);
     let (mut column, mut blanks) = (0, 0);
     for word in words(text) {
@@ -107,6 +111,8 @@ mod tests {
             "look at the devices by\n`friction-bench devices --all --mock`\nand at the cable\n";
         assert_eq!(wrapped(line, 40), broken);
         let command = "  friction-bench run --mock --protocol demo --participant sub-01\n";
+        assert_eq!(wrapped(command, 40), command);
+        let command = "to results        friction-bench analyze my-study --figures figures\n";
         assert_eq!(wrapped(command, 40), command);
     }
 

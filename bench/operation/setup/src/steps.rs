@@ -29,7 +29,13 @@ pub fn next(config: &Path, mock: Option<&str>) -> String {
         (command, kind.purpose())
     });
     let first = step("check --press-estop", "the e-stop, pressed and released");
-    let last = step("check", "everything again");
+    // A simulated bench is checked against the calibration that is named; a real one against the one in this folder.
+    let calibration = if mock.is_empty() {
+        ""
+    } else {
+        " --calibration calibration.toml"
+    };
+    let last = step(&format!("check{calibration}"), "everything again");
     for (command, purpose) in [first].into_iter().chain(calibrations).chain([last]) {
         text += &format!("  # {purpose}\n  friction-bench {command}{bench}\n");
     }
@@ -52,6 +58,7 @@ mod tests {
         for command in commands {
             assert!(command.ends_with(bench), "{command}");
         }
+        assert!(text.contains("  friction-bench check --calibration calibration.toml --config"));
         assert!(next(Path::new("bench.toml"), None).ends_with("  friction-bench check\n"));
     }
 }

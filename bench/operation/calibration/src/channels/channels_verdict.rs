@@ -362,7 +362,7 @@ impl Calibrates for ChannelsProcedure {
                 1e3 * delay.extent_s[1],
                 delay.openings
             ),
-            None => "warning  the loop's delay could not be measured: the faint tone did not show it at each of the openings"
+            None => "warning  the loop's delay could not be measured: the faint tone did not show it at each of the openings, as on a computer that is busy; close what keeps it busy and calibrate the channels again, or no start can tell a changed delay"
                 .to_owned(),
         });
         let mut values = vec![

@@ -154,8 +154,9 @@ impl ForceSetup {
 pub(super) fn require_enough(masses: &[Mass], axis: ForceAxis) -> anyhow::Result<()> {
     let count = masses.iter().filter(|mass| mass.axis == axis).count();
     if count < LEAST_MASSES {
+        let masses = if count == 1 { "mass" } else { "masses" };
         bail!(
-            "{count} masses on the {} axis: at least {LEAST_MASSES} are needed on each, because a matrix needs both axes and a straight line two points",
+            "{count} {masses} on the {} axis: at least {LEAST_MASSES} are needed on each, because a matrix needs both axes and a straight line two points",
             axis.name()
         );
     }

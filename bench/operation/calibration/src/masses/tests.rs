@@ -216,7 +216,7 @@ fn an_operator_names_the_masses() {
     let mut step = procedure.next(StepOutcome::Began).unwrap();
     let script: [(ForceAxis, Answer, &str); 9] = [
         (ForceAxis::Normal, Number(0.02), ""),
-        (ForceAxis::Normal, Ready, "1 masses on the normal axis"),
+        (ForceAxis::Normal, Ready, "1 mass on the normal axis"),
         (ForceAxis::Normal, Number(0.4), "use masses up to 305 g"),
         (ForceAxis::Normal, Number(-0.05), "above 0"),
         (ForceAxis::Normal, Number(0.05), ""),
@@ -450,7 +450,7 @@ fn an_impossible_request_is_refused_before_hardware_is_opened() {
     assert!(refusal(&only_normal, None).contains("0 masses on the lateral axis"));
     let lateral = from_g(ForceAxis::Lateral, &[20.0, 50.0]);
     let few = [from_g(ForceAxis::Normal, &[20.0]), lateral.clone()].concat();
-    assert!(refusal(&few, None).contains("1 masses on the normal axis"));
+    assert!(refusal(&few, None).contains("1 mass on the normal axis"));
     let heavy = [from_g(ForceAxis::Normal, &[20.0, 400.0]), lateral.clone()].concat();
     let message = refusal(&heavy, None);
     assert!(

@@ -9,6 +9,8 @@ use crate::messages::{MessageGroup, ProgramMessage, index};
 
 /// Width of the index on a terminal.
 const WIDTH: usize = 96;
+/// Most messages that are shown where none has all words.
+const MOST_NEAREST: usize = 5;
 
 /// `messages`; without words it prints all messages.
 #[derive(Debug, Clone, Args)]
@@ -37,12 +39,19 @@ pub fn text(words: &[String]) -> Option<String> {
     if least < 1.0 {
         written.push_str("No message has all of these words. The nearest:\n\n");
     }
+    let mut left = if least < 1.0 {
+        MOST_NEAREST
+    } else {
+        usize::MAX
+    };
     for group in index() {
         let matches: Vec<_> = group
             .messages
             .iter()
             .filter(|message| share(&group, message, &query) >= least)
+            .take(left)
             .collect();
+        left -= matches.len();
         if matches.is_empty() {
             continue;
         }

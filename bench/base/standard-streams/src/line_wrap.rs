@@ -119,8 +119,8 @@ mod tests {
     #[test]
     fn colours_take_no_columns() {
         let line = "\x1b[1;31merror:\x1b[0m an \x1b[1margument\x1b[0m is missing";
-        assert_eq!(wrapped(line, 28), line);
-        assert_eq!(wrapped(line, 27), line.replace(" missing", "\nmissing"));
+        assert_eq!(wrapped(line, 29), line);
+        assert_eq!(wrapped(line, 28), line.replace(" missing", "\nmissing"));
         for kept in [
             "\r\x1b[K half of a line that a command rewrites",
             "a\x1b",

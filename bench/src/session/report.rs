@@ -86,3 +86,30 @@ pub fn summary_lines(summary: &SessionSummary, account: &Account) -> Vec<String>
         format!("drop-outs         {}", account.drop_outs()),
     ]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_trial_that_the_operator_kept_is_accepted_and_called_kept() {
+        let summary = SessionSummary {
+            planned: 4,
+            accepted: 1,
+            accepted_anyway: 1,
+            ..SessionSummary::default()
+        };
+        let lines = summary_lines(&summary, &Account::default());
+        assert_eq!(
+            lines[0],
+            "trials accepted   2 of 4, 1 of them kept by the operator"
+        );
+        let all_by_verdict = SessionSummary {
+            accepted: 2,
+            accepted_anyway: 0,
+            ..summary
+        };
+        let lines = summary_lines(&all_by_verdict, &Account::default());
+        assert_eq!(lines[0], "trials accepted   2 of 4");
+    }
+}

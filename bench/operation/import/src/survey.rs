@@ -8,8 +8,8 @@ use num_complex::Complex64;
 use crate::refusal::ImportRefusal;
 use crate::sources::{Column, Sources};
 
-/// Rate of the envelopes, Hz, and the most values of one: a recording longer than 17 minutes has a lower rate, of 1 kHz in half an
-/// hour and 220 Hz in two hours and a half.
+/// Rate of the envelopes, Hz, and the most values of one: a recording longer than 17 minutes has a lower rate, of 1.2 kHz in half an
+/// hour and 230 Hz in two hours and a half.
 const FRAMES_HZ: f64 = 2000.0;
 const MOST_VALUES: u64 = 1 << 21;
 /// Samples of a stretch of which a spectrum is computed, and the number of stretches.

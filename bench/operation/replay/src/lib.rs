@@ -93,10 +93,9 @@ impl ReplayPlan {
         let settings = Settings::default();
         let room = source.manifest().room;
         let measured_pa = room.map(RecordedRoom::ambient_pressure_pa);
-        let name = folder.canonicalize().ok();
-        let name = name.as_deref().unwrap_or(folder).file_name();
-        let (rules, protocol_flaw) = selection_rules(folder, source.manifest(), &settings);
         let real_folder = folder.canonicalize().ok();
+        let name = real_folder.as_deref().unwrap_or(folder).file_name();
+        let (rules, protocol_flaw) = selection_rules(folder, source.manifest(), &settings);
         let session_folder = real_folder.as_deref().and_then(Path::parent);
         let session = session_folder.and_then(|folder| sessions::read(folder).ok());
         let provenance = Provenance::new(source.manifest(), session.as_ref());

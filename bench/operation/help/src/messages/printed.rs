@@ -160,6 +160,14 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_line_that_is_like_many_messages_shows_a_few() {
+        let nearest = text(&["force 0.49 N, band 0.50–0.80".to_owned()]).unwrap();
+        assert!(nearest.starts_with("No message has all"), "{nearest}");
+        let shown = nearest.matches("→ ").count();
+        assert!((1..=MOST_NEAREST).contains(&shown), "{shown}");
+    }
+
+    #[test]
     fn the_index_is_read_and_each_message_is_whole() {
         for group in index() {
             assert!(!group.sources.is_empty() || group.rows.is_some());

@@ -25,6 +25,8 @@ const BINS: usize = 32;
 /// Step of the delay, s, and of a first scan.
 const STEP_S: f64 = 1e-3;
 const SCAN_STEP_S: f64 = 3e-3;
+/// Time by which the range of delays is extended in one step, s.
+const EXTENSION_S: f64 = 0.02;
 /// Shortest slides together, s.
 const SHORTEST_S: f64 = 0.5;
 /// Share of a slide at each end that is left out, in which the finger starts and stops.
@@ -216,6 +218,30 @@ impl<'a> Slides<'a> {
         (0..=steps).map(point).collect()
     }
 
+    /// Returns the residual over the range of delays that the contact allows, extended by at most half a period until the least
+    /// residual is not at an end: at low modulation frequencies the contact may exclude a delay that friction shows clearly.
+    fn around_minimum(&self, range_s: (f64, f64), rate: f64) -> Vec<CurvePoint> {
+        let (mut from_s, mut to_s) = range_s;
+        let mut curve = self.scan((from_s, to_s), STEP_S, rate);
+        let extensions = (0.5 * self.period_s / EXTENSION_S).ceil() as usize;
+        for _ in 0..extensions {
+            let least = curve
+                .iter()
+                .map(|point| point.residual)
+                .fold(f64::INFINITY, f64::min);
+            let is_least = |end: Option<&CurvePoint>| end.is_some_and(|end| end.residual <= least);
+            if is_least(curve.first()) {
+                from_s -= EXTENSION_S;
+            } else if is_least(curve.last()) {
+                to_s += EXTENSION_S;
+            } else {
+                break;
+            }
+            curve = self.scan((from_s, to_s), STEP_S, rate);
+        }
+        curve
+    }
+
     /// Finds delay and rate within the range that the contact allows.
     pub(crate) fn fit(
         &self,
@@ -237,13 +263,14 @@ impl<'a> Slides<'a> {
             rate,
             ..contact.shift
         };
-        let curve = self.scan(contact.range_s, STEP_S, rate);
+        let curve = self.around_minimum(contact.range_s, rate);
         let best = least(&curve).ok_or(Unaligned::TooShort)?;
         if best.residual.is_nan() || best.residual > GREATEST_RESIDUAL {
             return Err(Unaligned::NoFriction);
         }
         // Friction repeats with the modulation: of its minima, contact decides.
-        let repeats = |point: &CurvePoint| point.residual <= ALIKE * best.residual;
+        let greatest = GREATEST_RESIDUAL.min(ALIKE * best.residual);
+        let repeats = |point: &CurvePoint| point.residual <= greatest;
         let alike = minima(&curve).into_iter().filter(repeats);
         let mut candidates: Vec<(f64, CurvePoint)> = alike
             .map(|point| (search.growth(point.delay_s, contact), point))

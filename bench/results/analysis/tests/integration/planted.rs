@@ -223,14 +223,14 @@ fn a_mistake_that_makes_the_numbers_meaningless_is_named_and_leaves_none() {
 fn the_clock_of_the_forces_is_found_within_its_stated_error() {
     compile();
     let count = repeats("FRICTION_BENCH_CLOCKS", 4);
-    let seeds: Vec<u64> = (0..count as u64).collect();
+    let seeds: Vec<u64> = (20..20 + count as u64).collect();
     let found: Vec<(f64, Estimate, Estimate)> = seeds
         .into_par_iter()
         .filter_map(|seed| {
             let folder = tempfile::tempdir().unwrap();
             let mut world = random_world(400 + seed);
             let modulation_hz = [6.0, 3.0, 12.0][seed as usize % 3];
-            let late_s = 0.02 * seed as f64 % 0.3;
+            let late_s = 0.07 * seed as f64 % 1.5 - 0.5;
             world.extend([("modulation_hz", modulation_hz), ("forces_late_s", 0.0)]);
             record(folder.path(), &world);
             clock(folder.path(), late_s, 1.005)
@@ -263,6 +263,8 @@ fn the_clock_of_the_forces_is_found_within_its_stated_error() {
         ),
     );
     assert!(10 * right >= 9 * n && 4 * near >= 3 * n, "{found:?}");
+    // By the lag of the lateral axis, which a recording cannot distinguish.
+    assert!(largest_s < 2.5e-3, "{found:?}");
     assert!(10 * ppm_right >= 9 * n, "{found:?}");
     assert!((joint.value - PPM).abs() < 150.0, "{joint:?}");
 }

@@ -9,10 +9,13 @@ use serde::{Deserialize, Serialize};
 pub struct ExplorationAnalysis {
     /// Direction in which the finger slid.
     pub direction: Direction,
-    /// Mean normal force over the plate's central part, N; `None` without a valid frame there.
+    /// Mean normal force of the contact on the plate's central part, N; `None` without a valid frame in contact there.
     pub mean_normal_n: Option<f64>,
-    /// Mean speed along the direction over the plate's central part, m/s; `None` without a valid frame there.
+    /// Mean speed along the direction in the same frames, m/s.
     pub mean_speed_m_per_s: Option<f64>,
+    /// Whether the finger was measured to be off the plate throughout the central part.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_lifted: bool,
     /// All rising stretches in order, accepted and rejected.
     pub stretches: Vec<Stretch>,
 }

@@ -38,6 +38,12 @@ pub enum RedoReason {
         /// Largest allowed speed, m/s.
         max_m_per_s: f64,
     },
+    /// The finger was off the plate throughout an exploration.
+    #[error("exploration {exploration}: the finger was off the plate on its central part")]
+    FingerLifted {
+        /// The exploration, from 1.
+        exploration: usize,
+    },
     /// Force or position of an exploration was not measured.
     #[error("exploration {exploration}: no valid force or position on the plate's central part")]
     NotMeasured {
@@ -140,6 +146,10 @@ impl RedoReason {
                     format!("band {:.0}–{:.0}", band[0], band[1]),
                 ]
             }
+            Self::FingerLifted { exploration } => vec![
+                "finger off the plate".to_owned(),
+                format!("exploration {exploration}"),
+            ],
             Self::NotMeasured { exploration } => vec![
                 "force or position not measured".to_owned(),
                 format!("exploration {exploration}"),

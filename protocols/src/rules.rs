@@ -15,6 +15,21 @@ pub struct ForceBand {
     pub contact_n: f64,
 }
 
+/// Returns whether the finger is on the plate at a normal force, N: on at and above `contact_n`, off below half of it, and between
+/// them as `before`; `None` if it is not known.
+pub(crate) fn is_touching(
+    before: Option<bool>,
+    normal_n: Option<f64>,
+    contact_n: f64,
+) -> Option<bool> {
+    match normal_n {
+        Some(normal_n) if normal_n >= contact_n => Some(true),
+        Some(normal_n) if normal_n < 0.5 * contact_n => Some(false),
+        Some(normal_n) if normal_n.is_finite() => before,
+        _ => None,
+    }
+}
+
 /// Limits of clipped and lost samples in a recording; 0 by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

@@ -93,6 +93,7 @@ mod tests {
             direction,
             mean_normal_n: Some(0.65),
             mean_speed_m_per_s: Some(0.051),
+            is_lifted: false,
             stretches: vec![stretch; 6],
         };
         TrialAnalysis {

@@ -35,6 +35,7 @@ fn good_analysis() -> TrialAnalysis {
         direction,
         mean_normal_n: Some(0.65),
         mean_speed_m_per_s: Some(0.051),
+        is_lifted: false,
         stretches: vec![accepted_stretch(); 6],
     };
     TrialAnalysis {
@@ -120,6 +121,16 @@ fn an_exploration_that_was_not_measured_is_named_once() {
         }),
         [RedoReason::NotMeasured { exploration: 1 }]
     );
+}
+
+#[test]
+fn a_finger_off_the_plate_is_called_so() {
+    let found = reasons(|a| {
+        a.explorations[1].mean_normal_n = None;
+        a.explorations[1].mean_speed_m_per_s = None;
+        a.explorations[1].is_lifted = true;
+    });
+    assert_eq!(found, [RedoReason::FingerLifted { exploration: 2 }]);
 }
 
 #[test]

@@ -60,4 +60,10 @@ impl Slider {
         let part = (elapsed_s / self.duration_s()).clamp(0.0, 1.0);
         (1.0 - part) * self.from_m + part * self.to_m
     }
+
+    /// Returns whether the slider is within the central `central_m` of its way, m, `elapsed_s` after the start.
+    pub(crate) fn is_central(&self, elapsed_s: f64, central_m: f64) -> bool {
+        let middle_m = 0.5 * (self.from_m + self.to_m);
+        (self.position_m(elapsed_s) - middle_m).abs() <= 0.5 * central_m
+    }
 }

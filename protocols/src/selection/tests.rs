@@ -344,6 +344,29 @@ fn the_means_of_an_exploration_are_of_its_centre() {
         (analysis.mean_normal_n, analysis.mean_speed_m_per_s),
         (None, None)
     );
+    assert!(!analysis.is_lifted);
+}
+
+#[test]
+fn the_means_of_an_exploration_are_of_its_contact() {
+    let mut exploration = published_exploration();
+    let lifted_frames = exploration.frames(0.6, 0.86);
+    exploration.normal_n[lifted_frames.clone()].fill(0.01);
+    exploration.velocity_m_per_s[lifted_frames].fill(0.3);
+    let rules = SelectionRules::published(CENTRE_M);
+    let analysis = analyse_exploration(&exploration.series(), &rules).unwrap();
+    assert!((analysis.mean_normal_n.unwrap() - 0.65).abs() < 1e-9);
+    assert!((analysis.mean_speed_m_per_s.unwrap() - 0.05).abs() < 1e-9);
+    assert!(!analysis.is_lifted && analysis.instances() < 6);
+    exploration.normal_n.fill(0.01);
+    let analysis = analyse_exploration(&exploration.series(), &rules).unwrap();
+    assert_eq!((analysis.mean_normal_n, analysis.is_lifted), (None, true));
+    exploration.normal_n.fill(f64::NAN);
+    assert!(
+        !analyse_exploration(&exploration.series(), &rules)
+            .unwrap()
+            .is_lifted
+    );
 }
 
 proptest! {

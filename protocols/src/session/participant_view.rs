@@ -67,6 +67,7 @@ pub fn repeat_cause(reasons: &[RedoReason]) -> RepeatCause {
         } else {
             RepeatCause::TooHard
         }),
+        RedoReason::FingerLifted { .. } => Some(RepeatCause::TooLight),
         _ => None,
     });
     speed.or(force).unwrap_or(RepeatCause::Other)

@@ -7,6 +7,7 @@ use super::observation::{Observation, OperatorCommand, RecordingOutcome};
 use super::phase::Phase;
 use super::plan::PlannedTrial;
 use super::state::State;
+use crate::rules::is_touching;
 
 impl Session {
     /// Takes an observation and returns the actions for the bench, in order.
@@ -52,12 +53,7 @@ impl Session {
         self.is_attended = observation.attended;
         self.is_asking = observation.asking;
         let contact_n = self.protocol.force.contact_n;
-        self.finger = match observation.normal_n {
-            Some(normal_n) if normal_n >= contact_n => Some(true),
-            Some(normal_n) if normal_n < 0.5 * contact_n => Some(false),
-            Some(normal_n) if normal_n.is_finite() => self.finger,
-            _ => None,
-        };
+        self.finger = is_touching(self.finger, observation.normal_n, contact_n);
         if let Some(analysis) = &observation.analysis
             && self.analysis_key.as_ref() == Some(&analysis.key)
         {

@@ -186,7 +186,11 @@ impl Session {
                 exploration,
                 mut force,
             } => {
-                if let (true, Some(normal_n)) = (is_touching, normal_n) {
+                // As in the verdict: of the contact on the plate's central part.
+                let is_central = self
+                    .slider(exploration)
+                    .is_central(elapsed_s, self.protocol.selection.central_m);
+                if let (true, true, Some(normal_n)) = (is_touching, is_central, normal_n) {
                     force.push(normal_n);
                 }
                 self.exploration(open, exploration, force, since_s, out)

@@ -77,6 +77,9 @@ fn force(
 ) -> Option<RedoReason> {
     let ForceBand { min_n, max_n, .. } = rules.force;
     let Some(mean_n) = finite(analysis.mean_normal_n) else {
+        if analysis.is_lifted {
+            return Some(RedoReason::FingerLifted { exploration });
+        }
         return Some(RedoReason::NotMeasured { exploration });
     };
     (!(min_n..=max_n).contains(&mean_n)).then_some(RedoReason::ForceOutOfBand {

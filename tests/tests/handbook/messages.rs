@@ -134,6 +134,12 @@ fn each_message_is_in_the_index_with_its_exact_text() {
             );
             subjects.extend(rows);
         }
+        for file in &group.lines {
+            let text = std::fs::read_to_string(workspace().join(file)).unwrap();
+            let texts = literals(text.parse().unwrap());
+            problems.extend(compare(&group, file, None, &texts));
+            subjects.insert(file.clone());
+        }
         let stale = group.messages.iter().filter(|m| !subjects.contains(&m.of));
         problems.extend(stale.map(|m| format!("`{}` says nothing any more: take it out", m.of)));
     }

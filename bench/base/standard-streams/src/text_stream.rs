@@ -46,7 +46,10 @@ impl<W: Write> TextStream<W> {
     /// Writes the line that is not complete, such as a question.
     fn write_rest(&mut self) -> io::Result<()> {
         let rest = std::mem::take(&mut self.line);
-        self.target.write_all(rest.as_bytes())
+        match self.columns {
+            Some(columns) => self.target.write_all(wrapped(&rest, columns).as_bytes()),
+            None => self.target.write_all(rest.as_bytes()),
+        }
     }
 }
 
@@ -119,11 +122,11 @@ mod tests {
 
     #[test]
     fn pieces_of_a_line_are_broken_as_the_whole_line() {
-        let text = "the plate's resonance is 35 kHz, σ_t 3 µm and a word more\nor ";
+        let text = "the plate's resonance is 35 kHz, σ_t 3 µm and a word more\nis that the plate on this bench? (yes/no) ";
         let whole = printed_in(Some(40), &[text.as_bytes()], false);
         let pieces: Vec<&[u8]> = text.as_bytes().chunks(1).collect();
         assert_eq!(printed_in(Some(40), &pieces, false), whole);
-        let lines = "the plate's resonance is 35 kHz, σ_t 3\nµm and a word more\nor ";
+        let lines = "the plate's resonance is 35 kHz, σ_t 3\nµm and a word more\nis that the plate on this bench?\n(yes/no) ";
         assert_eq!(String::from_utf8(whole).unwrap(), lines);
     }
 }

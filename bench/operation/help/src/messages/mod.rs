@@ -20,6 +20,9 @@ pub struct MessageGroup {
     pub sources: Vec<(String, String)>,
     /// Folder of the sources that these rows of `check` come from.
     pub rows: Option<String>,
+    /// Source files in which these lines are written; each message names the one that it is of.
+    #[serde(default)]
+    pub lines: Vec<String>,
     /// Messages in the order in which they are shown.
     #[serde(rename = "message")]
     pub messages: Vec<ProgramMessage>,
@@ -29,10 +32,12 @@ pub struct MessageGroup {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProgramMessage {
-    /// Type, and variant if it has any, of the error; or the row of `check`.
+    /// Type, and variant if it has any, of the error; or the row of `check`; or the source file of the line.
     pub of: String,
     /// Text, with `…` for values.
     pub says: String,
+    /// Short form where the screen has no room for the text.
+    pub brief: Option<String>,
     /// Meaning.
     pub means: String,
     /// Remedy.

@@ -63,6 +63,9 @@ pub fn text(words: &[String]) -> Option<String> {
         }
         for message in matches {
             wrapped(&message.says, WIDTH, 0, &mut written);
+            if let Some(brief) = &message.brief {
+                wrapped(&format!("on the screen: {brief}"), WIDTH, 4, &mut written);
+            }
             wrapped(&message.means, WIDTH, 4, &mut written);
             wrapped(&format!("→ {}", message.remedy), WIDTH, 4, &mut written);
             written.push('\n');
@@ -95,11 +98,13 @@ fn least_share(query: &[String]) -> Option<f64> {
 fn share(group: &MessageGroup, message: &ProgramMessage, query: &[String]) -> f64 {
     let ProgramMessage {
         says,
+        brief,
         means,
         remedy,
         ..
     } = message;
-    let content = format!("{} {says} {means} {remedy}", group.title).to_lowercase();
+    let brief = brief.as_deref().unwrap_or_default();
+    let content = format!("{} {says} {brief} {means} {remedy}", group.title).to_lowercase();
     let letters = |words: &mut dyn Iterator<Item = &String>| -> usize {
         words.map(|word| word.chars().count()).sum()
     };
@@ -132,9 +137,12 @@ pub fn chapter() -> String {
                     plain(&message.of)
                 )
             };
+            let brief = message.brief.as_deref();
+            let brief =
+                brief.map_or_else(String::new, |brief| format!(" (on the screen `{brief}`)"));
             let _ = writeln!(
                 page,
-                "- {says}  \n  {} **{}**",
+                "- {says}{brief}  \n  {} **{}**",
                 message.means, message.remedy
             );
         }
@@ -161,7 +169,7 @@ mod tests {
 
     #[test]
     fn a_line_that_is_like_many_messages_shows_a_few() {
-        let nearest = text(&["force 0.49 N, band 0.50–0.80".to_owned()]).unwrap();
+        let nearest = text(&["the trial is broken because of the sensor".to_owned()]).unwrap();
         assert!(nearest.starts_with("No message has all"), "{nearest}");
         let shown = nearest.matches("→ ").count();
         assert!((1..=MOST_NEAREST).contains(&shown), "{shown}");
@@ -170,7 +178,7 @@ mod tests {
     #[test]
     fn the_index_is_read_and_each_message_is_whole() {
         for group in index() {
-            assert!(!group.sources.is_empty() || group.rows.is_some());
+            assert!(!group.sources.is_empty() || group.rows.is_some() || !group.lines.is_empty());
             for message in &group.messages {
                 for text in [&message.says, &message.means, &message.remedy] {
                     assert!(!text.trim().is_empty(), "{message:?}");
@@ -217,6 +225,11 @@ mod tests {
             "drive reads back 3.1 V although disarmed",
             "exploration 2: mean normal force 0.93 N, outside 0.50 to 0.80 N",
             "E-STOP pressed",
+            "REJECTED: force 0.49 N, band 0.50–0.80",
+            "4 instances, 5 needed, outside the plate's central part",
+            "input xrun at 3.204 s: the card or the computer was too slow; the recording marks the lost samples",
+            "safety limits loosened: max_amplitude_um = 9",
+            "the pickup's sensitivity is 1.9983 times the one in force (2.1 µm/V): peak-to-peak for amplitude?",
         ] {
             let matches = text(&[line.to_owned()]).unwrap();
             assert!(matches.lines().count() < 40, "{matches}");

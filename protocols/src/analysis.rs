@@ -13,11 +13,16 @@ pub struct ExplorationAnalysis {
     pub mean_normal_n: Option<f64>,
     /// Mean speed along the direction in the same frames, m/s.
     pub mean_speed_m_per_s: Option<f64>,
-    /// Whether the finger was measured to be off the plate throughout the central part.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub is_lifted: bool,
+    /// Time for which the finger was off the plate on its central part, s.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub lifted_s: f64,
     /// All rising stretches in order, accepted and rejected.
     pub stretches: Vec<Stretch>,
+}
+
+/// Returns whether a time is left out of the event log.
+fn is_zero(time_s: &f64) -> bool {
+    *time_s == 0.0
 }
 
 impl ExplorationAnalysis {

@@ -38,11 +38,17 @@ pub enum RedoReason {
         /// Largest allowed speed, m/s.
         max_m_per_s: f64,
     },
-    /// The finger was off the plate throughout an exploration.
-    #[error("exploration {exploration}: the finger was off the plate on its central part")]
+    /// The finger left the plate within an exploration.
+    #[error(
+        "exploration {exploration}: finger off the plate for {lifted_s:.2} s of its central part, less than {limit_s:.2} s allowed"
+    )]
     FingerLifted {
         /// The exploration, from 1.
         exploration: usize,
+        /// Time off the plate, s.
+        lifted_s: f64,
+        /// Upper limit of this time, s.
+        limit_s: f64,
     },
     /// Force or position of an exploration was not measured.
     #[error("exploration {exploration}: no valid force or position on the plate's central part")]
@@ -146,8 +152,12 @@ impl RedoReason {
                     format!("band {:.0}–{:.0}", band[0], band[1]),
                 ]
             }
-            Self::FingerLifted { exploration } => vec![
-                "finger off the plate".to_owned(),
+            Self::FingerLifted {
+                exploration,
+                lifted_s,
+                ..
+            } => vec![
+                format!("finger off for {lifted_s:.2} s"),
                 format!("exploration {exploration}"),
             ],
             Self::NotMeasured { exploration } => vec![

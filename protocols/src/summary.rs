@@ -93,7 +93,7 @@ mod tests {
             direction,
             mean_normal_n: Some(0.65),
             mean_speed_m_per_s: Some(0.051),
-            is_lifted: false,
+            lifted_s: 0.0,
             stretches: vec![stretch; 6],
         };
         TrialAnalysis {

@@ -35,7 +35,7 @@ fn good_analysis() -> TrialAnalysis {
         direction,
         mean_normal_n: Some(0.65),
         mean_speed_m_per_s: Some(0.051),
-        is_lifted: false,
+        lifted_s: 0.0,
         stretches: vec![accepted_stretch(); 6],
     };
     TrialAnalysis {
@@ -124,13 +124,23 @@ fn an_exploration_that_was_not_measured_is_named_once() {
 }
 
 #[test]
-fn a_finger_off_the_plate_is_called_so() {
-    let found = reasons(|a| {
-        a.explorations[1].mean_normal_n = None;
-        a.explorations[1].mean_speed_m_per_s = None;
-        a.explorations[1].is_lifted = true;
-    });
-    assert_eq!(found, [RedoReason::FingerLifted { exploration: 2 }]);
+fn a_lifted_finger_is_named_and_a_short_bounce_is_not() {
+    let lifted = |lifted_s| {
+        reasons(|a| {
+            a.explorations[1].mean_normal_n = None;
+            a.explorations[1].mean_speed_m_per_s = None;
+            a.explorations[1].lifted_s = lifted_s;
+        })
+    };
+    let named = RedoReason::FingerLifted {
+        exploration: 2,
+        lifted_s: 0.26,
+        limit_s: 0.06,
+    };
+    assert_eq!(lifted(0.26), [named]);
+    assert_eq!(lifted(0.02), [RedoReason::NotMeasured { exploration: 2 }]);
+    assert_eq!(reasons(|a| a.explorations[1].lifted_s = 0.02), []);
+    assert_eq!(reasons(|a| a.explorations[1].lifted_s = 0.06).len(), 1);
 }
 
 #[test]

@@ -96,6 +96,7 @@ impl Protocol {
             force: self.force,
             speed_m_per_s: self.exploration.speed_m_per_s,
             speed_tolerance: self.selection.speed_tolerance,
+            lift_limit_s: self.selection.instance_s,
             min_instances: self.selection.min_instances,
             quality: self.quality,
         }

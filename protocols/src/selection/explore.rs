@@ -28,6 +28,10 @@ pub fn analyse_exploration(
         .filter_map(|(i, touching)| Some((i, touching?)))
         .filter(|(i, _)| is_measured(i))
         .collect();
+    let spacing_s = match series.time_s {
+        [first, second, ..] => second - first,
+        _ => 0.0,
+    };
     let touched = central.iter().filter(|(_, touching)| *touching);
     let touched: Vec<usize> = touched.map(|(i, _)| *i).collect();
     let mean = |value: &dyn Fn(usize) -> f64| {
@@ -37,7 +41,7 @@ pub fn analyse_exploration(
     Ok(ExplorationAnalysis {
         direction: series.direction,
         mean_normal_n: mean(&|i| series.normal_n[i]),
-        is_lifted: touched.is_empty() && !central.is_empty(),
+        lifted_s: (central.len() - touched.len()) as f64 * spacing_s,
         mean_speed_m_per_s: mean(&|i| series.velocity_m_per_s[i] * series.direction.sign()),
         stretches,
     })

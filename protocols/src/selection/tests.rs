@@ -344,29 +344,32 @@ fn the_means_of_an_exploration_are_of_its_centre() {
         (analysis.mean_normal_n, analysis.mean_speed_m_per_s),
         (None, None)
     );
-    assert!(!analysis.is_lifted);
+    assert_eq!(analysis.lifted_s, 0.0);
 }
 
 #[test]
 fn the_means_of_an_exploration_are_of_its_contact() {
     let mut exploration = published_exploration();
-    let lifted_frames = exploration.frames(0.6, 0.86);
+    let lifted_frames = exploration.frames(2.1, 2.36);
     exploration.normal_n[lifted_frames.clone()].fill(0.01);
     exploration.velocity_m_per_s[lifted_frames].fill(0.3);
     let rules = SelectionRules::published(CENTRE_M);
-    let analysis = analyse_exploration(&exploration.series(), &rules).unwrap();
+    let analyse = |exploration: &SyntheticExploration| {
+        analyse_exploration(&exploration.series(), &rules).unwrap()
+    };
+    let analysis = analyse(&exploration);
     assert!((analysis.mean_normal_n.unwrap() - 0.65).abs() < 1e-9);
     assert!((analysis.mean_speed_m_per_s.unwrap() - 0.05).abs() < 1e-9);
-    assert!(!analysis.is_lifted && analysis.instances() < 6);
+    assert!((analysis.lifted_s - 0.26).abs() < 2e-3, "{analysis:?}");
+    assert!(analysis.instances() < 6);
+    // Between the limits contact is as before.
+    exploration.normal_n.fill(0.06);
+    assert_eq!(analyse(&exploration).lifted_s, 0.0);
     exploration.normal_n.fill(0.01);
-    let analysis = analyse_exploration(&exploration.series(), &rules).unwrap();
-    assert_eq!((analysis.mean_normal_n, analysis.is_lifted), (None, true));
+    let analysis = analyse(&exploration);
+    assert!(analysis.mean_normal_n.is_none() && (analysis.lifted_s - 1.2).abs() < 2e-3);
     exploration.normal_n.fill(f64::NAN);
-    assert!(
-        !analyse_exploration(&exploration.series(), &rules)
-            .unwrap()
-            .is_lifted
-    );
+    assert_eq!(analyse(&exploration).lifted_s, 0.0);
 }
 
 proptest! {

@@ -45,8 +45,8 @@ pub struct ParticipantView {
     pub repeat: Option<RepeatCause>,
 }
 
-/// Returns the cause of a repetition that the participant can act on. Speed has priority over force: a slider is easier to follow
-/// than a force is to keep.
+/// Returns the cause of a repetition that the participant can act on. A lifted finger has priority over speed, and speed over force: a
+/// slider is easier to follow than a force is to keep.
 #[must_use]
 pub fn repeat_cause(reasons: &[RedoReason]) -> RepeatCause {
     let speed = reasons.iter().find_map(|reason| match reason {
@@ -67,8 +67,9 @@ pub fn repeat_cause(reasons: &[RedoReason]) -> RepeatCause {
         } else {
             RepeatCause::TooHard
         }),
-        RedoReason::FingerLifted { .. } => Some(RepeatCause::TooLight),
         _ => None,
     });
-    speed.or(force).unwrap_or(RepeatCause::Other)
+    let is_lift = |reason: &RedoReason| matches!(reason, RedoReason::FingerLifted { .. });
+    let lift = reasons.iter().any(is_lift).then_some(RepeatCause::Lifted);
+    lift.or(speed).or(force).unwrap_or(RepeatCause::Other)
 }

@@ -44,6 +44,7 @@ pub fn judge(analysis: &TrialAnalysis, rules: &VerdictRules) -> Verdict {
     let mut reasons = Vec::new();
     reasons.extend(baseline(analysis, rules));
     for (i, exploration) in analysis.explorations.iter().enumerate() {
+        reasons.extend(lift(i + 1, exploration, rules));
         reasons.extend(force(i + 1, exploration, rules));
         reasons.extend(speed(i + 1, exploration, rules));
     }
@@ -70,6 +71,19 @@ fn baseline(analysis: &TrialAnalysis, rules: &VerdictRules) -> Option<RedoReason
     }
 }
 
+fn lift(
+    exploration: usize,
+    analysis: &ExplorationAnalysis,
+    rules: &VerdictRules,
+) -> Option<RedoReason> {
+    let (lifted_s, limit_s) = (analysis.lifted_s, rules.lift_limit_s);
+    (lifted_s >= limit_s).then_some(RedoReason::FingerLifted {
+        exploration,
+        lifted_s,
+        limit_s,
+    })
+}
+
 fn force(
     exploration: usize,
     analysis: &ExplorationAnalysis,
@@ -77,8 +91,9 @@ fn force(
 ) -> Option<RedoReason> {
     let ForceBand { min_n, max_n, .. } = rules.force;
     let Some(mean_n) = finite(analysis.mean_normal_n) else {
-        if analysis.is_lifted {
-            return Some(RedoReason::FingerLifted { exploration });
+        // `lift` reports a finger that was off the plate throughout.
+        if lift(exploration, analysis, rules).is_some() {
+            return None;
         }
         return Some(RedoReason::NotMeasured { exploration });
     };

@@ -78,6 +78,8 @@ pub enum RepeatCause {
     TooLight,
     /// The finger pressed too much.
     TooHard,
+    /// The finger left the plate.
+    Lifted,
     /// The participant was not the cause.
     Other,
 }
@@ -91,6 +93,7 @@ impl RepeatCause {
             Self::TooFast => &texts.repeat_fast,
             Self::TooLight => &texts.repeat_light,
             Self::TooHard => &texts.repeat_hard,
+            Self::Lifted => &texts.repeat_lifted,
             Self::Other => &texts.repeat,
         }
     }

@@ -114,6 +114,9 @@ table! {
     /// Notice that the trial is repeated because the finger pressed too much.
     repeat_hard: "Too hard: we will repeat this one", "Trop fort : nous allons recommencer cet essai",
         "Zu fest: wir wiederholen diesen Durchgang", "Te hard: we doen deze opnieuw";
+    /// Notice that the trial is repeated because the finger left the plate.
+    repeat_lifted: "Finger lifted: we will repeat this one", "Doigt levé : nous allons recommencer cet essai",
+        "Finger abgehoben: wir wiederholen diesen Durchgang", "Vinger opgetild: we doen deze opnieuw";
     /// Notice that the trial is repeated for a reason not due to the participant.
     repeat: "We will repeat this one", "Nous allons recommencer cet essai",
         "Wir wiederholen diesen Durchgang", "We doen deze opnieuw";

@@ -9,7 +9,7 @@ const COMMANDS: [&str; 5] = ["friction-bench", "cargo", "sudo", "./dev", "python
 /// the first are indented as the last column of a table. Commands, between backticks or as the whole of it, are not broken; neither is a
 /// line with control characters other than colours.
 pub(crate) fn wrapped(line: &str, columns: usize) -> Cow<'_, str> {
-    let text = line.trim_end_matches(['\r', '\n']);
+    let text = line.trim_end();
     let is_short = width(text).is_none_or(|width| width <= columns);
     let indent = last_column(text, columns / 2);
     let last: String = text.chars().skip(indent).collect();

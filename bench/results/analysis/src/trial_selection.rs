@@ -30,7 +30,7 @@ pub fn analyse(
                     direction,
                     mean_normal_n: None,
                     mean_speed_m_per_s: None,
-                    is_lifted: false,
+                    lifted_s: 0.0,
                     stretches: Vec::new(),
                 }));
             }

@@ -44,7 +44,7 @@ pub(super) fn analysis(key: &TrialKey, protocol: &Protocol, normal_n: f64) -> Tr
         direction,
         mean_normal_n: Some(normal_n),
         mean_speed_m_per_s: Some(0.05),
-        is_lifted: false,
+        lifted_s: 0.0,
         stretches: vec![stretch; 6],
     };
     TrialAnalysis {

@@ -13,6 +13,11 @@ use crate::apparatus::{BenchHardware, pace};
 use crate::calibrate;
 use crate::cli;
 
+/// Longest wait for the first report of a field box.
+const FIRST_REPORT: Duration = Duration::from_millis(500);
+/// Interval between readings of the line.
+const GLANCE: Duration = Duration::from_millis(10);
+
 /// Returns the line of the e-stop that must have been pressed before this bench drives; `None` without a real card (then
 /// no finger lies on the plate), or if the e-stop is waived.
 fn required_line(config: &Config, options: &cli::HardwareOptions) -> Option<String> {
@@ -59,6 +64,11 @@ pub fn press(
     let Some(estop) = &mut lines.estop else {
         bail!("no e-stop is wired: name estop in [gpio]");
     };
+    // A field box's line counts as open before its first report.
+    let opened = Instant::now();
+    while !estop.is_high()? && opened.elapsed() < FIRST_REPORT {
+        std::thread::sleep(GLANCE);
+    }
     let began = Instant::now();
     let mut test = PressTest::new(estop.is_high()?, 0.0);
     if let Some(hand) = apparatus.estop_hand {
@@ -78,7 +88,7 @@ pub fn press(
                 ),
             }
         }
-        std::thread::sleep(Duration::from_millis(10));
+        std::thread::sleep(GLANCE);
     }
     let line = line_name(config).filter(|_| pace(config, options) == Pace::Card);
     let Some(line) = line else {

@@ -294,6 +294,8 @@ impl State {
             Event::Calibration(calibration) => {
                 if calibration.calls(self.calibration.as_ref()) {
                     self.ui.uncover();
+                    // A remark on the last key belongs to the question before.
+                    self.ui.note = None;
                 }
                 self.calibration = Some(calibration.clone());
             }

@@ -3,22 +3,26 @@
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
-use ratatui::text::{Line, Span};
+use ratatui::text::Line;
 
 use super::panel::{note, titled};
 use crate::event::{ComplexImpedance, ContactCurves};
 use crate::state::State;
 use drawing::plot::{Plot, Trace, ValueAxis, put};
+use drawing::words::{LinePart, fit_parts};
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
-    let title = Line::from(vec![
-        Span::styled("complex plane", theme.strong()),
-        Span::styled(" last period", theme.first_curve()),
-        Span::styled(" plain", theme.faint()),
-        Span::styled(" model", theme.second_curve()),
-        Span::raw(" + Z_p"),
-    ]);
+    let parts = [
+        (0, "complex plane", theme.strong()),
+        (1, "last period", theme.first_curve()),
+        (3, "plain", theme.faint()),
+        (2, "model", theme.second_curve()),
+        (4, "+ Z_p", Style::new()),
+    ];
+    let parts = parts.map(|(rank, name, style)| LinePart::new(rank, name, style).after(" "));
+    let columns = usize::from(area.width).saturating_sub(1);
+    let title = fit_parts(parts.to_vec(), columns, Style::new());
     let right = Line::styled("Im over Re, N·s/m", theme.faint());
     let body = titled(
         state,

@@ -10,6 +10,8 @@ use crate::event::{ComplexImpedance, Masked};
 use crate::state::State;
 use crate::strip::read;
 
+/// Columns of the names.
+const NAME_COLUMNS: usize = 13;
 /// Height of the panel, rows.
 pub(crate) const ROWS: u16 = 7;
 
@@ -29,9 +31,9 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let fit_z_p = curves.map(|curves| curves.z_p_n_s_per_m);
     let noise = read(history, |l| l.z_m_std_n_s_per_m);
     let mask_text = match live.and_then(|live| live.masked) {
-        Some(Masked::BelowNoise) => " now: amplitude below its noise",
-        Some(Masked::Clipped) => " now: clipped",
-        Some(Masked::Lost) => " now: lost samples",
+        Some(Masked::BelowNoise) => "amplitude below its noise",
+        Some(Masked::Clipped) => "clipped",
+        Some(Masked::Lost) => "lost samples",
         None => "",
     };
     let part = state.period.as_ref().map(|period| 100.0 * period.masked());
@@ -47,14 +49,20 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
             "noise floor",
             format!("{} N·s/m", number(noise.map(|(mean, ..)| mean), 1.0, 4)),
         ),
-        (
-            "masked",
-            format!("{} % of the last period{mask_text}", number(part, 1.0, 0)),
-        ),
+        ("masked", {
+            let part = format!("{} % of a period", number(part, 1.0, 0));
+            let room = usize::from(body.width).saturating_sub(NAME_COLUMNS);
+            let text = format!("{part}, now: {mask_text}");
+            if mask_text.is_empty() || text.len() > room {
+                part
+            } else {
+                text
+            }
+        }),
     ];
     let lines = figures.into_iter().map(|(name, value)| {
         Line::from(vec![
-            Span::styled(format!("{name:<13}"), theme.faint()),
+            Span::styled(format!("{name:<NAME_COLUMNS$}"), theme.faint()),
             Span::styled(value, live_style(state, ratatui::style::Style::new())),
         ])
     });

@@ -25,11 +25,13 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         render_line(question, area, buf);
         return;
     }
+    let stop = (!state.session.replayed).then_some(("e", "STOP"));
     if let Some(note) = &state.ui.note {
-        render_line(Line::styled(note.as_str(), theme.warning()), area, buf);
+        let stop = stop.map(|_| Span::styled("e STOP   ", theme.bad()));
+        let note = Span::styled(note.as_str(), theme.warning());
+        render_line(Line::from_iter(stop.into_iter().chain([note])), area, buf);
         return;
     }
-    let stop = (!state.session.replayed).then_some(("e", "STOP"));
     let hints = active_rows(state).filter_map(|(row, meaning)| Some((row.label, meaning.hint?)));
     let mut hints: Vec<(&str, &str)> = stop.into_iter().chain(hints).collect();
     let columns = |hints: &[(&str, &str)]| -> usize {

@@ -21,7 +21,11 @@ pub(crate) fn line(state: &State, columns: usize) -> Line<'static> {
         PhaseKind::Paused if !state.session.replayed => pause_parts(state),
         kind => {
             let countdown = phase.countdown.map(|left_s| format!(" {left_s}"));
-            let name = if phase.aborted { "aborted" } else { name(kind) };
+            let name = match kind {
+                _ if phase.aborted => "aborted",
+                PhaseKind::Monitoring if state.session.replayed => "replay",
+                kind => name(kind),
+            };
             let text = format!("{name}{}", countdown.unwrap_or_default());
             vec![LinePart::new(0, text, state.ui.theme.strong())]
         }

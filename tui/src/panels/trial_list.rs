@@ -13,6 +13,9 @@ use crate::event::TrialVerdict;
 use crate::state::{State, TrialLine};
 use drawing::words::{LinePart, fit_parts};
 
+/// Columns of a row in which a decision is stated in full.
+const WIDE_COLUMNS: usize = 40;
+
 /// Draws the list; on the page of trials, the selected attempt is marked and there are more columns.
 pub(crate) fn render(state: &State, is_choosable: bool, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
@@ -99,12 +102,13 @@ fn entry(state: &State, line: &TrialLine, columns: usize) -> Line<'static> {
             let text = format!("– {}", reason.unwrap_or("interrupted"));
             parts.push(LinePart::new(0, text, theme.faint()).after(" "));
         }
-        Some(verdict) if verdict.accepted => parts.extend(accepted_parts(state, line, verdict)),
+        Some(verdict) if verdict.accepted => {
+            parts.extend(accepted_parts(state, line, verdict, columns));
+        }
         Some(verdict) => {
             parts.push(LinePart::new(0, "✗", theme.bad()).after(" "));
             parts.extend(reason_parts(verdict, Style::new(), " "));
-            let settled = verdict.settled.clone();
-            parts.extend(settled.map(|text| LinePart::new(2, text, Style::new()).after("  ")));
+            parts.extend(settlement(verdict, columns));
             let instances = instances(verdict.instances);
             parts.push(LinePart::new(6, instances, theme.faint()).after("  "));
         }
@@ -119,7 +123,12 @@ fn entry(state: &State, line: &TrialLine, columns: usize) -> Line<'static> {
 }
 
 /// Returns the results of an accepted attempt.
-fn accepted_parts(state: &State, line: &TrialLine, verdict: &TrialVerdict) -> Vec<LinePart> {
+fn accepted_parts(
+    state: &State,
+    line: &TrialLine,
+    verdict: &TrialVerdict,
+    columns: usize,
+) -> Vec<LinePart> {
     let theme = state.ui.theme;
     let force = verdict
         .mean_normal_n
@@ -138,9 +147,17 @@ fn accepted_parts(state: &State, line: &TrialLine, verdict: &TrialVerdict) -> Ve
         let drift = signed(format!("{:+.1}", drift.value));
         parts.push(LinePart::new(6, format!("{drift} Hz"), theme.faint()).after("  "));
     }
-    let decision = verdict.settled.clone();
-    parts.extend(decision.map(|text| LinePart::new(2, text, Style::new()).after("  ")));
+    parts.extend(settlement(verdict, columns));
     parts
+}
+
+/// Returns the decision on an attempt; in a narrow row without who took it and why.
+fn settlement(verdict: &TrialVerdict, columns: usize) -> Option<LinePart> {
+    let text = verdict.settled.as_deref()?;
+    let brief = text.split(" by ").next().unwrap_or(text);
+    let brief = brief.split(':').next().unwrap_or(brief);
+    let text = if columns < WIDE_COLUMNS { brief } else { text };
+    Some(LinePart::new(2, text, Style::new()).after("  "))
 }
 
 /// Returns a number of instances in words.

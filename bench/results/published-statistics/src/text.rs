@@ -222,13 +222,18 @@ impl Statistic {
         let people = match self.clustered {
             None => String::new(),
             Some(Clustered { p: None, people }) => {
-                format!(", clustered: too few people ({people})")
+                format!(", too few people ({people})")
             }
             Some(Clustered { p: Some(p), people }) => {
                 format!(", clustered {} of {people} people", p_value(p))
             }
         };
-        let n = format!("n={} {}", self.n, self.over.name());
+        let over = self.over.name();
+        let over = over
+            .strip_suffix('s')
+            .filter(|_| self.n == 1)
+            .unwrap_or(over);
+        let n = format!("n={} {over}", self.n);
         match (self.value, self.std, self.p) {
             (None, ..) if self.n < FEWEST => format!("too few ({n})"),
             (None, ..) => format!("- ({n})"),

@@ -68,7 +68,7 @@ fn cell(statistic: &Statistic) -> Markup {
             .as_ref()
             .map(|clustered| match finite(clustered.p) {
                 Some(value) => format!("clustered {} of {} people", p(value), clustered.people),
-                None => format!("clustered: too few people ({})", clustered.people),
+                None => format!("too few people ({})", clustered.people),
             }),
     );
     html! {

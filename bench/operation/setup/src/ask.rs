@@ -1,6 +1,6 @@
 //! Sources of answers to the questions of `init`: a person at a terminal, or the options alone.
 
-use std::io;
+use std::io::{self, Write};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
@@ -9,11 +9,15 @@ use anyhow::{Context, bail};
 use crossterm::style::Print;
 use crossterm::{cursor, execute};
 use inquire::error::InquireResult;
+use inquire::list_option::ListOption;
 use inquire::{Confirm, Select, Text};
 use standard_streams::transcribe;
 
 /// Interval at which a waiting question checks for a signal.
 const GLANCE: Duration = Duration::from_millis(50);
+
+/// Columns of the mark before a choice, and one that stays free.
+const MARK_COLUMNS: usize = 3;
 
 /// A question with the option that answers it.
 pub struct Question<'a> {
@@ -88,9 +92,21 @@ impl Terminal {
 impl Ask for Terminal {
     fn choose(&mut self, question: &Question<'_>, choices: &[String]) -> anyhow::Result<usize> {
         let text = transcribe(question.text).into_owned();
-        let choices = choices.iter().map(|choice| transcribe(choice).into_owned());
+        let columns = crossterm::terminal::size().map_or(usize::MAX, |(columns, _)| columns.into());
+        let choices = choices.iter().map(|choice| transcribe(choice));
+        let choices =
+            choices.map(|choice| shortened(&choice, columns.saturating_sub(MARK_COLUMNS)));
         let choices: Vec<String> = choices.collect();
-        let choice = self.answer(move || Select::new(&text, choices).raw_prompt())?;
+        let choice = self.answer(move || {
+            // The name alone is repeated beside the question.
+            let name = |choice: ListOption<&String>| {
+                let name = choice.value.split(": ").next();
+                name.unwrap_or_default().to_owned()
+            };
+            Select::new(&text, choices)
+                .with_formatter(&name)
+                .raw_prompt()
+        })?;
         Ok(choice.index)
     }
 
@@ -100,9 +116,23 @@ impl Ask for Terminal {
     }
 
     fn confirm(&mut self, text: &str) -> anyhow::Result<bool> {
-        let text = transcribe(text).into_owned();
-        self.answer(move || Confirm::new(&text).with_default(true).prompt())
+        // The prompt would break within words.
+        let (reason, question) = text.rsplit_once(". ").unwrap_or(("", text));
+        if !reason.is_empty() {
+            writeln!(standard_streams::stderr(), "{reason}.")?;
+        }
+        let question = transcribe(question).into_owned();
+        self.answer(move || Confirm::new(&question).with_default(true).prompt())
     }
+}
+
+/// Returns a choice that fits into one line of `columns`, with an ellipsis where it is cut.
+fn shortened(choice: &str, columns: usize) -> String {
+    if choice.chars().count() <= columns {
+        return choice.to_owned();
+    }
+    let kept: String = choice.chars().take(columns.saturating_sub(3)).collect();
+    format!("{}...", kept.trim_end())
 }
 
 /// No operator: a choice with only one entry is taken; options must answer everything else.
@@ -133,6 +163,19 @@ impl Ask for NoOperator {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_choice_takes_one_line() {
+        assert_eq!(
+            shortened("field-box: sound card", 21),
+            "field-box: sound card"
+        );
+        assert_eq!(
+            shortened("field-box: sound card", 20),
+            "field-box: sound..."
+        );
+        assert_eq!(shortened("µm", 0), "...");
+    }
 
     /// Hazard 1.
     #[test]

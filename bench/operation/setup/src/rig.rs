@@ -20,9 +20,7 @@ impl Rig {
     /// Returns a description of the rig.
     pub fn in_words(self) -> &'static str {
         match self {
-            Self::Published => {
-                "card of National Instruments, force sensor on a serial line or on the card"
-            }
+            Self::Published => "National Instruments card, forces on a serial line or the card",
             Self::FieldBox => "sound card and field box",
             Self::RaspberryPi => "sound card, GPIO, force sensor on a serial line",
             Self::SixAxis => "sound card, six-axis sensor, field box for the rest",

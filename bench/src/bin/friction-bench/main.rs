@@ -629,7 +629,7 @@ fn init(options: &setup::InitOptions, verbosity: Verbosity) -> anyhow::Result<Ex
     let mut ask = discovery::dialogue(attended)?;
     let outcome = setup::write(options, &listing, &mut *ask)?;
     print(&outcome.text)?;
-    let faint = "Check it now? The check drives a tone of at most 2 V: nobody may touch the plate.";
+    let faint = "The check drives a tone of at most 2 V: nobody may touch the plate. Check it now?";
     // An uncalibrated bench is never ready; the check shows any other faults.
     let simulated = options.mock.is_some();
     let checks = !attended && simulated || ask.confirm(faint)?;

@@ -115,7 +115,14 @@ fn entry(state: &State, line: &TrialLine, columns: usize) -> Line<'static> {
         None if runs(state, line) => {
             parts.push(LinePart::new(0, "▸ running", theme.strong()).after(" "));
         }
-        None => parts.push(LinePart::new(0, "– not finished", theme.faint()).after(" ")),
+        None => {
+            let text = if state.session.replayed {
+                "– replayed"
+            } else {
+                "– not finished"
+            };
+            parts.push(LinePart::new(0, text, theme.faint()).after(" "));
+        }
     }
     let condition = line.condition.clone();
     parts.extend(condition.map(|text| LinePart::new(3, text, theme.faint()).after("  ")));

@@ -296,7 +296,7 @@ fn unknown_values_have_neither_digits_nor_errors() {
     let cells: Vec<&str> = row.split("</td>").collect();
     assert_eq!(cells[0], r#"<td class="n">1.900"#);
     assert_eq!(cells[3], r#"<td class="n">–"#);
-    assert!(page.contains(r#"1.90<span class="also">n = 2 instances, clustered"#));
+    assert!(page.contains(r#"1.90<span class="also">n = 2 instances, too few people"#));
     assert!(!page.contains("NaN"));
 }
 

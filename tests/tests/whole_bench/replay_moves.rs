@@ -134,6 +134,8 @@ fn estimates_of_a_replay_depend_neither_on_its_moves_nor_on_the_zero_of_the_forc
 
     let (direct_report, direct_events) = replay_with(recording, vec![(Finished, Action::Quit)]);
     assert!(direct_report.completed && direct_report.instances > 0);
+    let is_header = |event: &Event| matches!(event, Event::Session(header) if header.replayed && header.simulated);
+    assert!(direct_events.iter().any(is_header));
 
     // Back from the end, past the start, and forward past the end.
     let (moved_report, moved_events) = replay_with(

@@ -1,5 +1,7 @@
 //! Fitting words into columns.
 
+use std::borrow::Cow;
+
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
@@ -75,17 +77,13 @@ pub fn render_line(line: Line, area: Rect, buf: &mut Buffer) {
 /// Breaks `text` at spaces into lines of at most `columns` characters. A longer word is not broken; its area cuts it off.
 #[must_use]
 pub fn wrap(text: &str, columns: u16) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in text.split_whitespace() {
-        match lines.last_mut() {
-            Some(line) if line.chars().count() + 1 + word.chars().count() <= columns.into() => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(word.to_owned()),
-        }
+    if text.trim().is_empty() {
+        return Vec::new();
     }
-    lines
+    let options = textwrap::Options::new(columns.into()).break_words(false);
+    let options = options.word_splitter(textwrap::WordSplitter::NoHyphenation);
+    let lines = textwrap::wrap(text.trim(), options).into_iter();
+    lines.map(Cow::into_owned).collect()
 }
 
 #[cfg(test)]

@@ -2,15 +2,24 @@
 
 use std::borrow::Cow;
 
+use textwrap::core::{Word, display_width};
+use textwrap::{Options, WordSeparator, WordSplitter};
+
 /// First words of lines that are commands, to be copied as a whole.
 const COMMANDS: [&str; 5] = ["friction-bench", "cargo", "sudo", "./dev", "python3"];
+
+/// Start of the sequences that set colours, which take no columns.
+const ESCAPE: char = '\x1b';
 
 /// Returns a line broken between words so that no part is wider than `columns`, but for words that are wider themselves. Parts after
 /// the first are indented as the last column of a table. Commands, between backticks or as the whole of it, are not broken; neither is a
 /// line with control characters other than colours.
 pub(crate) fn wrapped(line: &str, columns: usize) -> Cow<'_, str> {
     let text = line.trim_end();
-    let is_short = width(text).is_none_or(|width| width <= columns);
+    let is_rewritten = text
+        .chars()
+        .any(|character| character.is_control() && character != ESCAPE);
+    let is_short = is_rewritten || display_width(text) <= columns;
     let indent = last_column(text, columns / 2);
     let last: String = text.chars().skip(indent).collect();
     let is_command = |text: &str| {
@@ -20,52 +29,25 @@ pub(crate) fn wrapped(line: &str, columns: usize) -> Cow<'_, str> {
     if is_short || is_command(text) || is_command(&last) {
         return Cow::Borrowed(line);
     }
-    let mut output = String::with_capacity(line.len() + 32);
-    let (mut column, mut blanks) = (0, 0);
-    for word in words(text) {
-        let width = width(word).unwrap_or_default();
-        if word.starts_with(' ') {
-            blanks = width;
-            continue;
-        }
-        if column > indent && column + blanks + width > columns {
-            output.push('\n');
-            (column, blanks) = (0, indent);
-        }
-        output.extend(std::iter::repeat_n(' ', blanks));
-        output.push_str(word);
-        column += blanks + width;
-        blanks = 0;
-    }
-    output.push_str(&line[text.len()..]);
-    Cow::Owned(output)
-}
-
-/// Returns the columns of a text: without the sequences that set colours (`ESC [ … m`); `None` with another control character.
-fn width(text: &str) -> Option<usize> {
-    let mut columns = 0;
-    let mut characters = text.chars();
-    while let Some(character) = characters.next() {
-        match character {
-            '\x1b' if characters.next() == Some('[') => {
-                let end = characters.find(|character| !matches!(character, '0'..='9' | ';'));
-                end.filter(|end| *end == 'm')?;
-            }
-            character if character.is_control() => return None,
-            _ => columns += 1,
-        }
-    }
-    Some(columns)
+    let indent = " ".repeat(indent);
+    let options = Options::new(columns)
+        .break_words(false)
+        .word_splitter(WordSplitter::NoHyphenation)
+        .word_separator(WordSeparator::Custom(|text| {
+            Box::new(words(text).map(Word::from))
+        }))
+        .subsequent_indent(&indent);
+    Cow::Owned(textwrap::fill(text, options) + &line[text.len()..])
 }
 
 /// Returns where the last column of a table begins: after the last gap of two blanks or more before `most`, or after the blanks at
 /// the line's start.
 fn last_column(text: &str, most: usize) -> usize {
     let (mut column, mut indent) = (0, 0);
-    for word in words(text) {
-        let width = width(word).unwrap_or_default();
-        let is_gap = word.starts_with(' ') && (width > 1 || column == 0);
-        column += width;
+    for part in words(text) {
+        let word = Word::from(part);
+        let is_gap = word.whitespace.len() > 1 || word.word.is_empty();
+        column += display_width(part);
         if is_gap && column <= most {
             indent = column;
         }
@@ -73,19 +55,18 @@ fn last_column(text: &str, most: usize) -> usize {
     indent
 }
 
-/// Splits a text into words and the blanks between them; what stands between backticks is part of one word.
+/// Splits a text into words, each with the blanks after it; what stands between backticks is part of one word.
 fn words(text: &str) -> impl Iterator<Item = &str> {
     let mut rest = text;
     std::iter::from_fn(move || {
-        let mut is_quoted = false;
-        let end = if rest.starts_with(' ') {
-            rest.find(|character| character != ' ')
-        } else {
-            rest.find(|character| {
-                is_quoted ^= character == '`';
-                character == ' ' && !is_quoted
-            })
-        };
+        let (mut is_quoted, mut is_over) = (false, false);
+        let end = rest.find(|character| {
+            is_quoted ^= character == '`';
+            let is_blank = character == ' ' && !is_quoted;
+            let begins_next = is_over && !is_blank;
+            is_over |= is_blank;
+            begins_next
+        });
         let (word, after) = rest.split_at(end.unwrap_or(rest.len()));
         rest = after;
         (!word.is_empty()).then_some(word)

@@ -300,3 +300,16 @@ pub fn overruled(record: &TrialRecord, protocol: &Protocol) -> Option<String> {
         _ => None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_resumed_session_says_why_it_asks_for_consent_again() {
+        let [first, resumed] =
+            [false, true].map(|is_resumed| advice(Phase::Consent, is_resumed).unwrap());
+        assert!(first.contains("not recorded") && !first.contains("anew"));
+        assert!(resumed.contains("goes on") && resumed.contains("anew"));
+    }
+}

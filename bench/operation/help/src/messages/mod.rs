@@ -1,7 +1,6 @@
 #![doc = include_str!("README.md")]
 
 mod printed;
-mod wrap;
 
 use serde::Deserialize;
 

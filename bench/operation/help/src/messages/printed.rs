@@ -3,12 +3,14 @@
 use std::fmt::Write;
 
 use clap::Args;
+use textwrap::WordSplitter;
 
-use crate::messages::wrap::wrapped;
 use crate::messages::{MessageGroup, ProgramMessage, index};
 
 /// Width of the index on a terminal.
 const WIDTH: usize = 96;
+/// Indentation of meaning and remedy.
+const INDENT: &str = "    ";
 /// Most messages that are shown where none has all words.
 const MOST_NEAREST: usize = 5;
 
@@ -58,20 +60,28 @@ pub fn text(words: &[String]) -> Option<String> {
         let line = "=".repeat(group.title.chars().count());
         let _ = writeln!(written, "{}\n{line}\n", group.title);
         if query.is_empty() {
-            wrapped(&group.intro, WIDTH, 0, &mut written);
+            written.push_str(&paragraph(&group.intro, ""));
             written.push('\n');
         }
         for message in matches {
-            wrapped(&message.says, WIDTH, 0, &mut written);
+            written.push_str(&paragraph(&message.says, ""));
             if let Some(brief) = &message.brief {
-                wrapped(&format!("on the screen: {brief}"), WIDTH, 4, &mut written);
+                written.push_str(&paragraph(&format!("on the screen: {brief}"), INDENT));
             }
-            wrapped(&message.means, WIDTH, 4, &mut written);
-            wrapped(&format!("→ {}", message.remedy), WIDTH, 4, &mut written);
+            written.push_str(&paragraph(&message.means, INDENT));
+            written.push_str(&paragraph(&format!("→ {}", message.remedy), INDENT));
             written.push('\n');
         }
     }
     (!written.is_empty()).then(|| written.trim_end().to_owned() + "\n")
+}
+
+/// Returns a text in lines for a terminal, each indented.
+fn paragraph(text: &str, indent: &str) -> String {
+    let options = textwrap::Options::new(WIDTH).break_words(false);
+    let options = options.word_splitter(WordSplitter::NoHyphenation);
+    let options = options.initial_indent(indent).subsequent_indent(indent);
+    textwrap::fill(text.trim(), options) + "\n"
 }
 
 /// Returns the words of a message that do not vary: those without digits.

@@ -207,7 +207,11 @@ impl Draft<'_> {
         match &vector.nature {
             Nature::Slow(Slow::Steps(steps)) => {
                 let text = format!("it rests at {} where nothing touches", statistics::significant((steps.rest * 1e4).round() / 1e4 + 0.0));
-                self.map.key("tare", "\"no contact\"", sure(text));
+                let reason = Reason {
+                    text,
+                    is_sure: steps.is_rest_certain,
+                };
+                self.map.key("tare", "\"no contact\"", reason);
             }
             _ => self.map.key("tare", "\"none\"", check("no rest is seen: write \"no contact\" if the recording has stretches without contact")),
         }

@@ -293,6 +293,7 @@ mod tests {
     fn steps_and_times_are_worded() {
         let steps = Steps {
             rest: 0.0123,
+            is_rest_certain: true,
             up: 0.6,
             down: 0.004,
             count: 3,

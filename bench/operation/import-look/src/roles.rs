@@ -345,11 +345,11 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
     covariance / (a_variance * b_variance).sqrt()
 }
 
-/// Returns whether a normal force points down: its excursions are below rest.
+/// Returns whether a normal force points down: its excursions are below rest; `None` if that is not certain.
 pub(crate) fn is_upside_down(vector: &VectorPortrait) -> Option<bool> {
     match &vector.nature {
         Nature::Slow(Slow::Steps(steps @ Steps { balance, .. })) if steps.is_one_way() => {
-            Some(*balance < 0.0)
+            steps.is_rest_certain.then_some(*balance < 0.0)
         }
         _ => {
             let extremes = vector.extremes.as_ref()?;

@@ -6,8 +6,10 @@ use crate::periodicity::{Periodicity, periodicity};
 /// A signal that leaves its level of rest and returns to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Steps {
-    /// Level of rest, at which the signal stays most.
+    /// Level of rest.
     pub rest: f64,
+    /// Whether the level of rest is certain: the only one, or the one at the ends of the course or near zero and no other at the ends.
+    pub is_rest_certain: bool,
     /// Largest excursion above rest.
     pub up: f64,
     /// Largest excursion below rest.
@@ -68,6 +70,17 @@ const CHANGE_S: f64 = 0.05;
 const CHANGE_PART: f64 = 0.005;
 /// Excursion relative to the noise from which on it is a step.
 const LEAST_STEP: f64 = 6.0;
+/// Most levels that may be rest: a force that presses, or friction in either direction.
+const MOST_REST_LEVELS: usize = 3;
+/// Least distance of two levels, as a share of the range; most width of a less still one, as a multiple of the stillest one's or as a
+/// share of the range.
+const LEAST_APART: f64 = 0.3;
+const MOST_UNSTILL: f64 = 10.0;
+const STILL_SHARE: f64 = 0.05;
+/// Greatest distance of a course's end from the level of rest, as a share of the range.
+const END_SHARE: f64 = 0.2;
+/// Share of the farthest level below which a level is clearly zero.
+const CLEAR_ZERO: f64 = 0.2;
 /// Highest frequency of a finger that goes to and fro, Hz, and most periods in a stretch where the rate is unknown.
 const LOWEST_MODULATION_HZ: f64 = 2.0;
 const MOST_STROKES: f64 = 15.0;
@@ -279,7 +292,7 @@ fn travel(means: &[f64]) -> Option<Travel> {
 fn steps(course: &[f64], noise: f64) -> Option<Steps> {
     let mut sorted = course.to_vec();
     sorted.sort_by(f64::total_cmp);
-    let rest = rest(&sorted)?;
+    let (rest, is_rest_certain) = rest(course, &sorted)?;
     let (up, down) = (sorted[sorted.len() - 1] - rest, rest - sorted[0]);
     let largest = up.max(down);
     if largest < LEAST_STEP * noise {
@@ -305,6 +318,7 @@ fn steps(course: &[f64], noise: f64) -> Option<Steps> {
     let balance = (above - below) / (above + below).max(f64::MIN_POSITIVE);
     Some(Steps {
         rest,
+        is_rest_certain,
         up: up.max(0.0),
         down: down.max(0.0),
         count,
@@ -313,16 +327,51 @@ fn steps(course: &[f64], noise: f64) -> Option<Steps> {
     })
 }
 
-/// Returns the middle of the shortest interval with a tenth of the sorted values; of the one nearest to zero among those up to
-/// twice as long, because a steady finger may be as still as a sensor at rest.
-fn rest(sorted: &[f64]) -> Option<f64> {
+/// Returns the level of rest, and whether it is certain. A steady finger may be as still as a sensor at rest, and press for most of a
+/// recording: of several levels, rest is the one at both ends of the course, or else the one near zero.
+fn rest(course: &[f64], sorted: &[f64]) -> Option<(f64, bool)> {
     let tenth = (sorted.len() / 10).max(1);
     let starts = 0..sorted.len().checked_sub(tenth)?;
     let width = |start: usize| sorted[start + tenth] - sorted[start];
     let middle = |start: usize| 0.5 * (sorted[start] + sorted[start + tenth]);
-    let shortest = starts.clone().map(width).min_by(f64::total_cmp)?;
-    let short = starts.filter(|start| width(*start) <= 2.0 * shortest);
-    short.map(middle).min_by(|a, b| a.abs().total_cmp(&b.abs()))
+    let stillest = |starts: &mut dyn Iterator<Item = usize>| {
+        starts.min_by(|a, b| width(*a).total_cmp(&width(*b)))
+    };
+    let range = sorted[sorted.len() - 1] - sorted[0];
+    let first = stillest(&mut starts.clone())?;
+    let widest = (MOST_UNSTILL * width(first)).max(STILL_SHARE * range);
+    let mut levels = vec![middle(first)];
+    while levels.len() < MOST_REST_LEVELS {
+        let is_apart = |start: &usize| {
+            let is_far = |level: &f64| (middle(*start) - level).abs() > LEAST_APART * range;
+            width(*start) <= widest && levels.iter().all(is_far)
+        };
+        let Some(next) = stillest(&mut starts.clone().filter(is_apart)) else {
+            break;
+        };
+        levels.push(middle(next));
+    }
+    let nearest =
+        |levels: &mut dyn Iterator<Item = f64>| levels.min_by(|a, b| a.abs().total_cmp(&b.abs()));
+    if levels.len() == 1 {
+        // Within one level the part nearest to zero, among those that are about as still.
+        let still = starts.filter(|start| width(*start) <= 2.0 * width(first));
+        return nearest(&mut still.map(middle)).map(|level| (level, true));
+    }
+    let is_at_both_ends = |level: &f64| {
+        let mut ends = [course.first(), course.last()].into_iter().flatten();
+        ends.all(|end| (end - level).abs() < END_SHARE * range)
+    };
+    let by_ends = levels.iter().copied().find(is_at_both_ends);
+    let near = nearest(&mut levels.iter().copied())?;
+    let farthest = levels
+        .iter()
+        .fold(0.0_f64, |most, level| most.max(level.abs()));
+    let is_zero_clear = near.abs() < CLEAR_ZERO * farthest;
+    Some(match by_ends {
+        Some(level) => (level, level == near || !is_zero_clear),
+        None => (near, is_zero_clear),
+    })
 }
 
 #[cfg(test)]
@@ -383,6 +432,30 @@ mod tests {
             panic!()
         };
         assert!(!lateral.is_one_way(), "{lateral:?}");
+    }
+
+    #[test]
+    fn a_finger_that_presses_for_most_of_a_recording_is_not_at_rest() {
+        let level = |at_rest: f64, at_contact: f64, from_s: f64, to_s: f64| {
+            let touch = move |t: f64| (from_s..to_s).contains(&t);
+            match kind(|t| if touch(t) { at_contact } else { at_rest }) {
+                Slow::Steps(steps) => (steps.rest, steps.balance > 0.0, steps.is_rest_certain),
+                other => panic!("{other:?}"),
+            }
+        };
+        let near = |found: (f64, bool, bool), rest: f64, is_certain: bool| {
+            assert!((found.0 - rest).abs() < 0.01, "{found:?}");
+            assert_eq!(found.2, is_certain, "{found:?}");
+            found.1
+        };
+        assert!(near(level(0.0, 0.62, 1.0, 9.0), 0.0, true));
+        assert!(near(level(-0.4, 0.2, 1.0, 9.0), -0.4, true));
+        assert!(!near(level(0.01, -0.62, 1.0, 9.5), 0.01, true));
+        // A large offset that contact takes away: the ends know better than zero, and it is asked about.
+        assert!(near(level(-0.62, 0.0, 1.0, 9.0), -0.62, false));
+        // Recorded from the middle of a contact on.
+        assert!(near(level(0.0, 0.62, 0.0, 7.0), 0.0, true));
+        near(level(0.3, 0.9, 0.0, 7.0), 0.3, false);
     }
 
     #[test]

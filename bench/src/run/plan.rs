@@ -118,7 +118,7 @@ pub(super) fn read_text(name: &str) -> anyhow::Result<String> {
             .map(|nearest| format!("; did you mean `{nearest}`?"))
             .unwrap_or_default();
         anyhow::anyhow!(
-            "no protocol is called `{name}`, and no file{suggestion} built-in protocols: {}",
+            "no protocol is called `{name}`, and no file has this name{suggestion}; built-in protocols: {}",
             names.join(", ")
         )
     })

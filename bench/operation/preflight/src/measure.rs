@@ -30,7 +30,7 @@ const WHOLE_S: f64 = 10.7;
 
 /// Silence before the tone that shows the loop delay, and timeout of the measurement, s.
 const DELAY_QUIET_S: f64 = 0.2;
-const DELAY_S: f64 = 1.2;
+const DELAY_S: f64 = 4.0;
 
 /// Smallest level of the read-back tone, as a multiple of the silence.
 const STANDS_OUT: f64 = 10.0;

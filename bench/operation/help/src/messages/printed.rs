@@ -1,5 +1,6 @@
 //! Message index for a terminal and as a chapter of the handbook.
 
+use std::cell::Cell;
 use std::fmt::Write;
 
 use clap::Args;
@@ -11,6 +12,9 @@ use crate::messages::{MessageGroup, ProgramMessage, index};
 const WIDTH: usize = 96;
 /// Indentation of meaning and remedy.
 const INDENT: &str = "    ";
+/// Fewest letters of a message that is found whole in a pasted line, and least part of the longest such message.
+const FEWEST_LETTERS: usize = 8;
+const LEAST_OF_LONGEST: f64 = 0.6;
 /// Most messages that are shown where none has all words.
 const MOST_NEAREST: usize = 5;
 
@@ -22,48 +26,76 @@ pub struct MessagesOptions {
     pub words: Vec<String>,
 }
 
-/// Returns the messages that contain all `words`, or else those that contain most of them, since a line of the screen has words
-/// beside the message; as lines for a terminal. `None` if no message has half of them.
+/// Returns messages as lines for a terminal: all without `words`; those that a pasted line contains whole; or else those that contain
+/// all words, or most of them, since a line of the screen has words beside the message. `None` if no message has half of them.
 ///
 /// ```
-/// let found = help::messages::text(&["normal force 5.30 N over".to_owned()]).unwrap();
+/// let line = " TRIPPED  normal force 5.30 N over the limit of 5.00 N · x to re-arm   simulated  UNCALIBRATED";
+/// let found = help::messages::text(&[line.to_owned()]).unwrap();
 /// assert!(found.contains("safety.max_normal_n") && !found.contains("e-stop pressed"));
-/// let line = "TRIPPED  normal force 5.30 N over the limit of 5.00 N · x to re-arm  simulated";
-/// let nearest = help::messages::text(&[line.to_owned()]).unwrap();
-/// assert!(nearest.starts_with("No message has all") && nearest.contains("safety.max_normal_n"));
+/// let nearest = help::messages::text(&["the force is over the limit by far".to_owned()]).unwrap();
+/// assert!(nearest.starts_with("No message has all"));
 /// assert_eq!(help::messages::text(&["unheard-of".to_owned()]), None);
 /// ```
 #[must_use]
 pub fn text(words: &[String]) -> Option<String> {
     let query: Vec<String> = words.iter().flat_map(|text| telling(text)).collect();
-    let mut written = String::new();
-    let least = least_share(&query)?;
-    if least < 1.0 {
-        written.push_str("No message has all of these words. The nearest:\n\n");
+    let groups = index();
+    if query.is_empty() {
+        return Some(printed(&groups, true, |_, _| true));
     }
-    let mut left = if least < 1.0 {
-        MOST_NEAREST
-    } else {
-        usize::MAX
-    };
-    for group in index() {
-        let matches: Vec<_> = group
-            .messages
-            .iter()
-            .filter(|message| share(&group, message, &query) >= least)
-            .take(left)
+    let length = |message: &ProgramMessage| contained_letters(message, &query);
+    let longest = groups
+        .iter()
+        .flat_map(|group| &group.messages)
+        .map(length)
+        .max();
+    let longest = longest.filter(|letters| *letters >= FEWEST_LETTERS);
+    if let Some(longest) = longest {
+        let is_whole = |_: &MessageGroup, message: &ProgramMessage| {
+            length(message) as f64 >= LEAST_OF_LONGEST * longest as f64
+        };
+        return Some(printed(&groups, false, is_whole));
+    }
+    let least = least_share(&groups, &query)?;
+    if least >= 1.0 {
+        return Some(printed(&groups, false, |group, message| {
+            share(group, message, &query) >= least
+        }));
+    }
+    let left = Cell::new(MOST_NEAREST);
+    let nearest = printed(&groups, false, |group, message| {
+        let is_near = left.get() > 0 && share(group, message, &query) >= least;
+        left.set(left.get() - usize::from(is_near));
+        is_near
+    });
+    Some(format!(
+        "No message has all of these words. The nearest:\n\n{nearest}"
+    ))
+}
+
+/// Returns the chosen messages of all groups, with the groups' introductions if `has_intro`.
+fn printed(
+    groups: &[MessageGroup],
+    has_intro: bool,
+    is_chosen: impl Fn(&MessageGroup, &ProgramMessage) -> bool,
+) -> String {
+    let mut written = String::new();
+    for group in groups {
+        let messages = group.messages.iter();
+        let chosen: Vec<_> = messages
+            .filter(|message| is_chosen(group, message))
             .collect();
-        left -= matches.len();
-        if matches.is_empty() {
+        if chosen.is_empty() {
             continue;
         }
         let line = "=".repeat(group.title.chars().count());
         let _ = writeln!(written, "{}\n{line}\n", group.title);
-        if query.is_empty() {
+        if has_intro {
             written.push_str(&paragraph(&group.intro, ""));
             written.push('\n');
         }
-        for message in matches {
+        for message in chosen {
             written.push_str(&paragraph(&message.says, ""));
             if let Some(brief) = &message.brief {
                 written.push_str(&paragraph(&format!("on the screen: {brief}"), INDENT));
@@ -73,7 +105,26 @@ pub fn text(words: &[String]) -> Option<String> {
             written.push('\n');
         }
     }
-    (!written.is_empty()).then(|| written.trim_end().to_owned() + "\n")
+    written.trim_end().to_owned() + "\n"
+}
+
+/// Returns the letters of a message that the query contains whole, in its text or its short form: the words between its values, in
+/// their order; 0 if it is not contained.
+fn contained_letters(message: &ProgramMessage, query: &[String]) -> usize {
+    let forms = [Some(&message.says), message.brief.as_ref()];
+    let letters = |form: &String| {
+        let pieces: Vec<Vec<String>> = form.split('…').map(telling).collect();
+        let mut rest = query;
+        for piece in pieces.iter().filter(|piece| !piece.is_empty()) {
+            let Some(start) = rest.windows(piece.len()).position(|words| words == piece) else {
+                return 0;
+            };
+            rest = &rest[start + piece.len()..];
+        }
+        let words = pieces.iter().flatten();
+        words.map(|word| word.chars().count()).sum()
+    };
+    forms.into_iter().flatten().map(letters).max().unwrap_or(0)
 }
 
 /// Returns a text in lines for a terminal, each indented.
@@ -94,8 +145,7 @@ fn telling(text: &str) -> Vec<String> {
 }
 
 /// Returns the greatest share of the query that any message has; `None` if none has half of it.
-fn least_share(query: &[String]) -> Option<f64> {
-    let groups = index();
+fn least_share(groups: &[MessageGroup], query: &[String]) -> Option<f64> {
     let shares = groups.iter().flat_map(|group| {
         let messages = group.messages.iter();
         messages.map(|message| share(group, message, query))
@@ -231,12 +281,42 @@ mod tests {
 
     #[test]
     fn a_message_is_found_by_its_words_on_the_screen() {
+        for (line, words) in [
+            (
+                " TRIPPED  e-stop pressed or its wire cut · x to re-arm   simulated  UNCALIBRATED",
+                "a cut wire",
+            ),
+            (
+                "TRIPPED  stopped by the operator · x to re-arm",
+                "sent the program a signal",
+            ),
+            (
+                "! practice 1 rejected: finger off for 0.26 s, exploration 1",
+                "never laid down",
+            ),
+            ("P1 ✗ finger off for 0.26 s", "never laid down"),
+            (
+                "now  REJECTED: force 0.49 N, band 0.50–0.80 · repeats in 6 s",
+                "too lightly",
+            ),
+            (
+                "4 instances, 5 needed, outside the plate's central part",
+                "usable modulation periods",
+            ),
+            (
+                "friction-bench: sub-01 already has my/sub-01/ses-01 in my: --resume goes on with it, --new-session begins another",
+                "another visit",
+            ),
+            ("consent is not recorded: c", "have the sheet signed"),
+        ] {
+            let found = text(&[line.to_owned()]).unwrap();
+            assert!(found.contains(words), "{line}: {found}");
+            assert!(found.matches("→ ").count() <= 2, "{line}: {found}");
+        }
         for line in [
             "drive reads back 3.1 V although disarmed",
             "exploration 2: mean normal force 0.93 N, outside 0.50 to 0.80 N",
             "E-STOP pressed",
-            "REJECTED: force 0.49 N, band 0.50–0.80",
-            "4 instances, 5 needed, outside the plate's central part",
             "input xrun at 3.204 s: the card or the computer was too slow; the recording marks the lost samples",
             "safety limits loosened: max_amplitude_um = 9",
             "the pickup's sensitivity is 1.9983 times the one in force (2.1 µm/V): peak-to-peak for amplitude?",

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 
-use calibration::channels::{ChannelsProcedure, ChannelsSetup};
+use calibration::channels::{ChannelsProcedure, ChannelsSetup, LoopDelays};
 use calibration::masses::{ForceProcedure, ForceSetup};
 use calibration::pickup::{PickupProcedure, PickupSetup};
 use calibration::plate_procedure::{PlateProcedure, PlateSetup};
@@ -398,7 +398,7 @@ fn plate_profile(
     run.run(apparatus, instrument, profile)
 }
 
-/// `calibrate channels`; `delays_s` opens the streams a few times and returns the loop's delay at each.
+/// `calibrate channels`; `delays` opens the streams a few times and returns the loop's delay at each.
 ///
 /// # Errors
 /// When the bench cannot measure; a measurement that does not pass is a [`CalibrationReport`].
@@ -406,14 +406,14 @@ pub fn channels(
     config: Config,
     options: &cli::CalibrateChannels,
     verbosity: Verbosity,
-    delays_s: impl FnOnce(&Effective) -> anyhow::Result<Vec<f64>>,
+    delays: impl FnOnce(&Effective) -> anyhow::Result<LoopDelays>,
     open: impl FnOnce(&Config) -> anyhow::Result<BenchHardware>,
 ) -> anyhow::Result<CalibrationReport> {
     let mut run = CalibrationRun::new(config, &options.measure, verbosity)?;
     // The delay is measured anew, regardless of its previous value.
     run.bench = run.bench.with_unknown_delay();
     let mut setup = ChannelsSetup::new(run.bench.config(), &run.calibration);
-    setup.delays_s = delays_s(&run.bench)?;
+    setup.delays = delays(&run.bench)?;
     let apparatus = open(run.bench.config())?;
     run.run(apparatus, None, ChannelsProcedure::new(setup))
 }

@@ -112,22 +112,27 @@ pub fn stops(
     table
 }
 
-/// Opens the streams, plays the faint tone, and returns the delay from its command to its read-back, s; `None` if the tone did
-/// not show it, for example because it is not read back.
+/// Opens the streams, plays the faint tone, and returns the delay from its command to its read-back, s, or why the tone did not show
+/// it.
 ///
 /// # Errors
 /// If a part of the bench is missing or fails.
 pub fn loop_delay(
     bench: &Effective,
     hardware: impl FnOnce() -> anyhow::Result<Hardware>,
-) -> anyhow::Result<Option<f64>> {
+) -> anyhow::Result<Result<f64, String>> {
     let mut unknown = bench.config().clone();
     // The pickup's scale in micrometres may not yet be known.
     unknown.limits.amplitude_um = f64::INFINITY;
     unknown.safety.measured_delay_s = None;
     let bench = Effective::uncalibrated(unknown);
     let measured = measure::measure(&bench, &Extent::Delay, hardware)?;
-    Ok(measured.loop_delay.map(|delay| delay.seconds))
+    let cause = match measured.safety {
+        SafetyState::Tripped { trip } => format!("the bench stopped ({trip})"),
+        _ if !measured.driven => "the e-stop is open".to_owned(),
+        _ => "the faint tone did not show it, as on a computer that is busy".to_owned(),
+    };
+    Ok(measured.loop_delay.map(|delay| delay.seconds).ok_or(cause))
 }
 
 /// Judges the limits of the safety watch, which the drive requires.

@@ -28,7 +28,8 @@ const STOPS_FROM_S: f64 = 1.1;
 const QUICK_S: f64 = 2.0;
 const WHOLE_S: f64 = 10.7;
 
-/// Silence before the tone that shows the loop delay, and timeout of the measurement, s.
+/// Silence before the tone that shows the loop delay, and timeout of the measurement, s. The timeout includes that of a field box's
+/// first report, before which its e-stop counts as open.
 const DELAY_QUIET_S: f64 = 0.2;
 const DELAY_S: f64 = 4.0;
 
@@ -280,7 +281,10 @@ impl Task for CheckTask {
             self.relay_sounds = false;
         }
         measured.loop_delay = self.signals.loop_delay.get();
+        let lines = self.signals.lines.get().unwrap_or_default();
+        let is_awaited = self.delay_only && lines.estop_open == Some(true);
         if measured.audio_s >= self.quiet_s
+            && !is_awaited
             && let Some(tone) = self.tone.take()
         {
             measured.tone_from_s = measured.audio_s + SETTLE_S;

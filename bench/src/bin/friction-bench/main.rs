@@ -16,7 +16,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
 
-use ::calibration::channels::OPENINGS;
+use ::calibration::channels::{LoopDelays, OPENINGS};
 use clap::Parser;
 use config::{AudioHost, Config, ConfigError, Effective};
 use devices::Hardware;
@@ -319,15 +319,15 @@ fn require_stops(
     anyhow::bail!("the bench cannot be stopped as it must be: nothing was calibrated")
 }
 
-/// Opens the streams a few times; returns the loop's delay at each, s, up to the first at which no delay is found.
+/// Opens the streams a few times; returns the loop's delay at each up to the first at which none is found, with the cause of that.
 fn loop_delays(
     bench: &Effective,
     measure: &cli::Measure,
     faults: &[RehearsedFault],
     verbosity: Verbosity,
-) -> anyhow::Result<Vec<f64>> {
+) -> anyhow::Result<LoopDelays> {
     let early = from_the_start(faults);
-    let mut delays_s = Vec::new();
+    let mut delays = LoopDelays::default();
     for opening in 1..=OPENINGS {
         let delay_s = preflight::loop_delay(bench, || {
             Ok(apparatus(
@@ -339,14 +339,20 @@ fn loop_delays(
             )?
             .hardware)
         })?;
-        let Some(delay_s) = delay_s else { break };
+        let delay_s = match delay_s {
+            Ok(delay_s) => delay_s,
+            Err(cause) => {
+                delays.fault = Some(cause);
+                break;
+            }
+        };
         verbosity.note(format_args!(
             "loop delay, opening {opening} of {OPENINGS}: {:.2} ms",
             1e3 * delay_s
         ));
-        delays_s.push(delay_s);
+        delays.seconds.push(delay_s);
     }
-    Ok(delays_s)
+    Ok(delays)
 }
 
 /// Requires a recent press of the e-stop; asks for it unless `headless`.
@@ -511,14 +517,14 @@ fn calibrate(options: &Calibrate, verbosity: Verbosity) -> anyhow::Result<ExitCo
         Calibrate::Force(options) => calibration::force(config, options, verbosity, open)?,
         Calibrate::Output(options) => calibration::output(config, options, verbosity, open)?,
         Calibrate::Channels(options) => {
-            let delays_s = |bench: &Effective| {
+            let delays = |bench: &Effective| {
                 require_stops(bench.config(), measure, &faults)?;
                 loop_delays(bench, measure, &faults, verbosity)
             };
             let open = |config: &Config| {
                 apparatus(config, &measure.hardware, measure.speed, None, &faults)
             };
-            calibration::channels(config, options, verbosity, delays_s, open)?
+            calibration::channels(config, options, verbosity, delays, open)?
         }
     };
     if measure.json {

@@ -31,6 +31,15 @@ pub(super) const DWELL_S: f64 = 0.06;
 /// Level of the tones, as a share of the highest level without clipping on any input.
 pub(super) const TONES_LEVEL: f64 = 0.7;
 
+/// Delays from a command to its read-back over openings of the streams.
+#[derive(Debug, Clone, Default)]
+pub struct LoopDelays {
+    /// Delay at each opening, s.
+    pub seconds: Vec<f64>,
+    /// Cause for which the next opening showed none.
+    pub fault: Option<String>,
+}
+
 /// Setup of a calibration of the channels.
 #[derive(Debug, Clone)]
 pub struct ChannelsSetup {
@@ -40,8 +49,8 @@ pub struct ChannelsSetup {
     pub highest_v: f64,
     /// Previous calibration of the channels; `None` at the first one.
     pub before: Option<config::MeasuredChannels>,
-    /// Delay from a command to its read-back for each of several openings of the streams, s.
-    pub delays_s: Vec<f64>,
+    /// Delays of the loop.
+    pub delays: LoopDelays,
     pub(super) config: Config,
 }
 
@@ -57,7 +66,7 @@ impl ChannelsSetup {
             carrier_hz: config.plate.resonance_hz,
             highest_v: config.limits.drive_v.min(config.output.volts_per_unit),
             before: calibration.channels.clone(),
-            delays_s: Vec::new(),
+            delays: LoopDelays::default(),
             config: config.clone(),
         }
     }

@@ -215,7 +215,7 @@ impl ChannelsProcedure {
 
     /// Returns the loop delay over the openings of the streams; `None` unless each opening has shown it.
     fn loop_delay(&self) -> Option<MeasuredDelay> {
-        let delays_s = &self.setup.delays_s;
+        let delays_s = &self.setup.delays.seconds;
         (delays_s.len() >= OPENINGS).then(|| MeasuredDelay {
             mean: mean(delays_s, "s", DELAY_ERROR_S),
             extent_s: [
@@ -362,8 +362,12 @@ impl Calibrates for ChannelsProcedure {
                 1e3 * delay.extent_s[1],
                 delay.openings
             ),
-            None => "warning  the loop's delay could not be measured: the faint tone did not show it at each of the openings, as on a computer that is busy; close what keeps it busy and calibrate the channels again, or no start can tell a changed delay"
-                .to_owned(),
+            None => format!(
+                "warning  the loop's delay could not be measured at opening {} of {OPENINGS}: {}; mend that and calibrate the channels \
+                 again, or no start can tell a changed delay",
+                self.setup.delays.seconds.len() + 1,
+                self.setup.delays.fault.as_deref().unwrap_or("it was not tried"),
+            ),
         });
         let mut values = vec![
             ("round trip", channels.round_trip.clone()),

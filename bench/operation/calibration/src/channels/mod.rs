@@ -16,6 +16,6 @@ mod silence;
 mod tone_ratios;
 
 pub use channels_procedure::ChannelsProcedure;
-pub use channels_setup::{ChannelsSetup, OPENINGS};
+pub use channels_setup::{ChannelsSetup, LoopDelays, OPENINGS};
 pub use compare::{Present, compare};
 pub use fault::ChannelsFault;

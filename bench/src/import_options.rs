@@ -14,6 +14,9 @@ pub struct Import {
     /// Study folder; created if it does not exist.
     #[arg(long, value_name = "DIR", conflicts_with_all = ["look", "guess"], required_unless_present_any = ["look", "guess", "dry_run"])]
     pub study: Option<PathBuf>,
+    /// Create files with the umask's permissions [default: readable by you only].
+    #[arg(long, requires = "study")]
+    pub shared: bool,
     /// Convert every file and write nothing.
     #[arg(long, requires = "map", conflicts_with = "remove")]
     pub dry_run: bool,

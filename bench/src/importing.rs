@@ -9,6 +9,7 @@ use import::{FileReport, Outcome, Plan, Program};
 
 use crate::analyze_options::columns;
 use crate::import_options::Import;
+use crate::privacy;
 use crate::verbosity::Verbosity;
 
 /// Runs the command; returns false if a file was refused.
@@ -16,6 +17,9 @@ use crate::verbosity::Verbosity;
 /// # Errors
 /// The map, the study or a file to look at cannot be read, or the output cannot be written.
 pub fn run(options: &Import, verbosity: Verbosity) -> anyhow::Result<bool> {
+    if options.study.is_some() && !options.shared {
+        privacy::keep_new_files_private();
+    }
     let mut progress = progress_line(verbosity);
     let mut out = standard_streams::stdout();
     if !options.look.is_empty() {

@@ -181,7 +181,7 @@ impl RedoReason {
                 output,
                 limit,
             } => vec![
-                format!("{} xruns", input + output),
+                format!("xruns: {}", input + output),
                 format!("{limit} allowed"),
             ],
             Self::TooFewInstances {

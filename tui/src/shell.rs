@@ -25,7 +25,7 @@ use crate::dashboard::view;
 use crate::event::{Event, SafetyView};
 use crate::keyboard::{at_once, key};
 use crate::page_files;
-use crate::state::State;
+use crate::state::{ENDING, State};
 use crate::terminal_kind::theme;
 
 /// Time between two frames.
@@ -34,8 +34,6 @@ const FRAME: Duration = Duration::from_millis(33);
 const KEY_POLL: Duration = Duration::from_millis(33);
 /// Longest wait for the key reader at the end: it may be blocked by the terminal.
 const LAST_KEY: Duration = Duration::from_millis(100);
-/// Remark shown after the key that ends the bench.
-const ENDING: &str = "ending: waiting until all data are on the disk; Ctrl-C again ends at once";
 /// Time between two rings of the bell while the bench is tripped and no key was pressed, s.
 const BELL_S: f64 = 5.0;
 

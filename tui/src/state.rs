@@ -24,6 +24,11 @@ const HISTORY_MAX: usize = 4000;
 const LOG_MAX: usize = 2000;
 /// Maximum number of crops kept: enough for a long session.
 const CROPS_MAX: usize = 400;
+/// Remark shown after the key that ends the bench, until it has ended.
+pub(crate) const ENDING: &str =
+    "ending: waiting until all data are on the disk; Ctrl-C again ends at once";
+/// Time for which a remark on a key is shown, s.
+const NOTE_S: f64 = 8.0;
 /// Time between two updates of the strips' axes, s.
 const AXES_EVERY_S: f64 = 0.25;
 /// Age above which live values are shown as stale, s.
@@ -108,6 +113,8 @@ pub struct State {
     pub summary: Option<Vec<String>>,
     /// Whether the bench has closed the screen.
     pub closed: bool,
+    /// Remark on a key, and the time since which it is shown, s.
+    dated_note: Option<(String, f64)>,
     /// The operator's view settings.
     pub ui: Ui,
 }
@@ -231,6 +238,7 @@ impl State {
             new_carrier: None,
             summary: None,
             closed: false,
+            dated_note: None,
             ui: Ui {
                 page: Page::Run,
                 help: false,
@@ -256,6 +264,7 @@ impl State {
             if now_s.is_finite() {
                 self.now_s = *now_s;
                 self.began_s.get_or_insert(*now_s);
+                self.let_note_go();
             }
             return;
         }
@@ -375,7 +384,24 @@ impl State {
     }
 
     /// Enters a phase, and lists its attempt if it is new.
+    /// Removes the remark on a key once it has been read.
+    fn let_note_go(&mut self) {
+        let note = self.ui.note.clone().filter(|note| note != ENDING);
+        match (note, &self.dated_note) {
+            (Some(note), Some((dated, since_s))) if note == *dated => {
+                if self.now_s - since_s > NOTE_S {
+                    self.ui.note = None;
+                }
+            }
+            (note, _) => self.dated_note = note.map(|note| (note, self.now_s)),
+        }
+    }
+
     fn enter(&mut self, phase: &PhaseView) {
+        if phase.kind != self.phase.kind {
+            // A remark on a key belongs to the phase in which it was pressed.
+            self.ui.note.take_if(|note| note != ENDING);
+        }
         self.phase = phase.clone();
         if phase.kind != PhaseKind::Finished {
             // A replay was moved back from its end.

@@ -46,8 +46,8 @@ fn suggestion(text: &str) -> String {
     }
 }
 
-/// Returns the identifier with the letters and digits of `text`; `None` if it has other characters than these and
-/// separators.
+/// Returns the identifier with the letters and digits of `text`; `None` if it has other characters than these and separators, or no
+/// digit: it may be a name.
 fn intended_id(text: &str) -> Option<String> {
     let is_separator = |c: char| matches!(c, '-' | '_' | '.' | ' ');
     let text = text.trim();
@@ -57,7 +57,8 @@ fn intended_id(text: &str) -> Option<String> {
     };
     let label: String = label.chars().filter(|c| !is_separator(*c)).collect();
     let is_label = label.bytes().all(|b| b.is_ascii_alphanumeric());
-    (is_label && (1..=MAX_LABEL).contains(&label.len())).then(|| format!("{PREFIX}{label}"))
+    let is_code = is_label && label.bytes().any(|b| b.is_ascii_digit());
+    (is_code && (1..=MAX_LABEL).contains(&label.len())).then(|| format!("{PREFIX}{label}"))
 }
 
 impl ParticipantId {
@@ -162,7 +163,7 @@ mod tests {
             assert!(message.ends_with(&end), "{message}");
             assert_eq!(meant.parse::<ParticipantId>().unwrap().as_str(), meant);
         }
-        for text in ["../x", "sub-", "sub-é1", ""] {
+        for text in ["../x", "sub-", "sub-é1", "", "Anna Smith", "anna"] {
             let message = text.parse::<ParticipantId>().unwrap_err().to_string();
             assert!(message.ends_with("for example `sub-01`"), "{message}");
         }

@@ -146,6 +146,8 @@ fn pause_parts(state: &State) -> Vec<LinePart> {
 fn place_parts(state: &State) -> Vec<LinePart> {
     let phase = &state.phase;
     let mut texts = Vec::new();
+    let live = state.live().filter(|_| state.session.replayed);
+    texts.extend(live.map(|live| (1, format!("at {:.1} s", live.t_s))));
     if phase.trial > 0 {
         let sort = if phase.practice { "practice" } else { "trial" };
         texts.push((5, format!("{sort} {}/{}", phase.trial, phase.trials)));

@@ -485,3 +485,22 @@ fn panels_are_enlarged_one_after_the_other() {
     press(&mut state, "z3");
     assert_eq!(state.ui.zoom, 0, "another page is whole");
 }
+
+#[test]
+fn a_remark_goes_with_its_phase_and_after_seconds() {
+    let mut state = state(PhaseKind::Feedback, SafetyView::Armed, 1);
+    let remark = |state: &mut State| {
+        assert_eq!(press(state, "t"), []);
+        assert!(state.ui.note.is_some());
+    };
+    remark(&mut state);
+    for now_s in [1.0, 4.0, 8.9] {
+        state.apply(&Event::Tick { now_s });
+        assert!(state.ui.note.is_some(), "{now_s}");
+    }
+    state.apply(&Event::Tick { now_s: 9.1 });
+    assert_eq!(state.ui.note, None);
+    remark(&mut state);
+    state.apply(&Event::Phase(PhaseView::new(PhaseKind::Verdict)));
+    assert_eq!(state.ui.note, None);
+}

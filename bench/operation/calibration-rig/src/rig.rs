@@ -119,7 +119,7 @@ pub fn run<P: Procedure>(
     let (procedure, driven_s, xruns, instrument_note) = outcome
         .try_recv()
         .ok()
-        .context("quit before everything was measured: nothing was written")?;
+        .context("quit before the results were accepted: nothing was written")?;
     Ok(Outcome {
         procedure,
         identity,

@@ -112,7 +112,7 @@ pub fn advice(phase: Phase, is_resumed: bool) -> Option<&'static str> {
             "the session goes on: record anew that the participant consents: c"
         }
         Phase::Consent => "consent is not recorded: c",
-        Phase::Welcome => "the participant's button or Enter begins",
+        Phase::Welcome => "the participant's button or space begins",
         Phase::Baseline => "no finger on the plate",
         Phase::Ready => "the participant places the finger and presses the button",
         Phase::Hold => "the participant releases the dead-man switch, then holds it",

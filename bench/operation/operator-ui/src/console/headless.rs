@@ -88,7 +88,13 @@ impl<W: Write + Send> Front for Headless<W> {
                     let decision = verdict.settled.clone();
                     let reasons: Vec<String> =
                         decision.into_iter().chain(verdict.reasons).collect();
-                    self.line(format_args!("  again: {}{force}", reasons.join("; ")));
+                    // A practice is not repeated.
+                    let word = if verdict.practice {
+                        "not passed"
+                    } else {
+                        "again"
+                    };
+                    self.line(format_args!("  {word}: {}{force}", reasons.join("; ")));
                 }
             }
             Event::Safety {

@@ -89,7 +89,7 @@ pub struct VerdictRules {
     pub speed_m_per_s: f64,
     /// Allowed deviation from the slider's speed, as a fraction of it.
     pub speed_tolerance: f64,
-    /// Time off the plate's surface from which an exploration counts as interrupted, s: the length of an instance.
+    /// Time off the plate from which an exploration is rejected, s: the length of an instance.
     pub lift_limit_s: f64,
     /// Smallest number of instances in a trial.
     pub min_instances: u32,

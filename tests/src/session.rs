@@ -184,8 +184,12 @@ pub fn write_demo_protocol(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
 /// # Panics
 /// When it does not contain such a part.
 pub fn write_bench_config(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
+    write_scenario_config(folder, "nominal", changes)
+}
+
+fn write_scenario_config(folder: &Path, scenario: &str, changes: &[(&str, &str)]) -> PathBuf {
     let path = folder.join("bench.toml");
-    let output = finish(bench().args(["run", "--mock", "--print-config"]));
+    let output = finish(bench().args(["run", "--mock", scenario, "--print-config"]));
     let mut config = replace_parts(&text(&output), changes);
     if changes.contains(&SOUND_CARD) {
         config = replace_parts(&config, &[NO_METER]);
@@ -204,8 +208,14 @@ const NO_METER: (&str, &str) = (
 
 /// Writes the configuration of a bench that tolerates a busy machine, as a file in `folder`.
 pub fn patient_config(folder: &Path) -> PathBuf {
-    write_bench_config(
+    patient_config_of(folder, "nominal")
+}
+
+/// Writes such a configuration of the bench of a built-in scenario.
+pub fn patient_config_of(folder: &Path, scenario: &str) -> PathBuf {
+    write_scenario_config(
         folder,
+        scenario,
         &[
             ("loop_latency_s =", "loop_latency_s = 1.0 # not"),
             ("silence_s =", "silence_s = 1.0 # not"),

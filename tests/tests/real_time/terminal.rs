@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use bench_tests::program::{find_program, friction_bench};
 use bench_tests::recorded::require_orderly_interruption;
 use bench_tests::running::wait_until;
-use bench_tests::session::{SessionFolder, finish, patient_config, replace_parts, text};
+use bench_tests::session::{SessionFolder, finish, patient_config, patient_config_of, text};
 use config::CalibrationFile;
 use mock_world::scenario::built_in;
 use recording::study::LOCK_FILE;
@@ -544,12 +544,7 @@ fn an_operator_names_the_masses_and_is_guided_through_the_force_sensors_calibrat
 fn an_operator_is_guided_through_the_channels_calibration() {
     // Regression test: a field box reports its e-stop only after the streams have opened, and no delay was measured.
     let prepare = |folder: &Path| {
-        let patience = [
-            ("loop_latency_s =", "loop_latency_s = 1.0 # not"),
-            ("silence_s =", "silence_s = 1.0 # not"),
-        ];
-        let config = replace_parts(config::rigs::MOCK_BENCH_FIELD_BOX, &patience);
-        std::fs::write(folder.join("bench.toml"), config).unwrap();
+        patient_config_of(folder, "field-box");
     };
     let command = "calibrate channels --operator Tester --mock field-box";
     let terminal = Terminal::open_prepared(100, 30, prepare, command);

@@ -77,12 +77,14 @@ pub fn render_line(line: Line, area: Rect, buf: &mut Buffer) {
 /// Breaks `text` at spaces into lines of at most `columns` characters. A longer word is not broken; its area cuts it off.
 #[must_use]
 pub fn wrap(text: &str, columns: u16) -> Vec<String> {
-    if text.trim().is_empty() {
+    let words: Vec<&str> = text.split_whitespace().collect();
+    if words.is_empty() {
         return Vec::new();
     }
     let options = textwrap::Options::new(columns.into()).break_words(false);
     let options = options.word_splitter(textwrap::WordSplitter::NoHyphenation);
-    let lines = textwrap::wrap(text.trim(), options).into_iter();
+    let text = words.join(" ");
+    let lines = textwrap::wrap(&text, options).into_iter();
     lines.map(Cow::into_owned).collect()
 }
 

@@ -88,8 +88,8 @@ impl<W: Write + Send> Front for Headless<W> {
                     let decision = verdict.settled.clone();
                     let reasons: Vec<String> =
                         decision.into_iter().chain(verdict.reasons).collect();
-                    // A practice is not repeated.
-                    let word = if verdict.practice {
+                    // The rules repeat no practice.
+                    let word = if verdict.practice && verdict.settled.is_none() {
                         "not passed"
                     } else {
                         "again"

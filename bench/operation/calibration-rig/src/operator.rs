@@ -171,10 +171,10 @@ impl Request {
                 distance_in_words(*across_m)
             ),
             Self::Connect(Cabling::AllInputs) => {
-                "Connect the drive's read-back to all inputs at once.".to_owned()
+                "Connect the drive's read-back to all inputs at once, and take everything off the plate. It is driven next, up to the highest voltage: do not touch it or the cables.".to_owned()
             }
             Self::Connect(Cabling::DriveOnly) => {
-                "Connect the read-back to the drive's input alone; leave the other inputs open."
+                "Connect the read-back to the drive's input alone; leave the other inputs open. The plate is driven again: do not touch it or the cables."
                     .to_owned()
             }
             Self::Connect(Cabling::Bench) => "Connect the bench as for a measurement.".to_owned(),

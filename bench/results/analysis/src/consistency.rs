@@ -33,6 +33,12 @@ pub(super) fn implausible(reading: &DemodulatedRecording) -> Vec<Implausible> {
     let slides_s = plausibility::moving_s(&record.position, &spans_s);
     let unloaded_s = manifest.unloaded_s();
     let mut found = plausibility::forces(&record.force, &spans_s, &slides_s, &unloaded_s);
+    let mixed = plausibility::mixed_columns(&record.force, &slides(manifest));
+    if mixed.is_some() {
+        found.retain(|reading| matches!(reading, Implausible::Constant { .. }));
+        found.extend(mixed);
+        return found;
+    }
     if manifest.contact.body == Body::Other {
         // The ranges of a finger do not apply.
         found.retain(|reading| {

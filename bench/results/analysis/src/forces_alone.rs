@@ -46,7 +46,7 @@ pub(crate) fn findings(
     });
     let (explorations, series) = explorations.unzip();
     let participant = manifest.participant.as_ref();
-    let findings = RecordingFindings {
+    let mut findings = RecordingFindings {
         path: folder.to_owned(),
         participant: participant.map(|participant| participant.id.clone()),
         provenance: Provenance::new(&manifest, None),
@@ -67,6 +67,10 @@ pub(crate) fn findings(
         sample_statistics: ByMethod::default(),
         flaws,
     };
+    if findings.is_spoilt() {
+        findings.withhold();
+        return (findings, RecordingSeries::default());
+    }
     let series = RecordingSeries {
         explorations: series,
         instances: Vec::new(),

@@ -147,6 +147,22 @@ pub enum Implausible {
         /// Modulated share of the column `lateral_n`.
         lateral: f64,
     },
+    /// The columns are exchanged, by strokes in both directions.
+    #[error(
+        "force.csv: normal_n turns with the direction of the strokes, by ±{turn_n:.2} N, and lateral_n presses one way, with \
+         {press_n:.2} N: the columns are exchanged; exchange their names"
+    )]
+    ExchangedByStrokes {
+        /// Half the change of the column `normal_n` with the direction, N.
+        turn_n: f64,
+        /// Mean size of the column `lateral_n`, N.
+        press_n: f64,
+    },
+    /// Both columns are one.
+    #[error(
+        "force.csv: normal_n and lateral_n are equal in each row: one column was read twice; name the other one"
+    )]
+    Alike,
     /// The lateral force has the other sign.
     #[error(
         "force.csv: lateral_n is negative while the finger slides towards growing positions: it has the sensor's sign; multiply it \
@@ -429,7 +445,10 @@ impl Implausible {
             Self::SmallShare { .. } => "level of a channel",
             Self::Untared { .. } => "normal force untared",
             Self::FingerUnloaded { .. } => "finger in the unloaded intervals",
-            Self::Exchanged { .. } => "normal and lateral force exchanged",
+            Self::Exchanged { .. } | Self::ExchangedByStrokes { .. } => {
+                "normal and lateral force exchanged"
+            }
+            Self::Alike => "normal and lateral force alike",
             Self::LateralSign => "lateral force upside down",
             Self::ForcesLate { .. } => "forces late or early",
             Self::ForcesUnclear { .. } => "forces late or early by one of two delays",
@@ -466,6 +485,8 @@ impl Implausible {
             | Self::Untared { .. }
             | Self::FingerUnloaded { .. }
             | Self::Exchanged { .. }
+            | Self::ExchangedByStrokes { .. }
+            | Self::Alike
             | Self::PositionUnit { .. }
             | Self::Backwards
             | Self::PositionStill

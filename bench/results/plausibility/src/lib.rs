@@ -3,6 +3,7 @@
 //! A recording made elsewhere may contain millinewtons under `normal_n`, or the sensor's own sign. The estimates would be wrong
 //! by that factor, and some of them would still converge.
 
+mod columns;
 mod course;
 mod implausible;
 mod jump;
@@ -16,6 +17,7 @@ mod unloaded;
 
 use recording::ForceRow;
 
+pub use columns::mixed_columns;
 pub use course::{Course, amplitude, light_touch, off_course, small_forces};
 pub use implausible::Implausible;
 use implausible::{CONTACT_AREA_M2, FRICTION, LARGEST_N};

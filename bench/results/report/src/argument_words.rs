@@ -8,7 +8,7 @@ const LINE: &str = "in line ";
 const FIRST_LINE: u64 = 2;
 
 /// Phrases of messages about files, and the phrases about arguments that replace them, in this order: the longer first.
-const PHRASES: [(&str, &str); 43] = [
+const PHRASES: [(&str, &str); 44] = [
     ("force.csv is missing", "`normal` and `lateral` are missing"),
     ("position.csv is missing", "`position` is missing"),
     (
@@ -34,6 +34,10 @@ const PHRASES: [(&str, &str); 43] = [
     (
         "exchange channels.drive.index and channels.pickup.index",
         "exchange the two arguments",
+    ),
+    (
+        "one column was read twice; name the other one",
+        "one array was passed twice; pass the other one",
     ),
     (
         "the columns are exchanged; exchange their names",

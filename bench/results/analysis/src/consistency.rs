@@ -29,16 +29,13 @@ pub(super) fn implausible(reading: &DemodulatedRecording) -> Vec<Implausible> {
     let DemodulatedRecording {
         manifest, record, ..
     } = reading;
+    if let Some(mixed) = plausibility::mixed_columns(&record.force, &slides(manifest)) {
+        return vec![mixed];
+    }
     let spans_s = spans_s(manifest);
     let slides_s = plausibility::moving_s(&record.position, &spans_s);
     let unloaded_s = manifest.unloaded_s();
     let mut found = plausibility::forces(&record.force, &spans_s, &slides_s, &unloaded_s);
-    let mixed = plausibility::mixed_columns(&record.force, &slides(manifest));
-    if mixed.is_some() {
-        found.retain(|reading| matches!(reading, Implausible::Constant { .. }));
-        found.extend(mixed);
-        return found;
-    }
     if manifest.contact.body == Body::Other {
         // The ranges of a finger do not apply.
         found.retain(|reading| {
@@ -252,10 +249,10 @@ pub(super) fn samples(rows: &[ForceRow]) -> Vec<ForceSample> {
 }
 
 impl RecordingFindings {
-    /// Withholds the estimates, which a flaw makes meaningless, and states it as the reason for each exploration.
-    pub(super) fn withhold(&mut self) {
+    /// Withholds the estimates if a flaw makes them meaningless, states it as the reason for each exploration, and returns true.
+    pub(super) fn withhold(&mut self) -> bool {
         let Some(reason) = self.withheld_reason() else {
-            return;
+            return false;
         };
         if self.implausible().any(Implausible::spoils_plate) {
             self.z_p = None;
@@ -267,5 +264,6 @@ impl RecordingFindings {
         for (direction, start_s, end_s) in explorations(&self.manifest) {
             self.reject(direction, (start_s, end_s), &reason);
         }
+        true
     }
 }

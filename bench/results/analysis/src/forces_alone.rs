@@ -67,8 +67,7 @@ pub(crate) fn findings(
         sample_statistics: ByMethod::default(),
         flaws,
     };
-    if findings.is_spoilt() {
-        findings.withhold();
+    if findings.withhold() {
         return (findings, RecordingSeries::default());
     }
     let series = RecordingSeries {

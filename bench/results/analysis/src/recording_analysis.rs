@@ -206,8 +206,7 @@ fn findings(
         findings.flaws.extend(plate_flaws);
         findings.flaws.extend(off_resonance.map(Flaw::from));
     }
-    if findings.withheld_reason().is_some() {
-        findings.withhold();
+    if findings.withhold() {
         return Ok((findings, RecordingSeries::default()));
     }
 
@@ -229,8 +228,7 @@ fn findings(
     findings.flaws.extend(consistency::contact_area(&findings));
     let hardly_selected = consistency::hardly_selected(&findings, &record);
     findings.flaws.extend(hardly_selected.map(Flaw::from));
-    if findings.withheld_reason().is_some() {
-        findings.withhold();
+    if findings.withhold() {
         return Ok((findings, RecordingSeries::default()));
     }
     findings.sample_statistics = ByMethod::new(|method| {

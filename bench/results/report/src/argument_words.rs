@@ -36,8 +36,8 @@ const PHRASES: [(&str, &str); 44] = [
         "exchange the two arguments",
     ),
     (
-        "one column was read twice; name the other one",
-        "one array was passed twice; pass the other one",
+        "are equal in each row: one column was read twice; name the other one",
+        "are equal throughout: one array was passed twice; pass the other one",
     ),
     (
         "the columns are exchanged; exchange their names",

@@ -182,6 +182,28 @@ fn each_type_with_messages_is_in_the_index_or_left_out_on_purpose() {
     assert!(stale.is_empty(), "take these out of LEFT_OUT: {stale:?}");
 }
 
+/// Its words may stand in several texts, which the screen puts together.
+#[test]
+fn each_word_of_a_short_form_is_in_the_code() {
+    let mut words = BTreeSet::new();
+    for folder in ["bench", "protocols", "signalgen", "tui"] {
+        for path in rust_files(&workspace().join(folder)).unwrap() {
+            let text = std::fs::read_to_string(&path).unwrap();
+            for text in literals(text.parse().unwrap()) {
+                words.extend(text.split([' ', '…']).map(str::to_owned));
+            }
+        }
+    }
+    let groups = index();
+    let messages = groups.iter().flat_map(|group| &group.messages);
+    let briefs = messages.filter_map(|message| message.brief.as_deref());
+    let unknown: BTreeSet<&str> = briefs
+        .flat_map(|brief| brief.split([' ', '…']))
+        .filter(|word| !words.contains(*word))
+        .collect();
+    assert!(unknown.is_empty(), "{unknown:?}");
+}
+
 /// Compares the index's entries for `subject` with the text in the code.
 fn compare(
     group: &MessageGroup,

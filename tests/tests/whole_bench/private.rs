@@ -113,6 +113,46 @@ fn a_calibration_is_private_unless_shared() {
     assert_eq!(calibrate("shared", true), [0o666].into());
 }
 
+#[test]
+fn an_imported_study_is_the_users_own_unless_it_is_shared() {
+    let room = tempfile::tempdir().unwrap();
+    let mut rows = "t;Fz;Fx;x\n".to_owned();
+    for row in 0..4000 {
+        let time_s = 1e-3 * f64::from(row);
+        let normal_n = if row < 500 {
+            0.0
+        } else {
+            0.5 + 0.1 * (20.0 * time_s).sin()
+        };
+        let (lateral_n, position_m) =
+            (0.4 * normal_n + 1e-4 * (90.0 * time_s).sin(), 0.02 * time_s);
+        rows += &format!("{time_s};{normal_n};{lateral_n};{position_m}\n");
+    }
+    fs::write(room.path().join("rig.csv"), rows).unwrap();
+    let map = room.path().join("map.toml");
+    fs::write(&map, MAP).unwrap();
+    for (name, options, expected) in [
+        ("own", &[][..], ([0o700].into(), [0o600].into())),
+        (
+            "shared",
+            &["--shared"][..],
+            ([0o777].into(), [0o666].into()),
+        ),
+    ] {
+        let study = room.path().join(name);
+        let mut command = bench();
+        command
+            .arg("import")
+            .arg(&map)
+            .arg("--study")
+            .arg(&study)
+            .args(options);
+        let output = finish(&mut clear_umask(&command));
+        assert!(output.status.success(), "{}", text(&output));
+        assert_eq!(modes(&study), expected, "{name}");
+    }
+}
+
 /// Returns the files in a folder.
 fn names(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).unwrap();

@@ -146,12 +146,14 @@ impl Request {
                 grams(*mass_kg)
             ),
             Self::NameMass { axis: ForceAxis::Normal } => {
-                "Type the masses that you will put on the plate, one at a time. Press Enter alone after the last; r removes the selected mass.".to_owned()
+                "Type the masses that you will put on the plate, one at a time. \
+                Press Enter alone after the last; r removes the selected mass.".to_owned()
             }
             Self::NameMass {
                 axis: ForceAxis::Lateral,
             } => {
-                "Type the masses that you will hang over the pulley, one at a time. Press Enter alone after the last, or at once to use the masses of the plate that the lateral axis can carry.".to_owned()
+                "Type the masses that you will hang over the pulley, one at a time. \
+                Press Enter alone after the last, or at once to use the masses of the plate that the lateral axis can carry.".to_owned()
             }
             Self::Unload => "Take everything off the plate: finger, weights, threads.".to_owned(),
             Self::RestFinger { least_n, most_n } => format!(
@@ -171,10 +173,12 @@ impl Request {
                 distance_in_words(*across_m)
             ),
             Self::Connect(Cabling::AllInputs) => {
-                "Connect the drive's read-back to all inputs at once, and take everything off the plate. It is driven next, up to the highest voltage: do not touch it or the cables.".to_owned()
+                "Connect the drive's read-back to all inputs at once, and take everything off the plate. \
+                It is driven next, up to the highest voltage: do not touch it or the cables.".to_owned()
             }
             Self::Connect(Cabling::DriveOnly) => {
-                "Connect the read-back to the drive's input alone; leave the other inputs open. The plate is driven again: do not touch it or the cables."
+                "Connect the read-back to the drive's input alone; leave the other inputs open. \
+                The plate is driven again: do not touch it or the cables."
                     .to_owned()
             }
             Self::Connect(Cabling::Bench) => "Connect the bench as for a measurement.".to_owned(),
@@ -186,7 +190,8 @@ impl Request {
                 reads.unit()
             ),
             Self::GoOn => {
-                "The points so far are kept. Remove the cause and put everything back as it was for this step; Enter measures the step again.".to_owned()
+                "The points so far are kept. Remove the cause and put everything back as it was for this step; \
+                Enter measures the step again.".to_owned()
             }
             Self::Review => {
                 "Look at the results and the points. Keep them, or measure one of the points again.".to_owned()

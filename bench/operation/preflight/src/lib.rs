@@ -129,6 +129,9 @@ pub fn loop_delay(
     let measured = measure::measure(&bench, &Extent::Delay, hardware)?;
     let cause = match measured.safety {
         SafetyState::Tripped { trip } => format!("the bench stopped ({trip})"),
+        _ if measured.audio_s < measure::DELAY_QUIET_S => {
+            "the sound card gave no samples in time".to_owned()
+        }
         _ if !measured.driven => "the e-stop is open".to_owned(),
         _ => "the faint tone did not show it, as on a computer that is busy".to_owned(),
     };

@@ -18,6 +18,10 @@ const GLANCE: Duration = Duration::from_millis(50);
 
 /// Columns of the mark before a choice, and one that stays free.
 const MARK_COLUMNS: usize = 3;
+/// Columns of the mark before a question and of the blank after it, and one that stays free.
+const QUESTION_COLUMNS: usize = 4;
+/// Fewest columns of a terminal whose choices are cut: on a narrower one they would all look alike.
+const LEAST_COLUMNS: usize = 40;
 
 /// A question with the option that answers it.
 pub struct Question<'a> {
@@ -93,15 +97,19 @@ impl Ask for Terminal {
     fn choose(&mut self, question: &Question<'_>, choices: &[String]) -> anyhow::Result<usize> {
         let text = transcribe(question.text).into_owned();
         let columns = crossterm::terminal::size().map_or(usize::MAX, |(columns, _)| columns.into());
+        let is_wide = columns >= LEAST_COLUMNS;
+        let fit = |text: &str, taken: usize| match is_wide {
+            true => shortened(text, columns.saturating_sub(taken)),
+            false => text.to_owned(),
+        };
         let choices = choices.iter().map(|choice| transcribe(choice));
-        let choices =
-            choices.map(|choice| shortened(&choice, columns.saturating_sub(MARK_COLUMNS)));
-        let choices: Vec<String> = choices.collect();
+        let choices: Vec<String> = choices.map(|choice| fit(&choice, MARK_COLUMNS)).collect();
+        let taken = QUESTION_COLUMNS + text.chars().count();
         let choice = self.answer(move || {
             // The name alone is repeated beside the question.
             let name = |choice: ListOption<&String>| {
                 let name = choice.value.split(": ").next();
-                name.unwrap_or_default().to_owned()
+                fit(name.unwrap_or_default(), taken)
             };
             Select::new(&text, choices)
                 .with_formatter(&name)

@@ -12,8 +12,6 @@ use recording::ForceRow;
 use crate::Implausible;
 use crate::motion::Slide;
 
-/// Share of a stroke at each end that is left out, in which the finger starts and stops.
-const END_SHARE: f64 = 0.2;
 /// Smallest ratio of the turns of both columns, and of press and turn of the pressing one.
 const CLEAR: f64 = 3.0;
 /// Smallest turn of a lateral force, as a share of its press: a zero that is off makes a press of it.
@@ -54,10 +52,11 @@ struct Turn {
 impl Turn {
     fn read(rows: &[ForceRow], slides: &[Slide], value: fn(&ForceRow) -> f64) -> Option<Self> {
         let mean = |slide: &Slide| {
-            let margin_s = END_SHARE * (slide.end_s - slide.start_s);
-            let inside = slide.start_s + margin_s..=slide.end_s - margin_s;
-            let values = rows.iter().filter(|row| inside.contains(&row.time_s));
-            let values: Vec<f64> = values
+            let (start_s, end_s) = slide.middle_s();
+            let start = rows.partition_point(|row| row.time_s < start_s);
+            let end = rows.partition_point(|row| row.time_s <= end_s);
+            let inside = rows.get(start..end).unwrap_or_default().iter();
+            let values: Vec<f64> = inside
                 .map(value)
                 .filter(|value| value.is_finite())
                 .collect();

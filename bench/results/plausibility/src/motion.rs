@@ -30,7 +30,7 @@ pub struct Slide {
 
 impl Slide {
     /// Returns start and end without the parts in which the finger starts and stops, s.
-    fn middle_s(&self) -> (f64, f64) {
+    pub(crate) fn middle_s(&self) -> (f64, f64) {
         let margin_s = END_SHARE * (self.end_s - self.start_s);
         (self.start_s + margin_s, self.end_s - margin_s)
     }

@@ -124,6 +124,29 @@ fn the_participant_is_told_the_mean_force_of_the_exploration() {
     approx_eq(view.mean_force_n.unwrap(), 0.65);
 }
 
+/// At the ends of the slide the finger lands and leaves, and a finger off the plate does not press.
+#[test]
+fn the_told_force_is_that_of_the_contact_on_the_central_part() {
+    let mut rig = Rig::new(demo()).with_consent();
+    rig.run_until(Phase::Exploration);
+    let start_s = rig.t_s;
+    while rig.session.phase() == Phase::Exploration {
+        let is_end = !(0.3..1.3).contains(&(rig.t_s - start_s));
+        let is_off = (0.7..0.75).contains(&(rig.t_s - start_s));
+        rig.step(|o| {
+            o.normal_n = Some(if is_off {
+                0.0
+            } else if is_end {
+                0.3
+            } else {
+                0.65
+            })
+        });
+    }
+    rig.run_until(Phase::Feedback);
+    approx_eq(rig.view.unwrap().mean_force_n.unwrap(), 0.65);
+}
+
 /// Hazard 12.
 #[test]
 fn nothing_happens_before_the_consent() {

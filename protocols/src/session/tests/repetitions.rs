@@ -105,6 +105,15 @@ fn speed_is_named_before_force_and_causes_of_the_bench_are_not_named() {
         max_n: 0.8,
     };
     let cause = |reasons: &[RedoReason]| repeat_cause(reasons);
+    let lifted = RedoReason::FingerLifted {
+        exploration: 1,
+        lifted_s: 0.2,
+        limit_s: 0.06,
+    };
+    assert_eq!(
+        cause(&[light.clone(), slow.clone(), lifted]),
+        RepeatCause::Lifted
+    );
     assert_eq!(cause(&[light.clone(), slow]), RepeatCause::TooSlow);
     assert_eq!(
         cause(&[RedoReason::NotAnalysed, light]),

@@ -341,3 +341,36 @@ fn contrast_and_lag_of_forces_alone_are_those_of_their_stimulus() {
     assert!((contrast - 0.3).abs() < 0.06, "{contrast}");
     assert!((lag_s - 0.02).abs() < 0.01, "{lag_s}");
 }
+
+/// Without drive and pickup no modulation tells the axes apart: the strokes there and back do.
+#[test]
+fn exchanged_columns_of_forces_alone_have_a_name_and_no_friction() {
+    let folder = rig_recording(|_| 1.0, None);
+    let path = folder.path().join(FORCE);
+    let text = fs::read_to_string(&path).unwrap();
+    let rows = text.lines().skip(1).map(|line| {
+        let fields: Vec<&str> = line.split(',').collect();
+        format!("{},{},{}\n", fields[0], fields[2], fields[1])
+    });
+    let rows: String = rows.collect();
+    fs::write(&path, format!("time_s,normal_n,lateral_n\n{rows}")).unwrap();
+    let (findings, series) = findings_and_series(folder.path());
+    let is_exchange = |flaw: &Flaw| flaw.to_string().contains("the columns are exchanged");
+    assert!(
+        findings.flaws.iter().any(is_exchange),
+        "{:?}",
+        findings.flaws
+    );
+    let strokes = findings.explorations.iter();
+    assert!(
+        strokes
+            .clone()
+            .all(|exploration| exploration.stroke.mu.is_nan())
+    );
+    let series = series.explorations.iter();
+    assert!(
+        series
+            .flat_map(|exploration| &exploration.mu)
+            .all(|mu| mu.is_nan())
+    );
+}

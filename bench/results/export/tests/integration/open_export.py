@@ -90,7 +90,7 @@ def mat():
     assert not hasattr(silent, "forces") and (silent.signals.channel_2 == 0.25).all()
     forces = loadmat(export / files[2], squeeze_me=True, struct_as_record=False)["recording"]
     assert set(forces.friction._fieldnames) >= {"measured_mu", "stimulus"} and not hasattr(forces.friction, "amplitude_m")
-    assert np.allclose(forces.friction.measured_mu, 0.4) and set(forces.friction.stimulus) == {0, 1}
+    assert np.allclose(forces.friction.measured_mu, 0.4 - 0.1 * forces.friction.stimulus) and set(forces.friction.stimulus) == {0, 1}
     assert not hasattr(forces, "signals") and np.isnan(forces.constants.carrier_hz) and forces.stimulus.time_s.shape == (2000,)
     envelopes = loadmat(export / files[3], squeeze_me=True, struct_as_record=False)["recording"]
     same(envelopes.envelopes.drive_im_v, np.arange(2000.0))

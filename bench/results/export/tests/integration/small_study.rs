@@ -123,7 +123,8 @@ fn write_silence(folder: &Path) {
     writer.finish(Ending::Completed).unwrap();
 }
 
-/// Writes two seconds of forces, positions and a stimulus, with one exploration.
+/// Writes two seconds of forces, positions and a stimulus, with one exploration; the friction coefficient is 0.4, and 0.3 under the
+/// stimulus.
 fn write_forces_alone(folder: &Path) {
     fs::create_dir_all(folder).unwrap();
     let slide = "format = 1\n[[intervals]]\nkind = \"exploration\"\ndirection = \"right_to_left\"\nstart_s = 0.2\nend_s = 1.8\n";
@@ -133,9 +134,12 @@ fn write_forces_alone(folder: &Path) {
     let mut stimulus = String::from("time_s,stimulus\n");
     for row in 0..2000 {
         let time_s = f64::from(row) * 1e-3;
-        force += &format!("{time_s},0.5,0.2\n");
+        let is_on = row / 100 % 2 == 1;
+        let normal_n = 0.5 + 0.1 * (20.0 * time_s).sin();
+        let lateral_n = if is_on { 0.3 } else { 0.4 } * normal_n;
+        force += &format!("{time_s},{normal_n},{lateral_n}\n");
         position += &format!("{time_s},{}\n", 0.1 - 0.04 * time_s);
-        stimulus += &format!("{time_s},{}\n", row / 100 % 2);
+        stimulus += &format!("{time_s},{}\n", u8::from(is_on));
     }
     fs::write(folder.join("force.csv"), force).unwrap();
     fs::write(folder.join("position.csv"), position).unwrap();

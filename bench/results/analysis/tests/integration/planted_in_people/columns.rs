@@ -1,8 +1,9 @@
 //! A recording as columns in memory, in which mistakes are planted.
 
+use std::fmt::Write;
 use std::path::Path;
 
-use analysis::recording_analysis::analyse_source;
+use analysis::recording_analysis::{analyse_source, analyse_with_series};
 use analysis::{RecordingAnalysis, Settings};
 use mock_world::scenario::built_in;
 use mock_world::trial::{Trial, TrialPlan, TrialRecording};
@@ -14,6 +15,8 @@ use recording::{ForceRow, Manifest, PositionRow, RecordingReader, RecordingSourc
 
 /// Sampling rate of simulated trials, Hz.
 const RATE_HZ: u32 = 96_000;
+/// Interval of the stimulus of forces alone, s.
+const STIMULUS_S: f64 = 2e-3;
 
 /// Content of a recording.
 #[derive(Debug, Clone)]
@@ -128,6 +131,55 @@ impl Columns {
         };
         let first = self.manifest.intervals.iter().find(is_exploration).unwrap();
         (first.start_s, first.end_s)
+    }
+
+    /// Returns the analysis of the forces, the positions and the drive's voltage as a stimulus, without drive and pickup.
+    pub fn analyse_forces_alone(&self) -> RecordingAnalysis {
+        let folder = tempfile::tempdir().unwrap();
+        let mut text = "format = 1\n".to_owned();
+        for interval in &self.manifest.intervals {
+            let kind = match interval.kind {
+                RecordedIntervalKind::Unloaded => "kind = \"unloaded\"",
+                RecordedIntervalKind::Exploration(Direction::LeftToRight) => {
+                    "kind = \"exploration\"\ndirection = \"left_to_right\""
+                }
+                RecordedIntervalKind::Exploration(Direction::RightToLeft) => {
+                    "kind = \"exploration\"\ndirection = \"right_to_left\""
+                }
+            };
+            let (start_s, end_s) = (interval.start_s, interval.end_s);
+            writeln!(
+                text,
+                "[[intervals]]\n{kind}\nstart_s = {start_s}\nend_s = {end_s}"
+            )
+            .unwrap();
+        }
+        let mut force = "time_s,normal_n,lateral_n\n".to_owned();
+        for row in &self.forces {
+            writeln!(force, "{},{},{}", row.time_s, row.normal_n, row.lateral_n).unwrap();
+        }
+        let mut position = "time_s,position_m\n".to_owned();
+        for row in &self.positions {
+            writeln!(position, "{},{}", row.time_s, row.position_m).unwrap();
+        }
+        let frames = (STIMULUS_S * f64::from(self.rate_hz)) as usize;
+        let mut stimulus = "time_s,stimulus\n".to_owned();
+        for (index, block) in self.drive.chunks(frames).enumerate() {
+            let peak = block
+                .iter()
+                .fold(0.0_f32, |peak, sample| peak.max(sample.abs()));
+            writeln!(stimulus, "{},{peak}", (index as f64 + 0.5) * STIMULUS_S).unwrap();
+        }
+        let files = [
+            ("recording.toml", text),
+            ("force.csv", force),
+            ("position.csv", position),
+            ("stimulus.csv", stimulus),
+        ];
+        for (name, content) in files {
+            std::fs::write(folder.path().join(name), content).unwrap();
+        }
+        analyse_with_series(folder.path(), &Settings::default()).0
     }
 
     /// Returns the analysis, or the rule of the description that refuses the columns.

@@ -81,14 +81,13 @@ const PLACE: &[&str] = &["position.csv"];
 
 /// Returns all mistakes.
 pub fn all() -> Vec<Mistake> {
-    let groups = [
-        forces(),
-        clocks(),
-        files(),
-        positions(),
-        signals(),
-        descriptions(),
-    ];
+    let groups = [of_sensors(), frames(), signals(), descriptions()];
+    groups.into_iter().flatten().collect()
+}
+
+/// Returns those that need neither drive nor pickup.
+pub fn of_sensors() -> Vec<Mistake> {
+    let groups = [forces(), clocks(), files(), positions(), intervals()];
     groups.into_iter().flatten().collect()
 }
 
@@ -189,27 +188,6 @@ fn clocks() -> Vec<Mistake> {
         let rows = columns.forces.iter_mut().zip(times);
         rows.for_each(|(row, time_s)| row.time_s = time_s);
     }));
-    for share in [0.3, 0.62] {
-        let name = format!("a block of samples lost after {:.0} %", 100.0 * share);
-        all.push(mistake(name, JUMP, move |columns| {
-            let frames = columns.drive.len() as f64;
-            let (start, end) = (
-                (share * frames) as usize,
-                ((share + 0.01) * frames) as usize,
-            );
-            columns.drive.drain(start..end);
-            columns.pickup.drain(start..end);
-        }));
-    }
-    all.push(mistake("samples lost in blocks", JUMP, |columns| {
-        for samples in [&mut columns.drive, &mut columns.pickup] {
-            let mut index = 0;
-            samples.retain(|_| {
-                index += 1;
-                (index / 1000) % 100 != 50
-            });
-        }
-    }));
     all
 }
 
@@ -233,11 +211,6 @@ fn files() -> Vec<Mistake> {
         }),
         mistake("positions end early", PLACE, |columns| {
             columns.positions.truncate(columns.positions.len() * 4 / 10);
-        }),
-        mistake("signals end early", &["the recording ends at"], |columns| {
-            let frames = columns.drive.len() * 6 / 10;
-            columns.drive.truncate(frames);
-            columns.pickup.truncate(frames);
         }),
     ]
 }
@@ -281,9 +254,42 @@ fn positions() -> Vec<Mistake> {
     all.push(of_positions("position of another origin", PLACE, |row| {
         row.position_m += 0.2
     }));
-    all.push(mistake("centre in millimetres", PLACE, |columns| {
-        columns.signals().plate.centre_m *= 1e3;
+    all
+}
+
+/// Frames of the signals that are lost.
+fn frames() -> Vec<Mistake> {
+    let mut all = Vec::new();
+    for share in [0.3, 0.62] {
+        let name = format!("a block of samples lost after {:.0} %", 100.0 * share);
+        all.push(mistake(name, JUMP, move |columns| {
+            let frames = columns.drive.len() as f64;
+            let (start, end) = (
+                (share * frames) as usize,
+                ((share + 0.01) * frames) as usize,
+            );
+            columns.drive.drain(start..end);
+            columns.pickup.drain(start..end);
+        }));
+    }
+    all.push(mistake("samples lost in blocks", JUMP, |columns| {
+        for samples in [&mut columns.drive, &mut columns.pickup] {
+            let mut index = 0;
+            samples.retain(|_| {
+                index += 1;
+                (index / 1000) % 100 != 50
+            });
+        }
     }));
+    all.push(mistake(
+        "signals end early",
+        &["the recording ends at"],
+        |columns| {
+            let frames = columns.drive.len() * 6 / 10;
+            columns.drive.truncate(frames);
+            columns.pickup.truncate(frames);
+        },
+    ));
     all
 }
 
@@ -461,6 +467,14 @@ fn descriptions() -> Vec<Mistake> {
     all.push(mistake("force factor twice", SCALE, |columns| {
         columns.signals().plate.force_factor_n_per_v *= 2.0;
     }));
+    all.push(mistake("centre in millimetres", PLACE, |columns| {
+        columns.signals().plate.centre_m *= 1e3;
+    }));
+    all
+}
+
+fn intervals() -> Vec<Mistake> {
+    let mut all = Vec::new();
     all.push(mistake("left and right exchanged", PLACE, |columns| {
         for interval in &mut columns.manifest.intervals {
             if let RecordedIntervalKind::Exploration(direction) = &mut interval.kind {

@@ -9,6 +9,7 @@
 )]
 
 mod columns;
+mod forces_alone;
 mod mistakes;
 
 use std::collections::BTreeMap;
@@ -103,24 +104,23 @@ fn numbers(findings: &RecordingFindings) -> BTreeMap<&'static str, (f64, f64)> {
     known.collect()
 }
 
+/// Returns the outcome of a mistake that these words name, or another one.
+fn named(mistake: &Mistake, words: String) -> Outcome {
+    let mut expected = mistake.words.iter();
+    if expected.any(|expected| words.contains(expected)) {
+        Outcome::Named
+    } else {
+        Outcome::NamedOtherwise(words)
+    }
+}
+
 /// Returns the outcome of a mistake in a recording with the `untouched` findings.
 fn outcome(mistake: &Mistake, recording: &Columns, untouched: &RecordingFindings) -> Outcome {
     let mut planted = recording.clone();
     (mistake.plant)(&mut planted);
-    let named = |words: String| {
-        let is_named = mistake
-            .words
-            .iter()
-            .any(|expected| words.contains(expected));
-        if is_named {
-            Outcome::Named
-        } else {
-            Outcome::NamedOtherwise(words)
-        }
-    };
     let findings = match planted.analyse().map(|analysis| analysis.findings) {
-        Err(refusal) => return named(refusal),
-        Ok(Err(refusal)) => return named(refusal.to_string()),
+        Err(refusal) => return named(mistake, refusal),
+        Ok(Err(refusal)) => return named(mistake, refusal.to_string()),
         Ok(Ok(findings)) => findings,
     };
     let known: Vec<String> = untouched.flaws.iter().map(kind).collect();
@@ -130,7 +130,7 @@ fn outcome(mistake: &Mistake, recording: &Columns, untouched: &RecordingFindings
         .filter(|flaw| !known.contains(&kind(flaw)));
     let words: Vec<String> = new.map(ToString::to_string).collect();
     if !words.is_empty() {
-        return named(words.join("\n"));
+        return named(mistake, words.join("\n"));
     }
     if findings.instances.is_empty() {
         return Outcome::Unnamed;

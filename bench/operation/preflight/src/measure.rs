@@ -30,7 +30,7 @@ const WHOLE_S: f64 = 10.7;
 
 /// Silence before the tone that shows the loop delay, and timeout of the measurement, s. The timeout includes that of a field box's
 /// first report, before which its e-stop counts as open.
-const DELAY_QUIET_S: f64 = 0.2;
+pub(super) const DELAY_QUIET_S: f64 = 0.2;
 const DELAY_S: f64 = 4.0;
 
 /// Smallest level of the read-back tone, as a multiple of the silence.

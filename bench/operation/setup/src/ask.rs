@@ -98,7 +98,7 @@ impl Ask for Terminal {
         let text = transcribe(question.text).into_owned();
         let columns = crossterm::terminal::size().map_or(usize::MAX, |(columns, _)| columns.into());
         let is_wide = columns >= LEAST_COLUMNS;
-        let fit = |text: &str, taken: usize| match is_wide {
+        let fit = move |text: &str, taken: usize| match is_wide {
             true => shortened(text, columns.saturating_sub(taken)),
             false => text.to_owned(),
         };

@@ -16,6 +16,24 @@ use bench_tests::session::{SOUND_CARD, finish, headless_run, text, write_bench_c
 
 use super::refusals::{assert_early_refusal, assert_refusal, room, uncalibrated};
 
+/// Map of a table of forces and positions, with marks beside it.
+const MAP: &str = r#"format = 1
+files = 'rig\.csv'
+[normal]
+from = "Fz"
+time = "t"
+newtons_per_unit = 1.0
+clock = "same"
+[lateral]
+from = "Fx"
+newtons_per_unit = 1.0
+[position]
+from = "x"
+metres_per_unit = 1.0
+[intervals]
+marks = "marks.csv"
+"#;
+
 /// Returns the same command under a umask that removes no permissions.
 fn clear_umask(command: &Command) -> Command {
     let mut shell = Command::new("sh");
@@ -131,6 +149,9 @@ fn an_imported_study_is_the_users_own_unless_it_is_shared() {
     fs::write(room.path().join("rig.csv"), rows).unwrap();
     let map = room.path().join("map.toml");
     fs::write(&map, MAP).unwrap();
+    let marks =
+        "start_s,end_s,kind,direction\n0.0,0.4,unloaded,\n1.0,3.5,exploration,left_to_right\n";
+    fs::write(room.path().join("marks.csv"), marks).unwrap();
     for (name, options, expected) in [
         ("own", &[][..], ([0o700].into(), [0o600].into())),
         (

@@ -659,6 +659,7 @@ fn analysed() -> (Analysis, KeptSeries) {
             &exploration,
             direction,
             (0.0, 0.5),
+            0.0,
         )],
         instances,
         trial: None,

@@ -18,7 +18,7 @@ pub use envelope_demodulator::EnvelopeDemodulator;
 use recording::manifest::{Manifest, Streams};
 use recording::pipeline::PickupOffset;
 use recording::reader::Warning;
-use recording::{CsvRow, RecordingSource, STIMULUS_FILE, reader};
+use recording::{CsvRow, FORCE_FILE, ForceRow, RecordingSource, STIMULUS_FILE, reader};
 
 /// Reads a recording, with the pickup's stated values plus the offset. The audio is read twice: first to find its
 /// clipping level.
@@ -70,10 +70,10 @@ fn read_forces(
     // Without its forces nothing is left.
     reader::force_rows(source.path(), f64::INFINITY)?;
     reading.read_rows(source, f64::INFINITY)?;
-    let Some(last) = reading.record.force.last() else {
+    let Some(duration_s) = lasting_s(&reading.record.force) else {
+        reading.flaws.extend(elsewhere(source, &reading.manifest)?);
         return Ok(reading);
     };
-    let duration_s = last.time_s;
     reading.check_intervals(duration_s)?;
     if let Some(mut rows) = source.stimulus(f64::INFINITY)? {
         let spans = Spans::with_surroundings(&reading.manifest);
@@ -85,4 +85,37 @@ fn read_forces(
             .extend(times.flaws(rows.warnings(), duration_s));
     }
     Ok(reading)
+}
+
+/// Returns the time up to which rows last, s: each stands for the time up to the next one.
+fn lasting_s(rows: &[ForceRow]) -> Option<f64> {
+    let last = rows.last()?;
+    let before = rows.len().checked_sub(2).and_then(|index| rows.get(index));
+    Some(last.time_s + before.map_or(0.0, |before| last.time_s - before.time_s))
+}
+
+/// Returns the flaw of forces with no row in an interval.
+fn elsewhere(
+    source: &RecordingSource<'_>,
+    manifest: &Manifest,
+) -> Result<Option<Flaw>, RecordingError> {
+    let Some(duration_s) = manifest
+        .intervals
+        .iter()
+        .map(|interval| interval.end_s)
+        .reduce(f64::max)
+    else {
+        return Ok(None);
+    };
+    let mut ends_s: Option<(f64, f64)> = None;
+    for row in reader::force_rows(source.path(), f64::INFINITY)? {
+        let time_s = row?.time_s;
+        ends_s = Some((ends_s.map_or(time_s, |(first_s, _)| first_s), time_s));
+    }
+    Ok(ends_s.map(|(from_s, to_s)| Flaw::ElsewhereInTime {
+        file: FORCE_FILE,
+        from_s,
+        to_s,
+        duration_s,
+    }))
 }

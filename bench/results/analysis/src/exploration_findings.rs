@@ -1,6 +1,8 @@
 //! Findings of an exploration: its drive, its friction and its selected stretches.
 
-use protocols::{Direction, Stretch};
+use protocols::{Direction, SelectionRules, Stretch};
+use recording::Manifest;
+use recording::manifest::Body;
 use serde::{Deserialize, Serialize};
 
 use crate::exploration_series::ExplorationSeries;
@@ -27,12 +29,14 @@ pub struct ExplorationFindings {
 }
 
 impl ExplorationFindings {
-    /// Makes the findings of an exploration without its drive and without stretches.
+    /// Makes the findings of an exploration without its drive and without stretches; `least_n` is the force from which on a finger
+    /// presses, N.
     #[must_use]
     pub fn new(
         series: &ExplorationSeries,
         direction: Direction,
         (start_s, end_s): (f64, f64),
+        least_n: f64,
     ) -> Self {
         Self {
             direction,
@@ -40,9 +44,17 @@ impl ExplorationFindings {
             end_s,
             drive_peak_v: f64::NAN,
             samples: series.time_s.len(),
-            stroke: Stroke::new(series, direction, (start_s, end_s)),
+            stroke: Stroke::new(series, direction, (start_s, end_s), least_n),
             stretches: Vec::new(),
         }
+    }
+}
+
+/// Returns the normal force from which on the body of a recording presses, N: half of that of a finger in contact; any of another body.
+pub(crate) fn pressing_n(manifest: &Manifest, rules: &SelectionRules) -> f64 {
+    match manifest.contact.body {
+        Body::Finger => 0.5 * rules.contact_n,
+        Body::Other => 0.0,
     }
 }
 

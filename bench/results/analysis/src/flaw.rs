@@ -212,6 +212,12 @@ pub enum Flaw {
          and after each trial, and tare the sensor with `friction-bench calibrate force --tare`"
     )]
     ForceZeroUnread,
+    /// No unloaded interval of forces alone shows the force sensor's zero.
+    #[error(
+        "no unloaded interval shows the force sensor's zero: forces are taken as read, and a lateral zero of 10 mN changes the friction \
+         under 0.5 N by 0.02: mark 0.2 s or more without a contact as an unloaded interval"
+    )]
+    ForcesAsRead,
     /// The force sensor's zero changed during the recording by more than its errors.
     #[error(
         "the force sensor's zero moved by {:+.0} mN between two stretches without a finger; forces between them are known \

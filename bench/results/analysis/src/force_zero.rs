@@ -123,6 +123,28 @@ impl ForceZero {
         }
     }
 
+    /// Reads the zero of forces without an impedance in these intervals without a finger, s. One in which the normal axis reads more
+    /// than `greatest_n` is left out.
+    pub fn of_intervals(rows: &[ForceRow], unloaded_s: &[(f64, f64)], greatest_n: f64) -> Self {
+        let reading = |(start_s, end_s): &(f64, f64)| {
+            let count = ((end_s - start_s) / BLOCK_S).floor().max(0.0) as usize;
+            let block = |index: usize| FreeBlock {
+                index,
+                is_last: index + 1 == count,
+                start_s: start_s + index as f64 * BLOCK_S,
+                end_s: start_s + (index + 1) as f64 * BLOCK_S,
+            };
+            let blocks: Vec<FreeBlock> = (0..count).map(block).collect();
+            read_stretch(rows, &blocks)
+        };
+        let readings = unloaded_s.iter().filter_map(reading);
+        let mut readings: Vec<ZeroReading> = readings
+            .filter(|reading| reading.zero.normal_n.abs() <= greatest_n)
+            .collect();
+        readings.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+        Self { readings }
+    }
+
     /// Returns a record with its forces against the zero in the data before `end_s`, and that zero: for an exploration that ends
     /// then, evaluated before later data arrive.
     pub fn tare(
@@ -462,6 +484,26 @@ mod tests {
         assert_relative_eq!(record.normal_n(3.0).unwrap(), 0.6, epsilon = 1e-4);
         // Beyond the last stretch the zero is constant.
         assert_eq!(zero.at(5.9), zero.at(7.0));
+    }
+
+    #[test]
+    fn without_an_impedance_the_zero_is_that_of_the_intervals() {
+        let rows = record(FINGER, |time_s| touch(time_s, drifting(time_s))).force;
+        let unloaded_s = [(5.0, 5.9), (0.2, 1.2)];
+        let zero = ForceZero::of_intervals(&rows, &unloaded_s, GREATEST_ZERO_N);
+        assert_eq!(zero.readings.len(), 2, "{zero:?}");
+        for time_s in [1.0, 3.0, 5.0] {
+            let (read, truth) = (zero.at(time_s), drifting(time_s));
+            assert_relative_eq!(read.normal_n, truth.normal_n, epsilon = 1e-4);
+            assert_relative_eq!(read.lateral_n, truth.lateral_n, epsilon = 1e-9);
+        }
+        // A finger is no zero, and a tenth of a second is too short for one.
+        for intervals_s in [[(2.5, 3.5)], [(0.2, 0.3)]] {
+            let zero = ForceZero::of_intervals(&rows, &intervals_s, GREATEST_ZERO_N);
+            assert_eq!(zero, ForceZero::default());
+        }
+        let of_any_body = ForceZero::of_intervals(&rows, &[(2.5, 3.5)], f64::INFINITY);
+        assert_eq!(of_any_body.readings.len(), 1);
     }
 
     #[test]

@@ -17,7 +17,7 @@ use crate::findings::{RecordingAnalysis, RecordingError, RecordingFindings, Reje
 use estimation::trial::PlateReadings;
 
 use crate::estimate::{InstanceAnalysis, estimate};
-use crate::exploration_findings::{ExplorationFindings, drive_peak_v};
+use crate::exploration_findings::{ExplorationFindings, drive_peak_v, pressing_n};
 use crate::exploration_series::ExplorationSeries;
 use crate::explorations::explorations;
 use crate::flaw::Flaw;
@@ -482,11 +482,12 @@ impl Work {
             }
         }
         let drive_peak_v = drive_peak_v(&series);
+        let least_n = pressing_n(&findings.manifest, &findings.rules);
         let series = ExplorationSeries::new(series, under_finger);
         findings.explorations.push(ExplorationFindings {
             drive_peak_v,
             stretches,
-            ..ExplorationFindings::new(&series, direction, span)
+            ..ExplorationFindings::new(&series, direction, span, least_n)
         });
         self.series.explorations.push(series);
     }

@@ -59,6 +59,7 @@ mod root;
 pub mod self_sensed;
 pub mod skin_motion;
 mod stiffness;
+pub mod stimulus_effect;
 mod stored_arrays;
 pub mod touches;
 pub mod uncertain;

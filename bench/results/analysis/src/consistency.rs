@@ -4,12 +4,13 @@ use estimation::trial::Misfit;
 use force_alignment::strokes::{Stroke, lateral_zero};
 use force_alignment::{ForceSample, roles};
 use plausibility::{Course, Implausible, Slide};
-use protocols::Direction;
+use protocols::{Direction, SelectionRules};
 use recording::manifest::{Body, EventKind, RecordingEvent};
 use recording::{ForceRow, Manifest, RecordingSource};
 
 use crate::demodulation::DemodulatedRecording;
 use crate::estimate::InstanceAnalysis;
+use crate::exploration_findings::ExplorationFindings;
 use crate::explorations::explorations;
 use crate::findings::{RecordingError, RecordingFindings};
 use crate::flaw::{Channel, Flaw};
@@ -137,6 +138,24 @@ pub(super) fn hardly_selected(
     ];
     let reasons = reasons.into_iter().flatten();
     reasons.filter(move |_| is_finger)
+}
+
+/// Returns the flaw of forces alone with an exploration in which no finger presses.
+pub(super) fn unpressed(
+    manifest: &Manifest,
+    record: &Measurements,
+    explorations: &[ExplorationFindings],
+    rules: &SelectionRules,
+) -> Option<Implausible> {
+    let is_finger = manifest.contact.body == Body::Finger;
+    let mut pairs = explorations.iter().zip(slides(manifest));
+    let (_, slide) =
+        pairs.find(|(found, _)| is_finger && found.samples > 0 && found.stroke.n == 0)?;
+    let light = plausibility::light_touch(&record.force, &[slide], rules.contact_n);
+    light.or_else(|| {
+        let normal_n = record.mean_normal_n(slide.start_s, slide.end_s)?;
+        Some(Implausible::Sign { normal_n })
+    })
 }
 
 fn has_estimate(instance: &InstanceAnalysis) -> bool {

@@ -10,7 +10,7 @@ mod signals;
 
 use crate::findings::RecordingError;
 use crate::flaw::Flaw;
-use crate::measurements::Measurements;
+use crate::measurements::{LONGEST_GAP_S, Measurements};
 use crate::row_times;
 use crate::spans::Spans;
 pub use demodulated_recording::DemodulatedRecording;
@@ -18,7 +18,7 @@ pub use envelope_demodulator::EnvelopeDemodulator;
 use recording::manifest::{Manifest, Streams};
 use recording::pipeline::PickupOffset;
 use recording::reader::Warning;
-use recording::{CsvRow, FORCE_FILE, ForceRow, RecordingSource, STIMULUS_FILE, reader};
+use recording::{CsvRow, FORCE_FILE, RecordingSource, STIMULUS_FILE, reader};
 
 /// Reads a recording, with the pickup's stated values plus the offset. The audio is read twice: first to find its
 /// clipping level.
@@ -70,11 +70,12 @@ fn read_forces(
     // Without its forces nothing is left.
     reader::force_rows(source.path(), f64::INFINITY)?;
     reading.read_rows(source, f64::INFINITY)?;
-    let Some(duration_s) = lasting_s(&reading.record.force) else {
+    let Some(last) = reading.record.force.last() else {
         reading.flaws.extend(elsewhere(source, &reading.manifest)?);
         return Ok(reading);
     };
-    reading.check_intervals(duration_s)?;
+    let duration_s = last.time_s;
+    reading.check_intervals(duration_s, LONGEST_GAP_S)?;
     if let Some(mut rows) = source.stimulus(f64::INFINITY)? {
         let spans = Spans::with_surroundings(&reading.manifest);
         let time_s = CsvRow::time_s;
@@ -85,13 +86,6 @@ fn read_forces(
             .extend(times.flaws(rows.warnings(), duration_s));
     }
     Ok(reading)
-}
-
-/// Returns the time up to which rows last, s: each stands for the time up to the next one.
-fn lasting_s(rows: &[ForceRow]) -> Option<f64> {
-    let last = rows.last()?;
-    let before = rows.len().checked_sub(2).and_then(|index| rows.get(index));
-    Some(last.time_s + before.map_or(0.0, |before| last.time_s - before.time_s))
 }
 
 /// Returns the flaw of forces with no row in an interval.

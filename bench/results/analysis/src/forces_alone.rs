@@ -59,7 +59,8 @@ pub(crate) fn findings(
         let findings = ExplorationFindings::new(&series, direction, (start_s, end_s), least_n);
         (findings, series)
     });
-    let (explorations, series) = explorations.unzip();
+    let (explorations, series): (Vec<ExplorationFindings>, _) = explorations.unzip();
+    flaws.extend(consistency::unpressed(&manifest, &record, &explorations, &rules).map(Flaw::from));
     let participant = manifest.participant.as_ref();
     let mut findings = RecordingFindings {
         path: folder.to_owned(),

@@ -16,6 +16,9 @@ use crate::motion::Slide;
 const CLEAR: f64 = 3.0;
 /// Smallest turn of a lateral force, as a share of its press: a zero that is off makes a press of it.
 const LEAST_TURN: f64 = 0.5;
+/// Ratio of the larger of turn and press to the smaller one from which on the signs of all strokes are certain; least of both, N.
+const CERTAIN: f64 = 1.5;
+const LEAST_N: f64 = 0.02;
 /// Fewest readings that are compared.
 const FEWEST: usize = 50;
 
@@ -31,10 +34,14 @@ pub fn mixed_columns(rows: &[ForceRow], slides: &[Slide]) -> Option<Implausible>
     }
     let normal = Turn::read(rows, slides, |row| row.normal_n)?;
     let lateral = Turn::read(rows, slides, |row| row.lateral_n)?;
-    let is_exchanged = normal.is_separated
-        && normal.turn_n > CLEAR * lateral.turn_n
+    let is_likelier = normal.turn_n > CLEAR * lateral.turn_n
         && normal.turn_n > LEAST_TURN * normal.press_n
         && lateral.press_n > CLEAR * lateral.turn_n;
+    // A normal force pushes in both directions, and the force that turns is friction.
+    let is_certain = normal.turn_n > CERTAIN * normal.press_n
+        && lateral.press_n > CERTAIN * lateral.turn_n
+        && normal.turn_n.min(lateral.press_n) > LEAST_N;
+    let is_exchanged = normal.is_separated && (is_likelier || is_certain);
     is_exchanged.then_some(Implausible::ExchangedByStrokes {
         turn_n: normal.turn_n,
         press_n: lateral.press_n,
@@ -114,14 +121,15 @@ mod tests {
     #[test]
     fn exchanged_columns_are_found_by_strokes_there_and_back() {
         for mu in [0.05, 0.3, 0.8, 1.5] {
-            for press_n in [[0.6, 0.6], [0.5, 0.7]] {
+            for press_n in [[0.6, 0.6], [0.5, 0.7], [0.3, 0.9]] {
                 let (stated, slides) = rows(press_n, mu, false);
                 assert_eq!(mixed_columns(&stated, &slides), None, "{mu} {press_n:?}");
                 let (swapped, slides) = rows(press_n, mu, true);
                 let found = mixed_columns(&swapped, &slides);
-                // With little friction, a press that differs by the direction may be the lateral force.
-                let is_clear = mu > 0.3 || press_n[0] == press_n[1];
-                assert_eq!(found.is_some(), is_clear, "{mu} {press_n:?} {found:?}");
+                assert!(
+                    matches!(found, Some(Implausible::ExchangedByStrokes { .. })),
+                    "{mu} {press_n:?} {found:?}"
+                );
                 assert_eq!(mixed_columns(&swapped, &slides[..1]), None);
             }
         }

@@ -6,6 +6,8 @@
 //! μ(t) = a + b s(t − d),    μ₀ = a + b s_least,    μ₁ = a + b s_greatest,    contrast = 1 − μ₁/μ₀
 //! ```
 //!
+//! A periodic stimulus fits as well half a period later with the opposite sign: the least lag of nearly equal ones is taken.
+//!
 //! The contrast is that of Messaoud, Bueno & Lemaire-Semail (2016), Tribology International 101: positive where the stimulus lowers
 //! the friction, as ultrasonic levitation does, and negative where it raises it, as electroadhesion does.
 
@@ -15,6 +17,8 @@ use serde::{Deserialize, Serialize};
 const LARGEST_LAG_S: f64 = 0.2;
 /// Fewest samples of a fit.
 const FEWEST: usize = 10;
+/// Share of the greatest explained share that a maximum at a smaller lag has, to be taken.
+const NEARLY: f64 = 0.9;
 
 /// Effect of a stimulus on the friction of a stroke.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -61,14 +65,16 @@ pub fn stimulus_effect(time_s: &[f64], mu: &[f64], stimulus: &[f64]) -> Option<S
     let lags = ((LARGEST_LAG_S / step_s) as usize).min(time_s.len() / 2);
     let lines: Vec<Option<Line>> = (0..=lags).map(|lag| line(mu, stimulus, lag)).collect();
     let r2 = |lag: usize| lines.get(lag).copied().flatten().map(|line| line.r2);
-    // The first of equal maxima: a periodic stimulus fits again a period later.
-    let mut best: Option<usize> = None;
-    for lag in 0..lines.len() {
-        if r2(lag).is_some_and(|value| best.and_then(r2).is_none_or(|most| value > most + 1e-9)) {
-            best = Some(lag);
-        }
-    }
-    let lag = best?;
+    let best = (0..lines.len()).filter_map(r2).fold(f64::NAN, f64::max);
+    // The first maximum that is nearly as good: a periodic stimulus fits again a period later, and half a period later with the
+    // opposite sign.
+    let is_maximum = |lag: &usize| {
+        let here = r2(*lag).unwrap_or(f64::NAN);
+        let before = lag.checked_sub(1).and_then(r2).unwrap_or(f64::NEG_INFINITY);
+        let after = r2(lag + 1).unwrap_or(f64::NEG_INFINITY);
+        here >= NEARLY * best && here >= before && here >= after
+    };
+    let lag = (0..lines.len()).find(is_maximum)?;
     let line = lines[lag]?;
     // The maximum between the samples, by the parabola through three.
     let before = lag.checked_sub(1).and_then(r2);
@@ -149,6 +155,18 @@ mod tests {
                 assert_relative_eq!(effect.lag_s, 0.03, epsilon = 1e-3);
                 assert!(effect.r2 > 0.99, "{effect:?}");
             }
+        }
+    }
+
+    /// Half a period later, 90 ms here, the fit has the opposite sign.
+    #[test]
+    fn of_a_periodic_stimulus_the_least_lag_is_taken() {
+        let sine = |t: f64| 50.0 - 50.0 * (TAU * 8.3 * t).cos();
+        let noisy = |t: f64| sine(t) + 10.0 * (1e4 * t).sin();
+        for change in [-0.4, 0.3] {
+            let effect = effect(change, noisy).unwrap();
+            assert_relative_eq!(effect.lag_s, 0.03, epsilon = 2e-3);
+            assert!((effect.contrast + change / 0.8).abs() < 0.1, "{effect:?}");
         }
     }
 

@@ -33,11 +33,15 @@ impl DemodulatedRecording {
 }
 
 impl DemodulatedRecording {
-    /// Checks the intervals against the length of a recording without samples, s.
-    pub(super) fn check_intervals(&mut self, duration_s: f64) -> Result<(), RecordingError> {
+    /// Checks the intervals against the length of a recording without samples; one may end later by the `tolerance_s`.
+    pub(super) fn check_intervals(
+        &mut self,
+        duration_s: f64,
+        tolerance_s: f64,
+    ) -> Result<(), RecordingError> {
         self.manifest.validate_length(duration_s)?;
         for (index, interval) in self.manifest.intervals.iter().enumerate() {
-            if interval.end_s > duration_s {
+            if interval.end_s > duration_s + tolerance_s {
                 self.flaws.push(Flaw::from(Warning::IntervalBeyondEnd {
                     index,
                     end_s: interval.end_s,

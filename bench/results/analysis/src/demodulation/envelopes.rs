@@ -61,7 +61,7 @@ pub(super) fn read(
         record,
         flaws,
     };
-    reading.check_intervals(duration_s)?;
+    reading.check_intervals(duration_s, 0.0)?;
     reading.read_rows(source, duration_s)?;
     Ok(reading)
 }

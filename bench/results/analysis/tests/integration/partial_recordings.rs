@@ -279,7 +279,10 @@ fn rig_recording(factor: impl Fn(f64) -> f64, stimulus: Option<&dyn Fn(f64) -> f
 fn the_friction_of_forces_alone_is_that_of_their_rows() {
     let folder = rig_recording(|_| 1.0, None);
     let (findings, series) = findings_and_series(folder.path());
-    assert_eq!(findings.flaws, [Flaw::Missing(MissingStream::Vibration)]);
+    assert_eq!(
+        findings.flaws,
+        [Flaw::Missing(MissingStream::Vibration), Flaw::ForcesAsRead]
+    );
     assert_eq!(
         (findings.carrier_hz(), findings.plate(), findings.z_p),
         (None, None, None)

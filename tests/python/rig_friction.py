@@ -41,11 +41,13 @@ def stimulus(times_s):
 
 def contrast(time_s, mu, stimulus):
     """Share by which the friction at the greatest stimulus is below that at the least: of the straight line of the friction over the
-    stimulus, delayed by the lag of at most 0.2 s and half the stroke that correlates best."""
+    stimulus, delayed by the least lag of at most 0.2 s and half the stroke that correlates locally best and nearly best of all."""
     step_s = (time_s[-1] - time_s[0]) / (len(time_s) - 1)
     lags = range(min(int(0.2 / step_s), len(mu) // 2) + 1)
     shares = [np.corrcoef(stimulus[: len(mu) - lag], mu[lag:])[0, 1] ** 2 for lag in lags]
-    lag = int(np.argmax(shares))
+    padded = np.concatenate([[-np.inf], shares, [-np.inf]])
+    is_peak = (padded[1:-1] >= padded[:-2]) & (padded[1:-1] >= padded[2:])
+    lag = int(np.flatnonzero(is_peak & (shares >= 0.9 * np.max(shares)))[0])
     slope, offset = np.polyfit(stimulus[: len(mu) - lag], mu[lag:], 1)
     return 1.0 - (offset + slope * stimulus.max()) / (offset + slope * stimulus.min())
 

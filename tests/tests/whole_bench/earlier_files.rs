@@ -16,9 +16,9 @@ use config::Config;
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// Greatest relative difference of a number from its value at release. Processors may fuse multiplication and addition, and the
-/// fits stop when they no longer improve.
-const DIFFERENCE: f64 = 1e-6;
+/// Greatest relative difference of a number from its value at release. The system computes exp and ln by instructions of the processor at
+/// hand, which differ in the last bit, and the fits stop when they no longer improve: up to 6e-6 between two processors.
+const DIFFERENCE: f64 = 2e-5;
 
 /// The files of one version.
 struct Files {
@@ -164,11 +164,11 @@ fn add_differences(
 #[test]
 fn changed_values_are_found_and_new_ones_ignored() {
     let released = serde_json::json!({ "path": "a", "kept": 1.0, "text": "x", "list": [1.0, 2.0] });
-    let current = serde_json::json!({ "path": "b", "kept": 1.0 + 1e-7, "text": "x", "list": [1.0, 2.0], "new": 3 });
+    let current = serde_json::json!({ "path": "b", "kept": 1.0 + 1e-6, "text": "x", "list": [1.0, 2.0], "new": 3 });
     let mut differences = Vec::new();
     add_differences(&released, Some(&current), "", &mut differences);
     assert_eq!(differences, Vec::<String>::new());
-    let current = serde_json::json!({ "kept": 1.0 + 1e-5, "list": [1.0] });
+    let current = serde_json::json!({ "kept": 1.0 + 1e-4, "list": [1.0] });
     add_differences(&released, Some(&current), "", &mut differences);
     let paths: Vec<_> = differences
         .iter()

@@ -8,7 +8,7 @@ use num_complex::Complex64;
 use crate::explorations::coinciding;
 use crate::measurements::LONGEST_GAP_S;
 use crate::unloaded_plate::UnloadedError;
-use plausibility::Implausible;
+use plausibility::{EqualTail, Implausible};
 use protocols::Direction;
 use recording::{FileName, file_name, reader};
 use serde::{Deserialize, Serialize};
@@ -357,6 +357,22 @@ pub enum Flaw {
         /// The flaw, in words.
         warning: String,
     },
+}
+
+impl From<EqualTail> for Flaw {
+    fn from(tail: EqualTail) -> Self {
+        let (rows, from_s, [normal_n, lateral_n]) = (tail.rows, tail.from_s, tail.forces_n);
+        if tail.is_zero() {
+            Self::ZeroTail { rows, from_s }
+        } else {
+            Self::HeldTail {
+                rows,
+                from_s,
+                normal_n,
+                lateral_n,
+            }
+        }
+    }
 }
 
 impl Flaw {

@@ -5,6 +5,7 @@
 
 mod columns;
 mod course;
+mod equal_tail;
 mod implausible;
 mod jump;
 mod motion;
@@ -19,6 +20,7 @@ use recording::ForceRow;
 
 pub use columns::mixed_columns;
 pub use course::{Course, amplitude, light_touch, off_course, small_forces};
+pub use equal_tail::EqualTail;
 pub use implausible::Implausible;
 use implausible::{CONTACT_AREA_M2, FRICTION, LARGEST_N};
 pub use jump::{PhaseJump, drive_jump};

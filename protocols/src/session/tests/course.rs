@@ -131,7 +131,7 @@ fn the_told_force_is_that_of_the_contact_on_the_central_part() {
     rig.run_until(Phase::Exploration);
     let start_s = rig.t_s;
     while rig.session.phase() == Phase::Exploration {
-        let is_end = !(0.3..1.3).contains(&(rig.t_s - start_s));
+        let is_end = !(0.2..1.5).contains(&(rig.t_s - start_s));
         let is_off = (0.7..0.75).contains(&(rig.t_s - start_s));
         rig.step(|o| {
             o.normal_n = Some(if is_off {

@@ -6,7 +6,7 @@ use crate::measurements::Measurements;
 use crate::row_times;
 use crate::spans::Spans;
 use crate::vibration::Vibration;
-use crate::zero_tail::ZeroTail;
+use plausibility::EqualTail;
 use recording::manifest::Manifest;
 use recording::reader::Warning;
 use recording::{CsvRow, FORCE_FILE, POSITION_FILE, RecordingSource};
@@ -61,7 +61,7 @@ impl DemodulatedRecording {
         let spans = Spans::with_surroundings(&self.manifest);
         match source.force(duration_s)? {
             Some(mut rows) => {
-                let (mut tail, time_s) = (ZeroTail::default(), CsvRow::time_s);
+                let (mut tail, time_s) = (EqualTail::default(), CsvRow::time_s);
                 let read = rows.by_ref().inspect(|row| {
                     if let Ok(row) = row {
                         tail.take(row);
@@ -70,7 +70,7 @@ impl DemodulatedRecording {
                 let (force, times) = row_times::read_rows(&spans, FORCE_FILE, read, time_s)?;
                 self.record.force = force;
                 self.flaws.extend(times.flaws(rows.warnings(), duration_s));
-                self.flaws.extend(tail.flaw());
+                self.flaws.extend(tail.implausible().map(Flaw::from));
             }
             None => self.flaws.push(Flaw::Missing(MissingStream::Forces)),
         }

@@ -188,6 +188,9 @@ fn a_flipped_byte_is_found() {
 fn a_missing_file_and_a_missing_folder_are_found() {
     let study = StudyCopy::new();
     fs::remove_file(study.file(FORCE_FILE)).unwrap();
+    let mut position = fs::read_to_string(study.file(POSITION_FILE)).unwrap();
+    position += "99.0,0.05\n";
+    fs::write(study.file(POSITION_FILE), position).unwrap();
     fs::remove_dir_all(study.session().join(PRACTICE)).unwrap();
     fs::remove_file(study.session().join("bench.toml")).unwrap();
     fs::write(study.session().join("calibration.toml"), "format = 1\n").unwrap();
@@ -195,10 +198,29 @@ fn a_missing_file_and_a_missing_folder_are_found() {
         "calibration.toml: it was edited",
         "DAMAGED",
         "force.csv is missing",
+        "position.csv has changed since it was recorded",
         "practice-01_attempt-1      practice              MISSING",
         "its folder is missing",
         "bench.toml is missing",
     ]);
+}
+
+#[test]
+fn files_of_no_recording_are_named_and_damage_nothing() {
+    let study = StudyCopy::new();
+    fs::write(study.file(".DS_Store"), "").unwrap();
+    assert!(!study.verify().1.contains("note"));
+    fs::copy(study.file(FORCE_FILE), study.file("force (1).csv")).unwrap();
+    let (status, transcript) = study.verify();
+    assert_eq!(status, 0, "{transcript}");
+    let note = "force (1).csv is no file of a recording: nothing reads it";
+    assert!(transcript.contains(note), "{transcript}");
+    fs::write(study.file("notes.txt"), "").unwrap();
+    let transcript = study.verify().1;
+    assert!(
+        transcript.contains("force (1).csv and 1 more are no files of a recording"),
+        "{transcript}"
+    );
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Checks that the files of one recording exist, are unchanged and agree with each other.
 
+use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -59,17 +60,19 @@ pub fn check(folder: &Path, sums: Option<&Sums>) -> RecordingCheck {
             check.defects.push(RecordingDefect::NoFile { file, reason });
         }
     }
-    // Any further defects would follow from these.
+    check.notes.extend(other_files(folder));
+    let manifest = read_manifest(folder).ok();
+    let archived = manifest.as_ref().and_then(Manifest::archived);
+    // Any further defects would follow from these, but for the changes of the files that are there.
     if !check.defects.is_empty() {
+        if archived.is_none() {
+            let present = sums.into_iter().flatten();
+            let present = present.filter(|(file, _)| folder.join(file).is_file());
+            check.compare_present(folder, present);
+        }
         return check;
     }
-    match (
-        read_manifest(folder)
-            .ok()
-            .as_ref()
-            .and_then(Manifest::archived),
-        sums,
-    ) {
+    match (archived, sums) {
         (Some(archived), sums) => check.compare_archived(folder, archived, sums),
         (None, Some(sums)) => check.compare(folder, sums),
         (None, None) => {}
@@ -93,7 +96,53 @@ fn required_files(folder: &Path) -> Vec<&'static str> {
     }
 }
 
+/// Returns the defect of a file whose sum differs from the one in the log.
+fn differing(folder: &Path, file: &str, sum: &str) -> RecordingDefect {
+    let text_sum = text_sum(&folder.join(file)).ok();
+    let is_text = file != SIGNALS_FILE && text_sum.as_deref() == Some(sum);
+    let file = file.to_owned();
+    if is_text {
+        RecordingDefect::LineEndsDiffer { file }
+    } else {
+        RecordingDefect::SumDiffers { file }
+    }
+}
+
+/// Files that nothing reads but that belong: the figure of an import, and what the systems' own programs leave.
+const IGNORED_FILES: [&str; 4] = ["import.svg", ".DS_Store", "Thumbs.db", "desktop.ini"];
+
+/// Returns the note of files in a recording's folder that are of no recording, such as the copies that sync programs make.
+fn other_files(folder: &Path) -> Option<String> {
+    let entries = fs::read_dir(folder).ok()?.filter_map(Result::ok);
+    let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
+    let is_known = |name: &str| {
+        let mut known = FILES.iter().chain(&OTHER_FILES).chain(&IGNORED_FILES);
+        known.any(|file| *file == name)
+    };
+    let mut others: Vec<String> = names.filter(|name| !is_known(name)).collect();
+    others.sort();
+    let (first, rest) = others.split_first()?;
+    Some(match rest.len() {
+        0 => format!("{first} is no file of a recording: nothing reads it"),
+        more => format!("{first} and {more} more are no files of a recording: nothing reads them"),
+    })
+}
+
 impl RecordingCheck {
+    /// Compares files with their sums in the log one by one.
+    fn compare_present<'a>(
+        &mut self,
+        folder: &Path,
+        sums: impl Iterator<Item = (&'a String, &'a String)>,
+    ) {
+        for (file, sum) in sums {
+            if file_sum(&folder.join(file)).is_ok_and(|(_, actual)| actual != *sum) {
+                let defect = differing(folder, file, sum);
+                self.defects.push(defect);
+            }
+        }
+    }
+
     /// Compares the files of an archive with their sums in it, and the sums of the originals with those of the log.
     fn compare_archived(&mut self, folder: &Path, archived: &Archived, sums: Option<&Sums>) {
         for file in &archived.files {
@@ -146,15 +195,8 @@ impl RecordingCheck {
         let differences = sums
             .iter()
             .filter(|(file, sum)| actual_sums.get(*file) != Some(*sum));
-        self.defects.extend(differences.map(|(file, sum)| {
-            let file = file.clone();
-            let text_sum = text_sum(&folder.join(&file)).ok();
-            if file != SIGNALS_FILE && text_sum.as_ref() == Some(sum) {
-                RecordingDefect::LineEndsDiffer { file }
-            } else {
-                RecordingDefect::SumDiffers { file }
-            }
-        }));
+        self.defects
+            .extend(differences.map(|(file, sum)| differing(folder, file, sum)));
     }
 
     fn read(&mut self, folder: &Path) -> Result<(), ReadError> {

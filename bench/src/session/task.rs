@@ -191,7 +191,12 @@ impl SessionTask {
                     self.apply(effects)?;
                 }
                 OperatorRequest::Stop => self.wiring.drive.trip(Trip::Operator),
-                OperatorRequest::Rearm => self.wiring.drive.rearm(),
+                OperatorRequest::Rearm => {
+                    self.wiring.drive.rearm();
+                    if self.wiring.drive.is_estop_pressed() {
+                        self.wiring.log(Warning, screen_words::STILL_PRESSED);
+                    }
+                }
                 OperatorRequest::End => self.wiring.stop.raise(),
                 OperatorRequest::Nothing => {}
             }

@@ -63,6 +63,25 @@ fn pause_resume_and_redo_are_marked_where_they_fall() {
     assert_eq!((second.len(), third.len()), (3, 2));
 }
 
+#[test]
+fn a_key_that_cannot_rearm_under_a_pressed_e_stop_is_answered() {
+    let mut rig = Rig::new(&[]);
+    rig.pass(0.1);
+    rig.apparatus.faults().press_estop(true);
+    rig.pass(0.2);
+    let is_answer = |line: &String| line.contains("the e-stop is still pressed");
+    assert!(!rig.warnings.iter().any(is_answer), "{:?}", rig.warnings);
+    rig.ask(tui::Action::Rearm);
+    rig.pass(0.1);
+    assert!(rig.warnings.iter().any(is_answer), "{:?}", rig.warnings);
+    rig.warnings.clear();
+    rig.apparatus.faults().press_estop(false);
+    rig.pass(0.2);
+    rig.ask(tui::Action::Rearm);
+    rig.pass(0.1);
+    assert!(!rig.warnings.iter().any(is_answer), "{:?}", rig.warnings);
+}
+
 /// Fault 22.
 #[test]
 fn the_operator_is_told_of_a_flag_once() {

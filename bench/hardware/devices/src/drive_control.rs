@@ -130,6 +130,12 @@ impl DriveControl {
         self.command(SafetyCommand::Rearm);
     }
 
+    /// Returns whether the e-stop is pressed, which keeps a trip; `false` if it is not wired.
+    pub fn is_estop_pressed(&self) -> bool {
+        let lines = self.signals.lines.get().unwrap_or_default();
+        lines.estop_open == Some(true)
+    }
+
     /// Begins the waiting program if the safety watch reports an armed amplifier, and drops it after a trip. Call it at
     /// every poll, in any state: it is the sign of life that the watch waits for.
     pub fn poll(&mut self, state: &SafetyState) {

@@ -237,6 +237,12 @@ impl MonitorTask {
                 }
                 tui::Action::Rearm => {
                     self.ports.drive.rearm();
+                    if self.ports.drive.is_estop_pressed() {
+                        self.ports.front.show(tui::Event::Log {
+                            level: LogLevel::Warning,
+                            text: screen_words::STILL_PRESSED.to_owned(),
+                        });
+                    }
                     self.show(PhaseView {
                         stopped: true,
                         ..PhaseView::new(PhaseKind::Paused)

@@ -7,6 +7,9 @@ use recording::manifest::{RecordedInterval, RecordedIntervalKind};
 
 use crate::series::Samples;
 
+/// Shares of the time between which a quantity is as usual.
+const USUAL: [f64; 2] = [0.1, 0.9];
+
 /// Forces and place of the finger, as far as they are known.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Streams<'a> {
@@ -103,6 +106,19 @@ fn quantity(rule: &Rule, streams: Streams<'_>) -> Result<(Vec<f64>, Vec<f64>), &
     }
 }
 
+/// Returns the end of a sentence with the sizes that occur, from which another unit can be seen; empty without values.
+fn occurring(quantity: Quantity, values: &[f64]) -> String {
+    let sizes = values.iter().map(|value| value.abs());
+    let mut sizes: Vec<f64> = sizes.filter(|size| size.is_finite()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let bounds = USUAL.map(|share| statistics::quantile(&sizes, share));
+    let [Some(least), Some(most)] = bounds else {
+        return String::new();
+    };
+    let (least, most) = (quantity.text(least), quantity.text(most));
+    format!("; four fifths of the time {quantity} is between {least} and {most}: check its unit")
+}
+
 fn speed(streams: Streams<'_>) -> Option<(Vec<f64>, Vec<f64>)> {
     let (time_s, position_m) = streams.position?.coarse();
     let speed = velocity(&Series {
@@ -139,9 +155,11 @@ pub(crate) fn by_rules(
     if let Some(rule) = unloaded_rule {
         match unloaded(rule, streams) {
             Ok(spans) if spans.is_empty() => {
-                found
-                    .notes
-                    .push(format!("no stretch is unloaded by the rule \"{rule}\""));
+                let values = quantity(rule, streams).map(|(_, values)| values);
+                let seen = occurring(rule.quantity(), &values.unwrap_or_default());
+                found.notes.push(format!(
+                    "no stretch is unloaded by the rule \"{rule}\"{seen}"
+                ));
             }
             Ok(spans) => {
                 for (from_s, to_s, why) in spans {
@@ -164,9 +182,10 @@ pub(crate) fn by_rules(
                 };
                 let strokes = rule.explorations(&series, &motion);
                 if strokes.is_empty() {
+                    let seen = occurring(rule.quantity(), &values);
                     found
                         .notes
-                        .push(format!("no exploration follows the rule \"{rule}\""));
+                        .push(format!("no exploration follows the rule \"{rule}\"{seen}"));
                 }
                 for stroke in strokes {
                     let kind = RecordedIntervalKind::Exploration(stroke.direction);

@@ -36,7 +36,8 @@ impl Quantity {
     }
 
     /// Returns a value with its unit, as printed for people.
-    pub(crate) fn text(self, value: f64) -> String {
+    #[must_use]
+    pub fn text(self, value: f64) -> String {
         match self {
             Self::Normal | Self::Lateral => {
                 format!("{} N", significant((value * 1e4).round() / 1e4))

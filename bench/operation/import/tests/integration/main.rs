@@ -292,6 +292,23 @@ intervals = { exploration = "30 to 70 mm/s for 0.5 s" }
     let manifest = recorded(&laboratory);
     assert!(manifest.plate().is_none());
     assert!(!manifest.intervals.is_empty());
+    assert!(reports[0].notes.is_empty(), "{reports:?}");
+    // In millimetres.
+    let other = map.replace("metres_per_unit = 1.0", "metres_per_unit = 1e3");
+    let notes = import_all(&laboratory, &other)[0].notes.join("\n");
+    assert!(
+        notes.contains("no exploration follows the rule")
+            && notes.contains("000 mm/s: check its unit"),
+        "{notes}"
+    );
+    // Upside down; `analyze` would name it later.
+    let map = map.replace(
+        "newtons_per_unit = 1.0 }\nlateral",
+        "newtons_per_unit = -1.0 }\nlateral",
+    );
+    let reports = import_all(&laboratory, &map);
+    let is_named = |note: &String| note.contains("multiply it by -1");
+    assert!(reports[0].notes.iter().any(is_named), "{reports:?}");
 }
 
 #[test]

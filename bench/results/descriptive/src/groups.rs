@@ -1,4 +1,4 @@
-//! Instances in groups: of the study, of each condition, participant and trial.
+//! Instances in groups: of the study, of each condition, participant and trial; likewise explorations without instances.
 //!
 //! Each mean counts the units of the level below once: a trial's is over its instances, a participant's over the means of the
 //! trials, that of a condition or of the study over the means of the participants. Where a participant is not known, the mean of a
@@ -12,6 +12,7 @@ use serde::ser::{Serialize, SerializeMap, Serializer};
 
 use crate::mean::Mean;
 use crate::quantity::{Quantity, gap_method};
+use crate::strokes::{self, StrokeGroup};
 use crate::trial_key::{self, TrialKey};
 
 /// Level of a group.
@@ -48,6 +49,8 @@ impl Level {
 pub enum Unit {
     /// Instances.
     Instances,
+    /// Explorations.
+    Explorations,
     /// Means of trials.
     Trials,
     /// Means of participants.
@@ -60,6 +63,7 @@ impl Unit {
     pub fn name(self) -> &'static str {
         match self {
             Self::Instances => "instances",
+            Self::Explorations => "explorations",
             Self::Trials => "trials",
             Self::Participants => "participants",
         }
@@ -76,9 +80,9 @@ impl Unit {
     }
 }
 
-/// Group of instances with its means.
+/// Group of instances, or of explorations, with its means.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Group {
+pub struct Group<const N: usize = { Quantity::ALL.len() }> {
     /// Level of the group.
     pub level: Level,
     /// Participant; `None` for a group of several, or an unknown one.
@@ -89,9 +93,11 @@ pub struct Group {
     pub trial: Option<TrialKey>,
     /// Unit that the means count.
     pub over: Unit,
-    /// Means in the order of [`Quantity::ALL`].
-    pub means: [Mean; Quantity::ALL.len()],
-    /// Number of instances.
+    /// Means in the order of [`Quantity::ALL`], or of [`StrokeQuantity::ALL`](crate::strokes::StrokeQuantity::ALL).
+    pub means: [Mean; N],
+    /// Unit that the mean of a trial counts.
+    pub of: Unit,
+    /// Number of instances, or of explorations.
     pub n_instances: usize,
     /// Number of trials with instances.
     pub n_trials: usize,
@@ -109,11 +115,13 @@ impl Group {
         let mean = means.find_map(|(candidate, mean)| (*candidate == quantity).then_some(mean));
         mean.unwrap_or(&self.means[0])
     }
+}
 
-    /// Returns the number of units with friction, which every described instance has.
+impl<const N: usize> Group<N> {
+    /// Returns the number of units with friction, which every described instance and exploration has.
     #[must_use]
     pub fn n(&self) -> usize {
-        self.mean(Quantity::Fall).n
+        self.means.first().map_or(0, |mean| mean.n)
     }
 }
 
@@ -146,30 +154,33 @@ pub struct Description {
     pub gap_method: Method,
     /// Groups: the study, its conditions, and its participants, each followed by its conditions and trials.
     pub groups: Vec<Group>,
+    /// Groups of the explorations of recordings without an instance, such as those of forces alone.
+    #[serde(skip)]
+    pub strokes: Vec<StrokeGroup>,
 }
 
 fn method_name<S: Serializer>(method: &Method, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(method.name())
 }
 
-/// Values of the instances of a trial.
-struct Trial {
-    key: TrialKey,
-    instances: Vec<[f64; Quantity::ALL.len()]>,
+/// Values of the instances of a trial, or of its explorations.
+pub(crate) struct Trial<const N: usize> {
+    pub(crate) key: TrialKey,
+    pub(crate) instances: Vec<[f64; N]>,
 }
 
-impl Trial {
-    fn means(&self) -> [Mean; Quantity::ALL.len()] {
+impl<const N: usize> Trial<N> {
+    fn means(&self) -> [Mean; N] {
         means(&self.instances)
     }
 }
 
-fn means(values: &[[f64; Quantity::ALL.len()]]) -> [Mean; Quantity::ALL.len()] {
+fn means<const N: usize>(values: &[[f64; N]]) -> [Mean; N] {
     std::array::from_fn(|index| Mean::new(values.iter().map(|value| value[index])))
 }
 
 /// Returns the values of each mean.
-fn values(means: [Mean; Quantity::ALL.len()]) -> [f64; Quantity::ALL.len()] {
+fn values<const N: usize>(means: [Mean; N]) -> [f64; N] {
     means.map(|mean| mean.value)
 }
 
@@ -181,7 +192,7 @@ impl Description {
         let value = |instance| {
             Quantity::ALL.map(|quantity| Quantity::value(quantity, instance, gap_method))
         };
-        let trials: Vec<Trial> = trial_key::trials(analysed)
+        let trials: Vec<Trial<_>> = trial_key::trials(analysed)
             .into_iter()
             .map(|(key, findings)| Trial {
                 key,
@@ -190,7 +201,8 @@ impl Description {
             .collect();
         Self {
             gap_method,
-            groups: groups(&trials),
+            groups: groups(&trials, Unit::Instances),
+            strokes: strokes::groups(analysed),
         }
     }
 
@@ -200,46 +212,52 @@ impl Description {
     }
 }
 
-fn groups(trials: &[Trial]) -> Vec<Group> {
-    let all: Vec<&Trial> = trials.iter().collect();
+/// Returns the groups of trials whose means are over a unit.
+pub(crate) fn groups<const N: usize>(trials: &[Trial<N>], of: Unit) -> Vec<Group<N>> {
+    let all: Vec<&Trial<N>> = trials.iter().collect();
     let conditions: BTreeSet<&str> = trials.iter().map(|trial| &*trial.key.condition).collect();
     let people: BTreeSet<Option<&str>> = trials
         .iter()
         .map(|trial| trial.key.participant.as_deref())
         .collect();
-    let of_condition = |trials: &[&'_ Trial], condition: &str| -> Vec<usize> {
+    let of_condition = |trials: &[&'_ Trial<N>], condition: &str| -> Vec<usize> {
         let numbers = trials.iter().enumerate();
         let numbers = numbers.filter(|(_, trial)| trial.key.condition == condition);
         numbers.map(|(number, _)| number).collect()
     };
-    let mut groups = vec![group(Level::Study, &all)];
+    let mut groups = vec![group(Level::Study, &all, of)];
     if conditions.len() > 1 {
         groups.extend(conditions.iter().map(|condition| {
             let numbers = of_condition(&all, condition);
-            let members: Vec<&Trial> = numbers.iter().map(|number| all[*number]).collect();
-            group(Level::Condition, &members)
+            let members: Vec<&Trial<N>> = numbers.iter().map(|number| all[*number]).collect();
+            group(Level::Condition, &members, of)
         }));
     }
     for person in people {
-        let is_theirs = |trial: &&Trial| trial.key.participant.as_deref() == person;
-        let members: Vec<&Trial> = all.iter().copied().filter(is_theirs).collect();
+        let is_theirs = |trial: &&Trial<N>| trial.key.participant.as_deref() == person;
+        let members: Vec<&Trial<N>> = all.iter().copied().filter(is_theirs).collect();
         if person.is_some() {
-            groups.push(group(Level::Participant, &members));
+            groups.push(group(Level::Participant, &members, of));
             for condition in conditions.iter().filter(|_| conditions.len() > 1) {
                 let numbers = of_condition(&members, condition);
-                let members: Vec<&Trial> = numbers.iter().map(|number| members[*number]).collect();
+                let members: Vec<&Trial<N>> =
+                    numbers.iter().map(|number| members[*number]).collect();
                 if !members.is_empty() {
-                    groups.push(group(Level::ParticipantInCondition, &members));
+                    groups.push(group(Level::ParticipantInCondition, &members, of));
                 }
             }
         }
-        groups.extend(members.iter().map(|trial| group(Level::Trial, &[trial])));
+        groups.extend(
+            members
+                .iter()
+                .map(|trial| group(Level::Trial, &[trial], of)),
+        );
     }
     groups
 }
 
-fn group(level: Level, trials: &[&Trial]) -> Group {
-    let described: Vec<&Trial> = trials
+fn group<const N: usize>(level: Level, trials: &[&Trial<N>], of: Unit) -> Group<N> {
+    let described: Vec<&Trial<N>> = trials
         .iter()
         .copied()
         .filter(|trial| !trial.instances.is_empty())
@@ -251,7 +269,7 @@ fn group(level: Level, trials: &[&Trial]) -> Group {
     let all_known = described
         .iter()
         .all(|trial| trial.key.participant.is_some());
-    let trial_means = |trials: &[&Trial]| -> Vec<_> {
+    let trial_means = |trials: &[&Trial<N>]| -> Vec<_> {
         trials.iter().map(|trial| values(trial.means())).collect()
     };
     let (over, means) = match level {
@@ -261,12 +279,13 @@ fn group(level: Level, trials: &[&Trial]) -> Group {
                 .flat_map(|trial| &trial.instances)
                 .copied()
                 .collect();
-            (Unit::Instances, means(&instances))
+            (of, means(&instances))
         }
         Level::Study | Level::Condition if all_known => {
             let person_means = people.iter().map(|person| {
-                let is_theirs = |trial: &&&Trial| trial.key.participant.as_deref() == Some(*person);
-                let theirs: Vec<&Trial> = described.iter().filter(is_theirs).copied().collect();
+                let is_theirs =
+                    |trial: &&&Trial<N>| trial.key.participant.as_deref() == Some(*person);
+                let theirs: Vec<&Trial<N>> = described.iter().filter(is_theirs).copied().collect();
                 values(means(&trial_means(&theirs)))
             });
             (Unit::Participants, means(&person_means.collect::<Vec<_>>()))
@@ -296,6 +315,7 @@ fn group(level: Level, trials: &[&Trial]) -> Group {
         trial: first.filter(|_| level == Level::Trial).cloned(),
         over,
         means,
+        of,
         n_instances: described.iter().map(|trial| trial.instances.len()).sum(),
         n_trials: described.len(),
         n_participants: people.len(),
@@ -309,7 +329,12 @@ mod tests {
 
     use super::*;
 
-    fn trial(participant: Option<&str>, number: i64, condition: &str, falls: &[f64]) -> Trial {
+    fn trial(
+        participant: Option<&str>,
+        number: i64,
+        condition: &str,
+        falls: &[f64],
+    ) -> Trial<{ Quantity::ALL.len() }> {
         Trial {
             key: TrialKey {
                 participant: participant.map(str::to_owned),
@@ -340,7 +365,7 @@ mod tests {
             trial(Some("b"), 1, "slow", &[0.5]),
             trial(Some("b"), 2, "fast", &[]),
         ];
-        let groups = groups(&trials);
+        let groups = groups(&trials, Unit::Instances);
         let person = fall(&groups, Level::Participant, Some("a"));
         assert_relative_eq!(person.value, 0.8, max_relative = 1e-12);
         assert_eq!(person.n, 2);
@@ -373,10 +398,11 @@ mod tests {
 
     #[test]
     fn an_unknown_participant_makes_the_study_a_mean_over_trials() {
-        let groups = groups(&[
+        let trials = [
             trial(None, 1, "", &[0.9, 0.7]),
             trial(Some("a"), 1, "", &[0.6]),
-        ]);
+        ];
+        let groups = groups(&trials, Unit::Instances);
         assert_eq!((groups[0].over, groups[0].n()), (Unit::Trials, 2));
         assert_relative_eq!(
             groups[0].mean(Quantity::Fall).value,

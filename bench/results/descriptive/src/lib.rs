@@ -6,6 +6,7 @@
 //! | [`quantity`] | the described quantities, and their values in an instance |
 //! | [`mean`] | a mean with its interval by Student's t |
 //! | [`groups`] | the instances in groups, each with its means |
+//! | [`strokes`] | explorations of recordings without an instance, in groups |
 //! | [`trial_key`] | the identity of a trial |
 //! | [`text`] | the groups as lines of a terminal, and their legend |
 //! | [`figure`] | friction and its fall of each participant, drawn |
@@ -14,6 +15,7 @@ pub mod figure;
 pub mod groups;
 pub mod mean;
 pub mod quantity;
+pub mod strokes;
 pub mod text;
 pub mod trial_key;
 

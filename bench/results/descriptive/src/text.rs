@@ -8,6 +8,7 @@ use published_statistics::wrapped;
 use crate::groups::{Description, Group, Level, Unit};
 use crate::mean::Mean;
 use crate::quantity::Quantity;
+use crate::strokes::{StrokeGroup, StrokeQuantity};
 
 /// Text for an unknown value.
 const UNKNOWN: &str = "–";
@@ -15,35 +16,51 @@ const UNKNOWN: &str = "–";
 const WIDE: u16 = 120;
 
 impl Description {
-    /// Returns the groups as a table, wrapped to the width of the terminal if it is given; then the legend. Empty without an instance.
+    /// Returns the groups as tables, wrapped to the width of the terminal if it is given, each with its legend: those of instances, then
+    /// those of explorations without one. Empty without both.
     #[must_use]
     pub fn to_text(&self, columns: Option<u16>) -> String {
+        self.instances_text(columns) + &self.strokes_text(columns)
+    }
+
+    fn instances_text(&self, columns: Option<u16>) -> String {
         if self.groups.iter().all(|group| group.n_instances == 0) {
             return String::new();
         }
-        let mut table = Table::new();
-        table
-            .load_style(NOTHING)
-            .set_content_arrangement(ContentArrangement::Dynamic);
-        if let Some(columns) = columns {
-            table.set_width(columns);
+        let is_narrow = columns.is_some_and(|columns| columns < WIDE);
+        let headings = Quantity::ALL.map(Quantity::heading);
+        let rows = self.groups.iter().map(|group| match is_narrow {
+            true => row(group.label(), group.short_cells(), group.n().to_string()),
+            false => row(group.label(), group.cells(), group.over_text()),
+        });
+        let title = "mean (95 % interval)";
+        table_text((title, &headings), rows, columns) + &wrapped(self.legend(), columns)
+    }
+
+    fn strokes_text(&self, columns: Option<u16>) -> String {
+        if self.strokes.is_empty() {
+            return String::new();
         }
         let is_narrow = columns.is_some_and(|columns| columns < WIDE);
-        let headings = Quantity::ALL.map(|quantity| quantity.heading().to_owned());
-        let over = if is_narrow { "n" } else { "over" };
-        table.set_header(row(
-            "mean (95 % interval)".to_owned(),
-            headings,
-            over.to_owned(),
-        ));
-        for group in &self.groups {
-            table.add_row(match is_narrow {
-                true => row(group.label(), group.short_cells(), group.n().to_string()),
-                false => row(group.label(), group.cells(), group.over_text()),
-            });
-        }
-        let lines = table.lines().map(|line| line.trim_end().to_owned() + "\n");
-        lines.collect::<String>() + &wrapped(self.legend(), columns)
+        let headings = StrokeQuantity::ALL.map(StrokeQuantity::heading);
+        let rows = self.strokes.iter().map(|group| match is_narrow {
+            true => row(group.label(), group.stroke_cells(), group.n().to_string()),
+            false => row(group.label(), group.stroke_cells(), group.over_text()),
+        });
+        let title = "explorations: mean (95 % interval)";
+        table_text((title, &headings), rows, columns) + &wrapped(Self::strokes_legend(), columns)
+    }
+
+    /// Returns the meaning of the columns of explorations, in lines.
+    #[must_use]
+    pub fn strokes_legend() -> Vec<String> {
+        vec![
+            "of recordings without an instance. μ: mean of |lateral|/normal where the finger presses; contrast: share by which μ at the \
+             greatest stimulus is below that at the least one"
+                .to_owned(),
+            "interval: 95 % by Student's t over a trial's explorations, a participant's trials, or the participants; one alone has none"
+                .to_owned(),
+        ]
     }
 
     /// Returns the meaning of the table's columns and intervals, in lines.
@@ -69,11 +86,34 @@ impl Description {
     }
 }
 
-fn row(name: String, cells: [String; Quantity::ALL.len()], over: String) -> Vec<String> {
+fn row(name: String, cells: impl IntoIterator<Item = String>, over: String) -> Vec<String> {
     std::iter::once(name).chain(cells).chain([over]).collect()
 }
 
-impl Group {
+fn table_text(
+    (title, headings): (&str, &[&str]),
+    rows: impl Iterator<Item = Vec<String>>,
+    columns: Option<u16>,
+) -> String {
+    let mut table = Table::new();
+    table
+        .load_style(NOTHING)
+        .set_content_arrangement(ContentArrangement::Dynamic);
+    if let Some(columns) = columns {
+        table.set_width(columns);
+    }
+    let is_narrow = columns.is_some_and(|columns| columns < WIDE);
+    let over = if is_narrow { "n" } else { "over" };
+    let headings = headings.iter().map(|heading| (*heading).to_owned());
+    table.set_header(row(title.to_owned(), headings, over.to_owned()));
+    for row in rows {
+        table.add_row(row);
+    }
+    let lines = table.lines().map(|line| line.trim_end().to_owned() + "\n");
+    lines.collect()
+}
+
+impl<const N: usize> Group<N> {
     /// Returns the group's name, indented under its participant.
     #[must_use]
     pub fn label(&self) -> String {
@@ -99,13 +139,27 @@ impl Group {
     pub fn over_text(&self) -> String {
         let units = self.over.count(self.n());
         match self.over {
-            Unit::Instances => units,
+            Unit::Instances | Unit::Explorations => units,
             Unit::Trials | Unit::Participants => {
-                format!("{units}, {}", Unit::Instances.count(self.n_instances))
+                format!("{units}, {}", self.of.count(self.n_instances))
             }
         }
     }
+}
 
+impl StrokeGroup {
+    /// Returns the means with their intervals, in the units of [`StrokeQuantity::heading`].
+    #[must_use]
+    pub fn stroke_cells(&self) -> [String; StrokeQuantity::ALL.len()] {
+        let mut means = self.means.iter();
+        StrokeQuantity::ALL.map(|quantity| {
+            let mean = means.next();
+            mean.map_or_else(String::new, |mean| cell(mean, quantity.format()))
+        })
+    }
+}
+
+impl Group {
     /// Returns the means with their intervals, in the units of [`Quantity::heading`].
     #[must_use]
     pub fn cells(&self) -> [String; Quantity::ALL.len()] {
@@ -128,19 +182,23 @@ impl Quantity {
     /// Returns a mean with its interval, such as `92.9 (89.7 to 96.1)`.
     #[must_use]
     pub fn cell(self, mean: &Mean) -> String {
-        let (factor, decimals) = (self.factor(), self.decimals());
-        let number = |value: f64| format!("{:.decimals$}", value * factor).replace('-', "−");
-        match (mean.value.is_finite(), mean.interval95) {
-            (false, _) => UNKNOWN.to_owned(),
-            (true, None) => number(mean.value),
-            (true, Some([low, high])) => {
-                format!(
-                    "{} ({} to {})",
-                    number(mean.value),
-                    number(low),
-                    number(high)
-                )
-            }
+        cell(mean, (self.factor(), self.decimals()))
+    }
+}
+
+/// Returns a mean with its interval in a unit with a number of decimals.
+fn cell(mean: &Mean, (factor, decimals): (f64, usize)) -> String {
+    let number = |value: f64| format!("{:.decimals$}", value * factor).replace('-', "−");
+    match (mean.value.is_finite(), mean.interval95) {
+        (false, _) => UNKNOWN.to_owned(),
+        (true, None) => number(mean.value),
+        (true, Some([low, high])) => {
+            format!(
+                "{} ({} to {})",
+                number(mean.value),
+                number(low),
+                number(high)
+            )
         }
     }
 }

@@ -116,7 +116,7 @@ impl ForceZero {
                     MARGIN_BLOCKS.min(stretch.len())
                 };
             let stretch = stretch.get(start..end)?;
-            read_stretch(&record.force, stretch)
+            read_stretch(&record.force, stretch, GREATEST_ZERO_N)
         });
         Self {
             readings: readings.collect(),
@@ -135,12 +135,9 @@ impl ForceZero {
                 end_s: start_s + (index + 1) as f64 * BLOCK_S,
             };
             let blocks: Vec<FreeBlock> = (0..count).map(block).collect();
-            read_stretch(rows, &blocks)
+            read_stretch(rows, &blocks, greatest_n)
         };
-        let readings = unloaded_s.iter().filter_map(reading);
-        let mut readings: Vec<ZeroReading> = readings
-            .filter(|reading| reading.zero.normal_n.abs() <= greatest_n)
-            .collect();
+        let mut readings: Vec<ZeroReading> = unloaded_s.iter().filter_map(reading).collect();
         readings.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
         Self { readings }
     }
@@ -344,7 +341,7 @@ fn mean_impedance(block: &[ZmFrame]) -> Option<(Complex64, f64)> {
 }
 
 /// Reads the zero in consecutive free blocks; `None` if there are too few, or if the forces are not a sensor's zero.
-fn read_stretch(rows: &[ForceRow], blocks: &[FreeBlock]) -> Option<ZeroReading> {
+fn read_stretch(rows: &[ForceRow], blocks: &[FreeBlock], greatest_n: f64) -> Option<ZeroReading> {
     let blocks: Vec<Block> = blocks
         .iter()
         .filter_map(|block| Block::read(rows, block))
@@ -371,7 +368,7 @@ fn read_stretch(rows: &[ForceRow], blocks: &[FreeBlock]) -> Option<ZeroReading> 
         let squares = mean_of(&|(_, cell)| (value(cell) - value(&zero)).powi(2)) * n / (n - 1.0);
         (squares / n).sqrt()
     };
-    let is_plausible = zero.normal_n.abs() <= GREATEST_ZERO_N;
+    let is_plausible = zero.normal_n.abs() <= greatest_n;
     is_plausible.then(|| ZeroReading {
         time_s: mean_of(&|(time_s, _)| *time_s),
         zero,

@@ -2,7 +2,8 @@
 
 use plotting::{Axis, Figure, Ink, Key, Marker, Panel, Series, Width};
 
-use crate::groups::{Description, Group, Level};
+use crate::description::Description;
+use crate::groups::{Group, Level};
 use crate::quantity::Quantity;
 
 /// Distance between two series at the same participant.

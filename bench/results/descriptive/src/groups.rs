@@ -6,14 +6,11 @@
 
 use std::collections::BTreeSet;
 
-use analysis::Analysis;
-use analysis::method::Method;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
 use crate::mean::Mean;
-use crate::quantity::{Quantity, gap_method};
-use crate::strokes::{self, StrokeGroup};
-use crate::trial_key::{self, TrialKey};
+use crate::quantity::Quantity;
+use crate::trial_key::TrialKey;
 
 /// Level of a group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -146,23 +143,6 @@ impl Serialize for Group {
     }
 }
 
-/// Described analysis.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Description {
-    /// Method of the gap.
-    #[serde(serialize_with = "method_name")]
-    pub gap_method: Method,
-    /// Groups: the study, its conditions, and its participants, each followed by its conditions and trials.
-    pub groups: Vec<Group>,
-    /// Groups of the explorations of recordings without an instance, such as those of forces alone.
-    #[serde(skip)]
-    pub strokes: Vec<StrokeGroup>,
-}
-
-fn method_name<S: Serializer>(method: &Method, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(method.name())
-}
-
 /// Values of the instances of a trial, or of its explorations.
 pub(crate) struct Trial<const N: usize> {
     pub(crate) key: TrialKey,
@@ -182,34 +162,6 @@ fn means<const N: usize>(values: &[[f64; N]]) -> [Mean; N] {
 /// Returns the values of each mean.
 fn values<const N: usize>(means: [Mean; N]) -> [f64; N] {
     means.map(|mean| mean.value)
-}
-
-impl Description {
-    /// Describes an analysis. Conditions are described separately if there are two or more.
-    #[must_use]
-    pub fn new(analysed: &Analysis) -> Self {
-        let gap_method = gap_method(analysed);
-        let value = |instance| {
-            Quantity::ALL.map(|quantity| Quantity::value(quantity, instance, gap_method))
-        };
-        let trials: Vec<Trial<_>> = trial_key::trials(analysed)
-            .into_iter()
-            .map(|(key, findings)| Trial {
-                key,
-                instances: findings.instances.iter().map(value).collect(),
-            })
-            .collect();
-        Self {
-            gap_method,
-            groups: groups(&trials, Unit::Instances),
-            strokes: strokes::groups(analysed),
-        }
-    }
-
-    /// Returns the groups of a level.
-    pub fn level(&self, level: Level) -> impl Iterator<Item = &Group> {
-        self.groups.iter().filter(move |group| group.level == level)
-    }
 }
 
 /// Returns the groups of trials whose means are over a unit.

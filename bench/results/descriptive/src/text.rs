@@ -5,7 +5,8 @@ use comfy_table::presets::NOTHING;
 use comfy_table::{ContentArrangement, Table};
 use published_statistics::wrapped;
 
-use crate::groups::{Description, Group, Level, Unit};
+use crate::description::Description;
+use crate::groups::{Group, Level, Unit};
 use crate::mean::Mean;
 use crate::quantity::Quantity;
 use crate::strokes::{StrokeGroup, StrokeQuantity};

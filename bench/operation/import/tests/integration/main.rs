@@ -292,7 +292,11 @@ intervals = { exploration = "30 to 70 mm/s for 0.5 s" }
     let manifest = recorded(&laboratory);
     assert!(manifest.plate().is_none());
     assert!(!manifest.intervals.is_empty());
-    assert!(reports[0].notes.is_empty(), "{reports:?}");
+    let notes = reports[0].notes.join("\n");
+    assert!(
+        !notes.contains("normal_n") && !notes.contains("rule"),
+        "{notes}"
+    );
     // In millimetres.
     let other = map.replace("metres_per_unit = 1.0", "metres_per_unit = 1e3");
     let notes = import_all(&laboratory, &other)[0].notes.join("\n");

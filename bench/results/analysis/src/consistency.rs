@@ -154,7 +154,7 @@ pub(super) fn unpressed(
     let light = plausibility::light_touch(&record.force, &[slide], rules.contact_n);
     light.or_else(|| {
         let normal_n = record.mean_normal_n(slide.start_s, slide.end_s)?;
-        Some(Implausible::Sign { normal_n })
+        (normal_n < 0.0).then_some(Implausible::Sign { normal_n })
     })
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use bench_tests::campaign;
-use bench_tests::program::{python, workspace};
+use bench_tests::program::{bench, python, workspace};
 use bench_tests::session::{finish, text};
 use serde_json::Value;
 
@@ -102,6 +102,14 @@ fn friction_of_a_rig_is_that_of_numpy() {
         assert!(
             differences.iter().all(|ratio| *ratio <= EQUAL),
             "{name}: {differences:?}"
+        );
+        let means = of_strokes("mean");
+        let mean = means.iter().sum::<f64>() / means.len() as f64;
+        let printed = text(&finish(bench().arg("analyze").arg(&recording)));
+        assert!(
+            printed.contains("explorations: mean (95 % interval)")
+                && printed.contains(&format!("{mean:.3} (")),
+            "{mean}: {printed}"
         );
         let contrast = contrasts.iter().sum::<f64>() / contrasts.len() as f64;
         // The friction of the rig changes along each stroke.

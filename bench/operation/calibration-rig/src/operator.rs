@@ -191,7 +191,7 @@ impl Request {
             ),
             Self::GoOn => {
                 "The points so far are kept. Remove the cause and put everything back as it was for this step; \
-                Enter measures the step again.".to_owned()
+                Enter begins the step again.".to_owned()
             }
             Self::Review => {
                 "Look at the results and the points. Keep them, or measure one of the points again.".to_owned()

@@ -164,7 +164,10 @@ fn next(state: &State) -> Option<String> {
     let outlook = state.outlook.as_ref().filter(|_| !is_finished)?;
     let is_paused = state.phase.kind == PhaseKind::Paused;
     let is_tripped = is_paused && state.safety == Some(SafetyView::Tripped);
+    let lacks_consent = state.phase.kind == PhaseKind::Consent;
     let steps = [
+        lacks_consent.then_some("c records the consent"),
+        is_tripped.then_some("x re-arms"),
         is_tripped.then_some("p goes on"),
         outlook.next.as_deref(),
         outlook.then.as_deref(),

@@ -41,13 +41,13 @@ def stimulus(times_s):
 
 def contrast(time_s, mu, stimulus):
     """Share by which the friction at the greatest stimulus is below that at the least: of the straight line of the friction over the
-    stimulus, delayed by the least lag of at most 0.2 s and half the stroke that correlates locally best and nearly best of all."""
+    stimulus, delayed by the best lag of the first ones, of at most 0.2 s and half the stroke, that correlate nearly as well as the best."""
     step_s = (time_s[-1] - time_s[0]) / (len(time_s) - 1)
     lags = range(min(int(0.2 / step_s), len(mu) // 2) + 1)
-    shares = [np.corrcoef(stimulus[: len(mu) - lag], mu[lag:])[0, 1] ** 2 for lag in lags]
-    padded = np.concatenate([[-np.inf], shares, [-np.inf]])
-    is_peak = (padded[1:-1] >= padded[:-2]) & (padded[1:-1] >= padded[2:])
-    lag = int(np.flatnonzero(is_peak & (shares >= 0.9 * np.max(shares)))[0])
+    shares = np.array([np.corrcoef(stimulus[: len(mu) - lag], mu[lag:])[0, 1] ** 2 for lag in lags])
+    is_good = np.append(shares >= 0.9 * np.max(shares), False)
+    first = int(np.argmax(is_good))
+    lag = first + int(np.argmax(shares[first : first + int(np.argmin(is_good[first:]))]))
     slope, offset = np.polyfit(stimulus[: len(mu) - lag], mu[lag:], 1)
     return 1.0 - (offset + slope * stimulus.max()) / (offset + slope * stimulus.min())
 

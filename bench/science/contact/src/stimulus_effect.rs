@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 const LARGEST_LAG_S: f64 = 0.2;
 /// Fewest samples of a fit.
 const FEWEST: usize = 10;
-/// Share of the greatest explained share that a maximum at a smaller lag has, to be taken.
+/// Share of the greatest explained share from which on a lag is nearly as good.
 const NEARLY: f64 = 0.9;
 
 /// Effect of a stimulus on the friction of a stroke.
@@ -66,15 +66,11 @@ pub fn stimulus_effect(time_s: &[f64], mu: &[f64], stimulus: &[f64]) -> Option<S
     let lines: Vec<Option<Line>> = (0..=lags).map(|lag| line(mu, stimulus, lag)).collect();
     let r2 = |lag: usize| lines.get(lag).copied().flatten().map(|line| line.r2);
     let best = (0..lines.len()).filter_map(r2).fold(f64::NAN, f64::max);
-    // The first maximum that is nearly as good: a periodic stimulus fits again a period later, and half a period later with the
-    // opposite sign.
-    let is_maximum = |lag: &usize| {
-        let here = r2(*lag).unwrap_or(f64::NAN);
-        let before = lag.checked_sub(1).and_then(r2).unwrap_or(f64::NEG_INFINITY);
-        let after = r2(lag + 1).unwrap_or(f64::NEG_INFINITY);
-        here >= NEARLY * best && here >= before && here >= after
-    };
-    let lag = (0..lines.len()).find(is_maximum)?;
+    // The first stretch of lags that is nearly as good as the best one, and the best of them.
+    let is_good = |lag: usize| r2(lag).is_some_and(|value| value >= NEARLY * best);
+    let first = (0..lines.len()).find(|lag| is_good(*lag))?;
+    let stretch = (first..lines.len()).take_while(|lag| is_good(*lag));
+    let lag = stretch.reduce(|a, b| if r2(b) > r2(a) { b } else { a })?;
     let line = lines[lag]?;
     // The maximum between the samples, by the parabola through three.
     let before = lag.checked_sub(1).and_then(r2);

@@ -39,16 +39,22 @@ def stimulus(times_s):
     return np.where(np.mod(5.0 * times_s, 1.0) < 0.5, 0.0, 120.0)
 
 
+def about_trend(time_s, values):
+    return values - np.polyval(np.polyfit(time_s, values, 1), time_s)
+
+
 def contrast(time_s, mu, stimulus):
-    """Share by which the friction at the greatest stimulus is below that at the least: of the straight line of the friction over the
-    stimulus, delayed by the best lag of the first ones, of at most 0.2 s and half the stroke, that correlate nearly as well as the best."""
+    """Share by which the friction at the greatest stimulus is below that at the least: of the plane of the friction over time and
+    stimulus, delayed by the best lag of the first ones, of at most 0.2 s and half the stroke, that explain nearly as much as the best."""
     step_s = (time_s[-1] - time_s[0]) / (len(time_s) - 1)
     lags = range(min(int(0.2 / step_s), len(mu) // 2) + 1)
-    shares = np.array([np.corrcoef(stimulus[: len(mu) - lag], mu[lag:])[0, 1] ** 2 for lag in lags])
-    is_good = np.append(shares >= 0.9 * np.max(shares), False)
+    pairs = [(time_s[lag:], stimulus[: len(mu) - lag], mu[lag:]) for lag in lags]
+    shares = np.array([np.corrcoef(about_trend(t, s), about_trend(t, m))[0, 1] ** 2 for t, s, m in pairs])
+    is_good = np.append(shares >= 0.8 * np.max(shares), False)
     first = int(np.argmax(is_good))
-    lag = first + int(np.argmax(shares[first : first + int(np.argmin(is_good[first:]))]))
-    slope, offset = np.polyfit(stimulus[: len(mu) - lag], mu[lag:], 1)
+    t, s, m = pairs[first + int(np.argmax(shares[first : first + int(np.argmin(is_good[first:]))]))]
+    terms = np.column_stack([np.ones_like(t), s, t - t.mean()])
+    offset, slope, _ = np.linalg.lstsq(terms, m, rcond=None)[0]
     return 1.0 - (offset + slope * stimulus.max()) / (offset + slope * stimulus.min())
 
 

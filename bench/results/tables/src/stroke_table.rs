@@ -156,7 +156,7 @@ pub(crate) fn stroke_columns(rows: &[StrokeRow<'_>]) -> Vec<Column> {
     real(
         "r2_stimulus",
         "1",
-        "share of the variance of the friction that the stimulus explains",
+        "share of the variance of the friction about its trend that the stimulus explains",
         |stroke| effect(stroke, |effect| effect.r2),
     );
     columns.integer("n", "number of the samples with a friction", |row| {

@@ -1,9 +1,16 @@
 //! Contrast and lag of the friction under a stimulus.
 //!
-//! The friction is fitted by least squares as a straight line of the stimulus s(t), delayed by the lag at which the fit is best:
+//! The friction is fitted by least squares as a straight line of the stimulus s(t), delayed by the lag d at which the fit is best, and
+//! of the time t from the middle of the samples, since friction grows or falls along a stroke:
 //!
 //! ```text
-//! μ(t) = a + b s(t − d),    μ₀ = a + b s_least,    μ₁ = a + b s_greatest,    contrast = 1 − μ₁/μ₀
+//! μ(t) = a + b s(t − d) + c t,    μ₀ = a + b s_least,    μ₁ = a + b s_greatest,    contrast = 1 − μ₁/μ₀
+//! ```
+//!
+//! With m and s about their means, and about their own straight lines over the time (Frisch & Waugh 1933, Econometrica 1):
+//!
+//! ```text
+//! ss = Σs² − (Σst)²/Σt²,    sm = Σsm − Σst Σmt/Σt²,    mm = Σm² − (Σmt)²/Σt²,    b = sm/ss,    r² = sm²/(ss mm)
 //! ```
 //!
 //! A periodic stimulus fits as well half a period later with the opposite sign: the least lag of nearly equal ones is taken.
@@ -18,7 +25,7 @@ const LARGEST_LAG_S: f64 = 0.2;
 /// Fewest samples of a fit.
 const FEWEST: usize = 10;
 /// Share of the greatest explained share from which on a lag is nearly as good.
-const NEARLY: f64 = 0.9;
+const NEARLY: f64 = 0.8;
 
 /// Effect of a stimulus on the friction of a stroke.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -31,14 +38,8 @@ pub struct StimulusEffect {
     pub contrast: f64,
     /// Lag of the friction behind the stimulus, s.
     pub lag_s: f64,
-    /// Share of the variance of μ that the stimulus explains.
+    /// Share of the variance of μ about its trend that the stimulus explains.
     pub r2: f64,
-}
-
-/// Returns the mean; NaN without values.
-fn mean(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, n) = values.fold((0.0, 0.0), |(sum, n), value| (sum + value, n + 1.0));
-    sum / n
 }
 
 /// Straight line of the friction over the delayed stimulus.
@@ -63,7 +64,9 @@ pub fn stimulus_effect(time_s: &[f64], mu: &[f64], stimulus: &[f64]) -> Option<S
         return None;
     }
     let lags = ((LARGEST_LAG_S / step_s) as usize).min(time_s.len() / 2);
-    let lines: Vec<Option<Line>> = (0..=lags).map(|lag| line(mu, stimulus, lag)).collect();
+    let lines: Vec<Option<Line>> = (0..=lags)
+        .map(|lag| line((time_s, mu), stimulus, lag))
+        .collect();
     let r2 = |lag: usize| lines.get(lag).copied().flatten().map(|line| line.r2);
     let best = (0..lines.len()).filter_map(r2).fold(f64::NAN, f64::max);
     // The first stretch of lags that is nearly as good as the best one, and the best of them.
@@ -93,28 +96,31 @@ pub fn stimulus_effect(time_s: &[f64], mu: &[f64], stimulus: &[f64]) -> Option<S
 }
 
 /// Fits the friction from sample `lag` on to the stimulus before; `None` without enough samples, or without a change of both.
-fn line(mu: &[f64], stimulus: &[f64], lag: usize) -> Option<Line> {
-    let pairs: Vec<(f64, f64)> = (lag..mu.len())
-        .map(|index| (stimulus[index - lag], mu[index]))
-        .filter(|(s, mu)| s.is_finite() && mu.is_finite())
-        .collect();
-    if pairs.len() < FEWEST {
+fn line((time_s, mu): (&[f64], &[f64]), stimulus: &[f64], lag: usize) -> Option<Line> {
+    let samples = (lag..mu.len()).map(|index| [time_s[index], stimulus[index - lag], mu[index]]);
+    let is_known = |sample: &[f64; 3]| sample.iter().all(|value| value.is_finite());
+    let samples: Vec<[f64; 3]> = samples.filter(is_known).collect();
+    if samples.len() < FEWEST {
         return None;
     }
-    let (mean_s, mean_mu) = (
-        mean(pairs.iter().map(|p| p.0)),
-        mean(pairs.iter().map(|p| p.1)),
-    );
-    let (mut s_s, mut s_mu, mut mu_mu) = (0.0, 0.0, 0.0);
-    for (s, mu) in &pairs {
-        s_s += (s - mean_s).powi(2);
-        s_mu += (s - mean_s) * (mu - mean_mu);
-        mu_mu += (mu - mean_mu).powi(2);
-    }
+    let mean = |column: usize| {
+        let sum: f64 = samples.iter().map(|sample| sample[column]).sum();
+        sum / samples.len() as f64
+    };
+    let means = [mean(0), mean(1), mean(2)];
+    let product = |a: usize, b: usize| -> f64 {
+        let products = samples
+            .iter()
+            .map(|sample| (sample[a] - means[a]) * (sample[b] - means[b]));
+        products.sum()
+    };
+    let time = product(0, 0);
+    let about_trend = |a: usize, b: usize| product(a, b) - product(a, 0) * product(b, 0) / time;
+    let (s_s, s_mu, mu_mu) = (about_trend(1, 1), about_trend(1, 2), about_trend(2, 2));
     let slope = s_mu / s_s;
     let r2 = s_mu * s_mu / (s_s * mu_mu);
     r2.is_finite().then_some(Line {
-        offset: mean_mu - slope * mean_s,
+        offset: means[2] - slope * means[1],
         slope,
         r2,
     })
@@ -164,6 +170,27 @@ mod tests {
             assert_relative_eq!(effect.lag_s, 0.03, epsilon = 2e-3);
             assert!((effect.contrast + change / 0.8).abs() < 0.1, "{effect:?}");
         }
+    }
+
+    /// Along a stroke the friction grows by more than the stimulus changes it.
+    #[test]
+    fn a_trend_of_the_friction_is_not_the_stimulus() {
+        let time_s: Vec<f64> = (0..290).map(|n| f64::from(n) * 5e-3).collect();
+        let stimulus = |t: f64| {
+            if (5.0 * t).rem_euclid(1.0) < 0.5 {
+                0.0
+            } else {
+                120.0
+            }
+        };
+        let mu = time_s
+            .iter()
+            .map(|t| 0.3 + 0.2 * (t - 0.7) - 0.06 * stimulus(t - 0.02) / 120.0);
+        let mu: Vec<f64> = mu.collect();
+        let stimulus: Vec<f64> = time_s.iter().map(|t| stimulus(*t)).collect();
+        let effect = stimulus_effect(&time_s, &mu, &stimulus).unwrap();
+        assert_relative_eq!(effect.lag_s, 0.02, epsilon = 1e-3);
+        assert_relative_eq!(effect.contrast, 0.2, epsilon = 0.01);
     }
 
     #[test]

@@ -111,11 +111,12 @@ fn friction_of_a_rig_is_that_of_numpy() {
                 && printed.contains(&format!("{mean:.3} (")),
             "{mean}: {printed}"
         );
-        let contrast = contrasts.iter().sum::<f64>() / contrasts.len() as f64;
-        // The friction of the rig changes along each stroke.
+        // That of the rig itself is not 0: its friction changes with the place.
         assert!(
-            (contrast - lowered).abs() < 0.06,
-            "{name}: contrast {contrast}"
+            contrasts
+                .iter()
+                .all(|contrast| (contrast - lowered).abs() < 0.03),
+            "{name}: {contrasts:?}"
         );
         for (greatest, ratio) in greatest.iter_mut().zip(differences) {
             *greatest = greatest.max(ratio);

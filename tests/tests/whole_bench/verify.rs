@@ -221,6 +221,13 @@ fn files_of_no_recording_are_named_and_damage_nothing() {
         transcript.contains("force (1).csv and 1 more are no files of a recording"),
         "{transcript}"
     );
+    // A name that a terminal would obey.
+    fs::write(study.file("a\u{1b}[31m\nnothing is damaged"), "").unwrap();
+    let transcript = study.verify().1;
+    assert!(
+        transcript.contains(r"a\u001b[31m\nnothing is damaged and 2 more"),
+        "{transcript}"
+    );
 }
 
 #[test]

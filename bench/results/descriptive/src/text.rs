@@ -1,9 +1,7 @@
 //! Groups as lines of a terminal, and their legend.
 
 use analysis::method::Method;
-use comfy_table::presets::NOTHING;
-use comfy_table::{ContentArrangement, Table};
-use published_statistics::wrapped;
+use published_statistics::{plain_table, wrapped};
 
 use crate::description::Description;
 use crate::groups::{Group, Level, Unit};
@@ -45,10 +43,17 @@ impl Description {
         let is_narrow = columns.is_some_and(|columns| columns < WIDE);
         let headings = StrokeQuantity::ALL.map(StrokeQuantity::heading);
         let rows = self.strokes.iter().map(|group| match is_narrow {
-            true => row(group.label(), group.stroke_cells(), group.n().to_string()),
+            true => row(
+                group.label(),
+                group.short_stroke_cells(),
+                group.n().to_string(),
+            ),
             false => row(group.label(), group.stroke_cells(), group.over_text()),
         });
-        let title = "explorations: mean (95 % interval)";
+        let title = match is_narrow {
+            true => "explorations: mean",
+            false => "explorations: mean (95 % interval)",
+        };
         table_text((title, &headings), rows, columns) + &wrapped(Self::strokes_legend(), columns)
     }
 
@@ -96,13 +101,7 @@ fn table_text(
     rows: impl Iterator<Item = Vec<String>>,
     columns: Option<u16>,
 ) -> String {
-    let mut table = Table::new();
-    table
-        .load_style(NOTHING)
-        .set_content_arrangement(ContentArrangement::Dynamic);
-    if let Some(columns) = columns {
-        table.set_width(columns);
-    }
+    let mut table = plain_table(columns);
     let is_narrow = columns.is_some_and(|columns| columns < WIDE);
     let over = if is_narrow { "n" } else { "over" };
     let headings = headings.iter().map(|heading| (*heading).to_owned());
@@ -157,6 +156,19 @@ impl StrokeGroup {
             let mean = means.next();
             mean.map_or_else(String::new, |mean| cell(mean, quantity.format()))
         })
+    }
+}
+
+impl StrokeGroup {
+    /// Returns the means, with the interval of the friction alone.
+    fn short_stroke_cells(&self) -> [String; StrokeQuantity::ALL.len()] {
+        let mut short = self.clone();
+        short
+            .means
+            .iter_mut()
+            .skip(1)
+            .for_each(|mean| mean.interval95 = None);
+        short.stroke_cells()
     }
 }
 

@@ -15,7 +15,7 @@ use grouped::Pool;
 use rows::ROWS;
 pub use statistic::{Level, MethodStatistic, Statistic};
 pub use table::{StatisticRow, Statistics};
-pub use text::{FEWEST, TableFormat, greek, wrapped};
+pub use text::{FEWEST, TableFormat, greek, plain_table, wrapped};
 
 /// Returns all statistics of an analysis.
 pub fn statistics(analysed: &Analysis) -> Statistics {

@@ -246,11 +246,9 @@ impl Statistic {
     }
 }
 
-/// Returns the lines, broken between words where they are wider than the terminal.
-pub fn wrapped<T: Into<String>>(
-    lines: impl IntoIterator<Item = T>,
-    columns: Option<u16>,
-) -> String {
+/// Returns an empty table without lines between its cells, at most as wide as the terminal if that is given.
+#[must_use]
+pub fn plain_table(columns: Option<u16>) -> Table {
     let mut table = Table::new();
     table
         .load_style(NOTHING)
@@ -258,6 +256,15 @@ pub fn wrapped<T: Into<String>>(
     if let Some(columns) = columns {
         table.set_width(columns);
     }
+    table
+}
+
+/// Returns the lines, broken between words where they are wider than the terminal.
+pub fn wrapped<T: Into<String>>(
+    lines: impl IntoIterator<Item = T>,
+    columns: Option<u16>,
+) -> String {
+    let mut table = plain_table(columns);
     for line in lines {
         table.add_row([line.into()]);
     }

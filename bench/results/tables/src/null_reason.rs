@@ -79,7 +79,7 @@ pub(crate) fn of_sample(sample: &SampleRow<'_>) -> Vec<String> {
 pub(crate) fn of_exploration(findings: &RecordingFindings, samples: usize) -> Vec<String> {
     let mut reasons = Vec::new();
     if samples == 0 {
-        reasons.push("mu, normal_n: no sample with a positive normal force".to_owned());
+        reasons.push("mu, normal_n: no sample in which the finger presses".to_owned());
     }
     if findings.vibration.is_none() {
         reasons.push("amplitude_m: only forces were recorded".to_owned());

@@ -102,7 +102,7 @@ pub(crate) fn stroke_columns(rows: &[StrokeRow<'_>]) -> Vec<Column> {
     real(
         "mu",
         "1",
-        "friction, mean over the samples with a positive normal force",
+        "friction, mean over the samples in which the finger presses",
         |stroke| stroke.mu,
     );
     real(
@@ -159,7 +159,7 @@ pub(crate) fn stroke_columns(rows: &[StrokeRow<'_>]) -> Vec<Column> {
         "share of the variance of the friction about its trend that the stimulus explains",
         |stroke| effect(stroke, |effect| effect.r2),
     );
-    columns.integer("n", "number of the samples with a friction", |row| {
+    columns.integer("n", "number of these samples", |row| {
         row.exploration.stroke.n as i64
     });
     null_reason::column(&mut columns, |row| {

@@ -108,15 +108,20 @@ fn line((time_s, mu): (&[f64], &[f64]), stimulus: &[f64], lag: usize) -> Option<
         sum / samples.len() as f64
     };
     let means = [mean(0), mean(1), mean(2)];
-    let product = |a: usize, b: usize| -> f64 {
-        let products = samples
-            .iter()
-            .map(|sample| (sample[a] - means[a]) * (sample[b] - means[b]));
-        products.sum()
-    };
-    let time = product(0, 0);
-    let about_trend = |a: usize, b: usize| product(a, b) - product(a, 0) * product(b, 0) / time;
-    let (s_s, s_mu, mu_mu) = (about_trend(1, 1), about_trend(1, 2), about_trend(2, 2));
+    let mut sums = [0.0; 6];
+    for sample in &samples {
+        let [t, s, m] = std::array::from_fn(|column| sample[column] - means[column]);
+        let products = [t * t, s * t, m * t, s * s, s * m, m * m];
+        for (sum, product) in sums.iter_mut().zip(products) {
+            *sum += product;
+        }
+    }
+    let [t_t, s_t, m_t, s_s, s_m, m_m] = sums;
+    let (s_s, s_mu, mu_mu) = (
+        s_s - s_t * s_t / t_t,
+        s_m - s_t * m_t / t_t,
+        m_m - m_t * m_t / t_t,
+    );
     let slope = s_mu / s_s;
     let r2 = s_mu * s_mu / (s_s * mu_mu);
     r2.is_finite().then_some(Line {

@@ -122,6 +122,7 @@ fn other_files(folder: &Path) -> Option<String> {
     let mut others: Vec<String> = names.filter(|name| !is_known(name)).collect();
     others.sort();
     let (first, rest) = others.split_first()?;
+    let first = escaping::escaped_line(first);
     Some(match rest.len() {
         0 => format!("{first} is no file of a recording: nothing reads it"),
         more => format!("{first} and {more} more are no files of a recording: nothing reads them"),

@@ -169,6 +169,7 @@ pub fn verify_study_files(folder: &Path, findings: &mut StudyFindings) -> Result
                 0 => String::new(),
                 _ => format!("; `analyze` reads the {count} recordings in it, except copies"),
             };
+            let name = escaping::escaped_line(&name);
             let note = format!("{name} is not in {PARTICIPANTS_FILE}{contents}");
             findings.notes.push(note);
         }

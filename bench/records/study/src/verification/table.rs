@@ -2,6 +2,7 @@
 
 use std::fmt::{Display, Write};
 
+use escaping::{escaped, escaped_line};
 use recording::study::TrialBlock;
 use recording::study::event_log::ExitStatus;
 use serde_json::{Value, json};
@@ -20,7 +21,7 @@ pub fn to_text(findings: &StudyFindings) -> String {
         let _ = writeln!(
             text,
             "{}: {}",
-            session.folder.display(),
+            escaped_line(&session.folder.display().to_string()),
             session_words(session)
         );
         for trial in &session.trials {
@@ -37,7 +38,8 @@ pub fn to_text(findings: &StudyFindings) -> String {
     }
     remarks(&mut text, "", &findings.defects, &findings.notes);
     let _ = writeln!(text, "{}", conclusion(findings));
-    text
+    // Names of files are of anybody.
+    escaped(&text).into_owned()
 }
 
 fn remarks(text: &mut String, indent: &str, defects: &[impl Display], notes: &[String]) {

@@ -27,7 +27,7 @@ use config::Effective;
 use devices::acquisition::RecordingCommand;
 use devices::loudspeaker::Tone;
 use devices::{BatchesDropped, Tuning};
-use operator_ui::console::safety_event;
+use operator_ui::console::{STILL_PRESSED, safety_event};
 use protocols::{
     DriveRequest, Observation, OperatorCommand, Phase, SessionAction, SessionEvent,
     SessionEventKind, SessionOutcome, TrialEnd, TrialKey, Verdict,
@@ -194,7 +194,7 @@ impl SessionTask {
                 OperatorRequest::Rearm => {
                     self.wiring.drive.rearm();
                     if self.wiring.drive.is_estop_pressed() {
-                        self.wiring.log(Warning, screen_words::STILL_PRESSED);
+                        self.wiring.log(Warning, STILL_PRESSED);
                     }
                 }
                 OperatorRequest::End => self.wiring.stop.raise(),

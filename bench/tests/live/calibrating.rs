@@ -78,7 +78,7 @@ impl Operator for IdleOperator {
     fn next_input(&mut self) -> anyhow::Result<Option<OperatorInput>> {
         Ok(None)
     }
-    fn broken_off(&mut self, _: &str, _: bool) -> bool {
+    fn broken_off(&mut self, _: &str, _: Option<&str>) -> bool {
         false
     }
     fn failed(&mut self, _: &str) -> bool {

@@ -265,12 +265,11 @@ impl<F: Front> Operator for Guided<F> {
         Ok(None)
     }
 
-    fn broken_off(&mut self, why: &str, too_early: bool) -> bool {
+    fn broken_off(&mut self, why: &str, obstacle: Option<&str>) -> bool {
         if self.broken_off.as_deref() != Some(why) {
             self.log(LogLevel::Error, why.to_owned());
         }
-        self.progress.note =
-            too_early.then(|| "The bench is still stopped: press x to re-arm it first.".to_owned());
+        self.progress.note = obstacle.map(sentence);
         self.broken_off = Some(why.to_owned());
         self.request = Some(Request::GoOn);
         self.show_page();
@@ -292,6 +291,8 @@ impl<F: Front> Operator for Guided<F> {
 
 #[cfg(test)]
 mod tests {
+    use operator_ui::console::STILL_PRESSED;
+
     use super::*;
 
     /// Front end that records the events shown.
@@ -370,9 +371,9 @@ mod tests {
             guided.progress(progress);
         }
         for _ in 0..2 {
-            assert!(guided.broken_off("the e-stop was pressed", false));
-            guided.broken_off("the e-stop was pressed", true);
-            guided.broken_off("the e-stop was pressed", false);
+            assert!(guided.broken_off("the e-stop was pressed", None));
+            guided.broken_off("the e-stop was pressed", Some(STILL_PRESSED));
+            guided.broken_off("the e-stop was pressed", None);
             guided.ask(Some(&Request::Unload));
         }
         guided.failed("no audio");
@@ -385,6 +386,22 @@ mod tests {
             (LogLevel::Error, "no audio"),
         ];
         assert_eq!(logged(&guided)[count..], expected);
+    }
+
+    #[test]
+    fn a_key_that_does_not_end_a_stop_is_answered_on_the_page() {
+        let mut guided = guided();
+        let note = |guided: &Guided<EventRecorder>| match guided.front.0.last() {
+            Some(Event::Calibration(page)) => page.note.clone(),
+            other => panic!("{other:?}"),
+        };
+        guided.broken_off("the e-stop was pressed", None);
+        assert_eq!(note(&guided), None);
+        guided.broken_off("the e-stop was pressed", Some(STILL_PRESSED));
+        let shown = note(&guided).unwrap();
+        assert!(shown.contains("release it, then press x"), "{shown}");
+        guided.broken_off("the e-stop was pressed", None);
+        assert_eq!(note(&guided), None);
     }
 
     #[test]

@@ -358,9 +358,9 @@ pub trait Operator: Send {
     /// If the request cannot be fulfilled; the error gives the remedy.
     fn next_input(&mut self) -> anyhow::Result<Option<OperatorInput>>;
 
-    /// Reports that a step was broken off, and waits for [`Answer::Ready`]; `too_early` repeats the question because the drive
-    /// is not yet armed again. Returns whether an operator is present to continue.
-    fn broken_off(&mut self, why: &str, too_early: bool) -> bool;
+    /// Reports that a step was broken off, and waits for [`Answer::Ready`]; `obstacle` says why the last key did not help.
+    /// Returns whether an operator is present to continue.
+    fn broken_off(&mut self, why: &str, obstacle: Option<&str>) -> bool;
 
     /// Reports that the measurement has failed; returns whether an operator reads the report and will then quit.
     fn failed(&mut self, why: &str) -> bool;

@@ -12,7 +12,7 @@ use devices::field_task::FieldReading;
 use devices::{Boot, DeviceReadings, DriveLedger, Hardware, Life, OpenHardware};
 use jiff::Timestamp;
 use operator_ui::bench_page::HealthMeter;
-use operator_ui::console::DashboardThread;
+use operator_ui::console::{DashboardThread, STILL_PRESSED};
 use safety::{SafetyState, Signals, Trip};
 use signalgen::{BlockHeader, DrivePhase, InputReader, StreamDirection};
 use tasks::{StopFlag, Task};
@@ -137,6 +137,8 @@ const SETTLE_S: f64 = 0.2;
 const HELD_MOST_S: f64 = 300.0;
 /// Time between two readings shown to the operator, s.
 const SHOW_S: f64 = 0.05;
+/// Answer to a step begun again before the bench is re-armed.
+const STILL_STOPPED: &str = "The bench is still stopped: press x to re-arm it first.";
 /// Time without audio that ends the calibration, on the bench's clock.
 const CARD_TIMEOUT: Duration = Duration::from_secs(10);
 
@@ -468,7 +470,7 @@ impl<P: Procedure> RigTask<P> {
     /// Breaks the step off and keeps earlier measurements; returns whether an operator is present to continue.
     fn break_off(&mut self, why: &BrokenOff) -> bool {
         let why = why.to_string();
-        if !self.operator.broken_off(&why, false) {
+        if !self.operator.broken_off(&why, None) {
             return false;
         }
         self.tone = None;
@@ -498,16 +500,18 @@ impl<P: Procedure> RigTask<P> {
             let Step::BrokenOff { why, next_step } = &mut self.step else {
                 return Ok(());
             };
-            let tripped = matches!(safety, SafetyState::Tripped { .. });
+            let is_stopped = matches!(safety, SafetyState::Tripped { .. }) || self.drive.sounds();
+            let pressed = self.drive.is_estop_pressed().then_some(STILL_PRESSED);
             match wish {
                 OperatorInput::Rearm => {
                     self.drive.rearm();
-                    self.operator.broken_off(why, false);
+                    self.operator.broken_off(why, pressed);
                 }
                 OperatorInput::Stop => self.drive.trip(Trip::Operator),
                 OperatorInput::Leave => self.stop.raise(),
-                OperatorInput::Answer(_) if tripped || self.drive.sounds() => {
-                    self.operator.broken_off(why, true);
+                OperatorInput::Answer(_) if is_stopped => {
+                    self.operator
+                        .broken_off(why, Some(pressed.unwrap_or(STILL_STOPPED)));
                 }
                 OperatorInput::Answer(_) => match next_step.take() {
                     Some(next) => self.begin(next)?,

@@ -201,7 +201,7 @@ impl<W: Write + Send> Operator for Unattended<W> {
         Ok(Some(OperatorInput::Answer(Answer::Ready)))
     }
 
-    fn broken_off(&mut self, _: &str, _: bool) -> bool {
+    fn broken_off(&mut self, _: &str, _: Option<&str>) -> bool {
         false
     }
 

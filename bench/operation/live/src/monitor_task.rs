@@ -8,7 +8,7 @@ use crossbeam_channel::{Receiver, Sender};
 use devices::DeviceReadings;
 use devices::drive_control::DriveControl;
 use devices::loudspeaker::Tone;
-use operator_ui::console::{Front, safety_event};
+use operator_ui::console::{Front, STILL_PRESSED, safety_event};
 use protocols::Instruction;
 use recording::pipeline::{Account, Batch};
 use safety::{Hold, SafetyState, Signals, Trip};
@@ -240,7 +240,7 @@ impl MonitorTask {
                     if self.ports.drive.is_estop_pressed() {
                         self.ports.front.show(tui::Event::Log {
                             level: LogLevel::Warning,
-                            text: screen_words::STILL_PRESSED.to_owned(),
+                            text: STILL_PRESSED.to_owned(),
                         });
                     }
                     self.show(PhaseView {

@@ -31,10 +31,6 @@ pub fn phase_kind(phase: Phase) -> PhaseKind {
     }
 }
 
-/// Answer to a re-arming that a pressed e-stop prevents.
-pub const STILL_PRESSED: &str =
-    "not re-armed: the e-stop is still pressed: release it, then press x";
-
 /// Returns the participant's instruction for the dead-man switch.
 pub fn hold(hold: safety::Hold) -> protocols::DeadManAction {
     match hold {

@@ -47,6 +47,9 @@ enum ChannelsStage {
     Measured,
 }
 
+/// Note on a repetition, which the operator asked for at one point.
+const BEGUN_AGAIN: &str = "No level is measured alone, since each depends on those before it: the measurement begins again with the cables.";
+
 /// The procedure of `calibrate channels`.
 pub struct ChannelsProcedure {
     pub(super) setup: ChannelsSetup,
@@ -65,6 +68,8 @@ pub struct ChannelsProcedure {
     pub(super) latencies: Vec<f64>,
     pub(super) rows: Vec<ToneRow>,
     pub(super) warnings: Vec<String>,
+    /// Whether the operator asked at the review for another measurement.
+    is_repeated: bool,
 }
 
 impl ChannelsProcedure {
@@ -84,6 +89,7 @@ impl ChannelsProcedure {
             latencies: Vec::new(),
             rows: Vec::new(),
             warnings: Vec::new(),
+            is_repeated: false,
             setup,
         }
     }
@@ -279,6 +285,7 @@ impl Procedure for ChannelsProcedure {
                     self.latencies.clear();
                     self.rows.clear();
                     self.warnings.clear();
+                    self.is_repeated = true;
                     self.ask(ChannelsStage::Patching, Cabling::AllInputs)
                 }
                 ChannelsStage::Patching => {
@@ -324,12 +331,14 @@ impl Procedure for ChannelsProcedure {
             ),
         };
         let drive = self.ladders.get(usize::from(self.setup.drive()));
+        let is_begun_again = self.is_repeated && self.stage == ChannelsStage::Patching;
         CalibrationProgress {
             step,
             steps: 9,
             doing,
             points: drive.map_or_else(Vec::new, |rungs| ladder::points(rungs)),
             findings: self.warnings.clone(),
+            note: is_begun_again.then(|| BEGUN_AGAIN.to_owned()),
             ..CalibrationProgress::default()
         }
     }

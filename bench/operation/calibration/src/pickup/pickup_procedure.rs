@@ -141,8 +141,9 @@ impl PickupProcedure {
         })))
     }
 
-    /// Returns the reason why a typed amplitude is rejected or queried; `None` if it is accepted.
-    fn refusal(&self, known_m: f64) -> Option<String> {
+    /// Returns the reason why an amplitude typed for a reading of the pickup, in sample units, is rejected or queried; `None` if
+    /// it is accepted.
+    fn refusal(&self, known_m: f64, reading: f64) -> Option<String> {
         let most_m = self.setup.config.calibration.max_amplitude_m;
         if !(known_m > 0.0 && known_m <= most_m) {
             return Some(format!(
@@ -151,13 +152,20 @@ impl PickupProcedure {
                 most_m * 1e6
             ));
         }
-        let surprise = |expected_m: f64| (known_m / expected_m - 1.0).abs() > SURPRISE;
-        let expected_m = self
-            .expected_m()
-            .filter(|expected_m| surprise(*expected_m))?;
-        (self.refused_m != Some(known_m)).then(|| {
+        // The first point has no others beside it, but a pickup calibrated earlier reads it too.
+        let by_other_points = self.expected_m().map(|m| (m, "the other points predict"));
+        let in_force = self.setup.sensitivity_in_force;
+        let by_pickup = in_force.map(|per_unit| {
+            (
+                per_unit * reading,
+                "the pickup's calibration in force reads",
+            )
+        });
+        let (expected_m, source) = by_other_points.or(by_pickup)?;
+        let is_surprise = (known_m / expected_m - 1.0).abs() > SURPRISE;
+        (is_surprise && self.refused_m != Some(known_m)).then(|| {
             format!(
-                "{:.4} µm, but the other points predict {:.4} µm: peak, not RMS or peak to peak? Type it again to confirm.",
+                "{:.4} µm, but {source} {:.4} µm: peak, not RMS or peak to peak? Type it again to confirm.",
                 known_m * 1e6,
                 expected_m * 1e6
             )
@@ -166,14 +174,14 @@ impl PickupProcedure {
 
     /// Handles an amplitude typed while the plate moves.
     fn take_typed(&mut self, known_m: f64, capture: &Capture) -> anyhow::Result<NextStep> {
-        self.note = self.refusal(known_m);
+        // A held tone has already settled.
+        let reading = self.pickup(capture, 0.0)?.norm();
+        self.note = self.refusal(known_m, reading);
         if self.note.is_some() {
             self.refused_m = Some(known_m);
             return self.play();
         }
-        // A held tone has already settled.
-        let reading = self.pickup(capture, 0.0)?;
-        self.keep(reading.norm(), (known_m, TYPED_SIGMA_M), None);
+        self.keep(reading, (known_m, TYPED_SIGMA_M), None);
         self.play()
     }
 
@@ -315,5 +323,71 @@ impl Procedure for PickupProcedure {
             findings: line.iter().flat_map(Self::findings).collect(),
             rejected: false,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use config::{CalibrationFile, Config, Identity, MeasuredPickup, Provenance, Quantity};
+
+    use super::*;
+
+    /// Sensitivity of the pickup calibrated earlier, m per sample unit.
+    const PER_UNIT: f64 = 5e-6;
+
+    fn procedure(calibrated: bool) -> PickupProcedure {
+        let config = Config::parse(config::rigs::MOCK_BENCH, "test").unwrap();
+        let identity = Identity::from_config(&config, String::new(), String::new());
+        let mut calibration = CalibrationFile::new(identity);
+        calibration.pickup = calibrated.then(|| MeasuredPickup {
+            measured: Provenance {
+                date: jiff::Timestamp::UNIX_EPOCH,
+                operator: "A. Tester".to_owned(),
+                method: String::new(),
+            },
+            metres_per_unit: Quantity::new(PER_UNIT, 1e-9, 8, "m"),
+            phase_rad: None,
+            offset: Quantity::new(0.0, 1e-9, 8, "m"),
+            nonlinearity: 1e-4,
+            points: 8,
+            carrier_hz: 35e3,
+        });
+        let setup = PickupSetup::new(
+            &config,
+            &calibration,
+            vec![2.0, 4.0],
+            Known::Typed,
+            None,
+            0.01,
+        );
+        PickupProcedure::new(setup.unwrap())
+    }
+
+    #[test]
+    fn a_first_amplitude_that_the_pickup_in_force_denies_is_queried() {
+        let reading = 0.1;
+        let known_m = PER_UNIT * reading;
+        let mut procedure = procedure(true);
+        assert_eq!(procedure.refusal(known_m, reading), None);
+        // RMS for peak, peak to peak for peak.
+        for slip in [std::f64::consts::FRAC_1_SQRT_2, 2.0] {
+            let why = procedure.refusal(slip * known_m, reading).unwrap();
+            assert!(
+                why.contains("calibration in force reads 0.5000 µm"),
+                "{why}"
+            );
+        }
+        procedure.refused_m = Some(2.0 * known_m);
+        assert_eq!(procedure.refusal(2.0 * known_m, reading), None);
+        // The second point is held against the first, however that compares with the pickup in force.
+        procedure.keep(reading, (2.0 * known_m, TYPED_SIGMA_M), None);
+        assert_eq!(procedure.refusal(4.0 * known_m, 2.0 * reading), None);
+        let why = procedure.refusal(2.0 * known_m, 2.0 * reading).unwrap();
+        assert!(why.contains("other points predict 2.0000 µm"), "{why}");
+    }
+
+    #[test]
+    fn a_first_amplitude_is_taken_if_no_pickup_was_calibrated() {
+        assert_eq!(procedure(false).refusal(0.9e-6, 0.1), None);
     }
 }

@@ -19,6 +19,8 @@ pub struct PickupSetup {
     pub accuracy: f64,
     /// Match of the channels, relative and rad.
     pub channel_match: f64,
+    /// Sensitivity of the pickup in force, measured earlier, metres per sample unit.
+    pub(super) sensitivity_in_force: Option<f64>,
     /// Frequency of each known amplitude, Hz; empty if the amplitudes are measured while the plate moves.
     pub(super) known_at_hz: Vec<f64>,
     pub(super) config: Config,
@@ -105,6 +107,10 @@ impl PickupSetup {
             known,
             accuracy,
             channel_match: calibration.channel_match().unwrap_or(CHANNEL_MATCH),
+            sensitivity_in_force: calibration
+                .pickup
+                .as_ref()
+                .map(|pickup| pickup.metres_per_unit.value),
             known_at_hz,
             config: config.clone(),
         })

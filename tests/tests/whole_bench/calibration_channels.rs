@@ -271,7 +271,7 @@ fn the_round_trip_is_told_and_the_bench_is_put_back() {
 #[test]
 fn a_measured_match_narrows_the_plates_intervals_and_they_hold() {
     let mut hits = [0; 3];
-    let benches = campaign::repeats("FRICTION_BENCH_BENCHES", 4);
+    let benches = campaign::repeats("FRICTION_BENCH_BENCHES", 3);
     for seed in 1..=benches as u64 {
         let scenario = "[jitter]\nenabled = true\n[converter]\ncrosstalk = 1e-6\n";
         let room = Room::new(scenario, seed);

@@ -27,7 +27,7 @@ use tempfile::TempDir;
 use wav_files::WavWarning;
 
 /// Number of kills in every test run; `FRICTION_BENCH_KILLS` asks for more.
-const KILLS: usize = 30;
+const KILLS: usize = 18;
 /// Greatest part of a recording that a kill may lose, s.
 const LOSS_S: f64 = 1.0;
 const MINUTE: Duration = Duration::from_secs(60);

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use statistics::quantile;
 
 /// Number of participants in every test run; `FRICTION_BENCH_PARTICIPANTS` asks for more.
-const PARTICIPANTS: usize = 16;
+const PARTICIPANTS: usize = 10;
 /// Levitation lag of the simulated film at rest, s (`film.lag_s` of the scenario).
 const TAU_S: f64 = 1e-3;
 

@@ -17,6 +17,7 @@ use analysis::recording_analysis::analyse;
 use contact::uncertain::{LogUncertain, Uncertain};
 use num_complex::Complex64;
 use rayon::prelude::*;
+use reference_worlds::campaign;
 use reference_worlds::independent::{Q0_RAD_PER_M, compile, random_world, record};
 use reference_worlds::truth::{Truth, World, parameter};
 
@@ -181,8 +182,8 @@ fn each_single_deviation_from_the_assumptions_is_recovered() {
         world_with("floor", 0.15),
         world_with("lateral_lag_s", 2e-3),
     ];
-    worlds.extend([-10.0, -3.0, 0.0, 3.0, 10.0].map(|hz| world_with("drift_hz", hz)));
-    worlds.extend([100e-6, 150e-6, 220e-6, 400e-6].map(|m2| world_with("contact_area_m2", m2)));
+    worlds.extend([-10.0, 0.0, 10.0].map(|hz| world_with("drift_hz", hz)));
+    worlds.extend([100e-6, 200e-6, 400e-6].map(|m2| world_with("contact_area_m2", m2)));
     worlds.extend([0.5, 2.0].map(|factor| world_with("q0_rad_per_m", factor * Q0_RAD_PER_M)));
     worlds.extend([0.2, 0.5].map(|eta| world_with("loss_factor", eta)));
     worlds.extend([0.5e-3, 2e-3].map(|tau_s| world_with("tau_s", tau_s)));
@@ -212,6 +213,8 @@ fn dynamic_tolerates_a_drifting_plate() {
 
 #[test]
 fn all_deviations_at_once_are_recovered() {
-    let worlds = (1..=16).map(|seed| (format!("seed {seed}"), random_world(seed)));
+    // docs/accuracy.md has the first 16.
+    let count = campaign::repeats("FRICTION_BENCH_DEVIATIONS", 8) as u64;
+    let worlds = (1..=count).map(|seed| (format!("seed {seed}"), random_world(seed)));
     assert_recovered(worlds.collect());
 }

@@ -44,19 +44,12 @@ pub(crate) fn find(
         Quantity::Stated(_) => "normal.ppm",
     };
     let provisional = normal.clock;
-    let is_common = lateral.times == normal.times;
+    let lateral_at = lateral.at_samples_of(normal);
     let forces: Vec<ForceSample> = (0..normal.len())
-        .map(|index| {
-            let time_s = normal.drive_s(index);
-            let lateral = match is_common {
-                true => lateral.values.get(index).copied().unwrap_or(f64::NAN),
-                false => lateral.at(time_s),
-            };
-            ForceSample {
-                time_s,
-                normal: normal.values[index],
-                lateral,
-            }
+        .map(|index| ForceSample {
+            time_s: normal.drive_s(index),
+            normal: normal.values[index],
+            lateral: lateral_at(index),
         })
         .collect();
     let film = Film {

@@ -8,28 +8,17 @@ use recording::{CsvRow, FORCE_FILE, ForceRow, POSITION_FILE, PositionRow};
 
 use crate::readings::Readings;
 use crate::refusal::ImportRefusal;
-use crate::series::Samples;
 
 /// Writes `force.csv` and `position.csv` of the streams that there are.
 pub(crate) fn write(folder: &Path, readings: &Readings) -> Result<(), ImportRefusal> {
     let (normal, lateral) = (readings.normal.as_ref(), readings.lateral.as_ref());
     if let Some(reference) = normal.or(lateral) {
-        let value = |samples: Option<&Samples>, index: usize, time_s: f64| match samples {
-            None => f64::NAN,
-            Some(samples)
-                if samples.times == reference.times && samples.clock == reference.clock =>
-            {
-                samples.values.get(index).copied().unwrap_or(f64::NAN)
-            }
-            Some(samples) => samples.at(time_s),
-        };
-        let rows = (0..reference.len()).map(|index| {
-            let time_s = reference.drive_s(index);
-            ForceRow {
-                time_s,
-                normal_n: value(normal, index, time_s),
-                lateral_n: value(lateral, index, time_s),
-            }
+        let normal_at = normal.map(|normal| normal.at_samples_of(reference));
+        let lateral_at = lateral.map(|lateral| lateral.at_samples_of(reference));
+        let rows = (0..reference.len()).map(|index| ForceRow {
+            time_s: reference.drive_s(index),
+            normal_n: normal_at.as_ref().map_or(f64::NAN, |at| at(index)),
+            lateral_n: lateral_at.as_ref().map_or(f64::NAN, |at| at(index)),
         });
         write_rows(&folder.join(FORCE_FILE), rows)?;
     }

@@ -1,12 +1,14 @@
 //! Forces, position and intervals of a recording: read, tared, placed in time.
 
-use import_map::{ImportMap, Intervals as IntervalSource, LateralTare, NormalTare};
+use import_map::{
+    ArraySource, ImportMap, Intervals as IntervalSource, LateralTare, NormalTare, Rate, TimeBase,
+};
 use recording::manifest::FoundValue;
 
 use crate::intervals::{self, Intervals, Streams};
 use crate::refusal::ImportRefusal;
 use crate::series::{self, Samples, Times};
-use crate::sources::Sources;
+use crate::sources::{Column, Sources};
 use crate::tare::{self, Tare};
 
 /// Force below which a plate counts as unloaded while its tare is found, N.
@@ -41,6 +43,30 @@ pub(crate) struct DriveTime {
     pub duration_s: f64,
 }
 
+/// Returns the columns of two streams that are sampled at the same times by the map and, where it leaves the rate to the file, by
+/// the file; `None` if they are not.
+fn simultaneous(
+    sources: &mut Sources<'_>,
+    (first, first_time): (&ArraySource, &TimeBase),
+    (second, second_time): (&ArraySource, &TimeBase),
+) -> Result<Option<(Column, Column)>, ImportRefusal> {
+    if first_time != second_time || first.file != second.file {
+        return Ok(None);
+    }
+    let (first, second) = (sources.column(first)?, sources.column(second)?);
+    if *first_time == TimeBase::Rate(Rate::File) {
+        // A file may state a rate for each of its channels.
+        let rates_hz = (
+            sources.mean_rate_hz(first_time, &first, "normal")?,
+            sources.mean_rate_hz(second_time, &second, "normal")?,
+        );
+        if rates_hz.0 != rates_hz.1 {
+            return Ok(None);
+        }
+    }
+    Ok(Some((first, second)))
+}
+
 impl Readings {
     /// Returns the streams.
     pub fn streams(&self) -> Streams<'_> {
@@ -69,30 +95,28 @@ impl Readings {
             readings.lateral = Some(from_drive(samples, drive));
         }
         if let (Some(normal), Some(lateral)) = (&map.normal, &map.lateral)
-            && normal.time == lateral.time
-            && normal.source.file == lateral.source.file
+            && let Some((normal, lateral)) = simultaneous(
+                sources,
+                (&normal.source, &normal.time),
+                (&lateral.source, &lateral.time),
+            )?
         {
-            let columns = (
-                sources.column(&normal.source)?,
-                sources.column(&lateral.source)?,
-            );
-            require_same_length(&columns.0, &columns.1)?;
+            require_same_length(&normal, &lateral)?;
         }
         if let (Some(normal), Some(position)) = (&map.normal, &map.position)
-            && normal.time == position.time
-            && normal.source.file == position.source.file
+            && let Some((normal, position)) = simultaneous(
+                sources,
+                (&normal.source, &normal.time),
+                (&position.source, &position.time),
+            )?
         {
             // A position that lasts as long as the forces with another number of values has another rate.
-            let columns = (
-                sources.column(&normal.source)?,
-                sources.column(&position.source)?,
-            );
-            let ratio = columns.0.len() as f64 / columns.1.len() as f64;
+            let ratio = normal.len() as f64 / position.len() as f64;
             if (ratio - 1.0).abs() > SAME_LENGTH {
                 return Err(ImportRefusal::PositionRate {
-                    name: columns.1.name(),
-                    length: columns.1.len(),
-                    force_length: columns.0.len(),
+                    name: position.name(),
+                    length: position.len(),
+                    force_length: normal.len(),
                 });
             }
         }
@@ -331,8 +355,8 @@ fn found_tare(name: &str, tare: Tare, evidence: &str) -> FoundValue {
 
 /// Requires arrays of the same length.
 pub(crate) fn require_same_length(
-    first: &crate::sources::Column,
-    second: &crate::sources::Column,
+    first: &Column,
+    second: &Column,
 ) -> Result<(), ImportRefusal> {
     if first.len() != second.len() {
         return Err(ImportRefusal::Lengths {

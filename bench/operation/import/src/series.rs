@@ -107,6 +107,16 @@ impl Samples {
         self.values[before] + share * (self.values[low] - self.values[before])
     }
 
+    /// Returns the values at the samples of `reference`, by their index: those with the same times as they are, others by
+    /// interpolation.
+    pub fn at_samples_of<'a>(&'a self, reference: &'a Self) -> impl Fn(usize) -> f64 + 'a {
+        let is_common = self.times == reference.times && self.clock == reference.clock;
+        move |index| match is_common {
+            true => self.values.get(index).copied().unwrap_or(f64::NAN),
+            false => self.at(reference.drive_s(index)),
+        }
+    }
+
     /// Returns times on the drive's clock and values at about 1 kHz, as means.
     pub fn coarse(&self) -> (Vec<f64>, Vec<f64>) {
         let count = self.len();

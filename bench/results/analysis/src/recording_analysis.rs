@@ -69,20 +69,37 @@ pub fn analyse_source(
     (analysis, series)
 }
 
+/// Returns the flaws of the recording in `folder` that its streams show before anything is estimated.
+///
+/// # Errors
+/// If the recording cannot be read.
+pub fn flaws(folder: &Path, settings: &Settings) -> Result<Vec<Flaw>, RecordingError> {
+    let checked = checked(&RecordingSource::folder(folder), settings)?;
+    let (Checked::Complete(findings, _) | Checked::Estimable(findings, _)) = checked;
+    Ok(findings.flaws)
+}
+
+/// Recording with streams that were read and checked.
+enum Checked {
+    /// Recording without an estimate: of forces alone, or with numbers that are withheld.
+    Complete(RecordingFindings, RecordingSeries),
+    /// Recording to be estimated, with its measurements.
+    Estimable(RecordingFindings, Measurements),
+}
+
 /// Findings of a recording in the making, with its series.
 struct Work {
     findings: RecordingFindings,
     series: RecordingSeries,
 }
 
-fn findings(
-    source: &RecordingSource<'_>,
-    settings: &Settings,
-) -> Result<(RecordingFindings, RecordingSeries), RecordingError> {
+/// Reads a recording and checks its streams against each other.
+fn checked(source: &RecordingSource<'_>, settings: &Settings) -> Result<Checked, RecordingError> {
     let mut reading = demodulation::read(source, PickupOffset::default())?;
     let (rules, protocol_flaw) = source_rules(source, &reading.manifest, settings);
     if reading.vibration.is_none() {
-        return Ok(forces_alone::findings(source.path(), reading, rules));
+        let (findings, series) = forces_alone::findings(source.path(), reading, rules);
+        return Ok(Checked::Complete(findings, series));
     }
     let is_carrier_missing = reading.is_carrier_missing();
     let mut implausible = consistency::implausible(&reading);
@@ -187,7 +204,7 @@ fn findings(
                 "the carrier is not in the signal",
             );
         }
-        return Ok((findings, RecordingSeries::default()));
+        return Ok(Checked::Complete(findings, RecordingSeries::default()));
     }
 
     findings.z_p = plate.z_p();
@@ -206,10 +223,22 @@ fn findings(
         findings.flaws.extend(plate_flaws);
         findings.flaws.extend(off_resonance.map(Flaw::from));
     }
-    if findings.withhold() {
-        return Ok((findings, RecordingSeries::default()));
-    }
+    Ok(match findings.withhold() {
+        true => Checked::Complete(findings, RecordingSeries::default()),
+        false => Checked::Estimable(findings, record),
+    })
+}
 
+fn findings(
+    source: &RecordingSource<'_>,
+    settings: &Settings,
+) -> Result<(RecordingFindings, RecordingSeries), RecordingError> {
+    let (findings, record) = match checked(source, settings)? {
+        Checked::Complete(findings, series) => return Ok((findings, series)),
+        Checked::Estimable(findings, record) => (findings, record),
+    };
+    let rules = findings.rules;
+    let explorations = explorations(&findings.manifest);
     let mut work = Work {
         findings,
         series: RecordingSeries::default(),

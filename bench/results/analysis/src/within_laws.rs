@@ -28,6 +28,5 @@ pub(crate) fn holding<'a>(
     total: &SharedFit,
     within_laws: Option<&'a SharedFit>,
 ) -> Option<&'a SharedFit> {
-    let holds = |fit: &SharedFit| fit.verdict.is_usable() && fit.misfit.is_empty();
-    within_laws.filter(|fit| holds(fit) && holds(total))
+    within_laws.filter(|fit| fit.holds() && total.holds())
 }

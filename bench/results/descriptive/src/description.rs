@@ -31,14 +31,16 @@ impl Description {
     #[must_use]
     pub fn new(analysed: &Analysis) -> Self {
         let gap_method = gap_method(analysed);
-        let value = |instance| {
-            Quantity::ALL.map(|quantity| Quantity::value(quantity, instance, gap_method))
-        };
         let trials: Vec<Trial<_>> = trial_key::trials(analysed)
             .into_iter()
-            .map(|(key, findings)| Trial {
-                key,
-                instances: findings.instances.iter().map(value).collect(),
+            .map(|(key, findings)| {
+                let value = |instance| {
+                    Quantity::ALL.map(|quantity| quantity.value(findings, instance, gap_method))
+                };
+                Trial {
+                    key,
+                    instances: findings.instances.iter().map(value).collect(),
+                }
             })
             .collect();
         Self {

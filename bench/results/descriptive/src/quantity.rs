@@ -2,6 +2,7 @@
 
 use analysis::Analysis;
 use analysis::estimate::InstanceAnalysis;
+use analysis::findings::RecordingFindings;
 use analysis::method::Method;
 
 /// Described quantity.
@@ -133,16 +134,24 @@ impl Quantity {
         }
     }
 
-    /// Returns its value in an instance, with the gap by `gap_method`; NaN if the instance does not have it.
+    /// Returns its value in an instance of a recording, with the gap by `gap_method`; NaN if the instance does not have it, and for
+    /// the gap by `trial` where its model does not hold.
     #[must_use]
-    pub fn value(self, instance: &InstanceAnalysis, gap_method: Method) -> f64 {
+    pub fn value(
+        self,
+        recording: &RecordingFindings,
+        instance: &InstanceAnalysis,
+        gap_method: Method,
+    ) -> f64 {
         let mu = instance.mu;
         match self {
             Self::MuAtRest => mu.first,
             Self::MuAtCrest => mu.last,
             Self::Fall => (mu.first - mu.last) / mu.first,
             Self::Gap => {
-                let estimate = instance.estimate_by(gap_method);
+                let is_in_doubt = gap_method == Method::Trial
+                    && recording.trial.as_ref().is_some_and(|fit| !fit.holds());
+                let estimate = instance.estimate_by(gap_method).filter(|_| !is_in_doubt);
                 estimate.map_or(f64::NAN, |estimate| estimate.estimate.gap_at_crest_m)
             }
             Self::Force => instance.normal_n,

@@ -73,7 +73,7 @@ impl Description {
     #[must_use]
     pub fn legend(&self) -> Vec<String> {
         let gap = match self.gap_method {
-            Method::Trial => "by trial, where its fit can be used",
+            Method::Trial => "by trial, where its fit can be used and its model holds",
             method => {
                 debug_assert_eq!(method, Method::Dynamic);
                 "by dynamic"

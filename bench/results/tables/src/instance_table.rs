@@ -44,12 +44,12 @@ fn measured_columns(columns: &mut Columns<'_, InstanceRow<'_>>, gap_method: Meth
             columns.real(
                 name,
                 unit,
-                "levitation gap by the row's method, mean of the instance's last 5 ms; NaN without a usable estimate, and if no skin has its σ_t",
-                |row| quantity.value(row.instance, row.method),
+                "levitation gap by the row's method, mean of the instance's last 5 ms; NaN without a usable estimate, where the model of `trial` does not hold, and if no skin has its σ_t",
+                |row| quantity.value(row.findings(), row.instance, row.method),
             );
         } else {
             columns.real(name, unit, quantity.meaning(), |row| {
-                quantity.value(row.instance, gap_method)
+                quantity.value(row.findings(), row.instance, gap_method)
             });
         }
     }

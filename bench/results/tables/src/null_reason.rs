@@ -36,6 +36,10 @@ pub(crate) fn of_instance(row: &InstanceRow<'_>) -> Vec<String> {
         estimate,
         "sigma_t_m, gap_at_crest_m, delta_gap_m, delta_squeeze_n",
     ));
+    if estimate.sigma_t().is_ok() {
+        let doubt = doubt(row).map(|doubt| format!("gap_at_crest_m: {doubt}"));
+        reasons.extend(doubt);
+    }
     reasons.extend(average(estimate, "averaged_sigma_t_m"));
     if estimate.spearman_mu.is_none() {
         reasons
@@ -105,10 +109,17 @@ pub(crate) fn of_group(
         None => without_estimate(&row),
         Some(estimate) => match estimate.sigma_t() {
             Err(error) => error.to_string(),
-            Ok(_) => "no gap explains the impedance at the crest".to_owned(),
+            Ok(_) => doubt(&row)
+                .unwrap_or_else(|| "no gap explains the impedance at the crest".to_owned()),
         },
     });
     vec![format!("gap_at_crest_m: {}", counted(reasons))]
+}
+
+/// Returns the sign that the model of a row by `trial` does not hold.
+fn doubt(row: &InstanceRow<'_>) -> Option<String> {
+    let sign = row.trial()?.misfit.first()?;
+    Some(format!("the model does not hold: {sign}"))
 }
 
 fn sigma_t(estimate: &InstanceEstimate, columns: &str) -> Option<String> {

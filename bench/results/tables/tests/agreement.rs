@@ -16,6 +16,7 @@ use analysis::{
 use attempts::Attempts;
 use ciborium::Value as Cbor;
 use descriptive::Description;
+use estimation::trial::Misfit;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use report::recording_results::Recording;
@@ -188,6 +189,35 @@ fn rough((analysed, series): &(Analysis, KeptSeries)) -> Analysis {
         });
     }
     analysis::complete(recordings, &analysed.settings, series).unwrap()
+}
+
+#[test]
+fn a_gap_by_a_model_that_does_not_hold_is_withheld_where_it_is_described() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut analysed, series) = unknown_skin();
+    let rows = |name: &str| csv_rows(&folder.path().join(format!("{name}.csv")));
+    write_from((&analysed, &series), folder.path());
+    let sound = rows("instances");
+    assert!(!sound.is_empty() && sound.iter().all(|row| !row["gap_at_crest_m"].is_empty()));
+    let findings = analysed.recordings[0].findings.as_mut().unwrap();
+    let sign = Misfit::Friction { rms_mu: 0.05 };
+    findings.trial.as_mut().unwrap().misfit.push(sign);
+    write_from((&analysed, &series), folder.path());
+    for table in ["instances", "trials", "participants"] {
+        for row in rows(table) {
+            assert_eq!(row["gap_at_crest_m"], "", "{table}: {row:?}");
+            assert!(!row["mu_at_crest"].is_empty(), "{table}: {row:?}");
+            let reason = &row["null_because"];
+            assert!(
+                reason.contains("the model does not hold"),
+                "{table}: {row:?}"
+            );
+        }
+    }
+    for row in rows("estimates") {
+        let is_trial = row["method"] == "trial";
+        assert_eq!(row["gap_at_crest_m"].is_empty(), is_trial, "{row:?}");
+    }
 }
 
 #[test]

@@ -32,3 +32,11 @@ pub struct SharedFit {
     /// Lag of the lateral force, s; `None` if the measured friction could not be fitted.
     pub lateral_lag_s: Option<Uncertain>,
 }
+
+impl SharedFit {
+    /// Whether the fit can be used and shows no sign that the model does not hold.
+    #[must_use]
+    pub fn holds(&self) -> bool {
+        self.verdict.is_usable() && self.misfit.is_empty()
+    }
+}

@@ -15,7 +15,9 @@ use self::warning_lines::print_warnings;
 use crate::analyze_options::columns;
 use crate::cli::Analyze;
 use crate::dates;
-use crate::outcome::{progress_bar, require_writable, write_lines, write_text};
+use crate::outcome::{
+    ResultFile, progress_bar, require_apart, require_writable, write_lines, write_text,
+};
 use crate::verbosity::Verbosity;
 use analysis_parts::read_parts;
 use escaping::{escaped, escaped_line};
@@ -35,8 +37,16 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     if let Some(folder) = &options.out {
         return part_writing::run(options, folder, verbosity);
     }
-    for path in [&options.json, &options.report].into_iter().flatten() {
-        require_writable(path)?;
+    let files = [
+        (&options.json, ResultFile::Json),
+        (&options.report, ResultFile::Page),
+    ];
+    for (path, kind) in files {
+        path.iter()
+            .try_for_each(|path| require_writable(path, kind))?;
+    }
+    for folder in [&options.tables, &options.figures].into_iter().flatten() {
+        require_apart(folder)?;
     }
     let study = match &options.from {
         Some(folder) => from_parts(options, folder)?,

@@ -1,13 +1,15 @@
 //! Progress and output of commands that process many recordings.
 
 use std::fs;
-use std::io::{self, BufWriter, IsTerminal, Write};
+use std::io::{self, BufWriter, IsTerminal, Read, Write};
 use std::path::Path;
 
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use recording::MANIFEST_FILE;
 use recording::disk;
 use recording::storage::FileSystem;
+use recording::study::{DESCRIPTION_FILE, EVENTS_FILE};
 
 use crate::verbosity::Verbosity;
 
@@ -29,11 +31,60 @@ pub(crate) fn progress_bar(recordings: u64, verbosity: Verbosity) -> ProgressBar
     bar
 }
 
-/// Fails at once if [`write_text`] could not write after a long computation.
+/// Kind of a file of results.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ResultFile {
+    /// Results or findings.
+    Json,
+    /// Report.
+    Page,
+}
+
+impl ResultFile {
+    /// Returns whether a file begins as an earlier result of this kind does.
+    fn is_earlier(self, path: &Path) -> bool {
+        let mut begin = Vec::new();
+        let read = fs::File::open(path).and_then(|file| file.take(256).read_to_end(&mut begin));
+        let text = String::from_utf8_lossy(&begin);
+        let is_result = match self {
+            Self::Json => text.starts_with('{') && text.contains("\"format\":"),
+            Self::Page => text.starts_with("<!DOCTYPE html"),
+        };
+        read.is_ok() && (is_result || begin.is_empty())
+    }
+}
+
+/// Returns what `folder` is to a study, if it has files that results must not replace.
+fn recorded_folder(folder: &Path) -> Option<&'static str> {
+    let kinds = [
+        (MANIFEST_FILE, "a recording"),
+        (EVENTS_FILE, "a session"),
+        (DESCRIPTION_FILE, "a study"),
+    ];
+    let kind = kinds.iter().find(|(file, _)| folder.join(file).exists());
+    kind.map(|(_, kind)| *kind)
+}
+
+/// Requires that a folder of results is not one of recordings, whose files results would replace or join.
 ///
 /// # Errors
-/// `path` is a folder, or lies in one that does not exist or that this user cannot write into.
-pub(crate) fn require_writable(path: &Path) -> anyhow::Result<()> {
+/// `folder` is a recording, a session or a study.
+pub(crate) fn require_apart(folder: &Path) -> anyhow::Result<()> {
+    match recorded_folder(folder) {
+        Some(kind) => anyhow::bail!(
+            "cannot write results into {}: it is {kind}; name another folder",
+            folder.display()
+        ),
+        None => Ok(()),
+    }
+}
+
+/// Fails at once if [`write_text`] could not write after a long computation, or would replace what is no earlier result.
+///
+/// # Errors
+/// `path` is a folder, or lies in one that does not exist or that this user cannot write into; or it is a file of a recording, a
+/// session or a study, or another file that is not an earlier result.
+pub(crate) fn require_writable(path: &Path, kind: ResultFile) -> anyhow::Result<()> {
     if path == Path::new("-") {
         return Ok(());
     }
@@ -46,6 +97,20 @@ pub(crate) fn require_writable(path: &Path) -> anyhow::Result<()> {
     if is_stream(path) {
         return Ok(());
     }
+    let folder = folder_of(path);
+    if let Some(kind @ ("a recording" | "a session")) = recorded_folder(folder) {
+        anyhow::bail!(
+            "cannot write {}: {} is {kind}, whose files results must not change; name a file elsewhere",
+            path.display(),
+            folder.display()
+        );
+    }
+    if path.exists() && !kind.is_earlier(path) {
+        anyhow::bail!(
+            "cannot write {}: it is there already and is no earlier result; name another file, or remove it",
+            path.display()
+        );
+    }
     probe_folder(path).with_context(|| {
         format!(
             "cannot write {}: name a file in a folder of yours",
@@ -56,12 +121,16 @@ pub(crate) fn require_writable(path: &Path) -> anyhow::Result<()> {
 
 /// Tests whether a file could be created in the folder of `path`.
 pub(crate) fn probe_folder(path: &Path) -> io::Result<()> {
-    let folder = match path.parent() {
+    let probe = folder_of(path).join(format!(".friction-bench-{}", std::process::id()));
+    fs::File::create_new(&probe).and_then(|_| fs::remove_file(&probe))
+}
+
+/// Returns the folder of `path`.
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
         Some(folder) if folder != Path::new("") => folder,
         _ => Path::new("."),
-    };
-    let probe = folder.join(format!(".friction-bench-{}", std::process::id()));
-    fs::File::create_new(&probe).and_then(|_| fs::remove_file(&probe))
+    }
 }
 
 /// Returns whether `path` is a device or a pipe, which a file must not replace.
@@ -161,7 +230,7 @@ mod tests {
     fn a_pipe_is_written_into_and_not_replaced() {
         let (mut reader, writer) = io::pipe().unwrap();
         let path = Path::new("/proc/self/fd").join(writer.as_raw_fd().to_string());
-        require_writable(&path).unwrap();
+        require_writable(&path, ResultFile::Json).unwrap();
         write_text(&path, "results").unwrap();
         drop(writer);
         let mut read = String::new();
@@ -185,12 +254,49 @@ mod tests {
     fn a_file_is_replaced_and_a_folder_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("results.json");
-        for text in ["old", "new"] {
-            require_writable(&path).unwrap();
+        for text in ["{ \"format\": 1 }", "{ \"format\": 2 }"] {
+            require_writable(&path, ResultFile::Json).unwrap();
             write_text(&path, text).unwrap();
             assert_eq!(fs::read_to_string(&path).unwrap(), text);
         }
-        assert!(require_writable(folder.path()).is_err());
-        assert!(require_writable(&folder.path().join("no/such")).is_err());
+        for kind in [ResultFile::Json, ResultFile::Page] {
+            assert!(require_writable(folder.path(), kind).is_err());
+            assert!(require_writable(&folder.path().join("no/such"), kind).is_err());
+        }
+    }
+
+    #[test]
+    fn recorded_data_and_files_of_others_are_never_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(&path, text).unwrap();
+            path
+        };
+        let page = write("page.html", "<!DOCTYPE html><html>");
+        let empty = write("empty", "");
+        let study = write("study/dataset_description.json", "{ \"Name\": \"study\" }");
+        let people = write("study/participants.tsv", "participant_id\n");
+        let log = write("study/sub-01/ses-01/events.jsonl", "{}\n");
+        let manifest = write(
+            "study/sub-01/ses-01/trial-001/recording.toml",
+            "format = 1\n",
+        );
+        let beside = manifest.with_file_name("results.json");
+        for kind in [ResultFile::Json, ResultFile::Page] {
+            for path in [&study, &people, &log, &manifest, &beside] {
+                let error = require_writable(path, kind).unwrap_err().to_string();
+                assert!(error.contains("name a"), "{error}");
+            }
+            require_writable(&empty, kind).unwrap();
+            require_writable(&study.with_file_name("results"), kind).unwrap();
+        }
+        assert!(require_writable(&page, ResultFile::Json).is_err());
+        require_writable(&page, ResultFile::Page).unwrap();
+        for file in [&study, &log, &manifest] {
+            assert!(require_apart(file.parent().unwrap()).is_err());
+        }
+        require_apart(folder.path()).unwrap();
     }
 }

@@ -8,7 +8,7 @@ use recording::study::DESCRIPTION_FILE;
 use study::verification::{SessionDefect, StudyDefect, StudyFindings};
 
 use crate::cli::Verify;
-use crate::outcome::{progress_bar, write_text};
+use crate::outcome::{ResultFile, progress_bar, require_writable, write_text};
 use crate::verbosity::Verbosity;
 
 /// The session's copy of the calibration.
@@ -19,6 +19,9 @@ const CALIBRATION_COPY: &str = "calibration.toml";
 /// # Errors
 /// There is nothing to verify, a folder cannot be listed, or the findings cannot be written.
 pub fn run(options: &Verify, verbosity: Verbosity) -> anyhow::Result<bool> {
+    if let Some(path) = &options.json {
+        require_writable(path, ResultFile::Json)?;
+    }
     let findings = findings(&options.study, verbosity)?;
     match &options.json {
         Some(path) => write_text(path, &study::verification::to_json(&findings)?)?,

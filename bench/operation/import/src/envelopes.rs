@@ -1,6 +1,6 @@
 //! Recordings with complex envelopes of drive and pickup, as a lock-in amplifier keeps them.
 
-use std::f64::consts::{SQRT_2, TAU};
+use std::f64::consts::{PI, SQRT_2, TAU};
 use std::path::Path;
 
 use envelope_files::{EnvelopeRow, EnvelopeWriter};
@@ -17,6 +17,7 @@ use crate::constants::StatedPickup;
 use crate::converted::Converted;
 use crate::data_files;
 use crate::description::Description;
+use crate::explained;
 use crate::figure::{self, Evidence};
 use crate::plate;
 use crate::readings::{DriveTime, Readings};
@@ -111,7 +112,9 @@ pub(crate) fn convert(
         write_rows(folder, &channels, envelopes.volts_per_unit, pickup)?;
         describe.write(folder, streams(&recorded_plate), &readings.intervals, &[])
     };
-    let clock = search.run((&mut stated, &mut readings), &write, &mut found, &mut notes)?;
+    let clock = search
+        .run((&mut stated, &mut readings), &write, &mut found, &mut notes)
+        .map_err(|error| explained::refusal(error, folder))?;
     found.append(&mut readings.found);
     notes.append(&mut readings.notes);
     write_rows(folder, &channels, envelopes.volts_per_unit, stated)?;
@@ -131,6 +134,10 @@ pub(crate) fn convert(
         readings: &readings,
         clock: clock.as_ref(),
         found: &found,
+    });
+    notes.extend(match &clock {
+        Some(_) => explained::remarks(folder),
+        None => explained::require_times(folder)?,
     });
     figure::write(folder, svg)?;
     Ok(Converted {
@@ -243,9 +250,8 @@ fn read_complex(
             imaginary,
         } => [(real(re)?, re), (real(imaginary)?, imaginary)],
         ComplexArrays::Polar {
-            amplitude,
-            phase_rad,
-        } => [(real(amplitude)?, amplitude), (real(phase_rad)?, phase_rad)],
+            amplitude, phase, ..
+        } => [(real(amplitude)?, amplitude), (real(phase)?, phase)],
     };
     let [(first, first_name), (second, second_name)] = pairs;
     if first.len() != second.len() {
@@ -256,15 +262,34 @@ fn read_complex(
             second_length: second.len() as u64,
         });
     }
-    let is_polar = matches!(arrays, ComplexArrays::Polar { .. });
-    let value = |(a, b)| {
-        if is_polar {
-            Complex64::from_polar(a, b)
-        } else {
-            Complex64::new(a, b)
-        }
+    let rad_per_unit = match arrays {
+        ComplexArrays::Polar { rad_per_unit, .. } => Some(*rad_per_unit),
+        ComplexArrays::Complex(_) | ComplexArrays::Parts { .. } => None,
+    };
+    if rad_per_unit == Some(1.0)
+        && let Some(greatest) = degrees(&second)
+    {
+        return Err(ImportRefusal::Degrees {
+            name: second_name.clone(),
+            greatest,
+        });
+    }
+    let value = |(a, b)| match rad_per_unit {
+        Some(rad_per_unit) => Complex64::from_polar(a, b * rad_per_unit),
+        None => Complex64::new(a, b),
     };
     Ok(first.into_iter().zip(second).map(value).collect())
+}
+
+/// Returns the greatest size of a phase that is in degrees. Radians are within a turn, or go on beyond it, and then by less than
+/// half a turn from sample to sample.
+fn degrees(phases: &[f64]) -> Option<f64> {
+    let greatest = phases
+        .iter()
+        .fold(0.0_f64, |most, phase| most.max(phase.abs()));
+    let mut steps = phases.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    let has_jump = steps.any(|step| step > 1.01 * PI);
+    (greatest > TAU && has_jump).then_some(greatest)
 }
 
 fn require_few(length: u64, name: String) -> Result<(), ImportRefusal> {
@@ -548,6 +573,18 @@ mod tests {
         let reach_hz = reach_hz(&rounded, filter);
         assert!((200.0..NEEDED_HZ).contains(&reach_hz), "{reach_hz}");
         assert!(undo(&mut rounded, filter, 6.0).is_err());
+    }
+
+    #[test]
+    fn a_phase_in_degrees_is_told_from_one_in_radians() {
+        let phase = |n: i32| 0.4 * (f64::from(n) * 0.01).sin() + 2.9;
+        let wrapped = |phase: f64| Complex64::cis(phase).arg();
+        let radians: Vec<f64> = (0..3000).map(|n| wrapped(phase(n))).collect();
+        assert_eq!(degrees(&radians), None);
+        let unwrapped: Vec<f64> = (0..3000).map(|n| f64::from(n) * 0.05).collect();
+        assert_eq!(degrees(&unwrapped), None);
+        let in_degrees: Vec<f64> = radians.iter().map(|phase| phase.to_degrees()).collect();
+        assert!(degrees(&in_degrees).is_some_and(|greatest| (170.0..180.0).contains(&greatest)));
     }
 
     #[test]

@@ -4,9 +4,6 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use analysis::Settings;
-use analysis::flaw::Flaw;
-use analysis::recording_analysis;
 use import_map::{Drive, Electrical, ImportMap};
 use num_complex::Complex64;
 use recording::manifest::Streams;
@@ -16,6 +13,7 @@ use crate::alignment;
 use crate::converted::Converted;
 use crate::data_files;
 use crate::description::Description;
+use crate::explained;
 use crate::figure::{self, Evidence};
 use crate::readings::{DriveTime, Readings};
 use crate::refusal::ImportRefusal;
@@ -61,35 +59,12 @@ pub(crate) fn convert(
         found: &found,
     });
     figure::write(folder, svg)?;
-    notes.extend(implausible(folder));
+    notes.extend(explained::remarks(folder));
     Ok(Converted {
         found,
         notes,
         ppm: None,
     })
-}
-
-/// Returns the flaws of the readings that the analysis of the recording will name.
-fn implausible(folder: &Path) -> Vec<String> {
-    let analysis = recording_analysis::analyse(folder, &Settings::default());
-    let flaws = analysis
-        .findings
-        .map_or_else(|_| Vec::new(), |findings| findings.flaws);
-    let is_told = |flaw: &&Flaw| {
-        matches!(
-            flaw,
-            Flaw::Implausible(_)
-                | Flaw::ZeroTail { .. }
-                | Flaw::HeldTail { .. }
-                | Flaw::ElsewhereInTime { .. }
-                | Flaw::Sparse { .. }
-        )
-    };
-    flaws
-        .iter()
-        .filter(is_told)
-        .map(ToString::to_string)
-        .collect()
 }
 
 /// Writes `stimulus.csv`: the amplitude of a drive with a carrier, or the drive itself; returns the time of its first sample, s.

@@ -11,6 +11,7 @@ mod data_files;
 mod derivative;
 mod description;
 mod envelopes;
+mod explained;
 mod figure;
 mod files;
 mod forces_alone;

@@ -5,6 +5,7 @@ use import_map::{
 };
 use recording::manifest::FoundValue;
 
+use crate::explained;
 use crate::intervals::{self, Intervals, Streams};
 use crate::refusal::ImportRefusal;
 use crate::series::{self, Samples, Times};
@@ -204,10 +205,7 @@ impl Readings {
                         };
                     }
                     if total.error.is_nan() {
-                        return Err(ImportRefusal::NotFound {
-                            key: "normal.tare",
-                            reason: "no stretch is without contact by the rule or the marks of [intervals]".to_owned(),
-                        });
+                        return Err(explained::untared("normal.tare", self.normal.as_ref()));
                     }
                     self.found.push(found_tare(
                         "normal.tare",
@@ -354,10 +352,7 @@ fn found_tare(name: &str, tare: Tare, evidence: &str) -> FoundValue {
 }
 
 /// Requires arrays of the same length.
-pub(crate) fn require_same_length(
-    first: &Column,
-    second: &Column,
-) -> Result<(), ImportRefusal> {
+pub(crate) fn require_same_length(first: &Column, second: &Column) -> Result<(), ImportRefusal> {
     if first.len() != second.len() {
         return Err(ImportRefusal::Lengths {
             first: first.name(),

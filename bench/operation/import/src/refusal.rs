@@ -245,6 +245,35 @@ pub enum ImportRefusal {
         /// Reason.
         reason: String,
     },
+    /// A value cannot be found, and the recording as the map has it shows why.
+    #[error("{key} cannot be found: {reason}; correct first: {flaws}")]
+    Misread {
+        /// Key.
+        key: &'static str,
+        /// Reason.
+        reason: String,
+        /// Flaws of the recording.
+        flaws: String,
+    },
+    /// The forces come at other times than the map states.
+    #[error(
+        "{flaw} (in the map: correct rate_hz or time and offset_s of [normal], or write clock = \"own\", offset_s = \"found\" and \
+         ppm = \"found\" there)"
+    )]
+    ForceTimes {
+        /// Flaw, with its size.
+        flaw: String,
+    },
+    /// A phase in radians is in degrees.
+    #[error(
+        "{name} reaches {greatest:.0} and jumps, as a phase in degrees does: write phase_deg in place of phase_rad"
+    )]
+    Degrees {
+        /// Array of the phase.
+        name: String,
+        /// Its greatest size.
+        greatest: f64,
+    },
     /// Two participants have the same bytes.
     #[error(
         "it has the same bytes as {twin}, which is of another participant: one of the two is a copy under a wrong name"
@@ -255,7 +284,7 @@ pub enum ImportRefusal {
     },
     /// A recording that did not come from this map is in the way.
     #[error(
-        "{recording} is there already and did not come from this map: use another study, session or trial"
+        "{recording} is there already and did not come from this map: use another study, or state another session or trial in [place]"
     )]
     Occupied {
         /// Recording.

@@ -18,6 +18,7 @@ use crate::converted::Converted;
 use crate::data_files;
 use crate::derivative::Integrator;
 use crate::description::Description;
+use crate::explained;
 use crate::figure::{self, Evidence};
 use crate::plate;
 use crate::readings::{DriveTime, Readings, require_same_length};
@@ -129,7 +130,9 @@ pub(crate) fn convert(
     };
     let write =
         |pickup, readings: &Readings| state.describe(folder, pickup, readings, describe, &[]);
-    let clock = search.run((&mut stated, &mut readings), &write, &mut found, &mut notes)?;
+    let clock = search
+        .run((&mut stated, &mut readings), &write, &mut found, &mut notes)
+        .map_err(|error| explained::refusal(error, folder))?;
     if let (Some(_), Some(baseline)) = (&clock, &baseline) {
         // The intervals were found anew on the forces' clock.
         baseline.add_interval(&signals, &mut readings);
@@ -152,6 +155,10 @@ pub(crate) fn convert(
         readings: &readings,
         clock: clock.as_ref(),
         found: &found,
+    });
+    notes.extend(match &clock {
+        Some(_) => explained::remarks(folder),
+        None => explained::require_times(folder)?,
     });
     figure::write(folder, svg)?;
     Ok(Converted {

@@ -30,6 +30,15 @@ impl Check<'_> {
                 return None;
             }
         };
+        for (name, _) in raw.place.texts() {
+            if pattern.groups().any(|group| group == name) {
+                self.wrong(
+                    &format!("place.{name}"),
+                    format!("is stated, and `files` captures {name} too: leave one of them out"),
+                );
+            }
+        }
+        let pattern = pattern.with_place(raw.place.texts());
         let groups: BTreeSet<String> = pattern.groups().map(str::to_owned).collect();
         let used: BTreeSet<String> = stream_files
             .iter()

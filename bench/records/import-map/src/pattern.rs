@@ -14,6 +14,8 @@ pub type Captures = BTreeMap<String, String>;
 #[derive(Debug, Clone)]
 pub struct FilePattern {
     regex: Regex,
+    /// Text of groups that the map states for all files.
+    place: Captures,
 }
 
 impl FilePattern {
@@ -31,7 +33,10 @@ impl FilePattern {
                 reason.trim_start_matches("error: ")
             )
         })?;
-        Ok(Self { regex })
+        Ok(Self {
+            regex,
+            place: Captures::new(),
+        })
     }
 
     /// Makes the pattern of a name with placeholders: `{participant}` stands for any text without `/`, and for digits in the
@@ -60,9 +65,18 @@ impl FilePattern {
         Self::parse(&text)
     }
 
+    /// Adds groups with the same text for all files.
+    #[must_use]
+    pub fn with_place(mut self, texts: impl Iterator<Item = (&'static str, String)>) -> Self {
+        let texts = texts.map(|(name, text)| (name.to_owned(), text));
+        self.place.extend(texts);
+        self
+    }
+
     /// Returns the names of the groups.
     pub fn groups(&self) -> impl Iterator<Item = &str> {
-        self.regex.capture_names().flatten()
+        let stated = self.place.keys().map(String::as_str);
+        self.regex.capture_names().flatten().chain(stated)
     }
 
     /// Returns the text captured from a path; `None` if the pattern does not match the whole path.
@@ -74,7 +88,7 @@ impl FilePattern {
             let text = captures.name(name)?.as_str();
             Some((name.to_owned(), text.to_owned()))
         });
-        Some(captured.collect())
+        Some(captured.chain(self.place.clone()).collect())
     }
 }
 

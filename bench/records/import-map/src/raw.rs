@@ -13,6 +13,8 @@ use crate::value::{
 pub(crate) struct RawMap {
     pub format: u32,
     pub files: Option<String>,
+    #[serde(default)]
+    pub place: RawPlace,
     pub carrier: Option<RawCarrier>,
     pub modulation: Option<RawModulation>,
     pub drive: Option<RawDrive>,
@@ -27,6 +29,34 @@ pub(crate) struct RawMap {
     pub baseline: Option<RawBaseline>,
     pub intervals: Option<RawIntervals>,
     pub participants: Option<RawParticipants>,
+}
+
+/// Place of all recordings, as far as their names do not state it.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RawPlace {
+    pub participant: Option<String>,
+    pub session: Option<u32>,
+    pub trial: Option<u32>,
+    pub attempt: Option<u32>,
+    pub condition: Option<String>,
+}
+
+impl RawPlace {
+    /// Returns what is stated, by the names of the pattern's groups.
+    pub fn texts(&self) -> impl Iterator<Item = (&'static str, String)> {
+        let number = |number: Option<u32>| number.map(|number| number.to_string());
+        let texts = [
+            ("participant", self.participant.clone()),
+            ("session", number(self.session)),
+            ("trial", number(self.trial)),
+            ("attempt", number(self.attempt)),
+            ("condition", self.condition.clone()),
+        ];
+        texts
+            .into_iter()
+            .filter_map(|(name, text)| Some((name, text?)))
+    }
 }
 
 #[derive(Debug, Clone, Deserialize)]

@@ -353,7 +353,7 @@ impl Check<'_> {
         };
         let modulation = self.modulation(raw.modulation.as_ref());
         let file = self.template("envelopes.file", table.file.as_deref());
-        let arrays = "write [\"X\", \"Y\"], the name of a complex array, or { amplitude = \"R\", phase_rad = \"theta\" }";
+        let arrays = "write [\"X\", \"Y\"], the name of a complex array, or { amplitude = \"R\", phase_rad = \"theta\" } (phase_deg for degrees)";
         let drive = self.require("envelopes", "drive", table.drive.clone(), arrays);
         let pickup = self.require("envelopes", "pickup", table.pickup.clone(), arrays);
         let time = RawTime {

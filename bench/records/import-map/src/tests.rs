@@ -1,8 +1,8 @@
 //! Maps as people write them.
 
 use crate::{
-    Carrier, Electrical, ImportMap, Intervals, LateralTare, MapErrors, NormalTare, PickupScale,
-    PlateConstants, Quantity, Rate, Tier, TimeBase, Travel,
+    Carrier, ComplexArrays, Electrical, ImportMap, Intervals, LateralTare, MapErrors, NormalTare,
+    PickupScale, PlateConstants, Quantity, Rate, Tier, TimeBase, Travel,
 };
 
 const SIGNALS: &str = r#"
@@ -125,6 +125,25 @@ fn files_follow_the_streams_where_no_pattern_is_stated() {
 }
 
 #[test]
+fn a_place_holds_for_all_files_unless_their_names_state_it() {
+    let stated = SIGNALS.replacen(
+        "[carrier]",
+        "[place]\nsession = 2\ncondition = \"wet\"\n[carrier]",
+        1,
+    );
+    let map = parse(&stated).unwrap();
+    let captures = map.pattern.captures("S7_T3.mat").unwrap();
+    assert_eq!(
+        (&*captures["session"], &*captures["condition"]),
+        ("2", "wet")
+    );
+    assert_eq!(&*captures["trial"], "3");
+    let twice = stated.replace("session = 2", "trial = 2");
+    let errors = parse(&twice).unwrap_err().to_string();
+    assert!(errors.contains("place.trial"), "{errors}");
+}
+
+#[test]
 fn envelopes_are_read_in_every_form() {
     let text = r#"
         format = 1
@@ -150,6 +169,15 @@ fn envelopes_are_read_in_every_form() {
     assert!(errors("rms = true", "").contains("[envelopes]: `rms` is missing"));
     assert!(errors("order = 4", "order = 40").contains("low_pass.order"));
     assert!(errors("theta\" }", "theta\", x = \"y\" }").contains("unknown key"));
+    assert!(errors("theta\" }", "theta\", phase_deg = \"y\" }").contains("phase_deg"));
+    let map = parse(&text.replace("phase_rad", "phase_deg")).unwrap();
+    let Electrical::Envelopes { envelopes, .. } = map.electrical else {
+        panic!("{map:?}");
+    };
+    let ComplexArrays::Polar { rad_per_unit, .. } = envelopes.pickup else {
+        panic!("{envelopes:?}");
+    };
+    assert!((rad_per_unit - 1f64.to_radians()).abs() < 1e-15);
 }
 
 #[test]

@@ -164,7 +164,7 @@ impl<'de> Deserialize<'de> for ArrayName {
 }
 
 /// Complex values: one complex array, real and imaginary part, or amplitude and phase.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum ComplexArrays {
     /// One complex array.
     Complex(String),
@@ -179,8 +179,10 @@ pub enum ComplexArrays {
     Polar {
         /// Array of the amplitude.
         amplitude: String,
-        /// Array of the phase, rad.
-        phase_rad: String,
+        /// Array of the phase.
+        phase: String,
+        /// Unit of the phase, rad.
+        rad_per_unit: f64,
     },
 }
 
@@ -193,7 +195,7 @@ impl<'de> Deserialize<'de> for ComplexArrays {
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str(
-                    "[\"real\", \"imaginary\"], the name of a complex array, or { amplitude = \"R\", phase_rad = \"theta\" }",
+                    "[\"real\", \"imaginary\"], the name of a complex array, or { amplitude = \"R\", phase_rad = \"theta\" } (phase_deg for degrees)",
                 )
             }
 
@@ -213,19 +215,28 @@ impl<'de> Deserialize<'de> for ComplexArrays {
             }
 
             fn visit_map<A: MapAccess<'de>>(self, mut table: A) -> Result<Self::Value, A::Error> {
-                const KEYS: &[&str] = &["amplitude", "phase_rad"];
-                let (mut amplitude, mut phase_rad) = (None, None);
+                const KEYS: &[&str] = &["amplitude", "phase_rad", "phase_deg"];
+                let (mut amplitude, mut phase) = (None, None);
                 while let Some(key) = table.next_key::<String>()? {
                     let ArrayName(name) = table.next_value()?;
                     match key.as_str() {
                         "amplitude" => amplitude = Some(name),
-                        "phase_rad" => phase_rad = Some(name),
+                        "phase_rad" | "phase_deg" if phase.is_some() => {
+                            return Err(de::Error::custom(
+                                "has phase_rad and phase_deg: write the one in which the array is",
+                            ));
+                        }
+                        "phase_rad" => phase = Some((name, 1.0)),
+                        "phase_deg" => phase = Some((name, 1f64.to_radians())),
                         key => return Err(de::Error::unknown_field(key, KEYS)),
                     }
                 }
+                let (phase, rad_per_unit) =
+                    phase.ok_or_else(|| de::Error::missing_field("phase_rad"))?;
                 Ok(ComplexArrays::Polar {
                     amplitude: amplitude.ok_or_else(|| de::Error::missing_field("amplitude"))?,
-                    phase_rad: phase_rad.ok_or_else(|| de::Error::missing_field("phase_rad"))?,
+                    phase,
+                    rad_per_unit,
                 })
             }
         }

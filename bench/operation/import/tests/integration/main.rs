@@ -275,6 +275,75 @@ fn mistakes_that_show_are_refused_by_name() {
     assert!(text.contains("same bytes"), "{text}");
 }
 
+/// Each is found only by values that the map leaves open, which would be named as if nothing showed them.
+#[test]
+fn mistakes_behind_a_value_that_is_not_found_are_named() {
+    let laboratory = Laboratory::with_reference();
+    let found = SIGNALS_MAP.replace("phase_rad = 0", "phase_rad = \"found\"");
+    // A displacement read as a velocity.
+    let velocity = found.replace("\"displacement\"", "\"velocity\"");
+    let text = refusal(&laboratory, &velocity);
+    assert!(
+        text.contains("pickup.phase_rad") && text.contains("pickup.quantity"),
+        "{text}"
+    );
+    let untared = SIGNALS_MAP.replace("tare = \"none\" # normal", "tare = \"no contact\"");
+    let newtons = untared.replacen("newtons_per_unit = 1.0", "newtons_per_unit = 1e3", 1);
+    let text = refusal(&laboratory, &newtons);
+    assert!(
+        text.contains("normal.tare") && text.contains("newtons_per_unit of [normal]"),
+        "{text}"
+    );
+}
+
+#[test]
+fn stated_times_that_contact_and_friction_deny_are_refused() {
+    let laboratory = Laboratory::with_reference();
+    let map = |key: &str| {
+        SIGNALS_MAP.replace(
+            "tare = \"none\" # normal",
+            &format!("tare = \"none\"\n{key}"),
+        )
+    };
+    for (key, named) in [
+        ("offset_s = 0.05", " ms late"),
+        ("offset_s = -0.05", " ms early"),
+    ] {
+        let text = refusal(&laboratory, &map(key));
+        for named in [named, "against drive and pickup", "offset_s = \"found\""] {
+            assert!(text.contains(named), "{key}: {text}");
+        }
+    }
+    let reports = import_all(&laboratory, &map("offset_s = 0.0"));
+    assert!(reports[0].outcome.is_ok(), "{reports:?}");
+    assert!(
+        !reports[0]
+            .notes
+            .iter()
+            .any(|note| note.contains("in the map")),
+        "{reports:?}"
+    );
+}
+
+/// One file has several recordings: a map for each states which it is.
+#[test]
+fn maps_of_one_file_state_their_places() {
+    let laboratory = Laboratory::with_reference();
+    let map = |place: &str| format!("place = {{ {place} }}\n{}", SIGNALS_MAP.trim_start());
+    for trial in [2, 3] {
+        let reports = import_all(
+            &laboratory,
+            &map(&format!("trial = {trial}, condition = \"soap\"")),
+        );
+        assert!(reports[0].outcome.is_ok(), "{reports:?}");
+        let folder = format!("study/sub-7/ses-01/trial-00{trial}_attempt-1");
+        let folder = laboratory.folder().join(folder);
+        let manifest = RecordingReader::open(&folder).unwrap();
+        let trial = manifest.manifest().trial.clone().unwrap();
+        assert_eq!(trial.condition, "soap");
+    }
+}
+
 #[test]
 fn forces_alone_become_a_recording() {
     let laboratory = Laboratory::with_reference();

@@ -136,10 +136,11 @@ impl Samples {
             .filter(|start| start + group <= count)
             .map(|start| {
                 let time_s = 0.5 * (self.drive_s(start) + self.drive_s(start + group - 1));
-                (
-                    time_s,
-                    self.values[start..start + group].iter().sum::<f64>() / group as f64,
-                )
+                let values = &self.values[start..start + group];
+                let finite = values.iter().filter(|value| value.is_finite());
+                let (sum, count) =
+                    finite.fold((0.0, 0.0), |(sum, n), value| (sum + value, n + 1.0));
+                (time_s, sum / count)
             })
             .unzip()
     }

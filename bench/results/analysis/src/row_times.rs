@@ -1,5 +1,8 @@
 //! Reads the rows of force and position that an analysis needs, and checks the times of all rows.
 
+use std::borrow::Cow;
+
+use plausibility::Implausible;
 use recording::reader::{ReadError, Warning};
 
 use crate::findings::RecordingError;
@@ -43,6 +46,7 @@ pub(super) struct RowTimes {
     file: &'static str,
     ends_s: Option<(f64, f64)>,
     steps_s: Vec<f64>,
+    rows: u64,
 }
 
 impl RowTimes {
@@ -51,6 +55,7 @@ impl RowTimes {
             file,
             ends_s: None,
             steps_s: Vec::new(),
+            rows: 0,
         }
     }
 
@@ -60,6 +65,7 @@ impl RowTimes {
             self.steps_s.push(time_s - last_s);
         }
         self.ends_s = Some((first_s, time_s));
+        self.rows += 1;
     }
 
     /// Returns the flaws of a file: those found by its reader, and readings that lie outside the recording or too
@@ -74,6 +80,16 @@ impl RowTimes {
         };
         let mut flaws: Vec<Flaw> = Vec::new();
         for warning in warnings {
+            if let Warning::TimeDisorder { rows, .. } = warning
+                && rows > self.rows
+            {
+                let rounded = Implausible::RoundedTimes {
+                    file: Cow::Borrowed(file),
+                    lost: rows,
+                    rows: rows + self.rows,
+                };
+                flaws.push(rounded.into());
+            }
             flaws.push(match (&warning, self.ends_s) {
                 (Warning::OutsideRecording { from_s, to_s, .. }, None) => time_flaw(*from_s, *to_s),
                 _ => warning.into(),

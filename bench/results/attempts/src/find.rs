@@ -179,6 +179,11 @@ impl Search {
         }
         let log = folder.join(EVENTS_FILE);
         if !log.exists() {
+            // A session that was made elsewhere has no log.
+            if labels.values().any(|path| is_of_bench(path)) {
+                let reason = "the log is missing, and with it which attempts were rejected; copy it from the bench";
+                self.attempts.unread_logs.push((log, reason.to_owned()));
+            }
             self.select_from_recordings(&labels);
             return Ok(());
         }
@@ -319,6 +324,11 @@ fn course(session: &LoggedSession) -> String {
         }
     };
     format!("{attempts}; {end}")
+}
+
+/// Returns whether a bench recorded the trial in `folder`.
+fn is_of_bench(folder: &Path) -> bool {
+    reader::read_manifest(folder).is_ok_and(|manifest| manifest.hardware.is_some())
 }
 
 /// Returns whether the trial in `folder` completed. An unreadable one counts, so that it is reported instead of

@@ -57,6 +57,37 @@ pub enum Implausible {
         /// Size of the force at the 90th percentile, N.
         normal_n: f64,
     },
+    /// Readings jump and come back within a few rows.
+    #[error(
+        "{file}: {column} jumps to {value} at {time_s:.3} s and back, {}, as no finger does: these rows are left out; look for the \
+         program's sign for a lost reading, or for a loose cable",
+        if *count == 1 { "in 1 row".to_owned() } else { format!("and so in {count} rows") }
+    )]
+    Stray {
+        /// File.
+        file: Cow<'static, str>,
+        /// Name of the column.
+        column: Cow<'static, str>,
+        /// Number of rows.
+        count: usize,
+        /// First value.
+        value: f64,
+        /// Its time, s.
+        time_s: f64,
+    },
+    /// Most rows have the time of another row.
+    #[error(
+        "{file}: {lost} of {rows} rows have no time of their own: time_s was rounded, as a spreadsheet does that saves what it shows; take \
+         the file as the program of the sensor wrote it"
+    )]
+    RoundedTimes {
+        /// File.
+        file: Cow<'static, str>,
+        /// Number of rows that are left out.
+        lost: u64,
+        /// Number of all rows.
+        rows: u64,
+    },
     /// The normal force is negative while the finger presses.
     #[error(
         "force.csv: normal_n is negative while the finger presses ({} N): it has the sensor's sign; multiply it by -1",
@@ -438,6 +469,8 @@ impl Implausible {
             Self::OffCentre { .. } => "slides beside the plate's centre",
             Self::OtherSpeed { .. } => "slides at another speed",
             Self::Amplitude { .. } => "amplitude that lifts no finger",
+            Self::Stray { .. } => "stray readings",
+            Self::RoundedTimes { .. } => "rounded times",
             Self::Sign { .. } => "normal force upside down",
             Self::Constant { .. } => "dead channel of the force sensor",
             Self::Friction { .. } => "scale of the forces",
@@ -480,6 +513,7 @@ impl Implausible {
             }
             Self::DriveJumps { is_timed, .. } => !is_timed,
             Self::Size { .. }
+            | Self::RoundedTimes { .. }
             | Self::Sign { .. }
             | Self::Constant { .. }
             | Self::Untared { .. }
@@ -496,6 +530,7 @@ impl Implausible {
             | Self::ForcesUnclear { .. }
             | Self::FingerOnPlate { .. } => true,
             Self::Carrier { .. }
+            | Self::Stray { .. }
             | Self::Light { .. }
             | Self::SmallForces { .. }
             | Self::ForcesUnplaced { .. }

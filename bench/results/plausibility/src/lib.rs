@@ -12,6 +12,7 @@ mod motion;
 mod plate;
 mod quantity;
 mod roughness;
+mod stray;
 mod tone;
 mod units;
 mod unloaded;
@@ -28,6 +29,7 @@ pub use motion::{Slide, lateral_sign, moving_s, positions};
 pub use plate::{envelopes, finger, pickup_quantity, plate_scale};
 pub use quantity::Quantity;
 pub use roughness::{RoughnessError, roughness};
+pub use stray::{STRAY_N, remove_stray_forces, remove_stray_positions, stray_readings};
 pub use tone::without_carrier;
 pub use unloaded::UnloadedFinger;
 

@@ -64,7 +64,15 @@ pub fn of_study(study: &StudyAnalysis) -> Vec<String> {
     let clocks = session_clocks(&study.analysed);
     let clocks = clocks.iter().filter(|clock| clock.is_fault());
     let clocks = clocks.map(|clock| format!("warning: {}", escaped(&clock.to_string())));
+    let unread = study.selection.unread.iter().map(|path| {
+        let path = path.display().to_string();
+        format!(
+            "warning: {}: nothing reads it; exclusions are the lines of exclusions.tsv: put its lines there, or move it away",
+            escaped_line(&path)
+        )
+    });
     let lines = copies
+        .chain(unread)
         .chain(shared)
         .chain(missed)
         .chain(logs)

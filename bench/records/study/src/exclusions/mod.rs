@@ -14,7 +14,7 @@ pub use exclusion::{AllOrOne, Exclusion, SessionTrial};
 pub use exclusions_error::ExclusionsError;
 pub use recording::study::EXCLUSIONS_FILE;
 pub use selection::{Excluded, RecordingSelection, select, study_of};
-pub use table::{Exclusions, add, cell, read, to_tsv};
+pub use table::{Exclusions, add, cell, read, to_tsv, unread};
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

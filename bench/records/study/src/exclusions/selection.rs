@@ -23,6 +23,8 @@ pub struct RecordingSelection {
     pub excluded: Vec<Excluded>,
     /// Exclusions that were overridden: their recordings are analysed.
     pub overridden: Vec<Excluded>,
+    /// Files of the studies that are named as if they held exclusions, which nothing reads.
+    pub unread: Vec<PathBuf>,
 }
 
 /// Exclusion with the recordings that it covers, as in `excluded` of the results.
@@ -60,6 +62,7 @@ impl RecordingSelection {
             recordings,
             excluded: Vec::new(),
             overridden: self.excluded,
+            unread: self.unread,
         }
     }
 }
@@ -79,6 +82,7 @@ pub fn select(folders: Vec<PathBuf>) -> Result<RecordingSelection, ExclusionsErr
         if !studies.contains_key(&study) {
             let exclusions = table::read(&study)?;
             exclusions.require_known()?;
+            selection.unread.extend(table::unread(&study));
             studies.insert(study.clone(), exclusions);
         }
         let exclusions = &studies[&study];

@@ -30,6 +30,15 @@ pub struct Exclusions {
 }
 
 impl Exclusions {
+    /// Returns the exclusions of a study without any.
+    fn none(study: &Path) -> Self {
+        Self {
+            study: study.to_owned(),
+            list: Vec::new(),
+            lines: Vec::new(),
+        }
+    }
+
     /// Requires every named participant, session and trial to be in the study.
     ///
     /// # Errors
@@ -54,11 +63,29 @@ impl Exclusions {
 /// The table cannot be read; the error names line, column and cell.
 pub fn read(folder: &Path) -> Result<Exclusions, ExclusionsError> {
     let path = folder.join(EXCLUSIONS_FILE);
-    let bytes = match bounded_files::read(&path, bounded_files::TEXT_LIMIT_BYTES) {
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Vec::new(),
-        bytes => bytes.with_path("read", &path)?,
+    match bounded_files::read(&path, bounded_files::TEXT_LIMIT_BYTES) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Exclusions::none(folder)),
+        bytes => parse(&bytes.with_path("read", &path)?, folder),
+    }
+}
+
+/// Returns the files of a study that are named as if they held its exclusions, which nothing reads: copies of a sync program, or
+/// a table saved under another name.
+#[must_use]
+pub fn unread(study: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(study).into_iter().flatten().flatten();
+    let is_unread = |name: &str| {
+        name != EXCLUSIONS_FILE
+            && name
+                .to_lowercase()
+                .trim_start_matches(['.', '~', '_'])
+                .starts_with("exclusion")
     };
-    parse(&bytes, folder)
+    let files = entries.filter(|entry| entry.file_name().to_str().is_some_and(is_unread));
+    let mut paths: Vec<PathBuf> = files.map(|entry| entry.path()).collect();
+    paths.retain(|path| path.is_file());
+    paths.sort_unstable();
+    paths
 }
 
 fn parse(bytes: &[u8], folder: &Path) -> Result<Exclusions, ExclusionsError> {
@@ -71,15 +98,9 @@ fn parse(bytes: &[u8], folder: &Path) -> Result<Exclusions, ExclusionsError> {
         path: path(),
         refusal,
     })?;
-    let mut exclusions = Exclusions {
-        study: folder.to_owned(),
-        list: Vec::new(),
-        lines: Vec::new(),
-    };
-    let table = match TabTable::parse(text.to_owned(), ID_COLUMN) {
-        Err(TableFault::Empty { .. }) => return Ok(exclusions),
-        table => table.map_err(table_error)?,
-    };
+    let mut exclusions = Exclusions::none(folder);
+    // An emptied table is a lost one.
+    let table = TabTable::parse(text.to_owned(), ID_COLUMN).map_err(table_error)?;
     let places = places(table.columns(), &path)?;
     if let Some(fault) = table.uneven_row() {
         return Err(table_error(fault));
@@ -234,12 +255,13 @@ pub fn add(
     exclusion: &Exclusion,
 ) -> Result<(), ExclusionsError> {
     let path = folder.join(EXCLUSIONS_FILE);
-    let bytes = if disk::exists(storage, &path)? {
-        disk::read_on(storage, &path, bounded_files::TEXT_LIMIT_BYTES)?
+    let (bytes, exclusions) = if disk::exists(storage, &path)? {
+        let bytes = disk::read_on(storage, &path, bounded_files::TEXT_LIMIT_BYTES)?;
+        let exclusions = parse(&bytes, folder)?;
+        (bytes, exclusions)
     } else {
-        Vec::new()
+        (Vec::new(), Exclusions::none(folder))
     };
-    let exclusions = parse(&bytes, folder)?;
     if let Some(part) = known::missing_part(folder, exclusion)? {
         return Err(ExclusionsError::Unknown {
             path: folder.to_owned(),
@@ -360,8 +382,34 @@ mod tests {
         };
         assert_eq!(exclusions.list[1].trial, AllOrOne::One(practice));
         assert_eq!(exclusions.lines, [2, 4]);
-        assert!(parse_text("").unwrap().list.is_empty());
-        assert!(parse_text("\n\n").unwrap().list.is_empty());
+        let header = text.lines().next().unwrap();
+        assert!(parse_text(header).unwrap().list.is_empty());
+    }
+
+    #[test]
+    fn an_emptied_table_is_refused_and_a_renamed_one_is_named() {
+        for text in ["", "\n\n"] {
+            let error = parse_text(text).unwrap_err().to_string();
+            assert!(error.contains("it is empty"), "{error}");
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let study = folder.path();
+        assert!(read(study).unwrap().list.is_empty() && unread(study).is_empty());
+        let others = [
+            "Exclusions.tsv",
+            "exclusions (conflicted copy).tsv",
+            "exclusions.csv",
+            "exclusions.tsv.txt",
+        ];
+        for name in others.iter().chain(&[EXCLUSIONS_FILE, "participants.tsv"]) {
+            std::fs::write(study.join(name), "").unwrap();
+        }
+        let found = unread(study);
+        assert_eq!(found.len(), others.len(), "{found:?}");
+        assert!(
+            others.iter().all(|name| found.contains(&study.join(name))),
+            "{found:?}"
+        );
     }
 
     #[test]

@@ -210,9 +210,14 @@ pub enum StudyDefect {
         reason: String,
     },
     /// A participant of `participants.tsv` has no folder.
-    #[error("participants.tsv lists {participant}, but there is no folder of that name")]
+    #[error(
+        "participants.tsv lists {participant}, but there is no folder of that name{}",
+        nearest.as_ref().map(|name| format!("; did you mean `{name}`?")).unwrap_or_default()
+    )]
     NoParticipant {
         /// The participant.
         participant: String,
+        /// Folder with the same number.
+        nearest: Option<String>,
     },
 }

@@ -1,12 +1,15 @@
 //! Verification of a study's sessions and of its other files.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use crate::exclusions;
 use crate::verification::defect::StudyDefect;
 use crate::verification::findings::StudyFindings;
 use recording::disk::entries;
 use recording::study::{
-    DESCRIPTION_FILE, EVENTS_FILE, ID_COLUMN, PARTICIPANTS_FILE, TrialLabel, parse_description,
+    DESCRIPTION_FILE, EVENTS_FILE, EXCLUSIONS_FILE, ID_COLUMN, PARTICIPANTS_FILE, TrialLabel,
+    parse_description,
 };
 use recording::{DiskError, MANIFEST_FILE, rights};
 use text_tables::TabTable;
@@ -116,6 +119,12 @@ fn participants(path: &Path) -> Result<Vec<String>, String> {
     if let Some(fault) = table.uneven_row() {
         return Err(fault.to_string());
     }
+    let mut names = BTreeSet::new();
+    if let Some(name) = table.columns().iter().find(|name| !names.insert(*name)) {
+        return Err(format!(
+            "its header has the column {name} twice: keep one of them"
+        ));
+    }
     let id_column = table.column(ID_COLUMN).unwrap_or_default();
     let ids = table
         .rows()
@@ -146,6 +155,19 @@ pub fn verify_study_files(folder: &Path, findings: &mut StudyFindings) -> Result
             .defects
             .push(unreadable_defect(description, reason));
     }
+    for path in exclusions::unread(folder) {
+        let reason = "nothing reads it; exclusions are the lines of exclusions.tsv: put its lines there, or move it away";
+        // Beside the table it is a copy; without the table, the exclusions are lost.
+        if folder.join(EXCLUSIONS_FILE).exists() {
+            let path = path.display().to_string();
+            let note = format!("{}: {reason}", escaping::escaped_line(&path));
+            findings.notes.push(note);
+        } else {
+            findings
+                .defects
+                .push(unreadable_defect(path, reason.to_owned()));
+        }
+    }
     let table = folder.join(PARTICIPANTS_FILE);
     let participants = match participants(&table) {
         Ok(participants) => participants,
@@ -156,11 +178,21 @@ pub fn verify_study_files(folder: &Path, findings: &mut StudyFindings) -> Result
     };
     for participant in &participants {
         if !folder.join(participant).is_dir() {
+            let nearest = same_number(folder, participant);
             let participant = participant.clone();
-            findings
-                .defects
-                .push(StudyDefect::NoParticipant { participant });
+            findings.defects.push(StudyDefect::NoParticipant {
+                participant,
+                nearest,
+            });
         }
+    }
+    let mut known = BTreeSet::new();
+    let twice = participants.iter().filter(|id| !known.insert(*id));
+    for id in twice.collect::<BTreeSet<_>>() {
+        let reason = format!("lists {id} more than once: keep one row");
+        findings
+            .defects
+            .push(unreadable_defect(table.clone(), reason));
     }
     for name in entries(folder)? {
         if folder.join(&name).is_dir() && !participants.contains(&name) {
@@ -177,6 +209,16 @@ pub fn verify_study_files(folder: &Path, findings: &mut StudyFindings) -> Result
     Ok(())
 }
 
+/// Returns the participant's folder that a row of digits means, such as sub-01 for the 1 that a spreadsheet made of 01.
+fn same_number(folder: &Path, participant: &str) -> Option<String> {
+    let number: u32 = participant.trim_start_matches("sub-").parse().ok()?;
+    let mut names = entries(folder).ok()?.into_iter();
+    names.find(|name| {
+        let digits = name.strip_prefix("sub-").map(str::parse);
+        digits == Some(Ok(number))
+    })
+}
+
 /// Returns the number of recordings down to `depth` levels below a folder.
 fn recording_count(folder: &Path, depth: usize) -> usize {
     let names = entries(folder).unwrap_or_default();
@@ -187,4 +229,71 @@ fn recording_count(folder: &Path, depth: usize) -> usize {
         _ => recording_count(&path, depth - 1),
     };
     folders.map(count).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    /// Returns the defects and notes of a study of two participants with this table of them.
+    fn findings(table: &str, other_file: Option<&str>) -> StudyFindings {
+        let folder = tempfile::tempdir().unwrap();
+        let study = folder.path();
+        for id in ["sub-01", "sub-02"] {
+            fs::create_dir(study.join(id)).unwrap();
+        }
+        let description = r#"{ "Name": "study", "DatasetType": "raw", "GeneratedBy": [] }"#;
+        fs::write(study.join(DESCRIPTION_FILE), description).unwrap();
+        fs::write(study.join(PARTICIPANTS_FILE), table).unwrap();
+        if let Some(name) = other_file {
+            fs::write(study.join(name), "").unwrap();
+        }
+        let mut findings = StudyFindings::default();
+        verify_study_files(study, &mut findings).unwrap();
+        findings
+    }
+
+    fn defects(table: &str, other_file: Option<&str>) -> Vec<String> {
+        let defects = findings(table, other_file).defects;
+        defects.iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn rows_that_no_analysis_could_join_are_defects() {
+        let sound = "participant_id\tage\nsub-01\t25\nsub-02\t31\n";
+        assert_eq!(defects(sound, None), [""; 0]);
+        for (table, named) in [
+            (
+                format!("{sound}sub-01\t26\n"),
+                "lists sub-01 more than once",
+            ),
+            (sound.replace("sub-01", "1"), "did you mean `sub-01`?"),
+            (
+                sound
+                    .replace("age", "age\tage")
+                    .replace("25", "25\t26")
+                    .replace("31", "31\t32"),
+                "age twice",
+            ),
+        ] {
+            let defects = defects(&table, None);
+            assert!(
+                defects.len() == 1 && defects[0].contains(named),
+                "{defects:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn exclusions_under_another_name_are_a_defect_and_a_copy_of_them_is_noted() {
+        let table = "participant_id\nsub-01\nsub-02\n";
+        let lost = defects(table, Some("exclusions.csv"));
+        assert!(
+            lost.len() == 1 && lost[0].contains("nothing reads it"),
+            "{lost:?}"
+        );
+        assert_eq!(defects(table, Some("notes.txt")), [""; 0]);
+    }
 }

@@ -69,6 +69,8 @@ impl DemodulatedRecording {
                 });
                 let (force, times) = row_times::read_rows(&spans, FORCE_FILE, read, time_s)?;
                 self.record.force = force;
+                let stray = plausibility::remove_stray_forces(&mut self.record.force);
+                self.flaws.extend(stray.into_iter().map(Flaw::from));
                 self.flaws.extend(times.flaws(rows.warnings(), duration_s));
                 self.flaws.extend(tail.implausible().map(Flaw::from));
             }
@@ -80,6 +82,8 @@ impl DemodulatedRecording {
                 let (position, times) =
                     row_times::read_rows(&spans, POSITION_FILE, rows.by_ref(), time_s)?;
                 self.record.position = position;
+                let stray = plausibility::remove_stray_positions(&mut self.record.position);
+                self.flaws.extend(stray.into_iter().map(Flaw::from));
                 self.flaws.extend(times.flaws(rows.warnings(), duration_s));
             }
             None => self.flaws.push(Flaw::Missing(MissingStream::Positions)),

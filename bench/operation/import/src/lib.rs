@@ -190,6 +190,9 @@ impl Plan {
         };
         let mut notes = assignment.notes.clone();
         notes.extend(unconfirmed(text, &path.display().to_string()));
+        if let (Some(people), Some(table)) = (&people, &map.participants) {
+            notes.extend(unmatched(people, table, &assignment));
+        }
         Ok(Self {
             folder,
             notes,
@@ -337,6 +340,30 @@ pub fn import(
 fn is_large(folder: &Path, file: &NamedFile) -> bool {
     let metadata = std::fs::metadata(folder.join(&file.path));
     metadata.is_ok_and(|metadata| metadata.len() > LARGE_BYTES)
+}
+
+/// Returns the remark about rows of the table of people that are of no file's participant, and about participants without a row.
+fn unmatched(people: &People, table: &str, assignment: &Assignment) -> Option<String> {
+    let participants = assignment.files.iter().map(|file| &file.participant);
+    let (rows, without) = people.unmatched(&participants.collect());
+    let without: Vec<&str> = without
+        .iter()
+        .map(|participant| participant.as_str())
+        .collect();
+    let rows = (!rows.is_empty()).then(|| {
+        format!(
+            "its rows {} are of no participant of the files",
+            rows.join(", ")
+        )
+    });
+    let without = (!without.is_empty()).then(|| {
+        format!(
+            "it has no row of {}, whose columns will be n/a",
+            without.join(", ")
+        )
+    });
+    let parts: Vec<String> = rows.into_iter().chain(without).collect();
+    (!parts.is_empty()).then(|| format!("{table}: {}", parts.join("; ")))
 }
 
 /// Returns the remark about the lines of a guessed map that nobody has confirmed.

@@ -292,7 +292,9 @@ pub enum ImportRefusal {
     },
     /// Forces or positions do not overlap the drive in time.
     #[error(
-        "{stream} is from {from_s:.3} to {to_s:.3} s, and the drive from 0 to {duration_s:.3} s: state offset_s, with which both overlap"
+        "{stream} is from {from_s:.3} to {to_s:.3} s, and the drive from 0 to {duration_s:.3} s: state offset_s, with which both overlap \
+         ({:.3} if both began at once)",
+        -from_s
     )]
     Apart {
         /// Stream.

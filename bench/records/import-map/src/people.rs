@@ -1,5 +1,7 @@
 //! Table of participants.
 
+use std::collections::BTreeSet;
+
 use protocols::ParticipantId;
 use text_tables::{Separator, cells, stated_separator};
 
@@ -76,18 +78,42 @@ impl People {
         })
     }
 
-    /// Returns the cells of a participant by the names of their columns; `None` if the table lacks the participant. Numbers
-    /// match with and without zeros before them.
-    #[must_use]
-    pub fn row(&self, participant: &ParticipantId) -> Option<Vec<(&str, &str)>> {
+    /// Returns the index of a participant's row. Numbers match with and without zeros before them.
+    fn place(&self, participant: &ParticipantId) -> Option<usize> {
         let wanted = label(participant.as_str())?;
-        let row = |exact: bool| {
-            self.rows.iter().find(|(name, _)| match exact {
+        let place = |exact: bool| {
+            self.rows.iter().position(|(name, _)| match exact {
                 true => *name == wanted,
                 false => name.trim_start_matches('0') == wanted.trim_start_matches('0'),
             })
         };
-        let (_, cells) = row(true).or_else(|| row(false))?;
+        place(true).or_else(|| place(false))
+    }
+
+    /// Returns the rows that are of none of the participants, by their names, and the participants without a row.
+    #[must_use]
+    pub fn unmatched<'a>(
+        &self,
+        participants: &BTreeSet<&'a ParticipantId>,
+    ) -> (Vec<&str>, Vec<&'a ParticipantId>) {
+        let places = participants
+            .iter()
+            .filter_map(|participant| self.place(participant));
+        let places: BTreeSet<usize> = places.collect();
+        let rows = self.rows.iter().enumerate();
+        let rows = rows.filter(|(index, _)| !places.contains(index));
+        let without = participants.iter().copied();
+        let without = without.filter(|participant| self.place(participant).is_none());
+        (
+            rows.map(|(_, (name, _))| name.as_str()).collect(),
+            without.collect(),
+        )
+    }
+
+    /// Returns the cells of a participant by the names of their columns; `None` if the table lacks the participant.
+    #[must_use]
+    pub fn row(&self, participant: &ParticipantId) -> Option<Vec<(&str, &str)>> {
+        let (_, cells) = &self.rows[self.place(participant)?];
         let names = self.columns.iter().map(String::as_str);
         Some(names.zip(cells.iter().map(String::as_str)).collect())
     }
@@ -121,6 +147,9 @@ mod tests {
             );
             assert_eq!(people.row(&id("sub-P2")).unwrap()[0], ("age", "41"));
             assert_eq!(people.row(&id("sub-03")), None);
+            let (one, three) = (id("sub-001"), id("sub-03"));
+            let (rows, participants) = people.unmatched(&BTreeSet::from([&one, &three]));
+            assert_eq!((rows, participants), (vec!["P2"], vec![&three]));
         }
         for wrong in ["", "name,age\n1,2\n", "participant\n1\n1\n"] {
             assert!(People::parse(wrong).is_err(), "{wrong:?}");

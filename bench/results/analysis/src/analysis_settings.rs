@@ -6,7 +6,7 @@ use protocols::SelectionRules;
 use serde::Serialize;
 use strict_toml::TomlError;
 
-use crate::assumable::{FRACTION, NOT_NEGATIVE, Number, POISSON, POSITIVE};
+use crate::assumable::{AREA, FRACTION, NOT_NEGATIVE, Number, POISSON, POSITIVE, PRESSURE};
 use crate::prior_settings;
 use contact::damping_reading::DampingReading;
 
@@ -103,7 +103,10 @@ pub enum SettingError {
         nearest: Option<String>,
     },
     /// The value is outside the parameter's range.
-    #[error("`{name}` = {value} is not allowed; allowed: {allowed}")]
+    #[error(
+        "`{name}` = {value} is not allowed; allowed: {allowed}{}",
+        if value.contains(',') { "; write a point for the comma" } else { "" }
+    )]
     Value {
         /// Name of the parameter.
         name: String,
@@ -233,10 +236,10 @@ impl Settings {
             ("sigma_q0_rad_per_m", POSITIVE, &mut self.sigma_q0_rad_per_m),
             ("poisson_ratio", POISSON, &mut self.poisson_ratio),
             ("young_modulus_pa", POSITIVE, &mut self.young_modulus_pa),
-            ("contact_area_m2", POSITIVE, &mut self.contact_area_m2),
+            ("contact_area_m2", AREA, &mut self.contact_area_m2),
             (
                 "ambient_pressure_pa",
-                POSITIVE,
+                PRESSURE,
                 &mut self.ambient_pressure_pa,
             ),
             ("loss_factor", NOT_NEGATIVE, &mut self.loss_factor),

@@ -11,6 +11,14 @@ pub(crate) const POSITIVE: AllowedValues = AllowedValues {
     words: "finite numbers above 0",
     rule: |value| value.is_finite() && value > 0.0,
 };
+pub(crate) const AREA: AllowedValues = AllowedValues {
+    words: "areas from 1e-6 to 1e-2 m² (314 mm² are 3.14e-4)",
+    rule: |value| (1e-6..=1e-2).contains(&value),
+};
+pub(crate) const PRESSURE: AllowedValues = AllowedValues {
+    words: "pressures from 3e4 to 1.2e5 Pa (1013 hPa are 101300)",
+    rule: |value| (3e4..=1.2e5).contains(&value),
+};
 pub(crate) const FINITE: AllowedValues = AllowedValues {
     words: "finite numbers",
     rule: f64::is_finite,

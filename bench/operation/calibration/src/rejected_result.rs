@@ -21,8 +21,8 @@ pub(crate) enum RejectedResult {
     },
     /// The pickup's sensitivity is not known well enough.
     #[error(
-        "the sensitivity is known to {:.2} % only, calibration.pickup_error = {limit}: take more points, or higher levels",
-        100.0 * relative
+        "the sensitivity is known to {} % only, calibration.pickup_error = {limit}: take more points, or higher levels",
+        if *relative < 1.0 { format!("{:.2}", 100.0 * relative) } else { "more than 100".to_owned() }
     )]
     PickupUncertain {
         /// Relative standard error.

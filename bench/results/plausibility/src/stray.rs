@@ -24,7 +24,7 @@ const PRESSED_RANGES: f64 = 0.2;
 
 /// Removes the rows with a stray force, and returns their flaws.
 pub fn remove_stray_forces(rows: &mut Vec<ForceRow>) -> Vec<Implausible> {
-    let columns: [(&'static str, fn(&ForceRow) -> f64); 2] = [
+    let columns: [(&'static str, crate::Column); 2] = [
         ("normal_n", |row| row.normal_n),
         ("lateral_n", |row| row.lateral_n),
     ];

@@ -113,8 +113,11 @@ pub enum FilterError {
     },
     /// The carrier or its filter does not fit between zero and half the sample rate.
     #[error(
-        "carrier {} Hz is outside {}..{} Hz, the range at a sample rate of {} Hz",
-        significant(*.carrier_hz), significant(*.lowest_hz), significant(*.highest_hz), significant(*.sample_rate_hz)
+        "carrier {} Hz is outside {}..{} Hz, the range at a sample rate of {} Hz{}",
+        significant(*.carrier_hz), significant(*.lowest_hz), significant(*.highest_hz), significant(*.sample_rate_hz),
+        if (*.lowest_hz..=*.highest_hz).contains(&(1e3 * .carrier_hz)) {
+            ": the number is that of kilohertz; state it in Hz"
+        } else { "" }
     )]
     CarrierOutOfBand {
         /// Requested carrier.

@@ -124,7 +124,20 @@ fn a_mistake_that_can_be_undone_is_named_and_leaves_the_estimates() {
     let slow = |row: &mut ForceRow| row.time_s *= 1.01;
     let untared = |row: &mut ForceRow| row.lateral_n += 0.3;
     let reversed = |row: &mut ForceRow| row.lateral_n = -row.lateral_n;
-    let changes: [Change<'_, ForceRow>; 4] = [
+    let number = |row: &ForceRow| (row.time_s * 1e4).round() as u64;
+    let lost = |row: &mut ForceRow| {
+        if number(row) % 97 == 0 {
+            row.lateral_n = -999.0;
+        }
+    };
+    let zeros = |row: &mut ForceRow| {
+        if number(row) % 10 == 0 {
+            (row.normal_n, row.lateral_n) = (0.0, 0.0);
+        }
+    };
+    let changes: [Change<'_, ForceRow>; 6] = [
+        (&lost, "lateral_n jumps to -999"),
+        (&zeros, "normal_n jumps to 0"),
         (&late, "ms late against drive and pickup"),
         (&slow, "ppm fast against that of signals.wav"),
         (&untared, "+300 mN (lateral)"),

@@ -209,6 +209,22 @@ fn files() -> Vec<Mistake> {
                 (row.normal_n, row.lateral_n) = (held.normal_n, held.lateral_n);
             }
         }),
+        mistake(
+            "one lateral reading of -999",
+            &["lateral_n jumps"],
+            |columns| {
+                let middle = columns.forces.len() / 2;
+                columns.forces[middle].lateral_n = -999.0;
+            },
+        ),
+        mistake("lost readings as 9.9e37", &["normal_n jumps"], |columns| {
+            let rows = columns.forces.iter_mut().step_by(100);
+            rows.for_each(|row| row.normal_n = 9.9e37);
+        }),
+        mistake("lost packets as zeros", &["normal_n jumps"], |columns| {
+            let rows = columns.forces.iter_mut().step_by(10);
+            rows.for_each(|row| (row.normal_n, row.lateral_n) = (0.0, 0.0));
+        }),
         mistake("positions end early", PLACE, |columns| {
             columns.positions.truncate(columns.positions.len() * 4 / 10);
         }),

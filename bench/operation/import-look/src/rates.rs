@@ -13,17 +13,22 @@ pub(crate) struct RateScalar {
     pub hz: f64,
     /// Part of its name beside the word, as `x` of `fsx`; empty without one.
     stream: String,
+    /// Length of the array that it is an attribute of.
+    own_length: Option<u64>,
 }
 
 impl RateScalar {
-    /// Returns the rate that a scalar states, if its name and its value are those of one; `vectors` are the names of all arrays.
-    pub fn new(name: &str, value: f64, vectors: &[&str]) -> Option<Self> {
+    /// Returns the rate that a scalar states, if its name and its value are those of one; `vectors` are the names and lengths of all arrays.
+    pub fn new(name: &str, value: f64, vectors: &[(&str, u64)]) -> Option<Self> {
         let (word, stream) = match names::rate_word(name) {
             Some(word) => (word, names::beside_rate_word(name)),
             None => vectors
                 .iter()
-                .find_map(|vector| joined_stream(name, vector))?,
+                .find_map(|(vector, _)| joined_stream(name, vector))?,
         };
+        let own = vectors
+            .iter()
+            .find(|(vector, _)| name.contains('@') && container(name) == array_of(vector));
         let hz = match word {
             RateWord::Rate => value,
             RateWord::Interval => 1.0 / value,
@@ -33,6 +38,7 @@ impl RateScalar {
             word,
             hz,
             stream,
+            own_length: own.map(|(_, length)| *length),
         })
     }
 }
@@ -69,6 +75,12 @@ fn stream_words(vector: &str) -> Vec<String> {
     );
     words.retain(|word| !word.is_empty());
     words
+}
+
+/// Returns the array of a vector, in the form of a group.
+fn array_of(vector: &str) -> String {
+    let array = vector.trim_start_matches('/').split('[').next();
+    array.unwrap_or_default().replace('.', "/")
 }
 
 /// Returns the group of a name: of `S.force.fs`, `/force/Fn` and `/force@fs` that is `force` in its group.
@@ -161,24 +173,18 @@ impl Rates {
             streams.contains(&scalar.stream) && !is_in_other_group(&scalar.name, name)
         });
         // An attribute of the array itself, or a scalar of its group.
-        let array = name
-            .trim_start_matches('/')
-            .split('[')
-            .next()
-            .unwrap_or_default();
-        let groups = [array.replace('.', "/"), container(name)];
-        let by_group = groups
-            .iter()
-            .filter(|group| !group.is_empty())
-            .find_map(|group| {
-                let mut inner = self
-                    .scalars
-                    .iter()
-                    .filter(|scalar| container(&scalar.name) == *group);
-                let only = inner.next()?;
-                (inner.next().is_none() && is_like(&only)).then_some(only)
-            });
-        let found = by_name.or(by_group)?;
+        let in_group = |group: &str| {
+            let mut inner = self
+                .scalars
+                .iter()
+                .filter(|scalar| !group.is_empty() && container(&scalar.name) == group);
+            let only = inner.next()?;
+            inner.next().is_none().then_some(only)
+        };
+        let own = in_group(&array_of(name));
+        let found = own
+            .or(by_name)
+            .or_else(|| in_group(&container(name)).filter(is_like))?;
         let origin = RateOrigin::Scalar(found.name.clone(), found.word);
         Some(StatedRate {
             hz: found.hz,
@@ -228,7 +234,10 @@ impl Rates {
     /// Returns the duration that most vectors have with the stated rates; the longest vector has the highest rate.
     fn duration_s(&self, lengths: &[u64]) -> Option<f64> {
         let longest = *lengths.iter().max()?;
-        let candidates = self.scalars.iter().map(|scalar| longest as f64 / scalar.hz);
+        let candidates = self
+            .scalars
+            .iter()
+            .map(|scalar| scalar.own_length.unwrap_or(longest) as f64 / scalar.hz);
         let support = |duration: f64| {
             let has_rate = |length: &&u64| {
                 let hz = **length as f64 / duration;
@@ -275,7 +284,7 @@ mod tests {
     use super::*;
     use crate::time_axis::TimeUnit;
 
-    fn rates(list: &[(&str, f64)], vectors: &[&str]) -> Rates {
+    fn rates(list: &[(&str, f64)], vectors: &[(&str, u64)]) -> Rates {
         let scalars = list
             .iter()
             .filter_map(|(name, value)| RateScalar::new(name, *value, vectors))
@@ -292,41 +301,53 @@ mod tests {
 
     #[test]
     fn scalars_name_their_stream_in_one_word_or_by_their_group() {
-        let rates = rates(
-            &[("fs", 2e5), ("fsz", 2e3), ("enc_fs", 500.0), ("dtv", 0.01)],
-            &["a", "b", "z_mm", "enc", "v"],
-        );
         // The streams were stopped apart, so that no duration fits.
-        let lengths = [2_000_000, 2_000_000, 19_000, 5_200, 1_040];
+        let vectors = [
+            ("a", 2_000_000),
+            ("b", 2_000_000),
+            ("z_mm", 19_000),
+            ("enc", 5_200),
+            ("v", 1_040),
+        ];
+        let list = [("fs", 2e5), ("fsz", 2e3), ("enc_fs", 500.0), ("dtv", 0.01)];
+        let named = rates(&list, &vectors);
+        let lengths = vectors.map(|(_, length)| length);
         for (name, length, hz, scalar) in [
             ("z_mm", 19_000, 2e3, "fsz"),
             ("enc", 5_200, 500.0, "enc_fs"),
             ("v", 1_040, 100.0, "dtv"),
         ] {
-            let found = rates.rate(name, length, None, &lengths).unwrap();
+            let found = named.rate(name, length, None, &lengths).unwrap();
             assert!((found.hz - hz).abs() < 1e-6, "{found:?}");
             assert!(
                 matches!(&found.origin, RateOrigin::Scalar(name, _) if name == scalar),
                 "{found:?}"
             );
         }
-        let grouped = scalars(&[
+        let list = [
             ("Fast/Fs", 156_250.0),
             ("/slow@Fs", 500.0),
             ("/cam/x@rate", 50.0),
-        ]);
-        let lengths = [1_562_500, 4_600, 480];
-        for (name, length, hz) in [
-            ("Fast/raw[:,0]", 1_562_500, 156_250.0),
-            ("slow/Fn", 4_600, 500.0),
-            ("cam/x", 480, 50.0),
-        ] {
-            assert_eq!(
-                grouped.rate(name, length, None, &lengths).unwrap().hz,
-                hz,
-                "{name}"
-            );
+        ];
+        let vectors = [
+            ("Fast/raw[:,0]", 1_562_500),
+            ("slow/Fn", 4_600),
+            ("cam/x", 480),
+        ];
+        let grouped = rates(&list, &vectors);
+        for ((name, length), (_, hz)) in vectors.into_iter().zip(list) {
+            let found = grouped.rate(name, length, None, &vectors.map(|(_, length)| length));
+            assert_eq!(found.unwrap().hz, hz, "{name}");
         }
+        // An attribute of a short array states the duration by that array.
+        let vectors = [("u", 500_000), ("w", 500_000), ("f", 5_000)];
+        let own = rates(&[("/f@rate", 1e3)], &vectors);
+        assert_eq!(
+            own.rate("u", 500_000, None, &vectors.map(|(_, length)| length))
+                .unwrap()
+                .hz,
+            1e5
+        );
         // A rate with which its group would last ten times as long is not its own.
         let shared = scalars(&[("daq/Fs", 1e5)]);
         let force = shared

@@ -59,13 +59,16 @@ pub(crate) struct Roles<'a> {
     pub velocity: Option<Chosen<'a>>,
 }
 
+/// Fewest values of a stream; a row of scales has less.
+const FEWEST: u64 = 32;
+
 /// Finds the roles in files that together make a recording.
 pub(crate) fn roles(files: &[FilePortrait]) -> Roles<'_> {
     let all: Vec<(usize, &VectorPortrait)> = files
         .iter()
         .enumerate()
         .flat_map(|(index, file)| file.vectors.iter().map(move |vector| (index, vector)))
-        .filter(|(_, vector)| vector.extremes.is_some())
+        .filter(|(_, vector)| vector.extremes.is_some() && vector.length >= FEWEST)
         .collect();
     let signals = signals(&all);
     let envelopes = if signals.is_some() {

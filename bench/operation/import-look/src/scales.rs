@@ -238,6 +238,8 @@ const SPEED_PARTS: usize = 8;
 /// Speeds of a rule about the median speed of the strokes.
 const SPEED_BAND: (f64, f64) = (0.7, 1.3);
 
+/// Share of the speeds below the fastest one that is no stray.
+const FASTEST_SHARE: f64 = 0.998;
 /// Durations of a guessed rule, s: the longest that a stroke keeps to.
 const DURATIONS_S: [f64; 4] = [0.5, 0.2, 0.1, 0.05];
 
@@ -255,7 +257,7 @@ pub(crate) fn exploration(vector: &VectorPortrait, is_velocity: bool) -> (String
         return default(STUDY);
     };
     let part_s = vector.length as f64 / rate_hz / vector.course.len().max(1) as f64;
-    let speeds: Vec<f64> = match is_velocity {
+    let coarse: Vec<f64> = match is_velocity {
         true => vector.course.iter().map(|v| (v * scale).abs()).collect(),
         false => vector
             .course
@@ -265,51 +267,100 @@ pub(crate) fn exploration(vector: &VectorPortrait, is_velocity: bool) -> (String
             })
             .collect(),
     };
-    let fastest = speeds
+    let fine = vector.fine.as_ref().map(|fine| match is_velocity {
+        true => Fine {
+            values: fine.values.iter().map(|value| value * scale).collect(),
+            ..fine.clone()
+        },
+        false => trial::velocity(fine, scale),
+    });
+    // Strokes that are shorter than the parts of the course are seen in the fine velocity alone.
+    let swift = fine
         .iter()
-        .copied()
-        .filter(|speed| speed.is_finite())
-        .fold(0.0, f64::max);
-    let moving = speeds.into_iter().filter(|speed| *speed > 0.2 * fastest);
-    let Some(median) = statistics::median(moving).filter(|median| (1e-6..=2.0).contains(median))
-    else {
+        .map(|fine| trial::filtered(fine).map(f64::abs).collect());
+    let mut best: Option<SpeedRule> = None;
+    for speeds in std::iter::once(coarse).chain(swift) {
+        let Some(rule) = SpeedRule::of(speeds, fine.as_ref()) else {
+            continue;
+        };
+        if best
+            .as_ref()
+            .is_none_or(|best| rule.longest_s > best.longest_s)
+        {
+            best = Some(rule);
+        }
+        if best
+            .as_ref()
+            .is_some_and(|best| best.longest_s >= DURATIONS_S[0])
+        {
+            break;
+        }
+    }
+    let Some(rule) = best else {
         return default(STUDY);
     };
-    let limits = [SPEED_BAND.0, SPEED_BAND.1].map(|share| two_digits(1e3 * share * median));
-    let text = format!(
-        "the strokes' median speed is {} mm/s",
-        two_digits(1e3 * median)
-    );
-    let rule = |duration_s: f64| {
-        let duration = statistics::significant(duration_s);
-        format!("{} to {} mm/s for {duration} s", limits[0], limits[1])
-    };
-    let [from, to] = [&limits[0], &limits[1]].map(|limit| 1e-3 * limit.parse().unwrap_or(f64::NAN));
-    let longest_s = vector.fine.as_ref().map(|fine| {
-        let velocity = match is_velocity {
-            true => Fine {
-                values: fine.values.iter().map(|value| value * scale).collect(),
-                ..fine.clone()
-            },
-            false => trial::velocity(fine, scale),
-        };
-        trial::longest_s(&velocity, |v| {
-            (from..=to).contains(&v.abs()).then_some(v > 0.0)
-        })
-    });
     let usual_s = DURATIONS_S[0];
-    let Some(longest_s) = longest_s.filter(|longest_s| *longest_s < usual_s) else {
-        let is_sure = scale_reason.is_sure && longest_s.is_some();
-        return (rule(usual_s), Reason { text, is_sure });
+    let text = rule.speed_text;
+    let with_duration = |duration_s| {
+        format!(
+            "{} for {} s",
+            rule.text,
+            statistics::significant(duration_s)
+        )
     };
-    let (duration_s, found) = match DURATIONS_S.into_iter().find(|duration| *duration <= longest_s) {
-        Some(duration_s) => (duration_s, format!("none keeps to it for {usual_s} s")),
-        None => (
-            usual_s,
-            "but no stretch looked at keeps to this rule: write the speeds and the time of your strokes".to_owned(),
-        ),
+    if rule.longest_s >= usual_s {
+        let is_sure = scale_reason.is_sure && fine.is_some();
+        return (with_duration(usual_s), Reason { text, is_sure });
+    }
+    let held = DURATIONS_S
+        .into_iter()
+        .find(|duration_s| *duration_s <= rule.longest_s);
+    let found = match held {
+        Some(_) => format!("none keeps to it for {usual_s} s"),
+        None => "but no stretch looked at keeps to this rule: write the speeds and the time of your strokes".to_owned(),
     };
-    (rule(duration_s), check(format!("{text}; {found}")))
+    (
+        with_duration(held.unwrap_or(usual_s)),
+        check(format!("{text}; {found}")),
+    )
+}
+
+/// Range of speeds about the median of the strokes.
+struct SpeedRule {
+    text: String,
+    speed_text: String,
+    /// Longest time for which the velocity keeps to it, s; infinite where it is not known.
+    longest_s: f64,
+}
+
+impl SpeedRule {
+    /// Returns the rule by speeds in m/s, tried on the velocity; `None` without a speed of a finger.
+    fn of(speeds: Vec<f64>, velocity: Option<&Fine>) -> Option<Self> {
+        let mut known: Vec<f64> = speeds
+            .into_iter()
+            .filter(|speed| speed.is_finite())
+            .collect();
+        known.sort_by(f64::total_cmp);
+        let fastest = statistics::quantile(&known, FASTEST_SHARE)?;
+        let moving = known.into_iter().filter(|speed| *speed > 0.2 * fastest);
+        let median = statistics::median(moving).filter(|median| (1e-6..=2.0).contains(median))?;
+        let limits = [SPEED_BAND.0, SPEED_BAND.1].map(|share| two_digits(1e3 * share * median));
+        let [from, to] =
+            [&limits[0], &limits[1]].map(|limit| 1e-3 * limit.parse().unwrap_or(f64::NAN));
+        let longest_s = velocity.map_or(f64::INFINITY, |velocity| {
+            trial::longest_s(velocity, |v| {
+                (from..=to).contains(&v.abs()).then_some(v > 0.0)
+            })
+        });
+        Some(Self {
+            text: format!("{} to {} mm/s", limits[0], limits[1]),
+            speed_text: format!(
+                "the strokes' median speed is {} mm/s",
+                two_digits(1e3 * median)
+            ),
+            longest_s,
+        })
+    }
 }
 
 /// Returns whether the guessed rule of unloaded stretches holds anywhere in a force; `None` if that is not known.

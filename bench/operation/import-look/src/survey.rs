@@ -130,7 +130,10 @@ pub(crate) fn survey(
 
 /// Returns the scalars that state rates.
 fn rate_scalars(singles: &[SinglePortrait], vectors: &[(Vector, &ArrayInfo)]) -> Vec<RateScalar> {
-    let names: Vec<&str> = vectors.iter().map(|(vector, _)| vector.name()).collect();
+    let names: Vec<(&str, u64)> = vectors
+        .iter()
+        .map(|(vector, _)| (vector.name(), vector.len()))
+        .collect();
     singles
         .iter()
         .filter_map(|single| RateScalar::new(&single.name, single.number?, &names))

@@ -192,7 +192,7 @@ fn evidence(
             }
         }
         let is_stated = |hz: &&f64| (*hz * interval_s - 1.0).abs() < 0.01;
-        if let Some(hz) = rates_hz.iter().find(is_stated) {
+        if let Some(hz) = rates_hz.iter().find(is_stated).filter(|_| is_plausible) {
             let hz = grouped(*hz).replace('\u{a0}', " ");
             found.add(
                 3.0,
@@ -281,6 +281,14 @@ mod tests {
         let open = times("a", 7_000.0, 0.04, 150_000);
         assert!(open.is_ambiguous());
         assert_eq!(found(&[known, open])[1], (TimeUnit::Milliseconds, true));
+        // The rate of another stream would be met by a recording of 6 ms.
+        assert_eq!(
+            units(&[times("a", 0.0, 1e-3, 6_000)], &[1e6])
+                .iter()
+                .map(|found| (found.unit, found.is_sure))
+                .collect::<Vec<_>>(),
+            [(TimeUnit::Seconds, true)]
+        );
         let found = units(&[times("a", 0.0, 0.02, 300_000)], &[50e3]);
         assert_eq!(
             (found[0].unit, found[0].is_sure),

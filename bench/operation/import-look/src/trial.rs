@@ -27,10 +27,8 @@ pub(crate) fn velocity(position: &Fine, metres: f64) -> Fine {
 
 /// Returns the longest time for which the filtered values meet a condition without a change of their class, s.
 pub(crate) fn longest_s<C: PartialEq>(fine: &Fine, class: impl Fn(f64) -> Option<C>) -> f64 {
-    let mut values: Vec<f64> = known(fine).collect();
-    low_pass(&mut values, fine.interval_s, RULE_HZ);
     let (mut longest, mut count, mut last) = (0_usize, 0_usize, None);
-    for value in values {
+    for value in filtered(fine) {
         let found = class(value);
         count = match (&found, found == last) {
             (None, _) => 0,
@@ -41,6 +39,13 @@ pub(crate) fn longest_s<C: PartialEq>(fine: &Fine, class: impl Fn(f64) -> Option
         last = found;
     }
     longest.saturating_sub(1) as f64 * fine.interval_s
+}
+
+/// Returns the values as a rule takes them.
+pub(crate) fn filtered(fine: &Fine) -> impl Iterator<Item = f64> + use<> {
+    let mut values: Vec<f64> = known(fine).collect();
+    low_pass(&mut values, fine.interval_s, RULE_HZ);
+    values.into_iter()
 }
 
 /// Returns the values; in place of lost ones the last one before.

@@ -52,7 +52,7 @@ impl Draft<'_> {
             let text = "the finger presses with more; a sensor's noise is less";
             let reason = match (is_clear, is_ever_unloaded(normal.vector, 0.05, 0.3)) {
                 (_, Some(false)) => check(
-                    "no stretch looked at keeps to this rule: write the force and the time of yours, or state marks",
+                    "no stretch looked at keeps to this rule with the factor above: correct that, or the rule, or state marks",
                 ),
                 (true, _) => sure(text),
                 (false, _) => check(format!("{text}: is it so here?")),

@@ -1,0 +1,757 @@
+//! Guessed maps of files as other laboratories write them: units, rates, scales and names that only the file's own conventions tell.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use import_look::{guess, look};
+use import_map::{Electrical, ImportMap, Rate, TimeBase, Travel};
+
+const SECONDS: f64 = 3.2;
+
+/// A touch with there and back at `speed_m_s` in strokes of `stroke_s`, from 0.6 s on.
+#[derive(Clone, Copy)]
+struct Finger {
+    speed_m_s: f64,
+    stroke_s: f64,
+}
+
+const FINGER: Finger = Finger {
+    speed_m_s: 0.045,
+    stroke_s: 1.0,
+};
+
+impl Finger {
+    fn is_touching(t: f64) -> bool {
+        (0.5..2.7).contains(&t)
+    }
+
+    fn position_m(self, t: f64) -> f64 {
+        let phase = (t.clamp(0.6, 2.6) - 0.6) % (2.0 * self.stroke_s);
+        let way = if phase < self.stroke_s {
+            phase
+        } else {
+            2.0 * self.stroke_s - phase
+        };
+        0.02 + self.speed_m_s * way
+    }
+
+    fn velocity_m_s(self, t: f64) -> f64 {
+        (self.position_m(t + 5e-4) - self.position_m(t - 5e-4)) / 1e-3
+    }
+
+    /// Normal and lateral force, N.
+    fn forces_n(self, n: usize, t: f64) -> [f64; 2] {
+        let touch = f64::from(u8::from(Self::is_touching(t)));
+        let direction = (self.velocity_m_s(t) / self.speed_m_s).clamp(-1.0, 1.0);
+        [
+            0.7 * touch + 0.003 * noise(n),
+            touch * direction * (0.35 - 0.15 * envelope(t)) + 0.003 * noise(n + 5),
+        ]
+    }
+}
+
+/// Values between −1 and 1 (Steele et al. 2014, SplitMix64).
+fn noise(n: usize) -> f64 {
+    let mut bits = (n as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((bits ^ (bits >> 31)) >> 33) as f64 / 2_f64.powi(30) - 1.0
+}
+
+fn envelope(t: f64) -> f64 {
+    1.0 + 0.9 * (TAU * 8.0 * t).sin()
+}
+
+/// Drive in V and pickup in m, of a carrier.
+fn electrical(n: usize, rate_hz: f64, carrier_hz: f64) -> [f64; 2] {
+    let t = n as f64 / rate_hz;
+    let damped = if Finger::is_touching(t) { 0.6 } else { 1.0 };
+    let carrier = TAU * carrier_hz * t;
+    [
+        30.0 * envelope(t) * carrier.cos() + 1e-2 * noise(n),
+        5e-7 * damped * envelope(t - 1.2e-3) * (carrier - 1.0).cos() + 1e-10 * noise(n + 3),
+    ]
+}
+
+fn samples<T>(rate_hz: f64, value: impl Fn(usize, f64) -> T) -> Vec<T> {
+    (0..(SECONDS * rate_hz) as usize)
+        .map(|n| value(n, n as f64 / rate_hz))
+        .collect()
+}
+
+/// A MATLAB file of version 4.
+#[derive(Default)]
+struct Matlab(Vec<u8>);
+
+impl Matlab {
+    fn add(&mut self, name: &str, values: &[f64]) {
+        let header = [0, values.len() as u32, 1, 0, name.len() as u32 + 1];
+        self.0
+            .extend(header.iter().flat_map(|word| word.to_le_bytes()));
+        self.0.extend(name.bytes().chain([0]));
+        self.0
+            .extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    }
+}
+
+/// Property of an object of a TDMS file.
+enum Property {
+    Number(&'static str, f64),
+    Text(&'static str, &'static str),
+}
+
+enum TdmsValues {
+    Integers(Vec<i16>),
+    Floats(Vec<f64>),
+}
+
+/// A TDMS file of one segment.
+#[derive(Default)]
+struct Tdms {
+    objects: Vec<u8>,
+    count: u32,
+    raw: Vec<u8>,
+}
+
+impl Tdms {
+    fn text(bytes: &mut Vec<u8>, text: &str) {
+        bytes.extend((text.len() as u32).to_le_bytes());
+        bytes.extend(text.bytes());
+    }
+
+    fn add(&mut self, path: &str, values: &TdmsValues, properties: &[Property]) {
+        let path: String = path.split('/').map(|part| format!("/'{part}'")).collect();
+        Self::text(&mut self.objects, &path);
+        let (kind, count) = match values {
+            TdmsValues::Integers(values) => (2_u32, values.len()),
+            TdmsValues::Floats(values) => (10, values.len()),
+        };
+        let words = [20, kind, 1];
+        self.objects
+            .extend(words.iter().flat_map(|word| word.to_le_bytes()));
+        self.objects.extend((count as u64).to_le_bytes());
+        match values {
+            TdmsValues::Integers(values) => {
+                self.raw
+                    .extend(values.iter().flat_map(|value| value.to_le_bytes()));
+            }
+            TdmsValues::Floats(values) => {
+                self.raw
+                    .extend(values.iter().flat_map(|value| value.to_le_bytes()));
+            }
+        }
+        self.objects.extend((properties.len() as u32).to_le_bytes());
+        for property in properties {
+            match property {
+                Property::Number(name, value) => {
+                    Self::text(&mut self.objects, name);
+                    self.objects.extend(10_u32.to_le_bytes());
+                    self.objects.extend(value.to_le_bytes());
+                }
+                Property::Text(name, value) => {
+                    Self::text(&mut self.objects, name);
+                    self.objects.extend(0x20_u32.to_le_bytes());
+                    Self::text(&mut self.objects, value);
+                }
+            }
+        }
+        self.count += 1;
+    }
+
+    fn write(self, path: &Path) {
+        let mut bytes = b"TDSm".to_vec();
+        bytes.extend(0xE_u32.to_le_bytes());
+        bytes.extend(4713_u32.to_le_bytes());
+        let metadata = self.objects.len() + 4;
+        bytes.extend(((metadata + self.raw.len()) as u64).to_le_bytes());
+        bytes.extend((metadata as u64).to_le_bytes());
+        bytes.extend(self.count.to_le_bytes());
+        bytes.extend(self.objects);
+        bytes.extend(self.raw);
+        std::fs::write(path, bytes).unwrap();
+    }
+}
+
+fn guessed(files: &[PathBuf]) -> (String, ImportMap) {
+    let to = files[0].parent().unwrap().join("map.toml");
+    let found = guess(files, &to, &mut |_| {}).unwrap();
+    assert_eq!(found.unread, Vec::<String>::new());
+    let text = std::fs::read_to_string(&to).unwrap();
+    assert_eq!(text.matches("# CHECK: ").count(), found.checks, "{text}");
+    // Another package reads the unit of phases.
+    let known = text.replace(", phase_unit = \"deg\"", "");
+    let map =
+        ImportMap::parse(&known, "map.toml").unwrap_or_else(|error| panic!("{error}\n{text}"));
+    (text, map)
+}
+
+/// Returns the line of a key in a table of a map.
+fn line<'a>(text: &'a str, table: &str, key: &str) -> &'a str {
+    let start = text
+        .find(&format!("[{table}]"))
+        .unwrap_or_else(|| panic!("no [{table}] in\n{text}"));
+    let lines = text[start..]
+        .lines()
+        .skip(1)
+        .take_while(|line| !line.starts_with('['));
+    let mut found = lines.filter(|line| line.starts_with(&format!("{key} = ")));
+    found
+        .next()
+        .unwrap_or_else(|| panic!("no {key} in [{table}] of\n{text}"))
+}
+
+fn is_checked(line: &str) -> bool {
+    line.contains("# CHECK")
+}
+
+#[test]
+fn times_without_a_unit_have_the_one_in_which_the_carrier_is_a_plates() {
+    // A card's own counter in µs or ms, under names that say nothing; the force's record begins later.
+    for (scale, start) in [(1e6, 4e6), (1e3, 900.0)] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("S4_T2.mat");
+        let (fast, slow) = (160e3, 4e3);
+        let mut file = Matlab::default();
+        let signals = samples(fast, |n, _| electrical(n, fast, 42e3));
+        file.add("q1", &samples(fast, |_, t| start + scale * t));
+        file.add(
+            "q2",
+            &signals.iter().map(|[drive, _]| *drive).collect::<Vec<_>>(),
+        );
+        file.add(
+            "q3",
+            &signals
+                .iter()
+                .map(|[_, pickup]| 1e6 * pickup)
+                .collect::<Vec<_>>(),
+        );
+        let forces = samples(slow, |n, t| (t, FINGER.forces_n(n, t)));
+        let late: Vec<_> = forces.into_iter().filter(|(t, _)| *t > 0.15).collect();
+        file.add(
+            "q4",
+            &late
+                .iter()
+                .map(|(t, _)| start + scale * t)
+                .collect::<Vec<_>>(),
+        );
+        file.add(
+            "Fn",
+            &late
+                .iter()
+                .map(|(_, [normal, _])| *normal)
+                .collect::<Vec<_>>(),
+        );
+        file.add(
+            "Ft",
+            &late
+                .iter()
+                .map(|(_, [_, lateral])| *lateral)
+                .collect::<Vec<_>>(),
+        );
+        file.add("q5", &samples(500.0, |_, t| start + scale * t));
+        file.add("pos_mm", &samples(500.0, |_, t| 1e3 * FINGER.position_m(t)));
+        std::fs::write(&path, file.0).unwrap();
+
+        let (text, map) = guessed(&[path]);
+        let Electrical::Signals { drive, .. } = &map.electrical else {
+            panic!("{text}")
+        };
+        let unit = |time: &TimeBase, expected: &str| {
+            let TimeBase::Column {
+                name,
+                seconds_per_unit,
+            } = time
+            else {
+                panic!("{text}")
+            };
+            assert_eq!(name, expected, "{text}");
+            assert!((seconds_per_unit * scale - 1.0).abs() < 1e-9, "{text}");
+        };
+        unit(&drive.time, "q1");
+        unit(&map.normal.as_ref().unwrap().time, "q4");
+        assert!(text.contains("carrier 42 000 Hz"), "{text}");
+        let reason = line(&text, "drive", "seconds_per_unit");
+        assert!(
+            reason.contains("the carrier of `q2` is at 42 000 Hz") && !is_checked(reason),
+            "{reason}"
+        );
+        // One clock counted both.
+        let clock = line(&text, "normal", "clock");
+        assert!(clock.contains("\"same\"") && !is_checked(clock), "{clock}");
+        assert!(text.contains("later than that of `q2`"), "{text}");
+    }
+}
+
+#[test]
+fn times_of_forces_alone_have_the_unit_in_which_a_finger_moves_or_are_doubted() {
+    let folder = tempfile::tempdir().unwrap();
+    // 25 kHz in ms for 3.2 s would last 53 min at 25 Hz in s.
+    let table = |name: &str, is_moving: bool| {
+        let path = folder.path().join(name);
+        let mut text = "tick;Fn;Ft;x\n".to_owned();
+        for (n, [normal, lateral]) in samples(25e3, |n, t| FINGER.forces_n(n, t))
+            .iter()
+            .enumerate()
+        {
+            let t = n as f64 / 25e3;
+            let values = match is_moving {
+                true => [*normal, *lateral, FINGER.position_m(t)],
+                false => [noise(n), noise(n + 1), noise(n + 2)],
+            };
+            writeln!(
+                text,
+                "{:.2};{:.5};{:.5};{:.6}",
+                1e3 * t,
+                values[0],
+                values[1],
+                values[2]
+            )
+            .unwrap();
+        }
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    let (text, _) = guessed(&[table("P1_T1.csv", true)]);
+    let unit = line(&text, "normal", "seconds_per_unit");
+    assert!(
+        unit.starts_with("seconds_per_unit = 0.001") && !is_checked(unit),
+        "{text}"
+    );
+    std::fs::remove_file(folder.path().join("map.toml")).unwrap();
+    let (text, _) = guessed(&[table("P1_T2.csv", false)]);
+    assert!(
+        is_checked(line(&text, "normal", "seconds_per_unit")),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_guess_without_drive_and_pickup_names_the_fast_arrays_at_its_top() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("S2_T1.mat");
+    let mut file = Matlab::default();
+    file.add("e1", &samples(50e3, |n, _| noise(n)));
+    file.add("e2", &samples(50e3, |n, _| noise(n + 11)));
+    file.add("fs", &[50e3]);
+    file.add("Fn", &samples(1e3, |n, t| FINGER.forces_n(n, t)[0]));
+    file.add("Ft", &samples(1e3, |n, t| FINGER.forces_n(n, t)[1]));
+    file.add("fs_force", &[1e3]);
+    std::fs::write(&path, file.0).unwrap();
+    let (text, _) = guessed(&[path]);
+    let top = text.split("format = 1").next().unwrap();
+    assert!(
+        top.contains("# CHECK: drive and pickup are left out: none of `e1`, `e2`"),
+        "{text}"
+    );
+}
+
+fn force_table(path: &Path, header: &str, scale: f64) {
+    let mut text = format!("{header}\n");
+    for (n, [normal, lateral]) in samples(1e3, |n, t| FINGER.forces_n(n, t))
+        .iter()
+        .enumerate()
+    {
+        let t = n as f64 * 1e-3;
+        let row = format!(
+            "{t:.3};{:.4};{:.4};{:.4}",
+            scale * normal,
+            scale * lateral,
+            1e3 * FINGER.position_m(t)
+        );
+        writeln!(text, "{row}").unwrap();
+    }
+    std::fs::write(path, text).unwrap();
+}
+
+#[test]
+fn files_with_the_numbers_of_one_trial_are_its_parts_and_stated_units_are_used() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut files = Vec::new();
+    for trial in [4, 5] {
+        let path = folder.path().join(format!("Osci_VP11_{trial:02}.csv"));
+        let mut text = "s;A;B\n".to_owned();
+        for (n, [drive, pickup]) in samples(100e3, |n, _| electrical(n, 100e3, 31e3))
+            .iter()
+            .enumerate()
+        {
+            writeln!(
+                text,
+                "{:.5};{drive:.3};{:.5}",
+                n as f64 * 1e-5,
+                1e6 * pickup
+            )
+            .unwrap();
+        }
+        std::fs::write(&path, text).unwrap();
+        files.push(path);
+        let path = folder.path().join(format!("Zelle_VP11_{trial:02}.csv"));
+        force_table(&path, "t [s];Fz [dN];Fx [dN];Weg [mm]", 10.0);
+        files.push(path);
+    }
+    let (text, map) = guessed(&files);
+    assert!(
+        text.contains(r"files = 'Osci_VP(?<participant>\d+)_(?<trial>\d+)\.csv'"),
+        "{text}"
+    );
+    let normal = map.normal.unwrap();
+    assert_eq!(
+        normal.source.file.unwrap().as_str(),
+        "Zelle_VP{participant}_{trial}.csv",
+        "{text}"
+    );
+    assert!((normal.newtons_per_unit - 0.1).abs() < 1e-12, "{text}");
+    assert!(
+        !is_checked(line(&text, "normal", "newtons_per_unit")),
+        "{text}"
+    );
+}
+
+#[test]
+fn magnitudes_and_phases_of_a_lock_in_are_envelopes_in_degrees_or_radians() {
+    let wrapped = |angle: f64, turn: f64| (angle / turn - (angle / turn).round()) * turn;
+    for (header, turn, is_degrees) in [
+        ("t;mag1;phase1;mag2;phase2;Fz_N;Fx_N", 360.0, true),
+        ("t;|u| [V];arg(u);|w| [um];arg(w);Fz_N;Fx_N", TAU, false),
+        (
+            "t;ampDrive;angleDrive (deg);ampPickup;anglePickup (deg);Fz_N;Fx_N",
+            360.0,
+            true,
+        ),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("vp2_t9.csv");
+        let mut text = format!("{header}\n");
+        for (n, [normal, lateral]) in samples(5e3, |n, t| FINGER.forces_n(n, t))
+            .iter()
+            .enumerate()
+        {
+            let t = n as f64 / 5e3;
+            let (drive, pickup) = (envelope(t), 0.4 * envelope(t - 1.2e-3));
+            // The finger shifts the pickup's phase, across half a turn.
+            let phase = turn
+                * (0.48 + 0.05 * f64::from(u8::from(Finger::is_touching(t))) + 1e-3 * noise(n));
+            writeln!(
+                text,
+                "{t};{drive:.6};{:.6};{pickup:.6};{:.6};{normal:.5};{lateral:.5}",
+                wrapped(turn * (0.1 + 1e-4 * noise(n)), turn),
+                wrapped(phase, turn)
+            )
+            .unwrap();
+        }
+        std::fs::write(&path, text).unwrap();
+        let (text, map) = guessed(&[path]);
+        assert!(
+            matches!(map.electrical, Electrical::Envelopes { .. }),
+            "{text}"
+        );
+        let columns: Vec<&str> = header.split(';').collect();
+        for (key, magnitude, phase) in [("drive", 1, 2), ("pickup", 3, 4)] {
+            let unit = if is_degrees {
+                ", phase_unit = \"deg\""
+            } else {
+                ""
+            };
+            let value = format!(
+                "{key} = {{ amplitude = \"{}\", phase_rad = \"{}\"{unit} }}",
+                columns[magnitude], columns[phase]
+            );
+            assert!(
+                line(&text, "envelopes", key).starts_with(&value),
+                "{value}\n{text}"
+            );
+        }
+    }
+}
+
+fn integers(values: &[f64], count: f64) -> TdmsValues {
+    TdmsValues::Integers(
+        values
+            .iter()
+            .map(|value| (value / count).round() as i16)
+            .collect(),
+    )
+}
+
+#[test]
+fn attributes_that_scale_are_applied_and_counts_of_a_unit_without_one_are_checked() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("P8_run3.tdms");
+    let rate = 125e3;
+    let signals = samples(rate, |n, _| electrical(n, rate, 28e3));
+    let drive: Vec<f64> = signals.iter().map(|[drive, _]| *drive).collect();
+    let pickup: Vec<f64> = signals.iter().map(|[_, pickup]| *pickup).collect();
+    let normal = samples(2e3, |n, t| FINGER.forces_n(n, t)[0]);
+    let lateral = samples(2e3, |n, t| FINGER.forces_n(n, t)[1]);
+    let position = samples(200.0, |_, t| FINGER.position_m(t));
+    let mut file = Tdms::default();
+    let unit = |unit| Property::Text("unit_string", unit);
+    file.add(
+        "fast/monitor drive",
+        &integers(&drive, 0.004),
+        &[
+            unit("V"),
+            Property::Number("resolution", 0.004),
+            Property::Number("Fs", rate),
+        ],
+    );
+    file.add(
+        "fast/ldv",
+        &integers(&pickup, 5e-11),
+        &[
+            unit("um"),
+            Property::Number("scale_factor", 5e-5),
+            Property::Number("add_offset", 0.3),
+        ],
+    );
+    file.add(
+        "force/Fz",
+        &integers(&normal, 1e-3),
+        &[unit("N"), Property::Number("sampling_rate", 2e3)],
+    );
+    file.add(
+        "force/Fx",
+        &integers(&lateral, 1e-3),
+        &[unit("N"), Property::Number("slope", 1e-3)],
+    );
+    file.add(
+        "stage/counter",
+        &integers(&position, 5e-6),
+        &[
+            Property::Number("counts_per_mm", 200.0),
+            Property::Number("rate", 200.0),
+        ],
+    );
+    file.write(&path);
+
+    let (text, map) = guessed(std::slice::from_ref(&path));
+    let volts = line(&text, "drive", "volts_per_unit");
+    assert!(volts.starts_with("volts_per_unit = 0.004 "), "{text}");
+    let metres = line(&text, "pickup", "metres_per_unit");
+    assert!(
+        metres.starts_with("metres_per_unit = 5e-11 ") && !is_checked(metres),
+        "{text}"
+    );
+    assert!(
+        metres.contains("scale_factor = 0.00005") || metres.contains("scale_factor = 5e-5"),
+        "{metres}"
+    );
+    assert!(
+        line(&text, "drive", "rate_hz").starts_with("rate_hz = \"/fast/monitor drive@Fs\""),
+        "{text}"
+    );
+    let counts = line(&text, "normal", "newtons_per_unit");
+    assert!(
+        is_checked(counts) && counts.contains("whole numbers"),
+        "{text}"
+    );
+    let lateral = line(&text, "lateral", "newtons_per_unit");
+    assert!(
+        lateral.starts_with("newtons_per_unit = 0.001 ") && !is_checked(lateral),
+        "{text}"
+    );
+    let position = map.position.unwrap();
+    assert!(
+        matches!(position.travel, Travel::Position { metres_per_unit, .. } if (metres_per_unit - 5e-6).abs() < 1e-12),
+        "{text}"
+    );
+    assert!(
+        matches!(position.time, TimeBase::Rate(Rate::Scalar(ref name)) if name == "/stage/counter@rate"),
+        "{text}"
+    );
+}
+
+#[test]
+fn rates_of_an_array_precede_those_by_the_length() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("P8_run3.tdms");
+    let rate = 125e3;
+    let signals = samples(rate, |n, _| electrical(n, rate, 28e3));
+    let forces = samples(1e3, |n, t| FINGER.forces_n(n, t));
+    // The force's program stopped 4 % earlier: its length alone would state 960 Hz.
+    let kept = &forces[..forces.len() * 96 / 100];
+    let mut file = Tdms::default();
+    let column = |index: usize| TdmsValues::Floats(signals.iter().map(|row| row[index]).collect());
+    file.add("a/u", &column(0), &[Property::Number("Fs", rate)]);
+    file.add("a/w", &column(1), &[Property::Number("Fs", rate)]);
+    let column = |index: usize| TdmsValues::Floats(kept.iter().map(|row| row[index]).collect());
+    file.add("b/Fn", &column(0), &[Property::Number("Fs", 1e3)]);
+    file.add("b/Ft", &column(1), &[Property::Number("Fs", 1e3)]);
+    let pixels = TdmsValues::Floats(samples(50.0, |_, t| 2e4 * FINGER.position_m(t)));
+    file.add(
+        "cam/x",
+        &pixels,
+        &[
+            Property::Text("unit_string", "px"),
+            Property::Number("fps", 50.0),
+        ],
+    );
+    file.write(&path);
+    let (text, _) = guessed(std::slice::from_ref(&path));
+    let rate = line(&text, "normal", "rate_hz");
+    assert!(
+        rate.starts_with("rate_hz = \"/b/Fn@Fs\"") && !is_checked(rate),
+        "{text}"
+    );
+    let pixel = line(&text, "position", "metres_per_unit");
+    assert!(
+        is_checked(pixel) && pixel.contains("px, which is no length"),
+        "{text}"
+    );
+    // Without a length the speeds of the strokes are not known.
+    assert!(
+        is_checked(line(&text, "intervals", "exploration")),
+        "{text}"
+    );
+}
+
+#[test]
+fn units_in_the_heading_of_labview_and_of_velocities_are_used() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("S3_T4.lvm");
+    let mut text = "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t.\nX_Columns\tOne\n***End_of_Header***\t\n\t\n\
+                    Channels\t3\t\t\t\nTime\t09:30:01.5\t09:30:01.5\t09:30:01.5\t\nY_Unit_Label\tmN\tmN\tmm/s\t\n\
+                    Delta_X\t0.001\t0.001\t0.001\t\n***End_of_Header***\t\t\t\t\nX_Value\tpress\tshear\tspeed\tComment\n"
+        .to_owned();
+    for (n, [normal, lateral]) in samples(1e3, |n, t| FINGER.forces_n(n, t))
+        .iter()
+        .enumerate()
+    {
+        let t = n as f64 * 1e-3;
+        writeln!(
+            text,
+            "{t:.6}\t{:.3}\t{:.3}\t{:.4}\t",
+            1e3 * normal,
+            1e3 * lateral,
+            1e3 * FINGER.velocity_m_s(t)
+        )
+        .unwrap();
+    }
+    std::fs::write(&path, text).unwrap();
+    let (text, map) = guessed(std::slice::from_ref(&path));
+    assert!(
+        (map.normal.unwrap().newtons_per_unit - 1e-3).abs() < 1e-12,
+        "{text}"
+    );
+    assert!(
+        !is_checked(line(&text, "lateral", "newtons_per_unit")),
+        "{text}"
+    );
+    assert!(
+        line(&text, "velocity", "metres_per_unit").starts_with("metres_per_unit = 0.001 "),
+        "{text}"
+    );
+
+    // A velocity by its name's end, and what only resembles statements.
+    let table = folder.path().join("S3_T5.csv");
+    force_table(&table, "time;Fn_mN;Ft_mN;slide_mm_s", 1e3);
+    std::fs::remove_file(folder.path().join("map.toml")).unwrap();
+    let (text, _) = guessed(std::slice::from_ref(&table));
+    assert!(
+        line(&text, "velocity", "from").contains("slide_mm_s"),
+        "{text}"
+    );
+    let column = folder.path().join("one.txt");
+    let pair = folder.path().join("pair.csv");
+    let rows: String = (0..100).map(|n| format!("{:.3}\n", noise(n))).collect();
+    std::fs::write(&column, rows).unwrap();
+    let rows: String = (0..100)
+        .map(|n| format!("{}.5,{:.3}\n", n, noise(n)))
+        .collect();
+    std::fs::write(&pair, format!("clock_s,level_m\n{rows}")).unwrap();
+    let mut output = Vec::new();
+    look(&[path, column, pair], None, &mut output, &mut |_| {}).unwrap();
+    let shown = String::from_utf8(output).unwrap();
+    let one = shown
+        .split("one.txt")
+        .nth(1)
+        .unwrap()
+        .split("pair.csv")
+        .next()
+        .unwrap();
+    assert!(!one.contains("separated by"), "{shown}");
+    assert!(
+        !shown.contains("@clock_s") && !shown.contains("@Time\\t"),
+        "{shown}"
+    );
+}
+
+#[test]
+fn a_guessed_exploration_is_one_of_the_recording_or_is_checked() {
+    // A rig with strokes of 0.8 s in a long record, and a stick that only twitches.
+    for (name, is_twitching) in [("S1_T1.csv", false), ("S1_T2.csv", true)] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        let mut text = "time_s,Fn_N,Ft_N,x_mm\n".to_owned();
+        for n in 0..60_000 {
+            let t = f64::from(n) / 200.0;
+            let phase = (t % 2.4) / 2.4;
+            let x = match (is_twitching, phase) {
+                (true, _) => 0.1 * (t / 0.4).floor().rem_euclid(40.0),
+                (false, phase) if phase < 1.0 / 3.0 => 0.3 * 3.0 * phase,
+                (false, phase) if phase < 0.5 => 0.3,
+                (false, phase) if phase < 5.0 / 6.0 => 0.3 * (2.5 - 3.0 * phase),
+                _ => 0.0,
+            };
+            let [normal, lateral] = [0.3 + 0.01 * noise(n as usize), 0.1 * noise(n as usize + 1)];
+            writeln!(text, "{t:.4},{normal:.4},{lateral:.4},{x:.5}").unwrap();
+        }
+        std::fs::write(&path, text).unwrap();
+        let (text, _) = guessed(&[path]);
+        let rule = line(&text, "intervals", "exploration");
+        match is_twitching {
+            true => assert!(is_checked(rule), "{text}"),
+            // 0.3 mm in 0.8 s.
+            false => assert!(
+                rule.starts_with("exploration = \"0.26 to 0.49 mm/s for 0.5 s\"")
+                    && !is_checked(rule),
+                "{text}"
+            ),
+        }
+        // The normal force never rests.
+        let unloaded = line(&text, "intervals", "unloaded");
+        assert!(
+            unloaded.contains("no stretch looked at keeps to this rule"),
+            "{text}"
+        );
+    }
+}
+
+#[test]
+fn clocks_are_one_where_one_file_shows_one_start_or_one_rate() {
+    let rate = 100e3;
+    let signals = samples(rate, |n, _| electrical(n, rate, 33e3));
+    let forces = samples(5e3, |n, t| FINGER.forces_n(n, t));
+    let guessed_clock = |drive_start: Option<f64>, force_start: Option<f64>| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("S6_T6.tdms");
+        let mut file = Tdms::default();
+        let properties = |interval: f64, start: Option<f64>| {
+            let mut list = vec![Property::Number("wf_increment", interval)];
+            list.extend(start.map(|start| Property::Number("wf_start_time", start)));
+            list
+        };
+        let column =
+            |index: usize| TdmsValues::Floats(signals.iter().map(|row| row[index]).collect());
+        file.add("d/drive", &column(0), &properties(1.0 / rate, drive_start));
+        file.add("d/ldv", &column(1), &properties(1.0 / rate, drive_start));
+        let column =
+            |index: usize| TdmsValues::Floats(forces.iter().map(|row| row[index]).collect());
+        file.add("f/Fn", &column(0), &properties(2e-4, force_start));
+        file.add("f/Ft", &column(1), &properties(2e-4, force_start));
+        file.write(&path);
+        let (text, _) = guessed(&[path]);
+        let line = line(&text, "normal", "clock");
+        (line.contains("\"same\""), is_checked(line))
+    };
+    assert_eq!(guessed_clock(Some(3.7e9), Some(3.7e9)), (true, false));
+    assert_eq!(
+        guessed_clock(Some(3.7e9), Some(3.7e9 + 0.3)),
+        (false, false)
+    );
+    assert_eq!(guessed_clock(None, None), (false, false));
+}

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use crate::file_pattern::FileFamily;
 use crate::map_text::{MapText, Reason, check, number, quoted, sure};
-use crate::names;
+use crate::name_parts;
 use crate::nature::Nature;
 use crate::portrait::{FilePortrait, VectorPortrait};
 use crate::purpose::{Family, Purpose, purpose};
@@ -275,7 +275,7 @@ impl Draft<'_> {
         let singles = self.portraits.iter().flat_map(|file| &file.singles);
         let numbers: BTreeMap<String, (String, f64)> = singles
             .filter_map(|single| {
-                let joined = names::words(&names::leaf(&single.name)).concat();
+                let joined = name_parts::words(&name_parts::leaf(&single.name)).concat();
                 single
                     .number
                     .map(|number| (joined, (single.name.clone(), number)))

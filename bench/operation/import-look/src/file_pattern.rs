@@ -104,8 +104,8 @@ fn is_digits(run: &str) -> bool {
     run.starts_with(|c: char| c.is_ascii_digit())
 }
 
-/// Groups names that differ in their numbers alone, or also in a word for a person. `have_same_columns` states whether two files
-/// have the same arrays.
+/// Groups names that differ in their numbers alone, or also in a word for a person. `have_same_columns` states whether
+/// two files have the same arrays.
 pub(crate) fn families(
     names: &[String],
     have_same_columns: &mut dyn FnMut(&str, &str) -> bool,
@@ -149,7 +149,8 @@ fn merge_words(
     }
 }
 
-/// Returns whether two groups differ in one word, which is none of a stream, and which no number of a participant replaces.
+/// Returns whether two groups differ in one word, which is none of a stream, and which no number of a participant
+/// replaces.
 fn differ_in_a_person(a: &[String], b: &[String]) -> bool {
     let (first, second) = (runs(&a[0]), runs(&b[0]));
     if first.len() != second.len() || extension(&a[0]) != extension(&b[0]) {
@@ -273,7 +274,8 @@ impl FileFamily {
         self.parts.iter().map(part).collect()
     }
 
-    /// Returns the name with placeholders for the groups of another family; `None` if a part that changes is not among them.
+    /// Returns the name with placeholders for the groups of another family; `None` if a part that changes is not among
+    /// them.
     pub fn template(&self, other: &Self) -> Option<String> {
         let part = |part: &Part| match part {
             Part::Text(text) => Some(text.clone()),

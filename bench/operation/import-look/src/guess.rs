@@ -54,8 +54,8 @@ pub enum GuessError {
     },
 }
 
-/// Looks at one file of each family of names, and writes a map for all of them to `to`. `progress` is called with a line about
-/// the work under way, and with an empty one at its end.
+/// Looks at one file of each family of names, and writes a map for all of them to `to`. `progress` is called with a
+/// line about the work under way, and with an empty one at its end.
 ///
 /// # Errors
 /// [`GuessError`]; then nothing is written.
@@ -134,7 +134,8 @@ pub fn guess(
     })
 }
 
-/// Returns the names and units of a file's arrays, and the number of columns of each; `None` for a file that cannot be read.
+/// Returns the names and units of a file's arrays, and the number of columns of each; `None` for a file that cannot be
+/// read.
 fn columns(path: &Path) -> Option<Vec<(String, Option<String>, u64)>> {
     let file = SourceFile::open(path).ok()?;
     let columns = file.arrays().iter().map(|info| {

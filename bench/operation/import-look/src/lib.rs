@@ -13,6 +13,7 @@ mod excerpt;
 mod file_pattern;
 mod guess;
 mod map_text;
+mod name_parts;
 mod names;
 mod nature;
 mod pair;

@@ -1,5 +1,6 @@
 //! Meanings of names in other people's files.
 
+use crate::name_parts::{leaf, words};
 use crate::units::without_unit;
 
 /// Roles of arrays in a recording.
@@ -191,26 +192,6 @@ const INTERVALS: &[&str] = &[
     "step",
 ];
 
-/// Returns the words of a name, lower case: parted by signs, digits, and capitals after small letters.
-pub(crate) fn words(name: &str) -> Vec<String> {
-    let mut words = vec![String::new()];
-    let mut last = ' ';
-    for c in name.chars() {
-        let is_boundary = !c.is_alphabetic() || (c.is_uppercase() && last.is_lowercase());
-        if is_boundary {
-            words.push(String::new());
-        }
-        if c.is_alphabetic()
-            && let Some(word) = words.last_mut()
-        {
-            word.extend(c.to_lowercase());
-        }
-        last = c;
-    }
-    words.retain(|word| !word.is_empty());
-    words
-}
-
 /// Returns the role that a name states, and the word that states it.
 pub(crate) fn role(name: &str) -> Option<(Role, String)> {
     let leaf = leaf(name);
@@ -271,33 +252,6 @@ pub(crate) fn beside_rate_word(name: &str) -> String {
         .into_iter()
         .filter(|word| !is_rate(word) && !filler.contains(&word.as_str()))
         .collect()
-}
-
-/// Returns the last part of a name: of `S.force.Fn` and `/daq/Fn` that is `Fn`.
-pub(crate) fn leaf(name: &str) -> String {
-    let name = name
-        .rsplit_once('[')
-        .map_or(name, |(stem, _)| if stem.is_empty() { name } else { stem });
-    // The slash of a unit parts no names.
-    let parts: Vec<&str> = name.split_inclusive(['/', '.', '@']).collect();
-    let is_end = |index: usize| {
-        index + 1 == parts.len()
-            || !(parts[index].ends_with("m/") && parts[index + 1].starts_with('s'))
-    };
-    let last = (0..parts.len())
-        .rev()
-        .find(|index| !parts[*index].trim_matches(['/', '.', '@', ' ']).is_empty());
-    let Some(last) = last else {
-        return name.to_owned();
-    };
-    let mut first = last;
-    while first > 0 && !is_end(first - 1) {
-        first -= 1;
-    }
-    parts[first..=last]
-        .concat()
-        .trim_end_matches(['/', '.', '@'])
-        .to_owned()
 }
 
 #[cfg(test)]

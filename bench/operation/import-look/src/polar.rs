@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::names;
+use crate::name_parts;
 use crate::portrait::VectorPortrait;
 use crate::units::{UnitMeaning, without_unit};
 
@@ -33,7 +33,7 @@ enum PolarPart {
 
 /// Returns the part that a name states, and the rest of the name, which both parts share.
 fn part(name: &str) -> Option<(PolarPart, String)> {
-    let leaf = names::leaf(name);
+    let leaf = name_parts::leaf(name);
     // The group before the last part, and the column behind it, are shared too.
     let place = name.rfind(leaf.as_str())?;
     let column = name[place + leaf.len()..].trim_start();

@@ -6,7 +6,6 @@ use crate::excerpt::{Extremes, Fine};
 use crate::names::{self, RateWord, Role};
 use crate::nature::Nature;
 use crate::slow::Slow;
-use crate::stated::Scaling;
 use crate::time_axis::TimeUnit;
 use crate::time_units::TimesUnit;
 use crate::units::{self, UnitMeaning};
@@ -22,6 +21,19 @@ pub(crate) enum RateOrigin {
     Times(TimesOrigin),
     /// The arrays last as long as those of another rate.
     Duration,
+}
+
+/// Factor and offset that attributes of an array state: value = factor · stored + offset.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Scaling {
+    pub factor: f64,
+    /// Offset in the unit of the scaled values.
+    pub offset: f64,
+    /// Attributes with their values, for a reason.
+    pub text: String,
+    pub is_sure: bool,
+    /// Unit that an attribute as `mm_per_count` names.
+    pub unit: Option<String>,
 }
 
 /// Start of a vector's samples.

@@ -1,5 +1,6 @@
 //! Rates of vectors, as a file states them: its own rate, scalars, arrays of times.
 
+use crate::name_parts;
 use crate::names::{self, RateWord};
 use crate::portrait::{RateOrigin, Start, StatedRate, TimesOrigin};
 use crate::time_units::TimesUnit;
@@ -18,7 +19,8 @@ pub(crate) struct RateScalar {
 }
 
 impl RateScalar {
-    /// Returns the rate that a scalar states, if its name and its value are those of one; `vectors` are the names and lengths of all arrays.
+    /// Returns the rate that a scalar states, if its name and its value are those of one; `vectors` are the names and
+    /// lengths of all arrays.
     pub fn new(name: &str, value: f64, vectors: &[(&str, u64)]) -> Option<Self> {
         let (word, stream) = match names::rate_word(name) {
             Some(word) => (word, names::beside_rate_word(name)),
@@ -45,7 +47,7 @@ impl RateScalar {
 
 /// Returns the meaning of a name as `fsx` or `xfs`, the word of a rate next to the name of a vector, and that name.
 fn joined_stream(name: &str, vector: &str) -> Option<(RateWord, String)> {
-    let joined: String = names::words(&names::leaf(name)).concat();
+    let joined: String = name_parts::words(&name_parts::leaf(name)).concat();
     let streams = stream_words(vector);
     [
         ("fs", RateWord::Rate),
@@ -66,12 +68,12 @@ fn joined_stream(name: &str, vector: &str) -> Option<(RateWord, String)> {
 
 /// Returns the words by which a scalar may name a vector: its name without the unit, and its groups.
 fn stream_words(vector: &str) -> Vec<String> {
-    let stem = names::words(&units::without_unit(&names::leaf(vector))).concat();
+    let stem = name_parts::words(&units::without_unit(&name_parts::leaf(vector))).concat();
     let mut words: Vec<String> = std::iter::once(stem).collect();
     words.extend(
         container(vector)
             .split(['/', '.', '@'])
-            .map(|group| names::words(group).concat()),
+            .map(|group| name_parts::words(group).concat()),
     );
     words.retain(|word| !word.is_empty());
     words
@@ -159,7 +161,8 @@ impl Rates {
         fitting.max_by_key(|times| common_prefix(&times.name, name))
     }
 
-    /// Returns the only scalar in the vector's group, or the one that names the vector, if it lasts about as long as the others.
+    /// Returns the only scalar in the vector's group, or the one that names the vector, if it lasts about as long as
+    /// the others.
     fn named(&self, name: &str, length: u64, lengths: &[u64]) -> Option<StatedRate> {
         let duration = self.duration_s(lengths);
         let is_like = |scalar: &&RateScalar| {
@@ -267,11 +270,12 @@ fn is_in_other_group(scalar: &str, vector: &str) -> bool {
     !(group.is_empty() || vector == group || vector.starts_with(&format!("{group}/")))
 }
 
-/// Returns the number of characters that two names share: at their start, as `S.force.` of `S.force.fs`, or of their words.
+/// Returns the number of characters that two names share: at their start, as `S.force.` of `S.force.fs`, or of their
+/// words.
 fn common_prefix(a: &str, b: &str) -> usize {
     let start = a.chars().zip(b.chars()).take_while(|(a, b)| a == b).count();
-    let other = names::words(b);
-    let shared: usize = names::words(a)
+    let other = name_parts::words(b);
+    let shared: usize = name_parts::words(a)
         .iter()
         .filter(|word| other.contains(word))
         .map(String::len)

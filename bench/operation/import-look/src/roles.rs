@@ -486,7 +486,7 @@ fn envelopes<'a>(all: &[(usize, &'a VectorPortrait)]) -> Option<EnvelopePair<'a>
 }
 
 fn words_begin_with_u(name: &str) -> bool {
-    crate::names::words(&crate::names::leaf(name))
+    crate::name_parts::words(&crate::name_parts::leaf(name))
         .first()
         .is_some_and(|word| word == "u" || word == "drive")
 }

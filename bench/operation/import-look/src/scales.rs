@@ -2,7 +2,7 @@
 
 use crate::excerpt::Fine;
 use crate::map_text::{Reason, check, sure};
-use crate::names;
+use crate::name_parts;
 use crate::nature::{Nature, grouped};
 use crate::portrait::VectorPortrait;
 use crate::slow::Slow;
@@ -62,7 +62,7 @@ pub(crate) fn pickup_scale(
     vector: &VectorPortrait,
 ) -> (&'static str, Reason, Option<(f64, Reason)>) {
     let stated = || format!("stated in {}", unit(vector));
-    let words = names::words(&names::leaf(&vector.name));
+    let words = name_parts::words(&name_parts::leaf(&vector.name));
     let joined = words.concat();
     let by_name = |parts: &[&str]| parts.iter().any(|part| joined.contains(part));
     let motion = |quantity, scale| {

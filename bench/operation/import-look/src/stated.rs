@@ -6,24 +6,12 @@ use std::path::Path;
 
 use source_files::{ArrayInfo, Format, SourceFile};
 
-use crate::names;
-use crate::portrait::SinglePortrait;
+use crate::name_parts;
+use crate::portrait::{Scaling, SinglePortrait};
 use crate::units::unit_meaning;
 
-/// Factor and offset that attributes of an array state: value = factor · stored + offset.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Scaling {
-    pub factor: f64,
-    /// Offset in the unit of the scaled values.
-    pub offset: f64,
-    /// Attributes with their values, for a reason.
-    pub text: String,
-    pub is_sure: bool,
-    /// Unit that an attribute as `mm_per_count` names.
-    pub unit: Option<String>,
-}
-
-/// Words of attributes that state a factor of counts, and those that programs also state of values that are scaled already.
+/// Words of attributes that state a factor of counts, and those that programs also state of values that are scaled
+/// already.
 const FACTORS: &[&str] = &[
     "scale",
     "scalefactor",
@@ -87,7 +75,7 @@ pub(crate) fn scaling(array: &str, is_whole: bool, singles: &[SinglePortrait]) -
         let Some(number) = single.number.filter(|number| is_own && number.is_finite()) else {
             continue;
         };
-        let words = names::words(attribute_name(single));
+        let words = name_parts::words(attribute_name(single));
         let joined = words.concat();
         let is_factor = |list: &[&str]| list.contains(&joined.as_str()) && number != 0.0;
         if let Some((factor, unit)) = per_count(attribute_name(single), number) {
@@ -204,7 +192,8 @@ pub(crate) fn notes(file: &SourceFile) -> Vec<String> {
         .collect()
 }
 
-/// Returns single values without those that a text file's lines of words only resemble: a heading of two columns, a date with a colon.
+/// Returns single values without those that a text file's lines of words only resemble: a heading of two columns, a
+/// date with a colon.
 pub(crate) fn without_invented(
     mut singles: Vec<SinglePortrait>,
     file: &SourceFile,

@@ -1,20 +1,19 @@
 //! Reading of a file by stretches.
 
+mod reading;
 mod times;
 
-use std::ops::Range;
 use std::path::Path;
 
-use num_complex::Complex64;
 use source_files::{ArrayInfo, Attribute, Element, SourceError, SourceFile, Vector};
 
-use crate::excerpt::{Excerpt, Piece, plan};
 use crate::nature::{Nature, nature};
 use crate::portrait::{
     FilePortrait, RateOrigin, SinglePortrait, Start, StatedRate, VectorPortrait,
 };
 use crate::rates::{RateScalar, Rates};
 use crate::stated;
+use reading::excerpt;
 use times::{may_be_time, times};
 
 /// Most vectors of a file that are looked at, and most columns of one array.
@@ -251,36 +250,4 @@ fn shortened(text: &str) -> String {
         ""
     };
     format!("\"{}{end}\"", escaping::escaped_line(&start))
-}
-
-/// Reads the stretches of a vector; of complex values the magnitudes.
-fn excerpt(file: &mut SourceFile, vector: &Vector) -> Result<Excerpt, Box<SourceError>> {
-    let mut pieces = Vec::new();
-    for range in plan(vector.len()) {
-        let start = range.start;
-        pieces.push(Piece {
-            start,
-            values: values(file, vector, range)?,
-        });
-    }
-    Ok(Excerpt {
-        length: vector.len(),
-        pieces,
-    })
-}
-
-fn values(
-    file: &mut SourceFile,
-    vector: &Vector,
-    range: Range<u64>,
-) -> Result<Vec<f64>, Box<SourceError>> {
-    let mut values = Vec::new();
-    if vector.is_complex() {
-        let mut complex: Vec<Complex64> = Vec::new();
-        file.read_complex(vector, range, &mut complex)?;
-        values.extend(complex.iter().map(|value| value.norm()));
-    } else {
-        file.read(vector, range, &mut values)?;
-    }
-    Ok(values)
 }

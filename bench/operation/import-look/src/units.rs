@@ -1,6 +1,6 @@
 //! Meanings of units, and units at the ends of names.
 
-use crate::names::leaf;
+use crate::name_parts::leaf;
 use crate::time_axis::TimeUnit;
 
 /// Quantity and SI value of a unit.

@@ -1,4 +1,5 @@
-//! Guessed maps of files as other laboratories write them: units, rates, scales and names that only the file's own conventions tell.
+//! Guessed maps of files as other laboratories write them: units, rates, scales and names that only the file's own
+//! conventions tell.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"

@@ -177,7 +177,8 @@ impl Draft<'_> {
         }
     }
 
-    /// Adds a line to be checked where arrays of a high rate are left out, though a recording has drive and pickup among such.
+    /// Adds a line to be checked where arrays of a high rate are left out, though a recording has drive and pickup
+    /// among such.
     pub(super) fn left_out(&mut self, roles: &Roles<'_>) {
         if roles.signals.is_some() || roles.envelopes.is_some() {
             return;
@@ -199,7 +200,7 @@ impl Draft<'_> {
                 && (matches!(vector.nature, Nature::Carrier(_))
                     || vector.rate_hz().is_some_and(|hz| hz >= FAST_HZ)
                     || is_long
-                    || (is_named && vector.length >= longest))
+                    || (is_named && vector.rate.is_none() && vector.length >= longest))
         };
         let fast: Vec<&VectorPortrait> = self
             .portraits

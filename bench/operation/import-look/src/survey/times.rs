@@ -2,6 +2,8 @@
 
 use source_files::{Element, SourceError, SourceFile, Vector};
 
+use super::reading::excerpt;
+
 use crate::carrier::carrier;
 use crate::names;
 use crate::portrait::Start;
@@ -29,7 +31,8 @@ fn stated_unit(vector: &Vector) -> Option<String> {
         .or_else(|| unit_in_name(vector.name()))
 }
 
-/// Returns the arrays of times among vectors; `rates_hz` are those that scalars state. An array that cannot be read is none.
+/// Returns the arrays of times among vectors; `rates_hz` are those that scalars state. An array that cannot be read is
+/// none.
 pub(super) fn times(file: &mut SourceFile, vectors: &[&Vector], rates_hz: &[f64]) -> Vec<Times> {
     let mut sampled: Vec<SampledTimes> = Vec::new();
     for vector in vectors {
@@ -52,7 +55,7 @@ pub(super) fn times(file: &mut SourceFile, vectors: &[&Vector], rates_hz: &[f64]
             .collect();
         for signal in signals {
             // An array that cannot be read is listed with the reason.
-            if let Ok(excerpt) = super::excerpt(file, signal) {
+            if let Ok(excerpt) = excerpt(file, signal) {
                 let name = signal.name().to_owned();
                 let length = excerpt.longest().len() as f64;
                 if let Some(found) = carrier(excerpt.longest(), None) {

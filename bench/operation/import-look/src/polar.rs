@@ -63,7 +63,7 @@ fn part(name: &str) -> Option<(PolarPart, String)> {
         .filter(|index| *index != place)
         .map(|index| words[index].as_str())
         .collect();
-    Some((part, format!("{group}{}", rest.concat())))
+    Some((part, format!("{group}{}", rest.join("_"))))
 }
 
 /// Returns the words and the numbers of a name, lower case.
@@ -91,6 +91,11 @@ pub(crate) fn is_pair(magnitude: &str, phase: &str) -> bool {
         (Some((PolarPart::Magnitude, own)), Some((PolarPart::Phase, other))) => own == other,
         _ => false,
     }
+}
+
+/// Returns the rest of a magnitude's name, which names the stream: of `ampPickup` that is `pickup`.
+pub(crate) fn stream_of(magnitude: &str) -> Option<String> {
+    part(magnitude).map(|(_, rest)| rest)
 }
 
 /// Returns whether the name is one of a phase.
@@ -223,7 +228,7 @@ mod tests {
             (vec![phase("theta", -179.9, 179.9, 359.0)], true, true),
             (vec![phase("theta", 0.2, 359.9, 359.0)], true, true),
             (vec![phase("theta", -3.1, 3.1, 6.2)], false, true),
-            (vec![phase("theta", 0.0, 6.28, 6.2)], false, true),
+            (vec![phase("theta", 0.01, 6.27, 6.2)], false, true),
             // Steady phases: the other one of the instrument tells.
             (
                 vec![phase("a", 0.10, 0.11, 0.01), phase("b", -95.0, -20.0, 1.0)],

@@ -442,11 +442,18 @@ fn envelopes<'a>(all: &[(usize, &'a VectorPortrait)]) -> Option<EnvelopePair<'a>
             .any(|vector| matches!(vector.nature, Nature::Slow(Slow::Oscillation(_))))
     };
     found.retain(|(_, arrays)| oscillates(arrays));
-    let role = |arrays: &EnvelopeArrays<'_>| arrays.first().role().map(|(role, _)| role);
+    // The word of a magnitude, as in `amp_2`, states no role.
+    let name = |arrays: &EnvelopeArrays<'_>| {
+        let name = &arrays.first().name;
+        let rest = matches!(arrays, EnvelopeArrays::Polar(..)).then(|| polar::stream_of(name));
+        rest.flatten().unwrap_or_else(|| name.clone())
+    };
+    let role =
+        |arrays: &EnvelopeArrays<'_>| crate::names::role(&name(arrays)).map(|(role, _)| role);
     let is_drive = |arrays: &EnvelopeArrays<'_>| {
         let unit = arrays.first().unit_meaning();
         role(arrays) == Some(Role::Drive)
-            || words_begin_with_u(&arrays.first().name)
+            || words_begin_with_u(&name(arrays))
             || (role(arrays).is_none() && matches!(unit, Some(UnitMeaning::Volts(_))))
     };
     let drive = found.iter().position(|(_, arrays)| is_drive(arrays));

@@ -265,7 +265,10 @@ mod tests {
         // 500 Hz in ms for 8 s: in s it would last 2 h, as some recordings do.
         let ambiguous = times("a", 0.0, 0.02, 300_000);
         assert!(ambiguous.is_ambiguous());
-        assert_eq!(found(&[ambiguous.clone()]), [(TimeUnit::Seconds, false)]);
+        assert_eq!(
+            found(std::slice::from_ref(&ambiguous)),
+            [(TimeUnit::Seconds, false)]
+        );
         let mut moved = ambiguous.clone();
         moved.strokes.push(("x".to_owned(), 90_000.0));
         assert_eq!(found(&[moved]), [(TimeUnit::Milliseconds, true)]);

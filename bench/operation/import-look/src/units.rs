@@ -36,8 +36,11 @@ const PREFIXES: &[(&str, f64)] = &[
     ("n", 1e-9),
     ("p", 1e-12),
 ];
+/// Quantity of a unit by its SI value.
+type Quantity = fn(f64) -> UnitMeaning;
+
 /// Symbols that take a prefix, with their quantity.
-const SYMBOLS: &[(&[&str], fn(f64) -> UnitMeaning)] = &[
+const SYMBOLS: &[(&[&str], Quantity)] = &[
     (
         &["N", "newton", "newtons", "Newton", "Newtons"],
         UnitMeaning::Newtons,

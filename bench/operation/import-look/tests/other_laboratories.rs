@@ -417,6 +417,7 @@ fn magnitudes_and_phases_of_a_lock_in_are_envelopes_in_degrees_or_radians() {
     let wrapped = |angle: f64, turn: f64| (angle / turn - (angle / turn).round()) * turn;
     for (header, turn, is_degrees) in [
         ("t;mag1;phase1;mag2;phase2;Fz_N;Fx_N", 360.0, true),
+        ("t;amp_ldv;phi_ldv;amp_exc;phi_exc;Fz_N;Fx_N", TAU, false),
         ("t;|u| [V];arg(u);|w| [um];arg(w);Fz_N;Fx_N", TAU, false),
         (
             "t;ampDrive;angleDrive (deg);ampPickup;anglePickup (deg);Fz_N;Fx_N",
@@ -426,6 +427,7 @@ fn magnitudes_and_phases_of_a_lock_in_are_envelopes_in_degrees_or_radians() {
     ] {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("vp2_t9.csv");
+        let is_pickup_first = header.contains("ldv;");
         let mut text = format!("{header}\n");
         for (n, [normal, lateral]) in samples(5e3, |n, t| FINGER.forces_n(n, t))
             .iter()
@@ -436,13 +438,16 @@ fn magnitudes_and_phases_of_a_lock_in_are_envelopes_in_degrees_or_radians() {
             // The finger shifts the pickup's phase, across half a turn.
             let phase = turn
                 * (0.48 + 0.05 * f64::from(u8::from(Finger::is_touching(t))) + 1e-3 * noise(n));
-            writeln!(
-                text,
-                "{t};{drive:.6};{:.6};{pickup:.6};{:.6};{normal:.5};{lateral:.5}",
-                wrapped(turn * (0.1 + 1e-4 * noise(n)), turn),
-                wrapped(phase, turn)
-            )
-            .unwrap();
+            let drive = format!(
+                "{drive:.6};{:.6}",
+                wrapped(turn * (0.1 + 1e-4 * noise(n)), turn)
+            );
+            let pickup = format!("{pickup:.6};{:.6}", wrapped(phase, turn));
+            let [first, second] = match is_pickup_first {
+                true => [pickup, drive],
+                false => [drive, pickup],
+            };
+            writeln!(text, "{t};{first};{second};{normal:.5};{lateral:.5}").unwrap();
         }
         std::fs::write(&path, text).unwrap();
         let (text, map) = guessed(&[path]);
@@ -451,7 +456,9 @@ fn magnitudes_and_phases_of_a_lock_in_are_envelopes_in_degrees_or_radians() {
             "{text}"
         );
         let columns: Vec<&str> = header.split(';').collect();
-        for (key, magnitude, phase) in [("drive", 1, 2), ("pickup", 3, 4)] {
+        let (drive, pickup) = if is_pickup_first { (3, 1) } else { (1, 3) };
+        for (key, magnitude) in [("drive", drive), ("pickup", pickup)] {
+            let phase = magnitude + 1;
             let unit = if is_degrees {
                 ", phase_unit = \"deg\""
             } else {

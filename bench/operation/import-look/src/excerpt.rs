@@ -62,7 +62,7 @@ pub(crate) struct Extremes {
 
 /// Means of a stretch, at the rate at which rules are tried.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Fine {
+pub(crate) struct FineCourse {
     pub interval_s: f64,
     pub values: Vec<f64>,
 }
@@ -126,11 +126,11 @@ impl Excerpt {
     }
 
     /// Returns the longest stretch at 1 to 2 kHz, or at its rate if that is lower.
-    pub fn fine(&self, rate_hz: f64) -> Option<Fine> {
+    pub fn fine(&self, rate_hz: f64) -> Option<FineCourse> {
         let group = ((rate_hz / FINE_HZ) as usize).max(1);
         let mean = |part: &[f64]| part.iter().sum::<f64>() / group as f64;
         let values: Vec<f64> = self.longest().chunks_exact(group).map(mean).collect();
-        (values.len() > 1).then_some(Fine {
+        (values.len() > 1).then_some(FineCourse {
             interval_s: group as f64 / rate_hz,
             values,
         })

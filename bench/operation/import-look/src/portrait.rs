@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::excerpt::{Extremes, Fine};
+use crate::excerpt::{Extremes, FineCourse};
 use crate::names::{self, RateWord, Role};
 use crate::nature::Nature;
 use crate::slow::Slow;
@@ -38,7 +38,7 @@ pub(crate) struct Scaling {
 
 /// Start of a vector's samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Start {
+pub(crate) struct StreamStart {
     pub begin_s: f64,
     /// Whether the start is a time of day, or of a clock that ran before.
     pub is_of_day: bool,
@@ -48,8 +48,10 @@ pub(crate) struct Start {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct TimesOrigin {
     pub name: String,
+    /// Factor that attributes of it state.
+    pub factor: f64,
     pub unit: TimesUnit,
-    pub start: Start,
+    pub start: StreamStart,
 }
 
 /// Rate of a vector's samples.
@@ -74,7 +76,7 @@ pub(crate) struct VectorPortrait {
     pub unit: Option<String>,
     pub rate: Option<StatedRate>,
     /// Start of its samples, if it is known.
-    pub start: Option<Start>,
+    pub start: Option<StreamStart>,
     /// Unit of its values, if they are times.
     pub times_unit: Option<TimesUnit>,
     /// Factor and offset that the file states.
@@ -88,7 +90,7 @@ pub(crate) struct VectorPortrait {
     /// Largest change from a value to the next one.
     pub leap: f64,
     /// Stretch of a slow signal of a known rate.
-    pub fine: Option<Fine>,
+    pub fine: Option<FineCourse>,
 }
 
 /// A single number or text, or an object that is not looked into.

@@ -2,7 +2,7 @@
 
 use crate::name_parts;
 use crate::names::{self, RateWord};
-use crate::portrait::{RateOrigin, Start, StatedRate, TimesOrigin};
+use crate::portrait::{RateOrigin, StatedRate, StreamStart, TimesOrigin};
 use crate::time_units::TimesUnit;
 use crate::units;
 
@@ -100,9 +100,11 @@ fn container(name: &str) -> String {
 pub(crate) struct Times {
     pub name: String,
     pub length: u64,
+    /// Factor that attributes state.
+    pub factor: f64,
     pub rate_hz: f64,
     pub unit: TimesUnit,
-    pub start: Start,
+    pub start: StreamStart,
 }
 
 /// Rates that a file states.
@@ -136,6 +138,7 @@ impl Rates {
         if let Some(times) = self.times(name, length) {
             let origin = RateOrigin::Times(TimesOrigin {
                 name: times.name.clone(),
+                factor: times.factor,
                 unit: times.unit.clone(),
                 start: times.start,
             });
@@ -389,13 +392,14 @@ mod tests {
         rates.times.push(Times {
             name: "t".to_owned(),
             length: 500,
+            factor: 1.0,
             rate_hz: 100.0,
             unit: TimesUnit {
                 unit: TimeUnit::Seconds,
                 is_sure: true,
                 reason: String::new(),
             },
-            start: Start {
+            start: StreamStart {
                 begin_s: 0.0,
                 is_of_day: false,
             },

@@ -1,6 +1,6 @@
 //! Scales of streams by their units and sizes, and the rule of explorations by the speeds.
 
-use crate::excerpt::Fine;
+use crate::excerpt::FineCourse;
 use crate::map_text::{Reason, check, sure};
 use crate::name_parts;
 use crate::nature::{Nature, grouped};
@@ -268,7 +268,7 @@ pub(crate) fn exploration(vector: &VectorPortrait, is_velocity: bool) -> (String
             .collect(),
     };
     let fine = vector.fine.as_ref().map(|fine| match is_velocity {
-        true => Fine {
+        true => FineCourse {
             values: fine.values.iter().map(|value| value * scale).collect(),
             ..fine.clone()
         },
@@ -335,7 +335,7 @@ struct SpeedRule {
 
 impl SpeedRule {
     /// Returns the rule by speeds in m/s, tried on the velocity; `None` without a speed of a finger.
-    fn of(speeds: Vec<f64>, velocity: Option<&Fine>) -> Option<Self> {
+    fn of(speeds: Vec<f64>, velocity: Option<&FineCourse>) -> Option<Self> {
         let mut known: Vec<f64> = speeds
             .into_iter()
             .filter(|speed| speed.is_finite())

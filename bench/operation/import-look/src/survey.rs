@@ -9,7 +9,7 @@ use source_files::{ArrayInfo, Attribute, Element, SourceError, SourceFile, Vecto
 
 use crate::nature::{Nature, nature};
 use crate::portrait::{
-    FilePortrait, RateOrigin, SinglePortrait, Start, StatedRate, VectorPortrait,
+    FilePortrait, RateOrigin, SinglePortrait, StatedRate, StreamStart, VectorPortrait,
 };
 use crate::rates::{RateScalar, Rates};
 use crate::stated;
@@ -66,7 +66,14 @@ pub(crate) fn survey(
         times: Vec::new(),
     };
     let scalar_hz: Vec<f64> = rates.scalars.iter().map(|scalar| scalar.hz).collect();
-    let every: Vec<&Vector> = vectors.iter().map(|(vector, _)| vector).collect();
+    let every: Vec<(&Vector, f64)> = vectors
+        .iter()
+        .map(|(vector, info)| {
+            let is_whole = matches!(info.element, Element::Integer { .. });
+            let scaling = stated::scaling(&info.name, is_whole, &singles);
+            (vector, scaling.map_or(1.0, |scaling| scaling.factor))
+        })
+        .collect();
     rates.times = times(&mut file, &every, &scalar_hz);
     let labels = stated::labview_units(path, file.format(), &infos);
     let lengths: Vec<u64> = vectors.iter().map(|(vector, _)| vector.len()).collect();
@@ -103,6 +110,11 @@ pub(crate) fn survey(
                     || excerpt.values().all(|value| value.fract() == 0.0);
                 portrait.is_whole = is_whole;
                 portrait.scaling = stated::scaling(&info.name, is_whole, &singles);
+                if let (Nature::Time(axis), Some(scaling)) =
+                    (&mut portrait.nature, &portrait.scaling)
+                {
+                    axis.interval *= scaling.factor;
+                }
                 portrait.unit = portrait
                     .unit
                     .or_else(|| portrait.scaling.as_ref()?.unit.clone());
@@ -140,7 +152,11 @@ fn rate_scalars(singles: &[SinglePortrait], vectors: &[(Vector, &ArrayInfo)]) ->
 }
 
 /// Returns the start of a vector's samples, as its times or an attribute of it state.
-fn start(singles: &[SinglePortrait], info: &ArrayInfo, rate: Option<&StatedRate>) -> Option<Start> {
+fn start(
+    singles: &[SinglePortrait],
+    info: &ArrayInfo,
+    rate: Option<&StatedRate>,
+) -> Option<StreamStart> {
     if let Some(RateOrigin::Times(times)) = rate.map(|rate| &rate.origin) {
         return Some(times.start);
     }
@@ -149,7 +165,7 @@ fn start(singles: &[SinglePortrait], info: &ArrayInfo, rate: Option<&StatedRate>
         singles.iter().find(|single| single.name == name)?.number
     };
     let begin_s = attribute("wf_start_time")?;
-    Some(Start {
+    Some(StreamStart {
         begin_s: begin_s + attribute("wf_start_offset").unwrap_or(0.0),
         is_of_day: true,
     })

@@ -12,6 +12,8 @@ pub(crate) struct SampledTimes {
     pub name: String,
     pub axis: TimeAxis,
     pub length: u64,
+    /// Factor that attributes state, with which all values here are multiplied.
+    pub factor: f64,
     /// First and last value.
     pub first: f64,
     pub last: f64,
@@ -64,14 +66,14 @@ impl SampledTimes {
     }
 }
 
-/// Evidence for a unit.
+/// UnitEvidence for a unit.
 #[derive(Debug, Default)]
-struct Evidence {
+struct UnitEvidence {
     score: f64,
     reasons: Vec<String>,
 }
 
-impl Evidence {
+impl UnitEvidence {
     fn add(&mut self, weight: f64, reason: Option<String>) {
         self.score += weight;
         self.reasons.extend(reason);
@@ -106,7 +108,7 @@ fn unit(times: &SampledTimes, all: &[SampledTimes], rates_hz: &[f64]) -> TimesUn
         .iter()
         .filter(|other| other.is_open() && times.is_beside(1.0, other, 1.0))
         .collect();
-    let mut scored: Vec<(TimeUnit, Evidence)> = TimeUnit::ALL
+    let mut scored: Vec<(TimeUnit, UnitEvidence)> = TimeUnit::ALL
         .into_iter()
         .map(|unit| (unit, evidence(unit, times, &group, all, rates_hz)))
         .collect();
@@ -160,8 +162,8 @@ fn evidence(
     group: &[&SampledTimes],
     all: &[SampledTimes],
     rates_hz: &[f64],
-) -> Evidence {
-    let mut found = Evidence::default();
+) -> UnitEvidence {
+    let mut found = UnitEvidence::default();
     let Some(seconds) = unit.seconds() else {
         return found;
     };
@@ -225,6 +227,7 @@ mod tests {
                 jitter: 0.0,
             },
             length,
+            factor: 1.0,
             first,
             last: first + interval * (length - 1) as f64,
             stated: None,

@@ -4,14 +4,14 @@
 
 use std::f64::consts::TAU;
 
-use crate::excerpt::Fine;
+use crate::excerpt::FineCourse;
 
 /// −3 dB of the filters, Hz.
 const RULE_HZ: f64 = 20.0;
 const DERIVATIVE_HZ: f64 = 50.0;
 
 /// Returns the velocity of positions in m, m/s.
-pub(crate) fn velocity(position: &Fine, metres: f64) -> Fine {
+pub(crate) fn velocity(position: &FineCourse, metres: f64) -> FineCourse {
     let mut values: Vec<f64> = known(position).map(|value| value * metres).collect();
     low_pass(&mut values, position.interval_s, DERIVATIVE_HZ);
     let last = values.len().saturating_sub(1);
@@ -19,14 +19,14 @@ pub(crate) fn velocity(position: &Fine, metres: f64) -> Fine {
         let (before, after) = (n.saturating_sub(1), (n + 1).min(last));
         (values[after] - values[before]) / ((after - before).max(1) as f64 * position.interval_s)
     };
-    Fine {
+    FineCourse {
         interval_s: position.interval_s,
         values: (0..values.len()).map(slope).collect(),
     }
 }
 
 /// Returns the longest time for which the filtered values meet a condition without a change of their class, s.
-pub(crate) fn longest_s<C: PartialEq>(fine: &Fine, class: impl Fn(f64) -> Option<C>) -> f64 {
+pub(crate) fn longest_s<C: PartialEq>(fine: &FineCourse, class: impl Fn(f64) -> Option<C>) -> f64 {
     let (mut longest, mut count, mut last) = (0_usize, 0_usize, None);
     for value in filtered(fine) {
         let found = class(value);
@@ -42,14 +42,14 @@ pub(crate) fn longest_s<C: PartialEq>(fine: &Fine, class: impl Fn(f64) -> Option
 }
 
 /// Returns the values as a rule takes them.
-pub(crate) fn filtered(fine: &Fine) -> impl Iterator<Item = f64> + use<> {
+pub(crate) fn filtered(fine: &FineCourse) -> impl Iterator<Item = f64> + use<> {
     let mut values: Vec<f64> = known(fine).collect();
     low_pass(&mut values, fine.interval_s, RULE_HZ);
     values.into_iter()
 }
 
 /// Returns the values; in place of lost ones the last one before.
-fn known(fine: &Fine) -> impl Iterator<Item = f64> {
+fn known(fine: &FineCourse) -> impl Iterator<Item = f64> {
     let first = fine.values.iter().copied().find(|value| value.is_finite());
     let mut last = first.unwrap_or_default();
     fine.values.iter().map(move |value| {
@@ -90,7 +90,7 @@ mod tests {
     fn a_stroke_has_its_speed_for_its_time() {
         // 2 s of rest, 1.5 s at 20 mm/s, rest; 400 Hz, in mm.
         let values = (0..2_000).map(|n| 20.0 * (f64::from(n) / 400.0 - 2.0).clamp(0.0, 1.5));
-        let position = Fine {
+        let position = FineCourse {
             interval_s: 1.0 / 400.0,
             values: values.collect(),
         };

@@ -37,10 +37,10 @@ const PREFIXES: &[(&str, f64)] = &[
     ("p", 1e-12),
 ];
 /// Quantity of a unit by its SI value.
-type Quantity = fn(f64) -> UnitMeaning;
+type QuantityOfUnit = fn(f64) -> UnitMeaning;
 
 /// Symbols that take a prefix, with their quantity.
-const SYMBOLS: &[(&[&str], Quantity)] = &[
+const SYMBOLS: &[(&[&str], QuantityOfUnit)] = &[
     (
         &["N", "newton", "newtons", "Newton", "Newtons"],
         UnitMeaning::Newtons,

@@ -45,10 +45,13 @@ impl Draft<'_> {
                     &quoted(&times.name),
                     sure(format!("an array of times of the same length, {hz} Hz")),
                 );
-                let seconds = times.unit.unit.seconds().unwrap_or(1.0);
+                let seconds = times.factor * times.unit.unit.seconds().unwrap_or(1.0);
                 if seconds != 1.0 || !times.unit.is_sure {
                     let reason = Reason {
-                        text: times.unit.reason.clone(),
+                        text: match times.factor == 1.0 {
+                            true => times.unit.reason.clone(),
+                            false => format!("{}, times the scale of the array", times.unit.reason),
+                        },
                         is_sure: times.unit.is_sure,
                     };
                     self.map.key("seconds_per_unit", &number(seconds), reason);

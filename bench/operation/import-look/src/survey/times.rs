@@ -6,7 +6,7 @@ use super::reading::excerpt;
 
 use crate::carrier::carrier;
 use crate::names;
-use crate::portrait::Start;
+use crate::portrait::StreamStart;
 use crate::rates::Times;
 use crate::slow::{Slow, slow};
 use crate::time_axis::{TimeUnit, time_axis};
@@ -31,26 +31,30 @@ fn stated_unit(vector: &Vector) -> Option<String> {
         .or_else(|| unit_in_name(vector.name()))
 }
 
-/// Returns the arrays of times among vectors; `rates_hz` are those that scalars state. An array that cannot be read is
+/// Returns the arrays of times among vectors, each with the factor that attributes state; `rates_hz` are those that scalars state. An array that cannot be read is
 /// none.
-pub(super) fn times(file: &mut SourceFile, vectors: &[&Vector], rates_hz: &[f64]) -> Vec<Times> {
+pub(super) fn times(
+    file: &mut SourceFile,
+    vectors: &[(&Vector, f64)],
+    rates_hz: &[f64],
+) -> Vec<Times> {
     let mut sampled: Vec<SampledTimes> = Vec::new();
-    for vector in vectors {
-        sampled.extend(sampled_times(file, vector).ok().flatten());
+    for (vector, factor) in vectors {
+        sampled.extend(sampled_times(file, vector, *factor).ok().flatten());
     }
     for index in 0..sampled.len() {
         if !sampled[index].is_ambiguous() {
             continue;
         }
-        let is_signal = |vector: &&&Vector| {
+        let is_signal = |vector: &&Vector| {
             vector.len() == sampled[index].length
                 && !vector.is_complex()
                 && sampled.iter().all(|times| times.name != vector.name())
         };
         let signals: Vec<&Vector> = vectors
             .iter()
+            .map(|(vector, _)| *vector)
             .filter(is_signal)
-            .copied()
             .take(MOST_SIGNALS)
             .collect();
         for signal in signals {
@@ -83,8 +87,9 @@ pub(super) fn times(file: &mut SourceFile, vectors: &[&Vector], rates_hz: &[f64]
         Some(Times {
             name: times.name.clone(),
             length: times.length,
+            factor: times.factor,
             rate_hz: 1.0 / interval_s,
-            start: Start {
+            start: StreamStart {
                 begin_s,
                 is_of_day: begin_s.abs() > 2.0 * interval_s,
             },
@@ -98,9 +103,10 @@ pub(super) fn times(file: &mut SourceFile, vectors: &[&Vector], rates_hz: &[f64]
 fn sampled_times(
     file: &mut SourceFile,
     vector: &Vector,
+    factor: f64,
 ) -> Result<Option<SampledTimes>, Box<SourceError>> {
     let length = vector.len();
-    if vector.is_complex() || length < 8 || !may_be_time(vector) {
+    if vector.is_complex() || length < 8 || factor <= 0.0 || !may_be_time(vector) {
         return Ok(None);
     }
     let mut head = Vec::new();
@@ -116,8 +122,8 @@ fn sampled_times(
     if !is_steady {
         return Ok(None);
     }
-    if !axis.is_count() {
-        axis.interval = interval;
+    if !axis.is_count() || factor != 1.0 {
+        axis.interval = factor * interval;
     }
     let stated = match vector.element() {
         Element::Time => Some(TimeUnit::Seconds),
@@ -129,8 +135,9 @@ fn sampled_times(
         name: vector.name().to_owned(),
         axis,
         length,
-        first: head[0],
-        last: end[0],
+        factor,
+        first: factor * head[0],
+        last: factor * end[0],
         stated,
         is_named,
         carriers: Vec::new(),

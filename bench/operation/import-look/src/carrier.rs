@@ -24,6 +24,8 @@ pub(crate) struct Carrier {
     pub clipped_share: f64,
 }
 
+/// Carriers of plates for surface haptics, Hz.
+pub(crate) const PLATES_HZ: std::ops::RangeInclusive<f64> = 20e3..=100e3;
 /// Lowest frequency of a carrier, Hz, and in cycles a sample where the rate is unknown.
 const LOWEST_HZ: f64 = 1_000.0;
 const LOWEST_PER_SAMPLE: f64 = 0.01;

@@ -1,18 +1,19 @@
 //! The map of files by their looks.
 
 mod electrical;
+mod forces;
+mod intervals;
+mod rate;
 
 use std::collections::BTreeMap;
 
 use crate::file_pattern::FileFamily;
 use crate::map_text::{MapText, Reason, check, number, quoted, sure};
-use crate::names::{self, RateWord};
-use crate::nature::{Nature, grouped};
-use crate::portrait::{FilePortrait, RateOrigin, VectorPortrait};
+use crate::name_parts;
+use crate::nature::Nature;
+use crate::portrait::{FilePortrait, VectorPortrait};
 use crate::purpose::{Family, Purpose, purpose};
-use crate::roles::{Chosen, EnvelopeArrays, Roles, is_upside_down, roles};
-use crate::scales::{exploration, has_force_unit, metres, newtons};
-use crate::slow::Slow;
+use crate::roles::{Chosen, EnvelopeArrays, Roles, roles};
 
 /// Map without any stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -43,7 +44,7 @@ pub(crate) fn draft(families: Vec<Family>) -> Result<MapText, NoStreams> {
         portraits: &portraits,
         main,
     };
-    draft.heading();
+    draft.heading(&roles);
     match (&roles.signals, &roles.envelopes) {
         (Some((drive, pickup)), _) => draft.signals(drive, pickup),
         (None, Some(pair)) => draft.envelopes(pair),
@@ -116,15 +117,8 @@ struct Draft<'a> {
     main: usize,
 }
 
-/// Times that a stream takes over: its file and length, and whether they are the drive's.
-#[derive(Debug, Clone, Copy)]
-struct Reference {
-    file: usize,
-    length: u64,
-}
-
 impl Draft<'_> {
-    fn heading(&mut self) {
+    fn heading(&mut self, roles: &Roles<'_>) {
         let family = &self.names[self.main];
         let portrait = &self.portraits[self.main];
         let others = match family.names.len() - 1 {
@@ -139,6 +133,7 @@ impl Draft<'_> {
         self.map.comment(
             "Check the lines marked CHECK, then try it: friction-bench import MAP --dry-run",
         );
+        self.left_out(roles);
         for note in &portrait.notes {
             self.map.comment(format!("Note: {note}"));
         }
@@ -153,120 +148,6 @@ impl Draft<'_> {
                 is_sure,
             },
         );
-    }
-
-    /// Adds the forces, and returns the times that the finger's place follows.
-    fn forces(&mut self, roles: &Roles<'_>) -> Option<Reference> {
-        let drive = roles.signals.as_ref().map(|(drive, _)| Reference {
-            file: drive.file,
-            length: drive.vector.length,
-        });
-        let mut reference: Option<Reference> = None;
-        if let Some(normal) = &roles.normal {
-            self.map.table("normal");
-            self.source(normal, self.main);
-            self.rate(normal.vector);
-            let (scale, reason) = newtons(normal.vector, is_upside_down(normal.vector));
-            self.map.key("newtons_per_unit", &number(scale), reason);
-            self.tare(normal.vector);
-            self.clock(normal, drive);
-            reference = Some(Reference {
-                file: normal.file,
-                length: normal.vector.length,
-            });
-        }
-        if let Some(lateral) = &roles.lateral {
-            self.map.table("lateral");
-            self.source(lateral, self.main);
-            let is_alike = reference.is_some_and(|reference| {
-                reference.file == lateral.file && reference.length == lateral.vector.length
-            });
-            if !is_alike {
-                self.rate(lateral.vector);
-            }
-            let (scale, reason) = newtons(lateral.vector, Some(false));
-            let reason = Reason {
-                text: format!("{}; its sign turns with the direction", reason.text),
-                ..reason
-            };
-            self.map.key("newtons_per_unit", &number(scale), reason);
-            self.tare(lateral.vector);
-            match is_alike {
-                true => self.map.comment("rate, clock, offset_s and ppm are those of the normal force: as many values in one file"),
-                false => self.clock(lateral, drive),
-            }
-            reference = reference.or(Some(Reference {
-                file: lateral.file,
-                length: lateral.vector.length,
-            }));
-        }
-        reference.or(drive)
-    }
-
-    fn tare(&mut self, vector: &VectorPortrait) {
-        match &vector.nature {
-            Nature::Slow(Slow::Steps(steps)) => {
-                let text = format!("it rests at {} where nothing touches", statistics::significant((steps.rest * 1e4).round() / 1e4 + 0.0));
-                let reason = Reason {
-                    text,
-                    is_sure: steps.is_rest_certain,
-                };
-                self.map.key("tare", "\"no contact\"", reason);
-            }
-            _ => self.map.key("tare", "\"none\"", check("no rest is seen: write \"no contact\" if the recording has stretches without contact")),
-        }
-    }
-
-    fn clock(&mut self, chosen: &Chosen<'_>, drive: Option<Reference>) {
-        let Some(drive) = drive else { return };
-        if drive.file == chosen.file && drive.length == chosen.vector.length {
-            self.map.key(
-                "clock",
-                "\"same\"",
-                sure("as many values as the drive, in one file: one converter"),
-            );
-        } else {
-            self.map.key(
-                "clock",
-                "\"own\"",
-                sure("another rate or another file than the drive's"),
-            );
-            self.map
-                .key("offset_s", "\"found\"", sure("from contact and friction"));
-            self.map
-                .key("ppm", "\"found\"", sure("from contact and friction"));
-        }
-    }
-
-    fn place(&mut self, roles: &Roles<'_>, reference: Option<Reference>) {
-        let (table, chosen) = match (&roles.position, &roles.velocity) {
-            (Some(position), _) => ("position", position),
-            (None, Some(velocity)) => ("velocity", velocity),
-            (None, None) => return,
-        };
-        self.map.table(table);
-        self.source(chosen, self.main);
-        let vector = chosen.vector;
-        let is_alike = reference.is_some_and(|reference| {
-            reference.file == chosen.file && reference.length == vector.length
-        });
-        match is_alike {
-            true => self.map.comment(
-                "rate and clock are those of the stream above with as many values in one file",
-            ),
-            false => self.rate(vector),
-        }
-        let (scale, reason) = metres(vector, table == "velocity");
-        self.map.key("metres_per_unit", &number(scale), reason);
-        if let Nature::Slow(Slow::Counts(counts)) = &vector.nature
-            && let Some(bits) = counts.wrap_bits
-        {
-            self.map.key(
-                "wrap_bits",
-                &bits.to_string(),
-                sure(format!("the counts leap by 2^{bits}")),
-            );
-        }
     }
 
     fn plate(&mut self, roles: &Roles<'_>, sweep: Option<&Family>) {
@@ -312,65 +193,6 @@ impl Draft<'_> {
                 "0.1",
                 check("no file states it: write the actuators' force per volt"),
             );
-        }
-    }
-
-    fn contact(&mut self, roles: &Roles<'_>) {
-        self.map.table("contact");
-        let forces = [&roles.normal, &roles.lateral].into_iter().flatten();
-        let largest = forces.filter_map(|chosen| {
-            let extremes = chosen.vector.extremes.as_ref()?;
-            let size = extremes.greatest.abs().max(extremes.least.abs());
-            has_force_unit(chosen.vector).then(|| size * newtons(chosen.vector, None).0.abs())
-        });
-        let largest_n = largest.fold(0.0, f64::max);
-        let reason =
-            check("a finger or another body? \"other\" turns the ranges off that hold for fingers");
-        self.map.key(
-            "body",
-            if largest_n > MOST_OF_FINGER_N {
-                "\"other\""
-            } else {
-                "\"finger\""
-            },
-            reason,
-        );
-    }
-
-    fn intervals(&mut self, roles: &Roles<'_>, marks: Option<&Family>) {
-        self.map.table("intervals");
-        if let Some(marks) = marks {
-            let (name, reason) =
-                self.other_file(&marks.files, "it has the columns kind, start_s and end_s");
-            self.map.key("marks", &name, reason);
-            return;
-        }
-        if let Some(normal) = &roles.normal {
-            let is_clear = match &normal.vector.nature {
-                Nature::Slow(Slow::Steps(steps)) if has_force_unit(normal.vector) => {
-                    newtons(normal.vector, None).0.abs() * steps.up.max(steps.down) > 0.2
-                }
-                _ => false,
-            };
-            let text = "the finger presses with more; a sensor's noise is less";
-            let reason = if is_clear {
-                sure(text)
-            } else {
-                check(format!("{text}: is it so here?"))
-            };
-            self.map
-                .key("unloaded", "\"normal < 0.05 N for 0.3 s\"", reason);
-        } else {
-            self.map.comment("unloaded needs a normal force or marks: without it, the plate is not read without a finger");
-        }
-        match (roles.position.as_ref(), roles.velocity.as_ref()) {
-            (Some(chosen), _) | (None, Some(chosen)) => {
-                let (rule, reason) = exploration(chosen.vector, roles.position.is_none());
-                self.map.key("exploration", &quoted(&rule), reason);
-            }
-            (None, None) => self
-                .map
-                .comment("exploration needs a position, a velocity, or marks"),
         }
     }
 
@@ -448,68 +270,12 @@ impl Draft<'_> {
         }
     }
 
-    fn rate(&mut self, vector: &VectorPortrait) {
-        let Some(rate) = &vector.rate else {
-            self.map.key(
-                "rate_hz",
-                "1000.0",
-                check("no file states it: write the rate of the samples"),
-            );
-            return;
-        };
-        let hz = grouped(rate.hz).replace('\u{a0}', " ");
-        match &rate.origin {
-            RateOrigin::File => self.map.key(
-                "rate_hz",
-                "\"file\"",
-                sure(format!("the file states {hz} Hz")),
-            ),
-            RateOrigin::Scalar(name, RateWord::Rate) => {
-                self.map.key(
-                    "rate_hz",
-                    &quoted(name),
-                    sure(format!("the scalar `{name}` is {hz}")),
-                );
-            }
-            RateOrigin::Scalar(name, RateWord::Interval) => {
-                self.map.key(
-                    "rate_hz",
-                    &number(rate.hz),
-                    check(format!(
-                        "the scalar `{name}` states the interval, by its name"
-                    )),
-                );
-            }
-            RateOrigin::Times(name, unit) => {
-                self.map.key(
-                    "time",
-                    &quoted(name),
-                    sure(format!("an array of times of the same length, {hz} Hz")),
-                );
-                match unit.seconds() {
-                    Some(seconds) if seconds != 1.0 => {
-                        self.map.key(
-                            "seconds_per_unit",
-                            &number(seconds),
-                            sure(format!("its times are in {}", unit.symbol())),
-                        );
-                    }
-                    _ => {}
-                }
-            }
-            RateOrigin::Duration => {
-                let text = "no file states it: with this rate it lasts as long as the other arrays";
-                self.map.key("rate_hz", &number(rate.hz), check(text));
-            }
-        }
-    }
-
     /// Returns a single number of the streams' files by the words of its name.
     fn number_named(&self, words: &[&str]) -> Option<(String, f64)> {
         let singles = self.portraits.iter().flat_map(|file| &file.singles);
         let numbers: BTreeMap<String, (String, f64)> = singles
             .filter_map(|single| {
-                let joined = names::words(&names::leaf(&single.name)).concat();
+                let joined = name_parts::words(&name_parts::leaf(&single.name)).concat();
                 single
                     .number
                     .map(|number| (joined, (single.name.clone(), number)))
@@ -518,6 +284,3 @@ impl Draft<'_> {
         words.iter().find_map(|word| numbers.get(*word).cloned())
     }
 }
-
-/// Largest force of a finger in experiments, N.
-const MOST_OF_FINGER_N: f64 = 20.0;

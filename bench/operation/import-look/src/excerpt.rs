@@ -13,6 +13,9 @@ const SHORT_COUNT: u64 = 48;
 /// Number of equal parts in the course of a vector.
 pub(crate) const COURSE_PARTS: usize = 1024;
 
+/// Least rate of the means by which rules are tried, Hz, as of an import.
+const FINE_HZ: f64 = 1_000.0;
+
 /// Consecutive values of a vector.
 #[derive(Debug, Clone)]
 pub(crate) struct Piece {
@@ -55,6 +58,13 @@ pub(crate) struct Extremes {
     pub greatest: f64,
     /// Number of values that are not finite.
     pub lost: u64,
+}
+
+/// Means of a stretch, at the rate at which rules are tried.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct FineCourse {
+    pub interval_s: f64,
+    pub values: Vec<f64>,
 }
 
 impl Excerpt {
@@ -100,6 +110,30 @@ impl Excerpt {
             }
         }
         (count > 0.0).then_some(extremes)
+    }
+
+    /// Returns the largest change from a value to the next one.
+    pub fn leap(&self) -> f64 {
+        let changes = self.pieces.iter().flat_map(|piece| {
+            piece
+                .values
+                .windows(2)
+                .map(|pair| (pair[1] - pair[0]).abs())
+        });
+        changes
+            .filter(|change| change.is_finite())
+            .fold(0.0, f64::max)
+    }
+
+    /// Returns the longest stretch at 1 to 2 kHz, or at its rate if that is lower.
+    pub fn fine(&self, rate_hz: f64) -> Option<FineCourse> {
+        let group = ((rate_hz / FINE_HZ) as usize).max(1);
+        let mean = |part: &[f64]| part.iter().sum::<f64>() / group as f64;
+        let values: Vec<f64> = self.longest().chunks_exact(group).map(mean).collect();
+        (values.len() > 1).then_some(FineCourse {
+            interval_s: group as f64 / rate_hz,
+            values,
+        })
     }
 
     /// Returns the means of equal parts of the vector's length; NaN where nothing was read.

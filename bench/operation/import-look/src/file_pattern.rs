@@ -1,6 +1,6 @@
 //! The pattern of several files' names.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Names of files with one pattern.
 #[derive(Debug, Clone, PartialEq)]
@@ -104,8 +104,12 @@ fn is_digits(run: &str) -> bool {
     run.starts_with(|c: char| c.is_ascii_digit())
 }
 
-/// Groups names that differ in their numbers alone.
-pub(crate) fn families(names: &[String]) -> Vec<FileFamily> {
+/// Groups names that differ in their numbers alone, or also in a word for a person. `have_same_columns` states whether
+/// two files have the same arrays.
+pub(crate) fn families(
+    names: &[String],
+    have_same_columns: &mut dyn FnMut(&str, &str) -> bool,
+) -> Vec<FileFamily> {
     let mut by_shape: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for name in names {
         let shape = runs(name)
@@ -115,7 +119,7 @@ pub(crate) fn families(names: &[String]) -> Vec<FileFamily> {
         by_shape.entry(shape).or_default().push(name.clone());
     }
     let mut groups: Vec<Vec<String>> = by_shape.into_values().collect();
-    merge_words(&mut groups);
+    merge_words(&mut groups, have_same_columns);
     let order = |name: &String| names.iter().position(|candidate| candidate == name);
     groups.iter_mut().for_each(|group| group.sort_by_key(order));
     groups.sort_by_key(|group| order(&group[0]));
@@ -123,13 +127,18 @@ pub(crate) fn families(names: &[String]) -> Vec<FileFamily> {
 }
 
 /// Joins groups with names that differ in one word alone, as those of people.
-fn merge_words(groups: &mut Vec<Vec<String>>) {
+fn merge_words(
+    groups: &mut Vec<Vec<String>>,
+    have_same_columns: &mut dyn FnMut(&str, &str) -> bool,
+) {
     // Names of streams (force_1.csv, audio_1.wav) also differ in a word; those have the same numbers.
     let mut index = 0;
     while index < groups.len() {
         let mut other = index + 1;
         while other < groups.len() {
-            if differ_in_a_person(&groups[index], &groups[other]) {
+            if differ_in_a_person(&groups[index], &groups[other])
+                && have_same_columns(&groups[index][0], &groups[other][0])
+            {
                 let moved = groups.remove(other);
                 groups[index].extend(moved);
             } else {
@@ -140,6 +149,8 @@ fn merge_words(groups: &mut Vec<Vec<String>>) {
     }
 }
 
+/// Returns whether two groups differ in one word, which is none of a stream, and which no number of a participant
+/// replaces.
 fn differ_in_a_person(a: &[String], b: &[String]) -> bool {
     let (first, second) = (runs(&a[0]), runs(&b[0]));
     if first.len() != second.len() || extension(&a[0]) != extension(&b[0]) {
@@ -151,7 +162,27 @@ fn differ_in_a_person(a: &[String], b: &[String]) -> bool {
     let is_stream = |run: &String| {
         crate::names::role(run).is_some() || STREAM_WORDS.contains(&run.to_lowercase().as_str())
     };
-    matches!(differing.as_slice(), [i] if !is_stream(&first[*i]) && !is_stream(&second[*i]) && !is_digits(&first[*i]))
+    let is_word = matches!(differing.as_slice(), [i] if !is_stream(&first[*i]) && !is_stream(&second[*i]) && !is_digits(&first[*i]));
+    // Files with the numbers of one participant and trial are parts of one recording.
+    is_word && !(has_participant(&first) && share_numbers(a, b))
+}
+
+/// Returns whether a number in a name states a participant.
+fn has_participant(runs: &[String]) -> bool {
+    (0..runs.len())
+        .any(|i| is_digits(&runs[i]) && prefix_group(&runs[..i].concat()) == Some("participant"))
+}
+
+/// Returns whether a name of one group has the numbers of a name of the other.
+fn share_numbers(a: &[String], b: &[String]) -> bool {
+    let numbers = |name: &String| -> Vec<String> {
+        runs(name)
+            .into_iter()
+            .filter(|run| is_digits(run))
+            .collect()
+    };
+    let own: BTreeSet<Vec<String>> = a.iter().map(numbers).collect();
+    b.iter().any(|name| own.contains(&numbers(name)))
 }
 
 /// Words by which files of one recording differ.
@@ -243,7 +274,8 @@ impl FileFamily {
         self.parts.iter().map(part).collect()
     }
 
-    /// Returns the name with placeholders for the groups of another family; `None` if a part that changes is not among them.
+    /// Returns the name with placeholders for the groups of another family; `None` if a part that changes is not among
+    /// them.
     pub fn template(&self, other: &Self) -> Option<String> {
         let part = |part: &Part| match part {
             Part::Text(text) => Some(text.clone()),
@@ -363,7 +395,10 @@ mod tests {
 
     fn patterns(names: &[&str]) -> Vec<String> {
         let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
-        families(&names).iter().map(FileFamily::pattern).collect()
+        families(&names, &mut |_, _| true)
+            .iter()
+            .map(FileFamily::pattern)
+            .collect()
     }
 
     #[test]
@@ -390,7 +425,7 @@ mod tests {
     #[test]
     fn numbers_and_words_without_letters_before_them_are_doubted() {
         let names = ["x_001.wav", "x_002.wav"].map(str::to_owned);
-        let family = &families(&names)[0];
+        let family = &families(&names, &mut |_, _| true)[0];
         assert_eq!(family.pattern(), r"x_(?<trial>\d+)\.wav");
         let (reason, is_sure) = family.reason();
         assert!(!is_sure && reason.contains("participant"), "{reason}");
@@ -413,12 +448,40 @@ mod tests {
             "force_S1_T2.csv",
         ]
         .map(str::to_owned);
-        let families = families(&names);
+        let families = families(&names, &mut |_, _| true);
         assert_eq!(families.len(), 2);
         assert_eq!(
             families[1].template(&families[0]).as_deref(),
             Some("force_S{participant}_T{trial}.csv")
         );
         assert_eq!(families[0].names, ["audio_S1_T1.wav", "audio_S1_T2.wav"]);
+    }
+
+    #[test]
+    fn parts_of_one_recording_are_no_people_wherever_their_names_differ() {
+        // Same numbers of a participant, in any part of the name, and even with the same columns.
+        for names in [
+            ["Scope_VP2_1.csv", "Load_VP2_1.csv"],
+            ["sub03_links_2.wav", "sub03_rechts_2.wav"],
+            ["P4_run1_ati.txt", "P4_run1_osci.txt"],
+            ["scope/P4_1.csv", "cell/P4_1.csv"],
+        ] {
+            assert_eq!(patterns(&names).len(), 2, "{names:?}");
+        }
+        // A word before other people's numbers is no part of their recordings.
+        assert_eq!(patterns(&["lab_P1_1.csv", "home_P2_1.csv"]).len(), 1);
+        // Without a participant's number the columns tell.
+        let names = ["osci_7.csv", "ati_7.csv", "osci_8.csv", "ati_8.csv"].map(str::to_owned);
+        let parts = families(&names, &mut |_, _| false);
+        assert_eq!(parts.len(), 2);
+        assert_eq!(
+            parts[1].template(&parts[0]).as_deref(),
+            Some("ati_{trial}.csv")
+        );
+        let people = families(&names, &mut |_, _| true);
+        assert_eq!(
+            people[0].pattern(),
+            r"(?<participant>[^/_.-]+)_(?<trial>\d+)\.csv"
+        );
     }
 }

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Component, Path, PathBuf};
 
 use escaping::escaped_line;
-use source_files::SourceError;
+use source_files::{SourceError, SourceFile};
 
 use crate::draft::{NoStreams, draft};
 use crate::file_pattern::families;
@@ -54,8 +54,8 @@ pub enum GuessError {
     },
 }
 
-/// Looks at one file of each family of names, and writes a map for all of them to `to`. `progress` is called with a line about
-/// the work under way, and with an empty one at its end.
+/// Looks at one file of each family of names, and writes a map for all of them to `to`. `progress` is called with a
+/// line about the work under way, and with an empty one at its end.
 ///
 /// # Errors
 /// [`GuessError`]; then nothing is written.
@@ -78,12 +78,19 @@ pub fn guess(
     let names: Vec<String> = paths.iter().map(|(name, _)| name.clone()).collect();
     let mut looked = Vec::new();
     let mut unread = Vec::new();
-    for family in families(&names) {
-        let path = paths
-            .iter()
-            .find(|(name, _)| *name == family.names[0])
-            .map(|(_, path)| path.clone());
-        let path = path.unwrap_or_else(|| folder.join(&family.names[0]));
+    let full = |name: &str| {
+        let found = paths.iter().find(|(own, _)| own == name);
+        found.map_or_else(|| folder.join(name), |(_, path)| path.clone())
+    };
+    let mut have_same_columns = |a: &str, b: &str| {
+        // A file that cannot be read is named when it is looked at.
+        match (columns(&full(a)), columns(&full(b))) {
+            (Some(a), Some(b)) => a == b,
+            _ => true,
+        }
+    };
+    for family in families(&names, &mut have_same_columns) {
+        let path = full(&family.names[0]);
         let shown = path.display().to_string();
         let found = survey(&path, &mut |done, count| {
             progress(&format!(
@@ -125,6 +132,17 @@ pub fn guess(
         checks: map.checks(),
         unread: unread.iter().map(ToString::to_string).collect(),
     })
+}
+
+/// Returns the names and units of a file's arrays, and the number of columns of each; `None` for a file that cannot be
+/// read.
+fn columns(path: &Path) -> Option<Vec<(String, Option<String>, u64)>> {
+    let file = SourceFile::open(path).ok()?;
+    let columns = file.arrays().iter().map(|info| {
+        let longest = info.shape.iter().copied().max().unwrap_or(1).max(1);
+        (info.name.clone(), info.unit.clone(), info.count() / longest)
+    });
+    Some(columns.collect())
 }
 
 /// Returns the name of a file relative to a folder, with `/` between its parts.

@@ -4,6 +4,8 @@
 #[derive(Debug, Clone, PartialEq)]
 enum Line {
     Comment(String),
+    /// A comment to be checked.
+    Check(String),
     Table(String),
     Key {
         text: String,
@@ -51,6 +53,11 @@ impl MapText {
         self.lines.push(Line::Comment(text.into()));
     }
 
+    /// Adds a comment to be checked.
+    pub fn check(&mut self, text: impl Into<String>) {
+        self.lines.push(Line::Check(text.into()));
+    }
+
     /// Begins a table.
     pub fn table(&mut self, name: &str) {
         if !self.lines.is_empty() {
@@ -70,7 +77,8 @@ impl MapText {
 
     /// Returns the number of lines to be checked.
     pub fn checks(&self) -> usize {
-        let doubtful = |line: &&Line| matches!(line, Line::Key { is_sure: false, .. });
+        let doubtful =
+            |line: &&Line| matches!(line, Line::Key { is_sure: false, .. } | Line::Check(_));
         self.lines.iter().filter(doubtful).count()
     }
 
@@ -97,6 +105,7 @@ impl Line {
         match self {
             Self::Blank => String::new(),
             Self::Comment(text) => format!("# {}", one_line(text)),
+            Self::Check(text) => format!("# CHECK: {}", one_line(text)),
             Self::Table(name) => format!("[{name}]"),
             Self::Key {
                 text,

@@ -1,6 +1,7 @@
-//! Meanings of names and units in other people's files.
+//! Meanings of names in other people's files.
 
-use crate::time_axis::TimeUnit;
+use crate::name_parts::{leaf, words};
+use crate::units::without_unit;
 
 /// Roles of arrays in a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -152,6 +153,10 @@ const WORDS: &[(Role, &[&str])] = &[
             "ttl",
             "sync",
             "fy",
+            "theta",
+            "phase",
+            "phi",
+            "angle",
             "rating",
             "block",
             "trial",
@@ -190,26 +195,6 @@ const INTERVALS: &[&str] = &[
     "period",
     "step",
 ];
-
-/// Returns the words of a name, lower case: parted by signs, digits, and capitals after small letters.
-pub(crate) fn words(name: &str) -> Vec<String> {
-    let mut words = vec![String::new()];
-    let mut last = ' ';
-    for c in name.chars() {
-        let is_boundary = !c.is_alphabetic() || (c.is_uppercase() && last.is_lowercase());
-        if is_boundary {
-            words.push(String::new());
-        }
-        if c.is_alphabetic()
-            && let Some(word) = words.last_mut()
-        {
-            word.extend(c.to_lowercase());
-        }
-        last = c;
-    }
-    words.retain(|word| !word.is_empty());
-    words
-}
 
 /// Returns the role that a name states, and the word that states it.
 pub(crate) fn role(name: &str) -> Option<(Role, String)> {
@@ -262,109 +247,15 @@ pub(crate) fn rate_word(name: &str) -> Option<RateWord> {
     }
 }
 
-/// Returns the last part of a name: of `S.force.Fn` and `/daq/Fn` that is `Fn`.
-pub(crate) fn leaf(name: &str) -> String {
-    let name = name
-        .rsplit_once('[')
-        .map_or(name, |(stem, _)| if stem.is_empty() { name } else { stem });
-    // The slash of a unit parts no names.
-    let parts: Vec<&str> = name.split_inclusive(['/', '.', '@']).collect();
-    let is_end = |index: usize| {
-        index + 1 == parts.len()
-            || !(parts[index].ends_with("m/") && parts[index + 1].starts_with('s'))
-    };
-    let last = (0..parts.len())
-        .rev()
-        .find(|index| !parts[*index].trim_matches(['/', '.', '@', ' ']).is_empty());
-    let Some(last) = last else {
-        return name.to_owned();
-    };
-    let mut first = last;
-    while first > 0 && !is_end(first - 1) {
-        first -= 1;
-    }
-    parts[first..=last]
-        .concat()
-        .trim_end_matches(['/', '.', '@'])
-        .to_owned()
-}
-
-/// Quantity and SI value of a unit.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum UnitMeaning {
-    Newtons(f64),
-    Volts(f64),
-    Metres(f64),
-    MetresPerSecond(f64),
-    MetresPerSquareSecond(f64),
-    Coulombs(f64),
-    Time(TimeUnit),
-    Counts,
-}
-
-/// Returns the meaning of a unit.
-pub(crate) fn unit_meaning(unit: &str) -> Option<UnitMeaning> {
-    use UnitMeaning::{
-        Coulombs, Counts, Metres, MetresPerSecond, MetresPerSquareSecond, Newtons, Time, Volts,
-    };
-    // The standard acceleration of free fall, m/s²: a gram-force is 9.80665 mN.
-    const G_MN: f64 = 9.806_65e-3;
-    let unit = unit.trim().replace(['μ', 'µ'], "u").replace(' ', "");
-    Some(match unit.as_str() {
-        "N" | "newton" | "newtons" | "Newton" | "Newtons" => Newtons(1.0),
-        "mN" => Newtons(1e-3),
-        "uN" => Newtons(1e-6),
-        "kN" => Newtons(1e3),
-        "gf" | "gram" | "grams" | "g" => Newtons(G_MN),
-        "kgf" | "kg" => Newtons(1e3 * G_MN),
-        "V" | "volt" | "volts" | "Volt" | "Volts" => Volts(1.0),
-        "mV" => Volts(1e-3),
-        "kV" => Volts(1e3),
-        "m" => Metres(1.0),
-        "cm" => Metres(1e-2),
-        "mm" => Metres(1e-3),
-        "um" => Metres(1e-6),
-        "nm" => Metres(1e-9),
-        "m/s" | "ms^-1" | "m*s^-1" => MetresPerSecond(1.0),
-        "cm/s" => MetresPerSecond(1e-2),
-        "mm/s" => MetresPerSecond(1e-3),
-        "um/s" => MetresPerSecond(1e-6),
-        "m/s^2" | "m/s2" | "m/s²" | "ms^-2" => MetresPerSquareSecond(1.0),
-        "pC" => Coulombs(1e-12),
-        "nC" => Coulombs(1e-9),
-        "counts" | "count" | "ticks" | "pulses" | "cts" => Counts,
-        other => Time(TimeUnit::parse(other)?),
-    })
-}
-
-/// Returns the unit at a name's end: in brackets, or after `_` or a blank.
-pub(crate) fn unit_in_name(name: &str) -> Option<String> {
-    let leaf = leaf(name);
-    let bracketed = [('[', ']'), ('(', ')')]
+/// Returns the part of a scalar's name beside the word of a rate: `x` of `x_fs`; empty without one.
+pub(crate) fn beside_rate_word(name: &str) -> String {
+    let words = words(&leaf(name));
+    let is_rate = |word: &str| RATES.contains(&word) || INTERVALS.contains(&word);
+    let filler = ["hz", "sampling", "sample", "s", "ms", "khz"];
+    words
         .into_iter()
-        .find_map(|(open, close)| {
-            let (_, unit) = name.trim_end().strip_suffix(close)?.rsplit_once(open)?;
-            (unit_meaning(unit).is_some() && unit.parse::<u64>().is_err())
-                .then(|| unit.trim().to_owned())
-        });
-    bracketed.or_else(|| {
-        let (stem, unit) = leaf.rsplit_once(['_', ' '])?;
-        // A gram or a metre as the last letter of a name is more often an index.
-        let is_unit = unit_meaning(unit).is_some() && !matches!(unit, "g" | "kg");
-        let unit = unit.replace("mps", "m/s");
-        (is_unit && !stem.is_empty()).then_some(unit)
-    })
-}
-
-/// Returns a name without the unit at its end.
-fn without_unit(name: &str) -> String {
-    match unit_in_name(name) {
-        Some(unit) => name
-            .trim_end_matches([']', ')', ' '])
-            .trim_end_matches(unit.as_str())
-            .to_owned(),
-        None => name.to_owned(),
-    }
+        .filter(|word| !is_rate(word) && !filler.contains(&word.as_str()))
+        .collect()
 }
 
 #[cfg(test)]
@@ -397,23 +288,6 @@ mod tests {
         ] {
             assert_eq!(role(name).map(|(role, _)| role), expected, "{name}");
         }
-    }
-
-    #[test]
-    fn units_are_found_at_the_end_of_names() {
-        for (name, unit) in [
-            ("Fz [N]", Some("N")),
-            ("Position (mm)", Some("mm")),
-            ("F_mN", Some("mN")),
-            ("v_mm/s", Some("mm/s")),
-            ("Fn", None),
-            ("S[2]", None),
-            ("x_1", None),
-        ] {
-            assert_eq!(unit_in_name(name).as_deref(), unit, "{name}");
-        }
-        assert_eq!(unit_meaning("µN"), Some(UnitMeaning::Newtons(1e-6)));
-        assert_eq!(unit_meaning("bananas"), None);
     }
 
     #[test]

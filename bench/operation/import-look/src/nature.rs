@@ -8,11 +8,12 @@ use crate::slow::{Counts, Slow, Steps, Travel, slow};
 use crate::time_axis::{TimeAxis, TimeUnit, time_axis};
 
 /// Kind of signal.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) enum Nature {
     /// The file cannot be read there, for this reason.
     Unread(String),
     /// No value is finite.
+    #[default]
     Lost,
     Constant,
     Time(TimeAxis),

@@ -1,8 +1,9 @@
 //! Drive and pickup among channels with a carrier.
 
 use crate::carrier::{CLIPPED, Carrier};
-use crate::names::{Role, UnitMeaning};
+use crate::names::Role;
 use crate::portrait::VectorPortrait;
+use crate::units::UnitMeaning;
 
 /// Two channels with a carrier, and the evidence which of them is the drive.
 #[derive(Debug, Clone, PartialEq)]
@@ -128,9 +129,13 @@ fn evidence(a: (&VectorPortrait, &Carrier), b: (&VectorPortrait, &Carrier)) -> V
         _ => None,
     };
     if let Some(delay_s) = delay.filter(|delay_s| delay_s.abs() > LEAST_DELAY_S) {
-        let later = if delay_s > 0.0 { second } else { first };
+        let (later, earlier) = if delay_s > 0.0 {
+            (second, first)
+        } else {
+            (first, second)
+        };
         let text = format!(
-            "the envelope of `{later}` is {:.2} ms later, as a resonant plate's",
+            "the envelope of `{later}` is {:.2} ms later than that of `{earlier}`, as a resonant plate's",
             1e3 * delay_s.abs()
         );
         let weight = if delay_s.abs() > CLEAR_DELAY_S {
@@ -174,25 +179,18 @@ fn evidence(a: (&VectorPortrait, &Carrier), b: (&VectorPortrait, &Carrier)) -> V
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::nature::Nature;
     use crate::periodicity::Periodicity;
     use crate::portrait::{RateOrigin, StatedRate};
 
     fn portrait(name: &str) -> VectorPortrait {
         VectorPortrait {
             name: name.to_owned(),
-            element: "float64".to_owned(),
-            is_complex: false,
-            shape: "1000".to_owned(),
             length: 1_000,
-            unit: None,
             rate: Some(StatedRate {
                 hz: 192e3,
                 origin: RateOrigin::File,
             }),
-            extremes: None,
-            nature: Nature::Lost,
-            course: Vec::new(),
+            ..VectorPortrait::default()
         }
     }
 

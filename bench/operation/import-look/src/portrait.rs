@@ -2,11 +2,13 @@
 
 use std::path::PathBuf;
 
-use crate::excerpt::Extremes;
-use crate::names::{self, RateWord, Role, UnitMeaning};
+use crate::excerpt::{Extremes, FineCourse};
+use crate::names::{self, RateWord, Role};
 use crate::nature::Nature;
 use crate::slow::Slow;
 use crate::time_axis::TimeUnit;
+use crate::time_units::TimesUnit;
+use crate::units::{self, UnitMeaning};
 
 /// Origin of a rate.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,10 +17,41 @@ pub(crate) enum RateOrigin {
     File,
     /// A scalar of the file.
     Scalar(String, RateWord),
-    /// An array of times, with the unit of its values.
-    Times(String, TimeUnit),
+    /// An array of times.
+    Times(TimesOrigin),
     /// The arrays last as long as those of another rate.
     Duration,
+}
+
+/// Factor and offset that attributes of an array state: value = factor · stored + offset.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Scaling {
+    pub factor: f64,
+    /// Offset in the unit of the scaled values.
+    pub offset: f64,
+    /// Attributes with their values, for a reason.
+    pub text: String,
+    pub is_sure: bool,
+    /// Unit that an attribute as `mm_per_count` names.
+    pub unit: Option<String>,
+}
+
+/// Start of a vector's samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct StreamStart {
+    pub begin_s: f64,
+    /// Whether the start is a time of day, or of a clock that ran before.
+    pub is_of_day: bool,
+}
+
+/// Array of times that states a rate, and the unit of its values.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct TimesOrigin {
+    pub name: String,
+    /// Factor that attributes of it state.
+    pub factor: f64,
+    pub unit: TimesUnit,
+    pub start: StreamStart,
 }
 
 /// Rate of a vector's samples.
@@ -29,7 +62,7 @@ pub(crate) struct StatedRate {
 }
 
 /// A vector as it looks.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct VectorPortrait {
     /// Name by which a map names it.
     pub name: String,
@@ -42,10 +75,22 @@ pub(crate) struct VectorPortrait {
     pub length: u64,
     pub unit: Option<String>,
     pub rate: Option<StatedRate>,
+    /// Start of its samples, if it is known.
+    pub start: Option<StreamStart>,
+    /// Unit of its values, if they are times.
+    pub times_unit: Option<TimesUnit>,
+    /// Factor and offset that the file states.
+    pub scaling: Option<Scaling>,
+    /// Whether its values are whole numbers, as a converter's counts.
+    pub is_whole: bool,
     pub extremes: Option<Extremes>,
     pub nature: Nature,
     /// Means of equal parts of its length; NaN where nothing was read.
     pub course: Vec<f64>,
+    /// Largest change from a value to the next one.
+    pub leap: f64,
+    /// Stretch of a slow signal of a known rate.
+    pub fine: Option<FineCourse>,
 }
 
 /// A single number or text, or an object that is not looked into.
@@ -80,14 +125,14 @@ impl VectorPortrait {
 
     /// Returns the unit's meaning, stated or at the end of its name.
     pub fn unit_meaning(&self) -> Option<UnitMeaning> {
-        self.unit_text().and_then(|unit| names::unit_meaning(&unit))
+        self.unit_text().and_then(|unit| units::unit_meaning(&unit))
     }
 
     /// Returns the unit, stated or at the end of its name.
     pub fn unit_text(&self) -> Option<String> {
         self.unit
             .clone()
-            .or_else(|| names::unit_in_name(&self.name))
+            .or_else(|| units::unit_in_name(&self.name))
     }
 
     /// Returns the role that the name states.
@@ -97,8 +142,9 @@ impl VectorPortrait {
 
     /// Returns the unit of its values as times.
     pub fn time_unit(&self) -> Option<TimeUnit> {
-        match self.unit_meaning() {
-            Some(UnitMeaning::Time(unit)) => Some(unit),
+        match (self.unit_meaning(), &self.times_unit) {
+            (Some(UnitMeaning::Time(unit)), _) => Some(unit),
+            (_, Some(found)) if found.is_sure => Some(found.unit),
             _ => None,
         }
     }
@@ -149,7 +195,7 @@ impl VectorPortrait {
             (Nature::Slow(Slow::Steps(_)), Some(UnitMeaning::Newtons(_))) => true,
             (
                 Nature::Slow(Slow::Travel(_) | Slow::Counts(_)),
-                Some(UnitMeaning::Metres(_) | UnitMeaning::Counts),
+                Some(UnitMeaning::Metres(_) | UnitMeaning::Counts | UnitMeaning::Pixels),
             ) => true,
             (Nature::Carrier(_), Some(UnitMeaning::Newtons(_))) => false,
             (Nature::Carrier(_), Some(_)) => true,

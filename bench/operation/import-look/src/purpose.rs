@@ -1,7 +1,7 @@
 //! Purpose of files by their names and columns.
 
 use crate::file_pattern::FileFamily;
-use crate::names;
+use crate::name_parts;
 use crate::nature::Nature;
 use crate::portrait::FilePortrait;
 
@@ -39,12 +39,17 @@ pub(crate) fn purpose(family: &Family) -> Purpose {
     let vectors = portrait.vectors.iter().map(|vector| vector.name.as_str());
     let columns: Vec<String> = vectors
         .chain(portrait.singles.iter().map(|single| single.name.as_str()))
-        .map(|name| names::leaf(name).to_lowercase())
+        .map(|name| name_parts::leaf(name).to_lowercase())
         .collect();
     let has = |name: &str| columns.iter().any(|column| column == name);
     let short: Vec<String> = columns
         .iter()
-        .map(|column| names::words(column).first().cloned().unwrap_or_default())
+        .map(|column| {
+            name_parts::words(column)
+                .first()
+                .cloned()
+                .unwrap_or_default()
+        })
         .collect();
     let begins = |name: &str| short.iter().any(|word| word == name);
     let is_sweep = (begins("f") || begins("freq") || begins("frequency"))
@@ -52,7 +57,7 @@ pub(crate) fn purpose(family: &Family) -> Purpose {
             || (begins("r") && begins("x"))
             || (begins("mag") && begins("phase")));
     let stem = family.files.names[0].rsplit('/').next().unwrap_or_default();
-    let stem: String = names::words(stem.split('.').next().unwrap_or_default()).concat();
+    let stem: String = name_parts::words(stem.split('.').next().unwrap_or_default()).concat();
     if has("start_s") && has("end_s") && has("kind") {
         Purpose::Marks
     } else if has("participant_id") || has("participant") {

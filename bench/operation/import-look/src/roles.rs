@@ -1,11 +1,13 @@
 //! Roles of vectors in a recording: forces, the finger's place, envelopes.
 
 use crate::carrier::Carrier;
-use crate::names::{Role, UnitMeaning};
+use crate::names::Role;
 use crate::nature::Nature;
 use crate::pair::drive_pair;
+use crate::polar::{self, PhaseUnit, phase_unit};
 use crate::portrait::{FilePortrait, VectorPortrait};
 use crate::slow::{Slow, Steps};
+use crate::units::UnitMeaning;
 
 /// A vector with a role, and the reason.
 #[derive(Debug, Clone)]
@@ -40,6 +42,8 @@ pub(crate) struct EnvelopePair<'a> {
     pub file: usize,
     pub drive: EnvelopeArrays<'a>,
     pub pickup: EnvelopeArrays<'a>,
+    /// Unit of the phases, if there are any.
+    pub phases: Option<PhaseUnit>,
     pub reason: String,
     pub is_sure: bool,
 }
@@ -55,13 +59,16 @@ pub(crate) struct Roles<'a> {
     pub velocity: Option<Chosen<'a>>,
 }
 
+/// Fewest values of a stream; a row of scales has less.
+const FEWEST: u64 = 32;
+
 /// Finds the roles in files that together make a recording.
 pub(crate) fn roles(files: &[FilePortrait]) -> Roles<'_> {
     let all: Vec<(usize, &VectorPortrait)> = files
         .iter()
         .enumerate()
         .flat_map(|(index, file)| file.vectors.iter().map(move |vector| (index, vector)))
-        .filter(|(_, vector)| vector.extremes.is_some())
+        .filter(|(_, vector)| vector.extremes.is_some() && vector.length >= FEWEST)
         .collect();
     let signals = signals(&all);
     let envelopes = if signals.is_some() {
@@ -217,7 +224,7 @@ fn position_score(vector: &VectorPortrait) -> Score {
     let mut score = named(vector, Role::Position)?;
     let mut reasons = name_reason(score, vector);
     match vector.unit_meaning() {
-        Some(UnitMeaning::Metres(_) | UnitMeaning::Counts) => {
+        Some(UnitMeaning::Metres(_) | UnitMeaning::Counts | UnitMeaning::Pixels) => {
             score += 1.0;
             reasons.push(format!("in {}", vector.unit_text().unwrap_or_default()));
         }
@@ -234,7 +241,14 @@ fn position_score(vector: &VectorPortrait) -> Score {
 }
 
 fn velocity_score(vector: &VectorPortrait) -> Score {
-    let mut score = named(vector, Role::Velocity)?;
+    // `stage_mm_s` is named after a position, and its unit is that of a velocity.
+    let has_unit = matches!(vector.unit_meaning(), Some(UnitMeaning::MetresPerSecond(_)));
+    let is_place = has_unit && matches!(vector.role(), Some((Role::Position, _)));
+    let mut score = if is_place {
+        0.0
+    } else {
+        named(vector, Role::Velocity)?
+    };
     let mut reasons = name_reason(score, vector);
     match vector.unit_meaning() {
         Some(UnitMeaning::MetresPerSecond(_)) => {
@@ -367,20 +381,55 @@ fn envelopes<'a>(all: &[(usize, &'a VectorPortrait)]) -> Option<EnvelopePair<'a>
         found.push((*file, EnvelopeArrays::Complex(vector)));
     }
     for (file, vector) in all.iter().filter(|(_, vector)| !vector.is_complex) {
-        let partner = |ends: &[(&str, &str)]| {
+        let partner = |is_partner: &dyn Fn(&str) -> bool| {
+            let found = all.iter().find(|(other_file, other)| {
+                other_file == file && other.length == vector.length && is_partner(&other.name)
+            });
+            found.map(|(_, other)| *other)
+        };
+        let ending = |ends: &[(&str, &str)]| {
             let name = ends.iter().find_map(|(end, other)| {
                 let stem = vector.name.strip_suffix(end)?;
                 Some(format!("{stem}{other}"))
             })?;
-            let is_partner = |(other_file, other): &&(usize, &VectorPortrait)| {
-                *other_file == *file && other.name == name && other.length == vector.length
-            };
-            all.iter().find(is_partner).map(|(_, other)| *other)
+            partner(&|other| other == name)
         };
-        if let Some(imaginary) = partner(REAL_AND_IMAGINARY) {
+        let phase = || {
+            ending(AMPLITUDE_AND_PHASE)
+                .or_else(|| partner(&|other| polar::is_pair(&vector.name, other)))
+        };
+        if let Some(imaginary) = ending(REAL_AND_IMAGINARY) {
             found.push((*file, EnvelopeArrays::Parts(vector, imaginary)));
-        } else if let Some(phase) = partner(AMPLITUDE_AND_PHASE) {
+        } else if let Some(phase) = phase() {
             found.push((*file, EnvelopeArrays::Polar(vector, phase)));
+        }
+    }
+    // A magnitude whose phase has a name of its own is followed by it.
+    let mut is_by_order = false;
+    if found.len() < 2 {
+        for pair in all.windows(2) {
+            let [(file, vector), (other_file, other)] = pair else {
+                continue;
+            };
+            let is_free = |candidate: &VectorPortrait| {
+                found.iter().all(|(_, arrays)| match arrays {
+                    EnvelopeArrays::Complex(a) => !std::ptr::eq(*a, candidate),
+                    EnvelopeArrays::Parts(a, b) | EnvelopeArrays::Polar(a, b) => {
+                        !std::ptr::eq(*a, candidate) && !std::ptr::eq(*b, candidate)
+                    }
+                })
+            };
+            let is_pair = file == other_file
+                && vector.length == other.length
+                && matches!(vector.nature, Nature::Slow(Slow::Oscillation(_)))
+                && polar::is_phase(&other.name)
+                && !polar::is_phase(&vector.name)
+                && is_free(vector)
+                && is_free(other);
+            if is_pair {
+                is_by_order = true;
+                found.push((*file, EnvelopeArrays::Polar(vector, other)));
+            }
         }
     }
     // A position named X has no partner Y among envelopes of the same kind.
@@ -393,22 +442,32 @@ fn envelopes<'a>(all: &[(usize, &'a VectorPortrait)]) -> Option<EnvelopePair<'a>
             .any(|vector| matches!(vector.nature, Nature::Slow(Slow::Oscillation(_))))
     };
     found.retain(|(_, arrays)| oscillates(arrays));
-    let role = |arrays: &EnvelopeArrays<'_>| arrays.first().role().map(|(role, _)| role);
+    // The word of a magnitude, as in `amp_2`, states no role.
+    let name = |arrays: &EnvelopeArrays<'_>| {
+        let name = &arrays.first().name;
+        let rest = matches!(arrays, EnvelopeArrays::Polar(..)).then(|| polar::stream_of(name));
+        rest.flatten().unwrap_or_else(|| name.clone())
+    };
+    let role =
+        |arrays: &EnvelopeArrays<'_>| crate::names::role(&name(arrays)).map(|(role, _)| role);
     let is_drive = |arrays: &EnvelopeArrays<'_>| {
         let unit = arrays.first().unit_meaning();
         role(arrays) == Some(Role::Drive)
-            || words_begin_with_u(&arrays.first().name)
+            || words_begin_with_u(&name(arrays))
             || (role(arrays).is_none() && matches!(unit, Some(UnitMeaning::Volts(_))))
     };
     let drive = found.iter().position(|(_, arrays)| is_drive(arrays));
     let (file, _) = found.first()?;
     let (drive_index, is_sure) = match drive {
-        Some(index) => (index, found.len() == 2),
+        Some(index) => (index, found.len() == 2 && !is_by_order),
         None => (0, false),
     };
     let pickup_index =
         (0..found.len()).find(|index| *index != drive_index && found[*index].0 == *file)?;
     let reason = match drive {
+        Some(_) if is_by_order => {
+            "each magnitude with the phase after it; the drive by its name or its unit".to_owned()
+        }
         Some(_) => "pairs by their names; the drive by its name or its unit".to_owned(),
         None => {
             "pairs by their names; nothing tells drive from pickup: taken in the order of the file"
@@ -416,8 +475,16 @@ fn envelopes<'a>(all: &[(usize, &'a VectorPortrait)]) -> Option<EnvelopePair<'a>
         }
     };
     let (drive, pickup) = (found[drive_index].1.clone(), found[pickup_index].1.clone());
+    let phases: Vec<&VectorPortrait> = [&drive, &pickup]
+        .into_iter()
+        .filter_map(|arrays| match arrays {
+            EnvelopeArrays::Polar(_, phase) => Some(*phase),
+            _ => None,
+        })
+        .collect();
     Some(EnvelopePair {
         file: *file,
+        phases: (!phases.is_empty()).then(|| phase_unit(&phases)),
         drive,
         pickup,
         reason,
@@ -426,7 +493,7 @@ fn envelopes<'a>(all: &[(usize, &'a VectorPortrait)]) -> Option<EnvelopePair<'a>
 }
 
 fn words_begin_with_u(name: &str) -> bool {
-    crate::names::words(&crate::names::leaf(name))
+    crate::name_parts::words(&crate::name_parts::leaf(name))
         .first()
         .is_some_and(|word| word == "u" || word == "drive")
 }

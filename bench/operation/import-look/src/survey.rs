@@ -1,23 +1,24 @@
 //! Reading of a file by stretches.
 
-use std::ops::Range;
+mod reading;
+mod times;
+
 use std::path::Path;
 
-use num_complex::Complex64;
 use source_files::{ArrayInfo, Attribute, Element, SourceError, SourceFile, Vector};
 
-use crate::excerpt::{Excerpt, Piece, plan};
-use crate::names;
 use crate::nature::{Nature, nature};
-use crate::portrait::{FilePortrait, SinglePortrait, VectorPortrait};
-use crate::rates::{RateScalar, Rates, Times};
-use crate::time_axis::{TimeUnit, time_axis};
+use crate::portrait::{
+    FilePortrait, RateOrigin, SinglePortrait, StatedRate, StreamStart, VectorPortrait,
+};
+use crate::rates::{RateScalar, Rates};
+use crate::stated;
+use reading::excerpt;
+use times::{may_be_time, times};
 
 /// Most vectors of a file that are looked at, and most columns of one array.
 const MOST_VECTORS: usize = 256;
 const MOST_COLUMNS: u64 = 24;
-/// Values at the start of a vector by which an array of times is known.
-const HEAD: u64 = 4_096;
 /// Most characters of a text that are shown.
 const MOST_CHARACTERS: usize = 60;
 
@@ -61,51 +62,112 @@ pub(crate) fn survey(
 
     let mut rates = Rates {
         file_hz: file.stated_rate_hz(),
-        scalars: singles
-            .iter()
-            .filter_map(|single| RateScalar::new(&single.name, single.number?))
-            .collect(),
+        scalars: rate_scalars(&singles, &vectors),
         times: Vec::new(),
     };
-    for (vector, _) in &vectors {
-        // An array that cannot be read is listed with the reason below.
-        rates.times.extend(times(&mut file, vector).ok().flatten());
-    }
+    let scalar_hz: Vec<f64> = rates.scalars.iter().map(|scalar| scalar.hz).collect();
+    let every: Vec<(&Vector, f64)> = vectors
+        .iter()
+        .map(|(vector, info)| {
+            let is_whole = matches!(info.element, Element::Integer { .. });
+            let scaling = stated::scaling(&info.name, is_whole, &singles);
+            (vector, scaling.map_or(1.0, |scaling| scaling.factor))
+        })
+        .collect();
+    rates.times = times(&mut file, &every, &scalar_hz);
+    let labels = stated::labview_units(path, file.format(), &infos);
     let lengths: Vec<u64> = vectors.iter().map(|(vector, _)| vector.len()).collect();
     let mut portraits = Vec::new();
     for (done, (vector, info)) in vectors.iter().enumerate() {
         progress(done, vectors.len());
         let rate = rates.rate(vector.name(), vector.len(), vector.rate_hz(), &lengths);
-        let (extremes, nature, course) = match excerpt(&mut file, vector) {
-            Ok(excerpt) => {
-                let extremes = excerpt.extremes();
-                let rate_hz = rate.as_ref().map(|rate| rate.hz);
-                let nature = nature(&excerpt, extremes.as_ref(), rate_hz, may_be_time(vector));
-                (extremes, nature, excerpt.course())
-            }
-            Err(error) => (None, Nature::Unread(error.to_string()), Vec::new()),
-        };
-        portraits.push(VectorPortrait {
+        let mut portrait = VectorPortrait {
             name: vector.name().to_owned(),
             element: info.element.to_string(),
             is_complex: vector.is_complex(),
             shape: shape(info),
             length: vector.len(),
-            unit: vector.unit().map(str::to_owned),
-            // A vector of times has the rate that it states.
-            rate: rate.filter(|_| !matches!(nature, Nature::Time(_))),
-            extremes,
-            nature,
-            course,
-        });
+            unit: vector
+                .unit()
+                .map(str::to_owned)
+                .or_else(|| labels.get(&info.name).cloned()),
+            times_unit: rates.times_unit(vector.name()),
+            ..VectorPortrait::default()
+        };
+        match excerpt(&mut file, vector) {
+            Ok(excerpt) => {
+                let rate_hz = rate.as_ref().map(|rate| rate.hz);
+                portrait.extremes = excerpt.extremes();
+                portrait.nature = nature(
+                    &excerpt,
+                    portrait.extremes.as_ref(),
+                    rate_hz,
+                    may_be_time(vector),
+                );
+                portrait.course = excerpt.course();
+                portrait.leap = excerpt.leap();
+                let is_whole = matches!(info.element, Element::Integer { .. })
+                    || excerpt.values().all(|value| value.fract() == 0.0);
+                portrait.is_whole = is_whole;
+                portrait.scaling = stated::scaling(&info.name, is_whole, &singles);
+                if let (Nature::Time(axis), Some(scaling)) =
+                    (&mut portrait.nature, &portrait.scaling)
+                {
+                    axis.interval *= scaling.factor;
+                }
+                portrait.unit = portrait
+                    .unit
+                    .or_else(|| portrait.scaling.as_ref()?.unit.clone());
+                if matches!(portrait.nature, Nature::Slow(_)) {
+                    portrait.fine = rate_hz.and_then(|rate_hz| excerpt.fine(rate_hz));
+                }
+            }
+            Err(error) => portrait.nature = Nature::Unread(error.to_string()),
+        }
+        portrait.start = start(&singles, info, rate.as_ref());
+        // A vector of times has the rate that it states.
+        portrait.rate = rate.filter(|_| !matches!(portrait.nature, Nature::Time(_)));
+        portraits.push(portrait);
     }
     Ok(FilePortrait {
         path: path.to_owned(),
         format: file.format().to_string(),
-        notes: file.notes().to_vec(),
+        notes: stated::notes(&file),
         vectors: portraits,
-        singles,
+        singles: stated::without_invented(singles, &file),
         more,
+    })
+}
+
+/// Returns the scalars that state rates.
+fn rate_scalars(singles: &[SinglePortrait], vectors: &[(Vector, &ArrayInfo)]) -> Vec<RateScalar> {
+    let names: Vec<(&str, u64)> = vectors
+        .iter()
+        .map(|(vector, _)| (vector.name(), vector.len()))
+        .collect();
+    singles
+        .iter()
+        .filter_map(|single| RateScalar::new(&single.name, single.number?, &names))
+        .collect()
+}
+
+/// Returns the start of a vector's samples, as its times or an attribute of it state.
+fn start(
+    singles: &[SinglePortrait],
+    info: &ArrayInfo,
+    rate: Option<&StatedRate>,
+) -> Option<StreamStart> {
+    if let Some(RateOrigin::Times(times)) = rate.map(|rate| &rate.origin) {
+        return Some(times.start);
+    }
+    let attribute = |name: &str| {
+        let name = format!("/{}@{name}", info.name);
+        singles.iter().find(|single| single.name == name)?.number
+    };
+    let begin_s = attribute("wf_start_time")?;
+    Some(StreamStart {
+        begin_s: begin_s + attribute("wf_start_offset").unwrap_or(0.0),
+        is_of_day: true,
     })
 }
 
@@ -204,84 +266,4 @@ fn shortened(text: &str) -> String {
         ""
     };
     format!("\"{}{end}\"", escaping::escaped_line(&start))
-}
-
-/// Returns whether no unit of another quantity is stated.
-fn may_be_time(vector: &Vector) -> bool {
-    let unit = vector
-        .unit()
-        .map(str::to_owned)
-        .or_else(|| names::unit_in_name(vector.name()));
-    unit.is_none_or(|unit| TimeUnit::parse(&unit).is_some() || vector.element() == Element::Time)
-}
-
-/// Returns the vector as an array of times, if it begins as one and ends as one.
-fn times(file: &mut SourceFile, vector: &Vector) -> Result<Option<Times>, Box<SourceError>> {
-    let length = vector.len();
-    if vector.is_complex() || length < 8 || !may_be_time(vector) {
-        return Ok(None);
-    }
-    let mut head = Vec::new();
-    file.read(vector, 0..length.min(HEAD), &mut head)?;
-    let Some(axis) = time_axis(&head) else {
-        return Ok(None);
-    };
-    let mut end = Vec::new();
-    file.read(vector, length - 1..length, &mut end)?;
-    let interval = (end[0] - head[0]) / (length - 1) as f64;
-    // An encoder moves on at a steady pace for a while, but not to the end.
-    let is_steady = (interval / axis.interval - 1.0).abs() < 0.2;
-    if !is_steady {
-        return Ok(None);
-    }
-    let unit = vector
-        .unit()
-        .map(str::to_owned)
-        .or_else(|| names::unit_in_name(vector.name()));
-    let stated = unit.and_then(|unit| TimeUnit::parse(&unit));
-    let (likely, _) = axis.likely_unit(length);
-    let unit = match vector.element() {
-        Element::Time => TimeUnit::Seconds,
-        _ => stated.unwrap_or(likely),
-    };
-    let is_named = matches!(names::role(vector.name()), Some((names::Role::Time, _)));
-    let is_certain = is_named || stated.is_some() || axis.jitter < 1e-3;
-    Ok(unit.seconds().filter(|_| is_certain).map(|seconds| Times {
-        name: vector.name().to_owned(),
-        length,
-        rate_hz: 1.0 / (interval * seconds),
-        unit,
-    }))
-}
-
-/// Reads the stretches of a vector; of complex values the magnitudes.
-fn excerpt(file: &mut SourceFile, vector: &Vector) -> Result<Excerpt, Box<SourceError>> {
-    let mut pieces = Vec::new();
-    for range in plan(vector.len()) {
-        let start = range.start;
-        pieces.push(Piece {
-            start,
-            values: values(file, vector, range)?,
-        });
-    }
-    Ok(Excerpt {
-        length: vector.len(),
-        pieces,
-    })
-}
-
-fn values(
-    file: &mut SourceFile,
-    vector: &Vector,
-    range: Range<u64>,
-) -> Result<Vec<f64>, Box<SourceError>> {
-    let mut values = Vec::new();
-    if vector.is_complex() {
-        let mut complex: Vec<Complex64> = Vec::new();
-        file.read_complex(vector, range, &mut complex)?;
-        values.extend(complex.iter().map(|value| value.norm()));
-    } else {
-        file.read(vector, range, &mut values)?;
-    }
-    Ok(values)
 }

@@ -146,8 +146,10 @@ fn vector_row(vector: &VectorPortrait) -> [String; 10] {
         Some(rate) => match &rate.origin {
             RateOrigin::File => format!("{} Hz", grouped(rate.hz)),
             RateOrigin::Scalar(name, _) => format!("{} Hz ({name})", grouped(rate.hz)),
-            RateOrigin::Times(name, _) => {
-                format!("{} Hz ({name})", grouped((rate.hz * 100.0).round() / 100.0))
+            RateOrigin::Times(times) => {
+                let hz = grouped((rate.hz * 100.0).round() / 100.0);
+                let doubt = if times.unit.is_sure { "" } else { "?" };
+                format!("{hz} Hz{doubt} ({})", times.name)
             }
             RateOrigin::Duration => format!("{} Hz?", grouped(rate.hz)),
         },

@@ -1,5 +1,7 @@
 //! Arrays that are times of samples.
 
+use std::ops::RangeInclusive;
+
 /// Times of samples, in units of the array.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct TimeAxis {
@@ -39,17 +41,27 @@ pub(crate) enum TimeUnit {
     Seconds,
     Milliseconds,
     Microseconds,
+    Nanoseconds,
     /// Numbers of samples.
     Samples,
 }
 
 impl TimeUnit {
+    /// Units of time.
+    pub const ALL: [Self; 4] = [
+        Self::Seconds,
+        Self::Milliseconds,
+        Self::Microseconds,
+        Self::Nanoseconds,
+    ];
+
     /// Returns the unit in seconds; `None` for numbers of samples.
     pub fn seconds(self) -> Option<f64> {
         match self {
             Self::Seconds => Some(1.0),
             Self::Milliseconds => Some(1e-3),
             Self::Microseconds => Some(1e-6),
+            Self::Nanoseconds => Some(1e-9),
             Self::Samples => None,
         }
     }
@@ -60,6 +72,7 @@ impl TimeUnit {
             Self::Seconds => "s",
             Self::Milliseconds => "ms",
             Self::Microseconds => "µs",
+            Self::Nanoseconds => "ns",
             Self::Samples => "samples",
         }
     }
@@ -72,29 +85,35 @@ impl TimeUnit {
             "us" | "µs" | "μs" | "usec" | "microsecond" | "microseconds" => {
                 Some(Self::Microseconds)
             }
+            "ns" | "nsec" | "nanosecond" | "nanoseconds" => Some(Self::Nanoseconds),
             _ => None,
         }
     }
 }
 
+/// Intervals and durations of recordings, s: 20 Hz to 2 MHz, 0.5 s to 2 h.
+const INTERVALS_S: RangeInclusive<f64> = 5e-7..=0.05;
+const DURATIONS_S: RangeInclusive<f64> = 0.5..=7200.0;
+
 impl TimeAxis {
+    /// Returns whether times in this unit are those of a recording.
+    pub fn is_plausible(&self, unit: TimeUnit, length: u64) -> bool {
+        let interval_s = self.interval * unit.seconds().unwrap_or(f64::NAN);
+        INTERVALS_S.contains(&interval_s) && DURATIONS_S.contains(&(interval_s * length as f64))
+    }
+
+    /// Returns whether the values count up by one.
+    pub fn is_count(&self) -> bool {
+        (self.interval - 1.0).abs() < 1e-9 && self.jitter < 1e-9
+    }
+
     /// Returns the most plausible unit of times without a stated one, and whether no other is plausible.
     pub fn likely_unit(&self, length: u64) -> (TimeUnit, bool) {
-        if (self.interval - 1.0).abs() < 1e-9 && self.jitter < 1e-9 {
+        if self.is_count() {
             return (TimeUnit::Samples, false);
         }
-        // A recording lasts 0.5 s to 2 h, at 20 Hz to 2 MHz.
-        let is_plausible = |unit: &TimeUnit| {
-            let interval_s = self.interval * unit.seconds().unwrap_or(f64::NAN);
-            (5e-7..=0.05).contains(&interval_s)
-                && (0.5..=7200.0).contains(&(interval_s * length as f64))
-        };
-        let units = [
-            TimeUnit::Seconds,
-            TimeUnit::Milliseconds,
-            TimeUnit::Microseconds,
-        ];
-        let mut plausible = units.into_iter().filter(is_plausible);
+        let is_plausible = |unit: &TimeUnit| self.is_plausible(*unit, length);
+        let mut plausible = TimeUnit::ALL.into_iter().filter(is_plausible);
         match (plausible.next(), plausible.next()) {
             (Some(unit), None) => (unit, true),
             (Some(unit), Some(_)) => (unit, false),

@@ -2,10 +2,12 @@
 
 use super::Draft;
 use crate::map_text::{Reason, check, number, quoted, sure};
-use crate::names::UnitMeaning;
+use crate::names::Role;
 use crate::nature::{Nature, frequency_text, grouped};
-use crate::roles::{Chosen, EnvelopeArrays, EnvelopePair};
-use crate::scales::{pickup_scale, unit};
+use crate::portrait::VectorPortrait;
+use crate::roles::{Chosen, EnvelopeArrays, EnvelopePair, Roles};
+use crate::scales::{pickup_scale, scaled, unit};
+use crate::units::UnitMeaning;
 
 impl Draft<'_> {
     pub(super) fn signals(&mut self, drive: &Chosen<'_>, pickup: &Chosen<'_>) {
@@ -52,38 +54,16 @@ impl Draft<'_> {
         self.map.table("drive");
         self.source(drive, self.main);
         self.rate(drive.vector);
-        match drive.vector.unit_meaning() {
-            Some(UnitMeaning::Volts(volts)) => {
-                let text = format!(
-                    "stated in {}: is it the amplifier's output, not its input?",
-                    unit(drive.vector)
-                );
-                self.map.key("volts_per_unit", &number(volts), check(text));
-            }
-            _ => {
-                let text = format!(
-                    "no unit is stated; its crests are {}: write the actuators' volts for 1",
-                    grouped(carrier.amplitude).replace('\u{a0}', " ")
-                );
-                self.map.key("volts_per_unit", "1.0", check(text));
-            }
-        }
+        self.volts(
+            drive.vector,
+            &format!(
+                "; its crests are {}",
+                grouped(carrier.amplitude).replace('\u{a0}', " ")
+            ),
+        );
         self.map.table("pickup");
         self.source(pickup, drive.file);
-        let (quantity, scale, reason) = pickup_scale(pickup.vector);
-        self.map.key("quantity", &quoted(quantity), reason.clone());
-        match scale {
-            Some(scale) => self.map.key(
-                "metres_per_unit",
-                &number(scale),
-                sure(format!("stated in {}", unit(pickup.vector))),
-            ),
-            None => {
-                let text = "no unit of a motion is stated: the scale with which the unloaded plate has the modal mass, or write the number";
-                self.map
-                    .key("metres_per_unit", "\"from modal mass\"", check(text));
-            }
-        }
+        self.motion(pickup.vector);
         self.map.key(
             "phase_rad",
             "\"found\"",
@@ -122,41 +102,22 @@ impl Draft<'_> {
         self.map
             .key("index", "\"found\"", sure("from the envelope"));
         self.map.table("envelopes");
-        let reason = || Reason {
-            text: pair.reason.clone(),
-            is_sure: pair.is_sure,
-        };
-        self.map.key("drive", &arrays(&pair.drive), reason());
-        self.map.key("pickup", &arrays(&pair.pickup), reason());
+        let is_degrees = pair.phases.as_ref().is_some_and(|unit| unit.is_degrees);
+        for (key, envelope) in [("drive", &pair.drive), ("pickup", &pair.pickup)] {
+            let unit = pair
+                .phases
+                .as_ref()
+                .filter(|_| matches!(envelope, EnvelopeArrays::Polar(..)));
+            let text = unit.map_or(String::new(), |unit| format!("; {}", unit.reason));
+            let reason = Reason {
+                text: format!("{}{text}", pair.reason),
+                is_sure: pair.is_sure && unit.is_none_or(|unit| unit.is_sure),
+            };
+            self.map.key(key, &arrays(envelope, is_degrees), reason);
+        }
         self.rate(first);
-        match first.unit_meaning() {
-            Some(UnitMeaning::Volts(volts)) => {
-                let text = format!(
-                    "stated in {}: is it the amplifier's output, not its input?",
-                    unit(first)
-                );
-                self.map.key("volts_per_unit", &number(volts), check(text));
-            }
-            _ => self.map.key(
-                "volts_per_unit",
-                "1.0",
-                check("no unit is stated: write the actuators' volts for 1"),
-            ),
-        }
-        let (quantity, scale, reason) = pickup_scale(pair.pickup.first());
-        self.map.key("quantity", &quoted(quantity), reason);
-        match scale {
-            Some(scale) => self.map.key(
-                "metres_per_unit",
-                &number(scale),
-                sure(format!("stated in {}", unit(pair.pickup.first()))),
-            ),
-            None => self.map.key(
-                "metres_per_unit",
-                "\"from modal mass\"",
-                check("no unit of a motion is stated: or write the number"),
-            ),
-        }
+        self.volts(first, "");
+        self.motion(pair.pickup.first());
         self.map.key(
             "convention",
             "\"exp(+iwt)\"",
@@ -172,17 +133,121 @@ impl Draft<'_> {
         self.map
             .key("phase_rad", "\"found\"", sure("from the unloaded plate"));
     }
+
+    /// Adds the actuators' volts for 1.
+    fn volts(&mut self, vector: &VectorPortrait, size: &str) {
+        let (volts, text) = match vector.unit_meaning() {
+            Some(UnitMeaning::Volts(volts)) => {
+                let (volts, reason) = scaled(vector, volts, format!("stated in {}", unit(vector)));
+                (
+                    volts,
+                    format!(
+                        "{}: is it the amplifier's output, not its input?",
+                        reason.text
+                    ),
+                )
+            }
+            meaning => {
+                let (volts, reason) = scaled(vector, 1.0, "no unit is stated".to_owned());
+                let text = match (meaning, vector.unit_text(), &vector.scaling) {
+                    (_, Some(unit), _) => format!("stated in {unit}, which is no voltage"),
+                    (_, _, Some(_)) => reason.text,
+                    (_, _, None) => "no unit is stated".to_owned(),
+                };
+                (
+                    volts,
+                    format!("{text}{size}: write the actuators' volts for 1"),
+                )
+            }
+        };
+        self.map.key("volts_per_unit", &number(volts), check(text));
+    }
+
+    /// Adds the quantity of the pickup and its scale.
+    fn motion(&mut self, vector: &VectorPortrait) {
+        let (quantity, reason, scale) = pickup_scale(vector);
+        self.map.key("quantity", &quoted(quantity), reason);
+        match scale {
+            Some((scale, reason)) => self.map.key("metres_per_unit", &number(scale), reason),
+            None => {
+                let text = "no unit of a motion is stated: the scale with which the unloaded plate has the modal mass, or write the number";
+                self.map
+                    .key("metres_per_unit", "\"from modal mass\"", check(text));
+            }
+        }
+    }
+
+    /// Adds a line to be checked where arrays of a high rate are left out, though a recording has drive and pickup
+    /// among such.
+    pub(super) fn left_out(&mut self, roles: &Roles<'_>) {
+        if roles.signals.is_some() || roles.envelopes.is_some() {
+            return;
+        }
+        let forces = [&roles.normal, &roles.lateral].into_iter().flatten();
+        let longest = forces.map(|chosen| chosen.vector.length).max().unwrap_or(0);
+        let is_fast = |vector: &&VectorPortrait| {
+            let is_signal = !matches!(
+                vector.nature,
+                Nature::Time(_)
+                    | Nature::Ramp(_)
+                    | Nature::Constant
+                    | Nature::Lost
+                    | Nature::Unread(_)
+            );
+            let is_named = matches!(vector.role(), Some((Role::Drive | Role::Pickup, _)));
+            let is_long = vector.length >= LEAST_OF_FAST && vector.length >= 4 * longest;
+            is_signal
+                && (matches!(vector.nature, Nature::Carrier(_))
+                    || vector.rate_hz().is_some_and(|hz| hz >= FAST_HZ)
+                    || is_long
+                    || (is_named && vector.rate.is_none() && vector.length >= longest))
+        };
+        let fast: Vec<&VectorPortrait> = self
+            .portraits
+            .iter()
+            .flat_map(|file| &file.vectors)
+            .filter(is_fast)
+            .collect();
+        let has_partner = |vector: &&&VectorPortrait| {
+            fast.iter()
+                .filter(|other| other.length == vector.length)
+                .count()
+                > 1
+        };
+        let names: Vec<String> = fast
+            .iter()
+            .filter(has_partner)
+            .take(6)
+            .map(|vector| format!("`{}`", vector.name))
+            .collect();
+        if !names.is_empty() {
+            self.map.check(format!(
+                "drive and pickup are left out: none of {} shows a carrier of a plate. If two of them are drive and pickup, correct \
+                 their rate and add [carrier], [modulation], [drive], [pickup] and [plate]; if not, delete this line",
+                names.join(", ")
+            ));
+        }
+    }
 }
 
-fn arrays(arrays: &EnvelopeArrays<'_>) -> String {
+/// Least rate of samples of a carrier, Hz, and least length of an array of such.
+const FAST_HZ: f64 = 40e3;
+const LEAST_OF_FAST: u64 = 20_000;
+
+fn arrays(arrays: &EnvelopeArrays<'_>, is_degrees: bool) -> String {
     match arrays {
         EnvelopeArrays::Complex(vector) => quoted(&vector.name),
         EnvelopeArrays::Parts(real, imaginary) => {
             format!("[{}, {}]", quoted(&real.name), quoted(&imaginary.name))
         }
         EnvelopeArrays::Polar(amplitude, phase) => {
+            let unit = if is_degrees {
+                ", phase_unit = \"deg\""
+            } else {
+                ""
+            };
             format!(
-                "{{ amplitude = {}, phase_rad = {} }}",
+                "{{ amplitude = {}, phase_rad = {}{unit} }}",
                 quoted(&amplitude.name),
                 quoted(&phase.name)
             )

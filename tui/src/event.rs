@@ -25,6 +25,8 @@ pub enum Event {
     Session(SessionHeader),
     /// The current phase of the session.
     Phase(PhaseView),
+    /// Answer to a key that had no effect, shown in place of the keys.
+    Answer(String),
     /// The band of the normal force for the participant.
     ForceBand {
         /// Lower limit, N.

@@ -111,7 +111,9 @@ pub(crate) const DASHBOARD: &[KeyRow] = &[
                 "record the participant's consent",
                 "consent",
             ),
-            _ if state.in_session() => Meaning::explanation("consent is not needed now"),
+            _ if state.in_session() => {
+                Meaning::explanation("consent is recorded in a step of its own")
+            }
             _ => None,
         },
     },

@@ -273,6 +273,7 @@ impl State {
             Event::Tick { .. } => {}
             Event::Session(session) => self.session = session.clone(),
             Event::Phase(phase) => self.enter(phase),
+            Event::Answer(text) => self.ui.note = Some(text.clone()),
             Event::ForceBand { min_n, max_n } => {
                 self.force_band_n =
                     (min_n.is_finite() && max_n.is_finite()).then_some((*min_n, *max_n));
@@ -313,7 +314,11 @@ impl State {
                 self.readings = Some(readings.finite_only());
             }
             Event::Drill(drill) => self.drill = Some(drill.clone()),
-            Event::Asked { detail } => self.asked.clone_from(detail),
+            // A finished session asks nothing more.
+            Event::Asked { detail } => {
+                let is_open = self.phase.kind != PhaseKind::Finished;
+                self.asked = detail.clone().filter(|_| is_open);
+            }
             Event::NewCarrier { proposal } => self.new_carrier = *proposal,
             Event::Finished { summary } => self.summary = Some(summary.clone()),
             Event::Close => self.closed = true,
@@ -402,7 +407,17 @@ impl State {
             // A remark on a key belongs to the phase in which it was pressed.
             self.ui.note.take_if(|note| note != ENDING);
         }
+        let is_over = |name: &AttemptName| {
+            *name != phase.name() || matches!(phase.kind, PhaseKind::Verdict | PhaseKind::Finished)
+        };
+        // A question about the running attempt ends with it.
+        self.ui.confirm.take_if(
+            |action| matches!(action, Action::Redo(name) | Action::PauseNow(name) if is_over(name)),
+        );
         self.phase = phase.clone();
+        if phase.kind == PhaseKind::Finished {
+            self.asked = None;
+        }
         if phase.kind != PhaseKind::Finished {
             // A replay was moved back from its end.
             self.summary = None;

@@ -16,6 +16,8 @@ pub(super) struct EndState<'a> {
     pub phase: Phase,
     /// Reason for its last automatic pause.
     pub paused: Option<&'a str>,
+    /// Whether an operator was there.
+    pub attended: bool,
 }
 
 impl EndState<'_> {
@@ -30,6 +32,7 @@ impl EndState<'_> {
             (_, Some(SessionOutcome::Aborted { .. })) => Some("aborted by the operator".to_owned()),
             (_, None) => Some(match (self.phase, self.paused) {
                 (Phase::Paused, Some(paused)) => paused.to_owned(),
+                (Phase::Paused, None) if self.attended => "quit while paused".to_owned(),
                 (Phase::Paused, None) => {
                     "timed out waiting for the participant; no operator to resume".to_owned()
                 }
@@ -46,5 +49,30 @@ impl EndState<'_> {
             (_, SafetyState::Tripped { .. }) => ExitStatus::Fail,
             _ => ExitStatus::Abort,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_session_that_its_operator_quits_in_a_pause_did_not_time_out() {
+        let reason = |attended, phase, paused| {
+            let end = EndState {
+                failure: None,
+                safety: &SafetyState::Disarmed,
+                outcome: None,
+                phase,
+                paused,
+                attended,
+            };
+            end.reason().unwrap()
+        };
+        assert_eq!(reason(true, Phase::Paused, None), "quit while paused");
+        assert!(reason(false, Phase::Paused, None).starts_with("timed out"));
+        let spent = Some("the hour's driving time is spent");
+        assert_eq!(reason(true, Phase::Paused, spent), spent.unwrap());
+        assert_eq!(reason(true, Phase::Ready, None), "stopped before its end");
     }
 }

@@ -195,6 +195,8 @@ impl SessionTask {
                     self.wiring.drive.rearm();
                     if self.wiring.drive.is_estop_pressed() {
                         self.wiring.log(Warning, STILL_PRESSED);
+                        let answer = tui::Event::Answer(STILL_PRESSED.to_owned());
+                        self.wiring.front.show(answer);
                     }
                 }
                 OperatorRequest::End => self.wiring.stop.raise(),
@@ -504,6 +506,7 @@ impl Task for SessionTask {
         self.take_batches();
         let end = EndState {
             paused: self.halt.pause(),
+            attended: !self.unattended,
             failure: self.wiring.stop.failure(),
             safety: &self.safety.state,
             outcome: self.outcome.as_ref(),

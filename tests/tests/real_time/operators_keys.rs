@@ -265,7 +265,7 @@ fn a_stopped_calibration_continues_with_its_points() {
     terminal.expect_text(&[
         "TRIPPED",
         "stopped by the operator",
-        "points so far are kept",
+        "Measured points are kept",
         "10.00 V",
     ]);
     // Too early: re-arming needs the operator's confirmation.

@@ -20,7 +20,7 @@ pub(crate) fn line(state: &State, columns: usize) -> Line<'static> {
         PhaseKind::Verdict => verdict_parts(state),
         PhaseKind::Paused if !state.session.replayed => pause_parts(state),
         kind => {
-            let countdown = phase.countdown.map(|left_s| format!(" {left_s}"));
+            let countdown = phase.countdown.map(|left_s| format!(" {left_s} s"));
             let name = match kind {
                 _ if phase.aborted => "aborted",
                 PhaseKind::Monitoring if state.session.replayed => "replay",

@@ -135,6 +135,8 @@ fn waiting_text<'a>(state: &State, texts: &'a Texts) -> &'a str {
     match (state.phase.kind, verdict) {
         (PhaseKind::Consent, _) => &texts.say_consent,
         (PhaseKind::Baseline, _) => &texts.say_baseline,
+        // A trial that is given up is not done once more.
+        (PhaseKind::Verdict, Some(_)) if !state.phase.repeats => &texts.say_wait,
         (_, Some(verdict)) if !verdict.accepted && !verdict.practice => &texts.say_again,
         _ => &texts.say_wait,
     }

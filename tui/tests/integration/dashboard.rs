@@ -187,10 +187,44 @@ fn an_interrupted_trial_is_named_so_where_its_reason_does_not_fit() {
 }
 
 #[test]
+fn a_question_about_an_attempt_and_one_about_the_participant_end_with_it() {
+    let mut state = exploring_state();
+    press(&mut state, "r");
+    let asked = lines(&state, 80, 24);
+    assert!(asked.contains("now running, and repeat it?"), "{asked}");
+    let verdict = PhaseView {
+        kind: PhaseKind::Verdict,
+        ..state.phase.clone()
+    };
+    state.apply(&Event::Phase(verdict));
+    assert_eq!(state.ui.confirm, None);
+    let detail = || AskedDetail {
+        question: "age in whole years".to_owned(),
+        ..AskedDetail::default()
+    };
+    state.apply(&Event::Asked {
+        detail: Some(detail()),
+    });
+    assert!(lines(&state, 80, 24).contains("age in whole years"));
+    let finished = PhaseView::new(PhaseKind::Finished);
+    state.apply(&Event::Phase(finished));
+    state.apply(&Event::Asked {
+        detail: Some(detail()),
+    });
+    let screen = lines(&state, 80, 24);
+    assert!(!screen.contains("age in whole years"), "{screen}");
+}
+
+#[test]
 fn an_accepted_trial_and_the_last_rejection_state_their_outcome() {
     let mut state = rejecting_state();
+    assert!(lines(&state, 80, 24).contains("“We do this one once more, please.”"));
     state.phase.repeats = false;
-    assert!(lines(&state, 80, 24).contains("given up in 6 s · o keeps it"));
+    let screen = lines(&state, 80, 24);
+    assert!(
+        screen.contains("given up in 6 s · o keeps it") && screen.contains("“One moment, please.”"),
+        "{screen}"
+    );
     let verdict = state.verdict.as_mut().unwrap();
     verdict.accepted = true;
     assert!(

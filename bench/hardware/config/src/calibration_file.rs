@@ -362,7 +362,7 @@ pub struct CalibrationFile {
 pub enum CalibrationFileError {
     /// The file does not exist.
     #[error(
-        "there is no calibration at {}: run `friction-bench calibrate NAME` with the names {}, in this order, or add --uncalibrated",
+        "there is no calibration at {}: run `friction-bench calibrate NAME` with the names {}, in this order; a session runs without one by --uncalibrated",
         path.display(),
         CalibrationKind::names_in_order()
     )]

@@ -49,7 +49,7 @@ pub enum CalibrationError {
     /// The file comes from a rehearsal.
     #[error(
         "{} was measured in a rehearsal, with faults injected ({}): it is not data and never in force; calibrate without \
-         faults into another file, or add --uncalibrated",
+         faults into another file; a session runs without one by --uncalibrated",
         path.display(), faults.join(", ")
     )]
     Rehearsed {

@@ -190,8 +190,8 @@ impl Request {
                 reads.unit()
             ),
             Self::GoOn => {
-                "The points so far are kept. Remove the cause and put everything back as it was for this step; \
-                Enter begins the step again.".to_owned()
+                "Measured points are kept. Remove the cause and put everything back as it was for this step; Enter begins the step \
+                 again, and may drive the plate at once: do not touch it.".to_owned()
             }
             Self::Review => {
                 "Look at the results and the points. Keep them, or measure one of the points again.".to_owned()

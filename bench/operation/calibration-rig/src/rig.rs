@@ -470,7 +470,10 @@ impl<P: Procedure> RigTask<P> {
     /// Breaks the step off and keeps earlier measurements; returns whether an operator is present to continue.
     fn break_off(&mut self, why: &BrokenOff) -> bool {
         let why = why.to_string();
-        if !self.operator.broken_off(&why, None) {
+        let state = self.signals.state.get().unwrap_or_default();
+        let is_tripped = matches!(state, SafetyState::Tripped { .. });
+        let obstacle = is_tripped.then_some(STILL_STOPPED);
+        if !self.operator.broken_off(&why, obstacle) {
             return false;
         }
         self.tone = None;

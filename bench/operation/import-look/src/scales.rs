@@ -277,7 +277,7 @@ pub(crate) fn exploration(vector: &VectorPortrait, is_velocity: bool) -> (String
     // Strokes that are shorter than the parts of the course are seen in the fine velocity alone.
     let swift = fine
         .iter()
-        .map(|fine| trial::filtered(fine).map(f64::abs).collect());
+        .map(|fine| fine.values.iter().map(|value| value.abs()).collect());
     let mut best: Option<SpeedRule> = None;
     for speeds in std::iter::once(coarse).chain(swift) {
         let Some(rule) = SpeedRule::of(speeds, fine.as_ref()) else {
@@ -345,15 +345,12 @@ impl SpeedRule {
         let moving = known.into_iter().filter(|speed| *speed > 0.2 * fastest);
         let median = statistics::median(moving).filter(|median| (1e-6..=2.0).contains(median))?;
         let limits = [SPEED_BAND.0, SPEED_BAND.1].map(|share| two_digits(1e3 * share * median));
-        let [from, to] =
-            [&limits[0], &limits[1]].map(|limit| 1e-3 * limit.parse().unwrap_or(f64::NAN));
+        let text = format!("{} to {} mm/s", limits[0], limits[1]);
         let longest_s = velocity.map_or(f64::INFINITY, |velocity| {
-            trial::longest_s(velocity, |v| {
-                (from..=to).contains(&v.abs()).then_some(v > 0.0)
-            })
+            trial::longest_stroke_s(velocity, &text)
         });
         Some(Self {
-            text: format!("{} to {} mm/s", limits[0], limits[1]),
+            text,
             speed_text: format!(
                 "the strokes' median speed is {} mm/s",
                 two_digits(1e3 * median)
@@ -375,8 +372,9 @@ pub(crate) fn is_ever_unloaded(
     };
     let newtons = newtons(vector, None).0.abs();
     let fine = vector.fine.as_ref()?;
-    let is_below = |value: f64| (newtons * (value - rest).abs() < limit_n).then_some(());
-    Some(trial::longest_s(fine, is_below) >= duration_s)
+    let forces = fine.values.iter().map(|value| newtons * (value - rest));
+    let rule = format!("normal < {limit_n} N for {duration_s} s");
+    Some(trial::ever_holds(fine, &forces.collect::<Vec<_>>(), &rule))
 }
 
 pub(crate) fn two_digits(value: f64) -> String {

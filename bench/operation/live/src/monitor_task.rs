@@ -242,6 +242,8 @@ impl MonitorTask {
                             level: LogLevel::Warning,
                             text: STILL_PRESSED.to_owned(),
                         });
+                        let answer = tui::Event::Answer(STILL_PRESSED.to_owned());
+                        self.ports.front.show(answer);
                     }
                     self.show(PhaseView {
                         stopped: true,

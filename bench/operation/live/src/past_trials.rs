@@ -52,7 +52,8 @@ pub fn settled(record: &TrialRecord, protocol: &Protocol) -> TrialVerdict {
     let (reasons, settled, accepted) = match &record.outcome {
         TrialOutcome::Accepted => (&[][..], None, true),
         TrialOutcome::AcceptedAnyway { reasons } if record.key.practice => {
-            (&reasons[..], None, true)
+            // A practice trial is never repeated for its verdict, which stands all the same.
+            (&reasons[..], None, false)
         }
         TrialOutcome::AcceptedAnyway { reasons } => {
             (&reasons[..], Some("kept by the operator".to_owned()), true)
@@ -153,6 +154,20 @@ mod tests {
             })
             .collect();
         assert_eq!(fits, [((1, true, 1), 1.5e-6), ((1, false, 2), 1.7e-6)]);
+    }
+
+    #[test]
+    fn a_rejected_practice_trial_stays_rejected_in_a_resumed_session() {
+        let record = TrialRecord {
+            key: key(1, 1),
+            outcome: TrialOutcome::AcceptedAnyway {
+                reasons: vec![RedoReason::NotAnalysed],
+            },
+            analysis: None,
+        };
+        let verdict = settled(&record, &protocol());
+        assert!(verdict.practice && !verdict.accepted);
+        assert_eq!((verdict.reasons.len(), verdict.settled), (1, None));
     }
 
     #[test]

@@ -315,7 +315,11 @@ fn standing(
             false => ListedStanding::BrokenOff,
         };
     };
-    match log.attempt(label).map(Attempt::standing) {
+    let attempt = log.attempt(label);
+    if attempt.is_some_and(Attempt::is_rejected_practice) {
+        return ListedStanding::Rejected;
+    }
+    match attempt.map(Attempt::standing) {
         Some(Standing::Accepted) if is_complete => ListedStanding::Accepted,
         Some(Standing::Repeated | Standing::GivenUp) => ListedStanding::Rejected,
         Some(Standing::Accepted | Standing::Interrupted) => ListedStanding::BrokenOff,

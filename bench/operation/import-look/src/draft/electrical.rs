@@ -241,13 +241,9 @@ fn arrays(arrays: &EnvelopeArrays<'_>, is_degrees: bool) -> String {
             format!("[{}, {}]", quoted(&real.name), quoted(&imaginary.name))
         }
         EnvelopeArrays::Polar(amplitude, phase) => {
-            let unit = if is_degrees {
-                ", phase_unit = \"deg\""
-            } else {
-                ""
-            };
+            let unit = if is_degrees { "deg" } else { "rad" };
             format!(
-                "{{ amplitude = {}, phase_rad = {}{unit} }}",
+                "{{ amplitude = {}, phase_{unit} = {} }}",
                 quoted(&amplitude.name),
                 quoted(&phase.name)
             )

@@ -267,13 +267,9 @@ fn magnitudes_and_phases_of_a_lock_in_are_envelopes_in_degrees_or_radians() {
         let (drive, pickup) = if is_pickup_first { (3, 1) } else { (1, 3) };
         for (key, magnitude) in [("drive", drive), ("pickup", pickup)] {
             let phase = magnitude + 1;
-            let unit = if is_degrees {
-                ", phase_unit = \"deg\""
-            } else {
-                ""
-            };
+            let unit = if is_degrees { "deg" } else { "rad" };
             let value = format!(
-                "{key} = {{ amplitude = \"{}\", phase_rad = \"{}\"{unit} }}",
+                "{key} = {{ amplitude = \"{}\", phase_{unit} = \"{}\" }}",
                 columns[magnitude], columns[phase]
             );
             assert!(

@@ -77,7 +77,7 @@ impl WindowDisplay {
         let Some(events) = events else {
             anyhow::bail!(
                 "no participant's window connected to {} within {} s: start `friction-bench participant` in another \
-                 terminal first, with the same --socket if one is given here",
+                 terminal first, with the same --socket if one is given here, and leave its ruler page",
                 socket.display(),
                 patience.as_secs()
             );

@@ -130,6 +130,10 @@ impl Attempt {
         match &self.outcome {
             None => ("not settled", Vec::new()),
             Some(TrialOutcome::Accepted) => ("accepted", Vec::new()),
+            // Nobody overruled the verdict on a practice trial, which is not repeated.
+            Some(TrialOutcome::AcceptedAnyway { reasons }) if self.is_practice() => {
+                ("rejected", texts(reasons))
+            }
             Some(TrialOutcome::AcceptedAnyway { reasons }) => ("accepted anyway", texts(reasons)),
             Some(TrialOutcome::Redo { reasons }) if reasons.is_empty() => {
                 ("repeated", vec!["as the operator asked".to_owned()])
@@ -140,6 +144,13 @@ impl Attempt {
                 ("interrupted", vec![interruption.to_string()])
             }
         }
+    }
+
+    /// Returns whether the attempt is at a practice trial and its verdict rejected it: it is not repeated for that.
+    #[must_use]
+    pub fn is_rejected_practice(&self) -> bool {
+        let is_rejected = matches!(self.outcome, Some(TrialOutcome::AcceptedAnyway { .. }));
+        self.is_practice() && is_rejected
     }
 
     /// Returns whether the attempt is at a practice trial.

@@ -71,8 +71,8 @@ mod tests {
         };
         assert_eq!(reason(true, Phase::Paused, None), "quit while paused");
         assert!(reason(false, Phase::Paused, None).starts_with("timed out"));
-        let spent = Some("the hour's driving time is spent");
-        assert_eq!(reason(true, Phase::Paused, spent), spent.unwrap());
+        let spent = "the hour's driving time is spent";
+        assert_eq!(reason(true, Phase::Paused, Some(spent)), spent);
         assert_eq!(reason(true, Phase::Ready, None), "stopped before its end");
     }
 }

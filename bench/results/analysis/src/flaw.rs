@@ -260,9 +260,15 @@ pub enum Flaw {
     },
     /// The pickup's envelope is late relative to the drive's.
     #[error(
-        "pickup: the unloaded plate answers to the modulation as if the pickup were {:+.0} µs late; analysed with that \
-         delay: look for a filter or a delay in its channel, and check modal_mass_kg and the scales of both channels",
-        delay_s * 1e6
+        "pickup: the unloaded plate answers to the modulation as if the pickup were {:.0} µs {}",
+        delay_s.abs() * 1e6,
+        if *delay_s > 0.0 {
+            "late; analysed with that delay: look for a filter or a delay in its channel, and check modal_mass_kg and the scales of both \
+             channels"
+        } else {
+            "early, which no filter makes; analysed with that delay: check modal_mass_kg and the scales of both channels, and look for a \
+             filter in the drive's channel"
+        }
     )]
     PickupLate {
         /// Delay, s.

@@ -283,9 +283,9 @@ mod tests {
             "study/sub-01/ses-01/trial-001/recording.toml",
             "format = 1\n",
         );
-        let beside = manifest.with_file_name("results.json");
+        let neighbour = manifest.with_file_name("results.json");
         for kind in [ResultFile::Json, ResultFile::Page] {
-            for path in [&study, &people, &log, &manifest, &beside] {
+            for path in [&study, &people, &log, &manifest, &neighbour] {
                 let error = require_writable(path, kind).unwrap_err().to_string();
                 assert!(error.contains("name a"), "{error}");
             }

@@ -181,8 +181,9 @@ fn share_numbers(a: &[String], b: &[String]) -> bool {
             .filter(|run| is_digits(run))
             .collect()
     };
-    let own: BTreeSet<Vec<String>> = a.iter().map(numbers).collect();
-    b.iter().any(|name| own.contains(&numbers(name)))
+    let numbers_of_first: BTreeSet<Vec<String>> = a.iter().map(numbers).collect();
+    b.iter()
+        .any(|name| numbers_of_first.contains(&numbers(name)))
 }
 
 /// Words by which files of one recording differ.

@@ -28,7 +28,7 @@ impl RateScalar {
                 .iter()
                 .find_map(|(vector, _)| joined_stream(name, vector))?,
         };
-        let own = vectors
+        let vector = vectors
             .iter()
             .find(|(vector, _)| name.contains('@') && container(name) == array_of(vector));
         let hz = match word {
@@ -40,7 +40,7 @@ impl RateScalar {
             word,
             hz,
             stream,
-            own_length: own.map(|(_, length)| *length),
+            own_length: vector.map(|(_, length)| *length),
         })
     }
 }
@@ -187,8 +187,8 @@ impl Rates {
             let only = inner.next()?;
             inner.next().is_none().then_some(only)
         };
-        let own = in_group(&array_of(name));
-        let found = own
+        let scalars = in_group(&array_of(name));
+        let found = scalars
             .or(by_name)
             .or_else(|| in_group(&container(name)).filter(is_like))?;
         let origin = RateOrigin::Scalar(found.name.clone(), found.word);
@@ -348,9 +348,10 @@ mod tests {
         }
         // An attribute of a short array states the duration by that array.
         let vectors = [("u", 500_000), ("w", 500_000), ("f", 5_000)];
-        let own = rates(&[("/f@rate", 1e3)], &vectors);
+        let rates_of_arrays = rates(&[("/f@rate", 1e3)], &vectors);
         assert_eq!(
-            own.rate("u", 500_000, None, &vectors.map(|(_, length)| length))
+            rates_of_arrays
+                .rate("u", 500_000, None, &vectors.map(|(_, length)| length))
                 .unwrap()
                 .hz,
             1e5

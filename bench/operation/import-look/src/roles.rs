@@ -382,21 +382,23 @@ fn envelopes<'a>(all: &[(usize, &'a VectorPortrait)]) -> Option<EnvelopePair<'a>
     }
     for (file, vector) in all.iter().filter(|(_, vector)| !vector.is_complex) {
         let partner = |is_partner: &dyn Fn(&str) -> bool| {
-            let found = all.iter().find(|(other_file, other)| {
-                other_file == file && other.length == vector.length && is_partner(&other.name)
+            let found = all.iter().find(|(other_file, candidate)| {
+                other_file == file
+                    && candidate.length == vector.length
+                    && is_partner(&candidate.name)
             });
-            found.map(|(_, other)| *other)
+            found.map(|(_, candidate)| *candidate)
         };
         let ending = |ends: &[(&str, &str)]| {
-            let name = ends.iter().find_map(|(end, other)| {
+            let name = ends.iter().find_map(|(end, candidate)| {
                 let stem = vector.name.strip_suffix(end)?;
-                Some(format!("{stem}{other}"))
+                Some(format!("{stem}{candidate}"))
             })?;
-            partner(&|other| other == name)
+            partner(&|candidate| candidate == name)
         };
         let phase = || {
             ending(AMPLITUDE_AND_PHASE)
-                .or_else(|| partner(&|other| polar::is_pair(&vector.name, other)))
+                .or_else(|| partner(&|candidate| polar::is_pair(&vector.name, candidate)))
         };
         if let Some(imaginary) = ending(REAL_AND_IMAGINARY) {
             found.push((*file, EnvelopeArrays::Parts(vector, imaginary)));

@@ -280,7 +280,7 @@ pub(crate) fn exploration(vector: &VectorPortrait, is_velocity: bool) -> (String
         .map(|fine| fine.values.iter().map(|value| value.abs()).collect());
     let mut best: Option<SpeedRule> = None;
     for speeds in std::iter::once(coarse).chain(swift) {
-        let Some(rule) = SpeedRule::of(speeds, fine.as_ref()) else {
+        let Some(rule) = SpeedRule::from_speeds(speeds, fine.as_ref()) else {
             continue;
         };
         if best
@@ -312,15 +312,15 @@ pub(crate) fn exploration(vector: &VectorPortrait, is_velocity: bool) -> (String
         let is_sure = scale_reason.is_sure && fine.is_some();
         return (with_duration(usual_s), Reason { text, is_sure });
     }
-    let held = DURATIONS_S
+    let duration_s = DURATIONS_S
         .into_iter()
         .find(|duration_s| *duration_s <= rule.longest_s);
-    let found = match held {
+    let found = match duration_s {
         Some(_) => format!("none keeps to it for {usual_s} s"),
         None => "but no stretch looked at keeps to this rule: write the speeds and the time of your strokes".to_owned(),
     };
     (
-        with_duration(held.unwrap_or(usual_s)),
+        with_duration(duration_s.unwrap_or(usual_s)),
         check(format!("{text}; {found}")),
     )
 }
@@ -335,7 +335,7 @@ struct SpeedRule {
 
 impl SpeedRule {
     /// Returns the rule by speeds in m/s, tried on the velocity; `None` without a speed of a finger.
-    fn of(speeds: Vec<f64>, velocity: Option<&FineCourse>) -> Option<Self> {
+    fn from_speeds(speeds: Vec<f64>, velocity: Option<&FineCourse>) -> Option<Self> {
         let mut known: Vec<f64> = speeds
             .into_iter()
             .filter(|speed| speed.is_finite())

@@ -236,8 +236,14 @@ mod tests {
             .iter()
             .map(|(name, value)| single(&format!("/g/ch@{name}"), *value))
             .collect();
-        scaling("g/ch", is_whole, &singles)
-            .map(|found| (found.factor, found.offset, found.is_sure, found.unit))
+        scaling("g/ch", is_whole, &singles).map(|scaling| {
+            (
+                scaling.factor,
+                scaling.offset,
+                scaling.is_sure,
+                scaling.unit,
+            )
+        })
     }
 
     #[test]
@@ -284,7 +290,7 @@ mod tests {
         assert_eq!(found(&[("gain", 50.0)], false), None);
         assert_eq!(found(&[("resolution", 16.0)], true), None);
         assert_eq!(
-            found(&[("scale", 1e-3), ("gain", 0.1)], true).map(|found| found.2),
+            found(&[("scale", 1e-3), ("gain", 0.1)], true).map(|scaling| scaling.2),
             Some(false)
         );
         assert_eq!(found(&[("temperature", 21.0)], true), None);

@@ -106,7 +106,7 @@ fn unit(times: &SampledTimes, all: &[SampledTimes], rates_hz: &[f64]) -> TimesUn
     // Arrays with the same range of numbers have one unit.
     let group: Vec<&SampledTimes> = all
         .iter()
-        .filter(|other| other.is_open() && times.is_beside(1.0, other, 1.0))
+        .filter(|axis| axis.is_open() && times.is_beside(1.0, axis, 1.0))
         .collect();
     let mut scored: Vec<(TimeUnit, UnitEvidence)> = TimeUnit::ALL
         .into_iter()
@@ -202,14 +202,14 @@ fn evidence(
             );
         }
     }
-    let known = all.iter().find(|other| {
-        let scale = other.stated.and_then(TimeUnit::seconds);
-        scale.is_some_and(|scale| times.is_beside(seconds, other, scale))
+    let known = all.iter().find(|axis| {
+        let scale = axis.stated.and_then(TimeUnit::seconds);
+        scale.is_some_and(|scale| times.is_beside(seconds, axis, scale))
     });
-    if let Some(other) = known {
+    if let Some(axis) = known {
         found.add(
             4.0,
-            Some(format!("it begins and ends with `{}`", other.name)),
+            Some(format!("it begins and ends with `{}`", axis.name)),
         );
     }
     found
@@ -240,7 +240,7 @@ mod tests {
     fn found(all: &[SampledTimes]) -> Vec<(TimeUnit, bool)> {
         units(all, &[])
             .into_iter()
-            .map(|found| (found.unit, found.is_sure))
+            .map(|guess| (guess.unit, guess.is_sure))
             .collect()
     }
 
@@ -291,7 +291,7 @@ mod tests {
         assert_eq!(
             units(&[times("a", 0.0, 1e-3, 6_000)], &[1e6])
                 .iter()
-                .map(|found| (found.unit, found.is_sure))
+                .map(|guess| (guess.unit, guess.is_sure))
                 .collect::<Vec<_>>(),
             [(TimeUnit::Seconds, true)]
         );

@@ -17,8 +17,8 @@ pub(crate) fn write(folder: &Path, readings: &Readings) -> Result<(), ImportRefu
         let lateral_at = lateral.map(|lateral| lateral.at_samples_of(reference));
         let rows = (0..reference.len()).map(|index| ForceRow {
             time_s: reference.drive_s(index),
-            normal_n: normal_at.as_ref().map_or(f64::NAN, |at| at(index)),
-            lateral_n: lateral_at.as_ref().map_or(f64::NAN, |at| at(index)),
+            normal_n: normal_at.as_ref().map_or(f64::NAN, |value| value(index)),
+            lateral_n: lateral_at.as_ref().map_or(f64::NAN, |value| value(index)),
         });
         write_rows(&folder.join(FORCE_FILE), rows)?;
     }

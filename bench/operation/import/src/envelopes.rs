@@ -12,12 +12,12 @@ use num_complex::Complex64;
 use recording::ENVELOPES_FILE;
 use recording::manifest::{self, FoundValue, RecordedEnvelopes, RecordedPlate, Streams};
 
+use crate::analysis_flaws;
 use crate::checks;
 use crate::constants::StatedPickup;
 use crate::converted::Converted;
 use crate::data_files;
 use crate::description::Description;
-use crate::explained;
 use crate::figure::{self, Evidence};
 use crate::plate;
 use crate::readings::{DriveTime, Readings};
@@ -114,7 +114,7 @@ pub(crate) fn convert(
     };
     let clock = search
         .run((&mut stated, &mut readings), &write, &mut found, &mut notes)
-        .map_err(|error| explained::refusal(error, folder))?;
+        .map_err(|error| analysis_flaws::refusal(error, folder))?;
     found.append(&mut readings.found);
     notes.append(&mut readings.notes);
     write_rows(folder, &channels, envelopes.volts_per_unit, stated)?;
@@ -136,8 +136,8 @@ pub(crate) fn convert(
         found: &found,
     });
     notes.extend(match &clock {
-        Some(_) => explained::remarks(folder),
-        None => explained::require_times(folder)?,
+        Some(_) => analysis_flaws::remarks(folder),
+        None => analysis_flaws::require_times(folder)?,
     });
     figure::write(folder, svg)?;
     Ok(Converted {

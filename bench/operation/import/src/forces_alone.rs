@@ -10,10 +10,10 @@ use recording::manifest::Streams;
 use recording::{CsvRow, STIMULUS_FILE, StimulusRow};
 
 use crate::alignment;
+use crate::analysis_flaws;
 use crate::converted::Converted;
 use crate::data_files;
 use crate::description::Description;
-use crate::explained;
 use crate::figure::{self, Evidence};
 use crate::readings::{DriveTime, Readings};
 use crate::refusal::ImportRefusal;
@@ -59,7 +59,7 @@ pub(crate) fn convert(
         found: &found,
     });
     figure::write(folder, svg)?;
-    notes.extend(explained::remarks(folder));
+    notes.extend(analysis_flaws::remarks(folder));
     Ok(Converted {
         found,
         notes,

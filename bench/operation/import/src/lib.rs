@@ -4,6 +4,7 @@
 //! removes the recordings of a map. Files are independent: one that is refused stops no other.
 
 mod alignment;
+mod analysis_flaws;
 mod checks;
 mod constants;
 mod converted;
@@ -11,7 +12,6 @@ mod data_files;
 mod derivative;
 mod description;
 mod envelopes;
-mod explained;
 mod figure;
 mod files;
 mod forces_alone;
@@ -345,8 +345,8 @@ fn is_large(folder: &Path, file: &NamedFile) -> bool {
 /// Returns the remark about rows of the table of people that are of no file's participant, and about participants without a row.
 fn unmatched(people: &People, table: &str, assignment: &Assignment) -> Option<String> {
     let participants = assignment.files.iter().map(|file| &file.participant);
-    let (rows, without) = people.unmatched(&participants.collect());
-    let without: Vec<&str> = without
+    let (rows, absentees) = people.unmatched(&participants.collect());
+    let absentees: Vec<&str> = absentees
         .iter()
         .map(|participant| participant.as_str())
         .collect();
@@ -356,13 +356,13 @@ fn unmatched(people: &People, table: &str, assignment: &Assignment) -> Option<St
             rows.join(", ")
         )
     });
-    let without = (!without.is_empty()).then(|| {
+    let absentees = (!absentees.is_empty()).then(|| {
         format!(
             "it has no row of {}, whose columns will be n/a",
-            without.join(", ")
+            absentees.join(", ")
         )
     });
-    let parts: Vec<String> = rows.into_iter().chain(without).collect();
+    let parts: Vec<String> = rows.into_iter().chain(absentees).collect();
     (!parts.is_empty()).then(|| format!("{table}: {}", parts.join("; ")))
 }
 

@@ -5,7 +5,7 @@ use import_map::{
 };
 use recording::manifest::FoundValue;
 
-use crate::explained;
+use crate::analysis_flaws;
 use crate::intervals::{self, Intervals, Streams};
 use crate::refusal::ImportRefusal;
 use crate::series::{self, Samples, Times};
@@ -230,7 +230,7 @@ impl Readings {
                         };
                     }
                     if total.error.is_nan() {
-                        return Err(explained::untared("normal.tare", self.normal.as_ref()));
+                        return Err(analysis_flaws::untared("normal.tare", self.normal.as_ref()));
                     }
                     self.found.push(found_tare(
                         "normal.tare",

@@ -12,13 +12,13 @@ use recording::manifest::{
     RecordedSignals, Streams,
 };
 
+use crate::analysis_flaws;
 use crate::checks;
 use crate::constants::StatedPickup;
 use crate::converted::Converted;
 use crate::data_files;
 use crate::derivative::Integrator;
 use crate::description::Description;
-use crate::explained;
 use crate::figure::{self, Evidence};
 use crate::plate;
 use crate::readings::{DriveTime, Readings, require_same_length};
@@ -132,7 +132,7 @@ pub(crate) fn convert(
         |pickup, readings: &Readings| state.describe(folder, pickup, readings, describe, &[]);
     let clock = search
         .run((&mut stated, &mut readings), &write, &mut found, &mut notes)
-        .map_err(|error| explained::refusal(error, folder))?;
+        .map_err(|error| analysis_flaws::refusal(error, folder))?;
     if let (Some(_), Some(baseline)) = (&clock, &baseline) {
         // The intervals were found anew on the forces' clock.
         baseline.add_interval(&signals, &mut readings);
@@ -157,8 +157,8 @@ pub(crate) fn convert(
         found: &found,
     });
     notes.extend(match &clock {
-        Some(_) => explained::remarks(folder),
-        None => explained::require_times(folder)?,
+        Some(_) => analysis_flaws::remarks(folder),
+        None => analysis_flaws::require_times(folder)?,
     });
     figure::write(folder, svg)?;
     Ok(Converted {

@@ -104,13 +104,13 @@ impl Ask for Terminal {
         };
         let choices = choices.iter().map(|choice| transcribe(choice));
         let choices: Vec<String> = choices.map(|choice| fit(&choice, MARK_COLUMNS)).collect();
-        let taken = QUESTION_COLUMNS + text.chars().count();
+        let question_columns = QUESTION_COLUMNS + text.chars().count();
         let keys = transcribe("↑↓ to move, Enter to choose").into_owned();
         let choice = self.answer(move || {
             // The name alone is repeated beside the question.
             let name = |choice: ListOption<&String>| {
                 let name = choice.value.split(": ").next();
-                fit(name.unwrap_or_default(), taken)
+                fit(name.unwrap_or_default(), question_columns)
             };
             // A letter that fits no choice would empty the list.
             Select::new(&text, choices)

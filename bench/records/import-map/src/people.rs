@@ -102,11 +102,11 @@ impl People {
         let places: BTreeSet<usize> = places.collect();
         let rows = self.rows.iter().enumerate();
         let rows = rows.filter(|(index, _)| !places.contains(index));
-        let without = participants.iter().copied();
-        let without = without.filter(|participant| self.place(participant).is_none());
+        let absentees = participants.iter().copied();
+        let absentees = absentees.filter(|participant| self.place(participant).is_none());
         (
             rows.map(|(_, (name, _))| name.as_str()).collect(),
-            without.collect(),
+            absentees.collect(),
         )
     }
 

@@ -180,7 +180,7 @@ impl RecordingFindings {
 
     /// Returns the reason why all estimates are withheld, if a flaw makes them meaningless.
     pub fn withheld_reason(&self) -> Option<String> {
-        let found = self.implausible().find(|found| found.spoils_estimates())?;
+        let found = self.implausible().find(|flaw| flaw.spoils_estimates())?;
         Some(format!("withheld because of a flaw ({})", found.name()))
     }
 

@@ -65,7 +65,10 @@ pub(crate) fn groups(analysed: &Analysis) -> Vec<StrokeGroup> {
     let trials = trial_key::trials(analysed).into_iter();
     let trials = trials.filter(|(_, findings)| findings.instances.is_empty());
     let trials = trials.map(|(key, findings)| {
-        let strokes = findings.explorations.iter().map(|found| &found.stroke);
+        let strokes = findings
+            .explorations
+            .iter()
+            .map(|exploration| &exploration.stroke);
         let values = strokes
             .filter(|stroke| stroke.mu.is_finite())
             .map(|stroke| StrokeQuantity::ALL.map(|quantity| quantity.value(stroke)));

@@ -176,7 +176,7 @@ mod tests {
             end_s: 1.7,
         };
         let found = off_course(rows, &[slide], &COURSE);
-        found.map_or_else(String::new, |found| found.to_string())
+        found.map_or_else(String::new, |flaw| flaw.to_string())
     }
 
     #[test]
@@ -256,7 +256,7 @@ mod tests {
             (0..1700).map(row).collect()
         };
         let found = |amplitude_m: f64, rows: &[ForceRow]| {
-            amplitude(&frames(amplitude_m), rows, 0.1, true).map(|found| found.to_string())
+            amplitude(&frames(amplitude_m), rows, 0.1, true).map(|flaw| flaw.to_string())
         };
         for rows in [rows(0.8), rows(-0.8), Vec::new()] {
             assert_eq!(found(2e-6, &rows), None);

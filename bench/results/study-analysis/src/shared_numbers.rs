@@ -23,7 +23,10 @@ fn fingerprint(findings: &RecordingFindings) -> Option<Vec<u64>> {
     let numbers: Vec<f64> = match &findings.z_p {
         Some(z_p) => vec![z_p.corrected_n_s_per_m.re, z_p.corrected_n_s_per_m.im],
         None => {
-            let strokes = findings.explorations.iter().map(|found| &found.stroke);
+            let strokes = findings
+                .explorations
+                .iter()
+                .map(|exploration| &exploration.stroke);
             strokes
                 .flat_map(|stroke| [stroke.mu, stroke.normal_n])
                 .collect()

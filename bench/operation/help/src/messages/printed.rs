@@ -168,12 +168,12 @@ fn share(group: &MessageGroup, message: &ProgramMessage, query: &[String]) -> f6
     let letters = |words: &mut dyn Iterator<Item = &String>| -> usize {
         words.map(|word| word.chars().count()).sum()
     };
-    let held = letters(&mut query.iter().filter(|word| content.contains(word.as_str())));
+    let matched_letters = letters(&mut query.iter().filter(|word| content.contains(word.as_str())));
     let total = letters(&mut query.iter());
     if total == 0 {
         return 1.0;
     }
-    held as f64 / total as f64
+    matched_letters as f64 / total as f64
 }
 
 /// Returns the index as a chapter of the handbook, in Markdown.

@@ -210,7 +210,7 @@ impl Draft<'_> {
             .collect();
         let has_partner = |vector: &&&VectorPortrait| {
             fast.iter()
-                .filter(|other| other.length == vector.length)
+                .filter(|candidate| candidate.length == vector.length)
                 .count()
                 > 1
         };

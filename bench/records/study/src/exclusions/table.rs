@@ -31,7 +31,7 @@ pub struct Exclusions {
 
 impl Exclusions {
     /// Returns the exclusions of a study without any.
-    fn none(study: &Path) -> Self {
+    fn empty(study: &Path) -> Self {
         Self {
             study: study.to_owned(),
             list: Vec::new(),
@@ -64,7 +64,7 @@ impl Exclusions {
 pub fn read(folder: &Path) -> Result<Exclusions, ExclusionsError> {
     let path = folder.join(EXCLUSIONS_FILE);
     match bounded_files::read(&path, bounded_files::TEXT_LIMIT_BYTES) {
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Exclusions::none(folder)),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Exclusions::empty(folder)),
         bytes => parse(&bytes.with_path("read", &path)?, folder),
     }
 }
@@ -98,7 +98,7 @@ fn parse(bytes: &[u8], folder: &Path) -> Result<Exclusions, ExclusionsError> {
         path: path(),
         refusal,
     })?;
-    let mut exclusions = Exclusions::none(folder);
+    let mut exclusions = Exclusions::empty(folder);
     // An emptied table is a lost one.
     let table = TabTable::parse(text.to_owned(), ID_COLUMN).map_err(table_error)?;
     let places = places(table.columns(), &path)?;
@@ -260,7 +260,7 @@ pub fn add(
         let exclusions = parse(&bytes, folder)?;
         (bytes, exclusions)
     } else {
-        (Vec::new(), Exclusions::none(folder))
+        (Vec::new(), Exclusions::empty(folder))
     };
     if let Some(part) = known::missing_part(folder, exclusion)? {
         return Err(ExclusionsError::Unknown {

@@ -204,9 +204,9 @@ fn files() -> Vec<Mistake> {
         }),
         mistake("forces stay", &["stay at"], |columns| {
             let start = columns.forces.len() * 6 / 10;
-            let held = columns.forces[start];
+            let frozen_row = columns.forces[start];
             for row in &mut columns.forces[start..] {
-                (row.normal_n, row.lateral_n) = (held.normal_n, held.lateral_n);
+                (row.normal_n, row.lateral_n) = (frozen_row.normal_n, frozen_row.lateral_n);
             }
         }),
         mistake(

@@ -51,15 +51,28 @@ pub(crate) fn remarks(folder: &Path) -> Vec<String> {
 /// Requires that forces with stated times act when contact and friction show it.
 pub(crate) fn require_times(folder: &Path) -> Result<Vec<String>, ImportRefusal> {
     let flaws = flaws(folder);
-    let is_off = |flaw: &&Flaw| match flaw {
-        Flaw::Implausible(Implausible::ForcesLate { late_s, .. }) => late_s.abs() > REFUSED_S,
-        Flaw::Implausible(Implausible::ForcesClock { ppm, .. }) => ppm.abs() > REFUSED_PPM,
-        _ => false,
+    let deviation = |flaw: &Flaw| match flaw {
+        Flaw::Implausible(Implausible::ForcesLate {
+            late_s,
+            half_width95_s,
+        }) if late_s.abs() > REFUSED_S => Some(format!(
+            "come {:.1} ± {:.1} ms {}",
+            1e3 * late_s.abs(),
+            1e3 * half_width95_s,
+            if *late_s > 0.0 { "late" } else { "early" }
+        )),
+        Flaw::Implausible(Implausible::ForcesClock {
+            ppm,
+            half_width95_ppm,
+        }) if ppm.abs() > REFUSED_PPM => Some(format!(
+            "are on a clock that is {:.0} ± {half_width95_ppm:.0} ppm {}",
+            ppm.abs(),
+            if *ppm > 0.0 { "slow" } else { "fast" }
+        )),
+        _ => None,
     };
-    match flaws.iter().find(is_off) {
-        Some(flaw) => Err(ImportRefusal::ForceTimes {
-            flaw: flaw.to_string(),
-        }),
+    match flaws.iter().find_map(deviation) {
+        Some(deviation) => Err(ImportRefusal::ForceTimes { deviation }),
         None => Ok(flaws.iter().map(words).collect()),
     }
 }

@@ -257,12 +257,12 @@ pub enum ImportRefusal {
     },
     /// The forces come at other times than the map states.
     #[error(
-        "{flaw} (in the map: correct rate_hz or time and offset_s of [normal], or write clock = \"own\", offset_s = \"found\" and \
-         ppm = \"found\" there)"
+        "the forces {deviation} against drive and pickup, as contact and friction show: correct rate_hz or time and offset_s of [normal], \
+         or write clock = \"own\", offset_s = \"found\" and ppm = \"found\" there"
     )]
     ForceTimes {
-        /// Flaw, with its size.
-        flaw: String,
+        /// Deviation of their times, with its size.
+        deviation: String,
     },
     /// A phase in radians is in degrees.
     #[error(

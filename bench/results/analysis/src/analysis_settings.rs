@@ -342,14 +342,19 @@ mod tests {
             .map(|number| &number.name)
         {
             let mut settings = Settings::default();
-            settings.assume(&format!("{name} = 0.125")).unwrap();
+            let value = match name.as_str() {
+                "contact_area_m2" => 1.25e-4,
+                "ambient_pressure_pa" => 9e4,
+                _ => 0.125,
+            };
+            settings.assume(&format!("{name} = {value}")).unwrap();
             let changes: Vec<_> = printed_leaves(settings)
                 .into_iter()
                 .zip(&default_leaves)
                 .filter(|(leaf, default_leaf)| leaf != *default_leaf)
                 .map(|(leaf, _)| leaf)
                 .collect();
-            assert_eq!(changes, [(name.clone(), toml::Value::Float(0.125))]);
+            assert_eq!(changes, [(name.clone(), toml::Value::Float(value))]);
         }
         let priors = default_leaves
             .iter()
@@ -384,7 +389,12 @@ mod tests {
         let error_text = |text: &str| Settings::default().assume(text).unwrap_err().to_string();
         assert!(error_text("q0_rad_per_m=1").contains("did you mean `sigma_q0_rad_per_m`?"));
         assert!(error_text("poisson_ratio=0.6").contains("at most 0.5"));
-        assert!(error_text("contact_area_m2=nan").contains("above 0"));
+        assert!(error_text("young_modulus_pa=nan").contains("above 0"));
+        for area in ["nan", "314", "3,14e-4"] {
+            let error = error_text(&format!("contact_area_m2={area}"));
+            assert!(error.contains("314 mm² are 3.14e-4"), "{error}");
+            assert_eq!(error.contains("point for the comma"), area.contains(','));
+        }
         assert!(error_text("lead_in_s=soon").contains("soon"));
         assert!(error_text("lead_in_s").contains("NAME=VALUE"));
         assert!(error_text("area=3").contains("did you mean `contact_area_m2`?"));

@@ -10,7 +10,7 @@ use super::{analyze, study};
 fn the_page_includes_the_results_and_needs_no_other_file() {
     let folder = tempfile::tempdir().unwrap();
     let (json, page) = (folder.path().join("a.json"), folder.path().join("a.html"));
-    fs::write(&page, "an older page").unwrap();
+    fs::write(&page, "<!DOCTYPE html>an older page").unwrap();
     let [json_name, page_name] = [&json, &page].map(|path| path.to_str().unwrap());
     let output = analyze(&["--json", json_name, "--report", page_name], &[study()]);
     assert!(output.status.success(), "{output:?}");

@@ -218,6 +218,7 @@ fn a_question_about_an_attempt_and_one_about_the_participant_end_with_it() {
 #[test]
 fn an_accepted_trial_and_the_last_rejection_state_their_outcome() {
     let mut state = rejecting_state();
+    state.participant.as_mut().unwrap().instruction = Instruction::Wait;
     assert!(lines(&state, 80, 24).contains("“We do this one once more, please.”"));
     state.phase.repeats = false;
     let screen = lines(&state, 80, 24);

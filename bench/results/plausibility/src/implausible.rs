@@ -59,7 +59,7 @@ pub enum Implausible {
     },
     /// Readings jump and come back within a few rows.
     #[error(
-        "{file}: {column} jumps to {value} at {time_s:.3} s and back, {}, as no finger does: these rows are left out; look for the \
+        "{file}: {column} jumps to {value} at {at_s:.3} s and back, {}, as no finger does: these rows are left out; look for the \
          program's sign for a lost reading, or for a loose cable",
         if *count == 1 { "in 1 row".to_owned() } else { format!("and so in {count} rows") }
     )]
@@ -73,7 +73,7 @@ pub enum Implausible {
         /// First value.
         value: f64,
         /// Its time, s.
-        time_s: f64,
+        at_s: f64,
     },
     /// Most rows have the time of another row.
     #[error(

@@ -62,7 +62,7 @@ fn remove<R>(
             column: Cow::Borrowed(name),
             count: strays.len(),
             value: value(first),
-            time_s: time_s(first),
+            at_s: time_s(first),
         })
     });
     let flaws: Vec<Implausible> = flaws.collect();
@@ -191,7 +191,7 @@ mod tests {
             else {
                 panic!("{value}: {flaws:?}");
             };
-            assert_eq!((*count, *time_s, *first), (strays.len(), 0.0, value));
+            assert_eq!((*count, *at_s, *first), (strays.len(), 0.0, value));
             let mut expected = clean;
             for index in strays.into_iter().rev() {
                 expected.remove(index);

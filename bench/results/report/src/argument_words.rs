@@ -8,7 +8,11 @@ const LINE: &str = "in line ";
 const FIRST_LINE: u64 = 2;
 
 /// Phrases of messages about files, and the phrases about arguments that replace them, in this order: the longer first.
-const PHRASES: [(&str, &str); 44] = [
+const PHRASES: [(&str, &str); 45] = [
+    (
+        "time_s was rounded, as a spreadsheet does that saves what it shows; take the file as the program of the sensor wrote it",
+        "the times were rounded; pass them as the sensor gave them",
+    ),
     ("force.csv is missing", "`normal` and `lateral` are missing"),
     ("position.csv is missing", "`position` is missing"),
     (

@@ -183,7 +183,7 @@ mod tests {
             let [
                 Implausible::Stray {
                     count,
-                    time_s,
+                    at_s,
                     value: first,
                     ..
                 },

@@ -15,14 +15,13 @@ use self::warning_lines::print_warnings;
 use crate::analyze_options::columns;
 use crate::cli::Analyze;
 use crate::dates;
-use crate::outcome::{
-    ResultFile, progress_bar, require_apart, require_writable, write_lines, write_text,
-};
+use crate::outcome::{progress_bar, require_apart, require_writable, write_lines, write_text};
 use crate::verbosity::Verbosity;
 use analysis_parts::read_parts;
 use escaping::{escaped, escaped_line};
 use published_figures::measured::write_figures;
 use published_statistics::{TableFormat, statistics};
+use study::result_files::ResultFile;
 use study_analysis::{StudyAnalysis, summary, warnings};
 
 /// Name and version of the program, as a report states them.

@@ -63,8 +63,9 @@ impl Cli {
         }
         if let Some(text) = std::env::args_os()
             .skip(1)
-            .find_map(|argument| pasted_dash(&argument))
+            .find_map(|argument| help::command_line::pasted_dash(argument.to_str()?))
         {
+            let text = escaping::escaped(&text);
             let _ = standard_streams::stderr().write_all(text.as_bytes());
             std::process::exit(2);
         }
@@ -76,47 +77,12 @@ impl Cli {
     }
 }
 
-/// Returns the error of an argument that begins with a dash which is no hyphen, unless a file has that name.
-fn pasted_dash(argument: &std::ffi::OsStr) -> Option<String> {
-    let text = argument.to_str()?;
-    let name =
-        text.trim_start_matches(['\u{2010}', '\u{2011}', '\u{2013}', '\u{2014}', '\u{2212}']);
-    let is_option = name.len() < text.len() && name.starts_with(|c: char| c.is_ascii_alphabetic());
-    (is_option && !Path::new(text).exists()).then(|| {
-        let hyphens = if name.chars().count() > 1 { "--" } else { "-" };
-        format!(
-            "error: {} begins with a dash that is no hyphen, as word processors and web pages make of two: type {hyphens}{name}\n",
-            escaping::escaped_line(text)
-        )
-    })
-}
-
-/// Words of the library that parses numbers, with ours.
-const NUMBERS: [(&str, &str); 4] = [
-    (
-        "invalid float literal",
-        "write a number with a point and without a unit, such as 1013.25",
-    ),
-    (
-        "invalid digit found in string",
-        "write a whole number without a unit",
-    ),
-    (
-        "cannot parse integer from empty string",
-        "write a whole number",
-    ),
-    ("cannot parse float from empty string", "write a number"),
-];
-
 /// Ends the program with the help or the error of the command line, in the characters of the user's locale.
 fn end(error: &clap::Error) -> ! {
     let mut text = error.render().to_string();
-    let is_of_number = NUMBERS.iter().any(|(words, _)| text.contains(words));
-    if !standard_streams::is_ascii() && !is_of_number {
+    let is_changed = help::command_line::replace_words(&mut text);
+    if !standard_streams::is_ascii() && !is_changed {
         error.exit();
-    }
-    for (words, ours) in NUMBERS {
-        text = text.replace(words, ours);
     }
     // A closed output does not change the end.
     let _ = if error.use_stderr() {

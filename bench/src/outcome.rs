@@ -1,15 +1,14 @@
 //! Progress and output of commands that process many recordings.
 
 use std::fs;
-use std::io::{self, BufWriter, IsTerminal, Read, Write};
+use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::Path;
 
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use recording::MANIFEST_FILE;
 use recording::disk;
 use recording::storage::FileSystem;
-use recording::study::{DESCRIPTION_FILE, EVENTS_FILE};
+use study::result_files::{ResultFile, recorded_folder};
 
 use crate::verbosity::Verbosity;
 
@@ -29,40 +28,6 @@ pub(crate) fn progress_bar(recordings: u64, verbosity: Verbosity) -> ProgressBar
         });
     }
     bar
-}
-
-/// Kind of a file of results.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum ResultFile {
-    /// Results or findings.
-    Json,
-    /// Report.
-    Page,
-}
-
-impl ResultFile {
-    /// Returns whether a file begins as an earlier result of this kind does.
-    fn is_earlier(self, path: &Path) -> bool {
-        let mut begin = Vec::new();
-        let read = fs::File::open(path).and_then(|file| file.take(256).read_to_end(&mut begin));
-        let text = String::from_utf8_lossy(&begin);
-        let is_result = match self {
-            Self::Json => text.starts_with('{') && text.contains("\"format\":"),
-            Self::Page => text.starts_with("<!DOCTYPE html"),
-        };
-        read.is_ok() && (is_result || begin.is_empty())
-    }
-}
-
-/// Returns what `folder` is to a study, if it has files that results must not replace.
-fn recorded_folder(folder: &Path) -> Option<&'static str> {
-    let kinds = [
-        (MANIFEST_FILE, "a recording"),
-        (EVENTS_FILE, "a session"),
-        (DESCRIPTION_FILE, "a study"),
-    ];
-    let kind = kinds.iter().find(|(file, _)| folder.join(file).exists());
-    kind.map(|(_, kind)| *kind)
 }
 
 /// Requires that a folder of results is not one of recordings, whose files results would replace or join.
@@ -156,7 +121,7 @@ pub(crate) fn write_lines(
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> anyhow::Result<()> {
     if path == Path::new("-") {
-        let mut lines = EscapedLines::new(standard_streams::data_out());
+        let mut lines = standard_streams::EscapedLines::new(standard_streams::data_out());
         write(&mut lines)?;
         lines.finish()?;
         return Ok(());
@@ -172,51 +137,6 @@ pub(crate) fn write_lines(
     }
     disk::replace_file_by(&FileSystem, path, |mut file| buffered(&mut file))
         .context("cannot write the results")
-}
-
-/// Text whose lines are escaped for a terminal, each as soon as it ends.
-struct EscapedLines<W> {
-    out: W,
-    /// Start of a line, as UTF-8.
-    begun: Vec<u8>,
-}
-
-impl<W: Write> EscapedLines<W> {
-    fn new(out: W) -> Self {
-        Self {
-            out,
-            begun: Vec::new(),
-        }
-    }
-
-    /// Writes the lines that have ended, up to `end` bytes.
-    fn write_begun(&mut self, end: usize) -> io::Result<()> {
-        let text = String::from_utf8_lossy(&self.begun[..end]);
-        self.out.write_all(escaping::escaped(&text).as_bytes())?;
-        self.begun.drain(..end);
-        Ok(())
-    }
-
-    /// Writes a last line that has no end.
-    fn finish(mut self) -> io::Result<()> {
-        self.write_begun(self.begun.len())?;
-        self.out.flush()
-    }
-}
-
-impl<W: Write> Write for EscapedLines<W> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let before = self.begun.len();
-        self.begun.extend_from_slice(bytes);
-        if let Some(end) = bytes.iter().rposition(|byte| *byte == b'\n') {
-            self.write_begun(before + end + 1)?;
-        }
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.out.flush()
-    }
 }
 
 #[cfg(all(test, target_os = "linux"))]
@@ -236,18 +156,6 @@ mod tests {
         let mut read = String::new();
         reader.read_to_string(&mut read).unwrap();
         assert_eq!(read, "results");
-    }
-
-    #[test]
-    fn lines_in_pieces_are_escaped_as_a_whole() {
-        let mut written = Vec::new();
-        let mut lines = EscapedLines::new(&mut written);
-        for piece in [&b"a\n\x1b[2Jb\xc2"[..], b"\xb5m\n", b"rest"] {
-            lines.write_all(piece).unwrap();
-        }
-        assert_eq!(lines.begun, b"rest");
-        lines.finish().unwrap();
-        assert_eq!(written, "a\n\\u001b[2Jbµm\nrest".as_bytes());
     }
 
     #[test]

@@ -8,8 +8,9 @@ use recording::study::DESCRIPTION_FILE;
 use study::verification::{SessionDefect, StudyDefect, StudyFindings};
 
 use crate::cli::Verify;
-use crate::outcome::{ResultFile, progress_bar, require_writable, write_text};
+use crate::outcome::{progress_bar, require_writable, write_text};
 use crate::verbosity::Verbosity;
+use study::result_files::ResultFile;
 
 /// The session's copy of the calibration.
 const CALIBRATION_COPY: &str = "calibration.toml";

@@ -27,12 +27,12 @@ mod session_keys;
 pub mod shell;
 mod state;
 mod strip;
-mod terminal_kind;
 mod view_keys;
 
 pub use action::Action;
 pub use dashboard::{TWO_COLUMNS, view};
 pub use display::ParticipantTerminal;
+pub use drawing::chosen_theme::{choose_theme, chosen_theme};
 pub use drawing::picture;
 pub use drawing::theme::{NoSuchTheme, Theme};
 pub use event::Event;
@@ -45,4 +45,3 @@ pub use page::{HISTORY_S, Page, Window};
 pub use participant_screen::ScreenView;
 pub use shell::run_operator;
 pub use state::{LogLine, STALE_AFTER_S, State, TrialLine, Ui};
-pub use terminal_kind::{choose_theme, theme as chosen_theme};

@@ -12,6 +12,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use drawing::chosen_theme::chosen_theme;
 use drawing::theme::Theme;
 use operator_terminal::{Frames, Keys, OperatorScreen, TerminalError, TerminalKeys};
 use ratatui::backend::{Backend, CrosstermBackend};
@@ -26,7 +27,6 @@ use crate::event::{Event, SafetyView};
 use crate::keyboard::{at_once, key};
 use crate::page_files;
 use crate::state::{ENDING, State};
-use crate::terminal_kind::theme;
 
 /// Time between two frames.
 const FRAME: Duration = Duration::from_millis(33);
@@ -66,7 +66,7 @@ pub fn run_operator(
     // Never dropped: its drop prints to standard error if the cursor cannot be shown, and panics if standard error is
     // the closed terminal.
     let mut terminal = ManuallyDrop::new(terminal);
-    let mut state = State::new(theme());
+    let mut state = State::new(chosen_theme());
     state.ui.ascii = standard_streams::is_ascii();
     let desk = Arc::new(Desk::new(state));
     let reader = read_keys(TerminalKeys, &desk, actions, act)?;

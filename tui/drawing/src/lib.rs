@@ -2,6 +2,7 @@
 //! for other characters, lines that lose whole parts where they are too long, and pictures of a drawn screen.
 
 pub mod braille;
+pub mod chosen_theme;
 pub mod digits;
 pub mod picture;
 pub mod plain_signs;

@@ -4,10 +4,12 @@
 //! All of the program's texts go through [`stdout`] and [`stderr`]; data for files and other programs, such as JSON, go through
 //! [`data_out`], which changes them only on a terminal.
 
+mod escaped_lines;
 mod line_wrap;
 mod locale;
 mod text_stream;
 
+pub use escaped_lines::EscapedLines;
 pub use locale::{is_ascii, locale_is_ascii};
 pub use text_stream::TextStream;
 

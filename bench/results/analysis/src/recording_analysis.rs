@@ -1,7 +1,7 @@
 //! Analysis of a recording: Z_p, the instances, both estimates of each, the model check.
 
 use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use protocols::selection::{StretchOutcome, select};
 use protocols::{Direction, Protocol, SelectionRules};
@@ -34,6 +34,7 @@ use crate::under_finger::UnderFinger;
 use crate::whole_trial;
 use recording::pipeline::PickupOffset;
 use recording::{Manifest, RecordingSource};
+use study::protocol_copies::second_copy;
 use study::provenance::Provenance;
 
 /// Analyses the recording in `folder`, and drops its series.
@@ -339,31 +340,6 @@ pub fn selection_rules(
 pub fn protocol_text(folder: &Path, manifest: &Manifest) -> Option<String> {
     let copy = read_protocol(folder, manifest).ok()?;
     copy.map(|(_, text)| text)
-}
-
-/// Returns the files next to a recording with this description that its selection rules depend on, which may be missing.
-#[must_use]
-pub fn protocol_copies(folder: &Path, manifest: &Manifest) -> Vec<PathBuf> {
-    let Some((trial, session)) = manifest.trial.as_ref().zip(folder.parent()) else {
-        return Vec::new();
-    };
-    let names = match &trial.protocol_file {
-        Some(name) => vec![name.clone()],
-        None => vec![
-            format!("{}.toml", trial.protocol),
-            second_copy(&trial.protocol),
-        ],
-    };
-    // Only the name of a file in the session's folder is read.
-    let names = names
-        .iter()
-        .filter(|name| Path::new(name).file_name() == Some(name.as_ref()));
-    names.map(|name| session.join(name)).collect()
-}
-
-/// Returns the name of the second copy of a protocol: copies are numbered from 2 if the session was resumed after an edit.
-fn second_copy(protocol: &str) -> String {
-    format!("{protocol}.2.toml")
 }
 
 /// Reads the copy of the session's protocol next to a recording; `None` if there is no copy.

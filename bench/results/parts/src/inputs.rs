@@ -5,11 +5,11 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 
-use analysis::recording_analysis;
 use recording::manifest::Manifest;
 use recording::sums::{self, Sums};
 use recording::{DiskError, OTHER_FILES, disk::OnPath};
 use serde::{Deserialize, Serialize};
+use study::protocol_copies;
 use study::sessions::{LoggedSession, Sessions};
 
 /// File of a recording with its sum.
@@ -62,7 +62,7 @@ impl Inputs {
                 known,
             )?;
         }
-        let copies = manifest.map(|manifest| recording_analysis::protocol_copies(folder, manifest));
+        let copies = manifest.map(|manifest| protocol_copies::protocol_copies(folder, manifest));
         for path in copies.into_iter().flatten() {
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             inputs.take(format!("../{name}"), &path, None, known)?;

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use drawing::theme::Theme;
+use crate::theme::Theme;
 
 /// The chosen theme.
 static THEME: OnceLock<Theme> = OnceLock::new();
@@ -14,7 +14,7 @@ pub fn choose_theme(theme: Theme) {
 
 /// Returns the effective theme.
 #[must_use]
-pub fn theme() -> Theme {
+pub fn chosen_theme() -> Theme {
     let theme = THEME.get().copied().unwrap_or(Theme::Colour);
     theme.under_no_color(std::env::var_os("NO_COLOR").as_deref())
 }

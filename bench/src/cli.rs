@@ -52,8 +52,7 @@ pub struct Cli {
 }
 
 impl Cli {
-    /// Parses the command line, or ends the program with the error in it or with the list of faults that it asks for; the theme
-    /// applies from here on.
+    /// Parses the command line, or ends the program with its error or the list of faults that it asks for; applies the theme.
     #[must_use]
     pub fn read() -> Self {
         if fault_option::asks_for_list(std::env::args_os()) {

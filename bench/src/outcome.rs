@@ -47,8 +47,7 @@ pub(crate) fn require_apart(folder: &Path) -> anyhow::Result<()> {
 /// Fails at once if [`write_text`] could not write after a long computation, or would replace what is no earlier result.
 ///
 /// # Errors
-/// `path` is a folder, or lies in one that does not exist or that this user cannot write into; or it is a file of a recording, a
-/// session or a study, or another file that is not an earlier result.
+/// `path` is a folder, cannot be written, is in a recording or a session, or is a file that is not an earlier result.
 pub(crate) fn require_writable(path: &Path, kind: ResultFile) -> anyhow::Result<()> {
     if path == Path::new("-") {
         return Ok(());

@@ -1,5 +1,4 @@
-//! A resumed session repeats the last accepted trial if its recording is lost, and others only if the operator asks for
-//! it.
+//! A resumed session repeats the last accepted trial if its recording is lost, and others only if the operator asks.
 
 use std::path::Path;
 

@@ -66,8 +66,7 @@ pub enum Flaw {
         /// Injected faults, as requested.
         faults: Vec<String>,
     },
-    /// The copy of the session's protocol in the recording's session cannot be read, so the settings' selection rules were
-    /// used.
+    /// The copy of the session's protocol cannot be read, so the settings' selection rules were used.
     #[error(
         "the copy of the session's protocol cannot be read, so instances were selected by the settings' rules: {reason}"
     )]

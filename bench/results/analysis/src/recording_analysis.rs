@@ -415,8 +415,7 @@ impl RecordingFindings {
 }
 
 impl Work {
-    /// Estimates the instances selected from an exploration, and records the reason of every other stretch's
-    /// rejection.
+    /// Estimates the instances selected from an exploration, and records why every other stretch was rejected.
     fn explore(
         &mut self,
         record: &Measurements,

@@ -15,8 +15,7 @@ const MAX_ROWS: usize = 20_000_000;
 /// Number of rows with intervals that are checked.
 const STEPS: usize = 1_000_000;
 
-/// Returns the rows needed to smooth the spans, and the times of all rows; `rows` have increasing times, as their reader
-/// returns them.
+/// Returns the rows needed to smooth the spans, and the times of all `rows`, which increase.
 pub(super) fn read_rows<R>(
     spans: &Spans,
     file: &'static str,
@@ -68,8 +67,7 @@ impl RowTimes {
         self.rows += 1;
     }
 
-    /// Returns the flaws of a file: those found by its reader, and readings that lie outside the recording or too
-    /// far apart for an estimate.
+    /// Returns the flaws of a file: those found by its reader, and readings outside the recording or too far apart.
     pub(super) fn flaws(mut self, warnings: Vec<Warning>, duration_s: f64) -> Vec<Flaw> {
         let file = self.file;
         let time_flaw = |from_s, to_s| Flaw::ElsewhereInTime {

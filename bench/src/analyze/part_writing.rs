@@ -12,7 +12,7 @@ use study_analysis::warnings;
 use super::inputs::{assumptions, request};
 use super::warning_lines::print_warnings;
 use crate::cli::Analyze;
-use crate::outcome::progress_bar;
+use crate::outcome::{progress_bar, require_apart};
 use crate::verbosity::Verbosity;
 
 /// Writes the parts of the recordings into `folder` that are not there. Returns true if every recording has one, and no file
@@ -27,6 +27,7 @@ pub(super) fn run(options: &Analyze, folder: &Path, verbosity: Verbosity) -> any
             folder.display()
         );
     }
+    require_apart(folder)?;
     let request = request(options);
     let found = request.find()?;
     let count = found.recordings().len();

@@ -187,6 +187,24 @@ fn an_interrupted_trial_is_named_so_where_its_reason_does_not_fit() {
 }
 
 #[test]
+fn a_key_without_effect_is_answered_on_every_page_until_the_next_key() {
+    for page in ["1", "2", "3", "4"] {
+        let mut state = exploring_state();
+        press(&mut state, page);
+        state.apply(&Event::Answer("not re-armed".to_owned()));
+        assert!(
+            lines(&state, 80, 24).contains("not re-armed"),
+            "page {page}"
+        );
+        press(&mut state, page);
+        assert!(
+            !lines(&state, 80, 24).contains("not re-armed"),
+            "page {page}"
+        );
+    }
+}
+
+#[test]
 fn a_question_about_an_attempt_and_one_about_the_participant_end_with_it() {
     let mut state = exploring_state();
     press(&mut state, "r");

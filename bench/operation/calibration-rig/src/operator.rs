@@ -191,7 +191,7 @@ impl Request {
             ),
             Self::GoOn => {
                 "Measured points are kept. Remove the cause and put everything back as it was for this step; Enter begins the step \
-                 again, and may drive the plate at once: do not touch it.".to_owned()
+                 again, and may drive the plate at once.".to_owned()
             }
             Self::Review => {
                 "Look at the results and the points. Keep them, or measure one of the points again.".to_owned()

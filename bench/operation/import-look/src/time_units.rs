@@ -66,7 +66,7 @@ impl SampledTimes {
     }
 }
 
-/// UnitEvidence for a unit.
+/// Evidence for a unit.
 #[derive(Debug, Default)]
 struct UnitEvidence {
     score: f64,

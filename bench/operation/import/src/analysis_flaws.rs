@@ -5,13 +5,11 @@ use std::path::Path;
 use analysis::Settings;
 use analysis::flaw::Flaw;
 use analysis::recording_analysis;
-use plausibility::Implausible;
+use plausibility::{Implausible, LARGEST_N};
 
 use crate::refusal::ImportRefusal;
 use crate::series::Samples;
 
-/// Largest normal force that a finger may show before its unit is doubted, N.
-const LARGEST_N: f64 = 20.0;
 /// Delay of forces with stated times from which on they are refused, s: intervals and the pickup's phase were found with these times.
 const REFUSED_S: f64 = 0.01;
 /// The same for the rate of their clock, ppm.

@@ -88,14 +88,18 @@ impl Readings {
         if let Some(normal) = &map.normal {
             let stream = ("normal", &normal.source, &normal.time);
             let samples = series::read(sources, stream, normal.clock, normal.newtons_per_unit)?;
-            readings.normal = Some(from_drive(samples, drive));
-            readings.forget_strays("normal");
+            let mut samples = from_drive(samples, drive);
+            readings.notes.extend(forget_strays("normal", &mut samples));
+            readings.normal = Some(samples);
         }
         if let Some(lateral) = &map.lateral {
             let stream = ("lateral", &lateral.source, &lateral.time);
             let samples = series::read(sources, stream, lateral.clock, lateral.newtons_per_unit)?;
-            readings.lateral = Some(from_drive(samples, drive));
-            readings.forget_strays("lateral");
+            let mut samples = from_drive(samples, drive);
+            readings
+                .notes
+                .extend(forget_strays("lateral", &mut samples));
+            readings.lateral = Some(samples);
         }
         if let (Some(normal), Some(lateral)) = (&map.normal, &map.lateral)
             && let Some((normal, lateral)) = simultaneous(
@@ -134,29 +138,6 @@ impl Readings {
         }
         readings.tare(map, sources, drive)?;
         Ok(readings)
-    }
-
-    /// Replaces stray readings of a force by NaN, so that no tare and no interval includes them.
-    fn forget_strays(&mut self, stream: &str) {
-        let samples = match stream {
-            "normal" => &mut self.normal,
-            _ => &mut self.lateral,
-        };
-        let Some(samples) = samples else {
-            return;
-        };
-        let strays = plausibility::stray_readings(&samples.values, plausibility::STRAY_N);
-        if let Some(first) = strays.first() {
-            self.notes.push(format!(
-                "{stream}: {} readings jump and come back as no finger does, the first to {} N at {:.3} s: they are left out",
-                strays.len(),
-                samples.values[*first],
-                samples.drive_s(*first)
-            ));
-        }
-        strays
-            .iter()
-            .for_each(|index| samples.values[*index] = f64::NAN);
     }
 
     /// Finds the tares and the intervals, which depend on each other.
@@ -332,6 +313,22 @@ impl Readings {
             self.intervals.notes.clear();
         }
     }
+}
+
+/// Replaces stray readings of a force by NaN, so that no tare and no interval includes them; returns a sentence for a user.
+fn forget_strays(stream: &str, samples: &mut Samples) -> Option<String> {
+    let strays = plausibility::stray_readings(&samples.values, plausibility::LARGEST_N);
+    let first = *strays.first()?;
+    let note = format!(
+        "{stream}: {} readings jump and come back as no finger does, the first to {} N at {:.3} s: they are left out",
+        strays.len(),
+        samples.values[first],
+        samples.drive_s(first)
+    );
+    strays
+        .iter()
+        .for_each(|index| samples.values[*index] = f64::NAN);
+    Some(note)
 }
 
 /// Refers the stated times of a stream to the drive's first sample.

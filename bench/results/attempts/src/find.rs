@@ -541,6 +541,20 @@ mod tests {
         fs::remove_file(log).unwrap();
         let missing_log = attempts(&study, TrialFilter::default()).unwrap();
         assert!(missing_log.unread_logs.is_empty());
+        // A bench writes a log of every session.
+        let recording = study[0]
+            .join("sub-01/ses-01/trial-001_attempt-1")
+            .join(MANIFEST_FILE);
+        let made_elsewhere = fs::read_to_string(&recording).unwrap();
+        let hardware = "[hardware]\ninput_device = \"a\"\noutput_device = \"b\"\nsample_rate_hz = 192000\nsample_format = \"i32\"\n\
+                        channel_names = []\nuncalibrated = true\n";
+        fs::write(&recording, format!("{made_elsewhere}\n{hardware}")).unwrap();
+        let of_bench = attempts(&study, TrialFilter::default()).unwrap();
+        let [(_, reason)] = &of_bench.unread_logs[..] else {
+            panic!("{of_bench:?}");
+        };
+        assert!(reason.contains("copy it from the bench"), "{reason}");
+        fs::write(&recording, made_elsewhere).unwrap();
         for session_attempts in [damaged_log, missing_log] {
             assert_eq!(session_attempts.selection.len(), 1);
             assert!(

@@ -11,7 +11,7 @@ use crate::units::{force_remedy, position_remedy};
 use crate::unloaded::UnloadedFinger;
 
 /// Largest force of a finger, N; the bench's own limit is 20 N.
-pub(crate) const LARGEST_N: f64 = 20.0;
+pub const LARGEST_N: f64 = 20.0;
 /// Smallest and largest ratio of the lateral to the normal force of a finger that slides over a plate at rest.
 pub(crate) const FRICTION: [f64; 2] = [0.1, 5.0];
 /// Smallest and largest ratio beyond which no friction has a meaning.

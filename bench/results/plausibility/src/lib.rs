@@ -22,14 +22,14 @@ use recording::ForceRow;
 pub use columns::mixed_columns;
 pub use course::{Course, amplitude, light_touch, off_course, small_forces};
 pub use equal_tail::EqualTail;
-pub use implausible::Implausible;
-use implausible::{CONTACT_AREA_M2, FRICTION, LARGEST_N};
+use implausible::{CONTACT_AREA_M2, FRICTION};
+pub use implausible::{Implausible, LARGEST_N};
 pub use jump::{PhaseJump, drive_jump};
 pub use motion::{Slide, lateral_sign, moving_s, positions};
 pub use plate::{envelopes, finger, pickup_quantity, plate_scale};
 pub use quantity::Quantity;
 pub use roughness::{RoughnessError, roughness};
-pub use stray::{STRAY_N, remove_stray_forces, remove_stray_positions, stray_readings};
+pub use stray::{remove_stray_forces, remove_stray_positions, stray_readings};
 pub use tone::without_carrier;
 pub use unloaded::UnloadedFinger;
 

@@ -4,21 +4,21 @@ use std::borrow::Cow;
 
 use recording::{ForceRow, PositionRow};
 
-use crate::Implausible;
+use crate::{Implausible, LARGEST_N};
 
 /// Most rows of a stray run: a finger that comes or goes changes more of them at any rate that is analysed.
 const LONGEST_RUN: usize = 5;
-/// Smallest jump of a stray force, N: the largest force of a finger.
-pub const STRAY_N: f64 = crate::LARGEST_N;
 /// Smallest jump of a stray position, m: three lengths of a plate.
 const POSITION_JUMP_M: f64 = 0.3;
 /// Jump relative to the range of the readings from which on they are stray, whatever their unit.
 const JUMP_RANGES: f64 = 5.0;
 /// Quantiles between which the readings range: stray ones are few.
 const RANGE: [f64; 2] = [0.05, 0.95];
+/// Shortest time from a pressing finger to the next one with a lift between, s.
+const LIFT_S: f64 = 0.03;
 /// Most readings by which the range is read.
 const SAMPLED: usize = 100_000;
-/// Smallest force on either side of a single zero that stands for a lost reading, N, and relative to the range of the readings.
+/// Smallest force on either side of zeros that stand for lost readings, N, and relative to the range of the readings.
 const PRESSED_N: f64 = 0.2;
 const PRESSED_RANGES: f64 = 0.2;
 
@@ -28,10 +28,11 @@ pub fn remove_stray_forces(rows: &mut Vec<ForceRow>) -> Vec<Implausible> {
         ("normal_n", |row| row.normal_n),
         ("lateral_n", |row| row.lateral_n),
     ];
+    let time_s: Vec<f64> = rows.iter().map(|row| row.time_s).collect();
     let found = columns.map(|(name, value)| {
         let values: Vec<f64> = rows.iter().map(value).collect();
-        let mut strays = stray_readings(&values, STRAY_N);
-        strays.extend(lost_zeros(&values));
+        let mut strays = stray_readings(&values, LARGEST_N);
+        strays.extend(lost_zeros(&values, &time_s));
         (name, value, strays)
     });
     remove(rows, "force.csv", &found, |row| row.time_s)
@@ -118,13 +119,28 @@ fn range(values: &[f64]) -> f64 {
     high - low
 }
 
-/// Returns the indices of single zeros between readings of a pressing finger.
-fn lost_zeros(values: &[f64]) -> impl Iterator<Item = usize> + '_ {
+/// Returns the indices of zeros between readings of a pressing finger, so few and so brief that it did not lift.
+fn lost_zeros(values: &[f64], time_s: &[f64]) -> Vec<usize> {
     let pressed = PRESSED_N.max(PRESSED_RANGES * range(values));
-    (1..values.len().saturating_sub(1)).filter(move |index| {
-        let [before, now, after] = [index - 1, *index, index + 1].map(|index| values[index]);
-        now == 0.0 && before.abs().min(after.abs()) > pressed && before * after > 0.0
-    })
+    let mut zeros = Vec::new();
+    let mut last: Option<usize> = None;
+    for (index, value) in values
+        .iter()
+        .enumerate()
+        .filter(|(_, value)| **value != 0.0)
+    {
+        if let Some(before) =
+            last.filter(|before| (2..=LONGEST_RUN + 1).contains(&(index - before)))
+        {
+            let is_pressed = values[before].abs().min(value.abs()) > pressed;
+            let is_brief = time_s[index] - time_s[before] <= LIFT_S;
+            if is_pressed && is_brief && values[before] * value > 0.0 {
+                zeros.extend(before + 1..index);
+            }
+        }
+        last = Some(index);
+    }
+    zeros
 }
 
 #[cfg(test)]
@@ -216,6 +232,30 @@ mod tests {
         let pressed = rows.iter().filter(|row| (1.1..2.9).contains(&row.time_s));
         assert!(pressed.clone().all(|row| row.normal_n > 0.5));
         assert!(pressed.count() > 1600);
+    }
+
+    #[test]
+    fn zeros_of_a_finger_that_lifts_are_kept_and_those_of_a_lost_packet_are_not() {
+        for (rate_hz, run, is_lost) in [
+            (1e3, 3, true),
+            (1e3, 6, false),
+            (100.0, 1, true),
+            (100.0, 3, false),
+        ] {
+            let mut rows = touch(rate_hz, 1.0);
+            let count = rows.len();
+            let start = (1.5 * rate_hz) as usize;
+            for row in &mut rows[start..start + run] {
+                (row.normal_n, row.lateral_n) = (0.0, 0.0);
+            }
+            remove_stray_forces(&mut rows);
+            let removed = count - rows.len();
+            assert_eq!(
+                removed,
+                if is_lost { run } else { 0 },
+                "{run} rows at {rate_hz} Hz"
+            );
+        }
     }
 
     #[test]

@@ -48,7 +48,8 @@ enum ChannelsStage {
 }
 
 /// Note on a repetition, which the operator asked for at one point.
-const BEGUN_AGAIN: &str = "No level is measured alone, since each depends on those before it: the measurement begins again with the cables.";
+const BEGUN_AGAIN: &str = "No level is measured alone, since each depends on those before it: the measurement begins again with the \
+     cables.";
 
 /// The procedure of `calibrate channels`.
 pub struct ChannelsProcedure {

@@ -112,3 +112,31 @@ impl Laboratory {
         self.study().join("sub-7/ses-01/trial-001_attempt-1")
     }
 }
+
+/// Returns a TDMS file of channels of the group `slow`, each with its values and its interval, s.
+pub(crate) fn tdms(channels: &[(&str, &[f64], f64)]) -> Vec<u8> {
+    let text = |bytes: &mut Vec<u8>, text: &str| {
+        bytes.extend((text.len() as u32).to_le_bytes());
+        bytes.extend(text.bytes());
+    };
+    let (double, mut objects, mut raw) = (10_u32, Vec::new(), Vec::new());
+    for (name, values, interval_s) in channels {
+        text(&mut objects, &format!("/'slow'/'{name}'"));
+        objects.extend([20, double, 1].iter().flat_map(|word| word.to_le_bytes()));
+        objects.extend((values.len() as u64).to_le_bytes());
+        objects.extend(1_u32.to_le_bytes());
+        text(&mut objects, "wf_increment");
+        objects.extend(double.to_le_bytes());
+        objects.extend(interval_s.to_le_bytes());
+        raw.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    }
+    let metadata = objects.len() as u64 + 4;
+    let mut bytes = b"TDSm".to_vec();
+    bytes.extend([0xE_u32, 4713].iter().flat_map(|word| word.to_le_bytes()));
+    bytes.extend((metadata + raw.len() as u64).to_le_bytes());
+    bytes.extend(metadata.to_le_bytes());
+    bytes.extend((channels.len() as u32).to_le_bytes());
+    bytes.extend(objects);
+    bytes.extend(raw);
+    bytes
+}

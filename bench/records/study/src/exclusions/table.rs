@@ -17,6 +17,10 @@ const COLUMNS: [&str; 6] = ["participant_id", "session", "trial", "reason", "by"
 /// Columns that a table may omit.
 const OPTIONAL: [&str; 2] = ["session", "date"];
 const NOT_STATED: &str = "n/a";
+/// Extensions of tables and of their copies.
+const TABLES: [&str; 10] = [
+    "tsv", "csv", "txt", "xlsx", "xls", "ods", "numbers", "bak", "old", "tmp",
+];
 
 /// Exclusions of a study.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -75,12 +79,17 @@ pub fn read(folder: &Path) -> Result<Exclusions, ExclusionsError> {
 pub fn unread(study: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(study).into_iter().flatten().flatten();
     let is_unread = |name: &str| {
-        name != EXCLUSIONS_FILE
-            && name
-                .to_lowercase()
-                .trim_start_matches(['.', '~', '_'])
-                .starts_with("exclusion")
+        let name = name.to_lowercase();
+        let is_named = name
+            .trim_start_matches(['.', '~', '_'])
+            .starts_with("exclusions");
+        let extension = Path::new(&name)
+            .extension()
+            .and_then(|extension| extension.to_str());
+        let is_table = extension.is_none_or(|extension| TABLES.contains(&extension));
+        is_named && is_table
     };
+    let is_unread = |name: &str| name != EXCLUSIONS_FILE && is_unread(name);
     let files = entries.filter(|entry| entry.file_name().to_str().is_some_and(is_unread));
     let mut paths: Vec<PathBuf> = files.map(|entry| entry.path()).collect();
     paths.retain(|path| path.is_file());
@@ -401,7 +410,12 @@ mod tests {
             "exclusions.csv",
             "exclusions.tsv.txt",
         ];
-        for name in others.iter().chain(&[EXCLUSIONS_FILE, "participants.tsv"]) {
+        let texts = [
+            "exclusions.md",
+            "exclusion_criteria.pdf",
+            "participants.tsv",
+        ];
+        for name in others.iter().chain(&texts).chain(&[EXCLUSIONS_FILE]) {
             std::fs::write(study.join(name), "").unwrap();
         }
         let found = unread(study);

@@ -11,7 +11,7 @@ use std::sync::Mutex;
 use import::{FileReport, Outcome, Plan, Program, import, remove};
 use laboratory::{Laboratory, SIGNALS_MAP, tdms};
 use recording::manifest::{FoundValue, RecordedIntervalKind};
-use recording::reader::read_manifest;
+use recording::reader::{position_rows, read_manifest};
 use recording::{Manifest, RecordingReader};
 
 const PROGRAM: Program<'static> = Program { version: "0.1.0" };
@@ -355,11 +355,7 @@ intervals = { exploration = "30 to 50 mm/s for 0.5 s" }
     let reports = import_all(&laboratory, map);
     assert!(reports[0].outcome.is_ok(), "{reports:?}");
     let folder = laboratory.study().join("sub-3/ses-01/trial-001_attempt-1");
-    let rows: Vec<_> = RecordingReader::open(&folder)
-        .unwrap()
-        .position()
-        .unwrap()
-        .collect();
+    let rows: Vec<_> = position_rows(&folder, f64::INFINITY).unwrap().collect();
     let last_s = rows.last().unwrap().as_ref().unwrap().time_s;
     assert!((last_s - 4.0).abs() < 0.05, "{last_s}");
     // With one rate for both, they would be two streams that cannot be of one recording.

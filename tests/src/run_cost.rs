@@ -22,7 +22,7 @@ impl RunCost {
     ///
     /// # Panics
     /// When it does not start.
-    pub fn of(command: &mut Command, limit: Duration) -> Self {
+    pub fn measure(command: &mut Command, limit: Duration) -> Self {
         let output = tempfile::NamedTempFile::new().expect("a file for its output");
         let start = Instant::now();
         let mut child = command

@@ -50,7 +50,7 @@ const FILES: [&str; 4] = ["recording.toml", "signals.wav", "force.csv", "positio
 
 /// Runs a command and watches its memory.
 fn measure(command: &mut Command) -> RunCost {
-    RunCost::of(command, 6 * TIME)
+    RunCost::measure(command, 6 * TIME)
 }
 
 /// Requirements of a command on damaged files.

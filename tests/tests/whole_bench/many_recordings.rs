@@ -52,7 +52,7 @@ fn repeat(recording: &Path, study: &Path, count: usize) {
 }
 
 fn cost(command: &mut Command) -> RunCost {
-    let cost = RunCost::of(command, DAY);
+    let cost = RunCost::measure(command, DAY);
     assert_eq!(cost.code, Some(0), "{:.2000}", cost.transcript);
     cost
 }
@@ -70,10 +70,10 @@ fn many_recordings_take_little_memory_and_a_second_run_leaves_their_parts() {
     repeat(&recording, &path("study"), count);
 
     let parts = || {
-        let mut each = bench();
-        each.args(["analyze", "--each"]).arg(path("study"));
-        each.arg("--out").arg(path("parts"));
-        cost(&mut each)
+        let mut analyze = bench();
+        analyze.args(["analyze", "--each"]).arg(path("study"));
+        analyze.arg("--out").arg(path("parts"));
+        cost(&mut analyze)
     };
     let lines = |cost: &RunCost, word: &str| {
         let lines = cost.transcript.lines();

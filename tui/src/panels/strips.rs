@@ -39,14 +39,14 @@ pub(crate) fn render(state: &State, strip: Strip, area: Rect, buf: &mut Buffer) 
         _ => Line::default(),
     };
     // The word stands where its cursors have no room: the values of the title are old ones.
-    let held = match &state.ui.frozen {
+    let hold = match &state.ui.frozen {
         Some(_) => Line::styled("HELD", state.ui.theme.warning()),
         None => Line::default(),
     };
     let body = titled(
         state,
         title(state, strip, area.width),
-        &[stale(state), right, held],
+        &[stale(state), right, hold],
         area,
         buf,
     );

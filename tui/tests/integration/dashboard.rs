@@ -208,8 +208,8 @@ fn a_key_without_effect_is_answered_on_every_page_until_the_next_key() {
 fn a_question_about_an_attempt_and_one_about_the_participant_end_with_it() {
     let mut state = exploring_state();
     press(&mut state, "r");
-    let asked = lines(&state, 80, 24);
-    assert!(asked.contains("now running, and repeat it?"), "{asked}");
+    let screen = lines(&state, 80, 24);
+    assert!(screen.contains("now running, and repeat it?"), "{screen}");
     let verdict = PhaseView {
         kind: PhaseKind::Verdict,
         ..state.phase.clone()

@@ -50,13 +50,13 @@ fn second() -> AttemptName {
 #[test]
 fn a_question_about_the_participant_takes_digits_and_leaves_the_rest_to_the_dashboard() {
     let mut state = state(PhaseKind::Consent, SafetyView::Disarmed, 0);
-    let asked = |has_previous| Event::Asked {
+    let question = |has_previous| Event::Asked {
         detail: Some(AskedDetail {
             has_previous,
             ..AskedDetail::default()
         }),
     };
-    state.apply(&asked(false));
+    state.apply(&question(false));
     let answer = |reply| Some(Action::Answer(reply));
     let tap = |state: &mut State, code| {
         let reaction = key(state, key_event(code));
@@ -75,7 +75,7 @@ fn a_question_about_the_participant_takes_digits_and_leaves_the_rest_to_the_dash
         state.ui.note.is_some(),
         "the first question has none before"
     );
-    state.apply(&asked(true));
+    state.apply(&question(true));
     assert_eq!(press(&mut state, "4"), []);
     assert_eq!(tap(&mut state, KeyCode::Up), answer(Reply::Redo(0)));
     assert_eq!(state.ui.typed, "");

@@ -443,10 +443,10 @@ mod tests {
                 other => panic!("{other:?}"),
             }
         };
-        let near = |found: (f64, bool, bool), rest: f64, is_certain: bool| {
-            assert!((found.0 - rest).abs() < 0.01, "{found:?}");
-            assert_eq!(found.2, is_certain, "{found:?}");
-            found.1
+        let near = |level: (f64, bool, bool), rest: f64, is_certain: bool| {
+            assert!((level.0 - rest).abs() < 0.01, "{level:?}");
+            assert_eq!(level.2, is_certain, "{level:?}");
+            level.1
         };
         assert!(near(level(0.0, 0.62, 1.0, 9.0), 0.0, true));
         assert!(near(level(-0.4, 0.2, 1.0, 9.0), -0.4, true));

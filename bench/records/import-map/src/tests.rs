@@ -164,7 +164,7 @@ fn envelopes_are_read_in_every_form() {
     "#;
     assert_eq!(parse(text).unwrap().tier(), Tier::B);
     assert!(parse(&text.replace(r#"["U_x", "U_y"]"#, r#""U""#)).is_ok());
-    let errors = |from: &str, to: &str| parse(&text.replace(from, to)).unwrap_err().to_string();
+    let errors = |old: &str, new: &str| parse(&text.replace(old, new)).unwrap_err().to_string();
     assert!(errors("35e3", "\"found\"").contains("carrier.hz"));
     assert!(errors("rms = true", "").contains("[envelopes]: `rms` is missing"));
     assert!(errors("order = 4", "order = 40").contains("low_pass.order"));

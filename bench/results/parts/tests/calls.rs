@@ -46,7 +46,7 @@ impl Study {
     }
 
     /// Writes the part of each recording in these folders, and returns their states.
-    fn each(&self, folders: &[&Path], verify_inputs: bool) -> Vec<(PartState, usize)> {
+    fn write_parts(&self, folders: &[&Path], verify_inputs: bool) -> Vec<(PartState, usize)> {
         let request = Request {
             folders: folders.iter().map(|path| (*path).to_owned()).collect(),
             ..Request::default()
@@ -89,9 +89,9 @@ fn write(folder: &Path, level: f32) {
 fn an_attempt_of_which_two_calls_found_other_contents_is_refused() {
     let study = Study::new([0.1, 0.2]);
     let [first, second] = &study.recordings();
-    study.each(&[first], false);
+    study.write_parts(&[first], false);
     read_parts(&study.parts(), |_| {}).unwrap();
-    study.each(&[second], false);
+    study.write_parts(&[second], false);
     let error = read_parts(&study.parts(), |_| {}).err().unwrap();
     assert!(matches!(error, PartsError::Ambiguous { .. }), "{error}");
     let text = error.to_string();
@@ -113,7 +113,7 @@ fn an_attempt_of_which_two_calls_found_other_contents_is_refused() {
 fn a_copy_that_two_calls_found_counts_once() {
     let study = Study::new([0.1, 0.1]);
     for recording in &study.recordings() {
-        study.each(&[recording], false);
+        study.write_parts(&[recording], false);
     }
     let analysed = read_parts(&study.parts(), |_| {}).unwrap().analysed;
     assert_eq!(analysed.recordings.len(), 1);
@@ -123,7 +123,10 @@ fn a_copy_that_two_calls_found_counts_once() {
 fn a_change_with_its_time_set_back_is_found_by_sums_alone() {
     let study = Study::new([0.1, 0.2]);
     let [recording, _] = &study.recordings();
-    assert_eq!(study.each(&[recording], false), [(PartState::Done, 0)]);
+    assert_eq!(
+        study.write_parts(&[recording], false),
+        [(PartState::Done, 0)]
+    );
     let path = recording.join(SIGNALS_FILE);
     let modified = fs::metadata(&path).unwrap().modified().unwrap();
     let mut bytes = fs::read(&path).unwrap();
@@ -133,7 +136,16 @@ fn a_change_with_its_time_set_back_is_found_by_sums_alone() {
     let file = File::options().write(true).open(&path).unwrap();
     file.set_modified(modified).unwrap();
     drop(file);
-    assert_eq!(study.each(&[recording], false), [(PartState::Kept, 0)]);
-    assert_eq!(study.each(&[recording], true), [(PartState::Done, 0)]);
-    assert_eq!(study.each(&[recording], false), [(PartState::Kept, 0)]);
+    assert_eq!(
+        study.write_parts(&[recording], false),
+        [(PartState::Kept, 0)]
+    );
+    assert_eq!(
+        study.write_parts(&[recording], true),
+        [(PartState::Done, 0)]
+    );
+    assert_eq!(
+        study.write_parts(&[recording], false),
+        [(PartState::Kept, 0)]
+    );
 }

@@ -52,7 +52,7 @@ pub fn drive_jump(frames: &[ZmFrame]) -> Option<PhaseJump> {
     let drift_rad_per_s = median(neighbours.map(drift))?;
     let is_locked = drift_rad_per_s.abs() < LOCKED_RAD_PER_S;
     let stretches =
-        driven.chunk_by(|before, after| is_locked || after.time_s - before.time_s < LONGEST_GAP_S);
+        driven.chunk_by(|frame, next| is_locked || next.time_s - frame.time_s < LONGEST_GAP_S);
     let jumps = stretches.filter_map(|stretch| largest_jump(stretch, drift_rad_per_s));
     let largest = jumps.max_by(|a, b| a.turn_rad.abs().total_cmp(&b.turn_rad.abs()))?;
     (largest.turn_rad.abs() > SMALLEST_RAD).then_some(largest)

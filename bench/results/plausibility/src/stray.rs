@@ -129,9 +129,7 @@ fn lost_zeros(values: &[f64], time_s: &[f64]) -> Vec<usize> {
         .enumerate()
         .filter(|(_, value)| **value != 0.0)
     {
-        if let Some(before) =
-            last.filter(|before| (2..=LONGEST_RUN + 1).contains(&(index - before)))
-        {
+        if let Some(before) = last.filter(|last| (2..=LONGEST_RUN + 1).contains(&(index - last))) {
             let is_pressed = values[before].abs().min(value.abs()) > pressed;
             let is_brief = time_s[index] - time_s[before] <= LIFT_S;
             if is_pressed && is_brief && values[before] * value > 0.0 {

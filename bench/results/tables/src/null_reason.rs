@@ -15,12 +15,12 @@ use crate::trial_entry::TrialEntry;
 
 /// Adds the column of the reasons.
 pub(crate) fn column<R>(columns: &mut Columns<'_, R>, reasons: impl Fn(&R) -> Vec<String>) {
-    let none: Arc<str> = "".into();
+    let empty: Arc<str> = "".into();
     columns.text(
         "null_because",
         "reasons why numbers of the row are empty, each after the columns concerned, joined by `; `; empty if no number is withheld",
         |row| match reasons(row) {
-            reasons if reasons.is_empty() => Arc::clone(&none),
+            reasons if reasons.is_empty() => Arc::clone(&empty),
             reasons => reasons.join("; ").into(),
         },
     );

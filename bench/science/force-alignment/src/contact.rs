@@ -189,8 +189,8 @@ impl<'a> ContactSearch<'a> {
         let rated: Vec<(f64, Option<Explanation>)> = delays_s
             .map(|delay_s| (delay_s, self.explanation(Shift { delay_s, rate })))
             .collect();
-        let explained = rated.iter().filter_map(|(_, explanation)| *explanation);
-        let most = explained
+        let explanations = rated.iter().filter_map(|(_, explanation)| *explanation);
+        let most = explanations
             .map(|explanation| explanation.explained)
             .fold(0.0, f64::max);
         let point = |(delay_s, explanation): (f64, Option<Explanation>)| CurvePoint {

@@ -47,7 +47,7 @@ fn a_long_file_of_each_format_is_imported_in_little_memory() {
     let is_asked = |format: &&&str| {
         formats
             .as_ref()
-            .is_none_or(|formats| formats.split(',').any(|asked| asked == **format))
+            .is_none_or(|formats| formats.split(',').any(|name| name == **format))
     };
     for format in FORMATS.iter().filter(is_asked) {
         let folder = tempfile::tempdir().unwrap();
@@ -68,15 +68,15 @@ fn a_long_file_of_each_format_is_imported_in_little_memory() {
         import.arg("--dry-run").env("TMPDIR", folder.path());
         let is_imported = size_mb > SIZE || FEW.contains(format);
         let commands = std::iter::once(look).chain(is_imported.then_some(import));
-        let taken = commands.map(|mut command| {
+        let memories = commands.map(|mut command| {
             let (status, most_mb) = measured(&mut command, &log);
             let said = std::fs::read_to_string(&log).unwrap();
             assert!(status.success(), "{format}: {said}");
             assert!(most_mb > 0 && most_mb <= MOST_MB, "{format}: {most_mb} MB");
             format!("{most_mb} MB")
         });
-        let taken: Vec<String> = taken.collect();
-        let result = format!("{format} of {file_mb} MB: {}", taken.join(", import "));
+        let memories: Vec<String> = memories.collect();
+        let result = format!("{format} of {file_mb} MB: {}", memories.join(", import "));
         campaign::report("long files without gaps", 1, &result);
     }
 }

@@ -52,9 +52,9 @@ fn partial(files: &[&str], edit: impl Fn(&str) -> String) -> TempDir {
 }
 
 /// Returns the text without the part from one word up to another, or up to the end.
-fn shortened(text: &str, from: &str, to: Option<&str>) -> String {
-    let start = text.find(from).unwrap();
-    let end = to.map_or(text.len(), |to| start + text[start..].find(to).unwrap());
+fn shortened(text: &str, first: &str, next: Option<&str>) -> String {
+    let start = text.find(first).unwrap();
+    let end = next.map_or(text.len(), |next| start + text[start..].find(next).unwrap());
     [&text[..start], &text[end..]].concat()
 }
 
